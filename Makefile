@@ -1,0 +1,43 @@
+# A thin layer over venv and pip: nothing has to be installed before `make`.
+PYTHON ?= python3
+VENV   ?= .venv
+BIN     = $(VENV)/bin
+
+.PHONY: install dev demo test lint kernels clean
+
+$(BIN)/cncgen: pyproject.toml setup.py $(wildcard cncgen/kernels/*.py)
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet .
+	@touch $@
+
+install: $(BIN)/cncgen
+
+# The main job: plan a NURBS part, stream it into the servo simulation, judge the setpoints.
+demo: install
+	mkdir -p out
+	$(BIN)/cncgen plan programs/butterfly.nc -m xy-table -o out/butterfly.csv
+	$(BIN)/cncgen simulate out/butterfly.csv --axis-params xy-table -o out/response.csv
+	$(BIN)/cncgen verify out/butterfly.csv --program programs/butterfly.nc --machine xy-table
+
+$(VENV)/.dev: pyproject.toml setup.py $(wildcard cncgen/kernels/*.py)
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	@touch $@
+
+dev: $(VENV)/.dev
+
+test: dev
+	$(BIN)/python -m pytest -n 2 -q
+
+lint: dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+# After an edit of a kernel in a checkout.
+kernels:
+	flock .kernels.lock $(BIN)/python setup.py --quiet build_ext --inplace
+
+clean:
+	rm -rf build dist out *.egg-info cncgen/kernels/*.c cncgen/kernels/*.so

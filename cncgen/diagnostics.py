@@ -1,0 +1,160 @@
+"""What is wrong, where, by how much, and what to do: records that stages gather and the CLI renders once.
+
+A user's mistake is a `Diagnostic`, collected in a `Diagnostics` list so that one run names every fault. Exceptions
+carry what ends the work: `ProgramError` (exit 1), `UsageError` (exit 2), `NoPlanError` (exit 3).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from types import MappingProxyType
+from typing import Any
+
+#: Diagnostics kept of one run; what comes after is counted only, so that a million bad lines stay bounded.
+MAX_KEPT = 1000
+
+#: Characters of a source line that a diagnostic keeps (a line may be 100 MB long).
+MAX_EXCERPT = 200
+
+
+class Severity(StrEnum):
+    """How bad: an error ends in exit 1, a warning and a note do not."""
+
+    ERROR = "error"
+    WARNING = "warning"
+    NOTE = "note"
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A place in a source text: `line` and `column` count from 1; `length` characters are meant (0: a point)."""
+
+    file: str
+    line: int
+    column: int = 1
+    length: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """One fault or remark.
+
+    Attributes:
+        code: Stable kebab-case name (``arc-radius``), what tests and scripts match.
+        message: One sentence with the numbers and their units.
+        severity: Error, warning or note.
+        span: Where, or None for what has no place in a text.
+        excerpt: The source line (cut around the column to `MAX_EXCERPT`), or "".
+        excerpt_offset: Characters cut off on the left of `excerpt`.
+        hint: What to do about it, or "".
+        values: The numbers of the message by name, for ``--json``.
+    """
+
+    code: str
+    message: str
+    severity: Severity = Severity.ERROR
+    span: Span | None = None
+    excerpt: str = ""
+    excerpt_offset: int = 0
+    hint: str = ""
+    values: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+
+    def render(self) -> str:
+        """Return the text of interface.md: ``file:line:col: severity[code]: message``, the line, a caret, the hint."""
+        place = f"{self.span.file}:{self.span.line}:{self.span.column}: " if self.span else ""
+        text = f"{place}{self.severity}[{self.code}]: {self.message}"
+        if self.span and self.excerpt:
+            caret = max(self.span.column - 1 - self.excerpt_offset, 0)
+            marks = "^" * max(1, min(self.span.length, len(self.excerpt) - caret))
+            text += f"\n{self.span.line:5d} | {self.excerpt}\n      | {' ' * caret}{marks}"
+        if self.hint:
+            text += f"\n  help: {self.hint}"
+        return text
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the record as plain values for one JSON line."""
+        place = self.span
+        return {
+            "code": self.code,
+            "severity": str(self.severity),
+            "message": self.message,
+            "file": place.file if place else None,
+            "line": place.line if place else None,
+            "column": place.column if place else None,
+            "hint": self.hint or None,
+            "values": dict(self.values),
+        }
+
+
+def excerpt_of(line: str, column: int) -> tuple[str, int]:
+    """Cut a source line to `MAX_EXCERPT` characters around a 1-based column; return the text and what was cut left."""
+    line = line.rstrip("\r\n").replace("\t", " ")
+    if len(line) <= MAX_EXCERPT:
+        return line, 0
+    start = max(0, min(column - 1 - MAX_EXCERPT // 2, len(line) - MAX_EXCERPT))
+    return line[start : start + MAX_EXCERPT], start
+
+
+class Diagnostics:
+    """A growing list of diagnostics that keeps the first `MAX_KEPT` and counts all."""
+
+    def __init__(self, items: Iterable[Diagnostic] = ()) -> None:
+        self._kept: list[Diagnostic] = []
+        self.counts = dict.fromkeys(Severity, 0)
+        self.extend(items)
+
+    def add(self, item: Diagnostic) -> None:
+        """Count a diagnostic, and keep it while there is room."""
+        self.counts[item.severity] += 1
+        if len(self._kept) < MAX_KEPT:
+            self._kept.append(item)
+
+    def extend(self, items: Iterable[Diagnostic]) -> None:
+        """Add each of several diagnostics."""
+        for item in items:
+            self.add(item)
+
+    @property
+    def has_errors(self) -> bool:
+        """Tell whether an error was counted."""
+        return self.counts[Severity.ERROR] > 0
+
+    @property
+    def suppressed(self) -> int:
+        """Return how many were counted and not kept."""
+        return sum(self.counts.values()) - len(self._kept)
+
+    def __iter__(self) -> Iterator[Diagnostic]:
+        return iter(self._kept)
+
+    def __len__(self) -> int:
+        return len(self._kept)
+
+
+class CncgenError(Exception):
+    """Base of what ends the work; `exit_code` is what the CLI exits with."""
+
+    exit_code = 1
+
+    def __init__(self, diagnostics: Iterable[Diagnostic] | Diagnostic) -> None:
+        items = [diagnostics] if isinstance(diagnostics, Diagnostic) else list(diagnostics)
+        self.diagnostics = items
+        super().__init__("\n".join(d.render() for d in items))
+
+
+class ProgramError(CncgenError):
+    """The program has errors."""
+
+
+class UsageError(CncgenError):
+    """Wrong usage, an unreadable file, a bad machine file."""
+
+    exit_code = 2
+
+
+class NoPlanError(CncgenError):
+    """No plan exists within the limits."""
+
+    exit_code = 3

@@ -1,0 +1,66 @@
+"""The machine description: what each axis can do, and what its servo drive is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+
+@dataclass(frozen=True, slots=True)
+class Servo:
+    """Servo data of an axis: `model` names the record in `cncgen.servo` that its `parameters` follow.
+
+    Values are kept as the TOML gives them, checked by type and range when the machine is read (the schema of each
+    model stands in `cncgen.machine.servo_schema`).
+    """
+
+    model: str
+    parameters: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """Limits of one axis, mm or rad.
+
+    Attributes:
+        letter: One of ``XYZABCUVW``.
+        max_velocity: mm/s or rad/s.
+        max_acceleration: mm/s² or rad/s².
+        max_jerk: mm/s³ or rad/s³.
+        travel: Lowest and highest position, or None where it is not limited.
+        servo: Drive and controller, or None.
+    """
+
+    letter: str
+    max_velocity: float
+    max_acceleration: float
+    max_jerk: float
+    travel: tuple[float, float] | None = None
+    servo: Servo | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Machine:
+    """A machine: its axes and what holds for all of them.
+
+    Attributes:
+        name: Profile name.
+        axes: By letter, in the order of ``XYZABCUVW``.
+        period_s: Time between two setpoints.
+        chord_tolerance_mm: Largest distance of the chord between two setpoints from the path.
+        path_tolerance_mm: Tolerance of G64 where the program gives none.
+        max_contour_error_mm: What the `ild` strategy (and `optimal` where asked) holds the predicted error under.
+        max_centripetal_mm_s2: Limit of v²κ along the path, or None.
+        settings: Further tables of the file by name (interpreter settings, kinematics), checked by their readers.
+    """
+
+    name: str
+    axes: Mapping[str, Axis]
+    period_s: float = 0.001
+    chord_tolerance_mm: float = 0.001
+    path_tolerance_mm: float = 0.01
+    max_contour_error_mm: float | None = None
+    max_centripetal_mm_s2: float | None = None
+    settings: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))

@@ -1,0 +1,92 @@
+"""What the planner hands on: where along the path, when, and which limit held it back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.toolpath.record import Event, Toolpath
+
+Floats = NDArray[np.float64]
+
+
+class Limit(IntEnum):
+    """Which limit holds the speed back on a piece of a trajectory."""
+
+    NONE = 0
+    FEED = 1
+    CHORD = 2
+    VELOCITY = 3
+    ACCELERATION = 4
+    JERK = 5
+    CENTRIPETAL = 6
+    CONTOUR_ERROR = 7
+    SATURATION = 8
+    STOP = 9
+    CORNER = 10
+    CURVATURE = 11
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """Motion along the path as pieces in time, each with the exact solution of s''' = j + c s'.
+
+    Constant-jerk profiles (seven phases) have c = 0. Profiles whose v² is a quadratic of s have j = 0 and
+    c = d²(v²)/ds²/2, so that a is linear in s. A piece with v = a = j = c = 0 is a wait. Velocity may step from
+    piece to piece only in the strategies that say so (the papers' baselines).
+
+    Attributes:
+        t: Shape (k + 1,), s: start of each piece and, last, the end of the last one; non-decreasing.
+        s: Shape (k + 1,), mm along the chunk's path (see `Trajectory.row_s`): start of each piece, and the end.
+        v, a, j, c: Shape (k,): speed mm/s, acceleration mm/s², jerk mm/s³ and 1/s², at the start of the piece.
+        limit: Shape (k,), int8, a `Limit`: what binds on the piece.
+    """
+
+    t: Floats
+    s: Floats
+    v: Floats
+    a: Floats
+    j: Floats
+    c: Floats
+    limit: NDArray[np.int8]
+
+    def __len__(self) -> int:
+        return len(self.v)
+
+
+@dataclass(frozen=True, slots=True)
+class SharpCorner:
+    """A place where the planner slows for a corner: source line, position (mm/rad), speed, and what limits it."""
+
+    line: int
+    position: tuple[float, ...]
+    feed_mm_s: float
+    limit: Limit
+    t_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Trajectory:
+    """A stretch of planned motion; chunks follow each other without a gap in time or position.
+
+    Attributes:
+        toolpath: The rows that are travelled (after blending and fitting), with their geometry.
+        row_s: Shape (rows + 1,): path coordinate at the start of each row and at the end. EVENT rows have length 0.
+            The coordinate is arc length in X Y Z where a row moves them, else in U V W, else the rotary axes' norm.
+        profile: s(t); its `t` continues from chunk to chunk, its `s` starts at ``row_s[0]`` of this chunk or later.
+        events: Pairs of time and `Event` with the source line, in order.
+        corners: Sharp corners found in this stretch.
+        values: What a strategy has to say beside (for the summary): plain values.
+    """
+
+    toolpath: Toolpath
+    row_s: Floats
+    profile: Profile
+    events: tuple[tuple[float, int, Event], ...] = ()
+    corners: tuple[SharpCorner, ...] = ()
+    values: Mapping[str, Any] = field(default_factory=dict)

@@ -1,0 +1,40 @@
+"""What a closed-loop simulation hands on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Response:
+    """A chunk of what the servo axes make of setpoints; row `i` holds at ``(first + i) * period_s``.
+
+    Attributes:
+        axes: Letters of the columns.
+        period_s: Time between rows.
+        first: Index of the first row.
+        command: Shape (n, axes), mm or rad: the setpoints.
+        position: Shape (n, axes): where the axes are.
+        force: Shape (n, axes): what the controller asks of the drive, after its saturation.
+        force_unit: Unit of each column of `force` (``V``, ``N·m``, ``mm/s`` …).
+        saturated: Shape (n, axes), bool.
+        contour_error_mm: Shape (n,): distance of the position from the commanded path, unsigned.
+    """
+
+    axes: str
+    period_s: float
+    first: int
+    command: Floats
+    position: Floats
+    force: Floats
+    force_unit: tuple[str, ...]
+    saturated: NDArray[np.bool_]
+    contour_error_mm: Floats
+
+    def __len__(self) -> int:
+        return len(self.position)

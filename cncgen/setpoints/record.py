@@ -1,0 +1,43 @@
+"""The stream record: positions of the axes, one row a period."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.toolpath.record import Event
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Setpoints:
+    """A chunk of the setpoint stream: row `i` holds at ``(first + i) * period_s``.
+
+    Attributes:
+        axes: Letters of the columns.
+        period_s: Time between rows.
+        first: Index of the first row in the whole stream.
+        position: Shape (n, axes), mm or rad.
+        signals: Further columns by name, where they were asked for: ``vel``, ``acc``, ``jerk`` of shape (n, axes),
+            ``feed`` (mm/s along the path), ``line`` and ``limit`` of shape (n,).
+        events: Pairs of time and `Event` with the source line, that fall into this chunk.
+    """
+
+    axes: str
+    period_s: float
+    first: int
+    position: Floats
+    signals: Mapping[str, NDArray] = field(default_factory=dict)
+    events: tuple[tuple[float, int, Event], ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.position)
+
+    @property
+    def time_s(self) -> Floats:
+        """Shape (n,): time of each row."""
+        return (self.first + np.arange(len(self))) * self.period_s

@@ -1,0 +1,35 @@
+"""Options of reading a program, the same for every language and every command."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+
+@dataclass(frozen=True, slots=True)
+class ReadOptions:
+    """How a program is read.
+
+    Attributes:
+        dialect: ``auto``, ``linuxcnc`` or ``fanuc`` (G-code only).
+        tool_table: LinuxCNC tool table, or None.
+        parameters: File of numbered parameters, read and never rewritten, or None.
+        save_parameters: Where to write the parameters after the program, or None.
+        include: Directories searched for subprograms, after the program's own.
+        block_delete: Whether blocks that begin with ``/`` are skipped.
+        max_steps: Blocks executed before a program counts as endless.
+        max_call_depth: Nested subprogram calls before recursion counts as endless.
+        chunk_rows: Motions handed on at a time.
+        tolerance_mm: Tolerance of G64 that overrides the program's, or None.
+    """
+
+    dialect: str = "auto"
+    tool_table: Path | None = None
+    parameters: Path | None = None
+    save_parameters: Path | None = None
+    include: tuple[Path, ...] = field(default=())
+    block_delete: bool = True
+    max_steps: int = 50_000_000
+    max_call_depth: int = 100
+    chunk_rows: int = 65_536
+    tolerance_mm: float | None = None

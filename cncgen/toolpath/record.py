@@ -1,0 +1,138 @@
+"""The intermediate representation: a program as columns, a row a motion or an event between motions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Diagnostics
+from cncgen.geometry.tables import ArcTable, NurbsTable
+
+Floats = NDArray[np.float64]
+
+
+class Kind(IntEnum):
+    """What a row is."""
+
+    LINE = 0
+    ARC = 1
+    NURBS = 2
+    EVENT = 3
+
+
+class FeedMode(IntEnum):
+    """What the `feed` of a row means.
+
+    SPEED: mm/s along X Y Z (or U V W; rad/s where only rotary axes move). G94, and G95 already multiplied out.
+    INVERSE_TIME: 1/s; the motion takes ``1 / feed`` seconds. G93.
+    RAPID: the machine's own speed; `feed` is NaN.
+    """
+
+    SPEED = 0
+    INVERSE_TIME = 1
+    RAPID = 2
+
+
+class PathMode(IntEnum):
+    """How close the motion stays to the programmed path: G64 (within `tolerance`), G61, G61.1."""
+
+    CONTINUOUS = 0
+    EXACT_PATH = 1
+    EXACT_STOP = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """What happens between two motions.
+
+    Attributes:
+        name: ``dwell``, ``spindle``, ``coolant``, ``tool``, ``stop``, ``end``, ``message``, ``user`` …
+        rest: True where the axes must stand still for it.
+        dwell_s: Seconds that the axes wait.
+        values: What ``--events`` writes beside the name (JSON values).
+    """
+
+    name: str
+    rest: bool = False
+    dwell_s: float = 0.0
+    values: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+
+
+@dataclass(frozen=True, slots=True)
+class Toolpath:
+    """A stretch of a program, `n` rows, in machine coordinates. Frozen: a stage makes a new one.
+
+    A row starts where the row before it ends, the first one at `start`. EVENT rows do not move: their `end` repeats
+    the position. Arc and NURBS rows point into the side tables by `curve` (−1 elsewhere); EVENT rows point into
+    `events` by `curve`.
+
+    Attributes:
+        axes: Letters of the columns, a subsequence of ``XYZABCUVW``; X, Y and Z are always there first.
+        start: Shape (axes,), mm or rad.
+        kind: Shape (n,), int8, a `Kind`.
+        end: Shape (n, axes), mm or rad.
+        feed: Shape (n,), see `FeedMode`; NaN for rapids and events.
+        feed_mode: Shape (n,), int8.
+        path_mode: Shape (n,), int8.
+        tolerance: Shape (n,), mm, of CONTINUOUS; NaN where the program gives none (then the machine's holds).
+        curve: Shape (n,), int64.
+        line: Shape (n,), int64, the source line (from 1) that the row came from.
+        source: Shape (n,), int16, index into `sources`.
+        arcs, nurbs: The curves.
+        events: The events.
+        sources: Names of the files that lines refer to, the program itself first.
+    """
+
+    axes: str
+    start: Floats
+    kind: NDArray[np.int8]
+    end: Floats
+    feed: Floats
+    feed_mode: NDArray[np.int8]
+    path_mode: NDArray[np.int8]
+    tolerance: Floats
+    curve: NDArray[np.int64]
+    line: NDArray[np.int64]
+    source: NDArray[np.int16]
+    arcs: ArcTable
+    nurbs: NurbsTable
+    events: tuple[Event, ...]
+    sources: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.kind)
+
+    @property
+    def starts(self) -> Floats:
+        """Shape (n, axes): the start point of each row."""
+        return np.concatenate([self.start[None, :], self.end[:-1]]) if len(self) else self.end
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """A program that is read as it is consumed: `chunks()` yields its toolpath piece by piece.
+
+    The diagnostics grow while the chunks are drawn; they are complete when the iterator ends. After an error the
+    reader goes on to find the other errors of the file, but what it yields then is not to be moved on.
+
+    Attributes:
+        name: File name, or ``-``.
+        language: ``gcode`` or ``stepnc``.
+        axes: Letters of the axes that the program names, in the order of ``XYZABCUVW``, with X Y Z always there.
+        moving_axes: Those of them that the output shows (the program's own).
+        chunks: Called once; yields `Toolpath` of bounded size.
+        diagnostics: Filled while reading.
+    """
+
+    name: str
+    language: str
+    axes: str
+    moving_axes: str
+    chunks: Callable[[], Iterator[Toolpath]]
+    diagnostics: Diagnostics

@@ -1,0 +1,43 @@
+"""Build the kernels: annotated Python in ``cncgen/kernels/`` that Cython compiles where a C compiler is there.
+
+Every extension is optional, so a machine without a compiler (or a build told so by ``CNCGEN_NO_COMPILE=1``)
+installs the same files uncompiled; they run as plain Python, slowly, and `cncgen.kernels` warns once.
+"""
+
+import os
+from pathlib import Path
+
+from setuptools import Extension, find_packages, setup
+
+KERNELS = sorted(p for p in Path("cncgen/kernels").glob("*.py") if p.name != "__init__.py")
+
+
+def kernel_extensions() -> list[Extension]:
+    """One optional extension a kernel file, or none where compiling is switched off or Cython is missing."""
+    if os.environ.get("CNCGEN_NO_COMPILE"):
+        return []
+    try:
+        from Cython.Build import cythonize
+    except ImportError:
+        return []
+    extensions = [
+        Extension(f"cncgen.kernels.{p.stem}", [p.as_posix()], optional=True, extra_compile_args=["-O3"])
+        for p in KERNELS
+    ]
+    return cythonize(
+        extensions,
+        language_level=3,
+        compiler_directives={
+            "boundscheck": False,
+            "wraparound": False,
+            "cdivision": True,
+            "initializedcheck": False,
+            "freethreading_compatible": False,
+        },
+    )
+
+
+setup(
+    packages=[*find_packages(include=["cncgen", "cncgen.*"]), "cncgen.grammars"],
+    ext_modules=kernel_extensions(),
+)
