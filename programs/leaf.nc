@@ -1,0 +1,23 @@
+%
+(Leaf: two tips.)
+(Shows acceleration-bound travel between two sharp tips.)
+(START, X0 Y0)
+G21 G17 G90 G94 G61
+G0 X0 Y0
+G6.2 P4 K0 X0 Y0 R1 F5000
+K0 X-14 Y16 R1
+K0 X-30 Y40 R1
+K0 X-20 Y70 R1
+K0.125 X-4 Y92 R2
+K0.25 X0 Y100 R6
+K0.375 X4 Y92 R2
+K0.5 X20 Y70 R1
+K0.625 X30 Y40 R1
+K0.75 X14 Y16 R1
+K0.875 X0 Y0 R1
+K1
+K1
+K1
+K1
+M30
+%
