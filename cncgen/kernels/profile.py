@@ -1,0 +1,98 @@
+"""Exact evaluation of a speed profile: pieces with s''' = j + c s', at a sorted row of times.
+
+With w = s' the piece solves w'' = j + c w, w(0) = v, w'(0) = a. Put q = j + c v and
+
+    S1 = τ φ1(x),  S2 = τ² φ2(x),  S3 = τ³ φ3(x),  x = c τ²,  φn(x) = Σ_k x^k / (2k + n)!
+
+(the Stumpff functions: sinh, cosh − 1 and sinh − x for c > 0, sin, 1 − cos and x − sin for c < 0). Then
+
+    s(τ) = s0 + v τ + a S2 + q S3,   s' = v + a S1 + q S2,   s'' = a (1 + c S2) + q S1,   s''' = c a S1 + q (1 + c S2).
+
+Near x = 0 the closed forms cancel; there the series is summed (seven terms, 1e-16 for |x| < 1/4).
+"""
+
+import cython
+from cython.cimports.libc.math import cos, cosh, fabs, sin, sinh, sqrt
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _phi(n: cython.int, x: cython.double) -> cython.double:
+    """Sum φn(x) = Σ x^k / (2k + n)! for small x, from the last term inwards."""
+    k: cython.int
+    total: cython.double = 1.0
+    for k in range(7, 0, -1):
+        total = 1.0 + total * x / ((2 * k + n) * (2 * k + n - 1))
+    if n == 2:
+        return total / 2.0
+    if n == 3:
+        return total / 6.0
+    return total
+
+
+def evaluate(
+    at: cython.double[::1],
+    t: cython.double[::1],
+    s0: cython.double[::1],
+    v0: cython.double[::1],
+    a0: cython.double[::1],
+    j0: cython.double[::1],
+    c0: cython.double[::1],
+    s: cython.double[::1],
+    v: cython.double[::1],
+    a: cython.double[::1],
+    j: cython.double[::1],
+    piece: cython.longlong[::1],
+) -> cython.void:
+    """Fill s, s', s'', s''' and the index of the piece at each time of `at` (non-decreasing).
+
+    The piece of a time is the last one that starts at or before it; a time before the first piece or after the last
+    one (by rounding) is moved to the nearest end. `t` and `s0` have one entry more than there are pieces. Positions
+    never pass the piece's end in `s0`, so that rounding cannot carry a sample over the end of the path.
+    """
+    n: cython.Py_ssize_t = at.shape[0]
+    last: cython.Py_ssize_t = v0.shape[0] - 1
+    i: cython.Py_ssize_t
+    k: cython.Py_ssize_t = 0
+    tau: cython.double
+    c: cython.double
+    x: cython.double
+    r: cython.double
+    q: cython.double
+    f1: cython.double
+    f2: cython.double
+    f3: cython.double
+    with cython.nogil:
+        for i in range(n):
+            while k < last and t[k + 1] <= at[i]:
+                k += 1
+            tau = at[i] - t[k]
+            if tau < 0.0:
+                tau = 0.0
+            elif tau > t[k + 1] - t[k]:
+                tau = t[k + 1] - t[k]
+            c = c0[k]
+            q = j0[k] + c * v0[k]
+            x = c * tau * tau
+            if fabs(x) < 0.25:
+                f1 = tau * _phi(1, x)
+                f2 = tau * tau * _phi(2, x)
+                f3 = tau * tau * tau * _phi(3, x)
+            elif c > 0.0:
+                r = sqrt(c)
+                f1 = sinh(r * tau) / r
+                f2 = (cosh(r * tau) - 1.0) / c
+                f3 = (f1 - tau) / c
+            else:
+                r = sqrt(-c)
+                f1 = sin(r * tau) / r
+                f2 = (cos(r * tau) - 1.0) / c
+                f3 = (f1 - tau) / c
+            s[i] = s0[k] + v0[k] * tau + a0[k] * f2 + q * f3
+            if s[i] > s0[k + 1]:
+                s[i] = s0[k + 1]
+            v[i] = v0[k] + a0[k] * f1 + q * f2
+            a[i] = a0[k] * (1.0 + c * f2) + q * f1
+            j[i] = c * a0[k] * f1 + q * (1.0 + c * f2)
+            piece[i] = k

@@ -1,0 +1,73 @@
+"""What a caller may ask of the planner, and the names that it may use."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.machine.record import Servo
+
+INTERPOLATORS = ("arclength", "taylor1", "taylor2", "uniform")
+SATURATIONS = ("off", "reactive", "predictive")
+PROFILES = ("bell", "linear", "exponential")
+EFFORTS = ("best", "fast")
+
+
+@dataclass(frozen=True, slots=True)
+class PlanOptions:
+    """How a toolpath is planned. The names are those of ``cncgen plan``.
+
+    Attributes:
+        feedrate: Strategy, one of `cncgen.planner.strategies.available`; None: the best one there is.
+        interpolator: One of `INTERPOLATORS`.
+        saturation: One of `SATURATIONS`.
+        profile: Acceleration and deceleration of `ild`, one of `PROFILES`.
+        effort: One of `EFFORTS`; which method `optimal` takes where two differ.
+        path_tolerance_mm: Tolerance of every continuous row; None: the program's, else the machine's.
+        max_contour_error_mm: Predicted contour error that `ild` (and `optimal`, where it is given here) stays under;
+            None: `ild` takes the machine's.
+        servos: Servo data by axis letter that stand in for the machine's (``--axis-params``).
+        kbar_per_mm: The constant κ̄ of paper 003, eq. 25, in 1/mm: the curvature at which the feed is halved.
+        corner_distance_mm: Least distance of a sharp corner from the one before it and from the start (`ild`).
+        lookahead_rows: Rows that a window of the look-ahead may hold.
+    """
+
+    feedrate: str | None = None
+    interpolator: str = "arclength"
+    saturation: str = "off"
+    profile: str = "bell"
+    effort: str = "best"
+    path_tolerance_mm: float | None = None
+    max_contour_error_mm: float | None = None
+    servos: Mapping[str, Servo] | None = None
+    kbar_per_mm: float = 1.0
+    corner_distance_mm: float = 1.0
+    lookahead_rows: int = 20_000
+
+    def check(self) -> None:
+        """Raise `UsageError` that names every option whose value is not one of those it may have."""
+        choices = {
+            "interpolator": INTERPOLATORS,
+            "saturation": SATURATIONS,
+            "profile": PROFILES,
+            "effort": EFFORTS,
+        }
+        faults = [
+            Diagnostic("option-value", f"{name} = {getattr(self, name)!r} is not one of {', '.join(allowed)}")
+            for name, allowed in choices.items()
+            if getattr(self, name) not in allowed
+        ]
+        positive = ("path_tolerance_mm", "max_contour_error_mm", "kbar_per_mm", "lookahead_rows")
+        for name in positive:
+            value = getattr(self, name)
+            if value is not None and not value > 0:
+                faults.append(Diagnostic("option-value", f"{name} = {value} must be greater than 0"))
+        if not self.corner_distance_mm >= 0:
+            faults.append(
+                Diagnostic(
+                    "option-value", f"corner_distance_mm = {self.corner_distance_mm} must not be negative"
+                )
+            )
+        if faults:
+            raise UsageError(faults)

@@ -1,0 +1,51 @@
+"""The feedrate strategies by name; the module of each is imported when it is first asked for."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+from collections.abc import Iterable, Iterator
+from typing import Protocol
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.machine.record import Machine
+from cncgen.planner.options import PlanOptions
+from cncgen.planner.record import Trajectory
+from cncgen.toolpath.record import Toolpath
+
+#: Name -> (module, function), the best first: the first one whose module is there is the default.
+_STRATEGIES = {
+    "optimal": ("cncgen.planner.optimal", "plan_optimal"),
+    "ild": ("cncgen.planner.ild", "plan_ild"),
+    "constant": ("cncgen.planner.constant", "plan_constant"),
+    "adaptive": ("cncgen.planner.adaptive", "plan_adaptive"),
+    "curvature": ("cncgen.planner.curvature", "plan_curvature"),
+}
+
+
+class Strategy(Protocol):
+    """A feedrate strategy: chunks of a toolpath in, stretches of planned motion out, as they become final."""
+
+    def __call__(
+        self, chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions
+    ) -> Iterator[Trajectory]:
+        """Plan the chunks on the machine."""
+        ...
+
+
+def available() -> tuple[str, ...]:
+    """Return the names of the strategies that are installed, the default first."""
+    return tuple(name for name, (module, _) in _STRATEGIES.items() if importlib.util.find_spec(module))
+
+
+def strategy(name: str | None) -> Strategy:
+    """Return the strategy of that name, the default for None; raise `UsageError` for any other name."""
+    names = available()
+    chosen = names[0] if name is None else name
+    if chosen not in names:
+        raise UsageError(
+            Diagnostic("option-value", f"feedrate = {chosen!r} is not one of {', '.join(names)}")
+        )
+    module, function = _STRATEGIES[chosen]
+    found: Strategy = getattr(importlib.import_module(module), function)
+    return found

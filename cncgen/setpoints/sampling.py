@@ -1,0 +1,183 @@
+"""Sampling: a trajectory becomes positions of the axes, one row a period, without an error that adds up.
+
+Every sample is computed from its own time, t = k · period, in the closed form of its piece of the profile
+(`cncgen.kernels.profile`) and by the exact geometry of its row; nothing is carried from sample to sample.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.geometry.path import Path
+from cncgen.kernels import profile as kernel
+from cncgen.machine.record import Machine
+from cncgen.planner.record import Profile, Trajectory
+from cncgen.setpoints.record import Setpoints
+from cncgen.toolpath.record import Event
+
+Floats = NDArray[np.float64]
+
+#: What ``--signals`` may name.
+SIGNALS = ("vel", "acc", "jerk", "feed", "line", "limit")
+
+#: Rows of one chunk of setpoints.
+CHUNK_ROWS = 65_536
+
+#: Part of a period by which the end of the motion may miss a sample through rounding alone.
+_ROUNDING = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class ProfileSamples:
+    """A profile at some times, each of shape (n,): position mm, speed mm/s, mm/s², mm/s³, and the piece's index."""
+
+    s: Floats
+    v: Floats
+    a: Floats
+    j: Floats
+    piece: NDArray[np.int64]
+
+
+def evaluate_profile(profile: Profile, t: Floats) -> ProfileSamples:
+    """Evaluate a profile exactly at non-decreasing times.
+
+    Args:
+        profile: Pieces with s''' = j + c s'.
+        t: Shape (n,), s. A time outside the profile is moved to its nearest end.
+
+    Returns:
+        Path coordinate, speed, acceleration and jerk along the path, and the index of the piece, of each time.
+    """
+    n = len(t)
+    out = ProfileSamples(*(np.zeros(n) for _ in range(4)), np.zeros(n, np.int64))
+    if not len(profile):
+        out.s[:] = profile.s[-1]
+        return out
+    fields = (profile.t, profile.s, profile.v, profile.a, profile.j, profile.c)
+    kernel.evaluate(
+        np.ascontiguousarray(t, np.float64),
+        *(np.ascontiguousarray(field, np.float64) for field in fields),
+        out.s,
+        out.v,
+        out.a,
+        out.j,
+        out.piece,
+    )
+    return out
+
+
+def sample(
+    trajectories: Iterable[Trajectory],
+    machine: Machine,
+    *,
+    axes: str | None = None,
+    signals: Sequence[str] = (),
+) -> Iterator[Setpoints]:
+    """Sample trajectories once a period of the machine, from t = 0 to the first tick at or after the end.
+
+    Args:
+        trajectories: Consecutive stretches of planned motion.
+        machine: Gives the period.
+        axes: Letters of the columns, some of the toolpath's axes; None: all of them.
+        signals: Names out of `SIGNALS`.
+
+    Yields:
+        Chunks of at most `CHUNK_ROWS` rows. The last row is the end position, at rest. No motion, no rows.
+
+    Raises:
+        UsageError: A signal has an unknown name.
+    """
+    unknown = [name for name in signals if name not in SIGNALS]
+    if unknown:
+        raise UsageError(
+            Diagnostic("option-value", f"signals {', '.join(unknown)}: not one of {', '.join(SIGNALS)}")
+        )
+    return _sample(trajectories, machine.period_s, axes, tuple(signals))
+
+
+def _sample(
+    trajectories: Iterable[Trajectory], period_s: float, axes: str | None, signals: tuple[str, ...]
+) -> Iterator[Setpoints]:
+    first = 0
+    path: Path | None = None
+    current: Trajectory | None = None
+    waiting: list[tuple[float, int, Event]] = []
+    for trajectory in trajectories:
+        if path is None or current is None or trajectory.toolpath is not current.toolpath:
+            path = Path(trajectory.toolpath)
+        current = trajectory
+        waiting += trajectory.events
+        # The last tick is left to what follows: a stretch that ends on a tick hands that tick on.
+        ticks = int(np.ceil(trajectory.profile.t[-1] / period_s - _ROUNDING))
+        while first < ticks:
+            stop = min(ticks, first + CHUNK_ROWS)
+            chunk, waiting = _chunk(current, path, first, stop, period_s, axes, signals, waiting)
+            yield chunk
+            first = stop
+    if current is not None and path is not None:
+        rest = _at_rest(current)
+        chunk, waiting = _chunk(rest, path, first, first + 1, period_s, axes, signals, waiting, last=True)
+        yield chunk
+
+
+def _at_rest(trajectory: Trajectory) -> Trajectory:
+    """Replace the profile of a trajectory by a wait at its end."""
+    p = trajectory.profile
+    zero = np.zeros(1)
+    wait = Profile(np.repeat(p.t[-1], 2), np.repeat(p.s[-1], 2), zero, zero, zero, zero, np.zeros(1, np.int8))
+    return Trajectory(trajectory.toolpath, trajectory.row_s, wait)
+
+
+def _chunk(
+    trajectory: Trajectory,
+    path: Path,
+    first: int,
+    stop: int,
+    period_s: float,
+    axes: str | None,
+    signals: tuple[str, ...],
+    waiting: list[tuple[float, int, Event]],
+    last: bool = False,
+) -> tuple[Setpoints, list[tuple[float, int, Event]]]:
+    """Sample ticks `first` to `stop` of one trajectory; return them and the events that come later."""
+    ticks = np.arange(first, stop, dtype=np.float64) * period_s
+    at = evaluate_profile(trajectory.profile, ticks)
+    letters = trajectory.toolpath.axes
+    columns = [letters.index(letter) for letter in (axes or letters)]
+    orders = max(
+        (("vel", "acc", "jerk").index(n) + 1 for n in signals if n in ("vel", "acc", "jerk")), default=0
+    )
+    x = path.evaluate(at.s, orders)[:, :, columns]
+    until = np.inf if last else (stop - 0.5) * period_s
+    due = tuple(event for event in waiting if event[0] <= until)
+    setpoints = Setpoints(
+        axes="".join(letters[c] for c in columns),
+        period_s=period_s,
+        first=first,
+        position=np.ascontiguousarray(x[0]),
+        signals={name: _signal(name, x, at, trajectory) for name in signals},
+        events=due,
+    )
+    return setpoints, [event for event in waiting if event[0] > until]
+
+
+def _signal(name: str, x: Floats, at: ProfileSamples, trajectory: Trajectory) -> NDArray:
+    """Return one signal: axis derivatives by the chain rule from ``x[k]`` = dᵏx/dsᵏ, or what the profile says."""
+    v, a, j = at.v[:, None], at.a[:, None], at.j[:, None]
+    if name == "vel":
+        return x[1] * v
+    if name == "acc":
+        return x[2] * v**2 + x[1] * a
+    if name == "jerk":
+        return x[3] * v**3 + 3.0 * x[2] * v * a + x[1] * j
+    if name == "feed":
+        return at.v
+    if name == "limit":
+        return trajectory.profile.limit[at.piece]
+    rows = np.searchsorted(trajectory.row_s[1:], at.s, side="left")
+    return trajectory.toolpath.line[np.minimum(rows, len(trajectory.toolpath) - 1)]
