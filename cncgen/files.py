@@ -1,0 +1,236 @@
+"""Files in and out: what cannot be read is a clear fault, and what is written is there whole or not at all."""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from cncgen.diagnostics import Diagnostic, UsageError
+
+#: Name of standard input and output wherever a file is asked for.
+STANDARD = "-"
+
+
+def file_fault(path: str | os.PathLike[str], verb: str, error: OSError) -> UsageError:
+    """Return the exception that says why a file cannot be read or written (`verb`)."""
+    reasons = {
+        errno.ENOENT: "there is no such file" if verb == "read" else "its directory does not exist",
+        errno.EISDIR: "it is a directory",
+        errno.EACCES: "permission denied",
+        errno.EPERM: "permission denied",
+        errno.EROFS: "the file system is read-only",
+        errno.ENOSPC: "no space is left on the device",
+        errno.EDQUOT: "the disk quota is used up",
+        errno.EFBIG: "the file would be too large",
+        errno.ENOTDIR: "part of its path is not a directory",
+        errno.ENAMETOOLONG: "its name is too long",
+        errno.ELOOP: "its symbolic links go round in a circle",
+    }
+    reason = reasons.get(error.errno or 0, error.strerror or str(error))
+    return UsageError(Diagnostic(f"file-{verb}", f"cannot {verb} {os.fspath(path)}: {reason}"))
+
+
+@contextmanager
+def reading_faults(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Turn an OSError inside the block into a `UsageError` that names the file."""
+    try:
+        yield
+    except OSError as error:
+        raise file_fault(path, "read", error) from error
+    except ValueError as error:  # a NUL in the name
+        if "null" not in str(error):
+            raise
+        raise UsageError(Diagnostic("file-read", "cannot read a file whose name holds a NUL")) from error
+
+
+def read_bytes(path: str | os.PathLike[str], *, at_most: int | None = None) -> bytes:
+    """Return the content of a file, or of standard input for ``-``.
+
+    Raises:
+        UsageError: It cannot be read, or holds more than `at_most` bytes.
+    """
+    with reading_faults(path):
+        if os.fspath(path) == STANDARD:
+            content = sys.stdin.buffer.read(-1 if at_most is None else at_most + 1)
+        else:
+            with open(path, "rb") as file:
+                content = file.read(-1 if at_most is None else at_most + 1)
+    if at_most is not None and len(content) > at_most:
+        raise UsageError(
+            Diagnostic("file-read", f"cannot read {os.fspath(path)}: it is larger than {at_most} bytes")
+        )
+    return content
+
+
+@contextmanager
+def open_input(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+    """Open a file for reading bytes, or standard input for ``-``; a `UsageError` names what cannot be opened."""
+    if os.fspath(path) == STANDARD:
+        yield sys.stdin.buffer
+        return
+    with reading_faults(path):
+        file = open(path, "rb")  # noqa: SIM115 - closed below; faults of the body are not those of opening
+        if stat.S_ISDIR(os.fstat(file.fileno()).st_mode):
+            file.close()
+            raise IsADirectoryError(errno.EISDIR, "is a directory")
+    with file:
+        yield file
+
+
+def is_terminal(stream: Any) -> bool:
+    """Tell whether a stream is an open terminal."""
+    with suppress(ValueError, AttributeError):
+        return bool(stream.isatty())
+    return False
+
+
+class OutputFile:
+    """A file that appears under its name only when `commit` is called: written beside it, then renamed.
+
+    What exists and is not a regular file (a device, a pipe) is written directly. Any OSError is raised as a
+    `UsageError` that names the file, except a broken pipe.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = Path(path)
+        self._temporary: str | None = None
+        self.file: BinaryIO = self._guard(self._open)
+
+    def _guard(self, action: Callable[[], Any]) -> Any:
+        try:
+            return action()
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            raise file_fault(self.path, "write", error) from error
+        except ValueError as error:
+            if "null" not in str(error):
+                raise
+            raise UsageError(
+                Diagnostic("file-write", "cannot write a file whose name holds a NUL")
+            ) from error
+
+    def _open(self) -> BinaryIO:
+        try:
+            mode = self.path.stat().st_mode
+        except FileNotFoundError:
+            mode = None
+        if mode is not None and stat.S_ISDIR(mode):
+            raise IsADirectoryError(errno.EISDIR, "is a directory")
+        if mode is not None and not stat.S_ISREG(mode):
+            return open(self.path, "wb")
+        if mode is not None and not os.access(self.path, os.W_OK):
+            raise PermissionError(errno.EACCES, "permission denied")
+        target = self.path.resolve()
+        handle, name = tempfile.mkstemp(prefix=f".{target.name[:200]}.", suffix=".part", dir=target.parent)
+        self._temporary = name
+        umask = os.umask(0)
+        os.umask(umask)
+        os.fchmod(handle, stat.S_IMODE(mode) if mode is not None else 0o666 & ~umask)
+        return os.fdopen(handle, "w+b")
+
+    @property
+    def seekable(self) -> bool:
+        """Tell whether what is written can be gone back to."""
+        return self._temporary is not None
+
+    def write(self, data: bytes | bytearray | memoryview) -> int:
+        """Write bytes."""
+        written: int = self._guard(lambda: self.file.write(data))
+        return written
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        """Move to a place in what was written."""
+        place: int = self._guard(lambda: self.file.seek(offset, whence))
+        return place
+
+    def tell(self) -> int:
+        """Return the place where the next byte goes."""
+        place: int = self._guard(self.file.tell)
+        return place
+
+    def flush(self) -> None:
+        """Hand what is buffered to the system."""
+        self._guard(self.file.flush)
+
+    def commit(self) -> None:
+        """Close the file and give it its name."""
+
+        def finish() -> None:
+            self.file.close()
+            if self._temporary is not None:
+                os.replace(self._temporary, self.path.resolve())
+                self._temporary = None
+
+        try:
+            self._guard(finish)
+        finally:
+            self.discard()
+
+    def discard(self) -> None:
+        """Close the file and remove what was written; nothing after `commit`."""
+        with suppress(OSError):
+            self.file.close()
+        if self._temporary is not None:
+            with suppress(OSError):
+                os.unlink(self._temporary)
+            self._temporary = None
+
+
+class StandardOutput:
+    """Standard output as a binary sink; a full disk behind it is a `UsageError` like that of a file."""
+
+    seekable = False
+
+    def write(self, data: bytes | bytearray | memoryview) -> int:
+        """Write bytes."""
+        try:
+            return sys.stdout.buffer.write(data)
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            raise file_fault("standard output", "write", error) from error
+
+    def flush(self) -> None:
+        """Hand what is buffered to the system."""
+        try:
+            sys.stdout.buffer.flush()
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            raise file_fault("standard output", "write", error) from error
+
+
+#: Where bytes go.
+Sink = OutputFile | StandardOutput
+
+
+@contextmanager
+def open_output(path: str | os.PathLike[str] | None) -> Iterator[Sink]:
+    """Open `path` for writing, standard output for ``-`` or None; the file appears when the block ends well."""
+    if path is None or os.fspath(path) == STANDARD:
+        sys.stdout.flush()
+        output = StandardOutput()
+        yield output
+        output.flush()
+        return
+    file = OutputFile(path)
+    try:
+        yield file
+    except BaseException:
+        file.discard()
+        raise
+    file.commit()
+
+
+def write_text(path: str | os.PathLike[str] | None, text: str) -> None:
+    """Write a text whole or not at all (standard output for ``-`` or None)."""
+    with open_output(path) as file:
+        file.write(text.encode())

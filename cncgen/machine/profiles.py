@@ -1,0 +1,74 @@
+"""Machines by name (the profiles that ship) or by file."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from pathlib import Path
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.files import read_bytes
+from cncgen.machine.reading import MAX_BYTES, machine_from_toml, servos_from_toml
+from cncgen.machine.record import Machine, Servo
+
+_DIRECTORY = Path(__file__).parent / "profiles"
+
+
+def profile_names() -> list[str]:
+    """Return the names of the profiles that ship, sorted."""
+    return sorted(path.stem for path in _DIRECTORY.glob("*.toml"))
+
+
+def profile_text(name: str) -> str:
+    """Return the TOML text of a profile that ships.
+
+    Raises:
+        UsageError: There is none of that name.
+    """
+    if name not in profile_names():
+        raise _unknown(name)
+    return (_DIRECTORY / f"{name}.toml").read_text(encoding="utf-8")
+
+
+def load(name_or_path: str | os.PathLike[str]) -> Machine:
+    """Return a machine: a profile by its name, or a TOML file.
+
+    A text that names a profile is that profile; what ends in ``.toml``, holds a path separator or exists is a file.
+
+    Raises:
+        UsageError: There is neither, or the file has faults (all of them are named).
+    """
+    content, name = _content(name_or_path)
+    return machine_from_toml(content, name)
+
+
+def load_servos(name_or_path: str | os.PathLike[str]) -> dict[str, Servo]:
+    """Return the servo data of each axis that has any: from a profile, a machine file, or a file of servos alone.
+
+    Raises:
+        UsageError: As `load`; also where no axis has servo data.
+    """
+    content, name = _content(name_or_path)
+    return servos_from_toml(content, name)
+
+
+def _content(name_or_path: str | os.PathLike[str]) -> tuple[bytes, str]:
+    text = os.fspath(name_or_path)
+    if text in profile_names():
+        return (_DIRECTORY / f"{text}.toml").read_bytes(), text
+    if not (text.endswith(".toml") or os.sep in text or os.path.exists(text)):
+        raise _unknown(text)
+    return read_bytes(text, at_most=MAX_BYTES), text
+
+
+def _unknown(name: str) -> UsageError:
+    names = profile_names()
+    near = difflib.get_close_matches(name, names, 1)
+    hint = f"did you mean {near[0]}? " if near else ""
+    return UsageError(
+        Diagnostic(
+            "machine-unknown",
+            f"there is no machine profile {name!r}, and no such file",
+            hint=f"{hint}profiles: {', '.join(names)}; or give a TOML file",
+        )
+    )

@@ -1,0 +1,199 @@
+"""Machine files: what is read, every fault named at once, and the way back to TOML."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cncgen.diagnostics import CncgenError, UsageError
+from cncgen.machine import Axis, Machine, load, load_machine, load_servos, profile_names, to_toml
+from cncgen.machine.reading import machine_from_toml
+
+GOOD = """
+name = "shop"
+period_s = 0.0005
+chord_tolerance_mm = 0.002
+path_tolerance_mm = 0.05
+max_contour_error_mm = 0.01
+
+[axes.x]
+max_velocity_mm_s = 250
+max_acceleration_mm_s2 = 2500.0
+max_jerk_mm_s3 = 50_000
+travel_mm = [-500, 500.5]
+
+[axes.c]
+max_velocity_deg_s = 180.0
+max_acceleration_deg_s2 = 360.0
+max_jerk_deg_s3 = 3600.0
+travel_deg = [-90.0, 90.0]
+"""
+
+
+def faults_of(text: str) -> list[tuple[str, str, int | None]]:
+    """Read a wrong file; return code, key path and line of each fault."""
+    with pytest.raises(UsageError) as caught:
+        machine_from_toml(text.encode(), "m.toml")
+    assert caught.value.exit_code == 2
+    return [
+        (d.code, str(d.values.get("key", "")), d.span.line if d.span else None)
+        for d in caught.value.diagnostics
+    ]
+
+
+def test_values_and_units() -> None:
+    machine = machine_from_toml(GOOD.encode(), "m.toml")
+    assert (machine.name, machine.period_s, machine.path_tolerance_mm) == ("shop", 0.0005, 0.05)
+    assert machine.axes["X"] == Axis("X", 250.0, 2500.0, 50000.0, (-500.0, 500.5))
+    assert machine.axes["C"].max_velocity == pytest.approx(math.pi, rel=1e-15)
+    assert machine.axes["C"].travel == pytest.approx((-math.pi / 2, math.pi / 2), rel=1e-15)
+
+
+def test_every_fault_is_named_in_one_run_in_the_order_of_the_file() -> None:
+    text = """\
+nme = "x"
+period_s = -1
+[axes.x]
+max_velocity_mm_s = 0
+max_acceleration_mm_s2 = "fast"
+travel_mm = [1, 0]
+[axes.A]
+max_velocity_mm_s = 1
+[axes.q]
+[axes.y]
+max_velocity_mm_s = nan
+max_acceleration_mm_s2 = true
+max_jerk_mm_s3 = inf
+servo = 1
+"""
+    assert faults_of(text) == [
+        ("machine-key", "nme", 1),
+        ("machine-value", "period_s", 2),
+        ("machine-missing", "axes.x.max_jerk_mm_s3", 3),
+        ("machine-value", "axes.x.max_velocity_mm_s", 4),
+        ("machine-type", "axes.x.max_acceleration_mm_s2", 5),
+        ("machine-value", "axes.x.travel_mm", 6),
+        ("machine-missing", "axes.A.max_velocity_deg_s", 7),
+        ("machine-missing", "axes.A.max_acceleration_deg_s2", 7),
+        ("machine-missing", "axes.A.max_jerk_deg_s3", 7),
+        ("machine-key", "axes.A.max_velocity_mm_s", 8),
+        ("machine-key", "axes.q", 9),
+        ("machine-value", "axes.y.max_velocity_mm_s", 11),
+        ("machine-type", "axes.y.max_acceleration_mm_s2", 12),
+        ("machine-value", "axes.y.max_jerk_mm_s3", 13),
+        ("machine-type", "axes.y.servo", 14),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("", "machine-missing"),
+        ("axes = 3", "machine-type"),
+        ("[axes]", "machine-missing"),
+        ("axes.x = 3", "machine-type"),
+        ("a = [1,", "machine-syntax"),
+        ("a = 1\nb = = 2", "machine-syntax"),
+        ("name = 3\n" + GOOD.replace('name = "shop"', ""), "machine-type"),
+        (GOOD.replace("250", "1" + "0" * 400), "machine-value"),
+        (GOOD + "[axes.X]\nmax_velocity_mm_s = 1", "machine-key"),
+        (GOOD + "[interpreter]\n[[kinematics]]", "machine-type"),
+        (GOOD + "[axes.x.servo]\nKp = 1", "machine-missing"),
+        (GOOD + "[axes.x.servo]\nmodel = 1", "machine-type"),
+        ("a = " + "[" * 5000, "machine-syntax"),
+    ],
+)
+def test_wrong_files(text: str, code: str) -> None:
+    assert code in [found for found, _, _ in faults_of(text)]
+
+
+def test_a_rotary_axis_in_millimetres_is_told_its_key() -> None:
+    with pytest.raises(UsageError, match="axis C turns: the key is max_velocity_deg_s"):
+        machine_from_toml(GOOD.replace("max_velocity_deg_s", "max_velocity_mm_s").encode(), "m.toml")
+
+
+@pytest.mark.parametrize("content", [b"\xff\xfe\x00", b"name = 'x'\n\x80"])
+def test_bytes_that_are_no_text(content: bytes) -> None:
+    with pytest.raises(UsageError, match="not UTF-8"):
+        machine_from_toml(content, "m.toml")
+
+
+def test_profiles_load_and_print_back() -> None:
+    assert set(profile_names()) >= {"generic-mill", "xy-table", "die-bonder", "dyna-1007"}
+    for name in profile_names():
+        machine = load(name)
+        assert machine.name == name
+        assert machine_from_toml(to_toml(machine).encode(), name) == machine
+
+
+def test_the_papers_xy_table() -> None:
+    """Limits of M.-S. Tsai's table: 250 mm/s, 0.25 g, 50,000 mm/s³, 1 ms, chord error 1 µm, contour error 10 µm."""
+    machine = load_machine("xy-table")
+    for letter in "XY":
+        axis = machine.axes[letter]
+        assert (axis.max_velocity, axis.max_acceleration, axis.max_jerk) == (250.0, 2450.0, 50000.0)
+    assert (machine.period_s, machine.chord_tolerance_mm, machine.max_contour_error_mm) == (
+        0.001,
+        0.001,
+        0.01,
+    )
+
+
+def test_by_file_by_name_and_neither(tmp_path: Path) -> None:
+    path = tmp_path / "shop.toml"
+    path.write_text(GOOD)
+    assert load(path).name == "shop"
+    with pytest.raises(UsageError, match="did you mean xy-table"):
+        load("xy-tabel")
+    with pytest.raises(UsageError, match="there is no such file"):
+        load(tmp_path / "none.toml")
+    with pytest.raises(UsageError, match="it is a directory"):
+        load(tmp_path)
+    path.write_bytes(b"#" * 2_000_000)
+    with pytest.raises(UsageError, match="larger than"):
+        load(path)
+
+
+def test_servos_alone(tmp_path: Path) -> None:
+    path = tmp_path / "servo.toml"
+    path.write_text("[axes.x]\n")
+    with pytest.raises(UsageError, match="no axis has servo data"):
+        load_servos(path)
+    path.write_text(GOOD)
+    with pytest.raises(UsageError, match="no axis has servo data"):
+        load_servos(path)
+    path.write_text("[axes.x.servo]\nmodel = 1\n[axes.q.servo]\n")
+    with pytest.raises(CncgenError) as caught:
+        load_servos(path)
+    assert {d.code for d in caught.value.diagnostics} >= {"machine-type", "machine-key"}
+
+
+positive = st.floats(1e-6, 1e9, allow_nan=False)
+axes = st.sets(st.sampled_from("XYZABCUVW"), min_size=1)
+
+
+@given(
+    letters=axes,
+    numbers=st.lists(positive, min_size=4, max_size=4),
+    name=st.text(min_size=1).filter(str.strip),
+)
+def test_print_then_read_is_the_same_machine(letters: set[str], numbers: list[float], name: str) -> None:
+    name = name.encode("utf-8", "replace").decode()
+    velocity, acceleration, jerk, period = numbers
+    parts = {
+        letter: Axis(letter, velocity, acceleration, jerk, (-velocity, acceleration))
+        for letter in "XYZABCUVW"
+        if letter in letters
+    }
+    machine = Machine(
+        name, parts, period_s=period, settings={"kinematics": {"kind": 'a\x7f"b', "offset": [1.0, 2]}}
+    )
+    again = machine_from_toml(to_toml(machine).encode(), "m.toml")
+    assert (again.name, again.period_s, again.settings) == (name, period, machine.settings)
+    for letter, axis in parts.items():
+        assert again.axes[letter].max_velocity == pytest.approx(axis.max_velocity, rel=1e-15)
+        assert again.axes[letter].travel == pytest.approx(axis.travel, rel=1e-15)
