@@ -333,7 +333,7 @@ def _two_mass_closed(p: Mapping[str, Any]) -> TransferFunction:
     lag = 1.0 / p["derivative_filter_rad_s"] if p["derivative_filter_rad_s"] else 0.0
     control = np.array([kp * lag + kd, kp + ki * lag, ki])
     below = np.array([lag, 1.0, 0.0])
-    denominator = np.polyadd(np.polymul(below, plant_denominator), np.polymul(control, measured))
+    denominator: Floats = np.polyadd(np.polymul(below, plant_denominator), np.polymul(control, measured))
     return TransferFunction(np.polymul(control, load), _leading(denominator))
 
 
