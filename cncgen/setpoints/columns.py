@@ -1,0 +1,79 @@
+"""The columns of a setpoint file: names, order, units, and the matrix of numbers that a chunk gives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.setpoints.record import Setpoints
+from cncgen.units import AXIS_LETTERS, DEGREE, file_unit, is_rotary
+
+Floats = NDArray[np.float64]
+
+#: Signals of one column an axis, with the power of the second in their unit.
+AXIS_SIGNALS = {"vel": "_s", "acc": "_s2", "jerk": "_s3"}
+#: Signals of one column, with its name.
+PATH_SIGNALS = {"feed": "feed_mm_s", "line": "line", "limit": "limit"}
+#: Columns of whole numbers.
+INTEGERS = ("line", "limit")
+
+
+def position_column(axis: str) -> str:
+    """Return the column of an axis position: ``x_mm``, ``a_deg``."""
+    return f"{axis.lower()}_{file_unit(axis)}"
+
+
+#: Axis letter by the name of its position column.
+POSITION_COLUMNS = {position_column(axis): axis for axis in AXIS_LETTERS}
+
+
+def file_units(values: Floats, axes: str) -> Floats:
+    """Convert positions, shape (n, axes), from mm and rad to mm and degrees."""
+    turning = np.array([is_rotary(axis) for axis in axes])
+    # Dividing by the factor that reading multiplies with lets a whole number of degrees come back as it was.
+    return np.where(turning, values / DEGREE, values) if turning.any() else values
+
+
+def inside_units(values: Floats, axes: str) -> Floats:
+    """Convert positions, shape (n, axes), from mm and degrees to mm and rad."""
+    return values * np.array([DEGREE if is_rotary(axis) else 1.0 for axis in axes])
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """What the columns of a file are: time, axes, then signals."""
+
+    axes: str
+    period_s: float
+    signals: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> list[str]:
+        """Names of all columns."""
+        names = ["t_s", *map(position_column, self.axes)]
+        for signal in self.signals:
+            if signal in AXIS_SIGNALS:
+                power = AXIS_SIGNALS[signal]
+                names += [f"{axis.lower()}_{signal}_{file_unit(axis)}{power}" for axis in self.axes]
+            else:
+                names.append(PATH_SIGNALS[signal])
+        return names
+
+    def matrix(self, chunk: Setpoints) -> Floats:
+        """Return the columns of a chunk as numbers in the units of files, shape (n, columns), C order."""
+        parts: list[NDArray] = [chunk.time_s[:, None], file_units(chunk.position, self.axes)]
+        for signal in self.signals:
+            values = chunk.signals[signal]
+            parts.append(file_units(values, self.axes) if signal in AXIS_SIGNALS else values[:, None])
+        return np.ascontiguousarray(np.concatenate(parts, axis=1), dtype=np.float64)
+
+
+def check_finite(matrix: Floats, names: Sequence[str], first: int) -> None:
+    """Raise FloatingPointError for a number that no machine may be sent, naming its column and row."""
+    finite = np.isfinite(matrix)
+    if not finite.all():
+        row, column = np.argwhere(~finite)[0]
+        raise FloatingPointError(f"setpoint {first + row}: {names[column]} is {matrix[row, column]}")

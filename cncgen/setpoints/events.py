@@ -1,0 +1,22 @@
+"""Events as JSON lines: when spindle, coolant, tool, stop, message and the like fall due."""
+
+from __future__ import annotations
+
+import json
+
+from cncgen.files import Sink
+from cncgen.setpoints.record import Setpoints
+
+
+class EventWriter:
+    """Writes an object an event: ``t_s``, ``line``, ``event``, then the event's own values."""
+
+    def __init__(self, sink: Sink) -> None:
+        self._sink = sink
+
+    def write(self, chunk: Setpoints) -> None:
+        """Write the events of a chunk."""
+        for t_s, line, event in chunk.events:
+            wait = {"dwell_s": event.dwell_s} if event.dwell_s else {}
+            record = {"t_s": round(t_s, 9), "line": line, "event": event.name, **wait, **event.values}
+            self._sink.write((json.dumps(record, default=str) + "\n").encode())

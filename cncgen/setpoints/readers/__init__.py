@@ -1,0 +1,79 @@
+"""Setpoint files of any origin, read as a stream: csv, jsonl, npy, npz, f64, hal, arrow.
+
+`open_setpoints` finds out the format, the axes and the period, and gives the rows chunk by chunk. What is wrong with a
+file is a `UsageError` with a diagnostic for each faulty row.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import BinaryIO
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.files import open_input
+from cncgen.setpoints.readers.source import Block, SetpointSource, source_of
+from cncgen.setpoints.writers import FORMATS
+
+__all__ = ["SetpointSource", "open_setpoints"]
+
+#: What the formats with a signature begin with.
+_SIGNATURES = ((b"\x93NUMPY", "npy"), (b"PK\x03\x04", "npz"), (b"ARROW1", "arrow"), (b"{", "jsonl"))
+
+
+@contextmanager
+def open_setpoints(
+    path: str | os.PathLike[str],
+    *,
+    format: str | None = None,
+    axes: str | None = None,
+    period_s: float | None = None,
+) -> Iterator[SetpointSource]:
+    """Open a setpoint file, or standard input for ``-``, for the length of a with block.
+
+    Args:
+        path: The file.
+        format: One of the formats of `cncgen plan`; None: by the file's first bytes and its suffix, else csv.
+        axes: Letters of the columns, where the format does not name them (npy and f64: columns after the time;
+            hal: all columns).
+        period_s: Time between rows; None: as the file's times say. Needed for hal.
+
+    Raises:
+        UsageError: The file cannot be read, or is no setpoint file of that format.
+    """
+    name = os.fspath(path)
+    with open_input(path) as file:
+        head = _peek(file)
+        kind = format or _format_of(name, head)
+        if kind not in FORMATS:
+            raise UsageError(
+                Diagnostic("option-value", f"format {kind!r} is not one of {', '.join(FORMATS)}")
+            )
+        module = importlib.import_module(f"cncgen.setpoints.readers.{kind}")
+        blocks: Iterator[Block] = module.blocks(file, name, axes, period_s)
+        yield source_of(blocks, name, period_s)
+
+
+def _peek(file: BinaryIO) -> bytes:
+    """Return the first bytes of a buffered file and leave them to be read."""
+    peek = getattr(file, "peek", None)
+    return bytes(peek(8)[:8]) if peek else b""
+
+
+def _format_of(name: str, head: bytes) -> str:
+    for signature, kind in _SIGNATURES:
+        if head.startswith(signature):
+            return kind
+    suffix = os.path.splitext(name)[1].lower().lstrip(".")
+    return suffix if suffix in FORMATS else "csv"
+
+
+def letters_or_fault(axes: Sequence[str] | None, name: str, kind: str) -> str:
+    """Return the axes that a nameless format was told, or raise `UsageError`."""
+    if not axes:
+        raise UsageError(
+            Diagnostic("setpoints-axes", f"{name}: {kind} does not name its axes", hint="say --axes XYZ")
+        )
+    return "".join(axes).upper()

@@ -1,0 +1,45 @@
+"""arrow: an Arrow IPC file or stream with the CSV's columns (needs pyarrow)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import BinaryIO
+
+import numpy as np
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.files import reading_faults
+from cncgen.setpoints.columns import POSITION_COLUMNS
+from cncgen.setpoints.readers.f64 import check_rows
+from cncgen.setpoints.readers.source import Block
+
+
+def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[Block]:
+    """Yield the record batches of an Arrow file.
+
+    Raises:
+        UsageError: pyarrow is missing, or it is no Arrow file with ``t_s`` and positions.
+    """
+    try:
+        import pyarrow as pa
+    except ImportError as error:
+        hint = "pip install 'cncgen[arrow]'"
+        raise UsageError(Diagnostic("missing-package", "format arrow needs pyarrow", hint=hint)) from error
+    try:
+        with reading_faults(name):
+            reader = pa.ipc.open_file(file.read())
+    except pa.ArrowInvalid as error:
+        raise UsageError(Diagnostic("setpoints-header", f"{name} is no Arrow file: {error}")) from error
+    names = [n for n in reader.schema.names if n in POSITION_COLUMNS]
+    names = [n for n in names if axes is None or POSITION_COLUMNS[n] in axes.upper()]
+    if "t_s" not in reader.schema.names or not names:
+        message = f"{name} is no setpoint file: it has no column t_s, or none of an axis position"
+        raise UsageError(Diagnostic("setpoints-header", message))
+    row = 0
+    for index in range(reader.num_record_batches):
+        batch = reader.get_batch(index)
+        columns = [batch.column(n).to_numpy(zero_copy_only=False) for n in ("t_s", *names)]
+        matrix = np.stack(columns, axis=1).astype(np.float64)
+        check_rows(matrix, name, row)
+        row += len(matrix)
+        yield Block("".join(POSITION_COLUMNS[n] for n in names), matrix[:, 0].copy(), matrix[:, 1:])

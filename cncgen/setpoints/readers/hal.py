@@ -1,0 +1,70 @@
+"""HAL: what `halstreamer` reads and `halsampler` prints: a line a period, a number a pin, ``#`` comments.
+
+The first line of a file that cncgen wrote names its axes and its period; for others they have to be told.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from itertools import chain
+from typing import BinaryIO
+
+import numpy as np
+
+from cncgen.diagnostics import Diagnostic, Diagnostics, Span, UsageError, excerpt_of
+from cncgen.setpoints.columns import POSITION_COLUMNS
+from cncgen.setpoints.readers import letters_or_fault
+from cncgen.setpoints.readers.csv import line_blocks
+from cncgen.setpoints.readers.source import Block
+
+
+def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[Block]:
+    """Yield the rows of a HAL stream; their times follow from the period in the first line, or from `period_s`.
+
+    Raises:
+        UsageError: The axes are unknown, or a line is no row of as many numbers (every such line is named).
+    """
+    lines = line_blocks(file, name)
+    first = next(lines, b"")
+    named = re.match(rb"# ([a-z_ ]+) every ([0-9.e+-]+) s\r?\n", first)
+    if named:
+        letters = "".join(POSITION_COLUMNS.get(word, "") for word in named[1].decode().split())
+        period_s = period_s or float(named[2])
+    else:
+        letters = letters_or_fault(axes, name, "hal")
+    faults, number, row = Diagnostics(), 0, 0
+    for text in chain([first], lines):
+        rows = []
+        for line in text.splitlines():
+            number += 1
+            if line.strip() and not line.lstrip().startswith(b"#"):
+                values = _numbers(line, len(letters))
+                if values is None:
+                    faults.add(_fault(line, name, number, len(letters)))
+                else:
+                    rows.append(values)
+        if rows and not faults.has_errors:
+            time_s = (
+                None if period_s is None else np.arange(row, row + len(rows), dtype=np.float64) * period_s
+            )
+            row += len(rows)
+            yield Block(letters, time_s, np.array(rows, np.float64))
+    if faults.has_errors:
+        raise UsageError(faults)
+
+
+def _numbers(line: bytes, count: int) -> list[float] | None:
+    """Return the numbers of a line, or None where they are not `count` finite ones."""
+    try:
+        values = [float(word) for word in line.split()]
+    except ValueError:
+        return None
+    return values if len(values) == count and np.isfinite(values).all() else None
+
+
+def _fault(line: bytes, name: str, number: int, count: int) -> Diagnostic:
+    excerpt, cut = excerpt_of(line[:1000].decode("utf-8", "replace"), 1)
+    message = f"not a row of {count} finite numbers"
+    span = Span(name, number)
+    return Diagnostic("setpoints-number", message, span=span, excerpt=excerpt, excerpt_offset=cut)

@@ -1,0 +1,48 @@
+"""npy: one array of doubles, shape (rows, columns): time, then the axes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import BinaryIO
+
+import numpy as np
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.files import reading_faults
+from cncgen.setpoints.readers import letters_or_fault
+from cncgen.setpoints.readers.f64 import matrices
+from cncgen.setpoints.readers.source import Block
+
+
+def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[Block]:
+    """Yield the rows of an npy file, whose columns after the time are those of `axes` (and signals after them).
+
+    Raises:
+        UsageError: `axes` is missing, or the array is no table of doubles with as many columns.
+    """
+    letters = letters_or_fault(axes, name, "npy")
+    shape = table_shape(file, name)
+    if shape[1] < 1 + len(letters):
+        message = f"{name}: the array has {shape[1]} columns, the time and {len(letters)} axes need more"
+        raise UsageError(Diagnostic("setpoints-columns", message))
+    for matrix in matrices(file, name, shape[1]):
+        yield Block(letters, matrix[:, 0].copy(), matrix[:, 1 : 1 + len(letters)])
+
+
+def table_shape(file: BinaryIO, name: str) -> tuple[int, int]:
+    """Read the header of an npy file of little-endian doubles in C order with two dimensions; return its shape."""
+    try:
+        with reading_faults(name):
+            version = np.lib.format.read_magic(file)
+            read = (
+                np.lib.format.read_array_header_1_0
+                if version == (1, 0)
+                else np.lib.format.read_array_header_2_0
+            )
+            shape, fortran, dtype = read(file)
+    except (ValueError, EOFError) as error:
+        raise UsageError(Diagnostic("setpoints-header", f"{name} is no npy file: {error}")) from error
+    if len(shape) != 2 or fortran or dtype != np.dtype("<f8"):
+        message = f"{name}: an array of {dtype} with shape {shape}; a table of float64 in C order is wanted"
+        raise UsageError(Diagnostic("setpoints-header", message))
+    return shape[0], shape[1]

@@ -1,0 +1,44 @@
+"""npz: an array a column under the names of the CSV's columns."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Iterator
+from typing import BinaryIO
+
+import numpy as np
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.files import reading_faults
+from cncgen.setpoints.columns import POSITION_COLUMNS
+from cncgen.setpoints.readers.f64 import check_rows
+from cncgen.setpoints.readers.source import Block
+
+
+def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[Block]:
+    """Yield the rows of an npz file in one block.
+
+    Raises:
+        UsageError: It is no npz archive, lacks ``t_s`` or a position, or columns differ in length.
+    """
+    try:
+        with reading_faults(name), np.load(file, allow_pickle=False) as archive:
+            names = [
+                n for n in POSITION_COLUMNS if n in archive.files and (not axes or _letter(n) in axes.upper())
+            ]
+            if "t_s" not in archive.files or not names:
+                message = f"{name} is no setpoint file: it has no array t_s, or none of an axis position"
+                raise UsageError(Diagnostic("setpoints-header", message))
+            columns = [np.asarray(archive[n], np.float64) for n in ("t_s", *names)]
+    except (ValueError, EOFError, zipfile.BadZipFile, TypeError) as error:
+        raise UsageError(Diagnostic("setpoints-header", f"{name} is no npz file: {error}")) from error
+    if len({column.shape for column in columns}) != 1 or columns[0].ndim != 1:
+        shapes = ", ".join(f"{n} {c.shape}" for n, c in zip(("t_s", *names), columns, strict=True))
+        raise UsageError(Diagnostic("setpoints-columns", f"{name}: columns differ in shape: {shapes}"))
+    matrix = np.stack(columns, axis=1)
+    check_rows(matrix, name, 0)
+    yield Block("".join(map(_letter, names)), matrix[:, 0].copy(), matrix[:, 1:])
+
+
+def _letter(column: str) -> str:
+    return POSITION_COLUMNS[column]

@@ -1,0 +1,113 @@
+"""What every reader hands on: blocks of times and positions, checked for a constant period."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.setpoints.columns import inside_units
+from cncgen.setpoints.record import Setpoints
+
+Floats = NDArray[np.float64]
+
+#: Part of the period by which the time between two rows may differ from it (times may be rounded).
+_JITTER = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """Rows as a file has them.
+
+    Attributes:
+        axes: Letters of the columns of `position`.
+        time_s: Shape (n,), or None where the format has no times.
+        position: Shape (n, axes), mm and degrees.
+    """
+
+    axes: str
+    time_s: Floats | None
+    position: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class SetpointSource:
+    """An open setpoint file.
+
+    Attributes:
+        name: File name.
+        axes: Letters of the columns.
+        period_s: Time between rows.
+        chunks: The rows, once, in inside units.
+    """
+
+    name: str
+    axes: str
+    period_s: float
+    chunks: Iterator[Setpoints]
+
+
+def source_of(blocks: Iterator[Block], name: str, period_s: float | None) -> SetpointSource:
+    """Take the axes and the period from the first block, and check each block against them as it is drawn.
+
+    Raises:
+        UsageError: There are no rows, no period, or one that is not constant.
+    """
+    first = next((block for block in blocks if len(block.position)), None)
+    if first is None:
+        raise UsageError(Diagnostic("setpoints-empty", f"{name} holds no setpoints"))
+    period = period_s if period_s is not None else _period(first, name)
+    return SetpointSource(name, first.axes, period, _chunks(first, blocks, name, period))
+
+
+def _period(block: Block, name: str) -> float:
+    """Return the mean time step of a block, as the round number of nanoseconds if it is one."""
+    if block.time_s is None or len(block.time_s) < 2:
+        message = f"{name}: the period cannot be told from " + (
+            "a format without times" if block.time_s is None else "a single row"
+        )
+        raise UsageError(Diagnostic("setpoints-period", message, hint="say --period SECONDS"))
+    steps = len(block.time_s) - 1
+    mean = float(block.time_s[-1] - block.time_s[0]) / steps
+    if not mean > 0:
+        raise UsageError(
+            Diagnostic("setpoints-period", f"{name}: time does not grow, its mean step is {mean:g} s")
+        )
+    nanoseconds = round(mean, 9)
+    return nanoseconds if abs(nanoseconds - mean) * steps <= 2e-9 else mean
+
+
+def _chunks(first: Block, blocks: Iterator[Block], name: str, period: float) -> Iterator[Setpoints]:
+    row, start, before = 0, None, None
+    block: Block | None = first
+    while block is not None:
+        if block.time_s is not None:
+            start = float(block.time_s[0]) if start is None else start
+            _check_times(block.time_s, before, row, start, name, period)
+            before = float(block.time_s[-1])
+        offset = round((start or 0.0) / period)
+        yield Setpoints(block.axes, period, offset + row, inside_units(block.position, block.axes))
+        row += len(block.position)
+        block = next((b for b in blocks if len(b.position)), None)
+
+
+def _check_times(
+    time_s: Floats, before: float | None, row: int, start: float, name: str, period: float
+) -> None:
+    """Raise `UsageError` at the first row whose time is not one period after the row before it."""
+    steps = np.diff(time_s, prepend=time_s[0] - period if before is None else before)
+    wrong = np.abs(steps - period) > _JITTER * period + 2e-9
+    drift = np.abs(time_s - (start + (row + np.arange(len(time_s))) * period)) > 0.5 * period
+    if wrong.any() or drift.any():
+        at = int(np.argmax(wrong if wrong.any() else drift))
+        raise UsageError(
+            Diagnostic(
+                "setpoints-period",
+                f"{name}: row {row + at + 1} (t = {time_s[at]:.9g} s) comes {steps[at]:.9g} s after the one before it; "
+                f"the period is {period:.9g} s",
+                values={"row": row + at + 1, "step_s": float(steps[at]), "period_s": period},
+            )
+        )

@@ -1,0 +1,218 @@
+"""Setpoint files: each format read back, the CSV to the letter, and what is wrong with a file."""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cncgen.diagnostics import UsageError
+from cncgen.files import open_output
+from cncgen.setpoints.columns import Layout
+from cncgen.setpoints.readers import open_setpoints
+from cncgen.setpoints.record import Setpoints
+from cncgen.setpoints.writers import FORMATS, format_of, open_writer
+
+
+def stream(axes: str = "XYA", rows: int = 10, first: int = 0, seed: int = 1) -> Setpoints:
+    """Some setpoints; rotary axes in rad."""
+    rng = np.random.default_rng(seed)
+    position = rng.uniform(-100, 100, (rows, len(axes)))
+    if "A" in axes:
+        position[:, axes.index("A")] = np.linspace(-np.pi, np.pi, rows)
+    return Setpoints(axes, 0.001, first, position)
+
+
+def write(path: Path, kind: str, chunks: list[Setpoints], signals: tuple[str, ...] = ()) -> None:
+    with open_output(path) as sink:
+        writer = open_writer(kind, sink, Layout(chunks[0].axes, chunks[0].period_s, signals))
+        for chunk in chunks:
+            writer.write(chunk)
+        writer.close()
+
+
+def read(path: Path, **options: object) -> tuple[str, float, np.ndarray, list[int]]:
+    with open_setpoints(path, **options) as source:  # type: ignore[arg-type]
+        chunks = list(source.chunks)
+        rows = np.concatenate([c.position for c in chunks])
+        return source.axes, source.period_s, rows, [c.first for c in chunks]
+
+
+def test_csv_to_the_letter(tmp_path: Path) -> None:
+    chunk = Setpoints(
+        "XA",
+        0.001,
+        0,
+        np.array([[0.0, 0.0], [1 / 3, np.pi / 2]]),
+        {"vel": np.array([[0.0, 0.0], [1.5, np.pi]]), "feed": np.array([0.0, 2.5]), "line": np.array([3, 4])},
+    )
+    write(tmp_path / "a.csv", "csv", [chunk], ("vel", "feed", "line"))
+    assert (tmp_path / "a.csv").read_text() == (
+        "t_s,x_mm,a_deg,x_vel_mm_s,a_vel_deg_s,feed_mm_s,line\n"
+        "0.000000000,0.000000000,0.000000000,0.000000000,0.000000000,0.000000000,3\n"
+        "0.001000000,0.333333333,90.000000000,1.500000000,180.000000000,2.500000000,4\n"
+    )
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_every_format_reads_back(tmp_path: Path, kind: str) -> None:
+    chunks = [stream(rows=7), stream(rows=5, first=7, seed=2)]
+    path = tmp_path / f"out.{kind}"
+    write(path, kind, chunks)
+    axes, period, rows, first = read(path, axes="XYA" if kind in ("npy", "f64") else None)
+    assert (axes, period, first[0]) == ("XYA", 0.001, 0)
+    expected = np.concatenate([c.position for c in chunks])
+    exact = kind in ("npy", "npz", "f64", "arrow")
+    np.testing.assert_allclose(rows, expected, rtol=1e-15 if exact else 0, atol=0 if exact else 5.01e-10)
+
+
+def test_npy_and_npz_as_numpy_sees_them(tmp_path: Path) -> None:
+    chunk = stream("XY")
+    write(tmp_path / "a.npy", "npy", [chunk])
+    write(tmp_path / "a.npz", "npz", [chunk])
+    table = np.load(tmp_path / "a.npy")
+    np.testing.assert_array_equal(table, np.column_stack([chunk.time_s, chunk.position]))
+    with np.load(tmp_path / "a.npz") as archive:
+        assert archive.files == ["t_s", "x_mm", "y_mm", "period_s"]
+        assert archive["period_s"] == 0.001
+        np.testing.assert_array_equal(archive["y_mm"], chunk.position[:, 1])
+
+
+def test_jsonl_and_hal_lines(tmp_path: Path) -> None:
+    chunk = Setpoints("XY", 0.001, 0, np.array([[0.5, -1.0], [1.0, 2.0]]))
+    write(tmp_path / "a.jsonl", "jsonl", [chunk])
+    lines = (tmp_path / "a.jsonl").read_text().splitlines()
+    assert json.loads(lines[1]) == {"t_s": 0.001, "x_mm": 1.0, "y_mm": 2.0}
+    write(tmp_path / "a.hal", "hal", [chunk])
+    assert (tmp_path / "a.hal").read_text() == (
+        "# x_mm y_mm every 0.001 s\n0.500000000 -1.000000000\n1.000000000 2.000000000\n"
+    )
+
+
+def test_npy_to_a_pipe_is_the_same_file(tmp_path: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
+    chunk = stream()
+    write(tmp_path / "a.npy", "npy", [chunk])
+    with open_output(None) as sink:
+        writer = open_writer("npy", sink, Layout(chunk.axes, chunk.period_s))
+        writer.write(chunk)
+        writer.close()
+    assert capfdbinary.readouterr().out == (tmp_path / "a.npy").read_bytes()
+
+
+def test_format_by_suffix() -> None:
+    assert [format_of(p) for p in ("a.csv", "b.NPZ", "c", None, "d.txt")] == [
+        "csv",
+        "npz",
+        "csv",
+        "csv",
+        "csv",
+    ]
+    assert format_of("a.csv", "hal") == "hal"
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+@pytest.mark.parametrize("kind", FORMATS)
+def test_no_machine_is_sent_nan(tmp_path: Path, kind: str, value: float) -> None:
+    chunk = stream()
+    chunk.position[3, 1] = value
+    with pytest.raises(FloatingPointError, match="setpoint 3: y_mm"):
+        write(tmp_path / "a", kind, [chunk])
+    assert list(tmp_path.iterdir()) == []
+
+
+@given(
+    period=st.sampled_from([0.001, 0.0005, 1 / 3000, 0.0000625, 0.01]),
+    rows=st.integers(2, 40),
+    first=st.integers(0, 5),
+    carriage=st.booleans(),
+)
+def test_csv_of_others(
+    tmp_path_factory: pytest.TempPathFactory, period: float, rows: int, first: int, carriage: bool
+) -> None:
+    """Columns in any order, capitals, spaces, more columns, exponents, comments, another first time."""
+    path = tmp_path_factory.mktemp("csv") / "other.csv"
+    end = "\r\n" if carriage else "\n"
+    lines = [f"{k * 0.5!r}, {(first + k) * period:.12g} ,{1e-7 * k:e},7,{-k}" for k in range(rows)]
+    path.write_text(end.join(["# a log", "Y_mm, T_S,x_mm,other,c_deg", *lines, ""]), newline="")
+    with open_setpoints(path) as source:
+        assert source.axes == "YXC"
+        assert source.period_s == pytest.approx(period, rel=1e-9)
+        chunks = list(source.chunks)
+    assert chunks[0].first == first
+    position = np.concatenate([c.position for c in chunks])
+    k = np.arange(rows)
+    np.testing.assert_allclose(position, np.column_stack([k * 0.5, k * 1e-7, -np.deg2rad(k)]), rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "place"),
+    [
+        ("", "setpoints-header", 1),
+        ("x,y\n1,2\n", "setpoints-header", 1),
+        ("t_s,x_mm\n", "setpoints-empty", None),
+        ("t_s,x_mm\n0,1\n", "setpoints-period", None),
+        ("t_s,x_mm\n0,1\n0,1\n", "setpoints-period", None),
+        ("t_s,x_mm\n0,1\n.001,1\n.002,1\n.004,1\n", "setpoints-period", None),
+        ("t_s,x_mm\n0,1\n.001,x\n.002,nan\n.003,1e999\n", "setpoints-number", 3),
+        ("t_s,x_mm\n0,1\n.001,1,2\n", "setpoints-columns", 3),
+        ("\x00\x01\x02", "setpoints-header", 1),
+    ],
+)
+def test_faults_of_csv(tmp_path: Path, text: str, code: str, place: int | None) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text(text)
+    with pytest.raises(UsageError) as caught:
+        read(path)
+    first = caught.value.diagnostics[0]
+    assert first.code == code
+    assert (first.span.line if first.span else None) == place
+    assert str(path) in first.render()
+
+
+def test_every_faulty_row_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    rows = [f"{k * 0.001:.3f},{k}" for k in range(100)]
+    rows[20], rows[50], rows[51] = "0.020,?", "0.050", "1_0,1"
+    path.write_text("t_s,x_mm\n" + "\n".join(rows))
+    with pytest.raises(UsageError) as caught:
+        read(path)
+    places = [(d.span.line, d.span.column) for d in caught.value.diagnostics if d.span]
+    assert places == [(22, 7), (52, 1), (53, 1)]
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("a.npy", b"\x93NUMPY\x01\x00\x10\x00nonsense"),
+        ("a.npz", b"PK\x03\x04nonsense"),
+        ("a.f64", b"12345"),
+        ("a.arrow", b"ARROW1nonsense"),
+        ("a.jsonl", b'{"t_s": 0, "x_mm": 1}\n[1]\n{"t_s": 0.001}\n'),
+        ("a.hal", b"1 2\n3\n"),
+        ("a.csv", b"t_s,x_mm\n" + b"1" * 3_000_000),
+    ],
+)
+def test_faults_of_the_others(tmp_path: Path, name: str, content: bytes) -> None:
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(UsageError):
+        read(tmp_path / name, axes="XY")
+
+
+def test_long_files_come_in_chunks(tmp_path: Path) -> None:
+    chunk = stream("XYZ", 100_000)
+    write(tmp_path / "a.csv", "csv", [chunk])
+    _, _, rows, first = read(tmp_path / "a.csv")
+    assert len(first) > 2
+    np.testing.assert_allclose(rows, chunk.position, atol=5.01e-10)
+
+
+def test_reader_takes_what_a_pipe_has(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = io.TextIOWrapper(io.BufferedReader(io.BytesIO(b"t_s,x_mm\n0,0\n0.001,1\n")))  # type: ignore[arg-type]
+    monkeypatch.setattr("sys.stdin", text)
+    with open_setpoints("-") as source:
+        assert [len(c) for c in source.chunks] == [2]
