@@ -1,0 +1,119 @@
+"""Runs LinuxCNC's stand-alone interpreter `rs274` on our programs and reads what it prints.
+
+The peer stops at the first error (its default, ``-n 2``); what it printed until then are the calls of the blocks
+before. It *rewrites* its parameter file, so every run gets a scratch copy.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
+
+PROGRAMS = Path(__file__).parent / "programs"
+EXPECTED = Path(__file__).parent / "expected"
+#: Files that programs call; they are no programs of their own.
+SUBPROGRAMS = frozenset({"beside"})
+
+OPTIONS = re.compile(r"^; peer: (.*)$", re.M)
+CALL = re.compile(r"^ *\d+ +N\S+ +(.*)$")
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What a program wants beside itself, said in its first line: ``; peer: tools=mill.tbl block-delete``."""
+
+    tools: Path | None = None
+    parameters: Path | None = None
+    include: tuple[Path, ...] = ()
+    block_delete: bool = False
+
+
+@dataclass
+class Output:
+    """The canonical calls, without the peer's numbering, and the error that ended the run, or None."""
+
+    calls: list[str] = field(default_factory=list)
+    error: str | None = None
+    block: str = ""
+
+    def text(self) -> str:
+        """Return the form in which expected output is stored."""
+        tail = [] if self.error is None else [f"error: {self.error}", f"block: {self.block}"]
+        return "\n".join([*self.calls, *tail]) + "\n"
+
+    @classmethod
+    def parse(cls, text: str) -> Output:
+        """Read back what `text` wrote."""
+        result = cls()
+        for line in text.splitlines():
+            if line.startswith("error: "):
+                result.error = line.removeprefix("error: ")
+            elif line.startswith("block: "):
+                result.block = line.removeprefix("block: ")
+            else:
+                result.calls.append(line)
+        return result
+
+
+def installed() -> bool:
+    """Tell whether the peer is on this machine."""
+    return shutil.which("rs274") is not None
+
+
+def programs() -> list[Path]:
+    """Return our programs, sorted by name."""
+    return sorted(p for p in PROGRAMS.glob("*.ngc") if p.stem not in SUBPROGRAMS)
+
+
+def setup_of(program: Path) -> Setup:
+    """Read the options in the first line of a program."""
+    found = OPTIONS.search(program.read_text())
+    words = dict(w.partition("=")[::2] for w in found[1].split()) if found else {}
+    here = program.parent
+    return Setup(
+        tools=here / words["tools"] if "tools" in words else None,
+        parameters=here / words["parameters"] if "parameters" in words else None,
+        include=(here / words["include"],) if "include" in words else (),
+        block_delete="block-delete" in words,
+    )
+
+
+def run(program: Path, setup: Setup | None = None, timeout_s: float = 20.0) -> Output:
+    """Run `rs274 -g` on a program and return what it printed."""
+    setup = setup or setup_of(program)
+    with tempfile.TemporaryDirectory(prefix="rs274-") as scratch:
+        command = [*_command(setup, Path(scratch)), str(program)]
+        done = subprocess.run(
+            command, cwd=program.parent, capture_output=True, timeout=timeout_s, check=False, encoding="latin-1"
+        )
+    return read_output(done.stdout, done.stderr, done.returncode)
+
+
+def _command(setup: Setup, scratch: Path) -> list[str]:
+    variables = scratch / "rs274.var"
+    variables.write_text(setup.parameters.read_text() if setup.parameters else "")
+    command = ["rs274", "-v", str(variables), "-g"]
+    if setup.tools:
+        command += ["-t", str(setup.tools)]
+    if setup.block_delete:
+        command.append("-b")
+    if setup.include:
+        ini = scratch / "rs274.ini"
+        path = ":".join(str(p) for p in setup.include)
+        ini.write_text(f"[RS274NGC]\nSUBROUTINE_PATH = {path}\n")
+        command += ["-i", str(ini)]
+    return command
+
+
+def read_output(stdout: str, stderr: str, status: int) -> Output:
+    """Take the calls from standard output and the error (its last two lines) from standard error."""
+    calls = [found[1] for line in stdout.splitlines() if (found := CALL.match(line))]
+    if status == 0:
+        return Output(calls)
+    remarks = [line for line in stderr.splitlines() if line and line != "executing"]
+    error, block = (remarks[-2], remarks[-1]) if len(remarks) > 1 else ("".join(remarks) or f"status {status}", "")
+    return Output(calls, error, block)
