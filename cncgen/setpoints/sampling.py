@@ -16,6 +16,7 @@ from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.geometry.path import Path
 from cncgen.kernels import profile as kernel
 from cncgen.machine.record import Machine
+from cncgen.planner.paths import path_of
 from cncgen.planner.record import Profile, Trajectory
 from cncgen.setpoints.record import Setpoints
 from cncgen.toolpath.record import Event
@@ -109,7 +110,7 @@ def _sample(
     waiting: list[tuple[float, int, Event]] = []
     for trajectory in trajectories:
         if path is None or current is None or trajectory.toolpath is not current.toolpath:
-            path = Path(trajectory.toolpath)
+            path = path_of(trajectory.toolpath)
         current = trajectory
         waiting += trajectory.events
         # The last tick is left to what follows: a stretch that ends on a tick hands that tick on.

@@ -1,0 +1,30 @@
+"""Linear filters sample by sample, where the next value needs the last one."""
+
+import cython
+
+
+def recursive(
+    b: cython.double[::1],
+    a: cython.double[::1],
+    x: cython.double[::1],
+    y: cython.double[::1],
+    state: cython.double[::1],
+) -> cython.void:
+    """Filter x into y by Σ a_i y[k−i] = Σ b_i x[k−i], a_0 = 1 (transposed direct form II).
+
+    `a` and `b` have the same length m + 1, `state` m: zero at the start, and left ready for the samples that follow.
+    """
+    n: cython.Py_ssize_t = x.shape[0]
+    m: cython.Py_ssize_t = state.shape[0]
+    k: cython.Py_ssize_t
+    i: cython.Py_ssize_t
+    out: cython.double
+    with cython.nogil:
+        for k in range(n):
+            out = b[0] * x[k]
+            if m > 0:
+                out += state[0]
+                for i in range(m - 1):
+                    state[i] = state[i + 1] + b[i + 1] * x[k] - a[i + 1] * out
+                state[m - 1] = b[m] * x[k] - a[m] * out
+            y[k] = out

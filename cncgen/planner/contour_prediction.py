@@ -1,0 +1,176 @@
+"""What contour error the servo loops will make of a planned motion (Tsai 2010, section IV, eqs 9 to 18).
+
+Each axis is its closed loop G from setpoint to position. The bilinear transform gives G(z) (eq. 10), from it the
+error of the axis for its speed (eqs 11 to 16), a recursive filter that runs along the plan; the part of the errors
+that is normal to the path is the contour error (eq. 18). Derivation and figures: docs/ild.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import comb
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.kernels import filters
+from cncgen.machine.record import Machine, Servo
+from cncgen.machine.servo_schema import closed_loop
+from cncgen.planner.options import PlanOptions
+
+Floats = NDArray[np.float64]
+
+
+def bilinear(coefficients: Floats, degree: int, period_s: float) -> Floats:
+    """Substitute s = (2/T)(1 − z⁻¹)/(1 + z⁻¹) into a polynomial of s and multiply by (T(1 + z⁻¹))^degree.
+
+    Args:
+        coefficients: Shape (m + 1,), highest power first, m <= degree.
+        degree: Degree of the system that the polynomial belongs to.
+        period_s: T.
+
+    Returns:
+        Shape (degree + 1,): coefficients of z⁰, z⁻¹, …; for the degree 4 the c_i and d_i of appendix A-2.
+    """
+    total = np.zeros(degree + 1)
+    for power, coefficient in enumerate(reversed(coefficients)):
+        minus = np.array([(-1.0) ** i * comb(power, i) for i in range(power + 1)])
+        plus = np.array([float(comb(degree - power, i)) for i in range(degree - power + 1)])
+        total += coefficient * 2.0**power * period_s ** (degree - power) * np.convolve(minus, plus)
+    return total
+
+
+def error_filter(numerator: Floats, denominator: Floats, period_s: float) -> tuple[Floats, Floats]:
+    """Return the filter from an axis's speed to its following error E = R − Y (eq. 15, appendix A-3).
+
+    E/V = T/2 · (1 + z⁻¹)/(1 − z⁻¹) · (c − d)/c. A loop that ends where it is told has (c − d)(1) = 0; that factor
+    1 − z⁻¹ is divided out, which leaves the same ratio without the integrator of eq. 15, whose rounding would drift.
+
+    Returns:
+        Coefficients b, a of z⁰, z⁻¹, …, of equal length, a_0 = 1.
+
+    Raises:
+        ValueError: The closed loop has no unit gain at rest.
+    """
+    degree = len(denominator) - 1
+    c = bilinear(denominator, degree, period_s)
+    d = bilinear(numerator, degree, period_s)
+    if abs(np.sum(c - d)) > 1e-6 * abs(np.sum(c)):
+        raise ValueError("the closed loop does not come to rest where it is sent (its gain at rest is not 1)")
+    reduced = np.cumsum(c - d)[:-1]
+    b = 0.5 * period_s * np.convolve(reduced, [1.0, 1.0])
+    if not len(reduced):
+        b = np.zeros(1)
+    return b / c[0], c / c[0]
+
+
+def static_coefficients(numerator: Floats, denominator: Floats) -> tuple[float, float]:
+    """Return (E/V in s, contour error per centripetal acceleration in s²) of a loop in the steady state.
+
+    With E/R = e1 s + e2 s² + … the radius of a circle traced at ω grows by the factor |G| = 1 − (e2 + e1²/2)ω²·(−1);
+    to second order the path runs inside (or outside) by |e2 + e1²/2| v²κ.
+    """
+    difference = np.polysub(denominator, numerator)[::-1]
+    low = denominator[::-1]
+    padded = np.concatenate([difference, np.zeros(3)])
+    first = padded[1] / low[0]
+    second = (padded[2] - first * (low[1] if len(low) > 1 else 0.0)) / low[0]
+    return float(first), float(abs(second + 0.5 * first**2))
+
+
+@dataclass(slots=True)
+class AxisPrediction:
+    """The error filter of one axis with its running state."""
+
+    b: Floats
+    a: Floats
+    state: Floats
+
+    def run(self, speed: Floats) -> Floats:
+        """Return the following errors of further samples of the axis's speed, mm; the state moves on."""
+        out = np.empty(len(speed))
+        filters.recursive(self.b, self.a, np.ascontiguousarray(speed), out, self.state)
+        return out
+
+
+@dataclass(slots=True)
+class ContourPrediction:
+    """Predicts the contour error along a plan, sample by sample.
+
+    Attributes:
+        letters: The axes among X Y Z, in that order.
+        axes: Their filters.
+        per_centripetal_s2: Static contour error per v²κ, the largest over the axes (2.845e-5 s² on the XY table).
+    """
+
+    letters: str
+    axes: list[AxisPrediction]
+    per_centripetal_s2: float
+
+    def snapshot(self) -> list[Floats]:
+        """Return a copy of the filters' states."""
+        return [axis.state.copy() for axis in self.axes]
+
+    def restore(self, states: Sequence[Floats]) -> None:
+        """Put the filters back to a snapshot."""
+        for axis, state in zip(self.axes, states, strict=True):
+            axis.state[:] = state
+
+    def run(self, tangent: Floats, speed: Floats) -> Floats:
+        """Return the predicted contour errors of further samples (eqs 16 to 18, in space).
+
+        Args:
+            tangent: Shape (n, axes), unit, of the path at each sample: t_x, t_y …
+            speed: Shape (n,), mm/s along the path: V.
+
+        Returns:
+            Shape (n,), mm: length of the part of E that is normal to the tangent; in the plane |−t_y E_x + t_x E_y|.
+        """
+        error = np.stack([axis.run(tangent[:, i] * speed) for i, axis in enumerate(self.axes)], axis=1)
+        along = np.einsum("ij,ij->i", error, tangent)
+        normal = error - along[:, None] * tangent
+        return np.sqrt(np.einsum("ij,ij->i", normal, normal))
+
+
+def prediction(machine: Machine, options: PlanOptions, letters: str) -> ContourPrediction:
+    """Set up the prediction for some of the axes X Y Z.
+
+    Raises:
+        UsageError: An axis has no servo data, or a model whose error cannot be predicted; every such axis is named.
+    """
+    axes: list[AxisPrediction] = []
+    coefficients: list[float] = []
+    faults: list[Diagnostic] = []
+    for letter in letters:
+        servo = servo_of(machine, options, letter)
+        try:
+            if servo is None:
+                raise ValueError("it has no servo data")
+            loop = closed_loop(servo, letter)
+            if loop.delay_s:
+                raise ValueError("its loop has a dead time")
+            b, a = error_filter(loop.numerator, loop.denominator, machine.period_s)
+        except ValueError as problem:
+            faults.append(
+                Diagnostic(
+                    "contour-prediction",
+                    f"the contour error of axis {letter} cannot be predicted: {problem}",
+                    hint="give servo data with --axis-params, or leave max_contour_error_mm out of the machine",
+                )
+            )
+            continue
+        axes.append(AxisPrediction(b, a, np.zeros(len(a) - 1)))
+        coefficients.append(static_coefficients(loop.numerator, loop.denominator)[1])
+    if faults:
+        raise UsageError(faults)
+    return ContourPrediction(letters, axes, max(coefficients, default=0.0))
+
+
+def servo_of(machine: Machine, options: PlanOptions, letter: str) -> Servo | None:
+    """Return the servo data of an axis: those of the options, else the machine's."""
+    if options.servos is not None and letter in options.servos:
+        return options.servos[letter]
+    axis = machine.axes.get(letter)
+    return axis.servo if axis else None

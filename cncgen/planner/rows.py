@@ -1,0 +1,184 @@
+"""What each row of a toolpath allows along its path, from its feed and from the limits of the axes.
+
+Speeds and accelerations along the path are what the strategies of the papers plan with. A line divides them among
+the axes in a fixed ratio, so its limits are exact; on a curve the path may point along any of its axes, so the
+weakest axis that the row moves counts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, Span
+from cncgen.geometry.path import Path
+from cncgen.machine.record import Machine
+from cncgen.planner.record import Limit
+from cncgen.toolpath.record import FeedMode, Kind, Toolpath
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+#: Points of a curved row at which the ratios of its axes are looked at.
+_PROBES = 17
+
+
+@dataclass(frozen=True, slots=True)
+class AxisLimits:
+    """Limits of the axes of a toolpath as columns, each of shape (axes,); infinite for axes that the machine lacks."""
+
+    velocity: Floats
+    acceleration: Floats
+    jerk: Floats
+
+    @classmethod
+    def of(cls, machine: Machine, letters: str) -> AxisLimits:
+        """Take the limits of a machine's axes in the order of the toolpath's columns."""
+        axes = [machine.axes.get(letter) for letter in letters]
+        return cls(
+            np.array([a.max_velocity if a else np.inf for a in axes]),
+            np.array([a.max_acceleration if a else np.inf for a in axes]),
+            np.array([a.max_jerk if a else np.inf for a in axes]),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """The moving rows of a chunk, `m` of them; everything along the path.
+
+    Attributes:
+        index: Shape (m,), their row numbers in the toolpath.
+        start, end: Shape (m,), path coordinates, mm.
+        top: Shape (m,), highest speed, mm/s: feed, axis velocities, and on arcs what curvature and chord allow.
+        top_limit: Shape (m,), int8, the `Limit` behind `top`.
+        acceleration, jerk: Shape (m,), mm/s² and mm/s³.
+        centripetal: Shape (m,), mm/s²: limit of v²κ.
+        tangent_in, tangent_out: Shape (m, axes), dx/ds at both ends.
+        bend_in, bend_out: Shape (m, axes), d²x/ds² at both ends.
+    """
+
+    index: Ints
+    start: Floats
+    end: Floats
+    top: Floats
+    top_limit: NDArray[np.int8]
+    acceleration: Floats
+    jerk: Floats
+    centripetal: Floats
+    tangent_in: Floats
+    tangent_out: Floats
+    bend_in: Floats
+    bend_out: Floats
+
+    def __len__(self) -> int:
+        return len(self.index)
+
+    @property
+    def length(self) -> Floats:
+        """Shape (m,): length of each row, mm."""
+        return self.end - self.start
+
+
+def rows_of(toolpath: Toolpath, path: Path, machine: Machine, bends: bool = True) -> Rows:
+    """Work out what the moving rows of a chunk allow.
+
+    Args:
+        toolpath: The chunk.
+        path: Its geometry.
+        machine: Limits, period and chord tolerance.
+        bends: Whether the curvature of arcs lowers their top speed.
+
+    Raises:
+        ProgramError: A row has no feed greater than 0; every such row is named.
+    """
+    row_s = np.asarray(path.row_s)
+    index = np.flatnonzero((np.diff(row_s) > 0.0) & (toolpath.kind != Kind.EVENT))
+    start, end = row_s[index], row_s[index + 1]
+    limits = AxisLimits.of(machine, toolpath.axes)
+    share, ends = _shares(toolpath, path, index, start, end)
+    with np.errstate(divide="ignore"):
+        velocity = (limits.velocity / share).min(axis=1, initial=np.inf)
+        acceleration = (limits.acceleration / share).min(axis=1, initial=np.inf)
+        jerk = (limits.jerk / share).min(axis=1, initial=np.inf)
+    centripetal = np.minimum(acceleration, machine.max_centripetal_mm_s2 or np.inf)
+    top, top_limit = _feeds(toolpath, index, end - start)
+    top, top_limit = _lower(top, top_limit, velocity, Limit.VELOCITY)
+    arcs = (toolpath.kind[index] == Kind.ARC) & bends
+    curvature = np.where(arcs, np.linalg.norm(ends[2][:, :3], axis=1), 0.0)
+    with np.errstate(divide="ignore"):
+        top, top_limit = _lower(top, top_limit, np.sqrt(centripetal / curvature), Limit.CENTRIPETAL)
+        top, top_limit = _lower(top, top_limit, np.cbrt(jerk / curvature**2), Limit.JERK)
+    chord = chord_speed(curvature, machine.chord_tolerance_mm, machine.period_s)
+    top, top_limit = _lower(top, top_limit, chord, Limit.CHORD)
+    return Rows(index, start, end, top, top_limit, acceleration, jerk, centripetal, *ends)
+
+
+def chord_speed(curvature: Floats, tolerance_mm: float, period_s: float) -> Floats:
+    """Return the speed whose chord over a period stays within the tolerance of the arc (paper 003, eq. 24).
+
+    V_af = (2/T_s) √(ρ² − (ρ − δ)²) = (2/T_s) √(2δ/κ − δ²) with ρ = 1/κ. Where the radius is below δ/2 the chord of a
+    full turn stays within the tolerance and the formula has no root; the radius itself then stands in for it.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        square = 2.0 * tolerance_mm / curvature - tolerance_mm**2
+        floor = np.minimum(1.0 / curvature, tolerance_mm) ** 2
+    return 2.0 / period_s * np.sqrt(np.maximum(square, floor))
+
+
+def _lower(
+    top: Floats, which: NDArray[np.int8], other: Floats, limit: Limit
+) -> tuple[Floats, NDArray[np.int8]]:
+    binds = other < top
+    return np.where(binds, other, top), np.where(binds, np.int8(limit), which)
+
+
+def _feeds(toolpath: Toolpath, index: Ints, length: Floats) -> tuple[Floats, NDArray[np.int8]]:
+    """Return the speed that the program asks of each row: G94 in mm/s, G93 length · feed, rapids no bound."""
+    feed, mode = toolpath.feed[index], toolpath.feed_mode[index]
+    rapid = mode == FeedMode.RAPID
+    wrong = np.flatnonzero(~rapid & ~(np.isfinite(feed) & (feed > 0.0)))
+    if len(wrong):
+        raise ProgramError(_no_feed(toolpath, index[wrong]))
+    asked = np.where(mode == FeedMode.INVERSE_TIME, feed * length, feed)
+    limit = np.where(rapid, np.int8(Limit.VELOCITY), np.int8(Limit.FEED))
+    return np.where(rapid, np.inf, asked), limit.astype(np.int8)
+
+
+def _no_feed(toolpath: Toolpath, rows: Ints) -> Diagnostics:
+    return Diagnostics(
+        Diagnostic(
+            "feed-missing",
+            f"a cutting motion needs a feed greater than 0, and has {toolpath.feed[row]:g}",
+            span=Span(toolpath.sources[int(toolpath.source[row])], int(toolpath.line[row])),
+            hint="give F before the motion",
+        )
+        for row in rows
+    )
+
+
+def _shares(
+    toolpath: Toolpath, path: Path, index: Ints, start: Floats, end: Floats
+) -> tuple[Floats, tuple[Floats, Floats, Floats, Floats]]:
+    """Return the largest |dx/ds| of each axis in each row, and tangents and bends at both ends."""
+    length = end - start
+    lines = toolpath.kind[index] == Kind.LINE
+    step = (toolpath.end[index] - toolpath.starts[index]) / np.where(length > 0.0, length, 1.0)[:, None]
+    share = np.abs(step)
+    tangent_in, tangent_out = step.copy(), step.copy()
+    bend_in, bend_out = np.zeros_like(step), np.zeros_like(step)
+    curved = np.flatnonzero(~lines)
+    if len(curved):
+        fraction = np.linspace(0.0, 1.0, _PROBES)
+        fraction[0], fraction[-1] = 1e-9, 1.0 - 1e-9  # inside the row, where the derivatives are its own
+        at = start[curved, None] + fraction * length[curved, None]
+        x = path.evaluate(at.ravel(), 2)
+        first = x[1].reshape(len(curved), _PROBES, -1)
+        second = x[2].reshape(len(curved), _PROBES, -1)
+        most = np.abs(first).max(axis=1)
+        most[:, :3] = np.where(most[:, :3] > 1e-9, 1.0, 0.0)
+        share[curved] = most
+        tangent_in[curved], tangent_out[curved] = first[:, 0], first[:, -1]
+        bend_in[curved], bend_out[curved] = second[:, 0], second[:, -1]
+    return share, (tangent_in, tangent_out, bend_in, bend_out)

@@ -1,0 +1,188 @@
+"""A chunk of a toolpath cut at its joints: the rows' ends, and the sharp corners within its curves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.geometry.path import Path
+from cncgen.machine.record import Machine
+from cncgen.planner.junctions import joint_speeds
+from cncgen.planner.paths import path_of
+from cncgen.planner.record import Limit
+from cncgen.planner.rows import AxisLimits, Rows, rows_of
+from cncgen.planner.sharp_corners import CornerRule, curvature_maxima
+from cncgen.toolpath.record import Event, Kind, PathMode, Toolpath
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class RowEnd:
+    """How a stretch ends, for the joint with what follows: dx/ds and d²x/ds², each of shape (axes,)."""
+
+    tangent: Floats
+    bend: Floats
+
+
+@dataclass(slots=True)
+class Stretch:
+    """A chunk between joints: `n` segments, n + 1 joints.
+
+    Attributes:
+        toolpath, path: The chunk and its geometry.
+        s: Shape (n + 1,), path coordinate of the joints.
+        top, top_limit, acceleration, jerk: Shape (n,), of the segments (see `Segments`).
+        cap, cap_limit: Shape (n + 1,), highest speed at the joints, mm/s, and the `Limit` behind it.
+        sharp: Shape (n + 1,), bool: the joints that are corners.
+        events: Joint, source line and event, in order; an event that rests has its joint's cap at 0.
+        end: How the last moving row ends; None where nothing moves.
+        used: Segments that are planned for good.
+    """
+
+    toolpath: Toolpath
+    path: Path
+    s: Floats
+    top: Floats
+    top_limit: NDArray[np.int8]
+    acceleration: Floats
+    jerk: Floats
+    cap: Floats
+    cap_limit: NDArray[np.int8]
+    sharp: NDArray[np.bool_]
+    events: list[tuple[int, int, Event]]
+    end: RowEnd | None
+    used: int = 0
+
+    def __len__(self) -> int:
+        return len(self.top)
+
+    def lower(self, joint: int, speed: float, limit: Limit) -> None:
+        """Lower the cap of one joint to `speed` where it is higher."""
+        if speed < self.cap[joint]:
+            self.cap[joint] = speed
+            self.cap_limit[joint] = limit
+
+
+def stretch_of(
+    toolpath: Toolpath,
+    machine: Machine,
+    rule: CornerRule,
+    before: RowEnd | None,
+    contour_centripetal: float = np.inf,
+) -> Stretch:
+    """Cut a chunk at its joints.
+
+    Args:
+        toolpath: The chunk.
+        machine: Its limits.
+        rule: What a sharp corner is.
+        before: How the row before the chunk ends; None at the start of the program and after it.
+        contour_centripetal: v²κ that the contour error allows, mm/s²; the maxima of curvature where the feed exceeds
+            it become joints too, though they are no sharp corners.
+    """
+    path = path_of(toolpath)
+    rows = rows_of(toolpath, path, machine)
+    stretch = _joined(toolpath, path, rows, machine, before)
+    for position in reversed(np.flatnonzero(toolpath.kind[rows.index] == Kind.NURBS)):
+        _cut_curve(stretch, rows, int(position), rule, contour_centripetal)
+    return stretch
+
+
+def _joined(toolpath: Toolpath, path: Path, rows: Rows, machine: Machine, before: RowEnd | None) -> Stretch:
+    """Make the stretch whose joints are the rows' ends."""
+    n = len(rows)
+    limits = AxisLimits.of(machine, toolpath.axes)
+    cap = np.full(n + 1, np.inf)
+    if n and before is not None:
+        cap[0] = joint_speeds(
+            before.tangent[None],
+            rows.tangent_in[:1],
+            before.bend[None],
+            rows.bend_in[:1],
+            limits,
+            machine.period_s,
+        )[0]
+    cap[1:n] = joint_speeds(
+        rows.tangent_out[:-1],
+        rows.tangent_in[1:],
+        rows.bend_out[:-1],
+        rows.bend_in[1:],
+        limits,
+        machine.period_s,
+    )
+    end = RowEnd(rows.tangent_out[-1], rows.bend_out[-1]) if n else before
+    start_s = path.row_s[0]
+    stretch = Stretch(
+        toolpath=toolpath,
+        path=path,
+        s=np.concatenate([rows.start[:1] if n else [start_s], rows.end]),
+        top=rows.top,
+        top_limit=rows.top_limit,
+        acceleration=rows.acceleration,
+        jerk=rows.jerk,
+        cap=cap,
+        cap_limit=np.full(n + 1, Limit.CORNER, dtype=np.int8),
+        sharp=np.isfinite(cap),
+        events=[],
+        end=end,
+    )
+    _stops(stretch, rows)
+    return stretch
+
+
+def _stops(stretch: Stretch, rows: Rows) -> None:
+    """Put the events at their joints, and rest where an event or the path mode asks for it."""
+    toolpath = stretch.toolpath
+    for row in np.flatnonzero(toolpath.kind == Kind.EVENT):
+        event = toolpath.events[int(toolpath.curve[row])]
+        joint = int(np.searchsorted(rows.index, row))
+        stretch.events.append((joint, int(toolpath.line[row]), event))
+        if event.rest or event.dwell_s > 0.0:
+            stretch.lower(joint, 0.0, Limit.STOP)
+    for joint in np.flatnonzero(toolpath.path_mode[rows.index] == PathMode.EXACT_STOP) + 1:
+        stretch.lower(int(joint), 0.0, Limit.STOP)
+
+
+def _cut_curve(
+    stretch: Stretch, rows: Rows, position: int, rule: CornerRule, contour_centripetal: float
+) -> None:
+    """Cut the segment of a NURBS row at its sharp corners (and where the contour error asks for it)."""
+    s, curvature = curvature_maxima(stretch.path, int(rows.index[position]))
+    feed = float(stretch.top[position])
+    start = float(rows.start[position])
+    sharp = rule.corners(s, curvature, start, float(rows.centripetal[position]), feed)
+    extra = np.flatnonzero(curvature * feed**2 > contour_centripetal)
+    at = np.union1d(sharp, extra)
+    at = at[(s[at] > start) & (s[at] < rows.end[position])]
+    if not len(at):
+        return
+    speed, limit = rule.speeds(curvature[at], feed)
+    is_sharp = np.isin(at, sharp)
+    speed = np.where(is_sharp, speed, feed)
+    bound = np.sqrt(contour_centripetal / curvature[at])
+    limit = np.where(bound < speed, np.int8(Limit.CONTOUR_ERROR), limit)
+    _insert(stretch, position, s[at], np.minimum(speed, bound), limit.astype(np.int8), is_sharp)
+
+
+def _insert(
+    stretch: Stretch,
+    segment: int,
+    s: Floats,
+    speed: Floats,
+    limit: NDArray[np.int8],
+    sharp: NDArray[np.bool_],
+) -> None:
+    """Cut one segment into several at the places `s` within it."""
+    n = len(s)
+    joint = segment + 1
+    stretch.s = np.insert(stretch.s, joint, s)
+    stretch.cap = np.insert(stretch.cap, joint, speed)
+    stretch.cap_limit = np.insert(stretch.cap_limit, joint, limit)
+    stretch.sharp = np.insert(stretch.sharp, joint, sharp)
+    for name in ("top", "top_limit", "acceleration", "jerk"):
+        values = getattr(stretch, name)
+        setattr(stretch, name, np.insert(values, joint, np.repeat(values[segment], n)))
+    stretch.events = [(at + n if at >= joint else at, line, event) for at, line, event in stretch.events]
