@@ -1,0 +1,205 @@
+"""Rational B-splines: derivatives at parameters and arc length, for many curves at once, over the kernel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cncgen.geometry.tables import Floats, Ints, NurbsTable
+from cncgen.kernels import bspline
+
+#: mm (or rad): what the lengths of a curve and the place of a parameter on it are known to.
+LENGTH_TOLERANCE = 1e-11
+
+
+def single(
+    degree: int, knots: ArrayLike, control_points: ArrayLike, weights: ArrayLike | None = None
+) -> NurbsTable:
+    """Return a table of one curve.
+
+    Args:
+        degree: Degree, 1 or more.
+        knots: Shape (points + degree + 1,), non-decreasing.
+        control_points: Shape (points, axes).
+        weights: Shape (points,), positive; all 1 where None.
+
+    Raises:
+        ValueError: If shapes or values do not make a curve.
+    """
+    points = np.ascontiguousarray(control_points, float)
+    w = np.ones(len(points)) if weights is None else np.ascontiguousarray(weights, float)
+    table = NurbsTable(
+        np.array([degree], np.int64),
+        np.array([0, len(points)], np.int64),
+        np.array([0, np.size(knots)], np.int64),
+        points,
+        w,
+        np.ascontiguousarray(knots, float),
+    )
+    check(table)
+    return table
+
+
+def check(table: NurbsTable) -> None:
+    """Raise ValueError where a table is not one of curves: counts, order of the knots, weights, numbers not finite."""
+    points, knots = np.diff(table.point_offset), np.diff(table.knot_offset)
+    if (
+        np.any(table.degree < 1)
+        or np.any(points < table.degree + 1)
+        or np.any(knots != points + table.degree + 1)
+    ):
+        raise ValueError("a curve needs degree + 1 points at least, and points + degree + 1 knots")
+    within = np.ones(len(table.knots), bool)
+    within[table.knot_offset[:-1]] = False
+    if np.any(np.diff(table.knots, prepend=0.0)[within] < 0):
+        raise ValueError("knots must not decrease")
+    if not np.all(table.weights > 0):
+        raise ValueError("weights must be positive")
+    if not (np.all(np.isfinite(table.control_points)) and np.all(np.isfinite(table.knots + 0.0))):
+        raise ValueError("control points and knots must be finite")
+
+
+def concatenate(tables: list[NurbsTable]) -> NurbsTable:
+    """Return one table of the curves of several, in order; all with the same axes, at least one table."""
+
+    def chained(offsets: list[Ints]) -> Ints:
+        sizes = np.concatenate([np.diff(o) for o in offsets])
+        return np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+
+    return NurbsTable(
+        np.concatenate([t.degree for t in tables]),
+        chained([t.point_offset for t in tables]),
+        chained([t.knot_offset for t in tables]),
+        np.concatenate([t.control_points for t in tables]),
+        np.concatenate([t.weights for t in tables]),
+        np.concatenate([t.knots for t in tables]),
+    )
+
+
+def take(table: NurbsTable, curves: ArrayLike) -> NurbsTable:
+    """Return a table of the chosen curves, in the order of `curves` (indices, repeats allowed)."""
+    index = np.asarray(curves, np.int64)
+
+    def gather(offset: Ints) -> tuple[Ints, Ints]:
+        sizes = offset[index + 1] - offset[index]
+        new = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+        return np.arange(new[-1]) + np.repeat(offset[index] - new[:-1], sizes), new
+
+    points, point_offset = gather(table.point_offset)
+    knots, knot_offset = gather(table.knot_offset)
+    return NurbsTable(
+        table.degree[index],
+        point_offset,
+        knot_offset,
+        np.ascontiguousarray(table.control_points[points]),
+        table.weights[points],
+        table.knots[knots],
+    )
+
+
+def parameter_range(table: NurbsTable) -> tuple[Floats, Floats]:
+    """Return first and last parameter of each curve, each of shape (m,)."""
+    return (
+        table.knots[table.knot_offset[:-1] + table.degree],
+        table.knots[table.knot_offset[1:] - table.degree - 1],
+    )
+
+
+def evaluate(table: NurbsTable, curve: ArrayLike, u: ArrayLike, order: int = 0, side: int = 1) -> Floats:
+    """Return the derivatives of order 0 .. `order` at parameters of curves.
+
+    Args:
+        curve: Index into the table, shape (n,) or a number for all.
+        u: Parameters, shape (n,). Outside the range of a curve its first or last span goes on.
+        order: 0 to 3.
+        side: At a knot: 1 for the derivatives on its right, −1 for those on its left.
+
+    Returns:
+        Shape (order + 1, n, axes): C, dC/du, … of the rational curve (The NURBS Book, eqs. 3.8 and 4.8).
+
+    Raises:
+        ValueError: If `order` is not 0 to 3.
+    """
+    if not 0 <= order <= 3:
+        raise ValueError(f"order must be 0 to 3, not {order}")
+    parameters = np.ascontiguousarray(np.atleast_1d(u), float)
+    curves = np.ascontiguousarray(np.broadcast_to(np.asarray(curve, np.int64), parameters.shape))
+    out = np.empty((order + 1, len(parameters), table.control_points.shape[1]))
+    bspline.evaluate(curves, parameters, side, order, *arrays(table), out)
+    return out
+
+
+def arrays(table: NurbsTable) -> tuple[NDArray, ...]:
+    """Return the columns of a table as the kernel takes them."""
+    return (
+        table.degree,
+        table.point_offset,
+        table.knot_offset,
+        np.ascontiguousarray(table.control_points, float),
+        table.weights,
+        table.knots,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Lengths:
+    """Arc length of every curve of a table, and the way back from length to parameter.
+
+    Attributes:
+        table: The curves.
+        low, high: Shape (m,): the columns of the control points over which length is measured.
+        offset: Shape (m + 1,): the cells of curve c are rows ``offset[c]`` to ``offset[c + 1]``.
+        cells: Shape (cells, 12), see `cncgen.kernels.bspline.CELL_COLUMNS`.
+        total: Shape (m,), mm or rad.
+    """
+
+    table: NurbsTable
+    low: Ints
+    high: Ints
+    offset: Ints
+    cells: Floats
+    total: Floats
+
+    def parameter(self, curve: Ints, s: Floats, side: int = 1, snap: float = 0.0) -> Floats:
+        """Return the parameters at arc lengths `s` from the start of curves; what is within `snap` of a knot is it."""
+        out = np.empty(len(s))
+        bspline.invert(curve, np.ascontiguousarray(s), side, snap, self.offset, self.cells, out)
+        return out
+
+    def at(self, curve: Ints, u: Floats) -> Floats:
+        """Return the arc lengths from the start of curves to parameters `u`."""
+        out = np.empty(len(u))
+        columns = arrays(self.table)
+        bspline.lengths(
+            curve, np.ascontiguousarray(u), self.low, self.high, *columns, self.offset, self.cells, out
+        )
+        return out
+
+
+def lengths(table: NurbsTable, low: Ints | None = None, high: Ints | None = None) -> Lengths:
+    """Measure every curve of a table by adaptive Gauss-Legendre quadrature (docs/arc-length.md).
+
+    Args:
+        low, high: Shape (m,): the columns over which to measure; all where None.
+    """
+    curves = len(table)
+    first = np.zeros(curves, np.int64) if low is None else low
+    last = np.full(curves, table.control_points.shape[1], np.int64) if high is None else high
+    columns = arrays(table)
+    offset = np.zeros(curves + 1, np.int64)
+    cells = np.empty((4 * (len(table.knots) - int(np.sum(table.degree))) + 64, bspline.CELL_COLUMNS))
+    done = 0
+    while True:
+        done = bspline.cells(done, LENGTH_TOLERANCE, first, last, *columns, offset, cells)
+        if done == curves:
+            break
+        # No room for curve `done`: what stands is kept, in twice the room.
+        cells = np.concatenate([cells, np.empty_like(cells)])
+    cells = cells[: offset[-1]]
+    total = np.zeros(curves)
+    some = offset[1:] > offset[:-1]
+    ends = offset[1:][some] - 1
+    total[some] = cells[ends, 1] + cells[ends, 2]
+    return Lengths(table, first, last, offset, cells, total)

@@ -1,0 +1,395 @@
+"""A path: lines, arcs, helices and NURBS one after the other, as functions of one coordinate s.
+
+The coordinate is arc length in X Y Z on a row that moves them, else in U V W, else the Euclidean norm of the rotary
+axes' motion (rad), so that ds/dt is what a programmed feed means. Rows are those of a toolpath, as plain columns.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cncgen.geometry import nurbs as splines
+from cncgen.geometry.arcs import Spirals, spirals
+from cncgen.geometry.tables import ArcTable, Floats, Ints, NurbsTable
+
+#: What a row is; the values of `cncgen.toolpath.record.Kind`.
+LINE, ARC, NURBS, EVENT = range(4)
+
+#: mm or rad: a row that moves X Y Z (U V W) by less does not move them, as far as its path coordinate goes.
+STANDSTILL = 1e-9
+
+#: Where |dC/du| is below this part of its mean over the curve, derivatives are taken beside the point.
+_SINGULAR = 1e-7
+#: Part of the parameter range by which they are taken beside it.
+_BESIDE = 1e-6
+
+_ROTARY = "ABC"
+
+
+@dataclass(frozen=True, slots=True)
+class Jumps:
+    """What changes from left to right at the breakpoints inside a path, `n` of them.
+
+    Attributes:
+        s: Shape (n,), path coordinate.
+        before, after: Shape (n,): rows on the left and on the right.
+        tangent, second, third: Shape (n, axes): change of dx/ds, d²x/ds², d³x/ds³.
+    """
+
+    s: Floats
+    before: Ints
+    after: Ints
+    tangent: Floats
+    second: Floats
+    third: Floats
+
+
+def metric_columns(axes: str) -> tuple[slice, slice, slice]:
+    """Return the columns of X Y Z, of U V W and of the rotary axes among `axes` (in the order XYZABCUVW)."""
+    rotary = sum(letter in _ROTARY for letter in axes)
+    return slice(0, 3), slice(3 + rotary, len(axes)), slice(3, 3 + rotary)
+
+
+class Path:
+    """A path of `n` rows, evaluated at path coordinates s.
+
+    Attributes:
+        axes: Letters of the columns, X Y Z first.
+        row_s: Shape (n + 1,): s at the start of each row, and the end. EVENT rows have length 0.
+    """
+
+    def __init__(
+        self,
+        axes: str,
+        start: ArrayLike,
+        kind: ArrayLike,
+        end: ArrayLike,
+        curve: ArrayLike,
+        arcs: ArcTable,
+        nurbs: NurbsTable,
+        s_start: float = 0.0,
+    ) -> None:
+        """Measure the rows.
+
+        Args:
+            axes: Letters of the columns, a subsequence of ``XYZABCUVW`` with X Y Z.
+            start: Shape (axes,), where the first row starts.
+            kind: Shape (n,): `LINE`, `ARC`, `NURBS` or `EVENT`.
+            end: Shape (n, axes).
+            curve: Shape (n,): index into `arcs` or `nurbs`.
+            arcs, nurbs: The curves.
+            s_start: Path coordinate of the start.
+        """
+        self.axes = axes
+        self.kind: NDArray[np.int8] = np.asarray(kind, np.int8)
+        self.end: Floats = np.asarray(end, float).reshape(len(self.kind), len(axes))
+        self.start: Floats = np.asarray(start, float)
+        self.starts: Floats = np.concatenate([self.start[None, :], self.end])[:-1]
+        self._curve: Ints = np.asarray(curve, np.int64)
+        self._nurbs_rows = np.flatnonzero(self.kind == NURBS)
+        self._arc_rows = np.flatnonzero(self.kind == ARC)
+        self._delta: Floats = np.where((self.kind == LINE)[:, None], self.end - self.starts, 0.0)
+        self._low, self._high = self._metric(nurbs)
+        used = self._arc_rows
+        self._arcs: Spirals = spirals(
+            ArcTable(*(column[self._curve[used]] for column in (arcs.centre, arcs.normal, arcs.sweep))),
+            self.starts[used],
+            self.end[used],
+        )
+        chosen = self._curve[self._nurbs_rows]
+        table = nurbs if np.array_equal(chosen, np.arange(len(nurbs))) else splines.take(nurbs, chosen)
+        self._nurbs: splines.Lengths = splines.lengths(
+            table, self._low[self._nurbs_rows], self._high[self._nurbs_rows]
+        )
+        # Rows of the path -> rows of the tables made above.
+        self._item: Ints = np.zeros(len(self.kind), np.int64)
+        self._item[self._arc_rows] = np.arange(len(self._arc_rows))
+        self._item[self._nurbs_rows] = np.arange(len(self._nurbs_rows))
+        self.row_s: Floats = s_start + np.concatenate([[0.0], np.cumsum(self._row_lengths())])
+
+    def _metric(self, nurbs: NurbsTable) -> tuple[Ints, Ints]:
+        """Return first and last column over which each row is measured."""
+        _, uvw, rotary = metric_columns(self.axes)
+        moves = np.abs(self._delta)
+        rows, chosen = self._nurbs_rows, self._curve[self._nurbs_rows]
+        if rows.size:
+            first, last = nurbs.point_offset[:-1], nurbs.point_offset[1:]
+            sizes = np.repeat(first, last - first)
+            away = np.abs(nurbs.control_points - nurbs.control_points[sizes])
+            moves[rows] = np.maximum.reduceat(away, first, axis=0)[chosen]
+        moves[self._arc_rows, :3] = 1.0
+        low, high = np.zeros(len(moves), np.int64), np.full(len(moves), 3, np.int64)
+        still = moves[:, :3].max(axis=1, initial=0.0) <= STANDSTILL
+        for group in (rotary, uvw):
+            if group.stop > group.start:
+                here = still & (moves[:, group].max(axis=1) > STANDSTILL)
+                low[here], high[here] = group.start, group.stop
+        if rows.size and len(self.axes) > 3:
+            # A curve that halts in these columns while another axis goes on is measured over all of them.
+            halts = _halting(nurbs, low[rows], high[rows], chosen)
+            low[rows[halts]], high[rows[halts]] = 0, len(self.axes)
+        return low, high
+
+    def _row_lengths(self) -> Floats:
+        column = np.arange(len(self.axes))
+        within = (column >= self._low[:, None]) & (column < self._high[:, None])
+        length = np.sqrt(np.sum(np.where(within, self._delta, 0.0) ** 2, axis=1))
+        length[self._arc_rows] = self._arcs.length
+        length[self._nurbs_rows] = self._nurbs.total
+        return length
+
+    @property
+    def length(self) -> float:
+        """Length of the path in its coordinate."""
+        return float(self.row_s[-1] - self.row_s[0])
+
+    def __len__(self) -> int:
+        return len(self.kind)
+
+    @cached_property
+    def _snap(self) -> float:
+        """Rounding of a path coordinate: s that differ by less are the same."""
+        return 4.0 * float(np.spacing(np.abs(self.row_s[[0, -1]]).max()))
+
+    def row_of(self, s: ArrayLike, side: int = 1) -> Ints:
+        """Return the row at each s, shape (n,).
+
+        At the end of a row: the next one that moves for `side` 1, the last one that moved for −1. Outside the path,
+        the first or the last row that moves.
+
+        Raises:
+            ValueError: If the path has no rows.
+        """
+        if not len(self):
+            raise ValueError("a path without rows has no points to evaluate")
+        at = np.atleast_1d(np.asarray(s, float))
+        if side >= 0:
+            row = np.searchsorted(self.row_s, at, side="right") - 1
+        else:
+            row = np.searchsorted(self.row_s, at, side="left") - 1
+        first, last = self._moving
+        return np.clip(row, first, last)
+
+    @cached_property
+    def _moving(self) -> tuple[int, int]:
+        moving = np.flatnonzero(np.diff(self.row_s) > 0)
+        return (int(moving[0]), int(moving[-1])) if moving.size else (0, len(self) - 1)
+
+    def parameter(self, row: ArrayLike, s: ArrayLike, side: int = 1) -> Floats:
+        """Return each row's own parameter at s: 0 … 1 on a line, the angle (rad) on an arc, u on a NURBS.
+
+        Args:
+            row: Shape (n,) or a number for all.
+            s: Shape (n,), path coordinate, held within the row.
+            side: Where a NURBS stands still at s: 1 for the end of that stretch, −1 for its start.
+        """
+        at = np.atleast_1d(np.asarray(s, float))
+        rows = np.broadcast_to(np.asarray(row, np.int64), at.shape)
+        local = np.clip(at - self.row_s[rows], 0.0, None)
+        length = self.row_s[rows + 1] - self.row_s[rows]
+        local = np.minimum(local, length)
+        out = np.divide(local, length, out=np.zeros_like(local), where=length > 0)
+        for kind, pick in self._curved(rows):
+            item = self._item[rows[pick]]
+            if kind == ARC:
+                out[pick] = self._arcs.angle_at(item, local[pick])
+            else:
+                out[pick] = self._nurbs.parameter(item, local[pick], side, self._snap)
+        return out
+
+    def coordinate(self, row: ArrayLike, parameter: ArrayLike) -> Floats:
+        """Return s at each row's own parameter: the inverse of `parameter`, shape (n,)."""
+        u = np.atleast_1d(np.asarray(parameter, float))
+        rows = np.broadcast_to(np.asarray(row, np.int64), u.shape)
+        out = u * (self.row_s[rows + 1] - self.row_s[rows])
+        for kind, pick in self._curved(rows):
+            table = self._arcs.length_to if kind == ARC else self._nurbs.at
+            out[pick] = table(self._item[rows[pick]], u[pick])
+        return self.row_s[rows] + out
+
+    def _curved(self, rows: Ints) -> list[tuple[int, Ints]]:
+        """Return which of the rows are arcs and which NURBS, leaving out what is not there."""
+        kinds = self.kind[rows]
+        there = [(ARC, self._arc_rows), (NURBS, self._nurbs_rows)]
+        picks = [(kind, np.flatnonzero(kinds == kind)) for kind, some in there if some.size]
+        return [(kind, pick) for kind, pick in picks if pick.size]
+
+    def evaluate_parameter(
+        self, row: ArrayLike, parameter: ArrayLike, order: int = 0, side: int = 1
+    ) -> Floats:
+        """Return position and derivatives with respect to each row's own parameter, shape (order + 1, n, axes)."""
+        u = np.atleast_1d(np.asarray(parameter, float))
+        rows = np.broadcast_to(np.asarray(row, np.int64), u.shape)
+        out = np.zeros((order + 1, len(u), len(self.axes)))
+        delta = self._delta[rows]
+        # From the nearer end, so that both ends are met to the bit.
+        out[0] = np.where(
+            (u < 0.5)[:, None],
+            self.starts[rows] + u[:, None] * delta,
+            self.end[rows] - (1.0 - u)[:, None] * delta,
+        )
+        if order > 0:
+            out[1] = delta
+        for kind, pick in self._curved(rows):
+            item = self._item[rows[pick]]
+            if kind == ARC:
+                out[:, pick] = self._arcs.evaluate(item, u[pick], order)
+            else:
+                out[:, pick] = splines.evaluate(self._nurbs.table, item, u[pick], order, side)
+        return out
+
+    def evaluate(self, s: ArrayLike, order: int = 0, side: int = 1) -> Floats:
+        """Return position and derivatives with respect to s.
+
+        Args:
+            s: Shape (n,), any order; what lies outside the path is taken as its end.
+            order: 0 to 3.
+            side: At a breakpoint: 1 for the derivatives on its right, −1 for those on its left.
+
+        Returns:
+            Shape (order + 1, n, axes): x, dx/ds, d²x/ds², d³x/ds³. With g = ds/du = |C'| over the row's measured axes,
+            x' = C'/g, x'' = (C'' − x' g')/g², x''' = (C''' − 3 x'' g g' − x' g'')/g³ (docs/arc-length.md).
+            Where C' vanishes (a cusp, coinciding control points) the derivatives are those a millionth of the
+            parameter range beside it, on the chosen side; on a row of length 0 they are 0.
+
+        Raises:
+            ValueError: If the path has no rows, or `order` is not 0 to 3.
+        """
+        if not 0 <= order <= 3:
+            raise ValueError(f"order must be 0 to 3, not {order}")
+        at = np.atleast_1d(np.asarray(s, float))
+        rows = self.row_of(at, side)
+        u = self.parameter(rows, at, side)
+        out = self.evaluate_parameter(rows, u, order, side)
+        if order == 0:
+            return out
+        curved = np.flatnonzero(self.kind[rows] != LINE)
+        straight = self.kind[rows] == LINE
+        length = (self.row_s[rows + 1] - self.row_s[rows])[straight, None]
+        out[1, straight] = np.divide(
+            out[1, straight], length, out=np.zeros_like(out[1, straight]), where=length > 0
+        )
+        if curved.size:
+            self._beside_singular(out, rows, u, order, side)
+            values = out[:, curved] if curved.size < len(rows) else out
+            _by_arc_length(values, self._low[rows[curved]], self._high[rows[curved]])
+            if curved.size < len(rows):
+                out[:, curved] = values
+        return out
+
+    def _beside_singular(self, out: Floats, rows: Ints, u: Floats, order: int, side: int) -> None:
+        """Replace derivatives of NURBS at which C' vanishes by those a little beside."""
+        if not self._nurbs_rows.size:
+            return
+        pick = np.flatnonzero(self.kind[rows] == NURBS)
+        first, last = splines.parameter_range(self._nurbs.table)
+        item = self._item[rows[pick]]
+        span = (last - first)[item]
+        speed = _metric_norm(out[1, pick], self._low[rows[pick]], self._high[rows[pick]])
+        low = speed * span <= _SINGULAR * self._nurbs.total[item]
+        if np.any(low):
+            pick, item, span = pick[low], item[low], span[low]
+            beside = np.where(u[pick] + side * _BESIDE * span > last[item], -1, side)
+            beside = np.where(u[pick] + beside * _BESIDE * span < first[item], 1, beside)
+            moved = u[pick] + beside * _BESIDE * span
+            out[1:, pick] = splines.evaluate(self._nurbs.table, item, moved, order, side)[1:]
+
+    def curvature(self, s: ArrayLike, side: int = 1) -> Floats:
+        """Return the curvature in X Y Z (1/mm) at each s, shape (n,)."""
+        _, x1, x2 = self.evaluate(s, 2, side)
+        return curvature_of(x1[:, :3], x2[:, :3])
+
+    @cached_property
+    def _breakpoints(self) -> Floats:
+        cells = self._nurbs.cells
+        item = np.repeat(np.arange(len(self._nurbs_rows)), np.diff(self._nurbs.offset))
+        base = self.row_s[self._nurbs_rows]
+        knots = np.isin(cells[:, 0], self._nurbs.table.knots) | (cells[:, 2] <= 10 * splines.LENGTH_TOLERANCE)
+        inner = base[item[knots]] + cells[knots, 1] if len(cells) else np.zeros(0)
+        found = np.unique(np.concatenate([self.row_s, inner]))
+        # Places that differ by rounding are one place; the ends of rows are kept as they are.
+        return found[np.concatenate([[True], np.diff(found) > 2 * self._snap])] if len(found) else found
+
+    def breakpoints(self) -> Floats:
+        """Return, ascending, the s of the ends of rows, of NURBS knots and of cusps: where derivatives may jump."""
+        return self._breakpoints
+
+    def sample_borders(self) -> Floats:
+        """Return, ascending, the s of the ends of rows and of the cells of the arc-length table of NURBS rows.
+
+        Cells are short where a curve changes fast: a polynomial of degree 7 carries each (docs/arc-length.md).
+        """
+        item = np.repeat(np.arange(len(self._nurbs_rows)), np.diff(self._nurbs.offset))
+        cells = self.row_s[self._nurbs_rows][item] + self._nurbs.cells[:, 1]
+        found = np.unique(np.concatenate([self.row_s, cells]))
+        return found[np.concatenate([[True], np.diff(found) > 2 * self._snap])]
+
+    def jumps(self) -> Jumps:
+        """Return what changes at the breakpoints inside the path."""
+        s = self._breakpoints[1:-1]
+        if not len(s):
+            nothing = np.zeros((0, len(self.axes)))
+            rows = np.zeros(0, np.int64)
+            return Jumps(s, rows, rows, nothing, nothing, nothing)
+        left, right = self.evaluate(s, 3, -1), self.evaluate(s, 3, 1)
+        _, tangent, second, third = right - left
+        return Jumps(s, self.row_of(s, -1), self.row_of(s, 1), tangent, second, third)
+
+
+def curvature_of(first: Floats, second: Floats) -> Floats:
+    """Return |C' × C''| / |C'|³ of derivatives of shape (n, 3) by any parameter; 0 where C' is 0."""
+    speed = np.linalg.norm(first, axis=1)
+    area = np.linalg.norm(np.cross(first, second), axis=1)
+    return np.divide(area, speed**3, out=np.zeros_like(area), where=speed > 0)
+
+
+def _metric_norm(vectors: Floats, low: Ints, high: Ints) -> Floats:
+    return np.sqrt(_metric_dot(vectors, vectors, low, high))
+
+
+def _metric_dot(a: Floats, b: Floats, low: Ints, high: Ints) -> Floats:
+    """Scalar product over columns low … high of each row."""
+    if low.size and low.min() == low.max() and high.min() == high.max():
+        span = slice(int(low[0]), int(high[0]))
+        return np.einsum("ij,ij->i", a[:, span], b[:, span])
+    column = np.arange(a.shape[1])
+    return np.sum(np.where((column >= low[:, None]) & (column < high[:, None]), a * b, 0.0), axis=1)
+
+
+def _by_arc_length(values: Floats, low: Ints, high: Ints) -> None:
+    """Turn derivatives by u into derivatives by s, in place; 0 where C' is 0."""
+    order = len(values) - 1
+    g = _metric_norm(values[1], low, high)
+    inverse = np.divide(1.0, g, out=np.zeros_like(g), where=g > 0)[:, None]
+    if order > 1:
+        g1 = _metric_dot(values[1], values[2], low, high)[:, None] * inverse
+    if order > 2:
+        squares = _metric_dot(values[2], values[2], low, high) + _metric_dot(values[1], values[3], low, high)
+        g2 = (squares[:, None] - g1 * g1) * inverse
+    values[1] *= inverse
+    if order > 1:
+        values[2] = (values[2] - values[1] * g1) * inverse**2
+    if order > 2:
+        values[3] = (
+            values[3] * inverse**2 - (3.0 * values[2] * g1 + values[1] * g2 * inverse) * inverse
+        ) * inverse
+
+
+def _halting(nurbs: NurbsTable, low: Ints, high: Ints, chosen: Ints) -> NDArray[np.bool_]:
+    """Tell which of the chosen curves have a span whose control points coincide in columns low … high and move else."""
+    out = np.zeros(len(chosen), bool)
+    for n, curve in enumerate(chosen):
+        points = nurbs.control_points[nurbs.point_offset[curve] : nurbs.point_offset[curve + 1]]
+        moves = np.abs(np.diff(points, axis=0)) > STANDSTILL
+        halted: NDArray[np.bool_] = np.logical_not(moves[:, low[n] : high[n]].any(axis=1))
+        if not halted.any():
+            continue
+        p = int(nurbs.degree[curve])
+        knots = nurbs.knots[nurbs.knot_offset[curve] : nurbs.knot_offset[curve + 1]]
+        spans = np.flatnonzero(knots[p : -p - 1] < knots[p + 1 : len(knots) - p])
+        out[n] = any(np.all(halted[i : i + p]) and np.any(moves[i : i + p]) for i in spans)
+    return out

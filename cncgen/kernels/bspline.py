@@ -1,0 +1,550 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
+"""Rational B-splines of any degree: derivatives at parameters, arc length, and the parameter at an arc length.
+
+Many curves lie end to end in flat arrays (`cncgen.geometry.tables.NurbsTable`). Notation of L. Piegl and W. Tiller,
+The NURBS Book, 2nd ed. (1997): knots U, degree p, knot span i with U[i] <= u < U[i+1].
+"""
+
+import cython
+import numpy as np
+
+#: Abscissae and weights of the Gauss-Legendre rule that integrates |C'| over a cell, on [0, 1].
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(7)
+_NODES = 0.5 + 0.5 * _NODES
+_WEIGHTS = 0.5 * _WEIGHTS
+
+#: Columns of a cell: u at its start, s at its start, its length in s, its width in u, and eight coefficients of the
+#: polynomial u(tau), tau = (s - s_start) / length.
+CELL_COLUMNS = 12
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _span(
+    knots: cython.const[cython.double][::1],
+    first: cython.Py_ssize_t,
+    last: cython.Py_ssize_t,
+    u: cython.double,
+    side: cython.int,
+) -> cython.Py_ssize_t:
+    """Index i of the non-empty span with U[i] <= u < U[i+1] (side >= 0) or U[i] < u <= U[i+1] (side < 0).
+
+    Searched between the absolute indices `first` and `last` of the ends of the parameter range.
+    """
+    low: cython.Py_ssize_t = first
+    high: cython.Py_ssize_t = last
+    middle: cython.Py_ssize_t
+    while high - low > 1:
+        middle = (low + high) // 2
+        if knots[middle] < u or (side >= 0 and knots[middle] == u):
+            low = middle
+        else:
+            high = middle
+    while low > first and knots[low] == knots[low + 1]:
+        low -= 1
+    while low < last - 1 and knots[low] == knots[low + 1]:
+        low += 1
+    return low
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _derivative_points(
+    i: cython.Py_ssize_t,
+    p: cython.Py_ssize_t,
+    order: cython.Py_ssize_t,
+    point: cython.Py_ssize_t,
+    points: cython.const[cython.double][:, ::1],
+    weights: cython.const[cython.double][::1],
+    knots: cython.const[cython.double][::1],
+    q: cython.double[:, :, ::1],
+) -> cython.void:
+    """Fill ``q[k, j]`` with the homogeneous control points of the k-th derivative on span i (NURBS Book, eq. 3.8).
+
+    `point` is the index of the first of the span's p + 1 control points.
+    """
+    axes: cython.Py_ssize_t = points.shape[1]
+    j: cython.Py_ssize_t
+    k: cython.Py_ssize_t
+    d: cython.Py_ssize_t
+    factor: cython.double
+    for j in range(p + 1):
+        for d in range(axes):
+            q[0, j, d] = points[point + j, d] * weights[point + j]
+        q[0, j, axes] = weights[point + j]
+    for k in range(1, order + 1):
+        if k > p:
+            break
+        for j in range(p - k + 1):
+            factor = (p - k + 1) / (knots[i + 1 + j] - knots[i + k - p + j])
+            for d in range(axes + 1):
+                q[k, j, d] = factor * (q[k - 1, j + 1, d] - q[k - 1, j, d])
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _derivatives(
+    i: cython.Py_ssize_t,
+    p: cython.Py_ssize_t,
+    order: cython.Py_ssize_t,
+    u: cython.double,
+    knots: cython.const[cython.double][::1],
+    q: cython.double[:, :, ::1],
+    basis: cython.double[::1],
+    out: cython.double[:, ::1],
+) -> cython.void:
+    """Fill ``out[k]`` with the k-th derivative at u of the curve on span i, with its weight in the last column.
+
+    Basis functions by the Cox-de Boor recurrence (NURBS Book, A2.2): at degree p - k they meet the points of the
+    k-th derivative. Then the quotient rule (eq. 4.8).
+    """
+    axes: cython.Py_ssize_t = q.shape[2] - 1
+    r: cython.Py_ssize_t
+    j: cython.Py_ssize_t
+    k: cython.Py_ssize_t
+    d: cython.Py_ssize_t
+    right: cython.double
+    saved: cython.double
+    term: cython.double
+    for k in range(p + 1, order + 1):
+        for d in range(axes + 1):
+            out[k, d] = 0.0
+    basis[0] = 1.0
+    for r in range(p + 1):
+        if r > 0:
+            saved = 0.0
+            for j in range(r):
+                right = knots[i + 1 + j] - u
+                term = basis[j] / (knots[i + 1 + j] - knots[i + 1 + j - r])
+                basis[j] = saved + right * term
+                saved = (u - knots[i + 1 + j - r]) * term
+            basis[r] = saved
+        k = p - r
+        if k <= order:
+            for d in range(axes + 1):
+                term = 0.0
+                for j in range(r + 1):
+                    term += basis[j] * q[k, j, d]
+                out[k, d] = term
+    for d in range(axes):
+        out[0, d] /= out[0, axes]
+        if order > 0:
+            out[1, d] = (out[1, d] - out[1, axes] * out[0, d]) / out[0, axes]
+        if order > 1:
+            out[2, d] = (out[2, d] - 2.0 * out[1, axes] * out[1, d] - out[2, axes] * out[0, d]) / out[0, axes]
+        if order > 2:
+            out[3, d] = (
+                out[3, d]
+                - 3.0 * out[1, axes] * out[2, d]
+                - 3.0 * out[2, axes] * out[1, d]
+                - out[3, axes] * out[0, d]
+            ) / out[0, axes]
+
+
+def evaluate(
+    curve: cython.const[cython.longlong][::1],
+    u: cython.const[cython.double][::1],
+    side: cython.int,
+    order: cython.Py_ssize_t,
+    degree: cython.const[cython.longlong][::1],
+    point_offset: cython.const[cython.longlong][::1],
+    knot_offset: cython.const[cython.longlong][::1],
+    points: cython.const[cython.double][:, ::1],
+    weights: cython.const[cython.double][::1],
+    knots: cython.const[cython.double][::1],
+    out: cython.double[:, :, ::1],
+):
+    """Fill ``out[k, n]`` with the k-th derivative (k = 0 .. order <= 3) of curve ``curve[n]`` at ``u[n]``.
+
+    Parameters outside the range of a curve continue its first or last span. At a knot, `side` >= 0 takes the span
+    that begins there, `side` < 0 the one that ends there. Points of one span in a row are cheap: sort them.
+    """
+    count: cython.Py_ssize_t = u.shape[0]
+    axes: cython.Py_ssize_t = points.shape[1]
+    largest: cython.Py_ssize_t = int(np.max(degree)) if degree.shape[0] else 0
+    q: cython.double[:, :, ::1] = np.zeros((4, largest + 1, axes + 1))
+    basis: cython.double[::1] = np.zeros(largest + 1)
+    value: cython.double[:, ::1] = np.zeros((4, axes + 1))
+    n: cython.Py_ssize_t
+    k: cython.Py_ssize_t
+    d: cython.Py_ssize_t
+    c: cython.Py_ssize_t
+    p: cython.Py_ssize_t = 0
+    i: cython.Py_ssize_t
+    at: cython.Py_ssize_t = -1
+    first: cython.Py_ssize_t
+    last: cython.Py_ssize_t
+    with cython.nogil:
+        for n in range(count):
+            c = curve[n]
+            p = degree[c]
+            first = knot_offset[c] + p
+            last = knot_offset[c + 1] - p - 1
+            if not (first <= at and at < last and knots[at] < u[n] and u[n] < knots[at + 1]):
+                i = _span(knots, first, last, u[n], side)
+                if i != at:
+                    at = i
+                    _derivative_points(i, p, order, point_offset[c] + i - first, points, weights, knots, q)
+            _derivatives(at, p, order, u[n], knots, q, basis, value)
+            for k in range(order + 1):
+                for d in range(axes):
+                    out[k, n, d] = value[k, d]
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _speed(value: cython.double[:, ::1], low: cython.Py_ssize_t, high: cython.Py_ssize_t) -> cython.double:
+    """|C'| over the columns from `low` up to `high`."""
+    total: cython.double = 0.0
+    d: cython.Py_ssize_t
+    for d in range(low, high):
+        total += value[1, d] * value[1, d]
+    return total**0.5
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _inverse_derivatives(
+    value: cython.double[:, ::1],
+    low: cython.Py_ssize_t,
+    high: cython.Py_ssize_t,
+    out: cython.double[::1],
+) -> cython.bint:
+    """Fill `out` with du/ds, d²u/ds², d³u/ds³ from C', C'', C'''; False where C' vanishes.
+
+    With g = ds/du = |C'|: g g' = C'.C'', g g'' + g'² = C''.C'' + C'.C'''.
+    """
+    g: cython.double = _speed(value, low, high)
+    c12: cython.double = 0.0
+    c22: cython.double = 0.0
+    c13: cython.double = 0.0
+    d: cython.Py_ssize_t
+    g1: cython.double
+    g2: cython.double
+    if not g > 0.0:
+        return False
+    for d in range(low, high):
+        c12 += value[1, d] * value[2, d]
+        c22 += value[2, d] * value[2, d]
+        c13 += value[1, d] * value[3, d]
+    g1 = c12 / g
+    g2 = (c22 + c13 - g1 * g1) / g
+    out[0] = 1.0 / g
+    out[1] = -g1 / (g * g * g)
+    out[2] = (3.0 * g1 * g1 - g * g2) / (g * g * g * g * g)
+    return True
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _length(
+    i: cython.Py_ssize_t,
+    p: cython.Py_ssize_t,
+    a: cython.double,
+    b: cython.double,
+    low: cython.Py_ssize_t,
+    high: cython.Py_ssize_t,
+    knots: cython.const[cython.double][::1],
+    q: cython.double[:, :, ::1],
+    basis: cython.double[::1],
+    value: cython.double[:, ::1],
+    nodes: cython.const[cython.double][::1],
+    weights: cython.const[cython.double][::1],
+) -> cython.double:
+    """Arc length from u = a to b on span i by one Gauss-Legendre rule."""
+    total: cython.double = 0.0
+    n: cython.Py_ssize_t
+    for n in range(nodes.shape[0]):
+        _derivatives(i, p, 1, a + (b - a) * nodes[n], knots, q, basis, value)
+        total += weights[n] * _speed(value, low, high)
+    return total * (b - a)
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _hermite(
+    cell: cython.double[::1],
+    u_end: cython.double,
+    left: cython.double[::1],
+    right: cython.double[::1],
+) -> cython.void:
+    """Fill the coefficients of the polynomial of degree 7 that has u and du/ds .. d³u/ds³ at both ends of a cell."""
+    h: cython.double = cell[2]
+    a1: cython.double = left[0] * h
+    a2: cython.double = left[1] * h * h * 0.5
+    a3: cython.double = left[2] * h * h * h / 6.0
+    # What the cubic Taylor polynomial of the start misses at the end, in value and derivatives.
+    e0: cython.double = u_end - cell[0] - a1 - a2 - a3
+    e1: cython.double = right[0] * h - a1 - 2.0 * a2 - 3.0 * a3
+    e2: cython.double = right[1] * h * h - 2.0 * a2 - 6.0 * a3
+    e3: cython.double = right[2] * h * h * h - 6.0 * a3
+    cell[4] = cell[0]
+    cell[5] = a1
+    cell[6] = a2
+    cell[7] = a3
+    cell[8] = 35.0 * e0 - 15.0 * e1 + 2.5 * e2 - e3 / 6.0
+    cell[9] = -84.0 * e0 + 39.0 * e1 - 7.0 * e2 + 0.5 * e3
+    cell[10] = 70.0 * e0 - 34.0 * e1 + 6.5 * e2 - 0.5 * e3
+    cell[11] = -20.0 * e0 + 10.0 * e1 - 2.0 * e2 + e3 / 6.0
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _horner(cell: cython.const[cython.double][::1], tau: cython.double) -> cython.double:
+    """u at tau in 0 .. 1 of a cell, kept inside the cell."""
+    u: cython.double = cell[11]
+    k: cython.Py_ssize_t
+    for k in range(7):
+        u = u * tau + cell[10 - k]
+    if u < cell[0]:
+        return cell[0]
+    if u > cell[0] + cell[3]:
+        return cell[0] + cell[3]
+    return u
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _cell(
+    i: cython.Py_ssize_t,
+    p: cython.Py_ssize_t,
+    b: cython.double,
+    tolerance: cython.double,
+    low: cython.Py_ssize_t,
+    high: cython.Py_ssize_t,
+    knots: cython.const[cython.double][::1],
+    q: cython.double[:, :, ::1],
+    basis: cython.double[::1],
+    value: cython.double[:, ::1],
+    slopes: cython.double[:, ::1],
+    nodes: cython.const[cython.double][::1],
+    weights: cython.const[cython.double][::1],
+    cell: cython.double[::1],
+) -> cython.bint:
+    """Make the cell from ``cell[0]`` to u = b, s from ``cell[1]``; True where length and inverse are within tolerance."""
+    a: cython.double = cell[0]
+    middle: cython.double = 0.5 * (a + b)
+    whole: cython.double = _length(i, p, a, b, low, high, knots, q, basis, value, nodes, weights)
+    half: cython.double = _length(i, p, a, middle, low, high, knots, q, basis, value, nodes, weights)
+    length: cython.double = half + _length(i, p, middle, b, low, high, knots, q, basis, value, nodes, weights)
+    regular: cython.bint
+    k: cython.Py_ssize_t
+    cell[2] = length
+    cell[3] = b - a
+    cell[4] = a
+    cell[5] = b - a
+    for k in range(6, 12):
+        cell[k] = 0.0
+    if length <= tolerance or not (a < middle and middle < b):
+        return True
+    _derivatives(i, p, 3, a, knots, q, basis, value)
+    regular = _inverse_derivatives(value, low, high, slopes[0])
+    _derivatives(i, p, 3, b, knots, q, basis, value)
+    regular = _inverse_derivatives(value, low, high, slopes[1]) and regular
+    if not regular or abs(whole - length) > 10.0 * tolerance:
+        return False
+    _hermite(cell, b, slopes[0], slopes[1])
+    _derivatives(i, p, 1, middle, knots, q, basis, value)
+    return abs(_horner(cell, half / length) - middle) * _speed(value, low, high) <= tolerance
+
+
+def cells(
+    first_curve: cython.Py_ssize_t,
+    tolerance: cython.double,
+    metric_low: cython.const[cython.longlong][::1],
+    metric_high: cython.const[cython.longlong][::1],
+    degree: cython.const[cython.longlong][::1],
+    point_offset: cython.const[cython.longlong][::1],
+    knot_offset: cython.const[cython.longlong][::1],
+    points: cython.const[cython.double][:, ::1],
+    weights: cython.const[cython.double][::1],
+    knots: cython.const[cython.double][::1],
+    cell_offset: cython.longlong[::1],
+    out: cython.double[:, ::1],
+):
+    """Cut curves from `first_curve` on into cells on which arc length and its inverse are known to `tolerance` (mm),
+    but for the rounding of the curve's largest coordinate.
+
+    Within a knot span cells are halved until the Gauss rule agrees with itself on the halves, and the Hermite
+    polynomial of degree 7 for u(s) meets the middle. Length is taken over the columns ``metric_low[c]`` up to
+    ``metric_high[c]`` of curve c. Rows of `out` follow `CELL_COLUMNS`, s from 0 at the start of each curve;
+    ``cell_offset[c + 1]`` becomes the number of rows after curve c. Returns the first curve that `out` had no room for.
+    """
+    curves: cython.Py_ssize_t = degree.shape[0]
+    axes: cython.Py_ssize_t = points.shape[1]
+    largest: cython.Py_ssize_t = int(np.max(degree)) if curves else 0
+    q: cython.double[:, :, ::1] = np.zeros((4, largest + 1, axes + 1))
+    basis: cython.double[::1] = np.zeros(largest + 1)
+    value: cython.double[:, ::1] = np.zeros((4, axes + 1))
+    slopes: cython.double[:, ::1] = np.zeros((2, 3))
+    nodes: cython.const[cython.double][::1] = _NODES
+    gauss: cython.const[cython.double][::1] = _WEIGHTS
+    capacity: cython.Py_ssize_t = out.shape[0]
+    c: cython.Py_ssize_t = first_curve
+    i: cython.Py_ssize_t
+    p: cython.Py_ssize_t
+    rows: cython.Py_ssize_t
+    fits: cython.bint = True
+    b: cython.double
+    s: cython.double
+    k: cython.Py_ssize_t
+    d: cython.Py_ssize_t
+    within: cython.double
+    with cython.nogil:
+        while c < curves:
+            p = degree[c]
+            rows = cell_offset[c]
+            s = 0.0
+            within = 0.0
+            for k in range(point_offset[c], point_offset[c + 1]):
+                for d in range(metric_low[c], metric_high[c]):
+                    within = max(within, abs(points[k, d]))
+            within = tolerance + 4e-15 * within
+            for i in range(knot_offset[c] + p, knot_offset[c + 1] - p - 1):
+                if not knots[i] < knots[i + 1]:
+                    continue
+                _derivative_points(
+                    i, p, 3, point_offset[c] + i - knot_offset[c] - p, points, weights, knots, q
+                )
+                b = knots[i + 1]
+                if rows >= capacity:
+                    fits = False
+                    break
+                out[rows, 0] = knots[i]
+                while True:
+                    out[rows, 1] = s
+                    if not _cell(
+                        i, p, b, within, metric_low[c], metric_high[c], knots, q, basis, value, slopes,
+                        nodes, gauss, out[rows],
+                    ):  # fmt: skip
+                        b = 0.5 * (out[rows, 0] + b)
+                        continue
+                    s += out[rows, 2]
+                    rows += 1
+                    if not b < knots[i + 1]:
+                        break
+                    if rows >= capacity:
+                        fits = False
+                        break
+                    out[rows, 0] = b
+                    # The next try is twice as wide as what was just accepted, so widths can grow again.
+                    b = b + 2.0 * out[rows - 1, 3]
+                    if b + 0.5 * out[rows - 1, 3] > knots[i + 1]:
+                        b = knots[i + 1]
+                if not fits:
+                    break
+            if not fits:
+                break
+            cell_offset[c + 1] = rows
+            c += 1
+    return c
+
+
+def invert(
+    curve: cython.const[cython.longlong][::1],
+    s: cython.const[cython.double][::1],
+    side: cython.int,
+    snap: cython.double,
+    cell_offset: cython.longlong[::1],
+    cell: cython.const[cython.double][:, ::1],
+    out: cython.double[::1],
+):
+    """Fill `out` with the parameter u at arc length ``s[n]`` from the start of curve ``curve[n]``.
+
+    What is within `snap` of the border of a cell counts as that border, so that a knot is met exactly. Cells of
+    length 0 (a stretch of the curve that does not move) are passed over towards `side`.
+    """
+    n: cython.Py_ssize_t
+    low: cython.Py_ssize_t
+    high: cython.Py_ssize_t
+    middle: cython.Py_ssize_t
+    tau: cython.double
+    with cython.nogil:
+        for n in range(s.shape[0]):
+            low = cell_offset[curve[n]]
+            high = cell_offset[curve[n] + 1]
+            while high - low > 1:
+                middle = (low + high) // 2
+                if cell[middle, 1] < (s[n] + snap if side >= 0 else s[n] - snap):
+                    low = middle
+                else:
+                    high = middle
+            tau = s[n] - cell[low, 1]
+            if cell[low, 2] <= 0.0:
+                out[n] = cell[low, 0] + (cell[low, 3] if side >= 0 else 0.0)
+            elif tau <= snap:
+                out[n] = cell[low, 0]
+            elif tau >= cell[low, 2] - snap:
+                out[n] = cell[low, 0] + cell[low, 3]
+            else:
+                out[n] = _horner(cell[low], tau / cell[low, 2])
+
+
+def lengths(
+    curve: cython.const[cython.longlong][::1],
+    u: cython.const[cython.double][::1],
+    metric_low: cython.const[cython.longlong][::1],
+    metric_high: cython.const[cython.longlong][::1],
+    degree: cython.const[cython.longlong][::1],
+    point_offset: cython.const[cython.longlong][::1],
+    knot_offset: cython.const[cython.longlong][::1],
+    points: cython.const[cython.double][:, ::1],
+    weights: cython.const[cython.double][::1],
+    knots: cython.const[cython.double][::1],
+    cell_offset: cython.longlong[::1],
+    cell: cython.const[cython.double][:, ::1],
+    out: cython.double[::1],
+):
+    """Fill `out` with the arc length from the start of curve ``curve[n]`` to its parameter ``u[n]``."""
+    axes: cython.Py_ssize_t = points.shape[1]
+    largest: cython.Py_ssize_t = int(np.max(degree)) if degree.shape[0] else 0
+    q: cython.double[:, :, ::1] = np.zeros((4, largest + 1, axes + 1))
+    basis: cython.double[::1] = np.zeros(largest + 1)
+    value: cython.double[:, ::1] = np.zeros((4, axes + 1))
+    nodes: cython.const[cython.double][::1] = _NODES
+    gauss: cython.const[cython.double][::1] = _WEIGHTS
+    n: cython.Py_ssize_t
+    low: cython.Py_ssize_t
+    high: cython.Py_ssize_t
+    middle: cython.Py_ssize_t
+    c: cython.Py_ssize_t
+    p: cython.Py_ssize_t
+    i: cython.Py_ssize_t
+    first: cython.Py_ssize_t
+    last: cython.Py_ssize_t
+    at: cython.double
+    with cython.nogil:
+        for n in range(u.shape[0]):
+            c = curve[n]
+            low = cell_offset[c]
+            high = cell_offset[c + 1]
+            if low == high:
+                out[n] = 0.0
+                continue
+            while high - low > 1:
+                middle = (low + high) // 2
+                if cell[middle, 0] <= u[n]:
+                    low = middle
+                else:
+                    high = middle
+            at = min(max(u[n], cell[low, 0]), cell[low, 0] + cell[low, 3])
+            p = degree[c]
+            first = knot_offset[c] + p
+            last = knot_offset[c + 1] - p - 1
+            i = _span(knots, first, last, cell[low, 0], 1)
+            _derivative_points(i, p, 1, point_offset[c] + i - first, points, weights, knots, q)
+            out[n] = cell[low, 1] + _length(
+                i, p, cell[low, 0], at, metric_low[c], metric_high[c], knots, q, basis, value, nodes, gauss
+            )
