@@ -1,0 +1,37 @@
+"""ISO 10303-21: read and write exchange structures, whatever schema they follow.
+
+`Exchange.load` splits a file into statements and parses those that are asked for; `write` puts instances back into
+text, so that what is read from what is written is the same.
+"""
+
+from cncgen.stepnc.part21.exchange import Exchange
+from cncgen.stepnc.part21.values import (
+    DERIVED,
+    Binary,
+    Constant,
+    Enumeration,
+    Instance,
+    Record,
+    Ref,
+    Resource,
+    Typed,
+    ValueRef,
+)
+from cncgen.stepnc.part21.writer import format_instance, format_value, write
+
+__all__ = [
+    "DERIVED",
+    "Binary",
+    "Constant",
+    "Enumeration",
+    "Exchange",
+    "Instance",
+    "Record",
+    "Ref",
+    "Resource",
+    "Typed",
+    "ValueRef",
+    "format_instance",
+    "format_value",
+    "write",
+]

@@ -1,0 +1,373 @@
+"""An exchange structure in memory: statements as columns, instances parsed when they are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Diagnostics, Severity
+from cncgen.kernels import part21_scan as scan
+from cncgen.stepnc.part21.parsing import SyntaxFault, parse_body, parse_statement
+from cncgen.stepnc.part21.statements import Statements, report_faults, split
+from cncgen.stepnc.part21.values import Instance, Record
+from cncgen.stepnc.reporting import Reporter
+
+#: Parsed instances that are kept; beyond it the oldest half is dropped.
+MAX_CACHED = 100_000
+#: Characters of a statement that is parsed; a longer one is an error (a million references are 8 MB).
+MAX_STATEMENT = 64_000_000
+
+#: Statements outside DATA (header, anchors, what is no Part 21 at all) that are looked at.
+MAX_OTHERS = 100_000
+
+_SECTIONS = (
+    "HEADER",
+    "DATA",
+    "ANCHOR",
+    "REFERENCE",
+    "SIGNATURE",
+    "ENDSEC",
+    "ISO-10303-21",
+    "END-ISO-10303-21",
+)
+_POWERS = 10.0 ** np.arange(23)
+
+
+class Exchange:
+    """What a Part 21 file holds.
+
+    Faults of the syntax become diagnostics: those of the statements when the file is loaded, those within a
+    statement when it is parsed (`instance`, `check_syntax`).
+
+    Attributes:
+        data: The bytes of the file.
+        reporter: Where faults go.
+        rows: All statements.
+        header: The entities of the HEADER section, by keyword.
+        anchors: ``<name>`` of the ANCHOR section to its value (edition 3).
+        references: Names of the REFERENCE section to their resources (edition 3).
+        schemas: What FILE_SCHEMA names, in capitals, object identifiers cut off.
+        comments_before: The text before the header (it holds comments).
+    """
+
+    def __init__(self, data: bytes, reporter: Reporter, aliases: Mapping[str, str] | None = None) -> None:
+        self.data = data
+        self.reporter = reporter
+        self._aliases = aliases or {}
+        self.rows: Statements = split(data)
+        self._resolve_aliases()
+        report_faults(data, self.rows, reporter)
+        self.header: dict[str, Record] = {}
+        self.anchors: dict[str, Any] = {}
+        self.references: dict[Any, Any] = {}
+        self._cache: dict[int, Instance | None] = {}
+        self._is_instance: NDArray[np.bool_] = np.zeros(len(self.rows), bool)
+        self.comments_before = data[: self._sections()].decode("utf-8", "replace")
+        self.schemas = self._schemas()
+        self._index()
+
+    @classmethod
+    def load(
+        cls,
+        data: bytes,
+        name: str = "-",
+        diagnostics: Diagnostics | None = None,
+        aliases: Mapping[str, str] | None = None,
+    ) -> Exchange:
+        """Read a file.
+
+        Args:
+            data: Its bytes.
+            name: How diagnostics call it.
+            diagnostics: Where they go (a new list where None).
+            aliases: Other names of entities, short to long; instances show the long ones.
+        """
+        found = diagnostics if diagnostics is not None else Diagnostics()
+        return cls(data, Reporter(name, data, found), aliases)
+
+    def _resolve_aliases(self) -> None:
+        """Give statements under an alias the type of the long name."""
+        if not self._aliases:
+            return
+        hashes = {
+            scan.keyword_hash(a.encode()): scan.keyword_hash(n.encode()) for a, n in self._aliases.items()
+        }
+        short = np.array(sorted(hashes), np.int64)
+        k = np.minimum(np.searchsorted(short, self.rows.types), len(short) - 1)
+        found = short[k] == self.rows.types
+        self.rows.types[found] = np.array([hashes[h] for h in short.tolist()], np.int64)[k[found]]
+
+    # Sections
+
+    def _sections(self) -> int:
+        """Walk the statements that are no instances; return the offset where the header ends."""
+        rows = self.rows
+        names = {scan.keyword_hash(s.encode()): s for s in _SECTIONS}
+        special = np.flatnonzero(rows.ids < 0)
+        if len(special) > MAX_OTHERS:
+            self._report_row(
+                int(special[MAX_OTHERS]), "part21-size", f"{len(special)} statements are no instances"
+            )
+            special = special[:MAX_OTHERS]
+        section, began, header_end = "", -1, min(len(self.data), 65_536)
+        seen: set[str] = set()
+        for row in special.tolist():
+            keyword = names.get(int(rows.types[row]), "") if rows.ids[row] < 0 else ""
+            if keyword in ("", "SIGNATURE") or (section == "HEADER" and keyword not in ("ENDSEC", "DATA")):
+                self._inner_statement(row, section, keyword)
+                continue
+            seen.add(keyword)
+            if keyword == "DATA":
+                self._parse(row, "data_head")
+            if section == "HEADER" and keyword == "ENDSEC":
+                header_end = int(rows.ends[row])
+            if keyword in ("ENDSEC", "DATA", "END-ISO-10303-21"):
+                self._end_section(section, began, row)
+                section, began = ("DATA", row) if keyword == "DATA" else ("", row)
+            elif keyword != "ISO-10303-21":
+                section, began = keyword, row
+        self._end_section(section, began, len(rows))
+        self._missing_sections(seen)
+        return header_end
+
+    def _end_section(self, section: str, began: int, row: int) -> None:
+        inside = slice(began + 1, row)
+        if section == "DATA":
+            self._is_instance[inside] = self.rows.ids[inside] >= 0
+        elif section == "REFERENCE":
+            for k in range(began + 1, min(row, began + 1 + MAX_CACHED)):
+                pair = self._parse(k, "reference") if self.rows.ids[k] >= 0 else None
+                if pair:
+                    self.references[pair[0]] = pair[1]
+        elif self.rows.ids[inside].max(initial=-1) >= 0:
+            first = began + 1 + int(np.argmax(self.rows.ids[inside] >= 0))
+            where = f"in the {section} section" if section else "outside every section"
+            self._report_row(first, "part21-section", f"an instance stands {where}, not in DATA")
+            self._is_instance[inside] = self.rows.ids[inside] >= 0
+
+    def _inner_statement(self, row: int, section: str, keyword: str) -> None:
+        """Read a statement of a section that is no instance."""
+        if self.rows.flags[row] & scan.UNTERMINATED or keyword == "SIGNATURE":
+            return
+        if section == "HEADER":
+            record = self._parse(row, "header_entity")
+            if record:
+                self.header.setdefault(record.keyword, record)
+        elif section == "ANCHOR":
+            anchor = self._parse(row, "anchor")
+            if anchor:
+                self.anchors[str(anchor[0])] = anchor[1]
+        elif section == "REFERENCE":
+            pair = self._parse(row, "reference")
+            if pair:
+                self.references[pair[0]] = pair[1]
+        elif self.rows.starts[row] < self.rows.ends[row]:
+            text = (
+                self.data[(at := int(self.rows.starts[row])) : min(at + 30, int(self.rows.ends[row]))]
+                .decode("utf-8", "replace")
+                .strip()
+            )
+            self._report_row(
+                row, "part21-section", f"{text!r} is neither an instance (#id = …) nor a section"
+            )
+
+    def _missing_sections(self, seen: set[str]) -> None:
+        problems = {
+            "ISO-10303-21": "the file does not begin with ISO-10303-21;",
+            "HEADER": "the file has no HEADER section",
+            "DATA": "the file has no DATA section",
+            "END-ISO-10303-21": "the file does not end with END-ISO-10303-21; (is it cut off?)",
+        }
+        for keyword, message in problems.items():
+            if keyword not in seen:
+                at = max(len(self.data) - 1, 0) if keyword.startswith("END") else 0
+                self.reporter.report("part21-section", message, at)
+
+    def _schemas(self) -> tuple[str, ...]:
+        record = self.header.get("FILE_SCHEMA")
+        names = record.parameters[0] if record and record.parameters else ()
+        if not isinstance(names, tuple):
+            return ()
+        return tuple(n.split("{")[0].strip().upper() for n in names if isinstance(n, str))
+
+    # Instances
+
+    def _index(self) -> None:
+        rows = np.flatnonzero(self._is_instance)
+        order = rows[np.argsort(self.rows.ids[rows], kind="stable")]
+        ids = self.rows.ids[order]
+        double = np.flatnonzero(ids[1:] == ids[:-1]) + 1 if len(ids) else np.zeros(0, np.int64)
+        for k in double[:100].tolist():
+            first = self.reporter.line_of(int(self.rows.starts[order[k - 1]]))
+            message = f"#{ids[k]} is defined again; line {first} defines it first"
+            self._report_row(int(order[k]), "part21-duplicate", message)
+        keep = np.ones(len(ids), bool)
+        keep[double] = False
+        self._sorted_ids, self._sorted_rows = ids[keep], order[keep]
+
+    @property
+    def instance_rows(self) -> NDArray[np.int64]:
+        """Return the rows of the instances in the order of the file."""
+        return np.sort(self._sorted_rows)
+
+    def row_of(self, ident: int) -> int:
+        """Return the row of an instance, −1 where there is none."""
+        k = int(np.searchsorted(self._sorted_ids, ident))
+        return int(self._sorted_rows[k]) if k < len(self._sorted_ids) and self._sorted_ids[k] == ident else -1
+
+    def rows_of_ids(self, ids: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the rows of instances, −1 where there is none; shape as given."""
+        if not len(self._sorted_ids):
+            return np.full(len(ids), -1)
+        k = np.minimum(np.searchsorted(self._sorted_ids, ids), len(self._sorted_ids) - 1)
+        return np.where(self._sorted_ids[k] == ids, self._sorted_rows[k], -1)
+
+    def rows_of_type(self, *keywords: str) -> NDArray[np.int64]:
+        """Return the rows of the simple instances of those types, in the order of the file."""
+        hashes = [scan.keyword_hash(k.encode()) for k in keywords]
+        return np.flatnonzero(np.isin(self.rows.types, hashes) & self._is_instance)
+
+    def complex_rows(self) -> NDArray[np.int64]:
+        """Return the rows of the complex instances."""
+        return np.flatnonzero((self.rows.types == 0) & self._is_instance)
+
+    def instances(self, *keywords: str) -> Iterator[Instance]:
+        """Yield the simple instances of those types in the order of the file."""
+        for row in self.rows_of_type(*keywords).tolist():
+            instance = self.at_row(row)
+            if instance is not None:
+                yield instance
+
+    def instance(self, ident: int) -> Instance | None:
+        """Return an instance, None where there is none or its text has a fault (which is reported)."""
+        row = self.row_of(ident)
+        return self.at_row(row) if row >= 0 else None
+
+    def at_row(self, row: int) -> Instance | None:
+        """Return the instance of a row, None where its text has a fault (which is reported)."""
+        if row in self._cache:
+            return self._cache[row]
+        if len(self._cache) >= MAX_CACHED:
+            for old in list(self._cache)[: MAX_CACHED // 2]:
+                del self._cache[old]
+        found = self._cache[row] = self._parse_instance(row)
+        return found
+
+    def _parse_instance(self, row: int) -> Instance | None:
+        begin, end = int(self.rows.bodies[row]), int(self.rows.ends[row])
+        if end - begin > MAX_STATEMENT:
+            self._report_row(
+                row, "part21-size", f"a statement of {end - begin} bytes, more than {MAX_STATEMENT}"
+            )
+            return None
+        text = self._decode(begin, end)
+        try:
+            parts = parse_body(text)
+        except SyntaxFault as fault:
+            self._report_syntax(row, begin, text, fault)
+            return None
+        if self._aliases:
+            names = self._aliases
+            parts = tuple(Record(names[p.keyword], p.parameters) if p.keyword in names else p for p in parts)
+        return Instance(int(self.rows.ids[row]), parts)
+
+    def _parse(self, row: int, rule: str) -> Any:
+        begin = int(self.rows.starts[row])
+        text = self._decode(begin, min(int(self.rows.ends[row]), begin + MAX_STATEMENT))
+        try:
+            return parse_statement(text, rule)
+        except SyntaxFault as fault:
+            self._report_syntax(row, begin, text, fault)
+            return None
+
+    def _report_syntax(self, row: int, begin: int, text: str, fault: SyntaxFault) -> None:
+        if self.rows.flags[row] & (scan.UNTERMINATED | scan.NO_EQUALS):
+            return  # reported already
+        offset = begin + len(text[: fault.offset].encode("utf-8", "replace"))
+        name = f"#{self.rows.ids[row]}: " if self.rows.ids[row] >= 0 else ""
+        self.reporter.report("part21-syntax", name + fault.message, min(offset, len(self.data)))
+
+    def _decode(self, begin: int, end: int) -> str:
+        raw = self.data[begin:end]
+        try:
+            return raw.decode("utf-8")
+        except UnicodeDecodeError:
+            message = "bytes that are neither ASCII nor UTF-8 are read as ISO 8859-1"
+            self.reporter.report("part21-encoding", message, begin, severity=Severity.WARNING)
+            return raw.decode("iso8859-1")
+
+    def check_syntax(self, rows: NDArray[np.int64]) -> None:
+        """Parse the instances of those rows for their faults, keeping none."""
+        for row in rows.tolist():
+            if row not in self._cache:
+                self._parse_instance(row)
+
+    # Places and bulk
+
+    def text(self, row: int) -> str:
+        """Return the text of a statement without its semicolon."""
+        return self.data[int(self.rows.starts[row]) : int(self.rows.ends[row])].decode("utf-8", "replace")
+
+    def line(self, ident: int) -> int:
+        """Return the line where an instance begins, 0 where there is none."""
+        row = self.row_of(ident)
+        return self.reporter.line_of(int(self.rows.starts[row])) if row >= 0 else 0
+
+    @cached_property
+    def row_lines(self) -> NDArray[np.int64]:
+        """Return the line of every statement, shape (n,)."""
+        return self.reporter.lines_of(self.rows.starts)
+
+    def report(self, ident: int, code: str, message: str, **options: Any) -> None:
+        """Report a fault of an instance, at its place (of the file where there is none)."""
+        row = self.row_of(ident)
+        self.reporter.report(code, message, int(self.rows.starts[row]) if row >= 0 else None, **options)
+
+    def _report_row(self, row: int, code: str, message: str) -> None:
+        self.reporter.report(code, message, int(self.rows.starts[row]))
+
+    @cached_property
+    def _links(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        targets = np.empty(self.data.count(b"#"), np.int64)
+        offsets = np.zeros(len(self.rows) + 1, np.int64)
+        buffer = np.frombuffer(self.data, np.uint8)
+        total = scan.references(buffer, self.rows.bodies, self.rows.ends, targets, offsets)
+        return targets[:total], offsets
+
+    @property
+    def links(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return all references: targets (ids) and, shape (n + 1,), where those of each row begin."""
+        return self._links
+
+    def links_of(self, row: int) -> NDArray[np.int64]:
+        """Return the ids that a statement refers to, in the order of its text."""
+        targets, offsets = self._links
+        return targets[offsets[row] : offsets[row + 1]]
+
+    @cached_property
+    def _points(self) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int8]]:
+        rows = self.rows_of_type("CARTESIAN_POINT")
+        coordinates = np.zeros((len(rows), 3))
+        dimensions = np.zeros(len(rows), np.int8)
+        buffer = np.frombuffer(self.data, np.uint8)
+        bodies, ends = self.rows.bodies[rows], self.rows.ends[rows]
+        scan.points(buffer, bodies, ends, coordinates, dimensions, _POWERS)
+        return rows, coordinates, dimensions
+
+    @property
+    def points(self) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int8]]:
+        """Return the rows of the CARTESIAN_POINTs, coordinates (n, 3), and dimensions (−1: parse the instance)."""
+        return self._points
+
+    def coordinates_of(self, ids: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """Return the coordinates (n, 3) of points, and which of the ids are points that the kernel could read."""
+        point_rows, coordinates, dimensions = self._points
+        rows = self.rows_of_ids(ids)
+        if not len(point_rows):
+            return np.zeros((len(ids), 3)), np.zeros(len(ids), bool)
+        k = np.minimum(np.searchsorted(point_rows, rows), len(point_rows) - 1)
+        return coordinates[k], (point_rows[k] == rows) & (dimensions[k] >= 2)

@@ -1,0 +1,296 @@
+"""Two lanes from the text of a statement to values.
+
+The grammar (``grammars/part21.lark``) is the language; it takes every construct and names an error. Lark builds some
+10 MB a minute, so instances without comments go down a lane of one regular expression and a stack, ten times
+faster; what it does not take goes to the grammar. Both give the same values.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from typing import Any
+
+from cncgen.stepnc.part21.strings import decode
+from cncgen.stepnc.part21.values import (
+    DERIVED,
+    Binary,
+    Constant,
+    Enumeration,
+    Record,
+    Ref,
+    Resource,
+    Typed,
+    Value,
+    ValueRef,
+)
+
+#: Nested aggregates that a value may have; schemas of this world need four.
+MAX_DEPTH = 64
+#: Digits that a number may have.
+MAX_DIGITS = 400
+
+_TOKEN = re.compile(
+    r"""[ \t\r\n\f\v]*(?:
+      (?P<ref>\#[0-9]+)
+    | (?P<number>[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[Ee][+-]?[0-9]+)?)
+    | '(?P<string>(?:[^']|'')*+)'
+    | \.(?P<enumeration>[A-Za-z_][A-Za-z0-9_]*)\.
+    | (?P<open>\() | (?P<close>\)) | (?P<comma>,)
+    | (?P<omitted>\$) | (?P<derived>\*)
+    | (?P<keyword>!?[A-Za-z_][A-Za-z0-9_]*)
+    | "(?P<binary>[0-9A-Fa-f]*)"
+    )[ \t\r\n\f\v]*""",
+    re.VERBOSE,
+)
+
+
+class SyntaxFault(Exception):
+    """A statement that is no Part 21: what is wrong, and the offset in the statement's text where."""
+
+    def __init__(self, message: str, offset: int, length: int = 1) -> None:
+        super().__init__(message)
+        self.message = message
+        self.offset = offset
+        self.length = length
+
+
+def number(text: str) -> int | float:
+    """Return the value of a number token.
+
+    Raises:
+        ValueError: where it has too many digits or is no finite double.
+    """
+    if len(text) > MAX_DIGITS:
+        raise ValueError(f"a number of {len(text)} characters")
+    if text.lstrip("+-").isdigit():
+        return int(text)
+    value = float(text)
+    if value in (float("inf"), float("-inf")):
+        raise ValueError(f"{text} is beyond the range of a double")
+    return value
+
+
+def parse_body(text: str) -> tuple[Record, ...]:
+    """Return the parts of an instance from the text after ``#id =``, up to the semicolon.
+
+    Raises:
+        SyntaxFault: naming the first error.
+    """
+    parts = quick_body(text)
+    return parts if parts is not None else grammar_body(text)
+
+
+_CONVERT: dict[str, Any] = {
+    "ref": lambda m: Ref(m["ref"][1:]),
+    "number": lambda m: number(m["number"]),
+    "string": lambda m: decode(m["string"]),
+    "enumeration": lambda m: Enumeration(m["enumeration"].upper()),
+    "omitted": lambda m: None,
+    "derived": lambda m: DERIVED,
+    "binary": lambda m: Binary(m["binary"].upper()),
+}
+
+
+def quick_body(text: str) -> tuple[Record, ...] | None:
+    """Return what `grammar_body` would return, or None for what this lane leaves to the grammar: comments, errors."""
+    items: list[Value] = []
+    stack: list[tuple[list[Value], str | None]] = []
+    expect_value = True  # a value, or a keyword, may come
+    position, end = 0, len(text)
+    pending: str | None = None  # the keyword before a parenthesis
+    match = _TOKEN.match
+    try:
+        while position < end:
+            token = match(text, position)
+            if token is None:
+                return None
+            position = token.end()
+            kind = token.lastgroup
+            if kind == "comma":
+                if expect_value or not stack:
+                    return None
+                expect_value = True
+            elif kind == "open":
+                if not expect_value or len(stack) >= MAX_DEPTH:
+                    return None
+                stack.append((items, pending))
+                items, pending = [], None
+            elif pending is not None:
+                return None
+            elif kind == "close":
+                if not stack or (expect_value and items and not _in_complex(stack)):
+                    return None
+                closed = items
+                items, keyword = stack.pop()
+                if not _close(items, closed, keyword, stack):
+                    return None
+                # The parts of a complex instance follow each other without commas.
+                expect_value = _in_complex(stack)
+            elif not expect_value:
+                return None
+            elif kind == "keyword":
+                pending = token["keyword"].upper()
+            else:
+                items.append(_CONVERT[kind](token))  # type: ignore[index]
+                expect_value = False
+    except ValueError:
+        return None
+    if stack or pending is not None:
+        return None
+    return _parts(items)
+
+
+def _in_complex(stack: list[tuple[list[Value], str | None]]) -> bool:
+    """Tell whether the list being read is the outermost, bare one: the parts of a complex instance."""
+    return len(stack) == 1 and stack[0][1] is None
+
+
+def _close(
+    items: list[Value], closed: list[Value], keyword: str | None, stack: list[tuple[list[Value], str | None]]
+) -> bool:
+    """Put what a closing parenthesis ends into the list around it; tell whether it may stand there."""
+    if keyword is None:
+        items.append(tuple(closed))
+        return True
+    if not stack or _in_complex(stack):
+        items.append(Record(keyword, tuple(closed)))
+        return True
+    if len(closed) != 1 or keyword.startswith("!") or any(isinstance(c, Record) for c in closed):
+        return False
+    items.append(Typed(keyword, closed[0]))
+    return True
+
+
+def _parts(items: list[Value]) -> tuple[Record, ...] | None:
+    if len(items) != 1:
+        return None
+    parts = (items[0],) if isinstance(items[0], Record) else items[0]
+    if type(parts) is not tuple or not parts or not all(isinstance(p, Record) for p in parts):
+        return None
+    nested = any(isinstance(v, Record) for part in parts for v in part.parameters)
+    return None if nested else parts
+
+
+def grammar_body(text: str) -> tuple[Record, ...]:
+    """Return the parts of an instance by the grammar (slow; any construct).
+
+    Raises:
+        SyntaxFault: naming the first error.
+    """
+    prefix = "#0="
+    result = parse_statement(prefix + text, "instance", shift=len(prefix))
+    return result[1]
+
+
+def parse_statement(text: str, start: str, shift: int = 0) -> Any:
+    """Parse a statement without its semicolon by the rule `start` of the grammar.
+
+    Args:
+        text: The statement.
+        start: ``instance``, ``header_entity``, ``data_head``, ``anchor`` or ``reference``.
+        shift: Characters to subtract from the offset of an error.
+
+    Raises:
+        SyntaxFault: naming the first error.
+    """
+    from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken, VisitError
+
+    depth = _depth(text)
+    if depth > MAX_DEPTH:
+        raise SyntaxFault(f"{depth} parentheses are open at once, more than {MAX_DEPTH}", 0)
+    try:
+        return _grammar().parse(text, start=start)
+    except VisitError as error:
+        raise SyntaxFault(str(error.orig_exc), 0) from None
+    except ValueError as error:
+        raise SyntaxFault(str(error), 0) from None
+    except UnexpectedInput as error:
+        position = error.pos_in_stream or 0
+        allowed: Any = getattr(error, "accepts", None) or getattr(error, "expected", set())
+        if isinstance(error, UnexpectedCharacters):
+            found, allowed = f"{text[position]!r}", error.allowed or set()
+        elif isinstance(error, UnexpectedToken) and error.token.type != "$END":
+            found = f"{str(error.token)[:40]!r}"
+        else:
+            found, position = "the end of the statement", len(text)
+        where = max(position - shift, 0)
+        raise SyntaxFault(f"{found} where {_one_of(allowed)} is expected", where) from None
+
+
+_TERMINALS = {
+    "LPAR": "'('",
+    "RPAR": "')'",
+    "COMMA": "','",
+    "EQUAL": "'='",
+    "KEYWORD": "a keyword",
+    "NUMBER": "a number",
+    "STRING": "a string",
+    "ENUMERATION": "an .ENUMERATION.",
+    "BINARY": "a binary value",
+    "NAME_OF_INSTANCE": "#id",
+    "NAME_OF_VALUE": "@id",
+    "CONSTANT": "a constant",
+    "DOLLAR": "'$'",
+    "STAR": "'*'",
+    "RESOURCE": "<a resource>",
+    "$END": "the end",
+    "LBRACE": "'{'",
+}
+
+
+def _one_of(terminals: set[str]) -> str:
+    names = sorted(
+        {_TERMINALS.get(t, t) for t in terminals if t not in ("COMMENT",) and not t.startswith("__")}
+    )
+    if len(names) > 6:
+        return "a value"
+    return " or ".join(names) or "nothing"
+
+
+def _depth(text: str) -> int:
+    bare = re.sub(r"'(?:[^']|'')*+'", "", text)
+    depth = deepest = 0
+    for c in re.findall(r"[()]", bare):
+        depth += 1 if c == "(" else -1
+        deepest = max(deepest, depth)
+    return deepest
+
+
+@cache
+def _grammar() -> Any:
+    """Return the Lark parser that builds values while it parses."""
+    from importlib.resources import files
+
+    from lark import Lark, Transformer
+
+    class Values(Transformer):
+        """Values of `cncgen.stepnc.part21.values` from the rules of the grammar."""
+
+        NAME_OF_INSTANCE = staticmethod(lambda t: Ref(t[1:]))
+        NAME_OF_VALUE = staticmethod(lambda t: ValueRef(t[1:]))
+        CONSTANT = staticmethod(lambda t: Constant(t.upper()))
+        NUMBER = staticmethod(lambda t: number(str(t)))
+        STRING = staticmethod(lambda t: decode(str(t[1:-1])))
+        ENUMERATION = staticmethod(lambda t: Enumeration(t[1:-1].upper()))
+        BINARY = staticmethod(lambda t: Binary(t[1:-1].upper()))
+        RESOURCE = staticmethod(lambda t: Resource(t[1:-1]))
+        list = complex = staticmethod(tuple)
+        omitted = staticmethod(lambda c: None)
+        derived = staticmethod(lambda c: DERIVED)
+        header_entity = staticmethod(lambda c: c[0])
+        anchor_item = staticmethod(lambda c: c[0])
+        data_head = staticmethod(lambda c: c[0] if c else ())
+        instance = staticmethod(lambda c: (c[0], c[1] if type(c[1]) is tuple else (c[1],)))
+        anchor = staticmethod(lambda c: (c[0], c[1], tuple(c[2:])))
+        reference = tag = staticmethod(tuple)
+
+        def typed(self, children: Any) -> Typed:
+            return Typed(str(children[0]).upper(), children[1])
+
+        def record(self, children: Any) -> Record:
+            return Record(str(children[0]).upper(), tuple(children[1:]))
+
+    text = files("cncgen.grammars").joinpath("part21.lark").read_text(encoding="utf-8")
+    starts = ["instance", "header_entity", "data_head", "anchor", "reference", "exchange_file"]
+    return Lark(text, parser="lalr", start=starts, transformer=Values(), maybe_placeholders=False)
