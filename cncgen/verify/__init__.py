@@ -1,0 +1,142 @@
+"""Verifying: setpoints, ours or anyone's, judged against the programmed path and the machine's limits.
+
+Nothing here is shared with the planner beyond reading the program: the path is flattened by other means (`flatten`),
+speeds are finite differences of the setpoints (`limits`), distances those of the polylines (`distance`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, UsageError
+from cncgen.machine.record import Machine
+from cncgen.setpoints.columns import file_units
+from cncgen.setpoints.stream import SetpointStream
+from cncgen.toolpath.record import Toolpath
+from cncgen.verify.distance import Distances, path_to_setpoints, setpoints_to_path
+from cncgen.verify.flatten import Polyline, flatten
+from cncgen.verify.limits import judge_limits
+from cncgen.verify.verdict import Peak, Verdict, breach
+
+__all__ = ["Peak", "Verdict", "verify"]
+
+
+def verify(
+    setpoints: SetpointStream,
+    toolpaths: Iterable[Toolpath],
+    machine: Machine,
+    *,
+    tolerance_mm: float | None = None,
+) -> Verdict:
+    """Judge setpoints against a program and a machine.
+
+    Args:
+        setpoints: What is judged; drawn whole (memory: some 200 bytes a sample and axis).
+        toolpaths: The program, as it is read.
+        machine: Limits, travel, tolerances.
+        tolerance_mm: Tolerance of every continuous motion, over what the program says.
+
+    Returns:
+        Peaks of each axis and both distances, with a diagnostic for each limit that is broken.
+
+    Raises:
+        ProgramError: Nothing moves in the program.
+        UsageError: The setpoints have none of its axes.
+    """
+    path = flatten(toolpaths, machine, tolerance_mm)
+    if path is None:
+        raise ProgramError(
+            Diagnostic("no-motion", "the program moves nothing, so there is no path to verify against")
+        )
+    given = setpoints.collect()
+    axes, position = given.axes, file_units(given.position, given.axes)
+    breaches = _missing_axes(path, axes)
+    shared = [letter for letter in path.axes if letter in axes]
+    if not shared:
+        raise UsageError(
+            Diagnostic(
+                "verify-axes", f"the setpoints have axes {axes}, the program {path.axes}: none is common"
+            )
+        )
+    points = np.ascontiguousarray(position[:, [axes.index(letter) for letter in shared]])
+    there = _restricted(path, [path.axes.index(letter) for letter in shared])
+    out, back = setpoints_to_path(points, there), path_to_setpoints(points, there)
+    lines = _line_of_samples(out, there, len(points))
+    peaks, over = judge_limits(position, axes, given.period_s, machine, lines)
+    breaches.extend(over)
+    _judge_distance(out, back, there, given.period_s, breaches)
+    return Verdict(
+        len(points),
+        given.period_s,
+        tuple(peaks),
+        float(out.distance.max()),
+        float(back.distance.max()),
+        breaches,
+    )
+
+
+def _missing_axes(path: Polyline, axes: str) -> Diagnostics:
+    """Name the axes that the program moves and the setpoints do not have."""
+    found = Diagnostics()
+    for column, letter in enumerate(path.axes):
+        if letter not in axes and np.ptp(path.points[:, column]) > 0:
+            found.add(
+                breach(
+                    "axis", f"axis {letter} moves in the program, and the setpoints have none", axis=letter
+                )
+            )
+    return found
+
+
+def _restricted(path: Polyline, columns: list[int]) -> Polyline:
+    points = np.ascontiguousarray(path.points[:, columns])
+    axes = "".join(path.axes[column] for column in columns)
+    return Polyline(axes, points, path.line, path.tolerance, path.source, path.sources)
+
+
+def _line_of_samples(out: Distances, path: Polyline, samples: int) -> NDArray[np.int64]:
+    """Return the source line at each sample, of the segment that it was matched with."""
+    lines = np.zeros(samples, np.int64)
+    lines[out.place[::-1]] = path.line[out.segment[::-1]]
+    return lines
+
+
+def _judge_distance(
+    out: Distances, back: Distances, path: Polyline, period_s: float, breaches: Diagnostics
+) -> None:
+    worst = int(np.argmax(out.excess))
+    if out.excess[worst] > 0:
+        t_s, line = float(out.place[worst] * period_s), int(path.line[out.segment[worst]])
+        count = len(np.unique(out.place[out.excess > 0]))
+        breaches.add(
+            breach(
+                "distance",
+                f"the setpoints are {out.distance[worst]:.6f} mm from the programmed path at t = {t_s:.4f} s "
+                f"(line {line}), over the tolerance of {out.tolerance[worst]:g} mm; so are {count} samples in all",
+                value=float(out.distance[worst]),
+                limit=float(out.tolerance[worst]),
+                t_s=t_s,
+                line=line,
+                samples=count,
+            )
+        )
+    worst = int(np.argmax(back.excess))
+    if back.excess[worst] > 0:
+        segment = max(int(back.place[worst]) - 1, 0)
+        line = int(path.line[segment])
+        where = ", ".join(
+            f"{axis}{value:.4f}" for axis, value in zip(path.axes, path.points[segment + 1], strict=True)
+        )
+        breaches.add(
+            breach(
+                "coverage",
+                f"the setpoints pass {back.distance[worst]:.6f} mm from the programmed path near {where} (line {line}), "
+                f"over the tolerance of {back.tolerance[worst]:g} mm",
+                value=float(back.distance[worst]),
+                limit=float(back.tolerance[worst]),
+                line=line,
+            )
+        )

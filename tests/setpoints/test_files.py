@@ -141,7 +141,7 @@ def test_csv_of_others(
     path.write_text(end.join(["# a log", "Y_mm, T_S,x_mm,other,c_deg", *lines, ""]), newline="")
     with open_setpoints(path) as source:
         assert source.axes == "YXC"
-        assert source.period_s == pytest.approx(period, rel=1e-9)
+        assert source.period_s == pytest.approx(period, abs=1e-9)
         chunks = list(source.chunks)
     assert chunks[0].first == first
     position = np.concatenate([c.position for c in chunks])

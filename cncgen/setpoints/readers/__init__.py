@@ -14,10 +14,11 @@ from typing import BinaryIO
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import open_input
-from cncgen.setpoints.readers.source import Block, SetpointSource, source_of
+from cncgen.setpoints.readers.blocks import Block, stream_of
+from cncgen.setpoints.stream import SetpointStream
 from cncgen.setpoints.writers import FORMATS
 
-__all__ = ["SetpointSource", "open_setpoints"]
+__all__ = ["SetpointStream", "open_setpoints"]
 
 #: What the formats with a signature begin with.
 _SIGNATURES = ((b"\x93NUMPY", "npy"), (b"PK\x03\x04", "npz"), (b"ARROW1", "arrow"), (b"{", "jsonl"))
@@ -30,7 +31,7 @@ def open_setpoints(
     format: str | None = None,
     axes: str | None = None,
     period_s: float | None = None,
-) -> Iterator[SetpointSource]:
+) -> Iterator[SetpointStream]:
     """Open a setpoint file, or standard input for ``-``, for the length of a with block.
 
     Args:
@@ -53,7 +54,7 @@ def open_setpoints(
             )
         module = importlib.import_module(f"cncgen.setpoints.readers.{kind}")
         blocks: Iterator[Block] = module.blocks(file, name, axes, period_s)
-        yield source_of(blocks, name, period_s)
+        yield stream_of(blocks, name, period_s)
 
 
 def _peek(file: BinaryIO) -> bytes:

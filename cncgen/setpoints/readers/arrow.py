@@ -10,8 +10,8 @@ import numpy as np
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import reading_faults
 from cncgen.setpoints.columns import POSITION_COLUMNS
+from cncgen.setpoints.readers.blocks import Block
 from cncgen.setpoints.readers.f64 import check_rows
-from cncgen.setpoints.readers.source import Block
 
 
 def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[Block]:

@@ -17,7 +17,7 @@ from cncgen.diagnostics import Diagnostic, Diagnostics, Span, UsageError, excerp
 from cncgen.files import reading_faults
 from cncgen.kernels import decimal_rows as kernel
 from cncgen.setpoints.columns import POSITION_COLUMNS
-from cncgen.setpoints.readers.source import Block
+from cncgen.setpoints.readers.blocks import Block
 
 #: Bytes read at a time.
 BLOCK_BYTES = 1 << 20

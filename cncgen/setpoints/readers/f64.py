@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import reading_faults
 from cncgen.setpoints.readers import letters_or_fault
-from cncgen.setpoints.readers.source import Block
+from cncgen.setpoints.readers.blocks import Block
 
 #: Rows read at a time.
 ROWS = 65_536

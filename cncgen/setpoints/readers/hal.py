@@ -15,8 +15,8 @@ import numpy as np
 from cncgen.diagnostics import Diagnostic, Diagnostics, Span, UsageError, excerpt_of
 from cncgen.setpoints.columns import POSITION_COLUMNS
 from cncgen.setpoints.readers import letters_or_fault
+from cncgen.setpoints.readers.blocks import Block
 from cncgen.setpoints.readers.csv import line_blocks
-from cncgen.setpoints.readers.source import Block
 
 
 def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[Block]:

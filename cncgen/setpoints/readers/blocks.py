@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.setpoints.columns import inside_units
 from cncgen.setpoints.record import Setpoints
+from cncgen.setpoints.stream import SetpointStream
 
 Floats = NDArray[np.float64]
 
@@ -33,24 +34,7 @@ class Block:
     position: Floats
 
 
-@dataclass(frozen=True, slots=True)
-class SetpointSource:
-    """An open setpoint file.
-
-    Attributes:
-        name: File name.
-        axes: Letters of the columns.
-        period_s: Time between rows.
-        chunks: The rows, once, in inside units.
-    """
-
-    name: str
-    axes: str
-    period_s: float
-    chunks: Iterator[Setpoints]
-
-
-def source_of(blocks: Iterator[Block], name: str, period_s: float | None) -> SetpointSource:
+def stream_of(blocks: Iterator[Block], name: str, period_s: float | None) -> SetpointStream:
     """Take the axes and the period from the first block, and check each block against them as it is drawn.
 
     Raises:
@@ -60,7 +44,7 @@ def source_of(blocks: Iterator[Block], name: str, period_s: float | None) -> Set
     if first is None:
         raise UsageError(Diagnostic("setpoints-empty", f"{name} holds no setpoints"))
     period = period_s if period_s is not None else _period(first, name)
-    return SetpointSource(name, first.axes, period, _chunks(first, blocks, name, period))
+    return SetpointStream(name, first.axes, period, _chunks(first, blocks, name, period))
 
 
 def _period(block: Block, name: str) -> float:

@@ -1,0 +1,132 @@
+"""The group of commands, and the one place where what went wrong becomes a message and an exit code."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import signal
+import sys
+import traceback
+import warnings
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import Any
+
+import click
+
+from cncgen.cli import messages
+from cncgen.diagnostics import CncgenError
+
+#: Commands in the order of ``--help``, each a module of this package with a click command `command`.
+COMMANDS = ("machines",)
+
+#: Exit code of what is our fault (EX_SOFTWARE of sysexits.h), and of a run out of memory.
+INTERNAL_ERROR = 70
+
+
+class Commands(click.Group):
+    """A group that imports a command's module when the command is asked for."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names of all commands."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import a command by its name."""
+        if cmd_name not in COMMANDS:
+            return None
+        command: click.Command = importlib.import_module(f"cncgen.cli.{cmd_name}").command
+        return command
+
+
+@click.group(
+    cls=Commands,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
+@click.version_option(package_name="cncgen")
+def cli() -> None:
+    """NC programs to servo setpoints: as fast as the machine's limits allow, and never over them.
+
+    PROGRAM is a file, or - for standard input. Exit codes: 0 done, 1 the program has errors (or verify found a limit
+    broken), 2 wrong usage or an unreadable file, 3 no plan exists within the limits.
+    """
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Run a command; print what went wrong; return the exit code of interface.md."""
+    messages.reset()
+    warnings.showwarning = _show_warning
+    with suppress(ValueError):  # not in the main thread
+        signal.signal(signal.SIGTERM, _terminate)
+    try:
+        code = _run(arguments)
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except BrokenPipeError:
+        code = 0
+    except OSError as error:
+        messages.error(f"{error.filename or 'output'}: {error.strerror or error}")
+        code = 2
+    _silence_closed_streams()
+    return code
+
+
+def _run(arguments: Sequence[str] | None) -> int:
+    try:
+        outcome: Any = cli.main(args=arguments, prog_name="cncgen", standalone_mode=False)
+        return outcome if isinstance(outcome, int) else 0
+    except click.exceptions.Exit as error:
+        return error.exit_code
+    except click.ClickException as error:
+        error.show()
+        return 2
+    except (click.Abort, KeyboardInterrupt):
+        messages.error("interrupted")
+        return 130
+    except CncgenError as error:
+        messages.show(error.diagnostics)
+        return error.exit_code
+    except (OSError, SystemExit):
+        raise
+    except MemoryError:
+        messages.error("out of memory")
+        return INTERNAL_ERROR
+    except Exception as error:
+        messages.error(f"internal error: {_origin(error)}{type(error).__name__}: {error}")
+        messages.plain(
+            "  help: this is a fault of cncgen; CNCGEN_TRACEBACK=1 in the environment shows the whole trace"
+        )
+        if os.environ.get("CNCGEN_TRACEBACK"):
+            traceback.print_exc()
+        return INTERNAL_ERROR
+
+
+def _origin(error: Exception) -> str:
+    """Return file and line of our innermost frame, for a report of the fault."""
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if "cncgen" in frame.filename]
+    if not frames:
+        return ""
+    return f"{os.path.basename(frames[-1].filename)}:{frames[-1].lineno}: "
+
+
+def _terminate(number: int, frame: Any) -> None:
+    """Leave on SIGTERM as on an exception, so that half-written files are removed."""
+    raise SystemExit(128 + number)
+
+
+def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
+    messages.plain(f"warning: {message}")
+
+
+def _silence_closed_streams() -> None:
+    """Point streams that nobody reads any more at nothing, so that closing them at exit says nothing."""
+    for stream in (sys.stdout, sys.stderr):
+        if stream is None:
+            continue
+        try:
+            stream.flush()
+        except (OSError, ValueError):
+            with suppress(OSError, ValueError):
+                nothing = os.open(os.devnull, os.O_WRONLY)
+                os.dup2(nothing, stream.fileno())
+                os.close(nothing)

@@ -1,0 +1,49 @@
+"""`cncgen machines`: the profiles that ship."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from cncgen.cli.options import message_options
+
+if TYPE_CHECKING:
+    from cncgen.machine import Machine
+
+
+@click.group("machines", invoke_without_command=True)
+@message_options
+@click.pass_context
+def command(context: click.Context) -> None:
+    """List the machine profiles that ship; `machines show NAME` prints one as TOML."""
+    if context.invoked_subcommand is None:
+        from cncgen.files import write_text
+        from cncgen.machine import load, profile_names
+
+        rows = [(name, load(name)) for name in profile_names()]
+        width = max(len(name) for name, _ in rows)
+        write_text(None, "".join(f"{name:{width}}  {_described(machine)}\n" for name, machine in rows))
+
+
+def _described(machine: Machine) -> str:
+    """Return a line on a machine: axes, period, largest velocity."""
+    from cncgen.units import file_unit, to_file
+
+    axes = [
+        f"{letter} {axis.max_velocity * to_file(letter):g} {file_unit(letter)}/s"
+        for letter, axis in machine.axes.items()
+    ]
+    return f"{machine.period_s * 1000:g} ms; " + ", ".join(axes)
+
+
+@command.command("show")
+@click.argument("name")
+@message_options
+def show(name: str) -> None:
+    """Print a profile, or a machine file as it is understood, as TOML to copy and edit."""
+    from cncgen.files import write_text
+    from cncgen.machine import load, profile_names, to_toml
+    from cncgen.machine.profiles import profile_text
+
+    write_text(None, profile_text(name) if name in profile_names() else to_toml(load(name)))

@@ -1,0 +1,79 @@
+"""What a person or a script is told, all of it on standard error: diagnostics as text or as JSON lines."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, TextIO
+
+from cncgen.diagnostics import Diagnostic, Diagnostics
+
+if TYPE_CHECKING:
+    import click
+
+
+class _Style:
+    """How messages are printed in this run."""
+
+    json = False
+    quiet = False
+    #: Where JSON diagnostics go; None: standard error.
+    json_stream: TextIO | None = None
+
+
+def reset() -> None:
+    """Go back to the style that a run starts with."""
+    _Style.json = _Style.quiet = False
+    _Style.json_stream = None
+
+
+def set_json(context: click.Context, parameter: click.Parameter, value: bool) -> None:
+    """Print diagnostics as JSON lines (the callback of ``--json``)."""
+    _Style.json = value
+
+
+def set_quiet(context: click.Context, parameter: click.Parameter, value: bool) -> None:
+    """Print diagnostics alone (the callback of ``--quiet``)."""
+    _Style.quiet = value
+
+
+def json_to_standard_output() -> None:
+    """Send JSON diagnostics to standard output: of a command that has nothing else to print there."""
+    _Style.json_stream = sys.stdout
+
+
+def is_quiet() -> bool:
+    """Tell whether summaries and progress are unwanted."""
+    return _Style.quiet
+
+
+def show(diagnostics: Iterable[Diagnostic] | Diagnostics) -> None:
+    """Print diagnostics, once each."""
+    for diagnostic in diagnostics:
+        if _Style.json:
+            print(json.dumps(diagnostic.as_json(), default=str), file=_Style.json_stream or sys.stderr)
+        else:
+            plain(diagnostic.render())
+    suppressed = diagnostics.suppressed if isinstance(diagnostics, Diagnostics) else 0
+    if suppressed:
+        plain(f"{suppressed} more were counted and are not shown")
+
+
+def error(message: str) -> None:
+    """Print an error that is no diagnostic of a file."""
+    show([Diagnostic("failed", message)] if _Style.json else [])
+    if not _Style.json:
+        plain(f"cncgen: error: {message}")
+
+
+def note(message: str) -> None:
+    """Print a line of the summary, unless ``--quiet``."""
+    if not _Style.quiet:
+        plain(message)
+
+
+def plain(message: str) -> None:
+    """Print a line."""
+    if sys.stderr is not None:
+        print(message, file=sys.stderr)

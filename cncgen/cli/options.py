@@ -1,0 +1,212 @@
+"""Options and arguments that several commands share, each declared once."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import click
+
+from cncgen.cli import messages
+
+Command = Callable[..., Any]
+
+LANGUAGES = ("gcode", "stepnc")
+DIALECTS = ("auto", "linuxcnc", "fanuc")
+FORMATS = ("csv", "jsonl", "npy", "npz", "f64", "hal", "arrow")
+FEEDRATES = ("optimal", "ild", "constant", "adaptive", "curvature")
+INTERPOLATORS = ("arclength", "taylor1", "taylor2", "uniform")
+SATURATIONS = ("off", "reactive", "predictive")
+PROFILES = ("bell", "linear", "exponential")
+EFFORTS = ("best", "fast")
+
+
+def _all_of(*decorators: Callable[[Command], Command]) -> Callable[[Command], Command]:
+    """Join decorators into one; the first stands first in the help."""
+    return lambda function: functools.reduce(lambda f, decorate: decorate(f), reversed(decorators), function)
+
+
+message_options = _all_of(
+    click.option(
+        "--json",
+        is_flag=True,
+        is_eager=True,
+        expose_value=False,
+        callback=messages.set_json,
+        help="Print diagnostics as JSON lines.",
+    ),
+    click.option(
+        "-q",
+        "--quiet",
+        is_flag=True,
+        is_eager=True,
+        expose_value=False,
+        callback=messages.set_quiet,
+        help="Print diagnostics alone: no progress, no summary.",
+    ),
+)
+
+_reading_options = (
+    click.option(
+        "--language",
+        type=click.Choice(LANGUAGES),
+        help="Language of the program [default: by suffix and content].",
+    ),
+    click.option(
+        "--dialect",
+        type=click.Choice(DIALECTS),
+        default="auto",
+        show_default=True,
+        help="Whose G-code it is, where controls differ.",
+    ),
+    click.option("--tool-table", metavar="FILE", help="Tool table in LinuxCNC's format."),
+    click.option("--parameters", metavar="FILE", help="Numbered parameters; read, never rewritten."),
+    click.option(
+        "--save-parameters", metavar="FILE", help="Write the numbered parameters here after the program."
+    ),
+    click.option(
+        "--include", metavar="DIR", multiple=True, help="Search subprograms here too (may be repeated)."
+    ),
+    click.option(
+        "--block-delete/--no-block-delete",
+        default=True,
+        show_default=True,
+        help="Skip blocks that begin with /.",
+    ),
+    click.option(
+        "--max-steps",
+        metavar="N",
+        type=click.IntRange(min=1),
+        default=50_000_000,
+        show_default=True,
+        help="Blocks executed before a program counts as endless.",
+    ),
+)
+
+_READING_NAMES = (
+    "language",
+    "dialect",
+    "tool_table",
+    "parameters",
+    "save_parameters",
+    "include",
+    "block_delete",
+    "max_steps",
+)
+
+
+def program_options(function: Command) -> Command:
+    """Add the options of reading a program; the command receives them together as `reading`."""
+
+    @functools.wraps(function)
+    def gathered(*args: Any, **values: Any) -> Any:
+        reading = {name: values.pop(name) for name in _READING_NAMES}
+        return function(*args, reading=reading, **values)
+
+    return _all_of(*_reading_options)(gathered)
+
+
+machine_option = click.option(
+    "-m",
+    "--machine",
+    metavar="NAME|FILE",
+    default="generic-mill",
+    show_default=True,
+    help="Machine profile, or a TOML file.",
+)
+
+axis_params_option = click.option(
+    "--axis-params",
+    metavar="NAME|FILE",
+    help="Servo data of the axes: a profile or a TOML file [default: the machine's own].",
+)
+
+_planning_options = (
+    click.option(
+        "--feedrate",
+        type=click.Choice(FEEDRATES),
+        help="Feedrate strategy: jerk-limited per axis near the least time (optimal), sharp corners and jerk-limited "
+        "segments (ild), or a baseline of the papers [default: optimal].",
+    ),
+    click.option(
+        "--interpolator",
+        type=click.Choice(INTERPOLATORS),
+        default=INTERPOLATORS[0],
+        show_default=True,
+        help="How the next point on the path is found.",
+    ),
+    click.option(
+        "--saturation",
+        type=click.Choice(SATURATIONS),
+        default=SATURATIONS[0],
+        show_default=True,
+        help="Keep the drives out of saturation: step by step (reactive) or in the look-ahead (predictive).",
+    ),
+    click.option(
+        "--profile",
+        type=click.Choice(PROFILES),
+        default=PROFILES[0],
+        show_default=True,
+        help="Acceleration and deceleration of ild.",
+    ),
+    click.option(
+        "--effort",
+        type=click.Choice(EFFORTS),
+        default=EFFORTS[0],
+        show_default=True,
+        help="Method of optimal: shortest motion or shortest computing.",
+    ),
+    click.option(
+        "--path-tolerance",
+        metavar="MM",
+        type=click.FloatRange(min=0, min_open=True),
+        help="How far continuous motion may leave the programmed path [default: the program's, else the machine's].",
+    ),
+    click.option(
+        "--max-contour-error",
+        metavar="MM",
+        type=click.FloatRange(min=0, min_open=True),
+        help="Contour error, as the servo model predicts it, that the plan stays under "
+        "[default: the machine's, for ild].",
+    ),
+    axis_params_option,
+)
+
+_PLANNING_NAMES = (
+    "feedrate",
+    "interpolator",
+    "saturation",
+    "profile",
+    "effort",
+    "path_tolerance",
+    "max_contour_error",
+    "axis_params",
+)
+
+
+def planning_options(function: Command) -> Command:
+    """Add the options of planning; the command receives them together as `planning`."""
+
+    @functools.wraps(function)
+    def gathered(*args: Any, **values: Any) -> Any:
+        planning = {name: values.pop(name) for name in _PLANNING_NAMES}
+        return function(*args, planning=planning, **values)
+
+    return _all_of(*_planning_options)(gathered)
+
+
+format_option = click.option(
+    "--format",
+    "format",
+    type=click.Choice(FORMATS),
+    help="Format of the setpoints [default: by suffix, else csv].",
+)
+
+output_option = click.option(
+    "-o", "--output", metavar="FILE", help="Where the result goes [default: standard output]."
+)
+
+summary_option = click.option(
+    "--summary", metavar="FILE", help="Write the summary as JSON (- for standard error)."
+)

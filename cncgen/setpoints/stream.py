@@ -1,0 +1,40 @@
+"""A stream of setpoints with what is known of it before the first row: axes, period, name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from cncgen.setpoints.record import Setpoints
+
+
+@dataclass(frozen=True, slots=True)
+class SetpointStream:
+    """Setpoints on their way, from a plan or from a file; the rows can be drawn once.
+
+    Attributes:
+        name: Where they come from: a file, a program.
+        axes: Letters of the columns.
+        period_s: Time between rows.
+        chunks: The rows, in inside units.
+    """
+
+    name: str
+    axes: str
+    period_s: float
+    chunks: Iterator[Setpoints]
+
+    def __iter__(self) -> Iterator[Setpoints]:
+        return self.chunks
+
+    def collect(self) -> Setpoints:
+        """Draw all rows; return them as one chunk."""
+        chunks = list(self.chunks)
+        if not chunks:
+            return Setpoints(self.axes, self.period_s, 0, np.zeros((0, len(self.axes))))
+        signals = {name: np.concatenate([c.signals[name] for c in chunks]) for name in chunks[0].signals}
+        events = tuple(event for chunk in chunks for event in chunk.events)
+        position = np.concatenate([chunk.position for chunk in chunks])
+        return Setpoints(self.axes, self.period_s, chunks[0].first, position, signals, events)

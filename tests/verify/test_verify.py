@@ -1,0 +1,286 @@
+"""The judge: motions with closed forms pass, and each kind of fault is found where it is."""
+
+from __future__ import annotations
+
+import importlib.util
+import itertools
+from pathlib import Path as FilePath
+from types import ModuleType
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cncgen.diagnostics import ProgramError, UsageError
+from cncgen.geometry.tables import ArcTable, NurbsTable
+from cncgen.kernels import nearest_ahead
+from cncgen.machine import Machine
+from cncgen.toolpath.record import Kind, PathMode
+from cncgen.verify import Verdict, verify
+from cncgen.verify.flatten import CHORD_MM, flatten
+
+spec = importlib.util.spec_from_file_location("verify_fixtures", FilePath(__file__).parent / "conftest.py")
+assert spec is not None
+assert spec.loader is not None
+make: ModuleType = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(make)
+
+
+def codes(verdict: Verdict) -> list[str]:
+    return [d.code for d in verdict.breaches]
+
+
+def line_motion(length: float = 10.0, time_s: float = 0.5) -> np.ndarray:
+    s = make.smooth(length, time_s)
+    return np.column_stack([s, np.zeros_like(s), np.zeros_like(s)])
+
+
+def test_a_line_with_closed_form_peaks() -> None:
+    """v = 2L/T = 40, a = 2πL/T² = 251.3, j = 4π²L/T³ = 3158.3; differences at 1 ms come within 0.1 % and below."""
+    verdict = verify(make.stream(line_motion()), [make.polyline([0, 0, 0], [10, 0, 0])], make.machine())
+    assert verdict.holds, codes(verdict)
+    found = {p.order: p.value for p in verdict.peaks if p.axis == "X"}
+    assert found["velocity"] == pytest.approx(40.0, rel=1e-3)
+    assert found["acceleration"] == pytest.approx(2 * np.pi * 10 / 0.25, rel=1e-3)
+    assert found["jerk"] == pytest.approx(4 * np.pi**2 * 10 / 0.125, rel=1e-2)
+    assert verdict.setpoints_to_path_mm < 1e-9
+    assert verdict.path_to_setpoints_mm < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("limits", "code"),
+    [
+        ({"velocity": 39.9}, "verify-velocity"),
+        ({"acceleration": 251.0}, "verify-acceleration"),
+        ({"jerk": 3140.0}, "verify-jerk"),
+    ],
+)
+def test_each_limit_is_found_just_below_the_peak(limits: dict[str, float], code: str) -> None:
+    verdict = verify(
+        make.stream(line_motion()), [make.polyline([0, 0, 0], [10, 0, 0])], make.machine(**limits)
+    )
+    assert codes(verdict) == [code]
+    breach = next(iter(verdict.breaches))
+    assert breach.values["axis"] == "X"
+    assert breach.values["line"] == 1
+    assert 0.0 <= breach.values["t_s"] <= 0.5
+
+
+def test_velocity_breach_is_placed_at_its_time() -> None:
+    verdict = verify(
+        make.stream(line_motion()), [make.polyline([0, 0, 0], [10, 0, 0])], make.machine(velocity=39.9)
+    )
+    assert next(iter(verdict.breaches)).values["t_s"] == pytest.approx(0.25, abs=2e-3)
+
+
+def test_a_start_that_is_no_rest_is_found() -> None:
+    moving = np.column_stack([np.linspace(0, 10, 201), np.zeros(201), np.zeros(201)])
+    verdict = verify(make.stream(moving), [make.polyline([0, 0, 0], [10, 0, 0])], make.machine())
+    assert set(codes(verdict)) == {"verify-acceleration", "verify-jerk"}
+    assert next(iter(verdict.breaches)).values["t_s"] in (0.0, 0.2)
+
+
+def test_travel() -> None:
+    motion = line_motion() + np.array([495.0, 0, 0])
+    verdict = verify(make.stream(motion), [make.polyline([495, 0, 0], [505, 0, 0])], make.machine())
+    assert codes(verdict) == ["verify-travel"]
+    assert next(iter(verdict.breaches)).values["value"] == pytest.approx(505.0)
+
+
+@given(offset=st.floats(0.002, 0.05), radius=st.floats(1.0, 200.0))
+def test_distance_of_a_circle_with_an_offset_radius(offset: float, radius: float) -> None:
+    """Setpoints on radius r + d are d from the circle, and the circle is d from them."""
+    angle = make.smooth(2 * np.pi, 4.0)
+    ring = (radius + offset) * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    wide = make.machine(1e9, 1e9, 1e12)
+    verdict = verify(make.stream(ring), [make.circle(radius, tolerance=0.01)], wide)
+    chord = (radius + offset) * (1 - np.cos(np.diff(angle).max() / 2))
+    assert verdict.setpoints_to_path_mm == pytest.approx(offset, abs=chord + 2e-6)
+    assert verdict.path_to_setpoints_mm == pytest.approx(offset, abs=chord + 2e-6)
+    assert ("verify-distance" in codes(verdict)) == (verdict.setpoints_to_path_mm > 0.01 * 1.001 + 2e-6)
+
+
+def test_chords_are_judged_and_not_samples_alone() -> None:
+    """Every sample on the circle, chords 0.0613 mm inside: R (1 − cos(π/90))."""
+    angle = np.linspace(0, 2 * np.pi, 91)
+    ring = 100 * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    verdict = verify(make.stream(ring), [make.circle(100.0)], make.machine(1e9, 1e9, 1e12))
+    assert set(codes(verdict)) == {"verify-distance", "verify-coverage"}
+    sagitta = 100 * (1 - np.cos(np.pi / 90))
+    assert verdict.setpoints_to_path_mm == pytest.approx(sagitta, rel=1e-3)
+    assert verdict.path_to_setpoints_mm == pytest.approx(sagitta, rel=1e-3)
+
+
+def test_a_path_left_out_is_found() -> None:
+    """A drill stroke of 5 mm that the setpoints leave out: every sample is on the path, and the path is not covered."""
+    program = make.polyline([0, 0, 0], [5, 0, 0], [5, 0, -5], [5, 0, 0], [10, 0, 0])
+    verdict = verify(make.stream(line_motion()), [program], make.machine())
+    assert codes(verdict) == ["verify-coverage"]
+    breach = next(iter(verdict.breaches))
+    assert breach.values["value"] == pytest.approx(5.0, abs=1e-6)
+    assert breach.values["line"] in (2, 3)
+
+
+def test_there_and_back_again_is_followed_branch_by_branch() -> None:
+    out = line_motion()
+    verdict = verify(
+        make.stream(np.concatenate([out, out[::-1]])),
+        [make.polyline([0, 0, 0], [10, 0, 0], [0, 0, 0])],
+        make.machine(),
+    )
+    assert verdict.holds, codes(verdict)
+    half = verify(make.stream(out), [make.polyline([0, 0, 0], [10, 0, 0], [0, 0, 0])], make.machine())
+    assert codes(half) == ["verify-coverage"]
+    turned = verify(make.stream(out[::-1]), [make.polyline([0, 0, 0], [10, 0, 0])], make.machine())
+    assert "verify-distance" in codes(turned)
+
+
+def test_an_early_end_is_found() -> None:
+    motion = line_motion(9.0)
+    verdict = verify(make.stream(motion), [make.polyline([0, 0, 0], [10, 0, 0])], make.machine())
+    assert codes(verdict) == ["verify-coverage"]
+    assert verdict.path_to_setpoints_mm == pytest.approx(1.0, abs=1e-6)
+
+
+def test_a_corner_cut_within_and_beyond_its_tolerance() -> None:
+    """A chamfer with legs c passes c / √2 from the corner."""
+    for leg, good in ((0.012, True), (0.016, False)):
+        corner = np.array([[0, 0, 0], [5 - leg, 0, 0], [5, leg, 0], [5, 5, 0]])
+        steps = [np.linspace(a, b, 50, endpoint=False) for a, b in itertools.pairwise(corner)]
+        motion = np.concatenate([*steps, corner[-1:]])
+        wide = make.machine(1e9, 1e12, 1e15)
+        verdict = verify(make.stream(motion), [make.polyline([0, 0, 0], [5, 0, 0], [5, 5, 0])], wide)
+        assert verdict.path_to_setpoints_mm == pytest.approx(leg / np.sqrt(2), rel=1e-6)
+        assert verdict.holds == good
+
+
+def test_tolerance_in_force_row_by_row() -> None:
+    """0.02 mm off is within G64 P0.05 and beyond G61 (the chord tolerance of 1 µm)."""
+    motion = line_motion() + np.array([0, 0.02, 0])
+    wide = make.machine(1e9, 1e9, 1e12)
+    loose = make.polyline([0, 0, 0], [10, 0, 0], tolerance=0.05)
+    exact = make.polyline([0, 0, 0], [10, 0, 0], tolerance=0.05, mode=PathMode.EXACT_PATH)
+    unsaid = make.polyline([0, 0, 0], [10, 0, 0], tolerance=np.nan)
+    assert verify(make.stream(motion), [loose], wide).holds
+    assert not verify(make.stream(motion), [exact], wide).holds
+    assert not verify(make.stream(motion), [unsaid], wide).holds
+    assert verify(make.stream(motion), [unsaid], wide, tolerance_mm=0.03).holds
+
+
+def test_axes_that_do_not_match() -> None:
+    program = make.polyline([0, 0, 0], [10, 0, 0])
+    flat = make.stream(line_motion()[:, :2], "XY")
+    assert verify(flat, [program], make.machine()).holds
+    missing = verify(
+        make.stream(line_motion()[:, :1], "X"), [make.polyline([0, 0, 0], [10, 3, 0])], make.machine()
+    )
+    assert "verify-axis" in codes(missing)
+    only_x = Machine("x", {"X": make.machine().axes["X"]})
+    tilted = line_motion() * [1, 0, 0] + np.column_stack([np.zeros(501), make.smooth(3, 0.5), np.zeros(501)])
+    assert "verify-axis" in codes(verify(make.stream(tilted), [make.polyline([0, 0, 0], [10, 3, 0])], only_x))
+    with pytest.raises(UsageError, match="none is common"):
+        verify(make.stream(line_motion()[:, :1], "A"), [program], make.machine())
+    with pytest.raises(ProgramError, match="moves nothing"):
+        verify(make.stream(line_motion()), [], make.machine())
+
+
+def test_rounding_to_nine_decimals_breaks_nothing() -> None:
+    """At 10 kHz the ninth decimal alone makes jerks of 2³ · 0.5e-9 / 1e-12 = 4000 mm/s³."""
+    s = np.round(make.smooth(10.0, 0.5, 1e-4), 9)
+    motion = np.column_stack([s, 0 * s, 0 * s])
+    limits = make.machine(velocity=40.1, acceleration=252.0, jerk=3160.0)
+    verdict = verify(make.stream(motion, period_s=1e-4), [make.polyline([0, 0, 0], [10, 0, 0])], limits)
+    assert verdict.holds, codes(verdict)
+
+
+def test_a_helix_is_flattened_to_its_chord() -> None:
+    arcs = ArcTable(np.array([[1.0, 2.0, 0.0]]), np.array([[0.0, 0.0, -1.0]]), np.array([4 * np.pi]))
+    program = make.toolpath([11.0, 2, 0], [(Kind.ARC, [11.0, 2, -3], 0)], arcs=arcs)
+    path = flatten([program], make.machine())
+    assert path is not None
+    centred = path.points - [1.0, 2.0, 0.0]
+    np.testing.assert_allclose(np.hypot(centred[:, 0], centred[:, 1]), 10.0, atol=1e-12)
+    np.testing.assert_allclose(np.diff(path.points[:, 2]), -3 / len(path), atol=1e-12)
+    middle = 0.5 * (centred[1:] + centred[:-1])
+    assert 10.0 - np.hypot(middle[:, 0], middle[:, 1]).min() <= CHORD_MM * 1.0001
+    assert path.lengths[-1] == pytest.approx(np.hypot(40 * np.pi, 3), rel=1e-6)
+    # Clockwise: a little after the start the point is below the centre's height.
+    assert centred[1, 1] < 0
+
+
+def test_a_nurbs_circle_is_flattened_to_its_chord() -> None:
+    """The seven-point quadratic circle of radius 10 (Piegl and Tiller, The NURBS Book, section 7.5)."""
+    root = np.sqrt(3)
+    control = 10 * np.array(
+        [
+            [0, -1, 0],
+            [root, -1, 0],
+            [root / 2, 0.5, 0],
+            [0, 2, 0],
+            [-root / 2, 0.5, 0],
+            [-root, -1, 0],
+            [0, -1, 0],
+        ]
+    )
+    third = 1 / 3
+    table = NurbsTable(
+        np.array([2]),
+        np.array([0, 7]),
+        np.array([0, 10]),
+        control,
+        np.array([1, 0.5, 1, 0.5, 1, 0.5, 1.0]),
+        np.array([0, 0, 0, third, third, 2 * third, 2 * third, 1, 1, 1]),
+    )
+    program = make.toolpath([0, -10, 0], [(Kind.NURBS, [0, -10, 0], 0)], nurbs=table)
+    path = flatten([program], make.machine())
+    assert path is not None
+    np.testing.assert_allclose(np.linalg.norm(path.points, axis=1), 10.0, atol=1e-12)
+    middle = 0.5 * (path.points[1:] + path.points[:-1])
+    assert 10.0 - np.linalg.norm(middle, axis=1).min() <= CHORD_MM * 1.01
+    assert path.lengths[-1] == pytest.approx(20 * np.pi, rel=1e-6)
+
+
+def brute(points: np.ndarray, line: np.ndarray) -> np.ndarray:
+    """Distance of each point from the whole polyline, segment by segment."""
+    a, b = line[:-1], line[1:]
+    d = b - a
+    f = ((points[:, None] - a) * d).sum(2) / np.maximum((d**2).sum(1), 1e-300)
+    nearest = a + np.clip(f, 0, 1)[..., None] * d
+    return np.linalg.norm(points[:, None] - nearest, axis=2).min(axis=1)
+
+
+@given(st.integers(0, 10_000))
+def test_the_kernel_is_never_nearer_than_the_whole_search_and_equal_on_a_smooth_path(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    angle = np.linspace(0, 1.5 * np.pi, 400)
+    line = 50 * np.column_stack([np.cos(angle), np.sin(angle)])
+    at = np.sort(rng.uniform(0, 1.5 * np.pi, 60))
+    points = (50 + rng.uniform(-0.02, 0.02, 60))[:, None] * np.column_stack([np.cos(at), np.sin(at)])
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    results = []
+    source = FilePath(nearest_ahead.__file__).parent / "nearest_ahead.py"
+    plain_spec = importlib.util.spec_from_file_location("plain_nearest_ahead", source)
+    assert plain_spec is not None
+    assert plain_spec.loader is not None
+    plain = importlib.util.module_from_spec(plain_spec)
+    plain_spec.loader.exec_module(plain)
+    for kernel in (nearest_ahead, plain):
+        segment, fraction, distance = np.zeros(60, np.int64), np.zeros(60), np.zeros(60)
+        kernel.follow(
+            points,
+            line,
+            along,
+            np.full(60, 0.05),
+            np.full(399, np.inf),
+            np.full(60, 60.0),
+            segment,
+            fraction,
+            distance,
+        )
+        results.append((segment, fraction, distance))
+    expected = brute(points, line)
+    assert (results[0][2] >= expected - 1e-12).all()
+    np.testing.assert_allclose(results[0][2], expected, atol=0.012)
+    for ours, other in zip(*results, strict=True):
+        np.testing.assert_allclose(ours, other, rtol=0, atol=1e-12)
