@@ -51,9 +51,12 @@ def curvature_extrema(path: Path) -> CurvatureExtrema:
     is_maximum = rise[turn - 1] > 0
     place = 0.5 * (s[first[turn]] + s[last[turn]])
     value = kappa[first[turn]]
-    point = first[turn] == last[turn]
+    point = s[first[turn]] == s[last[turn]]
     if np.any(point):
-        low, high = s[first[turn[point]] - 1], s[first[turn[point]] + 1]
+        middle = place[point]
+        # The neighbours in place, not in the list: a breakpoint is in it twice.
+        low = s[np.maximum(np.searchsorted(s, middle, "left") - 1, 0)]
+        high = s[np.minimum(np.searchsorted(s, middle, "right"), len(s) - 1)]
         place[point], value[point] = _refine(path, low, high, place[point], value[point], is_maximum[point])
     return CurvatureExtrema(place, value, is_maximum)
 

@@ -341,6 +341,9 @@ def _cell(
     length: cython.double = half + _length(i, p, middle, b, low, high, knots, q, basis, value, nodes, weights)
     regular: cython.bint
     k: cython.Py_ssize_t
+    speed: cython.double
+    share: cython.double
+    slope: cython.double
     cell[2] = length
     cell[3] = b - a
     cell[4] = a
@@ -357,7 +360,13 @@ def _cell(
         return False
     _hermite(cell, b, slopes[0], slopes[1])
     _derivatives(i, p, 1, middle, knots, q, basis, value)
-    return abs(_horner(cell, half / length) - middle) * _speed(value, low, high) <= tolerance
+    speed = _speed(value, low, high)
+    share = half / length
+    slope = 0.0
+    for k in range(7, 0, -1):
+        slope = slope * share + k * cell[4 + k]
+    # The slope is asked too: across a symmetric cusp the polynomial meets the middle, where nothing moves.
+    return abs(_horner(cell, share) - middle) * speed <= tolerance and abs(slope * speed / length - 1.0) < 1e-6
 
 
 def cells(

@@ -1,0 +1,215 @@
+"""Paths: rows of every kind by one coordinate, derivatives by arc length, breakpoints, what is degenerate."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cncgen.geometry import nurbs
+from cncgen.geometry import path as rows
+from cncgen.geometry.path import ARC, EVENT, LINE, NURBS, Path
+from cncgen.geometry.tables import ArcTable, NurbsTable, empty_arcs, empty_nurbs
+from cncgen.toolpath.record import Kind
+from tests.geometry.curves import curves, path_of_curve, program_curve
+
+
+def lines(points: list, axes: str = "XYZ", kind: list | None = None) -> Path:
+    """Path of lines through points (or of the kinds given)."""
+    n = len(points) - 1
+    kinds = kind or [LINE] * n
+    return Path(axes, points[0], kinds, points[1:], [-1] * n, empty_arcs(), empty_nurbs(len(axes)))
+
+
+def one_arc(start: list, end: list, centre: list, normal: list, sweep: float, axes: str = "XYZ") -> Path:
+    table = ArcTable(np.array([centre], float), np.array([normal], float), np.array([sweep], float))
+    return Path(axes, start, [ARC], [end], [0], table, empty_nurbs(len(axes)))
+
+
+def assert_derivatives(path: Path, s: np.ndarray, step: float = 1e-4, tolerance: float = 1e-6) -> None:
+    """Each derivative is the central difference of the one before it."""
+    for order in (1, 2, 3):
+        ahead, behind = path.evaluate(s + step, order - 1)[-1], path.evaluate(s - step, order - 1)[-1]
+        given = path.evaluate(s, order)[order]
+        np.testing.assert_allclose(
+            (ahead - behind) / (2 * step), given, atol=tolerance * (1 + np.abs(given).max())
+        )
+
+
+def test_kinds_are_those_of_the_toolpath() -> None:
+    assert (Kind.LINE, Kind.ARC, Kind.NURBS, Kind.EVENT) == (rows.LINE, rows.ARC, rows.NURBS, rows.EVENT)
+
+
+def test_lines_meet_their_ends_to_the_bit() -> None:
+    path = lines([[0.1, 0.2, 0.3], [3.1, 4.2, 0.3], [3.1, 4.2, 12.3]])
+    assert path.length == pytest.approx(17.0)
+    np.testing.assert_array_equal(path.evaluate(path.row_s)[0], np.vstack([path.start, path.end]))
+    left, right = path.evaluate([5.0], 1, -1)[1], path.evaluate([5.0], 1, 1)[1]
+    np.testing.assert_allclose(left, [[0.6, 0.8, 0]], atol=1e-15)
+    np.testing.assert_allclose(right, [[0, 0, 1]], atol=1e-15)
+
+
+def test_coordinate_is_xyz_else_uvw_else_rotary() -> None:
+    path = lines(
+        [[0, 0, 0, 0, 0, 0], [3, 4, 0, 1, 1, 7], [3, 4, 0, 2, 1, 10], [3, 4, 0, 5, 5, 10]], axes="XYZACU"
+    )
+    np.testing.assert_allclose(np.diff(path.row_s), [5.0, 3.0, 5.0])
+    np.testing.assert_allclose(path.evaluate([2.5], 1)[1], [[0.6, 0.8, 0, 0.2, 0.2, 1.4]])
+
+
+def test_helix_has_closed_form_derivatives() -> None:
+    """x = r (cos θ, sin θ), z = h θ/2π: ds/dθ = √(r² + (h/2π)²), curvature r / (ds/dθ)²."""
+    r, h = 3.0, 2.0
+    path = one_arc([r, 0, 0, 0], [r, 0, 2 * h, 8], [0, 0, 0], [0, 0, 1], 4 * np.pi, "XYZA")
+    g = np.hypot(r, h / (2 * np.pi))
+    assert path.length == pytest.approx(4 * np.pi * g, rel=1e-15)
+    s = np.linspace(0.1, path.length - 0.1, 50)
+    x, x1, x2, x3 = path.evaluate(s, 3)
+    angle = s / g
+    c, d = np.cos(angle), np.sin(angle)
+    np.testing.assert_allclose(
+        x, np.stack([r * c, r * d, h * angle / (2 * np.pi), 8 * s / path.length], 1), atol=1e-13
+    )
+    np.testing.assert_allclose(x1[:, :2], np.stack([-d, c], 1) * r / g, atol=1e-14)
+    np.testing.assert_allclose(x2, np.stack([-c, -d, 0 * c, 0 * c], 1) * r / g**2, atol=1e-14)
+    np.testing.assert_allclose(x3, np.stack([d, -c, 0 * c, 0 * c], 1) * r / g**3, atol=1e-14)
+    np.testing.assert_allclose(path.curvature(s), r / g**2, rtol=1e-12)
+
+
+def test_arc_with_radii_that_differ_by_a_tolerance_has_exact_speed() -> None:
+    path = one_arc([10, 0, 0], [0, 10.01, 0], [0, 0, 0], [0, 0, 1], np.pi / 2)
+    theta = np.linspace(0, np.pi / 2, 20001)
+    radius = 10 + 0.01 * theta / (np.pi / 2)
+    polygon = np.stack([radius * np.cos(theta), radius * np.sin(theta)], 1)
+    assert path.length == pytest.approx(np.sum(np.linalg.norm(np.diff(polygon, axis=0), axis=1)), abs=1e-7)
+    np.testing.assert_allclose(path.evaluate([path.length])[0], [[0, 10.01, 0]], atol=1e-13)
+    s = np.linspace(0.01, path.length - 0.01, 40)
+    np.testing.assert_allclose(np.linalg.norm(path.evaluate(s, 1)[1], axis=1), 1.0, atol=1e-14)
+    np.testing.assert_allclose(path.coordinate(0, path.parameter(0, s)), s, atol=1e-12)
+    assert_derivatives(path, s)
+
+
+def test_arc_from_its_centre_spirals_out() -> None:
+    path = one_arc([0, 0, 0], [0, 2, 0], [0, 0, 0], [0, 0, 1], np.pi / 2)
+    np.testing.assert_allclose(path.evaluate([0, path.length])[0], [[0, 0, 0], [0, 2, 0]], atol=1e-14)
+
+
+@given(curves(max_degree=6))
+@settings(max_examples=25)
+def test_speed_along_a_nurbs_is_one(table: NurbsTable) -> None:
+    path = path_of_curve(table)
+    # Closer to a place where C' vanishes nothing can be said of a derivative.
+    s = np.linspace(0.02, 0.98, 60) * path.length
+    x1 = path.evaluate(s, 1)[1]
+    np.testing.assert_allclose(np.linalg.norm(x1, axis=1), 1.0, atol=1e-12)
+    np.testing.assert_allclose(path.coordinate(0, path.parameter(0, s)), s, atol=1e-9)
+
+
+def test_travel_per_period_on_the_butterfly_is_what_was_asked() -> None:
+    """0.1 mm a period: true arc length between samples within 1e-6 of it (issue: 1e-4 %)."""
+    path = path_of_curve(program_curve("butterfly"))
+    s = np.arange(0, path.length, 0.1)
+    u = path.parameter(0, s)
+    measured = path._nurbs.at(np.zeros(len(u), np.int64), u)
+    assert np.abs(np.diff(measured) / 0.1 - 1).max() < 1e-6 * 0.01
+
+
+def test_derivatives_on_the_butterfly() -> None:
+    path = path_of_curve(program_curve("butterfly"))
+    s = np.linspace(1, path.length - 1, 500)
+    s = s[np.abs(s[:, None] - path.breakpoints()).min(axis=1) > 2e-3]
+    s = s[path.curvature(s) < 1.0]
+    assert_derivatives(path, s, step=1e-4, tolerance=1e-6)
+
+
+def test_breakpoints_are_ends_and_knots_and_jumps_are_there() -> None:
+    """A line, then a cubic with a knot: the third derivative jumps at the knot, the tangent at the joint."""
+    table = nurbs.single(
+        3, [0, 0, 0, 0, 1, 2, 2, 2, 2], [[1, 0, 0], [1, 1, 0], [2, 2, 0], [3, 3, 0], [4, 0, 0]]
+    )
+    path = Path("XYZ", [0, 0, 0], [LINE, NURBS], [[1, 0, 0], [4, 0, 0]], [-1, 0], empty_arcs(), table)
+    s = path.breakpoints()
+    assert len(s) == 4
+    np.testing.assert_array_equal(s[[0, 1, 3]], path.row_s)
+    assert path.parameter(1, s[2:3])[0] == 1.0
+    jumps = path.jumps()
+    np.testing.assert_allclose(jumps.tangent[0], [-1, 1, 0], atol=1e-12)
+    np.testing.assert_allclose(jumps.tangent[1], 0, atol=1e-12)
+    np.testing.assert_allclose(jumps.second[1], 0, atol=1e-12)
+    assert np.abs(jumps.third[1]).max() > 0.1
+    assert list(jumps.before) == [0, 1]
+    assert list(jumps.after) == [1, 1]
+
+
+def test_rows_that_do_not_move() -> None:
+    """Zero-length lines and events in the middle and at the ends: no NaN, no row of theirs is ever found."""
+    points = [[0, 0, 0], [0, 0, 0], [1, 0, 0], [1, 0, 0], [1, 0, 0], [2, 1, 0], [2, 1, 0]]
+    path = lines(points, kind=[LINE, LINE, EVENT, LINE, LINE, EVENT])
+    s = np.linspace(-0.5, path.length + 0.5, 41)
+    for side in (-1, 1):
+        assert set(path.row_of(s, side)) == {1, 4}
+        values = path.evaluate(s, 3, side)
+        assert np.isfinite(values).all()
+        np.testing.assert_allclose(np.linalg.norm(values[1], axis=1), 1.0)
+    assert path.row_of([1.0], -1)[0] == 1
+    assert path.row_of([1.0], 1)[0] == 4
+
+
+def test_path_that_does_not_move_at_all() -> None:
+    path = lines([[1, 2, 3], [1, 2, 3]])
+    values = path.evaluate([0.0, 1.0], 3)
+    np.testing.assert_array_equal(values[0], [[1, 2, 3], [1, 2, 3]])
+    assert not values[1:].any()
+    assert path.length == 0.0
+    assert len(path.jumps().s) == 0
+
+
+def test_path_without_rows_is_refused() -> None:
+    with pytest.raises(ValueError, match="without rows"):
+        lines([[0, 0, 0]]).evaluate([0.0])
+
+
+def test_nurbs_of_one_point() -> None:
+    path = path_of_curve(nurbs.single(3, [0] * 4 + [1] * 4, np.ones((4, 3))))
+    assert path.length == 0.0
+    values = path.evaluate([0.0], 3)
+    np.testing.assert_array_equal(values[0], [[1, 1, 1]])
+    assert np.isfinite(values).all()
+
+
+def test_cusp_is_a_breakpoint_with_a_tangent_on_each_side() -> None:
+    """(t², t³) for t = −1 … 1 as a Bézier curve: at the origin the tangent turns back."""
+    table = nurbs.single(3, [-1] * 4 + [1] * 4, [[1, -1, 0], [-1 / 3, 1, 0], [-1 / 3, -1, 0], [1, 1, 0]])
+    path = path_of_curve(table)
+    middle = path.length / 2
+    assert np.abs(path.breakpoints() - middle).min() < 1e-9
+    np.testing.assert_allclose(path.evaluate([middle - 1e-7], 1)[1], [[-1, 0, 0]], atol=1e-2)
+    np.testing.assert_allclose(path.evaluate([middle + 1e-7], 1)[1], [[1, 0, 0]], atol=1e-2)
+    assert np.isfinite(path.evaluate(np.linspace(0, path.length, 1001), 3)).all()
+    exact = (13**1.5 - 8) / 27 * 2
+    assert path.length == pytest.approx(exact, abs=1e-9)
+
+
+def test_curve_that_starts_with_coinciding_points_has_its_tangent() -> None:
+    table = nurbs.single(3, [0] * 4 + [1] * 4, [[0, 0, 0], [0, 0, 0], [3, 0, 0], [3, 4, 0]])
+    path = path_of_curve(table)
+    np.testing.assert_allclose(path.evaluate([0.0], 1)[1], [[1, 0, 0]], atol=1e-5)
+
+
+def test_curve_that_halts_in_xyz_while_another_axis_turns() -> None:
+    points = [[0, 0, 0, 0], [1, 0, 0, 0], [1, 0, 0, 1], [2, 0, 0, 1]]
+    path = path_of_curve(nurbs.single(1, [0, 0, 1, 2, 3, 3], points), "XYZA")
+    assert path.length == pytest.approx(3.0)
+    np.testing.assert_allclose(path.evaluate([1.5])[0], [[1, 0, 0, 0.5]], atol=1e-12)
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=20)
+def test_order_of_the_places_does_not_matter(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    path = path_of_curve(program_curve("trident"))
+    s = random.uniform(0, path.length, 200)
+    shuffled = path.evaluate(s, 3)
+    order = np.argsort(s)
+    np.testing.assert_array_equal(shuffled[:, order], path.evaluate(s[order], 3))
