@@ -1,4 +1,4 @@
-"""Exact evaluation of a speed profile: pieces with s''' = j + c s', at a sorted row of times.
+"""Exact evaluation of a speed profile, pieces with s''' = j + c s', and the time at which it reaches a place.
 
 With w = s' the piece solves w'' = j + c w, w(0) = v, w'(0) = a. Put q = j + c v and
 
@@ -31,38 +31,66 @@ def _phi(n: cython.int, x: cython.double) -> cython.double:
     return total
 
 
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _move(
+    tau: cython.double,
+    v: cython.double,
+    a: cython.double,
+    j: cython.double,
+    c: cython.double,
+    out: cython.double[::1],
+) -> cython.void:
+    """Write what a piece has done after τ: distance, speed, acceleration, jerk."""
+    q: cython.double = j + c * v
+    x: cython.double = c * tau * tau
+    r: cython.double
+    f1: cython.double
+    f2: cython.double
+    f3: cython.double
+    if fabs(x) < 0.25:
+        f1 = tau * _phi(1, x)
+        f2 = tau * tau * _phi(2, x)
+        f3 = tau * tau * tau * _phi(3, x)
+    elif c > 0.0:
+        r = sqrt(c)
+        f1 = sinh(r * tau) / r
+        f2 = (cosh(r * tau) - 1.0) / c
+        f3 = (f1 - tau) / c
+    else:
+        r = sqrt(-c)
+        f1 = sin(r * tau) / r
+        f2 = (cos(r * tau) - 1.0) / c
+        f3 = (f1 - tau) / c
+    out[0] = v * tau + a * f2 + q * f3
+    out[1] = v + a * f1 + q * f2
+    out[2] = a * (1.0 + c * f2) + q * f1
+    out[3] = c * a * f1 + q * (1.0 + c * f2)
+
+
 def evaluate(
     at: cython.double[::1],
     t: cython.double[::1],
     s0: cython.double[::1],
-    v0: cython.double[::1],
-    a0: cython.double[::1],
-    j0: cython.double[::1],
-    c0: cython.double[::1],
-    s: cython.double[::1],
     v: cython.double[::1],
     a: cython.double[::1],
     j: cython.double[::1],
+    c: cython.double[::1],
+    state: cython.double[:, ::1],
     piece: cython.longlong[::1],
 ) -> cython.void:
-    """Fill s, s', s'', s''' and the index of the piece at each time of `at` (non-decreasing).
+    """Fill rows of s, s', s'', s''' and the index of the piece at each time of `at` (non-decreasing).
 
     The piece of a time is the last one that starts at or before it; a time before the first piece or after the last
     one (by rounding) is moved to the nearest end. `t` and `s0` have one entry more than there are pieces. Positions
     never pass the piece's end in `s0`, so that rounding cannot carry a sample over the end of the path.
     """
     n: cython.Py_ssize_t = at.shape[0]
-    last: cython.Py_ssize_t = v0.shape[0] - 1
+    last: cython.Py_ssize_t = v.shape[0] - 1
     i: cython.Py_ssize_t
     k: cython.Py_ssize_t = 0
     tau: cython.double
-    c: cython.double
-    x: cython.double
-    r: cython.double
-    q: cython.double
-    f1: cython.double
-    f2: cython.double
-    f3: cython.double
     with cython.nogil:
         for i in range(n):
             while k < last and t[k + 1] <= at[i]:
@@ -72,27 +100,69 @@ def evaluate(
                 tau = 0.0
             elif tau > t[k + 1] - t[k]:
                 tau = t[k + 1] - t[k]
-            c = c0[k]
-            q = j0[k] + c * v0[k]
-            x = c * tau * tau
-            if fabs(x) < 0.25:
-                f1 = tau * _phi(1, x)
-                f2 = tau * tau * _phi(2, x)
-                f3 = tau * tau * tau * _phi(3, x)
-            elif c > 0.0:
-                r = sqrt(c)
-                f1 = sinh(r * tau) / r
-                f2 = (cosh(r * tau) - 1.0) / c
-                f3 = (f1 - tau) / c
-            else:
-                r = sqrt(-c)
-                f1 = sin(r * tau) / r
-                f2 = (cos(r * tau) - 1.0) / c
-                f3 = (f1 - tau) / c
-            s[i] = s0[k] + v0[k] * tau + a0[k] * f2 + q * f3
-            if s[i] > s0[k + 1]:
-                s[i] = s0[k + 1]
-            v[i] = v0[k] + a0[k] * f1 + q * f2
-            a[i] = a0[k] * (1.0 + c * f2) + q * f1
-            j[i] = c * a0[k] * f1 + q * (1.0 + c * f2)
+            _move(tau, v[k], a[k], j[k], c[k], state[i])
+            state[i, 0] += s0[k]
+            if state[i, 0] > s0[k + 1]:
+                state[i, 0] = s0[k + 1]
             piece[i] = k
+
+
+def invert(
+    at: cython.double[::1],
+    t: cython.double[::1],
+    s0: cython.double[::1],
+    v: cython.double[::1],
+    a: cython.double[::1],
+    j: cython.double[::1],
+    c: cython.double[::1],
+    work: cython.double[::1],
+    time: cython.double[::1],
+) -> cython.void:
+    """Fill the times at which the profile leaves each place of `at` (any order); `work` has 4 entries.
+
+    Newton's method kept inside a shrinking bracket, within the piece that a bisection over `s0` finds. At a place
+    where the profile waits, the time is that of the end of the wait.
+    """
+    n: cython.Py_ssize_t = at.shape[0]
+    last: cython.Py_ssize_t = v.shape[0] - 1
+    i: cython.Py_ssize_t
+    low: cython.Py_ssize_t
+    high: cython.Py_ssize_t
+    middle: cython.Py_ssize_t
+    left: cython.double
+    right: cython.double
+    tau: cython.double
+    miss: cython.double
+    _round: cython.int
+    with cython.nogil:
+        for i in range(n):
+            low = 0
+            high = last
+            while low < high:
+                middle = (low + high + 1) // 2
+                if s0[middle] <= at[i]:
+                    low = middle
+                else:
+                    high = middle - 1
+            left = 0.0
+            right = t[low + 1] - t[low]
+            if at[i] >= s0[low + 1]:
+                time[i] = t[low + 1]
+                continue
+            tau = 0.5 * right
+            for _round in range(200):
+                _move(tau, v[low], a[low], j[low], c[low], work)
+                miss = s0[low] + work[0] - at[i]
+                if miss > 0.0:
+                    right = tau
+                else:
+                    left = tau
+                if fabs(miss) <= 1e-16 * (fabs(at[i]) + 1e-6):
+                    break
+                if work[1] > 0.0:
+                    tau = tau - miss / work[1]
+                if not (left < tau < right):
+                    tau = 0.5 * (left + right)
+                    if tau <= left or tau >= right:
+                        break
+            time[i] = t[low] + tau

@@ -150,7 +150,7 @@ def _peak(
         return low
     if _ramp(kind, v1, high - v1, acc, jerk, 1) + _ramp(kind, v2, high - v2, acc, jerk, 0) <= length:
         return high
-    for i in range(60):
+    for _round in range(60):
         middle = 0.5 * (low + high)
         if middle <= low or middle >= high:
             break

@@ -37,12 +37,12 @@ def assemble(
     """
     at_rest = np.flatnonzero(waits > 0.0)
     where = offset[at_rest]
-    duration, *rest = (np.insert(column, where, 0.0) for column in moves)
+    duration, v, a, j, c = (np.insert(column, where, 0.0) for column in moves)
     duration[where + np.arange(len(where))] = waits[at_rest]
     t = start_s + np.concatenate([[0.0], np.cumsum(duration)])
     s = np.insert(place, where, place[where])
     earlier = np.concatenate([[0], np.cumsum(waits > 0.0)])[:-1]
-    profile = Profile(t, s, *rest, np.insert(limit, where, np.int8(Limit.STOP)))
+    profile = Profile(t, s, v, a, j, c, np.insert(limit, where, np.int8(Limit.STOP)))
     return profile, t[offset + earlier]
 
 

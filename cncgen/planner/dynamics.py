@@ -17,12 +17,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.kernels import profile as profile_kernel
 from cncgen.machine.record import Machine
 from cncgen.planner.contour_prediction import ContourPrediction, prediction
 from cncgen.planner.look_ahead import Pieces, Segments, build, joint_caps, joint_speeds
+from cncgen.planner.motion import motion_at
 from cncgen.planner.options import PlanOptions
-from cncgen.planner.record import Limit
+from cncgen.planner.record import Limit, Profile
 from cncgen.planner.window import Window
 
 Floats = NDArray[np.float64]
@@ -160,14 +160,13 @@ class Dynamics:
         before = np.concatenate([[0.0], np.cumsum(pieces.length[:count])])
         s = place[owner] + before[:-1] - before[pieces.offset[owner]]
         s = np.append(s, place[upto])
-        out = [np.zeros(len(ticks)) for _ in range(4)]
-        if count and len(ticks):
-            fields = (pieces.v, pieces.a, pieces.j, pieces.c)
-            profile_kernel.evaluate(
-                ticks, t, s, *(f[:count] for f in fields), *out, np.zeros(len(ticks), np.int64)
-            )
-        tangent, curvature = self._geometry(window, out[0])
-        return _Samples(out[0], out[1], tangent, curvature)
+        piece = slice(0, count)
+        plan = Profile(
+            t, s, pieces.v[piece], pieces.a[piece], pieces.j[piece], pieces.c[piece], pieces.limit[piece]
+        )
+        motion = motion_at(plan, ticks)
+        tangent, curvature = self._geometry(window, motion.s)
+        return _Samples(motion.s, motion.v, tangent, curvature)
 
     def _geometry(self, window: Window, s: Floats) -> tuple[Floats, Floats]:
         """Evaluate tangents (of the predicted axes) and curvatures at places of the window, non-decreasing."""

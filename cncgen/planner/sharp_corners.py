@@ -80,7 +80,7 @@ class CornerRule:
         return np.array(kept, dtype=np.int64)
 
 
-def curvature_speed(curvature: Floats, feed_mm_s: float, kbar_per_mm: float) -> Floats:
+def curvature_speed(curvature: Floats, feed_mm_s: float | Floats, kbar_per_mm: float) -> Floats:
     """Return V_cf = κ̄ V_max / (κ + κ̄), eq. 25: the feed is halved where κ = κ̄ (1/mm)."""
     return kbar_per_mm * feed_mm_s / (curvature + kbar_per_mm)
 

@@ -142,8 +142,8 @@ def _stops(stretch: Stretch, rows: Rows) -> None:
         stretch.events.append((joint, int(toolpath.line[row]), event))
         if event.rest or event.dwell_s > 0.0:
             stretch.lower(joint, 0.0, Limit.STOP)
-    for joint in np.flatnonzero(toolpath.path_mode[rows.index] == PathMode.EXACT_STOP) + 1:
-        stretch.lower(int(joint), 0.0, Limit.STOP)
+    for row in np.flatnonzero(toolpath.path_mode[rows.index] == PathMode.EXACT_STOP):
+        stretch.lower(int(row) + 1, 0.0, Limit.STOP)
 
 
 def _cut_curve(

@@ -7,15 +7,14 @@ Every sample is computed from its own time, t = k · period, in the closed form 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.geometry.path import Path
-from cncgen.kernels import profile as kernel
 from cncgen.machine.record import Machine
+from cncgen.planner.motion import Motion, motion_at
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Profile, Trajectory
 from cncgen.setpoints.record import Setpoints
@@ -31,45 +30,6 @@ CHUNK_ROWS = 65_536
 
 #: Part of a period by which the end of the motion may miss a sample through rounding alone.
 _ROUNDING = 1e-6
-
-
-@dataclass(frozen=True, slots=True)
-class ProfileSamples:
-    """A profile at some times, each of shape (n,): position mm, speed mm/s, mm/s², mm/s³, and the piece's index."""
-
-    s: Floats
-    v: Floats
-    a: Floats
-    j: Floats
-    piece: NDArray[np.int64]
-
-
-def evaluate_profile(profile: Profile, t: Floats) -> ProfileSamples:
-    """Evaluate a profile exactly at non-decreasing times.
-
-    Args:
-        profile: Pieces with s''' = j + c s'.
-        t: Shape (n,), s. A time outside the profile is moved to its nearest end.
-
-    Returns:
-        Path coordinate, speed, acceleration and jerk along the path, and the index of the piece, of each time.
-    """
-    n = len(t)
-    out = ProfileSamples(*(np.zeros(n) for _ in range(4)), np.zeros(n, np.int64))
-    if not len(profile):
-        out.s[:] = profile.s[-1]
-        return out
-    fields = (profile.t, profile.s, profile.v, profile.a, profile.j, profile.c)
-    kernel.evaluate(
-        np.ascontiguousarray(t, np.float64),
-        *(np.ascontiguousarray(field, np.float64) for field in fields),
-        out.s,
-        out.v,
-        out.a,
-        out.j,
-        out.piece,
-    )
-    return out
 
 
 def sample(
@@ -147,7 +107,7 @@ def _chunk(
 ) -> tuple[Setpoints, list[tuple[float, int, Event]]]:
     """Sample ticks `first` to `stop` of one trajectory; return them and the events that come later."""
     ticks = np.arange(first, stop, dtype=np.float64) * period_s
-    at = evaluate_profile(trajectory.profile, ticks)
+    at = motion_at(trajectory.profile, ticks)
     letters = trajectory.toolpath.axes
     columns = [letters.index(letter) for letter in (axes or letters)]
     orders = max(
@@ -167,7 +127,7 @@ def _chunk(
     return setpoints, [event for event in waiting if event[0] > until]
 
 
-def _signal(name: str, x: Floats, at: ProfileSamples, trajectory: Trajectory) -> NDArray:
+def _signal(name: str, x: Floats, at: Motion, trajectory: Trajectory) -> NDArray:
     """Return one signal: axis derivatives by the chain rule from ``x[k]`` = dᵏx/dsᵏ, or what the profile says."""
     v, a, j = at.v[:, None], at.a[:, None], at.j[:, None]
     if name == "vel":

@@ -1,0 +1,58 @@
+"""Profiles evaluated exactly: where a trajectory is at a time, and when it is at a place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.kernels import profile as kernel
+from cncgen.planner.record import Profile
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """A profile at some times, each of shape (n,): position mm, speed mm/s, mm/s², mm/s³, and the piece's index."""
+
+    s: Floats
+    v: Floats
+    a: Floats
+    j: Floats
+    piece: NDArray[np.int64]
+
+
+def motion_at(profile: Profile, t: Floats) -> Motion:
+    """Evaluate a profile exactly.
+
+    Args:
+        profile: Pieces with s''' = j + c s'.
+        t: Shape (n,), s, non-decreasing. A time outside the profile is moved to its nearest end.
+
+    Returns:
+        Path coordinate, speed, acceleration and jerk along the path, and the index of the piece, of each time.
+    """
+    n = len(t)
+    piece = np.zeros(n, np.int64)
+    state = np.zeros((n, 4))
+    if len(profile):
+        kernel.evaluate(np.ascontiguousarray(t, np.float64), *_columns(profile), state, piece)
+    else:
+        state[:, 0] = profile.s[-1]
+    return Motion(state[:, 0], state[:, 1], state[:, 2], state[:, 3], piece)
+
+
+def time_at(profile: Profile, s: Floats) -> Floats:
+    """Return the times at which a profile leaves the places s (shape (n,), mm): at a wait, the end of the wait."""
+    if not len(profile):
+        return np.full(len(s), profile.t[-1])
+    time = np.zeros(len(s))
+    kernel.invert(np.ascontiguousarray(s, np.float64), *_columns(profile), np.zeros(4), time)
+    return time
+
+
+def _columns(profile: Profile) -> tuple[Floats, ...]:
+    p = profile
+    return tuple(np.ascontiguousarray(x, np.float64) for x in (p.t, p.s, p.v, p.a, p.j, p.c))
