@@ -1,19 +1,285 @@
-"""Interpolators: how the position advances in a period where it is not by exact arc length."""
+"""Interpolators that step a NURBS by its parameter, as the papers do: `taylor1`, `taylor2`, `uniform`.
+
+The exact one, `arclength`, needs no code here: the sampler goes to u(s(t)). The others retime a trajectory. On a
+NURBS, the piece of motion between two ticks becomes a step at constant speed from the place that one parameter gives
+to the place that the next one gives; lines and arcs, on which parameter and length are proportional, stay as they
+are. Derivation and measured fluctuations: docs/interpolators.md.
+
+`taylor1`, `taylor2` (Yeh and Sun 2008, eqs 3.2 and 3.1; Shpitalni et al. 1994): u⁺ = u + x − ½ x² ⟨C', C''⟩/|C'|² with
+x = d/|C'|, where d is the distance that the feed commands for the period *at the place where the tool is*. A step's
+error in length therefore shifts what follows in time and does not add up. `uniform` (Bedi et al. 1993): equal
+steps of u, so many as the plan has periods on the curve; speed then follows |C'|, not the plan.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
 
-from cncgen.diagnostics import Diagnostic, UsageError
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
+from cncgen.planner.motion import motion_at, time_at
 from cncgen.planner.options import PlanOptions
-from cncgen.planner.record import Trajectory
+from cncgen.planner.paths import path_of
+from cncgen.planner.record import Limit, Profile, Trajectory
+from cncgen.toolpath.record import Kind
+
+Floats = NDArray[np.float64]
+
+#: Samples that are solved for together.
+_BLOCK = 1024
+#: Part of a period by which a tick may miss a time through rounding.
+_ROUNDING = 1e-9
+#: |C'| below this part of its mean: the Taylor step has no meaning, and the exact one is taken.
+_SINGULAR = 1e-7
+
+
+@dataclass(frozen=True, slots=True)
+class Steps:
+    """Places reached at times of the retimed motion, and the time of the plan at each; each of shape (n,).
+
+    The first entry is the start, the last the end; those between are ticks.
+    """
+
+    t: Floats
+    s: Floats
+    planned: Floats
+
+
+#: (path, row, profile, start and end time of the plan, start time, period) -> steps.
+Stepper = Callable[[Path, int, Profile, float, float, float, float], Steps]
 
 
 def retime(
     trajectories: Iterator[Trajectory], machine: Machine, options: PlanOptions
 ) -> Iterator[Trajectory]:
     """Return the trajectories as the interpolator of the options would travel them; `arclength` changes nothing."""
+    steppers: dict[str, Stepper] = {
+        "taylor1": partial(taylor_steps, 1),
+        "taylor2": partial(taylor_steps, 2),
+        "uniform": uniform_steps,
+    }
     if options.interpolator == "arclength":
         return trajectories
-    raise UsageError(Diagnostic("option-value", f"interpolator {options.interpolator} is not available yet"))
+    return _retimed(trajectories, steppers[options.interpolator], machine.period_s)
+
+
+def _retimed(trajectories: Iterator[Trajectory], stepper: Stepper, period_s: float) -> Iterator[Trajectory]:
+    late = 0.0
+    for trajectory in trajectories:
+        done = retime_one(trajectory, stepper, period_s, late)
+        late = float(done.profile.t[-1] - trajectory.profile.t[-1])
+        yield done
+
+
+def retime_one(trajectory: Trajectory, stepper: Stepper, period_s: float, late_s: float) -> Trajectory:
+    """Retime the NURBS rows of one trajectory that begins `late_s` after its plan."""
+    path, plan = path_of(trajectory.toolpath), trajectory.profile
+    rows = np.flatnonzero(trajectory.toolpath.kind == Kind.NURBS)
+    starts = np.clip(path.row_s[rows], plan.s[0], plan.s[-1])
+    ends = np.clip(path.row_s[rows + 1], plan.s[0], plan.s[-1])
+    leave, arrive = time_at(plan, starts), _arrival(plan, ends)
+    parts: list[Profile] = []
+    known: list[tuple[Floats, Floats]] = []
+    now, planned = plan.t[0] + late_s, plan.t[0]
+    for row, start, end in zip(rows, leave, arrive, strict=True):
+        if end <= start:
+            continue
+        parts.append(_moved(plan, planned, start, now - planned))
+        now = parts[-1].t[-1]
+        steps = stepper(path, int(row), plan, start, end, now, period_s)
+        parts.append(_stepped(steps, plan))
+        known.append((steps.planned, steps.t))
+        now, planned = steps.t[-1], end
+    parts.append(_moved(plan, planned, plan.t[-1], now - planned))
+    profile = _joined(parts)
+    at = _time_map(plan, profile, known, late_s)
+    return replace(
+        trajectory,
+        profile=profile,
+        events=tuple((float(at(t)), line, event) for t, line, event in trajectory.events),
+        corners=tuple(replace(corner, t_s=float(at(corner.t_s))) for corner in trajectory.corners),
+    )
+
+
+def _time_map(
+    plan: Profile, profile: Profile, known: list[tuple[Floats, Floats]], late_s: float
+) -> Callable[[float], np.floating]:
+    """Return the function from a time of the plan to that of the retimed motion."""
+    planned = np.concatenate([plan.t[:1], *(p for p, _ in known), plan.t[-1:]])
+    real = np.concatenate([plan.t[:1] + late_s, *(r for _, r in known), profile.t[-1:]])
+    return lambda t: np.interp(t, planned, real)
+
+
+def _arrival(plan: Profile, s: Floats) -> Floats:
+    """Return the times at which a plan reaches places: at a wait, its beginning."""
+    if not len(plan):
+        return np.full(len(s), plan.t[0])
+    first = np.clip(np.searchsorted(plan.s, s, side="left"), 0, len(plan))
+    at_joint = plan.s[first] == s
+    return np.where(at_joint, plan.t[first], time_at(plan, s))
+
+
+def _moved(plan: Profile, start: float, end: float, shift: float) -> Profile:
+    """Cut a plan from one time to another and move it in time."""
+    first = max(0, int(np.searchsorted(plan.t, start, side="right")) - 1)
+    last = int(np.searchsorted(plan.t, end, side="left"))
+    if end <= start or first >= min(last, len(plan)):
+        nothing = np.zeros(0)
+        place = motion_at(plan, np.array([start])).s
+        return Profile(
+            np.array([end + shift]), place, nothing, nothing, nothing, nothing, np.zeros(0, np.int8)
+        )
+    t = np.concatenate([[start], plan.t[first + 1 : last], [end]])
+    at_ends = motion_at(plan, np.array([start, end]))
+    s = np.concatenate([at_ends.s[:1], plan.s[first + 1 : last], at_ends.s[1:]])
+    pick = slice(first, last)
+    v, a, j = plan.v[pick].copy(), plan.a[pick].copy(), plan.j[pick].copy()
+    c = plan.c[pick]
+    v[0], a[0] = at_ends.v[0], at_ends.a[0]
+    j[0] = at_ends.j[0] - c[0] * v[0]
+    return Profile(t + shift, s, v, a, j, c, plan.limit[pick])
+
+
+def _stepped(steps: Steps, plan: Profile) -> Profile:
+    """Turn steps into pieces of constant speed, marked with what limits the plan there."""
+    duration = np.diff(steps.t)
+    v = np.divide(np.diff(steps.s), duration, out=np.zeros_like(duration), where=duration > 0.0)
+    zero = np.zeros(len(v))
+    limit = (
+        plan.limit[motion_at(plan, steps.planned[:-1]).piece]
+        if len(plan)
+        else np.full(len(v), np.int8(Limit.NONE))
+    )
+    return Profile(steps.t, steps.s, v, zero, zero, zero, limit)
+
+
+def _joined(parts: list[Profile]) -> Profile:
+    """Put profiles one after the other."""
+    t = np.concatenate([*(p.t[:-1] for p in parts), parts[-1].t[-1:]])
+    s = np.concatenate([*(p.s[:-1] for p in parts), parts[-1].s[-1:]])
+    columns = [np.concatenate([getattr(p, name) for p in parts]) for name in ("v", "a", "j", "c", "limit")]
+    return Profile(t, s, columns[0], columns[1], columns[2], columns[3], columns[4].astype(np.int8))
+
+
+def ticks_between(start: float, end: float, period_s: float) -> Floats:
+    """Return the multiples of the period strictly between two times."""
+    first = np.floor(start / period_s + _ROUNDING) + 1.0
+    last = np.ceil(end / period_s - _ROUNDING)
+    return np.arange(first, last) * period_s
+
+
+def uniform_steps(
+    path: Path, row: int, plan: Profile, start: float, end: float, now: float, period_s: float
+) -> Steps:
+    """Step through a curve by equal amounts of its parameter in the time that the plan takes for it."""
+    ticks = ticks_between(now, now + end - start, period_s)
+    t = np.concatenate([[now], ticks, [now + end - start]])
+    planned = start + (t - now)
+    planned[-1] = end
+    ends = motion_at(plan, np.array([start, end])).s
+    first, last = path.parameter(row, ends)
+    u = first + (last - first) * (planned - start) / (end - start)
+    s = path.coordinate(row, u)
+    s[0], s[-1] = ends
+    return Steps(t, s, planned)
+
+
+def taylor_steps(
+    order: int, path: Path, row: int, plan: Profile, start: float, end: float, now: float, period_s: float
+) -> Steps:
+    """Step through a curve by the Taylor expansion of u(t), of order 1 or 2.
+
+    The recurrence is solved by sweeps over blocks of samples: every step is computed from the places of the last
+    sweep, and the steps are added up. A sweep makes at least one more sample final, and as the steps hardly depend on
+    small shifts of place, a few sweeps make all of them so.
+    """
+    goal = float(motion_at(plan, np.array([end])).s[0])
+    t, planned = [np.array([now])], [np.array([start])]
+    begin = start
+    while True:
+        first = np.floor(t[-1][-1] / period_s + _ROUNDING) + 1.0
+        ticks = (first + np.arange(_BLOCK)) * period_s
+        wait = np.diff(ticks, prepend=t[-1][-1])
+        at = _solve(order, path, row, plan, begin, end, wait, goal)
+        over = np.flatnonzero(at >= end - _ROUNDING * period_s)
+        if len(over):
+            break
+        t.append(ticks)
+        planned.append(at)
+        begin = float(at[-1])
+    stop = int(over[0])
+    before = np.concatenate([[begin], at[:stop]])[-1]
+    t.append(ticks[:stop])
+    planned.append(at[:stop])
+    # The last step reaches the end of the curve within the period, or (by its error) only at the tick.
+    left = end - before
+    arrival = np.concatenate([t[-2][-1:], ticks[:stop]])[-1] + min(left, wait[stop])
+    t.append(np.array([arrival]))
+    planned.append(np.array([end]))
+    times, places = np.concatenate(t), np.concatenate(planned)
+    s = motion_at(plan, places).s
+    s[-1] = goal
+    return Steps(times, s, places)
+
+
+def _solve(
+    order: int,
+    path: Path,
+    row: int,
+    plan: Profile,
+    begin: float,
+    end: float,
+    wait: Floats,
+    goal: float,
+) -> Floats:
+    """Return the plan's times at the places that steps of the given durations reach; `end` once there."""
+    guess = np.minimum(begin + np.cumsum(wait), end)
+    for _ in range(len(wait) + 1):
+        before = np.concatenate([[begin], guess[:-1]])
+        after = _stepped_times(order, path, row, plan, before, end, wait, goal)
+        found = np.minimum(begin + np.cumsum(after - before), end)
+        done = np.maximum.accumulate(found)
+        if np.max(np.abs(done - guess)) <= 1e-13 + 1e-15 * abs(end):
+            return done
+        guess = done
+    return guess
+
+
+def _stepped_times(
+    order: int, path: Path, row: int, plan: Profile, before: Floats, end: float, wait: Floats, goal: float
+) -> Floats:
+    """Take one Taylor step from each place and return the plan's time at the place that it reaches."""
+    place = motion_at(plan, before).s
+    aim = motion_at(plan, np.minimum(before + wait, end)).s
+    u = path.parameter(row, place)
+    speed, growth = _parameter_speed(path, row, place, u)
+    regular = speed > 0.0
+    x = np.divide(aim - place, speed, out=np.zeros_like(speed), where=regular)
+    step = x if order == 1 else x - 0.5 * x**2 * growth
+    reached = path.coordinate(row, u + np.maximum(step, 0.0))
+    # At a cusp the Taylor step has no meaning; and the last step of a curve ends it exactly.
+    reached = np.where(regular & (aim < goal), np.minimum(reached, goal), aim)
+    return np.where(reached >= goal, end, time_at(plan, reached))
+
+
+def _parameter_speed(path: Path, row: int, s: Floats, u: Floats) -> tuple[Floats, Floats]:
+    """Return |C'| and ⟨C', C''⟩/|C'|² at places of a row, measured as the path coordinate is.
+
+    With g = ds/du and t = dx/ds: C' = g t and C'' = g² dt/ds + (dg/du) t, so both are projections on t; the second
+    value is (dg/du)/g.
+    """
+    _, tangent, bend = path.evaluate(s, 2)
+    _, first, second = path.evaluate_parameter(row, u, 2)
+    square = np.maximum(np.einsum("ij,ij->i", tangent, tangent), 1e-300)
+    g = np.einsum("ij,ij->i", first, tangent) / square
+    slope = np.einsum("ij,ij->i", second - bend * g[:, None] ** 2, tangent) / square
+    mean = (path.row_s[row + 1] - path.row_s[row]) / max(
+        np.ptp(path.parameter(row, path.row_s[row : row + 2])), 1e-300
+    )
+    g = np.where(g > _SINGULAR * mean, g, 0.0)
+    return g, np.divide(slope, g, out=np.zeros_like(g), where=g > 0.0)
