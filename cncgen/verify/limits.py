@@ -15,6 +15,8 @@ Floats = NDArray[np.float64]
 #: A difference is over its limit beyond this part of it.
 MARGIN = 1.001
 
+_SUPERSCRIPT = {"": "", "2": "²", "3": "³"}
+
 #: Half a unit of the ninth decimal, which a position in a text file is rounded to.
 ROUNDING = 0.5e-9
 
@@ -80,7 +82,7 @@ def _differences(
             breaches.add(
                 breach(
                     order,
-                    f"axis {axis.letter}: {order} {peak.value:.6g} {unit}/s{power} at t = {peak.t_s:.4f} s "
+                    f"axis {axis.letter}: {order} {peak.value:.6g} {unit}/s{_SUPERSCRIPT[power]} at t = {peak.t_s:.4f} s "
                     f"(line {peak.line}), {100 * (peak.of_limit - 1):.3g} % over the limit of {limit:.6g}; "
                     f"{peak.broken} samples are over it",
                     axis=axis.letter,

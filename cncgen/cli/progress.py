@@ -1,0 +1,36 @@
+"""Progress on a terminal: one line that is written over, after the first second; nothing where nobody looks."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from cncgen.cli import messages
+from cncgen.files import is_terminal
+
+if TYPE_CHECKING:
+    from cncgen.setpoints.record import Setpoints
+
+#: Seconds between two updates, and before the first one.
+_INTERVAL_S = 1.0
+
+
+def with_progress(chunks: Iterator[Setpoints], name: str, period_s: float) -> Iterator[Setpoints]:
+    """Hand on chunks of setpoints; show how much motion has gone by."""
+    if messages.is_quiet() or not is_terminal(sys.stderr):
+        yield from chunks
+        return
+    shown = time.monotonic()
+    drawn = False
+    for chunk in chunks:
+        now = time.monotonic()
+        if now - shown > _INTERVAL_S:
+            seconds = (chunk.first + len(chunk)) * period_s
+            sys.stderr.write(f"\r{name}: {seconds:.1f} s of motion\x1b[K")
+            sys.stderr.flush()
+            shown, drawn = now, True
+        yield chunk
+    if drawn:
+        sys.stderr.write("\r\x1b[K")

@@ -1,0 +1,63 @@
+"""What commands that read a program share: the program from its options, and its remarks at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from cncgen.cli import messages
+from cncgen.diagnostics import CncgenError
+
+if TYPE_CHECKING:
+    from cncgen.planner import PlanOptions
+    from cncgen.toolpath.record import Program
+
+
+@contextmanager
+def opened(name: str, reading: dict[str, Any], tolerance_mm: float | None = None) -> Iterator[Program]:
+    """Open a program for the length of a with block; what the reader remarked is shown when the block ends.
+
+    Args:
+        name: File, or ``-``.
+        reading: What `cncgen.cli.options.program_options` gathered.
+        tolerance_mm: Path tolerance that stands in for the program's.
+    """
+    from pathlib import Path
+
+    from cncgen.kernels import warn_if_uncompiled
+    from cncgen.pipeline import read
+    from cncgen.toolpath.reading import ReadOptions
+
+    warn_if_uncompiled()
+    values = dict(reading)
+    language = values.pop("language")
+    for key in ("tool_table", "parameters", "save_parameters"):
+        values[key] = Path(values[key]) if values[key] else None
+    values["include"] = tuple(Path(path) for path in values["include"])
+    program = read(name, language=language, options=ReadOptions(**values, tolerance_mm=tolerance_mm))
+    try:
+        yield program
+    except CncgenError as error:
+        raised = {id(item) for item in error.diagnostics}
+        messages.show(item for item in program.diagnostics if id(item) not in raised)
+        raise
+    messages.show(program.diagnostics)
+
+
+def plan_options(planning: dict[str, Any]) -> PlanOptions:
+    """Return the planner's options from what `cncgen.cli.options.planning_options` gathered."""
+    from cncgen.machine import load_servos
+    from cncgen.planner import PlanOptions
+
+    axis_params = planning["axis_params"]
+    return PlanOptions(
+        feedrate=planning["feedrate"],
+        interpolator=planning["interpolator"],
+        saturation=planning["saturation"],
+        profile=planning["profile"],
+        effort=planning["effort"],
+        path_tolerance_mm=planning["path_tolerance"],
+        max_contour_error_mm=planning["max_contour_error"],
+        servos=load_servos(axis_params) if axis_params else None,
+    )

@@ -1,0 +1,70 @@
+"""`cncgen verify`: judges setpoints against a program and a machine."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import click
+
+from cncgen.cli import messages
+from cncgen.cli.options import machine_option, message_options, program_options
+
+
+@click.command("verify")
+@click.argument("setpoints", metavar="SETPOINTS")
+@click.option(
+    "-p", "--program", metavar="PROGRAM", required=True, help="The program that they are to follow."
+)
+@machine_option
+@click.option(
+    "--format", "format", help="Format of the setpoints [default: by content and suffix, else csv]."
+)
+@click.option("--axes", metavar="LETTERS", help="Axes of setpoints in a format that does not name them.")
+@click.option(
+    "--period",
+    metavar="SECONDS",
+    type=click.FloatRange(min=0, min_open=True),
+    help="Period of the setpoints [default: from their times].",
+)
+@click.option(
+    "--path-tolerance",
+    metavar="MM",
+    type=click.FloatRange(min=0, min_open=True),
+    help="Tolerance of continuous motion [default: the program's, else the machine's].",
+)
+@click.option("--report", metavar="FILE", help="Write the verdict as JSON.")
+@program_options
+@message_options
+def command(
+    setpoints: str,
+    program: str,
+    machine: str,
+    format: str | None,
+    axes: str | None,
+    period: float | None,
+    path_tolerance: float | None,
+    report: str | None,
+    reading: dict[str, Any],
+) -> int:
+    """Judge setpoints, ours or anyone's, against the program's path and the machine's limits.
+
+    Finite differences of the setpoints up to jerk, travel, the distance from the path and back, rest at both ends.
+    Exit 1 where one is broken; the messages say where.
+    """
+    from cncgen import pipeline
+    from cncgen.cli.reading import opened
+    from cncgen.files import write_text
+    from cncgen.report.verdict import as_text
+    from cncgen.setpoints.readers import open_setpoints
+
+    with (
+        opened(program, reading) as read,
+        open_setpoints(setpoints, format=format, axes=axes or read.moving_axes, period_s=period) as stream,
+    ):
+        verdict = pipeline.verify(stream, read, machine, tolerance_mm=path_tolerance)
+    messages.show(verdict.breaches)
+    messages.note(as_text(verdict))
+    if report:
+        write_text(report, json.dumps(verdict.as_json(), indent=2) + "\n")
+    return 0 if verdict.holds else 1

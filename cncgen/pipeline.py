@@ -1,0 +1,233 @@
+"""The stages in order: read, plan, sample, simulate, verify. The command line and the library both call this.
+
+    import cncgen
+    program = cncgen.read("programs/butterfly.nc")
+    plan = cncgen.plan(program, "xy-table", feedrate="ild")
+    setpoints = cncgen.sample(plan)
+    response = cncgen.simulate(setpoints, "xy-table")
+
+Each stage draws from the one before it as it is drawn itself, so that a program of any length streams through.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Any
+
+from cncgen.diagnostics import Diagnostic, ProgramError, UsageError
+from cncgen.files import read_bytes
+from cncgen.toolpath.reading import ReadOptions
+
+if TYPE_CHECKING:
+    from cncgen.machine import Machine, Servo
+    from cncgen.planner import PlanOptions, Trajectory
+    from cncgen.report.summary import Summary
+    from cncgen.servo.record import Response
+    from cncgen.setpoints.stream import SetpointStream
+    from cncgen.toolpath.record import Program, Toolpath
+    from cncgen.verify import Verdict
+
+#: Suffixes by language.
+SUFFIXES = {
+    "gcode": (".nc", ".ngc", ".gcode", ".tap", ".cnc", ".txt"),
+    "stepnc": (".stp", ".step", ".stpnc", ".p21", ".238"),
+}
+#: What a Part 21 file begins with, whatever its name.
+PART21 = b"ISO-10303-21;"
+
+
+def language_of(name: str, content: bytes) -> str:
+    """Return ``stepnc`` or ``gcode``: by how the content begins, then by the suffix, else G-code."""
+    if content[:4096].lstrip(b"\xef\xbb\xbf \t\r\n").startswith(PART21):
+        return "stepnc"
+    suffix = PurePath(name).suffix.lower()
+    return "stepnc" if suffix in SUFFIXES["stepnc"] else "gcode"
+
+
+def read(
+    source: str | os.PathLike[str], *, language: str | None = None, options: ReadOptions | None = None
+) -> Program:
+    """Open a program; its toolpath is read as it is drawn (`Program.chunks`).
+
+    Args:
+        source: A file, or ``-`` for standard input.
+        language: ``gcode`` or ``stepnc``; None: by content and suffix.
+        options: How it is read.
+
+    Raises:
+        UsageError: The file cannot be read, or is no text.
+        ProgramError: It is empty.
+    """
+    return read_text(read_bytes(source), os.fspath(source), language=language, options=options)
+
+
+def read_text(
+    text: str | bytes,
+    name: str = "program",
+    *,
+    language: str | None = None,
+    options: ReadOptions | None = None,
+) -> Program:
+    """Read a program from memory; see `read`."""
+    content = text.encode() if isinstance(text, str) else text
+    _refuse_binary(content, name)
+    if (language or language_of(name, content)) == "stepnc":
+        from cncgen import stepnc as reader
+    else:
+        from cncgen import gcode as reader  # type: ignore[no-redef]
+    program: Program = reader.read(content, name, options or ReadOptions())
+    return program
+
+
+def _refuse_binary(content: bytes, name: str) -> None:
+    if not content.strip(b"\xef\xbb\xbf \t\r\n"):
+        raise ProgramError(Diagnostic("empty-program", f"{name} is empty"))
+    at = content.find(b"\0", 0, 65_536)
+    if at >= 0:
+        raise UsageError(
+            Diagnostic("binary-file", f"{name} is no NC program: byte {at} is 0, so it is not a text")
+        )
+
+
+def sound(program: Program) -> Iterator[Toolpath]:
+    """Yield a program's toolpaths; after an error, read on for the other errors, then raise them.
+
+    Raises:
+        ProgramError: With all that was found.
+    """
+    for chunk in program.chunks():
+        if not program.diagnostics.has_errors:
+            yield chunk
+    if program.diagnostics.has_errors:
+        raise ProgramError(program.diagnostics)
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """A plan as it is drawn: iterate over it for its trajectories, once.
+
+    Attributes:
+        program: What is planned.
+        machine: On which machine.
+        trajectories: The motion, stretch by stretch.
+    """
+
+    program: Program
+    machine: Machine
+    trajectories: Iterator[Trajectory]
+
+    def __iter__(self) -> Iterator[Trajectory]:
+        return self.trajectories
+
+
+def machine_of(machine: Machine | str | os.PathLike[str]) -> Machine:
+    """Return a machine, loaded by its name or from its file where it is not one yet."""
+    from cncgen.machine import Machine, load
+
+    return machine if isinstance(machine, Machine) else load(machine)
+
+
+def plan(
+    program: Program | str | os.PathLike[str],
+    machine: Machine | str | os.PathLike[str] = "generic-mill",
+    options: PlanOptions | None = None,
+    **asked: Any,
+) -> Plan:
+    """Plan a program on a machine.
+
+    Args:
+        program: From `read`, or a file.
+        machine: A profile's name, a TOML file, or a machine.
+        options: How; or its fields as keywords (``feedrate="ild"``).
+
+    Raises:
+        UsageError, ProgramError, NoPlanError: See `cncgen.planner.plan`; those of the program come as it is drawn.
+    """
+    from cncgen import planner
+
+    if isinstance(program, str | os.PathLike):
+        program = read(program)
+    where = machine_of(machine)
+    how = replace(options or planner.PlanOptions(), **asked)
+    return Plan(program, where, planner.plan(sound(program), where, how))
+
+
+def sample(planned: Plan, signals: Sequence[str] = ()) -> SetpointStream:
+    """Sample a plan once a period of its machine.
+
+    Args:
+        planned: From `plan`.
+        signals: Further columns: ``vel``, ``acc``, ``jerk``, ``feed``, ``line``, ``limit``.
+    """
+    from cncgen import setpoints
+    from cncgen.setpoints.stream import SetpointStream
+
+    axes, machine = planned.program.moving_axes, planned.machine
+    chunks = setpoints.sample(planned.trajectories, machine, axes=axes, signals=signals)
+    return SetpointStream(planned.program.name, axes, machine.period_s, chunks)
+
+
+def plan_with_summary(
+    program: Program,
+    machine: Machine | str | os.PathLike[str],
+    options: PlanOptions | None = None,
+    signals: Sequence[str] = (),
+) -> tuple[SetpointStream, Summary]:
+    """Plan and sample a program under the eyes of a summary, which is complete when the stream is drawn."""
+    from cncgen import planner
+    from cncgen.planner.strategies import available
+    from cncgen.report.summary import Summary
+
+    where, how = machine_of(machine), options or planner.PlanOptions()
+    summary = Summary(program, where, how.feedrate or available()[0])
+    trajectories = planner.plan(summary.over_toolpaths(sound(program)), where, how)
+    stream = sample(Plan(program, where, summary.over_trajectories(trajectories)), signals)
+    watched = replace(stream, chunks=summary.over_setpoints(stream.chunks))
+    return watched, summary
+
+
+def simulate(
+    setpoints: SetpointStream,
+    machine: Machine | Mapping[str, Servo] | str | os.PathLike[str],
+    *,
+    settle_s: float = 0.0,
+) -> Iterator[Response]:
+    """Simulate the servo axes of a machine under setpoints.
+
+    Args:
+        setpoints: From `sample`, or from a file (`cncgen.setpoints.readers.open_setpoints`).
+        machine: Gives the servo data: a machine, servos by letter, a profile's name, or a TOML file.
+        settle_s: The last setpoint is held so long at the end.
+
+    Raises:
+        UsageError: An axis has no servo data.
+    """
+    from cncgen import servo
+
+    return servo.simulate(setpoints.chunks, servos_of(machine), settle_s=settle_s)
+
+
+def servos_of(machine: Machine | Mapping[str, Servo] | str | os.PathLike[str]) -> Mapping[str, Servo]:
+    """Return servo data by axis letter."""
+    from cncgen.machine import Machine, load_servos
+
+    if isinstance(machine, Machine):
+        return {k: axis.servo for k, axis in machine.axes.items() if axis.servo is not None}
+    return load_servos(machine) if isinstance(machine, str | os.PathLike) else machine
+
+
+def verify(
+    setpoints: SetpointStream,
+    program: Program,
+    machine: Machine | str | os.PathLike[str],
+    *,
+    tolerance_mm: float | None = None,
+) -> Verdict:
+    """Judge setpoints against a program and a machine; see `cncgen.verify.verify`."""
+    from cncgen import verify as judge
+
+    toolpaths: Iterable[Toolpath] = sound(program)
+    return judge.verify(setpoints, toolpaths, machine_of(machine), tolerance_mm=tolerance_mm)

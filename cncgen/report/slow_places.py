@@ -1,0 +1,131 @@
+"""Where a plan loses time: valleys of the speed along the path, with the source line and the limit that binds.
+
+A valley runs from one maximum of the speed to the next one. What it costs is its time less the time that the
+programmed feed would take for the same length. A ripple of less than `RIPPLE` of the speed parts no valley in two.
+"""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.planner.record import Limit, Trajectory
+from cncgen.toolpath.record import FeedMode
+
+Floats = NDArray[np.float64]
+
+#: A maximum parts two valleys where the speed rises by more than this part of itself on both sides.
+RIPPLE = 0.05
+
+#: Places that are kept.
+KEPT = 10
+
+
+@dataclass(frozen=True, slots=True)
+class SlowPlace:
+    """A valley of the speed: time lost, and where, when, how fast at its slowest, and what binds for most of the loss."""
+
+    lost_s: float
+    line: int
+    t_s: float
+    s_mm: float
+    feed_mm_s: float
+    limit: Limit
+
+
+class SlowPlaces:
+    """Gathers the `KEPT` valleys that cost the most, over any number of trajectories.
+
+    `rapid_mm_s` stands for the feed of a rapid.
+    """
+
+    def __init__(self, rapid_mm_s: float) -> None:
+        self._rapid = rapid_mm_s
+        self._heap: list[tuple[float, int, SlowPlace]] = []
+        self._count = 0
+        self._open: list[NDArray] = []
+
+    def add(self, trajectory: Trajectory) -> None:
+        """Take a stretch of a plan; its last valley stays open for what follows."""
+        pieces = self._pieces(trajectory)
+        if not pieces.shape[1]:
+            return
+        self._open.append(pieces)
+        joined = np.concatenate(self._open, axis=1)
+        cuts = _valley_cuts(joined[1])
+        for a, b in zip([0, *cuts[:-1]], cuts, strict=True):
+            self._close(joined[:, a:b])
+        self._open = [joined[:, cuts[-1] :]] if cuts else [joined]
+        # A valley that never ends (a constant speed) is closed too: nothing grows with the program.
+        if self._open[0].shape[1] > 200_000:
+            self._close(self._open.pop())
+
+    def worst(self) -> list[SlowPlace]:
+        """Return the places that cost the most, the worst first."""
+        for part in self._open:
+            self._close(part)
+        self._open = []
+        return [place for _, _, place in sorted(self._heap, reverse=True)]
+
+    def _pieces(self, trajectory: Trajectory) -> Floats:
+        """Return loss, speed at the end, line, t, s, limit of each moving piece, shape (6, pieces)."""
+        p, rows = trajectory.profile, trajectory.toolpath
+        if not len(p) or not len(rows):
+            return np.zeros((6, 0))
+        time, length = np.diff(p.t), np.diff(p.s)
+        row = np.searchsorted(trajectory.row_s[1:], 0.5 * (p.s[:-1] + p.s[1:]), side="left")
+        row = np.minimum(row, len(rows) - 1)
+        feed = self._feed(trajectory, row)
+        loss = time - length / feed
+        speed = np.append(p.v[1:], p.v[-1])
+        wait = (p.v == 0) & (p.a == 0) & (p.j == 0) & (p.c == 0)
+        return np.stack([loss, speed, rows.line[row], p.t[:-1], p.s[:-1], p.limit])[:, ~wait]
+
+    def _feed(self, trajectory: Trajectory, row: NDArray[np.int64]) -> Floats:
+        """Return the programmed speed on each row of `row`."""
+        rows = trajectory.toolpath
+        feed = rows.feed[row]
+        length = np.diff(trajectory.row_s)[row]
+        feed = np.where(rows.feed_mode[row] == FeedMode.INVERSE_TIME, feed * length, feed)
+        return np.where(np.isfinite(feed) & (feed > 0), feed, self._rapid)
+
+    def _close(self, pieces: Floats) -> None:
+        lost = float(pieces[0].sum())
+        if not pieces.shape[1] or lost <= 0 or (len(self._heap) == KEPT and lost <= self._heap[0][0]):
+            return
+        slowest = int(np.argmin(pieces[1]))
+        by_limit = np.bincount(pieces[5].astype(np.int64), weights=np.maximum(pieces[0], 0.0))
+        place = SlowPlace(
+            lost,
+            int(pieces[2, slowest]),
+            float(pieces[3, slowest]),
+            float(pieces[4, slowest]),
+            float(pieces[1, slowest]),
+            Limit(int(np.argmax(by_limit))),
+        )
+        self._count += 1
+        heapq.heappush(self._heap, (lost, self._count, place))
+        if len(self._heap) > KEPT:
+            heapq.heappop(self._heap)
+
+
+def _valley_cuts(speed: Floats) -> list[int]:
+    """Return the indices after the maxima of the speed that part two valleys, in order."""
+    slope = np.sign(np.diff(speed))
+    turning = np.flatnonzero(slope)
+    turns = turning[1:][slope[turning[1:]] != slope[turning[:-1]]]
+    cuts: list[int] = []
+    low, high, high_at = float(speed[0]) if len(speed) else 0.0, -1.0, -1
+    for at in turns.tolist():
+        value = float(speed[at])
+        if value > low * (1 + RIPPLE) + 1e-9 and value > high:
+            high, high_at = value, at
+        elif high_at >= 0 and value < high * (1 - RIPPLE):
+            cuts.append(high_at + 1)
+            low, high, high_at = value, -1.0, -1
+        elif high_at < 0:
+            low = min(low, value)
+    return cuts

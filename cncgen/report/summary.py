@@ -1,0 +1,187 @@
+"""The summary of a plan: gathered while its stages stream by, then as plain values and as a page of text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import numpy as np
+
+from cncgen.diagnostics import Diagnostics
+from cncgen.machine.record import Axis, Machine
+from cncgen.planner.record import Profile, SharpCorner, Trajectory
+from cncgen.report.differences import DifferencePeaks
+from cncgen.report.slow_places import SlowPlaces
+from cncgen.setpoints.columns import position_column
+from cncgen.setpoints.record import Setpoints
+from cncgen.toolpath.record import Kind, Program, Toolpath
+from cncgen.units import file_unit, to_file
+
+SCHEMA_VERSION = 1
+
+#: Sharp corners that the summary lists; all are counted.
+MAX_CORNERS = 10_000
+
+#: What the finite differences are, in their order, with the power of the second in their unit.
+_PEAKS = (("velocity", ""), ("acceleration", "²"), ("jerk", "³"))
+
+
+class Summary:
+    """Watches the stages of one plan as they stream, and says what came of it."""
+
+    def __init__(self, program: Program, machine: Machine, feedrate: str | None) -> None:
+        self._program, self._machine, self._feedrate = program, machine, feedrate
+        self._axes = program.moving_axes
+        speeds = [axis.max_velocity for axis in machine.axes.values()]
+        self._slow = SlowPlaces(max(speeds))
+        self._differences = DifferencePeaks(len(self._axes), machine.period_s)
+        self._corners: list[SharpCorner] = []
+        self._corner_count = self._motions = 0
+        self._end_s = self._waited_s = self._length_mm = self._max_feed = 0.0
+        self._values: dict[str, Any] = {}
+        self.remarks = Diagnostics()
+
+    def over_toolpaths(self, chunks: Iterable[Toolpath]) -> Iterator[Toolpath]:
+        """Hand on the program's toolpaths, counting their motions."""
+        for chunk in chunks:
+            self._motions += int((chunk.kind != Kind.EVENT).sum())
+            yield chunk
+
+    def over_trajectories(self, trajectories: Iterable[Trajectory]) -> Iterator[Trajectory]:
+        """Hand on trajectories, taking their times, lengths, corners and slow places."""
+        for trajectory in trajectories:
+            self._add(trajectory)
+            yield trajectory
+
+    def over_setpoints(self, chunks: Iterable[Setpoints]) -> Iterator[Setpoints]:
+        """Hand on setpoints, taking their finite differences."""
+        for chunk in chunks:
+            self._differences.add(chunk.position)
+            yield chunk
+        self._differences.finish()
+
+    def _add(self, trajectory: Trajectory) -> None:
+        profile = trajectory.profile
+        if len(profile):
+            wait = (profile.v == 0) & (profile.a == 0) & (profile.j == 0) & (profile.c == 0)
+            self._waited_s += float(np.diff(profile.t)[wait].sum())
+            self._max_feed = max(self._max_feed, largest_speed(profile))
+        if len(profile.t):
+            self._end_s = float(profile.t[-1])
+            self._length_mm += float(profile.s[-1] - profile.s[0])
+        self._corner_count += len(trajectory.corners)
+        self._corners.extend(trajectory.corners[: MAX_CORNERS - len(self._corners)])
+        self._slow.add(trajectory)
+        values = dict(trajectory.values)
+        self.remarks.extend(values.pop("diagnostics", ()))
+        self._values.update(values)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the keys of interface.md as plain values."""
+        moving = self._end_s - self._waited_s
+        diagnostics = [*self._program.diagnostics, *self.remarks]
+        return {
+            "schema_version": SCHEMA_VERSION,
+            "program": self._program.name,
+            "machine": self._machine.name,
+            "feedrate": self._feedrate,
+            "motion_time_s": moving,
+            "dwell_time_s": self._waited_s,
+            "path_length_mm": self._length_mm,
+            "motions": self._motions,
+            "samples": self._differences.samples,
+            "period_s": self._machine.period_s,
+            "peak": {letter.lower(): self._peak(k, letter) for k, letter in enumerate(self._axes)},
+            "feed_mm_s": {"mean": self._length_mm / moving if moving > 0 else 0.0, "max": self._max_feed},
+            "sharp_corners": [self._corner(corner) for corner in self._corners],
+            "sharp_corner_count": self._corner_count,
+            "slowest": [
+                {
+                    "lost_s": place.lost_s,
+                    "line": place.line,
+                    "t_s": place.t_s,
+                    "s_mm": place.s_mm,
+                    "feed_mm_s": place.feed_mm_s,
+                    "limit": place.limit.name.lower(),
+                }
+                for place in self._slow.worst()
+            ],
+            **{k: v for k, v in self._values.items() if isinstance(v, str | int | float | bool | None)},
+            "diagnostics": [item.as_json() for item in diagnostics],
+        }
+
+    def _corner(self, corner: SharpCorner) -> dict[str, Any]:
+        letters = self._program.axes
+        position = {
+            position_column(letter): value * to_file(letter)
+            for letter, value in zip(letters, corner.position, strict=False)
+            if letter in self._axes
+        }
+        return {
+            "line": corner.line,
+            "position": position,
+            "feed_mm_s": corner.feed_mm_s,
+            "limit": corner.limit.name.lower(),
+            "t_s": corner.t_s,
+        }
+
+    def _peak(self, column: int, letter: str) -> dict[str, Any]:
+        """Return the peaks of an axis in the units of files, and each as a fraction of its limit."""
+        axis: Axis | None = self._machine.axes.get(letter)
+        found: dict[str, Any] = {"unit": file_unit(letter)}
+        for order, (name, _) in enumerate(_PEAKS):
+            value = float(self._differences.peak[order, column])
+            limit = getattr(axis, f"max_{name}") if axis else None
+            found[name] = value * to_file(letter)
+            found[f"{name}_of_limit"] = value / limit if limit else None
+        return found
+
+
+def largest_speed(profile: Profile) -> float:
+    """Return the largest speed of a profile: at the start of a piece, or where the acceleration of one ends."""
+    v, a, j = profile.v, profile.a, profile.j
+    falling = (a > 0) & (j < 0)
+    turn = np.where(falling, -a / np.where(falling, j, 1.0), np.inf)
+    inside = turn < np.diff(profile.t)
+    top = np.where(inside, v + 0.5 * a * np.where(inside, turn, 0.0), v)
+    return float(top.max())
+
+
+def as_text(summary: dict[str, Any]) -> str:
+    """Return the summary as the lines that a person reads."""
+    feed = summary["feed_mm_s"]
+    lines = [
+        f"{summary['program']} on {summary['machine']}: {_seconds(summary['motion_time_s'])} of motion"
+        + (f" and {_seconds(summary['dwell_time_s'])} of dwell" if summary["dwell_time_s"] else "")
+        + f", {summary['path_length_mm']:.4f} mm, {_count(summary['motions'], 'motion')}, {_count(summary['samples'], 'setpoint')}",
+        f"feed: mean {feed['mean']:.2f}, max {feed['max']:.2f} mm/s; {_count(summary['sharp_corner_count'], 'sharp corner')}",
+    ]
+    for letter, peak in summary["peak"].items():
+        parts = []
+        for name, power in _PEAKS:
+            share = peak[f"{name}_of_limit"]
+            of_limit = f" ({100 * share:.2f} %)" if share is not None else ""
+            parts.append(f"{name} {peak[name]:.6g} {peak['unit']}/s{power}{of_limit}")
+        lines.append(f"  {letter.upper()}: " + ", ".join(parts))
+    slowest = summary["slowest"][:3]
+    if slowest:
+        lines.append(
+            "most time lost: "
+            + "; ".join(
+                f"{1000 * place['lost_s']:.0f} ms at line {place['line']} ({place['limit'].replace('_', ' ')})"
+                for place in slowest
+            )
+        )
+    return "\n".join(lines)
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" + ("" if number == 1 else "s")
+
+
+def _seconds(value: float) -> str:
+    if value < 60:
+        return f"{value:.4f} s"
+    minutes, seconds = divmod(value, 60)
+    hours, minutes = divmod(int(minutes), 60)
+    return f"{hours}:{minutes:02d}:{seconds:06.3f} h" if hours else f"{minutes}:{seconds:06.3f} min"

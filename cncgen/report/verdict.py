@@ -1,0 +1,28 @@
+"""A verdict as the lines that a person reads."""
+
+from __future__ import annotations
+
+from itertools import groupby
+
+from cncgen.units import file_unit
+from cncgen.verify.verdict import ORDERS, Verdict
+
+
+def as_text(verdict: Verdict) -> str:
+    """Return peaks of each axis, distances, and what is broken."""
+    seconds = (verdict.samples - 1) * verdict.period_s
+    lines = [f"{verdict.samples} setpoints every {1000 * verdict.period_s:g} ms, {seconds:.4f} s"]
+    powers = {order: power.translate({0x32: "²", 0x33: "³"}) for order, power in ORDERS}
+    for letter, peaks in groupby(verdict.peaks, key=lambda peak: peak.axis):
+        parts = (
+            f"{p.order} {p.value:.6g} {file_unit(letter)}/s{powers[p.order]} ({100 * p.of_limit:.2f} %)"
+            for p in peaks
+        )
+        lines.append(f"  {letter}: " + ", ".join(parts))
+    lines.append(
+        f"distance: setpoints to path {1000 * verdict.setpoints_to_path_mm:.3f} µm, "
+        f"path to setpoints {1000 * verdict.path_to_setpoints_mm:.3f} µm"
+    )
+    broken = sorted({item.code.removeprefix("verify-") for item in verdict.breaches})
+    lines.append(f"broken: {', '.join(broken) or 'none'}")
+    return "\n".join(lines)
