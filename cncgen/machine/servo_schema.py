@@ -307,8 +307,8 @@ def _pd_plus_closed(p: Mapping[str, Any]) -> TransferFunction:
 
 def _first_order_closed(p: Mapping[str, Any]) -> TransferFunction:
     gain, tau = p["position_gain_1_s"], p["time_constant_s"]
-    denominator: Floats = np.array([tau, 1.0, gain])
-    return TransferFunction(np.array([gain]), _leading(denominator))
+    denominator: list[float] = [tau, 1.0, gain]
+    return TransferFunction(np.array([gain]), np.array(denominator if tau else denominator[1:]))
 
 
 def two_mass_plant(p: Mapping[str, Any]) -> tuple[Floats, Floats, Floats]:
@@ -333,8 +333,8 @@ def _two_mass_closed(p: Mapping[str, Any]) -> TransferFunction:
     lag = 1.0 / p["derivative_filter_rad_s"] if p["derivative_filter_rad_s"] else 0.0
     control = np.array([kp * lag + kd, kp + ki * lag, ki])
     below = np.array([lag, 1.0, 0.0])
-    denominator: Floats = np.polyadd(np.polymul(below, plant_denominator), np.polymul(control, measured))
-    return TransferFunction(np.polymul(control, load), _leading(denominator))
+    denominator = np.polyadd(np.polymul(below, plant_denominator), np.polymul(control, measured))
+    return TransferFunction(np.polymul(control, load), _leading(np.asarray(denominator, np.float64)))
 
 
 def _given(p: Mapping[str, Any]) -> TransferFunction:

@@ -1,0 +1,1 @@
+"""Controllers, a file each, with its source and equations."""

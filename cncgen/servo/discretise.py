@@ -1,0 +1,107 @@
+"""Exact transition of linear systems over a period: the matrix exponential and the holds.
+
+Own routines, since they serve matrices of a dozen rows at most and importing scipy costs more than a simulation.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+#: Terms of the Taylor series, enough for 1-norms up to 1/2: 0.5^19/19! is below 1e-22.
+_TERMS = 18
+
+
+def exponential(matrix: Floats) -> Floats:
+    """Return e^M of a square matrix: balanced, scaled to a 1-norm below 1/2, Taylor series, squared back.
+
+    Source: C. Moler and C. Van Loan, Nineteen dubious ways to compute the exponential of a matrix, SIAM Review 45
+    (2003), method 3. A balanced matrix keeps the squarings few where states differ much in size.
+    """
+    balanced, scale = _balanced(np.asarray(matrix, float))
+    norm = np.abs(balanced).sum(axis=0).max(initial=0.0)
+    squarings = max(0, math.frexp(norm)[1] + 1) if norm > 0.5 else 0
+    step = balanced / 2.0**squarings
+    identity = np.eye(len(step))
+    result = identity
+    for k in range(_TERMS, 0, -1):
+        result = identity + step @ result / k
+    for _ in range(squarings):
+        result = result @ result
+    return scale[:, None] * result / scale
+
+
+def _balanced(matrix: Floats) -> tuple[Floats, Floats]:
+    """Return D⁻¹ M D with rows and columns of like size, and D's diagonal: powers of two, so nothing is rounded."""
+    scale = np.ones(len(matrix))
+    balanced = matrix.copy()
+    off = ~np.eye(len(matrix), dtype=bool)
+    for _ in range(20):
+        changed = False
+        for i in range(len(matrix)):
+            column = np.abs(balanced[off[i], i]).sum()
+            row = np.abs(balanced[i, off[i]]).sum()
+            if column == 0.0 or row == 0.0:
+                continue
+            factor = 2.0 ** round(0.5 * math.log2(row / column))
+            if factor != 1.0:
+                balanced[:, i] *= factor
+                balanced[i] /= factor
+                scale[i] *= factor
+                changed = True
+        if not changed:
+            break
+    return balanced, scale
+
+
+def held(a: Floats, b: Floats, period: float) -> tuple[Floats, Floats]:
+    """Return (Φ, Γ) of ẋ = A x + B u with u held over the period (zero-order hold).
+
+    Args:
+        a: Shape (n, n).
+        b: Shape (n, m).
+        period: s.
+    """
+    n, m = b.shape
+    block = np.zeros((n + m, n + m))
+    block[:n, :n], block[:n, n:] = a, b
+    result = exponential(block * period)
+    return result[:n, :n], result[:n, n:]
+
+
+def ramped(a: Floats, b: Floats, period: float) -> tuple[Floats, Floats, Floats]:
+    """Return (Φ, Γ0, Γ1) of ẋ = A x + B u with u going straight from u0 to u1 (first-order hold).
+
+    x(T) = Φ x(0) + Γ0 u0 + Γ1 u1. Shapes as `held`.
+    """
+    n, m = b.shape
+    block = np.zeros((n + 2 * m, n + 2 * m))
+    block[:n, :n], block[:n, n : n + m] = a * period, b * period
+    block[n : n + m, n + m :] = np.eye(m)
+    result = exponential(block)
+    constant, slope = result[:n, n : n + m], result[:n, n + m :]
+    return result[:n, :n], constant - slope, slope
+
+
+def bilinear(numerator: Floats, denominator: Floats, period: float) -> tuple[Floats, Floats]:
+    """Return (d, c) of a transfer function in z⁻¹ by s = 2/T (1 − z⁻¹)/(1 + z⁻¹), lowest power of z⁻¹ first.
+
+    With four poles and two zeros this is Tsai 2010, appendix A-2 (times the common factor T⁴ of both polynomials).
+    """
+    degree = len(denominator) - 1
+
+    def transformed(polynomial: Floats) -> Floats:
+        total: Floats = np.zeros(degree + 1)
+        for power, value in enumerate(polynomial[::-1]):
+            term: Floats = np.array([value * 2.0**power * period ** (degree - power)])
+            for factor, times in (([1.0, -1.0], power), ([1.0, 1.0], degree - power)):
+                for _ in range(times):
+                    term = np.convolve(term, factor)
+            total = total + term
+        return total
+
+    return transformed(np.asarray(numerator, float)), transformed(np.asarray(denominator, float))

@@ -1,0 +1,107 @@
+"""Blocks of a setpoint stream with what stands before and after them, so that stages can look both ways."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.setpoints.record import Setpoints
+
+Floats = NDArray[np.float64]
+
+#: Rows of a block, where the stream is long enough.
+BLOCK = 8192
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """Rows `first` … of a stream.
+
+    Attributes:
+        axes: Letters of the columns.
+        period_s: Time between rows.
+        first: Index of the block's first row.
+        values: Shape (before + n + after, axes). Beyond either end of the stream its first or last row repeats.
+        before, after: Rows of margin.
+        last: True for the stream's last block.
+    """
+
+    axes: str
+    period_s: float
+    first: int
+    values: Floats
+    before: int
+    after: int
+    last: bool
+
+    def __len__(self) -> int:
+        return len(self.values) - self.before - self.after
+
+    @property
+    def rows(self) -> Floats:
+        """Shape (n, axes): the block without its margins."""
+        return self.values[self.before : self.before + len(self)]
+
+    def shifted(self, by: int) -> Floats:
+        """Shape (n, axes): row k + `by` in the place of row k."""
+        return self.values[self.before + by : self.before + by + len(self)]
+
+
+def blocks(chunks: Iterable[Setpoints], before: int, after: int, settle_s: float = 0.0) -> Iterator[Block]:
+    """Yield blocks of up to `BLOCK` rows (more where chunks are larger) with margins.
+
+    Args:
+        chunks: The stream; all chunks have the same axes and period.
+        before, after: Rows of margin.
+        settle_s: The last row is held so long after the end.
+
+    Raises:
+        UsageError: Chunks differ in axes or period, or a position is not finite (``setpoints-not-finite``).
+    """
+    head: Setpoints | None = None
+    waiting: list[Floats] = []
+    margin: Floats | None = None
+    count, first = 0, 0
+    for chunk in chunks:
+        if not len(chunk):
+            continue
+        head = head or chunk
+        _check(head, chunk)
+        if margin is None:
+            margin, first = np.repeat(chunk.position[:1], before, axis=0), chunk.first
+        waiting.append(np.asarray(chunk.position, float))
+        count += len(chunk)
+        if count < BLOCK + after:
+            continue
+        values = np.concatenate([margin, *waiting])
+        yield Block(head.axes, head.period_s, first, values, before, after, False)
+        first += count - after
+        margin, waiting, count = (
+            values[len(values) - after - before : len(values) - after],
+            [values[len(values) - after :]],
+            after,
+        )
+    if head is None or margin is None:
+        return
+    end = waiting[-1][-1:] if len(waiting[-1]) else margin[-1:]
+    held = round(settle_s / head.period_s)
+    values = np.concatenate([margin, *waiting, np.repeat(end, after + held, axis=0)])
+    if len(values) > before + after:
+        yield Block(head.axes, head.period_s, first, values, before, after, True)
+
+
+def _check(head: Setpoints, chunk: Setpoints) -> None:
+    if chunk.axes != head.axes or chunk.period_s != head.period_s:
+        raise UsageError(
+            Diagnostic("setpoints-mixed", "the setpoints change their axes or period on the way")
+        )
+    if not np.isfinite(chunk.position).all():
+        row, axis = np.argwhere(~np.isfinite(chunk.position))[0]
+        message = (
+            f"setpoint {chunk.first + int(row)} of axis {chunk.axes[axis]} is {chunk.position[row, axis]}"
+        )
+        raise UsageError(Diagnostic("setpoints-not-finite", message))

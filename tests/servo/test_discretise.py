@@ -1,0 +1,67 @@
+"""Matrix exponential and holds, beside scipy's; the bilinear form beside the printed appendix of Tsai 2010."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.linalg import expm
+from scipy.signal import cont2discrete
+
+from cncgen.servo.discretise import bilinear, exponential, held, ramped
+
+
+@given(st.integers(1, 6), st.integers(0, 10**6), st.floats(-3, 3))
+def test_exponential_is_scipys(order, seed, size):
+    matrix = np.random.default_rng(seed).normal(size=(order, order)) * 10.0**size / order
+    matrix -= np.eye(order) * max(np.linalg.eigvals(matrix).real.max(), 0.0)
+    expected = expm(matrix)
+    assert exponential(matrix) == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
+
+
+def test_exponential_of_a_companion_form_with_coefficients_far_apart():
+    """Four poles near 200/s: the last row of the companion form is 1e9, and balancing must keep the digits."""
+    poles = np.array([-197.0 + 160.0j, -197.0 - 160.0j, -75.0, -500.0])
+    a = np.eye(4, k=1)
+    a[-1] = -np.poly(poles)[:0:-1].real
+    result = exponential(a * 1e-3)
+    assert np.sort(np.linalg.eigvals(result)) == pytest.approx(np.sort(np.exp(poles * 1e-3)), rel=1e-10)
+
+
+@pytest.mark.parametrize(("hold", "ours"), [("zoh", held), ("foh", ramped)])
+def test_holds_are_scipys(hold, ours):
+    rng = np.random.default_rng(3)
+    a, b = rng.normal(size=(4, 4)) * 30 - 40 * np.eye(4), rng.normal(size=(4, 2))
+    expected = cont2discrete((a, b, np.eye(4), np.zeros((4, 2))), 0.01, hold)
+    if hold == "zoh":
+        phi, gamma = ours(a, b, 0.01)
+        assert gamma == pytest.approx(expected[1], rel=1e-10)
+    else:
+        # scipy moves half of the ramp into its states: x' = x - Γ1 u, so B' = Γ0 + Φ Γ1 and D' = C Γ1.
+        phi, start, end = ours(a, b, 0.01)
+        assert start + phi @ end == pytest.approx(expected[1], rel=1e-10)
+        assert end == pytest.approx(expected[3], rel=1e-10)
+    assert phi == pytest.approx(expected[0], rel=1e-10)
+
+
+def test_bilinear_is_appendix_a_2():
+    """Tsai 2010, A-2, multiplied out by hand from the printed c0 … c4 and d0 … d4."""
+    t = 0.001
+    a0, a1, a2, a3, b1, b2 = 1.938e9, 3.538e7, 2.135e5, 698.4, 3.476e7, 1.471e5
+    b0 = a0
+    c = [
+        16 + 8 * a3 * t + 4 * a2 * t**2 + 2 * a1 * t**3 + a0 * t**4,
+        -64 - 16 * a3 * t + 4 * a1 * t**3 + 4 * a0 * t**4,
+        96 - 8 * a2 * t**2 + 6 * a0 * t**4,
+        -64 + 16 * a3 * t - 4 * a1 * t**3 + 4 * a0 * t**4,
+        16 - 8 * a3 * t + 4 * a2 * t**2 - 2 * a1 * t**3 + a0 * t**4,
+    ]
+    d = [
+        4 * b2 * t**2 + 2 * b1 * t**3 + b0 * t**4,
+        4 * b1 * t**3 + 4 * b0 * t**4,
+        -8 * b2 * t**2 + 6 * b0 * t**4,
+        -4 * b1 * t**3 + 4 * b0 * t**4,
+        4 * b2 * t**2 - 2 * b1 * t**3 + b0 * t**4,
+    ]
+    above, below = bilinear([b2, b1, b0], [1.0, a3, a2, a1, a0], t)
+    assert above == pytest.approx(d, rel=1e-12)
+    assert below == pytest.approx(c, rel=1e-12)
