@@ -1,1 +1,114 @@
-"""gcode."""
+"""G-code: text to canonical motions.
+
+`read` gives the toolpath of a program, `canon` the text of its canonical calls; both run the same interpreter, on a
+sink that builds columns (`columns`) or prints (`printing`).
+
+The way of a block: `source` holds the bytes; `lanes` cuts them into plain blocks (a scanner) and others (`grammar`,
+`expressions`); `running` has them executed in order; `interpreter` finds the codes of a block in `codes`, checks that
+they go together, and calls their handlers in the order of `modal.Stage`; handlers change `modal.State` and call the
+`sink`.
+
+To add a code: write a handler ``(Interpreter, Block) -> None`` in the module of its concern, which raises
+`errors.BlockError` where the block is wrong; add a `codes.Code` with its modal group, stage, words and one line of help
+to that module's `CODES`; name a new module in `codes._MODULES`; give it a test in ``tests/gcode``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from cncgen.diagnostics import Diagnostics, ProgramError
+from cncgen.gcode.columns import ColumnsSink
+from cncgen.gcode.printing import PrintingSink
+from cncgen.gcode.running import Runner
+from cncgen.gcode.source import Source, open_source
+from cncgen.kernels import gcode_scan
+from cncgen.toolpath.building import ToolpathBuilder
+from cncgen.toolpath.reading import ReadOptions
+from cncgen.toolpath.record import Program, Toolpath
+from cncgen.units import AXIS_LETTERS
+
+_DEFAULT = ReadOptions()
+
+
+def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) -> Program:
+    """Read a program as its toolpath, in machine coordinates, mm and rad.
+
+    The text is mapped or spooled at once; blocks are interpreted as the chunks are drawn.
+
+    Raises:
+        UsageError: Where the file cannot be read.
+    """
+    text = open_source(source, name)
+    diagnostics = Diagnostics()
+    moving = moving_axes(text)
+    axes = "".join(letter for letter in AXIS_LETTERS if letter in "XYZ" or letter in moving)
+
+    def chunks() -> Iterator[Toolpath]:
+        names = [name]
+        builder = ToolpathBuilder(axes, np.zeros(len(axes)), names)
+        sink = ColumnsSink(builder, options.tolerance_mm)
+        handed = False
+        for _ in Runner(text, options, sink, diagnostics).run():
+            if builder.count >= options.chunk_rows:
+                handed = True
+                yield builder.take()
+        sink.flush()
+        if builder.count or not handed:
+            yield builder.take()
+
+    return Program(name, "gcode", axes, moving, chunks, diagnostics)
+
+
+def moving_axes(text: Source) -> str:
+    """Return the letters of the axes that a program names, in the order of ``XYZABCUVW``.
+
+    I and J name X and Y (a full circle may name no axis at all).
+    """
+    bits = gcode_scan.axis_letters(text.bytes)
+    named = {chr(65 + k) for k in range(26) if bits >> k & 1}
+    if named & {"I", "J"}:
+        named |= {"X", "Y"}
+    return "".join(letter for letter in AXIS_LETTERS if letter in named)
+
+
+def canon(
+    source: Path | BinaryIO,
+    name: str,
+    options: ReadOptions = _DEFAULT,
+    diagnostics: Diagnostics | None = None,
+) -> Iterator[str]:
+    """Yield the canonical calls of a program, a line each, as LinuxCNC's ``rs274 -g`` prints them.
+
+    Args:
+        source: The program's file or stream.
+        name: What diagnostics call it.
+        options: How it is read.
+        diagnostics: Takes what is wrong with it; without it, errors are raised when all has been printed.
+
+    Raises:
+        UsageError: Where the file cannot be read.
+        ProgramError: Where the program has errors and `diagnostics` is not given.
+    """
+    text = open_source(source, name)
+    found = Diagnostics() if diagnostics is None else diagnostics
+    runner: Runner | None = None
+
+    def text_at(index: int, offset: int) -> str:
+        assert runner is not None
+        return runner.sources[index].text_at(offset)
+
+    sink = PrintingSink(text_at)
+    sink.begin()
+    runner = Runner(text, options, sink, found)
+    for _ in runner.run():
+        yield from sink.take()
+    sink.call("ON_RESET()")
+    sink.call("ON_RESET()")
+    yield from sink.take()
+    if diagnostics is None and found.has_errors:
+        raise ProgramError(list(found))

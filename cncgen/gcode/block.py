@@ -1,0 +1,121 @@
+"""The records that pass from the two lanes of reading to the interpreter: a block and what is in it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from cncgen.gcode.errors import BlockError
+
+if TYPE_CHECKING:
+    from cncgen.gcode.parameters import Parameters
+
+#: A value: known when the text is read, or computed from the parameters when the block runs. None is vacant.
+Computed = Callable[["Parameters"], float]
+Value = float | Computed
+
+AXES = "xyzabcuvw"
+AXIS_INDEX = {letter: index for index, letter in enumerate(AXES)}
+#: Where a number stops being one: beyond it a double no longer holds a micrometre.
+LARGEST = 1e9
+
+
+@dataclass(slots=True)
+class Block:
+    """One block, all values known.
+
+    Attributes:
+        words: Value by lower-case letter (``@`` and ``^`` too), without G, M and N.
+        g, m: Ten times the numbers of its G and M words, in the order of the text.
+        comment: The last comment, without its parentheses, or None.
+        active: Comments that do something (MSG, DEBUG, PRINT, LOG, START …), in order.
+        source, line, offset: Where it stands.
+    """
+
+    words: dict[str, float]
+    g: tuple[int, ...] = ()
+    m: tuple[int, ...] = ()
+    comment: str | None = None
+    source: int = 0
+    line: int = 0
+    offset: int = 0
+
+
+@dataclass(slots=True)
+class Flow:
+    """What a block does to the order of execution: an O-word of LinuxCNC, or a jump or loop of a macro.
+
+    Attributes:
+        keyword: ``sub``, ``while``, ``goto`` …
+        label: Number or name, or what computes it.
+        arguments: Values in brackets.
+    """
+
+    keyword: str
+    label: Value | str | None = None
+    arguments: tuple[Value, ...] = ()
+    then: Parsed | None = None
+
+
+@dataclass(slots=True)
+class Parsed:
+    """One block as the grammar reads it, before its values are known.
+
+    Attributes:
+        words: Lower-case letter and value, in the order of the text.
+        settings: Parameter (number, name or what computes the number) and its new value.
+        comments: Comments without their parentheses.
+        flow: What it does to the order of execution, or None.
+        deletable: Whether it begins with ``/``.
+        number: Text of the N word, or None.
+    """
+
+    words: list[tuple[str, Value]] = field(default_factory=list)
+    settings: list[tuple[Value | str, Value]] = field(default_factory=list)
+    comments: list[str] = field(default_factory=list)
+    flow: Flow | None = None
+    deletable: bool = False
+    number: str | None = None
+
+
+def tenths(letter: str, value: float) -> int:
+    """Return ten times a G or M number, exactly; raise where it has more digits than codes have."""
+    scaled = value * 10.0
+    whole = round(scaled)
+    if abs(scaled - whole) > 1e-6 or whole < 0 or (letter == "M" and whole % 10):
+        raise BlockError("unknown-code", f"{letter}{value:g} is no code", f"{letter}{value:g}")
+    return whole
+
+
+def gather(pairs: list[tuple[str, float]]) -> Block:
+    """Make a block of letters and known values.
+
+    Raises:
+        BlockError: A letter that stands twice, a number out of range.
+    """
+    words: dict[str, float] = {}
+    g: list[int] = []
+    m: list[int] = []
+    for letter, value in pairs:
+        if letter == "g":
+            g.append(tenths("G", value))
+        elif letter == "m":
+            m.append(tenths("M", value))
+        elif letter in words:
+            raise BlockError(
+                "repeated-word",
+                f"{letter.upper()} stands twice in one block",
+                letter.upper(),
+                hint="write it once",
+            )
+        else:
+            if not -LARGEST <= value <= LARGEST:
+                raise BlockError(
+                    "number-range",
+                    f"{letter.upper()}{value:g} is not a finite number within ±{LARGEST:g}",
+                    letter.upper(),
+                    values={"value": str(value)},
+                )
+            words[letter] = value
+    return Block(words, tuple(g), tuple(m))

@@ -1,0 +1,23 @@
+"""G4: wait P seconds."""
+
+from __future__ import annotations
+
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes import Code
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.modal import Stage
+from cncgen.toolpath.record import Event
+
+
+def dwell(ip: Interpreter, block: Block) -> None:
+    """G4 P."""
+    seconds = block.words.get("p")
+    if seconds is None:
+        raise BlockError("dwell-time", "G4 has no time", "G4", hint="give it as P, in seconds")
+    if seconds < 0.0:
+        raise BlockError("dwell-time", f"P{seconds:g} of G4 is negative", "P")
+    ip.sink.call(f"DWELL({seconds:.4f})", Event("dwell", True, seconds, {"seconds": seconds}))
+
+
+CODES = (Code("G", 40, "non-modal", Stage.DWELL, dwell, "dwell, P seconds", "p"),)

@@ -1,0 +1,112 @@
+"""How a fault in a block becomes a diagnostic: raised where it is found, placed in the text once, here."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+from cncgen.diagnostics import Diagnostic, Diagnostics, Severity, Span, excerpt_of
+from cncgen.gcode.source import Source
+
+
+class BlockError(Exception):
+    """A fault of one block; the interpreter leaves the block there and goes on to the next.
+
+    Attributes:
+        code: Name of the diagnostic.
+        message: One sentence with the numbers.
+        word: The word to point at: a letter (``"X"``) or a letter with its number (``"G5.1"``), or "".
+        column: 1-based column to point at where it is known, else 0.
+    """
+
+    def __init__(
+        self,
+        code: str,
+        message: str,
+        word: str = "",
+        *,
+        column: int = 0,
+        length: int = 1,
+        hint: str = "",
+        values: Mapping[str, Any] = MappingProxyType({}),
+    ) -> None:
+        super().__init__(message)
+        self.code = code
+        self.message = message
+        self.word = word
+        self.column = column
+        self.length = length
+        self.hint = hint
+        self.values = values
+
+
+class Stop(Exception):
+    """The program can not go on (a bound is reached, a jump has no target); carries the diagnostic's fault."""
+
+    def __init__(self, error: BlockError) -> None:
+        super().__init__(error.message)
+        self.error = error
+
+
+_TOKEN = re.compile(r"\([^)]*\)?|;.*|#\s*<[^>]*>|([A-Za-z@^$])\s*([^A-Za-z@^$(;]*)")
+
+
+def locate(text: str, word: str) -> tuple[int, int]:
+    """Return 1-based column and length of a word (``X`` or ``G5.1``) in a line's text, or of its first character."""
+    letter, number = word[:1].upper(), word[1:]
+    fallback: tuple[int, int] | None = None
+    for match in _TOKEN.finditer(text):
+        if match.group(1) is None or match.group(1).upper() != letter:
+            continue
+        place = match.start() + 1, max(1, len(match.group().rstrip()))
+        if not number or _same(match.group(2), number):
+            return place
+        fallback = fallback or place
+    if fallback:
+        return fallback
+    blank = len(text) - len(text.lstrip())
+    return blank + 1, 1
+
+
+def _same(written: str, number: str) -> bool:
+    """Tell whether the text of a word's value is that number (``05.10`` is 5.1)."""
+    try:
+        return abs(float(re.sub(r"\s", "", written)) - float(number)) < 1e-9
+    except ValueError:
+        return False
+
+
+class Reporter:
+    """Places faults in their source and adds them to the run's diagnostics."""
+
+    def __init__(self, diagnostics: Diagnostics) -> None:
+        self.diagnostics = diagnostics
+
+    def report(
+        self,
+        source: Source,
+        line: int,
+        offset: int,
+        error: BlockError,
+        severity: Severity = Severity.ERROR,
+    ) -> None:
+        """Add the diagnostic of a fault found in the line that begins at byte `offset` of `source`."""
+        text = source.text_at(offset)
+        column, length = error.column, error.length
+        if not column:
+            column, length = locate(text, error.word) if error.word else locate(text, "")
+        excerpt, cut = excerpt_of(text, column)
+        self.diagnostics.add(
+            Diagnostic(
+                error.code,
+                error.message,
+                severity,
+                Span(source.name, line, column, length),
+                excerpt,
+                cut,
+                error.hint,
+                error.values,
+            )
+        )

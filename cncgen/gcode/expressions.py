@@ -1,0 +1,160 @@
+"""Values of expressions: numbers where they are known when the text is read, else functions of the parameters.
+
+Operators and functions are those of LinuxCNC's manual ("Expressions", "Functions"): angles are degrees, ``AND OR XOR``
+take anything but zero as true, ``EQ`` and ``NE`` compare within 1e-6, operators of one rank group from the left.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from cncgen.gcode.block import Value
+from cncgen.gcode.errors import BlockError
+
+if TYPE_CHECKING:
+    from cncgen.gcode.parameters import Parameters
+
+#: Numbers closer than this are equal.
+EQUAL = 1e-6
+
+
+def _divide(a: float, b: float) -> float:
+    if b == 0.0:
+        raise BlockError("division-by-zero", f"{a:g} divided by 0")
+    return a / b
+
+
+def _modulo(a: float, b: float) -> float:
+    """Return the remainder with the sign of the divisor's size: never negative."""
+    if b == 0.0:
+        raise BlockError("division-by-zero", f"{a:g} MOD 0")
+    rest = math.fmod(a, b)
+    return rest + abs(b) if rest < 0.0 else rest
+
+
+def _power(a: float, b: float) -> float:
+    if a < 0.0 and b != math.floor(b):
+        raise BlockError("domain", f"{a:g} ** {b:g} has no real value")
+    if a == 0.0 and b < 0.0:
+        raise BlockError("division-by-zero", f"0 ** {b:g}")
+    try:
+        return a**b
+    except OverflowError:
+        raise BlockError("number-range", f"{a:g} ** {b:g} is too large") from None
+
+
+def _checked(name: str, function: Callable[[float], float]) -> Callable[[float], float]:
+    """Return a function whose domain errors are faults of the block."""
+
+    def run(a: float) -> float:
+        try:
+            return function(a)
+        except (ValueError, OverflowError):
+            raise BlockError("domain", f"{name.upper()}[{a:g}] has no finite real value") from None
+
+    return run
+
+
+BINARY: dict[str, Callable[[float, float], float]] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": _divide,
+    "**": _power,
+    "mod": _modulo,
+    "and": lambda a, b: 1.0 if a and b else 0.0,
+    "or": lambda a, b: 1.0 if a or b else 0.0,
+    "xor": lambda a, b: 1.0 if bool(a) != bool(b) else 0.0,
+    "eq": lambda a, b: 1.0 if abs(a - b) < EQUAL else 0.0,
+    "ne": lambda a, b: 0.0 if abs(a - b) < EQUAL else 1.0,
+    "gt": lambda a, b: 1.0 if a > b else 0.0,
+    "ge": lambda a, b: 1.0 if a >= b else 0.0,
+    "lt": lambda a, b: 1.0 if a < b else 0.0,
+    "le": lambda a, b: 1.0 if a <= b else 0.0,
+}
+
+UNARY: dict[str, Callable[[float], float]] = {
+    "abs": abs,
+    "acos": _checked("acos", lambda a: math.degrees(math.acos(a))),
+    "asin": _checked("asin", lambda a: math.degrees(math.asin(a))),
+    "cos": lambda a: math.cos(math.radians(a)),
+    "exp": _checked("exp", math.exp),
+    "fix": _checked("fix", lambda a: float(math.floor(a))),
+    "fup": _checked("fup", lambda a: float(math.ceil(a))),
+    "ln": _checked("ln", math.log),
+    "round": _checked("round", lambda a: float(math.floor(abs(a) + 0.5)) * (-1.0 if a < 0.0 else 1.0)),
+    "sin": lambda a: math.sin(math.radians(a)),
+    "sqrt": _checked("sqrt", math.sqrt),
+    "tan": lambda a: math.tan(math.radians(a)),
+}
+
+
+def binary(name: str, a: Value, b: Value) -> Value:
+    """Return ``a name b``."""
+    function = BINARY[name]
+    if isinstance(a, float) and isinstance(b, float):
+        try:
+            return function(a, b)
+        except BlockError:
+            return lambda p: function(a, b)
+    # The operand that is known is not called: most operators of real programs have one.
+    if isinstance(b, float):
+        left = a
+        return (lambda p: function(left(p), b)) if callable(left) else function(left, b)
+    if isinstance(a, float):
+        known, computed = a, b
+        return lambda p: function(known, computed(p))
+    first, second = a, b
+    return lambda p: function(first(p), second(p))
+
+
+def unary(name: str, a: Value) -> Value:
+    """Return ``name[a]``."""
+    function = UNARY[name]
+    if isinstance(a, float):
+        try:
+            return function(a)
+        except BlockError:
+            value = a
+            return lambda p: function(value)
+    return lambda p: function(a(p))
+
+
+def negative(a: Value) -> Value:
+    """Return ``-a``."""
+    return -a if isinstance(a, float) else lambda p: -a(p)
+
+
+def arc_tangent(y: Value, x: Value) -> Value:
+    """Return ``ATAN[y]/[x]`` in degrees."""
+    return lambda p: math.degrees(math.atan2(evaluate(y, p), evaluate(x, p)))
+
+
+def evaluate(value: Value, parameters: Parameters) -> float:
+    """Return the number that a value is now."""
+    return value if isinstance(value, float) else value(parameters)
+
+
+def parameter(target: Value | str) -> Value:
+    """Return ``#target``: a number, a name or what computes the number."""
+    if isinstance(target, str):
+        name = target
+        return lambda p: p.name(name)
+    if isinstance(target, float):
+        index = int(target)
+        if index == target and 0 < index < 5000:
+            return lambda p: p.numbers[index]
+        number = target
+        return lambda p: p.number(number)
+    return lambda p: p.number(target(p))
+
+
+def exists(target: Value | str) -> Value:
+    """Return ``EXISTS[#<name>]``: 1 where the parameter has a value."""
+    if isinstance(target, str):
+        name = target
+        return lambda p: 1.0 if p.has(name) else 0.0
+    return 1.0

@@ -1,0 +1,250 @@
+"""The lane of the grammar: one block of text to `Parsed`, or a `BlockError` that says what was expected."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from cncgen.gcode import expressions
+from cncgen.gcode.block import Flow, Parsed, Value
+from cncgen.gcode.errors import BlockError
+
+#: What people call the grammar's tokens.
+_NAMES = {
+    "WORD": "a word",
+    "LETTER": "a word",
+    "NUMBER": "a number",
+    "NAME": "a name <…>",
+    "COMMENT": "a comment",
+    "FUNCTION": "a function",
+    "ATAN": "a function",
+    "EXISTS": "a function",
+    "LOGIC": "an operator",
+    "RELATION": "an operator",
+    "TIMES": "an operator",
+    "POWER": "an operator",
+    "SIGN": "an operator",
+    "PLUS": "a sign",
+    "MINUS": "a sign",
+    "KEYWORD": "an O-word's keyword",
+    "HASH": "#",
+    "EQUAL": "=",
+    "LSQB": "[",
+    "RSQB": "]",
+    "SLASH": "/",
+    "COMMA": ",",
+    "$END": "the end of the block",
+}
+_PIECE = re.compile(r"\([^)]*\)?|;.*|[ \t\r]+")
+
+
+def normalise(text: str) -> str:
+    """Return the block without blanks and in lower case, comments as they are."""
+
+    def replace(match: re.Match[str]) -> str:
+        piece = match.group()
+        return piece if piece[0] in "(;" else ""
+
+    parts = []
+    place = 0
+    for match in _PIECE.finditer(text):
+        parts.append(text[place : match.start()].lower())
+        parts.append(replace(match))
+        place = match.end()
+    parts.append(text[place:].lower())
+    return "".join(parts)
+
+
+def column_of(text: str, index: int) -> int:
+    """Return the 1-based column in `text` of a place in its normalised form."""
+    left = index
+    place = 0
+    for match in _PIECE.finditer(text):
+        plain = match.start() - place
+        if left < plain:
+            return place + left + 1
+        left -= plain
+        place = match.start()
+        if match.group()[0] in "(;":
+            kept = match.end() - match.start()
+            if left < kept:
+                return place + left + 1
+            left -= kept
+        place = match.end()
+    return (
+        min(place + left, max(len(text.rstrip()), 1)) + 1
+        if place + left >= len(text.rstrip())
+        else place + left + 1
+    )
+
+
+class _Reader:
+    """Lark callbacks: the values of a rule's children to the value of the rule. Words come as (kind, value)."""
+
+    def plain_word(self, children: list[Any]) -> Any:
+        token = children[0]
+        return "word", (token[0], float(token[1:]))
+
+    def word(self, children: list[Any]) -> Any:
+        return "word", (str(children[0]), children[1])
+
+    def setting(self, children: list[Any]) -> Any:
+        return "setting", (children[0], children[1])
+
+    def comment(self, children: list[Any]) -> Any:
+        return "comment", _bare(children[0])
+
+    def number(self, children: list[Any]) -> Value:
+        return float(children[0])
+
+    def name(self, children: list[Any]) -> str:
+        return str(children[0][1:-1])
+
+    def parameter(self, children: list[Any]) -> Value:
+        return expressions.parameter(children[0])
+
+    def exists(self, children: list[Any]) -> Value:
+        return expressions.exists(children[0])
+
+    def negative(self, children: list[Any]) -> Value:
+        return expressions.negative(children[0])
+
+    def unary(self, children: list[Any]) -> Value:
+        return expressions.negative(children[1]) if children[0] == "-" else children[1]
+
+    def binary(self, children: list[Any]) -> Value:
+        return expressions.binary(str(children[1]), children[0], children[2])
+
+    def function(self, children: list[Any]) -> Value:
+        return expressions.unary(str(children[0]), children[1])
+
+    def arc_tangent(self, children: list[Any]) -> Value:
+        return expressions.arc_tangent(children[0], children[1])
+
+    def bracket(self, children: list[Any]) -> Value:
+        return children[0]
+
+    def o_label(self, children: list[Any]) -> Value | str:
+        token = str(children[0])
+        return token[2:-1] if token[1] == "<" else float(token[1:])
+
+    def computed_label(self, children: list[Any]) -> Value:
+        return children[0]
+
+    def program_number(self, children: list[Any]) -> Any:
+        return "flow", Flow("program", children[0])
+
+    def o_word(self, children: list[Any]) -> Any:
+        return "flow", Flow(str(children[1]), children[0], tuple(children[2:]))
+
+    def if_goto(self, children: list[Any]) -> Any:
+        return "flow", Flow("goto", children[1], (children[0],))
+
+    def if_then(self, children: list[Any]) -> Any:
+        return "flow", Flow("then", None, (children[0],), _parsed(children[1:]))
+
+    def goto(self, children: list[Any]) -> Any:
+        return "flow", Flow("goto", children[0])
+
+    def while_do(self, children: list[Any]) -> Any:
+        condition = tuple(children[:-1])
+        return "flow", Flow("while-do", float(children[-1]), condition)
+
+    def end_do(self, children: list[Any]) -> Any:
+        return "flow", Flow("end-do", float(children[0]))
+
+    def start(self, children: list[Any]) -> Parsed:
+        return _parsed(children)
+
+
+def _bare(token: str) -> str:
+    """Return a comment without its parentheses or semicolon."""
+    return token[1:-1] if token[0] == "(" else token[1:]
+
+
+def _parsed(children: list[Any]) -> Parsed:
+    """Gather the items of a block."""
+    parsed = Parsed()
+    for child in children:
+        if isinstance(child, tuple):
+            kind, value = child
+            if kind == "word":
+                parsed.words.append(value)
+            elif kind == "setting":
+                parsed.settings.append(value)
+            elif kind == "comment":
+                parsed.comments.append(value)
+            else:
+                parsed.flow = value
+        elif child.type == "DELETE":
+            parsed.deletable = True
+        elif child.type == "LINE_NUMBER":
+            parsed.number = str(child[1:])
+        else:
+            parsed.comments.append(_bare(child))
+    return parsed
+
+
+@cache
+def _lark() -> Any:
+    """Build the parser."""
+    from lark import Lark, Transformer
+
+    reader = type("Reader", (_Reader, Transformer), {})
+    text = resources.files("cncgen.grammars").joinpath("gcode.lark").read_text("utf-8")
+    return Lark(text, parser="lalr", lexer="contextual", transformer=reader(), maybe_placeholders=False)
+
+
+def parse(text: str) -> Parsed:
+    """Read one block.
+
+    Raises:
+        BlockError: Where it is no block; the column is that of `text`.
+    """
+    from lark.exceptions import UnexpectedInput, VisitError
+
+    bare = normalise(text)
+    try:
+        return _lark().parse(bare)
+    except UnexpectedInput as error:
+        raise _syntax_error(text, bare, error) from None
+    except VisitError as error:
+        if isinstance(error.orig_exc, BlockError):
+            raise error.orig_exc from None
+        raise
+
+
+def _syntax_error(text: str, bare: str, error: Any) -> BlockError:
+    """Say what stands there and what could."""
+    index = error.pos_in_stream if error.pos_in_stream is not None else len(bare)
+    token = getattr(error, "token", None)
+    if token is not None and token.type == "$END":
+        index = len(bare)
+    expected = sorted(
+        getattr(error, "accepts", None) or getattr(error, "expected", None) or error.allowed or ()
+    )
+    column = column_of(text, index)
+    rest = bare[index:]
+    if rest.startswith("("):
+        nested = "(" in rest[1 : rest.find(")")] if ")" in rest else False
+        if nested:
+            return BlockError("nested-comment", "a comment in a comment", column=column)
+        return BlockError(
+            "open-comment", "a comment ( without its )", column=column, hint="close it on its line"
+        )
+    if rest.startswith(")"):
+        return BlockError("syntax", "a ) with no comment to close", column=column)
+    found = f"'{rest[0]}'" if rest else "the end of the block"
+    names = list(dict.fromkeys(_NAMES.get(name, name.lower()) for name in expected))
+    if rest and not rest[0].isprintable():
+        found = f"byte 0x{ord(rest[0]) & 0xFF:02x}"
+    return BlockError("syntax", f"{found} where {_any_of(names)} was expected", column=column)
+
+
+def _any_of(names: list[str]) -> str:
+    """Return "a, b or c"."""
+    if len(names) < 2:
+        return names[0] if names else "nothing more"
+    return ", ".join(names[:-1]) + " or " + names[-1]

@@ -1,0 +1,84 @@
+"""The two lanes of reading: runs of plain blocks as columns from the scanner, any other line through the grammar."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.gcode.block import Block, gather
+from cncgen.gcode.source import Source
+from cncgen.kernels import gcode_scan
+
+#: Blocks and words that a scan holds; more of them do not make it faster.
+BLOCKS = 16_384
+WORDS = 8 * BLOCKS
+
+_COMMENT = re.compile(r"\(([^()]*)\)|;.*")
+
+
+def _ints(count: int) -> NDArray[np.int64]:
+    return np.zeros(count, np.int64)
+
+
+@dataclass(slots=True)
+class PlainBlocks:
+    """Columns of `gcode_scan.scan`, used again for each stretch."""
+
+    line: NDArray[np.int64] = field(default_factory=lambda: _ints(BLOCKS))
+    offset: NDArray[np.int64] = field(default_factory=lambda: _ints(BLOCKS))
+    flags: NDArray[np.uint8] = field(default_factory=lambda: np.zeros(BLOCKS, np.uint8))
+    word_end: NDArray[np.int64] = field(default_factory=lambda: _ints(BLOCKS))
+    letters: NDArray[np.uint8] = field(default_factory=lambda: np.zeros(WORDS, np.uint8))
+    values: NDArray[np.float64] = field(default_factory=lambda: np.zeros(WORDS))
+    count: int = 0
+
+    def scan(self, source: Source, offset: int, line: int) -> tuple[int, int, int]:
+        """Read plain blocks from a line on; return offset and line of the first one not read, and why."""
+        self.count, _, offset, line, why = gcode_scan.scan(
+            source.bytes,
+            offset,
+            line,
+            self.line,
+            self.offset,
+            self.flags,
+            self.word_end,
+            self.letters,
+            self.values,
+        )
+        return offset, line, why
+
+    def pairs(self, index: int) -> list[tuple[str, float]]:
+        """Return letters and values of a block."""
+        begin = int(self.word_end[index - 1]) if index else 0
+        end = int(self.word_end[index])
+        letters = self.letters[begin:end].tobytes().decode("ascii")
+        return list(zip(letters, self.values[begin:end].tolist(), strict=True))
+
+    def block(self, index: int, source: int) -> Block:
+        """Return a block as a record (without its comment)."""
+        block = gather(self.pairs(index))
+        block.source, block.line, block.offset = source, int(self.line[index]), int(self.offset[index])
+        return block
+
+
+def comment_of(text: str) -> str | None:
+    """Return what a line says in its last ``( )`` (a later one takes the place of an earlier one), or None.
+
+    What follows a semicolon is never passed on.
+    """
+    last = None
+    for match in _COMMENT.finditer(text):
+        if match.group(1) is not None:
+            last = match.group(1)
+    return last
+
+
+def lines_from(source: Source, offset: int, line: int) -> Iterator[tuple[int, int]]:
+    """Yield offset and number of each line from one on."""
+    while offset < len(source):
+        yield offset, line
+        offset, line = source.line_end(offset) + 1, line + 1

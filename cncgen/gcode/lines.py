@@ -1,0 +1,70 @@
+"""G0 and G1: straight motions. G53 and G80."""
+
+from __future__ import annotations
+
+from cncgen.gcode.block import AXIS_INDEX, Block
+from cncgen.gcode.codes import Code
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.modal import NO_MOTION, Stage
+
+_WORDS = "xyzabcuvw@^"
+
+
+def check_feed(ip: Interpreter, block: Block, name: str) -> None:
+    """Raise where a feed motion has no feed."""
+    state = ip.state
+    if state.feed_mode == 93:
+        if "f" not in block.words:
+            raise BlockError(
+                "feed-missing", f"{name} in inverse time mode (G93) needs F in its own block", name
+            )
+        if state.feed == 0.0:
+            raise BlockError("feed-zero", "F0 in inverse time mode (G93) would take for ever", "F")
+    elif state.feed == 0.0:
+        raise BlockError(
+            "feed-missing", f"{name} with no feed rate: F was not given or is 0", name, hint="add an F word"
+        )
+    elif state.feed_mode == 95 and (state.speed == 0.0 or state.direction == 0):
+        raise BlockError(
+            "spindle-stopped", f"{name} with feed per revolution (G95), but the spindle does not turn", name
+        )
+
+
+def has_axis(block: Block) -> bool:
+    """Tell whether the block has an axis word."""
+    return not AXIS_INDEX.keys().isdisjoint(block.words) or "@" in block.words or "^" in block.words
+
+
+def traverse(ip: Interpreter, block: Block) -> None:
+    """G0."""
+    ip.state.motion = 0
+    if has_axis(block):
+        end = ip.end_point(block)
+        ip.sink.straight_traverse(end)
+        ip.state.position = end
+        ip.state.moved = True
+
+
+def feed(ip: Interpreter, block: Block) -> None:
+    """G1."""
+    ip.state.motion = 10
+    if has_axis(block):
+        check_feed(ip, block, "G1")
+        end = ip.end_point(block)
+        ip.sink.straight_feed(end)
+        ip.state.position = end
+        ip.state.moved = True
+
+
+def cancel(ip: Interpreter, block: Block) -> None:
+    """G80."""
+    ip.state.motion = NO_MOTION
+    ip.sink.call('COMMENT("interpreter: motion mode set to none")')
+
+
+CODES = (
+    Code("G", 0, "motion", Stage.MOTION, traverse, "traverse at the machine's own speed", _WORDS, "motion"),
+    Code("G", 10, "motion", Stage.MOTION, feed, "straight feed", _WORDS, "motion"),
+    Code("G", 800, "motion", Stage.MOTION, cancel, "no motion mode: end of a canned cycle", "", "motion"),
+)

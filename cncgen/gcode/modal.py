@@ -1,0 +1,149 @@
+"""The modal state of a program: what stays in force from block to block, and in which order a block is executed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+from cncgen.toolpath.record import PathMode
+
+AXIS_COUNT = 9
+#: Modal motion "none" (G80), in tenths.
+NO_MOTION = 800
+
+
+class Stage(IntEnum):
+    """Order in which the parts of one block are executed (RS274/NGC, table 8; LinuxCNC, "Order of Execution")."""
+
+    COMMENT = 0
+    FEED_MODE = 1
+    FEED = 2
+    SPINDLE_MODE = 3
+    SPEED = 4
+    TOOL = 5
+    PINS = 6
+    CHANGE = 7
+    SPINDLE = 8
+    SAVE = 9
+    COOLANT = 10
+    OVERRIDE = 11
+    USER = 12
+    DWELL = 13
+    PLANE = 14
+    UNITS = 15
+    DIAMETER = 16
+    RADIUS_COMPENSATION = 17
+    TOOL_LENGTH = 18
+    COORDINATES = 19
+    PATH = 20
+    DISTANCE = 21
+    RETRACT = 22
+    REFERENCE = 23
+    MOTION = 24
+    STOP = 25
+
+
+def zeros() -> list[float]:
+    """Return nine zeros, a position or offset."""
+    return [0.0] * AXIS_COUNT
+
+
+@dataclass(slots=True)
+class State:
+    """What is in force. Lengths and positions are in program units, positions in program coordinates.
+
+    Attributes:
+        position: Where the tool is, X Y Z A B C U V W.
+        inches: G20.
+        plane: 17, 18, 19 (171, 181, 191).
+        motion: Modal motion in tenths (10 is G1), `NO_MOTION` for none.
+        absolute, arc_absolute: G90 and G90.1.
+        feed_mode: 93, 94, 95.
+        feed: F.
+        speed, direction: Spindle: S in rev/min, 1 clockwise, -1, 0 at rest.
+        constant_surface: Largest speed of G96 (0: none given), or None in G97.
+        path_mode, tolerance: G61, G61.1, G64 P (None: not given).
+        naive: Tolerance of G64 Q.
+        retract_old: G98 (else G99).
+        system: Work coordinate system, 1 (G54) to 9 (G59.3).
+        origin, rotation: Offset and rotation (degrees) of that system.
+        g92, g92_on: Offset of G52/G92, and whether it applies.
+        tool_offset: Offset of G43 and kin.
+        selected, tool: Tool number that T named, and the one in the spindle.
+        mist, flood: Coolant.
+        moved: Whether a motion was executed (the start position can no longer be set).
+        ended: Whether M2, M30 or the closing % came.
+        spline: Open NURBS block (G5.2 or G6.2), or None.
+        compensation: Cutter radius compensation (40, 41, 42) in force.
+    """
+
+    position: list[float] = field(default_factory=zeros)
+    inches: bool = False
+    plane: int = 17
+    motion: int = NO_MOTION
+    absolute: bool = True
+    arc_absolute: bool = False
+    feed_mode: int = 94
+    feed: float = 0.0
+    speed: float = 0.0
+    direction: int = 0
+    constant_surface: float | None = None
+    path_mode: PathMode = PathMode.CONTINUOUS
+    tolerance: float | None = None
+    naive: float | None = None
+    retract_old: bool = True
+    system: int = 1
+    origin: list[float] = field(default_factory=zeros)
+    rotation: float = 0.0
+    g92: list[float] = field(default_factory=zeros)
+    g92_on: bool = False
+    tool_offset: list[float] = field(default_factory=zeros)
+    selected: int = 0
+    tool: int = 0
+    mist: bool = False
+    flood: bool = False
+    feed_override: bool = True
+    speed_override: bool = True
+    adaptive_feed: bool = False
+    feed_hold: bool = True
+    diameter: bool = False
+    moved: bool = False
+    ended: bool = False
+    spline: object | None = None
+    cubic: tuple[float, float] | None = None
+    compensation: int = 40
+
+    def plane_axes(self) -> tuple[int, int, int]:
+        """Return the columns of the plane's first and second axis and of its normal."""
+        return PLANE_AXES[self.plane]
+
+    def offsets(self) -> tuple[list[float], float, list[float], list[float]]:
+        """Return origin, rotation, G92 in force and tool offset: what stands between program and machine."""
+        return self.origin, self.rotation, self.g92, self.tool_offset
+
+
+#: First axis, second axis, normal by plane: XY, ZX, YZ; UV, WU, VW.
+PLANE_AXES = {17: (0, 1, 2), 18: (2, 0, 1), 19: (1, 2, 0), 171: (6, 7, 8), 181: (8, 6, 7), 191: (7, 8, 6)}
+
+
+def to_machine(
+    point: list[float], origin: list[float], rotation: float, g92: list[float], tool: list[float]
+) -> list[float]:
+    """Return machine coordinates of a position in program coordinates (same units)."""
+    out = [p + g for p, g in zip(point, g92, strict=True)]
+    if rotation:
+        c, s = math.cos(math.radians(rotation)), math.sin(math.radians(rotation))
+        out[0], out[1] = out[0] * c - out[1] * s, out[0] * s + out[1] * c
+    return [p + o + t for p, o, t in zip(out, origin, tool, strict=True)]
+
+
+def to_program(
+    point: list[float], origin: list[float], rotation: float, g92: list[float], tool: list[float]
+) -> list[float]:
+    """Return program coordinates of a position in machine coordinates: the inverse of `to_machine`."""
+    out = [p - o - t for p, o, t in zip(point, origin, tool, strict=True)]
+    if rotation:
+        c, s = math.cos(math.radians(rotation)), math.sin(math.radians(rotation))
+        out[0], out[1] = out[0] * c + out[1] * s, -out[0] * s + out[1] * c
+    return [p - g for p, g in zip(out, g92, strict=True)]

@@ -1,0 +1,114 @@
+"""What the interpreter calls: the canonical machining functions of NISTIR 6556, as a protocol.
+
+Positions are lists of nine numbers, X Y Z A B C U V W, in the program's units and coordinates; offsets are calls of
+their own. A sink either prints the calls (`printing`) or builds a toolpath in machine coordinates (`columns`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.gcode.block import Block
+from cncgen.toolpath.record import Event, PathMode
+
+Point = list[float]
+
+
+@dataclass(frozen=True, slots=True)
+class MotionBatch:
+    """Motions in arrays, a row a motion, as `cncgen.kernels.gcode_motion.advance` gives them.
+
+    Attributes:
+        motion: Shape (n,), 0 traverse, 1 feed, 2 and 3 arcs.
+        end: Shape (n, 9).
+        feed: Shape (n,), the feed rate in force.
+        feed_set: Shape (n,), whether the block gave it.
+        centre: Shape (n, 2), of arcs, in the two axes of the plane.
+        turns: Shape (n,), of arcs: signed number of turns begun, positive counter-clockwise.
+        line, offset: Shape (n,), line number and byte offset of the block in its source.
+        source: Index of the source.
+    """
+
+    motion: NDArray[np.int8]
+    end: NDArray[np.float64]
+    feed: NDArray[np.float64]
+    feed_set: NDArray[np.uint8]
+    centre: NDArray[np.float64]
+    turns: NDArray[np.int64]
+    line: NDArray[np.int64]
+    offset: NDArray[np.int64]
+    source: int
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """A rational B-spline in program coordinates: `points` are positions, the first is where the motion starts."""
+
+    degree: int
+    points: Sequence[Sequence[float]]
+    weights: Sequence[float]
+    knots: Sequence[float]
+
+
+class Sink(Protocol):
+    """Receives canonical calls; `block` is the block that they come from."""
+
+    block: Block
+    #: Whether comments that do nothing are wanted (a toolpath has no use for them).
+    wants_comments: bool
+
+    def motions(self, batch: MotionBatch) -> None:
+        """Take a run of plain motions."""
+
+    def straight_traverse(self, end: Point) -> None:
+        """Move to `end` as fast as the machine can."""
+
+    def straight_feed(self, end: Point) -> None:
+        """Move to `end` in a straight line at the feed rate."""
+
+    def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
+        """Move on an arc or helix about (first, second) of the plane's axes; `turns` positive counter-clockwise."""
+
+    def nurbs_feed(self, curve: Curve) -> None:
+        """Move along a rational B-spline."""
+
+    def use_length_units(self, inches: bool) -> None:
+        """Take lengths in inches or millimetres from now on."""
+
+    def select_plane(self, plane: int) -> None:
+        """Set the plane of arcs: 17, 18 or 19 (171, 181, 191: the planes of U V W)."""
+
+    def set_feed_rate(self, rate: float) -> None:
+        """Set the feed rate: units/min, 1/min or units/rev by the feed mode."""
+
+    def set_feed_mode(self, mode: int, synched: bool) -> None:
+        """Set what the feed rate means: 93, 94 or 95."""
+
+    def set_spindle(self, speed: float, direction: int) -> None:
+        """Tell the speed (rev/min) and direction in force; feeds per revolution depend on them. Prints nothing."""
+
+    def set_motion_control_mode(self, mode: PathMode, tolerance: float | None, naive: float | None) -> None:
+        """Set how close the motion stays to the path; `tolerance` in length units, None where not given."""
+
+    def set_g5x_offset(self, system: int, offset: Point) -> None:
+        """Set the origin of the work coordinate system (1 to 9)."""
+
+    def set_g92_offset(self, offset: Point) -> None:
+        """Set the offset on top of the work coordinate system."""
+
+    def set_xy_rotation(self, degrees: float) -> None:
+        """Turn the work coordinate system about Z."""
+
+    def use_tool_length_offset(self, offset: Point) -> None:
+        """Set the tool's offset."""
+
+    def place(self, position: Point) -> None:
+        """Take `position` (program coordinates) as where the machine stands, without motion."""
+
+    def call(self, text: str, event: Event | None = None) -> None:
+        """Take any other call: its text, and the event that it means to a machine."""

@@ -1,0 +1,80 @@
+"""A program's text: bytes in memory without copying them, lines found when they are asked for."""
+
+from __future__ import annotations
+
+import mmap
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Diagnostic, UsageError
+
+#: Bytes of a line that are read at all; a longer line is an error.
+MAX_LINE = 65_536
+#: Bytes looked at to tell text from binary.
+_HEAD = 4096
+
+
+class Source:
+    """The bytes of one file, mapped, not read; `name` is how diagnostics call it."""
+
+    def __init__(self, data: bytes | mmap.mmap, name: str) -> None:
+        self.name = name
+        self.data = data
+        self.bytes: NDArray[np.uint8] = np.frombuffer(data, np.uint8) if len(data) else np.zeros(0, np.uint8)
+
+    def __len__(self) -> int:
+        return len(self.data)
+
+    def line_end(self, offset: int) -> int:
+        """Return the offset of the newline that ends the line at `offset`, or the text's length."""
+        end = self.data.find(b"\n", offset)
+        return len(self.data) if end < 0 else end
+
+    def text_at(self, offset: int) -> str:
+        """Return the line that begins at `offset` without its end, cut to `MAX_LINE` bytes."""
+        end = self.data.find(b"\n", offset, offset + MAX_LINE + 1)
+        stop = end if end >= 0 else min(len(self.data), offset + MAX_LINE)
+        return self.data[offset:stop].decode("utf-8", "replace").rstrip("\r")
+
+    def is_binary(self) -> bool:
+        """Tell whether the head of the text holds bytes that no program has (NUL)."""
+        return b"\0" in self.data[:_HEAD]
+
+
+def open_source(source: Path | BinaryIO, name: str) -> Source:
+    """Map a file, or spool a stream to a temporary file and map that.
+
+    Raises:
+        UsageError: Where the file cannot be read.
+    """
+    try:
+        if isinstance(source, Path):
+            with source.open("rb") as file:
+                return Source(_mapped(file), name)
+        with tempfile.TemporaryFile() as spool:
+            shutil.copyfileobj(source, spool)
+            spool.flush()
+            return Source(_mapped(spool), name)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise UsageError(Diagnostic("unreadable-file", f"cannot read {name}: {reason}")) from error
+
+
+def _mapped(file: BinaryIO) -> bytes | mmap.mmap:
+    """Map an open file; what cannot be mapped (empty, a pipe) is read."""
+    try:
+        return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+    except (ValueError, OSError):
+        file.seek(0) if file.seekable() else None
+        return file.read()
+
+
+def standard_input() -> BinaryIO:
+    """Return the bytes of standard input."""
+    return sys.stdin.buffer
