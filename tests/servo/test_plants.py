@@ -1,5 +1,7 @@
 """Every plant under its control, beside scipy's solve_ivp; poles of closed loops, beside theory."""
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -28,7 +30,7 @@ def integrated(derivative, law, memory, command, state, breaks=(0.0, 1.0), perio
     for r in command[:-1]:
         u, memory = law(memory, r, states[-1])
         x = states[-1]
-        for a, b in zip(breaks[:-1], breaks[1:], strict=True):
+        for a, b in itertools.pairwise(breaks):
             span = solve_ivp(
                 lambda t, x, u=u: derivative(t, x, u), (a * period, b * period), x, rtol=1e-11, atol=1e-13
             )
@@ -146,7 +148,7 @@ def test_closed_loop_given_as_a_ratio_with_dead_time(delay):
     x, states = 0.0, [0.0]
     kinks = sorted({0.0, delay % 1.0, 1.0})
     for start in times[:-1]:
-        for a, b in zip(kinks[:-1], kinks[1:], strict=True):
+        for a, b in itertools.pairwise(kinks):
             span = solve_ivp(
                 lambda t, x: -3.0 * x + setpoint(t),
                 (start + a * T, start + b * T),
