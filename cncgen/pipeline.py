@@ -11,14 +11,18 @@ Each stage draws from the one before it as it is drawn itself, so that a program
 
 from __future__ import annotations
 
+import importlib
+import io
 import os
+import stat
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import PurePath
-from typing import TYPE_CHECKING, Any
+from pathlib import Path, PurePath
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from cncgen.diagnostics import Diagnostic, ProgramError, UsageError
-from cncgen.files import read_bytes
+from cncgen.files import STANDARD, open_input
 from cncgen.toolpath.reading import ReadOptions
 
 if TYPE_CHECKING:
@@ -37,11 +41,13 @@ SUFFIXES = {
 }
 #: What a Part 21 file begins with, whatever its name.
 PART21 = b"ISO-10303-21;"
+#: Bytes that are looked at for it.
+_HEAD_BYTES = 4096
 
 
-def language_of(name: str, content: bytes) -> str:
+def language_of(name: str, head: bytes) -> str:
     """Return ``stepnc`` or ``gcode``: by how the content begins, then by the suffix, else G-code."""
-    if content[:4096].lstrip(b"\xef\xbb\xbf \t\r\n").startswith(PART21):
+    if head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(PART21):
         return "stepnc"
     suffix = PurePath(name).suffix.lower()
     return "stepnc" if suffix in SUFFIXES["stepnc"] else "gcode"
@@ -58,10 +64,14 @@ def read(
         options: How it is read.
 
     Raises:
-        UsageError: The file cannot be read, or is no text.
-        ProgramError: It is empty.
+        UsageError: The file cannot be read.
     """
-    return read_text(read_bytes(source), os.fspath(source), language=language, options=options)
+    name = os.fspath(source)
+    with open_input(source) as file:
+        reader = reader_of(language or language_of(name, _head(file)))
+        regular = name != STANDARD and stat.S_ISREG(os.fstat(file.fileno()).st_mode)
+        program: Program = reader.read(Path(name) if regular else file, name, options or ReadOptions())
+    return program
 
 
 def read_text(
@@ -73,23 +83,38 @@ def read_text(
 ) -> Program:
     """Read a program from memory; see `read`."""
     content = text.encode() if isinstance(text, str) else text
-    _refuse_binary(content, name)
-    if (language or language_of(name, content)) == "stepnc":
-        from cncgen import stepnc as reader
-    else:
-        from cncgen import gcode as reader  # type: ignore[no-redef]
-    program: Program = reader.read(content, name, options or ReadOptions())
+    reader = reader_of(language or language_of(name, content[:_HEAD_BYTES]))
+    program: Program = reader.read(io.BytesIO(content), name, options or ReadOptions())
     return program
 
 
-def _refuse_binary(content: bytes, name: str) -> None:
-    if not content.strip(b"\xef\xbb\xbf \t\r\n"):
-        raise ProgramError(Diagnostic("empty-program", f"{name} is empty"))
-    at = content.find(b"\0", 0, 65_536)
-    if at >= 0:
-        raise UsageError(
-            Diagnostic("binary-file", f"{name} is no NC program: byte {at} is 0, so it is not a text")
-        )
+def reader_of(language: str) -> ModuleType:
+    """Return the package that reads a language: it has `read`, and `canon` where the language has such a text."""
+    return importlib.import_module(f"cncgen.{language}")
+
+
+def _head(file: BinaryIO) -> bytes:
+    """Return the first bytes of an open file and leave them to be read."""
+    peek = getattr(file, "peek", None)
+    return bytes(peek(_HEAD_BYTES)) if peek else b""
+
+
+def canon(
+    source: str | os.PathLike[str], *, language: str | None = None, options: ReadOptions | None = None
+) -> Iterator[str]:
+    """Yield the canonical motions of a program as text, a call a line; see `cncgen.gcode.canon`.
+
+    Raises:
+        UsageError: The file cannot be read, or its language has no such text.
+        ProgramError: The program has errors; raised when all calls are drawn.
+    """
+    name = os.fspath(source)
+    with open_input(source) as file:
+        reader = reader_of(language or language_of(name, _head(file)))
+        if not hasattr(reader, "canon"):
+            raise UsageError(Diagnostic("no-canon", f"{name}: canonical motions are printed of G-code alone"))
+        regular = name != STANDARD and stat.S_ISREG(os.fstat(file.fileno()).st_mode)
+        yield from reader.canon(Path(name) if regular else file, name, options or ReadOptions())
 
 
 def sound(program: Program) -> Iterator[Toolpath]:

@@ -11,6 +11,7 @@ from cncgen.diagnostics import CncgenError
 
 if TYPE_CHECKING:
     from cncgen.planner import PlanOptions
+    from cncgen.toolpath.reading import ReadOptions
     from cncgen.toolpath.record import Program
 
 
@@ -23,19 +24,12 @@ def opened(name: str, reading: dict[str, Any], tolerance_mm: float | None = None
         reading: What `cncgen.cli.options.program_options` gathered.
         tolerance_mm: Path tolerance that stands in for the program's.
     """
-    from pathlib import Path
-
     from cncgen.kernels import warn_if_uncompiled
     from cncgen.pipeline import read
-    from cncgen.toolpath.reading import ReadOptions
 
     warn_if_uncompiled()
-    values = dict(reading)
-    language = values.pop("language")
-    for key in ("tool_table", "parameters", "save_parameters"):
-        values[key] = Path(values[key]) if values[key] else None
-    values["include"] = tuple(Path(path) for path in values["include"])
-    program = read(name, language=language, options=ReadOptions(**values, tolerance_mm=tolerance_mm))
+    language, options = read_options(reading, tolerance_mm)
+    program = read(name, language=language, options=options)
     try:
         yield program
     except CncgenError as error:
@@ -43,6 +37,22 @@ def opened(name: str, reading: dict[str, Any], tolerance_mm: float | None = None
         messages.show(item for item in program.diagnostics if id(item) not in raised)
         raise
     messages.show(program.diagnostics)
+
+
+def read_options(
+    reading: dict[str, Any], tolerance_mm: float | None = None
+) -> tuple[str | None, ReadOptions]:
+    """Return language and options of reading from what `cncgen.cli.options.program_options` gathered."""
+    from pathlib import Path
+
+    from cncgen.toolpath.reading import ReadOptions
+
+    values = dict(reading)
+    language = values.pop("language")
+    for key in ("tool_table", "parameters", "save_parameters"):
+        values[key] = Path(values[key]) if values[key] else None
+    values["include"] = tuple(Path(path) for path in values["include"])
+    return language, ReadOptions(**values, tolerance_mm=tolerance_mm)
 
 
 def plan_options(planning: dict[str, Any]) -> PlanOptions:

@@ -1,0 +1,33 @@
+"""`cncgen canon`: the canonical motions of a program as text."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from cncgen.cli.options import message_options, output_option, program_options
+
+
+@click.command("canon")
+@click.argument("program", metavar="PROGRAM")
+@output_option
+@program_options
+@message_options
+def command(program: str, output: str | None, reading: dict[str, Any]) -> None:
+    """Print the canonical motions of a program, one call a line.
+
+    The notation is that of NIST's canonical machining functions (NISTIR 6556) as LinuxCNC's rs274 -g prints them.
+    """
+    from cncgen.cli.reading import read_options
+    from cncgen.files import open_output
+    from cncgen.pipeline import canon
+
+    language, options = read_options(reading)
+    lines = canon(program, language=language, options=options)
+    head = next(lines, None)
+    with open_output(output) as sink:
+        if head is not None:
+            sink.write(f"{head}\n".encode())
+        for line in lines:
+            sink.write(f"{line}\n".encode())

@@ -1,0 +1,153 @@
+"""The house: layers, cycles, start-up, help, package data, and kernels that match their source."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.machinery
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import pytest
+
+import cncgen
+from cncgen.cli.app import COMMANDS, cli
+
+ROOT = Path(__file__).resolve().parent.parent
+HEAVY = {"scipy", "matplotlib", "pandas", "shapely", "pyarrow", "IPython", "sympy"}
+
+
+def imported(*arguments: str) -> set[str]:
+    """Return the top-level packages that a run of the command imports, by ``-X importtime``."""
+    run = subprocess.run(
+        [sys.executable, "-X", "importtime", "-m", "cncgen", *arguments],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr[-2000:]
+    modules = re.findall(r"import time:\s+\d+ \|\s+\d+ \|\s*(\S+)", run.stderr)
+    assert "click" in modules
+    return {name.partition(".")[0] for name in modules}
+
+
+def test_help_imports_nothing_heavy() -> None:
+    assert not imported("--help") & (HEAVY | {"numpy", "lark", "rich"})
+
+
+@pytest.mark.parametrize("name", [name for name in COMMANDS if name != "machines"])
+def test_help_of_each_command_imports_nothing_heavy(name: str) -> None:
+    assert not imported(name, "--help") & (HEAVY | {"numpy", "lark", "rich"})
+
+
+def test_plan_of_a_small_program_imports_no_scipy(tmp_path: Path) -> None:
+    program = str(ROOT / "programs" / "butterfly.nc")
+    assert not imported("plan", program, "-m", "xy-table", "-o", str(tmp_path / "o.csv")) & HEAVY
+
+
+def commands(group: click.Group, path: tuple[str, ...] = ()) -> list[tuple[str, click.Command]]:
+    """Return every command with its full name."""
+    context = click.Context(group)
+    found: list[tuple[str, click.Command]] = []
+    for name in group.list_commands(context):
+        command = group.get_command(context, name)
+        assert command is not None, f"{name} is listed and not there"
+        found.append((" ".join([*path, name]), command))
+        if isinstance(command, click.Group):
+            found += commands(command, (*path, name))
+    return found
+
+
+def test_every_command_and_option_has_help() -> None:
+    for name, command in commands(cli):
+        assert command.help, f"{name} has no help"
+        for parameter in command.params:
+            if isinstance(parameter, click.Option):
+                assert parameter.help, f"{name} {parameter.opts[0]} has no help"
+
+
+def test_public_names_are_there() -> None:
+    for name in cncgen.__all__:
+        assert getattr(cncgen, name) is not None
+    assert set(cncgen.__all__) <= set(dir(cncgen))
+    with pytest.raises(AttributeError, match="nonsense"):
+        _ = cncgen.nonsense
+
+
+def test_grammars_and_profiles_are_in_the_package() -> None:
+    from importlib import resources
+
+    names = {item.name for item in resources.files("cncgen.grammars").iterdir()}
+    assert {path.name for path in (ROOT / "grammars").glob("*.lark")} <= names
+    profiles = {item.name for item in resources.files("cncgen.machine").joinpath("profiles").iterdir()}
+    assert {path.name for path in (ROOT / "cncgen/machine/profiles").glob("*.toml")} <= profiles
+
+
+def test_compiled_kernels_are_not_older_than_their_source() -> None:
+    folder = ROOT / "cncgen" / "kernels"
+    suffixes = tuple(importlib.machinery.EXTENSION_SUFFIXES)
+    stale = []
+    for built in folder.iterdir():
+        source = folder / f"{built.name.split('.')[0]}.py"
+        if built.name.endswith(suffixes) and source.stat().st_mtime > built.stat().st_mtime + 1:
+            stale.append(source.name)
+    assert not stale, f"run `make kernels`: {', '.join(stale)} changed since the last build"
+
+
+def test_kernels_import_nothing_of_ours() -> None:
+    for path in (ROOT / "cncgen" / "kernels").glob("*.py"):
+        text = path.read_text(encoding="utf-8")
+        assert not re.search(r"^\s*(from|import) cncgen", text, re.M), path.name
+        assert "from __future__ import annotations" not in text, path.name
+
+
+def test_no_import_cycles() -> None:
+    """Strongly connected components of the graph of imports at run time: each a single module."""
+    grimp = pytest.importorskip("grimp")
+    graph = grimp.build_graph("cncgen", exclude_type_checking_imports=True)
+    order: list[str] = []
+    seen: set[str] = set()
+
+    def visit(start: str, neighbours: object, out: list[str]) -> None:
+        stack = [(start, iter(sorted(neighbours(start))))]  # type: ignore[operator]
+        seen.add(start)
+        while stack:
+            module, rest = stack[-1]
+            following = next((m for m in rest if m not in seen), None)
+            if following is None:
+                out.append(module)
+                stack.pop()
+            else:
+                seen.add(following)
+                stack.append((following, iter(sorted(neighbours(following)))))  # type: ignore[operator]
+
+    for module in sorted(graph.modules):
+        if module not in seen:
+            visit(module, graph.find_modules_directly_imported_by, order)
+    seen.clear()
+    cycles = []
+    for module in reversed(order):
+        if module not in seen:
+            component: list[str] = []
+            visit(module, graph.find_modules_that_directly_import, component)
+            if len(component) > 1:
+                cycles.append(sorted(component))
+    assert cycles == []
+
+
+@pytest.mark.slow
+def test_layers_hold() -> None:
+    linter = shutil.which("lint-imports", path=str(Path(sys.executable).parent))
+    if linter is None:
+        pytest.skip("import-linter is not installed")
+    run = subprocess.run([linter], cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
+    assert run.returncode == 0, run.stdout[-3000:]
+
+
+def test_readme_begins_with_two_commands() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert text.index("make demo") < text.index("make test") < 1500
