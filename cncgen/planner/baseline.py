@@ -12,13 +12,13 @@ from collections.abc import Callable, Iterable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry.curvature import CurvatureExtrema, curvature_extrema
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
 from cncgen.planner.assembly import assemble, timed, waits_of
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit, Trajectory
 from cncgen.planner.rows import Rows, rows_of
-from cncgen.planner.sharp_corners import curvature_maxima
 from cncgen.toolpath.record import Kind, Toolpath
 
 Floats = NDArray[np.float64]
@@ -79,24 +79,25 @@ def plan_by_curvature(
 
 def _places(toolpath: Toolpath, path: Path, rows: Rows, law: SpeedLaw) -> tuple[Floats, NDArray[np.int64]]:
     """Return places along the rows, both ends of each row among them, and the row that each belongs to."""
-    curved = toolpath.kind[rows.index] == Kind.NURBS
-    place: list[Floats] = []
-    owner: list[NDArray[np.int64]] = []
-    for i in range(len(rows)):
-        ends = np.array([rows.start[i], rows.end[i]])
-        at = _refined(path, rows, i, law) if curved[i] else ends
-        place.append(at)
-        owner.append(np.full(len(at), i, dtype=np.int64))
-    if not place:
-        return np.zeros(0), np.zeros(0, dtype=np.int64)
-    return np.concatenate(place), np.concatenate(owner)
+    number = np.arange(len(rows))
+    place, owner = [rows.start, rows.end], [number, number]
+    curves = np.flatnonzero(toolpath.kind[rows.index] == Kind.NURBS)
+    if len(curves):
+        extrema = curvature_extrema(path)
+        for i in curves:
+            inner = _refined(path, rows, int(i), extrema, law)[1:-1]
+            place.append(inner)
+            owner.append(np.full(len(inner), i))
+    places, owners = np.concatenate(place), np.concatenate(owner)
+    order = np.lexsort((places, owners))
+    return places[order], owners[order]
 
 
-def _refined(path: Path, rows: Rows, i: int, law: SpeedLaw) -> Floats:
+def _refined(path: Path, rows: Rows, i: int, extrema: CurvatureExtrema, law: SpeedLaw) -> Floats:
     """Halve the stretches of a curve until v² is linear in each."""
     at = np.linspace(rows.start[i], rows.end[i], _FIRST + 1)
-    maxima, _ = curvature_maxima(path, int(rows.index[i]))
-    at = np.union1d(at, maxima)
+    inside = (extrema.s > rows.start[i]) & (extrema.s < rows.end[i])
+    at = np.union1d(at, extrema.s[inside])
     open_ = np.ones(len(at) - 1, dtype=bool)
     for _ in range(_HALVINGS):
         middle = 0.5 * (at[:-1] + at[1:])[open_]

@@ -13,22 +13,15 @@ corners count one of them, and any d_min between 0.34 and 4.8 mm does. See docs/
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.geometry.path import Path, curvature_of
 from cncgen.planner.record import Limit
 from cncgen.planner.rows import chord_speed
 
 Floats = NDArray[np.float64]
-
-
-#: Samples of the curvature in each knot span, and halvings of the bracket around each maximum.
-_SAMPLES = 24
-_HALVINGS = 45
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,38 +76,3 @@ class CornerRule:
 def curvature_speed(curvature: Floats, feed_mm_s: float | Floats, kbar_per_mm: float) -> Floats:
     """Return V_cf = κ̄ V_max / (κ + κ̄), eq. 25: the feed is halved where κ = κ̄ (1/mm)."""
     return kbar_per_mm * feed_mm_s / (curvature + kbar_per_mm)
-
-
-def curvature_maxima(path: Path, row: int) -> tuple[Floats, Floats]:
-    """Return the local maxima of curvature inside one row of a path.
-
-    The curvature is sampled between breakpoints (uniformly in the row's own parameter) and each maximum among the
-    samples is then closed in on by golden sections.
-
-    Returns:
-        Path coordinates, increasing, and curvatures (1/mm), each of shape (n,).
-    """
-    breaks = path.breakpoints()
-    inside = breaks[(breaks >= path.row_s[row]) & (breaks <= path.row_s[row + 1])]
-    knots = path.parameter(row, inside)
-    fraction = np.arange(_SAMPLES) / _SAMPLES
-    u = np.append((knots[:-1, None] + fraction * np.diff(knots)[:, None]).ravel(), knots[-1:])
-
-    def curvature(at: Floats) -> Floats:
-        _, first, second = path.evaluate_parameter(row, at, 2)
-        return curvature_of(first[:, :3], second[:, :3])
-
-    sampled = curvature(u)
-    peak = np.flatnonzero((sampled[1:-1] > sampled[:-2]) & (sampled[1:-1] >= sampled[2:])) + 1
-    top = _golden(curvature, u[peak - 1], u[peak + 1])
-    return path.coordinate(row, top), curvature(top)
-
-
-def _golden(value: Callable[[Floats], Floats], low: Floats, high: Floats) -> Floats:
-    """Close in on the maximum between each pair of bounds by golden sections."""
-    ratio = 0.5 * (np.sqrt(5.0) - 1.0)
-    for _ in range(_HALVINGS):
-        left, right = high - ratio * (high - low), low + ratio * (high - low)
-        rising = value(left) < value(right)
-        low, high = np.where(rising, left, low), np.where(rising, high, right)
-    return 0.5 * (low + high)

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry.curvature import CurvatureExtrema, curvature_extrema
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
 from cncgen.planner.junctions import joint_speeds
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit
 from cncgen.planner.rows import AxisLimits, Rows, rows_of
-from cncgen.planner.sharp_corners import CornerRule, curvature_maxima
+from cncgen.planner.sharp_corners import CornerRule
 from cncgen.toolpath.record import Event, Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -86,8 +87,11 @@ def stretch_of(
     path = path_of(toolpath)
     rows = rows_of(toolpath, path, machine)
     stretch = _joined(toolpath, path, rows, machine, before)
-    for position in reversed(np.flatnonzero(toolpath.kind[rows.index] == Kind.NURBS)):
-        _cut_curve(stretch, rows, int(position), rule, contour_centripetal)
+    curves = np.flatnonzero(toolpath.kind[rows.index] == Kind.NURBS)
+    if len(curves):
+        extrema = curvature_extrema(path)
+        for position in reversed(curves):
+            _cut_curve(stretch, rows, int(position), extrema, rule, contour_centripetal)
     return stretch
 
 
@@ -147,16 +151,21 @@ def _stops(stretch: Stretch, rows: Rows) -> None:
 
 
 def _cut_curve(
-    stretch: Stretch, rows: Rows, position: int, rule: CornerRule, contour_centripetal: float
+    stretch: Stretch,
+    rows: Rows,
+    position: int,
+    extrema: CurvatureExtrema,
+    rule: CornerRule,
+    contour_centripetal: float,
 ) -> None:
     """Cut the segment of a NURBS row at its sharp corners (and where the contour error asks for it)."""
-    s, curvature = curvature_maxima(stretch.path, int(rows.index[position]))
     feed = float(stretch.top[position])
-    start = float(rows.start[position])
+    start, end = float(rows.start[position]), float(rows.end[position])
+    mine = extrema.is_maximum & (extrema.s > start) & (extrema.s < end)
+    s, curvature = extrema.s[mine], extrema.curvature[mine]
     sharp = rule.corners(s, curvature, start, float(rows.centripetal[position]), feed)
     extra = np.flatnonzero(curvature * feed**2 > contour_centripetal)
     at = np.union1d(sharp, extra)
-    at = at[(s[at] > start) & (s[at] < rows.end[position])]
     if not len(at):
         return
     speed, limit = rule.speeds(curvature[at], feed)

@@ -1,0 +1,224 @@
+"""Steps along a path limited so that PD+ drives stay out of saturation (Yeh and Sun 2008, section 3), tick by tick.
+
+The path stands as a table over the planned time, `parts` entries a period: place s, positions x and directions dx/ds.
+Between two entries s is linear in time and x is the cubic Hermite polynomial in s.
+
+Numbers of an axis (columns of `axis`): 0 S, 1 kp, 2 kd, 3 ka, 4 U, 5 counts a unit of travel, 6 counts a radian,
+7 and 8: a and b of w⁺ = a w + b u, 9 and 10: c and d of θ⁺ = θ + c w + d u.
+State of an axis (columns of `state`): 0 θ measured now, 1 θ measured a period ago, 2 speed w of the motor,
+3 θ commanded last, 4 speed commanded last.
+"""
+
+import cython
+from cython.cimports.libc.math import fabs
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _place(s: cython.double[::1], g: cython.double) -> cython.double:
+    """Place at the real-valued index g of the table; its end beyond it."""
+    last: cython.Py_ssize_t = s.shape[0] - 1
+    i: cython.Py_ssize_t
+    if g >= last:
+        return s[last]
+    i = cython.cast(cython.Py_ssize_t, g)
+    return s[i] + (g - i) * (s[i + 1] - s[i])
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _index(s: cython.double[::1], g: cython.double, place: cython.double) -> cython.double:
+    """Real-valued index, g or later, at which the table reaches a place."""
+    last: cython.Py_ssize_t = s.shape[0] - 1
+    i: cython.Py_ssize_t = cython.cast(cython.Py_ssize_t, g)
+    found: cython.double
+    while i < last and s[i + 1] < place:
+        i += 1
+    if i >= last:
+        return last
+    if s[i + 1] <= s[i]:
+        return g if g > i else i
+    found = i + (place - s[i]) / (s[i + 1] - s[i])
+    return found if found > g else g
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _position(
+    s: cython.double[::1],
+    x: cython.double[:, ::1],
+    direction: cython.double[:, ::1],
+    g: cython.double,
+    place: cython.double,
+    axis: cython.Py_ssize_t,
+) -> cython.double:
+    """Position of an axis at a place, g being its index or one before it."""
+    last: cython.Py_ssize_t = s.shape[0] - 1
+    i: cython.Py_ssize_t = cython.cast(cython.Py_ssize_t, g)
+    h: cython.double
+    r: cython.double
+    while i < last - 1 and s[i + 1] < place:
+        i += 1
+    if i >= last:
+        return x[last, axis]
+    h = s[i + 1] - s[i]
+    if h <= 0.0:
+        return x[i + 1, axis]
+    r = (place - s[i]) / h
+    return (
+        x[i, axis] * (1.0 + 2.0 * r) * (1.0 - r) * (1.0 - r)
+        + x[i + 1, axis] * r * r * (3.0 - 2.0 * r)
+        + h * r * (1.0 - r) * ((1.0 - r) * direction[i, axis] - r * direction[i + 1, axis])
+    )
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _within(
+    s: cython.double[::1],
+    x: cython.double[:, ::1],
+    direction: cython.double[:, ::1],
+    g: cython.double,
+    place: cython.double,
+    period: cython.double,
+    axis: cython.double[:, ::1],
+    state: cython.double[:, ::1],
+    bound: cython.double[:, ::1],
+) -> cython.bint:
+    """Tell whether the step to a place keeps every axis's commanded speed within its bounds (eq. 3.6)."""
+    i: cython.Py_ssize_t
+    speed: cython.double
+    for i in range(axis.shape[0]):
+        speed = (_position(s, x, direction, g, place, i) * axis[i, 5] - state[i, 3]) / (period * axis[i, 6])
+        if speed < bound[i, 0] - 1e-9 or speed > bound[i, 1] + 1e-9:
+            return False
+    return True
+
+
+def limit_steps(
+    s: cython.double[::1],
+    x: cython.double[:, ::1],
+    direction: cython.double[:, ::1],
+    parts: cython.double,
+    start: cython.double,
+    end: cython.double,
+    period: cython.double,
+    axis: cython.double[:, ::1],
+    state: cython.double[:, ::1],
+    bound: cython.double[:, ::1],
+    steps: cython.double[:, ::1],
+    forces: cython.double[:, :, ::1],
+) -> cython.Py_ssize_t:
+    """Step from index `start` of the table until `end` is reached or `steps` is full; return the number of steps.
+
+    Row k of `steps` becomes the index and the place reached by step k, and 1 where no step was feasible (else 0);
+    ``forces[k, i]`` the lower and upper bound of axis i's commanded speed, the speed, and the force u before the
+    drive's bound. `state` moves on; `bound` (axes, 2) is room to work in.
+
+    A step takes the highest V of [0, nominal] for which every axis's D_j V lies within its bounds: the intersection
+    of the intervals sorted(min_j/D_j, max_j/D_j), which is eq. 3.10 put right (docs/saturation.md). As the command is
+    a chord and not a tangent, the step is then shortened by bisection until the chord keeps the bounds too.
+    """
+    n: cython.Py_ssize_t = steps.shape[0]
+    axes: cython.Py_ssize_t = axis.shape[0]
+    k: cython.Py_ssize_t = 0
+    i: cython.Py_ssize_t
+    _round: cython.int
+    g: cython.double = start
+    here: cython.double
+    aim: cython.double
+    nominal: cython.double
+    low: cython.double
+    high: cython.double
+    rate: cython.double
+    one: cython.double
+    other: cython.double
+    v: cython.double
+    part: cython.double
+    place: cython.double
+    theta: cython.double
+    speed: cython.double
+    force: cython.double
+    empty: cython.bint
+    with cython.nogil:
+        while k < n and g < end:
+            here = _place(s, g)
+            aim = _place(s, g + parts)
+            nominal = (aim - here) / period
+            low = 0.0
+            high = nominal
+            empty = False
+            for i in range(axes):
+                v = (
+                    axis[i, 1] * (state[i, 3] - state[i, 0])
+                    - axis[i, 2] * (state[i, 0] - state[i, 1]) / (period * axis[i, 6])
+                    - axis[i, 3] * state[i, 4]
+                )
+                bound[i, 0] = (-axis[i, 4] - v) / axis[i, 0]
+                bound[i, 1] = (axis[i, 4] - v) / axis[i, 0]
+                part = g if g < s.shape[0] - 1 else s.shape[0] - 1
+                rate = direction[cython.cast(cython.Py_ssize_t, part), i] * axis[i, 5] / axis[i, 6]
+                if fabs(rate) < 1e-12:
+                    empty = empty or bound[i, 0] > 0.0 or bound[i, 1] < 0.0
+                    continue
+                one = bound[i, 0] / rate
+                other = bound[i, 1] / rate
+                if one > other:
+                    one, other = other, one
+                if one > low:
+                    low = one
+                if other < high:
+                    high = other
+            if low > high:
+                empty = True
+                # Nothing is feasible: the nearest speed of [0, nominal].
+                if low > nominal:
+                    high = nominal
+                if high < 0.0:
+                    high = 0.0
+            place = aim if high >= nominal else here + high * period
+            if not empty and not _within(s, x, direction, g, place, period, axis, state, bound):
+                one = low
+                other = high
+                for _round in range(50):
+                    v = 0.5 * (one + other)
+                    if _within(s, x, direction, g, here + v * period, period, axis, state, bound):
+                        one = v
+                    else:
+                        other = v
+                if _within(s, x, direction, g, here + one * period, period, axis, state, bound):
+                    place = here + one * period
+                else:
+                    empty = True
+            for i in range(axes):
+                theta = _position(s, x, direction, g, place, i) * axis[i, 5]
+                speed = (theta - state[i, 3]) / (period * axis[i, 6])
+                force = (
+                    axis[i, 0] * speed
+                    + axis[i, 1] * (state[i, 3] - state[i, 0])
+                    - axis[i, 2] * (state[i, 0] - state[i, 1]) / (period * axis[i, 6])
+                    - axis[i, 3] * state[i, 4]
+                )
+                forces[k, i, 0] = bound[i, 0]
+                forces[k, i, 1] = bound[i, 1]
+                forces[k, i, 2] = speed
+                forces[k, i, 3] = force
+                if force > axis[i, 4]:
+                    force = axis[i, 4]
+                elif force < -axis[i, 4]:
+                    force = -axis[i, 4]
+                state[i, 1] = state[i, 0]
+                state[i, 0] += axis[i, 9] * state[i, 2] + axis[i, 10] * force
+                state[i, 2] = axis[i, 7] * state[i, 2] + axis[i, 8] * force
+                state[i, 3] = theta
+                state[i, 4] = speed
+            g = g + parts if place >= aim else _index(s, g, place)
+            steps[k, 0] = g
+            steps[k, 1] = place
+            steps[k, 2] = 1.0 if empty else 0.0
+            k += 1
+    return k

@@ -1,0 +1,93 @@
+"""What holds the speed and its derivatives along a path: the limits of the axes, and the bounds of q = v²."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.geometry.path import curvature_of
+from cncgen.machine.record import Machine
+from cncgen.planner.record import Limit
+from cncgen.planner.rows import AxisLimits, chord_speed
+
+Floats = NDArray[np.float64]
+
+#: Part of the jerk limit that a jump of tangent or curvature may take at most; the rest is for the motion around it.
+JUMP_SHARE = 0.75
+#: Speed at a jump of the tangent, in J T², below which the path stops there.
+STOP_SPEED = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """Limits of a machine for a toolpath's columns.
+
+    Attributes:
+        axes: Velocity, acceleration and jerk of each axis.
+        period_s: Time between setpoints.
+        chord_mm: Largest distance of the chord of a period from the path.
+        centripetal: Largest v²κ, mm/s², and the `Limit` that it stands for.
+    """
+
+    axes: AxisLimits
+    period_s: float
+    chord_mm: float
+    centripetal: tuple[float, Limit]
+
+    @classmethod
+    def of(cls, machine: Machine, letters: str, contour_centripetal: float = np.inf) -> Bounds:
+        """Take the limits of a machine; `contour_centripetal` is the v²κ at which the predicted contour error is met."""
+        given = machine.max_centripetal_mm_s2 or np.inf
+        centripetal = (given, Limit.CENTRIPETAL)
+        if contour_centripetal < given:
+            centripetal = (contour_centripetal, Limit.CONTOUR_ERROR)
+        return cls(AxisLimits.of(machine, letters), machine.period_s, machine.chord_tolerance_mm, centripetal)
+
+    def top(
+        self, feed: Floats, feed_limit: NDArray[np.int8], x1: Floats, x2: Floats
+    ) -> tuple[Floats, NDArray[np.int8]]:
+        """Return the largest q = v² at points of the path and the `Limit` behind it.
+
+        Args:
+            feed: Shape (n,), mm/s, infinite for rapids.
+            feed_limit: Shape (n,), int8, the `Limit` that it stands for.
+            x1, x2: Shape (n, axes), dx/ds and d²x/ds².
+        """
+        curvature = curvature_of(x1[:, :3], x2[:, :3])
+        with np.errstate(divide="ignore"):
+            candidates = np.stack(
+                [
+                    feed,
+                    (self.axes.velocity / np.abs(x1)).min(axis=1),
+                    chord_speed(curvature, self.chord_mm, self.period_s),
+                    np.sqrt(self.centripetal[0] / curvature),
+                ]
+            )
+        which = candidates.argmin(axis=0)
+        kinds = np.array([0, Limit.VELOCITY, Limit.CHORD, self.centripetal[1]], np.int8)
+        limit = np.where(which == 0, feed_limit, kinds[which])
+        return candidates.min(axis=0) ** 2, limit.astype(np.int8)
+
+    def jump(self, turn: Floats, bend: Floats) -> tuple[Floats, Floats]:
+        """Return what a jump costs: per axis, the part of the jerk limit taken at speed v is linear·v + square·v².
+
+        A step of dx/ds by Δ at speed v is a pulse of acceleration v Δ; the third difference over a period T weighs the
+        pulse's derivative by the quadratic B-spline B' with |B'| ≤ 1/T², the second difference by at most 1/T. A step of
+        d²x/ds² is a step of acceleration v² Δ, weighed by B ≤ 3/(4 T) (docs/least-time.md).
+
+        Args:
+            turn, bend: Shape (n, axes), steps of dx/ds and d²x/ds².
+        """
+        period = self.period_s
+        weak = np.minimum(self.axes.jerk * period**2, self.axes.acceleration * period)
+        return np.abs(turn) / weak, 0.75 * np.abs(bend) / (self.axes.jerk * period)
+
+
+def speed_within(linear: Floats, square: Floats, share: float) -> Floats:
+    """Return the largest v with linear·v + square·v² ≤ share for every axis, shape (n,)."""
+    with np.errstate(divide="ignore"):
+        v = 2.0 * share / (linear + np.sqrt(linear**2 + 4.0 * share * square))
+    out: Floats = v.min(axis=1, initial=np.inf)
+    return out
