@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 from cncgen.diagnostics import Diagnostic, Diagnostics
 
@@ -77,3 +77,16 @@ def plain(message: str) -> None:
     """Print a line."""
     if sys.stderr is not None:
         print(message, file=sys.stderr)
+
+
+def write_summary(path: str | None, values: dict[str, Any]) -> None:
+    """Write a summary as JSON where ``--summary`` says: a file, ``-`` for standard error, None for nowhere."""
+    from cncgen.files import STANDARD, write_text
+
+    if path is None:
+        return
+    text = json.dumps(values, indent=2)
+    if path == STANDARD:
+        plain(text)
+    else:
+        write_text(path, text + "\n")

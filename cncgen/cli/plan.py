@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cncgen.cli import messages
+from cncgen.cli.messages import write_summary
 from cncgen.cli.options import (
     format_option,
     machine_option,
@@ -60,7 +60,6 @@ def command(
     Where standard output is a terminal and there is no -o, only the summary is printed.
     """
     from cncgen.cli.reading import opened, plan_options
-    from cncgen.files import write_text
     from cncgen.pipeline import plan_with_summary
 
     names = tuple(name.strip() for name in signals.split(",") if name.strip())
@@ -70,12 +69,7 @@ def command(
         messages.show(watch.remarks)
         result = watch.as_json()
     _show_summary(result)
-    if summary:
-        text = json.dumps(result, indent=2) + "\n"
-        if summary == "-":
-            sys.stderr.write(text)
-        else:
-            write_text(summary, text)
+    write_summary(summary, result)
 
 
 def _write(

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from cncgen.cli import messages
+from cncgen.cli.messages import write_summary
 from cncgen.cli.options import (
     machine_option,
     message_options,
@@ -66,27 +67,31 @@ def command(
     The argument is a setpoint file (standard input where it is - or missing), or a program, which is planned first.
     The response goes to the file of -o, else to standard output unless that is a terminal.
     """
-    from cncgen.files import STANDARD, is_terminal, write_text
+    from cncgen.files import is_terminal, open_output
     from cncgen.pipeline import simulate
-    from cncgen.report.response import ResponseSummary, as_text, write_responses
+    from cncgen.report.response import as_text
+    from cncgen.servo.response_csv import written
+    from cncgen.servo.summary import Summary, watched
 
     servos = planning["axis_params"] or machine
+    watch = Summary()
     with _setpoints(source, machine, planning, axes, period, reading) as stream:
-        watch = ResponseSummary(source, servos, stream.axes, stream.period_s)
-        responses = watch.over(simulate(stream, servos, settle_s=settle))
+        responses = watched(simulate(stream, servos, settle_s=settle), watch)
         if output is None and is_terminal(sys.stdout):
-            for _ in responses:
-                pass
+            _draw(responses)
         else:
-            write_responses(responses, output if output != STANDARD else None)
-    result = watch.as_json()
+            # The first rows are drawn before anything is opened: what cannot be simulated leaves no trace.
+            head = next(responses, None)
+            with open_output(output) as sink:
+                _draw(written(sink, chain(() if head is None else (head,), responses)))
+    result = {"schema_version": 1, "setpoints": source, "axis_params": servos, **watch.as_dict()}
     messages.note(as_text(result))
-    if summary:
-        text = json.dumps(result, indent=2) + "\n"
-        if summary == "-":
-            sys.stderr.write(text)
-        else:
-            write_text(summary, text)
+    write_summary(summary, result)
+
+
+def _draw(chunks: Iterable[Any]) -> None:
+    for _ in chunks:
+        pass
 
 
 @contextmanager
