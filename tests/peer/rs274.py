@@ -34,15 +34,27 @@ class Setup:
 
 @dataclass
 class Output:
-    """The canonical calls, without the peer's numbering, and the error that ended the run, or None."""
+    """The canonical calls, without the peer's numbering, and the error that ended the run, or None.
+
+    Of a run that an error ended, the last `partial` calls are those that the wrong block made before it was found wrong.
+    """
 
     calls: list[str] = field(default_factory=list)
     error: str | None = None
     block: str = ""
+    partial: int = 0
 
     def text(self) -> str:
         """Return the form in which expected output is stored."""
-        tail = [] if self.error is None else [f"error: {self.error}", f"block: {self.block}"]
+        tail = (
+            []
+            if self.error is None
+            else [
+                f"error: {self.error}",
+                f"block: {self.block}",
+                f"partial: {self.partial}",
+            ]
+        )
         return "\n".join([*self.calls, *tail]) + "\n"
 
     @classmethod
@@ -54,6 +66,8 @@ class Output:
                 result.error = line.removeprefix("error: ")
             elif line.startswith("block: "):
                 result.block = line.removeprefix("block: ")
+            elif line.startswith("partial: "):
+                result.partial = int(line.removeprefix("partial: "))
             else:
                 result.calls.append(line)
         return result
@@ -82,13 +96,47 @@ def setup_of(program: Path) -> Setup:
     )
 
 
-def run(program: Path, setup: Setup | None = None, timeout_s: float = 20.0) -> Output:
+def run(program: Path, setup: Setup | None = None) -> Output:
     """Run `rs274 -g` on a program and return what it printed."""
     setup = setup or setup_of(program)
+    result = run_once(program, setup)
+    if result.error is not None:
+        result.calls = without_reset(result.calls)
+        result.partial = _partial(program, setup, result)
+    return result
+
+
+def without_reset(calls: list[str]) -> list[str]:
+    """Drop what the peer prints when it is reset at the end of a run."""
+    count = len(calls)
+    while count and calls[count - 1] == "ON_RESET()":
+        count -= 1
+    return calls[:count]
+
+
+def _partial(program: Path, setup: Setup, result: Output) -> int:
+    """Count the calls of the wrong block: run the lines before it alone (0 where that is no straight way to it)."""
+    lines = program.read_text().splitlines()
+    wrong = next((n for n, text in enumerate(lines) if text.strip() == result.block.strip()), 0)
+    with tempfile.NamedTemporaryFile("w", suffix=".ngc", dir=program.parent) as start:
+        start.write("\n".join([*lines[:wrong], ""]))
+        start.flush()
+        before = without_reset(run_once(Path(start.name), setup).calls)
+    agrees = result.calls[: len(before)] == before
+    return len(result.calls) - len(before) if agrees else 0
+
+
+def run_once(program: Path, setup: Setup, timeout_s: float = 20.0) -> Output:
+    """Run the peer and read its output; nothing is known of `partial`."""
     with tempfile.TemporaryDirectory(prefix="rs274-") as scratch:
         command = [*_command(setup, Path(scratch)), str(program)]
         done = subprocess.run(
-            command, cwd=program.parent, capture_output=True, timeout=timeout_s, check=False, encoding="latin-1"
+            command,
+            cwd=program.parent,
+            capture_output=True,
+            timeout=timeout_s,
+            check=False,
+            encoding="latin-1",
         )
     return read_output(done.stdout, done.stderr, done.returncode)
 
@@ -115,5 +163,7 @@ def read_output(stdout: str, stderr: str, status: int) -> Output:
     if status == 0:
         return Output(calls)
     remarks = [line for line in stderr.splitlines() if line and line != "executing"]
-    error, block = (remarks[-2], remarks[-1]) if len(remarks) > 1 else ("".join(remarks) or f"status {status}", "")
+    error, block = (
+        (remarks[-2], remarks[-1]) if len(remarks) > 1 else ("".join(remarks) or f"status {status}", "")
+    )
     return Output(calls, error, block)

@@ -1,0 +1,57 @@
+"""Every program under programs/ gives the canonical calls that LinuxCNC's interpreter printed for it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from comparison import PEER_FAULTS, difference, ours
+from rs274 import EXPECTED, Output, installed, programs, run
+
+PENDING = {
+    name: reason.strip()
+    for line in (Path(__file__).parent / "pending.txt").read_text().splitlines()
+    if line and not line.startswith("#")
+    for name, _, reason in [line.partition(":")]
+}
+
+
+def ids(path: Path) -> str:
+    """Name a case by its program."""
+    return path.stem
+
+
+def expect(program: Path, peer: Output) -> None:
+    """Compare, and let programs that wait for a feature fail as they are expected to."""
+    found = difference(program, ours(program), peer)
+    if program.stem in PEER_FAULTS:
+        assert found, f"{program.stem} agrees: remove it from PEER_FAULTS"
+        return
+    if program.stem in PENDING:
+        if found is None:
+            pytest.fail(f"{program.stem} agrees: remove it from pending.txt")
+        pytest.xfail(f"{PENDING[program.stem]} ({found})")
+    assert found is None, found
+
+
+@pytest.mark.parametrize("program", programs(), ids=ids)
+def test_calls_are_those_that_the_peer_printed(program: Path) -> None:
+    """Against the stored output, so it runs everywhere."""
+    expect(program, Output.parse((EXPECTED / f"{program.stem}.canon").read_text()))
+
+
+@pytest.mark.peer
+@pytest.mark.skipif(not installed(), reason="rs274 (LinuxCNC) is not installed")
+@pytest.mark.parametrize("program", programs(), ids=ids)
+def test_stored_output_is_what_the_peer_prints_now(program: Path) -> None:
+    """Against a fresh run: the stored output has not gone stale."""
+    assert run(program).text() == (EXPECTED / f"{program.stem}.canon").read_text()
+
+
+def test_every_program_has_its_output_and_every_output_its_program() -> None:
+    """No file is left over on either side; pending names exist."""
+    names = {p.stem for p in programs()}
+    assert {p.stem for p in EXPECTED.glob("*.canon")} == names
+    assert set(PENDING) <= names
+    assert set(PEER_FAULTS) <= names
+    assert len(names) >= 150
