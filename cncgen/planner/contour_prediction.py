@@ -118,20 +118,21 @@ class ContourPrediction:
         for axis, state in zip(self.axes, states, strict=True):
             axis.state[:] = state
 
-    def run(self, tangent: Floats, speed: Floats) -> Floats:
-        """Return the predicted contour errors of further samples (eqs 16 to 18, in space).
+    def run(self, tangent: Floats, speed: Floats) -> tuple[Floats, Floats]:
+        """Return the predicted errors of further samples across and along the path (eqs 16 to 18, in space).
 
         Args:
             tangent: Shape (n, axes), unit, of the path at each sample: t_x, t_y …
             speed: Shape (n,), mm/s along the path: V.
 
         Returns:
-            Shape (n,), mm: length of the part of E that is normal to the tangent; in the plane |−t_y E_x + t_x E_y|.
+            Shape (n,) each, mm: the contour error, which is the length of the part of E normal to the tangent (in the
+            plane |−t_y E_x + t_x E_y|); and E along the tangent, positive where the axes lag.
         """
         error = np.stack([axis.run(tangent[:, i] * speed) for i, axis in enumerate(self.axes)], axis=1)
         along = np.einsum("ij,ij->i", error, tangent)
         normal = error - along[:, None] * tangent
-        return np.sqrt(np.einsum("ij,ij->i", normal, normal))
+        return np.sqrt(np.einsum("ij,ij->i", normal, normal)), along
 
 
 def prediction(machine: Machine, options: PlanOptions, letters: str) -> ContourPrediction:

@@ -86,8 +86,16 @@ class Dynamics:
         per = self.model.per_centripetal_s2
         return _AIM * self.bound_mm / per if per > 0.0 else np.inf
 
-    def refine(self, window: Window, segments: Segments, profile: str) -> tuple[Segments, Ints, float]:
+    def refine(
+        self, window: Window, segments: Segments, profile: str, last: bool
+    ) -> tuple[Segments, Ints, float]:
         """Cut and slow the segments of a window until the predicted contour error is under the bound.
+
+        Args:
+            window: The open stretches.
+            segments: Their segments.
+            profile: One of `PROFILES`.
+            last: Whether the program ends with the window; an overshoot of its end then counts as well.
 
         Returns:
             The finer segments, where the window's joints stand among theirs, and the largest error predicted, mm.
@@ -97,17 +105,37 @@ class Dynamics:
         if not len(segments):
             return segments, joint, 0.0
         place = np.concatenate([[0.0], np.cumsum(segments.length)])
+        corners = np.append(window.turns(), place[-1] if last else np.inf)
         worst = np.inf
         for _ in range(_MAX_LOWERINGS):
             segments, place, joint, at = self._under_caps(window, segments, place, joint, profile)
-            before = self.model.snapshot()
-            error = self.model.run(at.tangent, at.v)
-            self.model.restore(before)
+            error = self._predicted(at, corners)
             worst = float(error.max(initial=0.0))
             if worst <= self.bound_mm:
                 break
             self._lower(at, error)
         return segments, joint, worst
+
+    def _predicted(self, at: _Samples, corners: Floats) -> Floats:
+        """Return the distance from the path that the loops will make of a plan, at each of its samples.
+
+        Where the path goes on, only what is across it counts (eq. 18). At a corner, and at the end, an axis that
+        overshoots leaves the path as well; the last sample stands for what follows it, too.
+        """
+        n, hold = len(at.v), 4 * self.memory
+        if not n:
+            return np.zeros(0)
+        before = self.model.snapshot()
+        across, along = self.model.run(
+            np.concatenate([at.tangent, np.repeat(at.tangent[-1:], hold, axis=0)]),
+            np.concatenate([at.v, np.zeros(hold)]),
+        )
+        self.model.restore(before)
+        place = np.concatenate([at.s, np.repeat(at.s[-1:], hold)])
+        corner = np.append(corners, np.inf)[np.searchsorted(corners, place - 1e-9)]
+        error = np.hypot(across, np.maximum(place - along - corner, 0.0))
+        error[n - 1] = error[n - 1 :].max()
+        return error[:n]
 
     def commit(self, window: Window, segments: Segments, joint: Ints, pieces: Pieces, upto: int) -> None:
         """Move the filters on over the first `upto` segments of the window."""

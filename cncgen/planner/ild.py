@@ -68,7 +68,7 @@ def _advance(
     joint = np.arange(n + 1)
     remarks: tuple[Diagnostic, ...] = ()
     if dynamics is not None:
-        segments, joint, worst = dynamics.refine(window, segments, options.profile)
+        segments, joint, worst = dynamics.refine(window, segments, options.profile, last)
         if worst > dynamics.bound_mm * 1.001:
             remarks = (_not_held(worst, dynamics.bound_mm),)
     speeds = joint_speeds(segments, window.speed_mm_s, 0.0, options.profile)

@@ -22,6 +22,11 @@ Floats = NDArray[np.float64]
 _TANGENT = 1e-6
 
 
+def turned(tangent_out: Floats, tangent_in: Floats) -> NDArray[np.bool_]:
+    """Tell at which joints the tangent turns by more than rounding, shape (n,)."""
+    return np.any(np.abs(tangent_in - tangent_out) >= _TANGENT, axis=1)
+
+
 def joint_speeds(
     tangent_out: Floats,
     tangent_in: Floats,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from cncgen.geometry.curvature import CurvatureExtrema, curvature_extrema
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
-from cncgen.planner.junctions import joint_speeds
+from cncgen.planner.junctions import joint_speeds, turned
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit
 from cncgen.planner.rows import AxisLimits, Rows, rows_of
@@ -38,6 +38,7 @@ class Stretch:
         top, top_limit, acceleration, jerk: Shape (n,), of the segments (see `Segments`).
         cap, cap_limit: Shape (n + 1,), highest speed at the joints, mm/s, and the `Limit` behind it.
         sharp: Shape (n + 1,), bool: the joints that are corners.
+        turns: Shape (n + 1,), bool: the joints of rows at which the tangent turns.
         events: Joint, source line and event, in order; an event that rests has its joint's cap at 0.
         end: How the last moving row ends; None where nothing moves.
         used: Segments that are planned for good.
@@ -53,6 +54,7 @@ class Stretch:
     cap: Floats
     cap_limit: NDArray[np.int8]
     sharp: NDArray[np.bool_]
+    turns: NDArray[np.bool_]
     events: list[tuple[int, int, Event]]
     end: RowEnd | None
     used: int = 0
@@ -100,7 +102,10 @@ def _joined(toolpath: Toolpath, path: Path, rows: Rows, machine: Machine, before
     n = len(rows)
     limits = AxisLimits.of(machine, toolpath.axes)
     cap = np.full(n + 1, np.inf)
+    turns = np.zeros(n + 1, dtype=bool)
+    turns[1:n] = turned(rows.tangent_out[:-1], rows.tangent_in[1:])
     if n and before is not None:
+        turns[0] = turned(before.tangent[None], rows.tangent_in[:1])[0]
         cap[0] = joint_speeds(
             before.tangent[None],
             rows.tangent_in[:1],
@@ -130,6 +135,7 @@ def _joined(toolpath: Toolpath, path: Path, rows: Rows, machine: Machine, before
         cap=cap,
         cap_limit=np.full(n + 1, Limit.CORNER, dtype=np.int8),
         sharp=np.isfinite(cap),
+        turns=turns,
         events=[],
         end=end,
     )
@@ -191,6 +197,7 @@ def _insert(
     stretch.cap = np.insert(stretch.cap, joint, speed)
     stretch.cap_limit = np.insert(stretch.cap_limit, joint, limit)
     stretch.sharp = np.insert(stretch.sharp, joint, sharp)
+    stretch.turns = np.insert(stretch.turns, joint, np.zeros(n, dtype=bool))
     for name in ("top", "top_limit", "acceleration", "jerk"):
         values = getattr(stretch, name)
         setattr(stretch, name, np.insert(values, joint, np.repeat(values[segment], n)))

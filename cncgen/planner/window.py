@@ -56,6 +56,15 @@ class Window:
             cap=np.concatenate(cap),
         )
 
+    def turns(self) -> Floats:
+        """Return where the path turns at a joint, in lengths from the first open joint on, increasing."""
+        places, origin = [np.zeros(0)], 0.0
+        for stretch in self.stretches:
+            local = stretch.s[stretch.used :] - stretch.s[stretch.used]
+            places.append(origin + local[stretch.turns[stretch.used :]])
+            origin += local[-1]
+        return np.concatenate(places)
+
     def hand_on(self, pieces: Pieces, joint: Ints, speeds: Floats, upto: int) -> list[Trajectory]:
         """Turn the first `upto` open segments into trajectories, and take them out of the window.
 

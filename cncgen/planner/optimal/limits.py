@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.geometry.path import curvature_of
 from cncgen.machine.record import Machine
 from cncgen.planner.record import Limit
 from cncgen.planner.rows import AxisLimits, chord_speed
@@ -55,7 +54,7 @@ class Bounds:
             feed_limit: Shape (n,), int8, the `Limit` that it stands for.
             x1, x2: Shape (n, axes), dx/ds and d²x/ds².
         """
-        curvature = curvature_of(x1[:, :3], x2[:, :3])
+        curvature = np.sqrt(np.einsum("ij,ij->i", x2[:, :3], x2[:, :3]))
         with np.errstate(divide="ignore"):
             candidates = np.stack(
                 [

@@ -1,0 +1,118 @@
+"""The breakpoints of a block: where the path must be left at rest, and where its derivatives jump."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.geometry.path import Path
+from cncgen.planner.optimal.limits import JUMP_SHARE, STOP_SPEED, Bounds, speed_within
+from cncgen.toolpath.record import Kind, PathMode, Toolpath
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+#: Part of the jerk limit below which a jump is taken for none.
+_NEGLIGIBLE = 2e-4
+
+
+@dataclass(frozen=True, slots=True)
+class Joints:
+    """The `n` breakpoints of a block, both ends included.
+
+    Attributes:
+        s: Shape (n,), path coordinate.
+        stop: Shape (n,), bool: the motion rests there.
+        corner: Shape (n,), bool: it rests, or slows, because the derivatives jump.
+        speed: Shape (n,), mm/s: largest speed by the jump there; infinite for none, 0 for a stop.
+        taken: Shape (n, axes): part of the jerk limit that the jump takes at that speed, or at the speed the path has
+            there for other reasons where that is lower.
+        zone: Shape (n,), mm: how far on both sides a setpoint's third difference can see the jump; 0 for none.
+    """
+
+    s: Floats
+    stop: Bools
+    corner: Bools
+    speed: Floats
+    taken: Floats
+    zone: Floats
+
+
+def joints_of(
+    toolpath: Toolpath,
+    path: Path,
+    bounds: Bounds,
+    sides: tuple[Floats, Floats],
+    top: Floats,
+    before: Floats | None,
+    after: Floats | None,
+) -> Joints:
+    """Classify the breakpoints of a block.
+
+    Args:
+        toolpath, path: The block and its geometry.
+        bounds: Limits.
+        sides: Derivatives on the left and on the right of each breakpoint, shape (4, n, axes) each.
+        top: Shape (n,), the largest q there by everything else.
+        before: Derivatives (4, axes) at the end of the block before, or None where the motion starts here.
+        after: Derivatives at the start of the next block, or None where it ends.
+    """
+    s = path.breakpoints()
+    left, right = sides[0].copy(), sides[1].copy()
+    stop = _asked(toolpath, path, s)
+    for end, beyond, mine in ((0, before, left), (-1, after, right)):
+        if beyond is None:
+            stop[end] = True
+        else:
+            mine[:, end] = beyond
+    linear, square = bounds.jump(right[1] - left[1], right[2] - left[2])
+    speed = speed_within(linear, square, JUMP_SHARE)
+    corner = speed < STOP_SPEED * _pulse(bounds, left[1], right[1])
+    speed[stop | corner] = 0.0
+    v = np.minimum(speed, np.sqrt(top))[:, None]
+    taken = linear * v + square * v**2
+    felt = taken.max(axis=1) > _NEGLIGIBLE
+    corner |= felt & (speed < np.sqrt(top))
+    speed[~felt & ~corner & ~stop] = np.inf
+    reach = 1.5 * bounds.period_s
+    with np.errstate(divide="ignore"):
+        gain = (bounds.axes.acceleration / np.abs(right[1])).min(axis=1)
+    zone = np.where(felt & (speed > 0.0), reach * (v[:, 0] + gain * reach), 0.0)
+    stop |= speed <= 0.0
+    taken[~felt | stop] = 0.0
+    return Joints(s, stop, corner, speed, taken, zone)
+
+
+def _pulse(bounds: Bounds, left: Floats, right: Floats) -> Floats:
+    """Return J T² along the path, shape (n,), mm/s: the speed that one period of full jerk gives."""
+    share = np.maximum(np.abs(left), np.abs(right))
+    with np.errstate(divide="ignore"):
+        out: Floats = (bounds.axes.jerk / share).min(axis=1) * bounds.period_s**2
+    return out
+
+
+def _asked(toolpath: Toolpath, path: Path, s: Floats) -> Bools:
+    """Tell at which breakpoints the program asks for rest: G61.1, and events that need it."""
+    row_s = path.row_s
+    stop = np.zeros(len(s), bool)
+    moving = np.diff(row_s) > 0
+    ends = np.flatnonzero(moving & (toolpath.path_mode == PathMode.EXACT_STOP))
+    waits = [
+        row
+        for row in np.flatnonzero(toolpath.kind == Kind.EVENT)
+        if toolpath.events[toolpath.curve[row]].rest or toolpath.events[toolpath.curve[row]].dwell_s > 0
+    ]
+    at = np.concatenate([row_s[ends + 1], row_s[np.array(waits, np.int64)]])
+    if len(at):
+        stop[nearest(s, at)] = True
+    return stop
+
+
+def nearest(s: Floats, at: Floats) -> NDArray[np.int64]:
+    """Return the index in ascending `s` nearest to each of `at`."""
+    right = np.clip(np.searchsorted(s, at), 1, max(len(s) - 1, 1))
+    index = np.minimum(right, len(s) - 1)
+    lower = np.abs(s[right - 1] - at) <= np.abs(s[index] - at)
+    return np.where(lower, right - 1, index)

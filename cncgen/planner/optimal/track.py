@@ -1,0 +1,167 @@
+"""A block of a toolpath as intervals between nodes, with all that the least-time problem needs to know of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.geometry.path import Path
+from cncgen.planner.optimal.joints import Joints, joints_of, nearest
+from cncgen.planner.optimal.limits import Bounds
+from cncgen.planner.optimal.nodes import place
+from cncgen.planner.record import Limit
+from cncgen.toolpath.record import Event, FeedMode, Kind, Toolpath
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+#: What an interval is: part of the spline, or the one that leaves (enters) a rest with constant jerk.
+SPLINE, LEAVE, ENTER = range(3)
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """A block between nodes: `n` intervals, n + 1 nodes.
+
+    Attributes:
+        toolpath, path: The block and its geometry.
+        s: Shape (n + 1,), path coordinate of the nodes.
+        kind: Shape (n,), int8: `SPLINE`, `LEAVE` or `ENTER`.
+        x1, x2, x3: Shape (n, 3, axes): derivatives of the path at the left end, middle and right end of each interval.
+        top: Shape (n, 3): largest q = v² there.
+        top_limit: Shape (n,), int8: the `Limit` behind the lowest of them.
+        node_top: Shape (n + 1,): largest q at the nodes by jumps of the derivatives.
+        factor: Shape (n, axes): part of the jerk limit that is left beside the jumps near by.
+        stop: Shape (n + 1,), bool: nodes of rest.
+        corner: Shape (n + 1,), bool: nodes where the motion slows or rests because the derivatives jump.
+        events: Node, source line and event, in order.
+    """
+
+    toolpath: Toolpath
+    path: Path
+    s: Floats
+    kind: NDArray[np.int8]
+    x1: Floats
+    x2: Floats
+    x3: Floats
+    top: Floats
+    top_limit: NDArray[np.int8]
+    node_top: Floats
+    factor: Floats
+    stop: NDArray[np.bool_]
+    corner: NDArray[np.bool_]
+    events: list[tuple[int, int, Event]]
+
+    def __len__(self) -> int:
+        return len(self.kind)
+
+
+@dataclass(frozen=True, slots=True)
+class Feeds:
+    """Speed that the program asks of each row, mm/s (infinite: none), and the `Limit` that it stands for."""
+
+    speed: Floats
+    limit: NDArray[np.int8]
+
+    @classmethod
+    def of(cls, toolpath: Toolpath, path: Path) -> Feeds:
+        """G94: the feed; G93: the row's length by its time; rapids: none."""
+        length = np.diff(path.row_s)
+        inverse = toolpath.feed_mode == FeedMode.INVERSE_TIME
+        rapid = (toolpath.feed_mode == FeedMode.RAPID) | (toolpath.kind == Kind.EVENT)
+        speed = np.where(inverse, toolpath.feed * length, toolpath.feed)
+        limit = np.where(rapid, Limit.VELOCITY, Limit.FEED).astype(np.int8)
+        return cls(np.where(rapid, np.inf, speed), limit)
+
+
+def end_derivatives(path: Path) -> tuple[Floats, Floats] | None:
+    """Return position and derivatives at the start and at the end of a path, shape (4, axes) each; None if it rests."""
+    if not path.length > 0.0:
+        return None
+    first, last = path.row_s[:1], path.row_s[-1:]
+    return path.evaluate(first, 3, 1)[:, 0], path.evaluate(last, 3, -1)[:, 0]
+
+
+def track_of(
+    toolpath: Toolpath, path: Path, bounds: Bounds, before: Floats | None, after: Floats | None, effort: str
+) -> Track:
+    """Cut a block into intervals.
+
+    Args:
+        toolpath, path: The block, of a length greater than 0.
+        bounds: Limits.
+        before, after: Derivatives at the end of the block before and at the start of the next; None where the motion
+            starts or ends at this block's border.
+        effort: Density of the nodes.
+    """
+    feeds = Feeds.of(toolpath, path)
+
+    def top_at(s: Floats, x: Floats, side: int = 1) -> tuple[Floats, NDArray[np.int8]]:
+        row = path.row_of(s, side)
+        return bounds.top(feeds.speed[row], feeds.limit[row], x[1], x[2])
+
+    points = path.breakpoints()
+    sides = (path.evaluate(points, 3, -1), path.evaluate(points, 3, 1))
+    top = np.minimum(top_at(points, sides[0], -1)[0], top_at(points, sides[1])[0])
+    joints = joints_of(toolpath, path, bounds, sides, top, before, after)
+    s = place(path, bounds, joints, lambda at, x: top_at(at, x)[0], effort)
+    n = len(s) - 1
+    middle = 0.5 * (s[:-1] + s[1:])
+    right = path.evaluate(s[:-1], 3)
+    node = nearest(s, joints.s)
+    left = np.empty_like(right)
+    left[:, :-1] = right[:, 1:]
+    left[:, node[1:] - 1] = sides[0][:, 1:]
+    x = np.stack([right, path.evaluate(middle, 3), left], axis=2)
+    row = path.row_of(middle)
+    tops = [
+        bounds.top(feeds.speed[row], feeds.limit[row], np.ascontiguousarray(x[1, :, e]), x[2, :, e])
+        for e in range(3)
+    ]
+    top3 = np.stack([t for t, _ in tops], axis=1)
+    which = np.stack([limit for _, limit in tops], axis=1)
+    node_top = np.full(n + 1, np.inf)
+    node_top[node] = joints.speed**2
+    stop, corner = np.zeros(n + 1, bool), np.zeros(n + 1, bool)
+    stop[node], corner[node] = joints.stop, joints.corner
+    kind = np.full(n, SPLINE, np.int8)
+    kind[stop[:-1]] = LEAVE
+    kind[stop[1:]] = ENTER
+    return Track(
+        toolpath=toolpath,
+        path=path,
+        s=s,
+        kind=kind,
+        x1=np.ascontiguousarray(x[1]),
+        x2=np.ascontiguousarray(x[2]),
+        x3=np.ascontiguousarray(x[3]),
+        top=top3,
+        top_limit=which[np.arange(n), top3.argmin(axis=1)],
+        node_top=node_top,
+        factor=_factors(s, joints, x.shape[-1]),
+        stop=stop,
+        corner=corner,
+        events=_events(toolpath, path, s),
+    )
+
+
+def _factors(s: Floats, joints: Joints, axes: int) -> Floats:
+    """Return what the jumps leave of the jerk limits of each interval; where zones overlap, all of them take."""
+    change = np.zeros((len(s), axes))
+    for i in np.flatnonzero(joints.zone > 0):
+        first = nearest(s, np.array([joints.s[i] - joints.zone[i], joints.s[i] + joints.zone[i]]))
+        change[first[0]] += joints.taken[i]
+        change[first[1]] -= joints.taken[i]
+    taken = np.cumsum(change, axis=0)[:-1]
+    return np.maximum(1.0 - taken, 0.05)
+
+
+def _events(toolpath: Toolpath, path: Path, s: Floats) -> list[tuple[int, int, Event]]:
+    rows = np.flatnonzero(toolpath.kind == Kind.EVENT)
+    node = nearest(s, path.row_s[rows]) if len(rows) else rows
+    return [
+        (int(at), int(toolpath.line[row]), toolpath.events[toolpath.curve[row]])
+        for at, row in zip(node, rows, strict=True)
+    ]
