@@ -73,6 +73,8 @@ def read_bytes(path: str | os.PathLike[str], *, at_most: int | None = None) -> b
 def open_input(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     """Open a file for reading bytes, or standard input for ``-``; a `UsageError` names what cannot be opened."""
     if os.fspath(path) == STANDARD:
+        if sys.stdin is None:
+            raise file_fault("standard input", "read", OSError(errno.EBADF, "it is closed"))
         yield sys.stdin.buffer
         return
     with reading_faults(path):
@@ -189,6 +191,11 @@ class StandardOutput:
 
     seekable = False
 
+    def __init__(self) -> None:
+        if sys.stdout is None:  # the process was started with it closed
+            raise file_fault("standard output", "write", OSError(errno.EBADF, "it is closed"))
+        self.flush()
+
     def write(self, data: bytes | bytearray | memoryview) -> int:
         """Write bytes."""
         try:
@@ -201,7 +208,7 @@ class StandardOutput:
     def flush(self) -> None:
         """Hand what is buffered to the system."""
         try:
-            sys.stdout.buffer.flush()
+            sys.stdout.flush()
         except BrokenPipeError:
             raise
         except OSError as error:
@@ -216,7 +223,6 @@ Sink = OutputFile | StandardOutput
 def open_output(path: str | os.PathLike[str] | None) -> Iterator[Sink]:
     """Open `path` for writing, standard output for ``-`` or None; the file appears when the block ends well."""
     if path is None or os.fspath(path) == STANDARD:
-        sys.stdout.flush()
         output = StandardOutput()
         yield output
         output.flush()

@@ -73,7 +73,12 @@ def run(arguments: Sequence[str] | None = None) -> int:
 
 def _run(arguments: Sequence[str] | None) -> int:
     try:
-        outcome: Any = cli.main(args=arguments, prog_name="cncgen", standalone_mode=False)
+        if "_CNCGEN_COMPLETE" in os.environ:  # click's completion in the shell
+            cli.main(prog_name="cncgen")
+        # Not `cli.main`, which would turn a broken pipe into exit code 1.
+        words = list(sys.argv[1:] if arguments is None else arguments)
+        with cli.make_context("cncgen", words) as context:
+            outcome: Any = cli.invoke(context)
         return outcome if isinstance(outcome, int) else 0
     except click.exceptions.Exit as error:
         return error.exit_code

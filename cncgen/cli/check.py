@@ -15,7 +15,7 @@ from cncgen.cli.options import message_options, program_options
 @program_options
 @message_options
 def command(programs: tuple[str, ...], reading: dict[str, Any]) -> int:
-    """Read and interpret programs, and name everything that is wrong with them.
+    """Read programs and name what is wrong with them.
 
     Nothing is planned or written. With --json the diagnostics go to standard output.
     """

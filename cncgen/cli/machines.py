@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 @message_options
 @click.pass_context
 def command(context: click.Context) -> None:
-    """List the machine profiles that ship; `machines show NAME` prints one as TOML."""
+    """List machine profiles; show one as TOML."""
     if context.invoked_subcommand is None:
         from cncgen.files import write_text
         from cncgen.machine import load, profile_names

@@ -54,9 +54,9 @@ def command(
     summary: str | None,
     reading: dict[str, Any],
 ) -> None:
-    """Plan a program within a machine's limits and write its setpoints.
+    """Turn a program into setpoints.
 
-    Setpoints go to standard output, or to the file of -o (whole or not at all); all else goes to standard error.
+    The plan keeps every limit of the machine. Setpoints go to standard output, or to the file of -o (whole or not at all); all else goes to standard error.
     Where standard output is a terminal and there is no -o, only the summary is printed.
     """
     from cncgen.cli.reading import opened, plan_options

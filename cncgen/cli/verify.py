@@ -47,9 +47,9 @@ def command(
     report: str | None,
     reading: dict[str, Any],
 ) -> int:
-    """Judge setpoints, ours or anyone's, against the program's path and the machine's limits.
+    """Judge setpoints against program and machine.
 
-    Finite differences of the setpoints up to jerk, travel, the distance from the path and back, rest at both ends.
+    Of any origin: finite differences up to jerk, travel, the distance from the path and back, rest at both ends.
     Exit 1 where one is broken; the messages say where.
     """
     from cncgen import pipeline

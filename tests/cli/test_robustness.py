@@ -1,0 +1,288 @@
+"""What people do to a command: each wrong input ends with a clear message, its exit code, and no partial file."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+Run = Callable[..., "subprocess.CompletedProcess[bytes]"]
+
+#: A short program for which every strategy has a plan.
+SMALL = b"G21 G17 G90 G61\nG0 X0 Y0\nG1 X10 F1000\nG1 Y10\nM30\n"
+
+
+def refused(run: subprocess.CompletedProcess[bytes], code: int, *words: str) -> str:
+    """Check the exit code and the message; return what was said."""
+    said = run.stderr.decode()
+    assert run.returncode == code, said
+    assert "Traceback" not in said
+    assert "internal error" not in said
+    for word in words:
+        assert word in said, said
+    return said
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> Path:
+    path = tmp_path / "small.nc"
+    path.write_bytes(SMALL)
+    return path
+
+
+#: A strategy is named so that these tests stay quick and stand for the command line alone.
+PLAN = ("plan", "--feedrate", "ild")
+
+COMMANDS = [
+    ("check", "{}"),
+    ("canon", "{}"),
+    (*PLAN, "{}", "-o", "out.csv"),
+    ("simulate", "{}", "--feedrate", "ild", "-m", "xy-table", "-o", "out.csv"),
+]
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda c: c[0])
+def test_missing_file_and_directory(cncgen: Run, tmp_path: Path, command: tuple[str, ...]) -> None:
+    (tmp_path / "folder.nc").mkdir()
+    run = cncgen(*(part.format("none.nc") for part in command))
+    refused(run, 2, "none.nc", "no such file")
+    run = cncgen(*(part.format("folder.nc") for part in command))
+    refused(run, 2, "folder.nc", "directory")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["folder.nc"]
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda c: c[0])
+@pytest.mark.parametrize("content", [b"", b"\n\n  \n"], ids=["nothing", "blank lines"])
+def test_empty_program(cncgen: Run, tmp_path: Path, command: tuple[str, ...], content: bytes) -> None:
+    (tmp_path / "empty.nc").write_bytes(content)
+    run = cncgen(*(part.format("empty.nc") for part in command))
+    refused(run, 1, "empty.nc", "empty")
+    assert not (tmp_path / "out.csv").exists()
+    assert run.stdout == b"" or command[0] == "canon"
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda c: c[0])
+def test_binary_file(cncgen: Run, tmp_path: Path, command: tuple[str, ...]) -> None:
+    (tmp_path / "binary.nc").write_bytes(bytes(range(256)) * 100)
+    run = cncgen(*(part.format("binary.nc") for part in command))
+    assert run.returncode in (1, 2)
+    refused(run, run.returncode, "binary.nc")
+    assert not (tmp_path / "out.csv").exists()
+
+
+@pytest.mark.parametrize("kind", ["spaces", "digits", "words", "comment"])
+def test_a_line_of_100_mb(cncgen: Run, tmp_path: Path, kind: str) -> None:
+    pieces = {"spaces": b" ", "digits": b"1", "words": b"X1Y1", "comment": b"(c"}
+    piece = pieces[kind]
+    with open(tmp_path / "long.nc", "wb") as file:
+        file.write(b"G1 F100 X")
+        file.write(piece * (100_000_000 // len(piece)))
+        file.write(b"\nG1 X1\n")
+    said = refused(cncgen("check", "long.nc"), 1, "long.nc:1")
+    assert len(said) < 5000
+
+
+@pytest.mark.parametrize("number", ["nan", "NaN", "inf", "1e400", "9" * 400, "-" * 50, "1.2.3", "."])
+def test_numbers_that_are_none(cncgen: Run, tmp_path: Path, number: str) -> None:
+    (tmp_path / "n.nc").write_text(f"G21 G90\nG1 X{number} F100\n")
+    refused(cncgen(*PLAN, "n.nc", "-o", "out.csv"), 1, "n.nc:2")
+    assert not (tmp_path / "out.csv").exists()
+
+
+@pytest.mark.parametrize(
+    "text", [b"a = [1,", b"\xff\xfe", b"period_s = -1\n", b""], ids=["syntax", "bytes", "fault", "empty"]
+)
+def test_bad_machine_file(cncgen: Run, tmp_path: Path, small: Path, text: bytes) -> None:
+    (tmp_path / "m.toml").write_bytes(text)
+    refused(cncgen(*PLAN, small, "-m", "m.toml", "-o", "out.csv"), 2, "m.toml")
+    assert not (tmp_path / "out.csv").exists()
+
+
+def test_unreadable_toml(cncgen: Run, tmp_path: Path, small: Path) -> None:
+    (tmp_path / "m.toml").mkdir()
+    refused(cncgen(*PLAN, small, "-m", "m.toml"), 2, "m.toml", "directory")
+    refused(cncgen(*PLAN, small, "-m", "none.toml"), 2, "none.toml", "no such file")
+
+
+def test_unwritable_output(cncgen: Run, tmp_path: Path, small: Path) -> None:
+    refused(cncgen(*PLAN, small, "-o", "none/out.csv"), 2, "none/out.csv", "directory does not exist")
+    (tmp_path / "folder.csv").mkdir()
+    refused(cncgen(*PLAN, small, "-o", "folder.csv"), 2, "folder.csv", "directory")
+    refused(cncgen(*PLAN, small, "-o", "out.csv", "--summary", "none/s.json"), 2, "none/s.json")
+    refused(cncgen(*PLAN, small, "-o", "out.csv", "--events", "none/e.jsonl"), 2, "none/e.jsonl")
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
+@pytest.mark.parametrize("format", ["csv", "npy", "npz", "f64", "hal"])
+def test_full_disk(cncgen: Run, tmp_path: Path, small: Path, format: str) -> None:
+    refused(cncgen(*PLAN, small, "-o", "/dev/full", "--format", format), 2, "/dev/full", "no space")
+    with open("/dev/full", "wb") as full:
+        run = subprocess.run(
+            [sys.executable, "-m", "cncgen", *PLAN, str(small), "--format", format],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            timeout=60,
+            check=False,
+        )
+    refused(run, 2, "standard output", "no space")
+    assert Path("/dev/full").is_char_device()
+
+
+@pytest.mark.parametrize(
+    "command", [("machines",), ("machines", "show", "xy-table"), ("--help",), ("canon", "small.nc")]
+)
+def test_full_disk_behind_standard_output(tmp_path: Path, small: Path, command: tuple[str, ...]) -> None:
+    with open("/dev/full", "wb") as full:
+        run = subprocess.run(
+            [sys.executable, "-m", "cncgen", *command],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            timeout=60,
+            check=False,
+            cwd=tmp_path,
+        )
+    refused(run, 2, "no space" if command[0] != "--help" else "")
+
+
+def test_a_disk_that_fills_leaves_no_partial_file(tmp_path: Path, small: Path) -> None:
+    """A limit on the size of files stands in for the disk; what was there before stays."""
+    out = tmp_path / "out.csv"
+    out.write_text("before")
+    run = subprocess.run(
+        [sys.executable, "-m", "cncgen", *PLAN, str(small), "-o", str(out)],
+        capture_output=True,
+        timeout=60,
+        check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096)),
+    )
+    refused(run, 2, "out.csv", "too large")
+    assert out.read_text() == "before"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["out.csv", "small.nc"]
+
+
+@pytest.mark.parametrize(
+    "command", ["plan --feedrate ild programs/butterfly.nc -m xy-table", "canon programs/butterfly_g1.nc"]
+)
+def test_a_reader_that_goes_away(root: Path, command: str) -> None:
+    run = subprocess.run(
+        ["bash", "-c", f"set -o pipefail; {sys.executable} -m cncgen {command} | head -n 1"],
+        capture_output=True,
+        timeout=120,
+        check=False,
+        cwd=root,
+    )
+    assert run.returncode == 0
+    assert run.stdout.count(b"\n") == 1
+    assert b"Broken" not in run.stderr
+    assert b"Traceback" not in run.stderr
+    assert b"Exception" not in run.stderr
+
+
+def test_closed_standard_output(tmp_path: Path, small: Path) -> None:
+    run = subprocess.run(
+        ["bash", "-c", f"{sys.executable} -m cncgen plan --feedrate ild {small} >&-"],
+        capture_output=True,
+        timeout=60,
+        check=False,
+    )
+    refused(run, 2, "standard output")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_stopped_in_the_middle(tmp_path: Path, number: signal.Signals) -> None:
+    """The program comes through a pipe that stays open, so the command is at work when the signal arrives."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "cncgen", "simulate", "--axis-params", "xy-table", "-o", "out.csv"],
+        stdin=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        cwd=tmp_path,
+    )
+    assert process.stdin is not None
+    rows = "".join(f"{k / 1000:.3f},0.0\n" for k in range(200_000))
+    process.stdin.write(b"t_s,x_mm\n" + rows.encode())
+    process.stdin.flush()
+    deadline = time.monotonic() + 60
+    while not list(tmp_path.glob(".out.csv.*")) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert list(tmp_path.glob(".out.csv.*")), "the command never began to write"
+    process.send_signal(number)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 128 + number
+    assert b"Traceback" not in said
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_wrong_usage(cncgen: Run, small: Path) -> None:
+    refused(cncgen("plan"), 2, "PROGRAM")
+    refused(cncgen(*PLAN, small, "--feedrate", "fast"), 2, "fast")
+    refused(cncgen(*PLAN, small, "--nonsense"), 2, "--nonsense")
+    refused(cncgen("plna", small), 2, "plna")
+    refused(cncgen(*PLAN, small, "--signals", "vel,speed"), 2, "speed")
+    refused(cncgen(*PLAN, small, "-m", "xy-tabel"), 2, "did you mean xy-table")
+    refused(cncgen(*PLAN, "a\0b"[:1] + "\u2028.nc"), 2, "no such file")
+
+
+def test_an_error_in_the_middle_leaves_no_file(cncgen: Run, tmp_path: Path) -> None:
+    lines = [
+        b"G21 G90 G64 P0.01",
+        *(b"G1 X%d Y%d F6000" % (k % 2, k) for k in range(3000)),
+        b"G1 X1 Q=",
+        b"M30",
+    ]
+    (tmp_path / "late.nc").write_bytes(b"\n".join(lines))
+    refused(
+        cncgen(*PLAN, "late.nc", "-o", "out.csv", "--summary", "s.json", "--events", "e.jsonl"),
+        1,
+        "late.nc:3002",
+    )
+    assert [p.name for p in tmp_path.iterdir()] == ["late.nc"]
+
+
+def test_programs_from_standard_input(cncgen: Run, small: Path) -> None:
+    by_file, by_pipe = cncgen(*PLAN, small), cncgen(*PLAN, "-", stdin=SMALL)
+    assert by_file.returncode == by_pipe.returncode == 0
+    assert by_file.stdout == by_pipe.stdout
+    assert by_file.stdout.startswith(b"t_s,x_mm,y_mm\n0.000000000,0.000000000,0.000000000\n")
+
+
+def test_json_diagnostics(cncgen: Run, tmp_path: Path) -> None:
+    (tmp_path / "bad.nc").write_text("G21 G90\nG1 X1e F100\nG1 Y= F100\n")
+    run = cncgen("check", "bad.nc", "--json")
+    assert run.returncode == 1
+    records = [json.loads(line) for line in run.stdout.splitlines()]
+    assert {r["line"] for r in records} >= {2, 3}
+    assert all(
+        {"code", "severity", "message", "file", "line", "column", "hint", "values"} <= set(r) for r in records
+    )
+    planned = cncgen(*PLAN, "bad.nc", "--json")
+    assert planned.returncode == 1
+    assert planned.stdout == b""
+    assert [json.loads(line) for line in planned.stderr.splitlines()]
+
+
+def test_an_output_that_is_a_link_is_followed(cncgen: Run, tmp_path: Path, small: Path) -> None:
+    (tmp_path / "real.csv").write_text("before")
+    (tmp_path / "link.csv").symlink_to("real.csv")
+    assert cncgen(*PLAN, small, "-o", "link.csv").returncode == 0
+    assert (tmp_path / "link.csv").is_symlink()
+    assert (tmp_path / "real.csv").read_text().startswith("t_s,")
+
+
+def test_the_mode_of_a_file_is_kept_and_of_a_new_one_usual(cncgen: Run, tmp_path: Path, small: Path) -> None:
+    old = tmp_path / "old.csv"
+    old.write_text("")
+    old.chmod(0o640)
+    assert cncgen(*PLAN, small, "-o", "old.csv").returncode == 0
+    assert cncgen(*PLAN, small, "-o", "new.csv").returncode == 0
+    umask = os.umask(0)
+    os.umask(umask)
+    assert old.stat().st_mode & 0o777 == 0o640
+    assert (tmp_path / "new.csv").stat().st_mode & 0o777 == 0o666 & ~umask
