@@ -1,0 +1,88 @@
+"""Zero phase error tracking: a prefilter that undoes a closed loop without shifting its phase.
+
+Source: M. Tomizuka, ASME J. Dyn. Syst. Meas. Control 109 (1987) 65; Hsu 1999, section 3. For a closed loop
+z^-d B⁺(z⁻¹) B⁻(z⁻¹)/A(z⁻¹), B⁻ holding the zeros that may not be cancelled,
+
+    r(k) = A(z⁻¹) B⁻(z) / (B⁺(z⁻¹) B⁻(1)²) y*(k + d)
+
+needs the wanted positions d + deg B⁻ samples ahead.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.kernels import servo_filter
+from cncgen.servo.frequency import ratio_in_z
+from cncgen.servo.loop import AxisLoop
+from cncgen.servo.stream import Block
+
+Floats = NDArray[np.float64]
+
+#: Zeros nearer to the origin than this are cancelled; others would ring or grow.
+CANCELLABLE = 0.9
+
+
+@dataclass(frozen=True, slots=True)
+class AxisFilter:
+    """r(k) = Σ taps[i] y*(k + ahead − i) − Σ poles[i] r(k − 1 − i)."""
+
+    taps: Floats
+    ahead: int
+    poles: Floats
+
+
+def design(loop: AxisLoop, cancellable: float = CANCELLABLE) -> AxisFilter:
+    """Return the prefilter of a loop, from its own linear model.
+
+    Raises:
+        ValueError: The loop does not reach its setpoint at rest, or has several control periods a setpoint (its model
+            at the setpoints' period is not the one at hand).
+    """
+    above, below = ratio_in_z(loop)
+    small = 1e-12 * np.abs(above).max()
+    delay = int(np.flatnonzero(np.abs(above) > small)[0])
+    zeros = np.roots(above[delay:])
+    kept, cancelled = zeros[np.abs(zeros) >= cancellable], zeros[np.abs(zeros) < cancellable]
+    stable = np.atleast_1d(np.real(np.poly(cancelled))) * above[delay]
+    other = np.atleast_1d(np.real(np.poly(kept)))
+    if abs(other.sum()) < 1e-9:
+        raise ValueError("the loop has a zero at z = 1 and cannot be inverted")
+    taps = np.convolve(below, other[::-1]) / (other.sum() ** 2 * stable[0])
+    return AxisFilter(taps, delay + len(other) - 1, stable[1:] / stable[0])
+
+
+class Zpetc:
+    """The prefilter of all axes (`cncgen.servo.scheme.Prefilter`)."""
+
+    def __init__(self, filters: Sequence[AxisFilter]) -> None:
+        self._filters = tuple(filters)
+        self.after = max(f.ahead for f in filters) + 1
+        self.before = max(len(f.taps) - 1 - f.ahead for f in filters)
+
+    def started(self) -> Callable[[Block, Floats], Floats]:
+        """Return the filter with its memory at rest."""
+        memories = [np.zeros(len(f.poles)) for f in self._filters]
+
+        def over(block: Block, origin: Floats) -> Floats:
+            columns = [
+                _filtered(block, i, origin[i], f, memory)
+                for i, (f, memory) in enumerate(zip(self._filters, memories, strict=True))
+            ]
+            return np.column_stack(columns)
+
+        return over
+
+
+def _filtered(block: Block, axis: int, origin: float, design: AxisFilter, memory: Floats) -> Floats:
+    rows = block.values[:, axis] - origin
+    first = block.before + design.ahead - (len(design.taps) - 1)
+    moving = np.convolve(rows[first : first + len(block) + len(design.taps)], design.taps, "valid")
+    if len(memory):
+        servo_filter.all_pole(moving[: len(block)], design.poles, memory)
+        servo_filter.all_pole(moving[len(block) :], design.poles, memory.copy())
+    return moving
