@@ -1,0 +1,237 @@
+"""Constraints of the least-time problem as rows over three neighbouring unknowns (docs/least-time.md).
+
+On an interval with Bézier ordinates b0, b1, b2 of q = v² and length h,
+
+    q′(left) = 2 (b1 − b0) / h,   q′(right) = 2 (b2 − b1) / h,   q″ = 2 (b0 − 2 b1 + b2) / h²,
+
+acceleration of an axis is x″ q + x′ q′/2 and its jerk (x‴ q + 3/2 x″ q′ + x′ q″/2) q^1/2. Each is a combination p0 b0 +
+p1 b1 + p2 b2, hence one of the unknowns c[k], c[k+1], c[k+2] of `cncgen.kernels.least_time`.
+"""
+
+import cython
+from cython.cimports.libc.math import cbrt, fabs
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _put(
+    rows: cython.double[:, ::1],
+    i: cython.Py_ssize_t,
+    ends: cython.double[:, ::1],
+    k: cython.Py_ssize_t,
+    p0: cython.double,
+    p1: cython.double,
+    p2: cython.double,
+    limit: cython.double,
+) -> cython.void:
+    """Write the row (p0 b0 + p1 b1 + p2 b2) / limit of interval `k`."""
+    rows[i, 0] = p0 / limit * ends[k, 0]
+    rows[i, 1] = (p0 * ends[k, 1] + p1 + p2 * ends[k, 2]) / limit
+    rows[i, 2] = p2 / limit * ends[k, 3]
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _idle(
+    d1: cython.double[:, :, ::1],
+    d2: cython.double[:, :, ::1],
+    d3: cython.double[:, :, ::1],
+    limits: cython.double[:, ::1],
+    k: cython.Py_ssize_t,
+    a: cython.Py_ssize_t,
+) -> cython.bint:
+    """Tell whether axis `a` can never bind in interval `k`: it stands, or on a straight interval another binds first."""
+    b: cython.Py_ssize_t
+    e: cython.Py_ssize_t
+    moves: cython.bint = False
+    for e in range(3):
+        if d1[k, e, a] != 0.0 or d2[k, e, a] != 0.0 or d3[k, e, a] != 0.0:
+            moves = True
+    if not moves:
+        return True
+    for b in range(d1.shape[2]):
+        for e in range(3):
+            if d2[k, e, b] != 0.0 or d3[k, e, b] != 0.0:
+                return False
+    for b in range(d1.shape[2]):
+        if (
+            fabs(d1[k, 0, b]) * limits[0, a] > fabs(d1[k, 0, a]) * limits[0, b]
+            and fabs(d1[k, 0, b]) * limits[1, a] > fabs(d1[k, 0, a]) * limits[1, b]
+        ):
+            return True
+    return False
+
+
+def build(
+    h: cython.double[::1],
+    ends: cython.double[:, ::1],
+    d1: cython.double[:, :, ::1],
+    d2: cython.double[:, :, ::1],
+    d3: cython.double[:, :, ::1],
+    limits: cython.double[:, ::1],
+    factor: cython.double[:, ::1],
+    box: cython.double[:, ::1],
+    joint: cython.char[::1],
+    given: cython.bint,
+    rows: cython.double[:, ::1],
+    place: cython.longlong[::1],
+    kind: cython.char[::1],
+    axis: cython.longlong[::1],
+) -> int:
+    """Fill the rows of a window and return how many there are.
+
+    Args:
+        h, ends: Lengths, and end ordinates by unknowns, of the `n` intervals.
+        d1, d2, d3: Shape (n, 3, axes), derivatives of the path at left end, middle and right end.
+        limits: Shape (2, axes): acceleration, jerk.
+        factor: Shape (n, axes): part of the jerk limit that the interval may use.
+        box: Shape (n, 3): largest q at the left end, for the middle ordinate, and at the right end (infinite: none).
+        joint: Shape (n,): 1 where acceleration must be held at the right end too (the next interval does not start
+            with the same derivatives).
+        given: Whether the state at the left end of the first interval is given (its rows there are left out).
+        rows, place, kind: As `cncgen.kernels.least_time.solve` takes them, with room for n (3 + 4 axes) rows.
+    """
+    n: cython.Py_ssize_t = h.shape[0]
+    i: cython.Py_ssize_t = 0
+    k: cython.Py_ssize_t
+    a: cython.Py_ssize_t
+    e: cython.Py_ssize_t
+    first: cython.Py_ssize_t
+    g: cython.double
+    x1: cython.double
+    x2: cython.double
+    x3: cython.double
+    jerk: cython.double
+    with cython.nogil:
+        for k in range(n):
+            g = 1.0 / h[k]
+            first = i
+            for e in range(3):
+                if box[k, e] < 1e300 and not (given and k == 0 and e < 2):
+                    _put(rows, i, ends, k, e == 0, e == 1, e == 2, box[k, e])
+                    kind[i] = 0
+                    axis[i] = -1
+                    i += 1
+            for a in range(d1.shape[2]):
+                if _idle(d1, d2, d3, limits, k, a):
+                    continue
+                jerk = limits[1, a] * factor[k, a]
+                for e in range(0, 3, 2):
+                    x1 = d1[k, e, a] * g
+                    x2 = d2[k, e, a]
+                    x3 = d3[k, e, a]
+                    if e == 0:
+                        if not (given and k == 0):
+                            _put(rows, i, ends, k, x2 - x1, x1, 0.0, limits[0, a])
+                            kind[i] = 1
+                            axis[i] = a
+                            i += 1
+                        x1 *= g
+                        x2 *= 3.0 * g
+                        _put(rows, i, ends, k, x3 - x2 + x1, x2 - 2.0 * x1, x1, jerk)
+                        rows[i, 15] = ends[k, 0]
+                        rows[i, 16] = ends[k, 1]
+                        rows[i, 17] = 0.0
+                    else:
+                        if joint[k]:
+                            _put(rows, i, ends, k, 0.0, -x1, x2 + x1, limits[0, a])
+                            kind[i] = 1
+                            axis[i] = a
+                            i += 1
+                        x1 *= g
+                        x2 *= 3.0 * g
+                        _put(rows, i, ends, k, x1, -x2 - 2.0 * x1, x3 + x2 + x1, jerk)
+                        rows[i, 15] = 0.0
+                        rows[i, 16] = ends[k, 2]
+                        rows[i, 17] = ends[k, 3]
+                    kind[i] = 2
+                    axis[i] = a
+                    i += 1
+            while first < i:
+                place[first] = k
+                first += 1
+    return i
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _ceiling(
+    d1: cython.double[:, :, ::1],
+    d2: cython.double[:, :, ::1],
+    d3: cython.double[:, :, ::1],
+    limits: cython.double[:, ::1],
+    k: cython.Py_ssize_t,
+    e: cython.Py_ssize_t,
+    q: cython.double,
+    reach: cython.double,
+) -> cython.double:
+    """Return q, lowered to what steady motion allows at an end of an interval, or (`reach` > 0) what a start there from q
+    reaches in that length by the acceleration limits alone."""
+    a: cython.Py_ssize_t
+    top: cython.double = q
+    gain: cython.double = 1e300
+    x: cython.double
+    for a in range(d1.shape[2]):
+        x = fabs(d2[k, e, a])
+        if reach > 0.0:
+            if d1[k, e, a] != 0.0:
+                gain = min(gain, max(limits[0, a] - x * q, 0.0) / fabs(d1[k, e, a]))
+        else:
+            if x * top > limits[0, a]:
+                top = limits[0, a] / x
+            x = fabs(d3[k, e, a])
+            if x > 0.0:
+                x = cbrt(limits[1, a] / x)
+                top = min(top, x * x)
+    if reach > 0.0:
+        return q + 2.0 * gain * reach
+    return top
+
+
+def start(
+    h: cython.double[::1],
+    ends: cython.double[:, ::1],
+    d1: cython.double[:, :, ::1],
+    d2: cython.double[:, :, ::1],
+    d3: cython.double[:, :, ::1],
+    limits: cython.double[:, ::1],
+    top: cython.double[:, ::1],
+    part: cython.double,
+    free: cython.Py_ssize_t,
+    q: cython.double[:, ::1],
+    c: cython.double[::1],
+) -> cython.void:
+    """Fill `c` with a profile to start from: `part` of the least-time one without jerk limits, roughly.
+
+    A forward and a backward pass over the nodes (Bobrow et al., *Int. J. Robotics Research* 4(3), 1985) below what
+    steady motion allows.
+
+    Args:
+        h, ends, d1, d2, d3, limits: As in `build`.
+        top: Shape (n, 2), largest q at both ends of each interval.
+        part: Factor of q.
+        free: First unknown to fill; those before it are given.
+        q: Shape (n, 2), room for q at both ends.
+        c: Shape (n + 2,), the result.
+    """
+    n: cython.Py_ssize_t = h.shape[0]
+    k: cython.Py_ssize_t
+    with cython.nogil:
+        for k in range(n):
+            q[k, 0] = _ceiling(d1, d2, d3, limits, k, 0, top[k, 0], 0.0)
+            q[k, 1] = _ceiling(d1, d2, d3, limits, k, 2, top[k, 1], 0.0)
+            if k > 0 and ends[k, 0] > 0.0:
+                q[k, 0] = min(q[k, 0], q[k - 1, 1])
+            q[k, 1] = min(q[k, 1], _ceiling(d1, d2, d3, limits, k, 0, q[k, 0], h[k]))
+        for k in range(n - 1, -1, -1):
+            if ends[k, 3] > 0.0:
+                q[k, 1] = min(q[k, 1], q[k + 1, 0])
+            q[k, 0] = min(q[k, 0], _ceiling(d1, d2, d3, limits, k, 2, q[k, 1], h[k]))
+            if k + 1 >= free:
+                c[k + 1] = part * min(q[k, 0], q[k, 1])
+        c[n + 1] = 1.0
+        if free == 1:
+            c[0] = 1.0

@@ -1,0 +1,201 @@
+"""The least-time problem on a row of intervals, as the kernels take it, and its solution."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.kernels import least_time, least_time_rows
+from cncgen.planner.optimal.track import ENTER, LEAVE, SPLINE
+from cncgen.planner.record import Limit
+
+Floats = NDArray[np.float64]
+
+#: Duality gap, as a part of the time, and part by which limits may be passed between nodes.
+GAP, SLACK = 1e-4, 5e-4
+#: Iterations at most.
+MOST = 120
+#: The start, as a part of q of the profile without jerk limits.
+_START = 0.8
+#: A jump of the acceleration of an axis, as a part of its limit, for which both sides of a node are looked at.
+_JUMP = 1e-4
+
+
+@dataclass(frozen=True, slots=True)
+class Intervals:
+    """`n` intervals in a row: the columns of `Track`, of one or several tracks, with the limits.
+
+    Attributes:
+        h: Shape (n,), lengths.
+        kind, x1, x2, x3, top, top_limit, factor: As in `Track`.
+        node_top: Shape (n,): largest q at the left end of each interval by jumps.
+        limits: Shape (2, axes): acceleration, jerk.
+    """
+
+    h: Floats
+    kind: NDArray[np.int8]
+    x1: Floats
+    x2: Floats
+    x3: Floats
+    top: Floats
+    top_limit: NDArray[np.int8]
+    factor: Floats
+    node_top: Floats
+    limits: Floats
+
+    def __len__(self) -> int:
+        return len(self.h)
+
+
+@dataclass(frozen=True, slots=True)
+class Solution:
+    """q = v² on each interval of a problem.
+
+    Attributes:
+        q: Shape (n, 3): Bézier ordinates of q on a spline interval; where it leaves or enters rest, q at both ends
+            (first and last column).
+        limit: Shape (n,), int8, the `Limit` that is nearest on the interval.
+        time: Time of all, s.
+        converged: Whether the method ended by its own rule.
+    """
+
+    q: Floats
+    limit: NDArray[np.int8]
+    time: float
+    converged: bool
+
+
+def solve(given: Intervals, state: tuple[float, float] | None) -> Solution:
+    """Find the least time on a row of intervals that ends at rest.
+
+    Args:
+        given: The intervals; the last one enters rest, the first one leaves it unless `state` says otherwise.
+        state: q at the start and the middle ordinate of the first interval, where the motion is under way there.
+    """
+    spline = np.flatnonzero(given.kind == SPLINE)
+    h, ends, extra = _spline(given, spline, state is not None)
+    rest = _rest_tops(given)
+    box, edge = _boxes(given, spline, rest)
+    x1, x2, x3, factor = (column[spline] for column in (given.x1, given.x2, given.x3, given.factor))
+    n, axes = len(spline), x1.shape[2]
+    c = np.ones(n + 2)
+    free = 1
+    if state is not None:
+        c[0], c[1] = state
+        edge[0, 0] = state[0]
+        free = 2
+    least_time_rows.start(h, ends, x1, x2, x3, given.limits, edge, _START, free, np.empty((n, 2)), c)
+    room = n * (3 + 4 * axes)
+    rows = np.empty((room, least_time.WIDTH))
+    where, kind, axis = np.empty(room, np.int64), np.empty(room, np.int8), np.empty(room, np.int64)
+    joint = _joints(given, spline)
+    count = least_time_rows.build(
+        h, ends, x1, x2, x3, given.limits, factor, box, joint, state is not None, rows, where, kind, axis
+    )
+    report = np.zeros(6)
+    status = least_time.solve(
+        c, free, h, ends, extra, rows, count, where, kind, axis, x1, x2, x3, given.limits, factor,
+        np.ones((n, 2, axes)), GAP, SLACK, MOST, report,
+    )  # fmt: skip
+    q = _ordinates(given, spline, ends, c)
+    limit = _binding(given, spline, rows[:count], where[:count], kind[:count])
+    return Solution(q, limit, float(report[0]), status >= 0)
+
+
+def _spline(given: Intervals, spline: NDArray[np.int64], moving: bool) -> tuple[Floats, Floats, Floats]:
+    """Return lengths, end ordinates by unknowns, and further weights of the spline intervals (docs/least-time.md)."""
+    h = given.h
+    before = h[spline - 1]
+    after = h[np.minimum(spline + 1, len(h) - 1)]
+    leaves, enters = given.kind[spline - 1] == LEAVE, given.kind[(spline + 1) % len(h)] == ENTER
+    mine = h[spline]
+    ends = np.stack(
+        [mine / (before + mine), before / (before + mine), after / (after + mine), mine / (after + mine)], 1
+    )
+    ends[leaves, 0], ends[leaves, 1] = 0.0, 1.0 / (1.0 + 2.0 * mine[leaves] / (3.0 * before[leaves]))
+    ends[enters, 3], ends[enters, 2] = 0.0, 1.0 / (1.0 + 2.0 * mine[enters] / (3.0 * after[enters]))
+    extra = np.stack([np.where(leaves, 3.0 * before, 0.0), np.where(enters, 3.0 * after, 0.0)], 1)
+    if moving:
+        ends[0, :2], extra[0, 0] = (1.0, 0.0), 0.0
+    return np.ascontiguousarray(mine), ends, extra
+
+
+def _rest_tops(given: Intervals) -> Floats:
+    """Return the largest q at the moving end of the intervals that leave or enter rest, shape (n,); infinite elsewhere.
+
+    With constant jerk j from rest, s = j t³/6: over the length h, q = (9/2 j h²)^(2/3), and an axis has at most the
+    acceleration |x'| (6 j² h)^(1/3) + |x''| q and the jerk j (|x'| + 9 |x''| h + 9/2 |x'''| h²).
+    """
+    rest = np.flatnonzero(given.kind != SPLINE)
+    h = given.h[rest, None]
+    x1, x2, x3 = (np.abs(column[rest]).max(axis=1) for column in (given.x1, given.x2, given.x3))
+    with np.errstate(divide="ignore"):
+        jerk = given.limits[1] * given.factor[rest] / (x1 + 9.0 * x2 * h + 4.5 * x3 * h * h)
+        slow = (given.limits[0] / (x1 * np.cbrt(6.0 * h) + x2 * np.cbrt(4.5 * h * h) ** 2)) ** 1.5
+    j = np.minimum(jerk, slow).min(axis=1)
+    out = np.full(len(given), np.inf)
+    out[rest] = np.minimum(np.cbrt(4.5 * j * given.h[rest] ** 2) ** 2, given.top[rest].min(axis=1))
+    return out
+
+
+def _boxes(given: Intervals, spline: NDArray[np.int64], rest: Floats) -> tuple[Floats, Floats]:
+    """Return the bounds of the ordinates that are rows, and the bounds of q at both ends, of the spline intervals."""
+    top = given.top
+    left = np.minimum(np.minimum(top[:, 0], np.roll(top[:, 2], 1)), given.node_top)
+    right = np.roll(left, -1)
+    edge = np.stack([np.minimum(left, np.roll(rest, 1)), np.minimum(right, np.roll(rest, -1))], 1)[spline]
+    middle = np.maximum(2.0 * top[:, 1] - 0.5 * (top[:, 0] + top[:, 2]), 0.5 * top.min(axis=1))
+    box = np.stack([edge[:, 0], middle[spline], np.full(len(spline), np.inf)], 1)
+    # With the same bound on both sides, the ordinate between two bounded ones is bounded.
+    same = (
+        (middle[spline] == edge[:, 0])
+        & (middle[spline - 1] == edge[:, 0])
+        & (given.kind[spline - 1] == SPLINE)
+    )
+    same[0] = False
+    box[same, 0] = np.inf
+    enters = given.kind[(spline + 1) % len(given)] == ENTER
+    box[enters, 2] = edge[enters, 1]
+    return box, np.ascontiguousarray(edge)
+
+
+def _joints(given: Intervals, spline: NDArray[np.int64]) -> NDArray[np.int8]:
+    """Tell which spline intervals need their acceleration held at the right end too."""
+    after = np.minimum(spline + 1, len(given) - 1)
+    turn = np.abs(given.x1[after, 0] - given.x1[spline, 2]).max(axis=1)
+    bend = np.abs(given.x2[after, 0] - given.x2[spline, 2]) * given.top[spline, 2, None] / given.limits[0]
+    jump = (turn > 1e-9) | (bend.max(axis=1) > _JUMP) | (given.kind[after] == ENTER)
+    return jump.astype(np.int8)
+
+
+def _ordinates(given: Intervals, spline: NDArray[np.int64], ends: Floats, c: Floats) -> Floats:
+    """Return the ordinates of q on all intervals."""
+    q = np.zeros((len(given), 3))
+    q[spline, 0] = ends[:, 0] * c[:-2] + ends[:, 1] * c[1:-1]
+    q[spline, 1] = c[1:-1]
+    q[spline, 2] = ends[:, 2] * c[1:-1] + ends[:, 3] * c[2:]
+    leaves, enters = np.flatnonzero(given.kind == LEAVE), np.flatnonzero(given.kind == ENTER)
+    q[leaves, 2] = q[leaves + 1, 0]
+    q[enters, 0] = q[enters - 1, 2]
+    return q
+
+
+def _binding(
+    given: Intervals,
+    spline: NDArray[np.int64],
+    rows: Floats,
+    where: NDArray[np.int64],
+    kind: NDArray[np.int8],
+) -> NDArray[np.int8]:
+    """Name the limit that each interval comes nearest to; none where all are more than a fiftieth away."""
+    slack = np.where(kind > 0, np.minimum(rows[:, 4], rows[:, 5]), rows[:, 4]) / rows[:, 3]
+    names = np.array([Limit.FEED, Limit.ACCELERATION, Limit.JERK], np.int8)[kind]
+    names = np.where(kind == 0, given.top_limit[spline][where], names)
+    order = np.lexsort((-slack, where))
+    last = np.searchsorted(where[order], np.arange(len(spline)), side="right") - 1
+    nearest = order[last]
+    out = np.full(len(given), Limit.JERK, np.int8)
+    out[spline] = np.where(slack[nearest] < 0.02, names[nearest], Limit.NONE)
+    return out

@@ -1,0 +1,253 @@
+"""The look-ahead's window: blocks that are read and not yet planned for good, planned up to a stop at its end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Diagnostic, NoPlanError
+from cncgen.planner.assembly import assemble, timed, waits_of
+from cncgen.planner.optimal.limits import Bounds
+from cncgen.planner.optimal.pieces import Pieces, pieces_of
+from cncgen.planner.optimal.problem import Intervals, Solution, solve
+from cncgen.planner.optimal.track import ENTER, LEAVE, SPLINE, Track
+from cncgen.planner.record import Limit, SharpCorner, Trajectory
+
+Floats = NDArray[np.float64]
+
+#: Intervals that a window holds before it is planned.
+SIZE = 6000
+#: Sharp corners that are handed on one by one; beyond them they are counted.
+MAX_CORNERS = 10_000
+#: A window's end is felt where the motion brakes for it, and so many ramps of acceleration before.
+_RAMPS = 3.0
+
+
+@dataclass(slots=True)
+class Window:
+    """Tracks in a row.
+
+    Attributes:
+        bounds: Limits.
+        tracks: In order; of the first, the intervals from `used` on are still open.
+        t_s: Time at the first open interval.
+        state: q there and the middle ordinate of q on it, where the motion is under way; None at rest.
+        reserve: Ordinates and limits of the first open intervals, down to a stop, of the last plan of this window.
+        corners: Sharp corners handed on so far.
+        wanted: Intervals at which the window is planned next.
+    """
+
+    bounds: Bounds
+    tracks: list[Track] = field(default_factory=list)
+    used: int = 0
+    t_s: float = 0.0
+    state: tuple[float, float] | None = None
+    reserve: tuple[Floats, NDArray[np.int8]] | None = None
+    corners: int = 0
+    wanted: int = SIZE
+
+    def __len__(self) -> int:
+        return sum(len(track) for track in self.tracks) - self.used
+
+    def advance(self, last: bool) -> Iterator[Trajectory]:
+        """Plan what is open where there is enough of it, and hand on what is final: all of it at the `last` call."""
+        while len(self) and (last or len(self) >= self.wanted):
+            count = len(self)
+            given = self._intervals(count)
+            rest = 0 if last else _last_rest(given.kind, count // 4)
+            if rest:
+                given = self._intervals(rest)
+            elif not last:
+                given = _cut_short(given)
+            solution = self._solved(given)
+            final = len(given) if rest or last else self._final(given, solution)
+            if final < count // 8 and count < 16 * SIZE:
+                self.wanted = 2 * count
+                return
+            self.wanted = SIZE
+            final = max(final, count // 4) if not (rest or last) else final
+            yield from self._hand_on(given, solution, final)
+
+    def _intervals(self, count: int) -> Intervals:
+        """Return the first `count` open intervals as one row that ends at rest."""
+        parts = []
+        for number, track in enumerate(self.tracks):
+            first = self.used if number == 0 else 0
+            parts.append((track, slice(first, min(len(track), first + count))))
+            count -= parts[-1][1].stop - first
+            if not count:
+                break
+
+        def column(name: str) -> np.ndarray:
+            return np.concatenate([getattr(track, name)[rows] for track, rows in parts])
+
+        kind = column("kind")
+        kind[-1] = ENTER
+        axes = self.bounds.axes
+        return Intervals(
+            h=np.concatenate([np.diff(track.s[rows.start : rows.stop + 1]) for track, rows in parts]),
+            kind=kind,
+            x1=column("x1"),
+            x2=column("x2"),
+            x3=column("x3"),
+            top=column("top"),
+            top_limit=column("top_limit"),
+            factor=column("factor"),
+            node_top=column("node_top"),
+            limits=np.stack([axes.acceleration, axes.jerk]),
+        )
+
+    def _solved(self, given: Intervals) -> Solution:
+        """Solve, and fall back on the stop that the last plan left in reserve where that fails.
+
+        Raises:
+            NoPlanError: There is none in reserve.
+        """
+        solution = solve(given, self.state)
+        if solution.converged:
+            return solution
+        if self.reserve is None:
+            raise NoPlanError(
+                Diagnostic(
+                    "no-plan", f"no motion within the limits was found on {len(given)} intervals of the path"
+                )
+            )
+        q, limit = self.reserve
+        return Solution(q, limit, 0.0, True)
+
+    def _final(self, given: Intervals, solution: Solution) -> int:
+        """Return how many intervals come before the place from which the stop at the window's end is felt."""
+        q = solution.q[:, 0]
+        rising = np.flatnonzero(q[1:] >= q[:-1] * (1.0 + 1e-9))
+        peak = int(rising[-1]) + 1 if len(rising) else 0
+        with np.errstate(divide="ignore"):
+            ramp = (self.bounds.axes.acceleration / self.bounds.axes.jerk)[
+                np.isfinite(self.bounds.axes.jerk)
+            ].max()
+        s = np.concatenate([[0.0], np.cumsum(given.h)])
+        return int(np.searchsorted(s, s[peak] - _RAMPS * ramp * np.sqrt(q[peak]), side="right")) - 1
+
+    def _hand_on(self, given: Intervals, solution: Solution, final: int) -> Iterator[Trajectory]:
+        """Turn the first `final` intervals into trajectories, and take them out of the window."""
+        n = len(solution.q)
+        if n < len(given):  # the reserve: it ends in a stop that the path did not ask for
+            final = n
+        kind = given.kind[:n].copy()
+        kind[-1] = ENTER
+        pieces = pieces_of(given.h[:n], kind, solution.q)
+        position = 0
+        while position < final:
+            track = self.tracks[0]
+            count = min(len(track) - self.used, final - position)
+            whole = self.used + count == len(track)
+            part = slice(position, position + count)
+            yield self._trajectory(track, count, whole, pieces, solution, part)
+            position += count
+            self.used += count
+            if whole:
+                self.tracks.pop(0)
+                self.used = 0
+        self.state, self.reserve = None, None
+        if final < n and kind[final] == SPLINE:
+            self.state = (float(solution.q[final, 0]), float(solution.q[final, 1]))
+            self.reserve = (solution.q[final:].copy(), solution.limit[final:].copy())
+        elif final == n and self.tracks and self.tracks[0].kind[self.used] == SPLINE:
+            self.tracks[0].kind[self.used] = LEAVE
+
+    def _trajectory(
+        self, track: Track, count: int, whole: bool, pieces: Pieces, solution: Solution, part: slice
+    ) -> Trajectory:
+        first = self.used
+        last = first + count if whole else first + count - 1
+        events = [event for event in track.events if first <= event[0] <= last]
+        waits = waits_of(events, count + 1, first)
+        moves = (pieces.duration[part], pieces.v[part], pieces.a[part], pieces.j[part], pieces.c[part])
+        profile, arrival = assemble(
+            self.t_s,
+            track.s[first : first + count + 1],
+            moves,
+            solution.limit[part],
+            np.arange(count + 1),
+            waits,
+        )
+        self.t_s = float(profile.t[-1])
+        corners = corners_of(track, first, solution.q[part], solution.limit[part], arrival)
+        room = max(0, MAX_CORNERS - self.corners)
+        self.corners += len(corners)
+        return Trajectory(
+            toolpath=track.toolpath,
+            row_s=np.asarray(track.path.row_s),
+            profile=profile,
+            events=timed(events, arrival, first),
+            corners=tuple(corners[:room]),
+            values={"corners_total": self.corners},
+        )
+
+
+def _last_rest(kind: NDArray[np.int8], least: int) -> int:
+    """Return after how many intervals, at least `least`, the path rests for the last time; 0 for nowhere."""
+    rests = np.flatnonzero(kind[:-1] == ENTER) + 1
+    return int(rests[-1]) if len(rests) and rests[-1] >= least else 0
+
+
+def _cut_short(given: Intervals) -> Intervals:
+    """Leave out intervals at the end until what remains can brake: a spline interval before the one that enters rest."""
+    n = len(given)
+    while n > 3 and (given.kind[n - 2] != SPLINE or given.kind[n - 1] == LEAVE):
+        n -= 1
+    if n == len(given):
+        return given
+    kind = given.kind[:n].copy()
+    kind[-1] = ENTER
+    names = ("h", "x1", "x2", "x3", "top", "top_limit", "factor", "node_top")
+    return replace(given, kind=kind, **{name: getattr(given, name)[:n] for name in names})
+
+
+def corners_of(
+    track: Track, first: int, q: Floats, limit: NDArray[np.int8], arrival: Floats
+) -> list[SharpCorner]:
+    """Name the places among nodes `first` … where the motion slows for a corner.
+
+    Those are jumps of the path's derivatives, and minima of the speed between maxima a tenth higher that curvature
+    (acceleration, jerk, chord error) causes.
+
+    Args:
+        track: The intervals.
+        first: Number of the first one.
+        q, limit: Shape (count, 3) and (count,), their solution.
+        arrival: Shape (count + 1,), time at the nodes.
+    """
+    at = np.union1d(np.flatnonzero(track.corner[first : first + len(q)]), _minima(q[:, 0], limit))
+    if not len(at):
+        return []
+    s = track.s[first + at]
+    position = track.path.evaluate(s, 0)[0]
+    line = track.toolpath.line[track.path.row_of(s)]
+    which = np.where(track.corner[first + at], np.int8(Limit.CORNER), limit[at])
+    return [
+        SharpCorner(
+            int(line[i]),
+            tuple(position[i].tolist()),
+            float(np.sqrt(q[k, 0])),
+            Limit(int(which[i])),
+            float(arrival[k]),
+        )
+        for i, k in enumerate(at)
+    ]
+
+
+def _minima(q: Floats, limit: NDArray[np.int8]) -> NDArray[np.int64]:
+    """Return where q has a minimum a fifth below the maxima on both sides, for another reason than the feed."""
+    rise = np.sign(np.diff(q))
+    turn = np.flatnonzero(rise[1:] * rise[:-1] < 0) + 1
+    if not len(turn):
+        return turn
+    edges = np.concatenate([[0], turn, [len(q) - 1]])
+    low = turn[rise[turn] > 0]
+    k = np.searchsorted(edges, low)
+    deep = q[low] < 0.8 * np.minimum(q[edges[k - 1]], q[edges[k + 1]])
+    asked = np.isin(limit[low], (Limit.NONE, Limit.FEED, Limit.STOP))
+    return low[deep & ~asked]
