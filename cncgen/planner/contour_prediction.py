@@ -18,7 +18,10 @@ from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.kernels import filters
 from cncgen.machine.record import Machine, Servo
 from cncgen.machine.servo_schema import closed_loop
+from cncgen.planner.motion import motion_at
 from cncgen.planner.options import PlanOptions
+from cncgen.planner.paths import path_of
+from cncgen.planner.record import Trajectory
 
 Floats = NDArray[np.float64]
 
@@ -175,3 +178,28 @@ def servo_of(machine: Machine, options: PlanOptions, letter: str) -> Servo | Non
         return options.servos[letter]
     axis = machine.axes.get(letter)
     return axis.servo if axis else None
+
+
+def predicted_errors(
+    trajectories: Sequence[Trajectory], machine: Machine, options: PlanOptions
+) -> Floats | None:
+    """Return the contour error predicted at every tick of a plan (eqs 15 to 18), shape (ticks,), mm.
+
+    None where an axis of X Y Z that the machine has cannot be predicted. At corners and ends only the part across the
+    path is counted, as in the paper.
+    """
+    letters = "".join(letter for letter in "XYZ" if letter in machine.axes)
+    try:
+        model = prediction(machine, options, letters)
+    except UsageError:
+        return None
+    found, first = [np.zeros(0)], 0.0
+    for trajectory in trajectories:
+        profile = trajectory.profile
+        last = np.ceil(profile.t[-1] / machine.period_s - 1e-9)
+        motion = motion_at(profile, np.arange(first, last) * machine.period_s)
+        columns = [trajectory.toolpath.axes.index(letter) for letter in letters]
+        tangent = path_of(trajectory.toolpath).evaluate(motion.s, 1)[1][:, columns]
+        found.append(model.run(tangent, motion.v)[0])
+        first = last
+    return np.concatenate(found)

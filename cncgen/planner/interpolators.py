@@ -13,9 +13,10 @@ steps of u, so many as the plan has periods on the curve; speed then follows |C'
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,14 +59,9 @@ def retime(
     trajectories: Iterator[Trajectory], machine: Machine, options: PlanOptions
 ) -> Iterator[Trajectory]:
     """Return the trajectories as the interpolator of the options would travel them; `arclength` changes nothing."""
-    steppers: dict[str, Stepper] = {
-        "taylor1": partial(taylor_steps, 1),
-        "taylor2": partial(taylor_steps, 2),
-        "uniform": uniform_steps,
-    }
     if options.interpolator == "arclength":
         return trajectories
-    return _retimed(trajectories, steppers[options.interpolator], machine.period_s)
+    return _retimed(trajectories, STEPPERS[options.interpolator], machine.period_s)
 
 
 def _retimed(trajectories: Iterator[Trajectory], stepper: Stepper, period_s: float) -> Iterator[Trajectory]:
@@ -283,3 +279,9 @@ def _parameter_speed(path: Path, row: int, s: Floats, u: Floats) -> tuple[Floats
     )
     g = np.where(g > _SINGULAR * mean, g, 0.0)
     return g, np.divide(slope, g, out=np.zeros_like(g), where=g > 0.0)
+
+
+#: The interpolators by name.
+STEPPERS: Mapping[str, Stepper] = MappingProxyType(
+    {"taylor1": partial(taylor_steps, 1), "taylor2": partial(taylor_steps, 2), "uniform": uniform_steps}
+)

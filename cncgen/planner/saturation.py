@@ -35,6 +35,8 @@ Floats = NDArray[np.float64]
 #: Table entries a period, and periods a table.
 _PARTS = 16
 _PERIODS = 2048
+#: Part of the drive's bound that steps may use: setpoints are rounded, and a drive at its bound is saturated.
+_USABLE = 0.999
 #: Ticks without progress after which the limiter is stuck: no step is feasible, and none becomes so.
 _STALL = 20_000
 
@@ -48,7 +50,7 @@ class PdPlusAxis:
         position: k_p, V/count.
         derivative: k_d, V s/rad.
         feedforward: τ/(K_c T), V s/rad.
-        bound: U, V.
+        bound: What steps may use of U, V.
         counts_per_mm: Encoder counts a unit of travel.
         counts_per_rad: K_e.
         decay, drive: w⁺ = decay · w + drive · u: the motor over a period, u held.
@@ -83,7 +85,7 @@ class PdPlusAxis:
             position=kp,
             derivative=kd,
             feedforward=ka,
-            bound=values["saturation_volt"],
+            bound=_USABLE * values["saturation_volt"],
             counts_per_mm=values["counts_per_mm"],
             counts_per_rad=ke,
             decay=decay,
@@ -265,7 +267,7 @@ class Limiter:
             forces,
         )
         done, used = steps[:count], forces[:count]
-        over = np.abs(used[:, :, 3]) > table[:, 4] * (1.0 + 1e-6)
+        over = np.abs(used[:, :, 3]) > table[:, 4] / _USABLE
         self.infeasible += int(np.count_nonzero(done[:, 2]))
         self.saturated += int(np.count_nonzero(over.any(axis=1)))
         if self.keep_forces:

@@ -1,0 +1,212 @@
+"""Feedrate strategies and interpolators side by side on one program: the figures behind ``cncgen compare``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import CncgenError, Diagnostic
+from cncgen.machine.record import Machine, Servo
+from cncgen.planner import PlanOptions, plan
+from cncgen.planner.checks import checked
+from cncgen.planner.contour_prediction import predicted_errors, servo_of
+from cncgen.planner.interpolators import STEPPERS, retime_one
+from cncgen.planner.motion import motion_at, time_at
+from cncgen.planner.paths import path_of
+from cncgen.planner.record import Trajectory
+from cncgen.planner.strategies import available, strategy
+from cncgen.servo.simulate import simulate
+from cncgen.setpoints.record import Setpoints
+from cncgen.setpoints.sampling import sample
+from cncgen.toolpath.record import Toolpath
+
+Floats = NDArray[np.float64]
+
+#: Steps shorter than this part of the longest are left out of the fluctuation: a machine at rest has no feed.
+_LEAST_STEP = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class StrategyFigures:
+    """What one strategy makes of a program; None where the machine's servo data do not allow the figure.
+
+    Attributes:
+        feedrate: Name of the strategy.
+        time_s: Motion and dwells.
+        contour_max_mm, contour_rms_mm: True contour error of the simulated axes: distance from the commanded path.
+        predicted_max_mm: The contour error that paper 003's eqs 15 to 18 predict.
+        acceleration, jerk: Largest second and third difference of the setpoints over all axes, rest before and
+            after included; mm (or rad) and s.
+        acceleration_of_limit, jerk_of_limit: The same, each as a fraction of its axis's limit.
+        fault: Why the strategy has no figures, where it fails.
+    """
+
+    feedrate: str
+    time_s: float | None = None
+    contour_max_mm: float | None = None
+    contour_rms_mm: float | None = None
+    predicted_max_mm: float | None = None
+    acceleration: float | None = None
+    jerk: float | None = None
+    acceleration_of_limit: float | None = None
+    jerk_of_limit: float | None = None
+    fault: Diagnostic | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Fluctuation:
+    """How far an interpolator's steps are from those that the feed commands.
+
+    Attributes:
+        interpolator: Its name.
+        max_part, rms_part: Largest and root mean square of travelled / commanded − 1.
+        time_s: Time of the motion, which the interpolator may change.
+    """
+
+    interpolator: str
+    max_part: float
+    rms_part: float
+    time_s: float
+
+
+def compare_strategies(
+    toolpaths: Sequence[Toolpath],
+    machine: Machine,
+    options: PlanOptions,
+    names: Sequence[str] | None = None,
+    axes: str | None = None,
+) -> list[StrategyFigures]:
+    """Plan, sample and simulate a program with each of several strategies.
+
+    Args:
+        toolpaths: The program.
+        machine: Limits and servo data.
+        options: Everything but the strategy.
+        names: Strategies; None: ``adaptive``, ``curvature``, ``ild`` and, where it is installed, ``optimal``.
+        axes: Columns that are simulated; None: those that the program moves.
+
+    Returns:
+        Figures of each, in that order. A strategy that finds no plan says so in `fault`.
+    """
+    chosen = names or [n for n in ("adaptive", "curvature", "ild", "optimal") if n in available()]
+    moved = axes or moving_axes(toolpaths)
+    figures = []
+    for name in chosen:
+        asked = replace(options, feedrate=name)
+        try:
+            figures.append(_figures(toolpaths, machine, asked, moved))
+        except CncgenError as problem:
+            figures.append(StrategyFigures(name, fault=problem.diagnostics[0]))
+    return figures
+
+
+def moving_axes(toolpaths: Iterable[Toolpath]) -> str:
+    """Return the letters of the axes that a program moves."""
+    letters: list[str] = []
+    for toolpath in toolpaths:
+        x = np.concatenate(
+            [toolpath.start[None], toolpath.end, path_of(toolpath).evaluate(_probes(toolpath))[0]]
+        )
+        moves = np.ptp(x, axis=0) > 1e-9
+        letters += [c for c, m in zip(toolpath.axes, moves, strict=True) if m and c not in letters]
+    return "".join(letter for letter in "XYZABCUVW" if letter in letters)
+
+
+def _probes(toolpath: Toolpath) -> Floats:
+    s = path_of(toolpath).row_s
+    return np.unique(np.concatenate([s, 0.5 * (s[:-1] + s[1:]), s[:-1] + 0.3 * np.diff(s)]))
+
+
+def _figures(
+    toolpaths: Sequence[Toolpath], machine: Machine, options: PlanOptions, axes: str
+) -> StrategyFigures:
+    trajectories = list(plan(toolpaths, machine, options))
+    setpoints = list(sample(trajectories, machine, axes=axes))
+    position = np.concatenate([chunk.position for chunk in setpoints])
+    second, third = (_peaks(position, order, machine.period_s) for order in (2, 3))
+    limits = [machine.axes[letter] for letter in axes]
+    errors = _contour_errors(setpoints, machine, options, axes)
+    predicted = predicted_errors(trajectories, machine, options)
+    return StrategyFigures(
+        feedrate=options.feedrate or available()[0],
+        time_s=float(trajectories[-1].profile.t[-1]),
+        contour_max_mm=None if errors is None else float(errors.max()),
+        contour_rms_mm=None if errors is None else float(np.sqrt(np.mean(errors**2))),
+        predicted_max_mm=None if predicted is None else float(predicted.max(initial=0.0)),
+        acceleration=float(second.max()),
+        jerk=float(third.max()),
+        acceleration_of_limit=float((second / [a.max_acceleration for a in limits]).max()),
+        jerk_of_limit=float((third / [a.max_jerk for a in limits]).max()),
+    )
+
+
+def _peaks(position: Floats, order: int, period_s: float) -> Floats:
+    """Return the largest difference of some order of each column, rest before the first and after the last row."""
+    padded = np.concatenate(
+        [np.repeat(position[:1], order, axis=0), position, np.repeat(position[-1:], order, axis=0)]
+    )
+    peaks: Floats = np.abs(np.diff(padded, order, axis=0)).max(axis=0) / period_s**order
+    return peaks
+
+
+def _contour_errors(
+    setpoints: Sequence[Setpoints], machine: Machine, options: PlanOptions, axes: str
+) -> Floats | None:
+    """Return the contour errors of the simulated axes; None where an axis has no servo data."""
+    servos: dict[str, Servo] = {}
+    for letter in axes:
+        servo = servo_of(machine, options, letter)
+        if servo is None:
+            return None
+        servos[letter] = servo
+    return np.concatenate([chunk.contour_error_mm for chunk in simulate(iter(setpoints), servos)])
+
+
+def feed_fluctuations(
+    toolpaths: Sequence[Toolpath],
+    machine: Machine,
+    options: PlanOptions,
+    names: Sequence[str] = ("arclength", "taylor1", "taylor2"),
+) -> list[Fluctuation]:
+    """Measure, for each interpolator, travelled against commanded distance of every period.
+
+    Commanded is what the plan travels in a period from the place where the tool is; travelled is the length of the
+    path between two setpoints, measured from the curve's parameter at each. Periods that the end of a stretch cuts
+    short are left out.
+    """
+    planned = list(strategy(options.feedrate)(checked(toolpaths, machine, options), machine, options))
+    return [_fluctuation(planned, machine.period_s, name) for name in names]
+
+
+def _fluctuation(planned: Sequence[Trajectory], period_s: float, name: str) -> Fluctuation:
+    late, end = 0.0, 0.0
+    parts: list[Floats] = []
+    for trajectory in planned:
+        moved = trajectory if name == "arclength" else retime_one(trajectory, STEPPERS[name], period_s, late)
+        end = float(moved.profile.t[-1])
+        late = end - float(trajectory.profile.t[-1])
+        parts += _parts(trajectory, moved, period_s)
+    error = np.concatenate(parts) if parts else np.zeros(1)
+    return Fluctuation(name, float(np.abs(error).max()), float(np.sqrt(np.mean(error**2))), end)
+
+
+def _parts(planned: Trajectory, moved: Trajectory, period_s: float) -> Iterator[Floats]:
+    """Yield travelled / commanded − 1 of the whole periods within one trajectory."""
+    p, m = planned.profile, moved.profile
+    ticks = np.arange(np.ceil(m.t[0] / period_s), np.floor(m.t[-1] / period_s) + 1.0) * period_s
+    if len(ticks) < 2 or not len(p):
+        return
+    path = path_of(planned.toolpath)
+    s = motion_at(m, ticks).s
+    row = path.row_of(s)
+    measured = path.coordinate(row, path.parameter(row, s))
+    exact = planned is moved
+    then = ticks[:-1] if exact else time_at(p, s[:-1])
+    whole = then + period_s <= p.t[-1]
+    aim = motion_at(p, then + period_s).s
+    commanded = aim - s[:-1]
+    used = whole & (commanded > _LEAST_STEP * commanded.max())
+    yield (np.diff(measured)[used] / commanded[used]) - 1.0
