@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from cncgen.planner import PlanOptions, Trajectory
     from cncgen.report.summary import Summary
     from cncgen.servo.record import Response
+    from cncgen.setpoints.record import Setpoints
     from cncgen.setpoints.stream import SetpointStream
     from cncgen.toolpath.record import Program, Toolpath
     from cncgen.verify import Verdict
@@ -215,7 +216,7 @@ def plan_with_summary(
 
 
 def simulate(
-    setpoints: SetpointStream,
+    setpoints: Iterable[Setpoints] | Setpoints,
     machine: Machine | Mapping[str, Servo] | str | os.PathLike[str],
     *,
     settle_s: float = 0.0,
@@ -223,7 +224,7 @@ def simulate(
     """Simulate the servo axes of a machine under setpoints.
 
     Args:
-        setpoints: From `sample`, or from a file (`cncgen.setpoints.readers.open_setpoints`).
+        setpoints: From `sample` (as it is, or collected), or from a file (`cncgen.setpoints.readers.open_setpoints`).
         machine: Gives the servo data: a machine, servos by letter, a profile's name, or a TOML file.
         settle_s: The last setpoint is held so long at the end.
 
@@ -231,8 +232,10 @@ def simulate(
         UsageError: An axis has no servo data.
     """
     from cncgen import servo
+    from cncgen.setpoints.record import Setpoints
 
-    return servo.simulate(setpoints.chunks, servos_of(machine), settle_s=settle_s)
+    chunks = (setpoints,) if isinstance(setpoints, Setpoints) else setpoints
+    return servo.simulate(chunks, servos_of(machine), settle_s=settle_s)
 
 
 def servos_of(machine: Machine | Mapping[str, Servo] | str | os.PathLike[str]) -> Mapping[str, Servo]:

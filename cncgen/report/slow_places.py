@@ -119,7 +119,7 @@ def _valley_cuts(speed: Floats) -> list[int]:
     turns = turning[1:][slope[turning[1:]] != slope[turning[:-1]]]
     cuts: list[int] = []
     low, high, high_at = float(speed[0]) if len(speed) else 0.0, -1.0, -1
-    for at in turns.tolist():
+    for at in (*turns.tolist(), len(speed) - 1):
         value = float(speed[at])
         if value > low * (1 + RIPPLE) + 1e-9 and value > high:
             high, high_at = value, at

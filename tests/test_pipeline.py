@@ -1,0 +1,143 @@
+"""The library: the stages in order, the language of a file, and the README's example."""
+
+from __future__ import annotations
+
+import io
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cncgen
+from cncgen.diagnostics import ProgramError, UsageError
+from cncgen.pipeline import canon, language_of, plan_with_summary, read_text, verify
+from cncgen.planner import PlanOptions
+
+SQUARE = "G21 G90 G61\nG0 X0 Y0\nG1 X10 F1200\nY10\nX0\nY0\nM2\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "head", "language"),
+    [
+        ("a.nc", b"G0 X1", "gcode"),
+        ("a.TAP", b"G0 X1", "gcode"),
+        ("a.stp", b"", "stepnc"),
+        ("a.STPNC", b"G0", "stepnc"),
+        ("a.nc", b"ISO-10303-21;\nHEADER;", "stepnc"),
+        ("-", b"\xef\xbb\xbf \nISO-10303-21;", "stepnc"),
+        ("a.unknown", b"%", "gcode"),
+    ],
+)
+def test_language(name: str, head: bytes, language: str) -> None:
+    assert language_of(name, head) == language
+
+
+def test_the_example_of_the_readme(root: Path) -> None:
+    text = (root / "README.md").read_text(encoding="utf-8")
+    example = re.search(r"```python\n(.*?)```", text, re.S)
+    assert example is not None
+    lines = [line for line in example[1].splitlines() if line]
+    assert len(lines) <= 10
+    run = subprocess.run(
+        [sys.executable, "-c", example[1]], cwd=root, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert run.returncode == 0, run.stderr
+    assert re.search(
+        r"\d+\.\d{3} s, \d+ setpoints of axes XY\ncontour error at most \d+\.\d µm\n", run.stdout
+    )
+
+
+def test_stages_from_text_to_verdict() -> None:
+    machine = cncgen.load_machine("xy-table")
+    plan = cncgen.plan(read_text(SQUARE), machine, feedrate="constant")
+    stream = cncgen.sample(plan, ("line", "feed"))
+    assert (stream.axes, stream.period_s) == ("XY", 0.001)
+    points = stream.collect()
+    assert points.position[0].tolist() == points.position[-1].tolist() == [0.0, 0.0]
+    assert set(points.signals) == {"line", "feed"}
+    # 40 mm at 20 mm/s take at least 2 s.
+    assert points.time_s[-1] >= 2.0
+    np.testing.assert_allclose(np.abs(points.position).max(axis=0), 10.0, atol=1e-9)
+
+
+def test_an_error_anywhere_ends_the_plan() -> None:
+    with pytest.raises(ProgramError) as caught:
+        list(cncgen.plan(read_text(SQUARE.replace("M2", "G1 X="), "part.nc"), "xy-table", feedrate="ild"))
+    assert {d.span.file for d in caught.value.diagnostics if d.span} == {"part.nc"}
+
+
+def test_summary_has_the_keys_of_the_interface() -> None:
+    program = read_text("G21 G90 G61\nG1 X10 Y5 F1200\nG4 P0.5\nG1 X0\nM2\n", "part.nc")
+    stream, summary = plan_with_summary(program, "xy-table", PlanOptions(feedrate="ild"))
+    points = stream.collect()
+    result = summary.as_json()
+    assert set(result) >= {
+        "schema_version", "program", "machine", "feedrate", "motion_time_s", "dwell_time_s", "path_length_mm",
+        "motions", "samples", "period_s", "peak", "feed_mm_s", "sharp_corners", "slowest", "diagnostics",
+    }  # fmt: skip
+    assert result["dwell_time_s"] == pytest.approx(0.5, abs=1e-9)
+    assert result["path_length_mm"] == pytest.approx(np.hypot(10, 5) + 10, abs=1e-9)
+    assert (result["motions"], result["samples"]) == (2, len(points))
+    assert result["motion_time_s"] + 0.5 == pytest.approx(points.time_s[-1], abs=1e-3)
+    padded = np.concatenate(
+        [np.repeat(points.position[:1], 3, 0), points.position, np.repeat(points.position[-1:], 3, 0)]
+    )
+    for order, name in enumerate(("velocity", "acceleration", "jerk"), start=1):
+        expected = np.abs(np.diff(padded, order, axis=0)).max(axis=0) / 0.001**order
+        assert [result["peak"][k][name] for k in "xy"] == pytest.approx(expected, rel=1e-9)
+    limit = cncgen.load_machine("xy-table").axes["X"].max_velocity
+    assert result["peak"]["x"]["velocity_of_limit"] == pytest.approx(result["peak"]["x"]["velocity"] / limit)
+    assert result["feed_mm_s"]["mean"] == pytest.approx(result["path_length_mm"] / result["motion_time_s"])
+
+
+def test_slowest_places_name_line_and_limit() -> None:
+    """A right angle between two long lines costs the most in the middle; start and end are the other places."""
+    program = read_text("G21 G90 G61\nG1 X50 F6000\nY50\nM2\n")
+    stream, summary = plan_with_summary(program, "xy-table", PlanOptions(feedrate="ild"))
+    stream.collect()
+    slowest = summary.as_json()["slowest"]
+    assert 1 <= len(slowest) <= 10
+    assert [p["lost_s"] for p in slowest] == sorted((p["lost_s"] for p in slowest), reverse=True)
+    assert {p["line"] for p in slowest} <= {2, 3}
+    corner = min(slowest, key=lambda p: abs(p["s_mm"] - 50))
+    assert corner["s_mm"] == pytest.approx(50, abs=5)
+
+
+def test_standard_input(monkeypatch: pytest.MonkeyPatch) -> None:
+    raw = io.BufferedReader(io.BytesIO(SQUARE.encode()))  # type: ignore[arg-type]
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(raw))
+    program = cncgen.read("-")
+    assert sum(len(chunk) for chunk in program.chunks()) >= 5
+
+
+def test_canon_of_a_file(programs: Path) -> None:
+    lines = list(canon(programs / "square_sharp.nc"))
+    assert any("STRAIGHT_FEED(0.0000, 50.0000" in line for line in lines)
+    with pytest.raises(UsageError, match="no such file"):
+        list(canon(programs / "none.nc"))
+
+
+def test_verify_in_the_library() -> None:
+    program = "G21 G90 G61\nG1 X10 F600\nM2\n"
+    machine = cncgen.load_machine("xy-table")
+    stream = cncgen.sample(cncgen.plan(read_text(program), machine, feedrate="ild"))
+    verdict = verify(stream, read_text(program), machine)
+    assert verdict.holds
+    assert verdict.as_json()["holds"] is True
+
+
+def test_a_file_that_is_no_regular_file(tmp_path: Path) -> None:
+    """A named pipe is read as a stream."""
+    import os
+    import threading
+
+    pipe = tmp_path / "pipe.nc"
+    os.mkfifo(pipe)
+    writer = threading.Thread(target=lambda: pipe.write_text(SQUARE))
+    writer.start()
+    program = cncgen.read(pipe)
+    writer.join()
+    assert sum(len(chunk) for chunk in program.chunks()) >= 5
