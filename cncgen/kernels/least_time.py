@@ -389,6 +389,25 @@ def _move(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
+def _peak(value: cython.double[::1], first: cython.Py_ssize_t) -> cython.double:
+    """Return the largest of five equidistant values' inner three, raised to the top of the parabola around it."""
+    p: cython.Py_ssize_t = first + 1
+    bend: cython.double
+    slope: cython.double
+    if value[first + 2] > value[p]:
+        p = first + 2
+    if value[first + 3] > value[p]:
+        p = first + 3
+    bend = 2.0 * value[p] - value[p - 1] - value[p + 1]
+    slope = value[p + 1] - value[p - 1]
+    if value[p - 1] < value[p] and value[p + 1] < value[p]:
+        return value[p] + slope * slope / (8.0 * bend)
+    return value[p]
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
 def _tighten(
     c: cython.double[::1],
     h: cython.double[::1],
@@ -401,11 +420,12 @@ def _tighten(
     share: cython.double[:, :, ::1],
     slack: cython.double,
     fresh: cython.bint,
+    value: cython.double[::1],
 ) -> cython.double:
     """Lower the limits of intervals between whose ends acceleration or jerk of an axis passes its limit.
 
     Derivatives of the path are given at both ends and the middle of each interval, and taken as quadratics between.
-    The values at three inner points are compared with those at the ends, where the rows hold them. While the iterates
+    The largest values inside, estimated from three inner points, are compared with those at the ends, where the rows hold them. While the iterates
     are far from the optimum (`fresh`), ``share[k, 0]`` (acceleration) and ``share[k, 1]`` (jerk) become the ratio of
     the largest value at the ends to the largest inside; later they are only lowered, where a limit is passed. The
     largest part of a limit that was found inside is returned.
@@ -445,10 +465,6 @@ def _tighten(
         b2 = ends[k, 2] * c[k + 1] + ends[k, 3] * c[k + 2]
         ddq = 2.0 * (b0 - 2.0 * c[k + 1] + b2) / (h[k] * h[k])
         for a in range(d1.shape[2]):
-            acc_end = 0.0
-            jerk_end = 0.0
-            acc_in = 0.0
-            jerk_in = 0.0
             for p in range(5):
                 x = 0.25 * p
                 u = 1.0 - x
@@ -460,14 +476,12 @@ def _tighten(
                 e1 = l0 * d1[k, 0, a] + l1 * d1[k, 1, a] + l2 * d1[k, 2, a]
                 e2 = l0 * d2[k, 0, a] + l1 * d2[k, 1, a] + l2 * d2[k, 2, a]
                 e3 = l0 * d3[k, 0, a] + l1 * d3[k, 1, a] + l2 * d3[k, 2, a]
-                acc = fabs(e2 * q + 0.5 * e1 * dq)
-                jerk = fabs(e3 * q + 1.5 * e2 * dq + 0.5 * e1 * ddq) * sqrt(q)
-                if p == 0 or p == 4:
-                    acc_end = max(acc_end, acc)
-                    jerk_end = max(jerk_end, jerk)
-                else:
-                    acc_in = max(acc_in, acc)
-                    jerk_in = max(jerk_in, jerk)
+                value[p] = fabs(e2 * q + 0.5 * e1 * dq)
+                value[5 + p] = fabs(e3 * q + 1.5 * e2 * dq + 0.5 * e1 * ddq) * sqrt(q)
+            acc_end = max(value[0], value[4])
+            acc_in = _peak(value, 0)
+            jerk_end = max(value[5], value[9])
+            jerk_in = _peak(value, 5)
             acc = acc_in / limits[0, a]
             jerk = jerk_in / (limits[1, a] * factor[k, a])
             worst = max(worst, max(acc, jerk))
@@ -555,6 +569,7 @@ def solve(
     dc: cython.double[::1] = numpy.zeros(n + 2)
     band: cython.double[:, ::1] = numpy.zeros((n + 2, 3))
     out: cython.double[::1] = numpy.zeros(6)
+    value: cython.double[::1] = numpy.zeros(10)
     iteration: cython.int = 0
     status: cython.Py_ssize_t = -1
     i: cython.Py_ssize_t
@@ -584,7 +599,7 @@ def solve(
             f = _objective(c, h, ends, extra, grad, band)
             if iteration > 2 and gap < 0.3 * f:
                 fresh = gap > 0.006 * f
-                report[5] = _tighten(c, h, ends, d1, d2, d3, limits, factor, share, slack, fresh)
+                report[5] = _tighten(c, h, ends, d1, d2, d3, limits, factor, share, slack, fresh, value)
                 if fresh or report[5] > 1.0 + slack:
                     _apply(rows, m, place, kind, axis, share)
             _evaluate(c, rows, m, place, kind, False, 0.0, out)

@@ -58,9 +58,10 @@ def plan_optimal(chunks: Iterable[Toolpath], machine: Machine, options: PlanOpti
         if held is not None:
             if window is None:
                 window = Window(Bounds.of(machine, held.toolpath.axes))
-            ends = end_derivatives(path)
             window.tracks.append(
-                track_of(held.toolpath, held.path, window.bounds, before, ends[0], options.effort)
+                track_of(
+                    held.toolpath, held.path, window.bounds, before, end_derivatives(path)[0], options.effort
+                )
             )
             before = end_derivatives(held.path)[1]
             yield from window.advance(last=False)

@@ -76,10 +76,8 @@ class Feeds:
         return cls(np.where(rapid, np.inf, speed), limit)
 
 
-def end_derivatives(path: Path) -> tuple[Floats, Floats] | None:
-    """Return position and derivatives at the start and at the end of a path, shape (4, axes) each; None if it rests."""
-    if not path.length > 0.0:
-        return None
+def end_derivatives(path: Path) -> tuple[Floats, Floats]:
+    """Return position and derivatives at the start and at the end of a path, shape (4, axes) each."""
     first, last = path.row_s[:1], path.row_s[-1:]
     return path.evaluate(first, 3, 1)[:, 0], path.evaluate(last, 3, -1)[:, 0]
 

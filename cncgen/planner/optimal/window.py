@@ -20,6 +20,8 @@ Floats = NDArray[np.float64]
 
 #: Intervals that a window holds before it is planned.
 SIZE = 6000
+#: Part of the limits of acceleration and jerk that is planned with: what the method may pass between nodes.
+MARGIN = 0.9993
 #: Sharp corners that are handed on one by one; beyond them they are counted.
 MAX_CORNERS = 10_000
 #: A window's end is felt where the motion brakes for it, and so many ramps of acceleration before.
@@ -97,7 +99,7 @@ class Window:
             top_limit=column("top_limit"),
             factor=column("factor"),
             node_top=column("node_top"),
-            limits=np.stack([axes.acceleration, axes.jerk]),
+            limits=np.stack([axes.acceleration, axes.jerk]) * MARGIN,
         )
 
     def _solved(self, given: Intervals) -> Solution:
