@@ -1,0 +1,101 @@
+"""Tables and summaries as text, and the command that prints them."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cncgen.planner.record import Limit, Profile
+from cncgen.report.differences import DifferencePeaks
+from cncgen.report.slow_places import _valley_cuts
+from cncgen.report.summary import as_text, largest_speed
+from cncgen.report.tables import number, text_table
+
+Run = Callable[..., "subprocess.CompletedProcess[bytes]"]
+
+
+def test_columns_stand_in_line() -> None:
+    text = text_table(("name", "value"), [("a", "1"), ("longer", "12345")])
+    assert text == (
+        "| name   | value |\n"
+        "| ------ | ----: |\n"
+        "| a      |     1 |\n"
+        "| longer | 12345 |\n"
+    )  # fmt: skip
+
+
+def test_numbers() -> None:
+    assert [number(None), number(0.0123456, 1000), number(2.0)] == ["-", "12.35", "2"]
+
+
+@given(st.integers(1, 40), st.lists(st.integers(1, 40), max_size=5), st.integers(0, 1000))
+def test_differences_do_not_depend_on_chunks(rows: int, cuts: list[int], seed: int) -> None:
+    position = np.random.default_rng(seed).uniform(-1, 1, (rows, 2))
+    padded = np.concatenate([np.repeat(position[:1], 3, 0), position, np.repeat(position[-1:], 3, 0)])
+    peaks = DifferencePeaks(2, 0.01)
+    for part in np.split(position, sorted({min(cut, rows) for cut in cuts})):
+        peaks.add(part)
+    peaks.finish()
+    assert peaks.samples == rows
+    for order in (1, 2, 3):
+        expected = np.abs(np.diff(padded, order, axis=0)).max(axis=0) / 0.01**order
+        np.testing.assert_allclose(peaks.peak[order - 1], expected, rtol=1e-12)
+
+
+def test_largest_speed_lies_within_a_piece() -> None:
+    """v = 1 + 4 t − t² peaks at t = 2 with 5."""
+    one = np.ones(1)
+    profile = Profile(
+        np.array([0.0, 3.0]), np.zeros(2), one, 4 * one, -2 * one, 0 * one, np.zeros(1, np.int8)
+    )
+    assert largest_speed(profile) == pytest.approx(5.0)
+
+
+def test_valleys_are_cut_at_their_maxima_and_ripple_is_not() -> None:
+    speed = np.array([0.0, 5, 10, 10, 5, 1, 1.02, 0.99, 5, 9, 8.9, 9.05, 2, 8, 8, 8])
+    assert _valley_cuts(speed) == [3, 12]
+
+
+def test_text_of_a_summary() -> None:
+    values = {
+        "program": "a.nc", "machine": "m", "motion_time_s": 75.5, "dwell_time_s": 0.5, "path_length_mm": 10.0,
+        "motions": 1, "samples": 2, "feed_mm_s": {"mean": 1.0, "max": 2.0}, "sharp_corner_count": 0,
+        "peak": {"x": {"unit": "mm", "velocity": 1.0, "velocity_of_limit": 0.5, "acceleration": 2.0,
+                       "acceleration_of_limit": None, "jerk": 3.0, "jerk_of_limit": 0.1}},
+        "slowest": [{"lost_s": 0.25, "line": 7, "limit": Limit.CONTOUR_ERROR.name.lower()}],
+    }  # fmt: skip
+    text = as_text(values)
+    assert (
+        "a.nc on m: 1:15.500 min of motion and 0.5000 s of dwell, 10.0000 mm, 1 motion, 2 setpoints" in text
+    )
+    assert "X: velocity 1 mm/s (50.00 %), acceleration 2 mm/s², jerk 3 mm/s³ (10.00 %)" in text
+    assert "250 ms at line 7 (contour error)" in text
+
+
+def test_compare_prints_both_tables(cncgen: Run, programs: Path) -> None:
+    run = cncgen("compare", programs / "square_r5.nc", "-m", "xy-table", "--feedrates", "constant,ild")
+    assert run.returncode == 0, run.stderr.decode()
+    text = run.stdout.decode()
+    assert [line.split("|")[1].strip() for line in text.splitlines() if line.startswith("| ")] == [
+        "feedrate", "--------", "constant", "ild", "interpolator", "------------", "arclength", "taylor1", "taylor2",
+    ]  # fmt: skip
+
+
+def test_compare_controllers(cncgen: Run, programs: Path) -> None:
+    run = cncgen(
+        "compare", programs / "circle.nc", "-m", "dyna-1007", "--feedrate", "ild", "--controllers", "p,ccc"
+    )
+    assert run.returncode == 0, run.stderr.decode()
+    rows = [line.split("|") for line in run.stdout.decode().splitlines()]
+    assert [row[1].strip() for row in rows[2:]] == ["p", "ccc"]
+    # Cross coupling is there to cut the contour error.
+    assert float(rows[3][2]) < 0.5 * float(rows[2][2])
+    wrong = cncgen("compare", programs / "circle.nc", "-m", "dyna-1007", "--controllers", "pid2")
+    assert wrong.returncode == 2
+    assert b"pid2" in wrong.stderr
