@@ -45,6 +45,7 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
     """
     text = open_source(source, name)
     diagnostics = Diagnostics()
+    path = source if isinstance(source, Path) else None
     moving = moving_axes(text)
     axes = "".join(letter for letter in AXIS_LETTERS if letter in "XYZ" or letter in moving)
 
@@ -53,7 +54,7 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
         builder = ToolpathBuilder(axes, np.zeros(len(axes)), names)
         sink = ColumnsSink(builder, options.tolerance_mm)
         handed = False
-        for _ in Runner(text, options, sink, diagnostics).run():
+        for _ in Runner(text, options, sink, diagnostics, path=path).run():
             if builder.count >= options.chunk_rows:
                 handed = True
                 yield builder.take()
@@ -104,7 +105,7 @@ def canon(
 
     sink = PrintingSink(text_at)
     sink.begin()
-    runner = Runner(text, options, sink, found)
+    runner = Runner(text, options, sink, found, path=source if isinstance(source, Path) else None)
     for _ in runner.run():
         yield from sink.take()
     sink.call("ON_RESET()")

@@ -62,6 +62,31 @@ class ColumnsSink:
         """Keep an arc."""
         self._keep(2, end, first, second, turns)
 
+    def straight_probe(self, end: Point) -> None:
+        """Keep a line: a probe is planned as if nothing were touched."""
+        self._keep(1, end, 0.0, 0.0, 0)
+
+    def rigid_tap(self, end: Point, pitch: float) -> None:
+        """Keep the way there and the way back."""
+        self.flush()
+        machine = self.builder.position.copy()
+        self.synchronise(pitch)
+        self._keep(1, end, 0.0, 0.0, 0)
+        self.synchronise(None)
+        self.builder.retrace(machine)
+
+    def synchronise(self, pitch: float | None) -> None:
+        """Take the pitch as the feed per revolution, or put the feed back."""
+        self.flush()
+        if pitch is not None:
+            self._before = self._feed, self._feed_mode
+            self._feed, self._feed_mode = pitch, 95
+        elif self._before is not None:
+            self._feed, self._feed_mode = self._before
+            self._before = None
+
+    _before: tuple[float, int] | None = None
+
     def _keep(self, motion: int, end: Point, first: float, second: float, turns: int) -> None:
         pending = self._pending
         if len(pending) >= _MAX_PENDING or (pending and self.block.source != self._source):

@@ -4,19 +4,36 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.codes import Code, Handler, table
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.modal import NO_MOTION, State, to_machine, to_program
-from cncgen.gcode.parameters import Parameters
+from cncgen.gcode.parameters import (
+    G92,
+    G92_ON,
+    SYSTEM,
+    SYSTEM_COUNT,
+    SYSTEM_STEP,
+    SYSTEMS,
+    Parameters,
+    read_parameters,
+)
+from cncgen.gcode.polar import polar_end
 from cncgen.gcode.sink import Sink
+from cncgen.gcode.tool_table import ToolTable, read_tool_table
 from cncgen.toolpath.reading import ReadOptions
+from cncgen.units import INCH
+
+if TYPE_CHECKING:
+    from cncgen.gcode.flow import FlowControl, Frame
 
 _AXIS_LETTERS = frozenset("xyzabcuvw@^")
 #: Plans kept; a program uses some dozens.
 _MAX_PLANS = 4096
+_G53 = 530
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,16 +56,39 @@ class Interpreter:
         warn: Callable[[BlockError, Severity], None],
         dialect: str = "linuxcnc",
     ) -> None:
-        self.sink = sink
+        self.sink: Sink = sink
         self.options = options
         self.warn = warn
         self.dialect = dialect
         self.codes = table(dialect)
-        self.state = State()
-        self.parameters = Parameters(self)
+        self.state: State = State()
+        self.parameters: Parameters = Parameters(self)
+        self.tools: ToolTable = read_tool_table(options.tool_table) if options.tool_table else ToolTable()
+        #: What M98 or M99 asked for: kind, number, times; taken by the runner after the block.
+        self.jump: tuple[str, int, int] | None = None
+        self.flow: FlowControl | None = None
         #: Looks at each block before it runs while a curve of several blocks is open; set by that curve's handler.
         self.guard: Handler | None = None
         self._plans: dict[tuple[object, ...], Plan] = {}
+        if options.parameters is not None:
+            read_parameters(options.parameters, self.parameters)
+            self._begin_with_parameters()
+
+    def _begin_with_parameters(self) -> None:
+        """Take the coordinate system that the parameter file left in force."""
+        numbers = self.parameters.numbers
+        state = self.state
+        state.system = max(1, min(SYSTEM_COUNT, round(numbers[SYSTEM])))
+        first = SYSTEMS + SYSTEM_STEP * (state.system - 1)
+        scale = self.table_scale()
+        state.origin = self.parameters.offset(first, scale)
+        state.rotation = numbers[first + 9]
+        if numbers[G92_ON]:
+            state.g92, state.g92_on = self.parameters.offset(G92, scale), True
+        state.position = to_program(state.position, *state.offsets())
+        self.sink.set_g5x_offset(state.system, state.origin)
+        self.sink.set_g92_offset(state.g92)
+        self.sink.set_xy_rotation(state.rotation)
 
     def execute(self, block: Block) -> None:
         """Execute a block.
@@ -147,7 +187,52 @@ class Interpreter:
                 index = AXIS_INDEX.get(letter)
                 if index is not None:
                     end[index] += value
+        if "@" in words or "^" in words:
+            polar_end(state, words, end)
+        if _G53 in block.g:
+            return self._in_machine(block, end)
         return end
+
+    def _in_machine(self, block: Block, end: list[float]) -> list[float]:
+        """Return where axis words in machine coordinates (G53) lead."""
+        state = self.state
+        if state.motion not in (0, 10):
+            raise BlockError("g53-motion", "G53 goes with G0 and G1 only", "G53")
+        if not state.absolute:
+            raise BlockError("g53-motion", "G53 does not go with G91: its coordinates are absolute", "G53")
+        machine = self.machine_position()
+        for letter in block.words:
+            if letter in AXIS_INDEX:
+                machine[AXIS_INDEX[letter]] = end[AXIS_INDEX[letter]]
+        return to_program(machine, *state.offsets())
+
+    def scale_of(self, index: int) -> float:
+        """Return the factor from the units of the tool table and parameter file to the program's, for a column."""
+        return 1.0 if 3 <= index <= 5 else self.table_scale()
+
+    def table_scale(self) -> float:
+        """Return that factor for lengths."""
+        return (INCH if self.options.inch_tables else 1.0) / (INCH if self.state.inches else 1.0)
+
+    def frame(self) -> Frame:
+        """Return the record of the innermost subroutine call."""
+        assert self.flow is not None
+        return self.flow.frame
+
+    def call_level(self) -> int:
+        """Return how many calls are in progress."""
+        return len(self.flow.frames) if self.flow else 0
+
+    def restore(self, saved: object) -> None:
+        """Bring back a modal state that M73 saved."""
+        from cncgen.gcode.saved import Saved, restore
+
+        assert isinstance(saved, Saved)
+        restore(self, saved)
+
+    def end_program(self) -> None:
+        """End as M2 does."""
+        self.codes["M", 20].run(self, self.sink.block)
 
     def machine_position(self) -> list[float]:
         """Return where the tool's reference point is, in machine coordinates and program units."""

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.gcode.block import Block, gather
+from cncgen.gcode.flow import Cursor
 from cncgen.gcode.source import Source
 from cncgen.kernels import gcode_scan
 
@@ -36,12 +36,12 @@ class PlainBlocks:
     values: NDArray[np.float64] = field(default_factory=lambda: np.zeros(WORDS))
     count: int = 0
 
-    def scan(self, source: Source, offset: int, line: int) -> tuple[int, int, int]:
-        """Read plain blocks from a line on; return offset and line of the first one not read, and why."""
+    def scan(self, source: Source, start: Cursor) -> tuple[Cursor, int]:
+        """Read plain blocks from a line on; return the first one not read, and why it was not."""
         self.count, _, offset, line, why = gcode_scan.scan(
             source.bytes,
-            offset,
-            line,
+            start.offset,
+            start.line,
             self.line,
             self.offset,
             self.flags,
@@ -49,7 +49,7 @@ class PlainBlocks:
             self.letters,
             self.values,
         )
-        return offset, line, why
+        return Cursor(start.source, offset, line), why
 
     def pairs(self, index: int) -> list[tuple[str, float]]:
         """Return letters and values of a block."""
@@ -75,10 +75,3 @@ def comment_of(text: str) -> str | None:
         if match.group(1) is not None:
             last = match.group(1)
     return last
-
-
-def lines_from(source: Source, offset: int, line: int) -> Iterator[tuple[int, int]]:
-    """Yield offset and number of each line from one on."""
-    while offset < len(source):
-        yield offset, line
-        offset, line = source.line_end(offset) + 1, line + 1

@@ -63,7 +63,12 @@ def cancel(ip: Interpreter, block: Block) -> None:
     ip.sink.call('COMMENT("interpreter: motion mode set to none")')
 
 
+def machine_coordinates(ip: Interpreter, block: Block) -> None:
+    """G53: told to the motion by its presence (`Interpreter.end_point`)."""
+
+
 CODES = (
+    Code("G", 530, "non-modal", Stage.REFERENCE, machine_coordinates, "axis words are machine coordinates"),
     Code("G", 0, "motion", Stage.MOTION, traverse, "traverse at the machine's own speed", _WORDS, "motion"),
     Code("G", 10, "motion", Stage.MOTION, feed, "straight feed", _WORDS, "motion"),
     Code("G", 800, "motion", Stage.MOTION, cancel, "no motion mode: end of a canned cycle", "", "motion"),

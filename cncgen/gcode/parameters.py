@@ -1,51 +1,156 @@
-"""Parameters: numbered, named (local and global) and those that tell the machine's state."""
+"""Parameters: numbered, named (local and global) and those that tell the state of the machine."""
 
 from __future__ import annotations
 
+import os
+import tempfile
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+from cncgen.diagnostics import Diagnostic, Span, UsageError
 from cncgen.gcode.errors import BlockError
+from cncgen.gcode.predefined import NAMED, POSITION, position_parameter
 
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
 
-#: Numbers of parameters: 1 to this less 1 (LinuxCNC's RS274NGC_MAX_PARAMETERS).
-COUNT = 5603
+#: Numbered parameters are 1 to this (LinuxCNC's RS274NGC_MAX_PARAMETERS, less 1).
+LAST = 5601
+#: Where the tables begin; offsets are X Y Z A B C U V W, work systems have their rotation after W.
+HOME_28, HOME_30 = 5161, 5181
+G92_ON, G92 = 5210, 5211
+SYSTEM, SYSTEMS, SYSTEM_STEP, SYSTEM_COUNT = 5220, 5221, 20, 9
+PROBE, PROBE_HIT = 5061, 5070
+INPUT = 5399
+TOOL = 5400
 
 
 class Parameters:
-    """All parameters of a run."""
+    """All parameters of a run.
+
+    Attributes:
+        numbers: By number; #1 to #30 are those of the innermost subroutine.
+        local: Named parameters of the innermost subroutine.
+        named: Global ones (their names begin with ``_``).
+    """
 
     def __init__(self, interpreter: Interpreter) -> None:
         self.interpreter = interpreter
-        self.numbers = [0.0] * COUNT
+        self.numbers = [0.0] * (LAST + 1)
+        self.numbers[SYSTEM] = 1.0
+        self.local: dict[str, float] = {}
         self.named: dict[str, float] = {}
+
+    def _index(self, index: float) -> int:
+        whole = round(index)
+        if abs(index - whole) > 1e-4:
+            raise BlockError("parameter-number", f"#{index:g} is no parameter: its number is not whole", "#")
+        if not 0 < whole <= LAST:
+            raise BlockError("parameter-number", f"there is no parameter #{whole} (1 to {LAST})", "#")
+        return whole
 
     def number(self, index: float) -> float:
         """Return a numbered parameter; the index may come from an expression."""
-        whole = round(index)
-        if abs(index - whole) > 1e-4 or not 0 < whole < COUNT:
-            raise BlockError("parameter-number", f"there is no parameter #{index:g} (1 to {COUNT - 1})", "")
-        return self.numbers[whole]
+        whole = self._index(index)
+        return position_parameter(self.interpreter, whole) if whole in POSITION else self.numbers[whole]
 
     def set_number(self, index: float, value: float) -> None:
         """Set a numbered parameter."""
-        whole = round(index)
-        if abs(index - whole) > 1e-4 or not 0 < whole < COUNT:
-            raise BlockError("parameter-number", f"there is no parameter #{index:g} (1 to {COUNT - 1})", "")
+        whole = self._index(index)
+        if whole in POSITION or TOOL <= whole <= 5413:
+            raise BlockError(
+                "parameter-read-only", f"#{whole} tells the machine's state: it cannot be set", "#"
+            )
         self.numbers[whole] = value
 
     def name(self, name: str) -> float:
         """Return a named parameter."""
-        try:
-            return self.named[name]
-        except KeyError:
-            raise BlockError("unknown-parameter", f"#<{name}> has no value", "") from None
+        if name.startswith("_"):
+            if name in self.named:
+                return self.named[name]
+            known = NAMED.get(name)
+            if known is not None:
+                return float(known(self.interpreter))
+        elif name in self.local:
+            return self.local[name]
+        raise BlockError("unknown-parameter", f"#<{name}> has no value", "#", hint="set it before it is used")
 
     def set_name(self, name: str, value: float) -> None:
-        """Set a named parameter."""
-        self.named[name] = value
+        """Set a named parameter: global where its name begins with ``_``."""
+        if name in NAMED:
+            raise BlockError(
+                "parameter-read-only", f"#<{name}> tells the machine's state: it cannot be set", "#"
+            )
+        (self.named if name.startswith("_") else self.local)[name] = value
 
     def has(self, name: str) -> bool:
         """Tell whether a named parameter has a value."""
-        return name in self.named
+        return name in self.local or name in self.named or name in NAMED
+
+    # Tables that live in parameters, in program units.
+
+    def offset(self, first: int, scale: float) -> list[float]:
+        """Return nine parameters from one on as an offset; lengths times `scale`."""
+        return [
+            value * (1.0 if 3 <= k <= 5 else scale) for k, value in enumerate(self.numbers[first : first + 9])
+        ]
+
+    def set_offset(self, first: int, offset: list[float], scale: float) -> None:
+        """Set nine parameters from one on; lengths divided by `scale`."""
+        self.numbers[first : first + 9] = [
+            value / (1.0 if 3 <= k <= 5 else scale) for k, value in enumerate(offset)
+        ]
+
+
+def read_parameters(path: Path, parameters: Parameters) -> None:
+    """Read a parameter file: lines of a number and a value.
+
+    Raises:
+        UsageError: Where it cannot be read or a line is wrong; all of them are named.
+    """
+    try:
+        lines = path.read_text("utf-8", "replace").splitlines()
+    except OSError as error:
+        raise UsageError(Diagnostic("unreadable-file", f"cannot read {path}: {error.strerror}")) from error
+    faults = []
+    for count, line in enumerate(lines, 1):
+        words = line.split()
+        if not words or words[0][0] in ";#":
+            continue
+        try:
+            number, value = int(words[0]), float(words[1])
+            if not 0 < number <= LAST:
+                raise ValueError
+        except (ValueError, IndexError):
+            message = f"{line.strip()[:60]!r} is no parameter number (1 to {LAST}) and value"
+            faults.append(Diagnostic("parameter-file", message, span=Span(str(path), count)))
+            continue
+        parameters.numbers[number] = value
+    if faults:
+        raise UsageError(faults)
+
+
+#: Parameters that a file keeps from run to run (LinuxCNC manual, "Persistent parameters").
+def persistent() -> list[int]:
+    """Return the numbers of the parameters that are kept in a file."""
+    kept = [n for first in (HOME_28, HOME_30) for n in range(first, first + 9)]
+    kept += [*range(31, 33), *range(G92_ON, G92 + 9), SYSTEM]
+    for system in range(SYSTEM_COUNT):
+        kept += range(SYSTEMS + SYSTEM_STEP * system, SYSTEMS + SYSTEM_STEP * system + 10)
+    return sorted(kept)
+
+
+def write_parameters(path: Path, parameters: Parameters) -> None:
+    """Write the parameters that are kept, whole or not at all.
+
+    Raises:
+        UsageError: Where it cannot be written.
+    """
+    text = "".join(f"{number}\t{parameters.numbers[number]:.6f}\n" for number in persistent())
+    try:
+        handle, scratch = tempfile.mkstemp(dir=path.parent, prefix=path.name)
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        os.replace(scratch, path)
+    except OSError as error:
+        raise UsageError(Diagnostic("unwritable-file", f"cannot write {path}: {error.strerror}")) from error

@@ -101,6 +101,17 @@ class PrintingSink:
             f"ARC_FEED({end[a]:.4f}, {end[b]:.4f}, {first:.4f}, {second:.4f}, {turns}, {end[n]:.4f}, {rotary})"
         )
 
+    def straight_probe(self, end: Point) -> None:
+        """Print STRAIGHT_PROBE."""
+        self.call(f"STRAIGHT_PROBE({_six(end)})")
+
+    def rigid_tap(self, end: Point, pitch: float) -> None:
+        """Print RIGID_TAP."""
+        self.call(f"RIGID_TAP({end[0]:.4f}, {end[1]:.4f}, {end[2]:.4f})")
+
+    def synchronise(self, pitch: float | None) -> None:
+        """Print nothing: the calls that begin and end it are printed as they come."""
+
     def nurbs_feed(self, curve: Curve) -> None:
         """Print NURBS_FEED, of which the peer prints the number of control points alone."""
         self.call(f"NURBS_FEED({len(curve.points)}, ...)")

@@ -5,7 +5,8 @@ from __future__ import annotations
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes import Code, Handler
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.modal import Stage, zeros
+from cncgen.gcode.modal import Stage
+from cncgen.gcode.offsets import load_system
 from cncgen.toolpath.record import Event
 
 
@@ -32,10 +33,7 @@ def _end(pallet: bool) -> Handler:
 def reset(ip: Interpreter) -> None:
     """Put back what the end of a program puts back (RS274/NGC, 3.6.1)."""
     state, sink = ip.state, ip.sink
-    machine = ip.machine_position()
-    state.system, state.rotation = 1, 0.0
-    state.origin = zeros()
-    ip.rebase(machine)
+    load_system(ip, 1)
     sink.set_g5x_offset(1, state.origin)
     sink.set_xy_rotation(state.rotation)
     if state.plane != 17:

@@ -1,19 +1,27 @@
-"""Running a program: blocks from the lanes, in the order of execution, into the interpreter; faults into diagnostics."""
+"""Running a program: blocks from the two lanes, in the order of execution, into the interpreter; faults into diagnostics.
+
+A program runs as a stream while it goes forward: plain blocks are scanned in runs, and runs of plain motions are
+interpreted in arrays. Where it goes back (a loop) or away (a subroutine), lines are read once, kept as nodes and
+walked, until it is again where it has not been.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Generator, Iterator
+from pathlib import Path
 
 import numpy as np
 
 from cncgen.diagnostics import Diagnostics, Severity
 from cncgen.gcode import comments, grammar
 from cncgen.gcode.arcs import CENTRE_FACTOR, CENTRE_RELATIVE, CENTRE_TOLERANCE, RADIUS_TOLERANCE
-from cncgen.gcode.block import Block, Parsed, gather
+from cncgen.gcode.block import Block, Flow, Parsed, gather
 from cncgen.gcode.errors import BlockError, Reporter, Stop
 from cncgen.gcode.expressions import evaluate
+from cncgen.gcode.flow import Cursor, FlowControl
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.lanes import BLOCKS, PlainBlocks, comment_of
+from cncgen.gcode.parameters import write_parameters
 from cncgen.gcode.sink import MotionBatch, Sink
 from cncgen.gcode.source import MAX_LINE, Source
 from cncgen.kernels import gcode_motion, gcode_scan
@@ -21,8 +29,10 @@ from cncgen.toolpath.reading import ReadOptions
 
 #: Motions that the batch kernel takes, in tenths, and what it calls them.
 _BATCHED = {0: 0, 10: 1, 20: 2, 30: 3}
-#: Blocks through the slow lane between two chances to hand rows on.
+#: Blocks through the slow lane between two chances to hand rows on, and texts remembered.
 _PAUSE = 1024
+#: Lines kept as nodes; a loop is rarely longer.
+_MAX_NODES = 65_536
 
 
 class _Batches:
@@ -41,8 +51,26 @@ class _Batches:
         self.turns = np.zeros(BLOCKS, np.int64)
 
 
+class _Node:
+    """A line that was read: what it does, and the line after it."""
+
+    __slots__ = ("after", "cursor", "flow", "following", "run")
+
+    def __init__(
+        self, cursor: Cursor, after: Cursor, flow: Flow | None = None, run: Callable[[], None] | None = None
+    ) -> None:
+        self.cursor = cursor
+        self.after = after
+        self.flow = flow
+        self.run = run
+        self.following: _Node | None = None
+
+
 class Runner:
-    """One run of a program on a sink."""
+    """One run of a program on a sink.
+
+    Without `batches` every block goes through its handlers one by one, which is slower and gives the same.
+    """
 
     def __init__(
         self,
@@ -51,6 +79,7 @@ class Runner:
         sink: Sink,
         diagnostics: Diagnostics,
         *,
+        path: Path | None = None,
         batches: bool = True,
     ) -> None:
         self.sources = [source]
@@ -58,12 +87,16 @@ class Runner:
         self.sink = sink
         self.reporter = Reporter(diagnostics)
         self.ip = Interpreter(sink, options, self.remark)
+        self.flow = self.ip.flow = FlowControl(self.ip, self.sources, path)
         self.steps = 0
         self._plain = PlainBlocks()
         self._batches = _Batches() if batches else None
         self._percent = False
         self._seen = False
         self._parsed: dict[str, Parsed] = {}
+        self._nodes: dict[Cursor, _Node] = {}
+        self._failed: set[Cursor] = set()
+        self._reached = Cursor(0, 0, 1)
 
     # The loop.
 
@@ -72,66 +105,51 @@ class Runner:
         source = self.sources[0]
         if source.is_binary():
             self._fault(
-                source, 1, 0, BlockError("binary-file", f"{source.name} is no text: it holds NUL bytes")
+                Cursor(0, 0, 1), BlockError("binary-file", f"{source.name} is no text: it holds NUL bytes")
             )
             return
         try:
-            yield from self._stream(source)
+            yield from self._run(source)
             self._finish(source)
         except Stop as stop:
             block = self.sink.block
-            self._fault(self.sources[block.source], block.line, block.offset, stop.error)
+            self._fault(Cursor(block.source, block.offset, max(block.line, 1)), stop.error)
 
-    def _stream(self, source: Source) -> Iterator[None]:
-        offset, line = 0, 1
-        slow = 0
-        plain = self._plain
-        while not self.ip.state.ended:
-            offset, line, why = plain.scan(source, offset, line)
-            self._run_plain(source)
-            if self.ip.state.ended or why == gcode_scan.END:
-                break
-            if why == gcode_scan.OTHER:
-                self._run_line(source, offset, line)
-                offset, line = source.line_end(offset) + 1, line + 1
-                slow += 1
-                if slow % _PAUSE:
+    def _run(self, source: Source) -> Iterator[None]:
+        target: Cursor | None = None
+        state = self.ip.state
+        while not state.ended:
+            if target is None:
+                plain = self._plain
+                self._reached, why = plain.scan(source, self._reached)
+                target = self._run_plain(source)
+                if target is None and not state.ended:
+                    if why == gcode_scan.END:
+                        return
+                    if why == gcode_scan.OTHER:
+                        target = self._run_line(source)
+                if target is not None:
                     continue
-            yield
-        self._line = line
-
-    _line = 1
+                yield
+            else:
+                yield from self._walk(target)
+                target = None
 
     def _finish(self, source: Source) -> None:
-        """Say what is missing at the end of the text."""
+        """Say what is missing at the end of the text, and keep the parameters where asked."""
+        last = Cursor(0, _last_line(source), max(self._reached.line - 1, 1))
         if self.ip.guard is not None:
-            self._guarded(Block({}, m=(20,), line=max(self._line - 1, 1), offset=_last_line(source)))
+            self._guarded(Block({}, m=(20,), line=last.line, offset=last.offset))
         if not self._seen:
-            self._fault(source, 1, 0, BlockError("empty-program", f"{source.name} has no block"))
+            self._fault(Cursor(0, 0, 1), BlockError("empty-program", f"{source.name} has no block"))
         elif not self.ip.state.ended:
-            end = Block({}, line=max(self._line - 1, 1), offset=_last_line(source))
-            self.sink.block = end
+            self.sink.block = Block({}, line=last.line, offset=last.offset)
             self.remark(
                 BlockError("no-program-end", "the program ends without M2, M30 or a closing %"),
                 Severity.WARNING,
             )
-
-    # Plain blocks.
-
-    def _run_plain(self, source: Source) -> None:
-        """Run the blocks that were scanned: in arrays where they are plain motions, else one by one."""
-        count = self._plain.count
-        index = 0
-        if count:
-            self._seen = True
-        while index < count and not self.ip.state.ended:
-            done = self._run_batch(index, count)
-            if done == count:
-                self._count(count - index)
-                break
-            self._run_one(source, done)
-            self._count(done - index + 1)
-            index = done + 1
+        if self.options.save_parameters is not None:
+            write_parameters(self.options.save_parameters, self.ip.parameters)
 
     def _count(self, blocks: int) -> None:
         self.steps += blocks
@@ -143,6 +161,29 @@ class Runner:
                     hint="--max-steps sets the bound",
                 )
             )
+
+    # Plain blocks, as they come.
+
+    def _run_plain(self, source: Source) -> Cursor | None:
+        """Run the blocks that were scanned: in arrays where they are plain motions, else one by one."""
+        count = self._plain.count
+        index = 0
+        if count:
+            self._seen = True
+        while index < count and not self.ip.state.ended:
+            done = self._run_batch(index, count)
+            if done == count:
+                self._count(count - index)
+                break
+            here = Cursor(0, int(self._plain.offset[done]), int(self._plain.line[done]))
+            self._run_one(source, done, here)
+            self._count(done - index + 1)
+            if self.ip.jump is not None:
+                after = Cursor(0, source.line_end(here.offset) + 1, here.line + 1)
+                self._reached = after
+                return self._jump(here, after)
+            index = done + 1
+        return None
 
     def _run_batch(self, index: int, count: int) -> int:
         """Run plain motions in arrays from a block on; return the first block not taken."""
@@ -207,50 +248,93 @@ class Runner:
             state.moved = True
         return done
 
-    def _run_one(self, source: Source, index: int) -> None:
+    def _run_one(self, source: Source, index: int, here: Cursor) -> None:
         """Run one plain block by itself."""
-        plain = self._plain
-        flags = int(plain.flags[index])
+        flags = int(self._plain.flags[index])
         if flags & gcode_scan.SLASH and self.options.block_delete:
             return
-        line, offset = int(plain.line[index]), int(plain.offset[index])
         try:
             comment = None
             if flags & gcode_scan.ACTIVE or (flags & gcode_scan.COMMENT and self.sink.wants_comments):
-                comment = comment_of(source.text_at(offset))
-            block = plain.block(index, 0)
+                comment = comment_of(source.text_at(here.offset))
+            block = self._plain.block(index, 0)
             block.comment = comment
             self._execute(block)
         except BlockError as error:
-            self._fault(source, line, offset, error)
+            self._fault(here, error)
 
-    # Any other line.
+    # Any other line, as it comes.
 
-    def _run_line(self, source: Source, offset: int, line: int) -> None:
-        """Run a line that the scanner did not take."""
-        end = source.line_end(offset)
+    def _run_line(self, source: Source) -> Cursor | None:
+        """Run the line that the scanner did not take; return where it leads, None for the next line."""
+        here = self._reached
+        self._reached = after = Cursor(0, source.line_end(here.offset) + 1, here.line + 1)
+        self.sink.block = Block({}, line=here.line, offset=here.offset)
         try:
-            if end - offset > MAX_LINE:
-                raise BlockError(
-                    "line-too-long", f"a line of {end - offset} bytes; the longest is {MAX_LINE}", column=1
-                )
-            text = source.text_at(offset)
+            text = self._text(here)
             if text.lstrip().startswith("%"):
-                self._percent_line(text, line, offset)
-                return
+                self._percent_line(text)
+                return None
             self._seen = True
             self._count(1)
-            self._run_parsed(self._parse(text), line, offset)
+            parsed = self._parse(text)
+            if parsed.deletable and self.options.block_delete:
+                return None
+            if parsed.flow is not None:
+                return self._run_flow(parsed, here, after)
+            self._compiled(parsed, here)()
+            if self.ip.jump is not None:
+                return self._jump(here, after)
         except BlockError as error:
-            self._fault(source, line, offset, error)
+            self._fault(here, error)
+        return None
 
-    def _percent_line(self, text: str, line: int, offset: int) -> None:
+    def _run_flow(self, parsed: Parsed, here: Cursor, after: Cursor) -> Cursor | None:
+        """Run an O-word, and the comment that may stand behind it."""
+        assert parsed.flow is not None
+        block = Block({}, source=here.source, line=here.line, offset=here.offset)
+        self.sink.block = block
+        for text in parsed.comments[-1:]:
+            comments.comment(self.ip, block, text)
+        target = self.flow.run(parsed.flow, here, after)
+        if (
+            target is not None
+            and not self.flow.frames
+            and target.source == 0
+            and target.offset >= after.offset
+        ):
+            # Forward within the main program: go on as a stream from there.
+            self._reached = target
+            return None
+        return target
+
+    def _jump(self, here: Cursor, after: Cursor) -> Cursor | None:
+        """Do what M98 or M99 asked for."""
+        assert self.ip.jump is not None
+        (kind, number, times), self.ip.jump = self.ip.jump, None
+        if kind == "call":
+            return self.flow.call_number(number, times, here, after) if times > 0 else after
+        if self.flow.frames:
+            return self.flow.leave()
+        self.ip.end_program()
+        return None
+
+    def _text(self, here: Cursor) -> str:
+        """Return a line's text; raise where it is too long to be one."""
+        source = self.sources[here.source]
+        length = source.line_end(here.offset) - here.offset
+        if length > MAX_LINE:
+            raise BlockError(
+                "line-too-long", f"a line of {length} bytes; the longest is {MAX_LINE}", column=1
+            )
+        return source.text_at(here.offset)
+
+    def _percent_line(self, text: str) -> None:
         """Begin or end the program."""
         if not self._seen and not self._percent:
             self._percent = True
         elif self._percent:
             self.ip.state.ended = True
-            self.sink.block = Block({}, line=line, offset=offset)
             self.sink.call("FINISH()")
         else:
             raise BlockError(
@@ -267,27 +351,162 @@ class Runner:
             self._parsed[text] = parsed
         return parsed
 
-    def _run_parsed(self, parsed: Parsed, line: int, offset: int) -> None:
-        """Compute the values of a block, then execute it; parameters are set when all of it is read."""
-        if parsed.deletable and self.options.block_delete:
-            return
-        if parsed.flow is not None:
-            raise BlockError("unsupported-flow", f"{parsed.flow.keyword} is not supported")
+    # Lines that run again.
+
+    def _walk(self, cursor: Cursor) -> Generator[None, None, None]:
+        """Run line by line from a place until the stream can go on; the stream's place is then `_reached`."""
+        flow, state = self.flow, self.ip.state
+        frames = flow.frames
+        node = self._node(cursor)
+        count = 0
+        while not state.ended:
+            here = node.cursor
+            if not frames and here.source == 0 and here.offset >= self._reached.offset:
+                self._reached = here
+                break
+            count += 1
+            if count == _PAUSE:
+                self._count(count)
+                count = 0
+                yield
+            try:
+                node = self._step(node)
+            except BlockError as error:
+                self._fault(here, error)
+                if here in self._failed:
+                    # The same line failed before: what it should have changed will never change.
+                    state.ended = True
+                self._failed.add(here)
+                node = self._node(node.after)
+        self._count(count)
+
+    def _step(self, node: _Node) -> _Node:
+        """Run a node; return the next one."""
+        target: Cursor | None = None
+        if node.flow is not None:
+            self.sink.block = Block(
+                {}, source=node.cursor.source, line=node.cursor.line, offset=node.cursor.offset
+            )
+            target = self.flow.run(node.flow, node.cursor, node.after)
+        elif node.run is not None:
+            node.run()
+            if self.ip.jump is not None:
+                target = self._jump(node.cursor, node.after)
+        if target is not None:
+            return self._node(target)
+        following = node.following
+        if following is None:
+            following = node.following = self._node(node.after)
+        return following
+
+    def _node(self, cursor: Cursor) -> _Node:
+        """Return the node of a line, read now or before."""
+        node = self._nodes.get(cursor)
+        if node is None:
+            if len(self._nodes) >= _MAX_NODES:
+                self._nodes.clear()
+            node = self._nodes[cursor] = self._read_node(cursor)
+        return node
+
+    def _read_node(self, cursor: Cursor) -> _Node:
+        """Read a line as a node; one that is wrong says so when it is run."""
+        source = self.sources[cursor.source]
+        if cursor.offset >= len(source):
+            return self._end_node(cursor)
+        after = Cursor(cursor.source, source.line_end(cursor.offset) + 1, cursor.line + 1)
+        try:
+            text = self._text(cursor)
+            bare = text.strip()
+            if not bare:
+                return _Node(cursor, after)
+            if bare.startswith("%"):
+                run = None if cursor.source else lambda: self._percent_line(text)
+                return _Node(cursor, after, run=run)
+            parsed = self._parse(text)
+            if parsed.deletable and self.options.block_delete:
+                return _Node(cursor, after)
+            if parsed.flow is not None and not parsed.comments:
+                return _Node(cursor, after, parsed.flow)
+            if parsed.flow is not None:
+                return self._flow_with_comment(parsed, cursor, after)
+            return _Node(cursor, after, run=self._compiled(parsed, cursor))
+        except BlockError as error:
+            fault = error
+
+            def fail() -> None:
+                raise fault
+
+            return _Node(cursor, after, run=fail)
+
+    def _flow_with_comment(self, parsed: Parsed, cursor: Cursor, after: Cursor) -> _Node:
+        """Return a node of an O-word whose comment runs first, by a node of its own in the same place."""
+        block = Block({}, source=cursor.source, line=cursor.line, offset=cursor.offset)
+        block.comment = parsed.comments[-1]
+        node = _Node(cursor, after, run=lambda: self._execute(block))
+        node.following = _Node(cursor, after, parsed.flow)
+        return node
+
+    def _end_node(self, cursor: Cursor) -> _Node:
+        """Return what the end of a text does: the main program ends, a subroutine is not finished."""
+
+        def run() -> None:
+            if self.flow.frames:
+                name = self.sources[cursor.source].name
+                raise Stop(
+                    BlockError("sub-unfinished", f"{name} ends within a subroutine", hint="ENDSUB or M99?")
+                )
+            self.ip.state.ended = True
+
+        return _Node(cursor, cursor, run=run)
+
+    def _compiled(self, parsed: Parsed, cursor: Cursor) -> Callable[[], None]:
+        """Return a function that computes the values of a block, executes it, and sets its parameters."""
         parameters = self.ip.parameters
-        pairs = [(letter, evaluate(value, parameters)) for letter, value in parsed.words]
-        settings: list[tuple[float | str, float]] = [
-            (target if isinstance(target, str) else evaluate(target, parameters), evaluate(value, parameters))
-            for target, value in parsed.settings
-        ]
-        block = gather(pairs)
-        block.source, block.line, block.offset = 0, line, offset
-        block.comment = parsed.comments[-1] if parsed.comments else None
-        for target, number in settings:
-            if isinstance(target, str):
-                parameters.set_name(target, number)
-            else:
-                parameters.set_number(target, number)
-        self._execute(block)
+        comment = parsed.comments[-1] if parsed.comments else None
+        if not parsed.settings and all(isinstance(value, float) for _, value in parsed.words):
+            fixed = gather([(letter, value) for letter, value in parsed.words if isinstance(value, float)])
+            fixed.source, fixed.offset, fixed.line = cursor
+            fixed.comment = comment
+            return lambda: self._execute(fixed)
+        if not parsed.words and comment is None and len(parsed.settings) == 1:
+            return self._setting(parsed)
+
+        def run() -> None:
+            pairs = [(letter, evaluate(value, parameters)) for letter, value in parsed.words]
+            settings: list[tuple[float | str, float]] = [
+                (
+                    target if isinstance(target, str) else evaluate(target, parameters),
+                    evaluate(value, parameters),
+                )
+                for target, value in parsed.settings
+            ]
+            block = gather(pairs)
+            block.source, block.offset, block.line = cursor
+            block.comment = comment
+            # All values of a block are read before any parameter changes.
+            for target, number in settings:
+                if isinstance(target, str):
+                    parameters.set_name(target, number)
+                else:
+                    parameters.set_number(target, number)
+            self._execute(block)
+
+        return run
+
+    def _setting(self, parsed: Parsed) -> Callable[[], None]:
+        """Return a function that sets one parameter."""
+        parameters = self.ip.parameters
+        ((target, value),) = parsed.settings
+        if isinstance(target, str):
+            return lambda: parameters.set_name(target, evaluate(value, parameters))
+        if isinstance(target, float) and callable(value) and 0 < target < 5000 and target == int(target):
+            numbers, index = parameters, int(target)
+
+            def store() -> None:
+                numbers.numbers[index] = value(parameters)
+
+            return store
+        return lambda: parameters.set_number(evaluate(target, parameters), evaluate(value, parameters))
 
     def _execute(self, block: Block) -> None:
         if self.ip.guard is not None:
@@ -306,10 +525,10 @@ class Runner:
         try:
             self.ip.guard(self.ip, block)
         except BlockError as error:
-            self._fault(self.sources[block.source], block.line, block.offset, error)
+            self._fault(Cursor(block.source, block.offset, block.line), error)
 
-    def _fault(self, source: Source, line: int, offset: int, error: BlockError) -> None:
-        self.reporter.report(source, line, offset, error)
+    def _fault(self, here: Cursor, error: BlockError) -> None:
+        self.reporter.report(self.sources[here.source], here.line, here.offset, error)
 
     def remark(self, error: BlockError, severity: Severity) -> None:
         """Add a warning or note about the block that is executed."""

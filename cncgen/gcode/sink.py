@@ -74,6 +74,15 @@ class Sink(Protocol):
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
         """Move on an arc or helix about (first, second) of the plane's axes; `turns` positive counter-clockwise."""
 
+    def straight_probe(self, end: Point) -> None:
+        """Move to `end` at the feed rate, looking for contact."""
+
+    def rigid_tap(self, end: Point, pitch: float) -> None:
+        """Move to `end` and back in step with the spindle, `pitch` a revolution."""
+
+    def synchronise(self, pitch: float | None) -> None:
+        """Feed in step with the spindle, `pitch` a revolution, or no longer (None). Prints nothing."""
+
     def nurbs_feed(self, curve: Curve) -> None:
         """Move along a rational B-spline."""
 

@@ -1,13 +1,17 @@
-"""Tools: T, M6 and M61."""
+"""Tools: T, M6, M61, and the tool's length G43 G43.1 G43.2 G49."""
 
 from __future__ import annotations
 
-from cncgen.gcode.block import Block
+from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.codes import Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.modal import Stage
+from cncgen.gcode.modal import Stage, zeros
+from cncgen.gcode.parameters import TOOL
+from cncgen.gcode.tool_table import Tool
 from cncgen.toolpath.record import Event
+
+_AXES = "xyzabcuvw"
 
 
 def whole(block: Block, letter: str, name: str) -> int:
@@ -24,10 +28,26 @@ def whole(block: Block, letter: str, name: str) -> int:
     return round(value)
 
 
+def _tool(ip: Interpreter, number: int, letter: str) -> Tool:
+    tool = ip.tools.find(number)
+    if tool is None:
+        raise BlockError("unknown-tool", f"tool {number} is not in the tool table", letter)
+    return tool
+
+
+def load_tool_parameters(ip: Interpreter) -> None:
+    """Write #5400 to #5413: number, offsets, diameter, angles and orientation of the tool in the spindle."""
+    tool = ip.tools.find(ip.state.tool) or Tool(0, 0)
+    values = [float(tool.number), *tool.offset, tool.diameter, tool.front, tool.back, float(tool.orientation)]
+    ip.parameters.numbers[TOOL : TOOL + len(values)] = values
+
+
 def select(ip: Interpreter, block: Block) -> None:
     """T."""
-    ip.state.selected = whole(block, "t", "the tool")
-    ip.sink.call(f"SELECT_TOOL({ip.state.selected})")
+    number = whole(block, "t", "the tool")
+    _tool(ip, number, "T")
+    ip.state.selected = number
+    ip.sink.call(f"SELECT_TOOL({number})")
 
 
 def change(ip: Interpreter, block: Block) -> None:
@@ -38,10 +58,74 @@ def change(ip: Interpreter, block: Block) -> None:
     ip.sink.set_spindle(state.speed, 0)
     ip.sink.call("STOP_SPINDLE_TURNING(0)")
     state.tool = state.selected
+    load_tool_parameters(ip)
     ip.sink.call(f"CHANGE_TOOL({state.tool})", Event("tool", True, values={"tool": state.tool}))
+
+
+def name_tool(ip: Interpreter, block: Block) -> None:
+    """M61 Q: the tool in the spindle is Q."""
+    if "q" not in block.words:
+        raise BlockError("tool-missing", "M61 has no tool number Q", "M61")
+    number = whole(block, "q", "M61")
+    _tool(ip, number, "Q")
+    ip.state.tool = ip.state.selected = number
+    load_tool_parameters(ip)
+    ip.sink.call(f"CHANGE_TOOL_NUMBER({number})", Event("tool", values={"tool": number}))
+
+
+def _use(ip: Interpreter, offset: list[float]) -> None:
+    machine = ip.machine_position()
+    ip.state.tool_offset = offset
+    ip.rebase(machine)
+    ip.sink.use_tool_length_offset(offset)
+
+
+def _table_offset(ip: Interpreter, number: int) -> list[float]:
+    """Return the offset of a tool in program units."""
+    return [value * ip.scale_of(index) for index, value in enumerate(_tool(ip, number, "H").offset)]
+
+
+def length(ip: Interpreter, block: Block) -> None:
+    """G43 H: the offset of tool H, or of the tool in the spindle."""
+    number = whole(block, "h", "G43") if "h" in block.words else 0
+    _use(ip, _table_offset(ip, number or ip.state.tool))
+
+
+def length_given(ip: Interpreter, block: Block) -> None:
+    """G43.1: the offset that the axis words give."""
+    offset = ip.state.tool_offset.copy()
+    for letter, value in block.words.items():
+        if letter in AXIS_INDEX:
+            offset[AXIS_INDEX[letter]] = value
+    _use(ip, offset)
+
+
+def length_added(ip: Interpreter, block: Block) -> None:
+    """G43.2: add the offset of tool H, or the axis words, to the one in force."""
+    if "h" in block.words:
+        more = _table_offset(ip, whole(block, "h", "G43.2"))
+        if any(letter in AXIS_INDEX for letter in block.words):
+            raise BlockError("tool-length-words", "G43.2 takes a tool H or axis words, not both", "H")
+    else:
+        more = [block.words.get(letter, 0.0) for letter in _AXES]
+        if not any(letter in AXIS_INDEX for letter in block.words):
+            raise BlockError("tool-length-words", "G43.2 has neither a tool H nor an axis word", "G43.2")
+    _use(ip, [a + b for a, b in zip(ip.state.tool_offset, more, strict=True)])
+
+
+def length_off(ip: Interpreter, block: Block) -> None:
+    """G49."""
+    _use(ip, zeros())
 
 
 CODES = (
     Code("T", 0, "T", Stage.TOOL, select, "tool to be changed in next", "t"),
     Code("M", 60, "tool change", Stage.CHANGE, change, "change to the tool of T"),
+    Code("M", 610, "tool change", Stage.CHANGE, name_tool, "the tool in the spindle is Q", "q"),
+    Code("G", 430, "tool length", Stage.TOOL_LENGTH, length, "tool offset of tool H", "h"),
+    Code("G", 431, "tool length", Stage.TOOL_LENGTH, length_given, "tool offset in axis words", _AXES, "own"),
+    Code(
+        "G", 432, "tool length", Stage.TOOL_LENGTH, length_added, "add to the tool offset", _AXES + "h", "own"
+    ),
+    Code("G", 490, "tool length", Stage.TOOL_LENGTH, length_off, "no tool offset"),
 )

@@ -68,6 +68,23 @@ class ToolpathBuilder:
         self.position = rows.end[-1].copy()
         self.count += len(rows.kind)
 
+    def retrace(self, position: Floats) -> None:
+        """Append the last row, a line, again, back to `position`."""
+        last = self._rows[-1]
+        self.add(
+            Rows(
+                last.kind[-1:],
+                position[None, :],
+                last.feed[-1:],
+                last.feed_mode[-1:],
+                last.curve[-1:],
+                last.line[-1:],
+                last.path_mode,
+                last.tolerance,
+                last.source,
+            )
+        )
+
     def event(self, event: Event, line: int, source: int) -> None:
         """Append an event at the present position."""
         one = np.ones(1)

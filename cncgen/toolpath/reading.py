@@ -14,6 +14,7 @@ class ReadOptions:
         dialect: ``auto``, ``linuxcnc`` or ``fanuc`` (G-code only).
         tool_table: LinuxCNC tool table, or None.
         parameters: File of numbered parameters, read and never rewritten, or None.
+        inch_tables: Whether lengths in the tool table and the parameter file are inches (else mm).
         save_parameters: Where to write the parameters after the program, or None.
         include: Directories searched for subprograms, after the program's own.
         block_delete: Whether blocks that begin with ``/`` are skipped.
@@ -26,6 +27,7 @@ class ReadOptions:
     dialect: str = "auto"
     tool_table: Path | None = None
     parameters: Path | None = None
+    inch_tables: bool = False
     save_parameters: Path | None = None
     include: tuple[Path, ...] = field(default=())
     block_delete: bool = True

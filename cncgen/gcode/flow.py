@@ -1,0 +1,383 @@
+"""O-words: subroutines, branches and loops, by jumps between lines of the text.
+
+Nothing is nested here: a jump's target is the next line with the same label and a fitting keyword, as in LinuxCNC
+("O Codes"), whose labels are local to the subroutine that they stand in. A `Cursor` is a place to go on from.
+"""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_right
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from cncgen.diagnostics import UsageError
+from cncgen.gcode import grammar
+from cncgen.gcode.block import Flow, Value
+from cncgen.gcode.errors import BlockError, Stop
+from cncgen.gcode.expressions import evaluate
+from cncgen.gcode.source import Source, open_source
+
+if TYPE_CHECKING:
+    from cncgen.gcode.interpreter import Interpreter
+
+#: Local numbered parameters, #1 to #30: the arguments of a subroutine.
+LOCALS = 30
+_O_LINE = re.compile(rb"(?:\A|\n)[ \t]*(?:/[ \t]*)?(?:[nN][ \t\d.]*)?([oO][^\n]*)")
+Label = float | str
+
+
+class Cursor(NamedTuple):
+    """A line: source, byte offset, line number."""
+
+    source: int
+    offset: int
+    line: int
+
+
+class Marked(NamedTuple):
+    """A line with an O-word."""
+
+    label: Label
+    keyword: str
+    cursor: Cursor
+    after: Cursor
+
+
+@dataclass(slots=True)
+class Frame:
+    """A call: where it goes back to, and what it puts back."""
+
+    back: Cursor
+    label: Label
+    numbers: list[float]
+    named: dict[str, float]
+    again: tuple[Cursor, int] | None = None
+    doing: set[Label] = field(default_factory=set)
+    left: dict[Label, int] = field(default_factory=dict)
+    saved: object | None = None
+    restore: bool = False
+    by_number: bool = False
+
+
+class FlowControl:
+    """Calls in progress, and where the labels of each source are."""
+
+    def __init__(self, ip: Interpreter, sources: list[Source], program: Path | None) -> None:
+        self.ip = ip
+        self.sources = sources
+        self.frames: list[Frame] = []
+        self._main = Frame(Cursor(0, 0, 0), 0.0, [], {})
+        self._marks: dict[int, list[Marked]] = {}
+        self._offsets: dict[int, list[int]] = {}
+        self._files: dict[str, int] = {}
+        self._folders = ([program.parent] if program else []) + list(ip.options.include)
+
+    @property
+    def frame(self) -> Frame:
+        """Return the innermost call, or the record of the main program."""
+        return self.frames[-1] if self.frames else self._main
+
+    def run(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+        """Execute an O-word; return where to go on, or None for the next line."""
+        method = _METHODS.get(flow.keyword)
+        if method is None:
+            raise BlockError("unsupported-flow", f"{flow.keyword.upper()} is not of this dialect")
+        return method(self, flow, here, after)
+
+    # Branches and loops.
+
+    def _if(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+        if self._condition(flow):
+            return None
+        label = self._label(flow)
+        place = here
+        while True:
+            mark = self._next(place, label, ("elseif", "else", "endif"), "endif")
+            if mark.keyword != "elseif":
+                return mark.after
+            parsed = grammar.parse(self.sources[mark.cursor.source].text_at(mark.cursor.offset))
+            assert parsed.flow is not None
+            if self._condition(parsed.flow):
+                return mark.after
+            place = mark.cursor
+
+    def _leave_if(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+        """Handle ELSE or ELSEIF at the end of the branch that was taken: go behind ENDIF."""
+        label = self._label(flow)
+        self._previous(here, label, ("if",), flow.keyword)
+        return self._next(here, label, ("endif",), "endif").after
+
+    def _endif(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+        self._previous(here, self._label(flow), ("if",), "endif")
+        return None
+
+    def _while(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+        label = self._label(flow)
+        holds = self._condition(flow)
+        if label in self.frame.doing:
+            if holds:
+                return self._previous(here, label, ("do",), "while").after
+            self.frame.doing.discard(label)
+            return None
+        return None if holds else self._next(here, label, ("endwhile",), "endwhile").after
+
+    def _endwhile(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+        return self._previous(here, self._label(flow), ("while",), "endwhile").cursor
+
+    def _do(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+        self.frame.doing.add(self._label(flow))
+        return None
+
+    def _repeat(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+        label = self._label(flow)
+        count = round(self._value(flow, 0))
+        if count <= 0:
+            return self._next(here, label, ("endrepeat",), "endrepeat").after
+        self.frame.left[label] = count
+        return None
+
+    def _endrepeat(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+        label = self._label(flow)
+        start = self._previous(here, label, ("repeat",), "endrepeat")
+        left = self.frame.left.get(label, 0) - 1
+        self.frame.left[label] = left
+        return start.after if left > 0 else None
+
+    def _break(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+        label = self._label(flow)
+        ends = ("endwhile", "endrepeat", "while")
+        mark = self._next(here, label, ends, "the loop's end")
+        self.frame.doing.discard(label)
+        return mark.after
+
+    def _continue(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+        return self._next(
+            here, self._label(flow), ("endwhile", "endrepeat", "while"), "the loop's end"
+        ).cursor
+
+    # Subroutines.
+
+    def _sub(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+        """Skip a definition."""
+        return self._next(here, self._label(flow), ("endsub",), "endsub").after
+
+    def _endsub(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+        label = self._label(flow)
+        if not self.frames or self.frame.label != label:
+            raise BlockError("oword-unmatched", f"o{_shown(label)} ENDSUB with no SUB that was called", "O")
+        return self.leave(flow.arguments)
+
+    def _return(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+        if not self.frames:
+            raise BlockError("oword-unmatched", "RETURN outside a subroutine", "O")
+        return self.leave(flow.arguments)
+
+    def _call(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+        label = self._label(flow)
+        if len(flow.arguments) > LOCALS:
+            raise BlockError(
+                "oword-arguments", f"{len(flow.arguments)} arguments; a call takes {LOCALS}", "O"
+            )
+        values = [evaluate(value, self.ip.parameters) for value in flow.arguments]
+        target = self._sub_of(label, here)
+        values += [0.0] * (LOCALS - len(values))
+        self.enter(label, target.after, after, values)
+        return target.after
+
+    def _program(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+        """Pass the number of a program."""
+        return None
+
+    def enter(self, label: Label, target: Cursor, back: Cursor, values: list[float] | None) -> Frame:
+        """Begin a call with these local parameters (None: those of the caller go on)."""
+        if len(self.frames) >= self.ip.options.max_call_depth:
+            raise Stop(
+                BlockError(
+                    "call-depth",
+                    f"subroutine calls are nested more than {self.ip.options.max_call_depth} deep",
+                    hint="is the recursion without end?",
+                )
+            )
+        parameters = self.ip.parameters
+        frame = Frame(back, label, parameters.numbers[1 : LOCALS + 1], parameters.local)
+        self.frames.append(frame)
+        if values is not None:
+            parameters.numbers[1 : LOCALS + 1] = values
+            parameters.local = {}
+        return frame
+
+    def leave(self, returned: tuple[Value, ...] = ()) -> Cursor:
+        """End the innermost call; return where it goes back to."""
+        parameters = self.ip.parameters
+        frame = self.frame
+        value = evaluate(returned[0], parameters) if returned else 0.0
+        if frame.again is not None and frame.again[1] > 0:
+            frame.again = (frame.again[0], frame.again[1] - 1)
+            return frame.again[0]
+        self.frames.pop()
+        parameters.numbers[1 : LOCALS + 1] = frame.numbers
+        parameters.local = frame.named
+        if not frame.by_number:
+            parameters.named["_value"] = value
+            parameters.named["_value_returned"] = 1.0 if returned else 0.0
+        if frame.restore and frame.saved is not None:
+            self.ip.restore(frame.saved)
+        return frame.back
+
+    def call_number(self, number: int, times: int, here: Cursor, after: Cursor) -> Cursor:
+        """M98 P L: run the program of that number `times` times."""
+        label = float(number)
+        marks = [m for m in self.marks(here.source) if m.label == label and m.keyword in ("program", "sub")]
+        target = marks[0] if marks else self._sub_of(label, here)
+        frame = self.enter(label, target.after, after, None)
+        frame.by_number = True
+        frame.again = (target.after, times - 1)
+        return target.after
+
+    # Labels.
+
+    def _label(self, flow: Flow) -> Label:
+        label = flow.label
+        if isinstance(label, str | float):
+            return label
+        assert callable(label)
+        return float(round(label(self.ip.parameters)))
+
+    def _value(self, flow: Flow, index: int) -> float:
+        if len(flow.arguments) <= index:
+            raise BlockError("oword-arguments", f"{flow.keyword.upper()} needs a value in brackets", "O")
+        return evaluate(flow.arguments[index], self.ip.parameters)
+
+    def _condition(self, flow: Flow) -> bool:
+        return self._value(flow, 0) != 0.0
+
+    def marks(self, source: int) -> list[Marked]:
+        """Return the O-word lines of a source, in order."""
+        if source not in self._marks:
+            self._marks[source] = list(_find_marks(self.sources[source], source))
+            self._offsets[source] = [mark.cursor.offset for mark in self._marks[source]]
+        return self._marks[source]
+
+    def _next(self, here: Cursor, label: Label, keywords: tuple[str, ...], wanted: str) -> Marked:
+        """Return the first later line of the subroutine with this label and one of the keywords."""
+        marks = self.marks(here.source)
+        for mark in marks[bisect_right(self._offsets[here.source], here.offset) :]:
+            if mark.label == label and mark.keyword in keywords:
+                return mark
+            if mark.keyword in ("sub", "endsub") and wanted != "endsub":
+                break
+        raise Stop(BlockError("oword-unmatched", f"o{_shown(label)} has no {wanted.upper()}", "O"))
+
+    def _previous(self, here: Cursor, label: Label, keywords: tuple[str, ...], word: str) -> Marked:
+        """Return the last earlier line of the subroutine with this label and one of the keywords."""
+        marks = self.marks(here.source)
+        index = bisect_right(self._offsets[here.source], here.offset) - 2
+        while index >= 0:
+            mark = marks[index]
+            if mark.label == label and mark.keyword in keywords:
+                return mark
+            if mark.keyword in ("sub", "endsub"):
+                break
+            index -= 1
+        raise BlockError(
+            "oword-unmatched", f"o{_shown(label)} {word.upper()} with no {keywords[0].upper()}", "O"
+        )
+
+    def _sub_of(self, label: Label, here: Cursor) -> Marked:
+        """Return the line that begins a subroutine: in this file, or in the file of its name."""
+        for source in dict.fromkeys((here.source, 0)):
+            for mark in self.marks(source):
+                if mark.label == label and mark.keyword == "sub":
+                    return mark
+        source = self._file(label)
+        for mark in self.marks(source):
+            if mark.keyword == "sub" and mark.label == label:
+                return mark
+        name = self.sources[source].name
+        raise Stop(BlockError("sub-missing", f"{name} has no o{_shown(label)} SUB", "O"))
+
+    def _file(self, label: Label) -> int:
+        """Return the source of the file that holds a subroutine; it must lie in a folder of the search path."""
+        name = label if isinstance(label, str) else f"{label:g}"
+        if name in self._files:
+            return self._files[name]
+        if "/" in name or "\\" in name or name.startswith("."):
+            raise Stop(
+                BlockError("sub-path", f"the subroutine name <{name}> leads out of the search path", "O")
+            )
+        for folder in self._folders:
+            for path in _candidates(folder, name):
+                try:
+                    self.sources.append(open_source(path, str(path)))
+                except UsageError:
+                    continue
+                self._files[name] = len(self.sources) - 1
+                return self._files[name]
+        places = ", ".join(str(folder) for folder in self._folders) or "no folder"
+        raise Stop(
+            BlockError(
+                "sub-missing",
+                f"there is no subroutine o{_shown(label)}, and no file {name}.ngc in {places}",
+                "O",
+                hint="--include adds a folder to the search path",
+            )
+        )
+
+
+def _candidates(folder: Path, name: str) -> list[Path]:
+    """Return the files of a folder that hold a subroutine of that name (names are case-insensitive)."""
+    exact = folder / f"{name}.ngc"
+    if exact.is_file():
+        return [exact]
+    if not folder.is_dir():
+        return []
+    wanted = {f"{name}{suffix}".lower() for suffix in (".ngc", ".nc", ".tap")}
+    return sorted(path for path in folder.iterdir() if path.name.lower() in wanted and path.is_file())
+
+
+def _find_marks(source: Source, index: int) -> list[Marked]:
+    """Find the lines of a text that begin with an O-word."""
+    found = []
+    line, counted = 1, 0
+    for match in _O_LINE.finditer(source.data):
+        begin = match.start() + (1 if source.data[match.start() : match.start() + 1] == b"\n" else 0)
+        line += source.data[counted:begin].count(b"\n")
+        counted = begin
+        try:
+            flow = grammar.parse(source.text_at(begin)).flow
+        except BlockError:
+            continue
+        if flow is None or not isinstance(flow.label, str | float):
+            continue
+        after = Cursor(index, source.line_end(begin) + 1, line + 1)
+        found.append(Marked(flow.label, flow.keyword, Cursor(index, begin, line), after))
+    return found
+
+
+def _shown(label: Label) -> str:
+    """Return how a label is written."""
+    return f"<{label}>" if isinstance(label, str) else f"{label:g}"
+
+
+Method = Callable[[FlowControl, Flow, Cursor, Cursor], Cursor | None]
+_METHODS: dict[str, Method] = {
+    "if": FlowControl._if,
+    "elseif": FlowControl._leave_if,
+    "else": FlowControl._leave_if,
+    "endif": FlowControl._endif,
+    "while": FlowControl._while,
+    "endwhile": FlowControl._endwhile,
+    "do": FlowControl._do,
+    "repeat": FlowControl._repeat,
+    "endrepeat": FlowControl._endrepeat,
+    "break": FlowControl._break,
+    "continue": FlowControl._continue,
+    "sub": FlowControl._sub,
+    "endsub": FlowControl._endsub,
+    "return": FlowControl._return,
+    "call": FlowControl._call,
+    "program": FlowControl._program,
+}

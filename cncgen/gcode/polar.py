@@ -1,0 +1,32 @@
+"""Polar words: @ is the distance from the origin, ^ the angle (degrees from the first axis) of a point in XY."""
+
+from __future__ import annotations
+
+import math
+
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.modal import State
+
+
+def polar_end(state: State, words: dict[str, float], end: list[float]) -> None:
+    """Put the point that @ and ^ name into X and Y of `end`; what is missing stays as it is at the position."""
+    if "x" in words or "y" in words:
+        raise BlockError("polar-words", "X or Y in a block with @ or ^", "X" if "x" in words else "Y")
+    if state.plane != 17:
+        raise BlockError(
+            "polar-words", "@ and ^ work in the XY plane (G17) only", "@" if "@" in words else "^"
+        )
+    x, y = state.position[0], state.position[1]
+    radius = math.hypot(x, y)
+    if "@" in words and radius == 0.0 and "^" not in words:
+        raise BlockError("polar-angle", "@ at the origin needs an angle ^", "@")
+    angle = math.atan2(y, x)
+    if state.absolute:
+        radius = words.get("@", radius)
+        angle = math.radians(words["^"]) if "^" in words else angle
+    else:
+        if radius == 0.0 and "^" in words:
+            raise BlockError("polar-angle", "an incremental angle ^ at the origin has no meaning", "^")
+        radius += words.get("@", 0.0)
+        angle += math.radians(words.get("^", 0.0))
+    end[0], end[1] = radius * math.cos(angle), radius * math.sin(angle)

@@ -1,0 +1,44 @@
+"""M98 and M99, and the M codes of the user: M100 to M199."""
+
+from __future__ import annotations
+
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes import Code
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.modal import Stage
+from cncgen.gcode.tools import whole
+from cncgen.toolpath.record import Event
+
+USER_CODES = range(1000, 2000, 10)
+
+
+def call(ip: Interpreter, block: Block) -> None:
+    """M98 P L: run program P, L times."""
+    if "p" not in block.words:
+        raise BlockError("sub-missing", "M98 has no program number P", "M98")
+    times = whole(block, "l", "M98") if "l" in block.words else 1
+    ip.jump = ("call", whole(block, "p", "M98"), times)
+
+
+def back(ip: Interpreter, block: Block) -> None:
+    """M99: end of a subprogram; in the main program, the end of it."""
+    ip.jump = ("return", 0, 0)
+
+
+def user(ip: Interpreter, block: Block) -> None:
+    """M100 to M199: an event with its number, P and Q."""
+    values = {letter: block.words[letter] for letter in "pq" if letter in block.words}
+    number = block.m[0] // 10 if block.m else 0
+    number = next((m // 10 for m in block.m if m in USER_CODES), number)
+    p, q = block.words.get("p", -1.0), block.words.get("q", -1.0)
+    ip.sink.call(
+        f"USER_DEFINED_FUNCTION_{number}({p:f}, {q:f})", Event("user", True, values={"m": number, **values})
+    )
+
+
+CODES = (
+    Code("M", 980, "subprogram", Stage.STOP, call, "run program P, L times", "pl"),
+    Code("M", 990, "subprogram", Stage.STOP, back, "end of a subprogram"),
+    *(Code("M", number, "user", Stage.USER, user, "the user's own: an event", "pq") for number in USER_CODES),
+)

@@ -1,0 +1,79 @@
+"""Motion in step with the spindle: G33 and G33.1."""
+
+from __future__ import annotations
+
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes import Code
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.lines import has_axis
+from cncgen.gcode.modal import Stage
+from cncgen.toolpath.record import Event
+
+_WORDS = "xyzabcuvwk$@^"
+
+
+def _pitch(ip: Interpreter, block: Block, name: str) -> float:
+    """Return K, after what synchronised motion needs has been checked."""
+    if "k" not in block.words:
+        raise BlockError("pitch-missing", f"{name} has no pitch K", name)
+    pitch = block.words["k"]
+    if pitch <= 0.0:
+        raise BlockError("pitch-missing", f"K{pitch:g} of {name} is no pitch: it must be above 0", "K")
+    if ip.state.direction == 0:
+        raise BlockError("spindle-stopped", f"{name} moves in step with a spindle that does not turn", name)
+    return pitch
+
+
+def thread(ip: Interpreter, block: Block) -> None:
+    """G33 K: a line of K a revolution."""
+    state = ip.state
+    state.motion = 330
+    if not has_axis(block):
+        return
+    pitch = _pitch(ip, block, "G33")
+    end = ip.end_point(block)
+    ip.sink.call(f"START_SPEED_FEED_SYNC({pitch:f},0)")
+    _at_pitch(ip, pitch, end)
+    ip.sink.call("STOP_SPEED_FEED_SYNCH()")
+    state.position, state.moved = end, True
+
+
+def _at_pitch(ip: Interpreter, pitch: float, end: list[float]) -> None:
+    """Feed to `end` at pitch times speed, and put the feed back."""
+    state = ip.state
+    ip.sink.synchronise(pitch)
+    ip.sink.straight_feed(end)
+    ip.sink.synchronise(None)
+    state.position = end
+
+
+def tap(ip: Interpreter, block: Block) -> None:
+    """G33.1 K: to the end and back, K a revolution, the spindle reversed at the end."""
+    state = ip.state
+    state.motion = 331
+    if not has_axis(block):
+        return
+    pitch = _pitch(ip, block, "G33.1")
+    end = ip.end_point(block)
+    if end[3:] != state.position[3:]:
+        raise BlockError("tapping-axes", "G33.1 moves X Y Z only", "G33.1")
+    ip.sink.call(f"START_SPEED_FEED_SYNC({pitch:f},0)")
+    ip.sink.rigid_tap(end, pitch)
+    ip.sink.call("STOP_SPEED_FEED_SYNCH()", Event("spindle", values={"direction": state.direction}))
+    state.moved = True
+
+
+CODES = (
+    Code(
+        "G",
+        330,
+        "motion",
+        Stage.MOTION,
+        thread,
+        "line in step with the spindle, K a revolution",
+        _WORDS,
+        "motion",
+    ),
+    Code("G", 331, "motion", Stage.MOTION, tap, "rigid tapping, K a revolution", _WORDS + "i", "motion"),
+)

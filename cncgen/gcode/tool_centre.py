@@ -1,0 +1,360 @@
+"""The path of the tool's centre beside the programmed path: the geometry of cutter radius compensation.
+
+The plane is the complex plane: its first axis is real, its second imaginary, seen from the positive end of the
+third (XY for G17, ZX for G18, YZ for G19). A move is offset by the radius to its left or right, and what joins it to
+the move before depends on how the path turns at their common point:
+
+* away from the tool by more than `SMOOTH_TURN`: an arc of the tool's radius about the corner, so that the tool rolls
+  around it (a straight line where the new move is a rapid);
+* towards the tool by more than that: both offset curves end where they meet, so the earlier one is cut short;
+* less: they are joined as they are.
+
+As the end of a move depends on the next one, moves wait in a queue; blocks that do not move in the plane wait
+behind them. The rules are those that LinuxCNC documents ("Cutter Compensation", "G41, G42", "G41.1, G42.1"); the
+geometry is derived in the functions below.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from dataclasses import dataclass
+from typing import Any
+
+#: Turns of the path up to this angle (rad) count as smooth.
+SMOOTH_TURN = 0.05
+#: Move of the plane coordinates (mm) below which a block counts as not moving in the plane.
+STILL = 1e-12
+
+#: Where the centre of the nose lies from the controlled point, in radii (Z, X), by lathe tool orientation (Q of the
+#: tool table): the figure "Tool Orientations" of the lathe manual.
+NOSE = {
+    1: -1 + 1j,
+    2: 1 + 1j,
+    3: 1 - 1j,
+    4: -1 - 1j,
+    5: -1 + 0j,
+    6: 1j,
+    7: 1 + 0j,
+    8: -1j,
+}
+
+
+class CompensationError(ValueError):
+    """The tool cannot follow: `code` is the diagnostic's, `values` are the numbers of the message."""
+
+    def __init__(self, code: str, message: str, hint: str = "", **values: float) -> None:
+        super().__init__(message)
+        self.code, self.hint, self.values = code, hint, values
+
+
+@dataclass(slots=True)
+class Piece:
+    """A move of the tool's centre in the plane.
+
+    Attributes:
+        end: Where it ends.
+        centre: Of its arc, or None for a straight line.
+        turns: Of its arc: ±1 up to a full turn, ±2 for one more; positive is counter-clockwise.
+        block: What the caller gave with the move: its feed, its line, where its other axes end.
+        rapid: Whether it is a rapid.
+        corner: True for what rolls around a corner before `block`: the other axes stand still.
+    """
+
+    end: complex
+    centre: complex | None
+    turns: int
+    block: Any
+    rapid: bool = False
+    corner: bool = False
+
+
+@dataclass(slots=True)
+class _Curve:
+    """The offset curve that a move lies on, with the programmed direction at its ends."""
+
+    point: complex
+    centre: complex | None
+    radius: float
+    turns: int
+    heading_in: complex
+    heading_out: complex
+    start: complex = 0j
+    entry: bool = False
+
+
+class ToolCentre:
+    """Turns programmed moves into those of the tool's centre; one object from G41 to G40.
+
+    `line`, `arc` and `defer` return what is settled by now: pieces, and deferred blocks in their place between
+    them. `finish` returns the rest.
+
+    Args:
+        radius: Of the tool, mm; a negative one compensates on the other side.
+        left: Whether the tool is left of the path (G41).
+        start: Where the tool stands, programmed.
+        orientation: Lathe tool orientation 0 to 9 (0 and 9: the controlled point is the centre of the nose).
+    """
+
+    def __init__(self, radius: float, left: bool, start: complex, orientation: int = 0) -> None:
+        self.radius = abs(radius)
+        self.side = 1 if left == (radius >= 0.0) else -1
+        self._shift = -self.radius * NOSE.get(orientation, 0j)
+        self._programmed = start
+        self._actual = start
+        self._curve: _Curve | None = None
+        self._queue: list[Piece | Any] = []
+        self._remarks: list[CompensationError] = []
+
+    def take_remarks(self) -> list[CompensationError]:
+        """Return the gouges found since the last call that were let pass."""
+        remarks, self._remarks = self._remarks, []
+        return remarks
+
+    @property
+    def position(self) -> complex:
+        """Where the tool's controlled point is, as far as the moves are known."""
+        return self._actual + self._shift if self._curve else self._actual
+
+    def line(self, end: complex, block: Any, rapid: bool = False) -> list[Piece | Any]:
+        """Take a straight move to `end` (programmed).
+
+        Raises:
+            CompensationError: ``comp-entry`` (the first move is not longer than the radius), ``comp-gouge``.
+        """
+        step = end - self._programmed
+        length = abs(step)
+        if length < STILL and self._curve:
+            self._queue.append(Piece(self._actual, None, 0, block, rapid))
+            return []
+        self._check_entry(length)
+        heading = step / length
+        offset = 1j * heading * self.radius * self.side
+        curve = _Curve(end + offset, None, math.inf, 0, heading, heading)
+        return self._append(curve, end, self._programmed + offset, block, rapid)
+
+    def arc(self, end: complex, centre: complex, turns: int, block: Any) -> list[Piece | Any]:
+        """Take an arc (or, where other axes move along, a helix) to `end` about `centre`, `turns` as in `Piece`.
+
+        Raises:
+            CompensationError: ``comp-entry``, ``comp-gouge``, ``comp-radius`` (the tool does not fit in the arc).
+        """
+        spin = 1 if turns > 0 else -1
+        spoke_in, spoke_out = self._programmed - centre, end - centre
+        radius = abs(spoke_out)
+        offset_radius = radius - self.radius * self.side * spin
+        if self._curve is None:
+            return self._entry_arc(end, centre, turns, block)
+        if offset_radius <= 0.0:
+            raise CompensationError(
+                "comp-radius",
+                f"the tool's radius, {self.radius:.4f} mm, does not fit in an arc of radius {radius:.4f} mm",
+                "use a smaller tool or a larger arc",
+                tool_radius_mm=self.radius,
+                arc_radius_mm=radius,
+            )
+        heading_in, heading_out = (1j * spin * s / abs(s) for s in (spoke_in, spoke_out))
+        curve = _Curve(
+            centre + spoke_out * (offset_radius / radius),
+            centre,
+            offset_radius,
+            turns,
+            heading_in,
+            heading_out,
+        )
+        return self._append(
+            curve, end, self._programmed + 1j * heading_in * self.radius * self.side, block, False
+        )
+
+    def defer(self, block: Any) -> list[Piece | Any]:
+        """Take a block that does not move: it waits behind the moves that wait."""
+        if not self._queue:
+            return [block]
+        self._queue.append(block)
+        return []
+
+    def finish(self) -> list[Piece | Any]:
+        """Return what waits still (G40, or the end of the program)."""
+        return self._settle()
+
+    def _check_entry(self, length: float) -> None:
+        """Demand that the first move leads farther than the tool's radius."""
+        if self._curve is None and length <= self.radius:
+            raise CompensationError(
+                "comp-entry",
+                f"the entry move leads {length:.4f} mm away and must lead farther than the tool's radius, "
+                f"{self.radius:.4f} mm",
+                "start farther away",
+                length_mm=length,
+                radius_mm=self.radius,
+            )
+
+    def _entry_arc(self, end: complex, centre: complex, turns: int, block: Any) -> list[Piece | Any]:
+        """Enter on an arc: from where the tool stands, tangent at its end to the offset of the programmed arc.
+
+        The new centre lies on the line from the offset end e through the programmed centre, at the distance k from e
+        (unit vector d) that it also has from the start s: |s − e − k d| = k gives k = |s − e|² / (2 (s − e)·d).
+        """
+        spin = 1 if turns > 0 else -1
+        self._check_entry(abs(end - self._programmed))
+        inwards = (centre - end) / abs(centre - end)
+        tip = end + inwards * (self.radius * self.side * spin)
+        back = self._actual - tip
+        along = (back * inwards.conjugate()).real
+        reach = abs(back) ** 2 / (2.0 * along) if along else math.inf
+        if not 0.0 < reach < math.inf:
+            self._remarks.append(
+                CompensationError(
+                    "comp-entry",
+                    "the entry arc begins on the wrong side of its end: the tool turns back on itself there",
+                    "enter on an arc of less than half a turn, or on a straight line",
+                )
+            )
+        heading = -1j * spin * inwards
+        curve = _Curve(tip, tip + inwards * reach, abs(reach), turns, heading, heading)
+        return self._append(curve, end, self._actual, block, False)
+
+    def _append(
+        self, curve: _Curve, end: complex, start: complex, block: Any, rapid: bool
+    ) -> list[Piece | Any]:
+        """Join a move to the one before, settle that one, and queue the new one."""
+        old, self._programmed = self._curve, end
+        done: list[Piece | Any] = []
+        if old is None:
+            curve.start, curve.entry = self._actual, True
+            done += self._settle()
+        else:
+            done += self._join(old, curve, start, block, rapid)
+        self._curve = curve
+        self._actual = curve.point
+        self._queue.append(Piece(curve.point, curve.centre, curve.turns, block, rapid))
+        return done
+
+    def _join(self, old: _Curve, new: _Curve, start: complex, block: Any, rapid: bool) -> list[Piece | Any]:
+        """Settle the move before, and return it with what rolls around the corner."""
+        turn = self.side * cmath.phase(new.heading_in / old.heading_out)
+        if self._rolls(old, new, turn):
+            done = self._settle(strict=old.centre is None and new.centre is None)
+            centre, turns = (None, 0) if rapid else (self._corner(old), -self.side)
+            new.start = start
+            return [*done, self._shifted(Piece(start, centre, turns, block, rapid, corner=True))]
+        meeting = old.point if abs(turn) <= SMOOTH_TURN else _meeting(old, new, self.side)
+        if meeting is None:
+            raise self._gouge("the offset paths do not meet in this inside corner")
+        old.point = new.start = meeting
+        for piece in self._queue:
+            if isinstance(piece, Piece):
+                piece.end = meeting
+        return self._settle(strict=abs(turn) > SMOOTH_TURN)
+
+    def _rolls(self, old: _Curve, new: _Curve, turn: float) -> bool:
+        """Tell whether a corner is an outside one.
+
+        A path that turns back on itself (within `SMOOTH_TURN`) is rolled around, but where the tool is outside of an
+        arc it takes the place where the offset paths cross, as LinuxCNC does.
+        """
+        if abs(turn) > math.pi - SMOOTH_TURN:
+            arc = new if new.centre is not None else old
+            return arc.centre is None or (arc.turns > 0) == (self.side > 0)
+        return turn < -SMOOTH_TURN
+
+    def _corner(self, old: _Curve) -> complex:
+        """Return the programmed point where a move ended."""
+        return old.point - 1j * old.heading_out * self.radius * self.side
+
+    def _check(self, curve: _Curve | None) -> CompensationError | None:
+        """Return what is wrong where a move, cut short at its ends, goes backward; the entry move may."""
+        if curve is None or curve.entry:
+            return None
+        if curve.centre is None:
+            if ((curve.point - curve.start) * curve.heading_out.conjugate()).real < 0.0:
+                return self._gouge("a straight move at an inside corner is too short for the tool")
+            return None
+        spin = 1 if curve.turns > 0 else -1
+        sweep = _sweep(curve.start - curve.centre, curve.point - curve.centre, spin)
+        slack = SMOOTH_TURN * max(1.0, self.radius / curve.radius)
+        if sweep > _sweep(curve.heading_in, curve.heading_out, spin) + slack:
+            return self._gouge("an arc at an inside corner is too short for the tool")
+        return None
+
+    def _gouge(self, what: str) -> CompensationError:
+        return CompensationError(
+            "comp-gouge",
+            f"{what}: a tool of radius {self.radius:.4f} mm would gouge",
+            "use a smaller tool, or widen the corner",
+            tool_radius_mm=self.radius,
+        )
+
+    def _settle(self, strict: bool = True) -> list[Piece | Any]:
+        """Check the move that waits and return it with what waits behind it.
+
+        Where LinuxCNC looks for gouges (`strict`) one is an error; elsewhere it is a remark, and the move is made.
+        """
+        gouge = self._check(self._curve)
+        if gouge is not None and strict:
+            raise gouge
+        if gouge is not None:
+            self._remarks.append(gouge)
+        done = [self._shifted(item) if isinstance(item, Piece) else item for item in self._queue]
+        self._queue = []
+        return done
+
+    def _shifted(self, piece: Piece) -> Piece:
+        piece.end += self._shift
+        if piece.centre is not None:
+            piece.centre += self._shift
+        return piece
+
+
+def _sweep(start: complex, end: complex, spin: int) -> float:
+    """Return the angle in (0, 2π] from one direction to another, turning `spin` (1: counter-clockwise)."""
+    angle = spin * cmath.phase(end / start)
+    return angle if angle > 0.0 else angle + 2.0 * math.pi
+
+
+def _meeting(old: _Curve, new: _Curve, side: int) -> complex | None:
+    """Return where two offset curves cross so that the path turns towards the tool (`side`: 1 left), or None."""
+    if old.centre is None and new.centre is None:
+        points = _line_line(old, new)
+    elif old.centre is None:
+        points = _line_circle(old, new.centre, new.radius)
+    elif new.centre is None:
+        points = _line_circle(new, old.centre, old.radius)
+    else:
+        points = _circle_circle(old.centre, old.radius, new.centre, new.radius)
+    turns = [side * (_heading(old, p).conjugate() * _heading(new, p)).imag for p in points]
+    return points[turns.index(max(turns))] if points else None
+
+
+def _heading(curve: _Curve, point: complex) -> complex:
+    """Return the direction of a curve at a point on it."""
+    if curve.centre is None:
+        return curve.heading_in
+    return (1j if curve.turns > 0 else -1j) * (point - curve.centre)
+
+
+def _line_line(a: _Curve, b: _Curve) -> list[complex]:
+    across = (a.heading_in.conjugate() * b.heading_in).imag
+    along = ((b.point - a.point).conjugate() * b.heading_in).imag / across
+    return [a.point + along * a.heading_in]
+
+
+def _line_circle(line: _Curve, centre: complex | None, radius: float) -> list[complex]:
+    assert centre is not None
+    foot = line.point + ((centre - line.point) * line.heading_in.conjugate()).real * line.heading_in
+    half = radius * radius - abs(foot - centre) ** 2
+    if half < 0.0:
+        return []
+    return [foot + s * math.sqrt(half) * line.heading_in for s in (-1, 1)]
+
+
+def _circle_circle(a: complex, radius_a: float, b: complex, radius_b: float) -> list[complex]:
+    distance = abs(b - a)
+    if distance == 0.0:
+        return []
+    along = (distance * distance + radius_a * radius_a - radius_b * radius_b) / (2.0 * distance)
+    half = radius_a * radius_a - along * along
+    if half < 0.0:
+        return []
+    axis = (b - a) / distance
+    return [a + axis * complex(along, s * math.sqrt(half)) for s in (-1, 1)]

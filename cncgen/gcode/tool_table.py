@@ -1,0 +1,110 @@
+"""The tool table in LinuxCNC's format: a tool a line, ``T1 P1 X0 Y0 Z-12.5 D6 I0 J0 Q0 ; remark``."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from cncgen.diagnostics import Diagnostic, Span, UsageError
+from cncgen.gcode.modal import zeros
+
+_WORD = re.compile(r"([A-Za-z])\s*([+-]?(?:\d+\.?\d*|\.\d+))")
+_AXES = "XYZABCUVW"
+
+
+@dataclass(slots=True)
+class Tool:
+    """One tool; lengths in the table's units, angles in degrees.
+
+    Attributes:
+        number, pocket: T and P.
+        offset: X Y Z A B C U V W.
+        diameter: D.
+        front, back, orientation: I, J, Q, of lathe tools.
+    """
+
+    number: int
+    pocket: int
+    offset: list[float] = field(default_factory=zeros)
+    diameter: float = 0.0
+    front: float = 0.0
+    back: float = 0.0
+    orientation: int = 0
+
+
+class ToolTable:
+    """Tools by number. Without a table every tool exists, of no length."""
+
+    def __init__(self, tools: dict[int, Tool] | None = None) -> None:
+        self.given = tools is not None
+        self.tools: dict[int, Tool] = dict(tools or {})
+
+    def find(self, number: int) -> Tool | None:
+        """Return a tool, or None where the table has no such tool."""
+        if number in self.tools:
+            return self.tools[number]
+        if number == 0 or not self.given:
+            return Tool(number, number)
+        return None
+
+    def entry(self, number: int) -> Tool | None:
+        """Return a tool to be changed, which then stays in the table; None where there is no such tool."""
+        tool = self.find(number)
+        if tool is not None:
+            self.tools[number] = tool
+        return tool
+
+    def pocket_of(self, number: int) -> int:
+        """Return the pocket of a tool, 0 for none."""
+        tool = self.find(number)
+        return tool.pocket if tool else 0
+
+
+def read_tool_table(path: Path) -> ToolTable:
+    """Read a tool table.
+
+    Raises:
+        UsageError: Where it cannot be read or a line is wrong; all of them are named.
+    """
+    try:
+        lines = path.read_text("utf-8", "replace").splitlines()
+    except OSError as error:
+        raise UsageError(Diagnostic("unreadable-file", f"cannot read {path}: {error.strerror}")) from error
+    tools: dict[int, Tool] = {}
+    faults = []
+    for count, line in enumerate(lines, 1):
+        text = line.partition(";")[0].strip()
+        if not text:
+            continue
+        fault = _read_line(text, tools)
+        if fault:
+            faults.append(Diagnostic("tool-table", fault, span=Span(str(path), count)))
+    if faults:
+        raise UsageError(faults)
+    return ToolTable(tools)
+
+
+def _read_line(text: str, tools: dict[int, Tool]) -> str:
+    """Take a line into the table; return what is wrong with it, or ""."""
+    words = {letter.upper(): float(number) for letter, number in _WORD.findall(text)}
+    if _WORD.sub("", text).strip():
+        return f"{_WORD.sub('', text).strip()[:40]!r} is no word of a tool table"
+    if "T" not in words:
+        return "the line has no tool number T"
+    number = int(words["T"])
+    if number in tools:
+        return f"tool {number} stands in the table twice"
+    unknown = set(words) - set("TPDIJQ" + _AXES)
+    if unknown:
+        return f"{sorted(unknown)[0]} is no word of a tool table"
+    tools[number] = Tool(
+        number,
+        int(words.get("P", number)),
+        [words.get(letter, 0.0) for letter in _AXES],
+        words.get("D", 0.0),
+        words.get("I", 0.0),
+        words.get("J", 0.0),
+        int(words.get("Q", 0)),
+    )
+    return ""
