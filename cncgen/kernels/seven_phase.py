@@ -254,6 +254,7 @@ def build(
     k: cython.Py_ssize_t = 0
     peak: cython.double
     left: cython.double
+    mean: cython.double
     with cython.nogil:
         for i in range(n):
             offset[i] = k
@@ -265,6 +266,11 @@ def build(
                 - _ramp(kind, v[i], peak - v[i], acc[i], jerk[i], 1)
                 - _ramp(kind, v[i + 1], peak - v[i + 1], acc[i], jerk[i], 0)
             )
+            if left < -1e-9 * length[i]:
+                # The joints differ by the last digits alone, which make a ramp longer than this tiny segment.
+                mean = 0.5 * (v[i] + v[i + 1])
+                k = _put(out, k, length[i] / mean, mean, 0.0, 0.0, 0.0, 0.0)
+                continue
             k = _put_ramp(out, k, kind, v[i], peak, acc[i], jerk[i])
             if peak > 0.0:
                 k = _put(out, k, left / peak, peak, 0.0, 0.0, 0.0, 0.0)
