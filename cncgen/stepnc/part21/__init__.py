@@ -15,6 +15,7 @@ from cncgen.stepnc.part21.values import (
     Ref,
     Resource,
     Typed,
+    Value,
     ValueRef,
 )
 from cncgen.stepnc.part21.writer import format_instance, format_value, write
@@ -30,6 +31,7 @@ __all__ = [
     "Ref",
     "Resource",
     "Typed",
+    "Value",
     "ValueRef",
     "format_instance",
     "format_value",

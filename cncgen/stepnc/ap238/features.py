@@ -1,0 +1,216 @@
+"""Features of the AIM: placement, depth and profiles, in the convention of ISO 14649 (top of the feature, Z out)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from cncgen.stepnc.ap238.graph import Graph, Item
+from cncgen.stepnc.ap238.technology import described
+from cncgen.stepnc.ap238.units import Units
+from cncgen.stepnc.entities import Entity, Skip
+from cncgen.stepnc.geometry.curves import Curves
+from cncgen.stepnc.geometry.frames import Matrix, Placements, identity, translation
+from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
+from cncgen.stepnc.model import Feature, Shape
+
+_KINDS = {"ROUND_HOLE": "round hole", "POCKET": "closed pocket", "FLAT_FACE": "planar face"}
+
+
+class Features:
+    """Reads the features of workingsteps."""
+
+    def __init__(self, graph: Graph, units: Units) -> None:
+        self.graph = graph
+        self.entities = graph.entities
+        self.units = units
+
+    def of_workingstep(self, step: int) -> Feature | None:
+        """Return the feature that a workingstep machines, None where it names none.
+
+        Raises:
+            Skip: where it has a fault.
+        """
+        for process in self.graph.related(step, "MACHINING_FEATURE_RELATIONSHIP"):
+            for action in self.graph.index("PROPERTY_PROCESS", 0).of(process.id):
+                for link in self.graph.index("PROCESS_PROPERTY_ASSOCIATION", 0).of(action):
+                    ident = self.entities.get(link).ref("property_or_shape")
+                    if ident is not None:
+                        return self._feature(ident)
+        return None
+
+    def _feature(self, ident: int) -> Feature:
+        entity = self.entities.get(ident)
+        kind = next((k for k in _KINDS if entity.instance.part(k)), "")
+        items = self._shape_items(ident)
+        placement = identity()
+        for item in items:
+            if item.name == "orientation" and item.entity.keyword == "AXIS2_PLACEMENT_3D":
+                placement = self._placements(item).placement(item.entity.id)
+        name = entity.instance.part("CHARACTERIZED_OBJECT") or entity.instance.parts[0]
+        label = str(name.parameters[0]) if name.parameters else ""
+        depth, at_top = self._depth(ident, entity)
+        if not at_top and depth is not None:
+            placement = placement @ translation(0.0, 0.0, depth)
+        return Feature(
+            ident, label, _KINDS.get(kind, kind), placement, lambda: self._shape(entity, kind, depth)
+        )
+
+    def _placements(self, item: Item) -> Placements:
+        return Placements(self.entities, self.units.context(item.context)[0])
+
+    # The graph from a feature or profile to its values
+
+    def _shape_items(self, ident: int, name: str | None = None) -> list[Item]:
+        """Return the items of the shape representations of a feature or shape aspect."""
+        out: list[Item] = []
+        owners = [ident]
+        for keyword in ("PRODUCT_DEFINITION_SHAPE", "PROPERTY_DEFINITION"):
+            owners += self.graph.index(keyword, 0).of(ident)
+        for owner in owners:
+            for keyword in ("SHAPE_DEFINITION_REPRESENTATION", "PROPERTY_DEFINITION_REPRESENTATION"):
+                for link in self.graph.index(keyword, 0).of(owner):
+                    representation = self.entities.get(link).ref("used_representation")
+                    if representation is not None:
+                        items = self.graph.items(representation)
+                        out += [i for i in items if name is None or i.representation.strip().lower() == name]
+        return out
+
+    def _aspects(self, feature: int) -> list[Entity]:
+        """Return the shape aspects of a feature's shape (its '… occurrence's)."""
+        out = []
+        for shape in self.graph.index("PRODUCT_DEFINITION_SHAPE", 0).of(feature):
+            for aspect in self.graph.index("SHAPE_ASPECT", 0).of(shape):
+                out.append(self.entities.get(aspect))
+        return out
+
+    def _components(self, feature: int) -> Iterator[tuple[str, Entity]]:
+        """Yield the profiles and paths of a feature under the names of their relationships."""
+        for aspect in self._aspects(feature):
+            for relation in self.graph.index("SHAPE_DEFINING_RELATIONSHIP", 1).of(aspect.id):
+                entity = self.entities.get(relation, "SHAPE_DEFINING_RELATIONSHIP")
+                yield entity.text("name").strip().lower(), entity.entity("relating_shape_aspect")
+
+    def _measures(self, ident: int) -> dict[str, float]:
+        out = {}
+        for item in self._shape_items(ident):
+            if described(item) or item.entity.keyword in ("AXIS2_PLACEMENT_3D", "PLANE", "DIRECTION"):
+                continue
+            try:
+                measure = self.units.measure(item.entity)
+            except Skip:
+                continue
+            if measure is not None:
+                out[item.name or measure.name] = measure.value
+        return out
+
+    def _depth(self, ident: int, entity: Entity) -> tuple[float | None, bool]:
+        """Return the depth, and whether the placement is at the top (ISO 14649) or the bottom (ISO 10303).
+
+        A plane 'maximum feature limit' with Z below the placement means the convention of ISO 14649.
+        """
+        for item in self._shape_items(ident):
+            if (
+                item.representation.strip().lower() == "maximum feature limit"
+                and item.entity.keyword == "PLANE"
+            ):
+                plane = self._placements(item).plane(item.entity.id)
+                if plane is not None and plane[2, 3] < 0:
+                    return float(-plane[2, 3]), True
+                if plane is not None:
+                    return float(plane[2, 3]), False
+        for name, component in self._components(ident):
+            if name in ("hole depth", "pocket depth", "depth", "course of travel", "removal depth"):
+                depth = self._measures(component.id).get(
+                    "distance", self._measures(component.id).get("length")
+                )
+                if depth is not None and not (
+                    name == "course of travel" and entity.instance.part("FLAT_FACE")
+                ):
+                    return depth, False
+        return None, True
+
+    # Shapes
+
+    def _shape(self, entity: Entity, kind: str, depth: float | None) -> Shape:
+        if kind not in _KINDS:
+            text = "no toolpath can be made for this feature; give explicit toolpaths"
+            raise entity.fault("stepnc-unsupported", text)
+        components = dict(self._components(entity.id))
+        if kind == "ROUND_HOLE":
+            profile = components.get("diameter")
+            diameter = self._measures(profile.id).get("diameter") if profile else None
+            if diameter is None:
+                raise entity.fault("stepnc-missing", "the hole has no diameter")
+            return Shape(depth, diameter=diameter)
+        if kind == "FLAT_FACE":
+            return self._face(entity, depth, components)
+        profile = components.get(
+            "closed boundary", components.get("removal boundary", components.get("boundary"))
+        )
+        if profile is None:
+            raise entity.fault("stepnc-missing", "the pocket has no boundary")
+        own = self._measures(entity.id)
+        return Shape(
+            depth,
+            outline=self._profile(profile),
+            corner_radius=own.get("orthogonal radius"),
+            floor_radius=own.get("planar radius"),
+        )
+
+    def _face(self, entity: Entity, depth: float | None, components: dict[str, Entity]) -> Shape:
+        course, boundary = components.get("course of travel"), components.get("removal boundary")
+        if course is None or boundary is None:
+            raise entity.fault("stepnc-missing", "the face has no course of travel or no removal boundary")
+        length = self._measures(course.id)
+        width = self._measures(boundary.id).get("profile length", self._measures(boundary.id).get("length"))
+        distance = length.get("distance", length.get("length"))
+        if width is None or distance is None:
+            raise entity.fault("stepnc-missing", "the face has no length or no width")
+        path: list[Piece] = [Polyline(np.array([[0.0, 0.0, 0.0], [0.0, distance, 0.0]]))]
+        corners = np.array(
+            [[0, 0, 0], [width, 0, 0], [width, distance, 0], [0, distance, 0], [0, 0, 0]], float
+        )
+        return Shape(depth, outline=[Polyline(corners)], course=path, width=width)
+
+    def _profile(self, entity: Entity) -> list[Piece]:
+        values = self._measures(entity.id)
+        if entity.keyword == "CIRCULAR_CLOSED_PROFILE" and "diameter" in values:
+            start = np.array([values["diameter"] / 2, 0.0, 0.0])
+            return [Arc(start, start, np.zeros(3), np.array([0.0, 0.0, 1.0]), 2 * math.pi)]
+        if entity.keyword == "RECTANGULAR_CLOSED_PROFILE" and {"profile width", "profile length"} <= set(
+            values
+        ):
+            half = np.array([values["profile length"], values["profile width"]]) / 2
+            signs = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]])
+            return [Polyline(np.column_stack([signs * half, np.zeros(5)]))]
+        for item in self._shape_items(entity.id):
+            if "CURVE" in item.entity.keyword or item.entity.keyword == "POLYLINE":
+                return Curves(self.entities, *self.units.context(item.context)).read(
+                    item.entity.id, entity.id
+                )
+        raise entity.fault("stepnc-unsupported", "this is no closed profile that can be made")
+
+    # Setups and tilts
+
+    def setup_origins(self, process: int) -> Iterator[Matrix]:
+        """Yield the placements named 'orientation' of the setup that a process associates."""
+        for link in self.graph.index("PROCESS_PRODUCT_ASSOCIATION", 1).of(process):
+            product = self.entities.get(link).ref("defined_product")
+            for item in self._shape_items(product) if product is not None else ():
+                if item.entity.keyword == "AXIS2_PLACEMENT_3D" and item.name == "orientation":
+                    yield self._placements(item).placement(item.entity.id)
+
+    def tilted(self) -> Iterator[bool]:
+        """Yield for each feature whether its placement's Z leaves the machine's."""
+        for row in self.entities.exchange.complex_rows().tolist():
+            instance = self.entities.exchange.at_row(row)
+            if instance is None or instance.part("INSTANCED_FEATURE") is None:
+                continue
+            try:
+                frame = self._feature(instance.id).placement
+            except Skip:
+                continue
+            yield abs(frame[2, 2] - 1.0) > 1e-12

@@ -1,0 +1,165 @@
+"""Technology, machine functions and tools of the AIM."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from cncgen.stepnc.ap238.graph import Graph, Item
+from cncgen.stepnc.ap238.units import Measure, Units
+from cncgen.stepnc.entities import Skip
+from cncgen.stepnc.model import Functions, Technology, Tool
+
+_ON = {"on": True, "off": False, "true": True, "false": False}
+
+
+class Resources:
+    """Reads what operations and toolpaths share, each entity once."""
+
+    def __init__(self, graph: Graph, units: Units) -> None:
+        self.graph = graph
+        self.units = units
+        self._technologies: dict[int, Technology] = {}
+        self._functions: dict[int, Functions] = {}
+        self._tools: dict[int, Tool] = {}
+
+    # Technology
+
+    def technology(self, owner: int) -> Technology | None:
+        """Return the technology of an operation or toolpath, None where it has none.
+
+        Raises:
+            Skip: where it has a fault.
+        """
+        related = self.graph.related(owner, "MACHINING_TECHNOLOGY_RELATIONSHIP")
+        if not related:
+            return None
+        ident = related[0].id
+        if ident not in self._technologies:
+            self._technologies[ident] = self._read_technology(ident)
+        return self._technologies[ident]
+
+    def _read_technology(self, ident: int) -> Technology:
+        properties = self.graph.properties(ident)
+        feeds = self._measures(properties.get("feedrate", []) + properties.get("feed rate", []))
+        spindles = self._measures(properties.get("spindle", []))
+        speeds = {name: m for item, name, m in spindles if m.unit.length == 1}
+        turns = {name: (item, m) for item, name, m in spindles if m.unit.length == 0}
+        feed = tooth = revolution = None
+        for item, name, measure in feeds:
+            if name == "feed per tooth":
+                tooth = measure.value
+            elif name == "feed per revolution":
+                revolution = measure.value
+                if measure.unit.time:
+                    text = (
+                        "a feed per revolution has a unit of length per time; its number is taken as a length"
+                    )
+                    item.entity.warn("stepnc-feed-unit", text)
+                    revolution = measure.value / measure.unit.factor * self._length_factor(item)
+            else:
+                feed = measure.value
+        spindle = None
+        for item, measure in turns.values():
+            spindle = measure.value
+            if measure.unit.angle:
+                spindle /= 2 * math.pi
+            if not measure.unit.time:
+                text = "the spindle speed has no unit of time; it is taken as revolutions per second"
+                item.entity.warn("stepnc-speed-unit", text)
+        cutting = next((m.value for m in speeds.values()), None)
+        return Technology(ident, feed, tooth, revolution, spindle, cutting)
+
+    def _length_factor(self, item: Item) -> float:
+        return self.units.context(item.context)[0]
+
+    def _measures(self, items: list[Item]) -> list[tuple[Item, str, Measure]]:
+        """Return the measures that are set, under the name of their representation, else of the item."""
+        out = []
+        for item in items:
+            if item.entity.instance.part("DESCRIPTIVE_REPRESENTATION_ITEM"):
+                continue
+            measure = self.units.measure(item.entity)
+            if measure is not None:
+                out.append((item, item.representation.strip().lower() or item.name, measure))
+        return out
+
+    # Machine functions
+
+    def functions(self, owner: int) -> Functions | None:
+        """Return the machine functions of an operation or toolpath, None where it has none.
+
+        Raises:
+            Skip: where they have a fault.
+        """
+        related = self.graph.related(owner, "MACHINING_FUNCTIONS_RELATIONSHIP")
+        if not related:
+            return None
+        ident = related[0].id
+        if ident not in self._functions:
+            properties = self.graph.properties(ident)
+
+            def state(name: str) -> bool | None:
+                texts = [described(i) for i in properties.get(name, [])]
+                return next((_ON[t.split()[-1]] for t in texts if t and t.split()[-1] in _ON), None)
+
+            known = ("coolant", "mist", "through spindle coolant")
+            quiet = (*known, "chip removal", "coolant pressure", "through pressure", "axis clamping")
+            others = {n: True for n in properties if n not in quiet}
+            coolant, mist, through = (state(n) for n in known)
+            self._functions[ident] = Functions(ident, coolant, mist, through, others)
+        return self._functions[ident]
+
+    # Tools
+
+    def tool(self, owner: int) -> Tool | None:
+        """Return the tool that an operation uses, None where none says that it is used there.
+
+        Raises:
+            Skip: where it has a fault.
+        """
+        users = self.graph.index("MACHINING_TOOL", None).of(owner)
+        if not users:
+            return None
+        ident = users[0]
+        if ident not in self._tools:
+            self._tools[ident] = self._read_tool(ident)
+        return self._tools[ident]
+
+    def _read_tool(self, ident: int) -> Tool:
+        entity = self.graph.entities.get(ident, "MACHINING_TOOL")
+        values: dict[str, Any] = {}
+        for item in self.graph.resource_items(ident):
+            name = item.name or item.representation.strip().lower()
+            try:
+                if item.entity.instance.part("DESCRIPTIVE_REPRESENTATION_ITEM"):
+                    values[name] = described(item)
+                    continue
+                measure = self.units.measure(item.entity)
+            except Skip:
+                continue
+            if measure is not None:
+                values[name] = measure.value
+        number = {k: v for k, v in values.items() if isinstance(v, float)}
+        teeth = number.get("number of effective teeth", number.get("number of teeth"))
+        point = number.get("point angle")
+        return Tool(
+            ident,
+            entity.text("name") or f"#{ident}",
+            entity.text("description").strip().lower(),
+            number.get("effective cutting diameter", number.get("cutting diameter", number.get("diameter"))),
+            None if teeth is None else round(teeth),
+            None if point is None else math.pi / 2 - point / 2,
+            number.get("edge radius", number.get("corner radius")),
+            cutting_length=number.get("maximum depth of cut"),
+            offset_length=number.get("overall assembly length", number.get("functional length")),
+            left_handed="left" in str(values.get("hand of cut", "")),
+            pitch=number.get("thread pitch", number.get("pitch")),
+        )
+
+
+def described(item: Item) -> str:
+    """Return the description of a DESCRIPTIVE_REPRESENTATION_ITEM, lower case, "" of anything else."""
+    part = item.entity.instance.part("DESCRIPTIVE_REPRESENTATION_ITEM")
+    value = part.parameters[-1] if part and part.parameters else ""
+    return value.strip().lower() if isinstance(value, str) else ""

@@ -1,0 +1,272 @@
+"""Toolpaths to an AP238 file: one workplan, a workingstep a tool, a toolpath for every stretch of alike motions.
+
+Lines become polylines, arcs trimmed circles, helices trimmed HELIX curves (of ISO 14649-11; the AIM has none of its
+own), splines B-splines with their knots and weights. A comment before the header says where the tool stands at the
+start. Numbers have all their digits, so that what is read back is the same.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import TextIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.stepnc.ap238.aim_file import AimFile, E
+from cncgen.stepnc.part21 import Ref
+from cncgen.toolpath.record import Event, FeedMode, Kind, Toolpath
+
+Floats = NDArray[np.float64]
+
+SCHEMA = "MODEL_BASED_INTEGRATED_MANUFACTURING_SCHEMA { 1 0 10303 442 3 1 4 }"
+
+
+def write_ap238(chunks: Iterable[Toolpath], stream: TextIO, name: str = "", inches: bool = False) -> None:
+    """Write a program as an AP238 file.
+
+    Args:
+        chunks: Its toolpath, piece by piece; axes X Y Z, or X Y Z B C as `read` gives them.
+        stream: Text stream.
+        name: Of the project.
+        inches: Whether lengths are written in inches.
+
+    Raises:
+        UsageError: where the program has other axes, which AP238 has no place for.
+    """
+    iterator = iter(chunks)
+    first = next(iterator, None)
+    start = np.zeros(3) if first is None else first.start[:3]
+    stream.write("ISO-10303-21;\n")
+    words = " ".join(f"{a}{v!r}" for a, v in zip("XYZ", start.tolist(), strict=True))
+    stream.write(f"/* (START, {words}) */\n")
+    stream.write("HEADER;\nFILE_DESCRIPTION(('toolpaths'),'2;1');\n")
+    stream.write(
+        f"FILE_NAME('','',(''),(''),'cncgen','cncgen','');\nFILE_SCHEMA(('{SCHEMA}'));\nENDSEC;\nDATA;\n"
+    )
+    writer = _Writer(AimFile(stream, inches), name)
+    for chunk in _all(first, iterator):
+        writer.chunk(chunk)
+    writer.close()
+    stream.write("ENDSEC;\nEND-ISO-10303-21;\n")
+
+
+def _all(first: Toolpath | None, rest: Iterator[Toolpath]) -> Iterator[Toolpath]:
+    if first is not None:
+        yield first
+    yield from rest
+
+
+@dataclass(slots=True)
+class _State:
+    """What holds for the next toolpath."""
+
+    tool: str | None = None
+    spindle: float | None = None
+    coolant: tuple[bool, bool, bool] | None = None
+
+
+@dataclass(slots=True)
+class _Writer:
+    file: AimFile
+    name: str
+    state: _State = field(default_factory=_State)
+    _plan: Ref | None = None
+    _operation: Ref | None = None
+    _paths: int = 0
+    _steps: int = 0
+    _tools: dict[str, list[Ref]] = field(default_factory=dict)
+    _technologies: dict[tuple[float | None, float | None], Ref] = field(default_factory=dict)
+    _functions: dict[tuple[bool, bool, bool], Ref] = field(default_factory=dict)
+
+    def close(self) -> None:
+        """Write what refers to all that came before."""
+        kind = self.file.add("ACTION_RESOURCE_TYPE", "milling cutting tool")
+        for tool, users in self._tools.items():
+            self.file.add("MACHINING_TOOL", tool, "milling cutting tool", tuple(users), kind)
+
+    # Structure
+
+    def _child(self, child: Ref) -> None:
+        if self._plan is None:
+            self._plan = self.file.method("MACHINING_WORKPLAN", self.name or "program")
+            self.file.project(self._plan, self.name or "program")
+        self._steps += 1
+        self.file.relate("MACHINING_PROCESS_SEQUENCE_RELATIONSHIP", self._plan, child, self._steps)
+
+    def _begin_operation(self) -> Ref:
+        if self._operation is None:
+            step = self.file.method("MACHINING_WORKINGSTEP", f"step {self._steps + 1}")
+            self._operation = self.file.method("FREEFORM_MILLING_OPERATION")
+            self.file.add("MACHINING_OPERATION_RELATIONSHIP", "", "", step, self._operation)
+            self._child(step)
+            self._paths = 0
+            if self.state.tool is not None:
+                self._tools.setdefault(self.state.tool, []).append(self._operation)
+        return self._operation
+
+    def _path(self, description: str) -> Ref:
+        operation = self._begin_operation()
+        path = self.file.method("MACHINING_TOOLPATH", "", description)
+        self._paths += 1
+        self.file.relate("MACHINING_TOOLPATH_SEQUENCE_RELATIONSHIP", operation, path, self._paths)
+        return path
+
+    # Rows
+
+    def chunk(self, toolpath: Toolpath) -> None:
+        """Write the rows of a chunk."""
+        others = set(toolpath.axes) - set("XYZBC")
+        if others or ("B" in toolpath.axes) != ("C" in toolpath.axes):
+            text = f"AP238 has toolpaths of X Y Z and a tool axis (B and C), not of axes {toolpath.axes}"
+            raise UsageError(Diagnostic("stepnc-axes", text))
+        n = len(toolpath)
+        feed = np.nan_to_num(toolpath.feed, nan=-1.0)
+        change = np.ones(n + 1, bool)
+        change[1:n] = (
+            (toolpath.kind[1:] != Kind.LINE)
+            | (toolpath.kind[:-1] != Kind.LINE)
+            | (feed[1:] != feed[:-1])
+            | (toolpath.feed_mode[1:] != toolpath.feed_mode[:-1])
+            | (toolpath.feed_mode[1:] == FeedMode.INVERSE_TIME)
+        )
+        starts = toolpath.starts
+        edges = np.flatnonzero(change)
+        for begin, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+            if toolpath.kind[begin] == Kind.EVENT:
+                self._event(toolpath.events[int(toolpath.curve[begin])])
+            else:
+                self._motion(toolpath, starts, begin, end)
+
+    def _motion(self, toolpath: Toolpath, starts: Floats, begin: int, end: int) -> None:
+        kind = toolpath.kind[begin]
+        points = np.concatenate([starts[begin : begin + 1], toolpath.end[begin:end]])
+        if kind == Kind.LINE:
+            curve = self.file.add("POLYLINE", "", tuple(self.file.points(points[:, :3])))
+            length = float(np.linalg.norm(np.diff(points[:, :3], axis=0), axis=1).sum())
+        elif kind == Kind.ARC:
+            curve, length = self._arc(toolpath, points[0, :3], points[1, :3], int(toolpath.curve[begin]))
+        else:
+            curve, length = self._spline(toolpath, points[0], int(toolpath.curve[begin]))
+        path = self._path("cutter location trajectory")
+        self.file.property(path, "basic curve", "REPRESENTATION", "basic curve", curve)
+        self._tool_axis(path, toolpath, points, kind)
+        mode, feed = toolpath.feed_mode[begin], float(toolpath.feed[begin])
+        if mode == FeedMode.RAPID:
+            keyword = "MACHINING_TOOLPATH_SPEED_PROFILE_REPRESENTATION"
+            self.file.words(path, "speed profile", "rapid", keyword)
+        elif mode == FeedMode.INVERSE_TIME:
+            feed *= length
+        self._attach(path, None if mode == FeedMode.RAPID else feed)
+
+    def _attach(self, path: Ref, feed: float | None) -> None:
+        """Give a toolpath its technology and functions."""
+        key = (feed, self.state.spindle)
+        if key != (None, None):
+            if key not in self._technologies:
+                self._technologies[key] = self._technology(*key)
+            self.file.add("MACHINING_TECHNOLOGY_RELATIONSHIP", "", "", path, self._technologies[key])
+        coolant = self.state.coolant
+        if coolant is not None:
+            if coolant not in self._functions:
+                functions = self.file.method("MACHINING_FUNCTIONS", "", "milling")
+                for name, on in zip(("coolant", "mist", "through spindle coolant"), coolant, strict=True):
+                    self.file.words(functions, name, f"{name} {'on' if on else 'off'}")
+                self._functions[coolant] = functions
+            self.file.add("MACHINING_FUNCTIONS_RELATIONSHIP", "", "", path, self._functions[coolant])
+
+    def _technology(self, feed: float | None, spindle: float | None) -> Ref:
+        file = self.file
+        technology = file.method("MACHINING_TECHNOLOGY", "", "milling")
+        if feed is not None:
+            item = file.measure("feed speed", feed * file.scale, file.feed_unit)
+            file.property(technology, "feedrate", "MACHINING_FEED_SPEED_REPRESENTATION", "feed speed", item)
+        if spindle is not None:
+            item = file.measure("rotational speed", spindle, file.spindle_unit)
+            keyword = "MACHINING_SPINDLE_SPEED_REPRESENTATION"
+            file.property(technology, "spindle", keyword, "spindle speed", item)
+        return technology
+
+    def _arc(self, toolpath: Toolpath, start: Floats, end: Floats, index: int) -> tuple[Ref, float]:
+        table, file = toolpath.arcs, self.file
+        centre, normal, sweep = table.centre[index], table.normal[index], float(table.sweep[index])
+        radius = float(np.linalg.norm(start - centre))
+        place = file.placement(centre, normal, (start - centre) / radius)
+        trims = file.points(np.stack([start, end]))
+        rise = float((end - start) @ normal)
+        if abs(rise) > 1e-9 or sweep > 2 * math.pi + 1e-9:
+            pitch = rise * 2 * math.pi / sweep
+            basis = file.add("HELIX", "", place, radius * file.scale, pitch * file.scale)
+        else:
+            basis = file.add("CIRCLE", "", place, radius * file.scale)
+        master = E("CARTESIAN")
+        curve = file.add("TRIMMED_CURVE", "", basis, (trims[0],), (trims[1],), E("T"), master)
+        return curve, math.hypot(radius * sweep, rise)
+
+    def _spline(self, toolpath: Toolpath, start: Floats, index: int) -> tuple[Ref, float]:
+        table, file = toolpath.nurbs, self.file
+        points = slice(int(table.point_offset[index]), int(table.point_offset[index + 1]))
+        control, weights = table.control_points[points, :3], table.weights[points]
+        knots = table.knots[int(table.knot_offset[index]) : int(table.knot_offset[index + 1])]
+        values, counts = np.unique(knots, return_counts=True)
+        refs = tuple(file.points(control))
+        head = (int(table.degree[index]), refs, E("UNSPECIFIED"), E("F"), E("U"))
+        tail = (tuple(counts.tolist()), tuple(values.tolist()), E("UNSPECIFIED"))
+        length = float(np.linalg.norm(np.diff(control, axis=0), axis=1).sum())
+        if (weights == weights[0]).all():
+            return file.add("B_SPLINE_CURVE_WITH_KNOTS", "", *head, *tail), length
+        curve = file.add_complex(
+            ("BOUNDED_CURVE", ()),
+            ("B_SPLINE_CURVE", head),
+            ("B_SPLINE_CURVE_WITH_KNOTS", tail),
+            ("CURVE", ()),
+            ("GEOMETRIC_REPRESENTATION_ITEM", ()),
+            ("RATIONAL_B_SPLINE_CURVE", (tuple(weights.tolist()),)),
+            ("REPRESENTATION_ITEM", ("",)),
+        )
+        return curve, length
+
+    def _tool_axis(self, path: Ref, toolpath: Toolpath, points: Floats, kind: int) -> None:
+        """Write the tool axis at the points of a line, or at start and end of another curve, where there is one."""
+        if "B" not in toolpath.axes:
+            return
+        b, c = points[:, toolpath.axes.index("B")], points[:, toolpath.axes.index("C")]
+        axis = np.column_stack([np.cos(c) * np.sin(b), np.sin(c) * np.sin(b), np.cos(b)])
+        scale, self.file.scale = self.file.scale, 1.0  # directions have no unit
+        refs = tuple(self.file.points(axis))
+        self.file.scale = scale
+        self.file.property(
+            path, "tool axis", "REPRESENTATION", "tool axis", self.file.add("POLYLINE", "", refs)
+        )
+
+    # Events
+
+    def _event(self, event: Event) -> None:
+        values = event.values
+        if event.name == "tool":
+            self.state.tool, self._operation = str(values.get("tool", "")), None
+        elif event.name == "spindle" and "direction" in values:
+            direction, speed = int(values["direction"]), float(values["speed_rpm"])
+            self.state.spindle = -direction * speed / 60.0 if direction else 0.0
+        elif event.name == "coolant":
+            names = ("flood", "mist", "through_spindle")
+            self.state.coolant = tuple(bool(values.get(n, False)) for n in names)  # type: ignore[assignment]
+        elif event.name == "dwell":
+            path = self._path("feedstop")
+            item = self.file.measure("dwell time", event.dwell_s, self.file.second)
+            self.file.property(path, "dwell", "MACHINING_DWELL_TIME_REPRESENTATION", "dwell time", item)
+        elif event.name == "stop":
+            optional = values.get("kind") == "optional"
+            self._function("optional stop" if optional else "program stop", "")
+        elif event.name == "message":
+            self._function("display message", str(values.get("text", "")))
+
+    def _function(self, kind: str, text: str) -> None:
+        function = self.file.method("MACHINING_NC_FUNCTION", text or kind, kind)
+        if text:
+            self.file.words(function, "message", text)
+        self._child(function)
+        self._operation = None

@@ -1,0 +1,197 @@
+"""Instances with their attributes by name, and what a reader does where one is not as it must be.
+
+A fault is reported where it is met and ends the smallest thing that cannot be done without it: `Skip` climbs to who
+executes that thing, who goes on with the next. So one run names the faults of all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from cncgen.diagnostics import Severity
+from cncgen.stepnc.part21 import DERIVED, Enumeration, Exchange, Instance, Ref, Typed, Value
+from cncgen.stepnc.schema.tables import positions
+
+
+class Skip(Exception):
+    """What was being read has a fault, which is reported."""
+
+
+class Entity:
+    """An instance with its attributes by the names of the schema."""
+
+    __slots__ = ("_file", "instance", "keyword", "parameters")
+
+    def __init__(self, file: Entities, instance: Instance, keyword: str) -> None:
+        self._file = file
+        self.instance = instance
+        self.keyword = keyword
+        part = instance.part(keyword)
+        self.parameters: tuple[Value, ...] = part.parameters if part else instance.parameters
+
+    @property
+    def id(self) -> int:
+        """Return the number of the instance."""
+        return self.instance.id
+
+    def get(self, name: str) -> Value:
+        """Return an attribute; None where it is ``$``, ``*``, or the entity has no such attribute."""
+        k = positions(self.keyword, self._file.iso).get(name, -1)
+        value = self.parameters[k] if 0 <= k < len(self.parameters) else None
+        return None if value is DERIVED else value
+
+    def number(self, name: str, default: float | None = None) -> float:
+        """Return a number; `default` where it is missing, if given.
+
+        Raises:
+            Skip: where it is missing without a default, or no number.
+        """
+        value = self.get(name)
+        if isinstance(value, Typed):
+            value = value.value
+        if value is None and default is not None:
+            return default
+        if isinstance(value, Ref) or not isinstance(value, int | float):
+            raise self.fault("stepnc-missing", f"{name} must be a number", value)
+        return float(value)
+
+    def optional(self, name: str) -> float | None:
+        """Return a number, or None where it is missing.
+
+        Raises:
+            Skip: where it is no number.
+        """
+        return None if self.get(name) is None else self.number(name)
+
+    def text(self, name: str) -> str:
+        """Return a string, empty where it is missing or no string."""
+        value = self.get(name)
+        return str(value) if isinstance(value, str) else ""
+
+    def flag(self, name: str) -> bool | None:
+        """Return ``.T.`` or ``.F.`` as a bool, None for anything else."""
+        value = self.get(name)
+        return {"T": True, "F": False}.get(str(value)) if isinstance(value, Enumeration) else None
+
+    def enum(self, name: str) -> str:
+        """Return the name of an enumeration item, empty where it is missing."""
+        value = self.get(name)
+        return str(value) if isinstance(value, Enumeration) else ""
+
+    def ref(self, name: str) -> int | None:
+        """Return the id of what an attribute refers to, None where it is missing.
+
+        Raises:
+            Skip: where it is no reference.
+        """
+        value = self.get(name)
+        if value is None:
+            return None
+        if not isinstance(value, Ref):
+            raise self.fault("stepnc-missing", f"{name} must be a reference", value)
+        return int(value)
+
+    def entity(self, name: str, *kinds: str) -> Entity:
+        """Return the entity that an attribute refers to, of one of the kinds if any are given.
+
+        Raises:
+            Skip: where there is none.
+        """
+        ident = self.ref(name)
+        if ident is None:
+            raise self.fault("stepnc-missing", f"{name} must be given", None)
+        return self._file.get(ident, *kinds, owner=self.id)
+
+    def refs(self, name: str) -> list[int]:
+        """Return the ids of an aggregate of references, empty where it is missing.
+
+        Raises:
+            Skip: where it is no such aggregate.
+        """
+        value = self.get(name)
+        if value is None:
+            return []
+        if not isinstance(value, tuple) or isinstance(value, Typed):
+            raise self.fault("stepnc-missing", f"{name} must be a list of references", value)
+        if not all(isinstance(v, Ref) for v in value):
+            raise self.fault("stepnc-missing", f"{name} must hold references alone", None)
+        return [int(v) for v in value]
+
+    def numbers(self, name: str) -> list[float]:
+        """Return an aggregate of numbers.
+
+        Raises:
+            Skip: where it is no such aggregate.
+        """
+        value = self.get(name)
+        if not isinstance(value, tuple) or isinstance(value, Typed):
+            raise self.fault("stepnc-missing", f"{name} must be a list of numbers", value)
+        plain = [v.value if isinstance(v, Typed) else v for v in value]
+        if not all(isinstance(v, int | float) and not isinstance(v, Ref) for v in plain):
+            raise self.fault("stepnc-missing", f"{name} must hold numbers alone", None)
+        return [float(v) for v in plain]
+
+    def fault(self, code: str, message: str, value: Any = None, hint: str = "") -> Skip:
+        """Report an error of this instance and return the exception to raise."""
+        shown = f", not {value!r}"[:60] if value is not None else ""
+        self._file.exchange.report(self.id, code, f"#{self.id} {self.keyword}: {message}{shown}", hint=hint)
+        return Skip()
+
+    def warn(self, code: str, message: str, hint: str = "") -> None:
+        """Report a warning of this instance."""
+        text = f"#{self.id} {self.keyword}: {message}"
+        self._file.exchange.report(self.id, code, text, severity=Severity.WARNING, hint=hint)
+
+
+class Entities:
+    """A file's instances as entities of ISO 14649 (`iso`) or of the AP238 AIM."""
+
+    def __init__(self, exchange: Exchange, iso: bool) -> None:
+        self.exchange = exchange
+        self.iso = iso
+
+    def get(self, ident: int, *kinds: str, owner: int | None = None) -> Entity:
+        """Return an entity; of a complex instance the part of the first kind that it has.
+
+        Raises:
+            Skip: where there is none of those kinds.
+        """
+        instance = self.exchange.instance(ident)
+        if instance is None:
+            if self.exchange.row_of(ident) < 0:
+                place = owner if owner is not None else ident
+                text = f"#{place} refers to #{ident}, which is not in the file"
+                self.exchange.report(place, "part21-dangling", text)
+            raise Skip()
+        for kind in kinds:
+            if instance.part(kind) is not None:
+                return Entity(self, instance, kind)
+        if kinds:
+            wanted = kinds[0] if len(kinds) == 1 else "one of " + ", ".join(kinds[:6])
+            place = owner if owner is not None else ident
+            text = f"#{ident} {instance.keyword} stands where #{place} needs {wanted}"
+            self.exchange.report(place, "stepnc-type", text)
+            raise Skip()
+        return Entity(self, instance, instance.parts[0].keyword)
+
+    def keyword(self, ident: int | None) -> str:
+        """Return the type of an instance, empty where there is none."""
+        instance = self.exchange.instance(ident) if ident is not None else None
+        return instance.keyword if instance else ""
+
+    def optional(self, ident: int | None) -> Entity | None:
+        """Return an entity, or None where no id is given.
+
+        Raises:
+            Skip: where the id is not in the file.
+        """
+        return None if ident is None else self.get(ident)
+
+    def all(self, ids: Sequence[int]) -> list[Entity]:
+        """Return several entities.
+
+        Raises:
+            Skip: where one is not in the file.
+        """
+        return [self.get(i) for i in ids]

@@ -1,0 +1,147 @@
+"""The listener that makes a toolpath of the canonical calls."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.geometry.tables import ArcTable, NurbsTable
+from cncgen.stepnc.geometry.pieces import Arc, Nurbs
+from cncgen.stepnc.model import Tool
+from cncgen.toolpath.building import Rows, ToolpathBuilder
+from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
+
+Floats = NDArray[np.float64]
+
+
+class Columns:
+    """Collects rows; `take` hands them on as a `Toolpath`."""
+
+    def __init__(
+        self, axes: str, name: str, line_of: Callable[[int], int], tolerance: float | None = None
+    ) -> None:
+        self._builder = ToolpathBuilder(axes, np.zeros(len(axes)), [name])
+        self._line_of = line_of
+        self._tolerance = math.nan if tolerance is None else tolerance
+        self._line = 0
+        self._feed = math.nan
+        self._direction = 0
+        self._rpm = 0.0
+
+    @property
+    def count(self) -> int:
+        """Return the rows collected since the last chunk."""
+        return self._builder.count
+
+    def take(self) -> Toolpath:
+        """Return what was collected as a chunk."""
+        return self._builder.take()
+
+    def source(self, ident: int) -> None:
+        """Give the next rows the line of an entity."""
+        self._line = self._line_of(ident)
+
+    def begin(self, position: Floats) -> None:
+        """Start there."""
+        self._builder.place(position)
+
+    def _event(self, name: str, rest: bool = False, dwell: float = 0.0, **values: object) -> None:
+        self._builder.event(Event(name, rest, dwell, values), self._line, 0)
+
+    def change_tool(self, tool: Tool) -> None:
+        """Add a tool event."""
+        self._event("tool", True, tool=tool.name)
+
+    def spindle(self, direction: int, rpm: float | None) -> None:
+        """Add a spindle event where something changes."""
+        speed = self._rpm if rpm is None else rpm
+        if (direction, speed) != (self._direction, self._rpm):
+            self._direction, self._rpm = direction, speed
+            self._event("spindle", speed_rpm=speed, direction=direction)
+
+    def coolant(self, flood: bool, mist: bool, through: bool) -> None:
+        """Add a coolant event."""
+        values = {"flood": flood, "mist": mist} | ({"through_spindle": True} if through else {})
+        self._event("coolant", **values)
+
+    def feed(self, speed: float) -> None:
+        """Move at this speed, mm/s, from now on."""
+        self._feed = speed
+
+    def traverse(self, points: Floats) -> None:
+        """Add rapid lines."""
+        self._straight(points, True)
+
+    def lines(self, points: Floats) -> None:
+        """Add lines at the feed."""
+        self._straight(points, False)
+
+    def _straight(self, points: Floats, rapid: bool) -> None:
+        n = len(points)
+        self._add(np.full(n, Kind.LINE, np.int8), points, rapid, np.full(n, -1, np.int64))
+
+    def _add(
+        self,
+        kind: NDArray[np.int8],
+        end: Floats,
+        rapid: bool,
+        curve: NDArray[np.int64],
+        arcs: ArcTable | None = None,
+        nurbs: NurbsTable | None = None,
+    ) -> None:
+        n = len(kind)
+        self._builder.add(
+            Rows(
+                kind,
+                end,
+                np.full(n, math.nan if rapid else self._feed),
+                np.full(n, FeedMode.RAPID if rapid else FeedMode.SPEED, np.int8),
+                curve,
+                np.full(n, self._line, np.int64),
+                PathMode.CONTINUOUS,
+                self._tolerance,
+                0,
+                arcs,
+                nurbs,
+            )
+        )
+
+    def arc(self, arc: Arc, end: Floats, rapid: bool) -> None:
+        """Add an arc."""
+        table = ArcTable(arc.centre[None, :], arc.normal[None, :], np.array([arc.sweep]))
+        self._add(np.array([Kind.ARC], np.int8), end[None, :], rapid, np.zeros(1, np.int64), arcs=table)
+
+    def nurbs(self, curve: Nurbs, control: Floats, rapid: bool) -> None:
+        """Add a spline."""
+        table = NurbsTable(
+            np.array([curve.degree], np.int64),
+            np.array([0, len(control)], np.int64),
+            np.array([0, len(curve.knots)], np.int64),
+            control,
+            curve.weights,
+            curve.knots,
+        )
+        self._add(np.array([Kind.NURBS], np.int8), control[-1:], rapid, np.zeros(1, np.int64), nurbs=table)
+
+    def dwell(self, seconds: float) -> None:
+        """Add a dwell."""
+        self._event("dwell", True, seconds, seconds=seconds)
+
+    def stop(self, optional: bool) -> None:
+        """Add a stop."""
+        self._event("stop", True, kind="optional" if optional else "stop")
+
+    def message(self, text: str) -> None:
+        """Add a message."""
+        self._event("message", text=text)
+
+    def function(self, name: str, value: object) -> None:
+        """Add a user event."""
+        self._event("user", True, function=name, value=value)
+
+    def end(self) -> None:
+        """Add the end."""
+        self._event("end", True)

@@ -1,0 +1,280 @@
+"""Walking a program: workplans, statements, functions, workingsteps; motion by motion to a listener."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Severity
+from cncgen.stepnc.entities import Skip
+from cncgen.stepnc.execution.canon import Canon
+from cncgen.stepnc.execution.machine import Machine
+from cncgen.stepnc.execution.technology import speeds
+from cncgen.stepnc.geometry.pieces import Piece
+from cncgen.stepnc.model import (
+    Assignment,
+    Block,
+    Choice,
+    Executable,
+    NcFunction,
+    Operation,
+    Path,
+    Reader,
+    Technology,
+    Workingstep,
+)
+from cncgen.stepnc.part21 import Exchange
+
+Floats = NDArray[np.float64]
+#: Called with a workingstep whose operation has no toolpaths; returns those of its feature; raises `Skip`.
+MakePaths = Callable[[Workingstep], tuple[Path, ...]]
+
+#: Blocks and statements within each other.
+MAX_DEPTH = 60
+
+
+class Executor:
+    """Executes a program once.
+
+    Args:
+        reader: Gives the program's records.
+        exchange: The file, for diagnostics.
+        canon: What listens.
+        start: Where the tool stands, shape (3,), mm.
+        rotary: Whether the program has rotary axes.
+        make_paths: Makes toolpaths of features.
+        max_steps: Executables after which the program counts as endless.
+    """
+
+    def __init__(
+        self,
+        reader: Reader,
+        exchange: Exchange,
+        canon: Canon,
+        start: Floats,
+        rotary: bool,
+        make_paths: MakePaths,
+        max_steps: int,
+    ) -> None:
+        self._reader = reader
+        self._exchange = exchange
+        self._canon = canon
+        self._machine = Machine(canon, start, rotary)
+        self._home = start
+        self._make_paths = make_paths
+        self._steps_left = max_steps
+        self._variables: dict[str, float] = {}
+        self._open: list[int] = []
+        self._moved = False
+        self._connect: str | None = None
+
+    def run(self) -> Iterator[None]:
+        """Execute; yields after every toolpath, so that what listens can hand on."""
+        try:
+            self._variables = self._reader.variables()
+            for root in self._reader.roots():
+                yield from self._execute(root)
+        except Skip:
+            pass
+        except _Endless:
+            pass
+        self._canon.end()
+
+    def _warn(self, ident: int, code: str, message: str, severity: Severity = Severity.WARNING) -> None:
+        name = self._exchange.instance(ident)
+        text = f"#{ident} {name.keyword if name else ''}: {message}"
+        self._exchange.report(ident, code, text, severity=severity)
+
+    def _fail(self, ident: int, code: str, message: str) -> Skip:
+        self._warn(ident, code, message, Severity.ERROR)
+        return Skip()
+
+    # Structure
+
+    def _execute(self, item: Executable) -> Iterator[None]:
+        self._steps_left -= 1
+        if self._steps_left < 0:
+            self._fail(
+                item.ident, "stepnc-endless", "the program has executed too many steps; it does not end"
+            )
+            raise _Endless
+        if isinstance(item, Block | Choice):
+            if item.ident in self._open:
+                cycle = " → ".join(f"#{i}" for i in [*self._open[self._open.index(item.ident) :], item.ident])
+                raise self._fail(item.ident, "part21-cycle", f"it executes itself: {cycle}")
+            if len(self._open) >= MAX_DEPTH:
+                raise self._fail(item.ident, "stepnc-depth", f"nested more than {MAX_DEPTH} deep")
+            self._open.append(item.ident)
+            try:
+                yield from self._block(item) if isinstance(item, Block) else self._choice(item)
+            finally:
+                self._open.pop()
+        elif isinstance(item, Workingstep):
+            yield from self._workingstep(item)
+        elif isinstance(item, Assignment):
+            self._variables[item.variable] = item.value(self._variables)
+        else:
+            self._function(item)
+            yield
+
+    def _child(self, ident: int | None, context: object) -> Iterator[None]:
+        """Execute a child; a fault in it leaves the others."""
+        if ident is None:
+            return
+        try:
+            yield from self._execute(self._reader.executable(ident, context))
+        except Skip:
+            return
+
+    def _block(self, block: Block) -> Iterator[None]:
+        children = block.children
+        if block.kind == "parallel" and len(children) > 1:
+            text = f"{len(children)} branches at once cannot be honoured by one machine with one spindle"
+            raise self._fail(block.ident, "stepnc-parallel", text)
+        if block.kind == "selective" and len(children) > 1:
+            self._warn(
+                block.ident, "stepnc-selective", f"the first of {len(children)} alternatives is executed"
+            )
+            children = children[:1]
+        for child in children:
+            yield from self._child(child, block.context)
+
+    def _choice(self, choice: Choice) -> Iterator[None]:
+        if not choice.loop:
+            branch = choice.then if choice.condition(self._variables) else choice.otherwise
+            yield from self._child(branch, choice.context)
+            return
+        while choice.condition(self._variables):
+            self._steps_left -= 1
+            if self._steps_left < 0:
+                self._fail(choice.ident, "stepnc-endless", "the loop has not ended after the steps allowed")
+                raise _Endless
+            yield from self._child(choice.then, choice.context)
+
+    def _function(self, function: NcFunction) -> None:
+        self._canon.source(function.ident)
+        kind, values = function.kind, function.values
+        if kind in ("program stop", "optional stop"):
+            self._canon.stop(kind == "optional stop")
+        elif kind == "display message":
+            self._canon.message(str(values.get("text", "")))
+        elif kind == "load tool" and values.get("tool") is not None:
+            self._machine.change_tool(values["tool"])
+        elif kind == "unload tool":
+            self._machine.unload_tool()
+        else:
+            if kind in ("wait for mark", "set mark"):
+                self._warn(
+                    function.ident,
+                    "stepnc-channel",
+                    "there is one channel: nobody else waits or is waited for",
+                )
+            self._canon.function(kind, values.get("value"))
+
+    # Workingsteps
+
+    def _workingstep(self, step: Workingstep) -> Iterator[None]:
+        operation = step.operation
+        self._canon.source(operation.ident)
+        paths = operation.paths
+        if paths is None:
+            paths = self._make_paths(step)
+        elif not paths:
+            self._warn(operation.ident, "stepnc-empty", "the operation has no toolpath")
+        if not step.rapid:
+            self._prepare(step, operation)
+        self._connect = None
+        begun = False
+        for path in paths:
+            try:
+                begun = self._path(step, path, begun) or begun
+            except Skip:
+                continue
+            yield
+
+    def _prepare(self, step: Workingstep, operation: Operation) -> None:
+        if operation.tool is not None:
+            self._machine.change_tool(operation.tool)
+        elif self._machine.tool is None and operation.technology is not None:
+            self._warn(
+                operation.ident, "stepnc-no-tool", "the operation names no tool, and none is in the spindle"
+            )
+        if operation.functions is not None:
+            self._machine.switch(operation.functions)
+            if operation.functions.others:
+                names = ", ".join(operation.functions.others)
+                self._warn(operation.functions.ident, "stepnc-function", f"nothing does this here: {names}")
+
+    def _path(self, step: Workingstep, path: Path, begun: bool) -> bool:
+        """Do one toolpath; tell whether it moved."""
+        machine = self._machine
+        self._canon.source(path.ident)
+        if path.functions is not None:
+            machine.switch(path.functions)
+        if path.kind == "dwell":
+            self._canon.dwell(path.seconds)
+            return False
+        if path.kind == "spindle stop":
+            machine.stop_spindle()
+            return False
+        if path.kind.startswith("connect"):
+            self._connect = path.kind
+            return False
+        pieces = [p.moved(step.frame) for p in path.pieces()]
+        rapid = path.rapid or step.rapid
+        technology = path.technology or (None if step.rapid else step.operation.technology)
+        self._set_speeds(step, path, technology, rapid)
+        if not pieces:
+            return False
+        self._go_to(step, path, pieces[0].start, pieces, begun)
+        machine.follow(pieces, rapid)
+        self._moved = True
+        return True
+
+    def _set_speeds(self, step: Workingstep, path: Path, technology: Technology | None, rapid: bool) -> None:
+        if technology is not None and (not rapid or path.technology is not None):
+            tool = step.operation.tool or self._machine.tool
+            self._machine.set_speeds(speeds(technology, tool, path.ratio, self._warn))
+        if not rapid and not self._machine.feed:
+            owner = path.ident if technology is None else technology.ident
+            raise self._fail(owner, "stepnc-no-feed", "no technology gives a feed for this toolpath")
+
+    def _go_to(self, step: Workingstep, path: Path, start: Floats, pieces: list[Piece], begun: bool) -> None:
+        """Bring the tool to where a path begins, by way of the security plane where it is elsewhere."""
+        machine, tool_axis = self._machine, self._tool_axis(step, pieces)
+        if machine.is_at(start) and (not machine.rotary or machine.points_along(tool_axis)):
+            return
+        if self._connect == "connect direct":
+            self._connect = None
+            machine.turn(tool_axis)
+            machine.traverse(start)
+            return
+        if begun and self._connect is None:
+            gap = float(np.linalg.norm(start - machine.position))
+            if gap > 0:
+                text = f"the toolpath begins {gap:.4f} mm from where the one before it ended; it is reached in rapid"
+                self._warn(path.ident, "path-gap", text)
+        self._connect = None
+        if step.security is not None:
+            axis, height = step.security[:3, 2], float(step.security[:3, 2] @ step.security[:3, 3])
+        else:
+            axis = np.array([0.0, 0.0, 1.0])
+            height = float(self._home @ axis)
+            if self._moved:
+                text = f"there is no security plane; the way to the next toolpath is taken at Z {height:g} mm"
+                self._warn(step.ident, "stepnc-no-security-plane", text)
+        machine.link(start, axis, tool_axis, height)
+
+    def _tool_axis(self, step: Workingstep, pieces: list[Piece]) -> Floats:
+        axes = getattr(pieces[0], "axes", None)
+        if axes is not None:
+            return np.asarray(axes[0])
+        tilt = step.operation.tilt
+        local = np.array([0.0, 0.0, 1.0]) if tilt is None else tilt
+        return np.asarray(step.frame[:3, :3] @ local)
+
+
+class _Endless(Exception):
+    """The program has used up its steps."""

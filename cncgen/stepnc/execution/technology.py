@@ -1,0 +1,82 @@
+"""From technology to feed and spindle speed: what counts, and what is plausible."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+from cncgen.stepnc.model import Technology, Tool
+
+#: Called with the entity, a code and a text.
+Warn = Callable[[int, str, str], None]
+
+#: Spindle speeds beyond this (rev/s) were hardly meant: 200,000 rev/min.
+MAX_PLAUSIBLE_SPINDLE = 200_000 / 60
+#: Cutting speeds beyond this (mm/s) were hardly meant in m/s: 10 m/s are 600 m/min.
+MAX_PLAUSIBLE_CUTTING_SPEED = 10_000.0
+
+
+class Speeds(NamedTuple):
+    """What the machine is told: feed in mm/s (None: none given), spindle sense (1 clockwise) and rev/min (None alike)."""
+
+    feed: float | None
+    direction: int
+    rpm: float | None
+
+
+def speeds(technology: Technology, tool: Tool | None, ratio: float, warn: Warn) -> Speeds:
+    """Return feed and spindle of a technology.
+
+    The spindle speed counts before the cutting speed, the feed before the feed per revolution and that before the
+    feed per tooth (the standards let only one of each be given; real files have several).
+    """
+    spindle = _spindle(technology, tool, warn)
+    if spindle is None:
+        direction, rpm = 0, None
+    else:
+        rpm = abs(spindle) * 60.0
+        direction = 0 if spindle == 0 else (1 if spindle < 0 else -1)
+    feed = technology.feed
+    if feed is None and technology.feed_per_rev is not None and rpm:
+        feed = technology.feed_per_rev * rpm / 60.0
+    if feed is None and technology.feed_per_tooth is not None and rpm:
+        if tool is None or not tool.teeth:
+            warn(
+                technology.ident, "stepnc-teeth", "the feed is per tooth, and the tool has no number of teeth"
+            )
+        else:
+            feed = technology.feed_per_tooth * tool.teeth * rpm / 60.0
+    return Speeds(None if feed is None else feed * ratio, direction, rpm)
+
+
+def _spindle(technology: Technology, tool: Tool | None, warn: Warn) -> float | None:
+    """Return the spindle speed, rev/s with the sign of ISO 14649."""
+    cutting, given = technology.cutting_speed, technology.spindle
+    diameter = tool.diameter if tool else None
+    from_cutting = None
+    if cutting is not None and diameter:
+        turn = 1.0 if tool and tool.left_handed else -1.0
+        from_cutting = turn * cutting / (math.pi * diameter)
+    if given is not None:
+        if cutting is not None:
+            text = "cutspeed and spindle are both given; the spindle speed counts"
+            if from_cutting is not None:
+                text += f" ({abs(given) * 60:.1f} rev/min; the cutting speed would be {abs(from_cutting) * 60:.1f})"
+            warn(technology.ident, "stepnc-speed-both", text)
+        if abs(given) > MAX_PLAUSIBLE_SPINDLE:
+            text = f"a spindle speed of {given:g} rev/s is {abs(given) * 60:.0f} rev/min; is it meant per minute?"
+            warn(technology.ident, "stepnc-speed-unit", text)
+        return given
+    if cutting is None:
+        return None
+    if cutting > MAX_PLAUSIBLE_CUTTING_SPEED:
+        text = f"a cutting speed of {cutting / 1000:g} m/s is {cutting * 0.06:.0f} m/min; is it meant per minute?"
+        warn(technology.ident, "stepnc-speed-unit", text)
+    if from_cutting is None:
+        warn(
+            technology.ident,
+            "stepnc-speed-diameter",
+            "a cutting speed is given, and the tool has no diameter",
+        )
+    return from_cutting

@@ -1,0 +1,186 @@
+"""The manufacturing features of ISO 14649-10 as records."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from cncgen.stepnc.entities import Entities, Entity
+from cncgen.stepnc.geometry.curves import Curves
+from cncgen.stepnc.geometry.frames import Matrix, identity
+from cncgen.stepnc.geometry.pieces import Piece
+from cncgen.stepnc.iso14649.patterns import Patterns
+from cncgen.stepnc.iso14649.profiles import Profiles
+from cncgen.stepnc.model import Feature, Shape
+
+_BOTTOMS = {
+    "THROUGH_BOTTOM_CONDITION": "through",
+    "THROUGH_POCKET_BOTTOM_CONDITION": "through",
+    "FLAT_HOLE_BOTTOM": "flat",
+    "PLANAR_POCKET_BOTTOM_CONDITION": "flat",
+    "CONICAL_HOLE_BOTTOM": "conical",
+    "SPHERICAL_HOLE_BOTTOM": "spherical",
+    "FLAT_WITH_RADIUS_HOLE_BOTTOM": "flat with radius",
+    "RADIUSED_POCKET_BOTTOM_CONDITION": "radiused",
+}
+
+
+class Features:
+    """Reads features; their shapes when they are asked for."""
+
+    def __init__(self, entities: Entities, curves: Curves) -> None:
+        self.entities = entities
+        self.curves = curves
+        self.placements = curves.placements
+        self.profiles = Profiles(entities, curves)
+        self.patterns = Patterns(entities, self)
+        self._shapes: dict[str, Callable[[Entity], Shape]] = {
+            "PLANAR_FACE": self._planar_face,
+            "ROUND_HOLE": self._round_hole,
+            "CLOSED_POCKET": self._closed_pocket,
+            "OPEN_POCKET": self._open_pocket,
+            "SLOT": self._slot,
+            "STEP": self._step,
+            "GENERAL_OUTSIDE_PROFILE": self._outside_profile,
+            "BOSS": self._boss,
+            "COUNTERBORE_HOLE": self._compound,
+            "COUNTERSUNK_HOLE": self._compound,
+            "COMPOUND_FEATURE": self._compound,
+            "CIRCULAR_PATTERN": self.patterns.circular,
+            "RECTANGULAR_PATTERN": self.patterns.rectangular,
+            "GENERAL_PATTERN": self.patterns.general,
+        }
+        self.kinds = (*self._shapes, "TOOLPATH_FEATURE", "REGION_PROJECTION")
+
+    def read(self, ident: int) -> Feature:
+        """Return a feature.
+
+        Raises:
+            Skip: where it has a fault.
+        """
+        entity = self.entities.get(ident)
+        placement = self.placements.optional(entity, "feature_placement")
+        kind = entity.keyword.lower().replace("_", " ")
+        place = identity() if placement is None else placement
+        return Feature(ident, entity.text("its_id"), kind, place, lambda: self._shape(entity, place))
+
+    def _shape(self, entity: Entity, placement: Matrix) -> Shape:
+        if entity.keyword not in self._shapes:
+            text = "no toolpath can be made for this feature; give explicit toolpaths"
+            raise entity.fault("stepnc-unsupported", text)
+        self.profiles.feature_placement = placement
+        return self._shapes[entity.keyword](entity)
+
+    def depth(self, entity: Entity) -> float | None:
+        """Return how far the depth plane lies below the feature's origin, mm.
+
+        Raises:
+            Skip: where it is not across the feature's axis.
+        """
+        plane = self.placements.plane(entity.ref("depth"), entity.id)
+        if plane is None:
+            return None
+        if abs(abs(plane[2, 2]) - 1.0) > 1e-9:
+            raise entity.fault("stepnc-unsupported", "the depth plane is not across the feature's axis")
+        return float(-plane[2, 3])
+
+    def _bottom(self, entity: Entity) -> tuple[str, float | None]:
+        ident = entity.ref("bottom_condition")
+        if ident is None:
+            return "", None
+        bottom = self.entities.get(ident, owner=entity.id)
+        angle = bottom.optional("tip_angle")
+        if bottom.keyword not in _BOTTOMS:
+            raise bottom.fault("stepnc-unsupported", "this kind of bottom cannot be made")
+        return _BOTTOMS[bottom.keyword], None if angle is None else angle * self.curves.angle
+
+    def _planar_face(self, entity: Entity) -> Shape:
+        course, width = self.profiles.face_sweep(entity)
+        boundary = entity.ref("face_boundary")
+        outline = (
+            self.profiles.closed(boundary, entity)
+            if boundary is not None
+            else self.profiles.rectangle(course, width)
+        )
+        return Shape(
+            self.depth(entity), outline=outline, course=course, width=width, bosses=self._bosses(entity)
+        )
+
+    def _bosses(self, entity: Entity) -> tuple[list[Piece], ...]:
+        out = []
+        for ident in entity.refs("its_boss"):
+            boss = self.entities.get(ident, "BOSS", owner=entity.id)
+            outline = self.profiles.closed(boss.entity("its_boundary").id, boss)
+            place = self.placements.optional(boss, "feature_placement")
+            out.append([p.moved(place) for p in outline] if place is not None else outline)
+        return tuple(out)
+
+    def _round_hole(self, entity: Entity) -> Shape:
+        if entity.get("change_in_diameter") is not None:
+            raise entity.fault("stepnc-unsupported", "a tapered hole cannot be made")
+        bottom, angle = self._bottom(entity)
+        diameter = self.profiles.length(entity, "diameter")
+        return Shape(self.depth(entity), diameter=diameter, bottom=bottom, bottom_angle=angle)
+
+    def _pocket(self, entity: Entity, outline: list[Piece], open_sides: tuple[int, ...] = ()) -> Shape:
+        slope = entity.number("slope", 0.0) * self.curves.angle
+        bottom, _ = self._bottom(entity)
+        return Shape(
+            self.depth(entity),
+            bottom=bottom,
+            outline=outline,
+            open_sides=open_sides,
+            bosses=self._bosses(entity),
+            slope=slope,
+            corner_radius=self.profiles.optional_length(entity, "orthogonal_radius"),
+            floor_radius=self.profiles.optional_length(entity, "planar_radius"),
+        )
+
+    def _closed_pocket(self, entity: Entity) -> Shape:
+        return self._pocket(entity, self.profiles.closed(entity.entity("feature_boundary").id, entity))
+
+    def _open_pocket(self, entity: Entity) -> Shape:
+        """Return an open pocket: the wall, and the straight line from its end back to its start, which is open."""
+        boundary = entity.entity("open_boundary")
+        outline, open_sides = self.profiles.open_outline(boundary, entity.ref("wall_boundary"), entity)
+        return self._pocket(entity, outline, open_sides)
+
+    def _slot(self, entity: Entity) -> Shape:
+        course = self.profiles.path(entity.entity("course_of_travel"))
+        swept = entity.entity("swept_shape")
+        if swept.keyword not in ("SQUARE_U_PROFILE", "ROUNDED_U_PROFILE"):
+            raise swept.fault("stepnc-unsupported", "a slot of this profile cannot be made")
+        ends = tuple(
+            self.entities.keyword(i).lower().removesuffix("_slot_end_type")
+            for i in entity.refs("end_conditions")
+        )
+        width = self.profiles.length(swept, "width")
+        floor = (
+            self.profiles.optional_length(swept, "first_radius")
+            if swept.keyword == "SQUARE_U_PROFILE"
+            else width / 2
+        )
+        return Shape(self.depth(entity), course=course, width=width, ends=ends, floor_radius=floor)
+
+    def _step(self, entity: Entity) -> Shape:
+        return Shape(
+            self.depth(entity),
+            course=self.profiles.path(entity.entity("open_boundary")),
+            bosses=self._bosses(entity),
+        )
+
+    def _outside_profile(self, entity: Entity) -> Shape:
+        outline = self.profiles.closed(entity.entity("feature_boundary").id, entity)
+        depth = self.depth(entity)
+        if depth is None and entity.ref("profile_swept_shape") is not None:
+            sweep = self.profiles.path(entity.entity("profile_swept_shape"))
+            depth = abs(float((sweep[-1].end - sweep[0].start)[2]))
+        return Shape(depth, outline=outline)
+
+    def _boss(self, entity: Entity) -> Shape:
+        outline = self.profiles.closed(entity.entity("its_boundary").id, entity)
+        return Shape(
+            self.depth(entity), outline=outline, slope=entity.number("slope", 0.0) * self.curves.angle
+        )
+
+    def _compound(self, entity: Entity) -> Shape:
+        return Shape(elements=tuple(self.read(i) for i in entity.refs("elements")))

@@ -1,0 +1,161 @@
+"""The operations of ISO 14649-11 as records."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from cncgen.stepnc.entities import Entities, Entity
+from cncgen.stepnc.geometry.frames import Placements, Vector
+from cncgen.stepnc.iso14649.technology import Resources
+from cncgen.stepnc.iso14649.toolpaths import Toolpaths
+from cncgen.stepnc.model import Operation, Strategy
+from cncgen.stepnc.part21 import DERIVED, Enumeration, Ref, Typed
+from cncgen.stepnc.schema.tables import positions
+
+_OPERATIONS = (
+    "FREEFORM_OPERATION",
+    "PLANE_ROUGH_MILLING",
+    "PLANE_FINISH_MILLING",
+    "SIDE_ROUGH_MILLING",
+    "SIDE_FINISH_MILLING",
+    "BOTTOM_AND_SIDE_ROUGH_MILLING",
+    "BOTTOM_AND_SIDE_FINISH_MILLING",
+    "DRILLING",
+    "CENTER_DRILLING",
+    "COUNTER_SINKING",
+    "BACK_BORING",
+    "MULTISTEP_DRILLING",
+    "BORING",
+    "REAMING",
+    "TAPPING",
+    "THREAD_DRILLING",
+)
+#: Attributes that have a place of their own in `Operation`.
+_HEAD = frozenset(
+    [
+        "its_toolpath",
+        "its_tool_direction",
+        "its_id",
+        "retract_plane",
+        "start_point",
+        "its_tool",
+        "its_technology",
+        "its_machine_functions",
+        "approach",
+        "retract",
+        "its_machining_strategy",
+    ]
+)
+#: Ratios that must lie between 0 and 1; old files give percents.
+_RATIOS = frozenset(
+    ["overlap", "reduced_cut_at_start", "reduced_feed_at_start", "reduced_cut_at_end", "reduced_feed_at_end"]
+)
+
+
+def kind_of(keyword: str) -> str:
+    """Return ``bottom and side rough`` for BOTTOM_AND_SIDE_ROUGH_MILLING, ``freeform`` for FREEFORM_OPERATION."""
+    name = keyword.lower()
+    for ending in ("_operation", "_milling"):
+        name = name.removesuffix(ending)
+    return name.replace("_", " ")
+
+
+class Operations:
+    """Reads operations and their strategies."""
+
+    def __init__(
+        self, entities: Entities, placements: Placements, resources: Resources, toolpaths: Toolpaths
+    ) -> None:
+        self.entities = entities
+        self.placements = placements
+        self.resources = resources
+        self.toolpaths = toolpaths
+
+    def read(self, entity: Entity) -> Operation:
+        """Return an operation.
+
+        Raises:
+            Skip: where it has a fault.
+        """
+        if entity.keyword not in _OPERATIONS:
+            raise entity.fault("stepnc-unsupported", "this operation cannot be executed")
+        toolpath, start = entity.ref("its_toolpath"), entity.ref("start_point")
+        return Operation(
+            entity.id,
+            entity.text("its_id"),
+            kind_of(entity.keyword),
+            None if toolpath is None else self.toolpaths.read(toolpath),
+            self.resources.tool(entity.ref("its_tool")),
+            self.resources.technology(entity.ref("its_technology")),
+            self.resources.functions(entity.ref("its_machine_functions")),
+            entity.optional("retract_plane"),
+            None if start is None else self.placements.point(start, entity.id),
+            self._values(entity),
+            self._strategy(entity, "its_machining_strategy"),
+            self._strategy(entity, "approach"),
+            self._strategy(entity, "retract"),
+            self.tilt(entity),
+        )
+
+    def _values(self, entity: Entity) -> dict[str, Any]:
+        """Return the further attributes by name: numbers, truth values, names, points and directions."""
+        out: dict[str, Any] = {}
+        for name in positions(entity.keyword, True):
+            value = entity.get(name)
+            if name in _HEAD or value is None or value is DERIVED:
+                continue
+            if isinstance(value, Typed):
+                value = value.value
+            if isinstance(value, Enumeration):
+                out[name] = {"T": True, "F": False}.get(str(value), str(value))
+            elif isinstance(value, Ref):
+                out[name] = self._vector(entity, int(value))
+            elif isinstance(value, int | float):
+                out[name] = self._ratio(entity, name, float(value)) if name in _RATIOS else float(value)
+        return out
+
+    def _vector(self, entity: Entity, ident: int) -> Any:
+        kind = self.entities.keyword(ident)
+        if kind == "DIRECTION":
+            return self.placements.direction(ident, entity.id)
+        if kind == "CARTESIAN_POINT":
+            return self.placements.point(ident, entity.id)
+        return ident
+
+    def _ratio(self, entity: Entity, name: str, value: float) -> float:
+        if value > 1.0:
+            entity.warn(
+                "stepnc-ratio", f"{name} is {value:g}, which is no ratio; it is taken as {value:g} percent"
+            )
+            return value / 100.0
+        return value
+
+    def _strategy(self, entity: Entity, name: str) -> Strategy | None:
+        ident = entity.ref(name)
+        if ident is None:
+            return None
+        strategy = self.entities.get(ident, owner=entity.id)
+        return Strategy(ident, kind_of(strategy.keyword), self._values(strategy))
+
+    def tilt(self, entity: Entity) -> Vector | None:
+        """Return the tool's direction in the operation's frame, None where it is Z.
+
+        Raises:
+            Skip: where it follows from the path in a way that cannot be made.
+        """
+        ident = entity.ref("its_tool_direction")
+        direction = self.entities.optional(ident)
+        if direction is None or direction.keyword in ("THREE_AXES", "TWO_AXES", "FIVE_AXES_VAR_TILT_YAW"):
+            return None
+        if direction.keyword == "THREE_AXES_TILTED_TOOL":
+            axis = self.placements.direction(direction.entity("its_tool_direction").id, direction.id)
+            return None if np.allclose(axis, [0.0, 0.0, 1.0], atol=1e-12) else axis
+        tilt, yaw = direction.number("tilt_angle", 0.0), direction.number("yaw_angle", 0.0)
+        if math.hypot(tilt, yaw) > 1e-12:
+            raise direction.fault(
+                "stepnc-unsupported", "a tilt and yaw against the path's direction cannot be made"
+            )
+        return None

@@ -1,0 +1,198 @@
+"""Profiles and paths of ISO 14649-10 as pieces, in the frame of their feature."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cncgen.stepnc.entities import Entities, Entity
+from cncgen.stepnc.geometry.curves import Curves
+from cncgen.stepnc.geometry.frames import Matrix, identity, is_identity
+from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
+from cncgen.stepnc.part21 import Ref, Typed
+
+
+class Profiles:
+    """Reads profiles and paths.
+
+    Attributes:
+        feature_placement: Of the feature that is being read: some files repeat it as the profile's placement.
+    """
+
+    def __init__(self, entities: Entities, curves: Curves) -> None:
+        self.entities = entities
+        self.curves = curves
+        self.feature_placement: Matrix = identity()
+
+    # Values
+
+    def length(self, entity: Entity, name: str) -> float:
+        """Return a TOLERANCED_LENGTH_MEASURE, NUMERIC_PARAMETER or plain number, mm.
+
+        Raises:
+            Skip: where it is missing.
+        """
+        found = self.optional_length(entity, name)
+        if found is None:
+            raise entity.fault("stepnc-missing", f"{name} must be given")
+        return found
+
+    def optional_length(self, entity: Entity, name: str) -> float | None:
+        """Return a length as `length` does, None where it is missing."""
+        value = entity.get(name)
+        if isinstance(value, Typed):
+            value = value.value
+        if value is None:
+            return None
+        if isinstance(value, Ref):
+            measure = self.entities.get(int(value), owner=entity.id)
+            if measure.keyword == "NUMERIC_PARAMETER":
+                unit = measure.text("its_parameter_unit").strip().upper()
+                factor = {"MM": 1.0, "": 1.0, "M": 1000.0, "CM": 10.0, "INCH": 25.4, "IN": 25.4}.get(unit)
+                if factor is None:
+                    raise measure.fault("stepnc-unit", f"{unit!r} is no unit of length that is known here")
+                return measure.number("its_parameter_value") * factor
+            return measure.number("theoretical_size")
+        return entity.number(name)
+
+    # Placements
+
+    def _placed(self, entity: Entity, pieces: list[Piece]) -> list[Piece]:
+        place = self.curves.placements.optional(entity, "placement")
+        if place is None or is_identity(place):
+            return pieces
+        if not is_identity(self.feature_placement) and np.allclose(place, self.feature_placement, atol=1e-9):
+            text = "the placement repeats that of the feature; it is taken as none"
+            entity.warn("stepnc-placement", text)
+            return pieces
+        return [p.moved(place) for p in pieces]
+
+    # Closed profiles
+
+    def closed(self, ident: int, owner: Entity) -> list[Piece]:
+        """Return a closed profile against the clock or with it as it is given, end to end.
+
+        Raises:
+            Skip: where it is none.
+        """
+        entity = self.entities.get(ident, owner=owner.id)
+        kind = entity.keyword
+        if kind == "RECTANGULAR_CLOSED_PROFILE":
+            half = np.array([self.length(entity, "profile_length"), self.length(entity, "profile_width")]) / 2
+            pieces: list[Piece] = [_polygon(half * c for c in ([-1, -1], [1, -1], [1, 1], [-1, 1]))]
+        elif kind == "CIRCULAR_CLOSED_PROFILE":
+            start = np.array([self.length(entity, "diameter") / 2, 0.0, 0.0])
+            pieces = [Arc(start, start, np.zeros(3), np.array([0.0, 0.0, 1.0]), 2 * math.pi)]
+        elif kind == "NGON_PROFILE":
+            pieces = [self._ngon(entity)]
+        elif kind == "GENERAL_CLOSED_PROFILE":
+            pieces = self._general(entity, "closed_profile_shape")
+            if np.linalg.norm(pieces[0].start - pieces[-1].end) > 1e-6:
+                pieces = [*pieces, Polyline(np.stack([pieces[-1].end, pieces[0].start]))]
+        else:
+            raise entity.fault("stepnc-unsupported", "this is no closed profile that can be made")
+        return self._placed(entity, pieces)
+
+    def _general(self, entity: Entity, name: str) -> list[Piece]:
+        return self.curves.read(entity.entity(name).id, entity.id)
+
+    def _ngon(self, entity: Entity) -> Polyline:
+        count = int(entity.number("number_of_sides"))
+        if not 3 <= count <= 10_000:
+            raise entity.fault("stepnc-geometry", f"a polygon of {count} sides")
+        radius = self.length(entity, "diameter") / 2
+        if entity.flag("circumscribed_or_across_flats") is False:
+            radius /= math.cos(math.pi / count)
+        angle = 2 * math.pi * np.arange(count) / count
+        return _polygon(radius * np.array([math.cos(a), math.sin(a)]) for a in angle)
+
+    # Paths
+
+    def path(self, entity: Entity) -> list[Piece]:
+        """Return a travel path.
+
+        Raises:
+            Skip: where it is none.
+        """
+        kind = entity.keyword
+        if kind == "LINEAR_PATH":
+            direction = entity.ref("its_direction")
+            along = np.array([1.0, 0.0, 0.0])
+            if direction is not None:
+                along = self.curves.placements.direction(direction, entity.id)
+            end = self.length(entity, "distance") * along
+            pieces: list[Piece] = [Polyline(np.stack([np.zeros(3), end]))]
+        elif kind == "GENERAL_PATH":
+            pieces = self._general(entity, "swept_path")
+        elif kind in ("PARTIAL_CIRCULAR_PATH", "COMPLETE_CIRCULAR_PATH", "CIRCULAR_PATH"):
+            radius = self.length(entity, "radius")
+            sweep = 2 * math.pi
+            if kind == "PARTIAL_CIRCULAR_PATH":
+                sweep = entity.number("sweep_angle") * self.curves.angle
+            start = np.array([radius, 0.0, 0.0])
+            end = radius * np.array([math.cos(sweep), math.sin(sweep), 0.0])
+            normal = np.array([0.0, 0.0, 1.0 if sweep > 0 else -1.0])
+            pieces = [Arc(start, end, np.zeros(3), normal, abs(sweep))]
+        else:
+            raise entity.fault("stepnc-unsupported", "this is no path that can be made")
+        return self._placed(entity, pieces)
+
+    def face_sweep(self, entity: Entity) -> tuple[list[Piece], float]:
+        """Return the course of travel of a planar face, and its width across it (along the profile).
+
+        Raises:
+            Skip: where they are not straight.
+        """
+        course = self.path(entity.entity("course_of_travel", "LINEAR_PATH"))
+        boundary = entity.entity("removal_boundary", "LINEAR_PROFILE")
+        return course, self.length(boundary, "profile_length")
+
+    def rectangle(self, course: list[Piece], width: float) -> list[Piece]:
+        """Return the rectangle that a profile of a width sweeps: from the origin along X, moved along the course."""
+        along = course[-1].end - course[0].start
+        side = np.array([width, 0.0, 0.0])
+        corners = [
+            course[0].start,
+            course[0].start + side,
+            course[0].start + side + along,
+            course[0].start + along,
+        ]
+        return [_polygon(c[:2] for c in corners)]
+
+    def open_outline(
+        self, boundary: Entity, wall: int | None, owner: Entity
+    ) -> tuple[list[Piece], tuple[int, ...]]:
+        """Return the closed outline of an open pocket, and which of its pieces are open.
+
+        The wall is `wall_boundary` where it is given, else `open_boundary`; the straight line between its ends is open.
+
+        Raises:
+            Skip: where they cannot be made.
+        """
+        entity = boundary if wall is None else self.entities.get(wall, owner=owner.id)
+        kind = entity.keyword
+        if kind == "GENERAL_PROFILE":
+            pieces = self._placed(entity, self._general(entity, "its_profile"))
+        elif kind == "LINEAR_PROFILE":
+            end = np.array([self.length(entity, "profile_length"), 0.0, 0.0])
+            pieces = self._placed(entity, [Polyline(np.stack([np.zeros(3), end]))])
+        else:
+            raise entity.fault("stepnc-unsupported", "an open pocket of this boundary cannot be made")
+        closing = Polyline(np.stack([pieces[-1].end, pieces[0].start]))
+        if wall is not None and boundary.keyword == "GENERAL_PROFILE":
+            opening = self._placed(boundary, self._general(boundary, "its_profile"))
+            if np.linalg.norm(opening[0].start - pieces[-1].end) > 1e-6:
+                opening = [p.reversed() for p in reversed(opening)]
+            if np.linalg.norm(opening[0].start - pieces[-1].end) > 1e-6:
+                raise boundary.fault(
+                    "stepnc-geometry", "the open boundary does not begin where the wall ends"
+                )
+            return [*pieces, *opening], tuple(range(len(pieces), len(pieces) + len(opening)))
+        return [*pieces, closing], (len(pieces),)
+
+
+def _polygon(corners) -> Polyline:  # type: ignore[no-untyped-def]
+    """Return the closed polyline of corners, each shape (2,)."""
+    points = [np.array([c[0], c[1], 0.0]) for c in corners]
+    return Polyline(np.stack([*points, points[0]]))

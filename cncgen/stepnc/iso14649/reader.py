@@ -1,0 +1,259 @@
+"""The executables of ISO 14649-10: project, workplans, workingsteps, functions, statements."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+from cncgen.diagnostics import Severity
+from cncgen.stepnc.entities import Entities, Entity, Skip
+from cncgen.stepnc.geometry.curves import Curves
+from cncgen.stepnc.geometry.frames import Matrix, identity, is_identity
+from cncgen.stepnc.iso14649.features import Features
+from cncgen.stepnc.iso14649.operations import Operations
+from cncgen.stepnc.iso14649.statements import Statements
+from cncgen.stepnc.iso14649.technology import Resources
+from cncgen.stepnc.iso14649.toolpaths import Toolpaths
+from cncgen.stepnc.model import (
+    Assignment,
+    Block,
+    Choice,
+    Executable,
+    Feature,
+    NcFunction,
+    Operation,
+    Workingstep,
+)
+from cncgen.stepnc.part21 import Exchange
+
+_FUNCTIONS = {
+    "DISPLAY_MESSAGE": "its_text",
+    "OPTIONAL_STOP": "",
+    "PROGRAM_STOP": "",
+    "EXCHANGE_PALLET": "",
+    "INDEX_PALLET": "its_index",
+    "INDEX_TABLE": "its_index",
+    "WAIT_FOR_MARK": "its_channel",
+    "SET_MARK": "",
+}
+_BLOCKS = {"PARALLEL": "branches", "NON_SEQUENTIAL": "its_elements", "SELECTIVE": "its_elements"}
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """What holds within a workplan.
+
+    Attributes:
+        setup: Frame of the setup, seen from the machine: its_origin is a work offset, set at the machine.
+        workpieces: Frame of each workpiece by its id, seen from the machine.
+        security: The setup's security plane, seen from the machine, or None.
+    """
+
+    setup: Matrix
+    workpieces: dict[int, Matrix]
+    security: Matrix | None
+
+
+class Iso14649Reader:
+    """Reads executables when the executor asks for them."""
+
+    def __init__(self, exchange: Exchange) -> None:
+        self.exchange = exchange
+        self.entities = Entities(exchange, iso=True)
+        self.curves = Curves(self.entities, 1.0, math.pi / 180.0)
+        self.placements = self.curves.placements
+        self.resources = Resources(self.entities)
+        self.statements = Statements(self.entities)
+        self.features = Features(self.entities, self.curves)
+        toolpaths = Toolpaths(self.entities, self.curves, self.resources)
+        self.operations = Operations(self.entities, self.placements, self.resources, toolpaths)
+
+    def variables(self) -> dict[str, float]:
+        """Return the NC variables with their initial values."""
+        return self.statements.variables()
+
+    def roots(self) -> list[Executable]:
+        """Return the main workplan of the project; without one, the workplans that no other holds."""
+        nowhere = Setting(identity(), {}, None)
+        projects = list(self.exchange.instances("PROJECT"))
+        roots = []
+        for project in projects:
+            try:
+                plan = self.entities.get(project.id).entity("main_workplan", "WORKPLAN")
+                roots.append(self.executable(plan.id, nowhere))
+            except Skip:
+                continue
+        if not projects:
+            held = {int(i) for w in self.exchange.instances("WORKPLAN") for i in self._elements(w.id)}
+            free = [w.id for w in self.exchange.instances("WORKPLAN") if w.id not in held]
+            roots = [self.executable(i, nowhere) for i in free]
+            if not roots:
+                text = "there is no PROJECT and no WORKPLAN: nothing is executed"
+                self.exchange.reporter.report("stepnc-no-project", text, 0)
+        return roots
+
+    def _elements(self, ident: int) -> list[int]:
+        try:
+            return self.entities.get(ident).refs("its_elements")
+        except Skip:
+            return []
+
+    def executable(self, ident: int, context: Any) -> Executable:
+        """Return an executable of a block whose `Setting` is given.
+
+        Raises:
+            Skip: where it has a fault.
+        """
+        entity = self.entities.get(ident)
+        kind, label = entity.keyword, entity.text("its_id")
+        if kind == "WORKPLAN":
+            setting = self._setting(entity, context)
+            return Block(ident, label, "workplan", tuple(entity.refs("its_elements")), setting)
+        if kind in _BLOCKS:
+            name = kind.lower().replace("_", " ")
+            return Block(ident, label, name, tuple(entity.refs(_BLOCKS[kind])), context)
+        if kind == "MACHINING_WORKINGSTEP":
+            return self._workingstep(entity, context)
+        if kind in ("RAPID_MOVEMENT", "RETURN_HOME"):
+            return self._rapid(entity, context)
+        if kind in ("IF_STATEMENT", "WHILE_STATEMENT"):
+            return self._choice(entity, context)
+        if kind == "ASSIGNMENT":
+            target = entity.entity("its_lvalue", "NC_VARIABLE")
+            value = self.statements.value(entity, entity.get("its_rvalue"))
+            return Assignment(ident, label, self.statements.name(target), value)
+        return self._function(entity)
+
+    def _choice(self, entity: Entity, context: Any) -> Choice:
+        loop = entity.keyword == "WHILE_STATEMENT"
+        condition = self.statements.condition(entity, entity.get("condition"))
+        then = entity.ref("body" if loop else "true_branch")
+        otherwise = None if loop else entity.ref("false_branch")
+        return Choice(entity.id, entity.text("its_id"), loop, condition, then, otherwise, context)
+
+    def _function(self, entity: Entity) -> NcFunction:
+        kind, label = entity.keyword, entity.text("its_id")
+        name = kind.lower().replace("_", " ")
+        if kind in ("LOAD_TOOL", "UNLOAD_TOOL"):
+            tool = self.resources.tool(entity.ref("its_tool"))
+            return NcFunction(entity.id, label, name, {"tool": tool})
+        if kind not in _FUNCTIONS:
+            text = "this executable cannot be executed"
+            if "PROBING" in kind:
+                text = "probing cannot be executed: nothing here can measure"
+            raise entity.fault("stepnc-unsupported", text)
+        attribute = _FUNCTIONS[kind]
+        value = entity.get(attribute) if attribute else None
+        return NcFunction(
+            entity.id, label, name, {"text": value, "value": None if value is None else str(value)}
+        )
+
+    # Frames
+
+    def _setting(self, plan: Entity, outer: Setting) -> Setting:
+        ident = plan.ref("its_setup")
+        if ident is None:
+            return outer
+        setup = self.entities.get(ident, "SETUP", owner=plan.id)
+        origin = self.placements.optional(setup, "its_origin")
+        if origin is not None and not is_identity(origin):
+            x, y, z = origin[:3, 3]
+            text = f"#{ident} SETUP: its_origin at ({x:g}, {y:g}, {z:g}) mm is a work offset, not applied to motions"
+            self.exchange.report(ident, "stepnc-work-offset", text, severity=Severity.NOTE)
+        frame = identity()
+        workpieces = {}
+        for member in setup.refs("its_workpiece_setup"):
+            entity = self.entities.get(member, "WORKPIECE_SETUP", owner=ident)
+            if entity.get("its_offset") is not None:
+                entity.warn("stepnc-offset", "a measured offset of the workpiece is not applied")
+            place = self.placements.optional(entity, "its_origin")
+            workpiece = entity.ref("its_workpiece")
+            if workpiece is not None:
+                workpieces[workpiece] = frame if place is None else frame @ place
+        plane = self.placements.plane(setup.ref("its_secplane"), ident)
+        return Setting(frame, workpieces, None if plane is None else frame @ plane)
+
+    def _workpiece_frame(self, setting: Setting, workpiece: int | None, owner: Entity) -> Matrix:
+        if workpiece in setting.workpieces:
+            return setting.workpieces[workpiece]
+        if len(setting.workpieces) == 1 and workpiece is None:
+            return next(iter(setting.workpieces.values()))
+        if setting.workpieces and workpiece is not None:
+            owner.warn(
+                "stepnc-workpiece",
+                f"the setup does not place workpiece #{workpiece}; the setup's frame holds",
+            )
+        return setting.setup
+
+    def _workingstep(self, entity: Entity, setting: Setting) -> Workingstep:
+        feature_id = entity.ref("its_feature")
+        feature: Feature | None = None
+        workpiece = None
+        if feature_id is not None:
+            owner = self.entities.get(feature_id, owner=entity.id)
+            workpiece = owner.ref("its_workpiece")
+            feature = self.features.read(feature_id)
+        frame = self._workpiece_frame(setting, workpiece, entity)
+        if feature is not None:
+            frame = frame @ feature.placement
+        plane = self.placements.plane(entity.ref("its_secplane"), entity.id)
+        security = setting.security if plane is None else frame @ plane
+        operation = self.operations.read(entity.entity("its_operation"))
+        return Workingstep(entity.id, entity.text("its_id"), operation, feature, frame, security)
+
+    def _rapid(self, entity: Entity, setting: Setting) -> Workingstep:
+        """Return a rapid movement; its toolpath is in the setup's frame (as in NIST's ex1E)."""
+        toolpath = entity.ref("its_toolpath")
+        if toolpath is None:
+            raise entity.fault(
+                "stepnc-missing", "its_toolpath must be given: where the tool goes is not known"
+            )
+        paths = self.operations.toolpaths.read(toolpath)
+        operation = Operation(entity.id, entity.text("its_id"), "rapid", paths)
+        plane = self.placements.plane(entity.ref("its_secplane"), entity.id)
+        security = setting.security if plane is None else setting.setup @ plane
+        step = Workingstep(entity.id, operation.label, operation, None, setting.setup, security, rapid=True)
+        tilt = self.operations.tilt(entity)
+        return step if tilt is None else replace(step, operation=replace(operation, tilt=tilt))
+
+    def needs_rotary(self) -> bool:
+        """Tell whether a tool axis may leave the machine's Z: tool axes, tilted tools, or placements that tilt."""
+        if len(self.exchange.rows_of_type("THREE_AXES_TILTED_TOOL")):
+            return True
+        for instance in self.exchange.instances("CUTTER_LOCATION_TRAJECTORY"):
+            if len(instance.parameters) > 7 and instance.parameters[7] is not None:
+                return True
+        for instance in self.exchange.instances("AXIS2_PLACEMENT_3D"):
+            axis = instance.parameters[2] if len(instance.parameters) > 2 else None
+            direction = self.exchange.instance(int(axis)) if isinstance(axis, int) else None
+            ratios: Any = direction.parameters[1] if direction and len(direction.parameters) > 1 else None
+            if (
+                isinstance(ratios, tuple)
+                and len(ratios) == 3
+                and self._tilts(ratios)
+                and self._places(instance.id)
+            ):
+                return True
+        return False
+
+    def _tilts(self, ratios: tuple[Any, ...]) -> bool:
+        if not all(isinstance(r, int | float) for r in ratios):
+            return False
+        length = math.sqrt(sum(float(r) ** 2 for r in ratios))
+        return length > 0 and float(ratios[2]) / length < 1.0 - 1e-12
+
+    def _places(self, ident: int) -> bool:
+        """Tell whether a placement places a setup, a workpiece or a feature, not a curve or plane."""
+        if not hasattr(self, "_placing"):
+            self._placing: set[int] = set()
+            self._note_places("WORKPIECE_SETUP", "its_origin")
+            for kind in self.features.kinds:
+                self._note_places(kind, "feature_placement")
+        return ident in self._placing
+
+    def _note_places(self, kind: str, attribute: str) -> None:
+        for instance in self.exchange.instances(kind):
+            value = self.entities.get(instance.id).get(attribute)
+            if isinstance(value, int):
+                self._placing.add(int(value))

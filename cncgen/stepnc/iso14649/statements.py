@@ -1,0 +1,89 @@
+"""Conditions, variables and values of IF, WHILE and assignments."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from cncgen.stepnc.entities import Entities, Entity, Skip
+from cncgen.stepnc.part21 import Enumeration, Ref, Typed, Value
+
+Variables = dict[str, float]
+
+_COMPARE: dict[str, Callable[[float, float], bool]] = {
+    "COMPARISON_EQUAL": lambda a, b: a == b,
+    "COMPARISON_NOT_EQUAL": lambda a, b: a != b,
+    "COMPARISON_LESS": lambda a, b: a < b,
+    "COMPARISON_LESS_EQUAL": lambda a, b: a <= b,
+    "COMPARISON_GREATER": lambda a, b: a > b,
+    "COMPARISON_GREATER_EQUAL": lambda a, b: a >= b,
+}
+_MAX_DEPTH = 50
+
+
+class Statements:
+    """Reads expressions into functions of the variables."""
+
+    def __init__(self, entities: Entities) -> None:
+        self.entities = entities
+
+    def variables(self) -> Variables:
+        """Return every NC_VARIABLE and NC_CONSTANT with its initial value (0 where it has none)."""
+        out: Variables = {}
+        for instance in self.entities.exchange.instances("NC_VARIABLE", "NC_CONSTANT"):
+            entity = self.entities.get(instance.id)
+            try:
+                out[self.name(entity)] = entity.number("initial_value", 0.0)
+            except Skip:
+                continue
+        return out
+
+    def name(self, entity: Entity) -> str:
+        """Return the name of a variable."""
+        return entity.text("its_name") or f"#{entity.id}"
+
+    def value(self, owner: Entity, value: Value) -> Callable[[Variables], float]:
+        """Return the value of an rvalue: a number, a variable or a constant.
+
+        Raises:
+            Skip: where it is none of these.
+        """
+        while isinstance(value, Typed):
+            value = value.value
+        if isinstance(value, Ref):
+            name = self.name(self.entities.get(int(value), "NC_VARIABLE", "NC_CONSTANT", owner=owner.id))
+            return lambda variables: variables.get(name, 0.0)
+        if isinstance(value, int | float):
+            number = float(value)
+            return lambda variables: number
+        raise owner.fault("stepnc-missing", "a number or a variable is needed", value)
+
+    def condition(self, owner: Entity, value: Value, depth: int = 0) -> Callable[[Variables], bool]:
+        """Return a boolean expression as a function.
+
+        Raises:
+            Skip: where it is none.
+        """
+        while isinstance(value, Typed):
+            value = value.value
+        if isinstance(value, Enumeration) and value in ("T", "F"):
+            truth = value == "T"
+            return lambda variables: truth
+        if not isinstance(value, Ref) or depth > _MAX_DEPTH:
+            raise owner.fault("stepnc-missing", "a condition is needed", value)
+        entity = self.entities.get(int(value), owner=owner.id)
+        kind = entity.keyword
+        if kind in _COMPARE:
+            compare, first = _COMPARE[kind], self.value(entity, entity.get("operand1"))
+            second = self.value(entity, entity.get("operand2"))
+            return lambda variables: compare(first(variables), second(variables))
+        if kind == "NOT_EXPRESSION":
+            inner = self.condition(entity, entity.get("operand"), depth + 1)
+            return lambda variables: not inner(variables)
+        if kind == "XOR_EXPRESSION":
+            one, other = (self.condition(entity, entity.get(n), depth + 1) for n in ("operand1", "operand2"))
+            return lambda variables: one(variables) != other(variables)
+        if kind in ("AND_EXPRESSION", "OR_EXPRESSION"):
+            parts = [self.condition(entity, Ref(i), depth + 1) for i in entity.refs("operands")]
+            every = all if kind == "AND_EXPRESSION" else any
+            return lambda variables: every(p(variables) for p in parts)
+        raise entity.fault("stepnc-unsupported", "this is no condition that can be evaluated")

@@ -1,0 +1,142 @@
+"""Technology, machine functions and tools of ISO 14649."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from cncgen.stepnc.entities import Entities, Entity
+from cncgen.stepnc.model import Functions, Technology, Tool
+from cncgen.stepnc.part21 import Enumeration, Typed
+
+DEGREE = math.pi / 180.0
+
+
+class Resources:
+    """Reads what operations share, each entity once."""
+
+    def __init__(self, entities: Entities) -> None:
+        self.entities = entities
+        self._kept: dict[int, Any] = {}
+
+    def technology(self, ident: int | None) -> Technology | None:
+        """Return a MILLING_TECHNOLOGY; m/s become mm/s, rev/s stay.
+
+        Raises:
+            Skip: where it is none.
+        """
+        return None if ident is None else self._keep(ident, self._technology)
+
+    def functions(self, ident: int | None) -> Functions | None:
+        """Return MILLING_MACHINE_FUNCTIONS.
+
+        Raises:
+            Skip: where they are none.
+        """
+        return None if ident is None else self._keep(ident, self._functions)
+
+    def tool(self, ident: int | None) -> Tool | None:
+        """Return a MILLING_CUTTING_TOOL with the dimensions of its body.
+
+        Raises:
+            Skip: where it is none.
+        """
+        return None if ident is None else self._keep(ident, self._tool)
+
+    def _keep(self, ident: int, read: Any) -> Any:
+        if ident not in self._kept:
+            self._kept[ident] = read(ident)
+        return self._kept[ident]
+
+    def _technology(self, ident: int) -> Technology:
+        entity = self.entities.get(ident, "MILLING_TECHNOLOGY", "TECHNOLOGY")
+        feed, cutting = entity.optional("feedrate"), entity.optional("cutspeed")
+        for name, value in (("feedrate", feed), ("cutspeed", cutting)):
+            if value is not None and not value >= 0:
+                raise entity.fault("stepnc-speed", f"{name} is {value:g} m/s, not positive")
+        if entity.enum("feedrate_reference") == "CCP":
+            text = "the feed is meant at the cutter contact point; it is kept at the tool centre point"
+            entity.warn("stepnc-feed-reference", text)
+        if (
+            entity.get("its_adaptive_control") is not None
+            and entity.flag("its_adaptive_control") is not False
+        ):
+            entity.warn("stepnc-adaptive", "adaptive control is not done")
+        return Technology(
+            ident,
+            None if feed is None else feed * 1000.0,
+            entity.optional("feedrate_per_tooth"),
+            None,
+            entity.optional("spindle"),
+            None if cutting is None else cutting * 1000.0,
+            entity.flag("synchronize_spindle_with_feed") is True,
+        )
+
+    def _functions(self, ident: int) -> Functions:
+        entity = self.entities.get(ident, "MILLING_MACHINE_FUNCTIONS")
+        others = {}
+        if entity.get("oriented_spindle_stop") is not None:
+            others["oriented spindle stop"] = True
+        for other in entity.refs("other_functions"):
+            others[self.entities.get(other).text("parameter_name") or f"#{other}"] = True
+        mist, through = entity.flag("mist"), entity.flag("through_spindle_coolant")
+        return Functions(ident, entity.flag("coolant"), mist, through, others)
+
+    def _tool(self, ident: int) -> Tool:
+        entity = self.entities.get(
+            ident, "MILLING_CUTTING_TOOL", "CUTTING_TOOL", "USER_DEFINED_TOOL", "MACHINING_TOOL"
+        )
+        name = entity.text("its_id") or f"#{ident}"
+        body_id = entity.ref("its_tool_body")
+        if body_id is None:
+            return Tool(ident, name)
+        body = self.entities.get(body_id, owner=ident)
+        dimension_id = body.ref("dimension")
+        size = (
+            self.entities.get(dimension_id, "MILLING_TOOL_DIMENSION", owner=body_id) if dimension_id else None
+        )
+        edges = entity.refs("its_cutting_edge")
+        offset = self.entities.get(edges[0]).optional("tool_offset_length") if edges else None
+        teeth = body.optional("number_of_teeth")
+        return Tool(
+            ident,
+            name,
+            body.keyword.lower().replace("_", " "),
+            teeth=None if teeth is None else int(teeth),
+            offset_length=offset,
+            left_handed=body.enum("hand_of_cut") == "LEFT",
+            **(self._dimensions(size) if size else {}),
+        )
+
+    def _dimensions(self, size: Entity) -> dict[str, float | None]:
+        tip, around = size.optional("tool_top_angle"), size.optional("tool_circumference_angle")
+        if tip is not None and 0 < tip < 2:
+            size.warn("stepnc-angle", f"a tool tip angle of {tip:g}°; is it meant in radians?")
+        diameter = size.optional("diameter")
+        if diameter is not None and not diameter > 0:
+            raise size.fault("stepnc-tool", f"a tool diameter of {diameter:g} mm")
+        return {
+            "diameter": diameter,
+            "tip_angle": None if tip is None else tip * DEGREE,
+            "circumference_angle": None if around is None else around * DEGREE,
+            "cutting_length": size.optional("cutting_edge_length"),
+            "edge_radius": size.optional("edge_radius"),
+            "edge_centre_vertical": size.optional("edge_center_vertical"),
+            "edge_centre_horizontal": size.optional("edge_center_horizontal"),
+        }
+
+
+def speed_of(entity: Entity) -> tuple[bool, float]:
+    """Return whether a toolpath's ``its_speed`` is rapid, and the factor of the feed."""
+    value = entity.get("its_speed")
+    while isinstance(value, Typed):
+        value = value.value
+    if isinstance(value, Enumeration):
+        return value == "RAPID", 1.0
+    if isinstance(value, float | int) and not isinstance(value, bool) and type(value) in (int, float):
+        if not value > 0:
+            raise entity.fault("stepnc-speed", f"a ratio of speed of {value:g}")
+        return False, float(value)
+    if value is not None:
+        entity.warn("stepnc-speed-profile", "the speed profile along the path is not applied; the feed holds")
+    return False, 1.0

@@ -1,0 +1,111 @@
+"""The toolpath kinds of ISO 14649-10 as records."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cncgen.stepnc.entities import Entities, Entity
+from cncgen.stepnc.execution.linearize import couple
+from cncgen.stepnc.geometry.approach import angled, tangential
+from cncgen.stepnc.geometry.curves import Curves
+from cncgen.stepnc.geometry.pieces import Piece, Polyline, reverse
+from cncgen.stepnc.iso14649.technology import Resources, speed_of
+from cncgen.stepnc.model import Path
+
+
+class Toolpaths:
+    """Reads TOOLPATH_LISTs."""
+
+    def __init__(self, entities: Entities, curves: Curves, resources: Resources) -> None:
+        self.entities = entities
+        self.curves = curves
+        self.resources = resources
+
+    def read(self, ident: int) -> tuple[Path, ...]:
+        """Return the toolpaths of a list, in their order.
+
+        Raises:
+            Skip: where it is no list.
+        """
+        paths: list[Path] = []
+        members = self.entities.get(ident, "TOOLPATH_LIST").refs("its_list")
+        for k, member in enumerate(members):
+            entity = self.entities.get(member, owner=ident)
+            neighbours = (members[k - 1] if k else None, members[k + 1] if k + 1 < len(members) else None)
+            paths.append(self._path(entity, neighbours))
+        return tuple(paths)
+
+    def _path(self, entity: Entity, neighbours: tuple[int | None, int | None]) -> Path:
+        rapid, ratio = speed_of(entity)
+        technology = self.resources.technology(entity.ref("its_technology"))
+        functions = self.resources.functions(entity.ref("its_machine_functions"))
+        rapid = rapid or entity.enum("its_type") == "CONNECT"
+
+        def path(kind: str, pieces=list, seconds: float = 0.0) -> Path:  # type: ignore[no-untyped-def]
+            return Path(entity.id, kind, pieces, rapid, ratio, technology, functions, seconds)
+
+        kind = entity.keyword
+        if kind == "CUTTER_LOCATION_TRAJECTORY":
+            return path("trajectory", lambda: self._trajectory(entity))
+        if kind == "FEEDSTOP":
+            return path("dwell", seconds=entity.number("dwell"))
+        if kind == "CONNECT_DIRECT":
+            return path("connect direct")
+        if kind == "CONNECT_SECPLANE":
+            return path("connect security plane")
+        if kind in ("AP_LIFT_PATH_ANGLE", "AP_LIFT_PATH_TANGENT"):
+            return path("trajectory", lambda: self._approach(entity, neighbours))
+        if kind == "AXIS_TRAJECTORY":
+            return path("trajectory", lambda: self._axis_trajectory(entity))
+        if kind == "CUTTER_CONTACT_TRAJECTORY":
+            text = "a path of the contact point needs the cutter's and the surface's shape; give cutter locations"
+            raise entity.fault("stepnc-unsupported", text)
+        raise entity.fault("stepnc-unsupported", "this kind of toolpath cannot be executed")
+
+    def _trajectory(self, entity: Entity) -> list[Piece]:
+        pieces = self.curves.read(entity.entity("basiccurve").id, entity.id)
+        axis = entity.ref("its_toolaxis")
+        if axis is not None:
+            plain = Curves(self.entities, 1.0, self.curves.angle)  # directions have no unit
+            pieces = couple(pieces, plain.read(axis, entity.id))
+        return reverse(pieces) if entity.flag("its_direction") is False else pieces
+
+    def _approach(self, entity: Entity, neighbours: tuple[int | None, int | None]) -> list[Piece]:
+        """Return an approach to the path after it, or the lift from the path before it."""
+        lift = entity.enum("its_type") == "LIFT"
+        other = neighbours[0] if lift else neighbours[1]
+        contact = self.entities.get(other, "CUTTER_LOCATION_TRAJECTORY", owner=entity.id) if other else None
+        if contact is None:
+            raise entity.fault("stepnc-missing", "an approach or lift path stands beside no trajectory")
+        pieces = self._trajectory(contact)
+        pieces = reverse(pieces) if lift else pieces
+        point, direction = entity.ref("fix_point"), entity.ref("fix_point_dir")
+        if point is None:
+            raise entity.fault("stepnc-missing", "fix_point must be given")
+        fix = self.curves.placements.point(point, entity.id)
+        toward = self.curves.placements.direction(direction, entity.id) if direction is not None else None
+        if entity.keyword == "AP_LIFT_PATH_ANGLE":
+            angle, bend = entity.number("angle") * self.curves.angle, entity.number("benddist")
+            made = angled(entity, fix, toward, pieces[0], angle, bend)
+        else:
+            made = tangential(entity, fix, toward, pieces[0], entity.number("radius"))
+        return reverse(made) if lift else made
+
+    def _axis_trajectory(self, entity: Entity) -> list[Piece]:
+        """Return the motion of X, Y and Z given as one curve an axis, all with the same number of points."""
+        names, commands = entity.get("axis_list"), entity.refs("commands")
+        if not isinstance(names, tuple) or len(names) != len(commands):
+            raise entity.fault("stepnc-missing", "axis_list and commands must be lists of the same length")
+        letters = [str(n).strip().upper()[:1] for n in names]
+        if sorted(letters) != ["X", "Y", "Z"]:
+            raise entity.fault(
+                "stepnc-unsupported", f"axes {', '.join(map(str, names))}: X, Y and Z together can be moved"
+            )
+        columns = {}
+        for letter, ident in zip(letters, commands, strict=True):
+            curve = self.entities.get(ident, "POLYLINE", owner=entity.id)
+            points = [self.curves.placements.point(i, ident)[0] for i in curve.refs("points")]
+            columns[letter] = points
+        if len({len(c) for c in columns.values()}) != 1 or len(columns["X"]) < 2:
+            raise entity.fault("stepnc-geometry", "the commands of the axes have different numbers of points")
+        return [Polyline(np.column_stack([columns[a] for a in "XYZ"]))]

@@ -1,0 +1,300 @@
+"""What a STEP-NC program says, in the same records whether the file is ISO 14649 or AP238.
+
+The readers (`cncgen.stepnc.iso14649`, `cncgen.stepnc.ap238`) make these records when the executor asks for them; the
+executor knows nothing of the files. Lengths mm, times s, angles rad, frames as in `geometry.frames`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.stepnc.geometry.frames import Matrix
+from cncgen.stepnc.geometry.pieces import Piece
+
+Vector = NDArray[np.float64]
+
+
+def _empty() -> Mapping[str, Any]:
+    return MappingProxyType({})
+
+
+@dataclass(frozen=True, slots=True)
+class Technology:
+    """Speeds of an operation or toolpath; None is not given.
+
+    Attributes:
+        ident: Its entity.
+        feed: mm/s.
+        feed_per_tooth, feed_per_rev: mm.
+        spindle: rev/s, positive against the clock seen from the spindle towards the work (most cutters: negative).
+        cutting_speed: mm/s.
+        synchronised: Whether the feed follows the spindle (tapping).
+    """
+
+    ident: int
+    feed: float | None = None
+    feed_per_tooth: float | None = None
+    feed_per_rev: float | None = None
+    spindle: float | None = None
+    cutting_speed: float | None = None
+    synchronised: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Functions:
+    """Machine functions; None leaves a function as it is."""
+
+    ident: int
+    coolant: bool | None = None
+    mist: bool | None = None
+    through_spindle: bool | None = None
+    others: Mapping[str, Any] = field(default_factory=_empty)
+
+
+@dataclass(frozen=True, slots=True)
+class Tool:
+    """A cutting tool. Lengths mm, angles rad; None is not given.
+
+    Attributes:
+        ident: Its entity.
+        name: What a tool change calls.
+        kind: ``twist drill``, ``tapered endmill`` …: the body, lower case with blanks.
+        diameter: Of the cut.
+        teeth: Number of teeth.
+        tip_angle: Angle of a drill's edge from the plane across its axis (14649: tool_top_angle).
+        edge_radius, edge_centre_vertical, edge_centre_horizontal, circumference_angle: Of MILLING_TOOL_DIMENSION.
+        cutting_length: Longest cut.
+        offset_length: Length that the tool length offset takes out.
+        left_handed: Whether it cuts turning against the clock.
+        pitch: Of a tap.
+    """
+
+    ident: int
+    name: str
+    kind: str = ""
+    diameter: float | None = None
+    teeth: int | None = None
+    tip_angle: float | None = None
+    edge_radius: float | None = None
+    edge_centre_vertical: float | None = None
+    edge_centre_horizontal: float | None = None
+    circumference_angle: float | None = None
+    cutting_length: float | None = None
+    offset_length: float | None = None
+    left_handed: bool = False
+    pitch: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Path:
+    """One toolpath of an operation.
+
+    Attributes:
+        ident: Its entity.
+        kind: ``trajectory``, ``dwell``, ``connect direct``, ``connect security plane``.
+        pieces: Called for the pieces of a trajectory, in the operation's frame; raises `Skip`.
+        rapid: Whether the machine moves at its own speed.
+        ratio: Factor of the feed.
+        technology, functions: Its own, or None for the operation's.
+        seconds: Of a dwell.
+    """
+
+    ident: int
+    kind: str = "trajectory"
+    pieces: Callable[[], list[Piece]] = list
+    rapid: bool = False
+    ratio: float = 1.0
+    technology: Technology | None = None
+    functions: Functions | None = None
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Strategy:
+    """A machining, approach or retract strategy: its kind (``contour parallel``, ``plunge helix``) and attributes."""
+
+    ident: int
+    kind: str
+    values: Mapping[str, Any] = field(default_factory=_empty)
+
+
+@dataclass(frozen=True, slots=True)
+class Operation:
+    """What is done in a workingstep.
+
+    Attributes:
+        ident, label: Its entity and name.
+        kind: ``freeform``, ``plane rough``, ``bottom and side finish``, ``drilling``, ``tapping`` …
+        paths: Explicit toolpaths, None where the feature gives them.
+        tool, technology, functions: None where missing.
+        retract_plane: Height above the feature, mm.
+        start_point: Shape (3,), or None.
+        values: The further attributes by the names of ISO 14649, mm and s.
+        strategy, approach, retract: None where missing.
+        tilt: Tool direction in the operation's frame where it is not its Z axis.
+    """
+
+    ident: int
+    label: str
+    kind: str
+    paths: tuple[Path, ...] | None
+    tool: Tool | None = None
+    technology: Technology | None = None
+    functions: Functions | None = None
+    retract_plane: float | None = None
+    start_point: Vector | None = None
+    values: Mapping[str, Any] = field(default_factory=_empty)
+    strategy: Strategy | None = None
+    approach: Strategy | None = None
+    retract: Strategy | None = None
+    tilt: Vector | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Feature:
+    """What a workingstep machines.
+
+    Attributes:
+        ident, label: Its entity and name.
+        kind: ``closed pocket``, ``round hole`` …
+        placement: Its frame, seen from the workpiece.
+        shape: Called for its `Shape`, in its frame; raises `Skip`.
+    """
+
+    ident: int
+    label: str
+    kind: str
+    placement: Matrix
+    shape: Callable[[], Shape]
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """The shape of a feature, in the feature's frame: its top at Z 0, the material below. mm, rad.
+
+    Attributes:
+        depth: How deep it goes below its origin, or None.
+        diameter: Of a hole.
+        bottom: ``through``, ``flat``, ``conical``, ``spherical``, ``radiused`` … or "".
+        bottom_angle: Full angle of a conical bottom, rad, or None.
+        outline: Closed boundary as pieces, or None.
+        bosses: Closed boundaries of what stays standing inside.
+        course: Open path of a slot or step, or None.
+        width: Of a slot.
+        open_sides: Of an open boundary: the pieces of the outline that are open, by index.
+        ends: What the ends of a slot are: ``open``, ``radiused``, ``flat`` …
+        slope: Draft of the walls, rad.
+        corner_radius: Of the walls' corners (orthogonal_radius), or None.
+        floor_radius: Between floor and walls (planar_radius), or None.
+        elements: Features that make up this one, their placements within it.
+    """
+
+    depth: float | None = None
+    diameter: float | None = None
+    bottom: str = ""
+    bottom_angle: float | None = None
+    outline: list[Piece] | None = None
+    bosses: tuple[list[Piece], ...] = ()
+    course: list[Piece] | None = None
+    width: float | None = None
+    open_sides: tuple[int, ...] = ()
+    ends: tuple[str, ...] = ()
+    slope: float = 0.0
+    corner_radius: float | None = None
+    floor_radius: float | None = None
+    elements: tuple[Feature, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Workingstep:
+    """An operation on a feature.
+
+    Attributes:
+        ident, label: Its entity and name.
+        operation: What is done.
+        feature: What is machined, None for explicit toolpaths without one.
+        frame: Of its toolpaths, seen from the machine.
+        security: Frame of the security plane seen from the machine (Z is its normal), or None.
+        rapid: Whether all of it is rapid (RAPID_MOVEMENT).
+    """
+
+    ident: int
+    label: str
+    operation: Operation
+    feature: Feature | None
+    frame: Matrix
+    security: Matrix | None = None
+    rapid: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class NcFunction:
+    """A function between workingsteps: ``program stop``, ``optional stop``, ``display message``, ``load tool`` …"""
+
+    ident: int
+    label: str
+    kind: str
+    values: Mapping[str, Any] = field(default_factory=_empty)
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """Executables in their order: a workplan, or the branch of a statement.
+
+    Attributes:
+        ident, label: Its entity and name.
+        kind: ``workplan``, ``non sequential``, ``selective``, ``parallel``.
+        children: Ids of the executables.
+        context: What the reader needs to know when it reads the children (setup, frames).
+    """
+
+    ident: int
+    label: str
+    kind: str
+    children: tuple[int, ...]
+    context: Any = None
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """IF and WHILE: `condition` is evaluated by the executor's variables; branches are ids or None."""
+
+    ident: int
+    label: str
+    loop: bool
+    condition: Callable[[dict[str, float]], bool]
+    then: int | None
+    otherwise: int | None = None
+    context: Any = None
+
+
+@dataclass(frozen=True, slots=True)
+class Assignment:
+    """``variable := value``, the value from the variables at that moment."""
+
+    ident: int
+    label: str
+    variable: str
+    value: Callable[[dict[str, float]], float]
+
+
+Executable: TypeAlias = Block | Choice | Assignment | Workingstep | NcFunction
+
+
+class Reader(Protocol):
+    """What the executor asks of a file."""
+
+    def roots(self) -> list[Executable]:
+        """Return the main workplans."""
+
+    def executable(self, ident: int, context: Any) -> Executable:
+        """Return an executable within a block; raises `Skip`."""
+
+    def variables(self) -> dict[str, float]:
+        """Return the NC variables with their initial values."""

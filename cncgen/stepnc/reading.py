@@ -1,0 +1,168 @@
+"""Reading a STEP-NC file into a program, whichever of the two schemas it follows."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Diagnostic, Diagnostics, UsageError
+from cncgen.stepnc.ap238 import Ap238Reader
+from cncgen.stepnc.execution.canon import Canon, Printer
+from cncgen.stepnc.execution.columns import Columns
+from cncgen.stepnc.execution.executor import Executor
+from cncgen.stepnc.execution.orientation import LETTERS
+from cncgen.stepnc.features import make_paths
+from cncgen.stepnc.iso14649 import Iso14649Reader
+from cncgen.stepnc.part21 import Exchange
+from cncgen.stepnc.schema.check import check
+from cncgen.stepnc.schema.short_names import SHORT_NAMES
+from cncgen.stepnc.schema.tables import ap238_table, iso14649_table
+from cncgen.toolpath.reading import ReadOptions
+from cncgen.toolpath.record import Program, Toolpath
+
+#: Where the tool stands when a program begins and no comment says: high above, as NIST's interpreter has it.
+START = (0.0, 0.0, 250.0)
+#: Bytes of a file; more is refused.
+MAX_SIZE = 4 * 1024**3
+
+_START = re.compile(r"\(\s*START\s*,([^)]*)\)", re.IGNORECASE)
+_WORD = re.compile(r"([XYZ])\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:E[+-]?\d+)?)", re.IGNORECASE)
+
+
+class Source:
+    """A file that is read and checked, ready to be executed (once or more).
+
+    Attributes:
+        exchange: Its instances.
+        reader: Of ISO 14649 or AP238, by the entities that it holds.
+        schema: ``iso14649`` or ``ap238``.
+        diagnostics: Faults found so far.
+        rotary: Whether the program has rotary axes.
+        start: Where the tool stands at the beginning, mm.
+    """
+
+    def __init__(self, source: Path | BinaryIO | bytes, name: str, options: ReadOptions) -> None:
+        self.options = options
+        self.diagnostics = Diagnostics()
+        self.exchange = Exchange.load(_bytes_of(source), name, self.diagnostics, SHORT_NAMES)
+        self.schema = schema_of(self.exchange)
+        self.reader: Ap238Reader | Iso14649Reader
+        if self.schema == "ap238":
+            self.reader = Ap238Reader(self.exchange)
+            check(self.exchange, ap238_table())
+        else:
+            self.reader = Iso14649Reader(self.exchange)
+            check(self.exchange, iso14649_table())
+        self.rotary = self.reader.needs_rotary()
+        self.start = start_of(self.exchange.comments_before)
+        self.axes = "XYZ" + (LETTERS if self.rotary else "")
+
+    def execute(self, canon: Canon) -> Iterator[None]:
+        """Execute the program with a listener; yields after every toolpath."""
+        executor = Executor(
+            self.reader,
+            self.exchange,
+            canon,
+            self.start,
+            self.rotary,
+            lambda step: make_paths(step, self.exchange),
+            self.options.max_steps,
+        )
+        yield from executor.run()
+        self.exchange.reporter.close()
+
+    def line_of(self, ident: int) -> int:
+        """Return the line of an entity."""
+        return self.exchange.line(ident)
+
+
+def schema_of(exchange: Exchange) -> str:
+    """Return ``ap238`` or ``iso14649``: by what the file holds, whatever its header says."""
+    if len(
+        exchange.rows_of_type(
+            "MACHINING_TOOLPATH", "ACTION_PROPERTY", "MACHINING_WORKPLAN", "MACHINING_PROJECT"
+        )
+    ):
+        return "ap238"
+    return "iso14649"
+
+
+def start_of(comments: str) -> NDArray[np.float64]:
+    """Return the position that a comment ``(START, X… Y… Z…)`` before the data gives, else `START`."""
+    found = _START.search(comments)
+    position = np.array(START)
+    if found:
+        position = np.zeros(3)
+        for letter, value in _WORD.findall(found[1]):
+            position["XYZ".index(letter.upper())] = float(value)
+    return position
+
+
+def _bytes_of(source: Path | BinaryIO | bytes) -> bytes:
+    if isinstance(source, bytes):
+        return source
+    try:
+        data = source.read_bytes() if isinstance(source, Path) else source.read(MAX_SIZE + 1)
+    except OSError as error:
+        raise UsageError(Diagnostic("file-unreadable", f"{source}: {error.strerror or error}")) from None
+    if len(data) > MAX_SIZE:
+        raise UsageError(Diagnostic("file-size", f"the file is larger than {MAX_SIZE} bytes"))
+    return data
+
+
+def read(source: Path | BinaryIO | bytes, name: str = "-", options: ReadOptions | None = None) -> Program:
+    """Read a STEP-NC program (ISO 14649 or AP238 in ISO 10303-21).
+
+    The file is read and checked at once; motions are made as the chunks are drawn. Positions are machine coordinates:
+    setup, workpiece and feature placements are applied. Rotary axes (B, C; see `execution.orientation`) are there
+    where a tool axis leaves the machine's Z.
+
+    Args:
+        source: A file or its bytes.
+        name: How diagnostics call it.
+        options: `max_steps`, `chunk_rows` and `tolerance_mm` count.
+
+    Raises:
+        UsageError: where the file cannot be read.
+    """
+    options = options or ReadOptions()
+    file = Source(source, name, options)
+
+    def chunks() -> Iterator[Toolpath]:
+        columns = Columns(file.axes, name, file.line_of, options.tolerance_mm)
+        for _ in file.execute(columns):
+            if columns.count >= options.chunk_rows:
+                yield columns.take()
+        yield columns.take()
+
+    return Program(name, "stepnc", file.axes, file.axes, chunks, file.diagnostics)
+
+
+def canon(
+    source: Path | BinaryIO | bytes,
+    name: str = "-",
+    options: ReadOptions | None = None,
+    diagnostics: Diagnostics | None = None,
+) -> Iterator[str]:
+    """Yield the canonical machining functions that a program calls, a line each, as NIST's interpreters print them.
+
+    Args:
+        source, name, options: As for `read`.
+        diagnostics: Filled with those of the program, where given.
+
+    Raises:
+        UsageError: where the file cannot be read.
+    """
+    options = options or ReadOptions()
+    file = Source(source, name, options)
+    printer = Printer(file.axes)
+    for _ in file.execute(printer):
+        yield from printer.take()
+    yield from printer.take()
+    if diagnostics is not None:
+        diagnostics.extend(file.diagnostics)
