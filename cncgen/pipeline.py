@@ -181,6 +181,11 @@ def plan(
     return Plan(program, where, planner.plan(sound(program), where, how))
 
 
+def output_axes(program: Program) -> str:
+    """Return the axes that setpoints of a program have: those that it names, X Y Z where it names none."""
+    return program.moving_axes or program.axes
+
+
 def sample(planned: Plan, signals: Sequence[str] = ()) -> SetpointStream:
     """Sample a plan once a period of its machine.
 
@@ -191,7 +196,7 @@ def sample(planned: Plan, signals: Sequence[str] = ()) -> SetpointStream:
     from cncgen import setpoints
     from cncgen.setpoints.stream import SetpointStream
 
-    axes, machine = planned.program.moving_axes, planned.machine
+    axes, machine = output_axes(planned.program), planned.machine
     chunks = setpoints.sample(planned.trajectories, machine, axes=axes, signals=signals)
     return SetpointStream(planned.program.name, axes, machine.period_s, chunks)
 

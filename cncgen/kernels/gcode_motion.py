@@ -165,7 +165,7 @@ def advance(
         turns = 1
         taken = True
         for w in range(begin, end):
-            c = letters[w]
+            c = cython.cast(cython.int, letters[w])
             value = values[w]
             bit = cython.cast(cython.uint, 1) << (c - 97)
             if seen & bit:

@@ -93,14 +93,14 @@ def scan(
             # Between words: blanks, the end of the line, a comment, a slash, a letter.
             while i < length and (text[i] == 32 or text[i] == 9 or text[i] == 13):
                 i += 1
-            c = text[i] if i < length else 10
+            c = cython.cast(cython.int, text[i]) if i < length else 10
             if c == 10:
                 break
             if c == 40:  # (
                 i += 1
                 blank_comment = True
                 while i < length:
-                    c = text[i]
+                    c = cython.cast(cython.int, text[i])
                     if c == 41 or c == 40 or c == 10:
                         break
                     if c == 44 and blank_comment:  # "(MSG," and its kin: letters, then a comma
@@ -117,7 +117,7 @@ def scan(
             if c == 59:  # ;
                 blank_comment = True
                 while i < length and text[i] != 10:
-                    c = text[i]
+                    c = cython.cast(cython.int, text[i])
                     if c == 44 and blank_comment:
                         flags |= ACTIVE
                     elif not (c == 32 or c == 9 or c == 59 or ((c | 32) >= 97 and (c | 32) <= 122)):
@@ -149,7 +149,7 @@ def scan(
                 negative = text[i] == 45
                 i += 1
             while i < length:
-                c = text[i]
+                c = cython.cast(cython.int, text[i])
                 if 48 <= c <= 57:
                     mantissa = mantissa * 10 + cython.cast(cython.ulonglong, c - 48)
                     digits += 1
@@ -204,7 +204,7 @@ def axis_letters(text: cython.const[cython.uchar][::1]) -> int:
     letter: cython.int = -1
     run: cython.int = 0
     while i < length:
-        c = text[i]
+        c = cython.cast(cython.int, text[i])
         if c == 40:
             while i < length and text[i] != 41 and text[i] != 10:
                 i += 1

@@ -31,7 +31,7 @@ class Summary:
 
     def __init__(self, program: Program, machine: Machine, feedrate: str | None) -> None:
         self._program, self._machine, self._feedrate = program, machine, feedrate
-        self._axes = program.moving_axes
+        self._axes = program.moving_axes or program.axes
         speeds = [axis.max_velocity for axis in machine.axes.values()]
         self._slow = SlowPlaces(max(speeds))
         self._differences = DifferencePeaks(len(self._axes), machine.period_s)

@@ -59,7 +59,7 @@ def test_largest_speed_lies_within_a_piece() -> None:
 
 def test_valleys_are_cut_at_their_maxima_and_ripple_is_not() -> None:
     speed = np.array([0.0, 5, 10, 10, 5, 1, 1.02, 0.99, 5, 9, 8.9, 9.05, 2, 8, 8, 8])
-    assert _valley_cuts(speed) == [3, 12]
+    assert _valley_cuts(speed) == [4, 12]
 
 
 def test_text_of_a_summary() -> None:

@@ -1,0 +1,120 @@
+"""The packages: sdist to wheel to an installation that runs outside the checkout, here without a compiler."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tarfile
+import zipfile
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.slow
+
+#: An expression and a variable go down the grammar's lane, so the grammar has to be in the package.
+PROGRAM = b"G21 G90 G61 F1200\n#1=[2+3]\nG1 X#1 Y2\nG1 X[#1*2]\nG2 X20 Y2 I5 J0\nM2\n"
+
+
+def run(command: list[str], cwd: Path, **variables: str) -> subprocess.CompletedProcess[bytes]:
+    """Run a command with more variables in its environment."""
+    environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"} | variables
+    return subprocess.run(command, cwd=cwd, env=environment, capture_output=True, timeout=280, check=False)
+
+
+@pytest.fixture(scope="module")
+def packages(root: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """Build the sdist from what git has of the tree (and what it would add), and the uncompiled wheel from the sdist."""
+    pytest.importorskip("build")
+    folder = tmp_path_factory.mktemp("packages")
+    source = folder / "source"
+    names = subprocess.run(
+        ["git", "ls-files", "--cached", "--others", "--exclude-standard"],
+        cwd=root,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if names.returncode:
+        pytest.skip("not a git checkout")
+    for name in names.stdout.splitlines():
+        if (root / name).is_file():
+            (source / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(root / name, source / name)
+    build = [
+        sys.executable,
+        "-m",
+        "build",
+        "--no-isolation",
+        "--skip-dependency-check",
+        "--outdir",
+        str(folder),
+    ]
+    made = run([*build, "--sdist", str(source)], folder, CNCGEN_NO_COMPILE="1")
+    assert made.returncode == 0, made.stderr.decode()[-3000:]
+    sdist = next(folder.glob("*.tar.gz"))
+    with tarfile.open(sdist) as archive:
+        archive.extractall(folder / "unpacked", filter="data")
+    unpacked = next((folder / "unpacked").iterdir())
+    made = run([*build, "--wheel", str(unpacked)], folder, CNCGEN_NO_COMPILE="1")
+    assert made.returncode == 0, made.stderr.decode()[-3000:]
+    return sdist, next(folder.glob("*.whl"))
+
+
+def test_contents(packages: tuple[Path, Path], root: Path) -> None:
+    sdist, wheel = packages
+    with tarfile.open(sdist) as archive:
+        inside = {name.partition("/")[2] for name in archive.getnames()}
+    assert {
+        "README.md",
+        "LICENSE",
+        "Makefile",
+        "setup.py",
+        "programs/butterfly.nc",
+        "tests/conftest.py",
+    } <= inside
+    with zipfile.ZipFile(wheel) as archive:
+        names = set(archive.namelist())
+    for pattern, prefix in (("grammars/*.lark", "cncgen/"), ("cncgen/machine/profiles/*.toml", "")):
+        for path in root.glob(pattern):
+            assert prefix + path.relative_to(root).as_posix() in names
+    assert "cncgen/py.typed" in names
+    assert not {name for name in names if name.startswith(("tests/", "benchmarks/", "programs/"))}
+
+
+def test_the_wheel_runs_outside_the_checkout_without_a_compiler(
+    packages: tuple[Path, Path], tmp_path: Path
+) -> None:
+    _, wheel = packages
+    site = tmp_path / "site"
+    install = [
+        sys.executable,
+        "-m",
+        "pip",
+        "install",
+        "--quiet",
+        "--no-deps",
+        "--no-index",
+        "--target",
+        str(site),
+    ]
+    made = run([*install, str(wheel)], tmp_path)
+    assert made.returncode == 0, made.stderr.decode()[-3000:]
+    assert not list(site.glob("cncgen/kernels/*.so"))
+    (tmp_path / "part.nc").write_bytes(PROGRAM)
+    command = [sys.executable, "-m", "cncgen", "plan", "part.nc", "--feedrate", "ild"]
+    plain = run(command, tmp_path, PYTHONPATH=str(site))
+    assert plain.returncode == 0, plain.stderr.decode()
+    assert plain.stderr.count(b"kernels run uncompiled") == 1
+    where = [sys.executable, "-c", "import cncgen; print(cncgen.__file__)"]
+    assert run(where, tmp_path, PYTHONPATH=str(site)).stdout.decode().startswith(str(site))
+    compiled = run(command, tmp_path)
+    assert compiled.returncode == 0, compiled.stderr.decode()
+    ours, other = (out.decode().splitlines() for out in (compiled.stdout, plain.stdout))
+    assert ours[0] == other[0] == "t_s,x_mm,y_mm"
+    assert len(ours) == len(other)
+    for a, b in zip(ours[1:], other[1:], strict=True):
+        for x, y in zip(a.split(","), b.split(","), strict=True):
+            assert float(x) == pytest.approx(float(y), abs=2e-9)
