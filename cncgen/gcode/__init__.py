@@ -104,12 +104,13 @@ def canon(
         return runner.sources[index].text_at(offset)
 
     sink = PrintingSink(text_at)
-    sink.begin()
     runner = Runner(text, options, sink, found, path=source if isinstance(source, Path) else None)
     for _ in runner.run():
         yield from sink.take()
     sink.call("ON_RESET()")
-    sink.call("ON_RESET()")
+    if not options.include:
+        # The peer resets twice, but once only with an INI file, which is how it gets a search path.
+        sink.call("ON_RESET()")
     yield from sink.take()
     if diagnostics is None and found.has_errors:
         raise ProgramError(list(found))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 
 from cncgen.gcode.block import Block
@@ -24,6 +25,7 @@ CENTRE_FACTOR = 100.0
 
 _LETTERS = "xyzabcuvw"
 _OFFSETS = "ijk"
+_POLAR = {"@", "^"}
 
 
 def clockwise(ip: Interpreter, block: Block) -> None:
@@ -53,9 +55,22 @@ def _arc(ip: Interpreter, block: Block, clockwise: bool) -> None:
         x, y = _centre_by_radius(ip, block, end, clockwise, name)
     else:
         x, y = _centre_by_offset(ip, block, end, name)
+    if state.feed_mode == 93:
+        ip.sink.set_inverse_time(state.feed, _length(ip, end, (x, y), -turns if clockwise else turns))
     ip.sink.arc_feed(end, x, y, -turns if clockwise else turns, state.plane)
     state.position = end
     state.moved = True
+
+
+def _length(ip: Interpreter, end: list[float], centre: tuple[float, float], turns: int) -> float:
+    """Return the length of an arc or helix."""
+    first, second, normal = ip.state.plane_axes()
+    start = ip.state.position
+    begin = complex(start[first] - centre[0], start[second] - centre[1])
+    finish = complex(end[first] - centre[0], end[second] - centre[1])
+    angle = cmath.phase(finish / begin) * (1 if turns > 0 else -1)
+    angle = (angle + 2 * math.pi if angle <= 0.0 else angle) + 2 * math.pi * (abs(turns) - 1)
+    return math.hypot(abs(begin) * angle, end[normal] - start[normal])
 
 
 def _turns(block: Block, name: str) -> int:
@@ -79,7 +94,7 @@ def _centre_by_radius(
     start = state.position
     radius = block.words["r"]
     letters = (_LETTERS[first], _LETTERS[second])
-    if set(letters).isdisjoint(block.words):
+    if not _POLAR & block.words.keys() and set(letters).isdisjoint(block.words):
         both = " nor ".join(letters).upper()
         raise BlockError("arc-end", f"{name} with R has neither {both}: its end is not in the plane", name)
     chord = math.hypot(end[first] - start[first], end[second] - start[second])

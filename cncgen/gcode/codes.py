@@ -25,6 +25,7 @@ _MODULES = (
     "arcs",
     "comments",
     "coolant",
+    "cutter_compensation",
     "dwell",
     "feeds",
     "homing",

@@ -257,6 +257,10 @@ class ColumnsSink:
         """Set the feed rate."""
         self._feed = rate
 
+    def set_inverse_time(self, rate: float, length: float) -> None:
+        """Set the rate of the next motion."""
+        self._feed = rate
+
     def set_feed_mode(self, mode: int, synched: bool) -> None:
         """Set what the feed rate means."""
         self.flush()

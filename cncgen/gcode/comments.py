@@ -35,7 +35,8 @@ def comment(ip: Interpreter, block: Block, text: str) -> None:
     else:
         if keyword == "START":
             start(ip, rest)
-        sink.call(f'COMMENT("{text}")')
+        if text:
+            sink.call(f'COMMENT("{text}")')
 
 
 def expand(ip: Interpreter, text: str) -> str:

@@ -1,7 +1,7 @@
 """Values of expressions: numbers where they are known when the text is read, else functions of the parameters.
 
 Operators and functions are those of LinuxCNC's manual ("Expressions", "Functions"): angles are degrees, ``AND OR XOR``
-take anything but zero as true, ``EQ`` and ``NE`` compare within 1e-6, operators of one rank group from the left.
+take anything but zero as true, ``EQ`` and ``NE`` compare within 1e-4, operators of one rank group from the left.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from cncgen.gcode.parameters import Parameters
 
 #: Numbers closer than this are equal.
-EQUAL = 1e-6
+EQUAL = 1e-4
 
 
 def _divide(a: float, b: float) -> float:

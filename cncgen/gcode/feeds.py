@@ -17,7 +17,9 @@ def set_feed(ip: Interpreter, block: Block) -> None:
     if value < 0.0:
         raise BlockError("negative-feed", f"F{value:g} is negative", "F")
     ip.state.feed = value
-    ip.sink.set_feed_rate(value)
+    # In inverse time the rate belongs to the motion of the block, which passes it on with its length.
+    if ip.state.feed_mode != 93:
+        ip.sink.set_feed_rate(value)
 
 
 def _set_mode(ip: Interpreter, mode: int) -> None:

@@ -40,7 +40,7 @@ class Cursor(NamedTuple):
 class Marked(NamedTuple):
     """A line with an O-word."""
 
-    label: Label
+    label: Value | str
     keyword: str
     cursor: Cursor
     after: Cursor
@@ -162,7 +162,11 @@ class FlowControl:
 
     def _sub(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         """Skip a definition."""
-        return self._next(here, self._label(flow), ("endsub",), "endsub").after
+        end = self._next(here, self._label(flow), ("endsub",), "endsub")
+        for mark in self.marks(here.source):
+            if here.offset < mark.cursor.offset < end.cursor.offset and mark.keyword == "sub":
+                raise BlockError("oword-nested-sub", "a subroutine is defined within a subroutine", "O")
+        return end.after
 
     def _endsub(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         label = self._label(flow)
@@ -265,7 +269,7 @@ class FlowControl:
         """Return the first later line of the subroutine with this label and one of the keywords."""
         marks = self.marks(here.source)
         for mark in marks[bisect_right(self._offsets[here.source], here.offset) :]:
-            if mark.label == label and mark.keyword in keywords:
+            if mark.keyword in keywords and self._is(mark, label):
                 return mark
             if mark.keyword in ("sub", "endsub") and wanted != "endsub":
                 break
@@ -277,7 +281,7 @@ class FlowControl:
         index = bisect_right(self._offsets[here.source], here.offset) - 2
         while index >= 0:
             mark = marks[index]
-            if mark.label == label and mark.keyword in keywords:
+            if mark.keyword in keywords and self._is(mark, label):
                 return mark
             if mark.keyword in ("sub", "endsub"):
                 break
@@ -285,6 +289,11 @@ class FlowControl:
         raise BlockError(
             "oword-unmatched", f"o{_shown(label)} {word.upper()} with no {keywords[0].upper()}", "O"
         )
+
+    def _is(self, mark: Marked, label: Label) -> bool:
+        """Tell whether a line has that label now (it may be computed)."""
+        own = mark.label
+        return (own(self.ip.parameters) if callable(own) else own) == label
 
     def _sub_of(self, label: Label, here: Cursor) -> Marked:
         """Return the line that begins a subroutine: in this file, or in the file of its name."""
@@ -350,7 +359,7 @@ def _find_marks(source: Source, index: int) -> list[Marked]:
             flow = grammar.parse(source.text_at(begin)).flow
         except BlockError:
             continue
-        if flow is None or not isinstance(flow.label, str | float):
+        if flow is None or flow.label is None:
             continue
         after = Cursor(index, source.line_end(begin) + 1, line + 1)
         found.append(Marked(flow.label, flow.keyword, Cursor(index, begin, line), after))

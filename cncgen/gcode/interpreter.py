@@ -72,10 +72,9 @@ class Interpreter:
         self._plans: dict[tuple[object, ...], Plan] = {}
         if options.parameters is not None:
             read_parameters(options.parameters, self.parameters)
-            self._begin_with_parameters()
 
-    def _begin_with_parameters(self) -> None:
-        """Take the coordinate system that the parameter file left in force."""
+    def begin(self) -> None:
+        """Take the coordinate system that the parameter file left in force, and tell the sink what is in force."""
         numbers = self.parameters.numbers
         state = self.state
         state.system = max(1, min(SYSTEM_COUNT, round(numbers[SYSTEM])))
@@ -86,9 +85,13 @@ class Interpreter:
         if numbers[G92_ON]:
             state.g92, state.g92_on = self.parameters.offset(G92, scale), True
         state.position = to_program(state.position, *state.offsets())
-        self.sink.set_g5x_offset(state.system, state.origin)
-        self.sink.set_g92_offset(state.g92)
-        self.sink.set_xy_rotation(state.rotation)
+        sink = self.sink
+        sink.use_length_units(False)
+        sink.set_g5x_offset(state.system, state.origin)
+        sink.set_g92_offset(state.g92)
+        sink.set_xy_rotation(state.rotation)
+        sink.call("SET_FEED_REFERENCE(CANON_XYZ)")
+        sink.call("ON_RESET()")
 
     def execute(self, block: Block) -> None:
         """Execute a block.
@@ -170,6 +173,8 @@ class Interpreter:
             and state.compensation == 40
             and (state.feed_mode != 95 or (state.speed > 0.0 and state.direction != 0))
             and self.guard is None
+            # A printed rate in inverse time depends on the motion's length.
+            and not (state.feed_mode == 93 and self.sink.wants_comments)
         )
 
     def end_point(self, block: Block) -> list[float]:

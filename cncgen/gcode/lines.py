@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.codes import Code
 from cncgen.gcode.errors import BlockError
@@ -39,22 +41,28 @@ def has_axis(block: Block) -> bool:
 def traverse(ip: Interpreter, block: Block) -> None:
     """G0."""
     ip.state.motion = 0
-    if has_axis(block):
-        end = ip.end_point(block)
-        ip.sink.straight_traverse(end)
-        ip.state.position = end
-        ip.state.moved = True
+    end = ip.end_point(block)
+    ip.sink.straight_traverse(end)
+    ip.state.position = end
+    ip.state.moved = True
 
 
 def feed(ip: Interpreter, block: Block) -> None:
     """G1."""
-    ip.state.motion = 10
-    if has_axis(block):
-        check_feed(ip, block, "G1")
-        end = ip.end_point(block)
-        ip.sink.straight_feed(end)
-        ip.state.position = end
-        ip.state.moved = True
+    state = ip.state
+    state.motion = 10
+    check_feed(ip, block, "G1")
+    end = ip.end_point(block)
+    if state.feed_mode == 93:
+        ip.sink.set_inverse_time(state.feed, _length(state.position, end))
+    ip.sink.straight_feed(end)
+    state.position = end
+    state.moved = True
+
+
+def _length(start: list[float], end: list[float]) -> float:
+    """Return the length of a line in X Y Z, or of its rotary part where they stand still."""
+    return math.dist(start[:3], end[:3]) or math.dist(start[3:6], end[3:6])
 
 
 def cancel(ip: Interpreter, block: Block) -> None:

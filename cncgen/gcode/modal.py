@@ -92,7 +92,7 @@ class State:
     path_mode: PathMode = PathMode.CONTINUOUS
     tolerance: float | None = None
     naive: float | None = None
-    retract_old: bool = True
+    retract_old: bool = False
     system: int = 1
     origin: list[float] = field(default_factory=zeros)
     rotation: float = 0.0

@@ -85,7 +85,7 @@ def _set_system(ip: Interpreter, block: Block, kind: int) -> None:
     axes = given_axes(block)
     if kind == 2:
         for index, value in axes:
-            origin[index] = value if state.absolute else origin[index] + value
+            origin[index] = value
     else:
         machine = [m - t for m, t in zip(ip.machine_position(), state.tool_offset, strict=True)]
         wanted = _in_system(machine, origin, rotation, state.g92)

@@ -12,10 +12,6 @@ def polar_end(state: State, words: dict[str, float], end: list[float]) -> None:
     """Put the point that @ and ^ name into X and Y of `end`; what is missing stays as it is at the position."""
     if "x" in words or "y" in words:
         raise BlockError("polar-words", "X or Y in a block with @ or ^", "X" if "x" in words else "Y")
-    if state.plane != 17:
-        raise BlockError(
-            "polar-words", "@ and ^ work in the XY plane (G17) only", "@" if "@" in words else "^"
-        )
     x, y = state.position[0], state.position[1]
     radius = math.hypot(x, y)
     if "@" in words and radius == 0.0 and "^" not in words:

@@ -67,7 +67,7 @@ NAMED: dict[str, Callable[[Interpreter], float]] = {
     "_rpm": lambda ip: ip.state.speed,
     "_current_tool": lambda ip: ip.state.tool,
     "_current_pocket": lambda ip: ip.tools.pocket_of(ip.state.tool),
-    "_selected_tool": lambda ip: ip.state.selected if ip.state.selected != ip.state.tool else -1,
+    "_selected_tool": lambda ip: ip.state.selected,
     "_selected_pocket": lambda ip: ip.tools.pocket_of(ip.state.selected),
     "_call_level": lambda ip: ip.call_level(),
     "_task": lambda ip: 0.0,

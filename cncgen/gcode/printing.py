@@ -35,16 +35,6 @@ class PrintingSink:
         lines, self._lines = self._lines, []
         return lines
 
-    def begin(self) -> None:
-        """Print what an interpreter says when it starts."""
-        zero = [0.0] * 9
-        self.use_length_units(False)
-        self.set_g5x_offset(1, zero)
-        self.set_g92_offset(zero)
-        self.set_xy_rotation(0.0)
-        self.call("SET_FEED_REFERENCE(CANON_XYZ)")
-        self.call("ON_RESET()")
-
     def call(self, text: str, event: Event | None = None) -> None:
         """Print a call as it is."""
         if text:
@@ -128,6 +118,10 @@ class PrintingSink:
     def set_feed_rate(self, rate: float) -> None:
         """Print SET_FEED_RATE."""
         self.call(f"SET_FEED_RATE({rate:.4f})")
+
+    def set_inverse_time(self, rate: float, length: float) -> None:
+        """Print the feed rate that the motion gets (the peer lets none be below 0.1)."""
+        self.set_feed_rate(max(rate * length, 0.1))
 
     def set_feed_mode(self, mode: int, synched: bool) -> None:
         """Print SET_FEED_MODE."""

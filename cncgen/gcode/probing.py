@@ -32,9 +32,8 @@ def _probe(tenths: int) -> Handler:
             raise BlockError("probe-mode", f"{name} does not go with G{state.feed_mode}", name)
         check_feed(ip, block, name)
         end = ip.end_point(block)
-        if end[3:6] != state.position[3:6]:
-            raise BlockError("probe-axes", f"{name} cannot move rotary axes", name)
-        if math.dist(end[:3], state.position[:3]) < _LEAST[state.inches]:
+        rotary = end[3:6] != state.position[3:6]
+        if not rotary and math.dist(end[:3], state.position[:3]) < _LEAST[state.inches]:
             raise BlockError("probe-short", f"{name} starts nearly where it ends", name)
         ip.warn(
             BlockError("probe-not-run", f"{name} is planned to the programmed point", name), Severity.NOTE

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from cncgen.gcode import cutter_compensation
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes import Code, Handler
 from cncgen.gcode.interpreter import Interpreter
@@ -42,7 +43,7 @@ def reset(ip: Interpreter) -> None:
     state.absolute, state.feed_mode, state.feed = True, 94, 0.0
     sink.set_feed_mode(94, synched=False)
     sink.set_feed_rate(0.0)
-    state.compensation, state.direction, state.motion = 40, 0, 10
+    state.direction, state.motion = 0, 10
     sink.set_spindle(state.speed, 0)
     sink.call("STOP_SPINDLE_TURNING(0)")
     sink.call(f"SET_SPINDLE_MODE(0 {0.0:.4f})")

@@ -109,6 +109,7 @@ class Runner:
             )
             return
         try:
+            self.ip.begin()
             yield from self._run(source)
             self._finish(source)
         except Stop as stop:
@@ -290,12 +291,8 @@ class Runner:
         return None
 
     def _run_flow(self, parsed: Parsed, here: Cursor, after: Cursor) -> Cursor | None:
-        """Run an O-word, and the comment that may stand behind it."""
+        """Run an O-word (a comment behind it says nothing to the machine)."""
         assert parsed.flow is not None
-        block = Block({}, source=here.source, line=here.line, offset=here.offset)
-        self.sink.block = block
-        for text in parsed.comments[-1:]:
-            comments.comment(self.ip, block, text)
         target = self.flow.run(parsed.flow, here, after)
         if (
             target is not None
@@ -425,10 +422,8 @@ class Runner:
             parsed = self._parse(text)
             if parsed.deletable and self.options.block_delete:
                 return _Node(cursor, after)
-            if parsed.flow is not None and not parsed.comments:
-                return _Node(cursor, after, parsed.flow)
             if parsed.flow is not None:
-                return self._flow_with_comment(parsed, cursor, after)
+                return _Node(cursor, after, parsed.flow)
             return _Node(cursor, after, run=self._compiled(parsed, cursor))
         except BlockError as error:
             fault = error
@@ -437,14 +432,6 @@ class Runner:
                 raise fault
 
             return _Node(cursor, after, run=fail)
-
-    def _flow_with_comment(self, parsed: Parsed, cursor: Cursor, after: Cursor) -> _Node:
-        """Return a node of an O-word whose comment runs first, by a node of its own in the same place."""
-        block = Block({}, source=cursor.source, line=cursor.line, offset=cursor.offset)
-        block.comment = parsed.comments[-1]
-        node = _Node(cursor, after, run=lambda: self._execute(block))
-        node.following = _Node(cursor, after, parsed.flow)
-        return node
 
     def _end_node(self, cursor: Cursor) -> _Node:
         """Return what the end of a text does: the main program ends, a subroutine is not finished."""

@@ -95,6 +95,9 @@ class Sink(Protocol):
     def set_feed_rate(self, rate: float) -> None:
         """Set the feed rate: units/min, 1/min or units/rev by the feed mode."""
 
+    def set_inverse_time(self, rate: float, length: float) -> None:
+        """Set the rate (1/min) of the next motion, of that length, in inverse time mode."""
+
     def set_feed_mode(self, mode: int, synched: bool) -> None:
         """Set what the feed rate means: 93, 94 or 95."""
 

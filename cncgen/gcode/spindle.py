@@ -57,10 +57,17 @@ def orient(ip: Interpreter, block: Block) -> None:
     way = block.words.get("p", 0.0)
     if way not in (0.0, 1.0, 2.0):
         raise BlockError("orient-way", f"P{way:g} of M19 is none of 0, 1, 2", "P")
+    if not 0.0 <= angle <= 360.0:
+        raise BlockError("orient-angle", f"R{angle:g} of M19 is not within 0 to 360 degrees", "R")
+    wait = block.words.get("q")
+    if wait is not None and wait <= 0.0:
+        raise BlockError("orient-time", f"Q{wait:g} of M19 is no time limit: it must be above 0", "Q")
     ip.sink.call(
         f"ORIENT_SPINDLE({max(_spindle(block), 0)}, {angle:.4f}, {way:.0f})",
         Event("spindle", True, values={"orient_deg": angle}),
     )
+    if wait is not None:
+        ip.sink.call(f"SPINDLE.{max(_spindle(block), 0)}.WAIT_ORIENT_COMPLETE({wait:.4f})")
 
 
 def constant_surface(ip: Interpreter, block: Block) -> None:

@@ -145,7 +145,7 @@ def scan(
             decimals = 0
             while i < length and (text[i] == 32 or text[i] == 9):
                 i += 1
-            if i < length and (text[i] == 43 or text[i] == 45):
+            if i < length and (text[i] == 43 or text[i] == 45) and letter != 0:
                 negative = text[i] == 45
                 i += 1
             while i < length:
