@@ -40,4 +40,5 @@ class Setpoints:
     @property
     def time_s(self) -> Floats:
         """Shape (n,): time of each row."""
-        return (self.first + np.arange(len(self))) * self.period_s
+        rows = np.arange(self.first, self.first + len(self), dtype=np.float64)
+        return rows * self.period_s
