@@ -297,22 +297,23 @@ def run_axes(
     m: cython.Py_ssize_t
     parts: cython.Py_ssize_t
     rise: cython.double
-    for axis in range(axes):
-        parts = switches[axis, 2]
-        for k in range(count):
-            rise = (setpoints[axis, k + 1] - setpoints[axis, k]) / parts
-            for m in range(parts):
-                _step(
-                    axis, phi, inputs, output, encoder, jump, jump_inputs, law, law_inputs, stick_law, stick_inputs, numbers,
-                    switches, state, memory, setpoints[axis, k] + m * rise, setpoints[axis, k] + (m + 1) * rise, 0.0,
-                    noise[axis, k * parts + m] if numbers[axis, 5] > 0.0 else 0.0, work, work[2],
-                )  # fmt: skip
-                if m == 0:
-                    position[axis, k] = work[2, 0]
-                    force[axis, k] = work[2, 1]
-                    bounded[axis, k] = 0
-                if work[2, 2] != 0.0:
-                    bounded[axis, k] = 1
+    with cython.nogil:
+        for axis in range(axes):
+            parts = switches[axis, 2]
+            for k in range(count):
+                rise = (setpoints[axis, k + 1] - setpoints[axis, k]) / parts
+                for m in range(parts):
+                    _step(
+                        axis, phi, inputs, output, encoder, jump, jump_inputs, law, law_inputs, stick_law, stick_inputs, numbers,
+                        switches, state, memory, setpoints[axis, k] + m * rise, setpoints[axis, k] + (m + 1) * rise, 0.0,
+                        noise[axis, k * parts + m] if numbers[axis, 5] > 0.0 else 0.0, work, work[2],
+                    )  # fmt: skip
+                    if m == 0:
+                        position[axis, k] = work[2, 0]
+                        force[axis, k] = work[2, 1]
+                        bounded[axis, k] = 0
+                    if work[2, 2] != 0.0:
+                        bounded[axis, k] = 1
 
 
 @cython.cfunc
@@ -409,33 +410,34 @@ def run_coupled(
     m: cython.Py_ssize_t
     start: cython.double
     rise: cython.double
-    for k in range(count):
-        for m in range(parts):
-            for i in range(axes):
-                start = desired[i, k] + (desired[i, k + 1] - desired[i, k]) * m / parts
-                errors[0, i] = start - _dot(encoder, state, i, switches[i, 0])
-                if not cross:
-                    errors[1, i] = feedforward[k, 1, i] - state[i, switches[i, 1]]
-            if cross:
-                _cross_couple(axes, k, tangent, curvature, gains, integral, errors)
-            else:
+    with cython.nogil:
+        for k in range(count):
+            for m in range(parts):
                 for i in range(axes):
-                    errors[2, i] = feedforward[k, 0, i]
-                    for j in range(axes):
-                        errors[2, i] += (
-                            feedback[k, 0, i, j] * errors[0, j] + feedback[k, 1, i, j] * errors[1, j]
-                        )
-            for i in range(axes):
-                rise = (setpoints[i, k + 1] - setpoints[i, k]) / parts
-                start = setpoints[i, k] + m * rise
-                _step(
-                    i, phi, inputs, output, encoder, jump, jump_inputs, law, law_inputs, stick_law, stick_inputs, numbers,
-                    switches, state, memory, start, start + rise, errors[2, i],
-                    noise[i, k * parts + m] if numbers[i, 5] > 0.0 else 0.0, work, work[2],
-                )  # fmt: skip
-                if m == 0:
-                    position[i, k] = work[2, 0]
-                    force[i, k] = work[2, 1]
-                    bounded[i, k] = 0
-                if work[2, 2] != 0.0:
-                    bounded[i, k] = 1
+                    start = desired[i, k] + (desired[i, k + 1] - desired[i, k]) * m / parts
+                    errors[0, i] = start - _dot(encoder, state, i, switches[i, 0])
+                    if not cross:
+                        errors[1, i] = feedforward[k, 1, i] - state[i, switches[i, 1]]
+                if cross:
+                    _cross_couple(axes, k, tangent, curvature, gains, integral, errors)
+                else:
+                    for i in range(axes):
+                        errors[2, i] = feedforward[k, 0, i]
+                        for j in range(axes):
+                            errors[2, i] += (
+                                feedback[k, 0, i, j] * errors[0, j] + feedback[k, 1, i, j] * errors[1, j]
+                            )
+                for i in range(axes):
+                    rise = (setpoints[i, k + 1] - setpoints[i, k]) / parts
+                    start = setpoints[i, k] + m * rise
+                    _step(
+                        i, phi, inputs, output, encoder, jump, jump_inputs, law, law_inputs, stick_law, stick_inputs, numbers,
+                        switches, state, memory, start, start + rise, errors[2, i],
+                        noise[i, k * parts + m] if numbers[i, 5] > 0.0 else 0.0, work, work[2],
+                    )  # fmt: skip
+                    if m == 0:
+                        position[i, k] = work[2, 0]
+                        force[i, k] = work[2, 1]
+                        bounded[i, k] = 0
+                    if work[2, 2] != 0.0:
+                        bounded[i, k] = 1

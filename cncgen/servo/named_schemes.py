@@ -45,7 +45,9 @@ def scheme_maker(name: str, servos: Mapping[str, Servo], settings: Settings | No
     """
     if name not in NAMES:
         raise UsageError(
-            Diagnostic("controller-unknown", f"no controller is called {name!r}; there are {', '.join(NAMES)}")
+            Diagnostic(
+                "controller-unknown", f"no controller is called {name!r}; there are {', '.join(NAMES)}"
+            )
         )
     chosen = settings or Settings()
 

@@ -19,8 +19,13 @@ Floats = NDArray[np.float64]
 class Prefilter(Protocol):
     """Shapes the setpoints of all axes before the loops receive them (feedforward with preview)."""
 
-    before: int
-    after: int
+    @property
+    def before(self) -> int:
+        """Setpoints that it looks back."""
+
+    @property
+    def after(self) -> int:
+        """Setpoints that it looks ahead."""
 
     def started(self) -> Callable[[Block, Floats], Floats]:
         """Return a function of a block and the stream's first row that gives the n + 1 shaped setpoints.
@@ -33,8 +38,13 @@ class Prefilter(Protocol):
 class PathCoupling(Protocol):
     """Couples the axes along the path."""
 
-    before: int
-    after: int
+    @property
+    def before(self) -> int:
+        """Setpoints that it looks back."""
+
+    @property
+    def after(self) -> int:
+        """Setpoints that it looks ahead."""
 
     def over(self, block: Block) -> Coupling:
         """Return what couples the axes over a block."""

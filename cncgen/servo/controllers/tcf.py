@@ -57,7 +57,7 @@ class TaskFrame:
 
     def feedback(self, tangent: Floats, rate: Floats, change: Floats) -> Floats:
         """Return the gains on e and ė, shape (n, 2, 2, 2), for tangents (n, 2), ω (n,) and ω̇ (n,); at rest t is taken as x."""
-        still = ~tangent.any(axis=1)
+        still = (tangent == 0.0).all(axis=1)
         t = np.where(still[:, None], [1.0, 0.0], tangent)
         frame = np.stack([t, np.column_stack([-t[:, 1], t[:, 0]])], axis=2)
         across = frame.transpose(0, 2, 1)

@@ -1,0 +1,209 @@
+"""ZPETC, cross coupling and task frame control: their equations, what they promise, and how they stand to each other."""
+
+import numpy as np
+import pytest
+from scipy.signal import dlsim, dlti
+
+from cncgen.diagnostics import UsageError
+from cncgen.machine.record import Servo
+from cncgen.servo import plants
+from cncgen.servo.bank import Coupling, LoopBank
+from cncgen.servo.controllers import ccc, tcf, zpetc
+from cncgen.servo.controllers.base import Controller
+from cncgen.servo.controllers.p import p
+from cncgen.servo.frequency import margins, open_loop, ratio_in_z, response_to_setpoint
+from cncgen.servo.loop import close_loop, follow_transfer_function
+from cncgen.servo.named_schemes import NAMES, Settings, scheme_maker
+from cncgen.servo.scheme import Scheme
+from cncgen.servo.simulate import own_scheme
+from cncgen.servo.stream import blocks
+
+from .bench import circle, profile, run_scheme, stream
+
+T = 0.001
+
+
+def test_ratio_in_z_is_the_loops():
+    for name in ("xy-table", "dyna-1007", "die-bonder"):
+        loop = own_scheme(profile(name), "X", T).loops[0]
+        above, below = ratio_in_z(loop)
+        w = np.geomspace(1.0, 3000.0, 40)
+        z = np.exp(1j * w * loop.period)
+        assert np.polyval(above, z) / np.polyval(below, z) == pytest.approx(
+            response_to_setpoint(loop, w), rel=1e-6
+        )
+
+
+@pytest.mark.parametrize("zeros", [[0.5], [-0.95], [1.4, 0.3], [-1.2, 0.4 + 0.3j, 0.4 - 0.3j]])
+def test_zpetc_has_no_phase_and_unit_gain_at_rest(zeros):
+    """From wanted to actual position the response is |B⁻(e^jω)|²/B⁻(1)²: real, positive, 1 at ω = 0."""
+    poles = np.array([0.9, 0.7, 0.5, 0.3, 0.2])[: len(zeros) + 2]
+    above, below = np.real(np.poly(zeros)), np.poly(poles)
+    above = above * below.sum() / above.sum()
+    filtered = zpetc.design(follow_transfer_function(above, below, T, discrete=True))
+    w = np.linspace(1e-3, 3.0, 50)
+    z = np.exp(1j * w)
+    ages = filtered.ahead - np.arange(len(filtered.taps))
+    shaping = filtered.taps @ z ** ages[:, None]
+    ringing = 1.0 + (filtered.poles[:, None] * z ** -(1.0 + np.arange(len(filtered.poles)))[:, None]).sum(
+        axis=0
+    )
+    total = shaping / ringing * np.polyval(above, z) / np.polyval(below, z)
+    assert total.imag == pytest.approx(np.zeros(50), abs=1e-9)
+    assert (total.real > 0).all()
+    kept = np.poly([zero for zero in zeros if abs(zero) >= zpetc.CANCELLABLE])
+    expected = np.abs(np.polyval(np.atleast_1d(kept), z)) ** 2 / np.atleast_1d(kept).sum() ** 2
+    assert total.real == pytest.approx(expected, rel=1e-8)
+
+
+def test_zpetc_streams_as_scipy_filters():
+    """A loop with a cancelled zero, chunk by chunk, beside dlsim over the whole command."""
+    above, below = np.array([0.3, -0.12]), np.array([1.0, -1.1, 0.28])
+    loop = follow_transfer_function(above, below, T, discrete=True)
+    rows = np.cumsum(np.random.default_rng(2).normal(size=(9000, 1)), axis=0)
+    scheme = Scheme((loop,), zpetc.Zpetc([zpetc.design(loop)]))
+    ours = run_scheme(rows, scheme, axes="X", chunk=777)
+    # Minimum phase: the output is the command itself, but for the end, where what follows is unknown.
+    assert ours.position[3:-3] == pytest.approx(rows[3:-3], abs=1e-8)
+    _, check = dlsim(dlti(above, below, dt=1), rows[:, 0] - rows[0, 0])
+    own = run_scheme(rows, Scheme((loop,)), axes="X", chunk=777)
+    assert own.position[:, 0] - rows[0, 0] == pytest.approx(check[:, 0], abs=1e-9)
+
+
+def test_cross_coupling_is_koren_and_los_formula():
+    """One control period from rest with a known error, beside Cx and Cy as printed."""
+    radius, angle, error = 25.0, 0.7, np.array([0.3, -0.2])
+    loops = [close_loop(plants.integrator(), Controller(), T) for _ in range(2)]
+    bank = LoopBank(loops, T)
+    tangent = np.array([[np.cos(angle), np.sin(angle)]])
+    curvature = np.array([[-np.sin(angle), np.cos(angle)]]) / radius
+    coupling = Coupling(np.array([5.0, 0.2]), tangent, curvature, np.zeros((0, 2, 0)), np.zeros((0, 2, 0, 0)))
+    _, force, _ = bank.run(np.zeros((2, 2)), np.array([error, error]), coupling)
+    cx, cy = np.sin(angle) - error[0] / (2 * radius), np.cos(angle) + error[1] / (2 * radius)
+    contour = -cx * error[0] + cy * error[1]
+    weighted = (5.0 + 0.2) * contour
+    assert force[0] == pytest.approx([-cx * weighted, cy * weighted], rel=1e-12)
+
+
+def test_cross_coupling_in_space_acts_across_the_path_only():
+    loops = [close_loop(plants.integrator(), Controller(), T) for _ in range(3)]
+    tangent = np.array([[2.0, -1.0, 2.0]]) / 3.0
+    error = np.array([0.3, 0.1, -0.4])
+    coupling = Coupling(
+        np.array([5.0, 0.0]), tangent, np.zeros((1, 3)), np.zeros((0, 2, 0)), np.zeros((0, 2, 0, 0))
+    )
+    _, force, _ = LoopBank(loops, T).run(np.zeros((2, 3)), np.array([error, error]), coupling)
+    across = error - (error @ tangent[0]) * tangent[0]
+    assert force[0] == pytest.approx(5.0 * across, rel=1e-12)
+
+
+def test_task_frame_gains_are_the_papers_matrices():
+    """Hsu 1999, eq. 14: K = A + v T⁻¹ R2m T + T⁻¹ Δ T − T⁻¹ A_Td T, and u = B⁺ (K e + w_d), as printed."""
+    gain, lag = np.array([1.3, 0.8]), np.array([0.005, 0.007])
+    stiffness, damping = np.array([9e4, 6e4]), np.array([600.0, 500.0])
+    angle, w, dw = 0.8, 3.0, -40.0
+    tangent = np.array([[np.cos(angle), np.sin(angle)]])
+    ours = tcf.TaskFrame(gain, lag, stiffness, damping).feedback(tangent, np.array([w]), np.array([dw]))[0]
+    frame = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    turn, zero = np.array([[0.0, 1.0], [-1.0, 0.0]]), np.zeros((2, 2))
+    a = np.block([[zero, np.eye(2)], [zero, -np.diag(1 / lag)]])
+    b = np.vstack([zero, np.diag(gain / lag)])
+    change = np.block([[frame.T, zero], [w * turn @ frame.T, frame.T]])
+    wanted = np.block([[zero, np.eye(2)], [-np.diag(stiffness), -np.diag(damping)]])
+    delta = np.block([[zero, zero], [dw * turn, zero]])
+    back = np.linalg.inv(change)
+    turning = np.kron(np.eye(2), w * turn)
+    k = a + back @ turning @ change + back @ delta @ change - back @ wanted @ change
+    drive = np.linalg.pinv(b) @ k
+    assert np.hstack([ours[0], ours[1]]) == pytest.approx(drive, rel=1e-9, abs=1e-9)
+
+
+def test_order_and_ratios_of_paper_004():
+    """Circle of 10 mm at 5 m/min, Table 1: CCC at most 10 % and integrated control at most 4 % of P's contour error."""
+    rows = circle(10.0, 5000 / 60, turns=3.0)
+    servos = profile("dyna-1007")
+    found = {}
+    for name in NAMES:
+        response = run_scheme(rows, scheme_maker(name, servos))
+        part = slice(len(rows) // 2, -50)
+        tracking = np.hypot(*(response.command - response.position)[part].T)
+        found[name] = (
+            (tracking.std() ** 2 + tracking.mean() ** 2) ** 0.5,
+            (response.contour_error_mm[part] ** 2).mean() ** 0.5,
+        )
+    contour = {name: value[1] for name, value in found.items()}
+    assert contour["zpetc+ccc"] < contour["tcf"] < contour["ccc"] < contour["zpetc"] < contour["p"]
+    assert contour["ccc"] <= 0.10 * contour["p"]
+    assert contour["zpetc+ccc"] <= 0.04 * contour["p"]
+    assert found["tcf"][0] < found["zpetc"][0] < found["ccc"][0] < found["p"][0]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_chunks_change_nothing(name):
+    rows = circle(6.0, 70.0, turns=20.0)[:9000]
+    maker = scheme_maker(name, profile("dyna-1007"))
+    whole, parts = run_scheme(rows, maker, chunk=20_000), run_scheme(rows, maker, chunk=501)
+    assert parts.position == pytest.approx(whole.position, abs=1e-11)
+
+
+def test_cross_coupling_is_lowered_to_a_stable_contour_loop():
+    loops = own_scheme(profile("dyna-1007"), "XY", T).loops
+    eager = ccc.fitted(loops, 100.0, 1e4)
+    assert ccc.contour_modulus(loops, eager.proportional, eager.integral) >= ccc.MODULUS
+    assert eager.proportional < 100.0 * 88.85
+
+
+def test_schemes_say_what_they_cannot_do():
+    rows = circle(6.0, 50.0)[:50]
+    with pytest.raises(UsageError, match="controller-unknown"):
+        scheme_maker("pid", profile("dyna-1007"))
+    with pytest.raises(UsageError, match="two axes, not 1"):
+        run_scheme(rows[:, :1], scheme_maker("tcf", profile("dyna-1007")), axes="X")
+    pure = {k: Servo("first-order", {"position_gain_1_s": 50.0}) for k in "XY"}
+    with pytest.raises(UsageError, match="velocity state"):
+        run_scheme(rows, scheme_maker("tcf", pure))
+    ratio = {k: Servo("transfer-function", {"numerator": [1.0], "denominator": [0.01, 1.0]}) for k in "XY"}
+    with pytest.raises(UsageError, match="controller-unfit"):
+        run_scheme(rows, scheme_maker("tcf", ratio))
+
+
+def test_a_model_error_shows_in_zpetc():
+    servos = profile("dyna-1007")
+    wrong = {
+        k: Servo(s.model, {**s.parameters, "position_gain_1_s": 0.9 * s.parameters["position_gain_1_s"]})
+        for k, s in servos.items()
+    }
+    exact = {k: Servo(s.model, {**s.parameters, "coulomb_lag_mm": 0.0}) for k, s in servos.items()}
+    rows = circle(10.0, 80.0, turns=2.0)
+    right, off = (run_scheme(rows, scheme_maker("zpetc", exact, Settings(models=m))) for m in (None, wrong))
+    errors = [np.abs(r.command - r.position)[300:-50].max() for r in (right, off)]
+    assert errors[0] < 1e-3
+    assert errors[1] > 0.05
+
+
+def test_margins_of_a_known_loop():
+    """L = K/(s (s + 1)²): gain margin 2/K at 1 rad/s."""
+    w = np.geomspace(1e-2, 1e2, 20000)
+    found = margins(1.0 / (1j * w * (1j * w + 1) ** 2), w)
+    assert found.gain == pytest.approx(2.0, rel=1e-4)
+    # |L| = 1: ω (ω² + 1) = 1 at ω = 0.6823.
+    assert found.crossover_rad_s == pytest.approx(0.682328, rel=1e-4)
+    assert found.phase_deg == pytest.approx(180 - 90 - 2 * np.degrees(np.arctan(0.682328)), abs=0.01)
+
+
+def test_open_loop_of_sampled_p_control():
+    loop = close_loop(plants.integrator(), p(50.0), T)
+    w = np.geomspace(1.0, 3000.0, 30)
+    z = np.exp(1j * w * T)
+    assert open_loop(loop, w) == pytest.approx(50.0 * T / (z - 1.0), rel=1e-9)
+
+
+def test_blocks_hand_on_every_row_once_with_its_neighbours():
+    rows = np.arange(20_000.0)[:, None]
+    seen = []
+    for block in blocks(stream(rows, "X", chunk=333), 3, 5):
+        seen.append(block.rows)
+        assert block.shifted(1)[:-1] == pytest.approx(block.rows[1:])
+        expected = np.clip(block.first + np.arange(len(block)) - 3, 0, None)
+        assert block.shifted(-3)[:, 0] == pytest.approx(expected)
+    assert np.array_equal(np.concatenate(seen), rows)

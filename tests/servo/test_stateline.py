@@ -1,0 +1,122 @@
+"""Paper 002: interpolators to three digits, the stateline at a corner, and no deadlock ever."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cncgen.kernels import servo_stateline
+from cncgen.servo.controllers import stateline
+from cncgen.servo.controllers.stateline import Rule, StatelineAxis, interpolate, run_stateline
+
+from .bench import uncompiled
+
+AXES = (StatelineAxis(60.0, 0.004), StatelineAxis(60.0, 0.004))
+
+
+def corner(speed=50.0, length=25.0, period=0.016):
+    s = np.arange(0.0, length + 1e-9, speed * period)
+    return np.concatenate([np.column_stack([s, 0 * s]), np.column_stack([0 * s[1:] + s[-1], s[1:]])])
+
+
+@pytest.mark.parametrize(
+    ("kind", "radial_um", "jump_mm_s"), [(2, -16.0, 7.996), (3, -0.0192, 0.0128), (4, -0.0255, 0.320)]
+)
+def test_interpolators_on_a_circle(kind, radial_um, jump_mm_s):
+    """R = 20 mm, 100 mm/s, Δt = 16 ms: the figures −16.0, −0.019, −0.026 µm; 7.996, 0.0128, 0.320 mm/s."""
+    radius, speed, period = 20.0, 100.0, 0.016
+    angle = np.arange(300) * speed * period / radius
+    master = radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    fine = interpolate(master, 32, kind)[320:-320]
+    off = np.hypot(*fine.T) - radius
+    assert off[np.abs(off).argmax()] * 1e3 == pytest.approx(radial_um, rel=4e-3)
+    # Quadratic pieces: the speed at a knot follows exactly from the two half-way speeds on either side.
+    parts = 64
+    rates = np.diff(interpolate(master, parts, kind), axis=0) / (period / parts)
+    knots = np.arange(10, 290) * parts
+    right, left = 1.5 * rates[knots] - 0.5 * rates[knots + 1], 1.5 * rates[knots - 1] - 0.5 * rates[knots - 2]
+    assert np.hypot(*(right - left).T).max() == pytest.approx(jump_mm_s, rel=2e-3)
+
+
+@pytest.mark.parametrize(("kind", "share"), [(2, 0.0), (3, 0.0625), (4, 0.125)])
+def test_interpolators_at_a_right_angle(kind, share):
+    """They leave a corner by 0, 0.0625 h and 0.125 h (h the master's step)."""
+    h = 0.8
+    fine = interpolate(corner(), 32, kind)
+    overshoot = max(fine[:, 0].max() - corner()[:, 0].max(), -fine[:, 1].min())
+    assert overshoot == pytest.approx(share * h, rel=0.02, abs=1e-12)
+
+
+def test_the_stateline_cuts_the_corner_miss_eightfold_for_little_time():
+    master = corner()
+    reference, apex = interpolate(master, 32, 2), np.array([master[:, 0].max(), 0.0])
+    free = run_stateline(reference, AXES, Rule.NONE, 0.05)
+    for rule in (Rule.ERROR, Rule.RULE_2):
+        watched = run_stateline(reference, AXES, rule, 0.05)
+        misses = [np.hypot(*(r.position - apex).T).min() for r in (free, watched)]
+        assert misses[0] >= 8.0 * misses[1]
+        assert watched.time_s <= 1.05 * free.time_s
+        assert watched.held > 0
+
+
+@given(
+    st.integers(0, 10**6),
+    st.sampled_from([Rule.ERROR, Rule.RULE_2, Rule.JERK]),
+    st.integers(2, 4),
+    st.floats(-4, 0),
+    st.floats(5, 200),
+    st.floats(5e-4, 0.02),
+)
+def test_motion_always_ends_and_the_path_keeps_its_shape(seed, rule, kind, bound, gain, lag):
+    rng = np.random.default_rng(seed)
+    master = np.cumsum(rng.normal(size=(rng.integers(2, 30), 2)) * rng.uniform(0.05, 2.0), axis=0)
+    axis = StatelineAxis(min(gain, 0.8 / lag), lag)
+    reference = interpolate(master, 32, kind)
+    run = run_stateline(reference, (axis, axis), rule, 10.0**bound)
+    assert run.place[-1] == len(reference) - 1
+    assert run.forced == 0
+    assert (np.diff(run.place) >= 0).all()
+    assert np.diff(run.place).max(initial=0) <= 1
+    assert np.abs(run.position[-1] - reference[-1]).max() <= 10.0**bound + 1e-5
+
+
+def test_no_deadlock_over_1000_random_paths_and_gains():
+    rng = np.random.default_rng(1)
+    for _ in range(1000):
+        master = np.cumsum(rng.normal(size=(rng.integers(2, 12), 2)) * rng.uniform(0.05, 2.0), axis=0)
+        lags = rng.uniform(5e-4, 0.02, 2)
+        axes = [StatelineAxis(min(rng.uniform(5, 200), 0.8 / lag), lag) for lag in lags]
+        rule = Rule(int(rng.integers(1, 4)))
+        reference = interpolate(master, 32, int(rng.integers(2, 5)))
+        run = run_stateline(reference, axes, rule, 10.0 ** rng.uniform(-3, 0))
+        assert run.place[-1] == len(reference) - 1
+        assert run.forced == 0
+
+
+def test_error_gains_are_those_of_ramp_and_parabola():
+    """Kv/(s(τs + 1)): E(s)/R(s) = s(τs + 1)/(τs² + s + Kv), expanded at s = 0."""
+    axis = StatelineAxis(60.0, 0.004)
+    s = 1e-2
+    ratio = s * (axis.lag * s + 1) / (axis.lag * s**2 + s + axis.gain)
+    kve, kac, kje = axis.error_gains
+    assert ratio == pytest.approx(kve * s + kac * s**2 + kje * s**3, rel=1e-9)
+    remainder = ratio - kve * s - kac * s**2
+    assert remainder == pytest.approx(kje * s**3, rel=0.05)
+
+
+def test_a_bound_of_zero_is_refused():
+    with pytest.raises(ValueError, match="positive"):
+        run_stateline(interpolate(corner(), 32, 2), AXES, Rule.ERROR, 0.0)
+    with pytest.raises(ValueError, match="equations 2, 3 and 4"):
+        interpolate(corner(), 32, 5)
+
+
+def test_the_kernel_uncompiled_gives_the_same(monkeypatch):
+    if servo_stateline.__file__.endswith(".py"):
+        pytest.skip("the kernel is not compiled here")
+    reference = interpolate(corner(length=4.0), 32, 3)
+    compiled = run_stateline(reference, AXES, Rule.JERK, 0.05)
+    monkeypatch.setattr(stateline, "servo_stateline", uncompiled("servo_stateline"))
+    plain = run_stateline(reference, AXES, Rule.JERK, 0.05)
+    assert compiled.position == pytest.approx(plain.position, abs=1e-12)
+    assert np.array_equal(compiled.place, plain.place)
