@@ -39,6 +39,7 @@ def _idle(
     d2: cython.double[:, :, ::1],
     d3: cython.double[:, :, ::1],
     limits: cython.double[:, ::1],
+    factor: cython.double[:, ::1],
     k: cython.Py_ssize_t,
     a: cython.Py_ssize_t,
 ) -> cython.bint:
@@ -58,7 +59,7 @@ def _idle(
     for b in range(d1.shape[2]):
         if (
             fabs(d1[k, 0, b]) * limits[0, a] > fabs(d1[k, 0, a]) * limits[0, b]
-            and fabs(d1[k, 0, b]) * limits[1, a] > fabs(d1[k, 0, a]) * limits[1, b]
+            and fabs(d1[k, 0, b]) * limits[1, a] * factor[k, a] > fabs(d1[k, 0, a]) * limits[1, b] * factor[k, b]
         ):
             return True
     return False
@@ -115,7 +116,7 @@ def build(
                     axis[i] = -1
                     i += 1
             for a in range(d1.shape[2]):
-                if _idle(d1, d2, d3, limits, k, a):
+                if _idle(d1, d2, d3, limits, factor, k, a):
                     continue
                 jerk = limits[1, a] * factor[k, a]
                 for e in range(0, 3, 2):

@@ -44,6 +44,7 @@ def joints_of(
     toolpath: Toolpath,
     path: Path,
     bounds: Bounds,
+    s: Floats,
     sides: tuple[Floats, Floats],
     top: Floats,
     before: Floats | None,
@@ -54,12 +55,12 @@ def joints_of(
     Args:
         toolpath, path: The block and its geometry.
         bounds: Limits.
+        s: Shape (n,), the breakpoints.
         sides: Derivatives on the left and on the right of each breakpoint, shape (4, n, axes) each.
         top: Shape (n,), the largest q there by everything else.
         before: Derivatives (4, axes) at the end of the block before, or None where the motion starts here.
         after: Derivatives at the start of the next block, or None where it ends.
     """
-    s = path.breakpoints()
     left, right = sides[0].copy(), sides[1].copy()
     stop = _asked(toolpath, path, s)
     for end, beyond, mine in ((0, before, left), (-1, after, right)):
@@ -83,6 +84,23 @@ def joints_of(
     stop |= speed <= 0.0
     taken[~felt | stop] = 0.0
     return Joints(s, stop, corner, speed, taken, zone)
+
+
+def distinct(s: Floats, bounds: Bounds) -> tuple[Floats, Floats]:
+    """Return the first and the last of each cluster of breakpoints that no setpoint can tell apart.
+
+    Members of a cluster follow each other within a thousandth of J T³: what lies between shows in a third difference
+    by at most some thousandths of J. The ends of the block stay.
+    """
+    jerk = bounds.axes.jerk
+    near = 1e-3 * float(jerk[np.isfinite(jerk)].min()) * bounds.period_s**3
+    apart = np.diff(s) > near
+    if not apart.all() and not apart.any():
+        return s[[0, -1]], s[[0, -1]]
+    first = s[np.concatenate([[True], apart])]
+    last = s[np.concatenate([apart, [True]])]
+    first[-1], last[0] = s[-1], s[0]
+    return first, last
 
 
 def _pulse(bounds: Bounds, left: Floats, right: Floats) -> Floats:

@@ -25,7 +25,7 @@ _BEND, _PART = 0.02, 1.0 / 12.0
 
 
 def place(path: Path, bounds: Bounds, joints: Joints, top_at: TopAt, effort: str) -> Floats:
-    """Return the nodes of a block, ascending: its breakpoints, the borders of the zones around jumps, and what lies between.
+    """Return the nodes of a block, ascending: its breakpoints, and what lies between.
 
     Args:
         path: Geometry.
@@ -53,13 +53,17 @@ def place(path: Path, bounds: Bounds, joints: Joints, top_at: TopAt, effort: str
     room[rest] = _PART * np.minimum(
         np.concatenate([[np.inf], between])[: len(rest)], np.concatenate([between, [np.inf]])[: len(rest)]
     )
-    gap = np.diff(joints.s, prepend=-np.inf, append=np.inf)
+    gap = np.diff(joints.s, prepend=-np.inf, append=np.inf) / 3.0
     first = np.minimum(np.minimum(first, room), np.minimum(gap[:-1], gap[1:]))
-    spacing[at[rest]] = np.minimum(spacing[at[rest]], first[rest])
     zone = np.flatnonzero(joints.zone > 0)
-    spacing[at[zone]] = np.minimum(spacing[at[zone]], joints.zone[zone])
-    spacing = _graded(probes, spacing, growth)
-    return _spread(probes, spacing, _borders(joints, first))
+    tight = np.concatenate([rest, zone])
+    here = np.concatenate([first[rest], 0.7 * joints.zone[zone]])
+    fine = _around(probes, joints.s[tight], here, spacing[at[tight]] / growth)
+    spacing = np.interp(fine, probes, spacing)
+    at = np.searchsorted(fine, joints.s[tight])
+    spacing[at] = np.minimum(spacing[at], here)
+    spacing = _graded(fine, spacing, growth)
+    return _spread(fine, spacing, _borders(joints, first))
 
 
 def along(bounds: Bounds, x1: Floats, x2: Floats) -> tuple[Floats, Floats, Floats]:
@@ -83,6 +87,18 @@ def _probes(path: Path, joints: Joints) -> Floats:
     return np.append(inner.ravel(), borders[-1])
 
 
+def _around(s: Floats, centre: Floats, base: Floats, reach: Floats) -> Floats:
+    """Return `s` with points at doubling distances, from `base` up to `reach`, on both sides of each centre."""
+    more = [s, centre]
+    distance = base.copy()
+    while np.any(distance < reach):
+        near = distance < reach
+        more += [centre[near] - distance[near], centre[near] + distance[near]]
+        distance *= 2.0
+    out = np.unique(np.concatenate(more))
+    return out[(out >= s[0]) & (out <= s[-1])]
+
+
 def _graded(s: Floats, spacing: Floats, growth: float) -> Floats:
     """Lower the spacing so that it grows by no more than `growth` per length along the path, in both directions."""
     forward = np.minimum.accumulate(spacing - growth * s) + growth * s
@@ -91,10 +107,9 @@ def _graded(s: Floats, spacing: Floats, growth: float) -> Floats:
 
 
 def _borders(joints: Joints, first: Floats) -> Floats:
-    """Return the places that must be nodes: breakpoints, the first interval on both sides of a rest, ends of zones."""
-    reach = np.where(joints.stop, first, joints.zone)
-    near = np.flatnonzero(reach > 0)
-    around = np.concatenate([joints.s[near] - reach[near], joints.s[near] + reach[near]])
+    """Return the places that must be nodes: breakpoints, and the first interval on both sides of a rest."""
+    rest = np.flatnonzero(joints.stop)
+    around = np.concatenate([joints.s[rest] - first[rest], joints.s[rest] + first[rest]])
     inside = around[(around > joints.s[0]) & (around < joints.s[-1])]
     return np.union1d(joints.s, inside)
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.path import Path
-from cncgen.planner.optimal.joints import Joints, joints_of, nearest
-from cncgen.planner.optimal.limits import Bounds
+from cncgen.planner.optimal.joints import Joints, distinct, joints_of, nearest
+from cncgen.planner.optimal.limits import JUMP_SHARE, Bounds
 from cncgen.planner.optimal.nodes import place
 from cncgen.planner.record import Limit
 from cncgen.toolpath.record import Event, FeedMode, Kind, Toolpath
@@ -100,10 +100,10 @@ def track_of(
         row = path.row_of(s, side)
         return bounds.top(feeds.speed[row], feeds.limit[row], x[1], x[2])
 
-    points = path.breakpoints()
-    sides = (path.evaluate(points, 3, -1), path.evaluate(points, 3, 1))
-    top = np.minimum(top_at(points, sides[0], -1)[0], top_at(points, sides[1])[0])
-    joints = joints_of(toolpath, path, bounds, sides, top, before, after)
+    first, last = distinct(path.breakpoints(), bounds)
+    sides = (path.evaluate(first, 3, -1), path.evaluate(last, 3, 1))
+    top = np.minimum(top_at(first, sides[0], -1)[0], top_at(last, sides[1])[0])
+    joints = joints_of(toolpath, path, bounds, first, sides, top, before, after)
     s = place(path, bounds, joints, lambda at, x: top_at(at, x)[0], effort)
     n = len(s) - 1
     middle = 0.5 * (s[:-1] + s[1:])
@@ -127,6 +127,7 @@ def track_of(
     kind = np.full(n, SPLINE, np.int8)
     kind[stop[:-1]] = LEAVE
     kind[stop[1:]] = ENTER
+    _calm(x, np.diff(s), kind != SPLINE)
     return Track(
         toolpath=toolpath,
         path=path,
@@ -145,15 +146,26 @@ def track_of(
     )
 
 
+def _calm(x: Floats, h: Floats, rest: NDArray[np.bool_]) -> None:
+    """Bound the derivatives on the intervals beside a rest, in place: at a cusp they are infinite, or rounding alone.
+
+    Those intervals are short beside the radius of curvature wherever there is one (`cncgen.planner.optimal.nodes`).
+    """
+    size = np.abs(x[1, rest]).max(axis=(1, 2))[:, None, None]
+    for order in (2, 3):
+        most = 0.1 * size / h[rest, None, None] ** (order - 1)
+        x[order, rest] = np.clip(x[order, rest], -most, most)
+
+
 def _factors(s: Floats, joints: Joints, axes: int) -> Floats:
     """Return what the jumps leave of the jerk limits of each interval; where zones overlap, all of them take."""
+    near = np.flatnonzero(joints.zone > 0)
+    first = np.searchsorted(s, joints.s[near] - joints.zone[near], side="right") - 1
+    last = np.searchsorted(s, joints.s[near] + joints.zone[near], side="left")
     change = np.zeros((len(s), axes))
-    for i in np.flatnonzero(joints.zone > 0):
-        first = nearest(s, np.array([joints.s[i] - joints.zone[i], joints.s[i] + joints.zone[i]]))
-        change[first[0]] += joints.taken[i]
-        change[first[1]] -= joints.taken[i]
-    taken = np.cumsum(change, axis=0)[:-1]
-    return np.maximum(1.0 - taken, 0.05)
+    np.add.at(change, np.maximum(first, 0), joints.taken[near])
+    np.add.at(change, np.minimum(last, len(s) - 1), -joints.taken[near])
+    return np.maximum(1.0 - np.cumsum(change, axis=0)[:-1], 1.0 - JUMP_SHARE)
 
 
 def _events(toolpath: Toolpath, path: Path, s: Floats) -> list[tuple[int, int, Event]]:
