@@ -23,7 +23,7 @@ from cncgen.planner.look_ahead import Pieces, Segments, build, joint_caps, joint
 from cncgen.planner.motion import motion_at
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.record import Limit, Profile
-from cncgen.planner.window import Window
+from cncgen.planner.window import OpenPath, Window
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -87,25 +87,26 @@ class Dynamics:
         return _AIM * self.bound_mm / per if per > 0.0 else np.inf
 
     def refine(
-        self, window: Window, segments: Segments, profile: str, last: bool
+        self, window: Window, open_path: OpenPath, profile: str, last: bool
     ) -> tuple[Segments, Ints, float]:
         """Cut and slow the segments of a window until the predicted contour error is under the bound.
 
         Args:
             window: The open stretches.
-            segments: Their segments.
+            open_path: Their joints and segments.
             profile: One of `PROFILES`.
             last: Whether the program ends with the window; an overshoot of its end then counts as well.
 
         Returns:
-            The finer segments, where the window's joints stand among theirs, and the largest error predicted, mm.
+            The finer segments, where the kept joints stand among theirs, and the largest error predicted, mm.
         """
         self._slow_s, self._slowness = np.zeros(1), np.zeros(1)
+        segments = open_path.segments
         joint = np.arange(len(segments) + 1)
         if not len(segments):
             return segments, joint, 0.0
         place = np.concatenate([[0.0], np.cumsum(segments.length)])
-        corners = np.append(window.turns(), place[-1] if last else np.inf)
+        corners = np.append(window.turns(open_path), place[-1] if last else np.inf)
         worst = np.inf
         for _ in range(_MAX_LOWERINGS):
             segments, place, joint, at = self._under_caps(window, segments, place, joint, profile)

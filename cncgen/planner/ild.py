@@ -63,12 +63,13 @@ def _advance(
     """Plan the window and hand on what is final: all of it at the end of the program."""
     if not window.stretches:
         return
-    segments = window.segments()
+    open_path = window.open_path()
+    segments = open_path.segments
     n = len(segments)
     joint = np.arange(n + 1)
     remarks: tuple[Diagnostic, ...] = ()
     if dynamics is not None:
-        segments, joint, worst = dynamics.refine(window, segments, options.profile, last)
+        segments, joint, worst = dynamics.refine(window, open_path, options.profile, last)
         if worst > dynamics.bound_mm * 1.001:
             remarks = (_not_held(worst, dynamics.bound_mm),)
     speeds = joint_speeds(segments, window.speed_mm_s, 0.0, options.profile)
@@ -79,7 +80,7 @@ def _advance(
     pieces = build(segments, speeds, options.profile)
     if dynamics is not None:
         dynamics.commit(window, segments, joint, pieces, upto)
-    for trajectory in window.hand_on(pieces, joint, speeds, upto):
+    for trajectory in window.hand_on(open_path, pieces, joint, speeds, upto):
         yield replace(trajectory, values={**trajectory.values, "diagnostics": remarks})
         remarks = ()
 

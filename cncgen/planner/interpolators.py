@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
+from cncgen.planner.cutting import arrival_at, cut, joined
 from cncgen.planner.motion import motion_at, time_at
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.paths import path_of
@@ -78,21 +79,21 @@ def retime_one(trajectory: Trajectory, stepper: Stepper, period_s: float, late_s
     rows = np.flatnonzero(trajectory.toolpath.kind == Kind.NURBS)
     starts = np.clip(path.row_s[rows], plan.s[0], plan.s[-1])
     ends = np.clip(path.row_s[rows + 1], plan.s[0], plan.s[-1])
-    leave, arrive = time_at(plan, starts), _arrival(plan, ends)
+    leave, arrive = time_at(plan, starts), arrival_at(plan, ends)
     parts: list[Profile] = []
     known: list[tuple[Floats, Floats]] = []
     now, planned = plan.t[0] + late_s, plan.t[0]
     for row, start, end in zip(rows, leave, arrive, strict=True):
         if end <= start:
             continue
-        parts.append(_moved(plan, planned, start, now - planned))
+        parts.append(cut(plan, planned, start, now - planned))
         now = parts[-1].t[-1]
         steps = stepper(path, int(row), plan, start, end, now, period_s)
         parts.append(_stepped(steps, plan))
         known.append((steps.planned, steps.t))
         now, planned = steps.t[-1], end
-    parts.append(_moved(plan, planned, plan.t[-1], now - planned))
-    profile = _joined(parts)
+    parts.append(cut(plan, planned, plan.t[-1], now - planned))
+    profile = joined(parts)
     at = _time_map(plan, profile, known, late_s)
     return replace(
         trajectory,
@@ -111,36 +112,6 @@ def _time_map(
     return lambda t: np.interp(t, planned, real)
 
 
-def _arrival(plan: Profile, s: Floats) -> Floats:
-    """Return the times at which a plan reaches places: at a wait, its beginning."""
-    if not len(plan):
-        return np.full(len(s), plan.t[0])
-    first = np.clip(np.searchsorted(plan.s, s, side="left"), 0, len(plan))
-    at_joint = plan.s[first] == s
-    return np.where(at_joint, plan.t[first], time_at(plan, s))
-
-
-def _moved(plan: Profile, start: float, end: float, shift: float) -> Profile:
-    """Cut a plan from one time to another and move it in time."""
-    first = max(0, int(np.searchsorted(plan.t, start, side="right")) - 1)
-    last = int(np.searchsorted(plan.t, end, side="left"))
-    if end <= start or first >= min(last, len(plan)):
-        nothing = np.zeros(0)
-        place = motion_at(plan, np.array([start])).s
-        return Profile(
-            np.array([end + shift]), place, nothing, nothing, nothing, nothing, np.zeros(0, np.int8)
-        )
-    t = np.concatenate([[start], plan.t[first + 1 : last], [end]])
-    at_ends = motion_at(plan, np.array([start, end]))
-    s = np.concatenate([at_ends.s[:1], plan.s[first + 1 : last], at_ends.s[1:]])
-    pick = slice(first, last)
-    v, a, j = plan.v[pick].copy(), plan.a[pick].copy(), plan.j[pick].copy()
-    c = plan.c[pick]
-    v[0], a[0] = at_ends.v[0], at_ends.a[0]
-    j[0] = at_ends.j[0] - c[0] * v[0]
-    return Profile(t + shift, s, v, a, j, c, plan.limit[pick])
-
-
 def _stepped(steps: Steps, plan: Profile) -> Profile:
     """Turn steps into pieces of constant speed, marked with what limits the plan there."""
     duration = np.diff(steps.t)
@@ -152,14 +123,6 @@ def _stepped(steps: Steps, plan: Profile) -> Profile:
         else np.full(len(v), np.int8(Limit.NONE))
     )
     return Profile(steps.t, steps.s, v, zero, zero, zero, limit)
-
-
-def _joined(parts: list[Profile]) -> Profile:
-    """Put profiles one after the other."""
-    t = np.concatenate([*(p.t[:-1] for p in parts), parts[-1].t[-1:]])
-    s = np.concatenate([*(p.s[:-1] for p in parts), parts[-1].s[-1:]])
-    columns = [np.concatenate([getattr(p, name) for p in parts]) for name in ("v", "a", "j", "c", "limit")]
-    return Profile(t, s, columns[0], columns[1], columns[2], columns[3], columns[4].astype(np.int8))
 
 
 def ticks_between(start: float, end: float, period_s: float) -> Floats:

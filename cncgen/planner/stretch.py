@@ -134,13 +134,18 @@ def _joined(toolpath: Toolpath, path: Path, rows: Rows, machine: Machine, before
         jerk=rows.jerk,
         cap=cap,
         cap_limit=np.full(n + 1, Limit.CORNER, dtype=np.int8),
-        sharp=np.isfinite(cap),
+        sharp=_slows(cap, rows.top),
         turns=turns,
         events=[],
         end=end,
     )
     _stops(stretch, rows)
     return stretch
+
+
+def _slows(cap: Floats, top: Floats) -> NDArray[np.bool_]:
+    """Tell which joints are slower than the segments on both sides."""
+    return cap < np.minimum(np.append(np.inf, top), np.append(top, np.inf))
 
 
 def _stops(stretch: Stretch, rows: Rows) -> None:
