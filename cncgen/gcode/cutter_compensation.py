@@ -1,348 +1,391 @@
-"""Cutter radius compensation (G41, G42 and their kin): the path of the tool's centre beside the programmed path.
+"""Cutter radius compensation: G40, G41, G42, G41.1, G42.1.
 
-The plane is the complex plane: its first axis is real, its second imaginary, seen from the positive end of the
-third (XY for G17, ZX for G18, YZ for G19). A move is offset by the radius to its left or right, and what joins it to
-the move before depends on how the path turns at their common point:
-
-* away from the tool by more than `SMOOTH_TURN`: an arc of the tool's radius about the corner, so that the tool rolls
-  around it (a straight line where the new move is a rapid);
-* towards the tool by more than that: both offset curves end where they meet, so the earlier one is cut short;
-* less: they are joined as they are.
-
-As the end of a move depends on the next one, moves wait in a queue; blocks that do not move in the plane wait
-behind them. The rules are those that LinuxCNC documents ("Cutter Compensation", "G41, G42", "G41.1, G42.1"); the
-geometry is derived in the functions below.
+While it is on, a sink stands before the sink of the run: it sends motions through `tool_centre.ToolCentre` and holds
+every other call back behind the motions that wait, so that calls come out in the order of the program. What cannot be
+done meanwhile is refused when the block is met, in the words of LinuxCNC's manual ("G41, G42").
 """
 
 from __future__ import annotations
 
-import cmath
-import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-#: Turns of the path up to this angle (rad) count as smooth.
-SMOOTH_TURN = 0.05
-#: Move of the plane coordinates (mm) below which a block counts as not moving in the plane.
-STILL = 1e-12
+from cncgen.diagnostics import Severity
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes import Code, Handler
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.modal import PLANE_AXES, Stage
+from cncgen.gcode.sink import Curve, MotionBatch, Point, Sink
+from cncgen.gcode.tool_centre import CompensationError, Piece, ToolCentre
+from cncgen.gcode.tools import whole
+from cncgen.toolpath.record import Event, PathMode
+from cncgen.units import INCH
 
-#: Where the centre of the nose lies from the controlled point, in radii (Z, X), by lathe tool orientation (Q of the
-#: tool table): the figure "Tool Orientations" of the lathe manual.
-NOSE = {
-    1: -1 + 1j,
-    2: 1 + 1j,
-    3: 1 - 1j,
-    4: -1 - 1j,
-    5: -1 + 0j,
-    6: 1j,
-    7: 1 + 0j,
-    8: -1j,
+#: Planes in which a dialect compensates.
+PLANES = {"linuxcnc": (17, 18), "fanuc": (17, 18, 19)}
+ORIENTATIONS = 10
+
+#: What may not stand in a block while compensation is on: codes in tenths, and what they would do.
+_REFUSED_G = {
+    **dict.fromkeys((280, 281, 300, 301), "goes by way of a reference point"),
+    **dict.fromkeys((330, 331, 760), "is synchronised with the spindle"),
+    **dict.fromkeys((382, 383, 384, 385), "probes"),
+    **dict.fromkeys((410, 411, 420, 421), "turns cutter compensation on while it is on"),
+    **dict.fromkeys((430, 431, 432, 490), "changes the tool's offset"),
+    **dict.fromkeys((50, 51, 52, 53, 62), "is a spline"),
+    **dict.fromkeys((520, 920), "changes the origin"),
+    530: "moves in machine coordinates",
+    **dict.fromkeys((540, 550, 560, 570, 580, 590, 591, 592, 593), "changes the coordinate system"),
+    **dict.fromkeys((610, 611, 640), "changes the path mode"),
+    **dict.fromkeys((700, 710, 711, 712, 720, 721, 722), "is a turning cycle"),
+    **dict.fromkeys((730, 740, 810, 820, 830, 840, 850, 860, 870, 880, 890), "is a canned cycle"),
+    **dict.fromkeys((980, 990), "changes how canned cycles retract"),
 }
-
-
-class CompensationError(ValueError):
-    """The tool cannot follow: `code` is the diagnostic's, `values` are the numbers of the message."""
-
-    def __init__(self, code: str, message: str, hint: str = "", **values: float) -> None:
-        super().__init__(message)
-        self.code, self.hint, self.values = code, hint, values
-
-
-@dataclass(slots=True)
-class Piece:
-    """A move of the tool's centre in the plane.
-
-    Attributes:
-        end: Where it ends.
-        centre: Of its arc, or None for a straight line.
-        turns: Of its arc: ±1 up to a full turn, ±2 for one more; positive is counter-clockwise.
-        block: What the caller gave with the move: its feed, its line, where its other axes end.
-        rapid: Whether it is a rapid.
-        corner: True for what rolls around a corner before `block`: the other axes stand still.
-    """
-
-    end: complex
-    centre: complex | None
-    turns: int
-    block: Any
-    rapid: bool = False
-    corner: bool = False
+_REFUSED_M = {
+    60: "changes the tool",
+    **dict.fromkeys((480, 490, 500, 510, 520, 530), "changes an override"),
+    **dict.fromkeys((620, 630, 640, 650, 670, 680), "sets an output"),
+    660: "waits for an input",
+}
+_PLANE_CODES = {170: 17, 180: 18, 190: 19, 171: 171, 181: 181, 191: 191}
 
 
 @dataclass(slots=True)
-class _Curve:
-    """The offset curve that a move lies on, with the programmed direction at its ends."""
+class _Call:
+    """A call that waits: of which block, and what to do then."""
 
-    point: complex
-    centre: complex | None
-    radius_in: float
-    radius_out: float
-    turns: int
-    heading_in: complex
-    heading_out: complex
-    start: complex = 0j
-    entry: bool = False
+    block: Block
+    run: Callable[[], None]
 
 
-class CutterCompensation:
-    """Turns programmed moves into those of the tool's centre; one object from G41 to G40.
+@dataclass(slots=True)
+class _Move:
+    """What goes with a piece of the tool centre's path: its block and the programmed end on all axes."""
 
-    `line`, `arc` and `defer` return what is settled by now: pieces, and deferred blocks in their place between
-    them. `finish` returns the rest.
+    block: Block
+    end: Point
+    plane: int
+    feed: bool
+
+
+class CompensatedSink:
+    """The sink while compensation is on: moves are offset, other calls wait their turn.
 
     Args:
-        radius: Of the tool, mm; a negative one compensates on the other side.
-        left: Whether the tool is left of the path (G41).
-        start: Where the tool stands, programmed.
-        orientation: Lathe tool orientation 0 to 9 (0 and 9: the controlled point is the centre of the nose).
+        inner: The sink of the run.
+        centre: The geometry.
+        plane: Plane in which the tool is offset.
+        start: Where the tool stands, program coordinates.
+        inches: Whether program units are inches; the geometry works in mm.
+        warn: Takes a gouge that the tool path makes and that LinuxCNC does not refuse.
     """
 
-    def __init__(self, radius: float, left: bool, start: complex, orientation: int = 0) -> None:
-        self.radius = abs(radius)
-        self.side = 1 if left == (radius >= 0.0) else -1
-        self._shift = -self.radius * NOSE.get(orientation, 0j)
-        self._programmed = start
-        self._actual = start
-        self._curve: _Curve | None = None
-        self._queue: list[Piece | Any] = []
+    def __init__(
+        self,
+        inner: Sink,
+        centre: ToolCentre,
+        plane: int,
+        start: Point,
+        inches: bool,
+        warn: Callable[[BlockError, Severity], None],
+    ) -> None:
+        self.inner = inner
+        self.centre = centre
+        self.wants_comments = inner.wants_comments
+        self.plane = plane
+        self.scale = INCH if inches else 1.0
+        self._first, self._second, _ = PLANE_AXES[plane]
+        self._last = list(start)
+        self._warn = warn
+        self._block = inner.block
 
     @property
-    def position(self) -> complex:
-        """Where the tool's controlled point is, as far as the moves are known."""
-        return self._actual + self._shift if self._curve else self._actual
+    def block(self) -> Block:
+        """Return the block that calls come from."""
+        return self._block
 
-    def line(self, end: complex, block: Any, rapid: bool = False) -> list[Piece | Any]:
-        """Take a straight move to `end` (programmed).
+    @block.setter
+    def block(self, block: Block) -> None:
+        self._block = self.inner.block = block
+        _refuse(block, self.plane)
 
-        Raises:
-            CompensationError: ``comp-entry`` (the first move is not longer than the radius), ``comp-gouge``.
-        """
-        step = end - self._programmed
-        length = abs(step)
-        if length < STILL:
-            self._queue.append(Piece(self._actual, None, 0, block, rapid))
-            return [] if self._curve else self._settle()
-        heading = step / length
-        if self._curve is None and length <= self.radius:
-            raise CompensationError(
-                "comp-entry",
-                f"the entry move is {length:.4f} mm long and must be longer than the tool's radius, {self.radius:.4f} mm",
-                "start farther away",
-                length_mm=length,
-                radius_mm=self.radius,
+    def beside(self, programmed: Point) -> Point:
+        """Return the programmed position with the tool's centre, as far as its moves are known, in the plane."""
+        return self._placed(programmed, self.centre.position)
+
+    # Motions.
+
+    def motions(self, batch: MotionBatch) -> None:
+        """Refuse arrays: the interpreter runs blocks one by one meanwhile."""
+        raise RuntimeError("motions came in arrays while cutter compensation is on")
+
+    def straight_traverse(self, end: Point) -> None:
+        """Offset a traverse."""
+        self._line(end, rapid=True)
+
+    def straight_feed(self, end: Point) -> None:
+        """Offset a line."""
+        self._line(end, rapid=False)
+
+    def _line(self, end: Point, rapid: bool) -> None:
+        move = _Move(self._block, list(end), self.plane, not rapid)
+        self._take(lambda: self.centre.line(self._in_plane(end), move, rapid))
+
+    def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
+        """Offset an arc."""
+        move = _Move(self._block, list(end), plane, True)
+        centre = complex(first, second) * self.scale
+        self._take(lambda: self.centre.arc(self._in_plane(end), centre, turns, move))
+
+    def nurbs_feed(self, curve: Curve) -> None:
+        """Refuse a spline."""
+        raise BlockError("comp-refused", "a spline cannot be offset by cutter compensation")
+
+    def straight_probe(self, end: Point) -> None:
+        """Refuse to probe."""
+        raise BlockError("comp-refused", "no probing under cutter compensation")
+
+    def rigid_tap(self, end: Point, pitch: float) -> None:
+        """Refuse to tap."""
+        raise BlockError("comp-refused", "no tapping under cutter compensation")
+
+    def _in_plane(self, end: Point) -> complex:
+        return complex(end[self._first], end[self._second]) * self.scale
+
+    def _placed(self, axes: Point, point: complex) -> Point:
+        """Return a position with its plane coordinates (mm) put in."""
+        out = list(axes)
+        out[self._first], out[self._second] = point.real / self.scale, point.imag / self.scale
+        return out
+
+    def _take(self, move: Callable[[], list[Any]]) -> None:
+        """Feed the geometry and pass on what is settled."""
+        try:
+            settled = move()
+        except CompensationError as error:
+            raise BlockError(error.code, str(error), hint=error.hint, values=error.values) from None
+        self._pass_on(settled)
+        for remark in self.centre.take_remarks():
+            self._warn(
+                BlockError(remark.code, str(remark), hint=remark.hint, values=remark.values), Severity.WARNING
             )
-        offset = 1j * heading * self.radius * self.side
-        curve = _Curve(end + offset, None, math.inf, math.inf, 0, heading, heading)
-        return self._append(curve, end, self._programmed + offset, block, rapid)
 
-    def arc(self, end: complex, centre: complex, turns: int, block: Any) -> list[Piece | Any]:
-        """Take an arc (or, where other axes move along, a helix) to `end` about `centre`, `turns` as in `Piece`.
+    def _pass_on(self, settled: list[Any]) -> None:
+        inner, now = self.inner, self._block
+        for item in settled:
+            if isinstance(item, Piece):
+                inner.block = item.block.block
+                self._move(item, item.block)
+            else:
+                inner.block = item.block
+                item.run()
+        inner.block = now
 
-        Raises:
-            CompensationError: ``comp-entry``, ``comp-gouge``, ``comp-radius`` (the tool does not fit in the arc).
-        """
-        spin = 1 if turns > 0 else -1
-        spoke_in, spoke_out = self._programmed - centre, end - centre
-        radius = abs(spoke_out)
-        offset_radius = radius - self.radius * self.side * spin
-        if self._curve is None:
-            return self._entry_arc(end, centre, turns, block)
-        if offset_radius <= 0.0:
-            raise CompensationError(
-                "comp-radius",
-                f"the tool's radius, {self.radius:.4f} mm, does not fit in an arc of radius {radius:.4f} mm",
-                "use a smaller tool or a larger arc",
-                tool_radius_mm=self.radius,
-                arc_radius_mm=radius,
-            )
-        heading_in, heading_out = (1j * spin * s / abs(s) for s in (spoke_in, spoke_out))
-        curve = _Curve(
-            centre + spoke_out * (offset_radius / radius),
-            centre,
-            abs(spoke_in) - self.radius * self.side * spin,
-            offset_radius,
-            turns,
-            heading_in,
-            heading_out,
-        )
-        return self._append(
-            curve, end, self._programmed + 1j * heading_in * self.radius * self.side, block, False
-        )
-
-    def defer(self, block: Any) -> list[Piece | Any]:
-        """Take a block that does not move: it waits behind the moves that wait."""
-        if not self._queue:
-            return [block]
-        self._queue.append(block)
-        return []
-
-    def finish(self) -> list[Piece | Any]:
-        """Return what waits still (G40, or the end of the program)."""
-        return self._settle()
-
-    def _entry_arc(self, end: complex, centre: complex, turns: int, block: Any) -> list[Piece | Any]:
-        """Enter on an arc: from where the tool stands, tangent at its end to the offset of the programmed arc.
-
-        The new centre lies on the line from the offset end e through the programmed centre, at the distance k from e
-        (unit vector d) that it also has from the start s: |s − e − k d| = k gives k = |s − e|² / (2 (s − e)·d).
-        """
-        spin = 1 if turns > 0 else -1
-        inwards = (centre - end) / abs(centre - end)
-        tip = end + inwards * (self.radius * self.side * spin)
-        back = self._actual - tip
-        along = (back * inwards.conjugate()).real
-        reach = abs(back) ** 2 / (2.0 * along) if along else math.inf
-        if reach <= 0.0:
-            raise CompensationError(
-                "comp-entry",
-                "the entry arc begins on the wrong side of its end: no arc leads the tool in",
-                "enter on an arc of less than half a turn, or on a straight line",
-            )
-        if not self.radius < reach < math.inf:
-            raise CompensationError(
-                "comp-entry",
-                f"the entry arc's radius, {reach:.4f} mm, must be larger than the tool's, {self.radius:.4f} mm",
-                "enter on a larger arc or a straight line",
-                arc_radius_mm=reach,
-                tool_radius_mm=self.radius,
-            )
-        heading = -1j * spin * inwards
-        curve = _Curve(tip, tip + inwards * reach, reach, reach, turns, heading, heading)
-        return self._append(curve, end, self._actual, block, False)
-
-    def _append(
-        self, curve: _Curve, end: complex, start: complex, block: Any, rapid: bool
-    ) -> list[Piece | Any]:
-        """Join a move to the one before, settle that one, and queue the new one."""
-        old, self._programmed = self._curve, end
-        done: list[Piece | Any] = []
-        if old is None:
-            curve.start, curve.entry = self._actual, True
-            done += self._settle()
-        else:
-            done += self._join(old, curve, start, block, rapid)
-        self._curve = curve
-        self._actual = curve.point
-        self._queue.append(Piece(curve.point, curve.centre, curve.turns, block, rapid))
-        return done
-
-    def _join(self, old: _Curve, new: _Curve, start: complex, block: Any, rapid: bool) -> list[Piece | Any]:
-        """Settle the move before, and return it with what rolls around the corner."""
-        turn = self.side * cmath.phase(new.heading_in / old.heading_out)
-        if self._rolls(old, new, turn):
-            done = self._settle()
-            centre, turns = (None, 0) if rapid else (self._corner(old), -self.side)
-            new.start = start
-            return [*done, self._shifted(Piece(start, centre, turns, block, rapid, corner=True))]
-        meeting = old.point if abs(turn) <= SMOOTH_TURN else _meeting(old, new, self.side)
-        if meeting is None:
-            raise self._gouge("the offset paths do not meet in this inside corner")
-        old.point = new.start = meeting
-        for piece in self._queue:
-            if isinstance(piece, Piece):
-                piece.end = meeting
-        return self._settle()
-
-    def _rolls(self, old: _Curve, new: _Curve, turn: float) -> bool:
-        """Tell whether a corner is an outside one.
-
-        A path that turns back on itself (within `SMOOTH_TURN`) is rolled around, but where the tool is outside of an
-        arc it takes the place where the offset paths cross, as LinuxCNC does.
-        """
-        if abs(turn) > math.pi - SMOOTH_TURN:
-            arc = new if new.centre is not None else old
-            return arc.centre is None or (arc.turns > 0) == (self.side > 0)
-        return turn < -SMOOTH_TURN
-
-    def _corner(self, old: _Curve) -> complex:
-        """Return the programmed point where a move ended."""
-        return old.point - 1j * old.heading_out * self.radius * self.side
-
-    def _check(self, curve: _Curve | None) -> None:
-        """Demand that a move, cut short at both ends, still goes forward; the entry move may do as it likes."""
-        if curve is None or curve.entry:
-            return
-        if curve.centre is None:
-            if ((curve.point - curve.start) * curve.heading_out.conjugate()).real < 0.0:
-                raise self._gouge("the straight move before this inside corner is too short for the tool")
-            return
-        spin = 1 if curve.turns > 0 else -1
-        sweep = _sweep(curve.start - curve.centre, curve.point - curve.centre, spin)
-        slack = SMOOTH_TURN * max(1.0, self.radius / curve.radius_out)
-        if sweep > _sweep(curve.heading_in, curve.heading_out, spin) + slack:
-            raise self._gouge("the arc before this inside corner is too short for the tool")
-
-    def _gouge(self, what: str) -> CompensationError:
-        return CompensationError(
-            "comp-gouge",
-            f"{what}: a tool of radius {self.radius:.4f} mm would gouge",
-            "use a smaller tool, or widen the corner",
-            tool_radius_mm=self.radius,
-        )
-
-    def _settle(self) -> list[Piece | Any]:
-        """Check the move that waits and return it with what waits behind it."""
-        self._check(self._curve)
-        done = [self._shifted(item) if isinstance(item, Piece) else item for item in self._queue]
-        self._queue = []
-        return done
-
-    def _shifted(self, piece: Piece) -> Piece:
-        piece.end += self._shift
+    def _move(self, piece: Piece, move: _Move) -> None:
+        """Call the sink of the run for a piece; around a corner the axes outside the plane stand still."""
+        end = self._placed(self._last if piece.corner else move.end, piece.end)
+        self._last = end
         if piece.centre is not None:
-            piece.centre += self._shift
-        return piece
+            first, second = piece.centre.real / self.scale, piece.centre.imag / self.scale
+            self.inner.arc_feed(end, first, second, piece.turns, move.plane)
+        elif piece.rapid:
+            self.inner.straight_traverse(end)
+        else:
+            self.inner.straight_feed(end)
+
+    def finish(self) -> None:
+        """Pass on all that waits."""
+        self._take(self.centre.finish)
+
+    # Other calls wait behind the motions that wait.
+
+    def _defer(self, run: Callable[[], None]) -> None:
+        self._pass_on(self.centre.defer(_Call(self._block, run)))
+
+    def use_length_units(self, inches: bool) -> None:
+        """Change units: what waits is then passed on in the new ones."""
+        self.scale, factor = (INCH, 1.0 / INCH) if inches else (1.0, INCH)
+        self.inner.use_length_units(inches)
+        self._last = [v if 3 <= k <= 5 else v * factor for k, v in enumerate(self._last)]
+
+    def select_plane(self, plane: int) -> None:
+        """Pass on."""
+        self._defer(lambda: self.inner.select_plane(plane))
+
+    def set_feed_rate(self, rate: float) -> None:
+        """Pass on."""
+        self._defer(lambda: self.inner.set_feed_rate(rate))
+
+    def set_inverse_time(self, rate: float, length: float) -> None:
+        """Pass on."""
+        self._defer(lambda: self.inner.set_inverse_time(rate, length))
+
+    def synchronise(self, pitch: float | None) -> None:
+        """Pass on."""
+        self._defer(lambda: self.inner.synchronise(pitch))
+
+    def set_feed_mode(self, mode: int, synched: bool) -> None:
+        """Pass on."""
+        self._defer(lambda: self.inner.set_feed_mode(mode, synched))
+
+    def set_spindle(self, speed: float, direction: int) -> None:
+        """Pass on."""
+        self._defer(lambda: self.inner.set_spindle(speed, direction))
+
+    def set_motion_control_mode(self, mode: PathMode, tolerance: float | None, naive: float | None) -> None:
+        """Pass on."""
+        self._defer(lambda: self.inner.set_motion_control_mode(mode, tolerance, naive))
+
+    def set_g5x_offset(self, system: int, offset: Point) -> None:
+        """Refuse to move the coordinate system."""
+        raise BlockError(
+            "comp-refused",
+            "the coordinate system in force cannot change while cutter compensation is on",
+            "G10",
+            hint="turn it off before (G40 and a straight move)",
+        )
+
+    def set_g92_offset(self, offset: Point) -> None:
+        """Pass on."""
+        self._defer(lambda: self.inner.set_g92_offset(offset))
+
+    def set_xy_rotation(self, degrees: float) -> None:
+        """Pass on."""
+        self._defer(lambda: self.inner.set_xy_rotation(degrees))
+
+    def use_tool_length_offset(self, offset: Point) -> None:
+        """Pass on."""
+        self._defer(lambda: self.inner.use_tool_length_offset(offset))
+
+    def place(self, position: Point) -> None:
+        """Pass on."""
+        self._defer(lambda: self.inner.place(position))
+
+    def call(self, text: str, event: Event | None = None) -> None:
+        """Pass on; a message to the operator does not wait."""
+        if text.startswith("MESSAGE("):
+            self.inner.call(text, event)
+        else:
+            self._defer(lambda: self.inner.call(text, event))
 
 
-def _sweep(start: complex, end: complex, spin: int) -> float:
-    """Return the angle in (0, 2π] from one direction to another, turning `spin` (1: counter-clockwise)."""
-    angle = spin * cmath.phase(end / start)
-    return angle if angle > 0.0 else angle + 2.0 * math.pi
+def _refuse(block: Block, plane: int) -> None:
+    """Raise where a block does what cannot be done while compensation is on."""
+    for letter, numbers, refused in (("G", block.g, _REFUSED_G), ("M", block.m, _REFUSED_M)):
+        for number in numbers:
+            what = refused.get(number)
+            if what is None and letter == "G" and _PLANE_CODES.get(number, plane) != plane:
+                what = "changes the plane"
+            if what is not None:
+                name = f"{letter}{number / 10:g}"
+                raise BlockError(
+                    "comp-refused",
+                    f"{name} {what}, and cutter compensation is on",
+                    name,
+                    hint="turn it off before (G40 and a straight move)",
+                )
 
 
-def _meeting(old: _Curve, new: _Curve, side: int) -> complex | None:
-    """Return where two offset curves cross so that the path turns towards the tool (`side`: 1 left), or None."""
-    if old.centre is None and new.centre is None:
-        points = _line_line(old, new)
-    elif old.centre is None:
-        points = _line_circle(old, new.centre, new.radius_in)
-    elif new.centre is None:
-        points = _line_circle(new, old.centre, old.radius_out)
-    else:
-        points = _circle_circle(old.centre, old.radius_out, new.centre, new.radius_in)
-    turns = [side * (_heading(old, p).conjugate() * _heading(new, p)).imag for p in points]
-    return points[turns.index(max(turns))] if points else None
+# The codes.
 
 
-def _heading(curve: _Curve, point: complex) -> complex:
-    """Return the direction of a curve at a point on it."""
-    if curve.centre is None:
-        return curve.heading_in
-    return (1j if curve.turns > 0 else -1j) * (point - curve.centre)
+def _turn_on(left: bool, dynamic: bool) -> Handler:
+    def run(ip: Interpreter, block: Block) -> None:
+        state = ip.state
+        name = f"G{41 if left else 42}{'.1' if dynamic else ''}"
+        if state.plane not in PLANES[ip.dialect]:
+            raise BlockError(
+                "comp-plane",
+                f"{name} works in the planes {' and '.join(f'G{p}' for p in PLANES[ip.dialect])}, not in G{state.plane}",
+                name,
+            )
+        radius, orientation = (_programmed if dynamic else _of_the_tool)(ip, block, name)
+        side = left == (radius >= 0.0)
+        first, second, _ = state.plane_axes()
+        scale = INCH if state.inches else 1.0
+        start = complex(state.position[first], state.position[second]) * scale
+        centre = ToolCentre(radius * scale, left, start, orientation)
+        ip.sink.call(f'COMMENT("interpreter: cutter radius compensation on {"left" if side else "right"}")')
+        state.compensation = 41 if side else 42
+        sink = CompensatedSink(ip.sink, centre, state.plane, state.position, state.inches, ip.warn)
+        ip.sink, ip.beside = sink, sink.beside
+
+    return run
 
 
-def _line_line(a: _Curve, b: _Curve) -> list[complex]:
-    across = (a.heading_in.conjugate() * b.heading_in).imag
-    along = ((b.point - a.point).conjugate() * b.heading_in).imag / across
-    return [a.point + along * a.heading_in]
+def _programmed(ip: Interpreter, block: Block, name: str) -> tuple[float, int]:
+    """Return radius (program units) and orientation of G41.1 D L."""
+    if "d" not in block.words:
+        raise BlockError("comp-diameter", f"{name} has no D", name, hint="D is the tool's diameter")
+    orientation = block.words.get("l", 0.0)
+    if "l" in block.words and ip.state.plane != 18:
+        raise BlockError("comp-orientation", f"L of {name} is for lathes: plane G18", "L")
+    if orientation != round(orientation) or not 0 <= orientation < ORIENTATIONS:
+        raise BlockError("comp-orientation", f"L{orientation:g} of {name} is no orientation (0 to 9)", "L")
+    return block.words["d"] / 2.0, round(orientation)
 
 
-def _line_circle(line: _Curve, centre: complex | None, radius: float) -> list[complex]:
-    assert centre is not None
-    foot = line.point + ((centre - line.point) * line.heading_in.conjugate()).real * line.heading_in
-    half = radius * radius - abs(foot - centre) ** 2
-    if half < 0.0:
-        return []
-    return [foot + s * math.sqrt(half) * line.heading_in for s in (-1, 1)]
+def _of_the_tool(ip: Interpreter, block: Block, name: str) -> tuple[float, int]:
+    """Return radius (program units) and orientation of the tool of D, or of the one in the spindle."""
+    number = whole(block, "d", name) if "d" in block.words else 0
+    tool = ip.tools.find(number or ip.state.tool)
+    if tool is None:
+        raise BlockError("unknown-tool", f"tool {number} is not in the tool table", "D")
+    return tool.diameter * ip.table_scale() / 2.0, tool.orientation
 
 
-def _circle_circle(a: complex, radius_a: float, b: complex, radius_b: float) -> list[complex]:
-    distance = abs(b - a)
-    if distance == 0.0:
-        return []
-    along = (distance * distance + radius_a * radius_a - radius_b * radius_b) / (2.0 * distance)
-    half = radius_a * radius_a - along * along
-    if half < 0.0:
-        return []
-    axis = (b - a) / distance
-    return [a + axis * complex(along, s * math.sqrt(half)) for s in (-1, 1)]
+def turn_off(ip: Interpreter, block: Block) -> None:
+    """G40."""
+    leaves = ip.state.compensation != 40
+    end(ip)
+    ip.sink.call('COMMENT("interpreter: cutter radius compensation off")')
+    if leaves and not _check_leaving(ip, block):
+        ip.guard = _leave_straight
+
+
+def end(ip: Interpreter) -> None:
+    """Pass on what waits and take the compensating sink away; the tool stays where it is until the next move."""
+    sink = ip.sink
+    ip.state.compensation = 40
+    if isinstance(sink, CompensatedSink):
+        ip.sink, ip.beside = sink.inner, None
+        sink.finish()
+
+
+def _leave_straight(ip: Interpreter, block: Block) -> None:
+    """Watch the blocks after G40 up to the first motion."""
+    if _check_leaving(ip, block):
+        ip.guard = None
+
+
+def _check_leaving(ip: Interpreter, block: Block) -> bool:
+    """Tell whether a block moves; raise where it leaves compensation on an arc."""
+    motions = [number for number in block.g if number in _MOTIONS]
+    if not motions and not block.words.keys() & set("xyz"):
+        return False
+    motion = motions[0] if motions else ip.state.motion
+    if motion in (20, 30):
+        ip.guard = None
+        raise BlockError(
+            "comp-exit",
+            "the first move after cutter compensation is an arc; it must be straight",
+            "R" if "r" in block.words else "I",
+            hint="leave on a G0 or G1 longer than the tool's diameter",
+        )
+    return True
+
+
+_MOTIONS = (0, 10, 20, 30)
+_GROUP = "cutter compensation"
+_STAGE = Stage.RADIUS_COMPENSATION
+CODES = (
+    Code("G", 400, _GROUP, _STAGE, turn_off, "cutter compensation off"),
+    Code("G", 410, _GROUP, _STAGE, _turn_on(True, False), "cutter compensation, tool left of the path", "d"),
+    Code(
+        "G", 420, _GROUP, _STAGE, _turn_on(False, False), "cutter compensation, tool right of the path", "d"
+    ),
+    Code("G", 411, _GROUP, _STAGE, _turn_on(True, True), "as G41, for the diameter D", "dl"),
+    Code("G", 421, _GROUP, _STAGE, _turn_on(False, True), "as G42, for the diameter D", "dl"),
+)

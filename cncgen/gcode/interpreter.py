@@ -69,6 +69,7 @@ class Interpreter:
         self.flow: FlowControl | None = None
         #: Looks at each block before it runs while a curve of several blocks is open; set by that curve's handler.
         self.guard: Handler | None = None
+        self.beside: Callable[[list[float]], list[float]] | None = None
         self._plans: dict[tuple[object, ...], Plan] = {}
         if options.parameters is not None:
             read_parameters(options.parameters, self.parameters)
@@ -210,6 +211,11 @@ class Interpreter:
             if letter in AXIS_INDEX:
                 machine[AXIS_INDEX[letter]] = end[AXIS_INDEX[letter]]
         return to_program(machine, *state.offsets())
+
+    def standing(self) -> list[float]:
+        """Return where the tool stands as parameters tell it: beside the path under cutter compensation."""
+        position = self.state.position
+        return self.beside(position) if self.beside else position
 
     def scale_of(self, index: int) -> float:
         """Return the factor from the units of the tool table and parameter file to the program's, for a column."""

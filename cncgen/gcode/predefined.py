@@ -15,11 +15,11 @@ POSITION = range(5420, 5429)
 
 def position_parameter(ip: Interpreter, number: int) -> float:
     """Return #5420 (X) to #5428 (W)."""
-    return ip.state.position[number - POSITION.start]
+    return ip.standing()[number - POSITION.start]
 
 
 def _position(index: int) -> Callable[[Interpreter], float]:
-    return lambda ip: ip.state.position[index]
+    return lambda ip: ip.standing()[index]
 
 
 def _absolute(index: int) -> Callable[[Interpreter], float]:

@@ -33,6 +33,7 @@ def _end(pallet: bool) -> Handler:
 
 def reset(ip: Interpreter) -> None:
     """Put back what the end of a program puts back (RS274/NGC, 3.6.1)."""
+    cutter_compensation.end(ip)
     state, sink = ip.state, ip.sink
     load_system(ip, 1)
     sink.set_g5x_offset(1, state.origin)

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from cncgen.diagnostics import Diagnostics, Severity
-from cncgen.gcode import comments, grammar
+from cncgen.gcode import comments, cutter_compensation, grammar
 from cncgen.gcode.arcs import CENTRE_FACTOR, CENTRE_RELATIVE, CENTRE_TOLERANCE, RADIUS_TOLERANCE
 from cncgen.gcode.block import Block, Flow, Parsed, gather
 from cncgen.gcode.errors import BlockError, Reporter, Stop
@@ -138,6 +138,7 @@ class Runner:
 
     def _finish(self, source: Source) -> None:
         """Say what is missing at the end of the text, and keep the parameters where asked."""
+        cutter_compensation.end(self.ip)
         last = Cursor(0, _last_line(source), max(self._reached.line - 1, 1))
         if self.ip.guard is not None:
             self._guarded(Block({}, m=(20,), line=last.line, offset=last.offset))

@@ -79,6 +79,7 @@ class _Curve:
     turns: int
     heading_in: complex
     heading_out: complex
+    slip: complex = 0j
     start: complex = 0j
     entry: bool = False
 
@@ -161,6 +162,7 @@ class ToolCentre:
             turns,
             heading_in,
             heading_out,
+            spoke_in * (radius / abs(spoke_in) - 1.0),
         )
         return self._append(
             curve, end, self._programmed + 1j * heading_in * self.radius * self.side, block, False
@@ -316,11 +318,12 @@ def _meeting(old: _Curve, new: _Curve, side: int) -> complex | None:
     """Return where two offset curves cross so that the path turns towards the tool (`side`: 1 left), or None."""
     if old.centre is None and new.centre is None:
         points = _line_line(old, new)
-    elif old.centre is None:
-        points = _line_circle(old, new.centre, new.radius)
-    elif new.centre is None:
+    elif old.centre is None and new.centre is not None:
+        # An arc given by its centre may start a little off the circle through its end, which is the one that counts.
+        points = _line_circle(old, new.centre, new.radius, new.slip)
+    elif new.centre is None and old.centre is not None:
         points = _line_circle(new, old.centre, old.radius)
-    else:
+    elif old.centre is not None and new.centre is not None:
         points = _circle_circle(old.centre, old.radius, new.centre, new.radius)
     turns = [side * (_heading(old, p).conjugate() * _heading(new, p)).imag for p in points]
     return points[turns.index(max(turns))] if points else None
@@ -339,9 +342,9 @@ def _line_line(a: _Curve, b: _Curve) -> list[complex]:
     return [a.point + along * a.heading_in]
 
 
-def _line_circle(line: _Curve, centre: complex | None, radius: float) -> list[complex]:
-    assert centre is not None
-    foot = line.point + ((centre - line.point) * line.heading_in.conjugate()).real * line.heading_in
+def _line_circle(line: _Curve, centre: complex, radius: float, slip: complex = 0j) -> list[complex]:
+    point = line.point + slip
+    foot = point + ((centre - point) * line.heading_in.conjugate()).real * line.heading_in
     half = radius * radius - abs(foot - centre) ** 2
     if half < 0.0:
         return []
