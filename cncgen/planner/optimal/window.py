@@ -19,7 +19,7 @@ from cncgen.planner.record import Limit, SharpCorner, Trajectory
 Floats = NDArray[np.float64]
 
 #: Intervals that a window holds before it is planned.
-SIZE = 6000
+SIZE = 3000
 #: Part of the limits of acceleration and jerk that is planned with: what the method may pass between nodes.
 MARGIN = 0.9993
 #: Sharp corners that are handed on one by one; beyond them they are counted.
@@ -56,21 +56,24 @@ class Window:
 
     def advance(self, last: bool) -> Iterator[Trajectory]:
         """Plan what is open where there is enough of it, and hand on what is final: all of it at the `last` call."""
-        while len(self) and (last or len(self) >= self.wanted):
-            count = len(self)
+        while len(self) > self.wanted or (last and len(self)):
+            count = min(len(self), self.wanted)
             given = self._intervals(count)
-            rest = 0 if last else _last_rest(given.kind, count // 4)
+            whole = count == len(self)
+            rest = 0 if whole else _last_rest(given.kind, count // 4)
             if rest:
                 given = self._intervals(rest)
-            elif not last:
+            elif not whole:
                 given = _cut_short(given)
             solution = self._solved(given)
-            final = len(given) if rest or last else self._final(given, solution)
-            if final < count // 8 and count < 16 * SIZE:
-                self.wanted = 2 * count
-                return
+            final = len(given)
+            if not (rest or whole):
+                final = self._final(given, solution)
+                if final < count // 8 and count < 16 * SIZE:
+                    self.wanted = 2 * count
+                    continue
+                final = max(final, count // 4)
             self.wanted = SIZE
-            final = max(final, count // 4) if not (rest or last) else final
             yield from self._hand_on(given, solution, final)
 
     def _intervals(self, count: int) -> Intervals:
