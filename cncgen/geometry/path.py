@@ -147,6 +147,11 @@ class Path:
         """Length of the path in its coordinate."""
         return float(self.row_s[-1] - self.row_s[0])
 
+    @property
+    def moves_xyz(self) -> NDArray[np.bool_]:
+        """Shape (n,): whether a row's coordinate is arc length in X Y Z alone (or the row has no length)."""
+        return (self._low == 0) & (self._high == 3)
+
     def __len__(self) -> int:
         return len(self.kind)
 

@@ -1,4 +1,4 @@
-# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False, cpow=True
 """Rational B-splines of any degree: derivatives at parameters, arc length, and the parameter at an arc length.
 
 Many curves lie end to end in flat arrays (`cncgen.geometry.tables.NurbsTable`). Notation of L. Piegl and W. Tiller,

@@ -1,0 +1,121 @@
+"""The smooth spline within a corridor about pieces of a path: one window of it, and how the next window goes on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cncgen.geometry.pieces import Pieces, first_scales
+from cncgen.geometry.tables import Floats
+from cncgen.kernels import smoothing
+
+#: Control points that the curve shares with the path at a closed end: the end point, or three derivatives as well.
+END_POINT, END_DERIVATIVES = 1, 4
+#: Tries in which the smoothing length may grow.
+ROUNDS = 5
+#: An arc of this radius is not smoothed over more than what takes half the tolerance: bounds the smoothing length, mm.
+_WIDEST_RADIUS = 100.0
+#: Knot spans before an open end that the next window fits again: what comes after no longer moves the rest.
+OVERLAP = 24
+#: Parts of the tolerance that a fit may use: the first on new ground, the second where an earlier window has fitted.
+_NEW_GROUND, _OLD_GROUND = 0.985, 0.9985
+
+
+class CorridorError(RuntimeError):
+    """No spline was found within the tolerance; carries the largest part of the tolerance used."""
+
+    def __init__(self, used: float, spans: int) -> None:
+        super().__init__(
+            f"no smooth curve found within the tolerance: {used:.4f} of it used by {spans} spans"
+        )
+        self.used = used
+
+
+@dataclass(frozen=True, slots=True)
+class Seam:
+    """Where a window left off: the last nine knots and four control points, t from the next window's first piece."""
+
+    knots: Floats
+    points: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Spline:
+    """B-spline of degree 4 over pieces, from ``knots[4]`` to ``knots[-5]``.
+
+    Attributes:
+        knots: Shape (points + 5,), mm along the pieces.
+        points: Shape (points, axes), scaled as the pieces.
+        used: Largest part of the tolerance that is used.
+    """
+
+    knots: Floats
+    points: Floats
+    used: float
+
+    @property
+    def spans(self) -> int:
+        """Number of knot spans."""
+        return len(self.points) - smoothing.DEGREE
+
+
+def fit(pieces: Pieces, cuts: Floats, head: int, tail: int, seam: Seam | None = None) -> Spline:
+    """Fit the smoothest spline to pieces that stays within their tolerance.
+
+    Args:
+        pieces: What to follow; with a seam, from the piece in which it lies.
+        cuts: Places along the pieces, ascending, that are to be knots.
+        head: `END_POINT` or `END_DERIVATIVES` at the start; not used with a seam.
+        tail: The same at the end, or 0 where the curve will go on.
+        seam: What the curve goes on from.
+
+    Raises:
+        CorridorError: If the tolerance cannot be held.
+    """
+    t, axes, total = pieces.t, pieces.y.shape[2], pieces.t[-1]
+    laid = 4 if seam is None else 8
+    start = t[0] if seam is None else seam.knots[-1]
+    places = np.append(cuts[(cuts > start + 1e-9 * (1 + start)) & (cuts < total)], total)
+    scale = first_scales(pieces)
+    longest = min(float(np.sqrt(pieces.tolerance.max() * _WIDEST_RADIUS)), 0.1 * float(total - t[0]))
+    scale = np.minimum(scale, longest)
+    share = np.where(t[:-1] < start, _OLD_GROUND, _NEW_GROUND) if seam is not None else _NEW_GROUND
+    used = np.empty((len(pieces.y), 2))
+    room = 4 * len(pieces.y) + 4 * len(places) + 256
+    while True:
+        knots, fixed, points = np.zeros(room), np.zeros((room, axes)), np.zeros((room, axes))
+        if seam is None:
+            knots[:5] = t[0]
+        else:
+            knots[:9], fixed[:4] = seam.knots, seam.points
+        last, worst = smoothing.fit(
+            t,
+            pieces.y,
+            pieces.bend,
+            pieces.tolerance * share,
+            places,
+            scale.copy(),
+            longest,
+            ROUNDS,
+            knots,
+            laid,
+            fixed,
+            head if seam is None else 4,
+            tail,
+            points,
+            used,
+        )
+        if last >= 0:
+            break
+        room *= 2
+    if not worst <= 1.0:
+        raise CorridorError(worst, last - 4)
+    return Spline(knots[: last + 5].copy(), points[:last].copy(), worst)
+
+
+def split(spline: Spline, span: int, origin: float) -> tuple[Spline, Seam]:
+    """Return the first `span` spans of a spline, and the seam to go on from, its t counted from `origin`."""
+    at = 4 + span
+    done = Spline(spline.knots[: at + 5], spline.points[:at], spline.used)
+    return done, Seam(spline.knots[at - 4 : at + 5] - origin, spline.points[at - 4 : at])

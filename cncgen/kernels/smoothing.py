@@ -1,0 +1,619 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False, cpow=True
+"""A smooth spline through a corridor: penalised least squares with a smoothing length that the corridor sets.
+
+The path to follow is given as n cubic pieces y(t) over ``t[k] .. t[k + 1]``, t its arc length. The result is a B-spline
+x(t) of degree 4 with simple knots that minimises
+
+    integral |x - y|² dt + integral L(t)^6 |x'''|² dt,
+
+where the smoothing length L(t) is made as large as |x(t) - y(t)| <= tolerance allows (docs/smoothing.md). Columns of
+y are scaled so that all are mm; the first three are X Y Z.
+"""
+
+import cython
+import numpy as np
+
+#: Degree of the spline: x''' is continuous and linear between knots.
+DEGREE = 4
+
+_P = cython.declare(cython.Py_ssize_t, 4)
+#: Slope of the smoothing length along the path.
+_GRADE = cython.declare(cython.double, 0.4)
+#: Knot distance as a part of the smoothing length.
+_MESH = cython.declare(cython.double, 1.0)
+#: Part of the tolerance that may be lost to the bound between two points of comparison.
+_SLACK = cython.declare(cython.double, 0.02)
+#: Most points of comparison on one stretch.
+_MOST = cython.declare(cython.Py_ssize_t, 400)
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _scale_at(
+    t: cython.const[cython.double][::1], scale: cython.double[::1], k: cython.Py_ssize_t, at: cython.double
+) -> cython.double:
+    """Smoothing length at a place of piece k: that of the ends, growing away from them."""
+    left: cython.double = scale[k] + _GRADE * (at - t[k])
+    right: cython.double = scale[k + 1] + _GRADE * (t[k + 1] - at)
+    return min(left, right)
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _grade(t: cython.const[cython.double][::1], scale: cython.double[::1]) -> cython.void:
+    """Lower smoothing lengths at the ends of pieces until their slope is at most `_GRADE`."""
+    k: cython.Py_ssize_t
+    n: cython.Py_ssize_t = t.shape[0] - 1
+    for k in range(n):
+        scale[k + 1] = min(scale[k + 1], scale[k] + _GRADE * (t[k + 1] - t[k]))
+    for k in range(n - 1, -1, -1):
+        scale[k] = min(scale[k], scale[k + 1] + _GRADE * (t[k + 1] - t[k]))
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _mesh(
+    t: cython.const[cython.double][::1],
+    scale: cython.double[::1],
+    cuts: cython.const[cython.double][::1],
+    knots: cython.double[::1],
+    laid: cython.Py_ssize_t,
+) -> cython.Py_ssize_t:
+    """Lay knots from ``knots[laid]`` to the last cut, every cut a knot; returns the index of the last, −1 without room.
+
+    Knots stand a smoothing length apart, taken in the middle of the step.
+    """
+    i: cython.Py_ssize_t = laid
+    k: cython.Py_ssize_t = 0
+    c: cython.Py_ssize_t
+    n: cython.Py_ssize_t = t.shape[0] - 1
+    at: cython.double = knots[laid]
+    step: cython.double
+    middle: cython.double
+    m: cython.Py_ssize_t
+    for c in range(cuts.shape[0]):
+        while at < cuts[c]:
+            while k < n - 1 and t[k + 1] <= at:
+                k += 1
+            step = _MESH * _scale_at(t, scale, k, at)
+            m = k
+            middle = min(at + 0.5 * step, t[n])
+            while m < n - 1 and t[m + 1] <= middle:
+                m += 1
+            step = _MESH * min(_scale_at(t, scale, m, middle), 1.25 * step)
+            if at + 1.5 * step >= cuts[c]:
+                # What is left makes one span, or two of half of it.
+                if at + step < cuts[c]:
+                    at = 0.5 * (at + cuts[c])
+                else:
+                    at = cuts[c]
+            else:
+                at = at + step
+            i += 1
+            if i + _P + 1 >= knots.shape[0]:
+                return -1
+            knots[i] = at
+    return i
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _sample(
+    t: cython.const[cython.double][::1],
+    knots: cython.double[::1],
+    first: cython.Py_ssize_t,
+    last: cython.Py_ssize_t,
+    at: cython.double[::1],
+) -> cython.Py_ssize_t:
+    """Choose where to compare: the ends of pieces, and on pieces longer than their knot spans knots and middles too.
+
+    Returns how many, −1 without room.
+    """
+    n: cython.Py_ssize_t = t.shape[0] - 1
+    k: cython.Py_ssize_t
+    i: cython.Py_ssize_t = first
+    count: cython.Py_ssize_t = 0
+    here: cython.double
+    for k in range(n):
+        if t[k + 1] <= knots[first]:
+            continue
+        if count + 2 >= at.shape[0]:
+            return -1
+        if t[k] >= knots[first]:
+            at[count] = t[k]
+            count += 1
+        while i < last and knots[i + 1] <= t[k]:
+            i += 1
+        if t[k + 1] - t[k] <= knots[i + 1] - knots[i]:
+            continue
+        while i < last and knots[i] < t[k + 1]:
+            if count + 4 >= at.shape[0]:
+                return -1
+            if knots[i] > t[k]:
+                at[count] = knots[i]
+                count += 1
+            here = 0.5 * (knots[i] + knots[i + 1])
+            if t[k] < here and here < t[k + 1]:
+                at[count] = here
+                count += 1
+            i += 1
+        i = max(i - 1, first)
+    at[count] = t[n]
+    return count + 1
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _basis(knots: cython.double[::1], i: cython.Py_ssize_t, u: cython.double, b: cython.double[::1]) -> cython.void:
+    """Fill b with the basis functions of degree 4 that live on span i (The NURBS Book, A2.2)."""
+    r: cython.Py_ssize_t
+    j: cython.Py_ssize_t
+    saved: cython.double
+    term: cython.double
+    b[0] = 1.0
+    for r in range(1, _P + 1):
+        saved = 0.0
+        for j in range(r):
+            term = b[j] / (knots[i + 1 + j] - knots[i + 1 + j - r])
+            b[j] = saved + (knots[i + 1 + j] - u) * term
+            saved = (u - knots[i + 1 + j - r]) * term
+        b[r] = saved
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _assemble(
+    t: cython.const[cython.double][::1],
+    y: cython.const[cython.double][:, :, ::1],
+    scale: cython.double[::1],
+    knots: cython.double[::1],
+    first: cython.Py_ssize_t,
+    last: cython.Py_ssize_t,
+    at: cython.double[::1],
+    samples: cython.Py_ssize_t,
+    matrix: cython.double[:, ::1],
+    points: cython.double[:, ::1],
+    b: cython.double[::1],
+) -> cython.void:
+    """Build the normal equations: band ``matrix[i, d]`` = A[i, i + d], right side in `points` for unknowns 0 .. last − 1.
+
+    Control point i has the support ``knots[i] .. knots[i + 5]``.
+    """
+    axes: cython.Py_ssize_t = points.shape[1]
+    n: cython.Py_ssize_t = t.shape[0] - 1
+    i: cython.Py_ssize_t
+    j: cython.Py_ssize_t
+    d: cython.Py_ssize_t
+    m: cython.Py_ssize_t
+    k: cython.Py_ssize_t = 0
+    weight: cython.double
+    u: cython.double
+    value: cython.double
+    length: cython.double
+    for i in range(last):
+        for j in range(_P + 1):
+            matrix[i, j] = 0.0
+        for d in range(axes):
+            points[i, d] = 0.0
+    i = first
+    for m in range(samples):
+        weight = 0.0
+        if m > 0:
+            weight += 0.5 * (at[m] - at[m - 1])
+        if m < samples - 1:
+            weight += 0.5 * (at[m + 1] - at[m])
+        while i < last - 1 and knots[i + 1] <= at[m]:
+            i += 1
+        while k < n - 1 and t[k + 1] <= at[m]:
+            k += 1
+        _basis(knots, i, at[m], b)
+        u = at[m] - t[k]
+        for d in range(axes):
+            value = weight * (y[k, 0, d] + u * (y[k, 1, d] + u * (y[k, 2, d] + u * y[k, 3, d])))
+            for j in range(_P + 1):
+                points[i - _P + j, d] += b[j] * value
+        for j in range(_P + 1):
+            for d in range(j, _P + 1):
+                matrix[i - _P + j, d - j] += weight * b[j] * b[d]
+    # Third differences: x''' has the control points sum_j b[j] c[i + j].
+    k = 0
+    for i in range(last - 3):
+        if knots[i + 5] <= knots[first]:
+            continue
+        _third_difference(knots, i, b)
+        u = min(max(knots[i + 4], t[0]), t[n])
+        while k < n - 1 and t[k + 1] <= u:
+            k += 1
+        length = _scale_at(t, scale, k, u)
+        weight = 0.5 * (knots[i + 5] - knots[i + 3]) * length * length * length * length * length * length
+        for j in range(4):
+            for d in range(j, 4):
+                matrix[i + j, d - j] += weight * b[j] * b[d]
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _third_difference(knots: cython.double[::1], i: cython.Py_ssize_t, b: cython.double[::1]) -> cython.void:
+    """Fill b with the weights of c[i .. i + 3] in control point i of x''' (NURBS Book, eq. 3.8 three times)."""
+    f0: cython.double = 4.0 / (knots[i + 5] - knots[i + 1])
+    f1: cython.double = 4.0 / (knots[i + 6] - knots[i + 2])
+    f2: cython.double = 4.0 / (knots[i + 7] - knots[i + 3])
+    g0: cython.double = 3.0 / (knots[i + 5] - knots[i + 2])
+    g1: cython.double = 3.0 / (knots[i + 6] - knots[i + 3])
+    h: cython.double = 2.0 / (knots[i + 5] - knots[i + 3])
+    b[0] = -h * g0 * f0
+    b[1] = h * (g1 * f1 + g0 * (f0 + f1))
+    b[2] = -h * (g0 * f1 + g1 * (f1 + f2))
+    b[3] = h * g1 * f2
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _polar(
+    knots: cython.double[::1],
+    i: cython.Py_ssize_t,
+    y: cython.const[cython.double][:, :, ::1],
+    k: cython.Py_ssize_t,
+    origin: cython.double,
+    out: cython.double[:, ::1],
+) -> cython.void:
+    """Set control point i to that of piece k: its polar form of degree 4 at ``knots[i + 1 .. i + 4]`` (L. Ramshaw)."""
+    a: cython.double = knots[i + 1] - origin
+    b: cython.double = knots[i + 2] - origin
+    c: cython.double = knots[i + 3] - origin
+    e: cython.double = knots[i + 4] - origin
+    d: cython.Py_ssize_t
+    for d in range(out.shape[1]):
+        out[i, d] = (
+            y[k, 0, d]
+            + y[k, 1, d] * (a + b + c + e) / 4.0
+            + y[k, 2, d] * (a * b + a * c + a * e + b * c + b * e + c * e) / 6.0
+            + y[k, 3, d] * (a * b * c + a * b * e + a * c * e + b * c * e) / 4.0
+        )
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _solve(
+    matrix: cython.double[:, ::1],
+    points: cython.double[:, ::1],
+    fixed: cython.double[:, ::1],
+    count: cython.Py_ssize_t,
+    head: cython.Py_ssize_t,
+    tail: cython.Py_ssize_t,
+) -> cython.void:
+    """Solve the band system in place by LDLᵀ; the first `head` and last `tail` unknowns are given by `fixed`."""
+    axes: cython.Py_ssize_t = points.shape[1]
+    i: cython.Py_ssize_t
+    j: cython.Py_ssize_t
+    d: cython.Py_ssize_t
+    m: cython.Py_ssize_t
+    factor: cython.double
+    given: cython.bint
+    for i in range(count):
+        given = i < head or i >= count - tail
+        for j in range(1, _P + 1):
+            if i + j >= count:
+                break
+            if given or i + j >= count - tail:
+                if given and not (i + j < head or i + j >= count - tail):
+                    for d in range(axes):
+                        points[i + j, d] -= matrix[i, j] * fixed[i, d]
+                if not given:
+                    for d in range(axes):
+                        points[i, d] -= matrix[i, j] * fixed[i + j, d]
+                matrix[i, j] = 0.0
+        if given:
+            matrix[i, 0] = 1.0
+            for d in range(axes):
+                points[i, d] = fixed[i, d]
+    for i in range(count):
+        for j in range(1, _P + 1):
+            if i + j >= count:
+                break
+            factor = matrix[i, j] / matrix[i, 0]
+            for m in range(j, _P + 1):
+                if i + m < count:
+                    matrix[i + j, m - j] -= factor * matrix[i, m]
+            for d in range(axes):
+                points[i + j, d] -= factor * points[i, d]
+    for i in range(count - 1, -1, -1):
+        for d in range(axes):
+            factor = points[i, d]
+            for j in range(1, _P + 1):
+                if i + j < count:
+                    factor -= matrix[i, j] * points[i + j, d]
+            points[i, d] = factor / matrix[i, 0]
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _power_form(
+    knots: cython.double[::1],
+    i: cython.Py_ssize_t,
+    points: cython.double[:, ::1],
+    q: cython.double[:, ::1],
+    b: cython.double[::1],
+    out: cython.double[:, ::1],
+) -> cython.double:
+    """Fill ``out[k]`` with x^(k)/k! at the start of span i; returns a bound of |x''| on the span (its control points)."""
+    axes: cython.Py_ssize_t = points.shape[1]
+    j: cython.Py_ssize_t
+    k: cython.Py_ssize_t
+    d: cython.Py_ssize_t
+    r: cython.Py_ssize_t
+    factor: cython.double
+    saved: cython.double
+    term: cython.double
+    bend: cython.double = 0.0
+    total: cython.double
+    faculty: cython.double = 1.0
+    for j in range(_P + 1):
+        for d in range(axes):
+            q[j, d] = points[i - _P + j, d]
+    for k in range(_P + 1):
+        if k > 0:
+            faculty *= k
+            for j in range(_P - k + 1):
+                factor = (_P - k + 1) / (knots[i + 1 + j] - knots[i + k - _P + j])
+                for d in range(axes):
+                    q[j, d] = factor * (q[j + 1, d] - q[j, d])
+        if k == 2:
+            for j in range(_P - 1):
+                total = 0.0
+                for d in range(axes):
+                    total += q[j, d] * q[j, d]
+                bend = max(bend, total)
+        # Basis of degree 4 - k at the start of the span: the last function vanishes there.
+        b[0] = 1.0
+        for r in range(1, _P - k + 1):
+            saved = 0.0
+            for j in range(r):
+                term = b[j] / (knots[i + 1 + j] - knots[i + 1 + j - r])
+                b[j] = saved + (knots[i + 1 + j] - knots[i]) * term
+                saved = (knots[i] - knots[i + 1 + j - r]) * term
+            b[r] = saved
+        for d in range(axes):
+            total = 0.0
+            for j in range(_P - k + 1):
+                total += b[j] * q[j, d]
+            out[k, d] = total / faculty
+    return bend**0.5
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _miss(
+    x: cython.double[:, ::1],
+    u: cython.double,
+    y: cython.const[cython.double][:, :, ::1],
+    k: cython.Py_ssize_t,
+    w: cython.double,
+) -> cython.double:
+    """|x − y|: the larger of the distance in X Y Z and the difference in each further column."""
+    axes: cython.Py_ssize_t = x.shape[1]
+    d: cython.Py_ssize_t
+    e: cython.double
+    total: cython.double = 0.0
+    worst: cython.double = 0.0
+    for d in range(axes):
+        e = x[0, d] + u * (x[1, d] + u * (x[2, d] + u * (x[3, d] + u * x[4, d])))
+        e -= y[k, 0, d] + w * (y[k, 1, d] + w * (y[k, 2, d] + w * y[k, 3, d]))
+        if d < 3:
+            total += e * e
+        else:
+            worst = max(worst, abs(e))
+    return max(worst, total**0.5)
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _compare(
+    t: cython.const[cython.double][::1],
+    y: cython.const[cython.double][:, :, ::1],
+    bend: cython.const[cython.double][::1],
+    tolerance: cython.const[cython.double][::1],
+    knots: cython.double[::1],
+    first: cython.Py_ssize_t,
+    last: cython.Py_ssize_t,
+    points: cython.double[:, ::1],
+    q: cython.double[:, ::1],
+    b: cython.double[::1],
+    x: cython.double[:, ::1],
+    used: cython.double[:, ::1],
+) -> cython.double:
+    """Bound |x(t) − y(t)| everywhere; returns the largest part of the tolerance that is used.
+
+    ``used[k]`` becomes the part on the first and on the second half of piece k. Between two points a distance w
+    apart |x − y| is at most the larger of both ends plus w²/8 max |x'' − y''|.
+    """
+    n: cython.Py_ssize_t = t.shape[0] - 1
+    i: cython.Py_ssize_t
+    k: cython.Py_ssize_t = 0
+    m: cython.Py_ssize_t
+    steps: cython.Py_ssize_t
+    a: cython.double
+    e: cython.double
+    turn: cython.double
+    here: cython.double
+    miss: cython.double
+    before: cython.double
+    extra: cython.double
+    width: cython.double
+    worst: cython.double = 0.0
+    half: cython.Py_ssize_t
+    for k in range(n):
+        used[k, 0] = 0.0
+        used[k, 1] = 0.0
+    k = 0
+    for i in range(first, last):
+        turn = _power_form(knots, i, points, q, b, x)
+        a = knots[i]
+        while k < n - 1 and t[k + 1] <= a:
+            k += 1
+        while a < knots[i + 1]:
+            e = min(knots[i + 1], t[k + 1]) if k < n - 1 else knots[i + 1]
+            width = 8.0 * _SLACK * tolerance[k] / (turn + bend[k] + 1e-300)
+            steps = cython.cast(cython.Py_ssize_t, min((e - a) / width**0.5, 1.0 * _MOST)) + 1
+            width = (e - a) / steps
+            extra = 0.125 * width * width * (turn + bend[k])
+            before = _miss(x, a - knots[i], y, k, a - t[k])
+            for m in range(1, steps + 1):
+                here = a + m * width
+                miss = _miss(x, here - knots[i], y, k, here - t[k])
+                half = 0 if here - 0.5 * width < 0.5 * (t[k] + t[k + 1]) else 1
+                used[k, half] = max(used[k, half], (max(before, miss) + extra) / tolerance[k])
+                before = miss
+            worst = max(worst, max(used[k, 0], used[k, 1]))
+            a = e
+            if k < n - 1 and t[k + 1] <= a:
+                k += 1
+    return worst
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _adjust(
+    t: cython.const[cython.double][::1],
+    scale: cython.double[::1],
+    used: cython.double[:, ::1],
+    longest: cython.double,
+    grow: cython.bint,
+    change: cython.double[::1],
+) -> cython.void:
+    """Shrink the smoothing length where the tolerance is exceeded, grow it where much of it is left.
+
+    At the end of a piece counts what is used within two smoothing lengths of it.
+    """
+    n: cython.Py_ssize_t = t.shape[0] - 1
+    k: cython.Py_ssize_t
+    m: cython.Py_ssize_t
+    most: cython.double
+    reach: cython.double
+    for k in range(n + 1):
+        reach = 2.0 * scale[k]
+        most = 0.0
+        m = k
+        while m < n and t[m] < t[k] + reach:
+            most = max(most, used[m, 0])
+            if 0.5 * (t[m] + t[m + 1]) < t[k] + reach:
+                most = max(most, used[m, 1])
+            m += 1
+        m = k - 1
+        while m >= 0 and t[m + 1] > t[k] - reach:
+            most = max(most, used[m, 1])
+            if 0.5 * (t[m] + t[m + 1]) > t[k] - reach:
+                most = max(most, used[m, 0])
+            m -= 1
+        change[k] = 1.0
+        if most > 1.0:
+            change[k] = max(0.35, 0.93 / most)
+        elif grow and most < 0.85:
+            change[k] = min(1.6, (0.92 / max(most, 1e-3)) ** 0.5)
+    for k in range(n + 1):
+        scale[k] = min(scale[k] * change[k], longest)
+    _grade(t, scale)
+
+
+def fit(
+    t: cython.const[cython.double][::1],
+    y: cython.const[cython.double][:, :, ::1],
+    bend: cython.const[cython.double][::1],
+    tolerance: cython.const[cython.double][::1],
+    cuts: cython.const[cython.double][::1],
+    scale: cython.double[::1],
+    longest: cython.double,
+    rounds: cython.Py_ssize_t,
+    knots: cython.double[::1],
+    laid: cython.Py_ssize_t,
+    fixed: cython.double[:, ::1],
+    head: cython.Py_ssize_t,
+    tail: cython.Py_ssize_t,
+    points: cython.double[:, ::1],
+    used: cython.double[:, ::1],
+):
+    """Fit a spline of degree 4 to pieces within their tolerance.
+
+    The curve begins at ``knots[4]``. Either nothing came before it: the first five knots are t[0] and `laid` is 4;
+    or it goes on from another: the first nine knots and the first four control points are the other's last ones,
+    `laid` is 8, and the pieces begin at or before ``knots[4]``.
+
+    Args:
+        t: Shape (n + 1,), arc length at the ends of the pieces.
+        y: Shape (n, 4, axes): power coefficients of each piece in t − t[k].
+        bend: Shape (n,): bound of |y''| on the piece.
+        tolerance: Shape (n,), mm.
+        cuts: Places that become knots, ascending, after ``knots[laid]``, the last one t[n].
+        scale: Shape (n + 1,): smoothing length at the ends of pieces, to start from; updated.
+        longest: Largest smoothing length there.
+        rounds: Tries in which the smoothing length may grow; after them it only shrinks.
+        knots: Room for the knots, the given ones in place.
+        laid: Index of the last given knot.
+        fixed: Shape as `points`; where the curve goes on from another its first four rows are given.
+        head, tail: Control points at the start and at the end that are not free: 0 at an open end; 1 where the curve
+            has the end point in common with the path; 4 where three derivatives too, or where it goes on.
+        points: Room for the control points, as many rows as knots.
+        used: Shape (n, 2): part of the tolerance used on the halves of each piece.
+
+    Returns:
+        Index of the last knot of the curve (as many control points), and the largest part of the tolerance used;
+        the index is −1 where the room did not suffice.
+    """
+    n: cython.Py_ssize_t = t.shape[0] - 1
+    axes: cython.Py_ssize_t = y.shape[2]
+    room: cython.Py_ssize_t = knots.shape[0]
+    at: cython.double[::1] = np.empty(3 * room + n + 8)
+    matrix: cython.double[:, ::1] = np.empty((room, 5))
+    b: cython.double[::1] = np.empty(5)
+    q: cython.double[:, ::1] = np.empty((5, axes))
+    x: cython.double[:, ::1] = np.empty((5, axes))
+    change: cython.double[::1] = np.empty(n + 1)
+    last: cython.Py_ssize_t = -1
+    samples: cython.Py_ssize_t
+    j: cython.Py_ssize_t
+    turn: cython.Py_ssize_t = 0
+    worst: cython.double = 0.0
+    with cython.nogil:
+        _grade(t, scale)
+        while True:
+            last = _mesh(t, scale, cuts, knots, laid)
+            if last < 0:
+                break
+            for j in range(1, _P + 1):
+                knots[last + j] = knots[last]
+            samples = _sample(t, knots, _P, last, at)
+            if samples < 0:
+                last = -1
+                break
+            _assemble(t, y, scale, knots, _P, last, at, samples, matrix, points, b)
+            if laid == _P:
+                for j in range(head):
+                    _polar(knots, j, y, 0, t[0], fixed)
+            for j in range(last - tail, last):
+                _polar(knots, j, y, n - 1, t[n - 1], fixed)
+            _solve(matrix, points, fixed, last, head, tail)
+            worst = _compare(t, y, bend, tolerance, knots, _P, last, points, q, b, x, used)
+            turn += 1
+            if worst <= 1.0 and turn > rounds:
+                break
+            if turn > rounds + 60:
+                break
+            _adjust(t, scale, used, longest, turn <= rounds, change)
+    return last, worst

@@ -1,0 +1,9 @@
+"""G64: runs of lines and arcs become smooth splines within the tolerance (docs/smoothing.md).
+
+`smooth` takes and yields chunks of `Toolpath`. Curvature and its derivative are continuous on every spline; the result
+leaves the programmed path by the tolerance at most, and does not depend on how the input is cut into chunks.
+"""
+
+from cncgen.planner.smoothing.stream import ROTARY_RADIUS, smooth
+
+__all__ = ["ROTARY_RADIUS", "smooth"]

@@ -1,0 +1,111 @@
+"""Rows of the toolpath that a spline becomes: cut where the source row changes, so that feed and line stay."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.geometry import nurbs
+from cncgen.geometry.corridor import Spline
+from cncgen.geometry.tables import NurbsTable, empty_arcs
+from cncgen.kernels.smoothing import DEGREE
+from cncgen.toolpath.record import FeedMode, Kind, Toolpath
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+def rows_of(
+    spline: Spline, row_t: Floats, source: Toolpath, moving: Ints, axes_scale: Floats, events: range
+) -> Toolpath:
+    """Return the toolpath of a spline.
+
+    A knot span belongs to the source row in which its middle lies; spans of one row in a row make one NURBS row, with
+    the feed, line, mode and tolerance of that row. A feed by inverse time becomes the speed that the row had.
+
+    Args:
+        spline: Fitted to the rows `moving` of `source`.
+        row_t: Shape (rows + 1,): t of the spline at the ends of these rows.
+        source: Where the rows come from.
+        moving: Their indices, ascending.
+        axes_scale: Shape (axes,): what the columns of the spline were multiplied by.
+        events: Rows of `source` that may be events to be put in at their place.
+    """
+    knots, points = spline.knots, spline.points / axes_scale
+    middle = 0.5 * (knots[4:-5] + knots[5:-4])
+    owner = np.clip(np.searchsorted(row_t, middle, side="right") - 1, 0, len(moving) - 1)
+    first = np.flatnonzero(np.diff(owner, prepend=-1))
+    stop = np.append(first[1:], len(owner))
+    table = _pieces(knots, points, first, stop)
+    ends = nurbs.evaluate(table, np.arange(len(first)), nurbs.parameter_range(table)[1], 0, side=-1)[0]
+    rows = moving[owner[first]]
+    inverse = source.feed_mode[rows] == FeedMode.INVERSE_TIME
+    feed = np.where(inverse, source.feed[rows] * np.diff(row_t)[owner[first]], source.feed[rows])
+    made = replace(
+        source,
+        start=points[0] if knots[0] == knots[4] else _start(table),
+        kind=np.full(len(rows), Kind.NURBS, np.int8),
+        end=ends,
+        feed=feed,
+        feed_mode=np.where(inverse, FeedMode.SPEED, source.feed_mode[rows]).astype(np.int8),
+        path_mode=source.path_mode[rows],
+        tolerance=source.tolerance[rows],
+        curve=np.arange(len(rows)),
+        line=source.line[rows],
+        source=source.source[rows],
+        arcs=empty_arcs(),
+        nurbs=table,
+        events=(),
+    )
+    inside = np.array([k for k in events if source.kind[k] == Kind.EVENT], np.int64)
+    return _with_events(made, rows, source, inside) if inside.size else made
+
+
+def _start(table: NurbsTable) -> Floats:
+    return nurbs.evaluate(table, 0, nurbs.parameter_range(table)[0][:1], 0)[0, 0]
+
+
+def _pieces(knots: Floats, points: Floats, first: Ints, stop: Ints) -> NurbsTable:
+    """Return the curves of spans ``first[n] … stop[n]``: slices of knots and control points, nothing to compute."""
+    spans = stop - first
+
+    def gather(extra: int) -> tuple[Ints, Ints]:
+        offset = np.concatenate([[0], np.cumsum(spans + extra)]).astype(np.int64)
+        return np.arange(offset[-1]) + np.repeat(first - offset[:-1], spans + extra), offset
+
+    which, point_offset = gather(DEGREE)
+    at, knot_offset = gather(2 * DEGREE + 1)
+    return NurbsTable(
+        np.full(len(spans), DEGREE, np.int64),
+        point_offset,
+        knot_offset,
+        np.ascontiguousarray(points[which]),
+        np.ones(len(which)),
+        knots[at],
+    )
+
+
+def _with_events(made: Toolpath, rows: Ints, source: Toolpath, inside: Ints) -> Toolpath:
+    """Put event rows of the source in before the first row that came from a later one."""
+    place = np.searchsorted(rows, inside)
+    order = np.argsort(np.concatenate([np.arange(len(rows)) + 0.5, place]), kind="stable")
+    where = np.concatenate([made.start[None, :], made.end])[place]
+
+    def column(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
+        return np.concatenate([ours, theirs])[order]
+
+    return replace(
+        made,
+        kind=column(made.kind, source.kind[inside]),
+        end=column(made.end, where),
+        feed=column(made.feed, source.feed[inside]),
+        feed_mode=column(made.feed_mode, source.feed_mode[inside]),
+        path_mode=column(made.path_mode, source.path_mode[inside]),
+        tolerance=column(made.tolerance, source.tolerance[inside]),
+        curve=column(made.curve, np.arange(len(inside))),
+        line=column(made.line, source.line[inside]),
+        source=column(made.source, source.source[inside]),
+        events=tuple(source.events[k] for k in source.curve[inside]),
+    )

@@ -1,0 +1,76 @@
+"""Which rows may be smoothed together: runs between whatever must be met exactly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.geometry.path import STANDSTILL, Path
+from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
+
+Floats = NDArray[np.float64]
+
+#: mm: a tolerance below it means the path exactly.
+LEAST_TOLERANCE = 1e-6
+#: cos of the turn (150°) beyond which a corner is met exactly: rounding it would gain nothing over the stop.
+_SHARPEST = -0.866
+#: A row on which further axes (as mm) move this many times what X Y Z do is not smoothed by X Y Z.
+_SIDEWAYS = 100.0
+#: Where tangents differ by less (as mm per mm), a joint with a row that is met exactly is smooth, and is kept so.
+TANGENT = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Classes:
+    """How the rows of a toolpath are to be treated.
+
+    Attributes:
+        fits: Shape (n,): rows that move and may be smoothed.
+        idle: Shape (n,): rows within a run that neither move nor stop it: events without rest, moves of no length.
+        parts: Shape (n,): True where a row cannot be in one run with the row before it.
+        entry, leave: Shape (n, axes): dx/ds at start and end of each row, scaled; 0 where there is none.
+    """
+
+    fits: NDArray[np.bool_]
+    idle: NDArray[np.bool_]
+    parts: NDArray[np.bool_]
+    entry: Floats
+    leave: Floats
+
+
+def classify(toolpath: Toolpath, path: Path, scale: Floats) -> Classes:
+    """Sort the rows of a toolpath; see `Classes`. Columns are multiplied by `scale` to be mm."""
+    length = np.diff(path.row_s)
+    count = len(toolpath)
+    entry, leave = _tangents(path, scale)
+    event = toolpath.kind == Kind.EVENT
+    resting = np.zeros(count, bool)
+    resting[event] = [e.rest or e.dwell_s > 0 for e in (toolpath.events[k] for k in toolpath.curve[event])]
+    away = np.abs(toolpath.end - toolpath.starts).max(axis=1) if count else np.zeros(0)
+    idle = (event & ~resting) | ((toolpath.kind == Kind.LINE) & (away <= STANDSTILL))
+    sideways = np.abs(entry[:, 3:]).max(axis=1, initial=0.0)
+    within = (toolpath.kind == Kind.LINE) | (toolpath.kind == Kind.ARC)
+    within &= (toolpath.path_mode == PathMode.CONTINUOUS) & (toolpath.tolerance >= LEAST_TOLERANCE)
+    within &= (toolpath.feed_mode != FeedMode.RAPID) & (length > STANDSTILL)
+    fits = within & ~idle & path.moves_xyz & (sideways < _SIDEWAYS)
+    parts = np.ones(count, bool)
+    member = fits | idle
+    parts[1:] = member[1:] != member[:-1]
+    moving = np.flatnonzero(fits)
+    back = np.einsum("ij,ij->i", leave[moving[:-1], :3], entry[moving[1:], :3]) < _SHARPEST
+    parts[moving[1:][back]] = True
+    return Classes(fits, idle, parts, entry, leave)
+
+
+def _tangents(path: Path, scale: Floats) -> tuple[Floats, Floats]:
+    """Return dx/ds at the start and at the end of each row that moves X Y Z."""
+    rows = np.arange(len(path))
+    out = []
+    for at, side in ((path.row_s[:-1], 1), (path.row_s[1:], -1)):
+        u = path.parameter(rows, at, side)
+        x1 = path.evaluate_parameter(rows, u, 1, side)[1]
+        speed = np.linalg.norm(x1[:, :3], axis=1)[:, None]
+        out.append(np.divide(x1 * scale, speed, out=np.zeros_like(x1), where=speed > 0))
+    return out[0], out[1]

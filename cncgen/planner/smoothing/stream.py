@@ -1,0 +1,203 @@
+"""The stream: rows come in chunk by chunk, runs are fitted window by window, everything else passes as it is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.geometry.corridor import END_DERIVATIVES, END_POINT, OVERLAP, Seam, fit, split
+from cncgen.geometry.path import Path, metric_columns
+from cncgen.geometry.pieces import pieces_of
+from cncgen.planner.smoothing.output import rows_of
+from cncgen.planner.smoothing.runs import TANGENT, Classes, classify
+from cncgen.toolpath.record import Kind, Toolpath
+from cncgen.toolpath.slicing import between, join
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+#: mm: a rotary axis may leave its programmed angle by the tolerance at this radius (P 0.01 mm: 0.0057°).
+ROTARY_RADIUS = 100.0
+#: Rows that are fitted at a time.
+WINDOW = 2048
+#: Rows after which a run is ended where it stands, if they made too few knots to go on from.
+_LONGEST_WINDOW = 32 * WINDOW
+
+
+def smooth(chunks: Iterable[Toolpath]) -> Iterator[Toolpath]:
+    """Smooth a toolpath.
+
+    Runs of LINE and ARC rows under G64 become NURBS rows of degree 4 that stay within the tolerance of their rows, in
+    X Y Z by distance, in U V W each by the same, in rotary axes each by the tolerance over `ROTARY_RADIUS`. Rapids,
+    G61, G61.1, NURBS rows, rows that move X Y Z hardly or not, corners of more than 150°, and places where the axes
+    rest are met exactly; so is the path where its tolerance is 0 or not known.
+
+    Args:
+        chunks: Consecutive stretches of one program, tolerances filled in.
+
+    Yields:
+        Consecutive stretches of the smoothed program, none empty.
+
+    Raises:
+        CorridorError: If a run could not be fitted (a fault of the method, not of the program).
+    """
+    smoother = _Smoother()
+    gathered: list[Toolpath] = []
+    for chunk in chunks:
+        if len(chunk):
+            gathered.append(chunk)
+        if sum(map(len, gathered)) >= WINDOW:
+            yield from smoother.take(gathered, last=False)
+            gathered = []
+    yield from smoother.take(gathered, last=True)
+
+
+class _Smoother:
+    """What is not yet handed on.
+
+    Attributes:
+        pending: Rows that wait: the rest of a run that is being fitted, or of one whose end has not been seen.
+        seam: Where the curve of the run at the front goes on from, or None at its start.
+        before: dx/ds at the end of the last motion handed on exactly, scaled; None after a rest and at the start.
+    """
+
+    def __init__(self) -> None:
+        self.pending: Toolpath | None = None
+        self.seam: Seam | None = None
+        self.before: Floats | None = None
+
+    def take(self, chunks: list[Toolpath], last: bool) -> Iterator[Toolpath]:
+        """Add rows and yield what has become final, as one toolpath."""
+        parts = ([self.pending] if self.pending is not None else []) + chunks
+        if not parts:
+            return
+        rows = join(parts)
+        scale = _scale(rows.axes)
+        path = Path(rows.axes, rows.start, rows.kind, rows.end, rows.curve, rows.arcs, rows.nurbs)
+        classes = classify(rows, path, scale)
+        borders = np.append(np.flatnonzero(classes.parts), len(rows))
+        done: list[Toolpath] = []
+        at = 0
+        for n, first in enumerate(borders[:-1]):
+            stop, closed = int(borders[n + 1]), bool(last or borders[n + 1] < len(rows))
+            at = self._group(rows, classes, scale, int(first), stop, closed, done)
+            if at < stop:
+                break
+        self.pending = between(rows, at, len(rows)) if at < len(rows) else None
+        if done:
+            yield join(done)
+
+    def _group(
+        self,
+        rows: Toolpath,
+        classes: Classes,
+        scale: Floats,
+        first: int,
+        stop: int,
+        closed: bool,
+        done: list[Toolpath],
+    ) -> int:
+        """Hand on what is final of the rows first … stop, which are one run or no run; return where the rest begins."""
+        moving = first + np.flatnonzero(classes.fits[first:stop])
+        if self.seam is None and len(moving) < 2:
+            if moving.size and not closed:
+                return first
+            self._pass(rows, classes, first, stop, done)
+            return stop
+        if self.seam is None and moving[0] > first:
+            self._pass(rows, classes, first, int(moving[0]), done)
+        first = int(moving[0])
+        size = WINDOW
+        while True:
+            window = moving[:size]
+            final = closed and len(window) == len(moving)
+            if not closed and len(moving) <= size:
+                return first
+            rest = self._fit(rows, classes, scale, window, stop, final or size >= _LONGEST_WINDOW, done)
+            if rest is None:
+                size *= 2
+                continue
+            if final or rest > moving[-1]:
+                break
+            moving = moving[np.searchsorted(moving, rest) :]
+            first, size = rest, WINDOW
+        tail = int(moving[-1]) + 1
+        if tail < stop:
+            self._pass(rows, classes, tail, stop, done)
+        return stop
+
+    def _pass(self, rows: Toolpath, classes: Classes, first: int, stop: int, done: list[Toolpath]) -> None:
+        """Hand on rows as they are."""
+        done.append(between(rows, first, stop))
+        for k in range(stop - 1, first - 1, -1):
+            if not classes.idle[k]:
+                self.before = None if rows.kind[k] == Kind.EVENT else classes.leave[k]
+                break
+
+    def _fit(
+        self,
+        rows: Toolpath,
+        classes: Classes,
+        scale: Floats,
+        window: Ints,
+        stop: int,
+        final: bool,
+        done: list[Toolpath],
+    ) -> int | None:
+        """Fit a window of the run at the front; return the row from which to go on, None if it needs more rows."""
+        path = _path_of(rows, window)
+        pieces = pieces_of(path, rows.tolerance[window], scale)
+        row_t = path.row_s
+        head = END_DERIVATIVES if _tangent(self.before, classes.entry[window[0]]) else END_POINT
+        tail = 0
+        if final:
+            after = _next_entry(classes, rows, int(window[-1]) + 1)
+            tail = END_DERIVATIVES if _tangent(after, classes.leave[window[-1]]) else END_POINT
+        spline = fit(pieces, _cuts(rows, window, row_t), head, tail, self.seam)
+        if final:
+            upto, rest, self.seam = int(window[-1]) + 1, int(window[-1]) + 1, None
+            self.before = classes.leave[window[-1]]
+        else:
+            if spline.spans < 3 * OVERLAP:
+                return None
+            span = spline.spans - OVERLAP
+            at = spline.knots[4 + span]
+            k = min(int(np.searchsorted(row_t, at, side="right")) - 1, len(window) - 1)
+            rest = upto = int(window[k])
+            spline, self.seam = split(spline, span, float(row_t[k]))
+        done.append(rows_of(spline, row_t, rows, window, scale, range(int(window[0]), upto)))
+        return rest
+
+
+def _scale(axes: str) -> Floats:
+    out = np.ones(len(axes))
+    out[metric_columns(axes)[2]] = ROTARY_RADIUS
+    return out
+
+
+def _path_of(rows: Toolpath, window: Ints) -> Path:
+    start = rows.start if window[0] == 0 else rows.end[window[0] - 1]
+    kind, end, curve = rows.kind[window], rows.end[window], rows.curve[window]
+    return Path(rows.axes, start, kind, end, curve, rows.arcs, rows.nurbs)
+
+
+def _cuts(rows: Toolpath, window: Ints, row_t: Floats) -> Floats:
+    """Where the spline must have a knot: at changes of feed, and where rows of another kind stand between."""
+    a, b = window[:-1], window[1:]
+    feed = (rows.feed[a] != rows.feed[b]) | (rows.feed_mode[a] != rows.feed_mode[b])
+    return row_t[1:-1][feed | (b > a + 1)]
+
+
+def _tangent(one: Floats | None, other: Floats) -> bool:
+    """Tell whether two directions belong to a smooth joint."""
+    return one is not None and bool(np.linalg.norm(one - other) < TANGENT)
+
+
+def _next_entry(classes: Classes, rows: Toolpath, first: int) -> Floats | None:
+    """Return dx/ds at the start of the next motion, None where the axes rest before it or nothing comes."""
+    for k in range(first, len(rows)):
+        if not classes.idle[k]:
+            return None if rows.kind[k] == Kind.EVENT else classes.entry[k]
+    return None

@@ -1,0 +1,82 @@
+"""Cutting toolpaths into stretches of rows, and joining them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from cncgen.geometry import nurbs
+from cncgen.geometry.tables import ArcTable
+from cncgen.toolpath.building import join_arcs, join_nurbs
+from cncgen.toolpath.record import Kind, Toolpath
+
+
+def between(toolpath: Toolpath, first: int, last: int) -> Toolpath:
+    """Return the rows `first` up to `last` (not with it), with those curves and events alone that they point to."""
+    rows = slice(first, last)
+    kind, curve = toolpath.kind[rows], toolpath.curve[rows].copy()
+    arcs, table, events = toolpath.arcs, toolpath.nurbs, toolpath.events
+    picked = {which: np.flatnonzero(kind == which) for which in (Kind.ARC, Kind.NURBS, Kind.EVENT)}
+    index = curve[picked[Kind.ARC]]
+    arcs = ArcTable(arcs.centre[index], arcs.normal[index], arcs.sweep[index])
+    table = nurbs.take(table, curve[picked[Kind.NURBS]])
+    events = tuple(events[k] for k in curve[picked[Kind.EVENT]])
+    for where in picked.values():
+        curve[where] = np.arange(len(where))
+    return replace(
+        toolpath,
+        start=toolpath.start if first == 0 else toolpath.end[first - 1],
+        kind=kind,
+        end=toolpath.end[rows],
+        feed=toolpath.feed[rows],
+        feed_mode=toolpath.feed_mode[rows],
+        path_mode=toolpath.path_mode[rows],
+        tolerance=toolpath.tolerance[rows],
+        curve=curve,
+        line=toolpath.line[rows],
+        source=toolpath.source[rows],
+        arcs=arcs,
+        nurbs=table,
+        events=events,
+    )
+
+
+def join(toolpaths: list[Toolpath]) -> Toolpath:
+    """Return one toolpath of the rows of several that follow each other; at least one, all with the same axes."""
+    if len(toolpaths) == 1:
+        return toolpaths[0]
+    last = toolpaths[-1]
+    sizes = {
+        Kind.ARC: [len(t.arcs) for t in toolpaths],
+        Kind.NURBS: [len(t.nurbs) for t in toolpaths],
+        Kind.EVENT: [len(t.events) for t in toolpaths],
+    }
+    before = {kind: np.cumsum([0, *counts])[:-1] for kind, counts in sizes.items()}
+    curves = []
+    for n, part in enumerate(toolpaths):
+        curve = part.curve.copy()
+        for kind, offset in before.items():
+            curve[part.kind == kind] += offset[n]
+        curves.append(curve)
+
+    def column(name: str) -> np.ndarray:
+        return np.concatenate([getattr(t, name) for t in toolpaths])
+
+    return Toolpath(
+        axes=last.axes,
+        start=toolpaths[0].start,
+        kind=column("kind"),
+        end=column("end"),
+        feed=column("feed"),
+        feed_mode=column("feed_mode"),
+        path_mode=column("path_mode"),
+        tolerance=column("tolerance"),
+        curve=np.concatenate(curves),
+        line=column("line"),
+        source=column("source"),
+        arcs=join_arcs([t.arcs for t in toolpaths]),
+        nurbs=join_nurbs([t.nurbs for t in toolpaths], len(last.axes)),
+        events=tuple(event for t in toolpaths for event in t.events),
+        sources=last.sources,
+    )
