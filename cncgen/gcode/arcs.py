@@ -181,16 +181,18 @@ def check_radii(at_start: float, at_end: float, inches: bool, word: str) -> None
 
 
 _WORDS = "xyzabcuvwijkrp@^"
+_SUMMONS = "xyzabcuvwijk@^"
 CODES = (
-    Code("G", 20, "motion", Stage.MOTION, clockwise, "arc or helix, clockwise", _WORDS, "motion"),
+    Code("G", 20, "motion", Stage.MOTION, clockwise, "arc or helix, clockwise", _WORDS, "motion", _SUMMONS),
     Code(
         "G",
         30,
         "motion",
         Stage.MOTION,
         counter_clockwise,
-        "arc or helix, counter-clockwise",
+        "arc or helix the other way",
         _WORDS,
         "motion",
+        _SUMMONS,
     ),
 )

@@ -73,11 +73,7 @@ def column_of(text: str, index: int) -> int:
                 return place + left + 1
             left -= kept
         place = match.end()
-    return (
-        min(place + left, max(len(text.rstrip()), 1)) + 1
-        if place + left >= len(text.rstrip())
-        else place + left + 1
-    )
+    return min(place + left, len(text.rstrip())) + 1
 
 
 class _Reader:

@@ -1,0 +1,60 @@
+"""What the tests of reading G-code share: a program's text to its toolpath, diagnostics and canonical calls."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+
+from cncgen.diagnostics import Diagnostic, Diagnostics
+from cncgen.gcode import canon, read
+from cncgen.toolpath.reading import ReadOptions
+from cncgen.toolpath.record import Toolpath
+
+
+@dataclass
+class Outcome:
+    """The rows of a short program (one chunk), and what was said about it."""
+
+    path: Toolpath
+    diagnostics: list[Diagnostic]
+    axes: str
+    moving_axes: str
+
+    @property
+    def errors(self) -> list[tuple[str, int, int]]:
+        """Return code, line and column of each error."""
+        return [
+            (d.code, d.span.line, d.span.column) for d in self.diagnostics if d.severity == "error" and d.span
+        ]
+
+
+@pytest.fixture
+def run() -> Callable[..., Outcome]:
+    """Read a text; ``run("G0 X1", dialect="fanuc")``."""
+
+    def read_text(text: str | bytes, **options: Any) -> Outcome:
+        data = text.encode() if isinstance(text, str) else text
+        program = read(io.BytesIO(data), "t.ngc", ReadOptions(**options))
+        chunks = list(program.chunks())
+        assert len(chunks) == 1
+        return Outcome(chunks[0], list(program.diagnostics), program.axes, program.moving_axes)
+
+    return read_text
+
+
+@pytest.fixture
+def calls() -> Callable[..., list[str]]:
+    """Return the canonical calls of a text without numbering, those of start and end left out."""
+
+    def canon_text(text: str, **options: Any) -> list[str]:
+        lines = canon(io.BytesIO(text.encode()), "t.ngc", ReadOptions(**options), Diagnostics())
+        return [line.split(" ", 1)[1].split(" ", 1)[1].strip() for line in _bare(lines)][6:-2]
+
+    def _bare(lines: Any) -> list[str]:
+        return [line.strip() for line in lines]
+
+    return canon_text
