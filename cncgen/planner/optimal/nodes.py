@@ -24,13 +24,21 @@ _FIRST = 0.5
 _BEND, _PART = 0.02, 1.0 / 12.0
 
 
-def place(path: Path, bounds: Bounds, joints: Joints, top_at: TopAt, effort: str) -> Floats:
+def place(
+    path: Path,
+    bounds: Bounds,
+    joints: Joints,
+    lines: NDArray[np.bool_],
+    top_at: TopAt,
+    effort: str,
+) -> Floats:
     """Return the nodes of a block, ascending: its breakpoints, and what lies between.
 
     Args:
         path: Geometry.
         bounds: Limits.
         joints: Its breakpoints.
+        lines: Shape (breakpoints − 1,): stretches that need no nodes between their ends.
         top_at: Gives the largest q at path coordinates and derivatives there.
         effort: A key of `DENSITY`.
     """
@@ -46,7 +54,8 @@ def place(path: Path, bounds: Bounds, joints: Joints, top_at: TopAt, effort: str
     spacing = np.minimum(spacing, bend_part / np.maximum(bend, 1e-300))
     at = np.searchsorted(probes, joints.s)
     at = np.minimum(at, len(probes) - 1)
-    rest = np.flatnonzero(joints.stop)
+    beside = np.concatenate([[True], lines]) & np.concatenate([lines, [True]])
+    rest = np.flatnonzero(joints.stop & ~beside)
     between = np.diff(joints.s[rest]) if len(rest) > 1 else np.array([np.inf])
     first = np.minimum(_FIRST * acceleration[at] * ramp[at] ** 2 / 6.0, _BEND / np.maximum(bend[at], 1e-300))
     room = np.full(len(joints.s), np.inf)
@@ -63,7 +72,9 @@ def place(path: Path, bounds: Bounds, joints: Joints, top_at: TopAt, effort: str
     at = np.searchsorted(fine, joints.s[tight])
     spacing[at] = np.minimum(spacing[at], here)
     spacing = _graded(fine, spacing, growth)
-    return _spread(fine, spacing, _borders(joints, first))
+    borders = _borders(joints, first, lines)
+    stretch = np.searchsorted(joints.s, borders[:-1], side="right") - 1
+    return _spread(fine, spacing, borders, lines[stretch])
 
 
 def along(bounds: Bounds, x1: Floats, x2: Floats) -> tuple[Floats, Floats, Floats]:
@@ -106,20 +117,22 @@ def _graded(s: Floats, spacing: Floats, growth: float) -> Floats:
     return np.minimum(np.minimum(forward, backward), spacing)
 
 
-def _borders(joints: Joints, first: Floats) -> Floats:
-    """Return the places that must be nodes: breakpoints, and the first interval on both sides of a rest."""
-    rest = np.flatnonzero(joints.stop)
-    around = np.concatenate([joints.s[rest] - first[rest], joints.s[rest] + first[rest]])
-    inside = around[(around > joints.s[0]) & (around < joints.s[-1])]
-    return np.union1d(joints.s, inside)
+def _borders(joints: Joints, first: Floats, lines: NDArray[np.bool_]) -> Floats:
+    """Return the places that must be nodes: breakpoints, and the first interval on the curved sides of a rest."""
+    leaves = np.flatnonzero(joints.stop[:-1] & ~lines)
+    enters = np.flatnonzero(joints.stop[1:] & ~lines) + 1
+    return np.unique(
+        np.concatenate([joints.s, joints.s[leaves] + first[leaves], joints.s[enters] - first[enters]])
+    )
 
 
-def _spread(s: Floats, spacing: Floats, borders: Floats) -> Floats:
-    """Divide each stretch between borders evenly in the measure ds / spacing."""
+def _spread(s: Floats, spacing: Floats, borders: Floats, whole: NDArray[np.bool_]) -> Floats:
+    """Divide each stretch between borders evenly in the measure ds / spacing; those that stay `whole` not at all."""
     density = 1.0 / spacing
     measure = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(s))])
     at = np.interp(borders, s, measure)
     count = np.maximum(np.ceil(np.diff(at) - 1e-9).astype(np.int64), 1)
+    count[whole] = 1
     stretch = np.repeat(np.arange(len(count)), count)
     step = np.arange(len(stretch)) - np.repeat(np.cumsum(count) - count, count)
     inner = at[stretch] + (at[stretch + 1] - at[stretch]) * step / count[stretch]

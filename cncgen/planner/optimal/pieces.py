@@ -1,4 +1,4 @@
-"""A solution as pieces in time: on a spline interval s''' = c s', where it leaves or enters rest constant jerk."""
+"""A solution as pieces in time: s''' = c s' on the spline, constant jerk beside a rest and on lines from rest to rest."""
 
 from __future__ import annotations
 
@@ -7,48 +7,121 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.planner.optimal.track import ENTER, LEAVE, SPLINE
+from cncgen.planner.optimal.problem import Intervals
+from cncgen.planner.optimal.track import ENTER, LEAVE, LINE
+from cncgen.planner.record import Limit
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
 class Pieces:
-    """Duration, and v, a, j, c at the start, of one piece an interval; each of shape (n,)."""
+    """Pieces of `n` intervals, `k` in all.
 
+    Attributes:
+        offset: Shape (n + 1,): the piece that each interval begins with, and k.
+        place: Shape (k,), mm from the start of its interval.
+        duration, v, a, j, c: Shape (k,), s and the state at the start of the piece.
+        limit: Shape (k,), int8, a `Limit`.
+    """
+
+    offset: NDArray[np.int64]
+    place: Floats
     duration: Floats
     v: Floats
     a: Floats
     j: Floats
     c: Floats
+    limit: NDArray[np.int8]
 
 
-def pieces_of(h: Floats, kind: NDArray[np.int8], q: Floats) -> Pieces:
+def pieces_of(given: Intervals, kind: NDArray[np.int8], q: Floats, limit: NDArray[np.int8]) -> Pieces:
     """Turn ordinates of q = v² into pieces.
 
     On a spline interval with ordinates b0, b1, b2: v² = b0, a = q'/2 = (b1 − b0)/h, c = q''/2 = (b0 − 2 b1 + b2)/h². As
     v'' = c v, the duration is 2 artanh(x)/√c with x = √c h/(v0 + v1), artan for c < 0 (docs/least-time.md). From rest,
-    v = j t²/2 and s = j t³/6 give t = 3 h/v and j = 2 v/t².
+    v = j t²/2 and s = j t³/6 give t = 3 h/v and j = 2 v/t². A line from rest to rest has up to seven pieces.
 
     Args:
-        h: Shape (n,), lengths.
+        given: The intervals; the first n of them are meant.
         kind: Shape (n,), of `cncgen.planner.optimal.track`.
         q: Shape (n, 3), ordinates.
+        limit: Shape (n,), int8.
     """
+    n = len(q)
+    h = given.h[:n]
+    lines = np.flatnonzero(kind == LINE)
     b0, b1, b2 = q.T
-    v0, v2 = np.sqrt(b0), np.sqrt(b2)
-    total = v0 + v2
+    total = np.sqrt(b0) + np.sqrt(b2)
+    total[lines] = 1.0
     bend = b0 - 2.0 * b1 + b2
-    x = bend / total**2
-    duration = 2.0 * h / total * _stretched(x)
-    v, a, j, c = v0, (b1 - b0) / h, np.zeros_like(h), bend / h**2
-    rest = kind != SPLINE
+    duration = 2.0 * h / total * _stretched(bend / total**2)
+    a, j, c = (b1 - b0) / h, np.zeros(n), bend / h**2
+    rest = (kind == LEAVE) | (kind == ENTER)
     if np.any(rest):
         duration = np.where(rest, 3.0 * h / total, duration)
         constant = 2.0 * total / duration**2
         j, c = np.where(rest, constant, 0.0), np.where(rest, 0.0, c)
         a = np.where(kind == LEAVE, 0.0, np.where(kind == ENTER, -constant * duration, a))
-    return Pieces(duration, v, a, j, c)
+    count = np.ones(n, np.int64)
+    place, v = np.zeros(n), np.sqrt(b0)
+    if not len(lines):
+        return Pieces(np.arange(n + 1), place, duration, v, a, j, c, limit)
+    line_count, columns = _seven(given, lines)
+    count[lines] = line_count
+    offset = np.concatenate([[0], np.cumsum(count)])
+    merged = [np.repeat(column, count) for column in (place, duration, v, a, j, c, limit)]
+    where = np.repeat(kind == LINE, count)
+    for mine, theirs in zip(merged, columns, strict=True):
+        mine[where] = theirs
+    return Pieces(offset, *merged)
+
+
+def _seven(given: Intervals, lines: NDArray[np.int64]) -> tuple[NDArray[np.int64], tuple[NDArray, ...]]:
+    """Return the number of pieces of each straight line from rest to rest, and their columns, without empty ones.
+
+    With top speed V, acceleration A and jerk J along the line, the speed reached on the length L is the least of V, of
+    (L²J/4)^(1/3), where A is not reached, and of (−A/J + ((A/J)² + 4 L/A)^½) A/2, where it is (Biagiotti and Melchiorri,
+    *Trajectory Planning for Automatic Machines and Robots*, 2008, section 3.4).
+    """
+    length = given.h[lines]
+    share = np.abs(given.x1[lines, 1])
+    with np.errstate(divide="ignore"):
+        acc = (given.limits[0] / share).min(axis=1)
+        jerk = (given.limits[1] / share).min(axis=1)
+    ramp = acc / jerk
+    short = np.cbrt(0.25 * length**2 * jerk)
+    long = 0.5 * acc * (np.sqrt(ramp**2 + 4.0 * length / acc) - ramp)
+    v = np.minimum(np.where(short <= acc * ramp, short, long), np.sqrt(given.top[lines].min(axis=1)))
+    rise = np.minimum(ramp, np.sqrt(v / jerk))
+    hold = np.maximum(v / (jerk * rise) - rise, 0.0)
+    cruise = np.maximum(length / v - 2.0 * rise - hold, 0.0)
+    zero = np.zeros_like(v)
+    duration = np.stack([rise, hold, rise, cruise, rise, hold, rise], axis=1)
+    j = np.stack([jerk, zero, -jerk, zero, -jerk, zero, jerk], axis=1)
+    state = np.zeros((3, len(lines), 8))
+    for phase in range(7):
+        t, s = duration[:, phase], state[:, :, phase]
+        state[2, :, phase + 1] = s[2] + j[:, phase] * t
+        state[1, :, phase + 1] = s[1] + (s[2] + 0.5 * j[:, phase] * t) * t
+        state[0, :, phase + 1] = s[0] + (s[1] + (0.5 * s[2] + j[:, phase] * t / 6.0) * t) * t
+    name = np.array(
+        [Limit.JERK, Limit.ACCELERATION, Limit.JERK, 0, Limit.JERK, Limit.ACCELERATION, Limit.JERK],
+        np.int8,
+    )
+    limit = np.tile(name, (len(lines), 1))
+    limit[:, 3] = given.top_limit[lines]
+    there = duration > 0.0
+    place, v_at, a_at = (column[:, :7][there] for column in state)
+    return there.sum(axis=1), (
+        place,
+        duration[there],
+        v_at,
+        a_at,
+        j[there],
+        np.zeros(len(place)),
+        limit[there],
+    )
 
 
 def _stretched(x: Floats) -> Floats:

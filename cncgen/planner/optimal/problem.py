@@ -75,6 +75,8 @@ def solve(given: Intervals, state: tuple[float, float] | None) -> Solution:
         state: q at the start and the middle ordinate of the first interval, where the motion is under way there.
     """
     spline = np.flatnonzero(given.kind == SPLINE)
+    if not len(spline):
+        return Solution(np.zeros((len(given), 3)), np.full(len(given), Limit.JERK, np.int8), 0.0, True)
     h, ends, extra = _spline(given, spline, state is not None)
     rest = _rest_tops(given)
     box, edge = _boxes(given, spline, rest)
@@ -128,7 +130,7 @@ def _rest_tops(given: Intervals) -> Floats:
     With constant jerk j from rest, s = j t³/6: over the length h, q = (9/2 j h²)^(2/3), and an axis has at most the
     acceleration |x'| (6 j² h)^(1/3) + |x''| q and the jerk j (|x'| + 9 |x''| h + 9/2 |x'''| h²).
     """
-    rest = np.flatnonzero(given.kind != SPLINE)
+    rest = np.flatnonzero((given.kind == LEAVE) | (given.kind == ENTER))
     h = given.h[rest, None]
     x1, x2, x3 = (np.abs(column[rest]).max(axis=1) for column in (given.x1, given.x2, given.x3))
     with np.errstate(divide="ignore"):

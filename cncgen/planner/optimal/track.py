@@ -17,8 +17,9 @@ from cncgen.toolpath.record import Event, FeedMode, Kind, Toolpath
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-#: What an interval is: part of the spline, or the one that leaves (enters) a rest with constant jerk.
-SPLINE, LEAVE, ENTER = range(3)
+#: What an interval is: part of the spline, the one that leaves (enters) a rest with constant jerk, or a whole straight
+#: line from rest to rest.
+SPLINE, LEAVE, ENTER, LINE = range(4)
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +29,7 @@ class Track:
     Attributes:
         toolpath, path: The block and its geometry.
         s: Shape (n + 1,), path coordinate of the nodes.
-        kind: Shape (n,), int8: `SPLINE`, `LEAVE` or `ENTER`.
+        kind: Shape (n,), int8: `SPLINE`, `LEAVE`, `ENTER` or `LINE`.
         x1, x2, x3: Shape (n, 3, axes): derivatives of the path at the left end, middle and right end of each interval.
         top: Shape (n, 3): largest q = v² there.
         top_limit: Shape (n,), int8: the `Limit` behind the lowest of them.
@@ -104,7 +105,8 @@ def track_of(
     sides = (path.evaluate(first, 3, -1), path.evaluate(last, 3, 1))
     top = np.minimum(top_at(first, sides[0], -1)[0], top_at(last, sides[1])[0])
     joints = joints_of(toolpath, path, bounds, first, sides, top, before, after)
-    s = place(path, bounds, joints, lambda at, x: top_at(at, x)[0], effort)
+    lines = _lines(path, joints)
+    s = place(path, bounds, joints, lines, lambda at, x: top_at(at, x)[0], effort)
     n = len(s) - 1
     middle = 0.5 * (s[:-1] + s[1:])
     right = path.evaluate(s[:-1], 3)
@@ -127,6 +129,7 @@ def track_of(
     kind = np.full(n, SPLINE, np.int8)
     kind[stop[:-1]] = LEAVE
     kind[stop[1:]] = ENTER
+    kind[node[:-1][lines]] = LINE
     _calm(x, np.diff(s), kind != SPLINE)
     return Track(
         toolpath=toolpath,
@@ -144,6 +147,12 @@ def track_of(
         corner=corner,
         events=_events(toolpath, path, s),
     )
+
+
+def _lines(path: Path, joints: Joints) -> NDArray[np.bool_]:
+    """Tell which stretches between breakpoints are straight lines from rest to rest."""
+    row = path.row_of(0.5 * (joints.s[:-1] + joints.s[1:]))
+    return (path.kind[row] == Kind.LINE) & joints.stop[:-1] & joints.stop[1:]
 
 
 def _calm(x: Floats, h: Floats, rest: NDArray[np.bool_]) -> None:

@@ -13,7 +13,7 @@ from cncgen.planner.assembly import assemble, timed, waits_of
 from cncgen.planner.optimal.limits import Bounds
 from cncgen.planner.optimal.pieces import Pieces, pieces_of
 from cncgen.planner.optimal.problem import Intervals, Solution, solve
-from cncgen.planner.optimal.track import ENTER, LEAVE, SPLINE, Track
+from cncgen.planner.optimal.track import ENTER, LEAVE, LINE, SPLINE, Track
 from cncgen.planner.record import Limit, SharpCorner, Trajectory
 
 Floats = NDArray[np.float64]
@@ -90,7 +90,7 @@ class Window:
             return np.concatenate([getattr(track, name)[rows] for track, rows in parts])
 
         kind = column("kind")
-        kind[-1] = ENTER
+        kind[-1] = LINE if kind[-1] == LINE else ENTER
         axes = self.bounds.axes
         return Intervals(
             h=np.concatenate([np.diff(track.s[rows.start : rows.stop + 1]) for track, rows in parts]),
@@ -141,8 +141,8 @@ class Window:
         if n < len(given):  # the reserve: it ends in a stop that the path did not ask for
             final = n
         kind = given.kind[:n].copy()
-        kind[-1] = ENTER
-        pieces = pieces_of(given.h[:n], kind, solution.q)
+        kind[-1] = LINE if kind[-1] == LINE else ENTER
+        pieces = pieces_of(given, kind, solution.q, solution.limit)
         position = 0
         while position < final:
             track = self.tracks[0]
@@ -169,13 +169,16 @@ class Window:
         last = first + count if whole else first + count - 1
         events = [event for event in track.events if first <= event[0] <= last]
         waits = waits_of(events, count + 1, first)
-        moves = (pieces.duration[part], pieces.v[part], pieces.a[part], pieces.j[part], pieces.c[part])
+        first_piece, last_piece = pieces.offset[part.start], pieces.offset[part.stop]
+        cut = slice(first_piece, last_piece)
+        offset = pieces.offset[part.start : part.stop + 1] - first_piece
+        owner = np.repeat(np.arange(count), np.diff(offset))
         profile, arrival = assemble(
             self.t_s,
-            track.s[first : first + count + 1],
-            moves,
-            solution.limit[part],
-            np.arange(count + 1),
+            np.append(track.s[first + owner] + pieces.place[cut], track.s[first + count]),
+            (pieces.duration[cut], pieces.v[cut], pieces.a[cut], pieces.j[cut], pieces.c[cut]),
+            pieces.limit[cut],
+            offset,
             waits,
         )
         self.t_s = float(profile.t[-1])
@@ -194,7 +197,7 @@ class Window:
 
 def _last_rest(kind: NDArray[np.int8], least: int) -> int:
     """Return after how many intervals, at least `least`, the path rests for the last time; 0 for nowhere."""
-    rests = np.flatnonzero(kind[:-1] == ENTER) + 1
+    rests = np.flatnonzero((kind[:-1] == ENTER) | (kind[:-1] == LINE)) + 1
     return int(rests[-1]) if len(rests) and rests[-1] >= least else 0
 
 
