@@ -1,9 +1,10 @@
 """Follow a polyline with a sequence of points that run along it: the nearest place ahead of each.
 
 Each point is matched with a place on the polyline that is not before the place of the point before it. From there the
-segments ahead are searched for the first one within the tolerance, and from that one on as long as the distance still
-falls: the first local minimum. So a path that crosses itself, or goes back the way it came, is followed branch by
-branch, which the nearest point of the whole path would not do.
+segments ahead are searched for the first place within the tolerance, and from it on as long as the distance falls: the
+first local minimum. So a path that crosses itself, or goes back the way it came, is followed branch by branch, which
+the nearest point of the whole path would not do. A place that is off by more than `NOISE` of the tolerance is given up
+for one further on in the window at less than half its distance: round a corner, or on the way back behind a tip.
 
 Where nothing within the window is within the tolerance, the nearest place of the window is the match (the point is
 beyond tolerance, and its distance says by how much). A run of such points (the setpoints left a piece out) is looked
@@ -12,6 +13,9 @@ for further and further ahead, after 1, 2, 4, 8 … of them, so that the work st
 
 import cython
 from cython.cimports.libc.math import sqrt
+
+#: Part of the tolerance within which a place is the right one without looking further.
+NOISE = cython.declare(cython.double, 0.02)
 
 
 @cython.cfunc
@@ -104,6 +108,7 @@ def follow(
     tolerance: cython.double
     found: cython.bint
     far: cython.bint
+    nearer: cython.bint
     with cython.nogil:
         for i in range(n):
             end = along[at] + at_f * (along[at + 1] - along[at]) + reach[i]
@@ -127,16 +132,19 @@ def follow(
                 tolerance = point_tolerance[i]
                 if segment_tolerance[k] < tolerance:
                     tolerance = segment_tolerance[k]
-                if found:
-                    # The distance falls up to the end of the best segment; here it goes on falling, or has turned.
-                    if d >= best_d and f < 1.0:
-                        break
-                if found or d <= tolerance or d < best_d:
-                    found = found or d <= tolerance
+                if not found:
+                    nearer = d < best_d or d <= tolerance
+                    found = d <= tolerance
+                else:
+                    # The distance falls on from the segment before, or is clearly less than at the place found.
+                    nearer = (d <= best_d and k <= best + 1 and (k == best or best_f == 1.0)) or (
+                        d < 0.5 * best_d and d <= tolerance
+                    )
+                if nearer:
                     best = k
                     best_f = f
                     best_d = d
-                if found and f < 1.0:
+                if found and best_d <= NOISE * tolerance and not (best == k and best_f == 1.0):
                     break
                 k += 1
             if found:

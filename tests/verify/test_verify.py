@@ -136,6 +136,60 @@ def test_there_and_back_again_is_followed_branch_by_branch() -> None:
     assert "verify-distance" in codes(turned)
 
 
+@given(st.floats(0.3, 3.0), st.floats(0.01, 0.05))
+def test_a_tip_between_two_samples_makes_no_distance(time_s: float, tolerance: float) -> None:
+    """There and back with the tip passed between two samples: nothing is off the path but the tip itself."""
+    out = make.smooth(10.0, time_s)
+    out = out[out < 10 - 0.2 * tolerance]
+    back = out[::-1] - 0.3 * tolerance
+    s = np.concatenate([out, back[back > 0], [0.0]])
+    motion = np.column_stack([s, 0 * s, 0 * s])
+    program = make.polyline([0, 0, 0], [10, 0, 0], [0, 0, 0], tolerance=tolerance)
+    verdict = verify(make.stream(motion), [program], make.machine(1e9, 1e12, 1e15))
+    assert verdict.holds, codes(verdict)
+    assert verdict.setpoints_to_path_mm <= 0.02 * tolerance + 2e-6
+
+
+grid = st.lists(st.tuples(*[st.integers(-2, 2)] * 3), min_size=2, max_size=12)
+
+
+@given(grid, st.integers(2, 30), st.floats(0.001, 0.2), st.integers(0, 99))
+def test_setpoints_on_the_path_are_on_it_however_it_turns(
+    corners: list[tuple[int, int, int]], steps: int, tolerance: float, seed: int
+) -> None:
+    """Random paths that cross, touch and go back over themselves, with the rounding of nine decimals."""
+    if all(corner == corners[0] for corner in corners):
+        return
+    points = [np.array(corner, float) for corner in corners]
+    parts = [np.linspace(a, b, steps, endpoint=False) for a, b in itertools.pairwise(points)]
+    motion = np.concatenate([*parts, points[-1:]])
+    motion += np.random.default_rng(seed).uniform(-5e-10, 5e-10, motion.shape)
+    program = make.polyline(*[list(map(float, corner)) for corner in corners], tolerance=tolerance)
+    verdict = verify(make.stream(motion), [program], make.machine(1e9, 1e12, 1e15))
+    assert verdict.holds, codes(verdict)
+    assert verdict.setpoints_to_path_mm <= 0.02 * tolerance + 2e-6
+    assert verdict.path_to_setpoints_mm <= 0.02 * tolerance + 2e-6
+
+
+@given(grid, st.integers(0, 10), st.integers(5, 30))
+def test_a_leg_left_out_is_always_found(corners: list[tuple[int, int, int]], leg: int, steps: int) -> None:
+    """Leave out the corner at the end of a leg: the path is not covered, unless the corner is on the way anyway."""
+    points = [np.array(corner, float) for corner in corners]
+    index = 1 + leg % max(len(points) - 1, 1)
+    if index >= len(points) - 1:
+        return
+    a, b, c = points[index - 1], points[index], points[index + 1]
+    off = np.linalg.norm(b - a - np.clip((b - a) @ (c - a) / max((c - a) @ (c - a), 1e-9), 0, 1) * (c - a))
+    if off < 0.1:
+        return
+    kept = [p for k, p in enumerate(points) if k != index]
+    parts = [np.linspace(p, q, steps, endpoint=False) for p, q in itertools.pairwise(kept)]
+    motion = np.concatenate([*parts, kept[-1:]])
+    program = make.polyline(*[list(map(float, corner)) for corner in corners], tolerance=0.01)
+    verdict = verify(make.stream(motion), [program], make.machine(1e9, 1e12, 1e15))
+    assert "verify-coverage" in codes(verdict)
+
+
 def test_an_early_end_is_found() -> None:
     motion = line_motion(9.0)
     verdict = verify(make.stream(motion), [make.polyline([0, 0, 0], [10, 0, 0])], make.machine())
