@@ -95,7 +95,7 @@ def _centre_by_radius(
     radius = block.words["r"]
     letters = (_LETTERS[first], _LETTERS[second])
     if not _POLAR & block.words.keys() and set(letters).isdisjoint(block.words):
-        both = " nor ".join(letters).upper()
+        both = " nor ".join(letter.upper() for letter in letters)
         raise BlockError("arc-end", f"{name} with R has neither {both}: its end is not in the plane", name)
     chord = math.hypot(end[first] - start[first], end[second] - start[second])
     if chord == 0.0:

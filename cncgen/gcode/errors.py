@@ -55,6 +55,8 @@ _TOKEN = re.compile(r"\([^)]*\)?|;.*|#\s*<[^>]*>|([A-Za-z@^$])\s*([^A-Za-z@^$(;]
 
 def locate(text: str, word: str) -> tuple[int, int]:
     """Return 1-based column and length of a word (``X`` or ``G5.1``) in a line's text, or of its first character."""
+    if word == "#":
+        return text.find("#") + 1 or 1, 1
     letter, number = word[:1].upper(), word[1:]
     fallback: tuple[int, int] | None = None
     for match in _TOKEN.finditer(text):

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from cncgen.diagnostics import UsageError
+from cncgen.diagnostics import Severity, UsageError
 from cncgen.gcode import grammar
 from cncgen.gcode.block import Flow, Value
 from cncgen.gcode.errors import BlockError, Stop
@@ -165,7 +165,9 @@ class FlowControl:
         end = self._next(here, self._label(flow), ("endsub",), "endsub")
         for mark in self.marks(here.source):
             if here.offset < mark.cursor.offset < end.cursor.offset and mark.keyword == "sub":
-                raise BlockError("oword-nested-sub", "a subroutine is defined within a subroutine", "O")
+                error = BlockError("oword-nested-sub", "a subroutine is defined within a subroutine", "O")
+                self.ip.warn(error, Severity.ERROR)
+                break
         return end.after
 
     def _endsub(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
@@ -325,7 +327,7 @@ class FlowControl:
                     continue
                 self._files[name] = len(self.sources) - 1
                 return self._files[name]
-        places = ", ".join(str(folder) for folder in self._folders) or "no folder"
+        places = ", ".join(str(folder) for folder in self._folders) or "the search path, which is empty"
         raise Stop(
             BlockError(
                 "sub-missing",

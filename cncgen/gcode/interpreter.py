@@ -273,9 +273,12 @@ def _unused(letter: str, codes: dict[tuple[str, int], Code]) -> BlockError:
     """Return the fault of a word that no code of its block uses."""
     users = sorted({code.number: code.name for code in codes.values() if letter in code.words}.items())
     names = ", ".join(name for _, name in users[:8])
+    hint = f"it belongs to {names}" if names else ""
+    if letter == "e":
+        hint = "numbers have no exponent in G-code" + (f"; E {hint[3:]}" if hint else "")
     return BlockError(
         "unused-word",
         f"{letter.upper()} stands in a block with no code that uses it",
         letter.upper(),
-        hint=f"it belongs to {names}" if names else "",
+        hint=hint,
     )

@@ -15,13 +15,13 @@ import numpy as np
 from cncgen.diagnostics import Diagnostics, Severity
 from cncgen.gcode import comments, cutter_compensation, grammar
 from cncgen.gcode.arcs import CENTRE_FACTOR, CENTRE_RELATIVE, CENTRE_TOLERANCE, RADIUS_TOLERANCE
-from cncgen.gcode.block import Block, Flow, Parsed, gather
+from cncgen.gcode.block import Block, Flow, Parsed, Value, gather
 from cncgen.gcode.errors import BlockError, Reporter, Stop
 from cncgen.gcode.expressions import evaluate
 from cncgen.gcode.flow import Cursor, FlowControl
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.lanes import BLOCKS, PlainBlocks, comment_of
-from cncgen.gcode.parameters import write_parameters
+from cncgen.gcode.parameters import Parameters, write_parameters
 from cncgen.gcode.sink import MotionBatch, Sink
 from cncgen.gcode.source import MAX_LINE, Source
 from cncgen.kernels import gcode_motion, gcode_scan
@@ -170,7 +170,7 @@ class Runner:
         """Run the blocks that were scanned: in arrays where they are plain motions, else one by one."""
         count = self._plain.count
         index = 0
-        if count:
+        if count and self._plain.word_end[count - 1]:
             self._seen = True
         while index < count and not self.ip.state.ended:
             done = self._run_batch(index, count)
@@ -460,11 +460,11 @@ class Runner:
             return self._setting(parsed)
 
         def run() -> None:
-            pairs = [(letter, evaluate(value, parameters)) for letter, value in parsed.words]
+            pairs = [(letter, _evaluated(letter, value, parameters)) for letter, value in parsed.words]
             settings: list[tuple[float | str, float]] = [
                 (
                     target if isinstance(target, str) else evaluate(target, parameters),
-                    evaluate(value, parameters),
+                    _evaluated("#", value, parameters),
                 )
                 for target, value in parsed.settings
             ]
@@ -522,6 +522,15 @@ class Runner:
         """Add a warning or note about the block that is executed."""
         block = self.sink.block
         self.reporter.report(self.sources[block.source], max(block.line, 1), block.offset, error, severity)
+
+
+def _evaluated(letter: str, value: Value, parameters: Parameters) -> float:
+    """Return the number of a word; its faults point at the word."""
+    try:
+        return evaluate(value, parameters)
+    except BlockError as error:
+        error.word = error.word or letter.upper()
+        raise
 
 
 def _last_line(source: Source) -> int:

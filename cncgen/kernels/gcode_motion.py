@@ -25,6 +25,8 @@ CENTRE_RELATIVE = 3
 CENTRE_LIMIT = 4
 LEVELS = 5
 
+#: Larger numbers are faults (`cncgen.gcode.block.LARGEST`).
+_LARGEST: cython.double = 1e9
 _QUARTER: cython.double = 1.5707963267948966
 #: A radius this much (relative) above half the chord is a semicircle.
 _SEMICIRCLE: cython.double = 1e-7
@@ -168,7 +170,7 @@ def advance(
             c = cython.cast(cython.int, letters[w])
             value = values[w]
             bit = cython.cast(cython.uint, 1) << (c - 97)
-            if seen & bit:
+            if seen & bit or value > _LARGEST or value < -_LARGEST:
                 taken = False
                 break
             seen |= bit

@@ -1,0 +1,3 @@
+; expect 2:11:arc-centre
+G2 X10 I5 R5 F100
+M2

@@ -1,0 +1,4 @@
+; expect 2:1:oword-arguments
+o1 if
+o1 endif
+M2

@@ -1,0 +1,3 @@
+; expect 2:4:dwell-time
+G4 P-1
+M2

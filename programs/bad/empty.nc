@@ -1,0 +1,4 @@
+; expect 1:1:empty-program
+
+
+

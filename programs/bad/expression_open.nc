@@ -1,0 +1,3 @@
+; expect 2:8:syntax
+#1=[1+2
+M2

@@ -1,0 +1,6 @@
+; expect 3:1:nurbs-knot
+G6.2 P2 K0 X0 Y0 F100
+X5 Y5
+K1
+K1
+M2

@@ -1,0 +1,6 @@
+; expect 3:10:nurbs-rank
+G6.2 P2 K0 X0 Y0 F100
+K0 X5 Y5 P2
+K1
+K1
+M2

@@ -1,0 +1,3 @@
+; expect 2:5:orient-angle
+M19 R400
+M2

@@ -1,0 +1,3 @@
+; expect 2:4:syntax
+o1 perform
+M2

@@ -1,0 +1,3 @@
+; expect 2:1:parameter-number
+#9999=1
+M2

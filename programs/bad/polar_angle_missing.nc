@@ -1,0 +1,3 @@
+; expect 2:4:polar-angle
+G0 @5
+M2

@@ -1,0 +1,3 @@
+; expect 2:4:number-range
+G0 X[10**400]
+M2

@@ -1,0 +1,3 @@
+; expect 2:1:nothing-saved
+M72
+M2

@@ -1,0 +1,3 @@
+; expect 2:1:negative-speed
+S-100 M3
+M2

@@ -1,0 +1,3 @@
+; expect 2:1:spline-closed
+G5.3
+M2

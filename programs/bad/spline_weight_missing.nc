@@ -1,0 +1,6 @@
+; expect 4:1:nurbs-weight 5:1:nurbs-points
+F100
+G5.2 X1 Y1 P1 L3
+X2 Y2
+G5.3
+M2

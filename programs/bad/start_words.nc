@@ -1,0 +1,3 @@
+; expect 2:1:start-words
+(START, here)
+M2

@@ -1,0 +1,3 @@
+; expect 2:1:sub-missing
+M98 P77
+M2

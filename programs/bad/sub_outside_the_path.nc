@@ -1,0 +1,3 @@
+; expect 2:1:sub-path
+o<../secret> call
+M2

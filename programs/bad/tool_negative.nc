@@ -1,0 +1,3 @@
+; expect 2:1:negative-number
+T-1
+M2

@@ -1,0 +1,3 @@
+; expect 2:4:modal-conflict
+M7 M8
+M2

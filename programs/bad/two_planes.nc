@@ -1,0 +1,3 @@
+; expect 2:5:modal-conflict
+G17 G18
+M2

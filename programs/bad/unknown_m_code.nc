@@ -1,0 +1,3 @@
+; expect 2:1:unknown-code
+M12
+M2

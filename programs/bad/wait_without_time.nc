@@ -1,0 +1,3 @@
+; expect 2:1:wait-time
+M66 P0 L3
+M2
