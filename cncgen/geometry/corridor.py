@@ -13,7 +13,7 @@ from cncgen.kernels import smoothing
 #: Control points that the curve shares with the path at a closed end: the end point, or three derivatives as well.
 END_POINT, END_DERIVATIVES = 1, 4
 #: Tries in which the smoothing length may grow.
-ROUNDS = 5
+ROUNDS = 2
 #: An arc of this radius is not smoothed over more than what takes half the tolerance: bounds the smoothing length, mm.
 _WIDEST_RADIUS = 100.0
 #: Knot spans before an open end that the next window fits again: what comes after no longer moves the rest.

@@ -59,7 +59,7 @@ def rows_of(
         nurbs=table,
         events=(),
     )
-    inside = np.array([k for k in events if source.kind[k] == Kind.EVENT], np.int64)
+    inside = events.start + np.flatnonzero(source.kind[events.start : events.stop] == Kind.EVENT)
     return _with_events(made, rows, source, inside) if inside.size else made
 
 
