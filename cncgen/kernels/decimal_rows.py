@@ -138,6 +138,57 @@ def write_rows(
     return at
 
 
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _spaces(text: cython.const[cython.uchar][::1], at: cython.Py_ssize_t) -> cython.Py_ssize_t:
+    """Return the place after spaces and carriage returns."""
+    while at < text.shape[0] and (text[at] == 32 or text[at] == 13):
+        at += 1
+    return at
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _read_number(
+    text: cython.const[cython.uchar][::1],
+    at: cython.Py_ssize_t,
+    powers: cython.double[::1],
+    out: cython.double[:, ::1],
+    row: cython.Py_ssize_t,
+    column: cython.Py_ssize_t,
+) -> cython.Py_ssize_t:
+    """Read a plain decimal into ``out[row, column]``; return the place after it, -1 where there is none."""
+    size: cython.Py_ssize_t = text.shape[0]
+    mantissa: cython.ulonglong = 0
+    digits: cython.int = 0
+    decimals: cython.int = 0
+    point: cython.bint = False
+    negative: cython.bint = False
+    c: cython.int
+    if at < size and (text[at] == 45 or text[at] == 43):
+        negative = text[at] == 45
+        at += 1
+    while at < size:
+        c = cython.cast(cython.int, text[at])
+        if c == 46 and not point:
+            point = True
+        elif 48 <= c <= 57 and digits < 18:
+            mantissa = mantissa * 10 + (c - 48)
+            digits += 1
+            decimals += point
+        else:
+            break
+        at += 1
+    if digits == 0 or mantissa > cython.cast(cython.ulonglong, 9007199254740992):
+        return -1
+    out[row, column] = mantissa / powers[decimals]
+    if negative:
+        out[row, column] = -out[row, column]
+    return at
+
+
 def read_rows(
     text: cython.const[cython.uchar][::1],
     start: cython.Py_ssize_t,
@@ -163,58 +214,22 @@ def read_rows(
     size: cython.Py_ssize_t = text.shape[0]
     rows: cython.Py_ssize_t = out.shape[0]
     columns: cython.Py_ssize_t = out.shape[1]
-    at: cython.Py_ssize_t = start
     line: cython.Py_ssize_t = start
+    at: cython.Py_ssize_t = start
     column: cython.Py_ssize_t
-    mantissa: cython.ulonglong
-    digits: cython.int
-    decimals: cython.int
-    point: cython.bint
-    negative: cython.bint
-    good: cython.bint
-    c: cython.int
     with cython.nogil:
         while line < size and row < rows:
             at = line
-            good = True
             for column in range(columns):
-                while at < size and text[at] == 32:
-                    at += 1
-                negative = False
-                if at < size and (text[at] == 45 or text[at] == 43):
-                    negative = text[at] == 45
-                    at += 1
-                mantissa = 0
-                digits = 0
-                decimals = 0
-                point = False
-                while at < size:
-                    c = cython.cast(cython.int, text[at])
-                    if 48 <= c <= 57:
-                        mantissa = mantissa * 10 + (c - 48)
-                        digits += 1
-                        if point:
-                            decimals += 1
-                        if digits > 18:
-                            break
-                    elif c == 46 and not point:
-                        point = True
-                    else:
-                        break
-                    at += 1
-                if digits == 0 or digits > 18 or mantissa > cython.cast(cython.ulonglong, 9007199254740992):
-                    good = False
+                at = _read_number(text, _spaces(text, at), powers, out, row, column)
+                if at < 0:
                     break
-                while at < size and (text[at] == 32 or text[at] == 13):
-                    at += 1
+                at = _spaces(text, at)
                 if at >= size or text[at] != (44 if column + 1 < columns else 10):
-                    good = False
+                    at = -1
                     break
                 at += 1
-                out[row, column] = mantissa / powers[decimals]
-                if negative:
-                    out[row, column] = -out[row, column]
-            if not good:
+            if at < 0:
                 break
             row += 1
             line = at
