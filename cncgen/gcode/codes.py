@@ -23,6 +23,7 @@ Handler = Callable[["Interpreter", Block], None]
 #: Modules with `CODES`, in no particular order.
 _MODULES = (
     "arcs",
+    "canned_cycles",
     "comments",
     "coolant",
     "cutter_compensation",

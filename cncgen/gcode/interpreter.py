@@ -118,6 +118,7 @@ class Interpreter:
         codes += [
             self.codes[letter, 0] for letter in map(str.upper, block.words) if (letter, 0) in self.codes
         ]
+        codes = _without_cancel(codes)
         _check_groups(codes)
         motion = self._motion_of(block, codes)
         if motion is not None and motion not in codes:
@@ -252,6 +253,13 @@ class Interpreter:
     def rebase(self, machine: list[float]) -> None:
         """Take program coordinates anew after an offset changed; the machine stays at `machine`."""
         self.state.position = to_program(machine, *self.state.offsets())
+
+
+def _without_cancel(codes: list[Code]) -> list[Code]:
+    """Drop G80 where its block has another motion code, which ends a canned cycle as well."""
+    if sum(code.group == "motion" for code in codes) < 2:
+        return codes
+    return [code for code in codes if (code.letter, code.number) != ("G", NO_MOTION)]
 
 
 def _check_groups(codes: list[Code]) -> None:

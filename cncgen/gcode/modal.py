@@ -75,6 +75,7 @@ class State:
         moved: Whether a motion was executed (the start position can no longer be set).
         ended: Whether M2, M30 or the closing % came.
         spline: Open NURBS block (G5.2 or G6.2), or None.
+        cycle: Words and level of the canned cycles in a row, or None.
         compensation: Cutter radius compensation (40, 41, 42) in force.
     """
 
@@ -111,6 +112,7 @@ class State:
     moved: bool = False
     ended: bool = False
     spline: object | None = None
+    cycle: object | None = None
     cubic: tuple[float, float] | None = None
     compensation: int = 40
 

@@ -44,6 +44,9 @@ def reset(ip: Interpreter) -> None:
     state.absolute, state.feed_mode, state.feed = True, 94, 0.0
     sink.set_feed_mode(94, synched=False)
     sink.set_feed_rate(0.0)
+    if not state.feed_override:
+        state.feed_override = True
+        sink.call("ENABLE_FEED_OVERRIDE()")
     state.direction, state.motion = 0, 10
     sink.set_spindle(state.speed, 0)
     sink.call("STOP_SPINDLE_TURNING(0)")

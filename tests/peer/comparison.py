@@ -5,13 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from rs274 import CALL, Output, Setup, setup_of
+
 from cncgen.diagnostics import Diagnostics, Severity
 from cncgen.gcode import canon
 from cncgen.toolpath.reading import ReadOptions
-from rs274 import CALL, Output, Setup, setup_of
 
 #: Programs where we differ on purpose, and why.
 PEER_FAULTS: dict[str, str] = {
+    "cycle_g74_planes": "the peer mixes up the axes of the feed moves of G74 outside of G17",
+    "cycle_g74_repeats_refused": "the manual has L of G74; the peer refuses it",
+    "cycle_g84_planes": "the peer mixes up the axes of the feed moves of G84 outside of G17",
+    "comp_in_block_of_tool_change": "the peer compensates with the tool that M6 of the same block took away",
     "comp_l_out_of_range": "the manual has orientations 0 to 9; the peer takes L10 and goes on with some other one",
 }
 
