@@ -74,8 +74,9 @@ def follow(
     segment: cython.longlong[::1],
     fraction: cython.double[::1],
     distance: cython.double[::1],
+    state: cython.double[::1],
 ) -> cython.void:
-    """Match points with places on a polyline, in order.
+    """Match points with places on a polyline, in order; more points may follow in further calls.
 
     Args:
         points: Shape (n, d).
@@ -87,16 +88,18 @@ def follow(
         segment: Shape (n,): receives the segment of each match,
         fraction: Shape (n,): the place on it, from 0 to 1,
         distance: Shape (n,): and how far the point is from there.
+        state: Shape (4,): carried from call to call; 0, 0, 0, 1 before the first. Segment and fraction of the last
+            match, how many points were lost in a row, and after how many the next far search comes.
     """
     n: cython.Py_ssize_t = points.shape[0]
     m: cython.Py_ssize_t = line.shape[0] - 1
     i: cython.Py_ssize_t
     k: cython.Py_ssize_t
-    at: cython.Py_ssize_t = 0
+    at: cython.Py_ssize_t = cython.cast(cython.Py_ssize_t, state[0])
     best: cython.Py_ssize_t
-    lost: cython.Py_ssize_t = 0
-    next_search: cython.Py_ssize_t = 1
-    at_f: cython.double = 0.0
+    lost: cython.Py_ssize_t = cython.cast(cython.Py_ssize_t, state[2])
+    next_search: cython.Py_ssize_t = cython.cast(cython.Py_ssize_t, state[3])
+    at_f: cython.double = state[1]
     f: cython.double
     best_f: cython.double
     near: cython.Py_ssize_t = 0
@@ -161,3 +164,7 @@ def follow(
             segment[i] = best
             fraction[i] = best_f
             distance[i] = best_d
+    state[0] = at
+    state[1] = at_f
+    state[2] = lost
+    state[3] = next_search

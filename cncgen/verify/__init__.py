@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, UsageError
 from cncgen.machine.record import Machine
@@ -34,7 +33,7 @@ def verify(
     """Judge setpoints against a program and a machine.
 
     Args:
-        setpoints: What is judged; drawn whole (memory: some 200 bytes a sample and axis).
+        setpoints: What is judged; drawn whole (memory: some 100 bytes a sample and axis, and as much a segment of the path).
         toolpaths: The program, as it is read.
         machine: Limits, travel, tolerances.
         tolerance_mm: Tolerance of every continuous motion, over what the program says.
@@ -64,7 +63,7 @@ def verify(
     points = np.ascontiguousarray(position[:, [axes.index(letter) for letter in shared]])
     there = _restricted(path, [path.axes.index(letter) for letter in shared])
     out, back = setpoints_to_path(points, there), path_to_setpoints(points, there)
-    lines = _line_of_samples(out, there, len(points))
+    lines = there.line[out.segment]
     peaks, over = judge_limits(position, axes, given.period_s, machine, lines)
     breaches.extend(over)
     _judge_distance(out, back, there, given.period_s, breaches)
@@ -72,8 +71,8 @@ def verify(
         len(points),
         given.period_s,
         tuple(peaks),
-        float(out.distance.max()),
-        float(back.distance.max()),
+        out.largest,
+        back.largest,
         breaches,
     )
 
@@ -97,46 +96,36 @@ def _restricted(path: Polyline, columns: list[int]) -> Polyline:
     return Polyline(axes, points, path.line, path.tolerance, path.source, path.sources)
 
 
-def _line_of_samples(out: Distances, path: Polyline, samples: int) -> NDArray[np.int64]:
-    """Return the source line at each sample, of the segment that it was matched with."""
-    lines = np.zeros(samples, np.int64)
-    lines[out.place[::-1]] = path.line[out.segment[::-1]]
-    return lines
-
-
 def _judge_distance(
     out: Distances, back: Distances, path: Polyline, period_s: float, breaches: Diagnostics
 ) -> None:
-    worst = int(np.argmax(out.excess))
-    if out.excess[worst] > 0:
-        t_s, line = float(out.place[worst] * period_s), int(path.line[out.segment[worst]])
-        count = len(np.unique(out.place[out.excess > 0]))
+    if out.broken:
+        t_s, line = out.worst_place * period_s, int(path.line[out.worst_segment])
         breaches.add(
             breach(
                 "distance",
-                f"the setpoints are {out.distance[worst]:.6f} mm from the programmed path at t = {t_s:.4f} s "
-                f"(line {line}), over the tolerance of {out.tolerance[worst]:g} mm; so are {count} samples in all",
-                value=float(out.distance[worst]),
-                limit=float(out.tolerance[worst]),
+                f"the setpoints are {out.worst:.6f} mm from the programmed path at t = {t_s:.4f} s "
+                f"(line {line}), over the tolerance of {out.tolerance:g} mm; so are {out.over} samples in all",
+                value=out.worst,
+                limit=out.tolerance,
                 t_s=t_s,
                 line=line,
-                samples=count,
+                samples=out.over,
             )
         )
-    worst = int(np.argmax(back.excess))
-    if back.excess[worst] > 0:
-        segment = max(int(back.place[worst]) - 1, 0)
-        line = int(path.line[segment])
-        where = ", ".join(
-            f"{axis}{value:.4f}" for axis, value in zip(path.axes, path.points[segment + 1], strict=True)
-        )
+    if back.broken:
+        line = int(path.line[back.worst_place])
+        end = path.points[back.worst_place + 1]
+        where = ", ".join(f"{axis}{value:.4f}" for axis, value in zip(path.axes, end, strict=True))
+        t_s = back.worst_segment * period_s
         breaches.add(
             breach(
                 "coverage",
-                f"the setpoints pass {back.distance[worst]:.6f} mm from the programmed path near {where} (line {line}), "
-                f"over the tolerance of {back.tolerance[worst]:g} mm",
-                value=float(back.distance[worst]),
-                limit=float(back.tolerance[worst]),
+                f"the setpoints pass {back.worst:.6f} mm from the programmed path near {where} (line {line}), "
+                f"over the tolerance of {back.tolerance:g} mm; they are nearest at t = {t_s:.4f} s",
+                value=back.worst,
+                limit=back.tolerance,
+                t_s=t_s,
                 line=line,
             )
         )

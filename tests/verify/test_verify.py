@@ -331,6 +331,7 @@ def test_the_kernel_is_never_nearer_than_the_whole_search_and_equal_on_a_smooth_
             segment,
             fraction,
             distance,
+            np.array([0.0, 0.0, 0.0, 1.0]),
         )
         results.append((segment, fraction, distance))
     expected = brute(points, line)
@@ -338,3 +339,19 @@ def test_the_kernel_is_never_nearer_than_the_whole_search_and_equal_on_a_smooth_
     np.testing.assert_allclose(results[0][2], expected, atol=0.012)
     for ours, other in zip(*results, strict=True):
         np.testing.assert_allclose(ours, other, rtol=0, atol=1e-12)
+
+
+def test_blocks_do_not_change_what_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    from cncgen.verify import distance
+
+    angle = make.smooth(2 * np.pi, 1.0)
+    ring = 10.004 * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    path = flatten([make.circle(10.0)], make.machine())
+    assert path is not None
+    whole = [distance.setpoints_to_path(ring, path), distance.path_to_setpoints(ring, path)]
+    monkeypatch.setattr(distance, "_BLOCK", 97)
+    parts = [distance.setpoints_to_path(ring, path), distance.path_to_setpoints(ring, path)]
+    for one, other in zip(whole, parts, strict=True):
+        assert one.largest == pytest.approx(other.largest, abs=1e-12)
+        assert (one.worst_place, one.over) == (other.worst_place, other.over)
+        np.testing.assert_array_equal(one.segment, other.segment)
