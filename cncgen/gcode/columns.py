@@ -23,6 +23,7 @@ Floats = NDArray[np.float64]
 #: Start and end of an arc closer than this in the plane (mm): whole turns.
 _FULL_CIRCLE = 1e-9
 _MAX_PENDING = 4096
+_SHORT = 256
 
 
 class ColumnsSink:
@@ -118,10 +119,18 @@ class ColumnsSink:
         self._append(batch)
 
     def motions(self, batch: MotionBatch) -> None:
-        """Take a run of plain motions."""
-        self.flush()
-        self._feed = float(batch.feed[-1])
-        self._append(batch)
+        """Take a run of plain motions; short ones are kept with single motions until there are more."""
+        if len(batch.motion) < _SHORT:
+            if self._pending and batch.source != self._source:
+                self.flush()
+            self._source = batch.source
+            columns = (batch.motion, batch.end, batch.feed, *batch.centre.T, batch.turns, batch.line)
+            self._pending.extend(zip(*(column.tolist() for column in columns), strict=True))
+            if len(self._pending) >= _MAX_PENDING:
+                self.flush()
+        else:
+            self.flush()
+            self._append(batch)
 
     def nurbs_feed(self, curve: Curve) -> None:
         """Take a B-spline."""

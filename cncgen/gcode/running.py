@@ -229,6 +229,12 @@ class Runner:
             work.centre,
             work.turns,
         )
+        state.absolute = bool(work.modes[gcode_motion.ABSOLUTE])
+        feed = float(work.levels[gcode_motion.FEED])
+        if feed != state.feed:
+            state.feed = feed
+            if not self.sink.wants_comments:
+                self.sink.set_feed_rate(feed)
         if rows:
             block = work.block[:rows]
             self.sink.motions(
@@ -246,7 +252,6 @@ class Runner:
             )
             state.position = work.position.tolist()
             state.motion = 10 * int(work.modes[gcode_motion.MOTION])
-            state.feed = float(work.levels[gcode_motion.FEED])
             state.moved = True
         return done
 

@@ -7,7 +7,7 @@ whole language and every error, executes that one.
 import cython
 from cython.cimports.libc.math import asin, atan2, cos, fabs, hypot, sin
 
-#: Places in the array `modes`.
+#: Places in the array `modes`; TAKE_COMMENTS: the sink prints nothing, so comments and changes of mode pass silently.
 MOTION = 0
 ABSOLUTE = 1
 ARC_ABSOLUTE = 2
@@ -120,6 +120,8 @@ def advance(
     bit: cython.uint
     motion: cython.int
     given: cython.int
+    distance: cython.int
+    moves: cython.uint
     flags: cython.int
     moved: cython.bint
     taken: cython.bint
@@ -161,6 +163,8 @@ def advance(
         has_offset = 0
         seen = 0
         given = -1
+        distance = -1
+        moves = 0
         moved = False
         feed = levels[FEED]
         radius = 0.0
@@ -170,6 +174,19 @@ def advance(
             c = cython.cast(cython.int, letters[w])
             value = values[w]
             bit = cython.cast(cython.uint, 1) << (c - 97)
+            if c == 103:  # g
+                if value == 0.0 or value == 1.0 or value == 2.0 or value == 3.0:
+                    taken = given < 0
+                    given = cython.cast(cython.int, value)
+                elif (value == 90.0 or value == 91.0) and modes[TAKE_COMMENTS]:
+                    # A sink that prints is told of the change, so the handler has to make it.
+                    taken = distance < 0
+                    distance = value == 90.0
+                else:
+                    taken = False
+                if not taken:
+                    break
+                continue
             if seen & bit or value > _LARGEST or value < -_LARGEST:
                 taken = False
                 break
@@ -177,12 +194,8 @@ def advance(
             axis = _axis_of(c)
             if axis >= 0:
                 moved = True
-                target[axis] = value if modes[ABSOLUTE] else target[axis] + value
-            elif c == 103:  # g
-                if value != 0.0 and value != 1.0 and value != 2.0 and value != 3.0:
-                    taken = False
-                    break
-                given = cython.cast(cython.int, value)
+                moves |= cython.cast(cython.uint, 1) << axis
+                target[axis] = value
             elif c == 102:  # f
                 if value < 0.0:
                     taken = False
@@ -198,6 +211,19 @@ def advance(
                 break
         if not taken:
             return b, rows
+        if distance < 0:
+            distance = cython.cast(cython.int, modes[ABSOLUTE])
+        if given < 0 and not moved and has_offset == 0 and modes[TAKE_COMMENTS]:
+            # Only modes: nothing moves, and nobody needs to be told.
+            if seen & ~cython.cast(cython.uint, 1 << 5):
+                return b, rows
+            modes[ABSOLUTE] = distance
+            levels[FEED] = feed
+            continue
+        if not distance and moved:
+            for k in range(9):
+                if moves & (1 << k):
+                    target[k] = position[k] + target[k]
         motion = given if given >= 0 else cython.cast(cython.int, modes[MOTION])
         if motion < 0 or motion > 3:
             return b, rows
@@ -252,6 +278,7 @@ def advance(
             if motion == 2:
                 turns = -1
         modes[MOTION] = motion
+        modes[ABSOLUTE] = distance
         levels[FEED] = feed
         out_block[rows] = b
         out_motion[rows] = motion
