@@ -1,18 +1,100 @@
-"""Toolpaths of features that come without explicit ones."""
+"""Toolpaths of features that come without explicit ones: one module a strategy.
+
+`make_paths` chooses by operation and feature. What cannot be made faithfully is a diagnostic.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 from cncgen.stepnc.entities import Skip
-from cncgen.stepnc.model import Path, Workingstep
+from cncgen.stepnc.features import holes, plane, pocket, profile, slot
+from cncgen.stepnc.features.job import Job
+from cncgen.stepnc.geometry.frames import Matrix, identity
+from cncgen.stepnc.geometry.pieces import Piece
+from cncgen.stepnc.model import Feature, Path, Workingstep
 from cncgen.stepnc.part21 import Exchange
+
+_HOLES = {
+    "drilling": holes.drill,
+    "center drilling": holes.centre_drill,
+    "counter sinking": holes.countersink,
+    "multistep drilling": holes.multistep,
+    "boring": holes.bore,
+    "reaming": holes.bore,
+    "tapping": holes.tap,
+}
+_MILLING: dict[tuple[str, str], Callable[[Job], tuple[Path, ...]]] = {
+    ("plane", "planar face"): plane.mill,
+    ("bottom and side", "closed pocket"): pocket.mill,
+    ("bottom and side", "open pocket"): pocket.mill,
+    ("bottom and side", "slot"): slot.mill,
+    ("bottom and side", "step"): slot.step,
+    ("bottom and side", "round hole"): pocket.mill_hole,
+    ("bottom and side", "general outside profile"): profile.mill_outside,
+    ("side", "closed pocket"): profile.mill_inside,
+    ("side", "round hole"): profile.mill_inside,
+    ("side", "general outside profile"): profile.mill_outside,
+    ("side", "boss"): profile.mill_outside,
+}
+#: Features that are made of others.
+_GROUPS = ("circular pattern", "rectangular pattern", "general pattern", "compound feature")
+_HOLE_GROUPS = ("counterbore hole", "countersunk hole")
+_MAX_DEPTH = 5
 
 
 def make_paths(step: Workingstep, exchange: Exchange) -> tuple[Path, ...]:
-    """Return the toolpaths of a workingstep's feature.
+    """Return the toolpaths of a workingstep's feature, in the frame of the workingstep.
 
     Raises:
-        Skip: always so far: no feature has a strategy yet, which is reported.
+        Skip: where they cannot be made, which is reported.
     """
-    text = f"#{step.ident}: no toolpath can be made for this feature; give explicit toolpaths"
-    exchange.report(step.ident, "stepnc-unsupported", text)
-    raise Skip
+    if step.feature is None:
+        text = f"#{step.ident} {step.label!r}: neither toolpaths nor a feature say where to cut"
+        exchange.report(step.ident, "stepnc-missing", text)
+        raise Skip
+    return _feature_paths(step, step.feature, exchange, identity(), 0)
+
+
+def _feature_paths(
+    step: Workingstep, feature: Feature, exchange: Exchange, frame: Matrix, depth: int
+) -> tuple[Path, ...]:
+    shape = feature.shape()
+    job = Job(step.ident, step.operation, shape, exchange)
+    elements = shape.elements
+    if elements and depth < _MAX_DEPTH:
+        if feature.kind in _HOLE_GROUPS:
+            elements = _holes_for(job, elements)
+        out: list[Path] = []
+        for element in elements:
+            out += _feature_paths(step, element, exchange, frame @ element.placement, depth + 1)
+        return tuple(out)
+    make = _strategy(job, feature.kind)
+    paths = make(job)
+    return tuple(replace(p, pieces=_moved(p.pieces, frame)) for p in paths) if depth else paths
+
+
+def _moved(pieces: Callable[[], list[Piece]], frame: Matrix) -> Callable[[], list[Piece]]:
+    return lambda: [p.moved(frame) for p in pieces()]
+
+
+def _holes_for(job: Job, elements: tuple[Feature, ...]) -> tuple[Feature, ...]:
+    """Return the elements of a counterbored or countersunk hole that the tool fits: the one nearest its diameter."""
+    diameter = 2 * job.radius
+    sizes = [(abs((e.shape().diameter or 0.0) - diameter), k) for k, e in enumerate(elements)]
+    return (elements[min(sizes)[1]],)
+
+
+def _strategy(job: Job, feature: str) -> Callable[[Job], tuple[Path, ...]]:
+    kind = job.operation.kind
+    if kind in _HOLES:
+        if feature != "round hole":
+            raise job.fault("stepnc-unsupported", f"{kind} is for round holes, not for a {feature}")
+        return _HOLES[kind]
+    base = kind.removesuffix(" rough").removesuffix(" finish")
+    make = _MILLING.get((base, feature))
+    if make is None:
+        text = f"no toolpath can be made for {kind} of a {feature}"
+        raise job.fault("stepnc-unsupported", text, hint="give the operation explicit toolpaths")
+    return make

@@ -1,0 +1,136 @@
+"""Ways down into the material: helix, ramp along a path, zigzag, plunge."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from cncgen.stepnc.execution.linearize import polyline_of
+from cncgen.stepnc.features.job import Floats, Job, Moves
+from cncgen.stepnc.features.offsets import clearance
+from cncgen.stepnc.geometry.pieces import Piece
+
+#: Angle of helices and ramps where none is given (NIST's interpreter).
+DEFAULT_ANGLE = math.radians(10.0)
+#: Radius of a helix in diameters of the tool (the same).
+HELIX_RADIUS = 0.4
+#: The smallest helix worth it, in diameters.
+SMALLEST_HELIX = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A way down at a place: where it begins for a height, and the moves from there to the place.
+
+    Attributes:
+        start: Called with heights from and to (mm); returns the point, shape (3,), above which the tool comes down.
+        descend: Called with the moves and the height to reach; ends at the place.
+    """
+
+    start: Callable[[float, float], Floats]
+    descend: Callable[[Moves, float], None]
+
+
+def choose(job: Job, place: Floats, direction: Floats, path: list[Piece], region: object) -> Entry:
+    """Return the entry that the operation's approach asks for, else a helix, or a ramp where no helix fits.
+
+    Args:
+        job: The operation.
+        place: Shape (3,), where the cut begins.
+        direction: Shape (3,), unit vector in which it begins.
+        path: What is cut first, from `place`: a ramp goes along it.
+        region: shapely polygon of where the tool's centre may go.
+    """
+    approach = job.operation.approach
+    kind = approach.kind if approach else ""
+    values = approach.values if approach else {}
+    angle = _angle(job, values.get("angle"))
+    if kind == "plunge toolaxis":
+        return plunge(place)
+    if kind in ("plunge ramp", "plunge zigzag", "plunge zig zag"):
+        return ramp(place, path, angle)
+    if kind not in ("", "plunge helix", "plunge helical"):
+        job.warn(
+            "stepnc-approach",
+            f"approach {kind!r} is for the sides of a contour; the tool goes down in a helix",
+        )
+    wanted = float(values.get("radius", HELIX_RADIUS * 2 * job.radius))
+    fits = min(wanted, clearance(region, place))
+    if fits < wanted - 1e-6:
+        if fits < SMALLEST_HELIX * 2 * job.radius:
+            return ramp(place, path, angle)
+        if "radius" in values:
+            job.warn("stepnc-approach", f"a helix of {wanted:g} mm does not fit; it has {fits:g} mm")
+    return helix(place, direction, fits, angle, clockwise=not job.climb)
+
+
+def _angle(job: Job, given: object) -> float:
+    if not isinstance(given, int | float):
+        return DEFAULT_ANGLE
+    angle = math.radians(float(given))
+    if not 0 < angle < math.pi / 2:
+        raise job.fault("stepnc-geometry", f"an approach of {math.degrees(angle):g} degrees")
+    return angle
+
+
+def plunge(place: Floats) -> Entry:
+    """Return the straight way down."""
+    return Entry(lambda top, bottom: place, lambda moves, z: moves.height(z))
+
+
+def helix(place: Floats, direction: Floats, radius: float, angle: float, clockwise: bool) -> Entry:
+    """Return a helix about the place, and half a circle that leads into the first cut without a corner."""
+    pitch = 2 * math.pi * radius * math.tan(angle)
+    turn = -1.0 if clockwise else 1.0
+    side = turn * np.array([-direction[1], direction[0], 0.0])
+    last = place + radius * side  # where the helix ends
+
+    def start(top: float, bottom: float) -> Floats:
+        back = -turn * 2 * math.pi * (top - bottom) / pitch
+        c, s = math.cos(back), math.sin(back)
+        return np.array(
+            [
+                place[0] + radius * (side[0] * c - side[1] * s),
+                place[1] + radius * (side[0] * s + side[1] * c),
+                0.0,
+            ]
+        )
+
+    def descend(moves: Moves, z: float) -> None:
+        sweep = 2 * math.pi * (moves.position[2] - z) / pitch
+        moves.arc(np.array([last[0], last[1], z]), place, clockwise, sweep)
+        middle = place + radius / 2 * side
+        moves.arc(np.array([place[0], place[1], z]), middle, clockwise, math.pi)
+
+    return Entry(start, descend)
+
+
+def ramp(place: Floats, path: list[Piece], angle: float) -> Entry:
+    """Return a ramp to and fro along the first cut, so steep as the angle, that ends at the place."""
+    line = np.concatenate([polyline_of(p, 1e-3).points for p in path])[:, :2] if path else place[None, :2]
+    line = line[np.concatenate([[True], np.abs(np.diff(line, axis=0)).max(axis=1) > 1e-9])]
+    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+
+    def descend(moves: Moves, z: float) -> None:
+        drop = moves.position[2] - z
+        total = float(lengths[-1])
+        if total < 1e-6 or drop <= 0:
+            moves.height(z)
+            return
+        # There and back as often as needed, so that the last way back ends at the place.
+        pairs = max(1, math.ceil(drop / math.tan(angle) / (2 * total)))
+        reach = min(total, drop / math.tan(angle) / (2 * pairs))
+        s = np.concatenate([lengths[lengths < reach], [reach]])
+        out = np.column_stack([np.interp(s, lengths, line[:, k]) for k in (0, 1)])
+        each = drop / (2 * pairs)
+        top = float(moves.position[2])
+        for k in range(2 * pairs):
+            way, share = (out, s / reach) if k % 2 == 0 else (out[::-1], 1 - s[::-1] / reach)
+            moves.feed(
+                *(np.array([x, y, top - each * (k + f)]) for (x, y), f in zip(way, share, strict=True))
+            )
+
+    return Entry(lambda top, bottom: place, descend)

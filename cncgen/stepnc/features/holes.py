@@ -1,0 +1,187 @@
+"""Round holes: drilling with reduced ends, centre drilling, countersinking, pecking, boring, reaming, tapping."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from cncgen.stepnc.features.job import Job, Moves
+from cncgen.stepnc.model import Path, Technology, Tool
+
+
+def tip_length(tool: Tool) -> float:
+    """Return how far a drill's point stands out below its full diameter, mm.
+
+    The cone of half a diameter under the tip angle a (from the plane across the axis), and what the edge radius r adds
+    between the cone and the edge at the circumference angle b: r cos b / tan((90° + a + b) / 2), as NIST's interpreter.
+    """
+    if tool.tip_angle is None or tool.diameter is None:
+        return 0.0
+    tip = tool.diameter / 2 * math.tan(tool.tip_angle)
+    if tool.edge_radius:
+        around = tool.circumference_angle or 0.0
+        half = (math.pi / 2 + tool.tip_angle + around) / 2
+        tip += tool.edge_radius / math.tan(half) * math.cos(around)
+    return tip
+
+
+def _begin(job: Job) -> Moves:
+    start = job.operation.start_point
+    x, y = (0.0, 0.0) if start is None else (float(start[0]), float(start[1]))
+    return Moves(job.operation.ident, np.array([x, y, job.retract]))
+
+
+def _bottom(job: Job) -> float:
+    """Return how deep the full diameter goes, mm."""
+    depth = job.value("cutting_depth", 0.0)
+    if not depth > 0:
+        depth = job.depth
+    return depth + job.value("overcut_length", 0.0)
+
+
+def _scaled(technology: Technology, cut: float, feed: float) -> Technology:
+    """Return a technology with spindle (or cutting speed) and feed multiplied by ratios."""
+    return replace(
+        technology,
+        feed=None if technology.feed is None else technology.feed * feed,
+        feed_per_tooth=None
+        if technology.feed_per_tooth is None
+        else technology.feed_per_tooth * feed / (cut or 1.0),
+        spindle=None if technology.spindle is None else technology.spindle * cut,
+        cutting_speed=None if technology.cutting_speed is None else technology.cutting_speed * cut,
+    )
+
+
+def _lift(job: Job, moves: Moves) -> None:
+    """Wait at the bottom as long as asked, and go up at the feed times feed_on_retract; the spindle stays as it is."""
+    moves.dwell(job.value("dwell_time_bottom", 0.0))
+    technology = _scaled(job.technology, 1.0, job.value("feed_on_retract", 1.0))
+    moves.at(
+        replace(technology, spindle=None, cutting_speed=None) if technology.feed is not None else technology
+    )
+    moves.height(job.retract)
+
+
+def drill(job: Job) -> tuple[Path, ...]:
+    """Return the toolpaths of drilling.
+
+    A DRILLING_TYPE_STRATEGY reduces cutting speed and feed down to depth_of_start and again from depth_of_end on,
+    depths of the tip beyond which the point stands out.
+    """
+    moves, technology = _begin(job), job.technology
+    tip = tip_length(job.tool)
+    bottom = -(_bottom(job) + tip)
+    start, end = job.strategy_value("depth_of_start", 0.0), job.strategy_value("depth_of_end", 0.0)
+    reduced = job.strategy_value
+    if start > 0:
+        moves.at(
+            _scaled(technology, reduced("reduced_cut_at_start", 1.0), reduced("reduced_feed_at_start", 1.0))
+        )
+        moves.height(max(-(start + tip), bottom))
+    moves.at(technology)
+    if end > 0:
+        if -(end + tip) < moves.position[2]:
+            moves.height(max(-(end + tip), bottom))
+        moves.at(_scaled(technology, reduced("reduced_cut_at_end", 1.0), reduced("reduced_feed_at_end", 1.0)))
+    if bottom < moves.position[2]:
+        moves.height(bottom)
+    _lift(job, moves)
+    return moves.paths()
+
+
+def centre_drill(job: Job) -> tuple[Path, ...]:
+    """Return the toolpaths of centre drilling: the tip goes to the cutting depth."""
+    depth = job.value("cutting_depth", 0.0)
+    if not depth > 0:
+        raise job.fault("stepnc-missing", "centre drilling needs cutting_depth")
+    moves = _begin(job)
+    moves.height(-depth)
+    _lift(job, moves)
+    return moves.paths()
+
+
+def countersink(job: Job) -> tuple[Path, ...]:
+    """Return the toolpaths of countersinking: to the cutting depth, else so deep that the cone has the diameter."""
+    depth = job.value("cutting_depth", 0.0)
+    if not depth > 0:
+        angle, diameter = job.tool.tip_angle, job.shape.diameter
+        if angle is None or diameter is None:
+            text = "countersinking needs cutting_depth, or the tool's tip angle and the feature's diameter"
+            raise job.fault("stepnc-missing", text)
+        depth = diameter / 2 * math.tan(angle)
+    moves = _begin(job)
+    moves.height(-depth)
+    _lift(job, moves)
+    return moves.paths()
+
+
+def multistep(job: Job) -> tuple[Path, ...]:
+    """Return the toolpaths of pecking: first_depth, then depth_of_step each.
+
+    Between the steps the tool goes up by retract_distance to break the chip; where that is not positive, out to the
+    retract plane and back in rapid to where it was, less the distance of safety.
+    """
+    first, each = job.value("first_depth", 0.0), job.value("depth_of_step", 0.0)
+    bottom = -(_bottom(job) + tip_length(job.tool))
+    first = first if first > 0 else each
+    if not first > 0 or not (each > 0 or -bottom <= first):
+        raise job.fault("stepnc-missing", "multistep drilling needs first_depth or depth_of_step")
+    if each > 0 and (-bottom - first) / each > 100_000:
+        raise job.fault("stepnc-geometry", f"{(-bottom - first) / each:.0f} steps of {each:g} mm")
+    back, wait = job.value("retract_distance", 0.0), job.value("dwell_time_step", 0.0)
+    moves = _begin(job)
+    level = max(-first, bottom)
+    while True:
+        moves.height(level)
+        if level <= bottom:
+            break
+        moves.dwell(wait)
+        if back > 0:
+            moves.height(level + back)
+        else:
+            moves.height(job.retract, rapid=True)
+            moves.height(min(level + 1.0, job.retract), rapid=True)
+        level = max(level - each, bottom)
+    _lift(job, moves)
+    return moves.paths()
+
+
+def bore(job: Job) -> tuple[Path, ...]:
+    """Return the toolpaths of boring and reaming: down and up at the feed, the spindle stopped at the bottom if asked."""
+    if job.value("depth_of_testcut", 0.0) > 0:
+        raise job.fault("stepnc-unsupported", "a test cut needs a measurement; nothing here can measure")
+    moves = _begin(job)
+    moves.height(-_bottom(job))
+    if job.operation.values.get("spindle_stop_at_bottom") is True:
+        moves.dwell(job.value("dwell_time_bottom", 0.0))
+        feed = job.technology.feed
+        moves.stop_spindle(replace(job.technology, feed=None if feed is None else feed * _ratio(job)))
+        moves.height(job.retract)
+    else:
+        _lift(job, moves)
+    return moves.paths()
+
+
+def _ratio(job: Job) -> float:
+    return job.value("feed_on_retract", 1.0)
+
+
+def tap(job: Job) -> tuple[Path, ...]:
+    """Return the toolpaths of tapping: the feed is pitch times speed, and the spindle turns back on the way out."""
+    technology, pitch = job.technology, job.tool.pitch
+    speed = technology.spindle
+    if speed is None or speed == 0:
+        raise job.fault("stepnc-missing", "tapping needs a spindle speed")
+    if pitch is not None:
+        technology = replace(technology, feed=pitch * abs(speed))
+    elif technology.feed is None:
+        raise job.fault("stepnc-missing", "tapping needs a feed, or the pitch of the tap")
+    moves = _begin(job)
+    moves.at(technology)
+    moves.height(-_bottom(job))
+    moves.dwell(job.value("dwell_time_bottom", 0.0))
+    moves.at(replace(technology, spindle=-speed))
+    moves.height(job.retract)
+    return moves.paths()

@@ -1,0 +1,209 @@
+"""What every strategy gets: the workingstep with its shape, and a record of the moves it makes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Severity
+from cncgen.stepnc.entities import Skip
+from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
+from cncgen.stepnc.model import Operation, Path, Shape, Technology, Tool
+from cncgen.stepnc.part21 import Exchange
+
+Floats = NDArray[np.float64]
+
+#: Height of the retract plane above the feature where none is given, mm (NIST's interpreter).
+DEFAULT_RETRACT = 5.0
+
+
+@dataclass(slots=True)
+class Job:
+    """A feature to be machined: what strategies need, with the faults of what is missing."""
+
+    ident: int
+    operation: Operation
+    shape: Shape
+    exchange: Exchange
+
+    def fault(self, code: str, message: str, hint: str = "") -> Skip:
+        """Report an error of the operation and return the exception to raise."""
+        self.exchange.report(self.operation.ident, code, self._text(message), hint=hint)
+        return Skip()
+
+    def warn(self, code: str, message: str) -> None:
+        """Report a warning of the operation."""
+        self.exchange.report(self.operation.ident, code, self._text(message), severity=Severity.WARNING)
+
+    def _text(self, message: str) -> str:
+        return f"#{self.operation.ident} {self.operation.label!r}: {message}"
+
+    @property
+    def tool(self) -> Tool:
+        """Return the tool; raises `Skip` where there is none."""
+        if self.operation.tool is None:
+            raise self.fault("stepnc-missing", "a toolpath of the feature needs its_tool")
+        return self.operation.tool
+
+    @property
+    def radius(self) -> float:
+        """Return the tool's radius, mm; raises `Skip` where it is not known."""
+        diameter = self.tool.diameter
+        if diameter is None:
+            raise self.fault("stepnc-missing", f"tool {self.tool.name!r} has no diameter")
+        return diameter / 2
+
+    @property
+    def depth(self) -> float:
+        """Return the depth of the feature, mm; raises `Skip` where there is none."""
+        if self.shape.depth is None or not self.shape.depth > 0:
+            given = "none" if self.shape.depth is None else f"{self.shape.depth:g} mm"
+            raise self.fault("stepnc-missing", f"the feature needs a depth below its origin, and has {given}")
+        return self.shape.depth
+
+    @property
+    def technology(self) -> Technology:
+        """Return the technology; raises `Skip` where there is none."""
+        if self.operation.technology is None:
+            raise self.fault("stepnc-missing", "a toolpath of the feature needs its_technology")
+        return self.operation.technology
+
+    @property
+    def retract(self) -> float:
+        """Return the height of the retract plane above the feature's origin, mm."""
+        given = self.operation.retract_plane
+        return DEFAULT_RETRACT if given is None else given
+
+    def value(self, name: str, default: float) -> float:
+        """Return a number among the operation's values."""
+        found = self.operation.values.get(name)
+        return float(found) if isinstance(found, int | float) and not isinstance(found, bool) else default
+
+    def strategy_value(self, name: str, default: float) -> float:
+        """Return a number among the strategy's values."""
+        strategy = self.operation.strategy
+        found = strategy.values.get(name) if strategy else None
+        return float(found) if isinstance(found, int | float) and not isinstance(found, bool) else default
+
+    def levels(self, total: float) -> list[float]:
+        """Return the heights of equal axial passes down to `total` below the feature's origin, mm."""
+        axial = self.value("axial_cutting_depth", 0.0)
+        if not total > 0:
+            raise self.fault(
+                "stepnc-depth", f"nothing is left to cut: the depth less the allowance is {total:g} mm"
+            )
+        count = max(1, math.ceil(total / axial - 1e-9)) if axial > 0 else 1
+        if count > 10_000:
+            raise self.fault("stepnc-depth", f"{count} axial passes of {axial:g} mm")
+        return [-total * (k + 1) / count for k in range(count)]
+
+    def radial_step(self) -> float:
+        """Return the distance between passes: the radial depth, else the diameter less the overlap, mm."""
+        radial = self.value("radial_cutting_depth", 0.0)
+        if radial > 0:
+            return radial
+        return 2 * self.radius * (1.0 - self.strategy_value("overlap", 0.5))
+
+    @property
+    def climb(self) -> bool:
+        """Tell whether the tool cuts climb: what the strategy's cutmode says, else its sense of rotation."""
+        strategy = self.operation.strategy
+        values = strategy.values if strategy else {}
+        mode = str(values.get("cutmode", values.get("spiral_cutmode", ""))).upper()
+        if mode in ("CLIMB", "CONVENTIONAL"):
+            return mode == "CLIMB"
+        rotation = str(values.get("rotation_direction", "")).upper()
+        return rotation != "CW" if self.clockwise_spindle else rotation == "CW"
+
+    @property
+    def clockwise_spindle(self) -> bool:
+        """Tell whether the spindle turns with the clock."""
+        technology = self.operation.technology
+        if technology is not None and technology.spindle:
+            return technology.spindle < 0
+        return not (self.operation.tool is not None and self.operation.tool.left_handed)
+
+
+@dataclass(slots=True)
+class Moves:
+    """The moves of a strategy, in the feature's frame, one after the other from `position`."""
+
+    ident: int
+    position: Floats
+    technology: Technology | None = None
+    _paths: list[tuple[bool, Technology | None, list[Piece]]] = field(default_factory=list)
+    _extra: list[tuple[int, Path]] = field(default_factory=list)
+
+    def at(self, technology: Technology | None) -> None:
+        """Feed with another technology from now on (None: the operation's)."""
+        self.technology = technology
+
+    def _add(self, rapid: bool, piece: Piece) -> None:
+        last = self._paths[-1] if self._paths else None
+        if last is None or last[0] != rapid or last[1] is not self.technology or self._broken():
+            self._paths.append((rapid, self.technology, [piece]))
+        else:
+            last[2].append(piece)
+        self.position = piece.end
+
+    def _broken(self) -> bool:
+        return bool(self._extra) and self._extra[-1][0] == len(self._paths)
+
+    def _line(self, rapid: bool, *points: Floats) -> None:
+        for point in points:
+            target = np.asarray(point, float)
+            if np.abs(target - self.position).max() > 1e-9:
+                self._add(rapid, Polyline(np.stack([self.position, target])))
+
+    def feed(self, *points: Floats) -> None:
+        """Feed in straight lines."""
+        self._line(False, *points)
+
+    def rapid(self, *points: Floats) -> None:
+        """Go in rapid straight lines."""
+        self._line(True, *points)
+
+    def height(self, z: float, rapid: bool = False) -> None:
+        """Go up or down."""
+        self._line(rapid, np.array([self.position[0], self.position[1], z]))
+
+    def follow(self, pieces: list[Piece]) -> None:
+        """Feed along pieces, the first of which begins here."""
+        for piece in pieces:
+            self._add(False, piece)
+
+    def arc(self, end: Floats, centre: Floats, clockwise: bool, sweep: float) -> None:
+        """Feed along an arc about a vertical axis; helix where the heights differ."""
+        normal = np.array([0.0, 0.0, -1.0 if clockwise else 1.0])
+        middle = np.array([centre[0], centre[1], self.position[2]])
+        self._add(False, Arc(self.position, np.asarray(end, float), middle, normal, sweep))
+
+    def dwell(self, seconds: float) -> None:
+        """Wait."""
+        if seconds > 0:
+            self._extra.append((len(self._paths), Path(self.ident, "dwell", seconds=seconds)))
+
+    def stop_spindle(self, technology: Technology) -> None:
+        """Stop the spindle; the moves after it keep it so."""
+        self.at(replace(technology, spindle=0.0, cutting_speed=None, feed_per_tooth=None, feed_per_rev=None))
+
+    def paths(self) -> tuple[Path, ...]:
+        """Return the moves as toolpaths."""
+        out: list[Path] = []
+        extra = list(self._extra)
+        for k, (rapid, technology, pieces) in enumerate(self._paths):
+            while extra and extra[0][0] <= k:
+                out.append(extra.pop(0)[1])
+            kept = None if rapid else technology
+            out.append(Path(self.ident, "trajectory", _giver(pieces), rapid, technology=kept))
+        out.extend(path for _, path in extra)
+        return tuple(out)
+
+
+def _giver(pieces: list[Piece]) -> Callable[[], list[Piece]]:
+    """Return a function that gives the pieces."""
+    return lambda: pieces

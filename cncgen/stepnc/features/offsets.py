@@ -1,0 +1,359 @@
+"""Offsets of outlines by shapely, nested rings from inside out, and arcs put back where polygons had to stand for them.
+
+Only this module knows shapely.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from cncgen.stepnc.execution.linearize import polyline_of
+from cncgen.stepnc.features.job import Floats
+from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
+
+#: Distance of the polygons that stand for arcs from them, mm.
+CHORD = 2e-5
+#: How far refitted arcs may leave the polygon, mm.
+REFIT = 1e-4
+#: Tolerance of the largest inscribed circle, mm.
+CENTRE = 1e-6
+#: Segments of a quarter circle in offsets.
+QUARTER = 64
+
+
+@dataclass(slots=True)
+class Ring:
+    """A node of the tree of offsets: a polygon, its boundary curves, and what lies inside it.
+
+    Attributes:
+        polygon: shapely Polygon.
+        children: Further in.
+        core: Of a leaf: the line (2, 3) or point (1, 3) that its middle shrinks to.
+    """
+
+    polygon: Any
+    children: list[Ring] = field(default_factory=list)
+    core: Floats | None = None
+
+
+def bounds_along(pieces: list[Piece], direction: Floats) -> tuple[float, float]:
+    """Return the lowest and highest coordinate of pieces along a unit vector, mm."""
+    points = np.concatenate([polyline_of(p, CHORD).points for p in pieces])
+    along = points @ direction
+    return float(along.min()), float(along.max())
+
+
+def polygon_of(pieces: list[Piece]) -> Any:
+    """Return the shapely polygon of a closed outline (arcs and splines as chords)."""
+    from shapely import Polygon, make_valid
+
+    points = np.concatenate([polyline_of(p, CHORD).points[:, :2] for p in pieces])
+    polygon = Polygon(points)
+    return polygon if polygon.is_valid else make_valid(polygon).buffer(0)
+
+
+def region(outline: Any, bosses: list[Any], distance: float, corner_radius: float = 0.0) -> list[Any]:
+    """Return where the tool's centre may go: the outline shrunk and bosses grown by a distance, as polygons.
+
+    Args:
+        outline, bosses: shapely polygons.
+        distance: mm; negative grows.
+        corner_radius: Of the outline's convex corners before it is shrunk, mm.
+    """
+    inside = outline.buffer(-distance, quad_segs=QUARTER)
+    left = corner_radius - distance
+    if left > 1e-9:
+        inside = inside.buffer(-left, quad_segs=QUARTER, join_style="mitre", mitre_limit=10.0)
+        inside = inside.buffer(left, quad_segs=QUARTER)
+    for boss in bosses:
+        inside = inside.difference(boss.buffer(distance, quad_segs=QUARTER))
+    return polygons(inside)
+
+
+def polygons(geometry: Any) -> list[Any]:
+    """Return the polygons of a geometry that are no slivers."""
+    parts = getattr(geometry, "geoms", [geometry])
+    return [p for p in parts if p.geom_type == "Polygon" and p.area > 1e-8]
+
+
+def inradius(polygon: Any) -> tuple[float, Floats]:
+    """Return radius and centre, shape (2,), of the largest circle inside a polygon, mm."""
+    from shapely import maximum_inscribed_circle
+
+    line = np.array(maximum_inscribed_circle(polygon, tolerance=CENTRE).coords)
+    return float(np.linalg.norm(line[1] - line[0])), line[0]
+
+
+def nested(shrink: Any, distance: float, step: float) -> list[Ring]:
+    """Return the trees of offsets of a region, the outermost rings as roots.
+
+    The distance between rings is the step or less, so that a whole number of them leads to the middle.
+
+    Args:
+        shrink: Function from an inset (mm) to the polygons of the region at it.
+        distance: Inset of the outermost ring, mm.
+        step: Largest distance between rings, mm.
+    """
+    roots = [Ring(p) for p in shrink(distance)]
+    if not roots:
+        return []
+    deepest = max(inradius(r.polygon)[0] for r in roots)
+    count = max(1, math.ceil(deepest / step - 1e-6))
+    outer = roots
+    for k in range(1, count):
+        inner = [Ring(p) for p in shrink(distance + k * deepest / count)]
+        for ring in inner:
+            point = ring.polygon.representative_point()
+            parent = next((o for o in outer if o.polygon.covers(point)), outer[0])
+            parent.children.append(ring)
+        outer = inner
+    for root in roots:
+        _add_cores(root)
+    return roots
+
+
+def _add_cores(ring: Ring) -> None:
+    """Give every leaf the line or point that its middle shrinks to."""
+    stack = [ring]
+    while stack:
+        node = stack.pop()
+        stack.extend(node.children)
+        if not node.children:
+            node.core = _core(node.polygon)
+
+
+def _core(polygon: Any) -> Floats | None:
+    """Return the line between the middles of a long polygon's ends, else the centre of its largest circle.
+
+    A rectangle shrunk by all but e of its inradius is 2 e wide, and e longer at each end than what it shrinks to.
+    """
+    radius, centre = inradius(polygon)
+    if radius < 1e-3:
+        return None
+    left = 0.05 * radius
+    thin = polygons(polygon.buffer(-(radius - left), quad_segs=QUARTER, join_style="mitre"))
+    if len(thin) == 1:
+        box = np.array(thin[0].minimum_rotated_rectangle.exterior.coords)[:-1]
+        sides = np.linalg.norm(np.roll(box, -1, axis=0) - box, axis=1)
+        k = int(np.argmin(sides[:2]))
+        length = float(sides[1 - k]) - 2 * left
+        if abs(sides[k] - 2 * left) < 1e-3 * left and length > 1e-3:
+            ends = np.stack([(box[k] + box[(k + 1) % 4]) / 2, (box[(k + 2) % 4] + box[(k + 3) % 4]) / 2])
+            inward = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0]) * left
+            ends = ends + np.stack([inward, -inward])
+            ends = ends[np.lexsort(np.round(ends.T[::-1], 6))]
+            return np.column_stack([ends, np.zeros(2)])
+    return np.array([[centre[0], centre[1], 0.0]])
+
+
+def boundary_curves(polygon: Any, clockwise: bool) -> list[list[Piece]]:
+    """Return the boundaries of a polygon as closed curves, the outer one first: with the clock, holes against it."""
+    from shapely.geometry.polygon import orient
+
+    turned = orient(polygon, sign=-1.0 if clockwise else 1.0)
+    return [refit(np.array(ring.coords)) for ring in (turned.exterior, *turned.interiors)]
+
+
+def refit(points: Floats) -> list[Piece]:
+    """Return a closed polygon, shape (n, 2) with the first point last again, as lines and arcs at height 0.
+
+    Runs of at least four short edges whose points lie on one circle (within `REFIT`) become an arc.
+    """
+    p = np.column_stack([points, np.zeros(len(points))])
+    p = _begin_at_corner(p)
+    n = len(p)
+    pieces: list[Piece] = []
+    line = [p[0]]
+    k = 0
+    while k < n - 1:
+        run = _arc_run(p, k)
+        if run is None:
+            line.append(p[k + 1])
+            k += 1
+            continue
+        if len(line) > 1:
+            pieces.append(Polyline(np.stack(line)))
+        end, centre = run
+        pieces.append(_arc(p[k : end + 1], centre))
+        k, line = end, [p[end]]
+    if len(line) > 1:
+        pieces.append(Polyline(np.stack(line)))
+    return pieces
+
+
+def _begin_at_corner(p: Floats) -> Floats:
+    """Turn a closed polygon so that it begins where its longest edge ends: not within an arc."""
+    edges = np.linalg.norm(np.diff(p, axis=0), axis=1)
+    k = int(np.argmax(edges)) + 1
+    if k >= len(p) - 1 or edges.max() < 2 * np.median(edges):
+        return p
+    return np.concatenate([p[k:-1], p[: k + 1]])
+
+
+def _arc_run(p: Floats, k: int) -> tuple[int, Floats] | None:
+    """Return the last index of the points from k on that lie on one circle, and its centre; None without an arc."""
+    if k + 4 >= len(p):
+        return None
+    centre = _centre(p[k], p[k + 2], p[k + 4])
+    if centre is None:
+        return None
+    radius = float(np.linalg.norm(p[k] - centre))
+    distance = np.abs(np.linalg.norm(p[k:] - centre, axis=1) - radius)
+    edges = np.linalg.norm(np.diff(p[k:], axis=0), axis=1)
+    bad = np.flatnonzero((distance[1:] > REFIT) | (edges > 0.3 * radius))
+    end = k + (int(bad[0]) if len(bad) else len(p) - 1 - k)
+    if end - k < 4:
+        return None
+    # The middle of the run fixes the circle best.
+    better = _centre(p[k], p[(k + end) // 2], p[end]) if np.abs(p[k] - p[end]).max() > 1e-9 else None
+    if better is None:
+        third = (end - k) // 3
+        better = _centre(p[k], p[k + third], p[k + 2 * third])
+    return end, centre if better is None else better
+
+
+def _centre(a: Floats, b: Floats, c: Floats) -> Floats | None:
+    u, v = b - a, c - a
+    cross = u[0] * v[1] - u[1] * v[0]
+    if abs(cross) < 1e-12 * max(float(u @ u), 1e-12):
+        return None
+    x = (v[1] * (u @ u) - u[1] * (v @ v)) / (2 * cross)
+    y = (u[0] * (v @ v) - v[0] * (u @ u)) / (2 * cross)
+    return np.asarray(a + np.array([x, y, 0.0]))
+
+
+def _arc(points: Floats, centre: Floats) -> Arc:
+    u, v = points[0] - centre, points[1] - centre
+    turn = 1.0 if u[0] * v[1] - u[1] * v[0] > 0 else -1.0
+    w = points[-1] - centre
+    angle = math.atan2(u[0] * w[1] - u[1] * w[0], float(u @ w)) * turn % (2 * math.pi)
+    if np.abs(points[0] - points[-1]).max() < 1e-9:
+        angle = 2 * math.pi
+    return Arc(points[0], points[-1], centre, np.array([0.0, 0.0, turn]), angle)
+
+
+def starting_near(curve: list[Piece], point: Floats, ahead: Floats | None = None) -> list[Piece]:
+    """Return a closed curve that begins (and ends) at its point nearest to `point`.
+
+    Of several as near the one that lies ahead, in the direction `ahead`, is taken.
+    """
+    best = (math.inf, 0, 0.0, curve[0].start)
+    index = 0
+    split: list[Piece] = []
+    for piece in curve:
+        if isinstance(piece, Polyline):
+            split += [Polyline(piece.points[k : k + 2]) for k in range(len(piece.points) - 1)]
+        else:
+            split.append(piece)
+    for index, piece in enumerate(split):
+        t, place = _nearest_on(piece, point)
+        way = place[:2] - point[:2]
+        distance = float(np.linalg.norm(way))
+        if ahead is not None and distance > 0:
+            distance -= 1e-4 * float(way @ ahead[:2]) / distance
+        if distance < best[0] - 1e-9:
+            best = (distance, index, t, place)
+    _, index, t, place = best
+    first, last = _divide(split[index], t, place)
+    return _joined([*last, *split[index + 1 :], *split[:index], *first])
+
+
+def _nearest_on(piece: Piece, point: Floats) -> tuple[float, Floats]:
+    if isinstance(piece, Arc):
+        u, w = piece.start - piece.centre, point - piece.centre
+        turn = piece.normal[2]
+        angle = math.atan2((u[0] * w[1] - u[1] * w[0]) * turn, u[0] * w[0] + u[1] * w[1]) % (2 * math.pi)
+        if angle > piece.sweep:
+            angle = piece.sweep if angle - piece.sweep < 2 * math.pi - angle else 0.0
+        t = angle / piece.sweep
+        return t, piece.points(np.array([t]))[0]
+    a, b = piece.start, piece.end
+    along = b - a
+    t = float(np.clip((point - a)[:2] @ along[:2] / max(float(along @ along), 1e-300), 0.0, 1.0))
+    return t, a + t * along
+
+
+def _divide(piece: Piece, t: float, place: Floats) -> tuple[list[Piece], list[Piece]]:
+    if t <= 1e-9:
+        return [], [piece]
+    if t >= 1 - 1e-9:
+        return [piece], []
+    if isinstance(piece, Arc):
+        return (
+            [Arc(piece.start, place, piece.centre, piece.normal, piece.sweep * t)],
+            [Arc(place, piece.end, piece.centre, piece.normal, piece.sweep * (1 - t))],
+        )
+    return [Polyline(np.stack([piece.start, place]))], [Polyline(np.stack([place, piece.end]))]
+
+
+def _joined(pieces: list[Piece]) -> list[Piece]:
+    """Return pieces with lines that follow one another made one polyline."""
+    out: list[Piece] = []
+    for piece in pieces:
+        last = out[-1] if out else None
+        if isinstance(piece, Polyline) and isinstance(last, Polyline):
+            out[-1] = Polyline(np.concatenate([last.points, piece.points[1:]]))
+        else:
+            out.append(piece)
+    return out
+
+
+def line_inside(polygon: Any, a: Floats, b: Floats) -> bool:
+    """Tell whether the straight line between two points stays within a polygon (within 1e-4 mm)."""
+    from shapely import LineString
+
+    return bool(polygon.buffer(1e-4).covers(LineString([a[:2], b[:2]])))
+
+
+def clearance(polygon: Any, point: Floats) -> float:
+    """Return how far a point within a polygon is from its boundary, mm; 0 outside."""
+    from shapely import Point
+
+    place = Point(point[0], point[1])
+    return float(polygon.exterior.distance(place)) if polygon.covers(place) else 0.0
+
+
+def chords(polygon: Any, along: Floats, across: Floats, step: float) -> list[list[tuple[Floats, Floats]]]:
+    """Return the lines of a zigzag within a polygon: row by row, each row its stretches along the direction, at Z 0."""
+    from shapely import LineString
+
+    points = np.array(polygon.exterior.coords)
+    low, high = points @ along[:2], points @ across[:2]
+    count = max(1, math.ceil((high.max() - high.min()) / step - 1e-9))
+    rows = []
+    for k in range(count + 1):
+        at = high.min() + (high.max() - high.min()) * k / count
+        at = min(max(at, high.min() + 1e-6), high.max() - 1e-6)
+        ends = [s * along[:2] + at * across[:2] for s in (low.min() - 1.0, low.max() + 1.0)]
+        cut = polygon.intersection(LineString(ends))
+        parts = [np.array(g.coords) for g in getattr(cut, "geoms", [cut]) if g.geom_type == "LineString"]
+        stretches = [np.column_stack([c, np.zeros(len(c))]) for c in parts if len(c) > 1]
+        stretches.sort(key=lambda c: float(c[0] @ along))
+        rows.append([(c[0], c[-1]) for c in stretches if np.linalg.norm(c[-1] - c[0]) > 1e-6])
+    return [r for r in rows if r]
+
+
+def grown_over(polygon: Any, sides: list[Piece], reach: float) -> Any:
+    """Return a polygon with what lies within `reach` mm beyond its open sides added, square to them."""
+    from shapely import LineString, unary_union
+
+    points = [np.concatenate([polyline_of(p, CHORD).points[:, :2] for p in sides])] if sides else []
+    strips = [LineString(p).buffer(reach, cap_style="flat", join_style="mitre") for p in points]
+    outside = [s.difference(polygon) for s in strips]
+    return unary_union([polygon, *(o.buffer(1e-7) for o in outside)]).buffer(-1e-7)
+
+
+def strip(path: list[Piece], half: float, rounded: tuple[bool, ...]) -> list[Piece]:
+    """Return the outline of what lies within `half` mm of a path, its ends rounded or square."""
+    from shapely import LineString, Point
+
+    points = np.concatenate([polyline_of(p, CHORD).points[:, :2] for p in path])
+    body = LineString(points).buffer(half, quad_segs=QUARTER, cap_style="flat")
+    for end, round_it in zip((points[0], points[-1]), rounded, strict=False):
+        if round_it:
+            body = body.union(Point(end).buffer(half, quad_segs=QUARTER))
+    return boundary_curves(body, clockwise=False)[0]

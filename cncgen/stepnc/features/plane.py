@@ -1,0 +1,101 @@
+"""Planar faces: straight lines across the face, depth by depth, one way or to and fro.
+
+Distances are those that NIST's interpreter chooses: the first line so that the tool bites one step into the face, lines
+that overrun the face by the overcut less the radius (overcut: 1.25 diameters where none is given).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cncgen.stepnc.features.job import Floats, Job, Moves
+from cncgen.stepnc.features.offsets import bounds_along
+from cncgen.stepnc.model import Path
+
+_WAYS = ("bidirectional", "unidirectional", "")
+
+
+def mill(job: Job) -> tuple[Path, ...]:
+    """Return the toolpaths of facing."""
+    outline = job.shape.outline
+    if outline is None:
+        raise job.fault("stepnc-missing", "the face has no boundary")
+    if job.shape.bosses:
+        raise job.fault("stepnc-unsupported", "a face with bosses cannot be made")
+    strategy = job.operation.strategy.kind if job.operation.strategy else ""
+    if strategy not in _WAYS:
+        raise job.fault("stepnc-unsupported", f"a face cannot be made by strategy {strategy!r}")
+    along = _feed_direction(job)
+    lines = _lines(job, along)
+    levels = job.levels(job.depth - job.value("allowance_bottom", 0.0))
+    return (
+        _bidirectional(job, lines, levels) if strategy != "unidirectional" else _one_way(job, lines, levels)
+    )
+
+
+def _feed_direction(job: Job) -> Floats:
+    """Return the unit vector along the lines: the strategy's, else that of the face's course of travel."""
+    strategy = job.operation.strategy
+    given = strategy.values.get("feed_direction") if strategy else None
+    if given is None:
+        course = job.shape.course
+        given = course[-1].end - course[0].start if course else np.array([1.0, 0.0, 0.0])
+    flat = np.array([given[0], given[1], 0.0])
+    length = float(np.linalg.norm(flat))
+    if length < 1e-9:
+        raise job.fault("stepnc-geometry", "the feed direction is across the face")
+    return flat / length
+
+
+def _lines(job: Job, along: Floats) -> list[tuple[Floats, Floats]]:
+    """Return start and end, shape (3,), of each line at height 0, all in the same direction."""
+    radius = job.radius
+    strategy = job.operation.strategy
+    side = str(strategy.values.get("stepover_direction", "LEFT")).upper() if strategy else "LEFT"
+    left = np.array([-along[1], along[0], 0.0])
+    across = left if side == "LEFT" else -left
+    outline = job.shape.outline or []
+    low, high = bounds_along(outline, along)
+    near, far = bounds_along(outline, across)
+    step = 2 * radius * (1.0 - job.strategy_value("overlap", 0.0))
+    if not step > 0:
+        raise job.fault(
+            "stepnc-geometry", f"the distance between lines is {step:g} mm: the overlap is too large"
+        )
+    overrun = job.value("overcut_length", 2.5 * radius) - radius
+    first = near + step - radius
+    count = max(1, math.ceil((far - radius - first) / step - 1e-9) + 1)
+    if count > 100_000:
+        raise job.fault("stepnc-geometry", f"{count} lines of {step:g} mm")
+    offsets = first + step * np.arange(count)
+    return [
+        ((low - overrun) * along + o * across, (high + overrun) * along + o * across)
+        for o in offsets.tolist()
+    ]
+
+
+def _bidirectional(job: Job, lines: list[tuple[Floats, Floats]], levels: list[float]) -> tuple[Path, ...]:
+    moves = Moves(job.operation.ident, _at(lines[0][0], job.retract))
+    for level in levels:
+        moves.rapid(_at(lines[0][0], job.retract))
+        for k, (start, end) in enumerate(lines):
+            points = (start, end) if k % 2 == 0 else (end, start)
+            moves.feed(*(_at(p, level) for p in points))
+        moves.height(job.retract, rapid=True)
+    return moves.paths()
+
+
+def _one_way(job: Job, lines: list[tuple[Floats, Floats]], levels: list[float]) -> tuple[Path, ...]:
+    moves = Moves(job.operation.ident, _at(lines[0][0], job.retract))
+    for level in levels:
+        for start, end in lines:
+            moves.rapid(_at(start, job.retract))
+            moves.feed(_at(start, level), _at(end, level))
+            moves.height(job.retract, rapid=True)
+    return moves.paths()
+
+
+def _at(point: Floats, z: float) -> Floats:
+    return np.array([point[0], point[1], z])
