@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.servo.controllers.base import Controller
-from cncgen.servo.discretise import held, ramped
+from cncgen.servo.discretise import exponential, held, ramped
 from cncgen.servo.plants import Imperfections, Plant, companion
 
 Floats = NDArray[np.float64]
@@ -191,11 +191,26 @@ def _continuous(
 
 def _fill(phi: Floats, inputs: Floats, a: Floats, b: Floats, period: float) -> None:
     """Write the flow over the period and over its halves: phi (levels, n, n), inputs (levels, 5, n)."""
-    for level in range(len(phi)):
-        part = period / 2.0**level
-        phi[level], start, end = ramped(a, b[:, :1], part)
-        _, rest = held(a, b[:, 1:], part)
-        inputs[level, 0], inputs[level, 1], inputs[level, 2:] = start[:, 0], end[:, 0], rest.T
+    phi[0], start, end = ramped(a, b[:, :1], period)
+    _, rest = held(a, b[:, 1:], period)
+    inputs[0, 0], inputs[0, 1], inputs[0, 2:] = start[:, 0], end[:, 0], rest.T
+    if len(phi) > 1:
+        _fill_halves(phi, inputs, a, b, period)
+
+
+def _fill_halves(phi: Floats, inputs: Floats, a: Floats, b: Floats, period: float) -> None:
+    """Write levels 1 and up by squaring from the shortest part: its rounding grows to 1e-10 on the way, no more."""
+    n, m = b.shape
+    block = np.zeros((n + m + 1, n + m + 1))
+    block[:n, :n], block[:n, n : n + m], block[n, n + m] = a, b, 1.0
+    part = period / 2.0 ** (len(phi) - 1)
+    flow = exponential(block * part)
+    for level in range(len(phi) - 1, 0, -1):
+        ramp = flow[:n, n + m] / part
+        phi[level] = flow[:n, :n]
+        inputs[level, 0], inputs[level, 1] = flow[:n, n] - ramp, ramp
+        inputs[level, 2:] = flow[:n, n + 1 : n + m].T
+        flow, part = flow @ flow, 2.0 * part
 
 
 def _close_delayed(plant: Plant, controller: Controller, period: float) -> AxisLoop:

@@ -1,0 +1,261 @@
+"""Output-error fits: the parameters whose simulation is nearest to the logged position, with their uncertainty.
+
+Minimising Σ (y − ŷ(θ))² over a simulated ŷ is the maximum-likelihood estimate under white measurement noise, in closed
+loop too, since the drive's input is known; its covariance is s² (JᵀJ)⁻¹ (Ljung, System Identification, 2nd ed., eqs 9.29,
+9.42). Positive parameters are fitted by their logarithms.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.machine import servo_schema
+from cncgen.machine.record import Servo
+from cncgen.servo import plants
+from cncgen.servo.bank import LoopBank
+from cncgen.servo.controllers.base import Controller
+from cncgen.servo.loop import AxisLoop, close_loop, follow_transfer_function
+from cncgen.servo.models import axis_loop
+
+Floats = NDArray[np.float64]
+
+#: Step of numerical derivatives, in logarithms and shares.
+STEP = 1e-5
+#: Given the drive's input, the plant alone is simulated.
+_OPEN = Controller(d_setpoint=1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """A fitted model.
+
+    Attributes:
+        model: Name of the model.
+        parameters: By name, in the units that the name says.
+        uncertainty: Standard deviation of each.
+        fit_percent: 100 (1 − |y − ŷ|/|y − mean y|), the usual measure.
+        residual_rms: mm or rad.
+        residual: Shape (n,).
+    """
+
+    model: str
+    parameters: Mapping[str, float]
+    uncertainty: Mapping[str, float]
+    fit_percent: float
+    residual_rms: float
+    residual: Floats
+
+
+def fit_velocity_loop(drive: Floats, position: Floats, period_s: float, *, friction: bool = True) -> Fit:
+    """Fit gain/(s(τs + 1)) with Coulomb friction from drive input to position.
+
+    That is the torque-mode motor of paper 000 (u in V, gain = Kc Ke/counts_per_mm) and the velocity loop of paper 004
+    (u in mm/s, gain 1). Viscous friction is in τ and gain. An offset of the drive's input and of the position are
+    fitted beside. The axis is at rest when the log begins.
+
+    Args:
+        drive, position: Shape (n,).
+        period_s: s; the drive's input is held between samples.
+        friction: Whether Coulomb friction is fitted.
+
+    Raises:
+        ValueError: The drive's input does not change, or no fit is found.
+    """
+    if not np.ptp(drive) > 0.0:
+        raise ValueError("the drive's input does not change")
+
+    def simulated(gain: float, lag: float, coulomb: float, bias: float) -> Floats:
+        plant = plants.velocity_loop(gain, lag).with_imperfections(coulomb=coulomb)
+        return _open_response(close_loop(plant, _OPEN, period_s), drive + bias)
+
+    def unit(given: Floats, lag: float) -> Floats:
+        return _open_response(close_loop(plants.velocity_loop(1.0, lag), _OPEN, period_s), given)
+
+    gain, lag, bias, offset = _start(unit, drive, position, period_s)
+    typical = float(np.abs(drive).mean())
+
+    def residual(theta: Floats) -> Floats:
+        coulomb = abs(theta[4]) * typical if len(theta) > 4 else 0.0
+        values = simulated(np.exp(theta[0]), np.exp(theta[1]), coulomb, theta[2] * typical)
+        return values + theta[3] - position
+
+    scale = {"bias": typical, "coulomb": typical}
+    names = ["gain", "time_constant_s", "bias", "offset"]
+    found = _solved(residual, np.array([np.log(gain), np.log(lag), bias / typical, offset]))
+    if friction:
+        # From the smooth problem's solution, and from more friction than that can show: the better end counts.
+        names.append("coulomb")
+        starts = [np.append(found[0], 0.01), np.append(found[0], 0.3)]
+        found = min((_solved(residual, start) for start in starts), key=lambda one: _square(one[2]))
+    values, errors = _unfold(names, found[0], found[1], scale)
+    if friction:
+        values["coulomb"] = abs(values["coulomb"])
+    return _fit("velocity-loop", values, errors, found[2], position)
+
+
+def fit_first_order(command: Floats, position: Floats, period_s: float, *, friction: bool = True) -> Fit:
+    """Fit P control (Kv) round a velocity loop (τ), with the lag that friction costs, from command to position.
+
+    The control period is the log's.
+    """
+
+    def simulated(theta: Floats) -> Floats:
+        gain, lag = np.exp(theta[:2])
+        values = {"position_gain_1_s": gain, "time_constant_s": lag}
+        if len(theta) > 2:
+            values["coulomb_lag_mm"] = abs(theta[2])
+        return _follow(axis_loop(Servo("first-order", values), "X", period_s), command)
+
+    grid = [np.log([k, share / k]) for k in (10.0, 30.0, 90.0, 270.0) for share in (0.03, 0.2)]
+    theta, spread, rest = _best(simulated, grid, position)
+    names = ["position_gain_1_s", "time_constant_s"]
+    if friction:
+        names.append("coulomb_lag_mm")
+        lag = float(np.abs(command - position).mean())
+        theta, spread, rest = _best(
+            simulated, [np.append(theta, 0.02 * lag), np.append(theta, 0.3 * lag)], position
+        )
+    values, errors = _unfold(names, theta, spread, {})
+    values = {name: abs(value) for name, value in values.items()}
+    return _fit("first-order", values, errors, rest, position)
+
+
+#: Coefficients of the fourth-order loop (Tsai 2010, eq. 9, with b0 = a0), in the order they are fitted.
+COEFFICIENTS = ("a3", "a2", "a1", "a0", "b2", "b1")
+
+
+def fit_fourth_order(command: Floats, position: Floats, period_s: float) -> Fit:
+    """Fit (b2 s² + b1 s + a0)/(s⁴ + a3 s³ + a2 s² + a1 s + a0) from command to position: Tsai 2010, eq. 9.
+
+    The six coefficients are what a log of the closed loop determines; several sets of gains of appendix A-1 give the
+    same ones.
+    """
+
+    def simulated(theta: Floats) -> Floats:
+        a3, a2, a1, a0, b2, b1 = np.exp(np.clip(theta, -100.0, 100.0))
+        loop = follow_transfer_function(np.array([b2, b1, a0]), np.array([1.0, a3, a2, a1, a0]), period_s)
+        return _follow(loop, command)
+
+    theta, spread, rest = _best(simulated, list(_cascades()), position)
+    values, errors = _unfold(list(COEFFICIENTS), theta, spread, {}, logs=6)
+    return _fit("fourth-order", values, errors, rest, position)
+
+
+def _cascades() -> Iterator[Floats]:
+    """Yield logarithms of the coefficients of typical loops, slow to fast."""
+    for size in (50.0, 150.0, 400.0, 1000.0):
+        for forward in (0.5, 0.95):
+            values = {
+                "velocity_pole_1_s": 0.1 * size,
+                "velocity_gain_1_s": size,
+                "integral_rate_1_s": 0.4 * size,
+                "position_gain_1_s": 0.35 * size,
+                "feedforward_filter_rad_s": 0.9 * size,
+                "feedforward_gain": forward,
+            }
+            loop = servo_schema.closed_loop(Servo("pi-p-feedforward", values))
+            yield np.log([*loop.denominator[1:], *loop.numerator[:2]])
+
+
+def _best(
+    simulated: Callable[[Floats], Floats], grid: list[Floats], position: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Solve from the two best starts of a grid, and take the better end."""
+
+    def residual(theta: Floats) -> Floats:
+        return simulated(theta) - position
+
+    ranked = sorted(grid, key=lambda theta: _square(residual(theta)))
+    return min(
+        (_solved(residual, start) for start in ranked[:2]), key=lambda found: float(found[2] @ found[2])
+    )
+
+
+def _square(values: Floats) -> float:
+    total = float(values @ values)
+    return total if np.isfinite(total) else np.inf
+
+
+def _start(
+    unit: Callable[[Floats, float], Floats], drive: Floats, position: Floats, period_s: float
+) -> Floats:
+    """Return (gain, τ, bias, offset) of the smooth problem: for a given τ the other three are linear least squares."""
+    from scipy.optimize import minimize_scalar
+
+    def projected(log_lag: float) -> tuple[float, Floats]:
+        lag = float(np.exp(log_lag))
+        basis = np.column_stack([unit(drive, lag), unit(np.ones_like(drive), lag), np.ones_like(drive)])
+        solution, *_ = np.linalg.lstsq(basis / (norms := np.linalg.norm(basis, axis=0)), position, rcond=None)
+        solution /= norms
+        return (_square(basis @ solution - position) if solution[0] > 0.0 else np.inf), solution
+
+    grid = np.log(period_s) + np.log(2.0) * np.arange(-1.0, 13.0)
+    squares = [projected(log_lag)[0] for log_lag in grid]
+    best = int(np.argmin(squares))
+    if not np.isfinite(squares[best]):
+        raise ValueError("the position does not follow the drive's input: no gain is positive")
+    bounds = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
+    log_lag = float(minimize_scalar(lambda x: projected(x)[0], bounds=bounds, method="bounded").x)
+    gain, push, offset = projected(log_lag)[1]
+    return np.array([gain, np.exp(log_lag), push / gain, offset])
+
+
+def _solved(residual: Callable[[Floats], Floats], start: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return (θ, covariance, residual) of the least-squares solution from a start."""
+    from scipy.optimize import least_squares
+
+    def bounded(theta: Floats) -> Floats:
+        with np.errstate(over="ignore", invalid="ignore"):
+            return np.clip(np.nan_to_num(residual(theta), nan=1e9), -1e9, 1e9)
+
+    def jacobian(theta: Floats) -> Floats:
+        # Absolute steps: logarithms and shares of typical values are all of size one, and some of them are zero.
+        columns = []
+        for i in range(len(theta)):
+            step = np.zeros(len(theta))
+            step[i] = STEP
+            columns.append((bounded(theta + step) - bounded(theta - step)) / (2.0 * STEP))
+        return np.column_stack(columns)
+
+    found = least_squares(bounded, start, jac=jacobian, x_scale="jac", method="trf", max_nfev=100)
+    rest = found.fun
+    variance = float(rest @ rest) / max(1, len(rest) - len(start))
+    covariance = np.linalg.pinv(found.jac.T @ found.jac) * variance
+    return found.x, covariance, rest
+
+
+def _unfold(
+    names: list[str], theta: Floats, covariance: Floats, scale: Mapping[str, float], logs: int = 2
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Return values and standard deviations by name; the first `logs` entries of θ are logarithms."""
+    spread = np.sqrt(np.diag(covariance))
+    values, errors = {}, {}
+    for i, name in enumerate(names):
+        size = scale.get(name, 1.0)
+        values[name] = float(np.exp(theta[i]) if i < logs else theta[i] * size)
+        errors[name] = float(values[name] * spread[i] if i < logs else spread[i] * size)
+    return values, errors
+
+
+def _fit(
+    model: str, values: dict[str, float], errors: dict[str, float], residual: Floats, position: Floats
+) -> Fit:
+    around = position - position.mean()
+    share = np.sqrt(_square(residual) / max(_square(around), 1e-300))
+    return Fit(
+        model, values, errors, 100.0 * (1.0 - float(share)), float(np.sqrt(np.mean(residual**2))), residual
+    )
+
+
+def _open_response(loop: AxisLoop, drive: Floats) -> Floats:
+    rows = np.append(drive, drive[-1])[:, None]
+    return LoopBank([loop], loop.period).run(rows)[0][:, 0]
+
+
+def _follow(loop: AxisLoop, command: Floats) -> Floats:
+    rows = np.append(command, command[-1])[:, None] - command[0]
+    return LoopBank([loop], loop.period).run(rows)[0][:, 0] + command[0]

@@ -1,0 +1,219 @@
+"""Iterated mirror compensation: a command that a known servo turns into the wanted motion.
+
+r₀ = y*, rₙ₊₁ = rₙ + (y* − G rₙ): what the axis was short of is added to the command, and the model G may be anything that
+can be simulated, friction and bounds included. With E = 1 − G the error after n passes is Eⁿ⁺¹ y*, so it falls where
+|E(jω)| < 1, and it grows above the frequency where that ends: a few passes are best, not many. (Paper 001 inverts the
+loop instead, `cncgen.servo.inversion`.)
+
+Passes are stages of a stream: each simulates the command of the one before, some thousand rows behind it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Diagnostic, NoPlanError, UsageError
+from cncgen.machine.record import Axis, Servo
+from cncgen.servo.contour import ContourTracker
+from cncgen.servo.scheme import SchemeMaker
+from cncgen.servo.simulate import contour_axes, own_scheme, simulate_scheme
+from cncgen.setpoints.record import Setpoints
+from cncgen.units import file_unit, to_file
+
+Floats = NDArray[np.float64]
+
+#: A limit counts as broken beyond this share of it.
+SLACK = 1e-6
+_NAMES = ("velocity", "acceleration", "jerk")
+
+
+@dataclass(frozen=True, slots=True)
+class _Rows:
+    """A stretch of the stream: the wanted positions, the command so far, and what the servo makes of that command."""
+
+    head: Setpoints
+    wanted: Floats
+    command: Floats
+    position: Floats
+
+
+class Errors:
+    """Contour and tracking error of a stream of positions against the wanted ones."""
+
+    def __init__(self) -> None:
+        self._tracker: ContourTracker | None = None
+        self._columns: list[int] = []
+        self._sums = np.zeros(2)
+        self._peaks = np.zeros(2)
+        self._count = 0
+
+    def add(self, axes: str, wanted: Floats, position: Floats) -> None:
+        """Take rows in, shape (n, axes)."""
+        if self._tracker is None:
+            self._columns = contour_axes(axes)
+            self._tracker = ContourTracker(max(len(self._columns), 1))
+        self._count += len(wanted)
+        self._note(0, np.sqrt(((wanted - position) ** 2).sum(axis=1)))
+        if self._columns:
+            self._note(1, self._tracker.push(wanted[:, self._columns], position[:, self._columns]))
+
+    def _note(self, which: int, values: Floats) -> None:
+        self._sums[which] += float(values @ values)
+        self._peaks[which] = max(self._peaks[which], float(values.max(initial=0.0)))
+
+    def as_dict(self) -> dict[str, float]:
+        """Return rms and maximum of both errors, mm; to be called once, at the end."""
+        if self._tracker is not None and self._columns:
+            self._note(1, self._tracker.finish())
+        rms = np.sqrt(self._sums / max(self._count, 1))
+        return {
+            "tracking_rms_mm": float(rms[0]),
+            "tracking_max_mm": float(self._peaks[0]),
+            "contour_rms_mm": float(rms[1]),
+            "contour_max_mm": float(self._peaks[1]),
+        }
+
+
+class Compensation:
+    """A compensated command stream: draw `chunks`, then read `gained`."""
+
+    def __init__(
+        self,
+        setpoints: Iterable[Setpoints],
+        servos: Mapping[str, Servo],
+        *,
+        passes: int = 2,
+        limits: Mapping[str, Axis] | None = None,
+    ) -> None:
+        """Prepare.
+
+        Args:
+            setpoints: The wanted positions.
+            servos: Servo data by axis.
+            passes: How many times the error is added, at least 1.
+            limits: Axis limits that the command must keep; None: none are checked.
+
+        Raises:
+            UsageError: `passes` is not positive.
+        """
+        if passes < 1:
+            raise UsageError(Diagnostic("compensate-passes", f"at least one pass is needed, not {passes}"))
+        self._setpoints, self._servos, self._passes = setpoints, servos, passes
+        self._limits = dict(limits or {})
+        self._before, self._after = Errors(), Errors()
+
+    def chunks(self) -> Iterator[Setpoints]:
+        """Yield the command for the machine.
+
+        Raises:
+            NoPlanError: The command breaks a limit that the wanted motion keeps (``compensate-limit``).
+            UsageError: As `cncgen.servo.simulate`.
+        """
+
+        def scheme(axes: str, period_s: float) -> Any:
+            return own_scheme(self._servos, axes, period_s)
+
+        stage = _simulated(((c, c.position) for c in self._setpoints), scheme)
+        stage = _watched(stage, self._before)
+        for _ in range(self._passes):
+            stage = _simulated(_corrected(stage), scheme)
+        watch = _LimitWatch(self._limits)
+        for rows in _watched(stage, self._after):
+            watch.check(rows)
+            yield Setpoints(rows.head.axes, rows.head.period_s, rows.head.first, rows.command)
+
+    def gained(self) -> dict[str, Any]:
+        """Return errors before and after, after `chunks` is drawn to its end."""
+        before, after = self._before.as_dict(), self._after.as_dict()
+        ratio = before["contour_max_mm"] / after["contour_max_mm"] if after["contour_max_mm"] else None
+        return {"passes": self._passes, "before": before, "after": after, "contour_max_ratio": ratio}
+
+
+def _corrected(stage: Iterator[_Rows]) -> Iterator[tuple[Setpoints, Floats]]:
+    for rows in stage:
+        command = rows.command + (rows.wanted - rows.position)
+        head = rows.head
+        yield Setpoints(head.axes, head.period_s, head.first, command), rows.wanted
+
+
+def _simulated(stage: Iterable[tuple[Setpoints, Floats]], scheme: SchemeMaker) -> Iterator[_Rows]:
+    """Simulate a command stream that comes with the wanted positions, and keep the two together."""
+    waiting: list[Floats] = []
+
+    def commands() -> Iterator[Setpoints]:
+        for chunk, wanted in stage:
+            waiting.append(wanted)
+            yield chunk
+
+    for response in simulate_scheme(commands(), scheme):
+        joined = np.concatenate(waiting)
+        waiting[:] = [joined[len(response) :]]
+        head = Setpoints(response.axes, response.period_s, response.first, response.command)
+        yield _Rows(head, joined[: len(response)], response.command, response.position)
+
+
+def _watched(stage: Iterator[_Rows], errors: Errors) -> Iterator[_Rows]:
+    for rows in stage:
+        errors.add(rows.head.axes, rows.wanted, rows.position)
+        yield rows
+
+
+class _LimitWatch:
+    """Finite differences of command and wanted motion, over chunk borders; raises where the command breaks a limit."""
+
+    def __init__(self, limits: Mapping[str, Axis]) -> None:
+        self._limits = limits
+        self._tail: tuple[Floats, Floats] | None = None
+
+    def check(self, rows: _Rows) -> None:
+        """Check rows.
+
+        Raises:
+            NoPlanError: See `Compensation.chunks`.
+        """
+        if not self._limits:
+            return
+        command, wanted = rows.command, rows.wanted
+        # Before the first row the axes stand where they start.
+        tail = self._tail or (np.repeat(wanted[:1], 3, axis=0), np.repeat(wanted[:1], 3, axis=0))
+        command, wanted = (np.concatenate([a, b]) for a, b in zip(tail, (command, wanted), strict=True))
+        self._tail = command[-3:], wanted[-3:]
+        first = rows.head.first - 3
+        for i, letter in enumerate(rows.head.axes):
+            if letter in self._limits:
+                _check_axis(self._limits[letter], command[:, i], wanted[:, i], rows.head.period_s, first)
+
+
+def _check_axis(axis: Axis, command: Floats, wanted: Floats, period_s: float, first: int) -> None:
+    limits = (axis.max_velocity, axis.max_acceleration, axis.max_jerk)
+    for order, (name, limit) in enumerate(zip(_NAMES, limits, strict=True), start=1):
+        size, before = (np.abs(np.diff(part, order)) / period_s**order for part in (command, wanted))
+        broken = size > np.maximum(limit, before.max(initial=0.0)) * (1.0 + SLACK)
+        if broken.any():
+            k = int(size.argmax())
+            _refuse(axis.letter, name, order, float(size[k]), limit, (first + k) * period_s)
+    if axis.travel is not None:
+        low, high = axis.travel
+        outside = np.flatnonzero((command < low) | (command > high))
+        if len(outside):
+            k = int(outside[0])
+            _refuse(axis.letter, "travel", 0, float(command[k]), high, (first + k) * period_s)
+
+
+def _refuse(letter: str, name: str, order: int, value: float, limit: float, time_s: float) -> None:
+    unit = file_unit(letter) + ("/s" + ("", "²", "³")[order - 1] if order else "")
+    factor = to_file(letter)
+    raise NoPlanError(
+        Diagnostic(
+            "compensate-limit",
+            f"axis {letter}: the compensated command needs a {name} of {value * factor:.6g} {unit} at {time_s:.3f} s,"
+            f" and the limit is {limit * factor:.6g}",
+            hint="plan with lower limits, so that there is room for the correction, or use fewer passes",
+            values={"axis": letter, "limit": name, "value": value * factor, "t_s": time_s},
+        )
+    )
