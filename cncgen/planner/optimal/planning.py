@@ -17,6 +17,7 @@ from cncgen.planner.optimal.window import Window
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Trajectory
+from cncgen.planner.smoothing import smooth
 from cncgen.toolpath.record import Kind, Toolpath
 
 #: Rows of a block.
@@ -47,7 +48,7 @@ def plan_optimal(chunks: Iterable[Toolpath], machine: Machine, options: PlanOpti
     before: np.ndarray | None = None
     held: _Block | None = None
     still: list[Toolpath] = []
-    for block in blocks(chunks, ROWS):
+    for block in blocks(smooth(chunks), ROWS):
         still.append(block)
         if not _moves(block):
             continue
