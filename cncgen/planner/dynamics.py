@@ -36,6 +36,8 @@ _EXCESS = 1e-3
 _PLATEAU = 0.04
 #: Part of ε_max that the caps aim at, so that the rounds end.
 _AIM = 0.98
+#: A window is slowed by this factor at most; a bound that asks for more is reported as not held.
+_MAX_SLOWING = 20.0
 #: Share of a loop's impulse response (sum of absolute values) that counts as its memory.
 _MEMORY = 0.9
 
@@ -48,6 +50,15 @@ class _Samples:
     v: Floats
     tangent: Floats
     curvature: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class _Cut:
+    """Segments of a window, the places of their joints, and where the kept joints stand among these."""
+
+    segments: Segments
+    place: Floats
+    joint: Ints
 
 
 @dataclass(slots=True)
@@ -106,16 +117,25 @@ class Dynamics:
         if not len(segments):
             return segments, joint, 0.0
         place = np.concatenate([[0.0], np.cumsum(segments.length)])
-        corners = np.append(window.turns(open_path), place[-1] if last else np.inf)
-        worst = np.inf
+        # A stop with nothing known behind it may be the end.
+        ends = last or segments.cap[-1] == 0.0
+        corners = np.append(window.turns(open_path), place[-1] if ends else np.inf)
+        plan, pieces = _Cut(segments, place, joint), _planned(window, segments, profile)
+        longest = _MAX_SLOWING * float(pieces.duration.sum()) + 1.0
+        worst = float(
+            self._predicted(self._sampled(window, place, pieces, len(segments)), corners).max(initial=0.0)
+        )
         for _ in range(_MAX_LOWERINGS):
-            segments, place, joint, at = self._under_caps(window, segments, place, joint, profile)
+            found = self._under_caps(window, plan, profile, longest)
+            if found is None:
+                break
+            plan, at = found
             error = self._predicted(at, corners)
             worst = float(error.max(initial=0.0))
             if worst <= self.bound_mm:
                 break
             self._lower(at, error)
-        return segments, joint, worst
+        return plan.segments, plan.joint, worst
 
     def _predicted(self, at: _Samples, corners: Floats) -> Floats:
         """Return the distance from the path that the loops will make of a plan, at each of its samples.
@@ -145,20 +165,22 @@ class Dynamics:
         self.model.run(at.tangent, at.v)
 
     def _under_caps(
-        self, window: Window, segments: Segments, place: Floats, joint: Ints, profile: str
-    ) -> tuple[Segments, Floats, Ints, _Samples]:
-        """Cut until no sample of the plan is faster than its cap."""
-        at = _Samples(np.zeros(0), np.zeros(0), np.zeros((0, 3)), np.zeros(0))
+        self, window: Window, plan: _Cut, profile: str, longest: float
+    ) -> tuple[_Cut, _Samples] | None:
+        """Cut until no sample of the plan is faster than its cap; None where that takes longer than `longest`."""
+        found: tuple[_Cut, _Samples] | None = None
         for _ in range(_MAX_CUTS):
-            speeds = joint_speeds(segments, window.speed_mm_s, 0.0, profile)
-            pieces = build(segments, speeds, profile)
-            at = self._sampled(window, place, pieces, len(segments))
+            pieces = _planned(window, plan.segments, profile)
+            if pieces.duration.sum() > longest:
+                return None
+            at = self._sampled(window, plan.place, pieces, len(plan.segments))
+            found = plan, at
             cap = self._cap(at)
             over = at.v > cap * (1.0 + _EXCESS)
             if not over.any():
                 break
-            segments, place, joint = _cut(segments, place, joint, at, cap, over)
-        return segments, place, joint, at
+            plan = _Cut(*_cut(plan.segments, plan.place, plan.joint, at, cap, over))
+        return found
 
     def _cap(self, at: _Samples) -> Floats:
         """Return the highest speed at each sample: what curvature allows, and what earlier rounds left."""
@@ -213,6 +235,11 @@ class Dynamics:
             start += length
             begin = end
         return np.concatenate(tangents), np.concatenate(curvatures)
+
+
+def _planned(window: Window, segments: Segments, profile: str) -> Pieces:
+    """Lay out the profiles of a window's segments, to rest at its end."""
+    return build(segments, joint_speeds(segments, window.speed_mm_s, 0.0, profile), profile)
 
 
 def _memory(model: ContourPrediction) -> int:

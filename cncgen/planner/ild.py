@@ -93,8 +93,8 @@ def _final(joints: int, joint: np.ndarray) -> int:
 def _not_held(worst: float, bound: float) -> Diagnostic:
     return Diagnostic(
         "contour-error",
-        f"the predicted contour error reaches {worst * 1000:.2f} µm, above {bound * 1000:.2f} µm, "
-        "and a lower speed did not bring it down",
+        f"the predicted contour error reaches {worst * 1000:.4g} µm, above {bound * 1000:.4g} µm, "
+        "and lower speeds do not bring it down",
         severity=Severity.WARNING,
         hint="the axes' loops differ, or lag even at low speed; see docs/ild.md",
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -155,7 +156,7 @@ def test_chunks_do_not_matter(lines: Callable[..., Toolpath], table: Machine) ->
             done = planned(cut, table, replace(ILD, lookahead_rows=rows))
             assert total(done) == pytest.approx(whole, rel=1e-9)
             ends = [(t.profile.t[0], t.profile.t[-1]) for t in done]
-            assert all(a[1] == b[0] for a, b in zip(ends, ends[1:], strict=False))
+            assert all(a[1] == b[0] for a, b in pairwise(ends))
 
 
 @settings(max_examples=25, deadline=None)
