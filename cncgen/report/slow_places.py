@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import heapq
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,7 +57,7 @@ class SlowPlaces:
         self._open.append(pieces)
         joined = np.concatenate(self._open, axis=1)
         cuts = _valley_cuts(joined[1])
-        for a, b in zip([0, *cuts[:-1]], cuts, strict=True):
+        for a, b in pairwise([0, *cuts]):
             self._close(joined[:, a:b])
         self._open = [joined[:, cuts[-1] :]] if cuts else [joined]
         # A valley that never ends (a constant speed) is closed too: nothing grows with the program.

@@ -7,19 +7,27 @@ from collections.abc import Sequence
 
 def text_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Return a table with a rule under its header; the first column stands to the left, the others to the right."""
-    cells = [list(header), *(list(row) for row in rows)]
-    widths = [max(len(row[k]) for row in cells) for k in range(len(header))]
+    return _table(header, rows, [True, *[False] * (len(header) - 1)])
 
-    def line(row: Sequence[str]) -> str:
-        first, *rest = row
-        padded = [
-            first.ljust(widths[0]),
-            *(cell.rjust(width) for cell, width in zip(rest, widths[1:], strict=True)),
+
+def left_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a table of words: every column stands to the left."""
+    return _table(header, rows, [True] * len(header))
+
+
+def _table(header: Sequence[str], rows: Sequence[Sequence[str]], left: Sequence[bool]) -> str:
+    widths = [max(len(row[k]) for row in (header, *rows)) for k in range(len(header))]
+    rule = [
+        "-" * width if stays else "-" * (width - 1) + ":" for width, stays in zip(widths, left, strict=True)
+    ]
+    lines = []
+    for row in (header, rule, *rows):
+        cells = [
+            cell.ljust(width) if stays else cell.rjust(width)
+            for cell, width, stays in zip(row, widths, left, strict=True)
         ]
-        return "| " + " | ".join(padded) + " |"
-
-    rule = "| " + " | ".join(["-" * widths[0], *("-" * (width - 1) + ":" for width in widths[1:])]) + " |"
-    return "\n".join([line(cells[0]), rule, *(line(row) for row in cells[1:])]) + "\n"
+        lines.append(f"| {' | '.join(cells)} |\n")
+    return "".join(lines)
 
 
 def number(value: float | None, scale: float = 1.0, digits: int = 4) -> str:

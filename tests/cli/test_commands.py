@@ -1,0 +1,142 @@
+"""Commands as a person uses them: what they print, and that a chain of them works."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cncgen.gcode.codes import table
+
+Run = Callable[..., "subprocess.CompletedProcess[bytes]"]
+
+PROGRAM = b"G21 G17 G90 G61\nM3 S1000\nG0 X0 Y0\nG1 X10 F1200\nG4 P0.1\nG3 X20 Y0 I5\n(MSG, done)\nM30\n"
+
+
+@pytest.fixture
+def part(tmp_path: Path) -> Path:
+    path = tmp_path / "part.nc"
+    path.write_bytes(PROGRAM)
+    return path
+
+
+def test_machines(cncgen: Run) -> None:
+    listed = cncgen("machines").stdout.decode().splitlines()
+    assert [line.split()[0] for line in listed] == ["die-bonder", "dyna-1007", "generic-mill", "xy-table"]
+    shown = cncgen("machines", "show", "xy-table").stdout.decode()
+    assert tomllib.loads(shown)["axes"]["x"]["max_acceleration_mm_s2"] == 2450.0
+
+
+def test_a_shown_machine_can_be_edited_and_used(cncgen: Run, tmp_path: Path, part: Path) -> None:
+    text = cncgen("machines", "show", "generic-mill").stdout.decode()
+    (tmp_path / "mine.toml").write_text(text.replace("period_s = 0.001", "period_s = 0.004"))
+    run = cncgen("plan", part, "-m", "mine.toml", "--feedrate", "ild")
+    assert run.returncode == 0, run.stderr.decode()
+    assert run.stdout.splitlines()[2].startswith(b"0.004000000,")
+    again = cncgen("machines", "show", "mine.toml").stdout.decode()
+    assert tomllib.loads(again)["period_s"] == 0.004
+
+
+def test_codes_are_those_of_the_interpreter(cncgen: Run) -> None:
+    listed = cncgen("codes", "--dialect", "linuxcnc").stdout.decode().splitlines()[2:]
+    assert {line.split("|")[1].strip() for line in listed} == {c.name for c in table("linuxcnc").values()}
+    assert all(line.split("|")[5].strip() for line in listed), "a code without a line of help"
+
+
+@pytest.mark.parametrize("strategy", ["optimal", "ild", "constant", "adaptive", "curvature"])
+def test_each_strategy_plans_from_start_to_end(
+    cncgen: Run, part: Path, tmp_path: Path, strategy: str
+) -> None:
+    run = cncgen("plan", part, "--feedrate", strategy, "--summary", "s.json", "-o", "out.csv")
+    assert run.returncode == 0, run.stderr.decode()
+    table = np.loadtxt(tmp_path / "out.csv", delimiter=",", skiprows=1)
+    np.testing.assert_allclose(table[0], [0, 0, 0], atol=1e-9)
+    np.testing.assert_allclose(table[-1, 1:], [20, 0], atol=1e-9)
+    np.testing.assert_allclose(np.diff(table[:, 0]), 0.001, atol=1e-9)
+    summary = json.loads((tmp_path / "s.json").read_text())
+    assert summary["feedrate"] == strategy
+    assert summary["dwell_time_s"] == pytest.approx(0.1, abs=1e-9)
+    assert summary["path_length_mm"] == pytest.approx(10 + 5 * np.pi, abs=1e-6)
+    assert summary["samples"] == len(table)
+
+
+def test_plan_verify_and_simulate_in_a_chain(cncgen: Run, part: Path, tmp_path: Path) -> None:
+    planned = cncgen("plan", part, "-m", "xy-table")
+    assert planned.returncode == 0, planned.stderr.decode()
+    (tmp_path / "out.csv").write_bytes(planned.stdout)
+    judged = cncgen("verify", "out.csv", "--program", part, "--machine", "xy-table", "--report", "v.json")
+    assert judged.returncode == 0, judged.stderr.decode()
+    assert b"broken: none" in judged.stderr
+    assert json.loads((tmp_path / "v.json").read_text())["holds"] is True
+    answered = cncgen("simulate", "--axis-params", "xy-table", stdin=planned.stdout)
+    assert answered.returncode == 0, answered.stderr.decode()
+    header, *rows = answered.stdout.decode().splitlines()
+    assert (
+        header == "t_s,x_cmd_mm,x_mm,x_force,x_saturated,y_cmd_mm,y_mm,y_force,y_saturated,contour_error_mm"
+    )
+    assert len(rows) == len(planned.stdout.splitlines()) - 1
+    by_program = cncgen("simulate", part, "-m", "xy-table", "--axis-params", "xy-table")
+    assert by_program.returncode == 0, by_program.stderr.decode()
+    assert by_program.stdout.splitlines()[0].decode() == header
+
+
+def test_verify_says_where_a_limit_is_broken(cncgen: Run, part: Path, tmp_path: Path) -> None:
+    assert cncgen("plan", part, "-m", "xy-table", "-o", "out.csv").returncode == 0
+    lines = (tmp_path / "out.csv").read_text().splitlines()
+    at = len(lines) // 2
+    t_s, x, y = map(float, lines[at].split(","))
+    lines[at] = f"{t_s:.9f},{x + 0.01:.9f},{y:.9f}"
+    (tmp_path / "bent.csv").write_text("\n".join(lines) + "\n")
+    run = cncgen("verify", "bent.csv", "--program", part, "--machine", "xy-table", "--json")
+    assert run.returncode == 1
+    said = run.stderr.decode()
+    records = [json.loads(line) for line in said.splitlines() if line.startswith("{")]
+    broken = {record["code"]: record["values"] for record in records}
+    assert set(broken) >= {"verify-acceleration", "verify-jerk"}
+    assert broken["verify-jerk"]["axis"] == "X"
+    assert abs(broken["verify-jerk"]["t_s"] - t_s) < 0.003
+
+
+def test_setpoints_of_others_with_their_own_period(cncgen: Run, tmp_path: Path) -> None:
+    """A line of 10 mm as a cosine at 2 kHz: within the limits; and on another line: not covered."""
+    (tmp_path / "line.nc").write_text("G21 G90 G61\nG1 X10 F6000\nM2\n")
+    k = np.arange(1001)
+    tau = k / 1000
+    x = 10 * (tau - np.sin(2 * np.pi * tau) / (2 * np.pi))
+    rows = "\n".join(f"{0.0005 * i:.4f},{value:.9f}" for i, value in zip(k, x, strict=True))
+    (tmp_path / "theirs.csv").write_text(f"t_s,x_mm\n{rows}\n")
+    good = cncgen("verify", "theirs.csv", "--program", "line.nc", "--machine", "xy-table")
+    assert good.returncode == 0, good.stderr.decode()
+    (tmp_path / "line.nc").write_text("G21 G90 G61\nG1 X11 F6000\nM2\n")
+    short = cncgen("verify", "theirs.csv", "--program", "line.nc", "--machine", "xy-table")
+    assert short.returncode == 1
+    assert b"verify-coverage" in short.stderr
+
+
+def test_events_and_signals(cncgen: Run, part: Path, tmp_path: Path) -> None:
+    run = cncgen(
+        "plan", part, "-o", "o.csv", "--signals", "vel,feed,line", "--events", "e.jsonl", "--feedrate", "ild"
+    )
+    assert run.returncode == 0, run.stderr.decode()
+    lines = (tmp_path / "o.csv").read_text().splitlines()
+    assert lines[0] == "t_s,x_mm,y_mm,x_vel_mm_s,y_vel_mm_s,feed_mm_s,line"
+    assert {line.rsplit(",", 1)[1] for line in lines[1:]} <= set("2345678")
+    events = [json.loads(line) for line in (tmp_path / "e.jsonl").read_text().splitlines()]
+    assert [e["t_s"] for e in events] == sorted(e["t_s"] for e in events)
+    assert {"spindle", "dwell"} <= {e["event"] for e in events}
+    assert all(set(e) >= {"t_s", "line", "event"} for e in events)
+
+
+def test_quiet_says_nothing_when_all_is_well(cncgen: Run, part: Path) -> None:
+    run = cncgen("plan", part, "-q", "-o", "o.csv")
+    assert (run.returncode, run.stderr) == (0, b"")
+
+
+def test_summary_on_standard_error(cncgen: Run, part: Path) -> None:
+    run = cncgen("plan", part, "-q", "-o", "o.csv", "--summary", "-")
+    assert json.loads(run.stderr)["schema_version"] == 1
