@@ -40,4 +40,5 @@ def kernel_extensions() -> list[Extension]:
 setup(
     packages=[*find_packages(include=["cncgen", "cncgen.*"]), "cncgen.grammars"],
     ext_modules=kernel_extensions(),
+    options={"build_ext": {"parallel": os.cpu_count() or 1}},
 )
