@@ -30,6 +30,7 @@ _MODULES = (
     "dwell",
     "feeds",
     "homing",
+    "lathe_cycles",
     "lines",
     "modes",
     "nurbs",

@@ -107,6 +107,8 @@ class Interpreter:
                 self._plans.clear()
             plan = self._plans[key] = self._plan(block)
         self.sink.block = block
+        if self.state.diameter and "x" in block.words:
+            block.words["x"] *= 0.5
         for step in plan.steps:
             step(self, block)
 
@@ -144,8 +146,9 @@ class Interpreter:
         own = [code for code in codes if code.axes == "own"]
         motion = next((code for code in codes if code.axes == "motion"), None)
         moves = not _AXIS_LETTERS.isdisjoint(block.words)
-        if own and (motion or len(own) > 1) and moves:
-            other = motion or own[1]
+        moving = motion if motion and motion.number != NO_MOTION else None
+        if own and (moving or len(own) > 1) and moves:
+            other = moving or own[1]
             raise BlockError(
                 "axis-words-twice", f"{own[0].name} and {other.name} both need the axis words", own[0].name
             )
@@ -173,6 +176,7 @@ class Interpreter:
             state.motion in (0, 10, 20, 30, NO_MOTION)
             and state.plane in (17, 18, 19)
             and state.compensation == 40
+            and not state.diameter
             and (state.feed_mode != 95 or (state.speed > 0.0 and state.direction != 0))
             and self.guard is None
             # A printed rate in inverse time depends on the motion's length.
