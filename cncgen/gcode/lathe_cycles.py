@@ -91,13 +91,14 @@ class Thread:
 
 
 def thread(ip: Interpreter, block: Block) -> None:
-    """G76 P Z I J K R Q H E L."""
+    """G76 P Z I J K R Q H E L: the passes, then to the end of the drive line (or to X and Y, where given)."""
     cut = _read(ip, block)
+    end = ip.end_point(block)
     ip.state.motion = _G76
     for depth in cut.depths():
         _pass(ip, cut, depth)
-    _traverse(ip, cut.drive, cut.end)
-    ip.state.moved = True
+    ip.sink.straight_traverse(end)
+    ip.state.position, ip.state.moved = end, True
 
 
 def _read(ip: Interpreter, block: Block) -> Thread:
@@ -122,10 +123,6 @@ def _read(ip: Interpreter, block: Block) -> Thread:
         raise BlockError("thread-words", f"G76 moves X and Z only, not {letter}", letter)
     if state.direction == 0:
         raise BlockError("spindle-stopped", "G76 cuts in step with a spindle that does not turn", "G76")
-    for letter in "xy":
-        if letter in words:
-            fault = BlockError("unused-word", f"G76 does not use {letter.upper()}", letter.upper())
-            ip.warn(fault, Severity.WARNING)
     degression = words.get("r", 1.0)
     if degression < 1.0:
         fault = BlockError("thread-degression", f"R{degression:g} of G76 is below 1: taken as 1", "R")
