@@ -12,9 +12,12 @@ from cncgen.cli.options import message_options, program_options
 
 @click.command("check")
 @click.argument("programs", metavar="PROGRAM...", nargs=-1, required=True)
+@click.option(
+    "--tree", is_flag=True, help="Print the workplan of STEP-NC programs with tools, feeds and times."
+)
 @program_options
 @message_options
-def command(programs: tuple[str, ...], reading: dict[str, Any]) -> int:
+def command(programs: tuple[str, ...], tree: bool, reading: dict[str, Any]) -> int:
     """Read programs and name what is wrong with them.
 
     Nothing is planned or written. With --json the diagnostics go to standard output.
@@ -26,6 +29,8 @@ def command(programs: tuple[str, ...], reading: dict[str, Any]) -> int:
     for name in programs:
         try:
             _check(name, reading)
+            if tree:
+                _show_tree(name, reading)
         except CncgenError as error:
             messages.show(error.diagnostics)
             code = max(code, error.exit_code)
@@ -39,3 +44,20 @@ def _check(name: str, reading: dict[str, Any]) -> None:
     with opened(name, reading) as program:
         rows = sum(len(chunk) for chunk in sound(program))
     messages.note(f"{name}: no errors, {rows} motions and events")
+
+
+def _show_tree(name: str, reading: dict[str, Any]) -> None:
+    from pathlib import Path
+
+    from cncgen.cli.reading import read_options
+    from cncgen.files import open_input, write_text
+    from cncgen.pipeline import language_of
+
+    with open_input(name) as file:
+        content = file.read() if name == "-" else Path(name).read_bytes()
+    if language_of(name, content[:4096]) != "stepnc":
+        return
+    from cncgen.stepnc import tree
+
+    _, options = read_options(reading)
+    write_text(None, "".join(f"{line}\n" for line in tree(content, name, options)))

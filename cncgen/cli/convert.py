@@ -1,0 +1,68 @@
+"""`cncgen convert`: a program in another form."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from cncgen.cli.options import message_options, program_options
+
+
+@click.command("convert")
+@click.argument("program", metavar="PROGRAM")
+@click.option("-o", "--output", metavar="FILE", help="Where to write [default: standard output].")
+@click.option(
+    "--to",
+    type=click.Choice(("gcode", "stepnc")),
+    help="Language to write [default: by the suffix of the output, else G-code].",
+)
+@click.option(
+    "--linearize",
+    metavar="TOL",
+    type=click.FloatRange(min=0.0, min_open=True),
+    help="Write splines and arcs as lines within TOL mm.",
+)
+@program_options
+@message_options
+def command(
+    program: str, output: str | None, to: str | None, linearize: float | None, reading: dict[str, Any]
+) -> None:
+    """Rewrite a program: STEP-NC to G-code, G-code to STEP-NC, splines and arcs to lines.
+
+    Splines of STEP-NC become G6.2, and the entity that a motion comes from stands before it in a comment.
+    """
+    from cncgen.cli.reading import opened
+    from cncgen.files import write_text
+    from cncgen.pipeline import language_of, sound
+
+    target = to or (language_of(output, b"") if output else "gcode")
+    with opened(program, reading) as source:
+        chunks = sound(source)
+        if target == "stepnc":
+            import io
+
+            from cncgen.stepnc import write_ap238
+
+            stream = io.StringIO()
+            write_ap238(chunks, stream, source.name)
+            text = stream.getvalue()
+        else:
+            from cncgen.stepnc import gcode_lines
+
+            describe = _entities(program) if source.language == "stepnc" else None
+            lines = list(gcode_lines(chunks, source.name, linearize, describe))
+            text = "\n".join(lines) + "\n"
+    write_text(output, text)
+
+
+def _entities(program: str) -> Any:
+    """Return what names the entity of a line, where the file can be read again."""
+    from pathlib import Path
+
+    from cncgen.stepnc import entities_by_line
+
+    if program == "-":
+        return None
+    names = entities_by_line(Path(program), program)
+    return lambda line: names.get(line, "")
