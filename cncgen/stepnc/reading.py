@@ -10,7 +10,7 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.diagnostics import Diagnostic, Diagnostics, UsageError
+from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, UsageError
 from cncgen.stepnc.ap238 import Ap238Reader
 from cncgen.stepnc.execution.canon import Canon, Printer
 from cncgen.stepnc.execution.columns import Columns
@@ -153,10 +153,11 @@ def canon(
 
     Args:
         source, name, options: As for `read`.
-        diagnostics: Filled with those of the program, where given.
+        diagnostics: Filled with those of the program; without it, errors are raised when all has been printed.
 
     Raises:
         UsageError: where the file cannot be read.
+        ProgramError: where the program has errors and `diagnostics` is not given.
     """
     options = options or ReadOptions()
     file = Source(source, name, options)
@@ -166,3 +167,22 @@ def canon(
     yield from printer.take()
     if diagnostics is not None:
         diagnostics.extend(file.diagnostics)
+    elif file.diagnostics.has_errors:
+        raise ProgramError(file.diagnostics)
+
+
+def entities_by_line(source: Path | BinaryIO | bytes, name: str = "-") -> dict[int, str]:
+    """Return ``#id KEYWORD`` of the instance that begins on each line (the first of several).
+
+    Raises:
+        UsageError: where the file cannot be read.
+    """
+    exchange = Exchange.load(_bytes_of(source), name, None, SHORT_NAMES)
+    lines = exchange.row_lines
+    out: dict[int, str] = {}
+    for row in exchange.instance_rows.tolist():
+        begin, end = int(exchange.rows.bodies[row]), int(exchange.rows.ends[row])
+        keyword = re.match(rb"\(?\s*([A-Za-z0-9_!]+)", exchange.data[begin : min(end, begin + 100)])
+        word = keyword[1].decode().upper() if keyword else ""
+        out.setdefault(int(lines[row]), f"#{exchange.rows.ids[row]} {word}")
+    return out

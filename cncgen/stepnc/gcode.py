@@ -1,0 +1,284 @@
+"""Toolpaths as G-code that this program and LinuxCNC read back to the same motions.
+
+Lines are G0 and G1, arcs G2 and G3 in their plane (whole turns by P), splines up to degree 3 G6.2 (FANUC); whatever has
+no such word, and splines where a tolerance is given, become lines within it. Millimetres, degrees, mm/min.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.stepnc.execution.linearize import polyline_of
+from cncgen.stepnc.geometry.pieces import Arc, Nurbs, Piece
+from cncgen.toolpath.record import Event, FeedMode, Kind, Toolpath
+from cncgen.units import is_rotary
+
+Floats = NDArray[np.float64]
+
+#: Chord tolerance of what has no word of its own, mm.
+CHORD = 1e-3
+#: Ranks (degree + 1) that G6.2 has.
+RANKS = (2, 3, 4)
+_PLANES = {0: ("G19", "JK"), 1: ("G18", "IK"), 2: ("G17", "IJ")}
+
+
+def gcode_lines(
+    chunks: Iterable[Toolpath],
+    name: str = "",
+    linearize: float | None = None,
+    describe: Callable[[int], str] | None = None,
+) -> Iterator[str]:
+    """Yield the blocks of a program as G-code, without line ends.
+
+    Args:
+        chunks: Its toolpath, piece by piece.
+        name: For the comment at the top.
+        linearize: Chord tolerance, mm, to write splines and arcs as lines; None keeps them.
+        describe: Names the source of a line (from 1) in a comment, once a change; None writes none.
+    """
+    writer = _Writer(linearize, describe)
+    for chunk in chunks:
+        if not writer.begun:
+            yield from writer.begin(chunk, name)
+        yield from writer.chunk(chunk)
+    yield from writer.end()
+
+
+def number(value: float) -> str:
+    """Return a number with nine decimals at most, without needless zeros."""
+    text = f"{value:.9f}".rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text
+
+
+def comment(text: str) -> str:
+    """Return a comment; what would end it is replaced."""
+    clean = "".join(c if c.isprintable() and c not in "()" else " " for c in text)
+    return f"({clean[:200]})"
+
+
+@dataclass(slots=True)
+class _Writer:
+    linearize: float | None
+    describe: Callable[[int], str] | None
+    begun: bool = False
+    _axes: str = "XYZ"
+    _position: Floats = field(default_factory=lambda: np.zeros(3))
+    _feed: float = math.nan
+    _mode: int = -1
+    _plane: int = 2
+    _line: int = -1
+    _tolerance: float = math.nan
+    _ended: bool = False
+    _moved: bool = False
+    _tools: dict[str, int] = field(default_factory=dict)
+    _direction: int = 0
+    _coolant: tuple[bool, bool] = (False, False)
+
+    def begin(self, chunk: Toolpath, name: str) -> Iterator[str]:
+        self.begun = True
+        self._axes = chunk.axes
+        self._position = chunk.start
+        if name:
+            yield comment(name)
+        yield comment("START, " + " ".join(self._words(chunk.start, None)))
+        yield "G21 G17 G90 G94 G40"
+        yield "G64"
+
+    def end(self) -> Iterator[str]:
+        if not self._ended:
+            yield "M2"
+
+    def _words(self, end: Floats, before: Floats | None) -> list[str]:
+        """Return the axis words of a position: those that differ from `before`, all where that is None."""
+        out = []
+        for k, letter in enumerate(self._axes):
+            value = math.degrees(end[k]) if is_rotary(letter) else float(end[k])
+            text = number(value)
+            if before is not None:
+                old = math.degrees(before[k]) if is_rotary(letter) else float(before[k])
+                if text == number(old):
+                    continue
+            out.append(letter + text)
+        return out
+
+    def chunk(self, path: Toolpath) -> Iterator[str]:
+        """Yield the blocks of a chunk."""
+        for row in range(len(path)):
+            line = int(path.line[row])
+            if self.describe is not None and line != self._line:
+                self._line = line
+                text = self.describe(line)
+                if text:
+                    yield comment(text)
+            kind = path.kind[row]
+            if kind == Kind.EVENT:
+                yield from self._event(path.events[int(path.curve[row])])
+                continue
+            yield from self._path_tolerance(float(path.tolerance[row]))
+            yield from self._motion(path, row, int(kind))
+            self._position = path.end[row]
+
+    def _path_tolerance(self, tolerance: float) -> Iterator[str]:
+        if tolerance == self._tolerance or (math.isnan(tolerance) and math.isnan(self._tolerance)):
+            return
+        self._tolerance = tolerance
+        yield "G64" if math.isnan(tolerance) else f"G64 P{number(tolerance)}"
+
+    def _motion(self, path: Toolpath, row: int, kind: int) -> Iterator[str]:
+        mode, feed = int(path.feed_mode[row]), float(path.feed[row])
+        end = path.end[row]
+        if kind == Kind.LINE:
+            yield from self._straight(end[None, :], mode, feed)
+            return
+        piece: Piece = _piece(path, row, self._position)
+        plane = self._plane_of(piece)
+        if mode != FeedMode.RAPID and self.linearize is None:
+            if isinstance(piece, Arc) and plane is not None:
+                yield from self._arc(piece, plane, end, mode, feed)
+                return
+            if isinstance(piece, Nurbs) and piece.degree + 1 in RANKS:
+                yield from self._spline(path, row, piece, mode, feed)
+                return
+        chord = self.linearize or CHORD
+        points = polyline_of(piece, chord).points[1:]
+        rest = np.linspace(0.0, 1.0, len(points) + 1)[1:, None]
+        others = self._position[3:] + rest * (end[3:] - self._position[3:])
+        yield from self._straight(np.concatenate([points, others], axis=1), mode, feed, len(points))
+
+    def _plane_of(self, piece: Piece) -> int | None:
+        if not isinstance(piece, Arc):
+            return None
+        axis = int(np.argmax(np.abs(piece.normal)))
+        return axis if abs(piece.normal[axis]) > 1.0 - 1e-12 else None
+
+    def _straight(self, points: Floats, mode: int, feed: float, pieces: int = 1) -> Iterator[str]:
+        for end in points:
+            # The first motion names all axes: not every reader knows where the program starts.
+            words = self._words(end, self._position if self._moved else None)
+            self._moved = True
+            if words:
+                yield " ".join(
+                    [*self._modes("G0" if mode == FeedMode.RAPID else "G1", mode, feed, pieces, words)]
+                )
+            self._position = end
+
+    def _modes(self, code: str, mode: int, feed: float, pieces: int, words: list[str]) -> list[str]:
+        """Return a block with the feed word, and G93 or G94 before it where the mode changes."""
+        out = []
+        if mode != FeedMode.RAPID and mode != self._mode:
+            out.append("G93" if mode == FeedMode.INVERSE_TIME else "G94")
+            self._mode, self._feed = mode, math.nan
+        out += [code, *words]
+        if mode == FeedMode.INVERSE_TIME:
+            out.append(f"F{number(feed * 60.0 * pieces)}")
+        elif mode == FeedMode.SPEED and feed != self._feed:
+            self._feed = feed
+            rotary_only = words and all(is_rotary(w[0]) for w in words if w[0] in self._axes)
+            scale = 60.0 * (180.0 / math.pi if rotary_only else 1.0)
+            out.append(f"F{number(feed * scale)}")
+        return out
+
+    def _arc(self, arc: Arc, plane: int, end: Floats, mode: int, feed: float) -> Iterator[str]:
+        code, letters = _PLANES[plane]
+        if plane != self._plane:
+            self._plane = plane
+            yield code
+        clockwise = arc.normal[plane] < 0
+        # About Y the right-handed sense from +Y is that of G3 in the Z-X plane too.
+        words = [f"{'XYZ'[k]}{number(float(end[k]))}" for k in range(3)]
+        words += [w for w in self._words(end, self._position) if w[0] not in "XYZ"]
+        arm = arc.centre - arc.start
+        words += [f"{a}{number(float(arm['IJK'.index(a)]))}" for a in letters]
+        turns = math.ceil(arc.sweep / (2 * math.pi) - 1e-9)
+        if turns > 1:
+            words.append(f"P{turns}")
+        yield " ".join(self._modes("G2" if clockwise else "G3", mode, feed, 1, words))
+
+    def _spline(self, path: Toolpath, row: int, curve: Nurbs, mode: int, feed: float) -> Iterator[str]:
+        index = int(path.curve[row])
+        table = path.nurbs
+        control = table.control_points[int(table.point_offset[index]) : int(table.point_offset[index + 1])]
+        rank, n = curve.degree + 1, len(control)
+        rational = not (curve.weights == curve.weights[0]).all()
+        for k in range(n):
+            words = self._words(control[k], None)
+            if rational:
+                words.append(f"R{number(float(curve.weights[k] / curve.weights[0]))}")
+            knot = f"K{number(float(curve.knots[k]))}"
+            if k == 0:
+                yield " ".join(self._modes(f"G6.2 P{rank} {knot}", mode, feed, 1, words))
+            else:
+                yield " ".join([knot, *words])
+        for k in range(n, n + rank):
+            yield f"K{number(float(curve.knots[k]))}"
+
+    # Events
+
+    def _event(self, event: Event) -> Iterator[str]:
+        values = event.values
+        if event.name == "tool":
+            yield from self._tool(str(values.get("tool", "")))
+        elif event.name == "spindle" and "direction" in values:
+            yield from self._spindle(int(values["direction"]), float(values["speed_rpm"]))
+        elif event.name == "coolant":
+            yield from self._switch(bool(values.get("flood")), bool(values.get("mist")))
+        elif event.name == "dwell":
+            yield f"G4 P{number(event.dwell_s)}"
+        elif event.name == "stop":
+            yield "M1" if values.get("kind") == "optional" else "M0"
+        elif event.name == "message":
+            yield comment(f"MSG, {values.get('text', '')}")
+        elif event.name == "end":
+            self._ended = True
+            yield "M2"
+        else:
+            yield comment(" ".join([event.name, *(f"{k}={v}" for k, v in values.items())]))
+
+    def _tool(self, name: str) -> Iterator[str]:
+        """Call a tool by its number; one without gets the next that is free."""
+        if name not in self._tools:
+            given = int(name) if name.isdigit() and len(name) < 6 else 0
+            taken = set(self._tools.values())
+            self._tools[name] = given if given and given not in taken else max(taken, default=0) + 1
+            if str(self._tools[name]) != name:
+                yield comment(f"T{self._tools[name]}: {name}")
+        self._direction, self._coolant = 0, (False, False)
+        yield f"T{self._tools[name]} M6"
+
+    def _spindle(self, direction: int, speed: float) -> Iterator[str]:
+        if direction == 0:
+            self._direction = 0
+            yield "M5"
+            return
+        code = {1: " M3", -1: " M4"}[direction] if direction != self._direction else ""
+        self._direction = direction
+        yield f"S{number(speed)}{code}"
+
+    def _switch(self, flood: bool, mist: bool) -> Iterator[str]:
+        before, self._coolant = self._coolant, (flood, mist)
+        if (before[0] and not flood) or (before[1] and not mist):
+            yield "M9"
+            before = (False, False)
+        if flood and not before[0]:
+            yield "M8"
+        if mist and not before[1]:
+            yield "M7"
+
+
+def _piece(path: Toolpath, row: int, start: Floats) -> Piece:
+    """Return the curve of an ARC or NURBS row."""
+    index = int(path.curve[row])
+    if path.kind[row] == Kind.ARC:
+        arcs = path.arcs
+        return Arc(
+            start[:3], path.end[row, :3], arcs.centre[index], arcs.normal[index], float(arcs.sweep[index])
+        )
+    table = path.nurbs
+    points = slice(int(table.point_offset[index]), int(table.point_offset[index + 1]))
+    knots = table.knots[int(table.knot_offset[index]) : int(table.knot_offset[index + 1])]
+    return Nurbs(int(table.degree[index]), table.control_points[points, :3], table.weights[points], knots)
