@@ -177,7 +177,6 @@ def _pass(ip: Interpreter, cut: Thread, depth: float) -> None:
     _traverse(ip, drive, end)
     on = {"what": "feed_override", "on": True}
     sink.call("ENABLE_FEED_OVERRIDE()", Event("override", values=on))
-    ip.state.feed_override = True
 
 
 def _synchronise(ip: Interpreter, pitch: float) -> None:

@@ -6,6 +6,7 @@ before. It *rewrites* its parameter file, so every run gets a scratch copy.
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
