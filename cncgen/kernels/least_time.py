@@ -635,6 +635,7 @@ def solve(
             _directions(dc, rows, m, place, kind, mu, True, out)
             step = 1.0 / max(1.0, max(out[0] / 0.99, _positive(c, dc, ends) / 0.9))
             ahead = 1.0 / max(1.0, out[1] / 0.99)
+            step = ahead = min(step, ahead)
             _move(c, dc, rows, m, kind, step, ahead)
     report[0] = f
     report[1] = gap

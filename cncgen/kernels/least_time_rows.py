@@ -9,7 +9,7 @@ p1 b1 + p2 b2, hence one of the unknowns c[k], c[k+1], c[k+2] of `cncgen.kernels
 """
 
 import cython
-from cython.cimports.libc.math import cbrt, fabs
+from cython.cimports.libc.math import cbrt, fabs, sqrt
 
 
 @cython.cfunc
@@ -59,7 +59,8 @@ def _idle(
     for b in range(d1.shape[2]):
         if (
             fabs(d1[k, 0, b]) * limits[0, a] > fabs(d1[k, 0, a]) * limits[0, b]
-            and fabs(d1[k, 0, b]) * limits[1, a] * factor[k, a] > fabs(d1[k, 0, a]) * limits[1, b] * factor[k, b]
+            and fabs(d1[k, 0, b]) * limits[1, a] * factor[k, a]
+            > fabs(d1[k, 0, a]) * limits[1, b] * factor[k, b]
         ):
             return True
     return False
@@ -160,36 +161,68 @@ def build(
 @cython.nogil
 @cython.exceptval(check=False)
 def _ceiling(
-    d1: cython.double[:, :, ::1],
     d2: cython.double[:, :, ::1],
     d3: cython.double[:, :, ::1],
     limits: cython.double[:, ::1],
     k: cython.Py_ssize_t,
     e: cython.Py_ssize_t,
     q: cython.double,
-    reach: cython.double,
 ) -> cython.double:
-    """Return q, lowered to what steady motion allows at an end of an interval, or (`reach` > 0) what a start there from q
-    reaches in that length by the acceleration limits alone."""
+    """Return q, lowered to what steady motion allows at an end of an interval."""
     a: cython.Py_ssize_t
-    top: cython.double = q
-    gain: cython.double = 1e300
     x: cython.double
-    for a in range(d1.shape[2]):
+    for a in range(d2.shape[2]):
         x = fabs(d2[k, e, a])
-        if reach > 0.0:
-            if d1[k, e, a] != 0.0:
-                gain = min(gain, max(limits[0, a] - x * q, 0.0) / fabs(d1[k, e, a]))
-        else:
-            if x * top > limits[0, a]:
-                top = limits[0, a] / x
-            x = fabs(d3[k, e, a])
-            if x > 0.0:
-                x = cbrt(limits[1, a] / x)
-                top = min(top, x * x)
-    if reach > 0.0:
-        return q + 2.0 * gain * reach
-    return top
+        if x * q > limits[0, a]:
+            q = limits[0, a] / x
+        x = fabs(d3[k, e, a])
+        if x > 0.0:
+            x = cbrt(limits[1, a] / x)
+            q = min(q, x * x)
+    return q
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _gain(
+    d1: cython.double[:, :, ::1],
+    d2: cython.double[:, :, ::1],
+    limits: cython.double[:, ::1],
+    factor: cython.double[:, ::1],
+    k: cython.Py_ssize_t,
+    e: cython.Py_ssize_t,
+    length: cython.double,
+    cap: cython.double,
+    state: cython.double[::1],
+) -> cython.void:
+    """Move ``state`` = (q, acceleration) over a length with full jerk, the acceleration limits and the bound `cap` of q."""
+    a: cython.Py_ssize_t
+    i: cython.int
+    acc: cython.double = 1e300
+    jerk: cython.double = 1e300
+    x: cython.double
+    q: cython.double = state[0]
+    v: cython.double = sqrt(q)
+    rate: cython.double = state[1]
+    t: cython.double
+    for a in range(d1.shape[2]):
+        x = fabs(d1[k, e, a])
+        if x > 0.0:
+            acc = min(acc, max(limits[0, a] - fabs(d2[k, e, a]) * q, 0.0) / x)
+            jerk = min(jerk, limits[1, a] * factor[k, a] / x)
+    t = cbrt(6.0 * length / jerk)
+    if v * t > length:
+        t = length / v
+    # Newton from above on the increasing, convex s(t) = length.
+    for i in range(4):
+        t -= (((jerk * t / 6.0 + 0.5 * rate) * t + v) * t - length) / ((0.5 * jerk * t + rate) * t + v)
+    rate = min(rate + jerk * t, acc)
+    v += 0.5 * (state[1] + rate) * t
+    state[0] = min(v * v, cap)
+    state[1] = min(rate, max(0.0, 0.5 * (state[0] - q) / length))
+    if state[0] < cap:
+        state[1] = rate
 
 
 def start(
@@ -199,19 +232,20 @@ def start(
     d2: cython.double[:, :, ::1],
     d3: cython.double[:, :, ::1],
     limits: cython.double[:, ::1],
+    factor: cython.double[:, ::1],
     top: cython.double[:, ::1],
     part: cython.double,
     free: cython.Py_ssize_t,
     q: cython.double[:, ::1],
     c: cython.double[::1],
 ) -> cython.void:
-    """Fill `c` with a profile to start from: `part` of the least-time one without jerk limits, roughly.
+    """Fill `c` with a profile to start from: `part` of one that rises and falls with full jerk along the path.
 
-    A forward and a backward pass over the nodes (Bobrow et al., *Int. J. Robotics Research* 4(3), 1985) below what
-    steady motion allows.
+    A forward and a backward pass over the nodes below what steady motion allows, as for acceleration limits alone
+    (Bobrow et al., *Int. J. Robotics Research* 4(3), 1985), with the acceleration as second state; the lower of both.
 
     Args:
-        h, ends, d1, d2, d3, limits: As in `build`.
+        h, ends, d1, d2, d3, limits, factor: As in `build`.
         top: Shape (n, 2), largest q at both ends of each interval.
         part: Factor of q.
         free: First unknown to fill; those before it are given.
@@ -220,17 +254,34 @@ def start(
     """
     n: cython.Py_ssize_t = h.shape[0]
     k: cython.Py_ssize_t
+    import numpy
+
+    state: cython.double[::1] = numpy.zeros(2)
     with cython.nogil:
         for k in range(n):
-            q[k, 0] = _ceiling(d1, d2, d3, limits, k, 0, top[k, 0], 0.0)
-            q[k, 1] = _ceiling(d1, d2, d3, limits, k, 2, top[k, 1], 0.0)
-            if k > 0 and ends[k, 0] > 0.0:
-                q[k, 0] = min(q[k, 0], q[k - 1, 1])
-            q[k, 1] = min(q[k, 1], _ceiling(d1, d2, d3, limits, k, 0, q[k, 0], h[k]))
+            q[k, 0] = _ceiling(d2, d3, limits, k, 0, top[k, 0])
+            q[k, 1] = _ceiling(d2, d3, limits, k, 2, top[k, 1])
+        for k in range(n):
+            if k == 0 or ends[k, 0] == 0.0:
+                # beside a rest: q' = 2 q (1/e − 1)/h
+                state[0] = q[k, 0]
+                state[1] = q[k, 0] * (1.0 / ends[k, 1] - 1.0) / h[k] if ends[k, 1] > 0.0 else 0.0
+            elif q[k, 0] < state[0]:
+                state[0] = q[k, 0]
+                state[1] = 0.0
+            q[k, 0] = state[0]
+            _gain(d1, d2, limits, factor, k, 0, h[k], q[k, 1], state)
+            q[k, 1] = state[0]
         for k in range(n - 1, -1, -1):
-            if ends[k, 3] > 0.0:
-                q[k, 1] = min(q[k, 1], q[k + 1, 0])
-            q[k, 0] = min(q[k, 0], _ceiling(d1, d2, d3, limits, k, 2, q[k, 1], h[k]))
+            if k == n - 1 or ends[k, 3] == 0.0:
+                state[0] = q[k, 1]
+                state[1] = q[k, 1] * (1.0 / ends[k, 2] - 1.0) / h[k]
+            elif q[k, 1] < state[0]:
+                state[0] = q[k, 1]
+                state[1] = 0.0
+            q[k, 1] = state[0]
+            _gain(d1, d2, limits, factor, k, 2, h[k], q[k, 0], state)
+            q[k, 0] = state[0]
             if k + 1 >= free:
                 c[k + 1] = part * min(q[k, 0], q[k, 1])
         c[n + 1] = 1.0

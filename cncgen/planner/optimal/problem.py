@@ -88,7 +88,7 @@ def solve(given: Intervals, state: tuple[float, float] | None) -> Solution:
         c[0], c[1] = state
         edge[0, 0] = state[0]
         free = 2
-    least_time_rows.start(h, ends, x1, x2, x3, given.limits, edge, _START, free, np.empty((n, 2)), c)
+    least_time_rows.start(h, ends, x1, x2, x3, given.limits, factor, edge, _START, free, np.empty((n, 2)), c)
     room = n * (3 + 4 * axes)
     rows = np.empty((room, least_time.WIDTH))
     where, kind, axis = np.empty(room, np.int64), np.empty(room, np.int8), np.empty(room, np.int64)
