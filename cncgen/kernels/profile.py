@@ -133,6 +133,7 @@ def invert(
     right: cython.double
     tau: cython.double
     miss: cython.double
+    goal: cython.double
     _round: cython.int
     with cython.nogil:
         for i in range(n):
@@ -146,18 +147,22 @@ def invert(
                     high = middle - 1
             left = 0.0
             right = t[low + 1] - t[low]
+            goal = at[i] - s0[low]
+            if goal <= 0.0:
+                time[i] = t[low]
+                continue
             if at[i] >= s0[low + 1]:
                 time[i] = t[low + 1]
                 continue
             tau = 0.5 * right
             for _round in range(200):
                 _move(tau, v[low], a[low], j[low], c[low], work)
-                miss = s0[low] + work[0] - at[i]
+                miss = work[0] - goal
                 if miss > 0.0:
                     right = tau
                 else:
                     left = tau
-                if fabs(miss) <= 1e-16 * (fabs(at[i]) + 1e-6):
+                if fabs(miss) <= 1e-15 * goal:
                     break
                 if work[1] > 0.0:
                     tau = tau - miss / work[1]

@@ -34,6 +34,8 @@ def cut(profile: Profile, start: float, end: float, shift: float = 0.0) -> Profi
     t = np.concatenate([[start], profile.t[first + 1 : last], [end]])
     ends = motion_at(profile, np.array([start, end]))
     s = np.concatenate([ends.s[:1], profile.s[first + 1 : last], ends.s[1:]])
+    if profile.t[min(last, len(profile))] == end:
+        s[-1] = profile.s[last]
     pick = slice(first, last)
     v, a, j = profile.v[pick].copy(), profile.a[pick].copy(), profile.j[pick].copy()
     c = profile.c[pick]

@@ -326,6 +326,7 @@ def _with_knots(trajectory: Trajectory, knots: Floats) -> Trajectory:
     plan = trajectory.profile
     t, planned = knots[:, 0], knots[:, 1]
     s = np.clip(knots[:, 2] - knots[0, 2] + plan.s[0], plan.s[0], plan.s[-1])
+    s[-1] = plan.s[-1]
     duration = np.diff(t)
     v = np.divide(np.diff(s), duration, out=np.zeros_like(duration), where=duration > 0.0)
     limit = plan.limit[motion_at(plan, planned[:-1]).piece] if len(plan) else np.zeros(len(v), dtype=np.int8)

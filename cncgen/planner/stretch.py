@@ -18,6 +18,10 @@ from cncgen.planner.sharp_corners import CornerRule
 from cncgen.toolpath.record import Event, Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+#: mm: joints that are closer are one.
+_SAME_PLACE = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +30,17 @@ class RowEnd:
 
     tangent: Floats
     bend: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class _Inner:
+    """Joints within curves, each of shape (n,): place, highest speed and the `Limit` behind it; see `Stretch`."""
+
+    s: Floats
+    speed: Floats
+    limit: NDArray[np.int8]
+    sharp: NDArray[np.bool_]
+    turns: NDArray[np.bool_]
 
 
 @dataclass(slots=True)
@@ -92,8 +107,9 @@ def stretch_of(
     curves = np.flatnonzero(toolpath.kind[rows.index] == Kind.NURBS)
     if len(curves):
         extrema = curvature_extrema(path)
-        for position in reversed(curves):
-            _cut_curve(stretch, rows, int(position), extrema, rule, contour_centripetal)
+        inner = [_bends(stretch, rows, int(i), extrema, rule, contour_centripetal) for i in curves]
+        inner.append(_cusps(path, rows, curves, machine))
+        _insert(stretch, inner)
     return stretch
 
 
@@ -161,15 +177,15 @@ def _stops(stretch: Stretch, rows: Rows) -> None:
         stretch.lower(int(row) + 1, 0.0, Limit.STOP)
 
 
-def _cut_curve(
+def _bends(
     stretch: Stretch,
     rows: Rows,
     position: int,
     extrema: CurvatureExtrema,
     rule: CornerRule,
     contour_centripetal: float,
-) -> None:
-    """Cut the segment of a NURBS row at its sharp corners (and where the contour error asks for it)."""
+) -> _Inner:
+    """Return the joints at the sharp corners of a NURBS row, and where the contour error asks for some."""
     feed = float(stretch.top[position])
     start, end = float(rows.start[position]), float(rows.end[position])
     mine = extrema.is_maximum & (extrema.s > start) & (extrema.s < end)
@@ -177,33 +193,48 @@ def _cut_curve(
     sharp = rule.corners(s, curvature, start, float(rows.centripetal[position]), feed)
     extra = np.flatnonzero(curvature * feed**2 > contour_centripetal)
     at = np.union1d(sharp, extra)
-    if not len(at):
-        return
     speed, limit = rule.speeds(curvature[at], feed)
     is_sharp = np.isin(at, sharp)
     speed = np.where(is_sharp, speed, feed)
     bound = np.sqrt(contour_centripetal / curvature[at])
-    limit = np.where(bound < speed, np.int8(Limit.CONTOUR_ERROR), limit)
-    _insert(stretch, position, s[at], np.minimum(speed, bound), limit.astype(np.int8), is_sharp)
+    limit = np.where(bound < speed, np.int8(Limit.CONTOUR_ERROR), limit).astype(np.int8)
+    return _Inner(s[at], np.minimum(speed, bound), limit, is_sharp, np.zeros(len(at), dtype=bool))
 
 
-def _insert(
-    stretch: Stretch,
-    segment: int,
-    s: Floats,
-    speed: Floats,
-    limit: NDArray[np.int8],
-    sharp: NDArray[np.bool_],
-) -> None:
-    """Cut one segment into several at the places `s` within it."""
-    n = len(s)
-    joint = segment + 1
+def _cusps(path: Path, rows: Rows, curves: Ints, machine: Machine) -> _Inner:
+    """Return the joints where the tangent jumps within a NURBS, at a knot of full multiplicity or where C' vanishes."""
+    jumps = path.jumps()
+    inside = (jumps.before == jumps.after) & np.isin(jumps.after, rows.index[curves])
+    inside &= turned(np.zeros_like(jumps.tangent), jumps.tangent)
+    n = int(np.count_nonzero(inside))
+    limits = AxisLimits.of(machine, path.axes)
+    still = np.zeros((n, len(path.axes)))
+    speed = joint_speeds(still, jumps.tangent[inside], still, still, limits, machine.period_s)
+    yes = np.ones(n, dtype=bool)
+    return _Inner(jumps.s[inside], speed, np.full(n, Limit.CORNER, dtype=np.int8), yes, yes)
+
+
+def _insert(stretch: Stretch, inner: list[_Inner]) -> None:
+    """Cut segments into several at joints within them; where two are at one place, the slower one is taken."""
+    s = np.concatenate([i.s for i in inner])
+    order = np.lexsort((np.concatenate([i.speed for i in inner]), s))
+    order = order[np.append(True, np.diff(s[order]) > _SAME_PLACE)] if len(order) else order
+    s = s[order]
+    joint = np.searchsorted(stretch.s, s)
+    values = {
+        name: np.concatenate([getattr(i, name) for i in inner])[order]
+        for name in ("speed", "limit", "sharp", "turns")
+    }
     stretch.s = np.insert(stretch.s, joint, s)
-    stretch.cap = np.insert(stretch.cap, joint, speed)
-    stretch.cap_limit = np.insert(stretch.cap_limit, joint, limit)
-    stretch.sharp = np.insert(stretch.sharp, joint, sharp)
-    stretch.turns = np.insert(stretch.turns, joint, np.zeros(n, dtype=bool))
-    for name in ("top", "top_limit", "acceleration", "jerk"):
-        values = getattr(stretch, name)
-        setattr(stretch, name, np.insert(values, joint, np.repeat(values[segment], n)))
-    stretch.events = [(at + n if at >= joint else at, line, event) for at, line, event in stretch.events]
+    stretch.cap = np.insert(stretch.cap, joint, values["speed"])
+    stretch.cap_limit = np.insert(stretch.cap_limit, joint, values["limit"])
+    stretch.sharp = np.insert(stretch.sharp, joint, values["sharp"])
+    stretch.turns = np.insert(stretch.turns, joint, values["turns"])
+    stretch.top = np.insert(stretch.top, joint, stretch.top[joint - 1])
+    stretch.top_limit = np.insert(stretch.top_limit, joint, stretch.top_limit[joint - 1])
+    stretch.acceleration = np.insert(stretch.acceleration, joint, stretch.acceleration[joint - 1])
+    stretch.jerk = np.insert(stretch.jerk, joint, stretch.jerk[joint - 1])
+    stretch.events = [
+        (at + int(np.searchsorted(joint, at, side="right")), line, event)
+        for at, line, event in stretch.events
+    ]

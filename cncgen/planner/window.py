@@ -145,7 +145,9 @@ class Window:
                 Trajectory(
                     toolpath=stretch.toolpath,
                     row_s=np.asarray(stretch.path.row_s),
-                    profile=_local(cut(profile, self.t_s, until), stretch, float(open_path.place[a])),
+                    profile=_local(
+                        cut(profile, self.t_s, until), stretch, float(open_path.place[a]), end - a
+                    ),
                     events=tuple((times[i], events[i].line, events[i].event) for i in own),
                     corners=tuple(self._corners(stretch, end - a, speed[a:], time[a:])),
                     values={"corners_total": self.corners},
@@ -230,8 +232,9 @@ def _times(profile: Profile, open_path: OpenPath, events: list[_OpenEvent]) -> l
     return times
 
 
-def _local(part: Profile, stretch: Stretch, origin: float) -> Profile:
-    """Move a profile from places of the window to the path coordinate of a stretch."""
-    first = stretch.s[stretch.used]
-    s = np.clip(first + (part.s - origin), first, stretch.s[-1])
+def _local(part: Profile, stretch: Stretch, origin: float, count: int) -> Profile:
+    """Move a profile of `count` segments from places of the window to the path coordinate of a stretch."""
+    first, last = stretch.s[stretch.used], stretch.s[stretch.used + count]
+    s = np.clip(first + (part.s - origin), first, last)
+    s[-1] = last
     return replace(part, s=s)

@@ -207,3 +207,13 @@ def test_empty_program(table: Machine, lines: Callable[..., Toolpath]) -> None:
     assert planned([], table) == []
     done = planned([lines([(1, 1), (1, 1), (1, 1)])], table)
     assert total(done) == 0.0
+
+
+def test_corner_within_a_curve_is_a_corner(nurbs: Callable[..., Toolpath], table: Machine) -> None:
+    """Three coinciding control points turn a cubic by 90° with no curvature at all: it is slowed for all the same."""
+    curve = nurbs([(0, 0), (5, 0), (10, 0), (10, 0), (10, 0), (10, 5), (10, 10)], 100.0)
+    (done,) = planned([curve], table)
+    (corner,) = done.corners
+    assert corner.position[:2] == pytest.approx((10.0, 0.0))
+    assert corner.feed_mm_s == pytest.approx(0.025, rel=1e-3)
+    assert corner.limit == Limit.CORNER
