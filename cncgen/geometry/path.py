@@ -229,6 +229,9 @@ class Path:
         """Return position and derivatives with respect to each row's own parameter, shape (order + 1, n, axes)."""
         u = np.atleast_1d(np.asarray(parameter, float))
         rows = np.broadcast_to(np.asarray(row, np.int64), u.shape)
+        curved = self._curved(rows)
+        if len(curved) == 1 and len(curved[0][1]) == len(rows):
+            return self._evaluate_kind(curved[0][0], rows, u, order, side)
         out = np.zeros((order + 1, len(u), len(self.axes)))
         delta = self._delta[rows]
         # From the nearer end, so that both ends are met to the bit.
@@ -239,13 +242,15 @@ class Path:
         )
         if order > 0:
             out[1] = delta
-        for kind, pick in self._curved(rows):
-            item = self._item[rows[pick]]
-            if kind == ARC:
-                out[:, pick] = self._arcs.evaluate(item, u[pick], order)
-            else:
-                out[:, pick] = splines.evaluate(self._nurbs.table, item, u[pick], order, side)
+        for kind, pick in curved:
+            out[:, pick] = self._evaluate_kind(kind, rows[pick], u[pick], order, side)
         return out
+
+    def _evaluate_kind(self, kind: int, rows: Ints, u: Floats, order: int, side: int) -> Floats:
+        """Evaluate rows that are all arcs or all NURBS."""
+        if kind == ARC:
+            return self._arcs.evaluate(self._item[rows], u, order)
+        return splines.evaluate(self._nurbs.table, self._item[rows], u, order, side)
 
     def evaluate(self, s: ArrayLike, order: int = 0, side: int = 1) -> Floats:
         """Return position and derivatives with respect to s.

@@ -1,0 +1,174 @@
+"""Pieces and the smooth spline within their corridor: closed forms, the bound of the deviation, seams, both kernels."""
+
+from __future__ import annotations
+
+import importlib.machinery
+import importlib.util
+from pathlib import Path as File
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import BSpline
+
+from cncgen.geometry import corridor
+from cncgen.geometry.corridor import END_DERIVATIVES, END_POINT, fit, split
+from cncgen.geometry.path import ARC, LINE, Path
+from cncgen.geometry.pieces import Pieces, first_scales, pieces_of
+from cncgen.geometry.tables import ArcTable, empty_arcs, empty_nurbs
+from cncgen.kernels import smoothing
+
+SCALE = np.ones(3)
+
+
+def polyline(points: np.ndarray, tolerance: float = 0.01) -> Pieces:
+    n = len(points) - 1
+    path = Path("XYZ", points[0], [LINE] * n, points[1:], [-1] * n, empty_arcs(), empty_nurbs(3))
+    return pieces_of(path, np.full(n, tolerance), SCALE)
+
+
+def facets(count: int, seed: int = 0, length: float = 0.2) -> np.ndarray:
+    """Vertices on a smooth wavy curve."""
+    s = np.arange(count + 1) * length
+    phase = np.random.default_rng(seed).uniform(0, 6, 3)
+    angle = np.sin(s / 9 + phase[0]) + 0.6 * np.sin(s / 4 + phase[1])
+    points = np.cumsum(np.stack([np.cos(angle), np.sin(angle), 0.1 * np.sin(s / 7 + phase[2])], 1), axis=0)
+    return points * length
+
+
+def value(pieces: Pieces, t: np.ndarray) -> np.ndarray:
+    """y(t), by plain indexing."""
+    k = np.clip(np.searchsorted(pieces.t, t, side="right") - 1, 0, len(pieces.y) - 1)
+    u = (t - pieces.t[k])[:, None]
+    y = pieces.y[k]
+    return y[:, 0] + u * (y[:, 1] + u * (y[:, 2] + u * y[:, 3]))
+
+
+def misses(spline: corridor.Spline, pieces: Pieces, count: int = 20001) -> np.ndarray:
+    """|x(t) − y(t)| by scipy's BSpline at many t."""
+    t = np.linspace(spline.knots[4], spline.knots[-5], count)
+    return np.linalg.norm(BSpline(spline.knots, spline.points, 4)(t) - value(pieces, t), axis=1)
+
+
+def test_arc_pieces_stay_on_the_arc() -> None:
+    """The Hermite pieces of a quarter of R5 miss its radius by at most their share of the tolerance."""
+    arc = ArcTable(np.array([[0.0, 5, 0]]), np.array([[0.0, 0, 1]]), np.array([np.pi / 2]))
+    path = Path("XYZ", [-10, 0, 0], [LINE, ARC], [[0, 0, 0], [5, 5, 0]], [-1, 0], arc, empty_nurbs(3))
+    pieces = pieces_of(path, np.array([0.01, 0.01]), SCALE)
+    assert pieces.row[0] == 0
+    assert set(pieces.row[1:]) == {1}
+    points = value(pieces, np.linspace(10.0, pieces.t[-1], 2001))
+    radius = np.hypot(points[:, 0], points[:, 1] - 5)
+    np.testing.assert_allclose(radius, 5.0, atol=1e-3 * 0.01)
+    np.testing.assert_allclose(pieces.bend[1:], 0.2, rtol=0.06)
+    # The step of curvature at the joint, 0.2 / mm, sets the guess there.
+    assert first_scales(pieces)[1] == pytest.approx(np.sqrt(0.01 * 0.999 / (0.067 * 0.2)), rel=1e-2)
+
+
+@pytest.mark.parametrize("length", [0.05, 0.3, 2.0])
+def test_a_turn_is_rounded_as_the_closed_form_says(length: float) -> None:
+    """Smoothing spline of order 3 across a turn of 0.02 rad: off by L |Δx'| / 3 at the turn (docs/smoothing.md)."""
+    along = np.arange(1, 121)[:, None] * 0.25 * length
+    points = np.vstack([-along[::-1] * [1, 0, 0], [[0, 0, 0]], along * [np.cos(0.02), np.sin(0.02), 0]])
+    pieces = polyline(points, tolerance=1e9)
+    knots, fixed, out = np.zeros(4000), np.zeros((4000, 3)), np.zeros((4000, 3))
+    used, scale = np.zeros((240, 2)), np.full(241, length)
+    last, _ = smoothing.fit(
+        pieces.t, pieces.y, pieces.bend, pieces.tolerance, pieces.t[-1:], scale, length, 0,
+        knots, 4, fixed, END_POINT, END_POINT, out, used,
+    )  # fmt: skip
+    at_turn = np.linalg.norm(BSpline(knots[: last + 5], out[:last], 4)(30 * length))
+    # Knots a smoothing length apart carry the ideal spline to some per cent.
+    assert at_turn == pytest.approx(length * 0.02 / 3, rel=0.1)
+
+
+@given(st.integers(0, 10_000), st.sampled_from([0.001, 0.01, 0.1]))
+@settings(max_examples=25)
+def test_deviation_is_bounded_tightly(seed: int, tolerance: float) -> None:
+    pieces = polyline(facets(200, seed), tolerance)
+    spline = fit(pieces, np.zeros(0), END_POINT, END_POINT)
+    worst = misses(spline, pieces).max() / tolerance
+    assert worst <= spline.used <= 1.0
+    assert spline.used <= worst + 0.06
+
+
+def test_corners_of_a_zigzag_stay_within_the_tolerance() -> None:
+    points = np.array([[k, (k % 2) * 3.0, 0.5 * (k % 3)] for k in range(30)])
+    pieces = polyline(points)
+    spline = fit(pieces, np.zeros(0), END_POINT, END_POINT)
+    assert misses(spline, pieces, 400_001).max() <= 0.01
+
+
+def test_facets_of_a_circle_vanish() -> None:
+    """Chords of 2° on R20: a polyline turns by 0.035 at every vertex; |x'''| of the spline is near the circle's."""
+    angle = np.radians(np.arange(0, 181, 2.0))
+    points = np.stack([20 * np.cos(angle), 20 * np.sin(angle), 0 * angle], 1)
+    pieces = polyline(points)
+    spline = fit(pieces, np.zeros(0), END_POINT, END_POINT)
+    x = BSpline(spline.knots, spline.points, 4)
+    t = np.linspace(0.25, 0.75, 2001) * pieces.t[-1]
+    np.testing.assert_allclose(np.linalg.norm(x(t, 3), axis=1), 1 / 20**2, rtol=0.5)
+    np.testing.assert_allclose(np.linalg.norm(x(t, 2), axis=1), 1 / 20, rtol=0.01)
+
+
+def test_ends_meet_the_path_in_point_or_in_three_derivatives() -> None:
+    pieces = polyline(facets(60, 3))
+    for mode, order in ((END_POINT, 0), (END_DERIVATIVES, 3)):
+        spline = fit(pieces, np.zeros(0), mode, mode)
+        x = BSpline(spline.knots, spline.points, 4)
+        last = pieces.t[-1] - pieces.t[-2]
+        end = pieces.y[-1, 0] + last * pieces.y[-1, 1]
+        np.testing.assert_allclose(x(0.0), pieces.y[0, 0], atol=1e-12)
+        np.testing.assert_allclose(x(pieces.t[-1]), end, atol=1e-12)
+        for k in range(1, order + 1):
+            exact = (pieces.y[0, 1], pieces.y[-1, 1]) if k == 1 else (0.0, 0.0)
+            np.testing.assert_allclose(x(0.0, k), np.zeros(3) + exact[0], atol=1e-8)
+            np.testing.assert_allclose(x(pieces.t[-1] * (1 - 1e-15), k), np.zeros(3) + exact[1], atol=1e-7)
+
+
+def test_cuts_become_knots() -> None:
+    pieces = polyline(facets(100, 5))
+    cuts = pieces.t[[3, 17, 18, 60]]
+    spline = fit(pieces, cuts, END_POINT, END_POINT)
+    assert np.isin(cuts, spline.knots).all()
+    assert np.all(np.diff(spline.knots[4:-4]) > 0)
+
+
+def test_a_seam_goes_on_without_a_trace() -> None:
+    """Two windows: one B-spline all the same, and what the second changes of the first fit is small."""
+    points = facets(600, 8)
+    whole = polyline(points)
+    first = fit(polyline(points[:401]), np.zeros(0), END_POINT, 0)
+    origin = 250
+    span = int(np.searchsorted(first.knots, whole.t[origin] + 3.0)) - 4
+    done, seam = split(first, span, float(whole.t[origin]))
+    rest = polyline(points[origin:])
+    second = fit(rest, np.zeros(0), END_POINT, END_POINT, seam)
+    np.testing.assert_array_equal(second.knots[:9] + whole.t[origin], done.knots[-9:])
+    np.testing.assert_array_equal(second.points[:4], done.points[-4:])
+    joined = corridor.Spline(
+        np.concatenate([done.knots, second.knots[9:] + whole.t[origin]]),
+        np.concatenate([done.points, second.points[4:]]),
+        0.0,
+    )
+    assert misses(joined, whole).max() <= 0.01
+
+
+def test_kernel_runs_uncompiled_alike() -> None:
+    name = "smoothing_source"
+    loader = importlib.machinery.SourceFileLoader(name, str(File(smoothing.__file__).parent / "smoothing.py"))
+    source = importlib.util.module_from_spec(importlib.util.spec_from_loader(name, loader))
+    loader.exec_module(source)
+    pieces = polyline(facets(25, 2))
+    results = []
+    for kernel in (smoothing, source):
+        knots, fixed, points = np.zeros(300), np.zeros((300, 3)), np.zeros((300, 3))
+        used, scale = np.zeros((25, 2)), np.minimum(first_scales(pieces), 0.5)
+        last, worst = kernel.fit(
+            pieces.t, pieces.y, pieces.bend, pieces.tolerance, pieces.t[-1:], scale, 0.5, 2,
+            knots, 4, fixed, END_POINT, END_DERIVATIVES, points, used,
+        )  # fmt: skip
+        results.append((last, worst, knots, points, used, scale))
+    for ours, theirs in zip(*results, strict=True):
+        np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-12)

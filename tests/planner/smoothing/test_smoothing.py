@@ -1,0 +1,228 @@
+"""G64: deviation both ways, continuity, what is met exactly, feeds, lines and events, windows and chunks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cncgen.geometry import nurbs
+from cncgen.geometry.tables import ArcTable
+from cncgen.planner.smoothing import ROTARY_RADIUS, smooth, stream
+from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
+from cncgen.toolpath.slicing import join
+from tests.geometry.nearest import distances, samples
+from tests.planner.smoothing.programs import chunked, facets, path_of, random_toolpath, toolpath
+
+
+def smoothed(rows: Toolpath, size: int = 1000) -> Toolpath:
+    return join(list(smooth(chunked(rows, size))))
+
+
+def deviation(rows: Toolpath, result: Toolpath, most: int = 1500) -> float:
+    """Largest distance from points of either path to the other, X Y Z, mm."""
+    one, two = path_of(rows), path_of(result)
+    if one.length == 0.0:
+        return 0.0
+    s, r = samples(one), samples(two)
+    pick = np.random.default_rng(0)
+    some, others = (np.unique(pick.choice(x, min(most, len(x)), replace=False)) for x in (s, r))
+    some = np.union1d(some, one.row_s)
+    there = distances(one.evaluate(some)[0], two, r).max()
+    return float(max(there, distances(two.evaluate(others)[0], one, s).max()))
+
+
+def assert_smooth(result: Toolpath) -> None:
+    """Tangent, curvature and its derivative go on across every joint of two rows of one spline."""
+    path = path_of(result)
+    jumps = path.jumps()
+    spline = (result.kind[jumps.before] == Kind.NURBS) & (result.kind[jumps.after] == Kind.NURBS)
+    knots = nurbs.parameter_range(result.nurbs)
+    first, last = knots[0][result.curve[jumps.after[spline]]], knots[1][result.curve[jumps.before[spline]]]
+    size = [np.abs(path.evaluate(jumps.s[spline], 3)[k]).max(initial=0) for k in (1, 2, 3)]
+    one_curve = np.isclose(first, last, rtol=0, atol=1e-9)
+    assert one_curve.any()
+    for k, change in enumerate((jumps.tangent, jumps.second, jumps.third)):
+        assert np.abs(change[spline][one_curve]).max() <= 1e-6 * (1 + size[k])
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=25)
+def test_anything_stays_within_its_tolerance_and_keeps_its_events(seed: int) -> None:
+    rows = random_toolpath(seed)
+    result = smoothed(rows)
+    assert deviation(rows, result) <= rows.tolerance.max() * (1 + 1e-9)
+    assert [e.name for e in result.events] == [e.name for e in rows.events]
+    np.testing.assert_array_equal(result.start, rows.start)
+    np.testing.assert_allclose(result.end[-1], rows.end[-1], atol=1e-9)
+    path = path_of(result)
+    first = np.arange(len(result))
+    begin = path.evaluate_parameter(first, path.parameter(first, path.row_s[:-1]))[0]
+    np.testing.assert_allclose(begin, result.starts, atol=1e-9)
+    assert np.all(np.diff(result.line) >= 0)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 40))
+@settings(max_examples=25)
+def test_chunks_do_not_matter(seed: int, size: int) -> None:
+    rows = random_toolpath(seed)
+    one, other = smoothed(rows), smoothed(rows, size)
+    np.testing.assert_array_equal(one.end, other.end)
+    np.testing.assert_array_equal(one.nurbs.control_points, other.nurbs.control_points)
+    np.testing.assert_array_equal(one.line, other.line)
+
+
+def test_windows_make_one_smooth_curve(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Many small windows: within the tolerance, C3 over their seams, whatever the chunks."""
+    monkeypatch.setattr(stream, "WINDOW", 256)
+    rows = facets(2500)
+    result = smoothed(rows)
+    assert np.all(result.kind == Kind.NURBS)
+    assert deviation(rows, result) <= 0.01
+    assert_smooth(result)
+    np.testing.assert_array_equal(result.end, smoothed(rows, 37).end)
+
+
+def test_facets_become_fewer_and_smoother() -> None:
+    """A smooth curve by chords of 0.2 mm: |x'''| of the result is near that of the curve, not of the chords."""
+    result = smoothed(facets(1000))
+    assert len(result) < 600
+    path = path_of(result)
+    s = np.linspace(2, path.length - 2, 5000)
+    x3 = np.linalg.norm(path.evaluate(s, 3)[3], axis=1)
+    # The curve's own: angle'' + curvature², with angle(s) as in `facets`.
+    t = np.linspace(2, 198, 5000)
+    bend = 1.5 / 13 * np.cos(t / 13) + 1.1 / 5.1 * np.cos(t / 5.1 + 1) + 0.4 / 1.7 * np.cos(t / 1.7) + 1 / 200
+    change = 1.5 / 169 * np.sin(t / 13) + 1.1 / 5.1**2 * np.sin(t / 5.1 + 1) + 0.4 / 1.7**2 * np.sin(t / 1.7)
+    assert x3.max() < 2.0 * np.hypot(bend**2, change).max()
+
+
+def test_square_corners_and_rounded_corners() -> None:
+    """Sharp corners are cut, R5 corners are not; both within the tolerance and smooth all along."""
+    corners = [[50, 0, 0], [50, 50, 0], [0, 50, 0], [0, 0, 0]]
+    sharp = toolpath([0, 0, 0], corners)
+    result = smoothed(sharp)
+    assert deviation(sharp, result) <= 0.01
+    assert_smooth(result)
+    assert path_of(result).length == pytest.approx(200 - 0.03, abs=0.01)
+    centres = np.array([[45.0, 5, 0], [45, 45, 0], [5, 45, 0], [5, 5, 0]])
+    arcs = ArcTable(centres, np.tile([0.0, 0, 1], (4, 1)), np.full(4, np.pi / 2))
+    ends = [[45, 0, 0], [50, 5, 0], [50, 45, 0], [45, 50, 0], [5, 50, 0], [0, 45, 0], [0, 5, 0], [5, 0, 0]]
+    rounded = toolpath([5, 0, 0], ends, [0, 1] * 4, [-1, 0, -1, 1, -1, 2, -1, 3], arcs)
+    result = smoothed(rounded)
+    assert deviation(rounded, result) <= 0.01
+    assert_smooth(result)
+    path = path_of(result)
+    x3 = np.abs(path.evaluate(np.linspace(0, path.length, 20001), 3)[3]).max()
+    # A ramp of some 0.7 mm to the curvature of 0.2: the corners are driven through at 60 mm/s and more.
+    assert x3 < 0.5
+
+
+@pytest.mark.parametrize(
+    "columns",
+    [
+        {"path_mode": PathMode.EXACT_PATH},
+        {"path_mode": PathMode.EXACT_STOP},
+        {"feed_mode": FeedMode.RAPID},
+        {"tolerance": 0.0},
+        {"tolerance": np.nan},
+    ],
+)
+def test_what_must_be_met_exactly_passes_unchanged(columns: dict) -> None:
+    rows = toolpath([0, 0, 0], [[10, 0, 0], [10, 10, 0], [10, 20, 1]], **columns)
+    result = smoothed(rows)
+    np.testing.assert_array_equal(result.kind, rows.kind)
+    np.testing.assert_array_equal(result.end, rows.end)
+
+
+def test_a_single_motion_and_a_nurbs_pass_unchanged() -> None:
+    table = nurbs.single(2, [0, 0, 0, 1, 1, 1], [[10, 0, 0], [15, 0, 0], [15, 5, 0]])
+    rows = toolpath([0, 0, 0], [[10, 0, 0], [15, 5, 0], [15, 9, 0]], [0, 2, 0], [-1, 0, -1], nurbs=table)
+    result = smoothed(rows)
+    np.testing.assert_array_equal(result.kind, [0, 2, 0])
+    np.testing.assert_array_equal(result.nurbs.control_points, table.control_points)
+
+
+def test_a_smooth_joint_with_an_exact_row_stays_smooth() -> None:
+    """Two lines run into a parabola tangentially: the run before it ends on the line in three derivatives."""
+    table = nurbs.single(2, [0, 0, 0, 1, 1, 1], [[10, 0, 0], [15, 0, 0], [15, 5, 0]])
+    rows = toolpath([0, -5, 0], [[0, 0, 0], [10, 0, 0], [15, 5, 0]], [0, 0, 2], [-1, -1, 0], nurbs=table)
+    result = smoothed(rows)
+    path = path_of(result)
+    x, x1, x2, x3 = path.evaluate([path.row_s[-2]], 3, -1)
+    np.testing.assert_allclose(x, [[10, 0, 0]], atol=1e-12)
+    np.testing.assert_allclose(x1, [[1, 0, 0]], atol=1e-9)
+    np.testing.assert_allclose(x2, 0, atol=1e-8)
+    np.testing.assert_allclose(x3, 0, atol=1e-6)
+
+
+def test_a_reversal_is_met_exactly() -> None:
+    rows = toolpath([0, 0, 0], [[5, 5, 0], [15, 5, 0], [6, 5, 0], [6, 9, 0]])
+    result = smoothed(rows)
+    assert distances(np.array([[15.0, 5, 0]]), path_of(result)).max() < 1e-9
+    assert deviation(rows, result) <= 0.01
+
+
+def test_feed_and_line_go_over_from_the_rows() -> None:
+    feeds = np.repeat([50.0, 80.0, 20.0], 100)
+    rows = facets(300, feed=feeds)
+    result = smoothed(rows)
+    np.testing.assert_array_equal(result.feed, feeds[result.line - 1])
+    # A change of feed is where its row begins, to the tolerance.
+    change = np.flatnonzero(np.diff(result.feed))
+    assert len(change) == 2
+    np.testing.assert_allclose(result.end[change], rows.end[[99, 199]], atol=0.01)
+
+
+def test_inverse_time_becomes_the_speed_of_the_row() -> None:
+    rows = toolpath([0, 0, 0], [[3, 0, 0], [3, 4, 0]], feed=[2.0, 0.5], feed_mode=FeedMode.INVERSE_TIME)
+    result = smoothed(rows)
+    assert set(result.feed_mode) == {FeedMode.SPEED}
+    assert set(zip(result.line, result.feed, strict=True)) == {(1, 6.0), (2, 2.0)}
+
+
+def test_events_without_rest_stand_where_they_stood() -> None:
+    rows = facets(200)
+    end = np.insert(rows.end, 120, rows.end[119], axis=0)
+    kind = np.insert(rows.kind, 120, Kind.EVENT)
+    curve = np.insert(rows.curve, 120, 0)
+    with_event = toolpath(rows.start, end, kind, curve, events=(Event("spindle"),))
+    result = smoothed(with_event)
+    at = int(np.flatnonzero(result.kind == Kind.EVENT)[0])
+    np.testing.assert_allclose(result.end[at], rows.end[119], atol=0.01)
+    np.testing.assert_array_equal(result.end[at], result.end[at - 1])
+    assert result.line[at - 1] <= 121 <= result.line[at + 1]
+    assert_smooth(result)
+    # Where the axes rest for it, the corner is met exactly.
+    resting = smoothed(toolpath(rows.start, end, kind, curve, events=(Event("stop", rest=True),)))
+    at = int(np.flatnonzero(resting.kind == Kind.EVENT)[0])
+    np.testing.assert_allclose(resting.end[at], rows.end[119], atol=1e-12)
+
+
+def test_further_axes_follow_within_their_equivalent() -> None:
+    """A starts to turn in the middle of a straight line: its corner is rounded by P / ROTARY_RADIUS at most."""
+    rows = toolpath([0] * 4, [[10, 0, 0, 0], [20, 0, 0, 1], [30, 0, 0, 0.2]], axes="XYZA")
+    result = smoothed(rows)
+    path = path_of(result)
+    x = path.evaluate(np.linspace(0, path.length, 20001))[0]
+    np.testing.assert_allclose(x[:, 1:3], 0, atol=1e-12)
+    programmed = np.interp(x[:, 0], [0, 10, 20, 30], [0, 0, 1, 0.2])
+    # X moves by the tolerance too, and A turns 0.1 rad a mm.
+    assert np.abs(x[:, 3] - programmed).max() <= 0.01 / ROTARY_RADIUS + 0.01 * 0.1
+    assert_smooth(result)
+
+
+def test_nothing_gives_nothing() -> None:
+    assert list(smooth(iter([]))) == []
+
+
+def test_tolerances_of_their_rows_hold() -> None:
+    """P 0.1, then P 0.001: each stretch keeps its own."""
+    tolerance = np.repeat([0.1, 0.001], 100)
+    rows = facets(200, tolerance=tolerance)
+    result = smoothed(rows)
+    whole, fine = path_of(rows), path_of(result)
+    s = samples(fine)
+    fine_part = fine.row_of(s) >= np.searchsorted(result.line, 101)
+    assert distances(fine.evaluate(s[fine_part])[0], whole).max() <= 0.001 * (1 + 1e-9)
