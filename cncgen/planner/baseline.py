@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 SpeedLaw = Callable[[Floats, Floats], Floats]
 
 #: Relative error of v² at which a stretch is halved, and how often that may be.
-_TOLERANCE = 1e-3
+_TOLERANCE = 1e-4
 _HALVINGS = 20
 #: Stretches that a curve begins with.
 _FIRST = 64

@@ -1,10 +1,10 @@
 """Speeds at which the joint of two rows may be passed, from what the axes can do within one period.
 
 Where the tangent turns, each axis's speed steps by v Δt_i; where only the curvature jumps, its acceleration steps by
-v² Δ(κn)_i. Seen at the setpoints, a step of speed is a second difference of that size and a third difference of twice
-it, hence
+v² Δ(κn)_i. The setpoints see the first as a second difference v Δt_i T and as third differences of at most that size,
+wherever the joint falls between two ticks, hence
 
-    v |Δt_i| <= min(A_i T, J_i T²/2),        v² |Δ(κn)_i| <= J_i T.
+    v |Δt_i| <= min(A_i T, J_i T²),        v² |Δ(κn)_i| <= J_i T.
 
 A joint turned by more than a fraction of a degree is all but a stop: what blends are for.
 """
@@ -49,7 +49,7 @@ def joint_speeds(
     turn = np.abs(tangent_in - tangent_out)
     turn[turn < _TANGENT] = 0.0
     jump = np.abs(bend_in - bend_out)
-    step = np.minimum(limits.acceleration * period_s, 0.5 * limits.jerk * period_s**2)
+    step = np.minimum(limits.acceleration * period_s, limits.jerk * period_s**2)
     with np.errstate(divide="ignore", invalid="ignore"):
         by_turn = np.where(turn > 0.0, step / turn, np.inf).min(axis=1, initial=np.inf)
         by_jump = np.where(jump > 0.0, np.sqrt(limits.jerk * period_s / jump), np.inf)

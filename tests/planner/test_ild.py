@@ -77,10 +77,10 @@ def test_diagonal_line_uses_both_axes(lines: Callable[..., Toolpath], table: Mac
 
 
 def test_corner_of_lines_is_all_but_a_stop(lines: Callable[..., Toolpath], table: Machine) -> None:
-    """A step of an axis's speed by v is a third difference 2v/T² of the setpoints: v <= J T²/2 = 0.025 mm/s."""
+    """A step of an axis's speed by v is a third difference v/T² of the setpoints: v <= J T² = 0.05 mm/s."""
     done = planned([lines([(0, 0), (10, 0), (10, 10)])], table)
     (corner,) = done[0].corners
-    assert corner.feed_mm_s == pytest.approx(0.025, rel=1e-9)
+    assert corner.feed_mm_s == pytest.approx(0.05, rel=1e-9)
     assert corner.position[:2] == (10.0, 0.0)
     assert (corner.line, corner.limit) == (1, Limit.CORNER)
 
@@ -215,5 +215,5 @@ def test_corner_within_a_curve_is_a_corner(nurbs: Callable[..., Toolpath], table
     (done,) = planned([curve], table)
     (corner,) = done.corners
     assert corner.position[:2] == pytest.approx((10.0, 0.0))
-    assert corner.feed_mm_s == pytest.approx(0.025, rel=1e-3)
+    assert corner.feed_mm_s == pytest.approx(0.05, rel=1e-3)
     assert corner.limit == Limit.CORNER
