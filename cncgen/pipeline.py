@@ -21,7 +21,7 @@ from pathlib import Path, PurePath
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, BinaryIO
 
-from cncgen.diagnostics import Diagnostic, ProgramError, UsageError
+from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, UsageError
 from cncgen.files import STANDARD, open_input
 from cncgen.toolpath.reading import ReadOptions
 
@@ -264,3 +264,30 @@ def verify(
 
     toolpaths: Iterable[Toolpath] = sound(program)
     return judge.verify(setpoints, toolpaths, machine_of(machine), tolerance_mm=tolerance_mm)
+
+
+def report_page(
+    program: Program,
+    machine: Machine | str | os.PathLike[str],
+    options: PlanOptions | None = None,
+    *,
+    language: str | None = None,
+    reading: ReadOptions | None = None,
+) -> tuple[str, Diagnostics]:
+    """Plan a program, judge the plan, and return the HTML page on it with the planner's remarks.
+
+    A program from a file is read a second time for the verdict; one from standard input is not verified.
+    """
+    from cncgen.report.page import page
+    from cncgen.setpoints.stream import SetpointStream
+
+    where = machine_of(machine)
+    stream, summary = plan_with_summary(program, where, options)
+    points = stream.collect()
+    verdict = None
+    if os.path.isfile(program.name) and len(points):
+        again = read(program.name, language=language, options=reading)
+        verdict = verify(
+            SetpointStream(stream.name, stream.axes, stream.period_s, iter((points,))), again, where
+        )
+    return page(points, where, summary.as_json(), verdict), summary.remarks

@@ -18,7 +18,18 @@ from cncgen.cli import messages
 from cncgen.diagnostics import CncgenError
 
 #: Commands in the order of ``--help``, each a module of this package with a click command `command`.
-COMMANDS = ("check", "canon", "plan", "simulate", "verify", "convert", "compare", "codes", "machines")
+COMMANDS = (
+    "check",
+    "canon",
+    "plan",
+    "simulate",
+    "verify",
+    "convert",
+    "compare",
+    "report",
+    "codes",
+    "machines",
+)
 
 #: Exit code of what is our fault (EX_SOFTWARE of sysexits.h), and of a run out of memory.
 INTERNAL_ERROR = 70

@@ -1,0 +1,93 @@
+"""The HTML page and its pictures: well formed, self-contained, thinned without losing a peak."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import xml.etree.ElementTree as ET
+from collections.abc import Callable
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cncgen.report.svg import chart, envelope, path_picture, ticks
+
+Run = Callable[..., "subprocess.CompletedProcess[bytes]"]
+
+
+@given(st.integers(1, 5000), st.integers(5, 50), st.integers(0, 99))
+def test_thinning_keeps_the_extremes_and_the_order(rows: int, columns: int, seed: int) -> None:
+    x = np.arange(rows, dtype=float)
+    y = np.random.default_rng(seed).normal(size=rows)
+    thin_x, thin_y = envelope(x, y, columns)
+    assert (thin_y.max(), thin_y.min()) == (y.max(), y.min())
+    assert (np.diff(thin_x) >= 0).all()
+    assert (thin_x[0], thin_x[-1]) == (0, rows - 1)
+    assert len(thin_x) <= max(4 * columns, 2 * columns + 4)
+
+
+@given(st.floats(-1e6, 1e6), st.floats(1e-6, 1e6), st.integers(2, 10))
+def test_ticks_are_round_and_inside(low: float, span: float, count: int) -> None:
+    marks = ticks(low, low + span, count)
+    assert len(marks) <= count + 1
+    for mark in marks:
+        assert low - 1e-6 * span - 1e-9 * abs(low) <= mark <= low + span * (1 + 1e-6) + 1e-9 * abs(low)
+
+
+def test_a_chart_is_xml_with_its_limits() -> None:
+    t = np.linspace(0, 1, 5000)
+    root = ET.fromstring(chart("speed <mm/s>", t, {"X": np.sin(9 * t), "Y": 0 * t}, [1.0, 50.0]))
+    assert [e.get("class") for e in root.iter() if e.get("class") == "limit"] == ["limit"] * 2
+    assert sum(1 for e in root.iter() if e.get("class") == "curve") == 2
+
+
+def test_a_path_is_drawn_in_its_longest_plane() -> None:
+    angle = np.linspace(0, 2 * np.pi, 3000)
+    points = np.column_stack([0 * angle, 30 * np.cos(angle), 20 * np.sin(angle)])
+    svg = path_picture(points, ["X", "Y", "Z"], 10 + 5 * np.sin(angle), points[:1])
+    assert "Y across, Z up" in svg
+    root = ET.fromstring(svg)
+    _, _, width, height = map(float, (root.get("viewBox") or "").split())
+    numbers = [
+        float(n)
+        for e in root.iter()
+        if e.get("class") == "path"
+        for n in re.findall(r"[\d.]+", e.get("d") or "")
+    ]
+    assert min(numbers) >= 39.9
+    assert max(numbers) <= width - 39.9
+    assert abs(height - (80 + 820 * 40 / 60)) <= 1.0
+
+
+def test_a_single_point() -> None:
+    ET.fromstring(path_picture(np.zeros((1, 3)), ["X", "Y", "Z"], np.zeros(1), np.zeros((0, 3))))
+    ET.fromstring(chart("nothing", np.zeros(1), {"X": np.zeros(1)}))
+
+
+class _Fetched(HTMLParser):
+    """Collects what a browser would fetch."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.found: list[str] = []
+        self.tags: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.found += [value or "" for name, value in attrs if name in ("src", "href", "srcset", "data")]
+
+
+def test_the_page_is_self_contained(cncgen: Run, programs: Path, tmp_path: Path) -> None:
+    run = cncgen("report", programs / "square_r5.nc", "-m", "xy-table", "-o", "page.html")
+    assert run.returncode == 0, run.stderr.decode()
+    text = (tmp_path / "page.html").read_text(encoding="utf-8")
+    parser = _Fetched()
+    parser.feed(text)
+    assert parser.found == []
+    assert not {"script", "link", "img", "iframe"} & set(parser.tags)
+    assert parser.tags.count("svg") == 4
+    assert "Every limit holds." in text
+    assert "xy-table" in text
