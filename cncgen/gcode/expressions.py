@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import Value
@@ -92,9 +93,59 @@ UNARY: dict[str, Callable[[float], float]] = {
 }
 
 
-def binary(name: str, a: Value, b: Value) -> Value:
+def _plain(value: float) -> float:
+    """Return a number, 0 for a vacant one (NaN)."""
+    return value if value == value else 0.0
+
+
+def _fill(function: Callable[[float, float], float]) -> Callable[[float, float], float]:
+    """Return an operator that takes vacant operands as 0."""
+    return lambda a, b: function(_plain(a), _plain(b))
+
+
+def _fill_one(function: Callable[[float], float]) -> Callable[[float], float]:
+    """Return a function that takes a vacant argument as 0."""
+    return lambda a: function(_plain(a))
+
+
+def _same(a: float, b: float) -> bool:
+    """Tell whether two values are equal in a macro: a vacant one equals a vacant one only."""
+    return (a != a and b != b) or a == b
+
+
+@dataclass(frozen=True, slots=True)
+class Arithmetic:
+    """Operators and functions of a dialect by name."""
+
+    binary: Mapping[str, Callable[[float, float], float]]
+    unary: Mapping[str, Callable[[float], float]]
+
+
+LINUXCNC = Arithmetic(BINARY, UNARY)
+#: Macro B: vacant operands, FIX and FUP by magnitude, AND OR XOR of the bits of whole numbers (B-63324EN, 15.3).
+FANUC = Arithmetic(
+    {
+        **{name: _fill(function) for name, function in BINARY.items()},
+        "and": _fill(lambda a, b: float(int(a) & int(b))),
+        "or": _fill(lambda a, b: float(int(a) | int(b))),
+        "xor": _fill(lambda a, b: float(int(a) ^ int(b))),
+        "mod": _fill(lambda a, b: math.fmod(a, b) if b else _modulo(a, b)),
+        "eq": lambda a, b: 1.0 if _same(a, b) else 0.0,
+        "ne": lambda a, b: 0.0 if _same(a, b) else 1.0,
+    },
+    {
+        **{name: _fill_one(function) for name, function in UNARY.items()},
+        "fix": _fill_one(_checked("fix", lambda a: float(math.trunc(a)))),
+        "fup": _fill_one(_checked("fup", lambda a: math.copysign(math.ceil(abs(a)), a))),
+        "bin": _fill_one(_checked("bin", lambda a: float(int(f"{int(a):d}", 16)))),
+        "bcd": _fill_one(_checked("bcd", lambda a: float(int(f"{int(a):x}")))),
+    },
+)
+
+
+def binary(name: str, a: Value, b: Value, arithmetic: Arithmetic = LINUXCNC) -> Value:
     """Return ``a name b``."""
-    function = BINARY[name]
+    function = arithmetic.binary[name]
     if isinstance(a, float) and isinstance(b, float):
         try:
             return function(a, b)
@@ -111,9 +162,11 @@ def binary(name: str, a: Value, b: Value) -> Value:
     return lambda p: function(first(p), second(p))
 
 
-def unary(name: str, a: Value) -> Value:
+def unary(name: str, a: Value, arithmetic: Arithmetic = LINUXCNC) -> Value:
     """Return ``name[a]``."""
-    function = UNARY[name]
+    function = arithmetic.unary.get(name)
+    if function is None:
+        raise BlockError("unknown-function", f"{name.upper()}[…] is no function of this dialect")
     if isinstance(a, float):
         try:
             return function(a)

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from cncgen.diagnostics import Severity, UsageError
-from cncgen.gcode import grammar
+from cncgen.gcode import grammar, macros
 from cncgen.gcode.block import Flow, Value
 from cncgen.gcode.errors import BlockError, Stop
 from cncgen.gcode.expressions import evaluate
@@ -23,9 +23,13 @@ from cncgen.gcode.source import Source, open_source
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
 
-#: Local numbered parameters, #1 to #30: the arguments of a subroutine.
+#: Local numbered parameters: the arguments of a subroutine, #1 to #30, of a macro, #1 to #33.
 LOCALS = 30
-_O_LINE = re.compile(rb"(?:\A|\n)[ \t]*(?:/[ \t]*)?(?:[nN][ \t\d.]*)?([oO][^\n]*)")
+MACRO_LOCALS = 33
+#: Lines that a jump may lead to: O-words, program numbers, loops of macros.
+_O_LINE = re.compile(
+    rb"(?:\A|\n)[ \t]*(?:/[ \t]*)?(?:[nN][ \t\d.]*)?((?:[oO]|(?i:while|do[ \t]*\d|end[ \t]*\d))[^\n]*)"
+)
 Label = float | str
 
 
@@ -60,6 +64,8 @@ class Frame:
     saved: object | None = None
     restore: bool = False
     by_number: bool = False
+    values: list[float] | None = None
+    modal: bool = False
 
 
 class FlowControl:
@@ -71,6 +77,8 @@ class FlowControl:
         self.frames: list[Frame] = []
         self._main = Frame(Cursor(0, 0, 0), 0.0, [], {})
         self._marks: dict[int, list[Marked]] = {}
+        self._lines: dict[int, dict[int, list[Cursor]]] = {}
+        self._locals = MACRO_LOCALS if ip.dialect == "fanuc" else LOCALS
         self._offsets: dict[int, list[int]] = {}
         self._files: dict[str, int] = {}
         self._folders = ([program.parent] if program else []) + list(ip.options.include)
@@ -82,6 +90,8 @@ class FlowControl:
 
     def run(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         """Execute an O-word; return where to go on, or None for the next line."""
+        if flow.keyword in ("goto", "while-do", "end-do") and self.ip.dialect == "fanuc":
+            return macros.run(self, flow, here)
         method = _METHODS.get(flow.keyword)
         if method is None:
             raise BlockError("unsupported-flow", f"{flow.keyword.upper()} is not of this dialect")
@@ -90,42 +100,43 @@ class FlowControl:
     # Branches and loops.
 
     def _if(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
-        if self._condition(flow):
+        if self.condition(flow):
             return None
         label = self._label(flow)
         place = here
         while True:
-            mark = self._next(place, label, ("elseif", "else", "endif"), "endif")
+            mark = self.next_mark(place, label, ("elseif", "else", "endif"), "endif")
             if mark.keyword != "elseif":
                 return mark.after
-            parsed = grammar.parse(self.sources[mark.cursor.source].text_at(mark.cursor.offset))
+            text = self.sources[mark.cursor.source].text_at(mark.cursor.offset)
+            parsed = grammar.parse(text, self.ip.dialect)
             assert parsed.flow is not None
-            if self._condition(parsed.flow):
+            if self.condition(parsed.flow):
                 return mark.after
             place = mark.cursor
 
     def _leave_if(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         """Handle ELSE or ELSEIF at the end of the branch that was taken: go behind ENDIF."""
         label = self._label(flow)
-        self._previous(here, label, ("if",), flow.keyword)
-        return self._next(here, label, ("endif",), "endif").after
+        self.previous_mark(here, label, ("if",), flow.keyword)
+        return self.next_mark(here, label, ("endif",), "endif").after
 
     def _endif(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
-        self._previous(here, self._label(flow), ("if",), "endif")
+        self.previous_mark(here, self._label(flow), ("if",), "endif")
         return None
 
     def _while(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         label = self._label(flow)
-        holds = self._condition(flow)
+        holds = self.condition(flow)
         if label in self.frame.doing:
             if holds:
-                return self._previous(here, label, ("do",), "while").after
+                return self.previous_mark(here, label, ("do",), "while").after
             self.frame.doing.discard(label)
             return None
-        return None if holds else self._next(here, label, ("endwhile",), "endwhile").after
+        return None if holds else self.next_mark(here, label, ("endwhile",), "endwhile").after
 
     def _endwhile(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
-        return self._previous(here, self._label(flow), ("while",), "endwhile").cursor
+        return self.previous_mark(here, self._label(flow), ("while",), "endwhile").cursor
 
     def _do(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         self.frame.doing.add(self._label(flow))
@@ -135,13 +146,13 @@ class FlowControl:
         label = self._label(flow)
         count = round(self._value(flow, 0))
         if count <= 0:
-            return self._next(here, label, ("endrepeat",), "endrepeat").after
+            return self.next_mark(here, label, ("endrepeat",), "endrepeat").after
         self.frame.left[label] = count
         return None
 
     def _endrepeat(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         label = self._label(flow)
-        start = self._previous(here, label, ("repeat",), "endrepeat")
+        start = self.previous_mark(here, label, ("repeat",), "endrepeat")
         left = self.frame.left.get(label, 0) - 1
         self.frame.left[label] = left
         return start.after if left > 0 else None
@@ -149,12 +160,12 @@ class FlowControl:
     def _break(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         label = self._label(flow)
         ends = ("endwhile", "endrepeat", "while")
-        mark = self._next(here, label, ends, "the loop's end")
+        mark = self.next_mark(here, label, ends, "the loop's end")
         self.frame.doing.discard(label)
         return mark.after
 
     def _continue(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
-        return self._next(
+        return self.next_mark(
             here, self._label(flow), ("endwhile", "endrepeat", "while"), "the loop's end"
         ).cursor
 
@@ -162,7 +173,7 @@ class FlowControl:
 
     def _sub(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         """Skip a definition."""
-        end = self._next(here, self._label(flow), ("endsub",), "endsub")
+        end = self.next_mark(here, self._label(flow), ("endsub",), "endsub")
         for mark in self.marks(here.source):
             if here.offset < mark.cursor.offset < end.cursor.offset and mark.keyword == "sub":
                 error = BlockError("oword-nested-sub", "a subroutine is defined within a subroutine", "O")
@@ -194,8 +205,14 @@ class FlowControl:
         return target.after
 
     def _program(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
-        """Pass the number of a program."""
+        """Pass the number of a program; the next program of a file of several ends the main one."""
+        if self.ip.dialect == "fanuc" and not self.frames:
+            if self._begun:
+                self.ip.end_program()
+            self._begun = True
         return None
+
+    _begun = False
 
     def enter(self, label: Label, target: Cursor, back: Cursor, values: list[float] | None) -> Frame:
         """Begin a call with these local parameters (None: those of the caller go on)."""
@@ -208,10 +225,10 @@ class FlowControl:
                 )
             )
         parameters = self.ip.parameters
-        frame = Frame(back, label, parameters.numbers[1 : LOCALS + 1], parameters.local)
+        frame = Frame(back, label, parameters.numbers[1 : self._locals + 1], parameters.local, values=values)
         self.frames.append(frame)
         if values is not None:
-            parameters.numbers[1 : LOCALS + 1] = values
+            parameters.numbers[1 : self._locals + 1] = values
             parameters.local = {}
         return frame
 
@@ -222,9 +239,13 @@ class FlowControl:
         value = evaluate(returned[0], parameters) if returned else 0.0
         if frame.again is not None and frame.again[1] > 0:
             frame.again = (frame.again[0], frame.again[1] - 1)
+            if frame.values is not None:
+                parameters.numbers[1 : self._locals + 1] = frame.values
             return frame.again[0]
         self.frames.pop()
-        parameters.numbers[1 : LOCALS + 1] = frame.numbers
+        if frame.values is not None or self.ip.dialect != "fanuc":
+            # A program called by M98 of FANUC has the local parameters of its caller.
+            parameters.numbers[1 : self._locals + 1] = frame.numbers
         parameters.local = frame.named
         if not frame.by_number:
             parameters.named["_value"] = value
@@ -233,12 +254,14 @@ class FlowControl:
             self.ip.restore(frame.saved)
         return frame.back
 
-    def call_number(self, number: int, times: int, here: Cursor, after: Cursor) -> Cursor:
-        """M98 P L: run the program of that number `times` times."""
+    def call_number(
+        self, number: int, times: int, here: Cursor, after: Cursor, values: list[float] | None = None
+    ) -> Cursor:
+        """M98 P L, G65 P L: run the program of that number `times` times, with these local parameters."""
         label = float(number)
         marks = [m for m in self.marks(here.source) if m.label == label and m.keyword in ("program", "sub")]
         target = marks[0] if marks else self._sub_of(label, here)
-        frame = self.enter(label, target.after, after, None)
+        frame = self.enter(label, target.after, after, values)
         frame.by_number = True
         frame.again = (target.after, times - 1)
         return target.after
@@ -257,17 +280,37 @@ class FlowControl:
             raise BlockError("oword-arguments", f"{flow.keyword.upper()} needs a value in brackets", "O")
         return evaluate(flow.arguments[index], self.ip.parameters)
 
-    def _condition(self, flow: Flow) -> bool:
+    def program_range(self, here: Cursor) -> tuple[int, int]:
+        """Return the offsets between which the program of a line stands in its file."""
+        begin, end = 0, len(self.sources[here.source])
+        for mark in self.marks(here.source):
+            if mark.keyword == "program":
+                if mark.cursor.offset <= here.offset:
+                    begin = mark.cursor.offset
+                else:
+                    return begin, mark.cursor.offset
+        return begin, end
+
+    def numbered(self, source: int, pattern: re.Pattern[bytes]) -> dict[int, list[Cursor]]:
+        """Return the lines of a source by their N word."""
+        if source not in self._lines:
+            lines: dict[int, list[Cursor]] = {}
+            for begin, line, match in _line_matches(self.sources[source], pattern):
+                lines.setdefault(int(match.group(1)), []).append(Cursor(source, begin, line))
+            self._lines[source] = lines
+        return self._lines[source]
+
+    def condition(self, flow: Flow) -> bool:
         return self._value(flow, 0) != 0.0
 
     def marks(self, source: int) -> list[Marked]:
         """Return the O-word lines of a source, in order."""
         if source not in self._marks:
-            self._marks[source] = list(_find_marks(self.sources[source], source))
+            self._marks[source] = list(_find_marks(self.sources[source], source, self.ip.dialect))
             self._offsets[source] = [mark.cursor.offset for mark in self._marks[source]]
         return self._marks[source]
 
-    def _next(self, here: Cursor, label: Label, keywords: tuple[str, ...], wanted: str) -> Marked:
+    def next_mark(self, here: Cursor, label: Label, keywords: tuple[str, ...], wanted: str) -> Marked:
         """Return the first later line of the subroutine with this label and one of the keywords."""
         marks = self.marks(here.source)
         for mark in marks[bisect_right(self._offsets[here.source], here.offset) :]:
@@ -277,7 +320,7 @@ class FlowControl:
                 break
         raise Stop(BlockError("oword-unmatched", f"o{_shown(label)} has no {wanted.upper()}", "O"))
 
-    def _previous(self, here: Cursor, label: Label, keywords: tuple[str, ...], word: str) -> Marked:
+    def previous_mark(self, here: Cursor, label: Label, keywords: tuple[str, ...], word: str) -> Marked:
         """Return the last earlier line of the subroutine with this label and one of the keywords."""
         marks = self.marks(here.source)
         index = bisect_right(self._offsets[here.source], here.offset) - 2
@@ -304,6 +347,8 @@ class FlowControl:
                 if mark.label == label and mark.keyword == "sub":
                     return mark
         source = self._file(label)
+        if self.ip.dialect == "fanuc":
+            return next((m for m in self.marks(source) if m.keyword == "program"), _whole(label, source))
         for mark in self.marks(source):
             if mark.keyword == "sub" and mark.label == label:
                 return mark
@@ -313,6 +358,8 @@ class FlowControl:
     def _file(self, label: Label) -> int:
         """Return the source of the file that holds a subroutine; it must lie in a folder of the search path."""
         name = label if isinstance(label, str) else f"{label:g}"
+        if self.ip.dialect == "fanuc" and isinstance(label, float):
+            name = f"O{int(label):04d}"
         if name in self._files:
             return self._files[name]
         if "/" in name or "\\" in name or name.startswith("."):
@@ -349,23 +396,32 @@ def _candidates(folder: Path, name: str) -> list[Path]:
     return sorted(path for path in folder.iterdir() if path.name.lower() in wanted and path.is_file())
 
 
-def _find_marks(source: Source, index: int) -> list[Marked]:
-    """Find the lines of a text that begin with an O-word."""
-    found = []
+def _line_matches(source: Source, pattern: re.Pattern[bytes]) -> Iterator[tuple[int, int, re.Match[bytes]]]:
+    """Yield offset, number and match of the lines that a pattern (which may take the newline before) fits."""
     line, counted = 1, 0
-    for match in _O_LINE.finditer(source.data):
+    for match in pattern.finditer(source.data):
         begin = match.start() + (1 if source.data[match.start() : match.start() + 1] == b"\n" else 0)
         line += source.data[counted:begin].count(b"\n")
         counted = begin
+        yield begin, line, match
+
+
+def _find_marks(source: Source, index: int, dialect: str) -> Iterator[Marked]:
+    """Find the lines of a text that jumps may lead to."""
+    for begin, line, _ in _line_matches(source, _O_LINE):
         try:
-            flow = grammar.parse(source.text_at(begin)).flow
+            flow = grammar.parse(source.text_at(begin), dialect).flow
         except BlockError:
             continue
-        if flow is None or flow.label is None:
-            continue
-        after = Cursor(index, source.line_end(begin) + 1, line + 1)
-        found.append(Marked(flow.label, flow.keyword, Cursor(index, begin, line), after))
-    return found
+        if flow is not None and flow.label is not None:
+            after = Cursor(index, source.line_end(begin) + 1, line + 1)
+            yield Marked(flow.label, flow.keyword, Cursor(index, begin, line), after)
+
+
+def _whole(label: Label, source: int) -> Marked:
+    """Return the beginning of a file that is one program without a number."""
+    first = Cursor(source, 0, 1)
+    return Marked(label, "program", first, first)
 
 
 def _shown(label: Label) -> str:

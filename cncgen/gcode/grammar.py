@@ -37,6 +37,8 @@ _NAMES = {
     "COMMA": ",",
     "$END": "the end of the block",
 }
+#: The rule that FANUC's dialect has its own of.
+_ASSIGNED = "?assigned: signed"
 _PIECE = re.compile(r"\([^)]*\)?|;.*|[ \t\r]+")
 
 
@@ -79,6 +81,8 @@ def column_of(text: str, index: int) -> int:
 class _Reader:
     """Lark callbacks: the values of a rule's children to the value of the rule. Words come as (kind, value)."""
 
+    arithmetic = expressions.LINUXCNC
+
     def plain_word(self, children: list[Any]) -> Any:
         token = children[0]
         return "word", (token[0], float(token[1:]))
@@ -111,10 +115,10 @@ class _Reader:
         return expressions.negative(children[1]) if children[0] == "-" else children[1]
 
     def binary(self, children: list[Any]) -> Value:
-        return expressions.binary(str(children[1]), children[0], children[2])
+        return expressions.binary(str(children[1]), children[0], children[2], self.arithmetic)
 
     def function(self, children: list[Any]) -> Value:
-        return expressions.unary(str(children[0]), children[1])
+        return expressions.unary(str(children[0]), children[1], self.arithmetic)
 
     def arc_tangent(self, children: list[Any]) -> Value:
         return expressions.arc_tangent(children[0], children[1])
@@ -184,16 +188,20 @@ def _parsed(children: list[Any]) -> Parsed:
 
 
 @cache
-def _lark() -> Any:
-    """Build the parser."""
+def _lark(dialect: str) -> Any:
+    """Build the parser whose values are those of a dialect."""
     from lark import Lark, Transformer
 
-    reader = type("Reader", (_Reader, Transformer), {})
+    fanuc = dialect == "fanuc"
+    arithmetic = expressions.FANUC if fanuc else expressions.LINUXCNC
+    reader = type("Reader", (_Reader, Transformer), {"arithmetic": arithmetic})
     text = resources.files("cncgen.grammars").joinpath("gcode.lark").read_text("utf-8")
+    if fanuc:
+        text = text.replace(_ASSIGNED, "?assigned: expression")
     return Lark(text, parser="lalr", lexer="contextual", transformer=reader(), maybe_placeholders=False)
 
 
-def parse(text: str) -> Parsed:
+def parse(text: str, dialect: str = "linuxcnc") -> Parsed:
     """Read one block.
 
     Raises:
@@ -203,7 +211,7 @@ def parse(text: str) -> Parsed:
 
     bare = normalise(text)
     try:
-        return _lark().parse(bare)
+        return _lark(dialect).parse(bare)
     except UnexpectedInput as error:
         raise _syntax_error(text, bare, error) from None
     except VisitError as error:

@@ -21,7 +21,7 @@ from cncgen.gcode.parameters import (
     Parameters,
     read_parameters,
 )
-from cncgen.gcode.polar import polar_end
+from cncgen.gcode.polar import plane_polar_end, polar_end
 from cncgen.gcode.sink import Sink
 from cncgen.gcode.tool_table import ToolTable, read_tool_table
 from cncgen.toolpath.reading import ReadOptions
@@ -57,11 +57,19 @@ class Interpreter:
         dialect: str = "linuxcnc",
     ) -> None:
         self.sink: Sink = sink
+        #: The sink below cutter compensation and frames, which put their own before it.
+        self.base = sink
         self.options = options
+        #: G66: number, times and arguments of the macro that follows each motion.
+        self.modal_macro: tuple[int, int, list[float]] | None = None
+        #: Arguments of the macro that `jump` asks for.
+        self.macro_values: list[float] | None = None
         self.warn = warn
         self.dialect = dialect
         self.codes = table(dialect)
         self.state: State = State()
+        if dialect == "fanuc":
+            self.state.motion = 0
         self.parameters: Parameters = Parameters(self)
         self.tools: ToolTable = read_tool_table(options.tool_table) if options.tool_table else ToolTable()
         #: What M98 or M99 asked for: kind, number, times; taken by the runner after the block.
@@ -179,6 +187,9 @@ class Interpreter:
             and not state.diameter
             and (state.feed_mode != 95 or (state.speed > 0.0 and state.direction != 0))
             and self.guard is None
+            and self.sink is self.base
+            and not state.polar
+            and self.modal_macro is None
             # A printed rate in inverse time depends on the motion's length.
             and not (state.feed_mode == 93 and self.sink.wants_comments)
         )
@@ -200,6 +211,8 @@ class Interpreter:
                     end[index] += value
         if "@" in words or "^" in words:
             polar_end(state, words, end)
+        if state.polar:
+            plane_polar_end(state, words, end)
         if _G53 in block.g:
             return self._in_machine(block, end)
         return end

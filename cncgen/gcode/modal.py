@@ -77,6 +77,7 @@ class State:
         spline: Open NURBS block (G5.2 or G6.2), or None.
         cycle: Words and level of the canned cycles in a row, or None.
         compensation: Cutter radius compensation (40, 41, 42) in force.
+        polar: G16 of FANUC.
     """
 
     position: list[float] = field(default_factory=zeros)
@@ -115,6 +116,7 @@ class State:
     cycle: object | None = None
     cubic: tuple[float, float] | None = None
     compensation: int = 40
+    polar: bool = False
 
     def plane_axes(self) -> tuple[int, int, int]:
         """Return the columns of the plane's first and second axis and of its normal."""

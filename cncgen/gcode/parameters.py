@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import tempfile
 from pathlib import Path
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 
 #: Numbered parameters are 1 to this (LinuxCNC's RS274NGC_MAX_PARAMETERS, less 1).
 LAST = 5601
+#: Parameters that begin without a value in FANUC's macros: local, common, kept common.
+VACANT_AT_START = (range(34), range(100, 200), range(500, 1000))
 #: Where the tables begin; offsets are X Y Z A B C U V W, work systems have their rotation after W.
 HOME_28, HOME_30 = 5161, 5181
 G92_ON, G92 = 5210, 5211
@@ -37,6 +40,12 @@ class Parameters:
     def __init__(self, interpreter: Interpreter) -> None:
         self.interpreter = interpreter
         self.numbers = [0.0] * (LAST + 1)
+        #: FANUC's #0, which never has a value, and those that begin without one.
+        self.vacant = interpreter.dialect == "fanuc"
+        if self.vacant:
+            for numbers in VACANT_AT_START:
+                for index in numbers:
+                    self.numbers[index] = math.nan
         self.numbers[SYSTEM] = 1.0
         self.local: dict[str, float] = {}
         self.named: dict[str, float] = {}
@@ -45,7 +54,7 @@ class Parameters:
         whole = round(index)
         if abs(index - whole) > 1e-4:
             raise BlockError("parameter-number", f"#{index:g} is no parameter: its number is not whole", "#")
-        if not 0 < whole <= LAST:
+        if not (0 < whole <= LAST or (whole == 0 and self.vacant)):
             raise BlockError("parameter-number", f"there is no parameter #{whole} (1 to {LAST})", "#")
         return whole
 
@@ -57,7 +66,7 @@ class Parameters:
     def set_number(self, index: float, value: float) -> None:
         """Set a numbered parameter."""
         whole = self._index(index)
-        if whole in POSITION or TOOL <= whole <= 5413:
+        if whole == 0 or whole in POSITION or TOOL <= whole <= 5413:
             raise BlockError(
                 "parameter-read-only", f"#{whole} tells the machine's state: it cannot be set", "#"
             )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.modal import State
+from cncgen.gcode.modal import PLANE_AXES, State
 
 
 def polar_end(state: State, words: dict[str, float], end: list[float]) -> None:
@@ -26,3 +26,20 @@ def polar_end(state: State, words: dict[str, float], end: list[float]) -> None:
         radius += words.get("@", 0.0)
         angle += math.radians(words.get("^", 0.0))
     end[0], end[1] = radius * math.cos(angle), radius * math.sin(angle)
+
+
+def plane_polar_end(state: State, words: dict[str, float], end: list[float]) -> None:
+    """Take the words of the plane's first and second axis as radius and angle (G16 of FANUC)."""
+    first, second, _ = PLANE_AXES[state.plane]
+    names = "xyzabcuvw"
+    radius_word, angle_word = names[first], names[second]
+    if radius_word not in words and angle_word not in words:
+        return
+    x, y = state.position[first], state.position[second]
+    radius, angle = math.hypot(x, y), math.degrees(math.atan2(y, x))
+    if state.absolute:
+        radius, angle = words.get(radius_word, radius), words.get(angle_word, angle)
+    else:
+        radius, angle = radius + words.get(radius_word, 0.0), angle + words.get(angle_word, 0.0)
+    end[first] = radius * math.cos(math.radians(angle))
+    end[second] = radius * math.sin(math.radians(angle))

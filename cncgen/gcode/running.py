@@ -13,9 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from cncgen.diagnostics import Diagnostics, Severity
-from cncgen.gcode import comments, cutter_compensation, grammar
+from cncgen.gcode import comments, cutter_compensation, grammar, macros
 from cncgen.gcode.arcs import CENTRE_FACTOR, CENTRE_RELATIVE, CENTRE_TOLERANCE, RADIUS_TOLERANCE
-from cncgen.gcode.block import Block, Flow, Parsed, Value, gather
+from cncgen.gcode.block import AXIS_INDEX, Block, Flow, Parsed, Value, gather
+from cncgen.gcode.dialects import Choice, choose
 from cncgen.gcode.errors import BlockError, Reporter, Stop
 from cncgen.gcode.expressions import evaluate
 from cncgen.gcode.flow import Cursor, FlowControl
@@ -86,7 +87,10 @@ class Runner:
         self.options = options
         self.sink = sink
         self.reporter = Reporter(diagnostics)
-        self.ip = Interpreter(sink, options, self.remark)
+        self.dialect, self._why, self._why_line = (
+            choose(source) if options.dialect == "auto" else Choice(options.dialect, "", 1)
+        )
+        self.ip = Interpreter(sink, options, self.remark, self.dialect)
         self.flow = self.ip.flow = FlowControl(self.ip, self.sources, path)
         self.steps = 0
         self._plain = PlainBlocks()
@@ -109,6 +113,7 @@ class Runner:
             )
             return
         try:
+            self._say_dialect(source)
             self.ip.begin()
             yield from self._run(source)
             self._finish(source)
@@ -135,6 +140,16 @@ class Runner:
             else:
                 yield from self._walk(target)
                 target = None
+
+    def _say_dialect(self, source: Source) -> None:
+        """Note which dialect was chosen, where something in the text decided it."""
+        if self._why:
+            message = f"read as {self.dialect}: {self._why}"
+            error = BlockError("dialect", message, hint="--dialect overrides")
+            offset = 0
+            for _ in range(self._why_line - 1):
+                offset = source.line_end(offset) + 1
+            self.reporter.report(source, self._why_line, offset, error, Severity.NOTE)
 
     def _finish(self, source: Source) -> None:
         """Say what is missing at the end of the text, and keep the parameters where asked."""
@@ -264,6 +279,8 @@ class Runner:
             comment = None
             if flags & gcode_scan.ACTIVE or (flags & gcode_scan.COMMENT and self.sink.wants_comments):
                 comment = comment_of(source.text_at(here.offset))
+            if self.dialect == "fanuc" and self._call_macro(self._plain.pairs(index)):
+                return
             block = self._plain.block(index, 0)
             block.comment = comment
             self._execute(block)
@@ -294,11 +311,15 @@ class Runner:
                 return self._jump(here, after)
         except BlockError as error:
             self._fault(here, error)
+            self._failed.add(here)
         return None
 
     def _run_flow(self, parsed: Parsed, here: Cursor, after: Cursor) -> Cursor | None:
         """Run an O-word (a comment behind it says nothing to the machine)."""
         assert parsed.flow is not None
+        if parsed.flow.then is not None:
+            self._then(parsed.flow, here)()
+            return self._jump(here, after) if self.ip.jump is not None else None
         target = self.flow.run(parsed.flow, here, after)
         if (
             target is not None
@@ -317,8 +338,16 @@ class Runner:
         (kind, number, times), self.ip.jump = self.ip.jump, None
         if kind == "call":
             return self.flow.call_number(number, times, here, after) if times > 0 else after
+        if kind in ("macro", "modal"):
+            values, self.ip.macro_values = self.ip.macro_values, None
+            if times < 1:
+                return after
+            target = self.flow.call_number(number, times, here, after, values)
+            self.flow.frame.modal = kind == "modal"
+            return target
         if self.flow.frames:
-            return self.flow.leave()
+            back = self.flow.leave()
+            return macros.line_numbered(self.flow, back, number) if number > 0 else back
         self.ip.end_program()
         return None
 
@@ -348,7 +377,7 @@ class Runner:
         """Return the block of a text; the latest ones are remembered."""
         parsed = self._parsed.get(text)
         if parsed is None:
-            parsed = grammar.parse(text)
+            parsed = grammar.parse(text, self.dialect)
             if len(self._parsed) >= _PAUSE:
                 self._parsed.clear()
             self._parsed[text] = parsed
@@ -375,10 +404,11 @@ class Runner:
             try:
                 node = self._step(node)
             except BlockError as error:
-                self._fault(here, error)
                 if here in self._failed:
                     # The same line failed before: what it should have changed will never change.
                     state.ended = True
+                    break
+                self._fault(here, error)
                 self._failed.add(here)
                 node = self._node(node.after)
         self._count(count)
@@ -429,6 +459,8 @@ class Runner:
             if parsed.deletable and self.options.block_delete:
                 return _Node(cursor, after)
             if parsed.flow is not None:
+                if parsed.flow.then is not None:
+                    return _Node(cursor, after, run=self._then(parsed.flow, cursor))
                 return _Node(cursor, after, parsed.flow)
             return _Node(cursor, after, run=self._compiled(parsed, cursor))
         except BlockError as error:
@@ -456,6 +488,10 @@ class Runner:
         """Return a function that computes the values of a block, executes it, and sets its parameters."""
         parameters = self.ip.parameters
         comment = parsed.comments[-1] if parsed.comments else None
+        if self.dialect == "fanuc":
+            macro = self._macro(parsed, cursor)
+            if macro is not None:
+                return macro
         if not parsed.settings and all(isinstance(value, float) for _, value in parsed.words):
             fixed = gather([(letter, value) for letter, value in parsed.words if isinstance(value, float)])
             fixed.source, fixed.offset, fixed.line = cursor
@@ -463,6 +499,8 @@ class Runner:
             return lambda: self._execute(fixed)
         if not parsed.words and comment is None and len(parsed.settings) == 1:
             return self._setting(parsed)
+
+        vacant = self.dialect == "fanuc"
 
         def run() -> None:
             pairs = [(letter, _evaluated(letter, value, parameters)) for letter, value in parsed.words]
@@ -473,6 +511,8 @@ class Runner:
                 )
                 for target, value in parsed.settings
             ]
+            if vacant:
+                pairs = [(letter, value) for letter, value in pairs if value == value]
             block = gather(pairs)
             block.source, block.offset, block.line = cursor
             block.comment = comment
@@ -485,6 +525,44 @@ class Runner:
             self._execute(block)
 
         return run
+
+    def _then(self, flow: Flow, cursor: Cursor) -> Callable[[], None]:
+        """Return what IF [...] THEN ... does."""
+        assert flow.then is not None
+        run = self._compiled(flow.then, cursor)
+        return lambda: run() if self.flow.condition(flow) else None
+
+    def _macro(self, parsed: Parsed, cursor: Cursor) -> Callable[[], None] | None:
+        """Return what a macro call (G65, G66) or a setting of #3000 or #3006 does; None for other blocks."""
+        ip, parameters = self.ip, self.ip.parameters
+        if any(letter == "g" and value in (65.0, 66.0) for letter, value in parsed.words):
+
+            def call() -> None:
+                self._call_macro([(x, _evaluated(x, value, parameters)) for x, value in parsed.words])
+
+            return call
+        if len(parsed.settings) == 1 and parsed.settings[0][0] in (3000.0, 3006.0):
+            target, value = parsed.settings[0]
+            effect = macros.alarm if target == 3000.0 else macros.message
+
+            def raise_it() -> None:
+                self.sink.block = Block({}, source=cursor.source, line=cursor.line, offset=cursor.offset)
+                effect(ip, evaluate(value, parameters), (parsed.comments or [""])[-1])
+
+            return raise_it
+        return None
+
+    def _call_macro(self, pairs: list[tuple[str, float]]) -> bool:
+        """Ask for the macro that G65 or G66 names; tell whether the block is such a call."""
+        code = next((value for letter, value in pairs if letter == "g" and value in (65.0, 66.0)), None)
+        if code is None:
+            return False
+        number, times, values = macros.arguments([pair for pair in pairs if pair[1] == pair[1]])
+        if code == 66.0:
+            self.ip.modal_macro = number, times, values
+        else:
+            self.ip.jump, self.ip.macro_values = ("macro", number, times), values
+        return True
 
     def _setting(self, parsed: Parsed) -> Callable[[], None]:
         """Return a function that sets one parameter."""
@@ -508,6 +586,11 @@ class Runner:
             comments.comment(self.ip, block, block.comment)
         if block.words or block.g or block.m:
             self.ip.execute(block)
+            modal = self.ip.modal_macro
+            if modal is not None and self.ip.jump is None and not AXIS_INDEX.keys().isdisjoint(block.words):
+                if not any(frame.modal for frame in self.flow.frames):
+                    number, times, self.ip.macro_values = modal
+                    self.ip.jump = "modal", number, times
 
     # Faults.
 

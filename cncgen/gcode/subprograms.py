@@ -38,7 +38,7 @@ def user(ip: Interpreter, block: Block) -> None:
 
 
 CODES = (
-    Code("M", 980, "subprogram", Stage.STOP, call, "run program P, L times", "pl"),
-    Code("M", 990, "subprogram", Stage.STOP, back, "end of a subprogram"),
+    Code("M", 980, "subprogram", Stage.STOP, call, "run program P, L times", "pl", dialects=("linuxcnc",)),
+    Code("M", 990, "subprogram", Stage.STOP, back, "end of a subprogram", dialects=("linuxcnc",)),
     *(Code("M", number, "user", Stage.USER, user, "the user's own: an event", "pq") for number in USER_CODES),
 )

@@ -1,0 +1,49 @@
+"""Which control a program is written for, told from its head."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+from cncgen.gcode.source import Source
+
+#: Bytes that are looked at.
+_HEAD = 65_536
+
+
+class Choice(NamedTuple):
+    """A dialect, the sign that spoke for it (or ""), and the line of it."""
+
+    dialect: str
+    reason: str
+    line: int
+
+
+_SIGNS = (
+    ("linuxcnc", "an O-word", rb"[oO][ \t]*(?:\d+|<[^>\n]*>)[ \t]*(?:sub|call|if|while|do|repeat|return)\b"),
+    ("linuxcnc", "a named parameter", rb"[^(;\n]*#<"),
+    ("fanuc", "a jump of a macro", rb"[^(;\n]*\bGOTO[ \t\d#\[]"),
+    ("fanuc", "a loop of a macro", rb"(?:WHILE[ \t]*\[[^\n]*\][ \t]*DO|END[ \t]*[123]\b)"),
+    ("fanuc", "a macro call", rb"[^(;\n]*\bG6[56][ \t]*P"),
+    (
+        "fanuc",
+        "a mirror, rotation, scaling or polar code",
+        rb"[^(;\n]*\bG(?:50\.1|51\.1|68|69|51|1[56])(?![\d.])",
+    ),
+    ("fanuc", "a look-ahead code", rb"[^(;\n]*\bG0?(?:5\.1[ \t]*Q|5[ \t]*P|8[ \t]*P)"),
+    ("fanuc", "a program number", rb"[oO:]\d{1,8}[ \t]*(?:\([^)\n]*\))?[ \t]*\r?$"),
+)
+_PATTERNS = [
+    (dialect, reason, re.compile(rb"^[ \t]*(?:[nN][ \t]*\d+[ \t]*)?" + pattern, re.MULTILINE | re.IGNORECASE))
+    for dialect, reason, pattern in _SIGNS
+]
+
+
+def choose(source: Source) -> Choice:
+    """Return the dialect of the first sign that is found, LinuxCNC's where there is none."""
+    head = source.data[:_HEAD]
+    for dialect, reason, pattern in _PATTERNS:
+        match = pattern.search(head)
+        if match:
+            return Choice(dialect, reason, head.count(b"\n", 0, match.start()) + 1)
+    return Choice("linuxcnc", "", 1)

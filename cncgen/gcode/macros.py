@@ -1,0 +1,156 @@
+"""FANUC's macros (custom macro B): IF GOTO, IF THEN, WHILE DO END, G65 G66 G67, M98 M99 with program numbers.
+
+Arguments follow argument specification I, and II where I J K repeat (B-63324EN, 15.7.1). A parameter without a value
+is vacant: NaN inside, which counts as 0 in arithmetic and as no word where a word has it.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import TYPE_CHECKING
+
+from cncgen.gcode.block import Block, Flow
+from cncgen.gcode.codes import Code
+from cncgen.gcode.errors import BlockError, Stop
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.modal import Stage
+from cncgen.toolpath.record import Event
+
+if TYPE_CHECKING:
+    from cncgen.gcode.flow import Cursor, FlowControl
+
+_FANUC = ("fanuc",)
+VACANT = math.nan
+#: Local parameters of a macro.
+LOCALS = 33
+#: Parameter of each argument letter (argument specification I).
+ARGUMENTS = dict(
+    zip("abcijkdefhmqrstuvwxyz", (1, 2, 3, 4, 5, 6, 7, 8, 9, 11, *range(13, 14), *range(17, 27)), strict=True)
+)
+_NUMBERED = re.compile(rb"(?:\A|\n)[ \t]*/?[ \t]*[nN][ \t]*(\d+)")
+
+
+def arguments(pairs: list[tuple[str, float]]) -> tuple[int, int, list[float]]:
+    """Return program number, repeats and local parameters of a G65 or G66 block."""
+    number, times = -1, 1
+    values = [VACANT] * LOCALS
+    sets = {"i": 0, "j": 0, "k": 0}
+    for letter, value in pairs:
+        if letter == "p":
+            number = round(value)
+        elif letter == "l":
+            times = round(value)
+        elif letter in sets:
+            # I J K may repeat: the n-th set goes to #(3n+1), #(3n+2), #(3n+3).
+            index = 3 * sets[letter] + ARGUMENTS[letter]
+            sets[letter] += 1
+            if index > LOCALS:
+                raise BlockError(
+                    "macro-arguments", f"{letter.upper()} stands more than ten times", letter.upper()
+                )
+            values[index - 1] = value
+        elif letter in ARGUMENTS:
+            values[ARGUMENTS[letter] - 1] = value
+        elif letter != "g":
+            raise BlockError("macro-arguments", f"{letter.upper()} is no argument of a macro", letter.upper())
+    if number < 0:
+        raise BlockError("sub-missing", "a macro call has no program number P", "G65")
+    return number, times, values
+
+
+def call(ip: Interpreter, block: Block) -> None:
+    """G65: call a macro (its words are read before, `Runner`)."""
+
+
+def modal_call(ip: Interpreter, block: Block) -> None:
+    """G66: call a macro after each motion from now on."""
+
+
+def end_modal_call(ip: Interpreter, block: Block) -> None:
+    """G67."""
+    ip.modal_macro = None
+
+
+def call_program(ip: Interpreter, block: Block) -> None:
+    """M98 P L: run a program L times; P of more than four digits begins with the number of times."""
+    if "p" not in block.words:
+        raise BlockError("sub-missing", "M98 has no program number P", "M98")
+    number = round(block.words["p"])
+    times = round(block.words.get("l", 1.0))
+    if number > 9999 and "l" not in block.words:
+        times, number = divmod(number, 10_000)
+    ip.jump = ("call", number, times)
+
+
+def back(ip: Interpreter, block: Block) -> None:
+    """M99 P: back to where the program was called from, or to its line N."""
+    ip.jump = ("return", round(block.words.get("p", -1.0)), 0)
+
+
+def nothing(ip: Interpreter, block: Block) -> None:
+    """Accept a look-ahead mode: every motion is planned with look-ahead anyway."""
+
+
+def run(flow: FlowControl, word: Flow, here: Cursor) -> Cursor | None:
+    """Execute a jump or loop of a macro; return where to go on, or None for the next line."""
+    ip = flow.ip
+    if word.keyword == "goto":
+        if word.arguments and not flow.condition(word):
+            return None
+        label = word.label
+        number = label(ip.parameters) if callable(label) else label
+        assert isinstance(number, float)
+        return line_numbered(flow, here, round(number))
+    _label(word)
+    if word.keyword == "while-do":
+        if not word.arguments or flow.condition(word):
+            return None
+        return flow.next_mark(here, _label(word), ("end-do",), "END").after
+    return flow.previous_mark(here, _label(word), ("while-do",), "END").cursor
+
+
+def _label(word: Flow) -> float:
+    """Return the number of DO or END."""
+    number = word.label
+    if number not in (1.0, 2.0, 3.0):
+        raise BlockError("loop-number", f"DO and END take 1, 2 or 3, not {number}", "")
+    return float(number)
+
+
+def line_numbered(flow: FlowControl, here: Cursor, number: int) -> Cursor:
+    """Return the line with that N word in the same program: after this line, else from the program's beginning."""
+    lines = flow.numbered(here.source, _NUMBERED)
+    begin, end = flow.program_range(here)
+    found = [c for c in lines.get(number, []) if begin <= c.offset < end]
+    later = [c for c in found if c.offset > here.offset]
+    if not found:
+        raise Stop(BlockError("goto-target", f"there is no line N{number} to go to", "GOTO"))
+    return (later or found)[0]
+
+
+def alarm(ip: Interpreter, value: float, text: str) -> None:
+    """#3000 = n (text): end the program with an alarm."""
+    raise Stop(BlockError("macro-alarm", f"the program raises alarm {value:g}: {text or 'no text'}", "#"))
+
+
+def message(ip: Interpreter, value: float, text: str) -> None:
+    """#3006 = n (text): stop with a message."""
+    ip.sink.call("PROGRAM_STOP()", Event("stop", True, values={"kind": "message", "text": text}))
+
+
+def programmable_data(ip: Interpreter, block: Block) -> None:
+    """Accept G11."""
+
+
+_LOOK_AHEAD = "look-ahead mode: accepted, motions are always planned ahead"
+CODES = (
+    Code("G", 650, "macro", Stage.STOP, call, "call macro P, L times, with arguments", dialects=_FANUC),
+    Code("G", 660, "macro", Stage.STOP, modal_call, "call macro P after each motion", dialects=_FANUC),
+    Code("G", 670, "macro", Stage.STOP, end_modal_call, "end of G66", dialects=_FANUC),
+    Code("M", 980, "subprogram", Stage.STOP, call_program, "run program P, L times", "pl", dialects=_FANUC),
+    Code("M", 990, "subprogram", Stage.STOP, back, "end of a subprogram", "p", dialects=_FANUC),
+    Code("G", 50, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD, "pqr", dialects=_FANUC),
+    Code("G", 51, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD, "pqr", dialects=_FANUC),
+    Code("G", 80, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD, "pqr", dialects=_FANUC),
+)
