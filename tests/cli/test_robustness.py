@@ -204,6 +204,8 @@ def test_stopped_in_the_middle(tmp_path: Path, number: signal.Signals) -> None:
         stdin=subprocess.PIPE,
         stderr=subprocess.PIPE,
         cwd=tmp_path,
+        # A test run in the background ignores SIGINT, and its children inherit that.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     assert process.stdin is not None
     rows = "".join(f"{k / 1000:.3f},0.0\n" for k in range(200_000))
