@@ -7,7 +7,7 @@ x(t) of degree 4 with simple knots that minimises
     integral |x - y|² dt + integral L(t)^6 |x'''|² dt,
 
 where the smoothing length L(t) is made as large as |x(t) - y(t)| <= tolerance allows (docs/smoothing.md). Columns of
-y are scaled so that all are mm; the first three are X Y Z.
+y are scaled so that all are mm.
 """
 
 import cython
@@ -151,7 +151,9 @@ def _sample(
 @cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _basis(knots: cython.double[::1], i: cython.Py_ssize_t, u: cython.double, b: cython.double[::1]) -> cython.void:
+def _basis(
+    knots: cython.double[::1], i: cython.Py_ssize_t, u: cython.double, b: cython.double[::1]
+) -> cython.void:
     """Fill b with the basis functions of degree 4 that live on span i (The NURBS Book, A2.2)."""
     r: cython.Py_ssize_t
     j: cython.Py_ssize_t
@@ -405,20 +407,16 @@ def _miss(
     k: cython.Py_ssize_t,
     w: cython.double,
 ) -> cython.double:
-    """|x − y|: the larger of the distance in X Y Z and the difference in each further column."""
+    """|x − y| over all columns."""
     axes: cython.Py_ssize_t = x.shape[1]
     d: cython.Py_ssize_t
     e: cython.double
     total: cython.double = 0.0
-    worst: cython.double = 0.0
     for d in range(axes):
         e = x[0, d] + u * (x[1, d] + u * (x[2, d] + u * (x[3, d] + u * x[4, d])))
         e -= y[k, 0, d] + w * (y[k, 1, d] + w * (y[k, 2, d] + w * y[k, 3, d]))
-        if d < 3:
-            total += e * e
-        else:
-            worst = max(worst, abs(e))
-    return max(worst, total**0.5)
+        total += e * e
+    return total**0.5
 
 
 @cython.cfunc

@@ -48,7 +48,7 @@ def plan_optimal(chunks: Iterable[Toolpath], machine: Machine, options: PlanOpti
     before: np.ndarray | None = None
     held: _Block | None = None
     still: list[Toolpath] = []
-    for block in blocks(smooth(chunks), ROWS):
+    for block in blocks(smooth(chunks, machine.chord_tolerance_mm), ROWS):
         still.append(block)
         if not _moves(block):
             continue

@@ -14,28 +14,30 @@ from cncgen.planner.smoothing.output import rows_of
 from cncgen.planner.smoothing.runs import TANGENT, Classes, classify
 from cncgen.toolpath.record import Kind, Toolpath
 from cncgen.toolpath.slicing import between, join
+from cncgen.units import DEGREE
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-#: mm: a rotary axis may leave its programmed angle by the tolerance at this radius (P 0.01 mm: 0.0057°).
-ROTARY_RADIUS = 100.0
+#: mm: at this radius, where one degree is one millimetre, as controls count it, rotary axes are held to the tolerance.
+ROTARY_RADIUS = 1.0 / DEGREE
 #: Rows that are fitted at a time.
 WINDOW = 2048
 #: Rows after which a run is ended where it stands, if they made too few knots to go on from.
 _LONGEST_WINDOW = 32 * WINDOW
 
 
-def smooth(chunks: Iterable[Toolpath]) -> Iterator[Toolpath]:
+def smooth(chunks: Iterable[Toolpath], reserve_mm: float = 0.0) -> Iterator[Toolpath]:
     """Smooth a toolpath.
 
-    Runs of LINE and ARC rows under G64 become NURBS rows of degree 4 that stay within the tolerance of their rows, in
-    X Y Z by distance, in U V W each by the same, in rotary axes each by the tolerance over `ROTARY_RADIUS`. Rapids,
+    Runs of LINE and ARC rows under G64 become NURBS rows of degree 4 that stay within the tolerance of their rows:
+    the distance over all axes, one degree counted as one millimetre (`ROTARY_RADIUS`), is at most P. Rapids,
     G61, G61.1, NURBS rows, rows that move X Y Z hardly or not, corners of more than 150°, and places where the axes
     rest are met exactly; so is the path where its tolerance is 0 or not known.
 
     Args:
         chunks: Consecutive stretches of one program, tolerances filled in.
+        reserve_mm: What the chords between setpoints may add to the deviation: left over, half of P at most.
 
     Yields:
         Consecutive stretches of the smoothed program, none empty.
@@ -43,7 +45,7 @@ def smooth(chunks: Iterable[Toolpath]) -> Iterator[Toolpath]:
     Raises:
         CorridorError: If a run could not be fitted (a fault of the method, not of the program).
     """
-    smoother = _Smoother()
+    smoother = _Smoother(reserve_mm)
     gathered: list[Toolpath] = []
     for chunk in chunks:
         if len(chunk):
@@ -58,12 +60,14 @@ class _Smoother:
     """What is not yet handed on.
 
     Attributes:
+        reserve_mm: See `smooth`.
         pending: Rows that wait: the rest of a run that is being fitted, or of one whose end has not been seen.
         seam: Where the curve of the run at the front goes on from, or None at its start.
         before: dx/ds at the end of the last motion handed on exactly, scaled; None after a rest and at the start.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, reserve_mm: float) -> None:
+        self.reserve_mm = reserve_mm
         self.pending: Toolpath | None = None
         self.seam: Seam | None = None
         self.before: Floats | None = None
@@ -148,7 +152,8 @@ class _Smoother:
     ) -> int | None:
         """Fit a window of the run at the front; return the row from which to go on, None if it needs more rows."""
         path = _path_of(rows, window)
-        pieces = pieces_of(path, rows.tolerance[window], scale)
+        allowed = rows.tolerance[window]
+        pieces = pieces_of(path, np.maximum(allowed - self.reserve_mm, 0.5 * allowed), scale)
         row_t = path.row_s
         head = END_DERIVATIVES if _tangent(self.before, classes.entry[window[0]]) else END_POINT
         tail = 0

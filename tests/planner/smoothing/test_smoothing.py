@@ -201,7 +201,7 @@ def test_events_without_rest_stand_where_they_stood() -> None:
 
 
 def test_further_axes_follow_within_their_equivalent() -> None:
-    """A starts to turn in the middle of a straight line: its corner is rounded by P / ROTARY_RADIUS at most."""
+    """A starts to turn in the middle of a straight line: its corner is rounded by P at most, a degree for a mm."""
     rows = toolpath([0] * 4, [[10, 0, 0, 0], [20, 0, 0, 1], [30, 0, 0, 0.2]], axes="XYZA")
     result = smoothed(rows)
     path = path_of(result)
