@@ -198,7 +198,7 @@ def _gain(
 ) -> cython.void:
     """Move ``state`` = (q, acceleration) over a length with full jerk, the acceleration limits and the bound `cap` of q."""
     a: cython.Py_ssize_t
-    i: cython.int
+    _: cython.int
     acc: cython.double = 1e300
     jerk: cython.double = 1e300
     x: cython.double
@@ -215,7 +215,7 @@ def _gain(
     if v * t > length:
         t = length / v
     # Newton from above on the increasing, convex s(t) = length.
-    for i in range(4):
+    for _ in range(4):
         t -= (((jerk * t / 6.0 + 0.5 * rate) * t + v) * t - length) / ((0.5 * jerk * t + rate) * t + v)
     rate = min(rate + jerk * t, acc)
     v += 0.5 * (state[1] + rate) * t

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,26 +12,37 @@ from cncgen.geometry.path import Path
 from cncgen.planner.optimal.joints import Joints
 from cncgen.planner.optimal.limits import Bounds
 
-TopAt = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
-
 Floats = NDArray[np.float64]
+#: Largest q at path coordinates, given the derivatives there.
+TopAt = Callable[[Floats, Floats], Floats]
 
-#: Spacing by effort: as a part of the radius of curvature, of the distance that a ramp of acceleration from 0 to its
-#: limit takes, and its growth from node to node.
-DENSITY = {"best": (0.08, 0.2, 0.2), "fast": (0.15, 0.35, 0.35)}
-#: First interval from rest, as a part of the distance in which full jerk from rest reaches full acceleration.
-_FIRST = 0.5
-#: And as a part of the radius of curvature there, and of the distance to the next rest.
-_BEND, _PART = 0.02, 1.0 / 12.0
+
+@dataclass(frozen=True, slots=True)
+class Density:
+    """Spacing of the nodes: as a part of the radius of curvature, of |x'''|^-1/2, of the distance that a ramp of the
+    acceleration from 0 to its limit takes, and its growth along the path."""
+
+    bend: float
+    twist: float
+    ramp: float
+    growth: float
+
+
+#: By effort.
+DENSITY = {"best": Density(0.08, 0.3, 0.2, 0.2), "fast": Density(0.15, 0.45, 0.35, 0.35)}
+#: First interval from rest, as a part of the distance in which full jerk from rest reaches full acceleration,
+#: of the radius of curvature there, and of the distance to the next rest.
+_FIRST, _BEND, _PART = 0.5, 0.02, 1.0 / 12.0
 
 
 def place(
     path: Path,
     bounds: Bounds,
     joints: Joints,
+    sides: tuple[Floats, Floats],
     lines: NDArray[np.bool_],
     top_at: TopAt,
-    effort: str,
+    density: Density,
 ) -> Floats:
     """Return the nodes of a block, ascending: its breakpoints, and what lies between.
 
@@ -38,57 +50,77 @@ def place(
         path: Geometry.
         bounds: Limits.
         joints: Its breakpoints.
+        sides: Derivatives on the left and on the right of each breakpoint, shape (4, breakpoints, axes) each.
         lines: Shape (breakpoints − 1,): stretches that need no nodes between their ends.
-        top_at: Gives the largest q at path coordinates and derivatives there.
-        effort: A key of `DENSITY`.
+        top_at: Gives the largest q.
+        density: How close they stand.
     """
-    bend_part, ramp_part, growth = DENSITY[effort]
     probes = _probes(path, joints)
-    _, x1, x2, _ = x = path.evaluate(probes, 3)
-    acceleration, jerk, bend = along(bounds, x1, x2)
-    q = np.minimum(top_at(probes, x), acceleration / np.maximum(bend, 1e-300))
-    q = np.where(bend > 0, q, top_at(probes, x))
-    ramp = acceleration / jerk
-    fastest = acceleration * ramp + np.sqrt(acceleration * (joints.s[-1] - joints.s[0]))
-    spacing = ramp_part * ramp * np.minimum(np.sqrt(q), fastest)
-    spacing = np.minimum(spacing, bend_part / np.maximum(bend, 1e-300))
-    at = np.searchsorted(probes, joints.s)
-    at = np.minimum(at, len(probes) - 1)
-    beside = np.concatenate([[True], lines]) & np.concatenate([lines, [True]])
-    rest = np.flatnonzero(joints.stop & ~beside)
-    between = np.diff(joints.s[rest]) if len(rest) > 1 else np.array([np.inf])
-    first = np.minimum(_FIRST * acceleration[at] * ramp[at] ** 2 / 6.0, _BEND / np.maximum(bend[at], 1e-300))
-    room = np.full(len(joints.s), np.inf)
-    room[rest] = _PART * np.minimum(
-        np.concatenate([[np.inf], between])[: len(rest)], np.concatenate([between, [np.inf]])[: len(rest)]
-    )
-    gap = np.diff(joints.s, prepend=-np.inf, append=np.inf) / 3.0
-    first = np.minimum(np.minimum(first, room), np.minimum(gap[:-1], gap[1:]))
-    zone = np.flatnonzero(joints.zone > 0)
-    tight = np.concatenate([rest, zone])
-    here = np.concatenate([first[rest], 0.7 * joints.zone[zone]])
-    fine = _around(probes, joints.s[tight], here, spacing[at[tight]] / growth)
+    spacing = _spacing(bounds, path.evaluate(probes, 3), probes, top_at, density)
+    first = _first(bounds, joints, sides, lines)
+    tight = np.flatnonzero((joints.stop & np.isfinite(first)) | (joints.zone > 0))
+    here = np.where(joints.stop, first, 0.7 * joints.zone)[tight]
+    near = np.minimum(np.searchsorted(probes, joints.s[tight]), len(probes) - 1)
+    fine = _around(probes, joints.s[tight], here, spacing[near] / density.growth)
     spacing = np.interp(fine, probes, spacing)
     at = np.searchsorted(fine, joints.s[tight])
     spacing[at] = np.minimum(spacing[at], here)
-    spacing = _graded(fine, spacing, growth)
     borders = _borders(joints, first, lines)
     stretch = np.searchsorted(joints.s, borders[:-1], side="right") - 1
-    return _spread(fine, spacing, borders, lines[stretch])
+    return _spread(fine, _graded(fine, spacing, density.growth), borders, lines[stretch])
 
 
-def along(bounds: Bounds, x1: Floats, x2: Floats) -> tuple[Floats, Floats, Floats]:
+def along(bounds: Bounds, x: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """Return acceleration and jerk along the path by the weakest axis, and how fast its direction turns, each (n,).
 
-    The turn is measured in the axes' own accelerations: max |x''|/A over max |x'|/A, the curvature where all are alike.
+    The turn is measured in the axes' own accelerations: max |x''|/A over max |x'|/A, the curvature where all are alike;
+    its change likewise by x'''.
+
+    Args:
+        bounds: Limits.
+        x: Shape (4, n, axes), position and derivatives.
     """
     limit = bounds.axes
-    share = np.abs(x1) / limit.acceleration
-    steep = share.max(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        jerk = 1.0 / (np.abs(x1) / limit.jerk).max(axis=1)
-        bend = (np.abs(x2) / limit.acceleration).max(axis=1) / steep
-        return 1.0 / steep, jerk, np.nan_to_num(bend)
+        steep, bend, twist = (np.abs(x[1:]) / limit.acceleration).max(axis=2)
+        jerk = 1.0 / (np.abs(x[1]) / limit.jerk).max(axis=1)
+        return 1.0 / steep, jerk, np.nan_to_num(bend / steep), np.nan_to_num(twist / steep)
+
+
+def _spacing(bounds: Bounds, x: Floats, s: Floats, top_at: TopAt, density: Density) -> Floats:
+    """Return the largest spacing at the places `s` by the shape of the path and the speed that it allows there."""
+    acceleration, jerk, bend, twist = along(bounds, x)
+    ramp = acceleration / jerk
+    with np.errstate(divide="ignore"):
+        speed = np.sqrt(np.minimum(top_at(s, x), acceleration / bend))
+        fastest = acceleration * ramp + np.sqrt(acceleration * (s[-1] - s[0]))
+        return np.minimum.reduce(
+            [
+                density.ramp * ramp * np.minimum(speed, fastest),
+                density.bend / bend,
+                density.twist / np.sqrt(twist),
+            ]
+        )
+
+
+def _first(
+    bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats], lines: NDArray[np.bool_]
+) -> Floats:
+    """Return the length of the first interval beside each breakpoint where the motion rests; infinite elsewhere."""
+    curved = ~(np.concatenate([[True], lines]) & np.concatenate([lines, [True]]))
+    rest = np.flatnonzero(joints.stop & curved)
+    out = np.full(len(joints.s), np.inf)
+    if not len(rest):
+        return out
+    room = np.diff(joints.s[rest], prepend=-np.inf, append=np.inf) * _PART
+    gap = np.diff(joints.s, prepend=-np.inf, append=np.inf) / 3.0
+    candidates = [room[:-1], room[1:], gap[:-1][rest], gap[1:][rest]]
+    for side in sides:
+        acceleration, jerk, bend, _ = along(bounds, side[:, rest])
+        with np.errstate(divide="ignore"):
+            candidates += [_FIRST * acceleration**3 / (6.0 * jerk**2), _BEND / bend]
+    out[rest] = np.minimum.reduce(candidates)
+    return out
 
 
 def _probes(path: Path, joints: Joints) -> Floats:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from cncgen.geometry.path import Path
 from cncgen.planner.optimal.joints import Joints, distinct, joints_of, nearest
 from cncgen.planner.optimal.limits import JUMP_SHARE, Bounds
-from cncgen.planner.optimal.nodes import place
+from cncgen.planner.optimal.nodes import DENSITY, place
 from cncgen.planner.record import Limit
 from cncgen.toolpath.record import Event, FeedMode, Kind, Toolpath
 
@@ -106,7 +106,7 @@ def track_of(
     top = np.minimum(top_at(first, sides[0], -1)[0], top_at(last, sides[1])[0])
     joints = joints_of(toolpath, path, bounds, first, sides, top, before, after)
     lines = _lines(path, joints)
-    s = place(path, bounds, joints, lines, lambda at, x: top_at(at, x)[0], effort)
+    s = place(path, bounds, joints, sides, lines, lambda at, x: top_at(at, x)[0], DENSITY[effort])
     n = len(s) - 1
     middle = 0.5 * (s[:-1] + s[1:])
     right = path.evaluate(s[:-1], 3)
