@@ -21,7 +21,7 @@ class Skip(Exception):
 class Entity:
     """An instance with its attributes by the names of the schema."""
 
-    __slots__ = ("_file", "instance", "keyword", "parameters")
+    __slots__ = ("_file", "_shift", "instance", "keyword", "parameters")
 
     def __init__(self, file: Entities, instance: Instance, keyword: str) -> None:
         self._file = file
@@ -29,6 +29,9 @@ class Entity:
         self.keyword = keyword
         part = instance.part(keyword)
         self.parameters: tuple[Value, ...] = part.parameters if part else instance.parameters
+        # A part of a complex instance has its own attributes alone: the last of those that the entity has.
+        whole = len(positions(keyword, file.iso))
+        self._shift = max(whole - len(self.parameters), 0) if len(instance.parts) > 1 else 0
 
     @property
     def id(self) -> int:
@@ -37,7 +40,7 @@ class Entity:
 
     def get(self, name: str) -> Value:
         """Return an attribute; None where it is ``$``, ``*``, or the entity has no such attribute."""
-        k = positions(self.keyword, self._file.iso).get(name, -1)
+        k = positions(self.keyword, self._file.iso).get(name, -1) - self._shift
         value = self.parameters[k] if 0 <= k < len(self.parameters) else None
         return None if value is DERIVED else value
 

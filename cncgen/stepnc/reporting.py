@@ -49,7 +49,7 @@ class Reporter:
         values: Mapping[str, Any] | None = None,
     ) -> None:
         """Add a diagnostic at an offset (None: of the file); a second one of the same code and offset is dropped."""
-        seen = self._seen.setdefault(code, set())
+        seen = self._seen.setdefault(f"{severity} {code}", set())
         key = -1 if offset is None else offset
         if key in seen and offset is not None:
             return

@@ -328,10 +328,6 @@ class Curves:
 
     def _given_knots(self, entity: Entity, points: int, degree: int) -> Floats:
         part = self._part(entity, "B_SPLINE_CURVE_WITH_KNOTS")
-        if len(entity.instance.parts) > 1:  # a part of a complex instance has its own attributes alone
-            own = part.parameters
-            part = self.entities.get(entity.id, "B_SPLINE_CURVE_WITH_KNOTS")
-            part.parameters = (None,) * 6 + tuple(own[-3:])
         values = np.array(part.numbers("knots"))
         multiplicities = np.array(part.numbers("knot_multiplicities"), np.int64)
         if (

@@ -352,6 +352,8 @@ UV_STRATEGY pathmode:e cutmode:e its_milling_tolerances:r=TOLERANCES stepover:n 
 VECTOR name:s orientation:r=DIRECTION magnitude:n
 VEE_PROFILE placement:r=AXIS2_PLACEMENT_3D profile_radius:r=TOLERANCED_LENGTH_MEASURE profile_angle:n tilt_angle:n
 VERTEX name:s
+VIA_ARC_POINT name:s coordinates:l
+VIA_HELIX_POINT name:s coordinates:l
 VERTEX_LOOP name:s loop_vertex:r
 VERTEX_POINT name:s vertex_geometry:r
 WAIT_FOR_MARK its_id:s its_channel:r=CHANNEL

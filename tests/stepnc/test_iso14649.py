@@ -1,0 +1,448 @@
+"""ISO 14649: workplans, frames, technology, toolpath kinds, functions, statements, defects of real files."""
+
+import math
+
+import numpy as np
+import pytest
+
+from cncgen.toolpath.record import FeedMode, Kind
+from tests.stepnc.building import E, Part, Typed, codes, motions, run
+
+
+def events(path, name=None):
+    rows = [path.events[path.curve[k]] for k in range(len(path)) if path.kind[k] == Kind.EVENT]
+    return [e for e in rows if name in (None, e.name)]
+
+
+def square(part, z=0.0):
+    return part.polyline((0, 0, z), (10, 0, z), (10, 10, z))
+
+
+# Structure and frames
+
+
+def test_frames_chain_workpiece_and_feature_but_not_the_setup():
+    """machine <- workpiece setup <- feature; the setup's origin is a work offset: a note."""
+    part = Part()
+    workpiece = part.add("WORKPIECE", "block", None, None, None, None, None, ())
+    place = part.placement((100, 0, 0), (0, 0, 1), (0, 1, 0))  # X of the workpiece is Y outside
+    held = part.add("WORKPIECE_SETUP", workpiece, place, None, None, ())
+    setup = part.add("SETUP", "setup", part.placement((7, 8, 9)), part.plane(50), (held,))
+    feature = part.add("TOOLPATH_FEATURE", "f", workpiece, (), part.placement((1, 2, 3)), None)
+    operation = part.freeform(part.trajectory(square(part)))
+    part.project(part.plan(part.step(operation, feature), setup=setup))
+    path, found = part.read()
+    assert codes(found) == ["stepnc-work-offset"]
+    ends = path.end[motions(path)]
+    np.testing.assert_allclose(
+        ends[:3], [[0, 0, 50], [98, 1, 50], [98, 1, 3]], atol=1e-12
+    )  # by the security plane
+    np.testing.assert_allclose(ends[3:], [[98, 11, 3], [88, 11, 3]], atol=1e-12)
+
+
+def test_nested_workplans_run_in_order_and_share_the_setup():
+    part = Part()
+    steps = [part.step(part.freeform(part.trajectory(part.polyline((0, 0, k), (1, 0, k))))) for k in range(4)]
+    inner = part.plan(steps[1], part.plan(steps[2]))
+    part.project(part.plan(steps[0], inner, steps[3], setup=part.add("SETUP", "", None, part.plane(20), ())))
+    path, found = part.read()
+    assert codes(found) == []
+    feeds = [k for k in motions(path) if path.feed_mode[k] == FeedMode.SPEED]
+    assert path.end[feeds, 2].tolist() == [0, 1, 2, 3]
+
+
+def test_a_workplan_within_itself_is_an_error_and_ends():
+    part = Part()
+    name = part.reserve()
+    part.fill(name, "WORKPLAN", "again", (name,), None, None, None)
+    part.project(name)
+    _, found = part.read()
+    assert codes(found, "error") == ["part21-cycle"]
+
+
+def test_a_fault_in_one_step_leaves_the_others():
+    part = Part()
+    good = [part.step(part.freeform(part.trajectory(part.polyline((0, 0, k), (9, 0, k))))) for k in (0, 0)]
+    bad = [part.step(part.freeform(part.trajectory(part.circle(-1)))) for _ in range(2)]
+    part.project(part.plan(good[0], bad[0], good[1], bad[1]))
+    path, found = part.read()
+    assert codes(found, "error") == ["stepnc-geometry"] * 2
+    assert sum(path.feed_mode == FeedMode.SPEED) >= 2
+
+
+def test_no_project():
+    part = Part()
+    part.point(1, 2, 3)
+    _, found = part.read()
+    assert codes(found, "error") == ["stepnc-no-project"]
+
+
+# Technology
+
+
+def test_feed_and_speed_units():
+    """m/s to mm/s; rev/s to rev/min; negative turns with the clock."""
+    path, _ = simple()
+    rows = [k for k in motions(path) if path.feed_mode[k] == FeedMode.SPEED]
+    assert path.feed[rows].tolist() == [20.0, 20.0]
+    assert dict(events(path, "spindle")[0].values) == {"speed_rpm": 3000.0, "direction": 1}
+
+
+def simple(**technology):
+    part = Part()
+    tech = part.technology(**technology)
+    operation = part.freeform(part.trajectory(square(part)), technology=tech)
+    part.project(part.plan(part.step(operation)))
+    return part.read()
+
+
+def test_feed_per_tooth_and_cutting_speed():
+    """2 teeth, 10 mm: 1 m/s are 1000 / (10 pi) rev/s; 0.05 mm a tooth."""
+    path, found = simple(feed=None, spindle=None, cutspeed=1.0, feedrate_per_tooth=0.05)
+    turns = 1000 / (math.pi * 10)
+    assert codes(found) == []
+    assert path.feed[motions(path)[-1]] == pytest.approx(0.05 * 2 * turns)
+    assert events(path, "spindle")[0].values["speed_rpm"] == pytest.approx(60 * turns)
+    assert events(path, "spindle")[0].values["direction"] == 1
+
+
+def test_left_handed_tools_turn_the_other_way():
+    part = Part()
+    tool = part.tool(hand="LEFT")
+    operation = part.freeform(
+        part.trajectory(square(part)), tool=tool, technology=part.technology(0.01, None, cutspeed=1.0)
+    )
+    part.project(part.plan(part.step(operation)))
+    path, _ = part.read()
+    assert events(path, "spindle")[0].values["direction"] == -1
+
+
+@pytest.mark.parametrize(
+    ("given", "code"),
+    [
+        ({"cutspeed": 11.0}, "stepnc-speed-both"),
+        ({"spindle": 6000.0}, "stepnc-speed-unit"),
+        ({"spindle": None, "cutspeed": 60.0}, "stepnc-speed-unit"),
+    ],
+)
+def test_implausible_speeds_are_warned_of(given, code):
+    _, found = simple(**given)
+    assert code in codes(found, "warning")
+
+
+def test_no_feed_is_an_error():
+    _, found = simple(feed=None, spindle=-10.0)
+    assert codes(found, "error") == ["stepnc-no-feed"]
+
+
+def test_precedence_of_technology_and_the_ratio_of_speed():
+    part = Part()
+    own = part.technology(0.005, -10.0)
+    ratio = Typed("POSITIVE_RATIO_MEASURE", 0.5)
+    a, b, c = ((0, 0, 0), (9, 0, 0)), ((9, 0, 0), (9, 9, 0)), ((9, 9, 0), (0, 9, 0))
+    paths = [
+        part.trajectory(part.polyline(*a)),
+        part.trajectory(part.polyline(*b), technology=own),
+        part.trajectory(part.polyline(*c), speed=ratio),
+    ]
+    part.project(part.plan(part.step(part.freeform(*paths))))
+    path, _ = part.read()
+    assert path.feed[motions(path)].tolist() == [20.0, 5.0, 10.0]
+    assert [e.values["speed_rpm"] for e in events(path, "spindle")] == [3000.0, 600.0, 3000.0]
+
+
+@pytest.mark.parametrize(
+    "options", [{"speed": E("RAPID")}, {"speed": Typed("SPEED_NAME", E("RAPID"))}, {"kind": "CONNECT"}]
+)
+def test_what_is_rapid(options):
+    part = Part()
+    path, _ = part.run_curve(square(part), **options).read()
+    assert (path.feed_mode[motions(path)] == FeedMode.RAPID).all()
+
+
+# Toolpath kinds
+
+
+def paths_of(*make):
+    part = Part()
+    operation = part.freeform(*(m(part) for m in make))
+    part.project(part.plan(part.step(operation, security=part.plane(30))))
+    return part.read()
+
+
+def line(*points):
+    return lambda part: part.trajectory(part.polyline(*points))
+
+
+HEAD = (E("T"), E("TRAJECTORY_PATH"), None, None, None)
+
+
+def test_feedstop_waits():
+    path, found = paths_of(line((0, 0, 0), (5, 0, 0)), lambda p: p.add("FEEDSTOP", *HEAD, 1.5))
+    assert codes(found) == []
+    assert [e.dwell_s for e in events(path, "dwell")] == [1.5]
+
+
+def test_connect_by_the_security_plane_and_direct():
+    def connected(kind):
+        connector = (lambda p: p.add("CONNECT_SECPLANE", *HEAD, None, None)) if kind == "plane" else (
+            lambda p: p.add("CONNECT_DIRECT", *HEAD)
+        )  # fmt: skip
+        path, found = paths_of(line((0, 0, 0), (5, 0, 0)), connector, line((9, 9, 0), (9, 0, 0)))
+        assert codes(found) == []
+        return path.end[motions(path)].tolist()
+
+    assert connected("plane")[1:] == [[5, 0, 30], [9, 9, 30], [9, 9, 0], [9, 0, 0]]
+    assert connected("direct")[1:] == [[9, 9, 0], [9, 0, 0]]
+
+
+def test_a_gap_is_named_and_crossed_at_the_security_plane():
+    path, found = paths_of(line((0, 0, 0), (5, 0, 0)), line((9, 9, 0), (9, 0, 0)))
+    assert codes(found) == ["path-gap"]
+    assert path.end[motions(path)][1].tolist() == [5, 0, 30]
+
+
+def test_approach_by_an_angle_and_by_an_arc():
+    def angled(part):
+        fix = part.point(-20, 0, 10)
+        return part.add("AP_LIFT_PATH_ANGLE", E("T"), E("APPROACH"), None, None, None, fix, None, 30.0, 10.0)
+
+    path, found = paths_of(line((-20, 0, 10), (-20, 0, 10.5)), angled, line((0, 0, 0), (9, 0, 0)))
+    ends = path.end[motions(path)]
+    corner = [-10 * math.cos(math.pi / 6), 0, 10 * math.sin(math.pi / 6)]
+    assert "stepnc-geometry" not in codes(found)
+    assert np.abs(ends - corner).max(axis=1).min() < 1e-9
+
+    def tangent(part):
+        fix = part.point(-10, 5, 0)
+        return part.add("AP_LIFT_PATH_TANGENT", E("T"), E("APPROACH"), None, None, None, fix, None, 5.0)
+
+    path, found = paths_of(tangent, line((0, 0, 0), (9, 0, 0)))
+    assert codes(found, "error") == []
+    arc = np.flatnonzero(path.kind == Kind.ARC)[0]
+    np.testing.assert_allclose(path.arcs.centre[0], [0, 5, 0], atol=1e-12)
+    np.testing.assert_allclose(path.end[arc], [0, 0, 0], atol=1e-12)
+    # The line before the arc is tangent to it.
+    touch = path.starts[arc]
+    assert np.dot(touch - path.arcs.centre[0], touch - [-10, 5, 0]) == pytest.approx(0, abs=1e-9)
+
+
+def test_axis_trajectory():
+    def axes(part):
+        commands = tuple(
+            part.add("POLYLINE", "", tuple(part.add("CARTESIAN_POINT", "", (v,)) for v in values))
+            for values in ((0.0, 1.0, 2.0), (0.0, 5.0, 5.0), (0.0, 0.0, -1.0))
+        )
+        return part.add("AXIS_TRAJECTORY", *HEAD, None, ("X", "Y", "Z"), commands)
+
+    path, found = paths_of(axes)
+    assert codes(found) == []
+    assert path.end[motions(path)].tolist() == [[1, 5, 0], [2, 5, -1]]
+
+
+def test_contact_paths_are_refused():
+    def contact(part):
+        curve = part.polyline((0, 0, 0), (1, 0, 0))
+        return part.add("CUTTER_CONTACT_TRAJECTORY", *HEAD, None, curve, None, None)
+
+    _, found = paths_of(contact)
+    assert "stepnc-unsupported" in codes(found, "error")
+
+
+# Functions and statements
+
+
+def test_functions_between_workingsteps():
+    part = Part()
+    tool = part.tool("9")
+    elements = [
+        part.add("DISPLAY_MESSAGE", "", "hello"),
+        part.add("OPTIONAL_STOP", ""),
+        part.add("PROGRAM_STOP", ""),
+        part.add("LOAD_TOOL", "", tool),
+        part.add("UNLOAD_TOOL", "", tool),
+        part.add("EXCHANGE_PALLET", ""),
+        part.add("INDEX_TABLE", "", 3),
+        part.add("SET_MARK", ""),
+        part.add("WAIT_FOR_MARK", "", None),
+    ]
+    part.project(part.plan(*elements))
+    path, found = part.read()
+    names = [
+        (e.name, e.values.get("kind") or e.values.get("text") or e.values.get("tool")) for e in events(path)
+    ]
+    assert names[:4] == [("message", "hello"), ("stop", "optional"), ("stop", "stop"), ("tool", "9")]
+    assert [e.values["function"] for e in events(path, "user")] == [
+        "exchange pallet", "index table", "set mark", "wait for mark",
+    ]  # fmt: skip
+    assert codes(found) == ["stepnc-channel"] * 2
+
+
+def test_rapid_movement_is_in_the_setup_frame():
+    part = Part()
+    paths = part.add("TOOLPATH_LIST", (part.trajectory(square(part, 5.0)),))
+    part.project(part.plan(part.add("RAPID_MOVEMENT", "r", None, paths, None)))
+    path, _ = part.read()
+    assert path.end[motions(path)][-1].tolist() == [10, 10, 5]
+    assert (path.feed_mode == FeedMode.RAPID).all()
+
+
+def test_while_counts_and_if_chooses():
+    """WHILE n < 3: message, n := 3 by way of IF."""
+    part = Part()
+    n = part.add("NC_VARIABLE", "n", 1.0)
+    three = part.add("NC_CONSTANT", "three", 3.0)
+    say = [part.add("DISPLAY_MESSAGE", "", t) for t in ("loop", "yes", "no")]
+    below = part.add("COMPARISON_LESS", n, three)
+    one = part.add("COMPARISON_EQUAL", n, 1.0)
+    either = part.add("OR_EXPRESSION", (one, part.add("NOT_EXPRESSION", below)))
+    choice = part.add("IF_STATEMENT", "", part.add("AND_EXPRESSION", (either, below)), say[1], say[2])
+    two = part.add("ASSIGNMENT", "", n, 2.0)
+    both = part.add("XOR_EXPRESSION", one, part.add("COMPARISON_GREATER_EQUAL", n, 2.0))
+    advance = part.add(
+        "IF_STATEMENT", "", part.add("COMPARISON_EQUAL", n, 2.0), part.add("ASSIGNMENT", "", n, three), two
+    )
+    guarded = part.add("IF_STATEMENT", "", both, advance, None)
+    body = part.plan(say[0], choice, guarded)
+    part.project(part.plan(part.add("WHILE_STATEMENT", "", below, body)))
+    path, found = part.read()
+    assert codes(found) == []
+    assert [e.values["text"] for e in events(path, "message")] == ["loop", "yes", "loop", "no"]
+
+
+def test_a_loop_without_end_is_ended():
+    from cncgen.stepnc import read
+    from cncgen.toolpath.reading import ReadOptions
+
+    part = Part()
+    part.project(part.plan(part.add("WHILE_STATEMENT", "", E("T"), part.add("SET_MARK", ""))))
+    program = read(part.text().encode(), "t.stp", ReadOptions(max_steps=200))
+    list(program.chunks())
+    assert "stepnc-endless" in [d.code for d in program.diagnostics]
+
+
+def test_parallel_is_refused_selective_and_non_sequential_are_not():
+    part = Part()
+    marks = [part.add("DISPLAY_MESSAGE", "", t) for t in "abcd"]
+    part.project(
+        part.plan(
+            part.add("NON_SEQUENTIAL", "", (marks[0], marks[1])),
+            part.add("SELECTIVE", "", (marks[2], marks[3])),
+            part.add("PARALLEL", "", (marks[0],)),
+            part.add("PARALLEL", "", (marks[0], marks[1])),
+        )
+    )
+    path, found = part.read()
+    assert [e.values["text"] for e in events(path, "message")] == ["a", "b", "c", "a"]
+    assert codes(found, "error") == ["stepnc-parallel"]
+    assert codes(found, "warning") == ["stepnc-selective"]
+
+
+def test_probing_is_refused():
+    part = Part()
+    part.project(part.plan(part.add("TOOL_LENGTH_PROBING", "", None, None, None, None, None, None, None)))
+    assert codes(part.read()[1], "error") == ["stepnc-unsupported"]
+
+
+def test_coolant_and_tool_events():
+    part = Part()
+    functions = part.add(
+        "MILLING_MACHINE_FUNCTIONS", E("T"), None, E("T"), E("F"), None, (), E("F"), None, None, ()
+    )
+    operation = part.freeform(part.trajectory(square(part)), functions=functions)
+    other = part.freeform(part.trajectory(part.polyline((10, 10, 0), (0, 0, 0))), tool=part.tool("2"))
+    part.project(part.plan(part.step(operation), part.step(other)))
+    path, _ = part.read()
+    shown = [
+        (e.name, e.values.get("flood"), e.values.get("tool"))
+        for e in events(path)
+        if e.name in ("coolant", "tool")
+    ]
+    assert shown == [
+        ("tool", None, "1"),
+        ("coolant", True, None),
+        ("coolant", False, None),
+        ("tool", None, "2"),
+    ]
+
+
+# Tool axes
+
+
+def test_tool_axis_curve_turns_b_and_c():
+    """The axis goes from upright to 45 degrees towards +Y: C at 90 degrees, B from 0 to 45."""
+    part = Part()
+    s = math.sqrt(0.5)
+    axis = part.polyline((0, 0, 1), (0, s, s))
+    path, found = part.run_curve(part.polyline((0, 0, 0), (10, 0, 0)), axis=axis).read()
+    assert codes(found) == []
+    assert path.axes == "XYZBC"
+    rows = motions(path)
+    np.testing.assert_allclose(path.end[rows[-1]], [10, 0, 0, math.pi / 4, math.pi / 2], atol=1e-9)
+    b, c, x = path.end[rows, 3], path.end[rows, 4], path.end[rows, 0]
+    assert (np.diff(b) >= -1e-12).all()
+    np.testing.assert_allclose(c[b > 1e-9], math.pi / 2, atol=1e-9)
+    np.testing.assert_allclose(b, x / 10 * math.pi / 4, atol=1e-9)  # along the great circle
+
+
+def test_a_tilted_feature_turns_the_tool():
+    part = Part()
+    feature = part.add(
+        "TOOLPATH_FEATURE", "f", None, (), part.placement((0, 0, 0), (1, 0, 0), (0, 0, -1)), None
+    )
+    operation = part.freeform(part.trajectory(part.polyline((0, 0, 0), (0, 0, 5))))
+    part.project(part.plan(part.step(operation, feature)))
+    path, _ = part.read()
+    row = motions(path)[-1]
+    np.testing.assert_allclose(path.end[row], [5, 0, 0, math.pi / 2, 0], atol=1e-12)
+
+
+def test_a_tilted_tool():
+    part = Part()
+    tilted = part.add("THREE_AXES_TILTED_TOOL", part.direction(0, 0.6, 0.8))
+    operation = part.freeform(part.trajectory(square(part)), direction=tilted)
+    part.project(part.plan(part.step(operation)))
+    path, found = part.read()
+    assert codes(found) == []
+    row = motions(path)[-1]
+    np.testing.assert_allclose(path.end[row, 3:], [math.atan2(0.6, 0.8), math.pi / 2], atol=1e-12)
+
+
+# What real files get wrong
+
+
+def test_a_tip_angle_in_radians_is_asked_about():
+    part = Part()
+    tool = part.tool("d", 6.0, "TWIST_DRILL", tip=0.5236)
+    part.project(part.plan(part.step(part.freeform(part.trajectory(square(part)), tool=tool))))
+    assert codes(part.read()[1]) == ["stepnc-angle"]
+
+
+def test_missing_attributes_and_dangling_references_are_all_named():
+    text = """ISO-10303-21;
+HEADER;
+FILE_DESCRIPTION((''),'2;1');
+FILE_NAME('','',(''),(''),'','','');
+FILE_SCHEMA(('MACHINING_SCHEMA'));
+ENDSEC;
+DATA;
+#1=PROJECT('p',#2,(),$,$,$);
+#2=WORKPLAN('w',(#3,#99),$,$);
+#3=MACHINING_WORKINGSTEP('s',#2,$,'op',$);
+#4=DIRECTION('',(0.,0.,0.));
+#5=AXIS2_PLACEMENT_3D('',#4,$,$);
+ENDSEC;
+END-ISO-10303-21;
+"""
+    _, found = run(text)
+    assert ("stepnc-attributes", "error", 9) in found
+    assert ("part21-dangling", "error", 9) in found
+    assert ("stepnc-type", "error", 10) in found
+
+
+@pytest.mark.parametrize("header", ["COMBINED_SCHEMA", "INTEGRATED_CNC_SCHEMA", "SOMETHING"])
+def test_the_schema_is_told_by_the_entities(header):
+    part = Part()
+    part.run_curve(square(part))
+    path, _ = run(part.text().replace("MACHINING_SCHEMA", header))
+    assert len(motions(path)) == 2

@@ -1,0 +1,122 @@
+"""G-code to AP238 to G-code keeps every motion; STEP-NC to G-code is what rs274 reads too."""
+
+import io
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cncgen.gcode import read as read_gcode
+from cncgen.stepnc import gcode_lines, read, write_ap238
+from cncgen.toolpath.reading import ReadOptions
+from cncgen.toolpath.record import FeedMode, Kind
+
+PROGRAMS = Path(__file__).parents[2] / "programs"
+GCODE = sorted(p for p in PROGRAMS.glob("*.nc") if p.stat().st_size < 100_000)
+STEPNC = sorted((PROGRAMS / "stepnc").glob("*.stp"))
+WHOLE = ReadOptions(chunk_rows=10_000_000)
+
+
+def one(program):
+    """Return the toolpath of a small program."""
+    chunks = list(program.chunks())
+    assert not program.diagnostics.has_errors, [d.render() for d in program.diagnostics]
+    return chunks[0]
+
+
+def from_gcode(text: str):
+    return one(read_gcode(io.BytesIO(text.encode()), "t.ngc", WHOLE))
+
+
+def motions(path):
+    """Return what must be kept: kinds, ends, feeds of motions, and the curves."""
+    rows = np.flatnonzero(path.kind != Kind.EVENT)
+    rapid = path.feed_mode[rows] == FeedMode.RAPID
+    feed = np.where(rapid, -1.0, path.feed[rows])
+    return path.kind[rows], path.end[rows], feed
+
+
+def same(a, b):
+    kind_a, end_a, feed_a = motions(a)
+    kind_b, end_b, feed_b = motions(b)
+    np.testing.assert_array_equal(kind_a, kind_b)
+    np.testing.assert_allclose(end_a[:, :3], end_b[:, :3], atol=1e-6)
+    np.testing.assert_allclose(feed_a, feed_b, rtol=1e-7)
+    np.testing.assert_allclose(a.start[:3], b.start[:3], atol=1e-6)
+    np.testing.assert_allclose(a.arcs.centre, b.arcs.centre, atol=1e-6)
+    np.testing.assert_allclose(a.arcs.normal, b.arcs.normal, atol=1e-9)
+    np.testing.assert_allclose(a.arcs.sweep, b.arcs.sweep, atol=1e-6)
+    np.testing.assert_array_equal(a.nurbs.degree, b.nurbs.degree)
+    np.testing.assert_allclose(a.nurbs.control_points[:, :3], b.nurbs.control_points[:, :3], atol=1e-6)
+    for table in ("point_offset", "knot_offset"):
+        np.testing.assert_array_equal(getattr(a.nurbs, table), getattr(b.nurbs, table))
+    for k in range(len(a.nurbs)):  # weights and knots up to a common factor, knots up to a shift
+        p = slice(*a.nurbs.point_offset[k : k + 2])
+        q = slice(*a.nurbs.knot_offset[k : k + 2])
+        w, v = a.nurbs.weights[p], b.nurbs.weights[p]
+        np.testing.assert_allclose(w / w[0], v / v[0], rtol=1e-7)
+        np.testing.assert_allclose(a.nurbs.knots[q], b.nurbs.knots[q], atol=1e-8)
+
+
+@pytest.mark.parametrize("inches", [False, True])
+@pytest.mark.parametrize("path", GCODE, ids=lambda p: p.stem)
+def test_gcode_to_ap238_to_gcode(path, inches):
+    original = one(read_gcode(path, path.name, WHOLE))
+    stream = io.StringIO()
+    write_ap238([original], stream, path.name, inches)
+    stepnc = one(read(io.BytesIO(stream.getvalue().encode()), "t.stp", WHOLE))
+    same(original, stepnc)
+    same(original, from_gcode("\n".join(gcode_lines([stepnc]))))
+    events = [(e.name, dict(e.values)) for e in original.events if e.name in ("dwell", "stop")]
+    assert [(e.name, dict(e.values)) for e in stepnc.events if e.name in ("dwell", "stop")] == events
+
+
+@pytest.mark.parametrize("path", STEPNC, ids=lambda p: p.stem)
+def test_stepnc_to_gcode(path):
+    original = one(read(path, path.name, WHOLE))
+    lines = list(gcode_lines([original], describe=lambda line: f"line {line}"))
+    same(original, from_gcode("\n".join(lines)))
+    assert sum(line.startswith("(line ") for line in lines) >= 5
+
+
+@pytest.mark.parametrize("path", GCODE, ids=lambda p: p.stem)
+def test_lines_alone_stay_within_the_tolerance(path):
+    original = one(read_gcode(path, path.name, WHOLE))
+    lines = from_gcode("\n".join(gcode_lines([original], linearize=0.01)))
+    assert not len(lines.arcs)
+    assert not len(lines.nurbs)
+    np.testing.assert_allclose(lines.end[-1, :3], original.end[-1, :3], atol=1e-6)
+
+
+@pytest.mark.peer
+@pytest.mark.skipif(shutil.which("rs274") is None, reason="LinuxCNC's rs274 is not installed")
+@pytest.mark.parametrize("path", STEPNC, ids=lambda p: p.stem)
+def test_linuxcnc_reads_the_same_motions(path, tmp_path):
+    """Against NIST's own output for both files: rs274 prints four decimals, rounded once more."""
+    program = one(read(path, path.name, WHOLE))
+    target = tmp_path / "part.ngc"
+    target.write_text("\n".join(gcode_lines([program])) + "\n")
+    done = subprocess.run(
+        ["rs274", "-g", "-n", "0", target], capture_output=True, text=True, check=True, timeout=60
+    )
+    number = re.compile(r"-?\d+\.\d+|-?\d+")
+
+    def calls(text):
+        return [
+            line[line.index(c) :]
+            for line in text.splitlines()
+            for c in ("STRAIGHT_", "ARC_FEED")
+            if c in line
+        ]
+
+    mine, theirs = calls(done.stdout), calls((PROGRAMS / "stepnc" / "nist_ex1.can").read_text())
+    assert len(mine) == len(theirs) == 490
+    for a, b in zip(mine, theirs, strict=True):
+        assert a.split("(")[0] == b.split("(")[0]
+        expected = [float(v) for v in number.findall(b)]
+        np.testing.assert_allclose(
+            [float(v) for v in number.findall(a)][: len(expected)], expected, atol=1.01e-4
+        )
