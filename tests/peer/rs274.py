@@ -134,6 +134,8 @@ def run_once(program: Path, setup: Setup, timeout_s: float = 20.0) -> Output:
         done = subprocess.run(
             command,
             cwd=program.parent,
+            # The peer keeps its tool table in the home directory, where runs side by side would share it.
+            env=os.environ | {"HOME": scratch},
             capture_output=True,
             timeout=timeout_s,
             check=False,
