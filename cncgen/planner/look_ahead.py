@@ -39,17 +39,6 @@ class Segments:
     def __len__(self) -> int:
         return len(self.length)
 
-    def first(self, n: int) -> Segments:
-        """Return the first `n` segments."""
-        return Segments(
-            self.length[:n],
-            self.top[:n],
-            self.top_limit[:n],
-            self.acceleration[:n],
-            self.jerk[:n],
-            self.cap[: n + 1],
-        )
-
 
 def joint_caps(cap: Floats, top: Floats) -> Floats:
     """Lower the speed of each joint to the tops of the segments on its two sides."""

@@ -1,0 +1,94 @@
+"""The comparison of strategies and interpolators: its figures against closed forms and the stages themselves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cncgen.machine import load
+from cncgen.pipeline import read, read_text
+from cncgen.planner import PlanOptions, plan
+from cncgen.report.comparison import compare_strategies, feed_fluctuations, moving_axes
+from cncgen.setpoints import sample
+from cncgen.toolpath.record import Toolpath
+
+
+def chunks_of(text: str) -> list[Toolpath]:
+    """Read G-code."""
+    return list(read_text(text).chunks())
+
+
+def test_strategies_side_by_side(programs: Path) -> None:
+    """On the trident: ild within 10 µm and its limits along the path; the baselines are faster and far less true."""
+    chunks = list(read(programs / "trident.nc").chunks())
+    adaptive, curvature, ild = compare_strategies(
+        chunks, load("xy-table"), PlanOptions(), ["adaptive", "curvature", "ild"]
+    )
+    assert [f.feedrate for f in (adaptive, curvature, ild)] == ["adaptive", "curvature", "ild"]
+    assert ild.contour_max_mm is not None
+    assert ild.contour_max_mm <= 0.010
+    assert adaptive.time_s < curvature.time_s < ild.time_s
+    # Paper 003: 90.65 % and 69.04 % less than adaptive and curvature; at least that much here.
+    assert ild.contour_max_mm < (1 - 0.9065) * adaptive.contour_max_mm
+    assert ild.contour_max_mm < (1 - 0.6904) * curvature.contour_max_mm
+    assert abs(ild.predicted_max_mm - ild.contour_max_mm) < 0.003
+    assert ild.acceleration_of_limit < 1.01
+    assert adaptive.jerk_of_limit > 100.0
+
+
+def test_peaks_are_third_differences_with_rest_around() -> None:
+    """A line at 100 mm/s by `constant`: the step start is a second difference v/T and a third one v/T²."""
+    chunks = chunks_of("G21 G90 G1 X50 F6000\nM2\n")
+    (found,) = compare_strategies(chunks, load("xy-table"), PlanOptions(), ["constant"])
+    assert found.time_s == pytest.approx(0.5)
+    assert found.acceleration == pytest.approx(100.0 / 1e-3, rel=1e-6)
+    assert found.jerk == pytest.approx(100.0 / 1e-6, rel=1e-6)
+    assert found.acceleration_of_limit == pytest.approx(1e5 / 2450.0, rel=1e-6)
+
+
+def test_without_servo_data_the_errors_are_left_out() -> None:
+    """None, not zero, where nothing can be simulated."""
+    machine = load("xy-table")
+    bare = replace(
+        machine,
+        axes={k: replace(a, servo=None) for k, a in machine.axes.items()},
+        max_contour_error_mm=None,
+    )
+    (found,) = compare_strategies(chunks_of("G1 X5 F600\nM2\n"), bare, PlanOptions(), ["ild"])
+    assert found.contour_max_mm is None
+    assert found.predicted_max_mm is None
+    assert found.time_s is not None
+
+
+def test_a_strategy_that_fails_says_why() -> None:
+    """ild with a bound and no servo data is a fault in its own row; the others have their figures."""
+    machine = load("xy-table")
+    bare = replace(machine, axes={k: replace(a, servo=None) for k, a in machine.axes.items()})
+    constant, ild = compare_strategies(
+        chunks_of("G1 X5 F600\nM2\n"), bare, PlanOptions(), ["constant", "ild"]
+    )
+    assert constant.fault is None
+    assert ild.fault is not None
+    assert ild.fault.code == "contour-prediction"
+    assert ild.time_s is None
+
+
+def test_moving_axes() -> None:
+    """Axes that move, also where a full circle returns to its start."""
+    assert moving_axes(chunks_of("G1 Y3 F100\nG2 J5 Y3\nM2\n")) == "XY"
+    assert moving_axes(chunks_of("G1 Z3 F100\nM2\n")) == "Z"
+
+
+def test_fluctuation_of_arclength_is_that_of_the_setpoints(programs: Path) -> None:
+    """The figure against chords of the setpoints on a curve whose chords are its arcs to 1e-7: a slow heart."""
+    machine = replace(load("xy-table"), max_contour_error_mm=None)
+    chunks = list(read(programs / "heart.nc").chunks())
+    options = PlanOptions(feedrate="constant")
+    (found,) = feed_fluctuations(chunks, machine, options, ["arclength"])
+    x = np.concatenate([c.position for c in sample(plan(chunks, machine, options), machine)])
+    chord = np.linalg.norm(np.diff(x, axis=0), axis=1)[:-2]
+    assert found.max_part < 1e-6
+    assert np.abs(chord / chord.max() - 1.0).max() < 1e-3
