@@ -50,15 +50,17 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
     axes = "".join(letter for letter in AXIS_LETTERS if letter in "XYZ" or letter in moving)
 
     def chunks() -> Iterator[Toolpath]:
-        names = [name]
-        builder = ToolpathBuilder(axes, np.zeros(len(axes)), names)
+        builder = ToolpathBuilder(axes, np.zeros(len(axes)), [name])
         sink = ColumnsSink(builder, options.tolerance_mm)
         handed = False
-        for _ in Runner(text, options, sink, diagnostics, path=path).run():
+        runner = Runner(text, options, sink, diagnostics, path=path)
+        for _ in runner.run():
+            builder.sources = [source.name for source in runner.sources]
             if builder.count >= options.chunk_rows:
                 handed = True
                 yield builder.take()
         sink.flush()
+        builder.sources = [source.name for source in runner.sources]
         if builder.count or not handed:
             yield builder.take()
 

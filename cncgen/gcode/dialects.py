@@ -30,7 +30,7 @@ _SIGNS = (
         "a mirror, rotation, scaling or polar code",
         rb"[^(;\n]*\bG(?:50\.1|51\.1|68|69|51|1[56])(?![\d.])",
     ),
-    ("fanuc", "a look-ahead code", rb"[^(;\n]*\bG0?(?:5\.1[ \t]*Q|5[ \t]*P|8[ \t]*P)"),
+    ("fanuc", "a look-ahead code", rb"[^(;\n]*\bG0?(?:5\.1[ \t]*Q|5[ \t]*P(?:10000|0)[ \t]*\r?$|8[ \t]*P)"),
     ("fanuc", "a program number", rb"[oO:]\d{1,8}[ \t]*(?:\([^)\n]*\))?[ \t]*\r?$"),
 )
 _PATTERNS = [

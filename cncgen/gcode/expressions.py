@@ -137,8 +137,8 @@ FANUC = Arithmetic(
         **{name: _fill_one(function) for name, function in UNARY.items()},
         "fix": _fill_one(_checked("fix", lambda a: float(math.trunc(a)))),
         "fup": _fill_one(_checked("fup", lambda a: math.copysign(math.ceil(abs(a)), a))),
-        "bin": _fill_one(_checked("bin", lambda a: float(int(f"{int(a):d}", 16)))),
-        "bcd": _fill_one(_checked("bcd", lambda a: float(int(f"{int(a):x}")))),
+        "bin": _fill_one(_checked("bin", lambda a: float(int(f"{int(a):x}")))),
+        "bcd": _fill_one(_checked("bcd", lambda a: float(int(f"{int(a):d}", 16)))),
     },
 )
 

@@ -587,10 +587,12 @@ class Runner:
         if block.words or block.g or block.m:
             self.ip.execute(block)
             modal = self.ip.modal_macro
-            if modal is not None and self.ip.jump is None and not AXIS_INDEX.keys().isdisjoint(block.words):
-                if not any(frame.modal for frame in self.flow.frames):
-                    number, times, self.ip.macro_values = modal
-                    self.ip.jump = "modal", number, times
+            moves = modal is not None and not AXIS_INDEX.keys().isdisjoint(block.words)
+            # The motions of the macro itself call nothing.
+            if moves and self.ip.jump is None and not any(frame.modal for frame in self.flow.frames):
+                assert modal is not None
+                number, times, self.ip.macro_values = modal
+                self.ip.jump = "modal", number, times
 
     # Faults.
 

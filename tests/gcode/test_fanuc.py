@@ -1,0 +1,125 @@
+"""FANUC's dialect: macros, programs by number, frames, and how the dialect is told."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+
+def points(out: Any) -> list[list[float]]:
+    """Return X Y Z of the motions, after asserting that all went well."""
+    assert out.errors == []
+    kinds = zip(out.path.end[:, :3], out.path.kind, strict=True)
+    return [np.round(row, 9).tolist() for row, kind in kinds if kind != 3]
+
+
+def fanuc(run: Any, text: str, **options: Any) -> list[list[float]]:
+    """Run a text in FANUC's dialect."""
+    return points(run(text, dialect="fanuc", **options))
+
+
+def test_jumps_and_loops(run: Any) -> None:
+    text = "#1=0\nWHILE[#1LT3]DO1\n#1=#1+1\nG0X#1\nEND1\nIF[#1EQ3]GOTO100\nG0X99\nN100 G0Y1\nGOTO 200\nX98\nN200 M30"
+    assert fanuc(run, text) == [[1, 0, 0], [2, 0, 0], [3, 0, 0], [3, 1, 0]]
+
+
+def test_nested_loops(run: Any) -> None:
+    text = "#1=0\nWHILE[#1LT2]DO1\n#1=#1+1\n#2=0\nWHILE[#2LT2]DO2\n#2=#2+1\nX#1Y#2\nEND2\nEND1\nM30"
+    assert fanuc(run, text) == [[1, 1, 0], [1, 2, 0], [2, 1, 0], [2, 2, 0]]
+
+
+def test_a_jump_back_is_a_loop(run: Any) -> None:
+    assert fanuc(run, "#1=1\nN10 G0 X#1\n#1=#1*2\nIF[#1LE8]GOTO10\nM30") == [[v, 0, 0] for v in (1, 2, 4, 8)]
+
+
+def test_vacant_parameters(run: Any) -> None:
+    """Vacant is no word, 0 in arithmetic, equal to vacant alone (B-63324EN, 15.1)."""
+    text = "G0 X5\nIF[#2EQ#0]THEN #3=1\nIF[#2EQ0]THEN #4=1\nG0 X#2 Y#3 Z#4\n#5=#2+2\nX#5\nM30"
+    assert fanuc(run, text) == [[5, 0, 0], [5, 1, 0], [2, 1, 0]]
+
+
+def test_macro_calls_have_arguments_and_locals_of_their_own(run: Any) -> None:
+    text = "#1=4\nG65 P9001 A1.5 B2 X7 L2\nX#1\nM30\nO9001\nG0 X#1 Y#2 Z#24\n#1=9\nM99"
+    assert fanuc(run, "G0\n" + text)[-1] == [4, 2, 7]
+    assert [1.5, 2, 7] in fanuc(run, "G0\n" + text)
+
+
+def test_argument_specification_two(run: Any) -> None:
+    """I J K in sets: #4 #5 #6, then #7 #8 #9."""
+    text = "G65 P1 I1 J2 K3 I4 J5 K6\nM30\nO1\nG0 X#4 Y#5 Z#6\nX#7 Y#8 Z#9\nM99"
+    assert fanuc(run, text) == [[1, 2, 3], [4, 5, 6]]
+
+
+def test_modal_macro_follows_each_motion(run: Any) -> None:
+    text = "G66 P5 A3\nX10\nF100\nX20\nG67\nX30\nM30\nO5\nZ-#1\nZ0\nM99"
+    expected = [[10, 0, 0], [10, 0, -3], [10, 0, 0], [20, 0, 0], [20, 0, -3], [20, 0, 0], [30, 0, 0]]
+    assert fanuc(run, text) == expected
+
+
+def test_subprograms_share_the_callers_locals(run: Any) -> None:
+    assert fanuc(run, "#1=2\nM98 P20003\nG0 X#1\nM30\nO3\n#1=#1+1\nM99") == [[4, 0, 0]]
+    assert fanuc(run, "M98 P3\nX1\nN7 X2\nM30\nO3\nX9\nM99 P7") == [[9, 0, 0], [2, 0, 0]]
+
+
+def test_programs_in_files(run: Any, tmp_path: Any) -> None:
+    (tmp_path / "O0012.nc").write_text("%\nO0012\nG0 X5\nM99\n%\n")
+    assert fanuc(run, "M98 P12\nM30", include=(tmp_path,)) == [[5, 0, 0]]
+
+
+def test_the_next_program_of_a_file_is_not_run(run: Any) -> None:
+    assert fanuc(run, "O1\nG0 X1\nO2\nG0 X2\nM30") == [[1, 0, 0]]
+
+
+def test_rotation_mirror_and_scaling(run: Any) -> None:
+    assert fanuc(run, "G68 X0 Y0 R90\nG0 X10 Y0\nG69\nX0\nM30") == [[0, 10, 0], [0, 10, 0]]
+    assert fanuc(run, "G51.1 X5\nG0 X10 Y1\nG50.1\nX1\nM30") == [[0, 1, 0], [1, 1, 0]]
+    assert fanuc(run, "G51 X10 Y0 P2\nG0 X20 Y1\nG50\nX0\nM30") == [[30, 2, 0], [0, 2, 0]]
+
+
+def test_a_mirrored_arc_turns_the_other_way(run: Any) -> None:
+    out = run("G51.1 X0\nG0 X10\nG2 X20 I5 F100\nM30", dialect="fanuc")
+    assert out.errors == []
+    np.testing.assert_allclose(out.path.arcs.normal, [[0, 0, 1]])
+    np.testing.assert_allclose(out.path.arcs.centre, [[-15, 0, 0]])
+
+
+def test_polar_coordinates(run: Any) -> None:
+    found = fanuc(run, "G16\nG0 X10 Y90\nG91 Y-90\nG90 G15\nX0\nM30")
+    np.testing.assert_allclose(found, [[0, 10, 0], [10, 0, 0], [0, 0, 0]], atol=1e-9)
+
+
+def test_look_ahead_codes_are_accepted(run: Any) -> None:
+    out = run("G5 P10000\nG05.1 Q1\nG08 P1\nG0 X1\nG5 P0\nM30", dialect="fanuc")
+    assert points(out) == [[1, 0, 0]]
+
+
+def test_an_alarm_ends_the_program(run: Any) -> None:
+    out = run("G0 X1\n#3000=12(NO TOOL)\nG0 X2\nM30", dialect="fanuc")
+    assert [d.message for d in out.diagnostics] == ["the program raises alarm 12: NO TOOL"]
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect", "line"),
+    [
+        ("G0 X1\nIF[#1EQ1]GOTO10\nN10 M30", "fanuc", 2),
+        ("%\nO1234 (PART)\nG0 X1\nM30\n%", "fanuc", 2),
+        ("G0 X1\no100 if [1]\no100 endif\nM2", "linuxcnc", 2),
+        ("G68 X0 Y0 R10\nM30", "fanuc", 1),
+        ("#<depth>=1\nM2", "linuxcnc", 1),
+    ],
+)
+def test_auto_says_what_it_chose_and_why(run: Any, text: str, dialect: str, line: int) -> None:
+    out = run(text)
+    (note,) = [d for d in out.diagnostics if d.code == "dialect"]
+    assert note.severity == "note"
+    assert note.message.startswith(f"read as {dialect}: ")
+    assert note.span
+    assert note.span.line == line
+    assert out.errors == []
+
+
+@pytest.mark.parametrize("text", ["G0 X1\nM2", "G5 P0 Q-3 I1 J1 X1 Y1 F100\nM2", "(IF GOTO)\nG0 X1\nM2"])
+def test_auto_without_a_sign_is_silent(run: Any, text: str) -> None:
+    assert run(text).diagnostics == []

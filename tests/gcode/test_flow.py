@@ -1,0 +1,135 @@
+"""Order of execution: O-words, subroutines, calls by number; bounds on what has no end."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import pytest
+
+
+def xs(out: Any) -> list[float]:
+    """Return the X of the motions, after asserting that all went well."""
+    assert out.errors == []
+    return [float(row[0]) for row, kind in zip(out.path.end, out.path.kind, strict=True) if kind != 3]
+
+
+def test_nested_loops_run_as_often_as_they_say(run: Any) -> None:
+    out = run(
+        "#1=0\no1 while [#1 lt 3]\n#1=[#1+1]\n#2=0\no2 do\n#2=[#2+1]\nG0 X[#1*10+#2]\n"
+        "o2 while [#2 lt 2]\no3 repeat [2]\n#4=[#4+1]\no3 endrepeat\no1 endwhile\nG0 X#4\nM2"
+    )
+    assert xs(out) == [11, 12, 21, 22, 31, 32, 6]
+
+
+@pytest.mark.parametrize(("value", "expected"), [(1, 10), (2, 20), (3, 30), (4, 40)])
+def test_one_branch_is_taken(run: Any, value: int, expected: float) -> None:
+    out = run(
+        f"#1={value}\no1 if [#1 eq 1]\nG0 X10\no1 elseif [#1 eq 2]\nG0 X20\no1 elseif [#1 eq 3]\nG0 X30\n"
+        "o1 else\nG0 X40\no1 endif\nM2"
+    )
+    assert xs(out) == [expected]
+
+
+def test_break_and_continue(run: Any) -> None:
+    out = run(
+        "o1 while [1]\n#1=[#1+1]\no2 if [#1 eq 2]\no1 continue\no2 endif\no3 if [#1 gt 4]\no1 break\no3 endif\n"
+        "G0 X#1\no1 endwhile\nM2"
+    )
+    assert xs(out) == [1, 3, 4]
+
+
+def test_arguments_are_local_and_values_come_back(run: Any) -> None:
+    out = run(
+        "#1=7\no<twice> sub\n#<inner>=[#1*2]\no<twice> endsub [#<inner>]\no<twice> call [4]\n"
+        "G0 X#<_value>\nG0 X#1\nG0 X[EXISTS[#<inner>]]\nM2"
+    )
+    assert xs(out) == [8, 7, 0]
+
+
+def test_recursion_with_an_end(run: Any) -> None:
+    out = run(
+        "o<fac> sub\no1 if [#1 le 1]\no<fac> return [1]\no1 endif\no<fac> call [#1-1]\n"
+        "o<fac> endsub [#1*#<_value>]\no<fac> call [5]\nG0 X#<_value>\nM2"
+    )
+    assert xs(out) == [120]
+
+
+def test_subroutines_in_files(run: Any, tmp_path: Any) -> None:
+    (tmp_path / "Slot.ngc").write_text("o<slot> sub\nG0 X[#1+0.5]\no<slot> endsub\nM2\n")
+    out = run("o<slot> call [3]\nG0 X1\nM2", include=(tmp_path,))
+    assert xs(out) == [3.5, 1]
+    assert out.path.sources == ("t.ngc", str(tmp_path / "Slot.ngc"))
+
+
+def test_files_beside_the_program_are_found(tmp_path: Any) -> None:
+    from cncgen.gcode import read
+
+    (tmp_path / "part.ngc").write_text("o<hole> call [2]\nM2\n")
+    (tmp_path / "hole.ngc").write_text("o<hole> sub\nG0 X#1\no<hole> endsub\n")
+    program = read(tmp_path / "part.ngc", "part.ngc")
+    (chunk,) = program.chunks()
+    assert not program.diagnostics.has_errors
+    assert chunk.end[0].tolist() == [2, 0, 0]
+    assert chunk.source.tolist() == [1, 0]
+    assert chunk.line.tolist() == [2, 2]
+    assert chunk.sources == ("part.ngc", str(tmp_path / "hole.ngc"))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "o1 while [1]\no1 endwhile\nM2",
+        "o1 do\no1 while [1]\nM2",
+        "o1 repeat [1e0]\no1 endrepeat\no2 repeat [999999999]\no2 endrepeat\nM2",
+        "o1 sub\no1 call\no1 endsub\no1 call\nM2",
+        "o1 while [1]\n#1=[1/0]\no1 endwhile\nM2",
+        "o1 while [1]\nG1 X1\no1 endwhile\nM2",
+    ],
+)
+def test_what_has_no_end_is_ended_soon(run: Any, text: str) -> None:
+    begin = time.monotonic()
+    out = run(text, max_steps=50_000)
+    assert out.errors
+    # Not a measurement: without the bound this would take for ever.
+    assert time.monotonic() - begin < 60
+
+
+def test_steps_and_depth_are_bounds_to_set(run: Any) -> None:
+    assert run("o1 repeat [50]\n#1=1\no1 endrepeat\nM2", max_steps=60).errors[0][0] == "too-many-steps"
+    assert run("o1 repeat [50]\n#1=1\no1 endrepeat\nM2", max_steps=500).errors == []
+    deep = "o1 sub\no2 if [#1 gt 0]\no1 call [#1-1]\no2 endif\no1 endsub\no1 call [5]\nM2"
+    assert run(deep, max_call_depth=4).errors[0][0] == "call-depth"
+    assert run(deep, max_call_depth=6).errors == []
+
+
+def test_plain_blocks_in_a_loop_are_read_once_and_run_often(run: Any) -> None:
+    out = run("G91 F100\no1 repeat [1000]\nG1 X1\nG1 X-0.5\no1 endrepeat\nM2")
+    assert xs(out)[-1] == 500
+
+
+def test_m98_and_m99(run: Any) -> None:
+    assert xs(run("G0 X1\nM98 P5 L2\nG0 X9\nM2\nO5\nG91 G0 X1\nG90\nM99")) == [1, 2, 3, 9]
+
+
+def test_modal_state_is_saved_and_restored(run: Any) -> None:
+    out = run("o1 sub\nM73\nG91 G20\nG0 X1\no1 endsub\nG0 X10\no1 call\nG0 X10\nM2")
+    assert xs(out) == pytest.approx([10, 35.4, 10])
+    assert run("M72\nM2").errors[0][0] == "nothing-saved"
+
+
+def test_block_delete(run: Any) -> None:
+    text = "/G0 X1\nG0 X2\n/#1=3\nG0 X#1\nM2"
+    assert xs(run(text)) == [2, 0]
+    assert xs(run(text, block_delete=False)) == [1, 2, 3]
+
+
+def test_percent_signs_bound_the_program(run: Any) -> None:
+    out = run("%\nG0 X1\n%\nG0 X2\n")
+    assert xs(out) == [1]
+    assert out.diagnostics == []
+
+
+def test_a_program_without_an_end_is_warned_of(run: Any) -> None:
+    out = run("G0 X1\n")
+    assert [(d.code, d.severity) for d in out.diagnostics] == [("no-program-end", "warning")]
