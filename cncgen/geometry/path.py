@@ -391,15 +391,25 @@ def _by_arc_length(values: Floats, low: Ints, high: Ints) -> None:
 
 def _halting(nurbs: NurbsTable, low: Ints, high: Ints, chosen: Ints) -> NDArray[np.bool_]:
     """Tell which of the chosen curves have a span whose control points coincide in columns low … high and move else."""
-    out = np.zeros(len(chosen), bool)
-    for n, curve in enumerate(chosen):
-        points = nurbs.control_points[nurbs.point_offset[curve] : nurbs.point_offset[curve + 1]]
-        moves = np.abs(np.diff(points, axis=0)) > STANDSTILL
-        halted: NDArray[np.bool_] = np.logical_not(moves[:, low[n] : high[n]].any(axis=1))
-        if not halted.any():
-            continue
-        p = int(nurbs.degree[curve])
-        knots = nurbs.knots[nurbs.knot_offset[curve] : nurbs.knot_offset[curve + 1]]
-        spans = np.flatnonzero(knots[p : -p - 1] < knots[p + 1 : len(knots) - p])
-        out[n] = any(np.all(halted[i : i + p]) and np.any(moves[i : i + p]) for i in spans)
-    return out
+    first, last = np.zeros(len(nurbs), np.int64), np.full(len(nurbs), nurbs.control_points.shape[1])
+    first[chosen], last[chosen] = low, high
+    sizes = np.diff(nurbs.point_offset)
+    curve = np.repeat(np.arange(len(nurbs)), sizes)[1:]
+    moves = np.abs(np.diff(nurbs.control_points, axis=0)) > STANDSTILL
+    column = np.arange(moves.shape[1])
+    within = (column >= first[curve, None]) & (column < last[curve, None])
+    # Step n leads to point n + 1; one that leads from curve to curve is no halt.
+    halt = ~np.any(moves & within, axis=1) & (np.arange(1, len(curve) + 1) != nurbs.point_offset[curve])
+    halts = np.concatenate([[0], np.cumsum(halt)])
+    moved = np.concatenate([[0], np.cumsum(moves.any(axis=1))])
+    # The span that ends with point n + 1 has the p steps up to n.
+    p = nurbs.degree[curve]
+    local = np.arange(1, len(curve) + 1) - nurbs.point_offset[curve]
+    end = np.flatnonzero(local >= p)
+    start, stop = end + 1 - p[end], end + 1
+    knot = nurbs.knot_offset[curve[end]] + local[end]
+    bad = (halts[stop] - halts[start] == p[end]) & (moved[stop] > moved[start])
+    bad &= nurbs.knots[knot] < nurbs.knots[knot + 1]
+    out = np.zeros(len(nurbs), bool)
+    out[curve[end[bad]]] = True
+    return out[chosen]

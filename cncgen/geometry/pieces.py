@@ -89,7 +89,7 @@ def first_scales(pieces: Pieces) -> Floats:
     """Guess the smoothing length at the ends of pieces, shape (n + 1,), mm.
 
     A smoothing spline of order 3 and length L rounds a turn by Δx' off by L |Δx'| / 3, and a step of curvature Δx'' by
-    about 0.18 L² |Δx''| (docs/smoothing.md). L is half as much again as what makes that the tolerance, for turns and
+    about 0.14 L² |Δx''| (docs/smoothing.md). L is half as much again as what makes that the tolerance, for turns and
     steps in a row to and fro round each other off; where they do not, the fit shrinks it.
     """
     y, h = pieces.y, np.diff(pieces.t)[:, None]
