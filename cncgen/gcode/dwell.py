@@ -20,4 +20,31 @@ def dwell(ip: Interpreter, block: Block) -> None:
     ip.sink.call(f"DWELL({seconds:.4f})", Event("dwell", True, seconds, {"seconds": seconds}))
 
 
-CODES = (Code("G", 40, "non-modal", Stage.DWELL, dwell, "dwell, P seconds", "p"),)
+def dwell_fanuc(ip: Interpreter, block: Block) -> None:
+    """G04 of FANUC: X or U seconds, or P milliseconds."""
+    words = block.words
+    seconds = next((words[letter] for letter in "xu" if letter in words), None)
+    if "p" in words:
+        seconds = words["p"] / 1000.0
+    if seconds is None:
+        raise BlockError("dwell-time", "G4 has no time", "G4", hint="X seconds or P milliseconds")
+    if seconds < 0.0:
+        raise BlockError("dwell-time", f"a dwell of {seconds:g} s is negative", "P" if "p" in words else "X")
+    ip.sink.call(f"DWELL({seconds:.4f})", Event("dwell", True, seconds, {"seconds": seconds}))
+
+
+_OWN = ("fanuc",)
+CODES = (
+    Code("G", 40, "non-modal", Stage.DWELL, dwell, "dwell, P seconds", "p", dialects=("linuxcnc",)),
+    Code(
+        "G",
+        40,
+        "non-modal",
+        Stage.DWELL,
+        dwell_fanuc,
+        "dwell, X seconds or P milliseconds",
+        "pxu",
+        "own",
+        dialects=_OWN,
+    ),
+)
