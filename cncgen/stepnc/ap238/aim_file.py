@@ -20,12 +20,13 @@ class AimFile:
 
     Attributes:
         context: The representation context of everything (mm, s, degrees, or inches).
+        unit: Its unit of length, mm.
     """
 
     def __init__(self, stream: TextIO, inches: bool = False) -> None:
         self._stream = stream
         self._next = 1
-        self.scale = 1.0 / 25.4 if inches else 1.0
+        self.unit = 25.4 if inches else 1.0
         self._units(inches)
 
     def add(self, keyword: str, *parameters: Value) -> Ref:
@@ -46,7 +47,7 @@ class AimFile:
         real = format_real
         lines = [
             f"#{first + k}=CARTESIAN_POINT('',({real(x)},{real(y)},{real(z)}));\n"
-            for k, (x, y, z) in enumerate((points * self.scale).tolist())
+            for k, (x, y, z) in enumerate((points / self.unit).tolist())
         ]
         self._stream.writelines(lines)
         self._next += len(lines)

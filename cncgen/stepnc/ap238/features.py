@@ -141,10 +141,7 @@ class Features:
         components = dict(self._components(entity.id))
         if kind == "ROUND_HOLE":
             profile = components.get("diameter")
-            diameter = self._measures(profile.id).get("diameter") if profile else None
-            if diameter is None:
-                raise entity.fault("stepnc-missing", "the hole has no diameter")
-            return Shape(depth, diameter=diameter)
+            return Shape(depth, diameter=self._measures(profile.id).get("diameter") if profile else None)
         if kind == "FLAT_FACE":
             return self._face(entity, depth, components)
         profile = components.get(

@@ -182,7 +182,7 @@ class _Writer:
         file = self.file
         technology = file.method("MACHINING_TECHNOLOGY", "", "milling")
         if feed is not None:
-            item = file.measure("feed speed", feed * file.scale, file.feed_unit)
+            item = file.measure("feed speed", feed / file.unit, file.feed_unit)
             file.property(technology, "feedrate", "MACHINING_FEED_SPEED_REPRESENTATION", "feed speed", item)
         if spindle is not None:
             item = file.measure("rotational speed", spindle, file.spindle_unit)
@@ -199,9 +199,9 @@ class _Writer:
         rise = float((end - start) @ normal)
         if abs(rise) > 1e-9 or sweep > 2 * math.pi + 1e-9:
             pitch = rise * 2 * math.pi / sweep
-            basis = file.add("HELIX", "", place, radius * file.scale, pitch * file.scale)
+            basis = file.add("HELIX", "", place, radius / file.unit, pitch / file.unit)
         else:
-            basis = file.add("CIRCLE", "", place, radius * file.scale)
+            basis = file.add("CIRCLE", "", place, radius / file.unit)
         master = E("CARTESIAN")
         curve = file.add("TRIMMED_CURVE", "", basis, (trims[0],), (trims[1],), E("T"), master)
         return curve, math.hypot(radius * sweep, rise)
@@ -235,9 +235,9 @@ class _Writer:
             return
         b, c = points[:, toolpath.axes.index("B")], points[:, toolpath.axes.index("C")]
         axis = np.column_stack([np.cos(c) * np.sin(b), np.sin(c) * np.sin(b), np.cos(b)])
-        scale, self.file.scale = self.file.scale, 1.0  # directions have no unit
+        unit, self.file.unit = self.file.unit, 1.0  # directions have no unit
         refs = tuple(self.file.points(axis))
-        self.file.scale = scale
+        self.file.unit = unit
         self.file.property(
             path, "tool axis", "REPRESENTATION", "tool axis", self.file.add("POLYLINE", "", refs)
         )

@@ -106,8 +106,19 @@ def couple(pieces: list[Piece], axes: list[Piece]) -> list[Piece]:
 def _couple_splines(path: Nurbs, tilt: Nurbs) -> Polyline:
     low, high = path.knots[0], path.knots[-1]
     u = _parameters(path, CHORD)
-    v = tilt.knots[0] + (u - low) / (high - low) * (tilt.knots[-1] - tilt.knots[0])
-    return Polyline(evaluate(path, u), _unit(evaluate(tilt, v)))
+
+    def axes_at(parameters: Floats) -> Floats:
+        v = tilt.knots[0] + (parameters - low) / (high - low) * (tilt.knots[-1] - tilt.knots[0])
+        return _unit(evaluate(tilt, v))
+
+    for _ in range(20):
+        axes = axes_at(u)
+        turn = np.arccos(np.clip((axes[:-1] * axes[1:]).sum(axis=1), -1.0, 1.0))
+        coarse = turn > AXIS_STEP
+        if not coarse.any() or len(u) > MAX_POINTS:
+            break
+        u = np.sort(np.concatenate([u, u[:-1][coarse] + 0.5 * np.diff(u)[coarse]]))
+    return Polyline(evaluate(path, u), axes_at(u))
 
 
 def _unit(vectors: Floats) -> Floats:

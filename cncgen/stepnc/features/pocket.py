@@ -22,6 +22,8 @@ from cncgen.stepnc.model import Path
 
 _RINGS = ("", "contour parallel", "contour bidirectional", "bidirectional contour")
 _LINES = ("bidirectional", "unidirectional")
+#: Lines of a turn of a spiral.
+SPIRAL_POINTS = 720
 
 
 def mill(job: Job) -> tuple[Path, ...]:
@@ -238,7 +240,7 @@ def _ramp_on(job: Job, curve: list[Piece]) -> Entry:
 
 
 def _spiral_cut(job: Job, root: Ring) -> Cut:
-    """Return one continuous spiral from the middle to the outermost ring, which it ends with."""
+    """Return one continuous cut: the middle, the innermost ring, a spiral outwards, the outermost ring."""
     chain = [root]
     while chain[-1].children:
         if len(chain[-1].children) > 1 or chain[-1].polygon.interiors:
@@ -246,28 +248,40 @@ def _spiral_cut(job: Job, root: Ring) -> Cut:
         chain.append(chain[-1].children[0])
     if root.polygon.interiors:
         raise job.fault("stepnc-unsupported", "a spiral cannot go round a boss; use contour parallel")
+    if root.polygon.area < 0.999 * root.polygon.convex_hull.area:
+        text = (
+            "a spiral in a pocket that is not convex leaves material between its turns; use contour parallel"
+        )
+        raise job.fault("stepnc-unsupported", text)
     clockwise = not job.climb
     core = chain[-1].core
-    centre = core[0] if core is not None else np.append(offsets.inradius(root.polygon)[1], 0.0)
-    count = 720
-    loops = [np.repeat(centre[None, :], count + 1, axis=0)]
-    position = centre
+    start = core[0] if core is not None else np.append(offsets.inradius(root.polygon)[1], 0.0)
+    middle: list[list[Piece]] = [[Polyline(core)]] if core is not None and len(core) == 2 else []
+    position = core[-1] if core is not None else start
+    loops: list[Floats] = []
+    curves: list[list[Piece]] = []
     for ring in reversed(chain):
-        curve = offsets.starting_near(offsets.boundary_curves(ring.polygon, clockwise)[0], position)
-        points = np.concatenate([polyline_of(p, 1e-3).points for p in curve])
-        s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-        even = np.linspace(0.0, s[-1], count + 1)
-        loops.append(np.column_stack([np.interp(even, s, points[:, k]) for k in range(3)]))
-        position = points[0]
-        last = curve
-    t = np.linspace(0.0, 1.0, count + 1)[:, None]
-    turns = [(1 - t) * a + t * b for a, b in pairwise(loops)]
-    spiral = np.concatenate([turns[0], *(x[1:] for x in turns[1:])])
-    keep = np.concatenate([[True], np.linalg.norm(np.diff(spiral, axis=0), axis=1) > 1e-6])
-    path: list[Piece] = [Polyline(spiral[keep])]
-    direction = spiral[keep][1] - spiral[keep][0]
+        curves.append(offsets.starting_near(offsets.boundary_curves(ring.polygon, clockwise)[0], position))
+        loops.append(_even(curves[-1], SPIRAL_POINTS))
+        position = loops[-1][0]
+    t = np.linspace(0.0, 1.0, SPIRAL_POINTS + 1)[:, None]
+    turns: list[list[Piece]] = [[Polyline((1 - t) * a + t * b)] for a, b in pairwise(loops)]
+    path = [*middle, curves[0], *turns, *(curves[-1:] if len(curves) > 1 else [])]
+    first = path[0][0]
+    target = first.end if middle else first.start
+    direction = target - start
+    if np.linalg.norm(direction) < 1e-9:
+        direction = loops[0][1] - loops[0][0]
     direction = direction / np.linalg.norm(direction)
-    return choose(job, centre, direction, path, root.polygon), [path, last]
+    return choose(job, start, direction, path[0], root.polygon), path
+
+
+def _even(curve: list[Piece], count: int) -> Floats:
+    """Return `count` + 1 points, shape (count + 1, 3), evenly along a curve."""
+    points = np.concatenate([polyline_of(p, 1e-3).points for p in curve])
+    s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    even = np.linspace(0.0, s[-1], count + 1)
+    return np.column_stack([np.interp(even, s, points[:, k]) for k in range(3)])
 
 
 def _line_cuts(job: Job, root: Ring, step: float, one_way: bool) -> list[Cut]:

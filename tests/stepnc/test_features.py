@@ -1,0 +1,503 @@
+"""Toolpaths of features: what is cut, by heights on a grid, against the region that a round tool reaches; and the sequences of holes."""
+
+import math
+
+import numpy as np
+import pytest
+import shapely
+from shapely import Point, Polygon, box
+
+from cncgen.toolpath.record import FeedMode, Kind
+from tests.stepnc.building import E, Part, codes, motions
+from tests.stepnc.heightfield import removed
+
+#: Where the features stand, so that all of the block is at positive coordinates.
+ORIGIN = (50.0, 40.0, 0.0)
+SIZE = (100.0, 80.0)
+GRID = 0.5
+
+
+class Features(Part):
+    """A part with one operation on one feature at `ORIGIN`."""
+
+    def size(self, value):
+        return self.add("TOLERANCED_LENGTH_MEASURE", float(value), None)
+
+    def head(self, depth=6.0, z=0.0):
+        place = self.placement((ORIGIN[0], ORIGIN[1], z))
+        return ("f", None, (), place, None if depth is None else self.plane(-depth))
+
+    def rectangle(self, length, width):
+        return self.add("RECTANGULAR_CLOSED_PROFILE", None, self.size(width), self.size(length))
+
+    def polygon(self, *corners):
+        points = [(x, y, 0) for x, y in corners]
+        return self.add("GENERAL_CLOSED_PROFILE", None, self.polyline(*points, points[0]))
+
+    def pocket(
+        self, boundary, bosses=(), corner=None, bottom="PLANAR_POCKET_BOTTOM_CONDITION", slope=None, depth=6.0
+    ):
+        condition = self.add(bottom)
+        radius = None if corner is None else self.size(corner)
+        return self.add("CLOSED_POCKET", *self.head(depth), bosses, slope, condition, None, radius, boundary)
+
+    def boss(self, boundary):
+        return self.add("BOSS", "b", None, (), None, None, boundary, None)
+
+    def operation(self, kind, *own, approach=None, strategy=None, diameter=8.0, **tool):
+        head = (None, None, "op", 5.0, None, self.tool("T", diameter, **tool), self.technology(), None)
+        return self.add(kind, *head, None, approach, None, strategy, *own)
+
+    def mill(self, feature, operation):
+        self.project(self.plan(self.step(operation, feature, self.plane(20))))
+        return self
+
+    def heights(self, radius):
+        path, found = self.read()
+        assert codes(found, "error") == []
+        return removed([path], SIZE, 0.0, GRID, {"T": radius})[1], found
+
+
+def pocket_operation(
+    part, strategy="CONTOUR_PARALLEL", finish=True, side=None, bottom=None, radial=5.0, **more
+):
+    kind = "BOTTOM_AND_SIDE_FINISH_MILLING" if finish else "BOTTOM_AND_SIDE_ROUGH_MILLING"
+    own = (3.0, radial, side, bottom)
+    values = {
+        "CONTOUR_PARALLEL": (0.4, E("T"), E("CCW"), E("CLIMB")),
+        "CONTOUR_SPIRAL": (0.4, E("T"), E("CCW"), E("CLIMB")),
+        "BIDIRECTIONAL_MILLING": (0.4, E("T"), None, E("LEFT"), None),
+        "UNIDIRECTIONAL_MILLING": (0.4, E("T"), None, E("CLIMB")),
+    }
+    plan = part.add(strategy, *values[strategy])
+    return part.operation(kind, *own, strategy=plan, **more)
+
+
+def cells():
+    x = np.arange(GRID / 2, SIZE[0], GRID) - ORIGIN[0]
+    y = np.arange(GRID / 2, SIZE[1], GRID) - ORIGIN[1]
+    return shapely.points(np.repeat(x, len(y)), np.tile(y, len(x))), (len(x), len(y))
+
+
+def check_cut(heights, region, radius, depth):
+    """The tool has cut all that it can reach of a region to the depth, and nothing outside it (but for a grid cell)."""
+    reach = region.buffer(-radius, quad_segs=64).buffer(radius, quad_segs=64)
+    points, shape = cells()
+    inside = shapely.contains(reach.buffer(-GRID), points).reshape(shape)
+    outside = ~shapely.contains(region.buffer(GRID), points).reshape(shape)
+    assert inside.any()
+    np.testing.assert_allclose(heights[inside], -depth)
+    np.testing.assert_array_equal(heights[outside], 0.0)
+
+
+L_SHAPE = ((-30, -20), (30, -20), (30, 0), (0, 0), (0, 20), (-30, 20))
+
+
+@pytest.mark.parametrize(
+    "strategy", ["CONTOUR_PARALLEL", "CONTOUR_SPIRAL", "BIDIRECTIONAL_MILLING", "UNIDIRECTIONAL_MILLING"]
+)
+@pytest.mark.parametrize("shape", ["rectangle", "circle", "polygon"])
+def test_pockets_are_cleared_and_no_more(strategy, shape):
+    part = Features()
+    if shape == "rectangle":
+        boundary, region = part.rectangle(60, 40), box(-30, -20, 30, 20)
+    elif shape == "circle":
+        boundary, region = (
+            part.add("CIRCULAR_CLOSED_PROFILE", None, part.size(50)),
+            Point(0, 0).buffer(25, 128),
+        )
+    else:
+        boundary, region = part.polygon(*L_SHAPE), Polygon(L_SHAPE)
+    part.mill(part.pocket(boundary), pocket_operation(part, strategy))
+    if (strategy, shape) == ("CONTOUR_SPIRAL", "polygon"):  # its turns would leave material between them
+        assert codes(part.read()[1], "error") == ["stepnc-unsupported"]
+        return
+    heights, _ = part.heights(4.0)
+    check_cut(heights, region, 4.0, 6.0)
+
+
+def test_a_pocket_with_bosses():
+    part = Features()
+    bosses = (
+        part.boss(part.polygon((-15, -6), (-5, -6), (-5, 6), (-15, 6))),
+        part.boss(part.polygon((10, -8), (20, 8), (5, 8))),
+    )
+    feature = part.pocket(part.rectangle(70, 50), bosses)
+    part.mill(feature, pocket_operation(part))
+    heights, _ = part.heights(4.0)
+    region = box(-35, -25, 35, 25) - box(-15, -6, -5, 6) - Polygon([(10, -8), (20, 8), (5, 8)])
+    check_cut(heights, region, 4.0, 6.0)
+
+
+def test_allowances_stay():
+    part = Features()
+    part.mill(part.pocket(part.rectangle(60, 40)), pocket_operation(part, finish=False, side=1.5, bottom=0.5))
+    heights, _ = part.heights(4.0)
+    check_cut(heights, box(-28.5, -18.5, 28.5, 18.5), 4.0, 5.5)
+
+
+def test_rings_of_a_circle_are_circles():
+    """Offsets of a polygon that stands for a circle go back to arcs of the right radius."""
+    part = Features()
+    part.mill(part.pocket(part.add("CIRCULAR_CLOSED_PROFILE", None, part.size(50))), pocket_operation(part))
+    path, _ = part.read()
+    full = path.arcs.sweep > 6.0
+    flat = np.abs(path.end[path.kind == Kind.ARC][:, 2] - path.starts[path.kind == Kind.ARC][:, 2]) < 1e-9
+    rows = np.flatnonzero(path.kind == Kind.ARC)[flat]
+    radius = np.linalg.norm(path.starts[rows, :2] - path.arcs.centre[flat, :2], axis=1)
+    assert np.abs(radius - 21.0).min() < 1e-3
+    assert full.any()
+    assert (path.kind == Kind.LINE).sum() < 60
+
+
+@pytest.mark.parametrize("climb", [True, False])
+def test_climb_and_conventional(climb):
+    """Climb milling of a pocket with M3 goes against the clock: the wall is on the right."""
+    part = Features()
+    strategy = part.add("CONTOUR_PARALLEL", 0.4, E("T"), None, E("CLIMB" if climb else "CONVENTIONAL"))
+    operation = part.operation("BOTTOM_AND_SIDE_FINISH_MILLING", 10.0, 5.0, None, None, strategy=strategy)
+    part.mill(part.pocket(part.rectangle(60, 40)), operation)
+    path, _ = part.read()
+    ring = path.end[motions(path)][-7:-1, :2] - ORIGIN[:2]
+    area = 0.5 * np.sum(ring[:-1, 0] * ring[1:, 1] - ring[1:, 0] * ring[:-1, 1])
+    assert (area > 0) == climb
+
+
+@pytest.mark.parametrize(
+    ("keyword", "values"),
+    [
+        ("PLUNGE_TOOLAXIS", ()),
+        ("PLUNGE_RAMP", (8.0,)),
+        ("PLUNGE_HELIX", (2.0, 5.0)),
+        ("PLUNGE_ZIGZAG", (8.0, 5.0)),
+    ],
+)
+def test_approaches_go_down_no_steeper_than_they_say(keyword, values):
+    part = Features()
+    approach = part.add(keyword, None, *values)
+    part.mill(part.pocket(part.rectangle(60, 40)), pocket_operation(part, approach=approach))
+    path, found = part.read()
+    assert codes(found, "error") == []
+    heights = removed([path], SIZE, 0.0, GRID, {"T": 4.0})[1]
+    check_cut(heights, box(-30, -20, 30, 20), 4.0, 6.0)
+    down = [
+        k
+        for k in motions(path)
+        if path.end[k, 2] < path.starts[k, 2] - 1e-9 and path.feed_mode[k] == FeedMode.SPEED
+    ]
+    slopes = []
+    for k in down:
+        drop = path.starts[k, 2] - path.end[k, 2]
+        if path.kind[k] == Kind.ARC:
+            a = path.curve[k]
+            length = np.linalg.norm(path.starts[k, :2] - path.arcs.centre[a, :2]) * path.arcs.sweep[a]
+        else:
+            length = np.linalg.norm(path.end[k, :2] - path.starts[k, :2])
+        slopes.append(math.degrees(math.atan2(drop, length)))
+    if keyword == "PLUNGE_TOOLAXIS":
+        assert set(slopes) == {90.0}
+    else:
+        limit = values[0] if keyword != "PLUNGE_HELIX" else values[1]
+        entering = [s for s in slopes if s < 89]
+        assert entering
+        assert max(entering) <= limit + 1e-6
+
+
+def test_a_slot_as_wide_as_the_tool_and_a_wider_one():
+    for width in (8.0, 14.0):
+        part = Features()
+        course = part.add("LINEAR_PATH", None, part.size(40), part.direction(1, 0, 0))
+        profile = part.add("SQUARE_U_PROFILE", None, part.size(width), None, None, None, None)
+        ends = (part.add("RADIUSED_SLOT_END_TYPE"), part.add("OPEN_SLOT_END_TYPE"))
+        feature = part.add("SLOT", *part.head(), course, profile, ends)
+        part.mill(feature, pocket_operation(part))
+        heights, _ = part.heights(4.0)
+        points, shape = cells()
+        region = box(0, -width / 2, 40, width / 2) | Point(0, 0).buffer(width / 2, 64)
+        reach = (
+            region.buffer(-4 + 1e-6).buffer(4) | box(0, -width / 2, 40, width / 2) if width == 8 else region
+        )
+        inside = shapely.contains(reach.buffer(-GRID), points).reshape(shape)
+        np.testing.assert_allclose(heights[inside], -6.0)
+        beside = ~shapely.contains(box(-40, -width / 2 - GRID, 60, width / 2 + GRID), points).reshape(shape)
+        np.testing.assert_array_equal(heights[beside], 0.0)
+
+
+def test_an_open_pocket_is_cleared_over_its_open_side():
+    part = Features()
+    wall = part.add(
+        "GENERAL_PROFILE", None, part.polyline((20, -15, 0), (-20, -15, 0), (-20, 15, 0), (20, 15, 0))
+    )
+    condition = part.add("PLANAR_POCKET_BOTTOM_CONDITION")
+    feature = part.add("OPEN_POCKET", *part.head(), (), None, condition, None, None, wall, None)
+    part.mill(feature, pocket_operation(part))
+    heights, _ = part.heights(4.0)
+    points, shape = cells()
+    corners = box(-20, -15, 20, 15).buffer(-4).buffer(4) | box(0, -15, 20, 15)
+    inside = shapely.contains(corners.buffer(-GRID), points).reshape(shape)
+    np.testing.assert_allclose(heights[inside], -6.0)
+    behind = shapely.contains(box(-50, -40, -20 - GRID, 40), points).reshape(shape)
+    np.testing.assert_array_equal(heights[behind], 0.0)
+
+
+@pytest.mark.parametrize("kind", ["SIDE_FINISH_MILLING", "SIDE_ROUGH_MILLING"])
+def test_an_outside_profile_is_gone_round(kind):
+    part = Features()
+    feature = part.add(
+        "GENERAL_OUTSIDE_PROFILE",
+        *part.head(),
+        None,
+        part.polygon((-20, -10), (20, -10), (20, 10), (-20, 10)),
+    )
+    part.mill(feature, part.operation(kind, 3.0, 2.0, 1.0 if "ROUGH" in kind else None))
+    heights, _ = part.heights(4.0)
+    left = 1.0 if "ROUGH" in kind else 0.0
+    points, shape = cells()
+    part_region = box(-20, -10, 20, 10).buffer(left, join_style="mitre")
+    wall = box(-20, -10, 20, 10).buffer(left, quad_segs=64)
+    ring = shapely.contains(wall.buffer(7.5).difference(part_region.buffer(GRID)), points).reshape(shape)
+    np.testing.assert_allclose(heights[ring & (heights < 0)], -6.0)
+    kept = shapely.contains(wall.buffer(-GRID), points).reshape(shape)
+    np.testing.assert_array_equal(heights[kept], 0.0)
+    around = shapely.contains((wall.buffer(7.0) - wall.buffer(GRID)), points).reshape(shape)
+    np.testing.assert_allclose(heights[around], -6.0)
+
+
+def test_the_wall_inside_a_hole():
+    part = Features()
+    hole = part.add("ROUND_HOLE", *part.head(), part.size(40), None, part.add("THROUGH_BOTTOM_CONDITION"))
+    part.mill(hole, part.operation("SIDE_FINISH_MILLING", 3.0, 2.0, None))
+    path, found = part.read()
+    assert codes(found) == []
+    arcs = path.arcs.centre[path.arcs.sweep > 6]
+    np.testing.assert_allclose(arcs[:, :2], np.tile(ORIGIN[:2], (len(arcs), 1)), atol=1e-3)
+
+
+def test_a_face_one_way_lifts_between_its_lines():
+    part = Features()
+    course = part.add("LINEAR_PATH", None, part.size(40), part.direction(0, 1, 0))
+    width = part.add("LINEAR_PROFILE", None, part.add("NUMERIC_PARAMETER", "w", 30.0, "MM"))
+    face = part.add("PLANAR_FACE", *part.head(4.0), course, width, None, ())
+    one_way = part.add("UNIDIRECTIONAL_MILLING", 0.25, E("T"), part.direction(0, 1, 0), None)
+    part.mill(face, part.operation("PLANE_ROUGH_MILLING", 2.0, 1.0, strategy=one_way))
+    heights, _ = part.heights(4.0)
+    points, shape = cells()
+    inside = shapely.contains(box(0, 0, 30, 40).buffer(-GRID), points).reshape(shape)
+    np.testing.assert_allclose(heights[inside], -3.0)  # 4 deep less the allowance of 1
+    path, _ = part.read()
+    feeds = [
+        k
+        for k in motions(path)
+        if path.feed_mode[k] == FeedMode.SPEED and abs(path.end[k, 1] - path.starts[k, 1]) > 1
+    ]
+    assert (path.end[feeds, 1] > path.starts[feeds, 1]).all()
+
+
+# Holes
+
+
+def hole_part(
+    kind,
+    *own,
+    strategy=None,
+    depth=20.0,
+    diameter=10.0,
+    bottom="THROUGH_BOTTOM_CONDITION",
+    drilling=None,
+    **tool,
+):
+    part = Features()
+    hole = part.add("ROUND_HOLE", *part.head(depth), part.size(diameter), None, part.add(bottom))
+    head = (None, None, "op", 5.0, None, part.tool("T", diameter, **tool), part.technology(0.01, -10.0), None)
+    plan = part.add("DRILLING_TYPE_STRATEGY", *strategy) if strategy else None
+    operation = part.add(kind, *head, *(drilling or (None,) * 5), plan, *own)
+    part.mill(hole, operation)
+    return part
+
+
+def depths(part):
+    """Return the heights reached one after the other, and whether in rapid."""
+    path, found = part.read()
+    assert codes(found, "error") == []
+    rows = motions(path)
+    return [(round(float(path.end[k, 2]), 6), bool(path.feed_mode[k] == FeedMode.RAPID)) for k in rows], path
+
+
+def test_drilling_goes_deeper_by_the_point():
+    """118 degrees: the edge stands 31 degrees from the plane across; 5 mm tan 31 = 3.004303."""
+    moves, path = depths(hole_part("DRILLING", body="TWIST_DRILL", tip=31.0))
+    assert moves[-3:] == [(5.0, True), (-23.004303, False), (5.0, False)]
+    assert path.feed[motions(path)[-1]] == 10.0
+
+
+def test_drilling_with_overcut_dwell_and_feed_on_retract():
+    moves, path = depths(hole_part("DRILLING", drilling=(2.0, None, None, 0.5, 3.0)))
+    assert moves[-2:] == [(-22.0, False), (5.0, False)]
+    assert [e.dwell_s for e in path.events if e.name == "dwell"] == [0.5]
+    assert path.feed[motions(path)[-1]] == 30.0
+
+
+def test_percents_for_ratios_are_taken_with_a_warning():
+    part = hole_part("DRILLING", strategy=(75.0, 50.0, 2.0, 50.0, 75.0, 8.0))
+    path, found = part.read()
+    assert codes(found) == ["stepnc-ratio"] * len(codes(found))
+    speeds = [e.values["speed_rpm"] for e in path.events if e.name == "spindle"]
+    assert speeds == [450.0, 600.0, 300.0]
+
+
+def test_centre_drilling_and_countersinking():
+    moves, _ = depths(
+        hole_part("CENTER_DRILLING", drilling=(None, 3.0, None, None, None), body="CENTER_DRILL")
+    )
+    assert moves[-2:] == [(-3.0, False), (5.0, False)]
+    moves, _ = depths(hole_part("COUNTER_SINKING", body="COUNTERSINK", tip=45.0))
+    assert moves[-2:] == [(-5.0, False), (5.0, False)]
+
+
+@pytest.mark.parametrize("back", [1.0, 0.0])
+def test_pecking(back):
+    """First 8, then 5 a step: 8, 13, 18, 20; chips broken by 1 mm or cleared at the retract plane."""
+    moves, _ = depths(hole_part("MULTISTEP_DRILLING", back, 8.0, 5.0, None))
+    lows = [z for z, rapid in moves if not rapid and z < 0 and z not in (-7.0, -12.0, -17.0)]
+    assert lows == [-8.0, -13.0, -18.0, -20.0]
+    assert ((-7.0, False) in moves) == (back > 0)
+    assert ((5.0, True) in moves[3:]) == (back == 0)
+
+
+def test_boring_and_reaming_stop_the_spindle_if_asked():
+    for kind in ("BORING", "REAMING"):
+        moves, path = depths(hole_part(kind, E("T"), None, None))
+        assert moves[-2:] == [(-20.0, False), (5.0, False)]
+        assert [e.values["direction"] for e in path.events if e.name == "spindle"] == [1, 0]
+
+
+def test_tapping_turns_back():
+    moves, path = depths(hole_part("TAPPING", E("F"), body="TAP"))
+    assert moves[-2:] == [(-20.0, False), (5.0, False)]
+    assert [e.values["direction"] for e in path.events if e.name == "spindle"] == [1, -1]
+
+
+def test_patterns_repeat_the_feature():
+    for keyword, places in (
+        ("RECTANGULAR_PATTERN", [(0, 0), (15, 0), (0, 10), (15, 10)]),
+        ("CIRCULAR_PATTERN", [(12, 0), (0, 12), (-12, 0), (0, -12)]),
+        ("GENERAL_PATTERN", [(1, 2), (3, 4)]),
+    ):
+        part = Features()
+        base = part.add(
+            "ROUND_HOLE",
+            "h",
+            None,
+            (),
+            part.placement(),
+            part.plane(-5),
+            part.size(6),
+            None,
+            part.add("THROUGH_BOTTOM_CONDITION"),
+        )
+        head = part.head(None)[:4]
+        if keyword == "RECTANGULAR_PATTERN":
+            own = (
+                part.size(15),
+                part.direction(1, 0, 0),
+                2,
+                2,
+                part.size(10),
+                part.direction(0, 1, 0),
+                (),
+                (),
+            )
+        elif keyword == "CIRCULAR_PATTERN":
+            own = (90.0, 4, (), (), part.size(24), None)
+        else:
+            own = ((part.placement((1, 2, 0)), part.placement((3, 4, 0))),)
+        pattern = part.add(keyword, *head, base, *own)
+        operation = part.add(
+            "DRILLING",
+            None,
+            None,
+            "op",
+            5.0,
+            None,
+            part.tool("T", 6.0),
+            part.technology(),
+            None,
+            *(None,) * 6,
+        )
+        part.mill(pattern, operation)
+        path, found = part.read()
+        assert codes(found, "error") == []
+        bottoms = path.end[motions(path)]
+        bottoms = bottoms[np.abs(bottoms[:, 2] + 5) < 1e-9][:, :2] - ORIGIN[:2]
+        np.testing.assert_allclose(bottoms, places, atol=1e-9)
+
+
+def test_a_counterbored_hole_takes_the_element_that_fits_the_tool():
+    part = Features()
+    small = part.add(
+        "ROUND_HOLE",
+        "s",
+        None,
+        (),
+        part.placement(),
+        part.plane(-20),
+        part.size(6),
+        None,
+        part.add("THROUGH_BOTTOM_CONDITION"),
+    )
+    large = part.add(
+        "ROUND_HOLE",
+        "l",
+        None,
+        (),
+        part.placement(),
+        part.plane(-4),
+        part.size(11),
+        None,
+        part.add("FLAT_HOLE_BOTTOM"),
+    )
+    feature = part.add("COUNTERBORE_HOLE", *part.head(None)[:4], (small, large))
+    operation = part.add(
+        "DRILLING", None, None, "op", 5.0, None, part.tool("T", 11.0), part.technology(), None, *(None,) * 6
+    )
+    moves, _ = depths(part.mill(feature, operation))
+    assert moves[-2:] == [(-4.0, False), (5.0, False)]
+
+
+# What is refused
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda p: p.mill(p.pocket(p.rectangle(60, 40), slope=5.0), pocket_operation(p)),
+        lambda p: p.mill(p.pocket(p.rectangle(6, 4)), pocket_operation(p)),
+        lambda p: p.mill(p.pocket(p.rectangle(60, 40), depth=-3.0), pocket_operation(p)),
+        lambda p: p.mill(p.pocket(p.add("CIRCLE", "", p.placement(), 5.0)), pocket_operation(p)),
+        lambda p: p.mill(p.add("STEP", *p.head(), p.add("LINEAR_PATH", None, p.size(9), None), None, ()), pocket_operation(p)),
+        lambda p: p.mill(p.pocket(p.rectangle(60, 40)), p.operation("PLANE_ROUGH_MILLING", 1.0, None)),
+        lambda p: p.mill(p.pocket(p.rectangle(60, 40)), pocket_operation(p, diameter=None)),
+        lambda p: p.mill(p.add("THREAD", *p.head(), *(None,) * 11), pocket_operation(p)),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_made_is_an_error(make):
+    part = Features()
+    _, found = make(part).read()
+    assert codes(found, "error")
+
+
+def test_corners_too_sharp_for_the_tool_are_warned_of():
+    part = Features()
+    part.mill(part.pocket(part.rectangle(60, 40), corner=2.0), pocket_operation(part))
+    assert "stepnc-corner" in codes(part.read()[1], "warning")
+
+
+def test_a_placement_that_repeats_the_feature_is_taken_as_none():
+    """As in files of one adapter: the profile's placement is the feature's again."""
+    part = Features()
+    place = part.placement(ORIGIN)
+    profile = part.add("RECTANGULAR_CLOSED_PROFILE", place, part.size(40), part.size(60))
+    part.mill(part.pocket(profile), pocket_operation(part))
+    heights, found = part.heights(4.0)
+    assert "stepnc-placement" in codes(found, "warning")
+    check_cut(heights, box(-30, -20, 30, 20), 4.0, 6.0)
