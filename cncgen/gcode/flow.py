@@ -97,6 +97,36 @@ class FlowControl:
             raise BlockError("unsupported-flow", f"{flow.keyword.upper()} is not of this dialect")
         return method(self, flow, here, after)
 
+    def prepared(self, flow: Flow, here: Cursor, after: Cursor) -> Callable[[], Cursor | None]:
+        """Return `run` for a line that will run often: jumps whose target cannot change are looked up once."""
+        label, keyword = flow.label, flow.keyword
+        if isinstance(label, str | float) and self.ip.dialect != "fanuc":
+            if keyword == "endwhile":
+                start = self.previous_mark(here, label, ("while",), keyword).cursor
+                return lambda: start
+            if keyword == "endif":
+                self.previous_mark(here, label, ("if",), keyword)
+                return lambda: None
+            if keyword in ("else", "elseif"):
+                end = self._leave_if(flow, here, after)
+                return lambda: end
+            if keyword in ("while", "if") and flow.arguments and callable(flow.arguments[0]):
+                otherwise = self._otherwise(flow, here, label)
+                if otherwise is not None:
+                    parameters, condition, target = self.ip.parameters, flow.arguments[0], otherwise
+                    return lambda: None if condition(parameters) else target
+        return lambda: self.run(flow, here, after)
+
+    def _otherwise(self, flow: Flow, here: Cursor, label: Label) -> Cursor | None:
+        """Return where a WHILE or IF that does not hold leads, None where that is not fixed (DO … WHILE, ELSEIF)."""
+        try:
+            if flow.keyword == "while":
+                return self.next_mark(here, label, ("endwhile",), "endwhile").after
+            mark = self.next_mark(here, label, ("elseif", "else", "endif"), "endif")
+        except Stop:
+            return None
+        return mark.after if mark.keyword != "elseif" else None
+
     # Branches and loops.
 
     def _if(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:

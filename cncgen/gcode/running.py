@@ -10,60 +10,45 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 
-import numpy as np
-
 from cncgen.diagnostics import Diagnostics, Severity
 from cncgen.gcode import comments, cutter_compensation, grammar, macros
-from cncgen.gcode.arcs import CENTRE_FACTOR, CENTRE_RELATIVE, CENTRE_TOLERANCE, RADIUS_TOLERANCE
-from cncgen.gcode.block import AXIS_INDEX, Block, Flow, Parsed, Value, gather
+from cncgen.gcode.batches import Batches
+from cncgen.gcode.block import AXIS_INDEX, Block, Parsed
+from cncgen.gcode.compiling import Compiler
 from cncgen.gcode.dialects import Choice, choose
 from cncgen.gcode.errors import BlockError, Reporter, Stop
-from cncgen.gcode.expressions import evaluate
 from cncgen.gcode.flow import Cursor, FlowControl
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.lanes import BLOCKS, PlainBlocks, comment_of
-from cncgen.gcode.parameters import Parameters, write_parameters
-from cncgen.gcode.sink import MotionBatch, Sink
+from cncgen.gcode.lanes import PlainBlocks, comment_of
+from cncgen.gcode.parameters import write_parameters
+from cncgen.gcode.sink import Sink
 from cncgen.gcode.source import MAX_LINE, Source
-from cncgen.kernels import gcode_motion, gcode_scan
+from cncgen.kernels import gcode_scan
 from cncgen.toolpath.reading import ReadOptions
 
-#: Motions that the batch kernel takes, in tenths, and what it calls them.
-_BATCHED = {0: 0, 10: 1, 20: 2, 30: 3}
 #: Blocks through the slow lane between two chances to hand rows on, and texts remembered.
 _PAUSE = 1024
 #: Lines kept as nodes; a loop is rarely longer.
 _MAX_NODES = 65_536
 
 
-class _Batches:
-    """Work arrays of `gcode_motion.advance`."""
-
-    def __init__(self) -> None:
-        self.position = np.zeros(9)
-        self.modes = np.zeros(gcode_motion.MODES, np.int64)
-        self.levels = np.zeros(gcode_motion.LEVELS)
-        self.block = np.zeros(BLOCKS, np.int64)
-        self.motion = np.zeros(BLOCKS, np.int8)
-        self.end = np.zeros((BLOCKS, 9))
-        self.feed = np.zeros(BLOCKS)
-        self.feed_set = np.zeros(BLOCKS, np.uint8)
-        self.centre = np.zeros((BLOCKS, 2))
-        self.turns = np.zeros(BLOCKS, np.int64)
-
-
 class _Node:
-    """A line that was read: what it does, and the line after it."""
+    """A line that was read: what it does or where it leads, and the line after it."""
 
-    __slots__ = ("after", "cursor", "flow", "following", "run")
+    __slots__ = ("after", "block", "cursor", "following", "lead", "run")
 
     def __init__(
-        self, cursor: Cursor, after: Cursor, flow: Flow | None = None, run: Callable[[], None] | None = None
+        self,
+        cursor: Cursor,
+        after: Cursor,
+        run: Callable[[], None] | None = None,
+        lead: Callable[[], Cursor | None] | None = None,
     ) -> None:
         self.cursor = cursor
         self.after = after
-        self.flow = flow
         self.run = run
+        self.lead = lead
+        self.block = Block({}, source=cursor.source, line=cursor.line, offset=cursor.offset)
         self.following: _Node | None = None
 
 
@@ -94,7 +79,8 @@ class Runner:
         self.flow = self.ip.flow = FlowControl(self.ip, self.sources, path)
         self.steps = 0
         self._plain = PlainBlocks()
-        self._batches = _Batches() if batches else None
+        self._batches = Batches(self.ip) if batches else None
+        self._compiler = Compiler(self.ip, self.flow, self._execute)
         self._percent = False
         self._seen = False
         self._parsed: dict[str, Parsed] = {}
@@ -188,7 +174,7 @@ class Runner:
         if count and self._plain.word_end[count - 1]:
             self._seen = True
         while index < count and not self.ip.state.ended:
-            done = self._run_batch(index, count)
+            done = self._batches.run(self._plain, index, count) if self._batches else index
             if done == count:
                 self._count(count - index)
                 break
@@ -202,74 +188,6 @@ class Runner:
             index = done + 1
         return None
 
-    def _run_batch(self, index: int, count: int) -> int:
-        """Run plain motions in arrays from a block on; return the first block not taken."""
-        work, ip, plain = self._batches, self.ip, self._plain
-        if work is None or not ip.batchable():
-            return index
-        state = ip.state
-        work.position[:] = state.position
-        work.modes[:] = (
-            _BATCHED.get(state.motion, -1),
-            state.absolute,
-            state.arc_absolute,
-            state.plane,
-            state.feed_mode == 93,
-            self.options.block_delete,
-            not self.sink.wants_comments,
-        )
-        inches = state.inches
-        work.levels[:] = (
-            state.feed,
-            RADIUS_TOLERANCE[inches],
-            CENTRE_TOLERANCE[inches],
-            CENTRE_RELATIVE,
-            CENTRE_FACTOR * CENTRE_TOLERANCE[inches],
-        )
-        done, rows = gcode_motion.advance(
-            index,
-            count,
-            plain.flags,
-            plain.word_end,
-            plain.letters,
-            plain.values,
-            work.position,
-            work.modes,
-            work.levels,
-            work.block,
-            work.motion,
-            work.end,
-            work.feed,
-            work.feed_set,
-            work.centre,
-            work.turns,
-        )
-        state.absolute = bool(work.modes[gcode_motion.ABSOLUTE])
-        feed = float(work.levels[gcode_motion.FEED])
-        if feed != state.feed:
-            state.feed = feed
-            if not self.sink.wants_comments:
-                self.sink.set_feed_rate(feed)
-        if rows:
-            block = work.block[:rows]
-            self.sink.motions(
-                MotionBatch(
-                    work.motion[:rows],
-                    work.end[:rows],
-                    work.feed[:rows],
-                    work.feed_set[:rows],
-                    work.centre[:rows],
-                    work.turns[:rows],
-                    plain.line[block],
-                    plain.offset[block],
-                    0,
-                )
-            )
-            state.position = work.position.tolist()
-            state.motion = 10 * int(work.modes[gcode_motion.MOTION])
-            state.moved = True
-        return done
-
     def _run_one(self, source: Source, index: int, here: Cursor) -> None:
         """Run one plain block by itself."""
         flags = int(self._plain.flags[index])
@@ -279,7 +197,7 @@ class Runner:
             comment = None
             if flags & gcode_scan.ACTIVE or (flags & gcode_scan.COMMENT and self.sink.wants_comments):
                 comment = comment_of(source.text_at(here.offset))
-            if self.dialect == "fanuc" and self._call_macro(self._plain.pairs(index)):
+            if self.dialect == "fanuc" and self._compiler.call_macro(self._plain.pairs(index)):
                 return
             block = self._plain.block(index, 0)
             block.comment = comment
@@ -306,7 +224,7 @@ class Runner:
                 return None
             if parsed.flow is not None:
                 return self._run_flow(parsed, here, after)
-            self._compiled(parsed, here)()
+            self._compiler.action(parsed, here)()
             if self.ip.jump is not None:
                 return self._jump(here, after)
         except BlockError as error:
@@ -318,7 +236,7 @@ class Runner:
         """Run an O-word (a comment behind it says nothing to the machine)."""
         assert parsed.flow is not None
         if parsed.flow.then is not None:
-            self._then(parsed.flow, here)()
+            self._compiler.then(parsed.flow, here)()
             return self._jump(here, after) if self.ip.jump is not None else None
         target = self.flow.run(parsed.flow, here, after)
         if (
@@ -416,15 +334,13 @@ class Runner:
     def _step(self, node: _Node) -> _Node:
         """Run a node; return the next one."""
         target: Cursor | None = None
-        if node.flow is not None:
-            self.sink.block = Block(
-                {}, source=node.cursor.source, line=node.cursor.line, offset=node.cursor.offset
-            )
-            target = self.flow.run(node.flow, node.cursor, node.after)
-        elif node.run is not None:
+        if node.run is not None:
             node.run()
             if self.ip.jump is not None:
                 target = self._jump(node.cursor, node.after)
+        elif node.lead is not None:
+            self.sink.block = node.block
+            target = node.lead()
         if target is not None:
             return self._node(target)
         following = node.following
@@ -460,9 +376,9 @@ class Runner:
                 return _Node(cursor, after)
             if parsed.flow is not None:
                 if parsed.flow.then is not None:
-                    return _Node(cursor, after, run=self._then(parsed.flow, cursor))
-                return _Node(cursor, after, parsed.flow)
-            return _Node(cursor, after, run=self._compiled(parsed, cursor))
+                    return _Node(cursor, after, run=self._compiler.then(parsed.flow, cursor))
+                return _Node(cursor, after, lead=self.flow.prepared(parsed.flow, cursor, after))
+            return _Node(cursor, after, run=self._compiler.action(parsed, cursor))
         except BlockError as error:
             fault = error
 
@@ -483,101 +399,6 @@ class Runner:
             self.ip.state.ended = True
 
         return _Node(cursor, cursor, run=run)
-
-    def _compiled(self, parsed: Parsed, cursor: Cursor) -> Callable[[], None]:
-        """Return a function that computes the values of a block, executes it, and sets its parameters."""
-        parameters = self.ip.parameters
-        comment = parsed.comments[-1] if parsed.comments else None
-        if self.dialect == "fanuc":
-            macro = self._macro(parsed, cursor)
-            if macro is not None:
-                return macro
-        if not parsed.settings and all(isinstance(value, float) for _, value in parsed.words):
-            fixed = gather([(letter, value) for letter, value in parsed.words if isinstance(value, float)])
-            fixed.source, fixed.offset, fixed.line = cursor
-            fixed.comment = comment
-            return lambda: self._execute(fixed)
-        if not parsed.words and comment is None and len(parsed.settings) == 1:
-            return self._setting(parsed)
-
-        vacant = self.dialect == "fanuc"
-
-        def run() -> None:
-            pairs = [(letter, _evaluated(letter, value, parameters)) for letter, value in parsed.words]
-            settings: list[tuple[float | str, float]] = [
-                (
-                    target if isinstance(target, str) else evaluate(target, parameters),
-                    _evaluated("#", value, parameters),
-                )
-                for target, value in parsed.settings
-            ]
-            if vacant:
-                pairs = [(letter, value) for letter, value in pairs if value == value]
-            block = gather(pairs)
-            block.source, block.offset, block.line = cursor
-            block.comment = comment
-            # All values of a block are read before any parameter changes.
-            for target, number in settings:
-                if isinstance(target, str):
-                    parameters.set_name(target, number)
-                else:
-                    parameters.set_number(target, number)
-            self._execute(block)
-
-        return run
-
-    def _then(self, flow: Flow, cursor: Cursor) -> Callable[[], None]:
-        """Return what IF [...] THEN ... does."""
-        assert flow.then is not None
-        run = self._compiled(flow.then, cursor)
-        return lambda: run() if self.flow.condition(flow) else None
-
-    def _macro(self, parsed: Parsed, cursor: Cursor) -> Callable[[], None] | None:
-        """Return what a macro call (G65, G66) or a setting of #3000 or #3006 does; None for other blocks."""
-        ip, parameters = self.ip, self.ip.parameters
-        if any(letter == "g" and value in (65.0, 66.0) for letter, value in parsed.words):
-
-            def call() -> None:
-                self._call_macro([(x, _evaluated(x, value, parameters)) for x, value in parsed.words])
-
-            return call
-        if len(parsed.settings) == 1 and parsed.settings[0][0] in (3000.0, 3006.0):
-            target, value = parsed.settings[0]
-            effect = macros.alarm if target == 3000.0 else macros.message
-
-            def raise_it() -> None:
-                self.sink.block = Block({}, source=cursor.source, line=cursor.line, offset=cursor.offset)
-                effect(ip, evaluate(value, parameters), (parsed.comments or [""])[-1])
-
-            return raise_it
-        return None
-
-    def _call_macro(self, pairs: list[tuple[str, float]]) -> bool:
-        """Ask for the macro that G65 or G66 names; tell whether the block is such a call."""
-        code = next((value for letter, value in pairs if letter == "g" and value in (65.0, 66.0)), None)
-        if code is None:
-            return False
-        number, times, values = macros.arguments([pair for pair in pairs if pair[1] == pair[1]])
-        if code == 66.0:
-            self.ip.modal_macro = number, times, values
-        else:
-            self.ip.jump, self.ip.macro_values = ("macro", number, times), values
-        return True
-
-    def _setting(self, parsed: Parsed) -> Callable[[], None]:
-        """Return a function that sets one parameter."""
-        parameters = self.ip.parameters
-        ((target, value),) = parsed.settings
-        if isinstance(target, str):
-            return lambda: parameters.set_name(target, evaluate(value, parameters))
-        if isinstance(target, float) and callable(value) and 0 < target < 5000 and target == int(target):
-            numbers, index = parameters, int(target)
-
-            def store() -> None:
-                numbers.numbers[index] = value(parameters)
-
-            return store
-        return lambda: parameters.set_number(evaluate(target, parameters), evaluate(value, parameters))
 
     def _execute(self, block: Block) -> None:
         if self.ip.guard is not None:
@@ -612,15 +433,6 @@ class Runner:
         """Add a warning or note about the block that is executed."""
         block = self.sink.block
         self.reporter.report(self.sources[block.source], max(block.line, 1), block.offset, error, severity)
-
-
-def _evaluated(letter: str, value: Value, parameters: Parameters) -> float:
-    """Return the number of a word; its faults point at the word."""
-    try:
-        return evaluate(value, parameters)
-    except BlockError as error:
-        error.word = error.word or letter.upper()
-        raise
 
 
 def _last_line(source: Source) -> int:

@@ -1,0 +1,178 @@
+"""Blocks as functions: what a parsed block does, with everything that is known when it is read taken out of the way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from cncgen.gcode import macros
+from cncgen.gcode.block import LARGEST, Block, Flow, Parsed, Value, gather
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.expressions import evaluate
+from cncgen.gcode.flow import Cursor, FlowControl
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.parameters import Parameters
+
+Action = Callable[[], None]
+#: Codes of macro calls.
+_CALLS = (65.0, 66.0)
+#: Numbered parameters below this are plain storage.
+_STORED = 5000
+
+
+class Compiler:
+    """Makes actions of parsed blocks; `execute` runs a block whose values are known."""
+
+    def __init__(self, ip: Interpreter, flow: FlowControl, execute: Callable[[Block], None]) -> None:
+        self.ip = ip
+        self.flow = flow
+        self.execute = execute
+        self.fanuc = ip.dialect == "fanuc"
+
+    def action(self, parsed: Parsed, cursor: Cursor) -> Action:
+        """Return what a block without flow does: compute its values, set its parameters, execute it."""
+        if self.fanuc:
+            macro = self._macro(parsed, cursor)
+            if macro is not None:
+                return macro
+        comment = parsed.comments[-1] if parsed.comments else None
+        if not parsed.words and comment is None and len(parsed.settings) == 1:
+            return self._setting(*parsed.settings[0])
+        if parsed.settings or self.fanuc or _has_computed_code(parsed):
+            return self._general(parsed, cursor, comment)
+        fixed = gather(
+            [(letter, value if isinstance(value, float) else 0.0) for letter, value in parsed.words]
+        )
+        fixed.source, fixed.offset, fixed.line = cursor
+        fixed.comment = comment
+        computed = [(letter, value) for letter, value in parsed.words if not isinstance(value, float)]
+        if not computed:
+            return lambda: self.execute(fixed)
+        return self._words(fixed, computed)
+
+    def _words(self, fixed: Block, computed: list[tuple[str, Callable[[Parameters], float]]]) -> Action:
+        """Return an action of a block of which some words are computed (`fixed` holds the others)."""
+        parameters, execute = self.ip.parameters, self.execute
+        g, m, comment, source, line, offset = (
+            fixed.g,
+            fixed.m,
+            fixed.comment,
+            fixed.source,
+            fixed.line,
+            fixed.offset,
+        )
+
+        def run() -> None:
+            words = fixed.words.copy()
+            letter = ""
+            try:
+                for letter, value in computed:
+                    number = words[letter] = value(parameters)
+                    if not -LARGEST <= number <= LARGEST:
+                        # The check that `gather` makes of known values, with its message.
+                        gather([(letter, number)])
+            except BlockError as error:
+                error.word = error.word or letter.upper()
+                raise
+            execute(Block(words, g, m, comment, source, line, offset))
+
+        return run
+
+    def _general(self, parsed: Parsed, cursor: Cursor, comment: str | None) -> Action:
+        """Return an action of any block: all values are read before any parameter changes."""
+        parameters = self.ip.parameters
+
+        def run() -> None:
+            pairs = [(letter, evaluated(letter, value, parameters)) for letter, value in parsed.words]
+            settings = [
+                (
+                    target if isinstance(target, str) else evaluate(target, parameters),
+                    evaluated("#", value, parameters),
+                )
+                for target, value in parsed.settings
+            ]
+            if self.fanuc:
+                # A word whose value is vacant is no word.
+                pairs = [(letter, value) for letter, value in pairs if value == value]
+            block = gather(pairs)
+            block.source, block.offset, block.line = cursor
+            block.comment = comment
+            for target, number in settings:
+                if isinstance(target, str):
+                    parameters.set_name(target, number)
+                else:
+                    parameters.set_number(target, number)
+            self.execute(block)
+
+        return run
+
+    def _setting(self, target: Value | str, value: Value) -> Action:
+        """Return an action that sets one parameter."""
+        parameters = self.ip.parameters
+        if isinstance(target, str):
+            return lambda: parameters.set_name(target, evaluated("#", value, parameters))
+        if isinstance(target, float) and target == int(target) and 0 < target < _STORED and callable(value):
+            index = int(target)
+
+            def store() -> None:
+                try:
+                    parameters.numbers[index] = value(parameters)
+                except BlockError as error:
+                    error.word = error.word or "#"
+                    raise
+
+            return store
+        return lambda: parameters.set_number(evaluate(target, parameters), evaluated("#", value, parameters))
+
+    def then(self, flow: Flow, cursor: Cursor) -> Action:
+        """Return what IF [...] THEN ... does."""
+        assert flow.then is not None
+        run = self.action(flow.then, cursor)
+        return lambda: run() if self.flow.condition(flow) else None
+
+    # Macros of FANUC.
+
+    def _macro(self, parsed: Parsed, cursor: Cursor) -> Action | None:
+        """Return what a macro call (G65, G66) or a setting of #3000 or #3006 does; None for other blocks."""
+        ip, parameters = self.ip, self.ip.parameters
+        if any(letter == "g" and value in _CALLS for letter, value in parsed.words):
+
+            def call() -> None:
+                self.call_macro([(x, evaluated(x, value, parameters)) for x, value in parsed.words])
+
+            return call
+        if len(parsed.settings) == 1 and parsed.settings[0][0] in (3000.0, 3006.0):
+            target, value = parsed.settings[0]
+            effect = macros.alarm if target == 3000.0 else macros.message
+
+            def raise_it() -> None:
+                ip.sink.block = Block({}, source=cursor.source, line=cursor.line, offset=cursor.offset)
+                effect(ip, evaluate(value, parameters), (parsed.comments or [""])[-1])
+
+            return raise_it
+        return None
+
+    def call_macro(self, pairs: list[tuple[str, float]]) -> bool:
+        """Ask for the macro that G65 or G66 names; tell whether the block is such a call."""
+        code = next((value for letter, value in pairs if letter == "g" and value in _CALLS), None)
+        if code is None:
+            return False
+        number, times, values = macros.arguments([pair for pair in pairs if pair[1] == pair[1]])
+        if code == 66.0:
+            self.ip.modal_macro = number, times, values
+        else:
+            self.ip.jump, self.ip.macro_values = ("macro", number, times), values
+        return True
+
+
+def _has_computed_code(parsed: Parsed) -> bool:
+    """Tell whether a G or M number is computed."""
+    return any(letter in "gm" and not isinstance(value, float) for letter, value in parsed.words)
+
+
+def evaluated(letter: str, value: Value, parameters: Parameters) -> float:
+    """Return the number of a word; its faults point at the word."""
+    try:
+        return evaluate(value, parameters)
+    except BlockError as error:
+        error.word = error.word or letter.upper()
+        raise
