@@ -245,27 +245,117 @@ def _inverse_derivatives(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-def _length(
+def _taylor(
     i: cython.Py_ssize_t,
     p: cython.Py_ssize_t,
+    knots: cython.const[cython.double][::1],
+    q: cython.double[:, :, ::1],
+    basis: cython.double[::1],
+    taylor: cython.double[:, ::1],
+) -> cython.void:
+    """Fill ``taylor[k]`` with the k-th homogeneous Taylor coefficient of span i about its middle, in half widths."""
+    middle: cython.double = 0.5 * (knots[i] + knots[i + 1])
+    half: cython.double = 0.5 * (knots[i + 1] - knots[i])
+    factor: cython.double
+    saved: cython.double
+    term: cython.double
+    r: cython.Py_ssize_t
+    j: cython.Py_ssize_t
+    k: cython.Py_ssize_t
+    d: cython.Py_ssize_t
+    basis[0] = 1.0
+    for r in range(p + 1):
+        if r > 0:
+            saved = 0.0
+            for j in range(r):
+                term = basis[j] / (knots[i + 1 + j] - knots[i + 1 + j - r])
+                basis[j] = saved + (knots[i + 1 + j] - middle) * term
+                saved = (middle - knots[i + 1 + j - r]) * term
+            basis[r] = saved
+        k = p - r
+        factor = 1.0
+        for j in range(1, k + 1):
+            factor *= half / j
+        for d in range(q.shape[2]):
+            term = 0.0
+            for j in range(r + 1):
+                term += basis[j] * q[k, j, d]
+            taylor[k, d] = term * factor
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _taylor_speed(
+    taylor: cython.double[:, ::1],
+    p: cython.Py_ssize_t,
+    rational: cython.bint,
+    x: cython.double,
+    low: cython.Py_ssize_t,
+    high: cython.Py_ssize_t,
+) -> cython.double:
+    """|dC/dx| at x in half widths from the middle of the span."""
+    axes: cython.Py_ssize_t = taylor.shape[1] - 1
+    weight: cython.double = taylor[0, axes]
+    change: cython.double = 0.0
+    value: cython.double
+    slope: cython.double
+    total: cython.double = 0.0
+    d: cython.Py_ssize_t
+    k: cython.Py_ssize_t
+    if rational:
+        weight = taylor[p, axes]
+        for k in range(p - 1, -1, -1):
+            change = change * x + weight
+            weight = weight * x + taylor[k, axes]
+    for d in range(low, high):
+        value = taylor[p, d]
+        slope = 0.0
+        for k in range(p - 1, -1, -1):
+            slope = slope * x + value
+            value = value * x + taylor[k, d]
+        if rational:
+            slope -= change * value / weight
+        total += slope * slope
+    return total**0.5 / weight
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _length(
+    taylor: cython.double[:, ::1],
+    p: cython.Py_ssize_t,
+    rational: cython.bint,
     a: cython.double,
     b: cython.double,
     low: cython.Py_ssize_t,
     high: cython.Py_ssize_t,
-    knots: cython.const[cython.double][::1],
-    q: cython.double[:, :, ::1],
-    basis: cython.double[::1],
-    value: cython.double[:, ::1],
     nodes: cython.const[cython.double][::1],
     weights: cython.const[cython.double][::1],
 ) -> cython.double:
-    """Arc length from u = a to b on span i by one Gauss-Legendre rule."""
+    """Arc length between a and b, in half widths from the middle of the span, by one Gauss-Legendre rule."""
     total: cython.double = 0.0
     n: cython.Py_ssize_t
     for n in range(nodes.shape[0]):
-        _derivatives(i, p, 1, a + (b - a) * nodes[n], knots, q, basis, value)
-        total += weights[n] * _speed(value, low, high)
+        total += weights[n] * _taylor_speed(taylor, p, rational, a + (b - a) * nodes[n], low, high)
     return total * (b - a)
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _is_rational(
+    weights: cython.const[cython.double][::1], first: cython.Py_ssize_t, p: cython.Py_ssize_t
+) -> cython.bint:
+    """Tell whether the weights of a span's control points differ."""
+    j: cython.Py_ssize_t
+    for j in range(1, p + 1):
+        if weights[first + j] != weights[first]:
+            return True
+    return False
 
 
 @cython.cfunc
@@ -320,12 +410,14 @@ def _horner(cell: cython.const[cython.double][::1], tau: cython.double) -> cytho
 def _cell(
     i: cython.Py_ssize_t,
     p: cython.Py_ssize_t,
+    rational: cython.bint,
     b: cython.double,
     tolerance: cython.double,
     low: cython.Py_ssize_t,
     high: cython.Py_ssize_t,
     knots: cython.const[cython.double][::1],
     q: cython.double[:, :, ::1],
+    taylor: cython.double[:, ::1],
     basis: cython.double[::1],
     value: cython.double[:, ::1],
     slopes: cython.double[:, ::1],
@@ -336,9 +428,14 @@ def _cell(
     """Make the cell from ``cell[0]`` to u = b, s from ``cell[1]``; True where length and inverse are within tolerance."""
     a: cython.double = cell[0]
     middle: cython.double = 0.5 * (a + b)
-    whole: cython.double = _length(i, p, a, b, low, high, knots, q, basis, value, nodes, weights)
-    half: cython.double = _length(i, p, a, middle, low, high, knots, q, basis, value, nodes, weights)
-    length: cython.double = half + _length(i, p, middle, b, low, high, knots, q, basis, value, nodes, weights)
+    centre: cython.double = 0.5 * (knots[i] + knots[i + 1])
+    width: cython.double = 0.5 * (knots[i + 1] - knots[i])
+    start: cython.double = (a - centre) / width
+    between: cython.double = (middle - centre) / width
+    end: cython.double = (b - centre) / width
+    whole: cython.double = _length(taylor, p, rational, start, end, low, high, nodes, weights)
+    half: cython.double = _length(taylor, p, rational, start, between, low, high, nodes, weights)
+    length: cython.double = half + _length(taylor, p, rational, between, end, low, high, nodes, weights)
     regular: cython.bint
     k: cython.Py_ssize_t
     speed: cython.double
@@ -359,14 +456,15 @@ def _cell(
     if not regular or abs(whole - length) > 10.0 * tolerance:
         return False
     _hermite(cell, b, slopes[0], slopes[1])
-    _derivatives(i, p, 1, middle, knots, q, basis, value)
-    speed = _speed(value, low, high)
+    speed = _taylor_speed(taylor, p, rational, between, low, high) / width
     share = half / length
     slope = 0.0
     for k in range(7, 0, -1):
         slope = slope * share + k * cell[4 + k]
     # The slope is asked too: across a symmetric cusp the polynomial meets the middle, where nothing moves.
-    return abs(_horner(cell, share) - middle) * speed <= tolerance and abs(slope * speed / length - 1.0) < 1e-6
+    return (
+        abs(_horner(cell, share) - middle) * speed <= tolerance and abs(slope * speed / length - 1.0) < 1e-6
+    )
 
 
 def cells(
@@ -394,7 +492,9 @@ def cells(
     curves: cython.Py_ssize_t = degree.shape[0]
     axes: cython.Py_ssize_t = points.shape[1]
     largest: cython.Py_ssize_t = int(np.max(degree)) if curves else 0
-    q: cython.double[:, :, ::1] = np.zeros((4, largest + 1, axes + 1))
+    q: cython.double[:, :, ::1] = np.zeros((max(largest, 3) + 1, largest + 1, axes + 1))
+    taylor: cython.double[:, ::1] = np.zeros((largest + 1, axes + 1))
+    rational: cython.bint = False
     basis: cython.double[::1] = np.zeros(largest + 1)
     value: cython.double[:, ::1] = np.zeros((4, axes + 1))
     slopes: cython.double[:, ::1] = np.zeros((2, 3))
@@ -410,7 +510,9 @@ def cells(
     s: cython.double
     k: cython.Py_ssize_t
     d: cython.Py_ssize_t
-    within: cython.double
+    within: cython.double = 0.0
+    coarse: cython.double
+    first: cython.Py_ssize_t
     with cython.nogil:
         while c < curves:
             p = degree[c]
@@ -420,13 +522,19 @@ def cells(
             for k in range(point_offset[c], point_offset[c + 1]):
                 for d in range(metric_low[c], metric_high[c]):
                     within = max(within, abs(points[k, d]))
-            within = tolerance + 4e-15 * within
+            coarse = tolerance + 4e-15 * within
+            # The Taylor form that lengths are taken from loses a bit a degree.
+            for k in range(4, p):
+                coarse += coarse - tolerance
             for i in range(knot_offset[c] + p, knot_offset[c + 1] - p - 1):
                 if not knots[i] < knots[i + 1]:
                     continue
-                _derivative_points(
-                    i, p, 3, point_offset[c] + i - knot_offset[c] - p, points, weights, knots, q
-                )
+                k = point_offset[c] + i - knot_offset[c] - p
+                _derivative_points(i, p, max(p, 3), k, points, weights, knots, q)
+                rational = _is_rational(weights, k, p)
+                within = coarse
+                first = rows
+                _taylor(i, p, knots, q, basis, taylor)
                 b = knots[i + 1]
                 if rows >= capacity:
                     fits = False
@@ -435,13 +543,16 @@ def cells(
                 while True:
                     out[rows, 1] = s
                     if not _cell(
-                        i, p, b, within, metric_low[c], metric_high[c], knots, q, basis, value, slopes,
+                        i, p, rational, b, within, metric_low[c], metric_high[c], knots, q, taylor, basis, value, slopes,
                         nodes, gauss, out[rows],
                     ):  # fmt: skip
                         b = 0.5 * (out[rows, 0] + b)
                         continue
                     s += out[rows, 2]
                     rows += 1
+                    if (rows - first) % 512 == 0:
+                        # No curve needs that many cells: rounding keeps it from its tolerance.
+                        within *= 8.0
                     if not b < knots[i + 1]:
                         break
                     if rows >= capacity:
@@ -519,9 +630,9 @@ def lengths(
     """Fill `out` with the arc length from the start of curve ``curve[n]`` to its parameter ``u[n]``."""
     axes: cython.Py_ssize_t = points.shape[1]
     largest: cython.Py_ssize_t = int(np.max(degree)) if degree.shape[0] else 0
-    q: cython.double[:, :, ::1] = np.zeros((4, largest + 1, axes + 1))
+    q: cython.double[:, :, ::1] = np.zeros((max(largest, 3) + 1, largest + 1, axes + 1))
+    taylor: cython.double[:, ::1] = np.zeros((largest + 1, axes + 1))
     basis: cython.double[::1] = np.zeros(largest + 1)
-    value: cython.double[:, ::1] = np.zeros((4, axes + 1))
     nodes: cython.const[cython.double][::1] = _NODES
     gauss: cython.const[cython.double][::1] = _WEIGHTS
     n: cython.Py_ssize_t
@@ -534,6 +645,8 @@ def lengths(
     first: cython.Py_ssize_t
     last: cython.Py_ssize_t
     at: cython.double
+    centre: cython.double
+    width: cython.double
     with cython.nogil:
         for n in range(u.shape[0]):
             c = curve[n]
@@ -553,7 +666,18 @@ def lengths(
             first = knot_offset[c] + p
             last = knot_offset[c + 1] - p - 1
             i = _span(knots, first, last, cell[low, 0], 1)
-            _derivative_points(i, p, 1, point_offset[c] + i - first, points, weights, knots, q)
+            _derivative_points(i, p, p, point_offset[c] + i - first, points, weights, knots, q)
+            _taylor(i, p, knots, q, basis, taylor)
+            centre = 0.5 * (knots[i] + knots[i + 1])
+            width = 0.5 * (knots[i + 1] - knots[i])
             out[n] = cell[low, 1] + _length(
-                i, p, cell[low, 0], at, metric_low[c], metric_high[c], knots, q, basis, value, nodes, gauss
+                taylor,
+                p,
+                True,
+                (cell[low, 0] - centre) / width,
+                (at - centre) / width,
+                metric_low[c],
+                metric_high[c],
+                nodes,
+                gauss,
             )
