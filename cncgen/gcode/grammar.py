@@ -37,6 +37,8 @@ _NAMES = {
     "COMMA": ",",
     "$END": "the end of the block",
 }
+#: Words whose numbers without a decimal point count in least increments.
+_LENGTHS = "xyzabcuvwijkqr"
 #: The rule that FANUC's dialect has its own of.
 _ASSIGNED = "?assigned: signed"
 _PIECE = re.compile(r"\([^)]*\)?|;.*|[ \t\r]+")
@@ -82,9 +84,12 @@ class _Reader:
     """Lark callbacks: the values of a rule's children to the value of the rule. Words come as (kind, value)."""
 
     arithmetic = expressions.LINUXCNC
+    increments = False
 
     def plain_word(self, children: list[Any]) -> Any:
         token = children[0]
+        if self.increments and token[0] in _LENGTHS and "." not in token:
+            return "word", (token[0], _in_increments(float(token[1:])))
         return "word", (token[0], float(token[1:]))
 
     def word(self, children: list[Any]) -> Any:
@@ -159,6 +164,11 @@ class _Reader:
         return _parsed(children)
 
 
+def _in_increments(value: float) -> Value:
+    """Return a length given in least increments, whose size depends on the units in force."""
+    return lambda p: value * p.interpreter.increment()
+
+
 def _bare(token: str) -> str:
     """Return a comment without its parentheses or semicolon."""
     return token[1:-1] if token[0] == "(" else token[1:]
@@ -188,21 +198,21 @@ def _parsed(children: list[Any]) -> Parsed:
 
 
 @cache
-def _lark(dialect: str) -> Any:
+def _lark(dialect: str, increments: bool) -> Any:
     """Build the parser whose values are those of a dialect."""
     from lark import Lark, Transformer
 
     fanuc = dialect == "fanuc"
     arithmetic = expressions.FANUC if fanuc else expressions.LINUXCNC
-    reader = type("Reader", (_Reader, Transformer), {"arithmetic": arithmetic})
+    reader = type("Reader", (_Reader, Transformer), {"arithmetic": arithmetic, "increments": increments})
     text = resources.files("cncgen.grammars").joinpath("gcode.lark").read_text("utf-8")
     if fanuc:
         text = text.replace(_ASSIGNED, "?assigned: expression")
     return Lark(text, parser="lalr", lexer="contextual", transformer=reader(), maybe_placeholders=False)
 
 
-def parse(text: str, dialect: str = "linuxcnc") -> Parsed:
-    """Read one block.
+def parse(text: str, dialect: str = "linuxcnc", increments: bool = False) -> Parsed:
+    """Read one block; with `increments`, lengths without a decimal point are in the control's least increment.
 
     Raises:
         BlockError: Where it is no block; the column is that of `text`.
@@ -211,7 +221,7 @@ def parse(text: str, dialect: str = "linuxcnc") -> Parsed:
 
     bare = normalise(text)
     try:
-        return _lark(dialect).parse(bare)
+        return _lark(dialect, increments).parse(bare)
     except UnexpectedInput as error:
         raise _syntax_error(text, bare, error) from None
     except VisitError as error:

@@ -243,6 +243,11 @@ class Interpreter:
         """Return that factor for lengths."""
         return (INCH if self.options.inch_tables else 1.0) / (INCH if self.state.inches else 1.0)
 
+    def increment(self) -> float:
+        """Return what a number without a decimal point counts in, in program units."""
+        size = self.options.least_increment or 1.0
+        return size / 10.0 if self.state.inches else size
+
     def frame(self) -> Frame:
         """Return the record of the innermost subroutine call."""
         assert self.flow is not None

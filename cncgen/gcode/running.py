@@ -77,6 +77,7 @@ class Runner:
         )
         self.ip = Interpreter(sink, options, self.remark, self.dialect)
         self.flow = self.ip.flow = FlowControl(self.ip, self.sources, path)
+        self._increments = self.dialect == "fanuc" and options.least_increment is not None
         self.steps = 0
         self._plain = PlainBlocks()
         self._batches = Batches(self.ip) if batches else None
@@ -113,8 +114,12 @@ class Runner:
         while not state.ended:
             if target is None:
                 plain = self._plain
-                self._reached, why = plain.scan(source, self._reached)
-                target = self._run_plain(source)
+                if self._increments:
+                    # The scanner does not tell 10 from 10. so every line goes through the grammar.
+                    why = gcode_scan.OTHER if self._reached.offset < len(source) else gcode_scan.END
+                else:
+                    self._reached, why = plain.scan(source, self._reached)
+                    target = self._run_plain(source)
                 if target is None and not state.ended:
                     if why == gcode_scan.END:
                         return
@@ -295,7 +300,7 @@ class Runner:
         """Return the block of a text; the latest ones are remembered."""
         parsed = self._parsed.get(text)
         if parsed is None:
-            parsed = grammar.parse(text, self.dialect)
+            parsed = grammar.parse(text, self.dialect, self._increments)
             if len(self._parsed) >= _PAUSE:
                 self._parsed.clear()
             self._parsed[text] = parsed

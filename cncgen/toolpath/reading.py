@@ -14,6 +14,8 @@ class ReadOptions:
         dialect: ``auto``, ``linuxcnc`` or ``fanuc`` (G-code only).
         tool_table: LinuxCNC tool table, or None.
         parameters: File of numbered parameters, read and never rewritten, or None.
+        least_increment: What a number without a decimal point counts in where a FANUC control is set so, mm or degrees
+            (inches: a tenth of it): 0.001 reads ``X10`` as 0.01 mm. None: it counts like ``X10.``.
         inch_tables: Whether lengths in the tool table and the parameter file are inches (else mm).
         save_parameters: Where to write the parameters after the program, or None.
         include: Directories searched for subprograms, after the program's own.
@@ -28,6 +30,7 @@ class ReadOptions:
     tool_table: Path | None = None
     parameters: Path | None = None
     inch_tables: bool = False
+    least_increment: float | None = None
     save_parameters: Path | None = None
     include: tuple[Path, ...] = field(default=())
     block_delete: bool = True

@@ -95,6 +95,13 @@ def test_look_ahead_codes_are_accepted(run: Any) -> None:
     assert points(out) == [[1, 0, 0]]
 
 
+def test_numbers_without_a_decimal_point(run: Any) -> None:
+    text = "G0 X10 Y10. Z1500\nG20\nX100\n#1=5\nX#1\nM30"
+    found = fanuc(run, text, least_increment=0.001)
+    np.testing.assert_allclose(found, [[0.01, 10, 1.5], [0.254, 10, 1.5], [127, 10, 1.5]])
+    assert fanuc(run, text)[0] == [10, 10, 1500]
+
+
 def test_an_alarm_ends_the_program(run: Any) -> None:
     out = run("G0 X1\n#3000=12(NO TOOL)\nG0 X2\nM30", dialect="fanuc")
     assert [d.message for d in out.diagnostics] == ["the program raises alarm 12: NO TOOL"]
