@@ -40,8 +40,10 @@ class Index:
 
     def of(self, ident: int) -> list[int]:
         """Return the ids of the instances that refer to `ident`, in the order of the file."""
-        low, high = np.searchsorted(self._keys, [ident, ident + 1])
-        return [int(i) for i in self._ids[low:high]]
+        low = self._keys.searchsorted(ident)
+        if low == len(self._keys) or self._keys[low] != ident:
+            return []
+        return self._ids[low : self._keys.searchsorted(ident, "right")].tolist()
 
 
 class Item(NamedTuple):

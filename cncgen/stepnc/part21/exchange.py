@@ -216,8 +216,10 @@ class Exchange:
 
     def row_of(self, ident: int) -> int:
         """Return the row of an instance, −1 where there is none."""
-        k = int(np.searchsorted(self._sorted_ids, ident))
-        return int(self._sorted_rows[k]) if k < len(self._sorted_ids) and self._sorted_ids[k] == ident else -1
+        k = self._sorted_ids.searchsorted(ident)
+        if k < len(self._sorted_ids) and self._sorted_ids[k] == ident:
+            return int(self._sorted_rows[k])
+        return -1
 
     def rows_of_ids(self, ids: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return the rows of instances, −1 where there is none; shape as given."""

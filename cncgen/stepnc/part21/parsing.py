@@ -166,10 +166,12 @@ def _parts(items: list[Value]) -> tuple[Record, ...] | None:
     if len(items) != 1:
         return None
     parts = (items[0],) if isinstance(items[0], Record) else items[0]
-    if type(parts) is not tuple or not parts or not all(isinstance(p, Record) for p in parts):
+    if type(parts) is not tuple or not parts:
         return None
-    nested = any(isinstance(v, Record) for part in parts for v in part.parameters)
-    return None if nested else parts
+    for part in parts:
+        if type(part) is not Record or Record in map(type, part.parameters):
+            return None
+    return parts
 
 
 def grammar_body(text: str) -> tuple[Record, ...]:

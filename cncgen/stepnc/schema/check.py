@@ -47,6 +47,11 @@ _KINDS = {
     "l": _LIST,
     "*": rb"(?:" + _SCALAR + rb"|" + _TYPED % _SCALAR + rb"|" + _LIST + rb")",
 }
+_ITEM = rb"(?:" + _SCALAR + rb"|" + _LIST + rb"|" + _TYPED % _SCALAR + rb")" + _BLANK
+_ITEMS = _BLANK + rb"(?:(?:" + _ITEM + rb"," + _BLANK + rb")*+" + _ITEM + rb")?"
+_PART = rb"[A-Za-z_][A-Za-z0-9_]*" + _BLANK + rb"\(" + _ITEMS + rb"\)" + _BLANK
+#: Any instance, simple or complex, without nested lists: its syntax is right.
+_ANY = re.compile(rb"(?:" + _PART + rb"|\(" + _BLANK + rb"(?:" + _PART + rb")++\)" + _BLANK + rb")")
 _KIND_NAMES = {"s": "a string", "n": "a number", "e": "an .ENUMERATION.", "r": "a reference", "l": "a list"}
 
 #: Cycles that are reported of one file.
@@ -79,7 +84,7 @@ def _check_types(exchange: Exchange, table: Table) -> None:
         members = rows[types == code]
         name = known.get(code)
         if name is None or code == 0:
-            exchange.check_syntax(members)
+            exchange.check_syntax(_not_matching(exchange, members, _ANY))
             if code:
                 _note_unknown(exchange, members, unknown)
         else:
@@ -100,13 +105,20 @@ def _note_unknown(
 def _check_entity(
     exchange: Exchange, members: NDArray[np.int64], name: str, attributes: tuple[Attribute, ...]
 ) -> None:
-    pattern = _pattern(attributes)
+    for row in _not_matching(exchange, members, _pattern(attributes)).tolist():
+        instance = exchange.at_row(row)
+        if instance is not None:
+            _diagnose(exchange, instance, name, attributes)
+
+
+def _not_matching(
+    exchange: Exchange, members: NDArray[np.int64], pattern: re.Pattern[bytes]
+) -> NDArray[np.int64]:
+    """Return the rows whose body a pattern does not match."""
     bodies, ends = exchange.rows.bodies[members].tolist(), exchange.rows.ends[members].tolist()
-    for row, begin, end in zip(members.tolist(), bodies, ends, strict=True):
-        if pattern.fullmatch(exchange.data, begin, end) is None:
-            instance = exchange.at_row(row)
-            if instance is not None:
-                _diagnose(exchange, instance, name, attributes)
+    match, data = pattern.fullmatch, exchange.data
+    good = [match(data, begin, end) is not None for begin, end in zip(bodies, ends, strict=True)]
+    return members[~np.array(good, bool)]
 
 
 def _diagnose(exchange: Exchange, instance: Instance, name: str, attributes: tuple[Attribute, ...]) -> None:
