@@ -36,11 +36,13 @@ class Sticky:
         number: The cycle, in tenths.
         words: Its words as programmed, by letter.
         level: Where the tool was along the normal when the first of a row of cycles began.
+        dwell: The last P of any cycle; the tapping cycles, which need none, wait for it.
     """
 
     number: int = 0
     words: dict[str, float] = field(default_factory=dict)
     level: float = 0.0
+    dwell: float = 0.0
 
 
 @dataclass(slots=True)
@@ -86,7 +88,7 @@ class Hole:
 
     def dwell(self) -> None:
         """Wait for P seconds."""
-        seconds = self.words.get("p", 0.0)
+        seconds = self.words["p"]
         self.ip.sink.call(f"DWELL({seconds:.4f})", Event("dwell", True, seconds))
 
     def turn(self, direction: int) -> None:
@@ -288,11 +290,11 @@ def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
     sticky = state.cycle if isinstance(state.cycle, Sticky) else Sticky()
     normal = state.plane_axes()[2]
     if state.motion not in CYCLES:
-        sticky = Sticky(level=state.position[normal])
+        sticky = Sticky(level=state.position[normal], dwell=sticky.dwell)
     kept = sticky.words if sticky.number == number else {}
     letters = "rpqijk" + AXES[normal]
     words = {**kept, **{k: v for k, v in block.words.items() if k in letters}}
-    state.cycle = Sticky(number, words, sticky.level)
+    state.cycle = Sticky(number, words, sticky.level, words.get("p", sticky.dwell))
     state.motion = number
     return state.cycle
 
@@ -331,7 +333,7 @@ def _make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> N
     """Go to R where the tool is below it, then make the holes, with the path exact meanwhile."""
     state = ip.state
     first, second, normal = state.plane_axes()
-    words, level = sticky.words, sticky.level
+    words, level = {"p": sticky.dwell, **sticky.words}, sticky.level
     depth = AXES[normal]
     base = 0.0 if state.absolute else level
     retract = base + words["r"]

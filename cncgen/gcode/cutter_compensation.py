@@ -78,7 +78,7 @@ class CompensatedSink:
         centre: The geometry.
         plane: Plane in which the tool is offset.
         start: Where the tool stands, program coordinates.
-        inches: Whether program units are inches; the geometry works in mm.
+        inches: Whether program units are inches.
         warn: Takes a gouge that the tool path makes and that LinuxCNC does not refuse.
     """
 
@@ -95,10 +95,10 @@ class CompensatedSink:
         self.centre = centre
         self.wants_comments = inner.wants_comments
         self.plane = plane
-        self.scale = INCH if inches else 1.0
         self._first, self._second, _ = PLANE_AXES[plane]
         self._last = list(start)
         self._warn = warn
+        self._inches = inches
         self._block = inner.block
 
     @property
@@ -136,7 +136,7 @@ class CompensatedSink:
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
         """Offset an arc."""
         move = _Move(self._block, list(end), plane, True)
-        centre = complex(first, second) * self.scale
+        centre = complex(first, second)
         self._take(lambda: self.centre.arc(self._in_plane(end), centre, turns, move))
 
     def nurbs_feed(self, curve: Curve) -> None:
@@ -152,12 +152,12 @@ class CompensatedSink:
         raise BlockError("comp-refused", "no tapping under cutter compensation")
 
     def _in_plane(self, end: Point) -> complex:
-        return complex(end[self._first], end[self._second]) * self.scale
+        return complex(end[self._first], end[self._second])
 
     def _placed(self, axes: Point, point: complex) -> Point:
-        """Return a position with its plane coordinates (mm) put in."""
+        """Return a position with its plane coordinates put in."""
         out = list(axes)
-        out[self._first], out[self._second] = point.real / self.scale, point.imag / self.scale
+        out[self._first], out[self._second] = point.real, point.imag
         return out
 
     def _take(self, move: Callable[[], list[Any]]) -> None:
@@ -188,8 +188,7 @@ class CompensatedSink:
         end = self._placed(self._last if piece.corner else move.end, piece.end)
         self._last = end
         if piece.centre is not None:
-            first, second = piece.centre.real / self.scale, piece.centre.imag / self.scale
-            self.inner.arc_feed(end, first, second, piece.turns, move.plane)
+            self.inner.arc_feed(end, piece.centre.real, piece.centre.imag, piece.turns, move.plane)
         elif piece.rapid:
             self.inner.straight_traverse(end)
         else:
@@ -206,9 +205,15 @@ class CompensatedSink:
 
     def use_length_units(self, inches: bool) -> None:
         """Change units: what waits is then passed on in the new ones."""
-        self.scale, factor = (INCH, 1.0 / INCH) if inches else (1.0, INCH)
         self.inner.use_length_units(inches)
-        self._last = [v if 3 <= k <= 5 else v * factor for k, v in enumerate(self._last)]
+        if inches == self._inches:
+            return
+        self._inches = inches
+        factor = 1.0 / INCH if inches else INCH
+        self.centre.rescale(factor, "inch" if inches else "mm")
+        waiting = [item.block for item in self.centre.waiting() if isinstance(item.block, _Move)]
+        for point in (self._last, *(move.end for move in waiting)):
+            point[:] = [v if 3 <= k <= 5 else v * factor for k, v in enumerate(point)]
 
     def select_plane(self, plane: int) -> None:
         """Pass on."""
@@ -304,9 +309,8 @@ def _turn_on(left: bool, dynamic: bool) -> Handler:
         radius, orientation = (_programmed if dynamic else _of_the_tool)(ip, block, name)
         side = left == (radius >= 0.0)
         first, second, _ = state.plane_axes()
-        scale = INCH if state.inches else 1.0
-        start = complex(state.position[first], state.position[second]) * scale
-        centre = ToolCentre(radius * scale, left, start, orientation)
+        start = complex(state.position[first], state.position[second])
+        centre = ToolCentre(radius, left, start, orientation, "inch" if state.inches else "mm")
         ip.sink.call(f'COMMENT("interpreter: cutter radius compensation on {"left" if side else "right"}")')
         state.compensation = 41 if side else 42
         sink = CompensatedSink(ip.sink, centre, state.plane, state.position, state.inches, ip.warn)

@@ -17,9 +17,9 @@ class Stage(IntEnum):
     """Order in which the parts of one block are executed (RS274/NGC, table 8; LinuxCNC, "Order of Execution")."""
 
     COMMENT = 0
-    FEED_MODE = 1
-    FEED = 2
-    SPINDLE_MODE = 3
+    SPINDLE_MODE = 1
+    FEED_MODE = 2
+    FEED = 3
     SPEED = 4
     TOOL = 5
     PINS = 6
@@ -114,7 +114,7 @@ class State:
     ended: bool = False
     spline: object | None = None
     cycle: object | None = None
-    cubic: tuple[float, float] | None = None
+    cubic: tuple[float, float, list[float]] | None = None
     compensation: int = 40
     polar: bool = False
 

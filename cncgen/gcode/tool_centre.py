@@ -23,7 +23,7 @@ from typing import Any
 
 #: Turns of the path up to this angle (rad) count as smooth.
 SMOOTH_TURN = 0.05
-#: Move of the plane coordinates (mm) below which a block counts as not moving in the plane.
+#: Move of the plane coordinates below which a block counts as not moving in the plane.
 STILL = 1e-12
 
 #: Where the centre of the nose lies from the controlled point, in radii (Z, X), by lathe tool orientation (Q of the
@@ -91,14 +91,18 @@ class ToolCentre:
     them. `finish` returns the rest.
 
     Args:
-        radius: Of the tool, mm; a negative one compensates on the other side.
+        radius: Of the tool; a negative one compensates on the other side.
         left: Whether the tool is left of the path (G41).
         start: Where the tool stands, programmed.
         orientation: Lathe tool orientation 0 to 9 (0 and 9: the controlled point is the centre of the nose).
+        unit: Name of the unit of all lengths, for messages.
     """
 
-    def __init__(self, radius: float, left: bool, start: complex, orientation: int = 0) -> None:
+    def __init__(
+        self, radius: float, left: bool, start: complex, orientation: int = 0, unit: str = "mm"
+    ) -> None:
         self.radius = abs(radius)
+        self.unit = unit
         self.side = 1 if left == (radius >= 0.0) else -1
         self._shift = -self.radius * NOSE.get(orientation, 0j)
         self._programmed = start
@@ -149,10 +153,10 @@ class ToolCentre:
         if offset_radius <= 0.0:
             raise CompensationError(
                 "comp-radius",
-                f"the tool's radius, {self.radius:.4f} mm, does not fit in an arc of radius {radius:.4f} mm",
+                f"the tool's radius, {self.radius:.4f} {self.unit}, does not fit in an arc of radius {radius:.4f} {self.unit}",
                 "use a smaller tool or a larger arc",
-                tool_radius_mm=self.radius,
-                arc_radius_mm=radius,
+                tool_radius=self.radius,
+                arc_radius=radius,
             )
         heading_in, heading_out = (1j * spin * s / abs(s) for s in (spoke_in, spoke_out))
         curve = _Curve(
@@ -175,6 +179,31 @@ class ToolCentre:
         self._queue.append(block)
         return []
 
+    def rescale(self, factor: float, unit: str) -> None:
+        """Take all lengths times `factor` from now on: the program changed its units."""
+        self.unit = unit
+        self.radius *= factor
+        self._shift *= factor
+        self._programmed *= factor
+        self._actual *= factor
+        for item in self._queue:
+            if isinstance(item, Piece):
+                item.end *= factor
+                item.centre = None if item.centre is None else item.centre * factor
+        curve = self._curve
+        if curve is not None:
+            curve.point, curve.start, curve.slip = (
+                curve.point * factor,
+                curve.start * factor,
+                curve.slip * factor,
+            )
+            curve.centre = None if curve.centre is None else curve.centre * factor
+            curve.radius *= factor
+
+    def waiting(self) -> list[Piece]:
+        """Return the moves that wait."""
+        return [item for item in self._queue if isinstance(item, Piece)]
+
     def finish(self) -> list[Piece | Any]:
         """Return what waits still (G40, or the end of the program)."""
         return self._settle()
@@ -184,11 +213,11 @@ class ToolCentre:
         if self._curve is None and length <= self.radius:
             raise CompensationError(
                 "comp-entry",
-                f"the entry move leads {length:.4f} mm away and must lead farther than the tool's radius, "
-                f"{self.radius:.4f} mm",
+                f"the entry move leads {length:.4f} {self.unit} away and must lead farther than the tool's radius, "
+                f"{self.radius:.4f} {self.unit}",
                 "start farther away",
-                length_mm=length,
-                radius_mm=self.radius,
+                length=length,
+                radius=self.radius,
             )
 
     def _entry_arc(self, end: complex, centre: complex, turns: int, block: Any) -> list[Piece | Any]:
@@ -282,9 +311,9 @@ class ToolCentre:
     def _gouge(self, what: str) -> CompensationError:
         return CompensationError(
             "comp-gouge",
-            f"{what}: a tool of radius {self.radius:.4f} mm would gouge",
+            f"{what}: a tool of radius {self.radius:.4f} {self.unit} would gouge",
             "use a smaller tool, or widen the corner",
-            tool_radius_mm=self.radius,
+            tool_radius=self.radius,
         )
 
     def _settle(self, strict: bool = True) -> list[Piece | Any]:

@@ -55,6 +55,12 @@ class ToolTable:
             self.tools[number] = tool
         return tool
 
+    def place_of(self, number: int) -> int:
+        """Return which entry of the table a tool is, from 1, as canonical calls name it; 0 for no tool."""
+        if number == 0 or number not in self.tools:
+            return number
+        return list(self.tools).index(number) + 1
+
     def pocket_of(self, number: int) -> int:
         """Return the pocket of a tool, 0 for none."""
         tool = self.find(number)

@@ -59,7 +59,7 @@ def change(ip: Interpreter, block: Block) -> None:
     ip.sink.call("STOP_SPINDLE_TURNING(0)")
     state.tool = state.selected
     load_tool_parameters(ip)
-    ip.sink.call(f"CHANGE_TOOL({state.tool})", Event("tool", True, values={"tool": state.tool}))
+    ip.sink.call(f"CHANGE_TOOL({ip.tools.place_of(state.tool)})", Event("tool", True, values={"tool": state.tool}))
 
 
 def name_tool(ip: Interpreter, block: Block) -> None:
@@ -70,7 +70,7 @@ def name_tool(ip: Interpreter, block: Block) -> None:
     _tool(ip, number, "Q")
     ip.state.tool = ip.state.selected = number
     load_tool_parameters(ip)
-    ip.sink.call(f"CHANGE_TOOL_NUMBER({number})", Event("tool", values={"tool": number}))
+    ip.sink.call(f"CHANGE_TOOL_NUMBER({ip.tools.place_of(number)})", Event("tool", values={"tool": number}))
 
 
 def _use(ip: Interpreter, offset: list[float]) -> None:

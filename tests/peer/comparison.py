@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -73,9 +74,12 @@ def ours(program: Path, setup: Setup | None = None) -> Ours:
     return Ours(calls, first.render() if first else None, first.span.line if first and first.span else 0)
 
 
+MINUS_ZERO = re.compile(r"-(0\.0+)(?!\d)")
+
+
 def plain(call: str) -> str:
     """Return a call with minus zero as zero: the sign is the residue of one rounding or another."""
-    return call.replace("-0.0000,", "0.0000,").replace("-0.0000)", "0.0000)").replace("-0.0000 ", "0.0000 ")
+    return MINUS_ZERO.sub(r"\1", call)
 
 
 def difference(program: Path, mine: Ours, peer: Output) -> str | None:

@@ -1,0 +1,80 @@
+"""Random programs through our interpreter and LinuxCNC's: ``python benchmarks/random_programs.py [COUNT [SEED]]``.
+
+Prints how many agreed to the last printed digit, and each disagreement shrunk to the smallest program that shows it.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "peer"))
+
+from comparison import difference, ours
+from grammar import STAGES, programs
+from hypothesis import HealthCheck, given, seed, settings
+from rs274 import PROGRAMS, Setup, installed, run_once, without_reset
+
+#: Examples between two seeds: a run of them ends at its first disagreement.
+BATCH = 250
+
+
+def compare(text: str, folder: Path) -> str | None:
+    """Return what differs between the two on a program, or None."""
+    program = folder / "random.ngc"
+    program.write_text(text)
+    setup = Setup(tools=PROGRAMS / "mill.tbl")
+    peer = run_once(program, setup)
+    if peer.error is not None:
+        peer.calls = without_reset(peer.calls)
+        peer.partial = min(2, len(peer.calls))
+    return difference(program, ours(program, setup), peer)
+
+
+def batch(number: int, examples: int, stages: tuple[str, ...], folder: Path) -> tuple[int, str | None]:
+    """Run examples of one seed; return how many ran, and the shrunk disagreement, or None."""
+    ran = 0
+    last: list[str] = []
+
+    @seed(number)
+    @settings(max_examples=examples, database=None, deadline=None, suppress_health_check=list(HealthCheck))
+    @given(text=programs(stages))
+    def check(text: str) -> None:
+        nonlocal ran
+        ran += 1
+        found = compare(text, folder)
+        if found is not None:
+            last[:] = [f"{text}\n  {found}"]
+            raise AssertionError(found)
+
+    try:
+        check()
+    except AssertionError:
+        return ran, last[0]
+    return ran, None
+
+
+def main(total: int, first_seed: int, stages: tuple[str, ...]) -> int:
+    """Run batches until `total` programs were compared."""
+    if not installed():
+        print("rs274 is not installed (apt-get install linuxcnc-uspace)", file=sys.stderr)
+        return 2
+    ran, number, faults = 0, first_seed, 0
+    begin = time.perf_counter()
+    with tempfile.TemporaryDirectory() as folder:
+        while ran < total:
+            count, fault = batch(number, min(BATCH, total - ran), stages, Path(folder))
+            ran, number = ran + count, number + 1
+            if fault is not None:
+                faults += 1
+                print(f"--- seed {number - 1}\n{fault}\n", flush=True)
+    print(f"{ran} programs, {faults} disagreements (shrunk), {time.perf_counter() - begin:.0f} s")
+    return min(faults, 1)
+
+
+if __name__ == "__main__":
+    numbers = [int(word) for word in sys.argv[1:] if word.isdigit()]
+    chosen = tuple(word for word in sys.argv[1:] if word in STAGES) or tuple(STAGES)
+    raise SystemExit(main(*(numbers + [10_000, 0][len(numbers) :]), chosen))
