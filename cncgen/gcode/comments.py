@@ -35,8 +35,8 @@ def comment(ip: Interpreter, block: Block, text: str) -> None:
     else:
         if keyword == "START":
             start(ip, rest)
-        if text:
-            sink.call(f'COMMENT("{text}")')
+        if text.strip():
+            sink.call(f'COMMENT("{text.lstrip()}")')
 
 
 def expand(ip: Interpreter, text: str) -> str:

@@ -28,7 +28,7 @@ class PrintingSink:
         self._lines: list[str] = []
         self._count = 0
         self._label_of: tuple[int, int] | None = None
-        self._label = "N....."
+        self._label = "N..... "
 
     def take(self) -> list[str]:
         """Return the lines printed since the last call."""
@@ -39,19 +39,17 @@ class PrintingSink:
         """Print a call as it is."""
         if text:
             self._count += 1
-            self._lines.append(f"{self._count:5d} {self._number()} {text}")
+            self._lines.append(f"{self._count:5d} {self._number()}{text}")
 
     def _number(self) -> str:
         """Return the N word of the line that the block stands in, as it is printed."""
         block = self.block
         if block.line == 0:
-            return "N....."
+            return "N..... "
         if self._label_of != (block.source, block.offset):
             self._label_of = (block.source, block.offset)
             match = _NUMBER.match(self._text_at(block.source, block.offset))
-            self._label = f"N{match.group(1):<6}" if match else "N....."
-            if match and len(match.group(1)) > 6:
-                self._label = f"N{match.group(1)}"
+            self._label = f"N{match.group(1):<6}" if match else "N..... "
         return self._label
 
     def motions(self, batch: MotionBatch) -> None:

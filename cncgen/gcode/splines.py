@@ -1,9 +1,13 @@
-"""LinuxCNC's splines: G5 (cubic), G5.1 (quadratic), G5.2 … G5.3 (NURBS). All become B-splines, none is cut into lines."""
+"""LinuxCNC's splines: G5 (cubic), G5.1 (quadratic), G5.2 … G5.3 (NURBS). All become B-splines, none is cut into lines.
+
+G5 and G5.1 are not modal: as in LinuxCNC's interpreter, a later block of axis words alone is of the mode before them.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes import Code
 from cncgen.gcode.errors import BlockError
@@ -51,14 +55,19 @@ def cubic(ip: Interpreter, block: Block) -> None:
     first = _pair(block, "ij", "G5", needed=False)
     if first is None:
         # Without I J the curve goes on in the direction in which the last G5 ended.
-        if state.motion != 50 or state.cubic is None:
-            raise BlockError("spline-words", "G5 needs I and J where no G5 comes before it", "G5")
-        first = (-state.cubic[0], -state.cubic[1])
+        if state.cubic is None or state.cubic[2] != state.position:
+            fault = BlockError(
+                "spline-words", "G5 has no I and J, and no G5 comes before it: taken as 0", "G5"
+            )
+            ip.warn(fault, Severity.WARNING)
+            first = (0.0, 0.0)
+        else:
+            first = (-state.cubic[0], -state.cubic[1])
     second = _pair(block, "pq", "G5", needed=True)
     assert second is not None
     end = ip.end_point(block)
     start = state.position
-    state.motion, state.cubic = 50, second
+    state.cubic = (*second, end)
     points = [
         start,
         [start[0] + first[0], start[1] + first[1], *start[2:]],
@@ -77,7 +86,6 @@ def quadratic(ip: Interpreter, block: Block) -> None:
     offset = _pair(block, "ij", "G5.1", needed=True)
     assert offset is not None
     end, start = ip.end_point(block), state.position
-    state.motion = 51
     middle = [start[0] + offset[0], start[1] + offset[1], *start[2:]]
     ip.sink.nurbs_feed(Curve(2, [start, middle, end], (1.0,) * 3, (0.0,) * 3 + (1.0,) * 3))
     state.position, state.moved = end, True
