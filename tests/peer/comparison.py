@@ -37,7 +37,6 @@ CHOICES: dict[str, str] = {
     "oword_sub_defined_after_call": "a subroutine may stand after its call",
     "oword_sub_in_sub": "reported at the outer definition, which is not closed; the peer reports the inner one",
     "parameters_predefined_follow": "#<_feed> is the F in force in G93 too",
-    "spline_cubic_first_without_ij": "the manual: I and J are needed where no G5 comes before; the peer takes 0 0",
     "tool_length_g43_2_axes": "axis words of G43.2, as newer releases have them",
     "user_m_code_unknown": "M100 to M199 are events; whether a file of that name exists is the machine's matter",
 }
