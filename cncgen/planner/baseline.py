@@ -53,7 +53,7 @@ def plan_by_curvature(
         start, end = v[:-1], v[1:]
         # A row's speed holds from its first place to its last: at a joint the next row's begins.
         joint = np.flatnonzero(np.diff(owner)) + 1
-        inside = np.setdiff1d(np.arange(len(place) - 1), joint - 1)
+        inside = np.setdiff1d(np.flatnonzero(np.diff(place) > 0.0), joint - 1)
         profile_place = np.append(place[inside], place[-1:])
         duration = 2.0 * np.diff(place)[inside] / (start + end)[inside]
         a = (end - start)[inside] / duration

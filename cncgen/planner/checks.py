@@ -22,6 +22,8 @@ def checked(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) 
             fault of the chunk is named.
     """
     for chunk in chunks:
+        if not len(chunk):
+            continue
         found = Diagnostics()
         _missing_axes(chunk, machine, found)
         _beyond_travel(chunk, machine, found)

@@ -29,8 +29,10 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 #: Rounds of lowering the caps where the predicted error is too large, and of cutting at a given cap.
-_MAX_LOWERINGS = 25
-_MAX_CUTS = 60
+_MAX_LOWERINGS = 15
+_MAX_CUTS = 25
+#: Segments that one of the window's may be cut into, on average.
+_MAX_PARTS = 20
 #: Excess over a cap that is let pass, and the spread of the cap within a plateau.
 _EXCESS = 1e-3
 _PLATEAU = 0.04
@@ -169,9 +171,10 @@ class Dynamics:
     ) -> tuple[_Cut, _Samples] | None:
         """Cut until no sample of the plan is faster than its cap; None where that takes longer than `longest`."""
         found: tuple[_Cut, _Samples] | None = None
+        most = _MAX_PARTS * (len(plan.joint) + 100)
         for _ in range(_MAX_CUTS):
             pieces = _planned(window, plan.segments, profile)
-            if pieces.duration.sum() > longest:
+            if pieces.duration.sum() > longest or len(plan.segments) > most:
                 return None
             at = self._sampled(window, plan.place, pieces, len(plan.segments))
             found = plan, at
@@ -197,7 +200,9 @@ class Dynamics:
         spread = factor.copy()
         for back in range(1, self.memory + 1):
             np.minimum(spread[:-back], factor[back:], out=spread[:-back])
-        asked = np.where(spread < 1.0, 1.0 / np.maximum(at.v * spread, 1e-6), 0.0)
+        # At this speed the path covers ε_max while the loops remember it: there is nothing left to gain below it.
+        least = self.bound_mm / (self.memory * self.period_s)
+        asked = np.where(spread < 1.0, 1.0 / np.maximum(at.v * spread, least), 0.0)
         self._slowness = np.maximum(np.interp(at.s, self._slow_s, self._slowness), asked)
         self._slow_s = at.s
 

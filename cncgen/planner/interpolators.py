@@ -34,6 +34,8 @@ Floats = NDArray[np.float64]
 
 #: Samples that are solved for together.
 _BLOCK = 1024
+#: Sweeps over a block before what is final is kept and a smaller block begun.
+_SWEEPS = 32
 #: Part of a period by which a tick may miss a time through rounding.
 _ROUNDING = 1e-9
 #: |C'| below this part of its mean: the Taylor step has no meaning, and the exact one is taken.
@@ -160,11 +162,14 @@ def taylor_steps(
     goal = float(motion_at(plan, np.array([end])).s[0])
     t, planned = [np.array([now])], [np.array([start])]
     begin = start
+    block = _BLOCK
     while True:
         first = np.floor(t[-1][-1] / period_s + _ROUNDING) + 1.0
-        ticks = (first + np.arange(_BLOCK)) * period_s
+        ticks = (first + np.arange(block)) * period_s
         wait = np.diff(ticks, prepend=t[-1][-1])
         at = _solve(order, path, row, plan, begin, end, wait, goal)
+        ticks, wait = ticks[: len(at)], wait[: len(at)]
+        block = min(_BLOCK, max(_SWEEPS, 2 * len(at)))
         over = np.flatnonzero(at >= end - _ROUNDING * period_s)
         if len(over):
             break
@@ -196,17 +201,24 @@ def _solve(
     wait: Floats,
     goal: float,
 ) -> Floats:
-    """Return the plan's times at the places that steps of the given durations reach; `end` once there."""
+    """Return the plan's times at the places that steps of the given durations reach; `end` once there.
+
+    Where the curve is so wild that the sweeps do not settle all of them, those that are final.
+    """
     guess = np.minimum(begin + np.cumsum(wait), end)
-    for _ in range(len(wait) + 1):
+    moved = np.zeros(len(wait), dtype=bool)
+    for _ in range(_SWEEPS):
         before = np.concatenate([[begin], guess[:-1]])
         after = _stepped_times(order, path, row, plan, before, end, wait, goal)
         found = np.minimum(begin + np.cumsum(after - before), end)
         done = np.maximum.accumulate(found)
-        if np.max(np.abs(done - guess)) <= 1e-13 + 1e-15 * abs(end):
-            return done
+        moved = np.abs(done - guess) > 1e-13 + 1e-15 * abs(end)
         guess = done
-    return guess
+        if not moved.any():
+            return done
+    # As many samples as there were sweeps are final whatever the curve.
+    final = max(_SWEEPS, int(np.argmax(moved)))
+    return guess[:final]
 
 
 def _stepped_times(
@@ -220,8 +232,10 @@ def _stepped_times(
     regular = speed > 0.0
     x = np.divide(aim - place, speed, out=np.zeros_like(speed), where=regular)
     step = x if order == 1 else x - 0.5 * x**2 * growth
+    # At a cusp, or where the second order takes all of the first one back, the Taylor step has no meaning.
+    regular &= step > 0.0
     reached = path.coordinate(row, u + np.maximum(step, 0.0))
-    # At a cusp the Taylor step has no meaning; and the last step of a curve ends it exactly.
+    # There the exact step is taken; and the last step of a curve ends it exactly.
     reached = np.where(regular & (aim < goal), np.minimum(reached, goal), aim)
     return np.where(reached >= goal, end, time_at(plan, reached))
 

@@ -132,7 +132,7 @@ class Window:
         for number, stretch in enumerate(self.stretches):
             a, b = open_path.first[number], open_path.first[number + 1]
             end = min(b, final)
-            if b > final and end == a:
+            if a > final or (b > final and a == final):
                 break
             own = [i for i, e in enumerate(events) if e.stretch == number]
             over = [
