@@ -78,7 +78,10 @@ def measure(path: str) -> None:
     cpu, wall = time.process_time() - begin, time.perf_counter() - wall
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     faults = [d.render() for d in program.diagnostics]
-    print(f"{os.path.getsize(path) / 1e6:7.1f} MB  {rows:9d} rows  {cpu:6.2f} s CPU  {wall:6.2f} s  {peak:7.0f} MB", flush=True)
+    print(
+        f"{os.path.getsize(path) / 1e6:7.1f} MB  {rows:9d} rows  {cpu:6.2f} s CPU  {wall:6.2f} s  {peak:7.0f} MB",
+        flush=True,
+    )
     if faults:
         print("\n".join(faults[:5]))
 

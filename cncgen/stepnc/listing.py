@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -19,6 +20,8 @@ from cncgen.toolpath.reading import ReadOptions
 
 Floats = NDArray[np.float64]
 _MAX_DEPTH = 40
+#: Lines of a tree.
+MAX_LINES = 100_000
 
 
 @dataclass(slots=True)
@@ -111,8 +114,8 @@ def tree(
     meter = _Meter()
     for _ in file.execute(meter):
         pass
-    for root in file.reader.roots():
-        yield from _lines(file, root, meter, 0)
+    lines = (line for root in file.reader.roots() for line in _lines(file, root, meter, 0))
+    yield from islice(lines, MAX_LINES)
 
 
 def _lines(file: Source, item: Executable, meter: _Meter, depth: int) -> Iterator[str]:

@@ -12,7 +12,7 @@ from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.execution.canon import Canon
 from cncgen.stepnc.execution.machine import Machine
 from cncgen.stepnc.execution.technology import speeds
-from cncgen.stepnc.geometry.pieces import Piece
+from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
 from cncgen.stepnc.model import (
     Assignment,
     Block,
@@ -33,6 +33,10 @@ MakePaths = Callable[[Workingstep], tuple[Path, ...]]
 
 #: Blocks and statements within each other.
 MAX_DEPTH = 60
+#: Executables that one run executes, whatever the options allow: it takes seconds to find that a loop has no end.
+MAX_STEPS = 2_000_000
+#: Coordinates beyond this are no positions of a machine, mm.
+MAX_COORDINATE = 1e7
 
 
 class Executor:
@@ -64,7 +68,7 @@ class Executor:
         self._machine = Machine(canon, start, rotary)
         self._home = start
         self._make_paths = make_paths
-        self._steps_left = max_steps
+        self._steps_left = min(max_steps, MAX_STEPS)
         self._variables: dict[str, float] = {}
         self._open: list[int] = []
         self._moved = False
@@ -223,6 +227,8 @@ class Executor:
             self._connect = path.kind
             return False
         pieces = [p.moved(step.frame) for p in path.pieces()]
+        if not all(_within(p) for p in pieces):
+            raise self._fail(path.ident, "stepnc-range", f"the path leaves ±{MAX_COORDINATE:g} mm")
         rapid = path.rapid or step.rapid
         technology = path.technology or (None if step.rapid else step.operation.technology)
         self._set_speeds(step, path, technology, rapid)
@@ -274,6 +280,19 @@ class Executor:
         tilt = step.operation.tilt
         local = np.array([0.0, 0.0, 1.0]) if tilt is None else tilt
         return np.asarray(step.frame[:3, :3] @ local)
+
+
+def _within(piece: Piece) -> bool:
+    """Tell whether a piece has coordinates that a machine may have."""
+    if isinstance(piece, Polyline):
+        points = piece.points
+    elif isinstance(piece, Arc):
+        points = np.stack([piece.start, piece.end])
+        if not np.abs(piece.centre).max() <= 1e3 * MAX_COORDINATE:
+            return False
+    else:
+        points = piece.control
+    return bool(np.abs(points).max() <= MAX_COORDINATE)
 
 
 class _Endless(Exception):

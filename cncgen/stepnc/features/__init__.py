@@ -11,6 +11,7 @@ from dataclasses import replace
 from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.features import holes, plane, pocket, profile, slot
 from cncgen.stepnc.features.job import Job
+from cncgen.stepnc.features.offsets import TooFine
 from cncgen.stepnc.geometry.frames import Matrix, identity
 from cncgen.stepnc.geometry.pieces import Piece
 from cncgen.stepnc.model import Feature, Path, Workingstep
@@ -38,10 +39,9 @@ _MILLING: dict[tuple[str, str], Callable[[Job], tuple[Path, ...]]] = {
     ("side", "general outside profile"): profile.mill_outside,
     ("side", "boss"): profile.mill_outside,
 }
-#: Features that are made of others.
-_GROUPS = ("circular pattern", "rectangular pattern", "general pattern", "compound feature")
 _HOLE_GROUPS = ("counterbore hole", "countersunk hole")
 _MAX_DEPTH = 5
+_MAX_ELEMENTS = 50_000
 
 
 def make_paths(step: Workingstep, exchange: Exchange) -> tuple[Path, ...]:
@@ -54,25 +54,46 @@ def make_paths(step: Workingstep, exchange: Exchange) -> tuple[Path, ...]:
         text = f"#{step.ident} {step.label!r}: neither toolpaths nor a feature say where to cut"
         exchange.report(step.ident, "stepnc-missing", text)
         raise Skip
-    return _feature_paths(step, step.feature, exchange, identity(), 0)
+    return _Maker(step, exchange).paths(step.feature, identity(), 0)
 
 
-def _feature_paths(
-    step: Workingstep, feature: Feature, exchange: Exchange, frame: Matrix, depth: int
-) -> tuple[Path, ...]:
-    shape = feature.shape()
-    job = Job(step.ident, step.operation, shape, exchange)
-    elements = shape.elements
-    if elements and depth < _MAX_DEPTH:
+class _Maker:
+    """Makes the toolpaths of one workingstep; a feature that a pattern repeats is made once and moved."""
+
+    def __init__(self, step: Workingstep, exchange: Exchange) -> None:
+        self.step = step
+        self.exchange = exchange
+        self._made: dict[int, tuple[Path, ...]] = {}
+        self._elements = 0
+
+    def paths(self, feature: Feature, frame: Matrix, depth: int) -> tuple[Path, ...]:
+        """Return the toolpaths of a feature, moved by a frame; of its elements where it has some."""
+        if feature.ident not in self._made:
+            shape = feature.shape()
+            job = Job(self.step.ident, self.step.operation, shape, self.exchange)
+            self._elements += len(shape.elements)
+            if depth > _MAX_DEPTH or self._elements > _MAX_ELEMENTS:
+                raise job.fault("stepnc-geometry", "features hold features too deep, or too many")
+            if shape.elements:
+                return self._group(job, feature, frame, depth)
+            self._made[feature.ident] = self._one(job, feature.kind)
+        made = self._made[feature.ident]
+        return tuple(replace(p, pieces=_moved(p.pieces, frame)) for p in made) if depth else made
+
+    def _one(self, job: Job, kind: str) -> tuple[Path, ...]:
+        try:
+            return _strategy(job, kind)(job)
+        except TooFine as error:
+            raise job.fault("stepnc-geometry", str(error)) from None
+
+    def _group(self, job: Job, feature: Feature, frame: Matrix, depth: int) -> tuple[Path, ...]:
+        elements = job.shape.elements
         if feature.kind in _HOLE_GROUPS:
             elements = _holes_for(job, elements)
         out: list[Path] = []
         for element in elements:
-            out += _feature_paths(step, element, exchange, frame @ element.placement, depth + 1)
+            out += self.paths(element, frame @ element.placement, depth + 1)
         return tuple(out)
-    make = _strategy(job, feature.kind)
-    paths = make(job)
-    return tuple(replace(p, pieces=_moved(p.pieces, frame)) for p in paths) if depth else paths
 
 
 def _moved(pieces: Callable[[], list[Piece]], frame: Matrix) -> Callable[[], list[Piece]]:

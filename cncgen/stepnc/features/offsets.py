@@ -21,6 +21,8 @@ CHORD = 2e-5
 REFIT = 1e-4
 #: Tolerance of the largest inscribed circle, mm.
 CENTRE = 1e-6
+#: Rings from a wall to the middle, and lines across a pocket.
+MAX_RINGS = 2000
 #: Segments of a quarter circle in offsets.
 QUARTER = 64
 
@@ -40,9 +42,19 @@ class Ring:
     core: Floats | None = None
 
 
+class TooFine(ValueError):
+    """Passes so close that there are too many of them."""
+
+
+def _chords_of(piece: Piece) -> Floats:
+    """Return the points of a piece's chords, shape (n, 3); arcs beyond metres of radius get no more of them."""
+    radius = float(np.linalg.norm(piece.start - piece.centre)) if isinstance(piece, Arc) else 0.0
+    return polyline_of(piece, max(CHORD, 1e-6 * radius)).points
+
+
 def bounds_along(pieces: list[Piece], direction: Floats) -> tuple[float, float]:
     """Return the lowest and highest coordinate of pieces along a unit vector, mm."""
-    points = np.concatenate([polyline_of(p, CHORD).points for p in pieces])
+    points = np.concatenate([_chords_of(p) for p in pieces])
     along = points @ direction
     return float(along.min()), float(along.max())
 
@@ -51,7 +63,7 @@ def polygon_of(pieces: list[Piece]) -> Any:
     """Return the shapely polygon of a closed outline (arcs and splines as chords)."""
     from shapely import Polygon, make_valid
 
-    points = np.concatenate([polyline_of(p, CHORD).points[:, :2] for p in pieces])
+    points = np.concatenate([_chords_of(p)[:, :2] for p in pieces])
     polygon = Polygon(points)
     return polygon if polygon.is_valid else make_valid(polygon).buffer(0)
 
@@ -103,6 +115,8 @@ def nested(shrink: Any, distance: float, step: float) -> list[Ring]:
         return []
     deepest = max(inradius(r.polygon)[0] for r in roots)
     count = max(1, math.ceil(deepest / step - 1e-6))
+    if count > MAX_RINGS:
+        raise TooFine(f"{count} rings {step:g} mm apart, more than {MAX_RINGS}")
     outer = roots
     for k in range(1, count):
         inner = [Ring(p) for p in shrink(distance + k * deepest / count)]
@@ -324,6 +338,8 @@ def chords(polygon: Any, along: Floats, across: Floats, step: float) -> list[lis
     points = np.array(polygon.exterior.coords)
     low, high = points @ along[:2], points @ across[:2]
     count = max(1, math.ceil((high.max() - high.min()) / step - 1e-9))
+    if count > 10 * MAX_RINGS:
+        raise TooFine(f"{count} lines {step:g} mm apart, more than {10 * MAX_RINGS}")
     rows = []
     for k in range(count + 1):
         at = high.min() + (high.max() - high.min()) * k / count
@@ -341,7 +357,7 @@ def grown_over(polygon: Any, sides: list[Piece], reach: float) -> Any:
     """Return a polygon with what lies within `reach` mm beyond its open sides added, square to them."""
     from shapely import LineString, unary_union
 
-    points = [np.concatenate([polyline_of(p, CHORD).points[:, :2] for p in sides])] if sides else []
+    points = [np.concatenate([_chords_of(p)[:, :2] for p in sides])] if sides else []
     strips = [LineString(p).buffer(reach, cap_style="flat", join_style="mitre") for p in points]
     outside = [s.difference(polygon) for s in strips]
     return unary_union([polygon, *(o.buffer(1e-7) for o in outside)]).buffer(-1e-7)
@@ -351,7 +367,7 @@ def strip(path: list[Piece], half: float, rounded: tuple[bool, ...]) -> list[Pie
     """Return the outline of what lies within `half` mm of a path, its ends rounded or square."""
     from shapely import LineString, Point
 
-    points = np.concatenate([polyline_of(p, CHORD).points[:, :2] for p in path])
+    points = np.concatenate([_chords_of(p)[:, :2] for p in path])
     body = LineString(points).buffer(half, quad_segs=QUARTER, cap_style="flat")
     for end, round_it in zip((points[0], points[-1]), rounded, strict=False):
         if round_it:

@@ -30,6 +30,8 @@ def mill(job: Job) -> tuple[Path, ...]:
     along = _feed_direction(job)
     lines = _lines(job, along)
     levels = job.levels(job.depth - job.value("allowance_bottom", 0.0))
+    if len(lines) * len(levels) > 1_000_000:
+        raise job.fault("stepnc-geometry", f"{len(lines)} lines in {len(levels)} depths are too many")
     return (
         _bidirectional(job, lines, levels) if strategy != "unidirectional" else _one_way(job, lines, levels)
     )
@@ -67,7 +69,7 @@ def _lines(job: Job, along: Floats) -> list[tuple[Floats, Floats]]:
     overrun = job.value("overcut_length", 2.5 * radius) - radius
     first = near + step - radius
     count = max(1, math.ceil((far - radius - first) / step - 1e-9) + 1)
-    if count > 100_000:
+    if count > 20_000:
         raise job.fault("stepnc-geometry", f"{count} lines of {step:g} mm")
     offsets = first + step * np.arange(count)
     return [

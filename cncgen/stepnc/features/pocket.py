@@ -22,6 +22,9 @@ from cncgen.stepnc.model import Path
 
 _RINGS = ("", "contour parallel", "contour bidirectional", "bidirectional contour")
 _LINES = ("bidirectional", "unidirectional")
+#: Regions times depths, and lines of all depths, of one pocket.
+MAX_PASSES = 100_000
+MAX_LINES = 5_000_000
 #: Lines of a turn of a spiral.
 SPIRAL_POINTS = 720
 
@@ -108,6 +111,8 @@ def _clear(job: Job, shrink: Any, inset: float) -> tuple[Path, ...]:
         )
     moves: Moves | None = None
     for ring in rings:
+        if len(rings) * len(levels) > MAX_PASSES:
+            raise job.fault("stepnc-geometry", f"{len(rings)} regions in {len(levels)} depths are too many")
         if strategy in _RINGS:
             cuts = _ring_cuts(job, ring)
         elif strategy == "contour spiral":
@@ -127,6 +132,10 @@ Cut = tuple[Entry, list[list[Piece]]]
 
 def _descend_levels(job: Job, cuts: list[Cut], levels: list[float], moves: Moves | None) -> Moves:
     """Do the cuts of a region on all levels; the tool leaves at the retract plane, at the feed."""
+    pieces = [p for _, curves in cuts for curve in curves for p in curve]
+    lines = sum(len(p.points) if isinstance(p, Polyline) else 1 for p in pieces)
+    if len(levels) * lines > MAX_LINES:
+        raise job.fault("stepnc-geometry", f"{len(levels)} depths of {lines} lines each are too many")
     begin = cuts[0][0].start(job.retract, levels[0])
     above_begin = np.array([begin[0], begin[1], job.retract])
     if moves is None:

@@ -29,6 +29,8 @@ GAP_TOLERANCE = 2e-3
 #: Composite and trimmed curves within each other.
 MAX_NESTING = 20
 MAX_TURNS = 100_000
+#: Pieces of one curve: segments may hold each other, and their number then grows with the power of the depth.
+MAX_PIECES = 2_000_000
 
 _SPLINES = (
     "B_SPLINE_CURVE",
@@ -48,6 +50,7 @@ class Curves:
         self.scale = scale
         self.angle = angle
         self._open: list[int] = []
+        self._reads = 0
         self._readers: dict[str, Callable[[Entity], list[Piece]]] = {
             "POLYLINE": self._polyline,
             "TRIMMED_CURVE": self._trimmed,
@@ -67,8 +70,12 @@ class Curves:
         if ident in self._open:
             cycle = " → ".join(f"#{i}" for i in [*self._open, ident])
             raise entity.fault("part21-cycle", f"the curve contains itself: {cycle}")
-        if len(self._open) >= MAX_NESTING:
-            raise entity.fault("stepnc-geometry", f"curves are nested more than {MAX_NESTING} deep")
+        self._reads = self._reads + 1 if self._open else 0
+        if len(self._open) >= MAX_NESTING or self._reads > MAX_PIECES // 10:
+            self._reads = 0
+            raise entity.fault(
+                "stepnc-geometry", f"curves are nested more than {MAX_NESTING} deep, or too many"
+            )
         self._open.append(ident)
         try:
             if any(entity.instance.part(k) or k in entity.keyword for k in _SPLINES):
@@ -291,6 +298,8 @@ class Curves:
                     text = f"the segment begins {gap:.4f} mm from the end of the one before it"
                     raise segment.fault("curve-gap", text)
             pieces.extend(part)
+            if len(pieces) > MAX_PIECES:
+                raise entity.fault("stepnc-geometry", f"the curve has more than {MAX_PIECES} pieces")
         return pieces
 
     def _spline(self, entity: Entity) -> Nurbs:

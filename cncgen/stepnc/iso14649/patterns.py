@@ -57,6 +57,8 @@ class Patterns:
         length = self.features.profiles.length
         columns = self._count(entity, "number_of_columns")
         rows = self._count(entity, "number_of_rows")
+        if rows * columns > MAX_COPIES:
+            raise entity.fault("stepnc-geometry", f"{rows} x {columns} copies, more than {MAX_COPIES}")
         along = self._direction(entity, "its_direction", np.array([1.0, 0.0, 0.0]))
         across = self._direction(entity, "row_layout_direction", np.array([0.0, 1.0, 0.0]))
         spacing = length(entity, "spacing") * along

@@ -18,6 +18,8 @@ _COMPARE: dict[str, Callable[[float, float], bool]] = {
     "COMPARISON_GREATER_EQUAL": lambda a, b: a >= b,
 }
 _MAX_DEPTH = 50
+#: Terms of one condition.
+_MAX_TERMS = 10_000
 
 
 class Statements:
@@ -25,6 +27,7 @@ class Statements:
 
     def __init__(self, entities: Entities) -> None:
         self.entities = entities
+        self._terms = 0
 
     def variables(self) -> Variables:
         """Return every NC_VARIABLE and NC_CONSTANT with its initial value (0 where it has none)."""
@@ -68,7 +71,8 @@ class Statements:
         if isinstance(value, Enumeration) and value in ("T", "F"):
             truth = value == "T"
             return lambda variables: truth
-        if not isinstance(value, Ref) or depth > _MAX_DEPTH:
+        self._terms = self._terms + 1 if depth else 0
+        if not isinstance(value, Ref) or depth > _MAX_DEPTH or self._terms > _MAX_TERMS:
             raise owner.fault("stepnc-missing", "a condition is needed", value)
         entity = self.entities.get(int(value), owner=owner.id)
         kind = entity.keyword
