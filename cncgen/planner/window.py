@@ -140,7 +140,7 @@ class Window:
                 for i, e in enumerate(events)
                 if e.joint == end and e.stretch <= number
             ]
-            until = max([float(arrival_at(profile, open_path.place[end : end + 1])[0]), *over])
+            until = max([self.t_s, float(arrival_at(profile, open_path.place[end : end + 1])[0]), *over])
             done.append(
                 Trajectory(
                     toolpath=stretch.toolpath,

@@ -217,3 +217,19 @@ def test_corner_within_a_curve_is_a_corner(nurbs: Callable[..., Toolpath], table
     assert corner.position[:2] == pytest.approx((10.0, 0.0))
     assert corner.feed_mm_s == pytest.approx(0.05, rel=1e-3)
     assert corner.limit == Limit.CORNER
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10_000), st.sampled_from([1, 5, 20_000]), st.sampled_from(["bell", "exponential"]))
+def test_tiny_moves_in_small_windows(
+    lines: Callable[..., Toolpath], table: Machine, seed: int, rows: int, profile: str
+) -> None:
+    """Moves of 1e-7 mm, doubled points and chunks without rows: no gap in time, the end is reached."""
+    rng = np.random.default_rng(seed)
+    x = np.round(rng.uniform(-2, 2, (rng.integers(2, 12), 2))) * 1e-7
+    half = len(x) // 2
+    chunks = [lines(x[: half + 1]), lines(x[half : half + 1]), lines(x[half:])]
+    done = planned(chunks, table, replace(ILD, profile=profile, lookahead_rows=rows))
+    assert all(a.profile.t[-1] == pytest.approx(b.profile.t[0], abs=1e-12) for a, b in pairwise(done))
+    assert all((np.diff(t.profile.t) >= 0).all() for t in done)
+    assert done[-1].profile.s[-1] == done[-1].row_s[-1]
