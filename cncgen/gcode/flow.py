@@ -93,7 +93,7 @@ class FlowControl:
         if flow.keyword in ("goto", "while-do", "end-do") and self.ip.dialect == "fanuc":
             return macros.run(self, flow, here)
         method = _METHODS.get(flow.keyword)
-        if method is None:
+        if method is None or (self.ip.dialect == "fanuc" and flow.keyword != "program"):
             raise BlockError("unsupported-flow", f"{flow.keyword.upper()} is not of this dialect")
         return method(self, flow, here, after)
 
@@ -348,6 +348,8 @@ class FlowControl:
                 return mark
             if mark.keyword in ("sub", "endsub") and wanted != "endsub":
                 break
+        if wanted == "END":
+            raise Stop(BlockError("loop-unmatched", f"DO {_shown(label)} has no END {_shown(label)}", "DO"))
         raise Stop(BlockError("oword-unmatched", f"o{_shown(label)} has no {wanted.upper()}", "O"))
 
     def previous_mark(self, here: Cursor, label: Label, keywords: tuple[str, ...], word: str) -> Marked:
@@ -361,6 +363,8 @@ class FlowControl:
             if mark.keyword in ("sub", "endsub"):
                 break
             index -= 1
+        if word == "END":
+            raise BlockError("loop-unmatched", f"END {_shown(label)} has no DO {_shown(label)}", "")
         raise BlockError(
             "oword-unmatched", f"o{_shown(label)} {word.upper()} with no {keywords[0].upper()}", "O"
         )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
-from cncgen.gcode.codes import Code, Handler, table
+from cncgen.gcode.codes import BOTH, Code, Handler, table
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.modal import NO_MOTION, State, to_machine, to_program
 from cncgen.gcode.parameters import (
@@ -144,9 +144,11 @@ class Interpreter:
         code = self.codes.get((letter, number))
         if code is None:
             name = f"{letter}{number / 10:g}"
-            raise BlockError(
-                "unknown-code", f"{name} is not supported", name, hint="`cncgen codes` lists all"
-            )
+            hint = "`cncgen codes` lists all"
+            other = next((d for d in BOTH if d != self.dialect and (letter, number) in table(d)), None)
+            if other:
+                hint = f"it is a code of the {other} dialect: --dialect {other}"
+            raise BlockError("unknown-code", f"{name} is not supported", name, hint=hint)
         return code
 
     def _motion_of(self, block: Block, codes: list[Code]) -> Code | None:

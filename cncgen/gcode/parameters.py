@@ -66,7 +66,9 @@ class Parameters:
     def set_number(self, index: float, value: float) -> None:
         """Set a numbered parameter."""
         whole = self._index(index)
-        if whole == 0 or whole in POSITION or TOOL <= whole <= 5413:
+        if whole == 0:
+            raise BlockError("parameter-read-only", "#0 never has a value: it cannot be set", "#")
+        if whole in POSITION or TOOL <= whole <= 5413:
             raise BlockError(
                 "parameter-read-only", f"#{whole} tells the machine's state: it cannot be set", "#"
             )

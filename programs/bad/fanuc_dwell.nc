@@ -1,0 +1,3 @@
+; expect fanuc 2:1:dwell-time
+G04
+M30

@@ -1,0 +1,3 @@
+; expect fanuc 2:1:goto-target
+GOTO 99
+M30

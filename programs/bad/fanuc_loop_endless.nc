@@ -1,0 +1,6 @@
+; expect fanuc 3:1:too-many-steps
+#1=1
+WHILE[#1EQ1]DO1
+#2=#2+1
+END1
+M30

@@ -1,0 +1,3 @@
+; expect fanuc 2:1:rotation-angle
+G68 X0 Y0
+M30

@@ -1,0 +1,3 @@
+; expect fanuc 2:1:parameter-read-only
+#0=1
+M30
