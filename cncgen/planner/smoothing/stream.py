@@ -78,7 +78,7 @@ class _Smoother:
         if not parts:
             return
         rows = join(parts)
-        scale = _scale(rows.axes)
+        scale = axis_scale(rows.axes)
         path = Path(rows.axes, rows.start, rows.kind, rows.end, rows.curve, rows.arcs, rows.nurbs)
         classes = classify(rows, path, scale)
         borders = np.append(np.flatnonzero(classes.parts), len(rows))
@@ -176,7 +176,8 @@ class _Smoother:
         return rest
 
 
-def _scale(axes: str) -> Floats:
+def axis_scale(axes: str) -> Floats:
+    """Return what the columns of axes are multiplied by to be mm: `ROTARY_RADIUS` for the rotary ones, 1 else."""
     out = np.ones(len(axes))
     out[metric_columns(axes)[2]] = ROTARY_RADIUS
     return out
