@@ -23,12 +23,23 @@ from cncgen.cli.options import message_options, program_options
     type=click.FloatRange(min=0.0, min_open=True),
     help="Write splines and arcs as lines within TOL mm.",
 )
+@click.option(
+    "--fit",
+    metavar="TOL",
+    type=click.FloatRange(min=0.0, min_open=True),
+    help="Write runs of short lines as curves (G6.2) within TOL mm.",
+)
 @program_options
 @message_options
 def command(
-    program: str, output: str | None, to: str | None, linearize: float | None, reading: dict[str, Any]
+    program: str,
+    output: str | None,
+    to: str | None,
+    linearize: float | None,
+    fit: float | None,
+    reading: dict[str, Any],
 ) -> None:
-    """Rewrite a program: STEP-NC to G-code, G-code to STEP-NC, splines and arcs to lines.
+    """Rewrite a program: STEP-NC to G-code, G-code to STEP-NC, curves to lines, short lines to curves.
 
     Splines of STEP-NC become G6.2, and the entity that a motion comes from stands before it in a comment.
     """
@@ -39,6 +50,10 @@ def command(
     target = to or (language_of(output, b"") if output else "gcode")
     with opened(program, reading) as source:
         chunks = sound(source)
+        if fit is not None:
+            from cncgen.planner.smoothing.fitted import fit_runs
+
+            chunks = fit_runs(chunks, fit)
         if target == "stepnc":
             import io
 

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
 import numpy as np
 
+from cncgen import pipeline
 from cncgen.geometry import nurbs
 from cncgen.planner.smoothing.fitted import fit_runs
 from cncgen.toolpath.record import Kind
@@ -44,3 +49,20 @@ def test_chunks_do_not_matter() -> None:
     other = join(list(fit_runs(chunked(rows, 13), 0.01)))
     np.testing.assert_array_equal(one.nurbs.control_points, other.nurbs.control_points)
     np.testing.assert_array_equal(one.line, [1, 101, 201])
+
+
+def test_convert_writes_what_reads_back_within_the_tolerance(
+    cncgen: Callable[..., subprocess.CompletedProcess[bytes]], programs: Path, tmp_path: Path
+) -> None:
+    """2000 short lines to G6.2 and back: fewer words, 10 µm at most between the two paths."""
+    before = programs / "butterfly_g1.nc"
+    run = cncgen("convert", before, "--fit", "0.01", "-o", tmp_path / "curves.nc")
+    assert run.returncode == 0, run.stderr
+    one, two = (
+        path_of(join(list(pipeline.read(name).chunks()))) for name in (before, tmp_path / "curves.nc")
+    )
+    pick = np.random.default_rng(0)
+    s, r = (pick.choice(samples(path), 1500, replace=False) for path in (one, two))
+    # Nine decimals in the file, nothing to speak of.
+    assert distances(one.evaluate(s)[0], two).max() <= 0.01 + 1e-7
+    assert distances(two.evaluate(r)[0], one).max() <= 0.01 + 1e-7
