@@ -122,6 +122,7 @@ def test_left_handed_tools_turn_the_other_way():
     [
         ({"cutspeed": 11.0}, "stepnc-speed-both"),
         ({"spindle": 6000.0}, "stepnc-speed-unit"),
+        ({"spindle": 12.0}, "stepnc-spindle-sign"),
         ({"spindle": None, "cutspeed": 60.0}, "stepnc-speed-unit"),
     ],
 )

@@ -13,6 +13,7 @@ from cncgen.gcode import read as read_gcode
 from cncgen.stepnc import gcode_lines, read, write_ap238
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import FeedMode, Kind
+from tests.stepnc.building import Part
 
 PROGRAMS = Path(__file__).parents[2] / "programs"
 GCODE = sorted(p for p in PROGRAMS.glob("*.nc") if p.stat().st_size < 100_000)
@@ -120,3 +121,20 @@ def test_linuxcnc_reads_the_same_motions(path, tmp_path):
         np.testing.assert_allclose(
             [float(v) for v in number.findall(a)][: len(expected)], expected, atol=1.01e-4
         )
+
+
+def test_tool_axes_survive_ap238():
+    """Five axes: positions and angles of every point, through the tool axis curves of the AIM."""
+    part = Part()
+    axis = part.polyline((0, 0, 1), (0.3, 0.1, 1), (0.5, -0.4, 0.8))
+    part.run_curve(part.polyline((0, 0, 0), (10, 0, 0), (10, 20, 5)), axis=axis)
+    original, found = part.read()
+    assert found == []
+    stream = io.StringIO()
+    write_ap238([original], stream)
+    again = one(read(io.BytesIO(stream.getvalue().encode()), "t.stp", WHOLE))
+    assert again.axes == original.axes == "XYZBC"
+    rows, same_rows = (np.flatnonzero(p.kind != Kind.EVENT) for p in (original, again))
+    np.testing.assert_allclose(again.end[same_rows], original.end[rows], atol=1e-9)
+    gcode = from_gcode("\n".join(gcode_lines([original])))
+    np.testing.assert_allclose(gcode.end[gcode.kind != Kind.EVENT], original.end[rows], atol=1e-7)

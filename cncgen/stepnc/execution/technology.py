@@ -67,6 +67,9 @@ def _spindle(technology: Technology, tool: Tool | None, warn: Warn) -> float | N
         if abs(given) > MAX_PLAUSIBLE_SPINDLE:
             text = f"a spindle speed of {given:g} rev/s is {abs(given) * 60:.0f} rev/min; is it meant per minute?"
             warn(technology.ident, "stepnc-speed-unit", text)
+        if given > 0 and tool is not None and not tool.left_handed:
+            text = f"a spindle speed of +{given:g} rev/s turns against the clock, and the tool is not left-handed"
+            warn(technology.ident, "stepnc-spindle-sign", text)
         return given
     if cutting is None:
         return None

@@ -112,18 +112,21 @@ class Operations:
             if isinstance(value, Enumeration):
                 out[name] = {"T": True, "F": False}.get(str(value), str(value))
             elif isinstance(value, Ref):
-                out[name] = self._vector(entity, int(value))
+                vector = self._vector(entity, int(value))
+                if vector is not None:
+                    out[name] = vector
             elif isinstance(value, int | float):
                 out[name] = self._ratio(entity, name, float(value)) if name in _RATIOS else float(value)
         return out
 
-    def _vector(self, entity: Entity, ident: int) -> Any:
+    def _vector(self, entity: Entity, ident: int) -> Vector | None:
+        """Return a direction or point; None for anything else, which the check of the file reports."""
         kind = self.entities.keyword(ident)
         if kind == "DIRECTION":
             return self.placements.direction(ident, entity.id)
         if kind == "CARTESIAN_POINT":
             return self.placements.point(ident, entity.id)
-        return ident
+        return None
 
     def _ratio(self, entity: Entity, name: str, value: float) -> float:
         if value > 1.0:

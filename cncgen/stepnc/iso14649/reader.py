@@ -240,7 +240,7 @@ class Iso14649Reader:
     def _tilts(self, ratios: tuple[Any, ...]) -> bool:
         if not all(isinstance(r, int | float) for r in ratios):
             return False
-        length = math.sqrt(sum(float(r) ** 2 for r in ratios))
+        length = math.hypot(*map(float, ratios))
         return length > 0 and float(ratios[2]) / length < 1.0 - 1e-12
 
     def _places(self, ident: int) -> bool:

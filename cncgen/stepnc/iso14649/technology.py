@@ -17,7 +17,7 @@ class Resources:
 
     def __init__(self, entities: Entities) -> None:
         self.entities = entities
-        self._kept: dict[int, Any] = {}
+        self._kept: dict[tuple[str, int], Any] = {}
 
     def technology(self, ident: int | None) -> Technology | None:
         """Return a MILLING_TECHNOLOGY; m/s become mm/s, rev/s stay.
@@ -44,9 +44,10 @@ class Resources:
         return None if ident is None else self._keep(ident, self._tool)
 
     def _keep(self, ident: int, read: Any) -> Any:
-        if ident not in self._kept:
-            self._kept[ident] = read(ident)
-        return self._kept[ident]
+        key = (read.__name__, ident)
+        if key not in self._kept:
+            self._kept[key] = read(ident)
+        return self._kept[key]
 
     def _technology(self, ident: int) -> Technology:
         entity = self.entities.get(ident, "MILLING_TECHNOLOGY", "TECHNOLOGY")

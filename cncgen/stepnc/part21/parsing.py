@@ -94,51 +94,55 @@ _CONVERT: dict[str, Any] = {
 
 def quick_body(text: str) -> tuple[Record, ...] | None:
     """Return what `grammar_body` would return, or None for what this lane leaves to the grammar: comments, errors."""
+    try:
+        items = _quick_items(text)
+    except ValueError:
+        return None
+    return None if items is None else _parts(items)
+
+
+def _quick_items(text: str) -> list[Value] | None:
+    """Return the values of a text at its outermost level: an instance is one record, or one list of records."""
     items: list[Value] = []
     stack: list[tuple[list[Value], str | None]] = []
     expect_value = True  # a value, or a keyword, may come
     position, end = 0, len(text)
     pending: str | None = None  # the keyword before a parenthesis
     match = _TOKEN.match
-    try:
-        while position < end:
-            token = match(text, position)
-            if token is None:
+    while position < end:
+        token = match(text, position)
+        if token is None:
+            return None
+        position = token.end()
+        kind = token.lastgroup
+        if kind == "comma":
+            if expect_value or not stack:
                 return None
-            position = token.end()
-            kind = token.lastgroup
-            if kind == "comma":
-                if expect_value or not stack:
-                    return None
-                expect_value = True
-            elif kind == "open":
-                if not expect_value or len(stack) >= MAX_DEPTH:
-                    return None
-                stack.append((items, pending))
-                items, pending = [], None
-            elif pending is not None:
+            expect_value = True
+        elif kind == "open":
+            if not expect_value or len(stack) >= MAX_DEPTH:
                 return None
-            elif kind == "close":
-                if not stack or (expect_value and items and not _in_complex(stack)):
-                    return None
-                closed = items
-                items, keyword = stack.pop()
-                if not _close(items, closed, keyword, stack):
-                    return None
-                # The parts of a complex instance follow each other without commas.
-                expect_value = _in_complex(stack)
-            elif not expect_value:
+            stack.append((items, pending))
+            items, pending = [], None
+        elif pending is not None:
+            return None
+        elif kind == "close":
+            if not stack or (expect_value and items and not _in_complex(stack)):
                 return None
-            elif kind == "keyword":
-                pending = token["keyword"].upper()
-            else:
-                items.append(_CONVERT[kind](token))  # type: ignore[index]
-                expect_value = False
-    except ValueError:
-        return None
-    if stack or pending is not None:
-        return None
-    return _parts(items)
+            closed = items
+            items, keyword = stack.pop()
+            if not _close(items, closed, keyword, stack):
+                return None
+            # The parts of a complex instance follow each other without commas.
+            expect_value = _in_complex(stack)
+        elif not expect_value:
+            return None
+        elif kind == "keyword":
+            pending = token["keyword"].upper()
+        else:
+            items.append(_CONVERT[kind](token))  # type: ignore[index]
+            expect_value = False
+    return None if stack or pending is not None else items
 
 
 def _in_complex(stack: list[tuple[list[Value], str | None]]) -> bool:
