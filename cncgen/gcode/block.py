@@ -17,6 +17,8 @@ Value = float | Computed
 
 AXES = "xyzabcuvw"
 AXIS_INDEX = {letter: index for index, letter in enumerate(AXES)}
+#: Number, in tenths, that BSPLINE of Siemens has among the G codes (no control has a G1060).
+BSPLINE = 10_600
 #: Where a number stops being one: beyond it a double no longer holds a micrometre.
 LARGEST = 1e9
 
@@ -82,6 +84,8 @@ class Parsed:
 def tenths(letter: str, value: float) -> int:
     """Return ten times a G or M number, exactly; raise where it has more digits than codes have."""
     scaled = value * 10.0
+    if not abs(scaled) <= LARGEST:
+        raise BlockError("unknown-code", f"{letter}{value:g} is no code", letter)
     whole = round(scaled)
     if abs(scaled - whole) > 1e-6 or whole < 0 or (letter == "M" and whole % 10):
         raise BlockError("unknown-code", f"{letter}{value:g} is no code", f"{letter}{value:g}")

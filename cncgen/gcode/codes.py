@@ -23,6 +23,7 @@ Handler = Callable[["Interpreter", Block], None]
 #: Modules with `CODES`, in no particular order.
 _MODULES = (
     "arcs",
+    "bsplines",
     "canned_cycles",
     "comments",
     "coolant",
@@ -67,6 +68,8 @@ class Code:
         axes: ``none``, ``motion`` (a modal motion), ``own`` (uses axis words itself).
         summons: Letters that bring this modal motion into a block that does not name it.
         dialects: Where it means this.
+        title: How it is written, where that is not letter and number.
+        named: Words of several letters that it uses.
     """
 
     letter: str
@@ -79,10 +82,14 @@ class Code:
     axes: str = "none"
     summons: str = AXES + "@^"
     dialects: tuple[str, ...] = BOTH
+    title: str = ""
+    named: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
         """Return how the code is written: ``G5.1``."""
+        if self.title:
+            return self.title
         whole, tenth = divmod(self.number, 10)
         return (
             self.letter

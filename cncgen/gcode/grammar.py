@@ -8,13 +8,15 @@ from importlib import resources
 from typing import Any
 
 from cncgen.gcode import expressions
-from cncgen.gcode.block import Flow, Parsed, Value
+from cncgen.gcode.block import BSPLINE, Flow, Parsed, Value
 from cncgen.gcode.errors import BlockError
 
 #: What people call the grammar's tokens.
 _NAMES = {
     "WORD": "a word",
     "LETTER": "a word",
+    "NAMED": "a word",
+    "BSPLINE": "a word",
     "NUMBER": "a number",
     "NAME": "a name <…>",
     "COMMENT": "a comment",
@@ -94,6 +96,9 @@ class _Reader:
 
     def word(self, children: list[Any]) -> Any:
         return "word", (str(children[0]), children[1])
+
+    def bspline(self, children: list[Any]) -> Any:
+        return "word", ("g", BSPLINE / 10.0)
 
     def setting(self, children: list[Any]) -> Any:
         return "setting", (children[0], children[1])

@@ -133,7 +133,7 @@ class Interpreter:
         motion = self._motion_of(block, codes)
         if motion is not None and motion not in codes:
             codes.append(motion)
-        allowed = set().union(*(code.words for code in codes)) if codes else set()
+        allowed = set().union(*(code.words for code in codes), *(code.named for code in codes))
         for letter in block.words:
             if letter not in allowed:
                 raise _unused(letter, self.codes)

@@ -47,7 +47,7 @@ def _words(code: Code) -> str:
     shown += sorted(
         letter.upper() for letter in letters if letter not in "@^" and letter.upper() != code.name
     )
-    return " ".join(shown)
+    return " ".join([*shown, *(name.upper() + "=" for name in code.named)])
 
 
 def markdown() -> str:

@@ -116,3 +116,37 @@ def test_a_broken_curve_says_one_thing(run: Any, dialect: str) -> None:
     """After its first fault a curve is read to its end without more faults, and the program goes on."""
     text = "G6.2 P3 K0 X5 Y0 F600\nK0 X5 Y5\nK0 X9 Y0\nK1\nK1\nK1\nG1 X0\nM2"
     assert [code for code, *_ in run(text, dialect=dialect).errors] == ["nurbs-first-point"]
+
+
+def test_bspline_of_siemens(run: Any) -> None:
+    """A uniform clamped B-spline through the polygon's ends; N50's G1 ends it."""
+    text = "N10 G1 X0 Y0 F300\nN20 BSPLINE X10 Y20 PW=0.7 PL=1\nN30 X30 Y20\nN40 X40 Y0\nN50 G1 X50\nM2"
+    out = run(text)
+    assert out.errors == []
+    path = out.path
+    assert path.kind.tolist() == [Kind.NURBS, Kind.LINE, Kind.EVENT]
+    assert path.nurbs.degree.tolist() == [3]
+    assert path.nurbs.knots.tolist() == [0, 0, 0, 0, 1, 1, 1, 1]
+    assert path.nurbs.weights.tolist() == [1, 0.7, 1, 1]
+    np.testing.assert_allclose(curve(path, U)[[0, -1], :2], [[0, 0], [40, 0]], atol=1e-12)
+    assert path.line.tolist()[:2] == [4, 5]
+
+
+def test_bspline_takes_interval_lengths_and_degree(run: Any) -> None:
+    out = run("F300\nBSPLINE SD=2 X1 Y1\nX2 Y0 PL=2\nX3 Y1 PL=0.5\nM2")
+    assert out.errors == []
+    assert out.path.nurbs.knots.tolist() == [0, 0, 0, 2, 2.5, 2.5, 2.5]
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("F9\nBSPLINE X1 Y1\nG1 X2\nM2", "nurbs-points"),
+        ("F9\nBSPLINE X1 Y1 PW=4\nM2", "nurbs-weight"),
+        ("F9\nBSPLINE X1 Y1 SD=5\nM2", "spline-order"),
+        ("BSPLINE X1 Y1\nM2", "feed-missing"),
+        ("G0 X1 PW=1\nM2", "unused-word"),
+    ],
+)
+def test_faults_of_bspline(run: Any, text: str, code: str) -> None:
+    assert code in [found for found, *_ in run(text).errors]
