@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Severity
 from cncgen.stepnc.entities import Skip
+from cncgen.stepnc.geometry.frames import translation
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
 from cncgen.stepnc.model import Operation, Path, Shape, Technology, Tool
 from cncgen.stepnc.part21 import Exchange
@@ -207,3 +208,14 @@ class Moves:
 def _giver(pieces: list[Piece]) -> Callable[[], list[Piece]]:
     """Return a function that gives the pieces."""
     return lambda: pieces
+
+
+def at_height(point: Floats, z: float) -> Floats:
+    """Return a point, shape (3,), at another height."""
+    return np.array([point[0], point[1], z])
+
+
+def raised(pieces: list[Piece], z: float) -> list[Piece]:
+    """Return pieces at height 0 moved up to a height."""
+    frame = translation(0.0, 0.0, z)
+    return [p.moved(frame) for p in pieces]

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from cncgen.stepnc.features.job import Floats, Job, Moves
+from cncgen.stepnc.features.job import Floats, Job, Moves, at_height
 from cncgen.stepnc.features.offsets import bounds_along
 from cncgen.stepnc.model import Path
 
@@ -79,25 +79,21 @@ def _lines(job: Job, along: Floats) -> list[tuple[Floats, Floats]]:
 
 
 def _bidirectional(job: Job, lines: list[tuple[Floats, Floats]], levels: list[float]) -> tuple[Path, ...]:
-    moves = Moves(job.operation.ident, _at(lines[0][0], job.retract))
+    moves = Moves(job.operation.ident, at_height(lines[0][0], job.retract))
     for level in levels:
-        moves.rapid(_at(lines[0][0], job.retract))
+        moves.rapid(at_height(lines[0][0], job.retract))
         for k, (start, end) in enumerate(lines):
             points = (start, end) if k % 2 == 0 else (end, start)
-            moves.feed(*(_at(p, level) for p in points))
+            moves.feed(*(at_height(p, level) for p in points))
         moves.height(job.retract, rapid=True)
     return moves.paths()
 
 
 def _one_way(job: Job, lines: list[tuple[Floats, Floats]], levels: list[float]) -> tuple[Path, ...]:
-    moves = Moves(job.operation.ident, _at(lines[0][0], job.retract))
+    moves = Moves(job.operation.ident, at_height(lines[0][0], job.retract))
     for level in levels:
         for start, end in lines:
-            moves.rapid(_at(start, job.retract))
-            moves.feed(_at(start, level), _at(end, level))
+            moves.rapid(at_height(start, job.retract))
+            moves.feed(at_height(start, level), at_height(end, level))
             moves.height(job.retract, rapid=True)
     return moves.paths()
-
-
-def _at(point: Floats, z: float) -> Floats:
-    return np.array([point[0], point[1], z])

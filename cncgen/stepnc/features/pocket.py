@@ -15,7 +15,7 @@ import numpy as np
 from cncgen.stepnc.execution.linearize import polyline_of
 from cncgen.stepnc.features import offsets
 from cncgen.stepnc.features.entry import Entry, choose, ramp
-from cncgen.stepnc.features.job import Floats, Job, Moves
+from cncgen.stepnc.features.job import Floats, Job, Moves, at_height, raised
 from cncgen.stepnc.features.offsets import Ring
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
 from cncgen.stepnc.model import Path
@@ -151,23 +151,13 @@ def _descend_levels(job: Job, cuts: list[Cut], levels: list[float], moves: Moves
                 moves.feed(np.array([start[0], start[1], above]))
             entry.descend(moves, level)
             for curve in curves:
-                moves.feed(_at(curve[0].start, level))
-                moves.follow([_raised(p, level) for p in curve])
+                moves.feed(at_height(curve[0].start, level))
+                moves.follow(raised(curve, level))
             if n + 1 < len(cuts):
                 moves.height(job.retract)
         last = k + 1 == len(levels)
         moves.height(job.retract if last or len(cuts) > 1 else above)
     return moves
-
-
-def _at(point: Floats, z: float) -> Floats:
-    return np.array([point[0], point[1], z])
-
-
-def _raised(piece: Piece, z: float) -> Piece:
-    frame = np.eye(4)
-    frame[2, 3] = z
-    return piece.moved(frame)
 
 
 def _ring_cuts(job: Job, root: Ring) -> list[Cut]:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from cncgen.stepnc.features import offsets
-from cncgen.stepnc.features.job import Floats, Job, Moves
+from cncgen.stepnc.features.job import Floats, Job, Moves, raised
 from cncgen.stepnc.geometry.approach import start_tangent
 from cncgen.stepnc.geometry.pieces import Arc, Piece
 from cncgen.stepnc.model import Path
@@ -85,7 +85,7 @@ def _passes(job: Job, curve: list[Piece], levels: list[float], moves: Moves | No
         moves.rapid(np.array([moves.position[0], moves.position[1], job.retract]))
         moves.rapid(np.array([start[0], start[1], job.retract]))
         moves.height(level)
-        moves.follow([_raised(p, level) for p in (on, *curve, off)])
+        moves.follow(raised([on, *curve, off], level))
         moves.height(job.retract)
     return moves
 
@@ -109,9 +109,3 @@ def _quarter(point: Floats, along: Floats, free: Floats, radius: float, onto: bo
         if onto
         else Arc(point, other, centre, normal, math.pi / 2)
     )
-
-
-def _raised(piece: Piece, z: float) -> Piece:
-    frame = np.eye(4)
-    frame[2, 3] = z
-    return piece.moved(frame)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from cncgen.stepnc.features import offsets, pocket
-from cncgen.stepnc.features.job import Floats, Job, Moves
+from cncgen.stepnc.features.job import Job, Moves, at_height, raised
 from cncgen.stepnc.geometry.approach import start_tangent
 from cncgen.stepnc.geometry.pieces import Piece, Polyline, reverse
 from cncgen.stepnc.model import Path
@@ -61,11 +61,11 @@ def mill(job: Job) -> tuple[Path, ...]:
 
 def _along(job: Job, path: list[Piece], levels: list[float]) -> tuple[Path, ...]:
     """Return passes along a path, to and fro, plunging at its ends."""
-    moves = Moves(job.operation.ident, _at(path[0].start, job.retract))
+    moves = Moves(job.operation.ident, at_height(path[0].start, job.retract))
     for k, level in enumerate(levels):
         way = path if k % 2 == 0 else reverse(path)
         moves.height(level)
-        moves.follow([_raised(p, level) for p in way])
+        moves.follow(raised(way, level))
     moves.height(job.retract)
     return moves.paths()
 
@@ -90,13 +90,3 @@ def step(job: Job) -> tuple[Path, ...]:
     ]
     shape = replace(job.shape, outline=outline, open_sides=(1, 2, 3))
     return pocket.mill(replace(job, shape=shape))
-
-
-def _at(point: Floats, z: float) -> Floats:
-    return np.array([point[0], point[1], z])
-
-
-def _raised(piece: Piece, z: float) -> Piece:
-    frame = np.eye(4)
-    frame[2, 3] = z
-    return piece.moved(frame)
