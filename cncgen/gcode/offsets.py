@@ -9,7 +9,16 @@ from cncgen.gcode.codes import Code, Handler
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.modal import Stage, to_machine, zeros
-from cncgen.gcode.parameters import G92, G92_ON, SYSTEM, SYSTEM_COUNT, SYSTEM_STEP, SYSTEMS
+from cncgen.gcode.parameters import (
+    G92,
+    G92_ON,
+    MORE_COUNT,
+    MORE_SYSTEMS,
+    SYSTEM,
+    SYSTEM_COUNT,
+    SYSTEM_STEP,
+    SYSTEMS,
+)
 from cncgen.gcode.tools import load_tool_parameters, whole
 
 _AXES = "xyzabcuvw"
@@ -19,6 +28,8 @@ ROTATION = 9
 
 def _first(system: int) -> int:
     """Return the number of the first parameter of a system (1 to 9)."""
+    if system > SYSTEM_COUNT:
+        return MORE_SYSTEMS + SYSTEM_STEP * (system - SYSTEM_COUNT - 1)
     return SYSTEMS + SYSTEM_STEP * (system - 1)
 
 
@@ -46,6 +57,56 @@ def use_system(ip: Interpreter, system: int) -> None:
 
 def _select(system: int) -> Handler:
     return lambda ip, block: use_system(ip, system)
+
+
+def use_additional(ip: Interpreter, block: Block) -> None:
+    """G54.1 P of FANUC."""
+    number = whole(block, "p", "G54.1") if "p" in block.words else 1
+    if not 1 <= number <= MORE_COUNT:
+        raise BlockError(
+            "system-number", f"there is no coordinate system G54.1 P{number} (1 to {MORE_COUNT})", "P"
+        )
+    use_system(ip, SYSTEM_COUNT + number)
+
+
+def table_fanuc(ip: Interpreter, block: Block) -> None:
+    """G10 of FANUC: L2 P sets G54 to G59, L20 P sets G54.1 P, L10 and L12 a tool's length and radius."""
+    for letter in "lp":
+        if letter not in block.words:
+            raise BlockError("g10-words", f"G10 has no {letter.upper()}", "G10")
+    kind, number = whole(block, "l", "G10"), whole(block, "p", "G10")
+    if kind in (2, 20):
+        last = MORE_COUNT if kind == 20 else 6
+        if not 1 <= number <= last:
+            raise BlockError(
+                "g10-words", f"P{number} of G10 L{kind} is no coordinate system (1 to {last})", "P"
+            )
+        _set_origin_fanuc(ip, block, number + (SYSTEM_COUNT if kind == 20 else 0))
+    elif kind in (10, 12):
+        if "r" not in block.words:
+            raise BlockError("g10-words", f"G10 L{kind} has no value R", "G10")
+        tool = ip.tools.entry(number)
+        if tool is None:
+            raise BlockError("unknown-tool", f"tool {number} is not in the tool table", "P")
+        value = block.words["r"] / ip.table_scale()
+        if kind == 10:
+            tool.offset[2] = value
+        else:
+            tool.diameter = 2.0 * value
+    else:
+        raise BlockError("g10-words", f"L{kind} of G10 is none of 2, 10, 12, 20", "L")
+
+
+def _set_origin_fanuc(ip: Interpreter, block: Block, system: int) -> None:
+    """Set an origin, or shift it in incremental mode; the machine stays where it is."""
+    scale = ip.table_scale()
+    origin = ip.parameters.offset(_first(system), scale)
+    for index, value in given_axes(block):
+        origin[index] = value if ip.state.absolute else origin[index] + value
+    ip.parameters.set_offset(_first(system), origin, scale)
+    if system == ip.state.system:
+        load_system(ip, system)
+        ip.sink.set_g5x_offset(system, ip.state.origin)
 
 
 def given_axes(block: Block) -> list[tuple[int, float]]:
@@ -204,13 +265,43 @@ def resume_position(ip: Interpreter, block: Block) -> None:
 
 
 _NUMBERS = [540, 550, 560, 570, 580, 590, 591, 592, 593]
+_FANUC = ("fanuc",)
 CODES = (
     *(
         Code("G", number, "coordinates", Stage.COORDINATES, _select(k + 1), f"work coordinate system {k + 1}")
         for k, number in enumerate(_NUMBERS)
     ),
     Code(
-        "G", 100, "non-modal", Stage.REFERENCE, table, "set a coordinate system or tool", _TABLE_WORDS, "own"
+        "G",
+        541,
+        "coordinates",
+        Stage.COORDINATES,
+        use_additional,
+        "additional system P",
+        "p",
+        dialects=_FANUC,
+    ),
+    Code(
+        "G",
+        100,
+        "non-modal",
+        Stage.REFERENCE,
+        table_fanuc,
+        "set a coordinate system, or a tool's length or radius",
+        _AXES + "lpr",
+        "own",
+        dialects=_FANUC,
+    ),
+    Code(
+        "G",
+        100,
+        "non-modal",
+        Stage.REFERENCE,
+        table,
+        "set a coordinate system or tool",
+        _TABLE_WORDS,
+        "own",
+        dialects=("linuxcnc",),
     ),
     Code("G", 520, "non-modal", Stage.REFERENCE, local, "local coordinate system", _AXES, "own"),
     Code("G", 920, "non-modal", Stage.REFERENCE, name_position, "name the position", _AXES, "own"),

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Diagnostic, Span, UsageError
+from cncgen.gcode.block import nearest
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.predefined import NAMED, POSITION, position_parameter
 
@@ -17,12 +18,15 @@ if TYPE_CHECKING:
 
 #: Numbered parameters are 1 to this (LinuxCNC's RS274NGC_MAX_PARAMETERS, less 1).
 LAST = 5601
+LAST_FANUC = 9999
 #: Parameters that begin without a value in FANUC's macros: local, common, kept common.
 VACANT_AT_START = (range(34), range(100, 200), range(500, 1000))
 #: Where the tables begin; offsets are X Y Z A B C U V W, work systems have their rotation after W.
 HOME_28, HOME_30 = 5161, 5181
 G92_ON, G92 = 5210, 5211
 SYSTEM, SYSTEMS, SYSTEM_STEP, SYSTEM_COUNT = 5220, 5221, 20, 9
+#: FANUC's additional systems, G54.1 P1 to P48; they count from `SYSTEM_COUNT` + 1.
+MORE_SYSTEMS, MORE_COUNT = 7001, 48
 PROBE, PROBE_HIT = 5061, 5070
 INPUT = 5399
 TOOL = 5400
@@ -39,7 +43,8 @@ class Parameters:
 
     def __init__(self, interpreter: Interpreter) -> None:
         self.interpreter = interpreter
-        self.numbers = [0.0] * (LAST + 1)
+        self.last = LAST_FANUC if interpreter.dialect == "fanuc" else LAST
+        self.numbers = [0.0] * (self.last + 1)
         #: FANUC's #0, which never has a value, and those that begin without one.
         self.vacant = interpreter.dialect == "fanuc"
         if self.vacant:
@@ -51,11 +56,11 @@ class Parameters:
         self.named: dict[str, float] = {}
 
     def _index(self, index: float) -> int:
-        whole = round(index)
+        whole = nearest(index, "the number of a parameter")
         if abs(index - whole) > 1e-4:
             raise BlockError("parameter-number", f"#{index:g} is no parameter: its number is not whole", "#")
-        if not (0 < whole <= LAST or (whole == 0 and self.vacant)):
-            raise BlockError("parameter-number", f"there is no parameter #{whole} (1 to {LAST})", "#")
+        if not (0 < whole <= self.last or (whole == 0 and self.vacant)):
+            raise BlockError("parameter-number", f"there is no parameter #{whole} (1 to {self.last})", "#")
         return whole
 
     def number(self, index: float) -> float:
@@ -130,10 +135,10 @@ def read_parameters(path: Path, parameters: Parameters) -> None:
             continue
         try:
             number, value = int(words[0]), float(words[1])
-            if not 0 < number <= LAST:
+            if not 0 < number <= parameters.last:
                 raise ValueError
         except (ValueError, IndexError):
-            message = f"{line.strip()[:60]!r} is no parameter number (1 to {LAST}) and value"
+            message = f"{line.strip()[:60]!r} is no parameter number (1 to {parameters.last}) and value"
             faults.append(Diagnostic("parameter-file", message, span=Span(str(path), count)))
             continue
         parameters.numbers[number] = value

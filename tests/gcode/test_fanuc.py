@@ -102,6 +102,19 @@ def test_numbers_without_a_decimal_point(run: Any) -> None:
     assert fanuc(run, text)[0] == [10, 10, 1500]
 
 
+def test_coordinate_systems(run: Any) -> None:
+    text = (
+        "G10 L2 P1 X10\nG10 L20 P2 X100 Y5\nG0 X1\nG54.1 P2\nX1 Y0\nG54\nX0\nG91 G10 L2 P1 X-3\nG90 X0\nM30"
+    )
+    assert fanuc(run, text) == [[11, 0, 0], [101, 5, 0], [10, 5, 0], [7, 5, 0]]
+    assert run("G54.1 P49\nM30", dialect="fanuc").errors == [("system-number", 1, 7)]
+    assert run("G10 L2 P7 X1\nM30", dialect="fanuc").errors == [("g10-words", 1, 8)]
+
+
+def test_tool_lengths_set_by_the_program(run: Any) -> None:
+    assert fanuc(run, "G10 L10 P3 R25.\nG0 G43 H3 Z0\nG49 Z0\nM30") == [[0, 0, 25], [0, 0, 0]]
+
+
 def test_an_alarm_ends_the_program(run: Any) -> None:
     out = run("G0 X1\n#3000=12(NO TOOL)\nG0 X2\nM30", dialect="fanuc")
     assert [d.message for d in out.diagnostics] == ["the program raises alarm 12: NO TOOL"]
