@@ -92,6 +92,13 @@ def tenths(letter: str, value: float) -> int:
     return whole
 
 
+def nearest(value: float, what: str) -> int:
+    """Return the whole number next to a value; raise where it is vacant or too large to be one."""
+    if not -LARGEST <= value <= LARGEST:
+        raise BlockError("number-range", f"{what} is {value:g}, no number within ±{LARGEST:g}")
+    return round(value)
+
+
 def gather(pairs: list[tuple[str, float]]) -> Block:
     """Make a block of letters and known values.
 

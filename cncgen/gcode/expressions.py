@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from cncgen.gcode.block import Value
+from cncgen.gcode.block import Value, nearest
 from cncgen.gcode.errors import BlockError
 
 if TYPE_CHECKING:
@@ -197,7 +197,7 @@ def parameter(target: Value | str) -> Value:
         name = target
         return lambda p: p.name(name)
     if isinstance(target, float):
-        index = int(target)
+        index = nearest(target, "the number of a parameter")
         if index == target and 0 < index < 5000:
             return lambda p: p.numbers[index]
         number = target

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from cncgen.diagnostics import Severity, UsageError
 from cncgen.gcode import grammar, macros
-from cncgen.gcode.block import Flow, Value
+from cncgen.gcode.block import Flow, Value, nearest
 from cncgen.gcode.errors import BlockError, Stop
 from cncgen.gcode.expressions import evaluate
 from cncgen.gcode.source import Source, open_source
@@ -174,7 +174,7 @@ class FlowControl:
 
     def _repeat(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         label = self._label(flow)
-        count = round(self._value(flow, 0))
+        count = nearest(self._value(flow, 0), "the count of REPEAT")
         if count <= 0:
             return self.next_mark(here, label, ("endrepeat",), "endrepeat").after
         self.frame.left[label] = count
@@ -303,7 +303,7 @@ class FlowControl:
         if isinstance(label, str | float):
             return label
         assert callable(label)
-        return float(round(label(self.ip.parameters)))
+        return float(nearest(label(self.ip.parameters), "the label"))
 
     def _value(self, flow: Flow, index: int) -> float:
         if len(flow.arguments) <= index:

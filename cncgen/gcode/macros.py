@@ -10,7 +10,7 @@ import math
 import re
 from typing import TYPE_CHECKING
 
-from cncgen.gcode.block import Block, Flow
+from cncgen.gcode.block import Block, Flow, nearest
 from cncgen.gcode.codes import Code
 from cncgen.gcode.errors import BlockError, Stop
 from cncgen.gcode.interpreter import Interpreter
@@ -38,9 +38,9 @@ def arguments(pairs: list[tuple[str, float]]) -> tuple[int, int, list[float]]:
     sets = {"i": 0, "j": 0, "k": 0}
     for letter, value in pairs:
         if letter == "p":
-            number = round(value)
+            number = nearest(value, "the program called")
         elif letter == "l":
-            times = round(value)
+            times = nearest(value, "the count of calls")
         elif letter in sets:
             # I J K may repeat: the n-th set goes to #(3n+1), #(3n+2), #(3n+3).
             index = 3 * sets[letter] + ARGUMENTS[letter]
@@ -101,7 +101,7 @@ def run(flow: FlowControl, word: Flow, here: Cursor) -> Cursor | None:
         label = word.label
         number = label(ip.parameters) if callable(label) else label
         assert isinstance(number, float)
-        return line_numbered(flow, here, round(number))
+        return line_numbered(flow, here, nearest(number, "the line of GOTO"))
     _label(word)
     if word.keyword == "while-do":
         if not word.arguments or flow.condition(word):

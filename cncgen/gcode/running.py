@@ -144,8 +144,11 @@ class Runner:
 
     def _finish(self, source: Source) -> None:
         """Say what is missing at the end of the text, and keep the parameters where asked."""
-        cutter_compensation.end(self.ip)
         last = Cursor(0, _last_line(source), max(self._reached.line - 1, 1))
+        try:
+            cutter_compensation.end(self.ip)
+        except BlockError as error:
+            self._fault(last, error)
         if self.ip.guard is not None:
             self._guarded(Block({}, m=(20,), line=last.line, offset=last.offset))
         if not self._seen:

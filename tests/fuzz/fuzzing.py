@@ -1,0 +1,173 @@
+"""Fuzzing of the G-code reader: mutated programs in a child process of bounded memory, each against a clock.
+
+By hand, for as long as wanted: ``python tests/fuzz/fuzzing.py --minutes 60 [--seed N] [--keep DIR]``.
+
+A mutant is a program of ours (or words put together at random) with bytes flipped, tokens swapped in, lines doubled,
+cut or taken from another program. The reader may say anything about it, but not crash, take more than a second, or
+more memory than it is given.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import random
+import resource
+import sys
+import time
+import traceback
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from cncgen.diagnostics import CncgenError
+from cncgen.gcode import canon, read
+from cncgen.toolpath.reading import ReadOptions
+
+ROOT = Path(__file__).resolve().parents[2]
+#: Bounds of one input.
+SECONDS = 1.0
+MEMORY = 512 * 2**20
+#: Blocks that an input may execute: a second's worth on a slow machine, so that endless loops end in a diagnostic.
+MAX_STEPS = 5_000
+#: Inputs are cut to this length.
+MAX_BYTES = 20_000
+
+TOKENS = [
+    *"GMTFSXYZABCUVWIJKPQRLHDEON@^$#%/*[]()<>;=+-.,!&\\ \t\r\n\0",
+    *(f"G{n}" for n in ["0", "1", "2", "3", "4", "5", "5.1", "5.2", "5.3", "6.2", "7", "8", "10", "17", "18", "19", "20", "21", "28", "30", "33", "38.2", "40", "41.1", "42.1", "43.1", "49"]),
+    *(f"G{n}" for n in ["50", "51", "52", "53", "54", "61", "64", "65", "66", "67", "68", "70", "71", "73", "76", "80", "81", "83", "84", "87", "90", "91", "92", "93", "95", "96", "98", "99"]),
+    *(f"M{n}" for n in ["0", "2", "3", "5", "6", "19", "30", "48", "50", "61", "62", "66", "67", "70", "72", "73", "98", "99", "100"]),
+    "o1 sub\n", "o1 endsub\n", "o1 call [1]\n", "o2 while [1]\n", "o2 endwhile\n", "o3 if [#1 GT 0]\n", "o3 else\n",
+    "o3 endif\n", "o4 repeat [999999999]\n", "o4 endrepeat\n", "o2 break\n", "o1 return [2]\n", "o5 do\n", "O9000\n",
+    "#1=", "#<a>", "#<_x>", "##1", "[#1 + 1]", "ATAN[1]/[0]", "SQRT[-1]", "EXP[999]", "1e9", "99999999999999999999",
+    "-0", "0.0000000001", "[[[[[[[[", "WHILE [1 EQ 1] DO1\n", "END1\n", "IF [#1 LT 3] GOTO 10\n", "GOTO 99\n", "N10 ",
+    "(MSG,", "(debug, #1)", "(START, X1)", "\u00e9", "\ufeff", "%\n", "M98 P1 L99999\n", "G65 P9000 A1\n",
+]  # fmt: skip
+
+
+def corpus() -> list[bytes]:
+    """Return the programs that mutants are made of."""
+    folders = [ROOT / "programs", ROOT / "programs" / "bad", ROOT / "tests" / "peer" / "programs"]
+    files = sorted(f for folder in folders for f in folder.glob("*") if f.suffix in {".nc", ".ngc", ".gcode"})
+    return [f.read_bytes()[:MAX_BYTES] for f in files]
+
+
+def mutants(seed: int, sources: list[bytes]) -> Iterator[bytes]:
+    """Yield mutants for ever; the same seed gives the same ones."""
+    rng = random.Random(seed)
+    while True:
+        data = bytearray(rng.choice(sources))
+        if rng.random() < 0.1:
+            data = bytearray("".join(rng.choices(TOKENS, k=rng.randint(1, 200))).encode("utf-8", "replace"))
+        for _ in range(rng.choice([1, 1, 2, 3, 5, 20])):
+            _mutate(rng, data, sources)
+        yield bytes(data[:MAX_BYTES])
+
+
+def _mutate(rng: random.Random, data: bytearray, sources: list[bytes]) -> None:
+    """Change one thing."""
+    at = rng.randint(0, len(data))
+    kind = rng.randrange(7)
+    if kind == 0 and at < len(data):
+        data[at] = rng.randrange(256)
+    elif kind == 1:
+        data[at:at] = rng.choice(TOKENS).encode("utf-8", "replace")
+    elif kind == 2:
+        del data[at : at + rng.randint(1, 30)]
+    elif kind == 3:
+        lines = bytes(data).split(b"\n")
+        where = rng.randrange(len(lines))
+        lines[where:where] = [lines[rng.randrange(len(lines))]] * rng.choice([1, 1, 2, 300])
+        data[:] = b"\n".join(lines)
+    elif kind == 4:
+        other = rng.choice(sources).split(b"\n")
+        begin = rng.randrange(len(other))
+        data[at:at] = b"\n" + b"\n".join(other[begin : begin + rng.randint(1, 8)]) + b"\n"
+    elif kind == 5:
+        data[at:at] = str(rng.choice([0, 1, -1, 1e6, 2**31, 0.1, 1e-9, rng.uniform(-100, 100)])).encode()
+    else:
+        data[at:at] = bytes([rng.randrange(32, 127)]) * rng.choice([1, 3, 1000])
+
+
+@dataclass
+class Outcome:
+    """What a run of inputs showed; `faults` are (seed, index, what, input)."""
+
+    inputs: int = 0
+    slowest: float = 0.0
+    kinds: Counter[str] = field(default_factory=Counter)
+    faults: list[tuple[int, int, str, bytes]] = field(default_factory=list)
+
+
+def try_one(data: bytes, dialect: str) -> str:
+    """Read an input to its toolpath and to its canonical calls; return what was said about it."""
+    options = ReadOptions(dialect=dialect, max_steps=MAX_STEPS, chunk_rows=4096)
+    program = read(io.BytesIO(data), "fuzz.ngc", options)
+    for _ in program.chunks():
+        pass
+    for _ in canon(io.BytesIO(data), "fuzz.ngc", options, program.diagnostics):
+        pass
+    for diagnostic in program.diagnostics:
+        diagnostic.render()
+    first = next(iter(program.diagnostics), None)
+    return first.code if first else "clean"
+
+
+def run(seed: int, seconds: float, most: int = sys.maxsize) -> Outcome:
+    """Try mutants for so many seconds, or so many of them."""
+    sources = corpus()
+    outcome = Outcome()
+    end = time.monotonic() + seconds
+    for index, data in enumerate(mutants(seed, sources)):
+        if index >= most or time.monotonic() >= end:
+            return outcome
+        begin = time.process_time()
+        try:
+            said = try_one(data, ("linuxcnc", "fanuc", "auto")[index % 3])
+        except CncgenError as error:
+            said = error.diagnostics[0].code
+        except Exception:
+            said = traceback.format_exc(limit=-3)
+            outcome.faults.append((seed, index, said, data))
+        took = time.process_time() - begin
+        if took > SECONDS:
+            outcome.faults.append((seed, index, f"{took:.2f} s", data))
+        outcome.inputs += 1
+        outcome.slowest = max(outcome.slowest, took)
+        outcome.kinds[said if len(said) < 60 else "crash"] += 1
+    return outcome
+
+
+def bound_memory() -> None:
+    """Let this process have no more memory than an input may take."""
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY + _mapped_now(), MEMORY + _mapped_now()))
+
+
+def _mapped_now() -> int:
+    """Return the address space in use: libraries count, the input's share comes on top."""
+    return int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+
+
+def main() -> int:
+    """Fuzz for as long as the arguments say and print what was found."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--minutes", type=float, default=1.0)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--keep", type=Path, help="folder for inputs that show a fault")
+    arguments = parser.parse_args()
+    bound_memory()
+    outcome = run(arguments.seed, 60.0 * arguments.minutes)
+    print(f"{outcome.inputs} inputs, slowest {outcome.slowest:.3f} s, {len(outcome.faults)} faults")
+    print(f"{len(outcome.kinds)} different outcomes: {outcome.kinds.most_common(12)}")
+    for seed, index, what, data in outcome.faults:
+        print(f"--- seed {seed}, input {index}: {what}")
+        if arguments.keep:
+            arguments.keep.mkdir(parents=True, exist_ok=True)
+            (arguments.keep / f"{seed}-{index}.ngc").write_bytes(data)
+    return 1 if outcome.faults else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
