@@ -1,0 +1,77 @@
+"""The commands on STEP-NC files."""
+
+from pathlib import Path
+
+from cncgen.cli.app import run
+from cncgen.stepnc import read, tree
+from tests.stepnc.building import E, Part
+
+PROGRAMS = Path(__file__).parents[2] / "programs"
+NIST = PROGRAMS / "stepnc" / "nist_ex1.stp"
+
+
+def test_tree_of_nists_example():
+    lines = list(tree(NIST, "nist_ex1.stp"))
+    assert lines[0] == "workplan 'MAIN WORKPLAN' (#2)"
+    assert [line.split("'")[1] for line in lines[1:]] == [
+        "WS FINISH PLANAR FACE1",
+        "WS DRILL HOLE1",
+        "WS REAM HOLE1",
+        "WS ROUGH POCKET1",
+        "WS FINISH POCKET1",
+    ]
+    assert "drilling, tool 'SPIRAL_DRILL_20MM', feed 900, 1350, 1800 mm/min, 7 motions" in lines[2]
+
+
+def test_tree_adds_up_length_and_time():
+    """30 mm at 20 mm/s, and a dwell of 2 s; branches and functions are named."""
+    part = Part()
+    line = part.trajectory(part.polyline((0, 0, 0), (30, 0, 0)))
+    wait = part.add("FEEDSTOP", E("T"), E("CONTACT"), None, None, None, 2.0)
+    step = part.step(part.freeform(line, wait))
+    choice = part.add("IF_STATEMENT", "choose", E("T"), part.add("PROGRAM_STOP", "halt"), None)
+    alone = part.add("PARALLEL", "alone", (part.add("SET_MARK", "mark"),))
+    part.project(part.plan(step, choice, alone))
+    lines = list(tree(part.text().encode(), "t.stp"))
+    assert lines[1].endswith("feed 1200 mm/min, 1 motions, 30.0 mm, 3.5 s")
+    assert [line.rpartition(" (#")[0] for line in lines[2:]] == [
+        "  if 'choose'",
+        "    program stop 'halt'",
+        "  parallel 'alone'",
+        "    set mark 'mark'",
+    ]
+
+
+def test_check_with_the_tree(capsys):
+    assert run(["check", "--tree", str(NIST)]) == 0
+    assert "workplan 'MAIN WORKPLAN'" in capsys.readouterr().out
+
+
+def test_faults_end_in_exit_code_1(tmp_path, capsys):
+    broken = tmp_path / "broken.stp"
+    content = NIST.read_bytes().replace(b"#95,#96,#97", b"#95,#999,#97")
+    broken.write_bytes(content)
+    line = content[: content.index(b"#999")].count(b"\n") + 1
+    assert run(["check", str(broken)]) == 1
+    assert f"broken.stp:{line}:38: error[part21-dangling]" in capsys.readouterr().err
+
+
+def test_convert_there_and_back(tmp_path):
+    gcode, stepnc = tmp_path / "part.ngc", tmp_path / "heart.stp"
+    assert run(["convert", str(NIST), "-o", str(gcode)]) == 0
+    text = gcode.read_text()
+    assert "(#19 PLANE_FINISH_MILLING)" in text
+    assert "(T1: MILL 18MM)" in text
+    assert run(["convert", str(PROGRAMS / "heart.nc"), "-o", str(stepnc)]) == 0
+    path = next(iter(read(stepnc, "heart.stp").chunks()))
+    assert len(path.nurbs) > 0
+    assert run(["convert", str(stepnc), "--linearize", "0.01", "-o", str(tmp_path / "lines.nc")]) == 0
+    assert "G6.2" not in (tmp_path / "lines.nc").read_text()
+
+
+def test_what_a_broken_program_leaves(tmp_path):
+    """Nothing: the output is written whole or not at all."""
+    broken = tmp_path / "broken.stp"
+    broken.write_bytes(NIST.read_bytes()[:5000])
+    assert run(["convert", str(broken), "-o", str(tmp_path / "out.ngc")]) == 1
+    assert not (tmp_path / "out.ngc").exists()
