@@ -183,6 +183,10 @@ class Ap238Reader:
         operations = self.graph.related(entity.id, "MACHINING_OPERATION_RELATIONSHIP")
         if not operations:
             raise entity.fault("stepnc-missing", "the workingstep has no operation")
+        if len(operations) > 1:
+            raise entity.fault(
+                "stepnc-unsupported", f"the workingstep has {len(operations)} operations, not one"
+            )
         operation = self._operation(operations[0])
         security = self._security(properties, frame)
         feature = None
