@@ -100,6 +100,9 @@ def spirals(arcs: ArcTable, start: Floats, end: Floats) -> Spirals:
         start, end: Shape (m, axes), X Y Z first.
     """
     normal, sweep = arcs.normal, arcs.sweep
+    if not len(arcs):
+        plane, others = np.zeros((0, 3)), np.zeros((0, start.shape[1]))
+        return Spirals(plane, plane, plane, sweep, sweep, others, others, sweep, sweep, sweep)
     turn = np.where(sweep > 0, sweep, 1.0)
     inward = start[:, :3] - arcs.centre
     height = np.einsum("ij,ij->i", end[:, :3] - start[:, :3], normal)

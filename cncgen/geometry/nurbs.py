@@ -187,8 +187,10 @@ def lengths(table: NurbsTable, low: Ints | None = None, high: Ints | None = None
     curves = len(table)
     first = np.zeros(curves, np.int64) if low is None else low
     last = np.full(curves, table.control_points.shape[1], np.int64) if high is None else high
-    columns = arrays(table)
     offset = np.zeros(curves + 1, np.int64)
+    if not curves:
+        return Lengths(table, first, last, offset, np.zeros((0, bspline.CELL_COLUMNS)), np.zeros(0))
+    columns = arrays(table)
     cells = np.empty((4 * (len(table.knots) - int(np.sum(table.degree))) + 64, bspline.CELL_COLUMNS))
     done = 0
     while True:

@@ -60,6 +60,7 @@ class Path:
     Attributes:
         axes: Letters of the columns, X Y Z first.
         row_s: Shape (n + 1,): s at the start of each row, and the end. EVENT rows have length 0.
+        row_length: Shape (n,): length of each row, which does not depend on what stands before it.
     """
 
     def __init__(
@@ -109,7 +110,8 @@ class Path:
         self._item: Ints = np.zeros(len(self.kind), np.int64)
         self._item[self._arc_rows] = np.arange(len(self._arc_rows))
         self._item[self._nurbs_rows] = np.arange(len(self._nurbs_rows))
-        self.row_s: Floats = s_start + np.concatenate([[0.0], np.cumsum(self._row_lengths())])
+        self.row_length: Floats = self._row_lengths()
+        self.row_s: Floats = s_start + np.concatenate([[0.0], np.cumsum(self.row_length)])
 
     def _metric(self, nurbs: NurbsTable) -> tuple[Ints, Ints]:
         """Return first and last column over which each row is measured."""
@@ -194,9 +196,12 @@ class Path:
         """
         at = np.atleast_1d(np.asarray(s, float))
         rows = np.broadcast_to(np.asarray(row, np.int64), at.shape)
-        local = np.clip(at - self.row_s[rows], 0.0, None)
-        length = self.row_s[rows + 1] - self.row_s[rows]
-        local = np.minimum(local, length)
+        return self.parameter_after(rows, at - self.row_s[rows], side)
+
+    def parameter_after(self, rows: Ints, distance: Floats, side: int = 1) -> Floats:
+        """Return each row's own parameter at a distance in s from its start; see `parameter`."""
+        length = self.row_length[rows]
+        local = np.minimum(np.clip(distance, 0.0, None), length)
         out = np.divide(local, length, out=np.zeros_like(local), where=length > 0)
         for kind, pick in self._curved(rows):
             item = self._item[rows[pick]]
@@ -311,6 +316,11 @@ class Path:
     def curvature(self, s: ArrayLike, side: int = 1) -> Floats:
         """Return the curvature in X Y Z (1/mm) at each s, shape (n,)."""
         _, x1, x2 = self.evaluate(s, 2, side)
+        return curvature_of(x1[:, :3], x2[:, :3])
+
+    def curvature_after(self, rows: Ints, distance: Floats) -> Floats:
+        """Return the curvature in X Y Z (1/mm) of rows at distances from their starts, shape (n,)."""
+        _, x1, x2 = self.evaluate_parameter(rows, self.parameter_after(rows, distance), 2)
         return curvature_of(x1[:, :3], x2[:, :3])
 
     @cached_property

@@ -78,30 +78,29 @@ class _Smoother:
         if not parts:
             return
         rows = join(parts)
-        scale = axis_scale(rows.axes)
         path = Path(rows.axes, rows.start, rows.kind, rows.end, rows.curve, rows.arcs, rows.nurbs)
-        classes = classify(rows, path, scale)
+        classes = classify(rows, path, axis_scale(rows.axes))
         borders = np.append(np.flatnonzero(classes.parts), len(rows))
-        done: list[Toolpath] = []
+        done = _Done(rows)
         at = 0
         for n, first in enumerate(borders[:-1]):
             stop, closed = int(borders[n + 1]), bool(last or borders[n + 1] < len(rows))
-            at = self._group(rows, classes, scale, int(first), stop, closed, done)
+            at = self._group(rows, path, classes, int(first), stop, closed, done)
             if at < stop:
                 break
         self.pending = between(rows, at, len(rows)) if at < len(rows) else None
-        if done:
-            yield join(done)
+        if done.toolpaths():
+            yield join(done.toolpaths())
 
     def _group(
         self,
         rows: Toolpath,
+        path: Path,
         classes: Classes,
-        scale: Floats,
         first: int,
         stop: int,
         closed: bool,
-        done: list[Toolpath],
+        done: _Done,
     ) -> int:
         """Hand on what is final of the rows first … stop, which are one run or no run; return where the rest begins."""
         moving = first + np.flatnonzero(classes.fits[first:stop])
@@ -119,7 +118,7 @@ class _Smoother:
             final = closed and len(window) == len(moving)
             if not closed and len(moving) <= size:
                 return first
-            rest = self._fit(rows, classes, scale, window, stop, final or size >= _LONGEST_WINDOW, done)
+            rest = self._fit(rows, path, classes, window, stop, final or size >= _LONGEST_WINDOW, done)
             if rest is None:
                 size *= 2
                 continue
@@ -132,9 +131,9 @@ class _Smoother:
             self._pass(rows, classes, tail, stop, done)
         return stop
 
-    def _pass(self, rows: Toolpath, classes: Classes, first: int, stop: int, done: list[Toolpath]) -> None:
+    def _pass(self, rows: Toolpath, classes: Classes, first: int, stop: int, done: _Done) -> None:
         """Hand on rows as they are."""
-        done.append(between(rows, first, stop))
+        done.rows_as_they_are(first, stop)
         for k in range(stop - 1, first - 1, -1):
             if not classes.idle[k]:
                 self.before = None if rows.kind[k] == Kind.EVENT else classes.leave[k]
@@ -143,18 +142,18 @@ class _Smoother:
     def _fit(
         self,
         rows: Toolpath,
+        path: Path,
         classes: Classes,
-        scale: Floats,
         window: Ints,
         stop: int,
         final: bool,
-        done: list[Toolpath],
+        done: _Done,
     ) -> int | None:
         """Fit a window of the run at the front; return the row from which to go on, None if it needs more rows."""
-        path = _path_of(rows, window)
+        scale = axis_scale(rows.axes)
         allowed = rows.tolerance[window]
-        pieces = pieces_of(path, np.maximum(allowed - self.reserve_mm, 0.5 * allowed), scale)
-        row_t = path.row_s
+        pieces = pieces_of(path, np.maximum(allowed - self.reserve_mm, 0.5 * allowed), scale, window)
+        row_t = pieces.row_t
         head = END_DERIVATIVES if _tangent(self.before, classes.entry[window[0]]) else END_POINT
         tail = 0
         if final:
@@ -172,8 +171,35 @@ class _Smoother:
             k = min(int(np.searchsorted(row_t, at, side="right")) - 1, len(window) - 1)
             rest = upto = int(window[k])
             spline, self.seam = split(spline, span, float(row_t[k]))
-        done.append(rows_of(spline, row_t, rows, window, scale, range(int(window[0]), upto)))
+        done.add(rows_of(spline, row_t, rows, window, scale, range(int(window[0]), upto)))
         return rest
+
+
+class _Done:
+    """What is handed on, in order; rows that pass side by side are cut out together."""
+
+    def __init__(self, rows: Toolpath) -> None:
+        self._rows = rows
+        self._parts: list[Toolpath] = []
+        self._first = self._stop = 0
+
+    def rows_as_they_are(self, first: int, stop: int) -> None:
+        """Append the rows first … stop of the input."""
+        if first != self._stop:
+            self.toolpaths()
+            self._first = first
+        self._stop = stop
+
+    def add(self, toolpath: Toolpath) -> None:
+        """Append rows that were made."""
+        self.toolpaths().append(toolpath)
+
+    def toolpaths(self) -> list[Toolpath]:
+        """Return all parts."""
+        if self._first < self._stop:
+            self._parts.append(between(self._rows, self._first, self._stop))
+            self._first = self._stop
+        return self._parts
 
 
 def axis_scale(axes: str) -> Floats:
@@ -181,12 +207,6 @@ def axis_scale(axes: str) -> Floats:
     out = np.ones(len(axes))
     out[metric_columns(axes)[2]] = ROTARY_RADIUS
     return out
-
-
-def _path_of(rows: Toolpath, window: Ints) -> Path:
-    start = rows.start if window[0] == 0 else rows.end[window[0] - 1]
-    kind, end, curve = rows.kind[window], rows.end[window], rows.curve[window]
-    return Path(rows.axes, start, kind, end, curve, rows.arcs, rows.nurbs)
 
 
 def _cuts(rows: Toolpath, window: Ints, row_t: Floats) -> Floats:
