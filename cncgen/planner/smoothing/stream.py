@@ -7,7 +7,8 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.geometry.corridor import END_DERIVATIVES, END_POINT, OVERLAP, Seam, fit, split
+from cncgen.diagnostics import Diagnostic, NoPlanError, Span
+from cncgen.geometry.corridor import END_DERIVATIVES, END_POINT, OVERLAP, CorridorError, Seam, fit, split
 from cncgen.geometry.path import Path, metric_columns
 from cncgen.geometry.pieces import pieces_of
 from cncgen.planner.smoothing.output import rows_of
@@ -43,7 +44,7 @@ def smooth(chunks: Iterable[Toolpath], reserve_mm: float = 0.0) -> Iterator[Tool
         Consecutive stretches of the smoothed program, none empty.
 
     Raises:
-        CorridorError: If a run could not be fitted (a fault of the method, not of the program).
+        NoPlanError: If a run could not be fitted (a fault of the method, not of the program; see docs/smoothing.md).
     """
     smoother = _Smoother(reserve_mm)
     gathered: list[Toolpath] = []
@@ -159,7 +160,10 @@ class _Smoother:
         if final:
             after = _next_entry(classes, rows, int(window[-1]) + 1)
             tail = END_DERIVATIVES if _tangent(after, classes.leave[window[-1]]) else END_POINT
-        spline = fit(pieces, _cuts(rows, window, row_t), head, tail, self.seam)
+        try:
+            spline = fit(pieces, _cuts(rows, window, row_t), head, tail, self.seam)
+        except CorridorError as fault:
+            raise _no_curve(rows, window, fault) from fault
         if final:
             upto, rest, self.seam = int(window[-1]) + 1, int(window[-1]) + 1, None
             self.before = classes.leave[window[-1]]
@@ -227,3 +231,16 @@ def _next_entry(classes: Classes, rows: Toolpath, first: int) -> Floats | None:
         if not classes.idle[k]:
             return None if rows.kind[k] == Kind.EVENT else classes.entry[k]
     return None
+
+
+def _no_curve(rows: Toolpath, window: Ints, fault: CorridorError) -> NoPlanError:
+    """Return the error of a run without a smooth curve, with its lines."""
+    first, last = int(rows.line[window[0]]), int(rows.line[window[-1]])
+    return NoPlanError(
+        Diagnostic(
+            "smoothing",
+            f"lines {first} to {last}: {fault}",
+            span=Span(rows.sources[int(rows.source[window[0]])], first),
+            hint="G61 before these lines follows them exactly; please report the program",
+        )
+    )

@@ -7,7 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cncgen.diagnostics import NoPlanError
 from cncgen.geometry import nurbs
+from cncgen.geometry.corridor import CorridorError
 from cncgen.geometry.tables import ArcTable
 from cncgen.planner.smoothing import ROTARY_RADIUS, smooth, stream
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
@@ -208,6 +210,17 @@ def test_further_axes_follow_within_their_equivalent() -> None:
     # X moves by the tolerance too, and A turns 0.1 rad a mm.
     assert np.abs(x[:, 3] - programmed).max() <= 0.01 / ROTARY_RADIUS + 0.01 * 0.1
     assert_smooth(result)
+
+
+def test_a_run_without_a_curve_is_an_error_with_its_lines(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The kernel is made to fail, for no program is known that makes it."""
+
+    def fail(*_: object) -> None:
+        raise CorridorError(1.7, 12)
+
+    monkeypatch.setattr(stream, "fit", fail)
+    with pytest.raises(NoPlanError, match=r"lines 1 to 20: .*1\.7000"):
+        smoothed(facets(20))
 
 
 def test_nothing_gives_nothing() -> None:
