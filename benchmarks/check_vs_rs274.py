@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -53,18 +54,18 @@ def measure(command: list[str]) -> Measured:
     return Measured(time.perf_counter() - begin, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024)
 
 
-def main() -> None:
-    """Write the file, run both by turns, print the table."""
+def compare(description: str, write: Callable[[Path, int], None], lines: int) -> None:
+    """Write a program of so many lines, run both by turns, print the table."""
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        description=description, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--lines", type=int, default=1_000_000)
+    parser.add_argument("--lines", type=int, default=lines)
     parser.add_argument("--repeat", type=int, default=5)
     parser.add_argument("--keep", type=Path, help="write the program here and keep it")
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         path = asked.keep or Path(folder) / "segments.ngc"
-        write_program(path, asked.lines)
+        write(path, asked.lines)
         commands = {"cncgen check": [sys.executable, "-m", "cncgen", "check", str(path)]}
         if shutil.which("rs274"):
             commands["rs274 -g"] = [
@@ -98,4 +99,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    compare(__doc__ or "", write_program, 1_000_000)

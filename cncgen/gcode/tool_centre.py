@@ -71,7 +71,17 @@ class Piece:
 
 @dataclass(slots=True)
 class _Curve:
-    """The offset curve that a move lies on, with the programmed direction at its ends."""
+    """The offset curve that a move lies on.
+
+    Attributes:
+        point: Where the offset move ends.
+        centre, radius, turns: Of an arc (None, infinite, 0 of a line).
+        heading_in, heading_out: Programmed direction at the start and the end, unit vectors.
+        slip: From an arc's start to the circle through its end.
+        corner: Where the programmed move ends.
+        start: Where the offset move starts.
+        entry: Whether it is the first move.
+    """
 
     point: complex
     centre: complex | None
@@ -80,6 +90,7 @@ class _Curve:
     heading_in: complex
     heading_out: complex
     slip: complex = 0j
+    corner: complex = 0j
     start: complex = 0j
     entry: bool = False
 
@@ -256,6 +267,7 @@ class ToolCentre:
             done += self._settle()
         else:
             done += self._join(old, curve, start, block, rapid)
+        curve.corner = end
         self._curve = curve
         self._actual = curve.point
         self._queue.append(Piece(curve.point, curve.centre, curve.turns, block, rapid))
@@ -266,7 +278,7 @@ class ToolCentre:
         turn = self.side * cmath.phase(new.heading_in / old.heading_out)
         if self._rolls(old, new, turn):
             done = self._settle(strict=old.centre is None and new.centre is None)
-            centre, turns = (None, 0) if rapid else (self._corner(old), -self.side)
+            centre, turns = (None, 0) if rapid else (old.corner, -self.side)
             new.start = start
             return [*done, self._shifted(Piece(start, centre, turns, block, rapid, corner=True))]
         meeting = old.point if abs(turn) <= SMOOTH_TURN else _meeting(old, new, self.side)
@@ -288,10 +300,6 @@ class ToolCentre:
             arc = new if new.centre is not None else old
             return arc.centre is None or (arc.turns > 0) == (self.side > 0)
         return turn < -SMOOTH_TURN
-
-    def _corner(self, old: _Curve) -> complex:
-        """Return the programmed point where a move ended."""
-        return old.point - 1j * old.heading_out * self.radius * self.side
 
     def _check(self, curve: _Curve | None) -> CompensationError | None:
         """Return what is wrong where a move, cut short at its ends, goes backward; the entry move may."""
