@@ -3,9 +3,7 @@
 import cython
 
 
-def all_pole(
-    values: cython.double[::1], denominator: cython.double[::1], memory: cython.double[::1]
-) -> None:
+def all_pole(values: cython.double[::1], denominator: cython.double[::1], memory: cython.double[::1]) -> None:
     """Filter in place by 1/(1 + a1 z⁻¹ + … + am z⁻ᵐ).
 
     Args:

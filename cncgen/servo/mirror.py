@@ -89,6 +89,7 @@ class Compensation:
         *,
         passes: int = 2,
         limits: Mapping[str, Axis] | None = None,
+        settle_s: float = 0.1,
     ) -> None:
         """Prepare.
 
@@ -97,6 +98,7 @@ class Compensation:
             servos: Servo data by axis.
             passes: How many times the error is added, at least 1.
             limits: Axis limits that the command must keep; None: none are checked.
+            settle_s: The last position is held so long at the end, for the command to come to rest there.
 
         Raises:
             UsageError: `passes` is not positive.
@@ -104,6 +106,7 @@ class Compensation:
         if passes < 1:
             raise UsageError(Diagnostic("compensate-passes", f"at least one pass is needed, not {passes}"))
         self._setpoints, self._servos, self._passes = setpoints, servos, passes
+        self._settle_s = settle_s
         self._limits = dict(limits or {})
         self._before, self._after = Errors(), Errors()
 
@@ -118,7 +121,7 @@ class Compensation:
         def scheme(axes: str, period_s: float) -> Any:
             return own_scheme(self._servos, axes, period_s)
 
-        stage = _simulated(((c, c.position) for c in self._setpoints), scheme)
+        stage = _simulated(((c, c.position) for c in _held_at_end(self._setpoints, self._settle_s)), scheme)
         stage = _watched(stage, self._before)
         for _ in range(self._passes):
             stage = _simulated(_corrected(stage), scheme)
@@ -132,6 +135,34 @@ class Compensation:
         before, after = self._before.as_dict(), self._after.as_dict()
         ratio = before["contour_max_mm"] / after["contour_max_mm"] if after["contour_max_mm"] else None
         return {"passes": self._passes, "before": before, "after": after, "contour_max_ratio": ratio}
+
+
+def limits_of(source: str, *, required: bool = False) -> Mapping[str, Axis] | None:
+    """Return the axis limits of a machine profile or file; None where it holds servo data alone.
+
+    Raises:
+        UsageError: It cannot be read, or has no limits and `required`.
+    """
+    from cncgen.machine import load_machine, load_servos
+
+    try:
+        return load_machine(source).axes
+    except UsageError:
+        if required:
+            raise
+        load_servos(source)
+        return None
+
+
+def _held_at_end(setpoints: Iterable[Setpoints], settle_s: float) -> Iterator[Setpoints]:
+    """Yield a stream, and its last row again for a while."""
+    last = None
+    for chunk in setpoints:
+        yield chunk
+        last = chunk if len(chunk) else last
+    if last is not None:
+        rows = np.repeat(last.position[-1:], round(settle_s / last.period_s), axis=0)
+        yield Setpoints(last.axes, last.period_s, last.first + len(last), rows)
 
 
 def _corrected(stage: Iterator[_Rows]) -> Iterator[tuple[Setpoints, Floats]]:

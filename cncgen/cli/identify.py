@@ -1,0 +1,59 @@
+"""`cncgen identify`: servo parameters from a logged excitation."""
+
+from __future__ import annotations
+
+import click
+
+from cncgen.cli import messages
+from cncgen.cli.messages import write_summary
+from cncgen.cli.options import message_options, output_option, summary_option
+
+MODELS = ("velocity-loop", "first-order", "fourth-order", "etfe")
+_POSITIVE = click.FloatRange(min=0, min_open=True)
+
+
+@click.command("identify")
+@click.argument("log", metavar="LOG.csv")
+@click.option(
+    "--model",
+    type=click.Choice(MODELS),
+    default=MODELS[0],
+    show_default=True,
+    help="velocity-loop: gain, lag and friction from x_force to x_mm (also a torque-mode motor); first-order and "
+    "fourth-order: the closed loop from x_cmd_mm to x_mm; etfe: frequency response with coherence.",
+)
+@click.option("--axis", metavar="LETTER", help="One axis [default: every axis of the log].")
+@click.option("--friction/--no-friction", default=True, show_default=True, help="Fit Coulomb friction.")
+@click.option(
+    "--counts-per-mm",
+    metavar="N",
+    type=_POSITIVE,
+    help="With --counts-per-rad: give Kc of a torque-mode motor.",
+)
+@click.option("--counts-per-rad", metavar="N", type=_POSITIVE, help="Encoder counts a radian of the motor.")
+@output_option
+@summary_option
+@message_options
+def command(
+    log: str,
+    model: str,
+    axis: str | None,
+    friction: bool,
+    counts_per_mm: float | None,
+    counts_per_rad: float | None,
+    output: str | None,
+    summary: str | None,
+) -> None:
+    """Fit axis parameters to a log.
+
+    LOG.csv has t_s and columns like a response file of cncgen simulate: x_mm, and x_force or x_cmd_mm. The output is
+    [axes.x.servo] tables (of a velocity loop: comments, since it has no controller; of etfe: CSV).
+    """
+    from cncgen.files import write_text
+    from cncgen.report.identified import identified
+
+    scale = counts_per_mm / counts_per_rad if counts_per_mm and counts_per_rad else None
+    result = identified(log, model, axis.upper() if axis else None, friction, scale)
+    messages.note(result.text)
+    write_text(output, result.table)
+    write_summary(summary, result.values)

@@ -1,0 +1,107 @@
+"""`cncgen plot`: pictures of a program, a setpoint file or a response."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cncgen.cli import messages
+from cncgen.cli.options import machine_option, message_options, planning_options, program_options
+from cncgen.cli.simulate import SETPOINT_SUFFIXES
+
+if TYPE_CHECKING:
+    from cncgen.report.plot_data import PlotData
+
+
+@click.command("plot")
+@click.argument("source", metavar="PROGRAM|SETPOINTS|RESPONSE.csv")
+@machine_option
+@click.option(
+    "--kinds",
+    metavar="LIST",
+    help="Of path,feed,axes,curvature,force,errors, by commas [default: all that the source allows].",
+)
+@click.option(
+    "-o",
+    "--output",
+    metavar="FILE|DIR",
+    required=True,
+    help="One picture as .png, .svg or .pdf, or a folder for several.",
+)
+@planning_options
+@program_options
+@message_options
+def command(
+    source: str,
+    machine: str,
+    kinds: str | None,
+    output: str,
+    planning: dict[str, Any],
+    reading: dict[str, Any],
+) -> None:
+    """Draw a motion: path, feed, axes with their limits, curvature, force and errors.
+
+    A program is planned and, where the machine has servo data, simulated; setpoints are simulated with --axis-params;
+    a response file is drawn as it is.
+    """
+    from cncgen.report.plots import available, draw
+
+    data = _response_file(source, machine) or _planned_or_read(source, machine, planning, reading)
+    names = [name.strip() for name in kinds.split(",") if name.strip()] if kinds else available(data)
+    for file in draw(data, names, output):
+        messages.note(file)
+
+
+def _response_file(source: str, machine: str) -> PlotData | None:
+    """Return the data of a response file, or None where the source is something else."""
+    if not source.lower().endswith(".csv"):
+        return None
+    from cncgen.files import open_input
+    from cncgen.machine import load_machine
+    from cncgen.report.plot_data import of_log
+    from cncgen.servo.identification.log import read_log
+
+    with open_input(source) as file:
+        if b"_cmd_" not in file.readline(4096):
+            return None
+    return of_log(read_log(source), source, load_machine(machine).axes)
+
+
+def _planned_or_read(
+    source: str, machine: str, planning: dict[str, Any], reading: dict[str, Any]
+) -> PlotData:
+    from cncgen import pipeline
+    from cncgen.cli.reading import opened, plan_options
+    from cncgen.report.plot_data import of_response, of_setpoints
+    from cncgen.setpoints.readers import open_setpoints
+
+    found = pipeline.machine_of(machine)
+    corners: list[Any] = []
+    if source.lower().endswith(SETPOINT_SUFFIXES):
+        servos = pipeline.servos_of(planning["axis_params"]) if planning["axis_params"] else {}
+        with open_setpoints(source) as stream:
+            chunks = list(stream.chunks)
+    else:
+        servos = pipeline.servos_of(planning["axis_params"] or found)
+        with opened(source, reading, planning["path_tolerance"]) as program:
+            planned = pipeline.plan(program, machine, plan_options(planning))
+            chunks = list(pipeline.sample(_noting(planned, corners)).chunks)
+    data = of_setpoints(iter(chunks), source, found.axes, corners)
+    if not all(letter in servos for letter in data.axes):
+        return data
+    from cncgen.servo.simulate import simulate
+
+    return of_response(simulate(iter(chunks), servos), source, found.axes, servos, data.corners)
+
+
+def _noting(planned: Any, corners: list[Any]) -> Any:
+    """Return the plan, whose sharp corners are gathered as it is drawn."""
+    from dataclasses import replace
+
+    def over() -> Any:
+        for trajectory in planned.trajectories:
+            corners.extend(trajectory.corners)
+            yield trajectory
+
+    return replace(planned, trajectories=over())

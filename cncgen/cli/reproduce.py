@@ -1,0 +1,33 @@
+"""`cncgen reproduce`: the papers' tables and figures from our own data."""
+
+from __future__ import annotations
+
+import click
+
+from cncgen.cli import messages
+from cncgen.cli.options import message_options, output_option
+
+
+@click.command("reproduce")
+@click.argument("name", metavar="[NAME]", required=False)
+@click.option("--plots", metavar="DIR", help="Draw the papers' figures into this folder instead.")
+@click.option("--programs", metavar="DIR", help="Folder of the example programs [default: ./programs].")
+@output_option
+@message_options
+def command(name: str | None, plots: str | None, programs: str | None, output: str | None) -> int:
+    """Compute the papers' tables: printed value, ours, the difference.
+
+    NAME is 000, 001, 002, 003 or 004; without it all are computed. Exit 1 where a stated tolerance is missed.
+    """
+    from cncgen.files import write_text
+    from cncgen.report.reproduction import as_text, reproduce
+
+    if plots is not None:
+        from cncgen.report.plots_papers import draw_papers
+
+        for path in draw_papers(plots, name, programs):
+            messages.note(path)
+        return 0
+    tables = reproduce(name, programs)
+    write_text(output, as_text(tables))
+    return 0 if all(table.holds for table in tables) else 1

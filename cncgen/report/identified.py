@@ -1,0 +1,144 @@
+"""Identification as a user sees it: a log goes in, servo tables and a text with fit and uncertainty come out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.servo.identification.etfe import etfe
+from cncgen.servo.identification.fits import Fit, fit_first_order, fit_fourth_order, fit_velocity_loop
+from cncgen.servo.identification.log import AxisLog, read_log
+from cncgen.units import file_unit, is_rotary
+
+
+@dataclass(frozen=True, slots=True)
+class Identified:
+    """Servo tables (or a CSV table), the text for a person, and plain values for the summary."""
+
+    table: str
+    text: str
+    values: dict[str, Any]
+
+
+def identified(
+    path: str, model: str, letter: str | None, friction: bool = True, motor_scale: float | None = None
+) -> Identified:
+    """Fit a model to a log.
+
+    Args:
+        path: The log.
+        model: ``velocity-loop``, ``first-order``, ``fourth-order`` or ``etfe``.
+        letter: One axis, or None for all of the log.
+        friction: Whether Coulomb friction is fitted.
+        motor_scale: Counts a mm over counts a radian: the gain is given as Kc of a torque-mode motor too.
+
+    Raises:
+        UsageError: The log cannot be used (``log-…``), lacks a column (``log-columns``), or no fit is found
+            (``identify-fit``).
+    """
+    log = read_log(path)
+    if letter is not None and letter not in log:
+        raise UsageError(Diagnostic("log-columns", f"{path} has no axis {letter}; it has {', '.join(log)}"))
+    tables, texts, values = [], [], {}
+    for axis in [log[letter]] if letter else log.values():
+        try:
+            table, text, found = (
+                _response(axis) if model == "etfe" else _fitted(axis, model, friction, motor_scale)
+            )
+        except ValueError as error:
+            raise UsageError(Diagnostic("identify-fit", f"axis {axis.letter}: {error}")) from error
+        tables.append(table)
+        texts.append(text)
+        values[axis.letter.lower()] = found
+    return Identified(
+        "\n".join(tables),
+        "\n".join(texts),
+        {"schema_version": 1, "log": path, "model": model, "axes": values},
+    )
+
+
+def _column(axis: AxisLog, name: str) -> Any:
+    values = getattr(axis, name)
+    if values is None:
+        low = axis.letter.lower()
+        column = f"{low}_force" if name == "drive" else f"{low}_cmd_{file_unit(axis.letter)}"
+        raise UsageError(
+            Diagnostic("log-columns", f"the model needs the column {column}, which the log has not")
+        )
+    return values
+
+
+def _fitted(
+    axis: AxisLog, model: str, friction: bool, motor_scale: float | None
+) -> tuple[str, str, dict[str, Any]]:
+    if model == "velocity-loop":
+        fit = fit_velocity_loop(_column(axis, "drive"), axis.position, axis.period_s, friction=friction)
+    elif model == "first-order":
+        fit = fit_first_order(_column(axis, "command"), axis.position, axis.period_s, friction=friction)
+    else:
+        fit = fit_fourth_order(_column(axis, "command"), axis.position, axis.period_s)
+    values: dict[str, Any] = {
+        "parameters": dict(fit.parameters),
+        "uncertainty": dict(fit.uncertainty),
+        "fit_percent": fit.fit_percent,
+        "residual_rms": fit.residual_rms,
+    }
+    lines = [
+        f"{axis.letter}: {fit.model}, fit {fit.fit_percent:.3f} %, residual rms {1e3 * fit.residual_rms:.4g} µm"
+    ]
+    lines += [f"  {k} = {v:.6g} ± {fit.uncertainty[k]:.2g}" for k, v in fit.parameters.items()]
+    if motor_scale is not None and "gain" in fit.parameters:
+        kc, spread = (d["gain"] * motor_scale for d in (fit.parameters, fit.uncertainty))
+        values["velocity_gain_rad_s_volt"] = kc
+        lines.append(f"  velocity_gain_rad_s_volt (Kc) = {kc:.6g} ± {spread:.2g}")
+    return _servo_table(axis.letter, fit), "\n".join(lines), values
+
+
+def _servo_table(letter: str, fit: Fit) -> str:
+    """Return a fit as a table of a machine file; a velocity loop alone has no controller and is given as comments."""
+    low, length = letter.lower(), file_unit(letter)
+    p = fit.parameters
+    head = f"# fit {fit.fit_percent:.3f} %, residual rms {fit.residual_rms:.3g}"
+    if fit.model == "velocity-loop":
+        body = "\n".join(
+            f"# {name} = {value!r}  # ± {fit.uncertainty[name]:.2g}" for name, value in p.items()
+        )
+        return (
+            f"{head}\n# axes.{low}: gain/(s (time_constant_s s + 1)) from drive input to position\n{body}\n"
+        )
+    lines = [f"[axes.{low}.servo]"]
+    if fit.model == "fourth-order":
+        lines += [
+            'model = "transfer-function"',
+            f"numerator = [{p['b2']!r}, {p['b1']!r}, {p['a0']!r}]",
+            f"denominator = [1.0, {p['a3']!r}, {p['a2']!r}, {p['a1']!r}, {p['a0']!r}]",
+        ]
+    else:
+        lines.append('model = "first-order"')
+        for name, value in p.items():
+            lag = name == "coulomb_lag_mm"
+            shown = math.degrees(value) if lag and is_rotary(letter) else value
+            lines.append(f"{name.replace('mm', length) if lag else name} = {shown!r}")
+    return head + "\n" + "\n".join(lines) + "\n"
+
+
+def _response(axis: AxisLog) -> tuple[str, str, dict[str, Any]]:
+    source = axis.drive if axis.drive is not None else _column(axis, "command")
+    found = etfe(source, axis.position, axis.period_s)
+    rows = ["frequency_hz,magnitude,phase_deg,coherence,relative_error"]
+    for f, h, gamma, error in zip(
+        found.frequency_hz, found.response, found.coherence, found.relative_error, strict=True
+    ):
+        rows.append(
+            f"{f:.6g},{abs(h):.6g},{math.degrees(math.atan2(h.imag, h.real)):.4f},{gamma:.6f},{error:.3g}"
+        )
+    good = found.coherence > 0.9
+    band = (
+        f"{found.frequency_hz[good].min():.3g} to {found.frequency_hz[good].max():.3g} Hz"
+        if good.any()
+        else "no band"
+    )
+    text = f"{axis.letter}: frequency response at {len(rows) - 1} frequencies; coherence above 0.9 in {band}"
+    return "\n".join(rows) + "\n", text, {"frequencies": len(rows) - 1, "coherent_band": band}

@@ -1,0 +1,148 @@
+"""The papers' tables: printed value, ours, the difference, and whether a stated tolerance is held."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.report.tables import text_table
+
+#: Papers by name, each a module ``reproduce_<name>`` with a function ``tables(programs)``.
+NAMES = ("000", "001", "002", "003", "004")
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One figure.
+
+    Attributes:
+        what: What it is.
+        ours: Our value.
+        printed: The paper's value, or None where the tolerance is a bound of our own.
+        unit: Unit of both.
+        within: Largest share that ours may differ by from the printed one, or None.
+        at_most, at_least: Bounds on ours, or None.
+    """
+
+    what: str
+    ours: float
+    printed: float | None = None
+    unit: str = ""
+    within: float | None = None
+    at_most: float | None = None
+    at_least: float | None = None
+
+    @property
+    def checked(self) -> bool:
+        """Tell whether anything is asked of the figure."""
+        return not (self.within is None and self.at_most is None and self.at_least is None)
+
+    @property
+    def holds(self) -> bool:
+        """Tell whether what is asked of it holds; a figure that is only shown holds."""
+        near = self.within is None or (
+            self.printed is not None and abs(self.ours - self.printed) <= self.within * abs(self.printed)
+        )
+        low = self.at_least is None or self.ours >= self.at_least
+        high = self.at_most is None or self.ours <= self.at_most
+        return near and low and high
+
+    @property
+    def asked(self) -> str:
+        """Return what is asked, in words."""
+        parts = []
+        if self.within is not None:
+            parts.append(f"±{100 * self.within:g} %")
+        if self.at_most is not None:
+            parts.append(f"≤ {self.at_most:g}")
+        if self.at_least is not None:
+            parts.append(f"≥ {self.at_least:g}")
+        return ", ".join(parts)
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table of a paper.
+
+    Attributes:
+        title: Paper and table.
+        rows: The figures.
+        assumptions: What had to be assumed, and what is calibrated and what predicted.
+    """
+
+    title: str
+    rows: tuple[Row, ...]
+    assumptions: tuple[str, ...] = ()
+
+    @property
+    def holds(self) -> bool:
+        """Tell whether every row holds."""
+        return all(row.holds for row in self.rows)
+
+
+def reproduce(name: str | None = None, programs: str | None = None) -> list[Table]:
+    """Compute the tables of one paper, or of all.
+
+    Args:
+        name: One of `NAMES`, or None.
+        programs: Folder of the example programs; None: looked for.
+
+    Raises:
+        UsageError: There is no such paper (``reproduce-name``), or the programs are not found.
+    """
+    if name is not None and name not in NAMES:
+        raise UsageError(
+            Diagnostic("reproduce-name", f"no paper is called {name!r}; there are {', '.join(NAMES)}")
+        )
+    found: list[Table] = []
+    for one in [name] if name else NAMES:
+        found += importlib.import_module(f"cncgen.report.reproduce_{one}").tables(programs)
+    return found
+
+
+def as_text(tables: Iterable[Table]) -> str:
+    """Return tables as text, with their assumptions, and at the end what does not hold."""
+    parts, missed = [], []
+    for table in tables:
+        parts.append(f"{table.title}\n\n{text_table(_HEADER, [_cells(row) for row in table.rows])}")
+        parts += [f"  {line}" for line in table.assumptions]
+        parts.append("")
+        missed += [f"{table.title}: {row.what}" for row in table.rows if not row.holds]
+    parts.append("all stated tolerances hold" if not missed else "missed:\n  " + "\n  ".join(missed))
+    return "\n".join(parts) + "\n"
+
+
+_HEADER = ("figure", "printed", "ours", "unit", "difference", "asked", "")
+
+
+def _cells(row: Row) -> Sequence[str]:
+    difference = ""
+    if row.printed:
+        difference = f"{100 * (row.ours / row.printed - 1):+.2f} %"
+    printed = "" if row.printed is None else f"{row.printed:g}"
+    verdict = ("ok" if row.holds else "MISSED") if row.checked else ""
+    return row.what, printed, f"{row.ours:.5g}", row.unit, difference, row.asked, verdict
+
+
+def program_text(name: str, programs: str | None) -> bytes:
+    """Return an example program: from the folder given, else from ``./programs``, else beside the package.
+
+    Raises:
+        UsageError: It is in none of them (``reproduce-programs``).
+    """
+    beside = Path(__file__).resolve().parents[2] / "programs"
+    folders = [Path(programs)] if programs else [Path("programs"), beside]
+    for folder in folders:
+        path = folder / name
+        if path.is_file():
+            return path.read_bytes()
+    raise UsageError(
+        Diagnostic(
+            "reproduce-programs",
+            f"{name} is not in {' or '.join(str(f) for f in folders)}",
+            hint="give the folder of the example programs: --programs DIR",
+        )
+    )
