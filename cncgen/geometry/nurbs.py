@@ -61,6 +61,23 @@ def check(table: NurbsTable) -> None:
         raise ValueError("control points and knots must be finite")
 
 
+def concatenate(tables: list[NurbsTable]) -> NurbsTable:
+    """Return one table of the curves of several, in order; all with the same axes, at least one table."""
+
+    def chained(offsets: list[Ints]) -> Ints:
+        sizes = np.concatenate([np.diff(o) for o in offsets])
+        return np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+
+    return NurbsTable(
+        np.concatenate([t.degree for t in tables]),
+        chained([t.point_offset for t in tables]),
+        chained([t.knot_offset for t in tables]),
+        np.concatenate([t.control_points for t in tables]),
+        np.concatenate([t.weights for t in tables]),
+        np.concatenate([t.knots for t in tables]),
+    )
+
+
 def take(table: NurbsTable, curves: ArrayLike) -> NurbsTable:
     """Return a table of the chosen curves, in the order of `curves` (indices, repeats allowed)."""
     index = np.asarray(curves, np.int64)

@@ -16,7 +16,6 @@ from scipy.interpolate import BSpline
 from cncgen.geometry import nurbs
 from cncgen.geometry.tables import NurbsTable
 from cncgen.kernels import bspline
-from cncgen.toolpath.building import join_nurbs
 from tests.geometry.curves import curves, program_curve
 
 
@@ -95,7 +94,7 @@ def test_what_is_no_curve_is_refused(
 @given(st.lists(curves(), min_size=1, max_size=4), st.integers(0, 2**16))
 @settings(max_examples=20)
 def test_tables_joined_and_picked_keep_their_curves(tables: list[NurbsTable], seed: int) -> None:
-    both = join_nurbs(tables, 3)
+    both = nurbs.concatenate(tables)
     nurbs.check(both)
     order = np.random.default_rng(seed).integers(0, len(tables), 6)
     picked = nurbs.take(both, order)
