@@ -284,11 +284,14 @@ def references(
     Args:
         data: The file.
         bodies, ends: Shape (n,), from `split`.
-        targets: Filled with ids; as long as the file has ``#``.
+        targets: Filled with ids; as long as the file has ``#`` suffices where statements do not overlap.
         offsets: Shape (n + 1,): the references of statement i are ``targets[offsets[i]:offsets[i + 1]]``.
 
     Returns:
         Number of references.
+
+    Raises:
+        ValueError: where `targets` is too short.
     """
     i: cython.Py_ssize_t
     p: cython.Py_ssize_t
@@ -315,6 +318,8 @@ def references(
                     if value < _ID_LIMIT:
                         value = value * 10 + (data[p] - 48)
                     p += 1
+                if total == targets.shape[0]:
+                    raise ValueError("there is no room for all references")
                 targets[total] = value
                 total += 1
             else:

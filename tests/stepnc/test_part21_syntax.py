@@ -228,3 +228,23 @@ def test_what_has_no_text_is_refused():
         format_instance(Instance(1, (Record("A", (float("inf"),)),)))
     with pytest.raises(TypeError):
         format_instance(Instance(1, (Record("A", (object(),)),)))
+
+
+def test_statements_do_not_overlap_after_restarts():
+    """Strings and comments without ends, references in all that follows: each is counted once."""
+    body = "\n".join(f"#{k}=A(#1,#2,'x);" if k % 2 else f"#{k}=B(#1); /* y" for k in range(3, 40))
+    file = exchange("#1=A();\n#2=A();\n" + body)
+    targets, offsets = file.links
+    assert len(targets) == offsets[-1] <= file.data.count(b"#")
+    assert (file.rows.starts[1:] >= file.rows.ends[:-1]).all()
+
+
+def test_too_little_room_for_references_is_an_error():
+    import numpy as np
+
+    from cncgen.kernels import part21_scan
+
+    data = np.frombuffer(b"A(#1,#2)", np.uint8)
+    bounds = np.array([0]), np.array([8])
+    with pytest.raises(ValueError, match="room"):
+        part21_scan.references(data, *bounds, np.zeros(1, np.int64), np.zeros(2, np.int64))

@@ -54,6 +54,9 @@ def split(data: bytes) -> Statements:
             restarts += 1
             end_of_line = data.find(b"\n", int(columns[1][-1][-1]))
             position = len(data) if end_of_line < 0 else end_of_line + 1
+            # The statement ends where the next one may begin: none overlaps another.
+            for offsets in (columns[2], columns[3]):
+                offsets[-1][-1] = min(int(offsets[-1][-1]), position)
         elif not found:
             break
     joined = [np.concatenate(c) if c else np.empty(0, np.int64) for c in columns]
