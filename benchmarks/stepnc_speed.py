@@ -7,7 +7,6 @@
 """
 
 import argparse
-import io
 import math
 import os
 import resource
@@ -98,7 +97,7 @@ def main() -> None:
         return
     with tempfile.TemporaryDirectory() as folder:
         target = os.path.join(folder, "part.stp")
-        with io.open(target, "w", encoding="ascii") as stream:
+        with open(target, "w", encoding="ascii") as stream:
             write(stream, int(options.size_mb * 1e6), options.kind)
         subprocess.run([sys.executable, __file__, "--measure", target], check=True)
 

@@ -501,3 +501,50 @@ def test_a_placement_that_repeats_the_feature_is_taken_as_none():
     heights, found = part.heights(4.0)
     assert "stepnc-placement" in codes(found, "warning")
     check_cut(heights, box(-30, -20, 30, 20), 4.0, 6.0)
+
+
+def test_leads_onto_a_contour_by_an_arc_and_by_an_angle():
+    """An arc of 3 mm, tangent to the wall; off it in a line of 4 mm at 30 degrees."""
+    part = Features()
+    outline = part.polygon((-20, -10), (20, -10), (20, 10), (-20, 10))
+    feature = part.add("GENERAL_OUTSIDE_PROFILE", *part.head(), None, outline)
+    operation = part.operation(
+        "SIDE_FINISH_MILLING", 6.0, 2.0, None, approach=part.add("AP_RETRACT_TANGENT", None, 3.0)
+    )
+    values = list(part.instances[operation - 1].parts[0].parameters)
+    values[10] = part.add("AP_RETRACT_ANGLE", None, 30.0, 4.0)
+    part.fill(operation, "SIDE_FINISH_MILLING", *values)
+    path, found = part.mill(feature, operation).read()
+    assert codes(found) == []
+    rows = motions(path)
+    first = next(k for k in rows if path.kind[k] == Kind.ARC)
+    assert np.linalg.norm(path.starts[first, :2] - path.arcs.centre[0, :2]) == pytest.approx(3.0)
+    last = rows[-2]  # before the way up
+    leave = path.end[last, :2] - path.starts[last, :2]
+    assert np.linalg.norm(leave) == pytest.approx(4.0)
+    before = path.end[rows[-3], :2] - path.starts[rows[-3], :2]
+    cosine = leave @ before / np.linalg.norm(leave) / np.linalg.norm(before)
+    # The contour begins within the first chord of a corner, 0.35 degrees from its line.
+    assert math.degrees(math.acos(cosine)) == pytest.approx(30.0, abs=0.4)
+
+
+@pytest.mark.parametrize("distance", [-4.0, -7.3, 2.5])
+def test_offsets_go_back_to_the_lines_and_arcs_that_they_are(distance):
+    """A rectangle with corners of 5 mm, shrunk or grown: four lines, four quarter circles of the radius left."""
+    from cncgen.stepnc.execution.linearize import polyline_of
+    from cncgen.stepnc.features import offsets
+    from cncgen.stepnc.geometry.pieces import Arc
+
+    outline = box(-20, -10, 20, 10).buffer(-5).buffer(5, quad_segs=800)  # as fine as outlines are
+    (region,) = offsets.region(outline, [], distance)
+    (curve,) = offsets.boundary_curves(region, clockwise=True)
+    arcs = [p for p in curve if isinstance(p, Arc)]
+    assert len(arcs) == 4
+    for arc in arcs:
+        assert np.linalg.norm(arc.start - arc.centre) == pytest.approx(5 - distance, abs=2e-4)
+        np.testing.assert_allclose(np.abs(arc.centre[:2]), [15, 5], atol=2e-3)
+    points = np.concatenate([polyline_of(p, 1e-5).points for p in curve])
+    exact = box(-15, -5, 15, 5).buffer(5 - distance, quad_segs=2000).exterior
+    assert max(exact.distance(Point(x, y)) for x, y, _ in points[::7]) < 4e-4
+    for one, other in zip(curve, curve[1:] + curve[:1], strict=True):
+        np.testing.assert_allclose(one.end, other.start, atol=1e-12)

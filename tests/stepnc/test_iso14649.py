@@ -447,3 +447,11 @@ def test_the_schema_is_told_by_the_entities(header):
     part.run_curve(square(part))
     path, _ = run(part.text().replace("MACHINING_SCHEMA", header))
     assert len(motions(path)) == 2
+
+
+def test_a_workplan_without_a_project_whose_setup_is_broken():
+    part = Part()
+    held = part.add("WORKPIECE_SETUP", None, part.point(1, 2, 3), None, None, ())
+    part.plan(setup=part.add("SETUP", "", None, None, (held,)))
+    _, found = part.read()
+    assert "stepnc-type" in codes(found, "error")

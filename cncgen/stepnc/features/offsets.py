@@ -23,8 +23,12 @@ REFIT = 1e-4
 CENTRE = 1e-6
 #: Rings from a wall to the middle, and lines across a pocket.
 MAX_RINGS = 2000
-#: Segments of a quarter circle in offsets.
+#: Segments of a quarter circle in offsets, and the largest angle that an edge of an arc may have.
 QUARTER = 64
+EDGE_ANGLE = 1.05 * math.pi / 2 / QUARTER
+#: Edges that an arc has at least, and the angle that it turns by, rad.
+_SHORTEST_RUN = 6
+_SMALLEST_TURN = 0.05
 
 
 @dataclass(slots=True)
@@ -175,7 +179,7 @@ def boundary_curves(polygon: Any, clockwise: bool) -> list[list[Piece]]:
 def refit(points: Floats) -> list[Piece]:
     """Return a closed polygon, shape (n, 2) with the first point last again, as lines and arcs at height 0.
 
-    Runs of at least four short edges whose points lie on one circle (within `REFIT`) become an arc.
+    Runs of short edges whose points lie on one circle (within `REFIT`) become an arc.
     """
     p = np.column_stack([points, np.zeros(len(points))])
     p = _begin_at_corner(p)
@@ -196,7 +200,43 @@ def refit(points: Floats) -> list[Piece]:
         k, line = end, [p[end]]
     if len(line) > 1:
         pieces.append(Polyline(np.stack(line)))
-    return pieces
+    return _tangent(pieces)
+
+
+def _tangent(pieces: list[Piece]) -> list[Piece]:
+    """Return a closed curve whose arcs begin and end where the lines beside them touch their circles.
+
+    Polygons have no vertex there: an offset's first edge runs from the line past the point of contact onto the arc.
+    """
+    out = list(pieces)
+    for k, piece in enumerate(out):
+        if not isinstance(piece, Arc) or len(out) < 2:
+            continue
+        before, after = out[k - 1], out[(k + 1) % len(out)]
+        start, end = piece.start, piece.end
+        if isinstance(before, Polyline):
+            start = _contact(before.points[-2], before.points[-1], piece, start)
+            out[k - 1] = Polyline(np.concatenate([before.points[:-1], start[None, :]]))
+            after = out[(k + 1) % len(out)]
+        if isinstance(after, Polyline):
+            end = _contact(after.points[1], after.points[0], piece, end)
+            out[(k + 1) % len(out)] = Polyline(np.concatenate([end[None, :], after.points[1:]]))
+        u, w = start - piece.centre, end - piece.centre
+        sweep = math.atan2(float(piece.normal @ np.cross(u, w)), float(u @ w)) % (2 * math.pi)
+        out[k] = Arc(start, end, piece.centre, piece.normal, sweep)
+    return out
+
+
+def _contact(far: Floats, near: Floats, arc: Arc, point: Floats) -> Floats:
+    """Return where the line from `far` to `near` touches an arc's circle, if that is beside the arc's end `point`."""
+    along = near - far
+    length = float(np.linalg.norm(along))
+    radius = float(np.linalg.norm(point - arc.centre))
+    foot = far + along * float((arc.centre - far) @ along) / max(length**2, 1e-300)
+    beside = float(np.linalg.norm(foot - point)) <= 1.5 * EDGE_ANGLE * radius
+    touches = abs(float(np.linalg.norm(foot - arc.centre)) - radius) <= 2 * REFIT
+    ahead = float((foot - far) @ along) > 0
+    return foot if beside and touches and ahead else point
 
 
 def _begin_at_corner(p: Floats) -> Floats:
@@ -209,35 +249,45 @@ def _begin_at_corner(p: Floats) -> Floats:
 
 
 def _arc_run(p: Floats, k: int) -> tuple[int, Floats] | None:
-    """Return the last index of the points from k on that lie on one circle, and its centre; None without an arc."""
-    if k + 4 >= len(p):
-        return None
-    centre = _centre(p[k], p[k + 2], p[k + 4])
-    if centre is None:
-        return None
-    radius = float(np.linalg.norm(p[k] - centre))
-    distance = np.abs(np.linalg.norm(p[k:] - centre, axis=1) - radius)
+    """Return the last index of the points from k on that lie on one circle, and its centre; None without an arc.
+
+    The circle is fitted to the first points, then to all that lie on it, until no more join. An edge must be short for
+    its circle: no longer than those of the first points, or so that the circle bulges over it by no more than `REFIT`.
+    """
     edges = np.linalg.norm(np.diff(p[k:], axis=0), axis=1)
-    bad = np.flatnonzero((distance[1:] > REFIT) | (edges > 0.3 * radius))
-    end = k + (int(bad[0]) if len(bad) else len(p) - 1 - k)
-    if end - k < 4:
+    end = k + _SHORTEST_RUN
+    if end >= len(p):
         return None
-    # The middle of the run fixes the circle best.
-    better = _centre(p[k], p[(k + end) // 2], p[end]) if np.abs(p[k] - p[end]).max() > 1e-9 else None
-    if better is None:
-        third = (end - k) // 3
-        better = _centre(p[k], p[k + third], p[k + 2 * third])
-    return end, centre if better is None else better
+    usual = 1.2 * float(edges[:_SHORTEST_RUN].max())
+    centre = np.zeros(3)
+    for _ in range(10):
+        circle = _circle(p[k : end + 1])
+        if circle is None:
+            return None
+        centre, radius = circle
+        off = np.abs(np.linalg.norm(p[k:] - centre, axis=1) - radius)
+        longest = min(EDGE_ANGLE * radius, max(math.sqrt(8 * radius * REFIT), usual))
+        bad = np.flatnonzero((off[1:] > REFIT) | (edges > longest))
+        reach = k + (int(bad[0]) if len(bad) else len(p) - 1 - k)
+        if off[0] > REFIT or reach - k < _SHORTEST_RUN:
+            return None
+        if reach == end:
+            break
+        end = reach
+    turn = float(edges[: end - k].sum()) / radius
+    return (end, centre) if turn > _SMALLEST_TURN else None
 
 
-def _centre(a: Floats, b: Floats, c: Floats) -> Floats | None:
-    u, v = b - a, c - a
-    cross = u[0] * v[1] - u[1] * v[0]
-    if abs(cross) < 1e-12 * max(float(u @ u), 1e-12):
+def _circle(points: Floats) -> tuple[Floats, float] | None:
+    """Return centre, shape (3,), and radius of the circle nearest to points (I. Kåsa, 1976); None for a line."""
+    middle = points[:, :2].mean(axis=0)
+    x, y = (points[:, :2] - middle).T
+    matrix = np.column_stack([x, y, np.ones(len(x))])
+    (a, b, c), _, rank, _ = np.linalg.lstsq(matrix, x**2 + y**2, rcond=1e-12)
+    if rank < 3:
         return None
-    x = (v[1] * (u @ u) - u[1] * (v @ v)) / (2 * cross)
-    y = (u[0] * (v @ v) - v[0] * (u @ u)) / (2 * cross)
-    return np.asarray(a + np.array([x, y, 0.0]))
+    radius = math.sqrt(max(c + (a**2 + b**2) / 4, 0.0))
+    return np.array([middle[0] + a / 2, middle[1] + b / 2, points[0, 2]]), radius
 
 
 def _arc(points: Floats, centre: Floats) -> Arc:

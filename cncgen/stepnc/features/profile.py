@@ -9,8 +9,8 @@ import numpy as np
 from cncgen.stepnc.features import offsets
 from cncgen.stepnc.features.job import Floats, Job, Moves, raised
 from cncgen.stepnc.geometry.approach import start_tangent
-from cncgen.stepnc.geometry.pieces import Arc, Piece
-from cncgen.stepnc.model import Path
+from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
+from cncgen.stepnc.model import Path, Strategy
 
 #: Radius of the arcs onto and off the contour, in diameters of the tool (NIST gives none; a common choice).
 LEAD_RADIUS = 0.25
@@ -70,14 +70,11 @@ def _layers(job: Job, distance: float, outside: bool) -> list[float]:
 
 
 def _passes(job: Job, curve: list[Piece], levels: list[float], moves: Moves | None, outside: bool) -> Moves:
-    """Go round a contour on all levels, onto it and off it by quarter circles from the free side."""
-    lead = LEAD_RADIUS * 2 * job.radius
+    """Go round a contour on all levels, onto it and off it from the free side."""
     along = start_tangent(curve[0])
     free = _free_side(curve, along, outside)
-    on, off = (
-        _quarter(curve[0].start, along, free, lead, True),
-        _quarter(curve[0].start, along, free, lead, False),
-    )
+    on = _lead(job, job.operation.approach, curve[0].start, along, free)
+    off = _lead(job, job.operation.retract, curve[0].start, -along, free).reversed()
     start = on.start
     if moves is None:
         moves = Moves(job.operation.ident, np.array([start[0], start[1], job.retract]))
@@ -90,6 +87,27 @@ def _passes(job: Job, curve: list[Piece], levels: list[float], moves: Moves | No
     return moves
 
 
+def _lead(job: Job, strategy: Strategy | None, point: Floats, along: Floats, free: Floats) -> Piece:
+    """Return the way onto a contour at a point: an arc of a radius, a line at an angle, else a quarter circle."""
+    values = strategy.values if strategy else {}
+    if strategy is not None and strategy.kind == "ap retract angle":
+        angle, length = math.radians(float(values.get("angle", 0.0))), float(values.get("travel_length", 0.0))
+        if not length > 0:
+            raise job.fault("stepnc-geometry", f"a travel length of {length:g} mm")
+        away = length * (math.sin(angle) * free - math.cos(angle) * along)
+        return Polyline(np.stack([point + away, point]))
+    radius = LEAD_RADIUS * 2 * job.radius
+    if strategy is not None and strategy.kind == "ap retract tangent":
+        radius = float(values.get("radius", radius))
+        if not radius > 0:
+            raise job.fault("stepnc-geometry", f"an approach by an arc of {radius:g} mm")
+    elif strategy is not None and strategy.kind != "plunge toolaxis":
+        job.warn(
+            "stepnc-approach", f"{strategy.kind!r} is for pockets; the contour is met by a quarter circle"
+        )
+    return _quarter(point, along, free, radius)
+
+
 def _free_side(curve: list[Piece], along: Floats, outside: bool) -> Floats:
     """Return the unit vector across the contour's start to where no material stands."""
     left = np.array([-along[1], along[0], 0.0])
@@ -98,14 +116,9 @@ def _free_side(curve: list[Piece], along: Floats, outside: bool) -> Floats:
     return left if inside != outside else -left
 
 
-def _quarter(point: Floats, along: Floats, free: Floats, radius: float, onto: bool) -> Arc:
-    """Return the quarter circle that comes onto the contour at a point, or leaves it there."""
+def _quarter(point: Floats, along: Floats, free: Floats, radius: float) -> Arc:
+    """Return the quarter circle that comes onto the contour at a point."""
     centre = point + radius * free
     turn = float(np.cross(along, free)[2])
     normal = np.array([0.0, 0.0, 1.0 if turn > 0 else -1.0])
-    other = centre + radius * (-along if onto else along)
-    return (
-        Arc(other, point, centre, normal, math.pi / 2)
-        if onto
-        else Arc(point, other, centre, normal, math.pi / 2)
-    )
+    return Arc(centre - radius * along, point, centre, normal, math.pi / 2)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cncgen.stepnc.entities import Entities, Entity
 from cncgen.stepnc.geometry import splines
-from cncgen.stepnc.geometry.frames import Placements
+from cncgen.stepnc.geometry.frames import MAX_COORDINATE, Placements
 from cncgen.stepnc.geometry.pieces import Arc, Nurbs, Piece, Polyline, reverse
 from cncgen.stepnc.geometry.trimming import Trim, read_trims
 from cncgen.stepnc.geometry.via_points import polyline_with_via_points
@@ -100,6 +100,8 @@ class Curves:
         points, plain = exchange.coordinates_of(ids)
         if len(ids) < 2:
             raise entity.fault("stepnc-geometry", f"a polyline of {len(ids)} points")
+        if np.abs(points).max() > MAX_COORDINATE:
+            raise entity.fault("stepnc-range", f"a coordinate beyond {MAX_COORDINATE:g}")
         if not plain.all():
             return self._slow_polyline(entity, ids.tolist())
         return [Polyline(points * self.scale if self.scale != 1.0 else points)]
@@ -121,8 +123,10 @@ class Curves:
 
     def _radius(self, entity: Entity, name: str = "radius") -> float:
         radius = entity.number(name) * self.scale
-        if not radius > 0:
-            raise entity.fault("stepnc-geometry", f"{name} is {radius:g}, not positive")
+        if not 0 < radius <= MAX_COORDINATE:
+            raise entity.fault(
+                "stepnc-geometry", f"{name} is {radius:g}, not positive and below {MAX_COORDINATE:g}"
+            )
         return radius
 
     def _circle(self, entity: Entity) -> list[Piece]:
@@ -308,6 +312,8 @@ class Curves:
         ids = base.refs("control_points_list")
         degree = int(base.number("degree"))
         coordinates, plain = self.entities.exchange.coordinates_of(np.array(ids, np.int64))
+        if len(ids) and np.abs(coordinates).max() > MAX_COORDINATE:
+            raise entity.fault("stepnc-range", f"a coordinate beyond {MAX_COORDINATE:g}")
         control = coordinates * self.scale
         for k in np.flatnonzero(~plain).tolist():
             control[k] = self.placements.point(ids[k], entity.id)

@@ -7,6 +7,9 @@ from numpy.typing import NDArray
 
 from cncgen.stepnc.entities import Entities, Entity
 
+#: Coordinates beyond this are no geometry, in the file's unit.
+MAX_COORDINATE = 1e12
+
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
 
@@ -70,6 +73,8 @@ class Placements:
         numbers = entity.numbers("coordinates")
         if not 1 <= len(numbers) <= 3:
             raise entity.fault("stepnc-geometry", f"a point has 1 to 3 coordinates, not {len(numbers)}")
+        if max(map(abs, numbers)) > MAX_COORDINATE:
+            raise entity.fault("stepnc-range", f"a coordinate beyond {MAX_COORDINATE:g}")
         return np.array(numbers + [0.0] * (3 - len(numbers))) * self.scale
 
     def direction(self, ident: int, owner: int | None = None) -> Vector:
@@ -81,6 +86,7 @@ class Placements:
         entity = self.entities.get(ident, "DIRECTION", owner=owner)
         numbers = entity.numbers("direction_ratios")
         vector = np.array((numbers + [0.0] * 3)[:3])
+        vector = vector / max(float(np.abs(vector).max()), 1e-300)  # the square of a large ratio overflows
         length = np.linalg.norm(vector)
         if not 2 <= len(numbers) <= 3 or not length > 1e-12 or not np.isfinite(length):
             raise entity.fault(

@@ -87,8 +87,12 @@ class Iso14649Reader:
         if not projects:
             held = {int(i) for w in self.exchange.instances("WORKPLAN") for i in self._elements(w.id)}
             free = [w.id for w in self.exchange.instances("WORKPLAN") if w.id not in held]
-            roots = [self.executable(i, nowhere) for i in free]
-            if not roots:
+            for plan_id in free:
+                try:
+                    roots.append(self.executable(plan_id, nowhere))
+                except Skip:
+                    continue
+            if not free:
                 text = "there is no PROJECT and no WORKPLAN: nothing is executed"
                 self.exchange.reporter.report("stepnc-no-project", text, 0)
         return roots
@@ -254,6 +258,6 @@ class Iso14649Reader:
 
     def _note_places(self, kind: str, attribute: str) -> None:
         for instance in self.exchange.instances(kind):
-            value = self.entities.get(instance.id).get(attribute)
+            value = self.entities.get(instance.id, kind).get(attribute)
             if isinstance(value, int):
                 self._placing.add(int(value))
