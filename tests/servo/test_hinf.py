@@ -1,0 +1,78 @@
+"""Mixed-sensitivity design: its norm on a grid is the one it states, loops are stable, bounds hold for all plants."""
+
+import numpy as np
+import pytest
+
+from cncgen.servo.controllers import hinf
+from cncgen.servo.discretise import ramped
+
+
+def stage(frequency=25.0, damping=0.05, gain=1.0):
+    """A piezo stage: one resonance."""
+    w = 2 * np.pi * frequency
+    return [gain * w**2], [1.0, 2 * damping * w, w**2]
+
+
+W1, WT = hinf.performance_weight(20.0), hinf.robustness_weight(40.0)
+GRID = np.geomspace(1e-2, 1e5, 4000)
+FAMILY = [stage(f, d, g) for f in (22.5, 25.0, 27.5) for d in (0.04, 0.08) for g in (0.9, 1.1)]
+
+
+def value(ratio):
+    return np.polyval(ratio[0], 1j * GRID) / np.polyval(ratio[1], 1j * GRID)
+
+
+@pytest.fixture(scope="module")
+def design():
+    return hinf.mixed_sensitivity(stage(), W1, WT, 0.05)
+
+
+def test_the_norm_is_what_it_says(design):
+    k, g = design.controller.response(GRID), value(stage())
+    s = 1.0 / (1.0 + k * g)
+    norm = np.sqrt(abs(value(W1) * s) ** 2 + abs(value(WT) * g * k * s) ** 2 + abs(0.05 * k * s) ** 2).max()
+    assert norm <= design.gamma * 1.001
+    assert norm >= 0.9 * design.gamma
+    assert np.linalg.eigvals(hinf.closed(design.controller, stage()).a).real.max() < 0.0
+
+
+def test_a_right_half_plane_zero_bounds_the_norm():
+    """No controller beats a bound from interpolation: W1 S at a right-half-plane zero z gives γ ≥ |W1(z)|."""
+    zero = 40.0
+    plant = ([-1.0, zero], [1.0, 60.0, 900.0])
+    found = hinf.mixed_sensitivity(plant, W1, WT, 0.05)
+    assert found.gamma >= abs(np.polyval(W1[0], zero) / np.polyval(W1[1], zero))
+
+
+def test_bounds_hold_for_every_plant_before_and_after_reshaping(design):
+    for controller in (design.controller, hinf.rolled_off(design.controller, 3000.0)):
+        bounds = hinf.check_bounds(controller, FAMILY, W1, GRID)
+        assert bounds.stable
+        assert bounds.complementary < 1.5
+        assert bounds.sensitivity < 1.0
+    high = [
+        abs(c.response(np.array([2e4]))[0])
+        for c in (design.controller, hinf.rolled_off(design.controller, 3000.0))
+    ]
+    assert high[1] < 0.2 * high[0]
+
+
+def test_a_step_of_20_um_rises_in_a_tenth_of_a_second_within_a_micrometre(design):
+    """The appended paper's figures for its stage."""
+    loop = hinf.closed(design.controller, stage())
+    phi, start, end = ramped(loop.a, loop.b, 1e-4)
+    x, rows = np.zeros(len(loop.a)), []
+    for _ in range(6000):
+        rows.append(20.0 * float(loop.c[0] @ x))
+        x = phi @ x + (start + end)[:, 0]
+    rows = np.array(rows)
+    rise = (np.argmax(rows > 18.0) - np.argmax(rows > 2.0)) * 1e-4
+    assert rise <= 0.1
+    assert abs(rows[-1] - 20.0) < 1.0
+
+
+def test_conditions_are_checked():
+    with pytest.raises(ValueError, match="positive"):
+        hinf.mixed_sensitivity(stage(), W1, WT, 0.0)
+    with pytest.raises(ValueError, match="strictly proper"):
+        hinf.mixed_sensitivity(([1.0, 1.0], [1.0, 2.0]), W1, WT, 0.1)

@@ -1,0 +1,142 @@
+"""Identifying a simulated noisy axis gives its parameters within their stated uncertainty; excitations keep limits."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cncgen.diagnostics import UsageError
+from cncgen.machine import servo_schema
+from cncgen.machine.record import Axis, Servo
+from cncgen.servo.identification.etfe import etfe
+from cncgen.servo.identification.excitation import swept_sine
+from cncgen.servo.identification.fits import (
+    COEFFICIENTS,
+    fit_first_order,
+    fit_fourth_order,
+    fit_velocity_loop,
+)
+from cncgen.servo.identification.log import parse_log
+
+from .bench import profile, run
+
+AXIS = Axis("X", 250.0, 2450.0, 50000.0)
+T = 0.001
+#: Standard deviations that a value may be off: 4 are passed once in 16,000 draws.
+SIGMAS = 4.0
+
+
+def logged(servo, noise=0.001, seed=3, **options):
+    rows = swept_sine(AXIS, T, **{"duration_s": 6.0, **options})
+    response = run(rows[:, None], {"X": servo}, axes="X")
+    measured = response.position[:, 0] + np.random.default_rng(seed).normal(size=len(rows)) * noise
+    return response.command[:, 0], response.force[:, 0], measured
+
+
+def within(fit, expected):
+    for name, value in expected.items():
+        assert abs(fit.parameters[name] - value) <= SIGMAS * fit.uncertainty[name], name
+        assert fit.uncertainty[name] < 0.5 * max(abs(value), 1e-12) or value == 0.0, name
+
+
+def test_velocity_loop_with_friction():
+    servo = profile("dyna-1007")["X"]
+    _, drive, measured = logged(servo)
+    fit = fit_velocity_loop(drive, measured, T)
+    within(fit, {"gain": 1.0, "time_constant_s": 0.0047, "coulomb": 0.0451 * 105.9})
+    assert fit.residual_rms == pytest.approx(0.001, rel=0.05)
+
+
+def test_torque_mode_motor():
+    """Gain Kc Ke/counts_per_mm of paper 000's X axis."""
+    _, drive, measured = logged(profile("die-bonder")["X"])
+    fit = fit_velocity_loop(drive, measured, T, friction=False)
+    within(fit, {"gain": 2506.17 * 1.5915494, "time_constant_s": 0.31})
+
+
+def test_first_order_loop_from_command_to_position():
+    values = {"position_gain_1_s": 60.0, "time_constant_s": 0.004, "coulomb_lag_mm": 0.03}
+    command, _, measured = logged(Servo("first-order", values), noise=0.0005)
+    within(fit_first_order(command, measured, T), values)
+
+
+def test_fourth_order_loop():
+    servo = profile("xy-table")["X"]
+    command, _, measured = logged(servo, noise=0.0002)
+    fit = fit_fourth_order(command, measured, T)
+    loop = servo_schema.closed_loop(servo)
+    expected = dict(zip(COEFFICIENTS, [*loop.denominator[1:], *loop.numerator[:2]], strict=True))
+    for name, value in expected.items():
+        assert abs(fit.parameters[name] - value) <= SIGMAS * fit.uncertainty[name], name
+
+
+def test_uncertainty_is_the_spread_of_repeated_experiments():
+    values = {"position_gain_1_s": 60.0, "time_constant_s": 0.004}
+    rows = swept_sine(AXIS, T, duration_s=3.0, low_hz=1.0)
+    clean = run(rows[:, None], {"X": Servo("first-order", values)}, axes="X").position[:, 0]
+    fits = []
+    for seed in range(12):
+        noise = np.random.default_rng(seed).normal(size=len(rows)) * 0.002
+        fits.append(fit_first_order(rows, clean + noise, T, friction=False))
+    for name in values:
+        spread = np.std([f.parameters[name] for f in fits], ddof=1)
+        assert spread == pytest.approx(np.mean([f.uncertainty[name] for f in fits]), rel=0.6)
+
+
+def test_etfe_is_the_loops_frequency_response():
+    servo = Servo("first-order", {"position_gain_1_s": 60.0, "time_constant_s": 0.004})
+    command, _, measured = logged(servo, noise=0.0, duration_s=30.0, high_hz=60.0)
+    found = etfe(command, measured, T, segments=6)
+    good = (found.coherence > 0.98) & (found.frequency_hz > 2.0) & (found.frequency_hz < 20.0)
+    assert good.sum() > 50
+    s = 2j * np.pi * found.frequency_hz[good]
+    # The setpoint is held over a period: half a sample of delay beside the continuous loop.
+    expected = 60.0 / (0.004 * s**2 + s + 60.0) * np.exp(-s * T / 2)
+    assert np.abs(found.response[good] / expected - 1.0).max() < 0.1
+    with pytest.raises(ValueError, match="too few"):
+        etfe(command[:40], measured[:40], T)
+
+
+@given(st.floats(10, 500), st.floats(100, 5000), st.floats(2000, 1e5), st.floats(0.2, 5), st.floats(8, 200))
+def test_an_excitation_keeps_the_limits_and_starts_and_ends_at_rest(velocity, acceleration, jerk, low, high):
+    axis = Axis("X", velocity, acceleration, jerk)
+    rows = swept_sine(axis, T, duration_s=6.0, low_hz=low, high_hz=high, share=1.0, amplitude=4.0, center=3.0)
+    padded = np.concatenate([[3.0] * 3, rows, [3.0] * 3])
+    for order, limit in ((1, velocity), (2, acceleration), (3, jerk)):
+        assert np.abs(np.diff(padded, order)).max() / T**order <= limit * (1 + 1e-6)
+    assert rows[0] == rows[-1] == 3.0
+    assert np.abs(rows - 3.0).max() <= 4.0 + 1e-9
+
+
+def test_an_excitation_that_cannot_be_is_refused():
+    with pytest.raises(UsageError, match="excite-band"):
+        swept_sine(AXIS, T, low_hz=50.0, high_hz=10.0)
+    with pytest.raises(UsageError, match="excite-travel"):
+        swept_sine(Axis("X", 250.0, 2450.0, 5e4, (-1.0, 1.0)), T)
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        (b"a,b\n1,2\n", "log-columns"),
+        (b"t_s,q\n" + b"".join(b"%d,1\n" % k for k in range(20)), "log-columns"),
+        (b"t_s,x_mm\n0,1\n1,x\n", "log-row"),
+        (b"t_s,x_mm\n0,1\n1,2\n", "log-row"),
+        (b"t_s,x_mm\n" + b"".join(b"%d,nan\n" % k for k in range(20)), "log-row"),
+        (b"t_s,x_mm\n" + b"".join(b"%d,1\n" % (k * k) for k in range(20)), "log-time"),
+        (b"", "log-columns"),
+        (b"\x00\xff\xfe\n", "log-columns"),
+    ],
+)
+def test_bad_logs_are_named(text, code):
+    with pytest.raises(UsageError, match=code):
+        parse_log(text, "log.csv")
+
+
+def test_a_log_is_read_by_its_columns():
+    rows = b"".join(b"%.3f,%d,%d,5\n" % (k * T, k, 2 * k) for k in range(20))
+    log = parse_log(b"t_s,x_mm,x_cmd_mm,x_force\n" + rows, "log.csv")["X"]
+    assert log.period_s == pytest.approx(T)
+    assert log.position.tolist() == list(range(20))
+    assert log.command.tolist() == [2 * k for k in range(20)]
+    assert log.drive.tolist() == [5.0] * 20
