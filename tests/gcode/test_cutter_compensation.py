@@ -1,0 +1,185 @@
+"""The tool's centre keeps its radius away from the path: against polygons and their distances, and by symmetry."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from shapely import LinearRing, Point, Polygon
+
+from cncgen.gcode.tool_centre import CompensationError, Piece, ToolCentre
+
+
+def follow(corners: list[complex], radius: float, left: bool) -> list[Piece]:
+    """Compensate a closed polygon, entered by a straight move from far outside."""
+    centre = ToolCentre(radius, left, 2.0 * corners[0])
+    out = []
+    for corner in [*corners, corners[0]]:
+        out += centre.line(corner, None)
+    return out + centre.finish()
+
+
+def samples(pieces: list[Piece]) -> list[complex]:
+    """Return points along the pieces from the end of the first."""
+    at, out = pieces[0].end, []
+    for piece in pieces[1:]:
+        if piece.centre is None:
+            out += [at + f * (piece.end - at) for f in np.linspace(0, 1, 12)]
+        else:
+            spoke = at - piece.centre
+            sweep = cmath.phase((piece.end - piece.centre) / spoke)
+            out += [piece.centre + spoke * cmath.exp(1j * f * sweep) for f in np.linspace(0, 1, 12)]
+        at = piece.end
+    return out
+
+
+polygons = st.lists(st.floats(0.0, 6.28), min_size=4, max_size=9, unique_by=lambda a: round(a, 1)).map(sorted)
+
+
+@given(polygons, st.floats(0.5, 20.0))
+def test_outside_of_a_convex_polygon_every_point_is_a_radius_away(angles: list[float], radius: float) -> None:
+    """Clockwise with the tool left of the path: straight along the edges, rolling around the corners."""
+    corners = [100.0 * cmath.exp(-1j * a) for a in angles]
+    wide = all(0.1 < b - a < 3.0 for a, b in zip(angles, [*angles[1:], angles[0] + 2 * math.pi], strict=True))
+    if not wide:
+        return
+    ring = LinearRing([(c.real, c.imag) for c in corners])
+    inside = Polygon(ring)
+    for point in samples(follow(corners, radius, left=True)):
+        assert ring.distance(Point(point.real, point.imag)) == pytest.approx(radius, abs=1e-9)
+        assert not inside.contains(Point(point.real, point.imag))
+
+
+def test_inside_a_square_the_corners_are_where_the_offset_lines_meet() -> None:
+    """A square of 20 with a tool of radius 3: the centre runs on the square of 14 within it."""
+    centre = ToolCentre(3.0, True, 0j)
+    out = []
+    for corner in (0 - 10j, 10 - 10j, 10 + 10j, -10 + 10j, -10 - 10j, 0 - 10j):
+        out += centre.line(corner, None)
+    ends = [piece.end for piece in out + centre.finish()]
+    np.testing.assert_allclose(ends[1:], [7 - 7j, 7 + 7j, -7 + 7j, -7 - 7j, -7j], atol=1e-12)
+
+
+def random_path(angles: list[float]) -> list[complex]:
+    """Return corners of a path of long moves in these directions."""
+    return [complex(p) for p in np.cumsum([40.0 * cmath.exp(1j * a) for a in angles])]
+
+
+@given(st.lists(st.floats(-1.2, 1.2), min_size=3, max_size=8), st.booleans())
+def test_a_mirrored_path_is_compensated_on_the_other_side(turns: list[float], left: bool) -> None:
+    corners = random_path([float(a) for a in np.cumsum(turns)])
+    plain = ToolCentre(2.0, left, 0j)
+    mirrored = ToolCentre(2.0, not left, 0j)
+    one = [p for c in corners for p in plain.line(c, None)] + plain.finish()
+    other = [p for c in corners for p in mirrored.line(c.conjugate(), None)] + mirrored.finish()
+    np.testing.assert_allclose([p.end.conjugate() for p in other], [p.end for p in one], atol=1e-9)
+    assert [-p.turns for p in other] == [p.turns for p in one]
+
+
+@given(st.lists(st.floats(-1.2, 1.2), min_size=3, max_size=8), st.floats(0.01, 30.0), st.integers(0, 3))
+def test_a_change_of_units_on_the_way_scales_what_is_left(
+    turns: list[float], factor: float, when: int
+) -> None:
+    corners = random_path([float(a) for a in np.cumsum(turns)])
+    plain, scaled = ToolCentre(2.0, True, 0j), ToolCentre(2.0, True, 0j)
+    one, other, scale = [], [], 1.0
+    for index, corner in enumerate(corners):
+        if index == when:
+            scaled.rescale(factor, "other")
+            scale = factor
+        one += [p.end for p in plain.line(corner, None)]
+        other += [p.end / scale for p in scaled.line(corner * scale, None)]
+    one += [p.end for p in plain.finish()]
+    other += [p.end / scale for p in scaled.finish()]
+    np.testing.assert_allclose(other, one, rtol=1e-9, atol=1e-9)
+
+
+def test_entry_arc_is_tangent_to_the_offset_arc_at_its_end() -> None:
+    """From (0, 0) by G3 to (20, 20) about (0, 20), radius 3 inside: centre (c, 20) with 17 − c = |(c, 20)|."""
+    centre = ToolCentre(3.0, True, 0j)
+    centre.arc(20 + 20j, 20j, 1, None)
+    (piece,) = centre.finish()
+    c = (17.0**2 - 20.0**2) / (2 * 17.0)
+    assert piece.centre == pytest.approx(complex(c, 20.0))
+    assert piece.end == pytest.approx(17 + 20j)
+
+
+def test_deferred_blocks_come_out_behind_the_moves_before_them() -> None:
+    centre = ToolCentre(1.0, True, 0j)
+    assert centre.defer("first") == ["first"]
+    assert centre.line(10 + 0j, "a") == []
+    assert centre.defer("waits") == []
+    out = centre.line(20 + 0j, "b")
+    assert [item if isinstance(item, str) else item.block for item in out] == ["a", "waits"]
+
+
+@pytest.mark.parametrize(
+    ("code", "moves"),
+    [
+        ("comp-entry", [1 + 0j]),
+        ("comp-gouge", [20 + 0j, 40 + 0j, 40 + 1j, 0 + 1j, 0 + 30j]),
+    ],
+)
+def test_a_tool_that_cannot_follow_is_refused(code: str, moves: list[complex]) -> None:
+    centre = ToolCentre(4.0, True, 0j)
+
+    def run() -> None:
+        for end in moves:
+            centre.line(end, None)
+        centre.finish()
+
+    with pytest.raises(CompensationError) as caught:
+        run()
+    assert caught.value.code == code
+
+
+def test_an_arc_smaller_than_the_tool_is_refused() -> None:
+    centre = ToolCentre(4.0, True, 0j)
+    centre.line(20 + 0j, None)
+    with pytest.raises(CompensationError, match="does not fit"):
+        centre.arc(22 + 2j, 20 + 2j, 1, None)
+
+
+@pytest.mark.parametrize("plane", ["G17", "G18"])
+@pytest.mark.parametrize(
+    "block",
+    [
+        "G28",
+        "G53 G0 X1",
+        "G55",
+        "G92 X1",
+        "G10 L2 P1 X1",
+        "G43",
+        "G61",
+        "M6",
+        "M64 P1",
+        "G81 X1 Z-1 R1",
+        "G41.1 D1",
+    ],
+)
+def test_what_cannot_be_done_meanwhile_is_refused_in_its_line(
+    run: Callable[..., Any], plane: str, block: str
+) -> None:
+    out = run(f"{plane} F100\nG41.1 D2\nG1 X20 Z20\nX40 Z5\n{block}\nM2\n", dialect="linuxcnc")
+    assert [line for _, line, _ in out.errors] == [5]
+
+
+def test_rows_keep_their_lines_and_the_path_stays_beside_the_contour(run: Callable[..., Any]) -> None:
+    out = run("F100\nG41.1 D4\nG1 X20\nX40\n(remark)\nY-20\nG40 G0 X80\nM2\n", dialect="linuxcnc")
+    assert out.errors == []
+    moving = out.path.kind != 3
+    assert out.path.line[moving].tolist() == [3, 4, 6, 6, 7]
+    np.testing.assert_allclose(
+        out.path.end[moving, :2], [[20, 2], [40, 2], [42, 0], [42, -20], [80, -20]], atol=1e-12
+    )
+
+
+def test_an_arc_right_after_compensation_is_refused(run: Callable[..., Any]) -> None:
+    out = run("F100\nG41.1 D4\nG1 X20\nX40\nG40\nG2 X60 Y0 I10\nM2\n", dialect="linuxcnc")
+    assert [(code, line) for code, line, _ in out.errors] == [("comp-exit", 6)]
