@@ -1,0 +1,80 @@
+"""The servo commands end to end: excite, simulate, identify, compensate, tune, reproduce, plot."""
+
+import json
+
+from cncgen.cli.app import run
+
+
+def test_an_axis_is_excited_simulated_and_identified(tmp_path, capfd):
+    sweep, log, summary = (str(tmp_path / name) for name in ("sweep.csv", "log.csv", "s.json"))
+    assert run(["excite", "-m", "xy-table", "--axis", "x", "--duration", "4", "-o", sweep]) == 0
+    assert run(["simulate", sweep, "--axis-params", "dyna-1007", "-o", log]) == 0
+    assert run(["identify", log, "--summary", summary]) == 0
+    found = json.loads((tmp_path / "s.json").read_text())["axes"]["x"]["parameters"]
+    assert abs(found["time_constant_s"] - 0.0047) < 1e-6
+    assert run(["identify", log, "--model", "etfe", "-o", str(tmp_path / "h.csv")]) == 0
+    assert (tmp_path / "h.csv").read_text().startswith("frequency_hz,magnitude,phase_deg,coherence")
+    assert run(["identify", log, "--axis", "Y"]) == 2
+    assert "log-columns" in capfd.readouterr().err
+
+
+def test_a_fourth_order_fit_is_a_servo_table_that_simulates(tmp_path):
+    sweep, log, table = (str(tmp_path / name) for name in ("sweep.csv", "log.csv", "found.toml"))
+    assert run(["excite", "-m", "xy-table", "--axis", "X", "--duration", "3", "--low", "1", "-o", sweep]) == 0
+    assert run(["simulate", sweep, "--axis-params", "xy-table", "-o", log]) == 0
+    assert run(["identify", log, "--model", "fourth-order", "-o", table]) == 0
+    assert run(["simulate", sweep, "--axis-params", table, "-o", str(tmp_path / "again.csv")]) == 0
+
+
+def test_compensate_writes_a_better_command_or_refuses(tmp_path, programs, capfd):
+    plan, command = str(tmp_path / "plan.csv"), tmp_path / "command.csv"
+    assert run(["plan", str(programs / "circle.nc"), "-m", "xy-table", "-o", plan, "-q"]) == 0
+    assert run(["compensate", plan, "--axis-params", "xy-table", "-o", str(command)]) == 3
+    assert "compensate-limit" in capfd.readouterr().err
+    assert not command.exists()
+    summary = tmp_path / "gain.json"
+    code = run(
+        [
+            "compensate",
+            plan,
+            "--axis-params",
+            "xy-table",
+            "--no-limits",
+            "-o",
+            str(command),
+            "--summary",
+            str(summary),
+        ]
+    )
+    assert code == 0
+    assert json.loads(summary.read_text())["contour_max_ratio"] > 5.0
+
+
+def test_tune_writes_servo_tables(tmp_path, capfd):
+    table = str(tmp_path / "tuned.toml")
+    assert run(["tune", "-m", "xy-table", "--bandwidth", "30", "-o", table]) == 0
+    err = capfd.readouterr().err
+    assert "phase margin" in err
+    assert "magnitude dB" in err
+    assert run(["tune", "-m", "xy-table", "--axis-params", table, "--bandwidth", "20", "--no-bode"]) == 0
+    assert run(["tune", "-m", "xy-table"]) == 2
+
+
+def test_reproduce_prints_a_table_and_its_exit_code(capfd):
+    assert run(["reproduce", "002"]) == 0
+    assert "all stated tolerances hold" in capfd.readouterr().out
+    assert run(["reproduce", "nothing"]) == 2
+
+
+def test_plot_draws_programs_setpoints_and_responses(tmp_path, programs, capfd):
+    folder, plan, response = tmp_path / "p", str(tmp_path / "plan.csv"), str(tmp_path / "r.csv")
+    program = str(programs / "circle.nc")
+    assert run(["plot", program, "-m", "xy-table", "-o", str(folder)]) == 0
+    names = {"path.png", "feed.png", "axes.png", "curvature.png", "force.png", "errors.png"}
+    assert {f.name for f in folder.iterdir()} == names
+    assert run(["plan", program, "-m", "xy-table", "-o", plan]) == 0
+    assert run(["simulate", plan, "--axis-params", "xy-table", "-o", response]) == 0
+    assert run(["plot", plan, "--kinds", "feed", "-o", str(tmp_path / "feed.svg")]) == 0
+    assert run(["plot", response, "--kinds", "errors", "-o", str(tmp_path / "errors.pdf")]) == 0
+    assert run(["plot", plan, "--kinds", "errors", "-o", str(tmp_path / "no.png")]) == 2
+    assert "plot-needs-response" in capfd.readouterr().err
