@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from cncgen.geometry.path import Path
 from cncgen.planner.optimal.joints import Joints
 from cncgen.planner.optimal.limits import Bounds
+from cncgen.toolpath.record import Kind
 
 Floats = NDArray[np.float64]
 #: Largest q at path coordinates, given the derivatives there.
@@ -20,16 +21,17 @@ TopAt = Callable[[Floats, Floats], Floats]
 @dataclass(frozen=True, slots=True)
 class Density:
     """Spacing of the nodes: as a part of the radius of curvature, of |x'''|^-1/2, of the distance that a ramp of the
-    acceleration from 0 to its limit takes, and its growth along the path."""
+    acceleration from 0 to its limit takes, of the length of a cell of the path, and its growth along the path."""
 
     bend: float
     twist: float
     ramp: float
+    cell: float
     growth: float
 
 
 #: By effort.
-DENSITY = {"best": Density(0.08, 0.3, 0.2, 0.2), "fast": Density(0.15, 0.45, 0.35, 0.35)}
+DENSITY = {"best": Density(0.08, 0.3, 0.2, 1.5, 0.2), "fast": Density(0.15, 0.45, 0.35, 2.5, 0.35)}
 #: First interval from rest, as a part of the distance in which full jerk from rest reaches full acceleration,
 #: of the radius of curvature there, and of the distance to the next rest.
 _FIRST, _BEND, _PART = 0.5, 0.02, 1.0 / 12.0
@@ -55,8 +57,9 @@ def place(
         top_at: Gives the largest q.
         density: How close they stand.
     """
-    probes = _probes(path, joints)
+    probes, cells = _probes(path, joints)
     spacing = _spacing(bounds, path.evaluate(probes, 3), probes, top_at, density)
+    spacing = np.minimum(spacing, density.cell * np.append(np.repeat(cells, 4), cells[-1]))
     first = _first(bounds, joints, sides, lines)
     tight = np.flatnonzero((joints.stop & np.isfinite(first)) | (joints.zone > 0))
     here = np.where(joints.stop, first, 0.7 * joints.zone)[tight]
@@ -103,9 +106,7 @@ def _spacing(bounds: Bounds, x: Floats, s: Floats, top_at: TopAt, density: Densi
         )
 
 
-def _first(
-    bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats], lines: NDArray[np.bool_]
-) -> Floats:
+def _first(bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats], lines: NDArray[np.bool_]) -> Floats:
     """Return the length of the first interval beside each breakpoint where the motion rests; infinite elsewhere."""
     curved = ~(np.concatenate([[True], lines]) & np.concatenate([lines, [True]]))
     rest = np.flatnonzero(joints.stop & curved)
@@ -123,11 +124,14 @@ def _first(
     return out
 
 
-def _probes(path: Path, joints: Joints) -> Floats:
-    """Return places to look at the path: borders of its cells, its breakpoints, and points between."""
+def _probes(path: Path, joints: Joints) -> tuple[Floats, Floats]:
+    """Return places to look at the path, four a cell: borders of its cells, its breakpoints, and points between; and the
+    lengths of the cells, each of which a polynomial of low degree carries (infinite on lines)."""
     borders = np.union1d(path.sample_borders(), joints.s)
-    inner = borders[:-1, None] + np.diff(borders)[:, None] * np.array([0.0, 0.25, 0.5, 0.75])
-    return np.append(inner.ravel(), borders[-1])
+    length = np.diff(borders)
+    inner = borders[:-1, None] + length[:, None] * np.array([0.0, 0.25, 0.5, 0.75])
+    straight = path.kind[path.row_of(borders[:-1])] != Kind.NURBS
+    return np.append(inner.ravel(), borders[-1]), np.where(straight, np.inf, length)
 
 
 def _around(s: Floats, centre: Floats, base: Floats, reach: Floats) -> Floats:
