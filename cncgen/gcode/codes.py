@@ -48,6 +48,7 @@ _MODULES = (
     "subprograms",
     "synchronised",
     "tools",
+    "turning_cycles",
 )
 BOTH = ("linuxcnc", "fanuc")
 AXES = "xyzabcuvw"

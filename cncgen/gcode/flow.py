@@ -229,7 +229,7 @@ class FlowControl:
                 "oword-arguments", f"{len(flow.arguments)} arguments; a call takes {LOCALS}", "O"
             )
         values = [evaluate(value, self.ip.parameters) for value in flow.arguments]
-        target = self._sub_of(label, here)
+        target = self.sub_of(label, here)
         values += [0.0] * (LOCALS - len(values))
         self.enter(label, target.after, after, values)
         return target.after
@@ -290,7 +290,7 @@ class FlowControl:
         """M98 P L, G65 P L: run the program of that number `times` times, with these local parameters."""
         label = float(number)
         marks = [m for m in self.marks(here.source) if m.label == label and m.keyword in ("program", "sub")]
-        target = marks[0] if marks else self._sub_of(label, here)
+        target = marks[0] if marks else self.sub_of(label, here)
         frame = self.enter(label, target.after, after, values)
         frame.by_number = True
         frame.again = (target.after, times - 1)
@@ -374,7 +374,7 @@ class FlowControl:
         own = mark.label
         return (own(self.ip.parameters) if callable(own) else own) == label
 
-    def _sub_of(self, label: Label, here: Cursor) -> Marked:
+    def sub_of(self, label: Label, here: Cursor) -> Marked:
         """Return the line that begins a subroutine: in this file, or in the file of its name."""
         for source in dict.fromkeys((here.source, 0)):
             for mark in self.marks(source):

@@ -70,7 +70,7 @@ class Piece:
 
 
 @dataclass(slots=True)
-class _Curve:
+class Curve:
     """The offset curve that a move lies on.
 
     Attributes:
@@ -118,7 +118,7 @@ class ToolCentre:
         self._shift = -self.radius * NOSE.get(orientation, 0j)
         self._programmed = start
         self._actual = start
-        self._curve: _Curve | None = None
+        self._curve: Curve | None = None
         self._queue: list[Piece | Any] = []
         self._remarks: list[CompensationError] = []
 
@@ -146,7 +146,7 @@ class ToolCentre:
         self._check_entry(length)
         heading = step / length
         offset = 1j * heading * self.radius * self.side
-        curve = _Curve(end + offset, None, math.inf, 0, heading, heading)
+        curve = Curve(end + offset, None, math.inf, 0, heading, heading)
         return self._append(curve, end, self._programmed + offset, block, rapid)
 
     def arc(self, end: complex, centre: complex, turns: int, block: Any) -> list[Piece | Any]:
@@ -170,7 +170,7 @@ class ToolCentre:
                 arc_radius=radius,
             )
         heading_in, heading_out = (1j * spin * s / abs(s) for s in (spoke_in, spoke_out))
-        curve = _Curve(
+        curve = Curve(
             centre + spoke_out * (offset_radius / radius),
             centre,
             offset_radius,
@@ -253,11 +253,11 @@ class ToolCentre:
                 )
             )
         heading = -1j * spin * inwards
-        curve = _Curve(tip, tip + inwards * reach, abs(reach), turns, heading, heading)
+        curve = Curve(tip, tip + inwards * reach, abs(reach), turns, heading, heading)
         return self._append(curve, end, self._actual, block, False)
 
     def _append(
-        self, curve: _Curve, end: complex, start: complex, block: Any, rapid: bool
+        self, curve: Curve, end: complex, start: complex, block: Any, rapid: bool
     ) -> list[Piece | Any]:
         """Join a move to the one before, settle that one, and queue the new one."""
         old, self._programmed = self._curve, end
@@ -273,7 +273,7 @@ class ToolCentre:
         self._queue.append(Piece(curve.point, curve.centre, curve.turns, block, rapid))
         return done
 
-    def _join(self, old: _Curve, new: _Curve, start: complex, block: Any, rapid: bool) -> list[Piece | Any]:
+    def _join(self, old: Curve, new: Curve, start: complex, block: Any, rapid: bool) -> list[Piece | Any]:
         """Settle the move before, and return it with what rolls around the corner."""
         turn = self.side * cmath.phase(new.heading_in / old.heading_out)
         if self._rolls(old, new, turn):
@@ -281,16 +281,16 @@ class ToolCentre:
             centre, turns = (None, 0) if rapid else (old.corner, -self.side)
             new.start = start
             return [*done, self._shifted(Piece(start, centre, turns, block, rapid, corner=True))]
-        meeting = old.point if abs(turn) <= SMOOTH_TURN else _meeting(old, new, self.side)
-        if meeting is None:
+        shared = old.point if abs(turn) <= SMOOTH_TURN else meeting(old, new, self.side)
+        if shared is None:
             raise self._gouge("the offset paths do not meet in this inside corner")
-        old.point = new.start = meeting
+        old.point = new.start = shared
         for piece in self._queue:
             if isinstance(piece, Piece):
-                piece.end = meeting
+                piece.end = shared
         return self._settle(strict=abs(turn) > SMOOTH_TURN)
 
-    def _rolls(self, old: _Curve, new: _Curve, turn: float) -> bool:
+    def _rolls(self, old: Curve, new: Curve, turn: float) -> bool:
         """Tell whether a corner is an outside one.
 
         A path that turns back on itself (within `SMOOTH_TURN`) is rolled around, but where the tool is outside of an
@@ -301,7 +301,7 @@ class ToolCentre:
             return arc.centre is None or (arc.turns > 0) == (self.side > 0)
         return turn < -SMOOTH_TURN
 
-    def _check(self, curve: _Curve | None) -> CompensationError | None:
+    def _check(self, curve: Curve | None) -> CompensationError | None:
         """Return what is wrong where a move, cut short at its ends, goes backward; the entry move may."""
         if curve is None or curve.entry:
             return None
@@ -351,7 +351,7 @@ def _sweep(start: complex, end: complex, spin: int) -> float:
     return angle if angle > 0.0 else angle + 2.0 * math.pi
 
 
-def _meeting(old: _Curve, new: _Curve, side: int) -> complex | None:
+def meeting(old: Curve, new: Curve, side: int) -> complex | None:
     """Return where two offset curves cross so that the path turns towards the tool (`side`: 1 left), or None."""
     if old.centre is None and new.centre is None:
         points = _line_line(old, new)
@@ -366,20 +366,20 @@ def _meeting(old: _Curve, new: _Curve, side: int) -> complex | None:
     return points[turns.index(max(turns))] if points else None
 
 
-def _heading(curve: _Curve, point: complex) -> complex:
+def _heading(curve: Curve, point: complex) -> complex:
     """Return the direction of a curve at a point on it."""
     if curve.centre is None:
         return curve.heading_in
     return (1j if curve.turns > 0 else -1j) * (point - curve.centre)
 
 
-def _line_line(a: _Curve, b: _Curve) -> list[complex]:
+def _line_line(a: Curve, b: Curve) -> list[complex]:
     across = (a.heading_in.conjugate() * b.heading_in).imag
     along = ((b.point - a.point).conjugate() * b.heading_in).imag / across
     return [a.point + along * a.heading_in]
 
 
-def _line_circle(line: _Curve, centre: complex, radius: float, slip: complex = 0j) -> list[complex]:
+def _line_circle(line: Curve, centre: complex, radius: float, slip: complex = 0j) -> list[complex]:
     point = line.point + slip
     foot = point + ((centre - point) * line.heading_in.conjugate()).real * line.heading_in
     half = radius * radius - abs(foot - centre) ** 2

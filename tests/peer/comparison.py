@@ -31,6 +31,7 @@ PEER_FAULTS: dict[str, str] = {
 #: Programs in which we go beyond the peer or are stricter, and why.
 CHOICES: dict[str, str] = {
     "analog_output_needs_q": "M67 without Q: the peer writes 0; the manual shows Q without brackets, so we ask for it",
+    "lathe_g71_not_monotonic": "reported at the cycle; the peer reports it at the end of the profile's subroutine",
     "line_too_long": "we read lines of any length up to a bound far above the peer's 255 characters",
     "oword_repeat_break": "break leaves a repeat loop too; the peer knows it in while and do only",
     "oword_repeat_continue_refused": "continue goes on in a repeat loop too; the peer knows it in while and do only",
