@@ -10,6 +10,7 @@ import cmath
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 from cncgen.gcode import grammar
@@ -87,6 +88,16 @@ class Segment:
             radius = abs(self.end - self.centre)
             points += [p for k in range(4) if self.holds(p := self.centre + radius * 1j**k)]
         return points
+
+    def halves(self) -> list[Segment]:
+        """Return the segment, an arc cut where it turns from rising to falling or back."""
+        if self.centre is None:
+            return [self]
+        centre, spoke = self.centre, self.start - self.centre
+        tops = [centre + sign * 1j * abs(self.end - centre) for sign in (1, -1)]
+        cuts = [p for p in tops if self.holds(p) and min(abs(p - self.start), abs(p - self.end)) > TINY]
+        cuts.sort(key=lambda p: self.spin * cmath.phase((p - centre) / spoke) % math.tau)
+        return [replace(self, start=a, end=b) for a, b in pairwise([self.start, *cuts, self.end])]
 
     def seen(self, across: complex, swap: bool) -> Segment:
         """Return the segment with axes swapped and turned round (`across`: signs of travel and depth)."""
@@ -222,7 +233,12 @@ def _fillet(one: Segment, two: Segment, radius: float) -> tuple[complex, complex
     Its centre is where the segments meet when they are moved by the radius to the inside of the corner.
     """
     into, out_of = one.heading(one.end), two.heading(two.start)
-    side = 1 if (into.conjugate() * out_of).imag > 0.0 else -1
+    turn = (into.conjugate() * out_of).imag
+    if abs(turn) < TINY:
+        raise BlockError(
+            "profile-corner", f"a fillet or chamfer of {radius:g} where the profile does not turn", "Q"
+        )
+    side = 1 if turn > 0.0 else -1
     centre = meeting(_beside(one, radius, side), _beside(two, radius, side), side)
     if centre is None:
         raise BlockError("profile-corner", f"a corner of size {radius:g} does not fit", "Q")
@@ -257,7 +273,7 @@ def _send(tool: ToolCentre, segment: Segment) -> list[Any]:
 def moved_aside(profile: list[Segment], distance: float) -> list[Segment]:
     """Return a profile moved up by a distance: rolled around outer corners, cut short at inner ones."""
     if distance <= 0.0:
-        return profile
+        return [half for segment in profile for half in segment.halves()]
     first = profile[0]
     into = first.heading(first.start)
     tool = ToolCentre(distance, True, first.start - into * (2.0 * distance))
@@ -273,7 +289,8 @@ def moved_aside(profile: list[Segment], distance: float) -> list[Segment]:
     moves = [piece for piece in pieces if isinstance(piece, Piece)]
     ends = [move.end for move in moves]
     return [
-        Segment(a, b, move.centre, move.turns)
+        half
         for a, b, move in zip(ends, ends[1:], moves[1:], strict=False)
         if abs(b - a) > TINY
+        for half in Segment(a, b, move.centre, move.turns).halves()
     ]

@@ -1,0 +1,95 @@
+"""Roughing and finishing of turned profiles: nothing is cut below what is to stay, and all above it is reached."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cncgen.gcode.profiles import Segment, moved_aside
+
+Calls = Callable[..., list[str]]
+STEPS = "o1 sub\nG0 X5 Z0\nG1 Z-5\nX8 Z-8\nZ-15\nX12 Z-20\no1 endsub\nG0 X15 Z2\n"
+
+
+def moves(lines: list[str]) -> list[tuple[str, float, float]]:
+    """Return kind, Z and X of straight moves."""
+    out = []
+    for line in lines:
+        if line.startswith("STRAIGHT"):
+            x, _, z = (float(word) for word in line[line.index("(") + 1 : -1].split(",")[:3])
+            out.append((line[9], z, x))
+    return out
+
+
+def profile_at(z: float) -> float:
+    """Return X of the steps at a Z."""
+    return float(np.interp(-z, [0, 5, 8, 15, 20], [5, 5, 8, 8, 12]))
+
+
+def test_every_cut_ends_where_its_level_meets_the_profile(calls: Calls) -> None:
+    """With D0 the cuts at X 15, 13 … 7 end on the profile; the last cut follows it."""
+    lines = calls(f"G18 F100\n{STEPS}G71 Q1 X15 Z2 D0 I2 R0.5\nM2\n", dialect="linuxcnc")
+    cuts = [(z, x) for kind, z, x in moves(lines) if kind == "F"]
+    levels = [(z, x) for z, x in cuts if x in (15, 13, 11, 9, 7)][:5]
+    assert [x for _, x in levels] == [15, 13, 11, 9, 7]
+    for z, x in levels[2:]:
+        assert profile_at(z) == pytest.approx(x, abs=1e-3)
+    assert cuts[-5:] == [(-5, 5), (-8, 8), (-15, 8), (-20, 12), (-20, 15)]
+
+
+@pytest.mark.parametrize("aside", [0.2, 0.5, 1.0])
+def test_what_is_left_is_left_everywhere(calls: Calls, aside: float) -> None:
+    lines = calls(f"G18 F100\n{STEPS}G71 Q1 X15 Z2 D{aside} I0.7 R0.5\nM2\n", dialect="linuxcnc")
+    for kind, z, x in moves(lines):
+        if kind == "F" and -20 < z < 0:
+            assert x >= profile_at(z) + aside - 1e-3
+
+
+def test_finishing_follows_the_profile(calls: Calls) -> None:
+    lines = calls(f"G18 F100\n{STEPS}G70 Q1 X15 Z2\nM2\n", dialect="linuxcnc")
+    assert [(z, x) for kind, z, x in moves(lines) if kind == "F"] == [(-5, 5), (-8, 8), (-15, 8), (-20, 12)]
+
+
+@given(
+    st.lists(st.tuples(st.floats(1.0, 5.0), st.floats(-1.5, 3.0)), min_size=2, max_size=6),
+    st.floats(0.05, 0.3),
+)
+def test_moving_aside_keeps_the_distance(steps: list[tuple[float, float]], distance: float) -> None:
+    """Ends of the moved profile are that far from the nearest line of the profile."""
+    points = [complex(p) for p in np.cumsum([0j, *(complex(a, b) for a, b in steps)])]
+    profile = [Segment(a, b) for a, b in pairwise(points)]
+    for segment in moved_aside(profile, distance):
+        gaps = []
+        for line in profile:
+            along = np.clip(
+                ((segment.end - line.start) * line.heading(line.start).conjugate()).real,
+                0,
+                abs(line.end - line.start),
+            )
+            gaps.append(abs(segment.end - line.start - along * line.heading(line.start)))
+        assert min(gaps) == pytest.approx(distance, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("program", "code"),
+    [
+        (f"G18 F100\n{STEPS}G71 X15 Z2\n", "profile-missing"),
+        (f"F100\n{STEPS}G71 Q1 X15 Z2\n", "profile-plane"),
+        (f"G18 F100\n{STEPS}G71 Q1 X15 Z2 I0\n", "profile-step"),
+        (f"G18 F100\n{STEPS}G71 Q1 X15 Z2 I0.00001\n", "profile-step"),
+        (
+            "G18 F100\no1 sub\nG0 X5 Z0\nG1 Z-9\nX7 Z-8\no1 endsub\nG0 X15 Z2\nG71 Q1\n",
+            "profile-not-monotonic",
+        ),
+        ("G18 F100\no1 sub\nG0 X5 Z0\no1 endsub\nG0 X15 Z2\nG71 Q1\n", "profile-length"),
+        ("G18 F100\no1 sub\nG0 X5 Z0\nG1 Z-4 A1\nZ-9\no1 endsub\nG0 X15 Z2\nG71 Q1\n", "profile-corner"),
+    ],
+)
+def test_faults_have_their_code(run: Callable[..., object], program: str, code: str) -> None:
+    out = run(f"{program}M2\n", dialect="linuxcnc")
+    assert out.errors[0][0] == code  # type: ignore[attr-defined]
