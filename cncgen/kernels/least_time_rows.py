@@ -265,7 +265,11 @@ def start(
             if k == 0 or ends[k, 0] == 0.0:
                 # beside a rest: q' = 2 q (1/e − 1)/h
                 state[0] = q[k, 0]
-                state[1] = q[k, 0] * (1.0 / ends[k, 1] - 1.0) / h[k] if ends[k, 1] > 0.0 else 0.0
+                state[1] = (
+                    q[k, 0] * (1.0 / ends[k, 1] - 1.0) / h[k]
+                    if ends[k, 1] > 0.0
+                    else max(0.0, (c[1] - c[0]) / h[k])
+                )
             elif q[k, 0] < state[0]:
                 state[0] = q[k, 0]
                 state[1] = 0.0

@@ -62,12 +62,9 @@ def place(
     spacing = np.minimum(spacing, density.cell * np.append(np.repeat(cells, 4), cells[-1]))
     first = _first(bounds, joints, sides, lines)
     tight = np.flatnonzero((joints.stop & np.isfinite(first)) | (joints.zone > 0))
-    here = np.where(joints.stop, first, 0.7 * joints.zone)[tight]
-    near = np.minimum(np.searchsorted(probes, joints.s[tight]), len(probes) - 1)
-    fine = _around(probes, joints.s[tight], here, spacing[near] / density.growth)
-    spacing = np.interp(fine, probes, spacing)
-    at = np.searchsorted(fine, joints.s[tight])
-    spacing[at] = np.minimum(spacing[at], here)
+    at = np.searchsorted(probes, joints.s[tight])
+    spacing[at] = np.minimum(spacing[at], np.where(joints.stop, first, 0.7 * joints.zone)[tight])
+    fine, spacing = _refined(probes, spacing, density.growth)
     borders = _borders(joints, first, lines)
     stretch = np.searchsorted(joints.s, borders[:-1], side="right") - 1
     return _spread(fine, _graded(fine, spacing, density.growth), borders, lines[stretch])
@@ -134,16 +131,27 @@ def _probes(path: Path, joints: Joints) -> tuple[Floats, Floats]:
     return np.append(inner.ravel(), borders[-1]), np.where(straight, np.inf, length)
 
 
-def _around(s: Floats, centre: Floats, base: Floats, reach: Floats) -> Floats:
-    """Return `s` with points at doubling distances, from `base` up to `reach`, on both sides of each centre."""
-    more = [s, centre]
-    distance = base.copy()
-    while np.any(distance < reach):
-        near = distance < reach
-        more += [centre[near] - distance[near], centre[near] + distance[near]]
-        distance *= 2.0
-    out = np.unique(np.concatenate(more))
-    return out[(out >= s[0]) & (out <= s[-1])]
+def _refined(s: Floats, spacing: Floats, growth: float) -> tuple[Floats, Floats]:
+    """Insert points at doubling distances beside places whose spacing is much less than at the next ones.
+
+    The inserted ones have the larger spacing of their two neighbours, to be graded.
+    """
+    more = [s]
+    for step, ahead in ((1, np.append(spacing[1:], 0.0)), (-1, np.insert(spacing[:-1], 0, 0.0))):
+        steep = np.flatnonzero(ahead > 1.5 * spacing)
+        room = np.abs(s[np.clip(steep + step, 0, len(s) - 1)] - s[steep])
+        distance, reach = spacing[steep].copy(), np.minimum(ahead[steep] / growth, room)
+        while np.any(distance < reach):
+            near = distance < reach
+            more.append(s[steep[near]] + step * distance[near])
+            distance *= 2.0
+    fine = np.unique(np.concatenate(more))
+    index = np.clip(np.searchsorted(s, fine, side="right") - 1, 0, len(s) - 2)
+    known = s[index] == fine
+    known[-1] = True
+    out = np.maximum(spacing[index], spacing[index + 1])
+    out[known] = spacing[np.searchsorted(s, fine[known])]
+    return fine, out
 
 
 def _graded(s: Floats, spacing: Floats, growth: float) -> Floats:

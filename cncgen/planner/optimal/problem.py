@@ -59,19 +59,22 @@ class Solution:
         limit: Shape (n,), int8, the `Limit` that is nearest on the interval.
         time: Time of all, s.
         converged: Whether the method ended by its own rule.
+        fallback: Whether it is what an earlier plan left in reserve.
     """
 
     q: Floats
     limit: NDArray[np.int8]
     time: float
     converged: bool
+    fallback: bool = False
 
 
-def solve(given: Intervals, state: tuple[float, float] | None) -> Solution:
+def solve(given: Intervals, state: tuple[float, float] | None, known: Floats | None = None) -> Solution:
     """Find the least time on a row of intervals that ends at rest.
 
     Args:
         given: The intervals; the last one enters rest, the first one leaves it unless `state` says otherwise.
+        known: Shape (k,), middle ordinates of an earlier plan for the first intervals, to start from.
         state: q at the start and the middle ordinate of the first interval, where the motion is under way there.
     """
     spline = np.flatnonzero(given.kind == SPLINE)
@@ -89,6 +92,11 @@ def solve(given: Intervals, state: tuple[float, float] | None) -> Solution:
         edge[0, 0] = state[0]
         free = 2
     least_time_rows.start(h, ends, x1, x2, x3, given.limits, factor, edge, _START, free, np.empty((n, 2)), c)
+    if known is not None:
+        ahead = spline[spline < min(len(known), len(given))]
+        first = free - 1
+        m = len(ahead)
+        c[1 + first : 1 + m] = np.maximum(c[1 + first : 1 + m], known[ahead[first:]])
     room = n * (3 + 4 * axes)
     rows = np.empty((room, least_time.WIDTH))
     where, kind, axis = np.empty(room, np.int64), np.empty(room, np.int8), np.empty(room, np.int64)
@@ -148,7 +156,9 @@ def _boxes(given: Intervals, spline: NDArray[np.int64], rest: Floats) -> tuple[F
     left = np.minimum(np.minimum(top[:, 0], np.roll(top[:, 2], 1)), given.node_top)
     right = np.roll(left, -1)
     edge = np.stack([np.minimum(left, np.roll(rest, 1)), np.minimum(right, np.roll(rest, -1))], 1)[spline]
-    middle = np.maximum(2.0 * top[:, 1] - 0.5 * (top[:, 0] + top[:, 2]), 0.5 * top.min(axis=1))
+    # A convex bound is met by the parabola through its three values, a concave one, maybe with an edge, by its chords.
+    middle = np.minimum(2.0 * top[:, 1] - 0.5 * (top[:, 0] + top[:, 2]), top[:, 1])
+    middle = np.maximum(middle, 0.5 * top.min(axis=1))
     box = np.stack([edge[:, 0], middle[spline], np.full(len(spline), np.inf)], 1)
     # With the same bound on both sides, the ordinate between two bounded ones is bounded.
     same = (

@@ -67,7 +67,10 @@ class Window:
                 given = _cut_short(given)
             solution = self._solved(given)
             final = len(given)
-            if not (rest or whole):
+            if len(solution.q) != final or solution.fallback:
+                given = self._intervals(len(solution.q))
+                final = len(given)
+            elif not (rest or whole):
                 final = self._final(given, solution)
                 if final < count // 8 and count < 16 * SIZE:
                     self.wanted = 2 * count
@@ -111,7 +114,7 @@ class Window:
         Raises:
             NoPlanError: There is none in reserve.
         """
-        solution = solve(given, self.state)
+        solution = solve(given, self.state, self.reserve[0][:, 1] if self.reserve else None)
         if solution.converged:
             return solution
         if self.reserve is None:
@@ -121,7 +124,7 @@ class Window:
                 )
             )
         q, limit = self.reserve
-        return Solution(q, limit, 0.0, True)
+        return Solution(q, limit, 0.0, True, fallback=True)
 
     def _final(self, given: Intervals, solution: Solution) -> int:
         """Return how many intervals come before the place from which the stop at the window's end is felt."""
@@ -138,8 +141,6 @@ class Window:
     def _hand_on(self, given: Intervals, solution: Solution, final: int) -> Iterator[Trajectory]:
         """Turn the first `final` intervals into trajectories, and take them out of the window."""
         n = len(solution.q)
-        if n < len(given):  # the reserve: it ends in a stop that the path did not ask for
-            final = n
         kind = given.kind[:n].copy()
         kind[-1] = LINE if kind[-1] == LINE else ENTER
         pieces = pieces_of(given, kind, solution.q, solution.limit)
