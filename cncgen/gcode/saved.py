@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes import Code
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.modal import Stage
 from cncgen.toolpath.record import PathMode
+
+if TYPE_CHECKING:
+    from cncgen.gcode.interpreter import Interpreter
 
 _PATH_CODES = {PathMode.EXACT_PATH: 610, PathMode.EXACT_STOP: 611, PathMode.CONTINUOUS: 640}
 
