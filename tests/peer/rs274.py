@@ -119,7 +119,7 @@ def _partial(program: Path, setup: Setup, result: Output) -> int:
     """Count the calls of the wrong block: run the lines before it alone (0 where that is no straight way to it)."""
     lines = program.read_text().splitlines()
     wrong = next((n for n, text in enumerate(lines) if text.strip() == result.block.strip()), 0)
-    with tempfile.NamedTemporaryFile("w", suffix=".ngc", dir=program.parent) as start:
+    with tempfile.NamedTemporaryFile("w", suffix=".part", dir=program.parent) as start:
         start.write("\n".join([*lines[:wrong], ""]))
         start.flush()
         before = without_reset(run_once(Path(start.name), setup).calls)
@@ -130,7 +130,7 @@ def _partial(program: Path, setup: Setup, result: Output) -> int:
 def run_once(program: Path, setup: Setup, timeout_s: float = 20.0) -> Output:
     """Run the peer and read its output; nothing is known of `partial`."""
     with tempfile.TemporaryDirectory(prefix="rs274-") as scratch:
-        command = [*_command(setup, Path(scratch)), str(program)]
+        command = [*_command(setup, Path(scratch)), program.name]
         done = subprocess.run(
             command,
             cwd=program.parent,
