@@ -59,7 +59,9 @@ def change(ip: Interpreter, block: Block) -> None:
     ip.sink.call("STOP_SPINDLE_TURNING(0)")
     state.tool = state.selected
     load_tool_parameters(ip)
-    ip.sink.call(f"CHANGE_TOOL({ip.tools.place_of(state.tool)})", Event("tool", True, values={"tool": state.tool}))
+    ip.sink.call(
+        f"CHANGE_TOOL({ip.tools.place_of(state.tool)})", Event("tool", True, values={"tool": state.tool})
+    )
 
 
 def name_tool(ip: Interpreter, block: Block) -> None:
