@@ -187,8 +187,17 @@ def arc_tangent(y: Value, x: Value) -> Value:
 
 
 def evaluate(value: Value, parameters: Parameters) -> float:
-    """Return the number that a value is now."""
-    return value if isinstance(value, float) else value(parameters)
+    """Return the number that a value is now; a `BlockError` where it is nested deeper than can be followed."""
+    if isinstance(value, float):
+        return value
+    try:
+        return value(parameters)
+    except RecursionError as error:
+        raise BlockError(
+            "expression-depth",
+            "the expression is nested too deep to be evaluated",
+            hint="split it over several parameters",
+        ) from error
 
 
 def parameter(target: Value | str) -> Value:
