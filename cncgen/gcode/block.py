@@ -95,7 +95,7 @@ def tenths(letter: str, value: float) -> int:
 def nearest(value: float, what: str) -> int:
     """Return the whole number next to a value; raise where it is vacant or too large to be one."""
     if not -LARGEST <= value <= LARGEST:
-        raise BlockError("number-range", f"{what} is {value:g}, no number within ±{LARGEST:g}")
+        raise BlockError("number-range", f"{what} is no number within ±{LARGEST:g}")
     return round(value)
 
 

@@ -108,6 +108,13 @@ def _fill_one(function: Callable[[float], float]) -> Callable[[float], float]:
     return lambda a: function(_plain(a))
 
 
+def _bits(a: float) -> int:
+    """Return a number as the whole number whose bits AND, OR and XOR take."""
+    if not abs(a) < 2.0**53:
+        raise BlockError("number-range", f"{a:g} is too large for AND, OR and XOR")
+    return int(a)
+
+
 def _same(a: float, b: float) -> bool:
     """Tell whether two values are equal in a macro: a vacant one equals a vacant one only."""
     return (a != a and b != b) or a == b
@@ -126,9 +133,9 @@ LINUXCNC = Arithmetic(BINARY, UNARY)
 FANUC = Arithmetic(
     {
         **{name: _fill(function) for name, function in BINARY.items()},
-        "and": _fill(lambda a, b: float(int(a) & int(b))),
-        "or": _fill(lambda a, b: float(int(a) | int(b))),
-        "xor": _fill(lambda a, b: float(int(a) ^ int(b))),
+        "and": _fill(lambda a, b: float(_bits(a) & _bits(b))),
+        "or": _fill(lambda a, b: float(_bits(a) | _bits(b))),
+        "xor": _fill(lambda a, b: float(_bits(a) ^ _bits(b))),
         "mod": _fill(lambda a, b: math.fmod(a, b) if b else _modulo(a, b)),
         "eq": lambda a, b: 1.0 if _same(a, b) else 0.0,
         "ne": lambda a, b: 0.0 if _same(a, b) else 1.0,

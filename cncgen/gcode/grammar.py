@@ -11,6 +11,8 @@ from cncgen.gcode import expressions
 from cncgen.gcode.block import BSPLINE, Flow, Parsed, Value
 from cncgen.gcode.errors import BlockError
 
+#: Brackets, or parameters of parameters, within one another.
+MAX_NESTING = 100
 #: What people call the grammar's tokens.
 _NAMES = {
     "WORD": "a word",
@@ -225,6 +227,8 @@ def parse(text: str, dialect: str = "linuxcnc", increments: bool = False) -> Par
     from lark.exceptions import UnexpectedInput, VisitError
 
     bare = normalise(text)
+    if len(bare) > MAX_NESTING:
+        _check_nesting(text, bare)
     try:
         return _lark(dialect, increments).parse(bare)
     except UnexpectedInput as error:
@@ -233,6 +237,21 @@ def parse(text: str, dialect: str = "linuxcnc", increments: bool = False) -> Par
         if isinstance(error.orig_exc, BlockError):
             raise error.orig_exc from None
         raise
+
+
+def _check_nesting(text: str, bare: str) -> None:
+    """Raise where brackets, or parameters of parameters, stand within one another too deep to be computed."""
+    deep = bare.find("#" * (MAX_NESTING + 1))
+    depth = 0
+    for index, character in enumerate(bare):
+        depth += (character == "[") - (character == "]")
+        if depth > MAX_NESTING or index == deep:
+            raise BlockError(
+                "nesting",
+                f"more than {MAX_NESTING} brackets or # stand within one another",
+                column=column_of(text, index),
+                hint="compute a part of it in a parameter of its own",
+            )
 
 
 def _syntax_error(text: str, bare: str, error: Any) -> BlockError:
