@@ -110,7 +110,7 @@ class Compiler:
         parameters = self.ip.parameters
         if isinstance(target, str):
             return lambda: parameters.set_name(target, evaluated("#", value, parameters))
-        if isinstance(target, float) and target == int(target) and 0 < target < _STORED and callable(value):
+        if isinstance(target, float) and target.is_integer() and 0 < target < _STORED and callable(value):
             index = int(target)
 
             def store() -> None:

@@ -133,7 +133,8 @@ class _Recorder:
 
     def _keep(self, segment: Segment) -> None:
         self.at = segment.end
-        self.segments.append(segment)
+        if segment.centre is not None or abs(segment.end - segment.start) > TINY or not self.segments:
+            self.segments.append(segment)
 
     def __getattr__(self, name: str) -> Any:
         """Ignore any other call."""
@@ -170,9 +171,10 @@ def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
                 raise BlockError("profile-length", f"the profile has more than {MAX_MOVES} moves", "Q")
     finally:
         ip.state, ip.sink, ip.guard = state, sink, guard
-    if len(recorder.segments) < 2:
+    profile = _rounded(recorder.segments, corners) if recorder.segments else []
+    if len(profile) < 2:
         raise BlockError("profile-length", f"o{number:g} has fewer than two moves: no profile", "Q")
-    return _rounded(recorder.segments, corners)
+    return profile
 
 
 def _lines(ip: Interpreter, source: int, offset: int) -> Iterator[list[tuple[str, float]]]:
@@ -224,7 +226,7 @@ def _rounded(segments: list[Segment], corners: list[tuple[float, bool]]) -> list
         out[-1] = replace(last, end=begin)
         out.append(Segment(begin, finish, centre, spin) if fillet else Segment(begin, finish))
         out.append(replace(segment, start=finish))
-    return out
+    return out[:1] + [segment for segment in out[1:] if abs(segment.end - segment.start) > TINY]
 
 
 def _fillet(one: Segment, two: Segment, radius: float) -> tuple[complex, complex, complex, int]:
