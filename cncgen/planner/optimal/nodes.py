@@ -63,7 +63,7 @@ def place(
     first = _first(bounds, joints, sides, lines)
     tight = np.flatnonzero((joints.stop & np.isfinite(first)) | (joints.zone > 0))
     at = np.searchsorted(probes, joints.s[tight])
-    spacing[at] = np.minimum(spacing[at], np.where(joints.stop, first, 0.7 * joints.zone)[tight])
+    spacing[at] = np.minimum(spacing[at], np.where(joints.stop, first, _beside(bounds, joints, sides))[tight])
     fine, spacing = _refined(probes, spacing, density.growth)
     borders = _borders(joints, first, lines)
     stretch = np.searchsorted(joints.s, borders[:-1], side="right") - 1
@@ -119,6 +119,16 @@ def _first(bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats], lines: 
             candidates += [_FIRST * acceleration**3 / (6.0 * jerk**2), _BEND / bend]
     out[rest] = np.minimum.reduce(candidates)
     return out
+
+
+def _beside(bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats]) -> Floats:
+    """Return the largest spacing at breakpoints with a jump: within its zone, and where the speed there is low, within
+    half of what full jerk needs to double it."""
+    share = np.maximum(np.abs(sides[0][1]), np.abs(sides[1][1]))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        jerk = (bounds.axes.jerk / share).min(axis=1)
+        ramp = np.sqrt(joints.speed / jerk)
+        return np.fmin(0.7 * joints.zone, 0.5 * joints.speed * ramp)
 
 
 def _probes(path: Path, joints: Joints) -> tuple[Floats, Floats]:

@@ -17,8 +17,8 @@ Floats = NDArray[np.float64]
 GAP, SLACK = 1e-4, 5e-4
 #: Iterations at most.
 MOST = 120
-#: The start, as a part of q of the profile without jerk limits.
-_START = 0.8
+#: The starts tried one after the other, as parts of q of the profile that rises and falls with full jerk.
+_STARTS = (0.8, 0.1, 0.9, 0.01)
 #: A jump of the acceleration of an axis, as a part of its limit, for which both sides of a node are looked at.
 _JUMP = 1e-4
 
@@ -69,49 +69,92 @@ class Solution:
     fallback: bool = False
 
 
+@dataclass(frozen=True, slots=True)
+class _Columns:
+    """The spline intervals of a problem, `n` of them, as the kernels take them.
+
+    Attributes:
+        at: Shape (n,), their numbers among the intervals.
+        h, ends, extra, box: See `cncgen.kernels.least_time` and `cncgen.kernels.least_time_rows`.
+        edge: Shape (n, 2), largest q at both ends.
+        shape: Derivatives of the path (x1, x2, x3), limits and the part of the jerk limit that may be used.
+    """
+
+    at: NDArray[np.int64]
+    h: Floats
+    ends: Floats
+    extra: Floats
+    box: Floats
+    edge: Floats
+    shape: tuple[Floats, Floats, Floats, Floats, Floats]
+
+
 def solve(given: Intervals, state: tuple[float, float] | None, known: Floats | None = None) -> Solution:
     """Find the least time on a row of intervals that ends at rest.
 
     Args:
         given: The intervals; the last one enters rest, the first one leaves it unless `state` says otherwise.
-        known: Shape (k,), middle ordinates of an earlier plan for the first intervals, to start from.
         state: q at the start and the middle ordinate of the first interval, where the motion is under way there.
+        known: Shape (k,), middle ordinates of an earlier plan for the first intervals, to start from.
     """
-    spline = np.flatnonzero(given.kind == SPLINE)
-    if not len(spline):
+    at = np.flatnonzero(given.kind == SPLINE)
+    if not len(at):
         return Solution(np.zeros((len(given), 3)), np.full(len(given), Limit.JERK, np.int8), 0.0, True)
-    h, ends, extra = _spline(given, spline, state is not None)
-    rest = _rest_tops(given)
-    box, edge = _boxes(given, spline, rest)
-    x1, x2, x3, factor = (column[spline] for column in (given.x1, given.x2, given.x3, given.factor))
-    n, axes = len(spline), x1.shape[2]
+    h, ends, extra = _spline(given, at, state is not None)
+    box, edge = _boxes(given, at, _rest_tops(given))
+    if state is not None:
+        edge[0, 0] = state[0]
+    shape = (given.x1[at], given.x2[at], given.x3[at], given.limits, given.factor[at])
+    columns = _Columns(at, h, ends, extra, box, edge, shape)
+    for part in _STARTS:
+        c = _start(columns, state, known, part)
+        solution = _improved(given, columns, c, state is not None)
+        known = None
+        if solution.converged:
+            break
+    return solution
+
+
+def _start(columns: _Columns, state: tuple[float, float] | None, known: Floats | None, part: float) -> Floats:
+    """Return unknowns to start from, shape (n + 2,)."""
+    n = len(columns.at)
     c = np.ones(n + 2)
     free = 1
     if state is not None:
-        c[0], c[1] = state
-        edge[0, 0] = state[0]
+        c[:2] = state
         free = 2
-    least_time_rows.start(h, ends, x1, x2, x3, given.limits, factor, edge, _START, free, np.empty((n, 2)), c)
+    least_time_rows.start(
+        columns.h, columns.ends, *columns.shape, columns.edge, part, free, np.empty((n, 2)), c
+    )
     if known is not None:
-        ahead = spline[spline < min(len(known), len(given))]
+        ahead = columns.at[columns.at < len(known)]
         first = free - 1
-        m = len(ahead)
-        c[1 + first : 1 + m] = np.maximum(c[1 + first : 1 + m], known[ahead[first:]])
+        c[free : 1 + len(ahead)] = np.maximum(c[free : 1 + len(ahead)], known[ahead[first:]])
+    return c
+
+
+def _improved(given: Intervals, columns: _Columns, c: Floats, moving: bool) -> Solution:
+    """Run the interior-point method from `c`."""
+    x1, x2, x3, limits, factor = columns.shape
+    n, axes = len(x1), x1.shape[2]
     room = n * (3 + 4 * axes)
     rows = np.empty((room, least_time.WIDTH))
     where, kind, axis = np.empty(room, np.int64), np.empty(room, np.int8), np.empty(room, np.int64)
-    joint = _joints(given, spline)
+    h, ends = columns.h, columns.ends
+    joint = _joints(given, columns.at)
     count = least_time_rows.build(
-        h, ends, x1, x2, x3, given.limits, factor, box, joint, state is not None, rows, where, kind, axis
+        h, ends, x1, x2, x3, limits, factor, columns.box, joint, moving, rows, where, kind, axis
     )
     report = np.zeros(6)
     status = least_time.solve(
-        c, free, h, ends, extra, rows, count, where, kind, axis, x1, x2, x3, given.limits, factor,
+        c, 2 if moving else 1, h, ends, columns.extra, rows, count, where, kind, axis, *columns.shape,
         np.ones((n, 2, axes)), GAP, SLACK, MOST, report,
     )  # fmt: skip
-    q = _ordinates(given, spline, ends, c)
-    limit = _binding(given, spline, rows[:count], where[:count], kind[:count])
-    return Solution(q, limit, float(report[0]), status >= 0)
+    # Out of iterations with every limit held is a plan all the same.
+    held = status >= 0 or bool(report[2] < SLACK and 0.0 < report[5] < 1.0 + SLACK)
+    q = _ordinates(given, columns.at, ends, c)
+    limit = _binding(given, columns.at, rows[:count], where[:count], kind[:count])
+    return Solution(q, limit, float(report[0]), held)
 
 
 def _spline(given: Intervals, spline: NDArray[np.int64], moving: bool) -> tuple[Floats, Floats, Floats]:
@@ -202,7 +245,9 @@ def _binding(
     kind: NDArray[np.int8],
 ) -> NDArray[np.int8]:
     """Name the limit that each interval comes nearest to; none where all are more than a fiftieth away."""
-    slack = np.where(kind > 0, np.minimum(rows[:, 4], rows[:, 5]), rows[:, 4]) / rows[:, 3]
+    slack = np.where(kind > 0, np.minimum(rows[:, 4], rows[:, 5]), rows[:, 4]) / np.maximum(
+        rows[:, 3], 1e-300
+    )
     names = np.array([Limit.FEED, Limit.ACCELERATION, Limit.JERK], np.int8)[kind]
     names = np.where(kind == 0, given.top_limit[spline][where], names)
     order = np.lexsort((-slack, where))
