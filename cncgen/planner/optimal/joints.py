@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.path import Path
-from cncgen.planner.optimal.limits import JUMP_SHARE, STOP_SPEED, Bounds, speed_within
+from cncgen.planner.optimal.limits import JUMP_SHARE, STOP_SPEED, Bounds, resolution, speed_within
 from cncgen.toolpath.record import Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -92,8 +92,7 @@ def distinct(s: Floats, bounds: Bounds) -> tuple[Floats, Floats]:
     Members of a cluster follow each other within a thousandth of J T³: what lies between shows in a third difference
     by at most some thousandths of J. The ends of the block stay.
     """
-    jerk = bounds.axes.jerk
-    near = 1e-3 * float(jerk[np.isfinite(jerk)].min()) * bounds.period_s**3
+    near = 0.05 * resolution(bounds)
     apart = np.diff(s) > near
     if not apart.all() and not apart.any():
         return s[[0, -1]], s[[0, -1]]

@@ -84,6 +84,12 @@ class Bounds:
         return np.abs(turn) / weak, 0.75 * np.abs(bend) / (self.axes.jerk * period)
 
 
+def resolution(bounds: Bounds) -> float:
+    """Return a fiftieth of J T³, mm: a bend of the path shorter than that does not show in the setpoints."""
+    jerk = bounds.axes.jerk
+    return 0.02 * float(jerk[np.isfinite(jerk)].min()) * bounds.period_s**3
+
+
 def speed_within(linear: Floats, square: Floats, share: float) -> Floats:
     """Return the largest v with linear·v + square·v² ≤ share for every axis, shape (n,)."""
     with np.errstate(divide="ignore"):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cncgen.geometry.path import Path
 from cncgen.planner.optimal.joints import Joints
-from cncgen.planner.optimal.limits import Bounds
+from cncgen.planner.optimal.limits import Bounds, resolution
 from cncgen.toolpath.record import Kind
 
 Floats = NDArray[np.float64]
@@ -61,6 +61,7 @@ def place(
     spacing = _spacing(bounds, path.evaluate(probes, 3), probes, top_at, density)
     spacing = np.minimum(spacing, density.cell * np.append(np.repeat(cells, 4), cells[-1]))
     first = _first(bounds, joints, sides, lines)
+    spacing = np.maximum(spacing, resolution(bounds))
     tight = np.flatnonzero((joints.stop & np.isfinite(first)) | (joints.zone > 0))
     at = np.searchsorted(probes, joints.s[tight])
     spacing[at] = np.minimum(spacing[at], np.where(joints.stop, first, _beside(bounds, joints, sides))[tight])
@@ -117,7 +118,9 @@ def _first(bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats], lines: 
         acceleration, jerk, bend, _ = along(bounds, side[:, rest])
         with np.errstate(divide="ignore"):
             candidates += [_FIRST * acceleration**3 / (6.0 * jerk**2), _BEND / bend]
-    out[rest] = np.minimum.reduce(candidates)
+    out[rest] = np.minimum(
+        np.maximum(np.minimum.reduce(candidates[4:]), resolution(bounds)), np.minimum.reduce(candidates[:4])
+    )
     return out
 
 

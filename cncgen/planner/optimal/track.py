@@ -130,7 +130,7 @@ def track_of(
     kind[stop[:-1]] = LEAVE
     kind[stop[1:]] = ENTER
     kind[node[:-1][lines]] = LINE
-    _calm(x, np.diff(s), kind != SPLINE)
+    _calm(x, np.diff(s))
     return Track(
         toolpath=toolpath,
         path=path,
@@ -155,15 +155,16 @@ def _lines(path: Path, joints: Joints) -> NDArray[np.bool_]:
     return (path.kind[row] == Kind.LINE) & joints.stop[:-1] & joints.stop[1:]
 
 
-def _calm(x: Floats, h: Floats, rest: NDArray[np.bool_]) -> None:
-    """Bound the derivatives on the intervals beside a rest, in place: at a cusp they are infinite, or rounding alone.
+def _calm(x: Floats, h: Floats) -> None:
+    """Bound the second and third derivatives by the length of their interval, in place.
 
-    Those intervals are short beside the radius of curvature wherever there is one (`cncgen.planner.optimal.nodes`).
+    Intervals are short beside what the derivatives ask for (`cncgen.planner.optimal.nodes`), except at cusps, where
+    they are infinite or rounding alone, and at bends too small to be seen.
     """
-    size = np.abs(x[1, rest]).max(axis=(1, 2))[:, None, None]
+    size = np.abs(x[1]).max(axis=(1, 2))[:, None, None]
     for order in (2, 3):
-        most = 0.1 * size / h[rest, None, None] ** (order - 1)
-        x[order, rest] = np.clip(x[order, rest], -most, most)
+        most = 0.3 * size / h[:, None, None] ** (order - 1)
+        np.clip(x[order], -most, most, out=x[order])
 
 
 def _factors(s: Floats, joints: Joints, axes: int) -> Floats:
