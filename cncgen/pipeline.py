@@ -14,8 +14,10 @@ from __future__ import annotations
 import importlib
 import io
 import os
+import re
 import stat
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
 from types import ModuleType
@@ -40,15 +42,19 @@ SUFFIXES = {
     "gcode": (".nc", ".ngc", ".gcode", ".tap", ".cnc", ".txt"),
     "stepnc": (".stp", ".step", ".stpnc", ".p21", ".238"),
 }
-#: What a Part 21 file begins with, whatever its name.
-PART21 = b"ISO-10303-21;"
+#: What a Part 21 file begins with, whatever its name: blanks and comments may stand before and within it.
+_COMMENT = rb"/\*(?:[^*]|\*(?!/))*"
+_PART21 = re.compile(
+    rb"(?:\xef\xbb\xbf)?(?:\s|%b\*/)*(?:ISO-10303-21(?:\s|%b\*/)*;|%b\*?\Z)" % (_COMMENT, _COMMENT, _COMMENT),
+    re.IGNORECASE,
+)
 #: Bytes that are looked at for it.
 _HEAD_BYTES = 4096
 
 
 def language_of(name: str, head: bytes) -> str:
     """Return ``stepnc`` or ``gcode``: by how the content begins, then by the suffix, else G-code."""
-    if head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(PART21):
+    if _PART21.match(head):
         return "stepnc"
     suffix = PurePath(name).suffix.lower()
     return "stepnc" if suffix in SUFFIXES["stepnc"] else "gcode"
@@ -67,12 +73,38 @@ def read(
     Raises:
         UsageError: The file cannot be read.
     """
-    name = os.fspath(source)
-    with open_input(source) as file:
-        reader = reader_of(language or language_of(name, _head(file)))
-        regular = name != STANDARD and stat.S_ISREG(os.fstat(file.fileno()).st_mode)
-        program: Program = reader.read(Path(name) if regular else file, name, options or ReadOptions())
+    with _opened(source, language) as (reader, file, name):
+        program: Program = reader.read(file, name, options or ReadOptions())
     return program
+
+
+def check(
+    source: str | os.PathLike[str],
+    diagnostics: Diagnostics,
+    *,
+    language: str | None = None,
+    options: ReadOptions | None = None,
+) -> int:
+    """Read and interpret a program, and keep nothing of it; return how many motions and events it has.
+
+    Args:
+        source: A file, or ``-`` for standard input.
+        diagnostics: Takes all that is found.
+        language: ``gcode`` or ``stepnc``; None: by content and suffix.
+        options: How it is read.
+
+    Raises:
+        UsageError: The file cannot be read.
+    """
+    with _opened(source, language) as (reader, file, name):
+        if hasattr(reader, "check"):
+            found: int = reader.check(file, name, options or ReadOptions(), diagnostics)
+            return found
+        program = reader.read(file, name, options or ReadOptions())
+    try:
+        return sum(len(chunk) for chunk in program.chunks())
+    finally:
+        diagnostics.extend(program.diagnostics)
 
 
 def read_text(
@@ -90,8 +122,20 @@ def read_text(
 
 
 def reader_of(language: str) -> ModuleType:
-    """Return the package that reads a language: it has `read`, and `canon` where the language has such a text."""
+    """Return the package that reads a language: it has `read`, and `check` and `canon` where it has a way of its own."""
     return importlib.import_module(f"cncgen.{language}")
+
+
+@contextmanager
+def _opened(
+    source: str | os.PathLike[str], language: str | None
+) -> Iterator[tuple[ModuleType, Path | BinaryIO, str]]:
+    """Open a program; give the package that reads it, what it reads (a path that can be mapped, or a stream), its name."""
+    name = os.fspath(source)
+    with open_input(source) as file:
+        reader = reader_of(language or language_of(name, _head(file)))
+        regular = name != STANDARD and stat.S_ISREG(os.fstat(file.fileno()).st_mode)
+        yield reader, Path(name) if regular else file, name
 
 
 def _head(file: BinaryIO) -> bytes:
@@ -109,13 +153,10 @@ def canon(
         UsageError: The file cannot be read, or its language has no such text.
         ProgramError: The program has errors; raised when all calls are drawn.
     """
-    name = os.fspath(source)
-    with open_input(source) as file:
-        reader = reader_of(language or language_of(name, _head(file)))
+    with _opened(source, language) as (reader, file, name):
         if not hasattr(reader, "canon"):
             raise UsageError(Diagnostic("no-canon", f"{name}: canonical motions are printed of G-code alone"))
-        regular = name != STANDARD and stat.S_ISREG(os.fstat(file.fileno()).st_mode)
-        yield from reader.canon(Path(name) if regular else file, name, options or ReadOptions())
+        yield from reader.canon(file, name, options or ReadOptions())
 
 
 def sound(program: Program) -> Iterator[Toolpath]:

@@ -38,12 +38,24 @@ def command(programs: tuple[str, ...], tree: bool, reading: dict[str, Any]) -> i
 
 
 def _check(name: str, reading: dict[str, Any]) -> None:
-    from cncgen.cli.reading import opened
-    from cncgen.pipeline import sound
+    from cncgen.cli.reading import read_options
+    from cncgen.diagnostics import CncgenError, Diagnostics, ProgramError
+    from cncgen.kernels import warn_if_uncompiled
+    from cncgen.pipeline import check
 
-    with opened(name, reading) as program:
-        rows = sum(len(chunk) for chunk in sound(program))
-    messages.note(f"{name}: no errors, {rows} motions and events")
+    warn_if_uncompiled()
+    language, options = read_options(reading)
+    found = Diagnostics()
+    try:
+        count = check(name, found, language=language, options=options)
+    except CncgenError as error:
+        raised = {id(item) for item in error.diagnostics}
+        messages.show(item for item in found if id(item) not in raised)
+        raise
+    if found.has_errors:
+        raise ProgramError(found)
+    messages.show(found)
+    messages.note(f"{name}: no errors, {count} motions and events")
 
 
 def _show_tree(name: str, reading: dict[str, Any]) -> None:

@@ -1,7 +1,7 @@
 """G-code: text to canonical motions.
 
-`read` gives the toolpath of a program, `canon` the text of its canonical calls; both run the same interpreter, on a
-sink that builds columns (`columns`) or prints (`printing`).
+`read` gives the toolpath of a program, `canon` the text of its canonical calls, `check` what is wrong with it; all run
+the same interpreter, on a sink that builds columns (`columns`), prints (`printing`) or only counts (`counting`).
 
 The way of a block: `source` holds the bytes; `lanes` cuts them into plain blocks (a scanner) and others (`grammar`,
 `expressions`); `running` has them executed in order; `interpreter` finds the codes of a block in `codes`, checks that
@@ -19,15 +19,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
 
-import numpy as np
-
 from cncgen.diagnostics import Diagnostics, ProgramError
-from cncgen.gcode.columns import ColumnsSink
+from cncgen.gcode.counting import CountingSink
 from cncgen.gcode.printing import PrintingSink
 from cncgen.gcode.running import Runner
 from cncgen.gcode.source import Source, open_source
 from cncgen.kernels import gcode_scan
-from cncgen.toolpath.building import ToolpathBuilder
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import Program, Toolpath
 from cncgen.units import AXIS_LETTERS
@@ -43,6 +40,11 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
     Raises:
         UsageError: Where the file cannot be read.
     """
+    import numpy as np
+
+    from cncgen.gcode.columns import ColumnsSink
+    from cncgen.toolpath.building import ToolpathBuilder
+
     text = open_source(source, name)
     diagnostics = Diagnostics()
     path = source if isinstance(source, Path) else None
@@ -65,6 +67,38 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
             yield builder.take()
 
     return Program(name, "gcode", axes, moving, chunks, diagnostics)
+
+
+def check(
+    source: Path | BinaryIO,
+    name: str,
+    options: ReadOptions = _DEFAULT,
+    diagnostics: Diagnostics | None = None,
+) -> int:
+    """Interpret a program and keep nothing of it; return how many motions and events it has.
+
+    What is said about it is the same as `read` says, sooner: no toolpath is built.
+
+    Args:
+        source: The program's file or stream.
+        name: What diagnostics call it.
+        options: How it is read.
+        diagnostics: Takes what is wrong with it; without it, errors are raised when all has been read.
+
+    Raises:
+        UsageError: Where the file cannot be read.
+        ProgramError: Where the program has errors and `diagnostics` is not given.
+    """
+    found = Diagnostics() if diagnostics is None else diagnostics
+    sink = CountingSink()
+    runner = Runner(
+        open_source(source, name), options, sink, found, path=source if isinstance(source, Path) else None
+    )
+    for _ in runner.run():
+        pass
+    if diagnostics is None and found.has_errors:
+        raise ProgramError(list(found))
+    return sink.count
 
 
 def moving_axes(text: Source) -> str:

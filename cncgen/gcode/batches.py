@@ -1,12 +1,12 @@
-"""Runs of plain motions in arrays: the interpreter's state into the kernel `gcode_motion`, its rows to the sink."""
+"""Runs of plain motions in columns: the interpreter's state into the kernel `gcode_motion`, its rows to the sink."""
 
 from __future__ import annotations
 
-import numpy as np
+from array import array
 
 from cncgen.gcode.arcs import CENTRE_FACTOR, CENTRE_RELATIVE, CENTRE_TOLERANCE, RADIUS_TOLERANCE
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.lanes import BLOCKS, PlainBlocks
+from cncgen.gcode.lanes import BLOCKS, PlainBlocks, column
 from cncgen.gcode.sink import MotionBatch
 from cncgen.kernels import gcode_motion
 
@@ -15,37 +15,39 @@ _MOTIONS = {0: 0, 10: 1, 20: 2, 30: 3}
 
 
 class Batches:
-    """Work arrays of `gcode_motion.advance`, used again for each run."""
+    """Work columns of `gcode_motion.advance`, used again for each run."""
 
     def __init__(self, ip: Interpreter) -> None:
         self._ip = ip
-        self._position = np.zeros(9)
-        self._modes = np.zeros(gcode_motion.MODES, np.int64)
-        self._levels = np.zeros(gcode_motion.LEVELS)
-        self._block = np.zeros(BLOCKS, np.int64)
-        self._motion = np.zeros(BLOCKS, np.int8)
-        self._end = np.zeros((BLOCKS, 9))
-        self._feed = np.zeros(BLOCKS)
-        self._feed_set = np.zeros(BLOCKS, np.uint8)
-        self._centre = np.zeros((BLOCKS, 2))
-        self._turns = np.zeros(BLOCKS, np.int64)
+        self._line = column("q", BLOCKS)
+        self._offset = column("q", BLOCKS)
+        self._motion = column("b", BLOCKS)
+        self._end = column("d", BLOCKS, 9)
+        self._feed = column("d", BLOCKS)
+        self._feed_set = column("B", BLOCKS)
+        self._centre = column("d", BLOCKS, 2)
+        self._turns = column("q", BLOCKS)
 
     def run(self, plain: PlainBlocks, index: int, count: int) -> int:
         """Run plain motions from a block on; return the first block that was not taken."""
         if not self._ip.batchable():
             return index
-        self._load()
+        position = array("d", self._ip.state.position)
+        modes, levels = self._modes(), self._levels()
         done, rows = gcode_motion.advance(
             index,
             count,
+            plain.line,
+            plain.offset,
             plain.flags,
             plain.word_end,
             plain.letters,
             plain.values,
-            self._position,
-            self._modes,
-            self._levels,
-            self._block,
+            position,
+            modes,
+            levels,
+            self._line,
+            self._offset,
             self._motion,
             self._end,
             self._feed,
@@ -53,45 +55,57 @@ class Batches:
             self._centre,
             self._turns,
         )
-        self._store_modes()
+        self._take_modes(modes, levels)
         if rows:
-            self._hand_on(plain, rows)
+            self._hand_on(rows)
+            state = self._ip.state
+            state.position = position.tolist()
+            state.motion = 10 * modes[gcode_motion.MOTION]
+            state.moved = True
         return int(done)
 
-    def _load(self) -> None:
-        """Copy the state to the kernel's arrays."""
-        state, inches = self._ip.state, self._ip.state.inches
-        self._position[:] = state.position
-        self._modes[:] = (
-            _MOTIONS.get(state.motion, -1),
-            state.absolute,
-            state.arc_absolute,
-            state.plane,
-            state.feed_mode == 93,
-            self._ip.options.block_delete,
-            not self._ip.sink.wants_comments,
-        )
-        self._levels[:] = (
-            state.feed,
-            RADIUS_TOLERANCE[inches],
-            CENTRE_TOLERANCE[inches],
-            CENTRE_RELATIVE,
-            CENTRE_FACTOR * CENTRE_TOLERANCE[inches],
+    def _modes(self) -> array[int]:
+        """Return the modes that the kernel begins with."""
+        state = self._ip.state
+        return array(
+            "q",
+            (
+                _MOTIONS.get(state.motion, -1),
+                state.absolute,
+                state.arc_absolute,
+                state.plane,
+                state.feed_mode == 93,
+                self._ip.options.block_delete,
+                not self._ip.sink.wants_comments,
+            ),
         )
 
-    def _store_modes(self) -> None:
-        """Copy back what blocks without motion may have changed too."""
+    def _levels(self) -> array[float]:
+        """Return the feed and the tolerances of arcs."""
+        inches = self._ip.state.inches
+        return array(
+            "d",
+            (
+                self._ip.state.feed,
+                RADIUS_TOLERANCE[inches],
+                CENTRE_TOLERANCE[inches],
+                CENTRE_RELATIVE,
+                CENTRE_FACTOR * CENTRE_TOLERANCE[inches],
+            ),
+        )
+
+    def _take_modes(self, modes: array[int], levels: array[float]) -> None:
+        """Take over what blocks without motion may have changed too."""
         state, sink = self._ip.state, self._ip.sink
-        state.absolute = bool(self._modes[gcode_motion.ABSOLUTE])
-        feed = float(self._levels[gcode_motion.FEED])
+        state.absolute = bool(modes[gcode_motion.ABSOLUTE])
+        feed = levels[gcode_motion.FEED]
         if feed != state.feed:
             state.feed = feed
             if not sink.wants_comments:
                 sink.set_feed_rate(feed)
 
-    def _hand_on(self, plain: PlainBlocks, rows: int) -> None:
-        """Give the rows to the sink, and take over where they end."""
-        block = self._block[:rows]
+    def _hand_on(self, rows: int) -> None:
+        """Give the rows to the sink."""
         self._ip.sink.motions(
             MotionBatch(
                 self._motion[:rows],
@@ -100,12 +114,8 @@ class Batches:
                 self._feed_set[:rows],
                 self._centre[:rows],
                 self._turns[:rows],
-                plain.line[block],
-                plain.offset[block],
+                self._line[:rows],
+                self._offset[:rows],
                 0,
             )
         )
-        state = self._ip.state
-        state.position = self._position.tolist()
-        state.motion = 10 * int(self._modes[gcode_motion.MOTION])
-        state.moved = True

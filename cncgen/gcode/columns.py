@@ -7,6 +7,7 @@ units are applied to arrays, when something that they depend on changes or a chu
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,19 @@ Floats = NDArray[np.float64]
 _FULL_CIRCLE = 1e-9
 _MAX_PENDING = 4096
 _SHORT = 256
+
+
+@dataclass(frozen=True, slots=True)
+class _Motions:
+    """Motions of one source as arrays; the columns are those of `MotionBatch`."""
+
+    motion: NDArray[np.int8]
+    end: Floats
+    feed: Floats
+    centre: Floats
+    turns: NDArray[np.int64]
+    line: NDArray[np.int64]
+    source: int
 
 
 class ColumnsSink:
@@ -103,20 +117,17 @@ class ColumnsSink:
         if not pending:
             return
         motion, end, feed, first, second, turns, line = zip(*pending, strict=True)
-        lines = np.array(line, np.int64)
-        batch = MotionBatch(
+        motions = _Motions(
             np.array(motion, np.int8),
             np.array(end),
             np.array(feed),
-            np.zeros(len(lines), np.uint8),
             np.column_stack([first, second]),
             np.array(turns, np.int64),
-            lines,
-            np.zeros(len(lines), np.int64),
+            np.array(line, np.int64),
             self._source,
         )
         pending.clear()
-        self._append(batch)
+        self._append(motions)
 
     def motions(self, batch: MotionBatch) -> None:
         """Take a run of plain motions; short ones are kept with single motions until there are more."""
@@ -124,13 +135,26 @@ class ColumnsSink:
             if self._pending and batch.source != self._source:
                 self.flush()
             self._source = batch.source
-            columns = (batch.motion, batch.end, batch.feed, *batch.centre.T, batch.turns, batch.line)
-            self._pending.extend(zip(*(column.tolist() for column in columns), strict=True))
+            first, second = zip(*batch.centre.tolist(), strict=True)
+            columns = (column.tolist() for column in (batch.motion, batch.end, batch.feed))
+            self._pending.extend(
+                zip(*columns, first, second, batch.turns.tolist(), batch.line.tolist(), strict=True)
+            )
             if len(self._pending) >= _MAX_PENDING:
                 self.flush()
         else:
             self.flush()
-            self._append(batch)
+            self._append(
+                _Motions(
+                    np.asarray(batch.motion),
+                    np.asarray(batch.end),
+                    np.asarray(batch.feed),
+                    np.asarray(batch.centre),
+                    np.asarray(batch.turns),
+                    np.array(batch.line),
+                    batch.source,
+                )
+            )
 
     def nurbs_feed(self, curve: Curve) -> None:
         """Take a B-spline."""
@@ -163,8 +187,8 @@ class ColumnsSink:
             )
         )
 
-    def _append(self, batch: MotionBatch) -> None:
-        """Transform a batch and add its rows."""
+    def _append(self, batch: _Motions) -> None:
+        """Transform motions and add their rows."""
         end = self._machine(batch.end)
         start = np.concatenate([self.builder.position[None, :], end[:-1]])
         motion = batch.motion
@@ -210,7 +234,7 @@ class ColumnsSink:
         out *= np.where(self._rotary, DEGREE, self._scale)
         return out
 
-    def _arc_table(self, batch: MotionBatch, arcs: NDArray[np.bool_], start: Floats, end: Floats) -> ArcTable:
+    def _arc_table(self, batch: _Motions, arcs: NDArray[np.bool_], start: Floats, end: Floats) -> ArcTable:
         """Return centre, normal and sweep in the machine's frame."""
         first, second, normal = PLANE_AXES[self._plane]
         points = batch.end[arcs].copy()
@@ -306,6 +330,10 @@ class ColumnsSink:
         """Set the tool's offset."""
         self.flush()
         self._tool = list(offset)
+
+    def where(self, position: Point) -> Point:
+        """Return `position`: the machine stands where it should."""
+        return position
 
     def place(self, position: Point) -> None:
         """Stand at a position of the program."""

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import re
+import struct
 from dataclasses import dataclass, field
-
-import numpy as np
-from numpy.typing import NDArray
 
 from cncgen.gcode.block import Block, gather
 from cncgen.gcode.flow import Cursor
@@ -20,20 +18,25 @@ WORDS = 8 * BLOCKS
 _COMMENT = re.compile(r"\(([^()]*)\)|;.*")
 
 
-def _ints(count: int) -> NDArray[np.int64]:
-    return np.zeros(count, np.int64)
+def column(kind: str, count: int, width: int = 0) -> memoryview:
+    """Return zeros as a buffer that kernels fill: `count` values (rows of `width` values) of a format of `struct`.
+
+    Reading takes no more than that of arrays, so that a check need not import numpy.
+    """
+    zeros = memoryview(bytearray(count * max(width, 1) * struct.calcsize(kind)))
+    return zeros.cast(kind, [count, width]) if width else zeros.cast(kind)  # type: ignore[call-overload]
 
 
 @dataclass(slots=True)
 class PlainBlocks:
     """Columns of `gcode_scan.scan`, used again for each stretch."""
 
-    line: NDArray[np.int64] = field(default_factory=lambda: _ints(BLOCKS))
-    offset: NDArray[np.int64] = field(default_factory=lambda: _ints(BLOCKS))
-    flags: NDArray[np.uint8] = field(default_factory=lambda: np.zeros(BLOCKS, np.uint8))
-    word_end: NDArray[np.int64] = field(default_factory=lambda: _ints(BLOCKS))
-    letters: NDArray[np.uint8] = field(default_factory=lambda: np.zeros(WORDS, np.uint8))
-    values: NDArray[np.float64] = field(default_factory=lambda: np.zeros(WORDS))
+    line: memoryview = field(default_factory=lambda: column("q", BLOCKS))
+    offset: memoryview = field(default_factory=lambda: column("q", BLOCKS))
+    flags: memoryview = field(default_factory=lambda: column("B", BLOCKS))
+    word_end: memoryview = field(default_factory=lambda: column("q", BLOCKS))
+    letters: memoryview = field(default_factory=lambda: column("B", WORDS))
+    values: memoryview = field(default_factory=lambda: column("d", WORDS))
     count: int = 0
 
     def scan(self, source: Source, start: Cursor) -> tuple[Cursor, int]:
@@ -53,15 +56,15 @@ class PlainBlocks:
 
     def pairs(self, index: int) -> list[tuple[str, float]]:
         """Return letters and values of a block."""
-        begin = int(self.word_end[index - 1]) if index else 0
-        end = int(self.word_end[index])
+        begin = self.word_end[index - 1] if index else 0
+        end = self.word_end[index]
         letters = self.letters[begin:end].tobytes().decode("ascii")
         return list(zip(letters, self.values[begin:end].tolist(), strict=True))
 
     def block(self, index: int, source: int) -> Block:
         """Return a block as a record (without its comment)."""
         block = gather(self.pairs(index))
-        block.source, block.line, block.offset = source, int(self.line[index]), int(self.offset[index])
+        block.source, block.line, block.offset = source, self.line[index], self.offset[index]
         return block
 
 

@@ -55,21 +55,19 @@ class PrintingSink:
     def motions(self, batch: MotionBatch) -> None:
         """Print a run of motions."""
         plane = self._plane
-        for row in range(len(batch.motion)):
-            self.block = Block(
-                {}, source=batch.source, line=int(batch.line[row]), offset=int(batch.offset[row])
-            )
+        ends, centres = batch.end.tolist(), batch.centre.tolist()
+        for row, motion in enumerate(batch.motion):
+            self.block = Block({}, source=batch.source, line=batch.line[row], offset=batch.offset[row])
             if batch.feed_set[row]:
-                self.set_feed_rate(float(batch.feed[row]))
-            end = batch.end[row].tolist()
-            motion = batch.motion[row]
+                self.set_feed_rate(batch.feed[row])
+            end = ends[row]
             if motion == 0:
                 self.straight_traverse(end)
             elif motion == 1:
                 self.straight_feed(end)
             else:
-                first, second = batch.centre[row].tolist()
-                self.arc_feed(end, first, second, int(batch.turns[row]), plane)
+                first, second = centres[row]
+                self.arc_feed(end, first, second, batch.turns[row], plane)
 
     def straight_traverse(self, end: Point) -> None:
         """Print STRAIGHT_TRAVERSE."""
@@ -152,6 +150,10 @@ class PrintingSink:
         """Print USE_TOOL_LENGTH_OFFSET: three groups of three."""
         groups = [" ".join(f"{value:.4f}" for value in offset[k : k + 3]) for k in (0, 3, 6)]
         self.call(f"USE_TOOL_LENGTH_OFFSET({', '.join(groups)})")
+
+    def where(self, position: Point) -> Point:
+        """Return `position`: the machine stands where it should."""
+        return position
 
     def place(self, position: Point) -> None:
         """Print nothing: the comment that says it is printed."""

@@ -186,7 +186,7 @@ class Runner:
             if done == count:
                 self._count(count - index)
                 break
-            here = Cursor(0, int(self._plain.offset[done]), int(self._plain.line[done]))
+            here = Cursor(0, self._plain.offset[done], self._plain.line[done])
             self._run_one(source, done, here)
             self._count(done - index + 1)
             if self.ip.jump is not None:
@@ -198,7 +198,7 @@ class Runner:
 
     def _run_one(self, source: Source, index: int, here: Cursor) -> None:
         """Run one plain block by itself."""
-        flags = int(self._plain.flags[index])
+        flags = self._plain.flags[index]
         if flags & gcode_scan.SLASH and self.options.block_delete:
             return
         try:

@@ -10,9 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from cncgen.gcode.block import Block
 from cncgen.toolpath.record import Event, PathMode
 
@@ -21,27 +18,29 @@ Point = list[float]
 
 @dataclass(frozen=True, slots=True)
 class MotionBatch:
-    """Motions in arrays, a row a motion, as `cncgen.kernels.gcode_motion.advance` gives them.
+    """Motions in columns, a row a motion, as `cncgen.kernels.gcode_motion.advance` gives them.
+
+    The columns are buffers that the next batch uses again: whoever keeps them, copies them.
 
     Attributes:
-        motion: Shape (n,), 0 traverse, 1 feed, 2 and 3 arcs.
-        end: Shape (n, 9).
-        feed: Shape (n,), the feed rate in force.
-        feed_set: Shape (n,), whether the block gave it.
-        centre: Shape (n, 2), of arcs, in the two axes of the plane.
-        turns: Shape (n,), of arcs: signed number of turns begun, positive counter-clockwise.
-        line, offset: Shape (n,), line number and byte offset of the block in its source.
+        motion: Shape (n,), int8, 0 traverse, 1 feed, 2 and 3 arcs.
+        end: Shape (n, 9), double.
+        feed: Shape (n,), double, the feed rate in force.
+        feed_set: Shape (n,), uint8, whether the block gave it.
+        centre: Shape (n, 2), double, of arcs, in the two axes of the plane.
+        turns: Shape (n,), int64, of arcs: signed number of turns begun, positive counter-clockwise.
+        line, offset: Shape (n,), int64, line number and byte offset of the block in its source.
         source: Index of the source.
     """
 
-    motion: NDArray[np.int8]
-    end: NDArray[np.float64]
-    feed: NDArray[np.float64]
-    feed_set: NDArray[np.uint8]
-    centre: NDArray[np.float64]
-    turns: NDArray[np.int64]
-    line: NDArray[np.int64]
-    offset: NDArray[np.int64]
+    motion: memoryview
+    end: memoryview
+    feed: memoryview
+    feed_set: memoryview
+    centre: memoryview
+    turns: memoryview
+    line: memoryview
+    offset: memoryview
     source: int
 
 
@@ -118,6 +117,9 @@ class Sink(Protocol):
 
     def use_tool_length_offset(self, offset: Point) -> None:
         """Set the tool's offset."""
+
+    def where(self, position: Point) -> Point:
+        """Return where the machine says it stands after a tool change or a probe; `position` is where it should."""
 
     def place(self, position: Point) -> None:
         """Take `position` (program coordinates) as where the machine stands, without motion."""

@@ -9,9 +9,6 @@ import tempfile
 from pathlib import Path
 from typing import BinaryIO
 
-import numpy as np
-from numpy.typing import NDArray
-
 from cncgen.diagnostics import Diagnostic, UsageError
 
 #: Bytes of a line that are read at all; a longer line is an error.
@@ -26,7 +23,7 @@ class Source:
     def __init__(self, data: bytes | mmap.mmap, name: str) -> None:
         self.name = name
         self.data = data
-        self.bytes: NDArray[np.uint8] = np.frombuffer(data, np.uint8) if len(data) else np.zeros(0, np.uint8)
+        self.bytes = memoryview(data)
 
     def __len__(self) -> int:
         return len(self.data)

@@ -79,6 +79,8 @@ def centre_from_radius(
 def advance(
     first: cython.Py_ssize_t,
     last: cython.Py_ssize_t,
+    block_line: cython.const[cython.longlong][::1],
+    block_offset: cython.const[cython.longlong][::1],
     block_flags: cython.const[cython.uchar][::1],
     word_end: cython.const[cython.longlong][::1],
     letters: cython.const[cython.uchar][::1],
@@ -86,7 +88,8 @@ def advance(
     position: cython.double[::1],
     modes: cython.longlong[::1],
     levels: cython.double[::1],
-    out_block: cython.longlong[::1],
+    out_line: cython.longlong[::1],
+    out_offset: cython.longlong[::1],
     out_motion: cython.schar[::1],
     out_end: cython.double[:, ::1],
     out_feed: cython.double[::1],
@@ -97,12 +100,12 @@ def advance(
     """Interpret blocks `first` to `last` (not included) while they are plain motions.
 
     Args:
-        block_flags, word_end, letters, values: Columns of `gcode_scan.scan`.
+        block_line, block_offset, block_flags, word_end, letters, values: Columns of `gcode_scan.scan`.
         position: Shape (9,), X Y Z A B C U V W in program units and coordinates; moved on.
         modes: Shape (`MODES`,): modal motion 0 to 3 (else nothing is taken), flags, plane 17 to 19; changed.
         levels: Shape (`LEVELS`,): feed, then the tolerances of arcs (`cncgen.gcode.arcs`); changed.
-        out_block, out_motion, out_end, out_feed, out_feed_set, out_centre, out_turns: Filled, a row a motion:
-            its block, 0 to 3, end point, feed in force, whether this block gave F, centre in the two axes of the
+        out_line, out_offset, out_motion, out_end, out_feed, out_feed_set, out_centre, out_turns: Filled, a row a
+            motion: line and offset of its block, 0 to 3, end point, feed in force, whether this block gave F, centre in the two axes of the
             plane, turns (signed, positive counter-clockwise; 0 for lines).
 
     Returns:
@@ -280,7 +283,8 @@ def advance(
         modes[MOTION] = motion
         modes[ABSOLUTE] = distance
         levels[FEED] = feed
-        out_block[rows] = b
+        out_line[rows] = block_line[b]
+        out_offset[rows] = block_offset[b]
         out_motion[rows] = motion
         out_feed[rows] = feed
         out_feed_set[rows] = 1 if seen & (1 << 5) else 0

@@ -6,15 +6,17 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from types import MappingProxyType
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any
 
 from cncgen.diagnostics import Diagnostics
-from cncgen.geometry.tables import ArcTable, NurbsTable
 
-Floats = NDArray[np.float64]
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from cncgen.geometry.tables import ArcTable, NurbsTable
+
+    Floats = NDArray[np.float64]
 
 
 class Kind(IntEnum):
@@ -111,6 +113,8 @@ class Toolpath:
     @property
     def starts(self) -> Floats:
         """Shape (n, axes): the start point of each row."""
+        import numpy as np
+
         return np.concatenate([self.start[None, :], self.end[:-1]]) if len(self) else self.end
 
 
