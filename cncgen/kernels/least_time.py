@@ -7,22 +7,24 @@ ends[k,3] c[k+2]``. ``c[0]`` and ``c[n+1]`` are given; so is ``c[1]`` where the 
     F = Σ h/6 (b0^-1/2 + 4 m^-1/2 + b2^-1/2) + Σ extra0 b0^-1/2 + Σ extra2 b2^-1/2,   m = (b0 + 2 c + b2) / 4,
 
 subject to rows r(q) ± A·(c[k], c[k+1], c[k+2]) ≥ 0 that each touch three neighbours. Hence the Newton matrix has five
-diagonals, and an iteration is linear in the number of intervals.
+diagonals, and an iteration is linear in the number of intervals: three passes over the rows, which memory traffic bounds.
 
-A row of `rows` is (A0, A1, A2, r, w+, w−, λ+, λ−, Δw+, Δw−, Δλ+, Δλ−, g+, g−, r′, Q0, Q1, Q2, f): `w` slacks, `λ`
-multipliers, `g` the values of the two constraints. `kind` of a row: 0 one-sided with r = f, 1 two-sided with r = f, 2
-two-sided with r = f q^-1/2 where q = Q·(c[k], c[k+1], c[k+2]).
+A row of `rows` is (A0, A1, A2, f, w+, w−, λ+, λ−, Δw+, Δw−, Δλ+, Δλ−): `w` slacks, `λ` multipliers. By its kind, r = f
+on an upper bound (`BOX`, one-sided) and on an acceleration, and r = f b^-1/2 on a jerk at the left or the right end of
+the interval, b the ordinate there.
 
 The function r is convex, so its tangent lies below it: a step along which the linearised constraint holds keeps the
-constraint itself (Hunter and Lange, *A tutorial on MM algorithms*, 2004), and slacks may be reset to g wherever g is
-larger. Steps follow Mehrotra (*SIAM J. Optim.* 2, 1992).
+constraint itself (Hunter and Lange, *A tutorial on MM algorithms*, 2004), and slacks may be reset to the constraint's
+value wherever that is larger. Steps follow Mehrotra (*SIAM J. Optim.* 2, 1992).
 """
 
 import cython
 from cython.cimports.libc.math import fabs, sqrt
 
 #: Columns of `rows`.
-WIDTH = 19
+WIDTH = 12
+#: What a row bounds.
+BOX, ACCELERATION, JERK_LEFT, JERK_RIGHT = range(4)
 
 
 @cython.cfunc
@@ -35,8 +37,9 @@ def _objective(
     extra: cython.double[:, ::1],
     grad: cython.double[::1],
     band: cython.double[:, ::1],
+    root: cython.double[:, ::1],
 ) -> cython.double:
-    """Return F; fill its gradient and the three upper diagonals of its Hessian in ``band[:, :3]``."""
+    """Return F; fill its gradient, the three upper diagonals of its Hessian in ``band[:, :3]``, and b^-1/2 in `root`."""
     n: cython.Py_ssize_t = h.shape[0]
     k: cython.Py_ssize_t
     total: cython.double = 0.0
@@ -65,23 +68,27 @@ def _objective(
         e3 = ends[k, 3]
         q0 = e0 * c[k] + e1 * c[k + 1]
         q2 = e2 * c[k + 1] + e3 * c[k + 2]
-        q1 = 0.25 * (q0 + q2) + 0.5 * c[k + 1]
-        f0 = (h[k] / 6.0 + extra[k, 0]) / sqrt(q0)
-        f2 = (h[k] / 6.0 + extra[k, 1]) / sqrt(q2)
-        f1 = h[k] / 1.5 / sqrt(q1)
+        q1 = 1.0 / (0.25 * (q0 + q2) + 0.5 * c[k + 1])
+        q0 = 1.0 / q0
+        q2 = 1.0 / q2
+        root[k, 0] = sqrt(q0)
+        root[k, 1] = sqrt(q2)
+        f0 = (h[k] / 6.0 + extra[k, 0]) * root[k, 0]
+        f2 = (h[k] / 6.0 + extra[k, 1]) * root[k, 1]
+        f1 = h[k] / 1.5 * sqrt(q1)
         total += f0 + f1 + f2
         m0 = 0.25 * e0
         m1 = 0.25 * (e1 + e2) + 0.5
         m2 = 0.25 * e3
-        f0 = -0.5 * f0 / q0
-        f1 = -0.5 * f1 / q1
-        f2 = -0.5 * f2 / q2
+        f0 *= -0.5 * q0
+        f1 *= -0.5 * q1
+        f2 *= -0.5 * q2
         grad[k] += f0 * e0 + f1 * m0
         grad[k + 1] += f0 * e1 + f1 * m1 + f2 * e2
         grad[k + 2] += f1 * m2 + f2 * e3
-        f0 = -1.5 * f0 / q0
-        f1 = -1.5 * f1 / q1
-        f2 = -1.5 * f2 / q2
+        f0 *= -1.5 * q0
+        f1 *= -1.5 * q1
+        f2 *= -1.5 * q2
         band[k, 0] += f0 * e0 * e0 + f1 * m0 * m0
         band[k, 1] += f0 * e0 * e1 + f1 * m0 * m1
         band[k, 2] += f1 * m0 * m2
@@ -94,136 +101,155 @@ def _objective(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-def _evaluate(
-    c: cython.double[::1],
-    rows: cython.double[:, ::1],
-    m: cython.Py_ssize_t,
-    place: cython.longlong[::1],
-    kind: cython.char[::1],
-    first: cython.bint,
-    floor: cython.double,
-    infeasible: cython.double[::1],
-) -> cython.void:
-    """Fill r, r′ and g of every row, and raise slacks to g where g is larger; `first` sets them up.
-
-    ``infeasible[0]`` becomes the largest (w − g) / r: how far a constraint is broken, as a part of its limit.
-    """
-    i: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    value: cython.double
-    q: cython.double
-    r: cython.double
-    slope: cython.double
-    worst: cython.double = 0.0
-    for i in range(m):
-        k = place[i]
-        value = rows[i, 0] * c[k] + rows[i, 1] * c[k + 1] + rows[i, 2] * c[k + 2]
-        r = rows[i, 18]
-        slope = 0.0
-        if kind[i] == 2:
-            q = rows[i, 15] * c[k] + rows[i, 16] * c[k + 1] + rows[i, 17] * c[k + 2]
-            r /= sqrt(q)
-            slope = -0.5 * r / q
-        rows[i, 12] = r - value
-        rows[i, 13] = r + value
-        rows[i, 14] = slope
-        rows[i, 3] = r
-        if first:
-            rows[i, 4] = max(rows[i, 12], floor * r)
-            rows[i, 5] = max(rows[i, 13], floor * r)
-        else:
-            rows[i, 4] = max(rows[i, 4], rows[i, 12])
-            rows[i, 5] = max(rows[i, 5], rows[i, 13])
-        worst = max(worst, (rows[i, 4] - rows[i, 12]) / r)
-        if kind[i] > 0:
-            worst = max(worst, (rows[i, 5] - rows[i, 13]) / r)
-    infeasible[0] = worst
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
 def _gather(
+    c: cython.double[::1],
+    ends: cython.double[:, ::1],
+    root: cython.double[:, ::1],
     rows: cython.double[:, ::1],
-    m: cython.Py_ssize_t,
-    place: cython.longlong[::1],
+    offset: cython.longlong[::1],
     kind: cython.char[::1],
+    step: cython.double,
     mu: cython.double,
-    corrector: cython.bint,
     grad: cython.double[::1],
     dual: cython.double[::1],
     right: cython.double[::1],
     band: cython.double[:, ::1],
+    out: cython.double[::1],
 ) -> cython.void:
-    """Add the rows' share to the Newton matrix and fill its right side.
+    """Move slacks and multipliers by `step`, and add the rows' share to the predictor's Newton matrix and right side.
 
-    Predictor: matrix and the dual residual ∇F − Σ λ ∇g too. Corrector: the right side alone, for the centring `mu` and
-    with the second-order term Δw Δλ of the predictor.
+    Slacks are raised to the value g of their constraint where that is larger. Where `mu` is positive, the rows are set
+    up: slacks to g, r at least, multipliers on the central path. `dual` becomes the residual ∇F − Σ λ ∇g, ``out[0]``
+    the largest (w − g) / r, how far a constraint is broken as a part of its limit, and ``out[1]`` the gap Σ λ w.
+    With ∇r = p, the gradients of a row's two constraints are p ∓ A.
     """
     i: cython.Py_ssize_t
     k: cython.Py_ssize_t
-    n: cython.Py_ssize_t = grad.shape[0]
-    s: cython.double
-    y: cython.double
+    n: cython.Py_ssize_t = ends.shape[0]
+    c0: cython.double
+    c1: cython.double
+    c2: cython.double
+    a0: cython.double
+    a1: cython.double
+    a2: cython.double
     p0: cython.double
     p1: cython.double
     p2: cython.double
-    g0: cython.double
-    g1: cython.double
-    g2: cython.double
-    for k in range(n):
+    m00: cython.double
+    m01: cython.double
+    m02: cython.double
+    m11: cython.double
+    m12: cython.double
+    m22: cython.double
+    value: cython.double
+    r: cython.double
+    slope: cython.double
+    w0: cython.double
+    w1: cython.double
+    y0: cython.double
+    y1: cython.double
+    s0: cython.double
+    s1: cython.double
+    t0: cython.double
+    t1: cython.double
+    inverse: cython.double
+    more: cython.double
+    less: cython.double
+    worst: cython.double = 0.0
+    gap: cython.double = 0.0
+    for k in range(n + 2):
         right[k] = -grad[k]
-        if not corrector:
-            dual[k] = grad[k]
-    for i in range(m):
-        k = place[i]
-        p0 = p1 = p2 = 0.0
-        if kind[i] == 2:
-            p0 = rows[i, 14] * rows[i, 15]
-            p1 = rows[i, 14] * rows[i, 16]
-            p2 = rows[i, 14] * rows[i, 17]
-        g0 = p0 - rows[i, 0]
-        g1 = p1 - rows[i, 1]
-        g2 = p2 - rows[i, 2]
-        s = rows[i, 6] / rows[i, 4]
-        y = -s * (rows[i, 12] - rows[i, 4])
-        if corrector:
-            y += (mu - rows[i, 8] * rows[i, 10]) / rows[i, 4]
-        else:
-            band[k, 0] += s * g0 * g0
-            band[k, 1] += s * g0 * g1
-            band[k, 2] += s * g0 * g2
-            band[k + 1, 0] += s * g1 * g1
-            band[k + 1, 1] += s * g1 * g2
-            band[k + 2, 0] += s * g2 * g2
-            dual[k] -= rows[i, 6] * g0
-            dual[k + 1] -= rows[i, 6] * g1
-            dual[k + 2] -= rows[i, 6] * g2
-        right[k] += y * g0
-        right[k + 1] += y * g1
-        right[k + 2] += y * g2
-        if kind[i] == 0:
-            continue
-        g0 = p0 + rows[i, 0]
-        g1 = p1 + rows[i, 1]
-        g2 = p2 + rows[i, 2]
-        s = rows[i, 7] / rows[i, 5]
-        y = -s * (rows[i, 13] - rows[i, 5])
-        if corrector:
-            y += (mu - rows[i, 9] * rows[i, 11]) / rows[i, 5]
-        else:
-            band[k, 0] += s * g0 * g0
-            band[k, 1] += s * g0 * g1
-            band[k, 2] += s * g0 * g2
-            band[k + 1, 0] += s * g1 * g1
-            band[k + 1, 1] += s * g1 * g2
-            band[k + 2, 0] += s * g2 * g2
-            dual[k] -= rows[i, 7] * g0
-            dual[k + 1] -= rows[i, 7] * g1
-            dual[k + 2] -= rows[i, 7] * g2
-        right[k] += y * g0
-        right[k + 1] += y * g1
-        right[k + 2] += y * g2
+        dual[k] = grad[k]
+    for k in range(n):
+        c0 = c[k]
+        c1 = c[k + 1]
+        c2 = c[k + 2]
+        m00 = m01 = m02 = m11 = m12 = m22 = 0.0
+        for i in range(offset[k], offset[k + 1]):
+            a0 = rows[i, 0]
+            a1 = rows[i, 1]
+            a2 = rows[i, 2]
+            r = rows[i, 3]
+            p0 = p1 = p2 = 0.0
+            if kind[i] == 2:
+                r *= root[k, 0]
+                slope = -0.5 * r * root[k, 0] * root[k, 0]
+                p0 = slope * ends[k, 0]
+                p1 = slope * ends[k, 1]
+            elif kind[i] == 3:
+                r *= root[k, 1]
+                slope = -0.5 * r * root[k, 1] * root[k, 1]
+                p1 = slope * ends[k, 2]
+                p2 = slope * ends[k, 3]
+            value = a0 * c0 + a1 * c1 + a2 * c2
+            if mu > 0.0:
+                w0 = max(r - value, r)
+                w1 = max(r + value, r)
+                y0 = mu / w0
+                y1 = mu / w1
+            else:
+                w0 = max(rows[i, 4] + step * rows[i, 8], r - value)
+                w1 = max(rows[i, 5] + step * rows[i, 9], r + value)
+                y0 = rows[i, 6] + step * rows[i, 10]
+                y1 = rows[i, 7] + step * rows[i, 11]
+            if kind[i] == 0:
+                w1 = 1.0
+                y1 = 0.0
+            rows[i, 4] = w0
+            rows[i, 5] = w1
+            rows[i, 6] = y0
+            rows[i, 7] = y1
+            gap += w0 * y0 + w1 * y1
+            inverse = 1.0 / (w0 * w1)
+            s0 = y0 * w1 * inverse
+            s1 = y1 * w0 * inverse
+            t0 = w0 - r + value
+            t1 = w1 - r - value
+            if t0 > worst * r:
+                worst = t0 / r
+            if kind[i] > 0 and t1 > worst * r:
+                worst = t1 / r
+            t0 *= s0
+            t1 *= s1
+            more = s0 + s1
+            m00 += more * a0 * a0
+            m01 += more * a0 * a1
+            m02 += more * a0 * a2
+            m11 += more * a1 * a1
+            m12 += more * a1 * a2
+            m22 += more * a2 * a2
+            less = y1 - y0
+            dual[k] -= less * a0
+            dual[k + 1] -= less * a1
+            dual[k + 2] -= less * a2
+            less = t1 - t0
+            right[k] += less * a0
+            right[k + 1] += less * a1
+            right[k + 2] += less * a2
+            if kind[i] > 1:
+                less = s1 - s0
+                m00 += p0 * (more * p0 + 2.0 * less * a0)
+                m01 += p0 * (more * p1 + less * a1) + less * p1 * a0
+                m02 += p0 * (more * p2 + less * a2) + less * p2 * a0
+                m11 += p1 * (more * p1 + 2.0 * less * a1)
+                m12 += p1 * (more * p2 + less * a2) + less * p2 * a1
+                m22 += p2 * (more * p2 + 2.0 * less * a2)
+                more = y0 + y1
+                dual[k] -= more * p0
+                dual[k + 1] -= more * p1
+                dual[k + 2] -= more * p2
+                more = t0 + t1
+                right[k] += more * p0
+                right[k + 1] += more * p1
+                right[k + 2] += more * p2
+        band[k, 0] += m00
+        band[k, 1] += m01
+        band[k, 2] += m02
+        band[k + 1, 0] += m11
+        band[k + 1, 1] += m12
+        band[k + 2, 0] += m22
+    out[0] = worst
+    out[1] = gap
 
 
 @cython.cfunc
@@ -282,63 +308,191 @@ def _substitute(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-def _directions(
+def _predict(
+    c: cython.double[::1],
     dc: cython.double[::1],
+    ends: cython.double[:, ::1],
+    root: cython.double[:, ::1],
     rows: cython.double[:, ::1],
-    m: cython.Py_ssize_t,
-    place: cython.longlong[::1],
+    offset: cython.longlong[::1],
     kind: cython.char[::1],
-    mu: cython.double,
-    corrector: cython.bint,
+    centre: cython.double[::1],
+    second: cython.double[::1],
     out: cython.double[::1],
 ) -> cython.void:
-    """Fill Δw, Δλ of every row; `out` becomes the reciprocals of the longest primal and dual step to the boundary, then
-    the sums of w λ, Δw λ, w Δλ and Δw Δλ."""
+    """Find the predictor's Δw and Δλ; keep their product alone, in the place of Δw.
+
+    ``second + mu centre`` becomes what the corrector's right side has more than the predictor's; `out` the reciprocals
+    of the longest primal and dual step to the boundary, then the sums of w λ, Δw λ, w Δλ and Δw Δλ.
+    """
     i: cython.Py_ssize_t
     k: cython.Py_ssize_t
-    side: cython.Py_ssize_t
-    base: cython.double
-    bend: cython.double
-    w: cython.double
-    y: cython.double
+    n: cython.Py_ssize_t = ends.shape[0]
+    a0: cython.double
+    a1: cython.double
+    a2: cython.double
+    p0: cython.double
+    p1: cython.double
+    p2: cython.double
+    r: cython.double
+    slope: cython.double
+    turn: cython.double
+    w0: cython.double
+    w1: cython.double
+    y0: cython.double
+    y1: cython.double
     dw: cython.double
     dy: cython.double
+    z0: cython.double
+    z1: cython.double
+    u0: cython.double
+    u1: cython.double
     primal: cython.double = 0.0
     dual: cython.double = 0.0
-    s0: cython.double = 0.0
-    s1: cython.double = 0.0
-    s2: cython.double = 0.0
-    s3: cython.double = 0.0
-    for i in range(m):
-        k = place[i]
-        base = rows[i, 0] * dc[k] + rows[i, 1] * dc[k + 1] + rows[i, 2] * dc[k + 2]
-        bend = 0.0
-        if kind[i] == 2:
-            bend = rows[i, 14] * (rows[i, 15] * dc[k] + rows[i, 16] * dc[k + 1] + rows[i, 17] * dc[k + 2])
-        for side in range(1 if kind[i] == 0 else 2):
-            w = rows[i, 4 + side]
-            y = rows[i, 6 + side]
-            dw = rows[i, 12 + side] - w + bend + (base if side else -base)
-            dy = -y * dw
-            if corrector:
-                dy += mu - rows[i, 8 + side] * rows[i, 10 + side]
-            dy = dy / w - y
-            rows[i, 8 + side] = dw
-            rows[i, 10 + side] = dy
-            if -dw > primal * w:
-                primal = -dw / w
-            if -dy > dual * y:
-                dual = -dy / y
-            s0 += w * y
-            s1 += dw * y
-            s2 += w * dy
-            s3 += dw * dy
+    sum0: cython.double = 0.0
+    sum1: cython.double = 0.0
+    sum2: cython.double = 0.0
+    sum3: cython.double = 0.0
+    for k in range(n + 2):
+        centre[k] = 0.0
+        second[k] = 0.0
+    for k in range(n):
+        for i in range(offset[k], offset[k + 1]):
+            a0 = rows[i, 0]
+            a1 = rows[i, 1]
+            a2 = rows[i, 2]
+            r = rows[i, 3]
+            p0 = p1 = p2 = 0.0
+            if kind[i] == 2:
+                r *= root[k, 0]
+                slope = -0.5 * r * root[k, 0] * root[k, 0]
+                p0 = slope * ends[k, 0]
+                p1 = slope * ends[k, 1]
+                r += p0 * dc[k] + p1 * dc[k + 1]
+            elif kind[i] == 3:
+                r *= root[k, 1]
+                slope = -0.5 * r * root[k, 1] * root[k, 1]
+                p1 = slope * ends[k, 2]
+                p2 = slope * ends[k, 3]
+                r += p1 * dc[k + 1] + p2 * dc[k + 2]
+            turn = a0 * (c[k] + dc[k]) + a1 * (c[k + 1] + dc[k + 1]) + a2 * (c[k + 2] + dc[k + 2])
+            w0 = rows[i, 4]
+            w1 = rows[i, 5]
+            y0 = rows[i, 6]
+            y1 = rows[i, 7]
+            u0 = 1.0 / (w0 * w1)
+            z0 = w1 * u0
+            z1 = w0 * u0
+            dw = r - turn - w0
+            primal = max(primal, -dw * z0)
+            dual = max(dual, 1.0 + dw * z0)
+            dy = -y0 * (dw * z0 + 1.0)
+            sum0 += w0 * y0
+            sum1 += dw * y0
+            sum2 += w0 * dy
+            dw *= dy
+            sum3 += dw
+            rows[i, 8] = dw
+            u0 = -dw * z0
+            if kind[i] > 0:
+                dw = r + turn - w1
+                primal = max(primal, -dw * z1)
+                dual = max(dual, 1.0 + dw * z1)
+                dy = -y1 * (dw * z1 + 1.0)
+                sum0 += w1 * y1
+                sum1 += dw * y1
+                sum2 += w1 * dy
+                dw *= dy
+                sum3 += dw
+                rows[i, 9] = dw
+                u1 = -dw * z1
+            else:
+                u1 = z1 = 0.0
+            second[k] += (u1 - u0) * a0
+            second[k + 1] += (u1 - u0) * a1
+            second[k + 2] += (u1 - u0) * a2
+            centre[k] += (z1 - z0) * a0
+            centre[k + 1] += (z1 - z0) * a1
+            centre[k + 2] += (z1 - z0) * a2
+            if kind[i] > 1:
+                second[k] += (u0 + u1) * p0
+                second[k + 1] += (u0 + u1) * p1
+                second[k + 2] += (u0 + u1) * p2
+                centre[k] += (z0 + z1) * p0
+                centre[k + 1] += (z0 + z1) * p1
+                centre[k + 2] += (z0 + z1) * p2
     out[0] = primal
     out[1] = dual
-    out[2] = s0
-    out[3] = s1
-    out[4] = s2
-    out[5] = s3
+    out[2] = sum0
+    out[3] = sum1
+    out[4] = sum2
+    out[5] = sum3
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _correct(
+    c: cython.double[::1],
+    dc: cython.double[::1],
+    ends: cython.double[:, ::1],
+    root: cython.double[:, ::1],
+    rows: cython.double[:, ::1],
+    offset: cython.longlong[::1],
+    kind: cython.char[::1],
+    mu: cython.double,
+) -> cython.double:
+    """Fill the corrector's Δw and Δλ; return the reciprocal of the longest step to the boundary."""
+    i: cython.Py_ssize_t
+    k: cython.Py_ssize_t
+    n: cython.Py_ssize_t = ends.shape[0]
+    r: cython.double
+    slope: cython.double
+    turn: cython.double
+    w0: cython.double
+    w1: cython.double
+    dw: cython.double
+    dy: cython.double
+    inverse: cython.double
+    worst: cython.double = 0.0
+    for k in range(n):
+        for i in range(offset[k], offset[k + 1]):
+            r = rows[i, 3]
+            if kind[i] == 2:
+                r *= root[k, 0]
+                slope = -0.5 * r * root[k, 0] * root[k, 0]
+                r += slope * (ends[k, 0] * dc[k] + ends[k, 1] * dc[k + 1])
+            elif kind[i] == 3:
+                r *= root[k, 1]
+                slope = -0.5 * r * root[k, 1] * root[k, 1]
+                r += slope * (ends[k, 2] * dc[k + 1] + ends[k, 3] * dc[k + 2])
+            turn = (
+                rows[i, 0] * (c[k] + dc[k])
+                + rows[i, 1] * (c[k + 1] + dc[k + 1])
+                + rows[i, 2] * (c[k + 2] + dc[k + 2])
+            )
+            w0 = rows[i, 4]
+            w1 = rows[i, 5]
+            inverse = 1.0 / (w0 * w1)
+            dw = r - turn - w0
+            dy = (mu - rows[i, 8] - rows[i, 6] * dw) * w1 * inverse - rows[i, 6]
+            rows[i, 8] = dw
+            rows[i, 10] = dy
+            worst = max(worst, -dw * w1 * inverse)
+            if -dy > worst * rows[i, 6]:
+                worst = -dy / rows[i, 6]
+            if kind[i] == 0:
+                rows[i, 9] = 0.0
+                rows[i, 11] = 0.0
+                continue
+            dw = r + turn - w1
+            dy = (mu - rows[i, 9] - rows[i, 7] * dw) * w0 * inverse - rows[i, 7]
+            rows[i, 9] = dw
+            rows[i, 11] = dy
+            worst = max(worst, -dw * w0 * inverse)
+            if -dy > worst * rows[i, 7]:
+                worst = -dy / rows[i, 7]
+    return worst
 
 
 @cython.cfunc
@@ -359,31 +513,6 @@ def _positive(c: cython.double[::1], dc: cython.double[::1], ends: cython.double
         dx = ends[k, 0] * dc[k] + ends[k, 1] * dc[k + 1]
         worst = max(worst, -dx / x)
     return worst
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _move(
-    c: cython.double[::1],
-    dc: cython.double[::1],
-    rows: cython.double[:, ::1],
-    m: cython.Py_ssize_t,
-    kind: cython.char[::1],
-    primal: cython.double,
-    dual: cython.double,
-) -> cython.void:
-    """Step by `primal` in c and w, by `dual` in λ."""
-    i: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    for k in range(c.shape[0]):
-        c[k] += primal * dc[k]
-    for i in range(m):
-        rows[i, 4] += primal * rows[i, 8]
-        rows[i, 6] += dual * rows[i, 10]
-        if kind[i] > 0:
-            rows[i, 5] += primal * rows[i, 9]
-            rows[i, 7] += dual * rows[i, 11]
 
 
 @cython.cfunc
@@ -425,12 +554,14 @@ def _tighten(
     """Lower the limits of intervals between whose ends acceleration or jerk of an axis passes its limit.
 
     Derivatives of the path are given at both ends and the middle of each interval, and taken as quadratics between.
-    The largest values inside, estimated from three inner points, are compared with those at the ends, where the rows hold them. While the iterates
-    are far from the optimum (`fresh`), ``share[k, 0]`` (acceleration) and ``share[k, 1]`` (jerk) become the ratio of
-    the largest value at the ends to the largest inside; later they are only lowered, where a limit is passed. The
-    largest part of a limit that was found inside is returned.
+    The largest values inside, estimated from three inner points, are compared with those at the ends, where the rows
+    hold them. While the iterates are far from the optimum (`fresh`), ``share[k, 0]`` (acceleration) and ``share[k, 1]``
+    (jerk) become the ratio of the largest value at the ends to the largest inside; later they are only lowered, where a
+    limit is passed. The largest part of a limit that was found inside is returned. `value` has room for 10 doubles an
+    axis.
     """
     n: cython.Py_ssize_t = h.shape[0]
+    axes: cython.Py_ssize_t = d1.shape[2]
     k: cython.Py_ssize_t
     a: cython.Py_ssize_t
     p: cython.Py_ssize_t
@@ -444,6 +575,8 @@ def _tighten(
     q: cython.double
     dq: cython.double
     ddq: cython.double
+    g: cython.double
+    r: cython.double
     e1: cython.double
     e2: cython.double
     e3: cython.double
@@ -457,31 +590,34 @@ def _tighten(
     worst: cython.double = 0.0
     if fresh:
         for k in range(n):
-            for a in range(d1.shape[2]):
+            for a in range(axes):
                 share[k, 0, a] = 1.0
                 share[k, 1, a] = 1.0
     for k in range(n):
         b0 = ends[k, 0] * c[k] + ends[k, 1] * c[k + 1]
         b2 = ends[k, 2] * c[k + 1] + ends[k, 3] * c[k + 2]
-        ddq = 2.0 * (b0 - 2.0 * c[k + 1] + b2) / (h[k] * h[k])
-        for a in range(d1.shape[2]):
-            for p in range(5):
-                x = 0.25 * p
-                u = 1.0 - x
-                l0 = u * (u - x)
-                l1 = 4.0 * u * x
-                l2 = x * (x - u)
-                q = b0 * u * u + 2.0 * c[k + 1] * u * x + b2 * x * x
-                dq = 2.0 * ((c[k + 1] - b0) * u + (b2 - c[k + 1]) * x) / h[k]
+        g = 1.0 / h[k]
+        ddq = (b0 - 2.0 * c[k + 1] + b2) * g * g
+        for p in range(5):
+            x = 0.25 * p
+            u = 1.0 - x
+            l0 = u * (u - x)
+            l1 = 4.0 * u * x
+            l2 = x * (x - u)
+            q = b0 * u * u + 2.0 * c[k + 1] * u * x + b2 * x * x
+            dq = ((c[k + 1] - b0) * u + (b2 - c[k + 1]) * x) * g
+            r = sqrt(q)
+            for a in range(axes):
                 e1 = l0 * d1[k, 0, a] + l1 * d1[k, 1, a] + l2 * d1[k, 2, a]
                 e2 = l0 * d2[k, 0, a] + l1 * d2[k, 1, a] + l2 * d2[k, 2, a]
                 e3 = l0 * d3[k, 0, a] + l1 * d3[k, 1, a] + l2 * d3[k, 2, a]
-                value[p] = fabs(e2 * q + 0.5 * e1 * dq)
-                value[5 + p] = fabs(e3 * q + 1.5 * e2 * dq + 0.5 * e1 * ddq) * sqrt(q)
-            acc_end = max(value[0], value[4])
-            acc_in = _peak(value, 0)
-            jerk_end = max(value[5], value[9])
-            jerk_in = _peak(value, 5)
+                value[10 * a + p] = fabs(e2 * q + e1 * dq)
+                value[10 * a + 5 + p] = fabs(e3 * q + 3.0 * e2 * dq + e1 * ddq) * r
+        for a in range(axes):
+            acc_end = max(value[10 * a], value[10 * a + 4])
+            acc_in = _peak(value, 10 * a)
+            jerk_end = max(value[10 * a + 5], value[10 * a + 9])
+            jerk_in = _peak(value, 10 * a + 5)
             acc = acc_in / limits[0, a]
             jerk = jerk_in / (limits[1, a] * factor[k, a])
             worst = max(worst, max(acc, jerk))
@@ -500,19 +636,20 @@ def _tighten(
 @cython.exceptval(check=False)
 def _apply(
     rows: cython.double[:, ::1],
-    m: cython.Py_ssize_t,
-    place: cython.longlong[::1],
+    offset: cython.longlong[::1],
     kind: cython.char[::1],
     axis: cython.longlong[::1],
     share: cython.double[:, :, ::1],
 ) -> cython.void:
     """Set the part f of the limits that each row may use."""
     i: cython.Py_ssize_t
-    for i in range(m):
-        if kind[i] > 0:
-            rows[i, 18] = share[place[i], kind[i] - 1, axis[i]]
-        else:
-            rows[i, 18] = 1.0
+    k: cython.Py_ssize_t
+    for k in range(share.shape[0]):
+        for i in range(offset[k], offset[k + 1]):
+            if kind[i] > 0:
+                rows[i, 3] = share[k, 0 if kind[i] == 1 else 1, axis[i]]
+            else:
+                rows[i, 3] = 1.0
 
 
 def solve(
@@ -522,8 +659,7 @@ def solve(
     ends: cython.double[:, ::1],
     extra: cython.double[:, ::1],
     rows: cython.double[:, ::1],
-    m: cython.Py_ssize_t,
-    place: cython.longlong[::1],
+    offset: cython.longlong[::1],
     kind: cython.char[::1],
     axis: cython.longlong[::1],
     d1: cython.double[:, :, ::1],
@@ -545,20 +681,20 @@ def solve(
         h: Shape (n,), lengths of the intervals.
         ends: Shape (n, 4), see above.
         extra: Shape (n, 2), further weight of q^-1/2 at the left and right end.
-        rows: Shape (room, `WIDTH`), constraints; those beyond `m` are room for more.
-        m: Number of rows that are there.
-        place, kind: Shape (room,): interval and kind of each row.
+        rows: Shape (room, `WIDTH`), constraints: those of interval k are ``offset[k]`` to ``offset[k + 1]`` − 1.
+        offset: Shape (n + 1,).
+        kind, axis: Shape (room,): kind of each row, and the axis that it bounds.
         d1, d2, d3: Shape (n, 3, axes), derivatives of the path at left end, middle and right end.
         limits: Shape (2, axes): acceleration, jerk.
         factor: Shape (n, axes): part of the jerk limit that the interval may use.
+        share: Shape (n, 2, axes), ones: parts of acceleration and jerk limits at the ends that hold them between; updated.
         tolerance: Duality gap as a part of F at which to end.
         slack: Part by which a limit may be passed between the ends of an interval.
         most: Iterations at most.
         report: Shape (6,): F, gap, primal infeasibility, iterations, dual residual, worst ratio between the ends.
 
     Returns:
-        Number of rows at the end (those at inner points are appended), negative where the method did not converge: −1
-        out of iterations, −2 the matrix lost its positive diagonal by rounding.
+        0, or why the method did not converge: −1 out of iterations, −2 the matrix lost its positive diagonal by rounding.
     """
     n: cython.Py_ssize_t = h.shape[0]
     import numpy
@@ -566,50 +702,42 @@ def solve(
     grad: cython.double[::1] = numpy.zeros(n + 2)
     dual: cython.double[::1] = numpy.zeros(n + 2)
     right: cython.double[::1] = numpy.zeros(n + 2)
+    centre: cython.double[::1] = numpy.zeros(n + 2)
+    second: cython.double[::1] = numpy.zeros(n + 2)
     dc: cython.double[::1] = numpy.zeros(n + 2)
     band: cython.double[:, ::1] = numpy.zeros((n + 2, 3))
+    root: cython.double[:, ::1] = numpy.zeros((n, 2))
     out: cython.double[::1] = numpy.zeros(6)
-    value: cython.double[::1] = numpy.zeros(10)
+    value: cython.double[::1] = numpy.zeros(10 * d1.shape[2])
     iteration: cython.int = 0
-    status: cython.Py_ssize_t = -1
+    status: cython.int = -1
     i: cython.Py_ssize_t
     k: cython.Py_ssize_t
     fresh: cython.bint
     sides: cython.Py_ssize_t = 0
     f: cython.double = 0.0
     mu: cython.double
-    gap: cython.double
+    gap: cython.double = 0.0
     residual: cython.double = 0.0
     primal: cython.double = 0.0
     sigma: cython.double
-    step: cython.double
+    step: cython.double = 0.0
     ahead: cython.double
     with cython.nogil:
-        _apply(rows, m, place, kind, axis, share)
-        _evaluate(c, rows, m, place, kind, True, 1.0, out)
-        f = _objective(c, h, ends, extra, grad, band)
-        for i in range(m):
+        _apply(rows, offset, kind, axis, share)
+        for i in range(offset[n]):
             sides += 1 if kind[i] == 0 else 2
-        mu = f / sides
-        gap = f
-        for i in range(m):
-            rows[i, 6] = mu / rows[i, 4]
-            rows[i, 7] = mu / rows[i, 5]
         for iteration in range(most):
-            f = _objective(c, h, ends, extra, grad, band)
+            f = _objective(c, h, ends, extra, grad, band, root)
             if iteration > 2 and gap < 0.3 * f:
                 fresh = gap > 0.006 * f
                 report[5] = _tighten(c, h, ends, d1, d2, d3, limits, factor, share, slack, fresh, value)
                 if fresh or report[5] > 1.0 + slack:
-                    _apply(rows, m, place, kind, axis, share)
-            _evaluate(c, rows, m, place, kind, False, 0.0, out)
+                    _apply(rows, offset, kind, axis, share)
+            mu = f / sides if iteration == 0 else 0.0
+            _gather(c, ends, root, rows, offset, kind, step, mu, grad, dual, right, band, out)
             primal = out[0]
-            _gather(rows, m, place, kind, 0.0, False, grad, dual, right, band)
-            gap = 0.0
-            for i in range(m):
-                gap += rows[i, 4] * rows[i, 6]
-                if kind[i] > 0:
-                    gap += rows[i, 5] * rows[i, 7]
+            gap = out[1]
             residual = 0.0
             for k in range(free, n + 1):
                 residual += fabs(dual[k] * c[k])
@@ -619,27 +747,63 @@ def solve(
                 and report[5] < 1.0 + slack
                 and primal < slack
             ):
-                status = m
+                status = 0
                 break
             if not _factor(band, free, n + 1):
                 status = -2
                 break
             _substitute(band, free, n + 1, right, dc)
-            _directions(dc, rows, m, place, kind, 0.0, False, out)
+            _predict(c, dc, ends, root, rows, offset, kind, centre, second, out)
             step = 1.0 / max(1.0, max(out[0], _positive(c, dc, ends) / 0.9))
             ahead = 1.0 / max(1.0, out[1])
             sigma = (out[2] + step * out[3] + ahead * out[4] + step * ahead * out[5]) / out[2]
             mu = max(sigma * sigma * sigma * out[2], tolerance * f) / sides
-            _gather(rows, m, place, kind, mu, True, grad, dual, right, band)
+            for k in range(n + 2):
+                right[k] += second[k] + mu * centre[k]
             _substitute(band, free, n + 1, right, dc)
-            _directions(dc, rows, m, place, kind, mu, True, out)
-            step = 1.0 / max(1.0, max(out[0] / 0.99, _positive(c, dc, ends) / 0.9))
-            ahead = 1.0 / max(1.0, out[1] / 0.99)
-            step = ahead = min(step, ahead)
-            _move(c, dc, rows, m, kind, step, ahead)
+            step = _correct(c, dc, ends, root, rows, offset, kind, mu)
+            step = 1.0 / max(1.0, max(step / 0.99, _positive(c, dc, ends) / 0.9))
+            for k in range(n + 2):
+                c[k] += step * dc[k]
     report[0] = f
     report[1] = gap
     report[2] = primal
     report[3] = iteration
     report[4] = residual
     return status
+
+
+def nearest(
+    c: cython.double[::1],
+    ends: cython.double[:, ::1],
+    rows: cython.double[:, ::1],
+    offset: cython.longlong[::1],
+    kind: cython.char[::1],
+    margin: cython.double[::1],
+    closest: cython.char[::1],
+) -> cython.void:
+    """Name the constraint that each interval comes nearest to.
+
+    Args:
+        c, ends, rows, offset, kind: As `solve` has left them.
+        margin: Shape (n,), 1 on entry: becomes the least slack of a row of the interval, as a part of its limit.
+        closest: Shape (n,): becomes the kind of that row.
+    """
+    i: cython.Py_ssize_t
+    k: cython.Py_ssize_t
+    w: cython.double
+    r: cython.double
+    with cython.nogil:
+        for k in range(margin.shape[0]):
+            for i in range(offset[k], offset[k + 1]):
+                w = rows[i, 4]
+                if kind[i] > 0:
+                    w = min(w, rows[i, 5])
+                r = rows[i, 3]
+                if kind[i] == 2:
+                    r /= sqrt(ends[k, 0] * c[k] + ends[k, 1] * c[k + 1])
+                elif kind[i] == 3:
+                    r /= sqrt(ends[k, 2] * c[k + 1] + ends[k, 3] * c[k + 2])
+                if w < margin[k] * r:
+                    margin[k] = w / r
+                    closest[k] = kind[i]

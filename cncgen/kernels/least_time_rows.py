@@ -78,7 +78,7 @@ def build(
     joint: cython.char[::1],
     given: cython.bint,
     rows: cython.double[:, ::1],
-    place: cython.longlong[::1],
+    offset: cython.longlong[::1],
     kind: cython.char[::1],
     axis: cython.longlong[::1],
 ) -> int:
@@ -93,23 +93,22 @@ def build(
         joint: Shape (n,): 1 where acceleration must be held at the right end too (the next interval does not start
             with the same derivatives).
         given: Whether the state at the left end of the first interval is given (its rows there are left out).
-        rows, place, kind: As `cncgen.kernels.least_time.solve` takes them, with room for n (3 + 4 axes) rows.
+        rows, offset, kind, axis: As `cncgen.kernels.least_time.solve` takes them, with room for n (3 + 4 axes) rows.
     """
     n: cython.Py_ssize_t = h.shape[0]
     i: cython.Py_ssize_t = 0
     k: cython.Py_ssize_t
     a: cython.Py_ssize_t
     e: cython.Py_ssize_t
-    first: cython.Py_ssize_t
     g: cython.double
     x1: cython.double
     x2: cython.double
     x3: cython.double
     jerk: cython.double
     with cython.nogil:
+        offset[0] = 0
         for k in range(n):
             g = 1.0 / h[k]
-            first = i
             for e in range(3):
                 if box[k, e] < 1e300 and not (given and k == 0 and e < 2):
                     _put(rows, i, ends, k, e == 0, e == 1, e == 2, box[k, e])
@@ -133,9 +132,7 @@ def build(
                         x1 *= g
                         x2 *= 3.0 * g
                         _put(rows, i, ends, k, x3 - x2 + x1, x2 - 2.0 * x1, x1, jerk)
-                        rows[i, 15] = ends[k, 0]
-                        rows[i, 16] = ends[k, 1]
-                        rows[i, 17] = 0.0
+                        kind[i] = 2
                     else:
                         if joint[k]:
                             _put(rows, i, ends, k, 0.0, -x1, x2 + x1, limits[0, a])
@@ -145,15 +142,10 @@ def build(
                         x1 *= g
                         x2 *= 3.0 * g
                         _put(rows, i, ends, k, x1, -x2 - 2.0 * x1, x3 + x2 + x1, jerk)
-                        rows[i, 15] = 0.0
-                        rows[i, 16] = ends[k, 2]
-                        rows[i, 17] = ends[k, 3]
-                    kind[i] = 2
+                        kind[i] = 3
                     axis[i] = a
                     i += 1
-            while first < i:
-                place[first] = k
-                first += 1
+            offset[k + 1] = i
     return i
 
 

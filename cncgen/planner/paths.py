@@ -7,13 +7,14 @@ from collections import deque
 from cncgen.geometry.path import Path
 from cncgen.toolpath.record import Toolpath
 
-#: The last few toolpaths with their paths: planner, blending and sampling ask for the same ones one after the other.
-_recent: deque[tuple[Toolpath, Path]] = deque(maxlen=4)
+#: The last toolpaths with their paths: planner, blending and sampling ask for the same ones one after the other, the
+#: planner in another thread and some blocks ahead.
+_recent: deque[tuple[Toolpath, Path]] = deque(maxlen=16)
 
 
 def path_of(toolpath: Toolpath) -> Path:
     """Return the path of a toolpath, its coordinate from 0 at the start; the same object when asked again soon."""
-    for known, path in _recent:
+    for known, path in tuple(_recent):
         if known is toolpath:
             return path
     t = toolpath

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from contextlib import closing
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
 from cncgen.planner.assembly import assemble, timed, waits_of
+from cncgen.planner.optimal.ahead import ahead
 from cncgen.planner.optimal.blocks import blocks, joined
 from cncgen.planner.optimal.limits import Bounds
-from cncgen.planner.optimal.track import end_derivatives, track_of
+from cncgen.planner.optimal.track import Track, end_derivatives, track_of
 from cncgen.planner.optimal.window import Window
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.paths import path_of
@@ -22,19 +24,15 @@ from cncgen.toolpath.record import Kind, Toolpath
 
 #: Rows of a block.
 ROWS = 2048
-
-
-@dataclass(frozen=True, slots=True)
-class _Block:
-    toolpath: Toolpath
-    path: Path
+#: Blocks that are made ready while the window is solved.
+AHEAD = 2
 
 
 def plan_optimal(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) -> Iterator[Trajectory]:
     """Plan the least time within the limits of every axis.
 
     Args:
-        chunks: Consecutive stretches of one program.
+        chunks: Consecutive stretches of one program; drawn in another thread.
         machine: Limits, period, chord tolerance.
         options: `effort`: density of the nodes.
 
@@ -45,9 +43,25 @@ def plan_optimal(chunks: Iterable[Toolpath], machine: Machine, options: PlanOpti
         NoPlanError: No motion within the limits was found.
     """
     window: Window | None = None
-    before: np.ndarray | None = None
-    held: _Block | None = None
+    with closing(ahead(_tracks(chunks, machine, options.effort), AHEAD)) as tracks:
+        for track, last in tracks:
+            if isinstance(track, Toolpath):
+                yield _standing(track, window.t_s if window else 0.0)
+                continue
+            if window is None:
+                window = Window(Bounds.of(machine, track.toolpath.axes))
+            window.tracks.append(track)
+            yield from window.advance(last)
+
+
+def _tracks(
+    chunks: Iterable[Toolpath], machine: Machine, effort: str
+) -> Iterator[tuple[Track | Toolpath, bool]]:
+    """Yield the tracks of a program and whether each is the last one; after it, maybe, a toolpath that stands still."""
+    held: tuple[Toolpath, Path] | None = None
+    before: NDArray[np.float64] | None = None
     still: list[Toolpath] = []
+    bounds: Bounds | None = None
     for block in blocks(smooth(chunks, machine.chord_tolerance_mm), ROWS):
         still.append(block)
         if not _moves(block):
@@ -55,25 +69,15 @@ def plan_optimal(chunks: Iterable[Toolpath], machine: Machine, options: PlanOpti
         toolpath = joined(still)
         still = []
         path = path_of(toolpath)
-        now = _Block(toolpath, path)
+        bounds = bounds or Bounds.of(machine, toolpath.axes)
         if held is not None:
-            if window is None:
-                window = Window(Bounds.of(machine, held.toolpath.axes))
-            window.tracks.append(
-                track_of(
-                    held.toolpath, held.path, window.bounds, before, end_derivatives(path)[0], options.effort
-                )
-            )
-            before = end_derivatives(held.path)[1]
-            yield from window.advance(last=False)
-        held = now
-    if held is not None:
-        if window is None:
-            window = Window(Bounds.of(machine, held.toolpath.axes))
-        window.tracks.append(track_of(held.toolpath, held.path, window.bounds, before, None, options.effort))
-        yield from window.advance(last=True)
+            yield track_of(*held, bounds, before, end_derivatives(path)[0], effort), False
+            before = end_derivatives(held[1])[1]
+        held = toolpath, path
+    if held is not None and bounds is not None:
+        yield track_of(*held, bounds, before, None, effort), True
     if still:
-        yield _standing(joined(still), window.t_s if window else 0.0)
+        yield joined(still), True
 
 
 def _moves(toolpath: Toolpath) -> bool:

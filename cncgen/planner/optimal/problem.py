@@ -21,6 +21,8 @@ MOST = 120
 _STARTS = (0.8, 0.1, 0.9, 0.01)
 #: A jump of the acceleration of an axis, as a part of its limit, for which both sides of a node are looked at.
 _JUMP = 1e-4
+#: Slack of a row, as a part of its limit, below which it is said to bind.
+_NEAR = 0.02
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,21 +141,21 @@ def _improved(given: Intervals, columns: _Columns, c: Floats, moving: bool) -> S
     n, axes = len(x1), x1.shape[2]
     room = n * (3 + 4 * axes)
     rows = np.empty((room, least_time.WIDTH))
-    where, kind, axis = np.empty(room, np.int64), np.empty(room, np.int8), np.empty(room, np.int64)
+    offset, kind, axis = np.empty(n + 1, np.int64), np.empty(room, np.int8), np.empty(room, np.int64)
     h, ends = columns.h, columns.ends
     joint = _joints(given, columns.at)
-    count = least_time_rows.build(
-        h, ends, x1, x2, x3, limits, factor, columns.box, joint, moving, rows, where, kind, axis
+    least_time_rows.build(
+        h, ends, x1, x2, x3, limits, factor, columns.box, joint, moving, rows, offset, kind, axis
     )
     report = np.zeros(6)
     status = least_time.solve(
-        c, 2 if moving else 1, h, ends, columns.extra, rows, count, where, kind, axis, *columns.shape,
+        c, 2 if moving else 1, h, ends, columns.extra, rows, offset, kind, axis, *columns.shape,
         np.ones((n, 2, axes)), GAP, SLACK, MOST, report,
     )  # fmt: skip
     # Out of iterations with every limit held is a plan all the same.
     held = status >= 0 or bool(report[2] < SLACK and 0.0 < report[5] < 1.0 + SLACK)
     q = _ordinates(given, columns.at, ends, c)
-    limit = _binding(given, columns.at, rows[:count], where[:count], kind[:count])
+    limit = _binding(given, columns, c, (rows, offset, kind))
     return Solution(q, limit, float(report[0]), held)
 
 
@@ -239,20 +241,15 @@ def _ordinates(given: Intervals, spline: NDArray[np.int64], ends: Floats, c: Flo
 
 def _binding(
     given: Intervals,
-    spline: NDArray[np.int64],
-    rows: Floats,
-    where: NDArray[np.int64],
-    kind: NDArray[np.int8],
+    columns: _Columns,
+    c: Floats,
+    rows: tuple[Floats, NDArray[np.int64], NDArray[np.int8]],
 ) -> NDArray[np.int8]:
     """Name the limit that each interval comes nearest to; none where all are more than a fiftieth away."""
-    slack = np.where(kind > 0, np.minimum(rows[:, 4], rows[:, 5]), rows[:, 4]) / np.maximum(
-        rows[:, 3], 1e-300
-    )
-    names = np.array([Limit.FEED, Limit.ACCELERATION, Limit.JERK], np.int8)[kind]
-    names = np.where(kind == 0, given.top_limit[spline][where], names)
-    order = np.lexsort((-slack, where))
-    last = np.searchsorted(where[order], np.arange(len(spline)), side="right") - 1
-    nearest = order[last]
+    margin, closest = np.ones(len(columns.at)), np.zeros(len(columns.at), np.int8)
+    least_time.nearest(c, columns.ends, *rows, margin, closest)
+    names = np.array([Limit.FEED, Limit.ACCELERATION, Limit.JERK, Limit.JERK], np.int8)[closest]
+    names = np.where(closest == least_time.BOX, given.top_limit[columns.at], names)
     out = np.full(len(given), Limit.JERK, np.int8)
-    out[spline] = np.where(slack[nearest] < 0.02, names[nearest], Limit.NONE)
+    out[columns.at] = np.where(margin < _NEAR, names, Limit.NONE)
     return out

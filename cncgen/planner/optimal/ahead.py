@@ -1,0 +1,52 @@
+"""An iterator drawn by a thread of its own, some items ahead: reading and measuring beside solving, on two cores."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterable
+from queue import SimpleQueue
+from threading import Semaphore, Thread
+from typing import TypeVar
+
+Item = TypeVar("Item")
+
+
+def ahead(source: Iterable[Item], depth: int) -> Generator[Item, None, None]:
+    """Yield the items of an iterable, which are drawn in another thread while the last ones are worked on.
+
+    The order is that of the source, so the result does not depend on timing. What the source raises is raised here,
+    after the items before it. When this generator is closed, the thread ends with the item that it is drawing.
+
+    Args:
+        source: Drawn by that thread alone.
+        depth: Items that may wait.
+    """
+    done: SimpleQueue[tuple[Item] | BaseException | None] = SimpleQueue()
+    room = Semaphore(depth)
+    wanted = True
+
+    def draw() -> None:
+        try:
+            for item in source:
+                done.put((item,))
+                room.acquire()
+                if not wanted:
+                    return
+        except BaseException as fault:
+            done.put(fault)
+        else:
+            done.put(None)
+
+    # A daemon: one that waits for more of its input must not keep the process.
+    Thread(target=draw, name="ahead", daemon=True).start()
+    try:
+        while True:
+            got = done.get()
+            if got is None:
+                return
+            if isinstance(got, BaseException):
+                raise got
+            yield got[0]
+            room.release()
+    finally:
+        wanted = False
+        room.release()

@@ -1,0 +1,175 @@
+"""The interior-point kernel against a general solver, closed forms, and compiled against plain Python."""
+
+from __future__ import annotations
+
+import importlib.util
+from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from cncgen.kernels import least_time, least_time_rows
+from cncgen.planner.optimal import problem
+from cncgen.planner.optimal.problem import Intervals, solve
+from cncgen.planner.optimal.track import ENTER, LEAVE, SPLINE
+from cncgen.planner.record import Limit
+
+
+def plain(kernel: ModuleType) -> ModuleType:
+    """Load a kernel's source under another name, uncompiled."""
+    name = kernel.__name__.rsplit(".", 1)[1]
+    spec = importlib.util.spec_from_file_location(
+        f"plain_{name}", Path(kernel.__file__).parent / f"{name}.py"
+    )
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def wave(
+    count: int, length: float = 30.0, height: float = 2.0, feed: float = 60.0, axes: int = 2
+) -> Intervals:
+    """Return a wave x = s', y = height·sin, roughly by its length: the kernel need not know that it is no unit speed."""
+    s = np.concatenate([[0.0], length * np.linspace(0.03, 0.97, count - 1), [length]])
+    at = np.stack([s[:-1], 0.5 * (s[:-1] + s[1:]), s[1:]], axis=1)
+    w = 2.0 * np.pi / length * 2.0
+    columns = []
+    for order in (1, 2, 3):
+        x = np.ones_like(at) if order == 1 else np.zeros_like(at)
+        y = height * w**order * np.sin(w * at + order * np.pi / 2.0)
+        columns.append(np.stack([x, y, 0.1 * y][:axes], axis=2))
+    kind = np.full(count, SPLINE, np.int8)
+    kind[0], kind[-1] = LEAVE, ENTER
+    return Intervals(
+        h=np.diff(s),
+        kind=kind,
+        x1=columns[0],
+        x2=columns[1],
+        x3=columns[2],
+        top=np.full((count, 3), feed**2),
+        top_limit=np.full(count, Limit.FEED, np.int8),
+        factor=np.ones((count, axes)),
+        node_top=np.full(count, np.inf),
+        limits=np.array([[1000.0] * axes, [50_000.0] * axes]),
+    )
+
+
+def time_of(given: Intervals, c: np.ndarray, ends: np.ndarray, extra: np.ndarray) -> float:
+    """Return the time by the objective's definition: Simpson's rule on q^-1/2, and 3 h q^-1/2 beside a rest."""
+    h = given.h[1:-1]
+    b0, b2 = ends[:, 0] * c[:-2] + ends[:, 1] * c[1:-1], ends[:, 2] * c[1:-1] + ends[:, 3] * c[2:]
+    m = 0.25 * (b0 + b2) + 0.5 * c[1:-1]
+    simpson = h / 6.0 * (b0**-0.5 + 4.0 * m**-0.5 + b2**-0.5)
+    return float(np.sum(simpson + extra[:, 0] * b0**-0.5 + extra[:, 1] * b2**-0.5))
+
+
+def motion(given: Intervals, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return |acceleration| and |jerk| as parts of their limits at both ends of the spline intervals."""
+    h = given.h[1:-1, None]
+    b0, b1, b2 = (q[1:-1, k, None] for k in range(3))
+    bend = 2.0 * (b0 - 2.0 * b1 + b2) / h**2
+    acceleration, jerk = [], []
+    for end, b, slope in ((0, b0, 2.0 * (b1 - b0) / h), (2, b2, 2.0 * (b2 - b1) / h)):
+        x1, x2, x3 = given.x1[1:-1, end], given.x2[1:-1, end], given.x3[1:-1, end]
+        acceleration.append(x2 * b + 0.5 * x1 * slope)
+        jerk.append((x3 * b + 1.5 * x2 * slope + 0.5 * x1 * bend) * np.sqrt(b))
+    return np.abs(acceleration) / given.limits[0], np.abs(jerk) / given.limits[1]
+
+
+@pytest.mark.parametrize("axes", [1, 2, 3])
+def test_the_least_time_is_that_of_a_general_solver(axes: int) -> None:
+    given = wave(30, height=0.5, axes=axes)
+    ours = solve(given, None)
+    assert ours.converged
+
+    at = np.flatnonzero(given.kind == SPLINE)
+    _, ends, extra = problem._spline(given, at, False)
+    box, _ = problem._boxes(given, at, problem._rest_tops(given))
+
+    def full(x: np.ndarray) -> np.ndarray:
+        return np.concatenate([[1.0], x * 1000.0, [1.0]])
+
+    def room(x: np.ndarray) -> np.ndarray:
+        q = problem._ordinates(given, at, ends, full(x))
+        acceleration, jerk = motion(given, q)
+        bounded = np.isfinite(box)
+        return np.concatenate(
+            [
+                1.0 - acceleration.ravel(),
+                1.0 - jerk.ravel(),
+                1.0 - (q[1:-1] / box)[bounded],
+                x,
+                q[1:-1].ravel() * 1e-3,
+            ]
+        )
+
+    start = np.full(len(at), 0.1)
+    found = minimize(
+        lambda x: time_of(given, full(x), ends, extra),
+        start,
+        method="SLSQP",
+        constraints={"type": "ineq", "fun": room},
+        options={"maxiter": 400, "ftol": 1e-9},
+    )
+    assert found.success
+    # What the method holds between the ends of an interval too costs a little; it never gains.
+    assert found.fun * (1.0 - 1e-4) < ours.time < found.fun * 1.02
+
+
+@pytest.mark.parametrize("feed", [20.0, 60.0, 1e4])
+def test_every_limit_holds_and_one_binds(feed: float) -> None:
+    given = wave(60, feed=feed, axes=3)
+    ours = solve(given, None)
+    acceleration, jerk = motion(given, ours.q)
+    worst = np.maximum(acceleration, jerk).max(axis=(0, 2))
+    worst = np.maximum(worst, ours.q[1:-1].max(axis=1) / feed**2)
+    assert worst.max() < 1.0 + 1e-3
+    assert np.median(worst) > 0.97
+    assert ours.time == pytest.approx(time_from(given, ours.q), rel=1e-3)
+    named = set(ours.limit[1:-1].tolist())
+    assert named <= {Limit.NONE, Limit.FEED, Limit.ACCELERATION, Limit.JERK}
+    assert (Limit.FEED in named) == (feed < 1e3)
+
+
+def time_from(given: Intervals, q: np.ndarray) -> float:
+    """Integrate ds / v numerically, and 3 h / v beside a rest."""
+    u = np.linspace(0.0, 1.0, 201)
+    b0, b1, b2 = (q[1:-1, k, None] for k in range(3))
+    curve = b0 * (1 - u) ** 2 + 2.0 * b1 * u * (1 - u) + b2 * u**2
+    inside = np.trapezoid(curve**-0.5, u, axis=1) @ given.h[1:-1]
+    return float(inside + 3.0 * given.h[0] / np.sqrt(q[0, 2]) + 3.0 * given.h[-1] / np.sqrt(q[-1, 0]))
+
+
+def test_a_window_in_motion_goes_on_as_the_plan_that_it_is_cut_from() -> None:
+    whole = wave(60)
+    first = solve(whole, None)
+    at = 25
+    names = ("h", "kind", "x1", "x2", "x3", "top", "top_limit", "factor", "node_top")
+    rest = replace(whole, **{name: getattr(whole, name)[at:] for name in names})
+    second = solve(rest, (float(first.q[at, 0]), float(first.q[at, 1])), first.q[at:, 1])
+    assert second.converged
+    assert second.q[0, :2] == pytest.approx(first.q[at, :2], rel=1e-12)
+    assert np.allclose(second.q[:, 1], first.q[at:, 1], rtol=0.02)
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_compiled_and_plain_agree(moving: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    given = wave(24, axes=3)
+    state = None
+    if moving:
+        given.kind[0] = SPLINE
+        state = (100.0, 120.0)
+    compiled = solve(given, state)
+    monkeypatch.setattr(problem, "least_time", plain(least_time))
+    monkeypatch.setattr(problem, "least_time_rows", plain(least_time_rows))
+    slow = solve(given, state)
+    assert compiled.converged
+    assert slow.converged
+    assert slow.q == pytest.approx(compiled.q, rel=1e-9)
+    assert slow.limit.tolist() == compiled.limit.tolist()
+    assert slow.time == pytest.approx(compiled.time, rel=1e-12)
