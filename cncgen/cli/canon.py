@@ -17,13 +17,15 @@ from cncgen.cli.options import message_options, output_option, program_options
 def command(program: str, output: str | None, reading: dict[str, Any]) -> None:
     """Print the canonical motions of a program, one call a line.
 
-    The notation is that of NIST's canonical machining functions (NISTIR 6556) as LinuxCNC's rs274 -g prints them.
+    The notation is that of NIST's canonical machining functions (NISTIR 6556) as LinuxCNC's rs274 -g prints them, and
+    the machine is the one that rs274 makes believe: without options, `cncgen canon FILE --tool-table TABLE` prints
+    what `rs274 -g -t TABLE FILE` does. As there, the calls end at the first error; all errors are named.
     """
     from cncgen.cli.reading import read_options
     from cncgen.files import open_output
     from cncgen.pipeline import canon
 
-    language, options = read_options(reading)
+    language, options = read_options(reading, as_rs274=True)
     lines = canon(program, language=language, options=options)
     head = next(lines, None)
     with open_output(output) as sink:

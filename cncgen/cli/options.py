@@ -14,6 +14,7 @@ Command = Callable[..., Any]
 
 LANGUAGES = ("gcode", "stepnc")
 DIALECTS = ("auto", "linuxcnc", "fanuc")
+TABLE_UNITS = ("mm", "inch")
 FORMATS = ("csv", "jsonl", "npy", "npz", "f64", "hal", "arrow")
 FEEDRATES = ("optimal", "ild", "constant", "adaptive", "curvature")
 INTERPOLATORS = ("arclength", "taylor1", "taylor2", "uniform")
@@ -63,6 +64,11 @@ _reading_options = (
     click.option("--tool-table", metavar="FILE", help="Tool table in LinuxCNC's format."),
     click.option("--parameters", metavar="FILE", help="Numbered parameters; read, never rewritten."),
     click.option(
+        "--table-units",
+        type=click.Choice(TABLE_UNITS),
+        help="Lengths in the tool table and the parameters [default: mm; canon: inch, as rs274 has them].",
+    ),
+    click.option(
         "--save-parameters", metavar="FILE", help="Write the numbered parameters here after the program."
     ),
     click.option(
@@ -70,9 +76,8 @@ _reading_options = (
     ),
     click.option(
         "--block-delete/--no-block-delete",
-        default=True,
-        show_default=True,
-        help="Skip blocks that begin with /.",
+        default=None,
+        help="Skip blocks that begin with / [default: skip; canon: run, as rs274 does].",
     ),
     click.option(
         "--max-steps",
@@ -89,6 +94,7 @@ _READING_NAMES = (
     "dialect",
     "tool_table",
     "parameters",
+    "table_units",
     "save_parameters",
     "include",
     "block_delete",

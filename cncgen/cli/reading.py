@@ -40,9 +40,12 @@ def opened(name: str, reading: dict[str, Any], tolerance_mm: float | None = None
 
 
 def read_options(
-    reading: dict[str, Any], tolerance_mm: float | None = None
+    reading: dict[str, Any], tolerance_mm: float | None = None, *, as_rs274: bool = False
 ) -> tuple[str | None, ReadOptions]:
-    """Return language and options of reading from what `cncgen.cli.options.program_options` gathered."""
+    """Return language and options of reading from what `cncgen.cli.options.program_options` gathered.
+
+    What is not given is as LinuxCNC's stand-alone interpreter has it where `as_rs274` says so.
+    """
     from pathlib import Path
 
     from cncgen.toolpath.reading import ReadOptions
@@ -51,6 +54,9 @@ def read_options(
     language = values.pop("language")
     for key in ("tool_table", "parameters", "save_parameters"):
         values[key] = Path(values[key]) if values[key] else None
+    if values["block_delete"] is None:
+        values["block_delete"] = not as_rs274
+    values["inch_tables"] = (values.pop("table_units") or ("inch" if as_rs274 else "mm")) == "inch"
     values["include"] = tuple(Path(path) for path in values["include"])
     return language, ReadOptions(**values, tolerance_mm=tolerance_mm)
 

@@ -16,14 +16,15 @@ to that module's `CODES`; name a new module in `codes._MODULES`; give it a test 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
 
 from cncgen.diagnostics import Diagnostics, ProgramError
 from cncgen.gcode.counting import CountingSink
-from cncgen.gcode.printing import PrintingSink
 from cncgen.gcode.running import Runner
 from cncgen.gcode.source import Source, open_source
+from cncgen.gcode.standalone import StandAloneSink
 from cncgen.kernels import gcode_scan
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import Program, Toolpath
@@ -121,6 +122,9 @@ def canon(
 ) -> Iterator[str]:
     """Yield the canonical calls of a program, a line each, as LinuxCNC's ``rs274 -g`` prints them.
 
+    The machine is the one that `rs274` makes believe (`standalone`), and as there the calls end at the first error;
+    the program is read on for its other errors.
+
     Args:
         source: The program's file or stream.
         name: What diagnostics call it.
@@ -139,14 +143,19 @@ def canon(
         assert runner is not None
         return runner.sources[index].text_at(offset)
 
-    sink = PrintingSink(text_at)
-    runner = Runner(text, options, sink, found, path=source if isinstance(source, Path) else None)
+    sink = StandAloneSink(text_at)
+    runner = Runner(
+        text,
+        replace(options, stand_alone=True),
+        sink,
+        found,
+        path=source if isinstance(source, Path) else None,
+    )
+    runner.reporter.on_error = sink.stop
     for _ in runner.run():
         yield from sink.take()
-    sink.call("ON_RESET()")
-    if not options.include:
-        # The peer resets twice, but once only with an INI file, which is how it gets a search path.
-        sink.call("ON_RESET()")
+    # The peer resets twice, but once only with an INI file, which is how it gets a search path.
+    sink.reset(1 if options.include else 2)
     yield from sink.take()
     if diagnostics is None and found.has_errors:
         raise ProgramError(list(found))

@@ -71,6 +71,7 @@ class Code:
         dialects: Where it means this.
         title: How it is written, where that is not letter and number.
         named: Words of several letters that it uses.
+        asks: Whether the machine is asked where it stands when the block is done.
     """
 
     letter: str
@@ -85,6 +86,7 @@ class Code:
     dialects: tuple[str, ...] = BOTH
     title: str = ""
     named: tuple[str, ...] = ()
+    asks: bool = False
 
     @property
     def name(self) -> str:

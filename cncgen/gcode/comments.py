@@ -3,52 +3,109 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 
 from cncgen.gcode.block import AXIS_INDEX, Block
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.errors import BlockError, Stop
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.toolpath.record import Event
 
 CODES = ()
 
-_ACTIVE = re.compile(r"\s*([A-Za-z]+)\s*,(.*)", re.DOTALL)
+_ACTIVE = re.compile(r"\s*([A-Za-z]+),(.*)", re.DOTALL)
 _START_WORD = re.compile(r"\s*([A-Za-z])\s*([+-]?(?:\d+\.?\d*|\.\d+))")
-_PARAMETER = re.compile(r"#(\d+|<[^>]*>)")
+#: What is not shown as it stands: parameters, an unfinished one at the end, formats, the % of what is no format.
+_SHOWN = re.compile(
+    r"#(?P<number>\d+)|#<(?P<name>[^>]*)>|#<[^>]*$|#$|(?P<form>%d|%f|%\.\df)|%(?=\.)", re.DOTALL
+)
+_STYLES = {"%d": ".0f", "%f": ".4f"}
 
 
 def comment(ip: Interpreter, block: Block, text: str) -> None:
     """Do what a comment says, or pass it on."""
     match = _ACTIVE.match(text)
     keyword = match.group(1).upper() if match else ""
-    rest = match.group(2) if match else ""
-    sink = ip.sink
-    sink.block = block
-    if keyword == "MSG":
-        sink.call(f'MESSAGE("{rest}")', Event("message", values={"text": rest.strip()}))
-    elif keyword == "DEBUG":
-        shown = expand(ip, rest)
-        sink.call(f'MESSAGE("{shown}")', Event("message", values={"text": shown.strip()}))
-    elif keyword == "PRINT":
-        sink.call("", Event("message", values={"text": expand(ip, rest).strip()}))
-    elif keyword in ("LOG", "LOGOPEN", "LOGAPPEND", "LOGCLOSE", "PROBEOPEN", "PROBECLOSE"):
-        sink.call("", Event("log", values={"action": keyword.lower(), "text": expand(ip, rest).strip()}))
+    act = _ACTS.get(keyword)
+    ip.sink.block = block
+    if match and act:
+        act(ip, match.group(2))
+    elif text.strip().upper() == "LOGCLOSE":
+        ip.sink.call("LOGCLOSE()", Event("log", values={"action": "logclose", "text": ""}))
     else:
-        if keyword == "START":
-            start(ip, rest)
-        if text.strip():
-            sink.call(f'COMMENT("{text.lstrip()}")')
+        if match and keyword == "START":
+            start(ip, match.group(2))
+        if text:
+            ip.sink.call(f'COMMENT("{text.lstrip()}")')
+
+
+def _message(ip: Interpreter, rest: str) -> None:
+    ip.sink.call(f'MESSAGE("{rest}")', Event("message", values={"text": rest.strip()}))
+
+
+def _debug(ip: Interpreter, rest: str) -> None:
+    _message(ip, expand(ip, rest))
+
+
+def _print(ip: Interpreter, rest: str) -> None:
+    shown = expand(ip, rest)
+    ip.sink.call(shown, Event("message", values={"text": shown.strip(), "print": True}))
+
+
+def _log(ip: Interpreter, rest: str) -> None:
+    shown = expand(ip, rest)
+    ip.sink.call(f'LOG("{shown}")', Event("log", values={"action": "log", "text": shown.strip()}))
+
+
+def _log_file(action: str) -> Callable[[Interpreter, str], None]:
+    def run(ip: Interpreter, rest: str) -> None:
+        event = Event("log", values={"action": action, "text": rest.strip()})
+        ip.sink.call(f'{action.upper()}("{rest}")', event)
+
+    return run
+
+
+def _abort(ip: Interpreter, rest: str) -> None:
+    """End the program with a message."""
+    raise Stop(BlockError("program-abort", f"the program aborts itself: {expand(ip, rest).strip()}"))
+
+
+_ACTS: dict[str, Callable[[Interpreter, str], None]] = {
+    "MSG": _message,
+    "DEBUG": _debug,
+    "PRINT": _print,
+    "LOG": _log,
+    "LOGOPEN": _log_file("logopen"),
+    "LOGAPPEND": _log_file("logappend"),
+    "ABORT": _abort,
+}
 
 
 def expand(ip: Interpreter, text: str) -> str:
-    """Replace ``#5`` and ``#<name>`` by their values, as messages show them."""
+    """Replace ``#5`` and ``#<name>`` by their values, as messages show them.
 
-    def value(match: re.Match[str]) -> str:
-        name = match.group(1)
-        parameters = ip.parameters
-        found = parameters.number(int(name)) if name.isdigit() else parameters.name(name[1:-1].lower())
-        return f"{found:f}"
+    ``%d`` shows the values after it as whole numbers, ``%.2f`` with two decimals, ``%f`` with four; what has no value
+    is ``######`` (LinuxCNC manual, "Formatting"; the rest as its interpreter does).
+    """
+    style = "f"
 
-    return _PARAMETER.sub(value, text)
+    def shown(match: re.Match[str]) -> str:
+        nonlocal style
+        number, name, form = match.group("number"), match.group("name"), match.group("form")
+        if number is None and name is None:
+            style = _STYLES.get(form, form[1:]) if form else style
+            return ""
+        try:
+            value = ip.parameters.number(int(number)) if number else ip.parameters.name(_folded(name))
+        except BlockError:
+            return "######"
+        return f"{value:{style}}"
+
+    return _SHOWN.sub(shown, text)
+
+
+def _folded(name: str) -> str:
+    """Return a parameter's name as the interpreter knows it: without blanks, in lower case."""
+    return re.sub(r"\s", "", name).lower()
 
 
 def start(ip: Interpreter, text: str) -> None:

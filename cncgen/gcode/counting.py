@@ -91,9 +91,5 @@ class CountingSink:
     def use_tool_length_offset(self, offset: Point) -> None:
         """Count nothing."""
 
-    def where(self, position: Point) -> Point:
-        """Return `position`: the machine stands where it should."""
-        return position
-
     def place(self, position: Point) -> None:
         """Count nothing."""

@@ -269,8 +269,8 @@ class CompensatedSink:
         self._defer(lambda: self.inner.place(position))
 
     def call(self, text: str, event: Event | None = None) -> None:
-        """Pass on; a message to the operator does not wait."""
-        if text.startswith("MESSAGE("):
+        """Pass on; messages and logs do not wait."""
+        if text.startswith("MESSAGE(") or (event is not None and event.name in ("message", "log")):
             self.inner.call(text, event)
         else:
             self._defer(lambda: self.inner.call(text, event))

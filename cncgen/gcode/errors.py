@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
@@ -85,6 +85,8 @@ class Reporter:
 
     def __init__(self, diagnostics: Diagnostics) -> None:
         self.diagnostics = diagnostics
+        #: Called at each error.
+        self.on_error: Callable[[], None] = lambda: None
 
     def report(
         self,
@@ -95,6 +97,8 @@ class Reporter:
         severity: Severity = Severity.ERROR,
     ) -> None:
         """Add the diagnostic of a fault found in the line that begins at byte `offset` of `source`."""
+        if severity is Severity.ERROR:
+            self.on_error()
         text = source.text_at(offset)
         column, length = error.column, error.length
         if not column:

@@ -23,7 +23,7 @@ from cncgen.gcode.parameters import (
 )
 from cncgen.gcode.polar import plane_polar_end, polar_end
 from cncgen.gcode.sink import Sink
-from cncgen.gcode.tool_table import ToolTable, read_tool_table
+from cncgen.gcode.tool_table import ToolTable, tools_of
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.units import INCH
 
@@ -71,7 +71,9 @@ class Interpreter:
         if dialect == "fanuc":
             self.state.motion = 0
         self.parameters: Parameters = Parameters(self)
-        self.tools: ToolTable = read_tool_table(options.tool_table) if options.tool_table else ToolTable()
+        self.tools: ToolTable = tools_of(options)
+        if options.stand_alone:
+            self.state.fetched = next(iter(self.tools.tools), 0)
         #: What M98 or M99 asked for: kind, number, times; taken by the runner after the block.
         self.jump: tuple[str, int, int] | None = None
         self.flow: FlowControl | None = None
@@ -137,7 +139,10 @@ class Interpreter:
         for letter in block.words:
             if letter not in allowed:
                 raise _unused(letter, self.codes)
-        return Plan(tuple(code.run for code in sorted(codes, key=lambda code: code.stage)))
+        steps = [code.run for code in sorted(codes, key=lambda code: code.stage)]
+        if any(code.asks for code in codes):
+            steps.append(_take_position)
+        return Plan(tuple(steps))
 
     def _code(self, letter: str, number: int) -> Code:
         """Return a code of the table, or raise."""
@@ -277,6 +282,11 @@ class Interpreter:
     def rebase(self, machine: list[float]) -> None:
         """Take program coordinates anew after an offset changed; the machine stays at `machine`."""
         self.state.position = to_program(machine, *self.state.offsets())
+
+
+def _take_position(ip: Interpreter, block: Block) -> None:
+    """Take the position anew from the machine."""
+    ip.state.position = ip.base.where(ip.state.position)
 
 
 def _without_cancel(codes: list[Code]) -> list[Code]:

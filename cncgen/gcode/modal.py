@@ -71,6 +71,7 @@ class State:
         g92, g92_on: Offset of G52/G92, and whether it applies.
         tool_offset: Offset of G43 and kin.
         selected, tool: Tool number that T named, and the one in the spindle.
+        fetched: Tool number that M6 or M61 named last.
         mist, flood: Coolant.
         moved: Whether a motion was executed (the start position can no longer be set).
         ended: Whether M2, M30 or the closing % came.
@@ -103,6 +104,7 @@ class State:
     tool_offset: list[float] = field(default_factory=zeros)
     selected: int = 0
     tool: int = 0
+    fetched: int = 0
     mist: bool = False
     flood: bool = False
     feed_override: bool = True

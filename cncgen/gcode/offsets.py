@@ -19,6 +19,7 @@ from cncgen.gcode.parameters import (
     SYSTEM_STEP,
     SYSTEMS,
 )
+from cncgen.gcode.tool_table import Tool, tools_of
 from cncgen.gcode.tools import load_tool_parameters, whole
 
 _AXES = "xyzabcuvw"
@@ -115,18 +116,27 @@ def given_axes(block: Block) -> list[tuple[int, float]]:
 
 
 def table(ip: Interpreter, block: Block) -> None:
-    """G10: L2 and L20 set a coordinate system, L1, L10 and L11 a tool."""
+    """G10: L2 and L20 set a coordinate system, L1, L10 and L11 a tool, L0 reads the tool table again."""
     if "l" not in block.words:
         raise BlockError("g10-words", "G10 has no L: what should be set?", "G10")
+    kind = whole(block, "l", "G10")
+    if kind == 0:
+        reload_tools(ip)
+        return
     if "p" not in block.words:
         raise BlockError("g10-words", "G10 has no P: which one should be set?", "G10")
-    kind = whole(block, "l", "G10")
     if kind in (2, 20):
         _set_system(ip, block, kind)
     elif kind in (1, 10, 11):
         _set_tool(ip, block, kind)
     else:
-        raise BlockError("g10-words", f"L{kind} of G10 is none of 1, 2, 10, 11, 20", "L")
+        raise BlockError("g10-words", f"L{kind} of G10 is none of 0, 1, 2, 10, 11, 20", "L")
+
+
+def reload_tools(ip: Interpreter) -> None:
+    """G10 L0: read the tool table again; what G10 changed in it is forgotten."""
+    ip.tools = tools_of(ip.options)
+    ip.sink.call("RELOAD_TOOLDATA()")
 
 
 def _set_system(ip: Interpreter, block: Block, kind: int) -> None:
@@ -180,7 +190,7 @@ def _in_system(machine: list[float], origin: list[float], rotation: float, g92: 
 def _set_tool(ip: Interpreter, block: Block, kind: int) -> None:
     """G10 L1 P: offsets of a tool; L10, L11: such ones that the position gets these coordinates."""
     number = whole(block, "p", "G10")
-    tool = ip.tools.entry(number)
+    tool = ip.tools.entry(number) if number else None
     if tool is None:
         raise BlockError("unknown-tool", f"tool {number} is not in the tool table", "P")
     state = ip.state
@@ -201,7 +211,7 @@ def _set_tool(ip: Interpreter, block: Block, kind: int) -> None:
         for index, value in axes:
             wanted[index] = value
         reached = to_machine(wanted, origin, rotation, g92, zeros())
-        for index, _ in axes:
+        for index in _touched([index for index, _ in axes], rotation):
             tool.offset[index] = (machine[index] - reached[index]) / ip.scale_of(index)
     words = block.words
     if "r" in words:
@@ -211,8 +221,18 @@ def _set_tool(ip: Interpreter, block: Block, kind: int) -> None:
         tool.orientation = whole(block, "q", "G10")
         if tool.orientation > 9:
             raise BlockError("tool-orientation", f"Q{tool.orientation} is no tool orientation (0 to 9)", "Q")
-    if number == state.tool:
+    _tell_tool(ip, tool, ip.tools.place_of(number))
+    if number == (state.fetched if ip.options.stand_alone else state.tool):
+        state.tool = number
+        _tell_tool(ip, tool, 0)
         load_tool_parameters(ip)
+
+
+def _tell_tool(ip: Interpreter, tool: Tool, place: int) -> None:
+    """Tell that an entry of the tool table has changed (entry 0 is the tool in the spindle)."""
+    offset = " ".join(f"{value:.4f}" for value in tool.offset)
+    angles = f"{tool.front:.4f}, {tool.back:.4f}, {tool.orientation}"
+    ip.sink.call(f"SET_TOOL_TABLE_ENTRY({place}, {tool.number}, {offset}, {angles})")
 
 
 def local(ip: Interpreter, block: Block) -> None:

@@ -30,6 +30,12 @@ def _motion_mode(ip: Interpreter) -> float:
     return float(ip.state.motion)
 
 
+def _pocket(ip: Interpreter, number: int) -> float:
+    """Return the pocket of a tool; for 0, that of the tool in the spindle, -1 where there is none."""
+    number = number or ip.state.tool
+    return float(ip.tools.pocket_of(number)) if number else -1.0
+
+
 NAMED: dict[str, Callable[[Interpreter], float]] = {
     **{f"_{letter}": _position(index) for index, letter in enumerate("xyzabcuvw")},
     **{f"_abs_{letter}": _absolute(index) for index, letter in enumerate("xyzabcuvw")},
@@ -66,9 +72,9 @@ NAMED: dict[str, Callable[[Interpreter], float]] = {
     "_feed": lambda ip: ip.state.feed,
     "_rpm": lambda ip: ip.state.speed,
     "_current_tool": lambda ip: ip.state.tool,
-    "_current_pocket": lambda ip: ip.tools.pocket_of(ip.state.tool),
+    "_current_pocket": lambda ip: _pocket(ip, ip.state.fetched),
     "_selected_tool": lambda ip: ip.state.selected,
-    "_selected_pocket": lambda ip: ip.tools.pocket_of(ip.state.selected),
+    "_selected_pocket": lambda ip: _pocket(ip, ip.state.selected),
     "_call_level": lambda ip: ip.call_level(),
     "_task": lambda ip: 0.0,
     "_remap_level": lambda ip: 0.0,

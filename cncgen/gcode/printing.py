@@ -36,8 +36,10 @@ class PrintingSink:
         return lines
 
     def call(self, text: str, event: Event | None = None) -> None:
-        """Print a call as it is."""
-        if text:
+        """Print a call as it is; what a program prints itself is a line of its own."""
+        if event is not None and event.values.get("print"):
+            self._lines.append(text)
+        elif text:
             self._count += 1
             self._lines.append(f"{self._count:5d} {self._number()}{text}")
 

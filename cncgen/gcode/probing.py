@@ -12,10 +12,11 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.lines import check_feed, has_axis
 from cncgen.gcode.modal import Stage
 from cncgen.gcode.parameters import PROBE, PROBE_HIT
+from cncgen.toolpath.record import Event
 
 _WORDS = "xyzabcuvw@^"
-#: A probe must move by this in X Y Z (mm or inch).
-_LEAST = {False: 0.254, True: 0.01}
+#: A probe that moves by less than this does not move (program units).
+_LEAST = 1e-9
 
 
 def _probe(tenths: int) -> Handler:
@@ -32,25 +33,20 @@ def _probe(tenths: int) -> Handler:
             raise BlockError("probe-mode", f"{name} does not go with G{state.feed_mode}", name)
         check_feed(ip, block, name)
         end = ip.end_point(block)
-        rotary = end[3:6] != state.position[3:6]
-        if not rotary and math.dist(end[:3], state.position[:3]) < _LEAST[state.inches]:
-            raise BlockError("probe-short", f"{name} starts nearly where it ends", name)
+        if math.dist(end, state.position) < _LEAST:
+            raise BlockError("probe-short", f"{name} starts where it ends", name)
         ip.warn(
             BlockError("probe-not-run", f"{name} is planned to the programmed point", name), Severity.NOTE
         )
         ip.sink.call("TURN_PROBE_ON()")
         ip.sink.straight_probe(end)
-        ip.sink.call("TURN_PROBE_OFF()", Event_probe)
-        state.position, state.moved = end, True
+        ip.sink.call("TURN_PROBE_OFF()", Event("probe"))
+        state.position, state.moved = ip.base.where(end), True
         ip.parameters.numbers[PROBE : PROBE + 9] = end
         ip.parameters.numbers[PROBE_HIT] = 0.0
 
     return run
 
-
-from cncgen.toolpath.record import Event  # noqa: E402
-
-Event_probe = Event("probe")
 
 CODES = tuple(
     Code("G", tenths, "motion", Stage.MOTION, _probe(tenths), f"probe {text}", _WORDS, "motion")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from cncgen.diagnostics import Diagnostic, Span, UsageError
 from cncgen.gcode.modal import zeros
+from cncgen.toolpath.reading import ReadOptions
 
 _WORD = re.compile(r"([A-Za-z])\s*([+-]?(?:\d+\.?\d*|\.\d+))")
 _AXES = "XYZABCUVW"
@@ -65,6 +66,25 @@ class ToolTable:
         """Return the pocket of a tool, 0 for none."""
         tool = self.find(number)
         return tool.pocket if tool else 0
+
+
+#: The tools of LinuxCNC's stand-alone interpreter: number, length, diameter, in inches (manual page rs274.1).
+_STAND_ALONE = ((1, 0.511, 0.125), (2, 0.1, 0.0625), (3, 1.273, 0.201))
+
+
+def tools_of(options: ReadOptions) -> ToolTable:
+    """Return the tools of a run: those of its table; without one any tool, or those that the stand-alone machine has.
+
+    Raises:
+        UsageError: See `read_tool_table`.
+    """
+    if options.tool_table:
+        return read_tool_table(options.tool_table)
+    if options.stand_alone:
+        return ToolTable(
+            {n: Tool(n, n, [0.0, 0.0, z, *zeros()[3:]], diameter) for n, z, diameter in _STAND_ALONE}
+        )
+    return ToolTable()
 
 
 def read_tool_table(path: Path) -> ToolTable:

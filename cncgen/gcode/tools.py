@@ -57,11 +57,11 @@ def change(ip: Interpreter, block: Block) -> None:
     state.direction = 0
     ip.sink.set_spindle(state.speed, 0)
     ip.sink.call("STOP_SPINDLE_TURNING(0)")
-    state.tool = state.selected
-    load_tool_parameters(ip)
-    ip.sink.call(
-        f"CHANGE_TOOL({ip.tools.place_of(state.tool)})", Event("tool", True, values={"tool": state.tool})
-    )
+    number = state.fetched = state.selected
+    if number or not ip.options.stand_alone:
+        state.tool = number
+        load_tool_parameters(ip)
+    ip.sink.call(f"CHANGE_TOOL({ip.tools.place_of(number)})", Event("tool", True, values={"tool": number}))
 
 
 def name_tool(ip: Interpreter, block: Block) -> None:
@@ -70,8 +70,10 @@ def name_tool(ip: Interpreter, block: Block) -> None:
         raise BlockError("tool-missing", "M61 has no tool number Q", "M61")
     number = whole(block, "q", "M61")
     _tool(ip, number, "Q")
-    ip.state.tool = ip.state.selected = number
-    load_tool_parameters(ip)
+    ip.state.fetched = number
+    if not ip.options.stand_alone:
+        ip.state.tool = ip.state.selected = number
+        load_tool_parameters(ip)
     ip.sink.call(f"CHANGE_TOOL_NUMBER({ip.tools.place_of(number)})", Event("tool", values={"tool": number}))
 
 
@@ -122,7 +124,7 @@ def length_off(ip: Interpreter, block: Block) -> None:
 
 CODES = (
     Code("T", 0, "T", Stage.TOOL, select, "tool to be changed in next", "t"),
-    Code("M", 60, "tool change", Stage.CHANGE, change, "change to the tool of T"),
+    Code("M", 60, "tool change", Stage.CHANGE, change, "change to the tool of T", asks=True),
     Code("M", 610, "tool change", Stage.CHANGE, name_tool, "the tool in the spindle is Q", "q"),
     Code("G", 430, "tool length", Stage.TOOL_LENGTH, length, "tool offset of tool H", "h"),
     Code("G", 431, "tool length", Stage.TOOL_LENGTH, length_given, "tool offset in axis words", _AXES, "own"),

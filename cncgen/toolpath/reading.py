@@ -17,6 +17,8 @@ class ReadOptions:
         least_increment: What a number without a decimal point counts in where a FANUC control is set so, mm or degrees
             (inches: a tenth of it): 0.001 reads ``X10`` as 0.01 mm. None: it counts like ``X10.``.
         inch_tables: Whether lengths in the tool table and the parameter file are inches (else mm).
+        stand_alone: Whether the machine is the one that LinuxCNC's stand-alone interpreter makes believe
+            (`cncgen.gcode.standalone`); so are the calls that `canon` prints.
         save_parameters: Where to write the parameters after the program, or None.
         include: Directories searched for subprograms, after the program's own.
         block_delete: Whether blocks that begin with ``/`` are skipped.
@@ -30,6 +32,7 @@ class ReadOptions:
     tool_table: Path | None = None
     parameters: Path | None = None
     inch_tables: bool = False
+    stand_alone: bool = False
     least_increment: float | None = None
     save_parameters: Path | None = None
     include: tuple[Path, ...] = field(default=())
