@@ -7,7 +7,7 @@ from collections.abc import Callable
 from cncgen.gcode import macros
 from cncgen.gcode.block import LARGEST, Block, Flow, Parsed, Value, gather
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.expressions import evaluate
+from cncgen.gcode.expressions import evaluate, too_deep
 from cncgen.gcode.flow import Cursor, FlowControl
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.parameters import Parameters
@@ -70,9 +70,8 @@ class Compiler:
                     if not -LARGEST <= number <= LARGEST:
                         # The check that `gather` makes of known values, with its message.
                         gather([(letter, number)])
-            except BlockError as error:
-                error.word = error.word or letter.upper()
-                raise
+            except (BlockError, RecursionError) as error:
+                raise _at(error, letter.upper()) from None
             execute(Block(words, g, m, comment, source, line, offset))
 
         return run
@@ -116,9 +115,8 @@ class Compiler:
             def store() -> None:
                 try:
                     parameters.numbers[index] = value(parameters)
-                except BlockError as error:
-                    error.word = error.word or "#"
-                    raise
+                except (BlockError, RecursionError) as error:
+                    raise _at(error, "#") from None
 
             return store
         return lambda: parameters.set_number(evaluate(target, parameters), evaluated("#", value, parameters))
@@ -167,6 +165,13 @@ class Compiler:
 def _has_computed_code(parsed: Parsed) -> bool:
     """Tell whether a G or M number is computed."""
     return any(letter in "gm" and not isinstance(value, float) for letter, value in parsed.words)
+
+
+def _at(error: BlockError | RecursionError, word: str) -> BlockError:
+    """Return the fault of a value that belongs to a word of the block."""
+    fault = error if isinstance(error, BlockError) else too_deep()
+    fault.word = fault.word or word
+    return fault
 
 
 def evaluated(letter: str, value: Value, parameters: Parameters) -> float:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from cncgen.gcode.block import Value, nearest
+from cncgen.gcode.block import Computed, Value, nearest
 from cncgen.gcode.errors import BlockError
 
 if TYPE_CHECKING:
@@ -150,23 +150,62 @@ FANUC = Arithmetic(
 )
 
 
+Operator = Callable[[float, float], float]
+#: Operators in a row that call one another; a longer row is run through.
+_NESTED = 6
+
+
 def binary(name: str, a: Value, b: Value, arithmetic: Arithmetic = LINUXCNC) -> Value:
-    """Return ``a name b``."""
+    """Return ``a name b``; a row of operators of any length takes no more depth than `_NESTED` calls."""
     function = arithmetic.binary[name]
     if isinstance(a, float) and isinstance(b, float):
         try:
             return function(a, b)
         except BlockError:
             return lambda p: function(a, b)
-    # The operand that is known is not called: most operators of real programs have one.
-    if isinstance(b, float):
-        left = a
-        return (lambda p: function(left(p), b)) if callable(left) else function(left, b)
     if isinstance(a, float):
-        known, computed = a, b
-        return lambda p: function(known, computed(p))
-    first, second = a, b
-    return lambda p: function(first(p), second(p))
+        return _after(function, a, b)
+    nested = getattr(a, "nested", 0)
+    if nested < _NESTED:
+        computed = _joined(function, a, b)
+        computed.nested = nested + 1  # type: ignore[attr-defined]
+        return computed
+    step = function, b if callable(b) else _constant(b)
+    if hasattr(a, "steps"):
+        # What is on the left of an operator is on the left of no other one: it may grow.
+        a.steps.append(step)
+        return a
+    return _row(a, [step])
+
+
+def _after(function: Operator, known: float, b: Value) -> Computed:
+    """Return an operator whose left side is known."""
+    assert callable(b)
+    return lambda p: function(known, b(p))
+
+
+def _joined(function: Operator, a: Computed, b: Value) -> Computed:
+    """Return an operator; the operand that is known is not called: most operators of real programs have one."""
+    if isinstance(b, float):
+        return lambda p: function(a(p), b)
+    return lambda p: function(a(p), b(p))
+
+
+def _constant(value: float) -> Computed:
+    return lambda p: value
+
+
+def _row(first: Computed, steps: list[tuple[Operator, Computed]]) -> Computed:
+    """Return operators one after another, from the left; `steps` may grow until the expression is read."""
+
+    def run(p: Parameters) -> float:
+        total = first(p)
+        for function, value in steps:
+            total = function(total, value(p))
+        return total
+
+    run.steps, run.nested = steps, _NESTED  # type: ignore[attr-defined]
+    return run
 
 
 def unary(name: str, a: Value, arithmetic: Arithmetic = LINUXCNC) -> Value:
@@ -184,8 +223,18 @@ def unary(name: str, a: Value, arithmetic: Arithmetic = LINUXCNC) -> Value:
 
 
 def negative(a: Value) -> Value:
-    """Return ``-a``."""
-    return -a if isinstance(a, float) else lambda p: -a(p)
+    """Return ``-a``; signs in a row do not nest."""
+    if isinstance(a, float):
+        return -a
+    positive: Computed | None = getattr(a, "positive", None)
+    if positive is not None:
+        return positive
+
+    def run(p: Parameters) -> float:
+        return -a(p)
+
+    run.positive = a  # type: ignore[attr-defined]
+    return run
 
 
 def arc_tangent(y: Value, x: Value) -> Value:
@@ -199,12 +248,17 @@ def evaluate(value: Value, parameters: Parameters) -> float:
         return value
     try:
         return value(parameters)
-    except RecursionError as error:
-        raise BlockError(
-            "expression-depth",
-            "the expression is nested too deep to be evaluated",
-            hint="split it over several parameters",
-        ) from error
+    except RecursionError:
+        raise too_deep() from None
+
+
+def too_deep() -> BlockError:
+    """Return the fault of a value whose computing nests deeper than can be followed."""
+    return BlockError(
+        "expression-depth",
+        "the expression is nested too deep to be evaluated",
+        hint="split it over several parameters",
+    )
 
 
 def parameter(target: Value | str) -> Value:

@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from cncgen.diagnostics import Severity, UsageError
-from cncgen.gcode import grammar, macros
+from cncgen.gcode import descent, macros
 from cncgen.gcode.block import Flow, Value, nearest
 from cncgen.gcode.errors import BlockError, Stop
-from cncgen.gcode.expressions import evaluate
+from cncgen.gcode.expressions import evaluate, too_deep
 from cncgen.gcode.source import Source, open_source
 
 if TYPE_CHECKING:
@@ -114,7 +114,14 @@ class FlowControl:
                 otherwise = self._otherwise(flow, here, label)
                 if otherwise is not None:
                     parameters, condition, target = self.ip.parameters, flow.arguments[0], otherwise
-                    return lambda: None if condition(parameters) else target
+
+                    def lead() -> Cursor | None:
+                        try:
+                            return None if condition(parameters) else target
+                        except RecursionError:
+                            raise too_deep() from None
+
+                    return lead
         return lambda: self.run(flow, here, after)
 
     def _otherwise(self, flow: Flow, here: Cursor, label: Label) -> Cursor | None:
@@ -139,7 +146,7 @@ class FlowControl:
             if mark.keyword != "elseif":
                 return mark.after
             text = self.sources[mark.cursor.source].text_at(mark.cursor.offset)
-            parsed = grammar.parse(text, self.ip.dialect)
+            parsed = descent.parse(text, self.ip.dialect)
             assert parsed.flow is not None
             if self.condition(parsed.flow):
                 return mark.after
@@ -444,7 +451,7 @@ def _find_marks(source: Source, index: int, dialect: str) -> Iterator[Marked]:
     """Find the lines of a text that jumps may lead to."""
     for begin, line, _ in _line_matches(source, _O_LINE):
         try:
-            flow = grammar.parse(source.text_at(begin), dialect).flow
+            flow = descent.parse(source.text_at(begin), dialect).flow
         except BlockError:
             continue
         if flow is not None and flow.label is not None:

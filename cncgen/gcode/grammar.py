@@ -45,21 +45,21 @@ _NAMES = {
 _LENGTHS = "xyzabcuvwijkqr"
 #: The rule that FANUC's dialect has its own of.
 _ASSIGNED = "?assigned: signed"
+_BLANKS = str.maketrans("", "", " \t\r")
 _PIECE = re.compile(r"\([^)]*\)?|;.*|[ \t\r]+")
 
 
 def normalise(text: str) -> str:
     """Return the block without blanks and in lower case, comments as they are."""
 
-    def replace(match: re.Match[str]) -> str:
-        piece = match.group()
-        return piece if piece[0] in "(;" else ""
-
+    if "(" not in text and ";" not in text:
+        return text.translate(_BLANKS).lower()
     parts = []
     place = 0
     for match in _PIECE.finditer(text):
+        piece = match.group()
         parts.append(text[place : match.start()].lower())
-        parts.append(replace(match))
+        parts.append(piece if piece[0] in "(;" else "")
         place = match.end()
     parts.append(text[place:].lower())
     return "".join(parts)
@@ -92,9 +92,7 @@ class _Reader:
 
     def plain_word(self, children: list[Any]) -> Any:
         token = children[0]
-        if self.increments and token[0] in _LENGTHS and "." not in token:
-            return "word", (token[0], _in_increments(float(token[1:])))
-        return "word", (token[0], float(token[1:]))
+        return "word", (token[0], word_value(token[0], token[1:], self.increments))
 
     def word(self, children: list[Any]) -> Any:
         return "word", (str(children[0]), children[1])
@@ -171,9 +169,15 @@ class _Reader:
         return _parsed(children)
 
 
-def _in_increments(value: float) -> Value:
-    """Return a length given in least increments, whose size depends on the units in force."""
-    return lambda p: value * p.interpreter.increment()
+def word_value(letter: str, number: str, increments: bool) -> Value:
+    """Return the value of a word; a length without a decimal point may count in least increments.
+
+    Their size depends on the units in force.
+    """
+    value = float(number)
+    if increments and letter in _LENGTHS and "." not in number:
+        return lambda p: value * p.interpreter.increment()
+    return value
 
 
 def _bare(token: str) -> str:
@@ -227,8 +231,7 @@ def parse(text: str, dialect: str = "linuxcnc", increments: bool = False) -> Par
     from lark.exceptions import UnexpectedInput, VisitError
 
     bare = normalise(text)
-    if len(bare) > MAX_NESTING:
-        _check_nesting(text, bare)
+    check_nesting(text, bare)
     try:
         return _lark(dialect, increments).parse(bare)
     except UnexpectedInput as error:
@@ -239,8 +242,13 @@ def parse(text: str, dialect: str = "linuxcnc", increments: bool = False) -> Par
         raise
 
 
-def _check_nesting(text: str, bare: str) -> None:
-    """Raise where brackets, or parameters of parameters, stand within one another too deep to be computed."""
+def check_nesting(text: str, bare: str) -> None:
+    """Raise where brackets, or parameters of parameters, stand within one another too deep to be computed.
+
+    `bare` is the normalised form of `text`.
+    """
+    if len(bare) <= MAX_NESTING:
+        return
     deep = bare.find("#" * (MAX_NESTING + 1))
     depth = 0
     for index, character in enumerate(bare):

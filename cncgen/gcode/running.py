@@ -11,7 +11,7 @@ from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 
 from cncgen.diagnostics import Diagnostics, Severity
-from cncgen.gcode import comments, cutter_compensation, grammar, macros
+from cncgen.gcode import comments, cutter_compensation, descent, macros
 from cncgen.gcode.batches import Batches
 from cncgen.gcode.block import AXIS_INDEX, Block, Parsed
 from cncgen.gcode.compiling import Compiler
@@ -303,7 +303,7 @@ class Runner:
         """Return the block of a text; the latest ones are remembered."""
         parsed = self._parsed.get(text)
         if parsed is None:
-            parsed = grammar.parse(text, self.dialect, self._increments)
+            parsed = descent.parse(text, self.dialect, self._increments)
             if len(self._parsed) >= _PAUSE:
                 self._parsed.clear()
             self._parsed[text] = parsed
