@@ -175,6 +175,18 @@ class Feature:
 
 
 @dataclass(frozen=True, slots=True)
+class Boss:
+    """What stays standing inside a feature: its closed outline at its top, the draft of its walls (rad, wider below).
+
+    `top` is the height of its top in the feature's frame, mm, 0 or below.
+    """
+
+    outline: list[Piece]
+    slope: float = 0.0
+    top: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class Shape:
     """The shape of a feature, in the feature's frame: its top at Z 0, the material below. mm, rad.
 
@@ -184,15 +196,16 @@ class Shape:
         bottom: ``through``, ``flat``, ``conical``, ``spherical``, ``radiused`` … or "".
         bottom_angle: Full angle of a conical bottom, rad, or None.
         outline: Closed boundary as pieces, or None.
-        bosses: Closed boundaries of what stays standing inside.
+        bosses: What stays standing inside.
         course: Open path of a slot or step, or None.
         width: Of a slot.
         open_sides: Of an open boundary: the pieces of the outline that are open, by index.
         ends: What the ends of a slot are: ``open``, ``radiused``, ``flat`` …
-        slope: Draft of the walls, rad.
+        slope: Draft of the walls, rad: a pocket or hole is narrower below, an outside profile wider.
         corner_radius: Of the walls' corners (orthogonal_radius), or None.
         floor_radius: Between floor and walls (planar_radius), or None.
         elements: Features that make up this one, their placements within it.
+        stock: Outline of the raw piece across the feature's axis, or None where it is not given.
     """
 
     depth: float | None = None
@@ -200,7 +213,7 @@ class Shape:
     bottom: str = ""
     bottom_angle: float | None = None
     outline: list[Piece] | None = None
-    bosses: tuple[list[Piece], ...] = ()
+    bosses: tuple[Boss, ...] = ()
     course: list[Piece] | None = None
     width: float | None = None
     open_sides: tuple[int, ...] = ()
@@ -209,6 +222,7 @@ class Shape:
     corner_radius: float | None = None
     floor_radius: float | None = None
     elements: tuple[Feature, ...] = ()
+    stock: list[Piece] | None = None
 
 
 @dataclass(frozen=True, slots=True)

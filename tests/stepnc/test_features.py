@@ -41,8 +41,25 @@ class Features(Part):
         radius = None if corner is None else self.size(corner)
         return self.add("CLOSED_POCKET", *self.head(depth), bosses, slope, condition, None, radius, boundary)
 
-    def boss(self, boundary):
-        return self.add("BOSS", "b", None, (), None, None, boundary, None)
+    def boss(self, boundary, slope=None, top=None):
+        place = None if top is None else self.placement((0, 0, top))
+        return self.add("BOSS", "b", None, (), place, None, boundary, slope)
+
+    def block(self, low, high):
+        """A workpiece whose raw piece is a block between two corners."""
+        size = [float(b - a) for a, b in zip(low, high, strict=True)]
+        solid = self.add("BLOCK", "", self.placement(low), *size)
+        raw = self.add("WORKPIECE", "raw", None, None, None, None, solid, ())
+        return self.add("WORKPIECE", "part", None, None, raw, None, None, ())
+
+    def slot(self, profile, course=None, ends=("OPEN_SLOT_END_TYPE", "OPEN_SLOT_END_TYPE")):
+        course = course or self.add("LINEAR_PATH", None, self.size(40), self.direction(1, 0, 0))
+        return self.add("SLOT", *self.head(), course, profile, tuple(self.add(e) for e in ends))
+
+    def step_feature(self, workpiece, length=30.0, wall=None, along=(0, 1, 0)):
+        course = self.add("LINEAR_PATH", None, self.size(length), self.direction(*along))
+        name, _, operations, place, depth = self.head()
+        return self.add("STEP", name, workpiece, operations, place, depth, course, wall, ())
 
     def operation(self, kind, *own, approach=None, strategy=None, diameter=8.0, **tool):
         head = (None, None, "op", 5.0, None, self.tool("T", diameter, **tool), self.technology(), None)
@@ -109,9 +126,6 @@ def test_pockets_are_cleared_and_no_more(strategy, shape):
     else:
         boundary, region = part.polygon(*L_SHAPE), Polygon(L_SHAPE)
     part.mill(part.pocket(boundary), pocket_operation(part, strategy))
-    if (strategy, shape) == ("CONTOUR_SPIRAL", "polygon"):  # its turns would leave material between them
-        assert codes(part.read()[1], "error") == ["stepnc-unsupported"]
-        return
     heights, _ = part.heights(4.0)
     check_cut(heights, region, 4.0, 6.0)
 
@@ -470,12 +484,17 @@ def test_a_counterbored_hole_takes_the_element_that_fits_the_tool():
 @pytest.mark.parametrize(
     "make",
     [
-        lambda p: p.mill(p.pocket(p.rectangle(60, 40), slope=5.0), pocket_operation(p)),
+        lambda p: p.mill(p.pocket(p.rectangle(60, 40), slope=-5.0), pocket_operation(p)),
+        lambda p: p.mill(p.pocket(p.rectangle(60, 40), slope=85.0), pocket_operation(p)),
         lambda p: p.mill(p.pocket(p.rectangle(6, 4)), pocket_operation(p)),
         lambda p: p.mill(p.pocket(p.rectangle(60, 40), depth=-3.0), pocket_operation(p)),
         lambda p: p.mill(p.pocket(p.add("CIRCLE", "", p.placement(), 5.0)), pocket_operation(p)),
         lambda p: p.mill(p.add("STEP", *p.head(), p.add("LINEAR_PATH", None, p.size(9), None), None, ()), pocket_operation(p)),
-        lambda p: p.mill(p.pocket(p.rectangle(60, 40)), p.operation("PLANE_ROUGH_MILLING", 1.0, None)),
+        lambda p: p.mill(p.pocket(p.rectangle(60, 40)), p.operation("SIDE_ROUGH_MILLING", 1.0, None, 20.0)),
+        lambda p: p.mill(p.add("ROUND_HOLE", *p.head(), p.size(40), None, p.add("SPHERICAL_HOLE_BOTTOM", p.size(9))), pocket_operation(p)),
+        lambda p: p.mill(p.slot(p.add("ROUNDED_U_PROFILE", None, p.size(14))), pocket_operation(p)),
+        lambda p: p.mill(p.slot(p.add("SQUARE_U_PROFILE", None, p.size(14), None, 70.0, None, 70.0)), pocket_operation(p)),
+        lambda p: p.mill(p.step_feature(p.block((0, 0, -9), (49, 80, 0))), pocket_operation(p)),
         lambda p: p.mill(p.pocket(p.rectangle(60, 40)), pocket_operation(p, diameter=None)),
         lambda p: p.mill(p.add("THREAD", *p.head(), *(None,) * 11), pocket_operation(p)),
     ],
@@ -548,3 +567,267 @@ def test_offsets_go_back_to_the_lines_and_arcs_that_they_are(distance):
     assert max(exact.distance(Point(x, y)) for x, y, _ in points[::7]) < 4e-4
     for one, other in zip(curve, curve[1:] + curve[:1], strict=True):
         np.testing.assert_allclose(one.end, other.start, atol=1e-12)
+
+
+def inside(region):
+    """The cells of the block within a region about `ORIGIN`, one cell from its edge."""
+    points, shape = cells()
+    return shapely.contains(region.buffer(-GRID), points).reshape(shape)
+
+
+def tops(heights):
+    """Heights of the four walls' neighbourhood along X through the middle, by distance from the axis."""
+    x = np.arange(GRID / 2, SIZE[0], GRID) - ORIGIN[0]
+    return x, heights[:, int(ORIGIN[1] / GRID)]
+
+
+@pytest.mark.parametrize("strategy", ["CONTOUR_PARALLEL", "CONTOUR_SPIRAL", "BIDIRECTIONAL_MILLING"])
+def test_sloped_walls_are_cut_in_steps_outside_of_them(strategy):
+    """Walls at 30 degrees: at depth z they stand z tan 30 inside their outline, and no step of 1 mm goes into them."""
+    part = Features()
+    operation = pocket_operation(part, strategy)
+    values = list(part.instances[operation - 1].parts[0].parameters)
+    values[12] = 1.0
+    part.fill(operation, "BOTTOM_AND_SIDE_FINISH_MILLING", *values)
+    part.mill(part.pocket(part.rectangle(60, 40), slope=30.0), operation)
+    heights, found = part.heights(4.0)
+    assert codes(found) == []
+    x, row = tops(heights)
+    wall = -np.clip((30 - np.abs(x)) / math.tan(math.radians(30)), 0, 6)  # the exact wall
+    reached = GRID / math.tan(math.radians(30))  # a cell of the grid, down the wall
+    assert (row >= wall - reached).all()
+    assert (row <= wall + 1.0 + reached).all()
+    np.testing.assert_allclose(
+        heights[inside(box(-30, -20, 30, 20).buffer(-6 * math.tan(math.radians(30)) - 2))], -6
+    )
+
+
+@pytest.mark.parametrize("edge", [0.0, 1.5, 4.0])
+def test_a_rounded_tool_touches_a_sloped_wall_and_no_more(edge):
+    """The distance from the axis to the wall's line at every height of the cutter's edge is at least its radius there."""
+    from cncgen.stepnc.features.job import Job
+    from cncgen.stepnc.features.walls import axis_distance
+    from cncgen.stepnc.model import Operation, Shape, Tool
+
+    tool = Tool(1, "T", diameter=8.0, edge_radius=edge)
+    job = Job(1, Operation(1, "", "side finish", None, tool=tool), Shape(), None)
+    for slope in (0.0, 0.1, 0.7):
+        axis = axis_distance(job, slope, 5.0)
+        height = np.linspace(0, 10, 4001)
+        reach = 4.0 - edge + np.sqrt(np.clip(edge**2 - np.clip(edge - height, 0, None) ** 2, 0, None))
+        left = axis - reach - (5.0 - height) * math.tan(slope)  # from the cutter to the wall
+        assert left.min() == pytest.approx(0.0, abs=1e-5)
+
+
+def test_a_boss_lower_than_the_pocket_is_faced_and_its_draft_stands():
+    """A boss of 10 mm square, 2.5 below the top, its walls at 20 degrees; the pocket is 6 deep."""
+    part = Features()
+    square = part.polygon((-5, -5), (5, -5), (5, 5), (-5, 5))
+    feature = part.pocket(part.rectangle(70, 60), (part.boss(square, slope=20.0, top=-2.5),))
+    part.mill(feature, pocket_operation(part))
+    heights, found = part.heights(4.0)
+    assert codes(found) == []
+    np.testing.assert_allclose(heights[inside(box(-5, -5, 5, 5))], -2.5)
+    draft = 3.5 * math.tan(math.radians(20))
+    np.testing.assert_allclose(
+        heights[inside(box(-20, -20, 20, 20) - box(-5, -5, 5, 5).buffer(draft + 2))], -6
+    )
+    x, row = tops(heights)
+    foot = np.abs(x) < 5 + draft - GRID
+    assert (row[foot] > -6).all()
+
+
+def planar_face(part, bosses=()):
+    course = part.add("LINEAR_PATH", None, part.size(40), part.direction(0, 1, 0))
+    width = part.add("LINEAR_PROFILE", None, part.add("NUMERIC_PARAMETER", "w", 40.0, "MM"))
+    return part.add("PLANAR_FACE", *part.head(2.0), course, width, None, bosses)
+
+
+@pytest.mark.parametrize(
+    ("strategy", "values"),
+    [
+        ("BIDIRECTIONAL_MILLING", (0.4, E("T"), None, E("LEFT"), None)),
+        ("CONTOUR_PARALLEL", (0.4, E("T"), E("CCW"), E("CLIMB"))),
+    ],
+)
+def test_a_face_with_a_boss(strategy, values):
+    part = Features()
+    square = part.polygon((10, 12), (25, 12), (25, 28), (10, 28))
+    plan = part.add(strategy, *values)
+    part.mill(
+        planar_face(part, (part.boss(square),)),
+        part.operation("PLANE_FINISH_MILLING", 2.0, None, strategy=plan),
+    )
+    heights, found = part.heights(4.0)
+    assert codes(found) == []
+    np.testing.assert_array_equal(heights[inside(box(10, 12, 25, 28))], 0.0)
+    np.testing.assert_allclose(heights[inside(box(0, 0, 40, 40) - box(10, 12, 25, 28).buffer(GRID))], -2.0)
+
+
+@pytest.mark.parametrize(
+    ("tilt", "opening", "along", "region"),
+    [
+        (0.0, 90.0, (0, 1, 0), box(0, 0, 20, 30)),
+        (90.0, 90.0, (0, 1, 0), box(-30, 0, 0, 30)),
+        (None, None, (0, 1, 0), box(0, 0, 20, 30)),
+        (None, None, (0, -1, 0), box(0, -30, 20, 0)),
+        (None, None, (1, 0, 0), box(0, -35, 30, 0)),
+    ],
+)
+@pytest.mark.parametrize("kind", ["BOTTOM_AND_SIDE_FINISH_MILLING", "PLANE_FINISH_MILLING"])
+def test_a_step_reaches_to_the_end_of_the_raw_piece(tilt, opening, along, region, kind):
+    """The raw piece goes from (-30, -35) to (20, 30) about the step; what is removed lies between the profile's arms."""
+    part = Features()
+    wall = None if tilt is None else part.add("VEE_PROFILE", None, None, opening, tilt)
+    feature = part.step_feature(part.block((20, 5, -20), (70, 70, 0)), wall=wall, along=along)
+    own = (3.0, 4.0, None, None) if kind.startswith("BOTTOM") else (3.0, None)
+    part.mill(feature, part.operation(kind, *own))
+    heights, found = part.heights(4.0)
+    assert codes(found) == []
+    cleared = region.buffer(-4).buffer(4, quad_segs=64)
+    np.testing.assert_allclose(heights[inside(cleared)], -6.0)
+    rest = box(-30, -35, 20, 30) - region.buffer(GRID)
+    np.testing.assert_array_equal(heights[inside(rest)], 0.0)
+    # The sides at the end of the raw piece are cut without rounded corners.
+    points, shape = cells()
+    at_edges = shapely.contains(region.buffer(-GRID) - region.buffer(-3), points).reshape(shape)
+    assert (heights[at_edges] == -6.0).mean() > 0.9
+
+
+@pytest.mark.parametrize("kind", ["GENERAL_OUTSIDE_PROFILE", "CIRCULAR_CLOSED_SHAPE_PROFILE", "BOSS"])
+def test_roughing_round_a_profile_clears_the_raw_piece(kind):
+    part = Features()
+    workpiece = part.block((20, 10, -20), (80, 70, 0))
+    name, _, operations, place, depth = part.head()
+    head = (name, workpiece, operations, place, depth)
+    circle = part.add("CIRCULAR_CLOSED_PROFILE", None, part.size(20))
+    own = {
+        "GENERAL_OUTSIDE_PROFILE": (None, circle),
+        "CIRCULAR_CLOSED_SHAPE_PROFILE": (None, None, None, circle),
+        "BOSS": (circle, None),
+    }[kind]
+    part.mill(
+        part.add(kind, *head, *own), part.operation("BOTTOM_AND_SIDE_ROUGH_MILLING", 3.0, 4.0, 1.0, 0.5)
+    )
+    heights, found = part.heights(4.0)
+    assert codes(found) == []
+    kept = Point(0, 0).buffer(11, 64)
+    np.testing.assert_array_equal(heights[inside(kept)], 0.0)
+    np.testing.assert_allclose(heights[inside(box(-30, -30, 30, 30) - kept.buffer(GRID))], -5.5)
+
+
+def test_layers_of_side_roughing_begin_at_the_farthest_corner_of_the_raw_piece():
+    """A circle of 10 mm in a square of 60: its corner is 30 sqrt 2 - 10 = 32.43 mm away: five layers of 7 mm."""
+    part = Features()
+    name, _, operations, place, depth = part.head()
+    circle = part.add("CIRCULAR_CLOSED_PROFILE", None, part.size(20))
+    feature = part.add(
+        "GENERAL_OUTSIDE_PROFILE",
+        name,
+        part.block((20, 10, -20), (80, 70, 0)),
+        operations,
+        place,
+        depth,
+        None,
+        circle,
+    )
+    plan = part.add("CONTOUR_PARALLEL", None, E("T"), None, E("CLIMB"))
+    part.mill(feature, part.operation("SIDE_ROUGH_MILLING", 6.0, 7.0, None, strategy=plan))
+    path, found = part.read()
+    assert codes(found) == []
+    arcs = [k for k in motions(path) if path.kind[k] == Kind.ARC]
+    round_it = [k for k in arcs if np.abs(path.arcs.centre[path.curve[k], :2] - ORIGIN[:2]).max() < 1e-3]
+    radius = [np.linalg.norm(path.starts[k, :2] - path.arcs.centre[path.curve[k], :2]) for k in round_it]
+    radius = list(dict.fromkeys(np.round(radius, 3)))
+    np.testing.assert_allclose(radius, [42, 35, 28, 21, 14], atol=1e-3)
+
+
+@pytest.mark.parametrize(("width", "kind"), [(8.0, "BOTTOM"), (12.0, "BOTTOM"), (12.0, "SIDE")])
+def test_a_slot_in_a_loop_leaves_its_middle(width, kind):
+    part = Features()
+    course = part.add("COMPLETE_CIRCULAR_PATH", None, part.size(20))
+    profile = part.add("SQUARE_U_PROFILE", None, part.size(width), None, None, None, None)
+    feature = part.slot(profile, course, ("LOOP_SLOT_END_TYPE", "LOOP_SLOT_END_TYPE"))
+    operation = (
+        pocket_operation(part) if kind == "BOTTOM" else part.operation("SIDE_FINISH_MILLING", 3.0, None, None)
+    )
+    part.mill(feature, operation)
+    heights, found = part.heights(4.0)
+    assert codes(found, "error") == []
+    ring = Point(0, 0).buffer(20 + width / 2, 64) - Point(0, 0).buffer(20 - width / 2, 64)
+    if kind == "BOTTOM":
+        np.testing.assert_allclose(heights[inside(ring)], -6.0)
+    np.testing.assert_array_equal(heights[inside(Point(0, 0).buffer(20 - width / 2, 64))], 0.0)
+
+
+def test_the_walls_of_an_open_pocket_and_of_a_slot():
+    part = Features()
+    wall = part.add(
+        "GENERAL_PROFILE", None, part.polyline((20, -15, 0), (-20, -15, 0), (-20, 15, 0), (20, 15, 0))
+    )
+    condition = part.add("PLANAR_POCKET_BOTTOM_CONDITION")
+    feature = part.add("OPEN_POCKET", *part.head(), (), None, condition, None, None, wall, None)
+    part.mill(feature, part.operation("SIDE_FINISH_MILLING", 3.0, 2.0, None))
+    heights, found = part.heights(4.0)
+    assert codes(found) == []
+    pocket = box(-20, -15, 30, 15)
+    along = (pocket - pocket.buffer(-7)) & box(-15, -15, 20, 15)
+    np.testing.assert_allclose(heights[inside(along)], -6.0)
+    np.testing.assert_array_equal(
+        heights[inside(box(-40, -30, 20, 30) - box(-20, -15, 20, 15).buffer(GRID))], 0.0
+    )
+
+
+# Tapered holes
+
+
+@pytest.mark.parametrize("taper", ["DIAMETER_TAPER", "ANGLE_TAPER"])
+def test_a_tapered_hole_is_milled_in_steps(taper):
+    """From 40 mm at the top to 28 mm at 6 mm below: 45 degrees."""
+    part = Features()
+    change = part.add(taper, part.size(28) if taper == "DIAMETER_TAPER" else 45.0)
+    hole = part.add("ROUND_HOLE", *part.head(), part.size(40), change, part.add("FLAT_HOLE_BOTTOM"))
+    operation = part.operation("BOTTOM_AND_SIDE_FINISH_MILLING", 0.5, 4.0, None, None)
+    part.mill(hole, operation)
+    heights, found = part.heights(4.0)
+    assert codes(found) == []
+    x, row = tops(heights)
+    wall = -np.clip(20 - np.abs(x), 0, 6)
+    assert (row >= wall - GRID).all()
+    assert (row <= wall + 0.5 + GRID).all()
+
+
+def test_a_countersunk_hole_is_drilled_and_countersunk():
+    """The drill takes the straight element, the countersink the tapered one: 6 mm of radius at 45 degrees, 6 mm deep."""
+    for kind, body, diameter, tip, bottom in (
+        ("DRILLING", "TWIST_DRILL", 6.0, None, -20.0),
+        ("COUNTER_SINKING", "COUNTERSINK", 20.0, 45.0, -6.0),
+    ):
+        part = Features()
+        through = part.add("THROUGH_BOTTOM_CONDITION")
+        place = part.placement()
+        straight = part.add("ROUND_HOLE", "s", None, (), place, part.plane(-20), part.size(6), None, through)
+        taper = part.add("ANGLE_TAPER", 45.0)
+        cone = part.add("ROUND_HOLE", "c", None, (), place, part.plane(-3), part.size(12), taper, through)
+        feature = part.add("COUNTERSUNK_HOLE", *part.head(None)[:4], (straight, cone))
+        tool = part.tool("T", diameter, body=body, tip=tip)
+        part.mill(
+            feature, part.add(kind, None, None, "op", 5.0, None, tool, part.technology(), None, *(None,) * 6)
+        )
+        moves, _ = depths(part)
+        assert moves[-2:] == [(bottom, False), (5.0, False)]
+
+
+def test_a_thread_is_tapped_to_its_own_depth():
+    part = Features()
+    hole = part.add(
+        "ROUND_HOLE", "h", None, (), part.placement(), part.plane(-20), part.size(5), None,
+        part.add("THROUGH_BOTTOM_CONDITION"),
+    )  # fmt: skip
+    own = (None, (hole,), E("T"), None, None, None, 6.0, None, None, None)
+    thread = part.add("CATALOGUE_THREAD", *part.head(12.0), *own)
+    head = (None, None, "op", 5.0, None, part.tool("T", 6.0, body="TAP"), part.technology(0.01, -10.0), None)
+    part.mill(thread, part.add("TAPPING", *head, *(None,) * 6, E("F")))
+    moves, path = depths(part)
+    assert moves[-2:] == [(-12.0, False), (5.0, False)]
+    assert [e.values["direction"] for e in path.events if e.name == "spindle"] == [1, -1]

@@ -455,3 +455,12 @@ def test_a_workplan_without_a_project_whose_setup_is_broken():
     part.plan(setup=part.add("SETUP", "", None, None, (held,)))
     _, found = part.read()
     assert "stepnc-type" in codes(found, "error")
+
+
+@pytest.mark.parametrize("values", [{"feed": 1e308}, {"feed": 1e4, "spindle": -1e300}])
+def test_speeds_of_no_machine_are_refused(values):
+    """1e308 m/s would be infinite in mm/s."""
+    part = Part()
+    curve = part.polyline((0, 0, 0), (1, 0, 0))
+    part.run_curve(curve, technology=part.technology(**values))
+    assert codes(part.read()[1], "error") == ["stepnc-speed"]

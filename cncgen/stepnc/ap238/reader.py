@@ -74,7 +74,10 @@ class Ap238Reader:
         """Return the workplans that a project's process chooses, else those that no other holds."""
         chosen = []
         for instance in self.exchange.instances("PRODUCT_DEFINITION_PROCESS"):
-            entity = self.entities.get(instance.id)
+            try:
+                entity = self.entities.get(instance.id)
+            except Skip:
+                continue
             method = entity.get("chosen_method")
             if entity.text("name").strip().lower() == "machining" and isinstance(method, int):
                 chosen.append(int(method))

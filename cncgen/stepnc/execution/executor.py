@@ -37,6 +37,8 @@ MAX_DEPTH = 60
 MAX_STEPS = 2_000_000
 #: Coordinates beyond this are no positions of a machine, mm.
 MAX_COORDINATE = 1e7
+#: Feeds (mm/s) and spindle speeds (rev/min) beyond this are no speeds of a machine.
+MAX_SPEED = 1e7
 
 
 class Executor:
@@ -242,7 +244,12 @@ class Executor:
     def _set_speeds(self, step: Workingstep, path: Path, technology: Technology | None, rapid: bool) -> None:
         if technology is not None and (not rapid or path.technology is not None):
             tool = step.operation.tool or self._machine.tool
-            self._machine.set_speeds(speeds(technology, tool, path.ratio, self._warn))
+            told = speeds(technology, tool, path.ratio, self._warn)
+            for what, value in (("feed (mm/s)", told.feed), ("spindle speed (rev/min)", told.rpm)):
+                if value is not None and not value <= MAX_SPEED:
+                    text = f"the {what} is {value:g}, more than {MAX_SPEED:g}"
+                    raise self._fail(technology.ident, "stepnc-speed", text)
+            self._machine.set_speeds(told)
         if not rapid and not self._machine.feed:
             owner = path.ident if technology is None else technology.ident
             raise self._fail(owner, "stepnc-no-feed", "no technology gives a feed for this toolpath")

@@ -28,13 +28,22 @@ _HOLES = {
 }
 _MILLING: dict[tuple[str, str], Callable[[Job], tuple[Path, ...]]] = {
     ("plane", "planar face"): plane.mill,
+    ("plane", "closed pocket"): pocket.mill,
+    ("plane", "open pocket"): pocket.mill,
+    ("plane", "slot"): slot.mill,
+    ("plane", "step"): slot.step,
+    ("bottom and side", "planar face"): plane.mill,
     ("bottom and side", "closed pocket"): pocket.mill,
     ("bottom and side", "open pocket"): pocket.mill,
     ("bottom and side", "slot"): slot.mill,
     ("bottom and side", "step"): slot.step,
     ("bottom and side", "round hole"): pocket.mill_hole,
-    ("bottom and side", "general outside profile"): profile.mill_outside,
+    ("bottom and side", "general outside profile"): profile.clear_outside,
+    ("bottom and side", "boss"): profile.clear_outside,
     ("side", "closed pocket"): profile.mill_inside,
+    ("side", "open pocket"): profile.mill_inside,
+    ("side", "slot"): slot.mill_walls,
+    ("side", "step"): slot.step_wall,
     ("side", "round hole"): profile.mill_inside,
     ("side", "general outside profile"): profile.mill_outside,
     ("side", "boss"): profile.mill_outside,
@@ -101,16 +110,24 @@ def _moved(pieces: Callable[[], list[Piece]], frame: Matrix) -> Callable[[], lis
 
 
 def _holes_for(job: Job, elements: tuple[Feature, ...]) -> tuple[Feature, ...]:
-    """Return the elements of a counterbored or countersunk hole that the tool fits: the one nearest its diameter."""
+    """Return the element of a counterbored or countersunk hole that the operation and tool are for.
+
+    Countersinking is for the tapered one, other operations for the straight ones; of several the one whose diameter
+    is nearest the tool's.
+    """
+    shapes = [(e, e.shape()) for e in elements]
+    tapered = job.operation.kind == "counter sinking"
+    fitting = [(e, s) for e, s in shapes if (s.slope > 0) == tapered] or shapes
+    if len(fitting) == 1:
+        return (fitting[0][0],)
     diameter = 2 * job.radius
-    sizes = [(abs((e.shape().diameter or 0.0) - diameter), k) for k, e in enumerate(elements)]
-    return (elements[min(sizes)[1]],)
+    return (min(fitting, key=lambda es: abs((es[1].diameter or 0.0) - diameter))[0],)
 
 
 def _strategy(job: Job, feature: str) -> Callable[[Job], tuple[Path, ...]]:
     kind = job.operation.kind
     if kind in _HOLES:
-        if feature != "round hole":
+        if feature not in ("round hole", "thread"):
             raise job.fault("stepnc-unsupported", f"{kind} is for round holes, not for a {feature}")
         return _HOLES[kind]
     base = kind.removesuffix(" rough").removesuffix(" finish")

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,8 @@ Floats = NDArray[np.float64]
 
 #: Height of the retract plane above the feature where none is given, mm (NIST's interpreter).
 DEFAULT_RETRACT = 5.0
+#: The highest that one may be, mm.
+MAX_HEIGHT = 1e5
 
 
 @dataclass(slots=True)
@@ -75,8 +78,10 @@ class Job:
 
     @property
     def retract(self) -> float:
-        """Return the height of the retract plane above the feature's origin, mm."""
+        """Return the height of the retract plane above the feature's origin, mm; raises `Skip` where it is no height."""
         given = self.operation.retract_plane
+        if given is not None and not abs(given) <= MAX_HEIGHT:
+            raise self.fault("stepnc-range", f"a retract plane at {given:g} mm")
         return DEFAULT_RETRACT if given is None else given
 
     def value(self, name: str, default: float) -> float:
@@ -90,17 +95,24 @@ class Job:
         found = strategy.values.get(name) if strategy else None
         return float(found) if isinstance(found, int | float) and not isinstance(found, bool) else default
 
-    def levels(self, total: float) -> list[float]:
-        """Return the heights of equal axial passes down to `total` below the feature's origin, mm."""
+    def levels(self, total: float, stops: Sequence[float] = ()) -> list[float]:
+        """Return the heights of axial passes down to `total` below the feature's origin, mm.
+
+        The passes are equal from the origin to the bottom, and from one of the `stops` (heights between) to the next.
+        """
         axial = self.value("axial_cutting_depth", 0.0)
         if not total > 0:
             raise self.fault(
                 "stepnc-depth", f"nothing is left to cut: the depth less the allowance is {total:g} mm"
             )
-        count = max(1, math.ceil(total / axial - 1e-9)) if axial > 0 else 1
-        if count > 10_000:
-            raise self.fault("stepnc-depth", f"{count} axial passes of {axial:g} mm")
-        return [-total * (k + 1) / count for k in range(count)]
+        inner = sorted({-z for z in stops if 1e-9 < -z < total - 1e-9})
+        out: list[float] = []
+        for begin, end in pairwise([0.0, *inner, total]):
+            count = max(1, math.ceil((end - begin) / axial - 1e-9)) if axial > 0 else 1
+            if count > 10_000:
+                raise self.fault("stepnc-depth", f"{count} axial passes of {axial:g} mm")
+            out += [-begin - (end - begin) * (k + 1) / count for k in range(count)]
+        return out
 
     def radial_step(self) -> float:
         """Return the distance between passes: the radial depth, else the diameter less the overlap, mm."""

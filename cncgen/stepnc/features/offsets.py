@@ -6,6 +6,7 @@ Only this module knows shapely.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -72,11 +73,14 @@ def polygon_of(pieces: list[Piece]) -> Any:
     return polygon if polygon.is_valid else make_valid(polygon).buffer(0)
 
 
-def region(outline: Any, bosses: list[Any], distance: float, corner_radius: float = 0.0) -> list[Any]:
-    """Return where the tool's centre may go: the outline shrunk and bosses grown by a distance, as polygons.
+def region(
+    outline: Any, bosses: Sequence[tuple[Any, float]], distance: float, corner_radius: float = 0.0
+) -> list[Any]:
+    """Return where the tool's centre may go: the outline shrunk by a distance, bosses grown, as polygons.
 
     Args:
-        outline, bosses: shapely polygons.
+        outline: shapely polygon.
+        bosses: shapely polygons, each with the distance that it grows by, mm.
         distance: mm; negative grows.
         corner_radius: Of the outline's convex corners before it is shrunk, mm.
     """
@@ -85,8 +89,8 @@ def region(outline: Any, bosses: list[Any], distance: float, corner_radius: floa
     if left > 1e-9:
         inside = inside.buffer(-left, quad_segs=QUARTER, join_style="mitre", mitre_limit=10.0)
         inside = inside.buffer(left, quad_segs=QUARTER)
-    for boss in bosses:
-        inside = inside.difference(boss.buffer(distance, quad_segs=QUARTER))
+    for boss, grown in bosses:
+        inside = inside.difference(boss.buffer(grown, quad_segs=QUARTER))
     return polygons(inside)
 
 
@@ -104,17 +108,16 @@ def inradius(polygon: Any) -> tuple[float, Floats]:
     return float(np.linalg.norm(line[1] - line[0])), line[0]
 
 
-def nested(shrink: Any, distance: float, step: float) -> list[Ring]:
+def nested(shrink: Callable[[float], list[Any]], step: float) -> list[Ring]:
     """Return the trees of offsets of a region, the outermost rings as roots.
 
     The distance between rings is the step or less, so that a whole number of them leads to the middle.
 
     Args:
-        shrink: Function from an inset (mm) to the polygons of the region at it.
-        distance: Inset of the outermost ring, mm.
+        shrink: Function from the distance inwards of the outermost ring (mm) to the polygons there.
         step: Largest distance between rings, mm.
     """
-    roots = [Ring(p) for p in shrink(distance)]
+    roots = [Ring(p) for p in shrink(0.0)]
     if not roots:
         return []
     deepest = max(inradius(r.polygon)[0] for r in roots)
@@ -123,7 +126,7 @@ def nested(shrink: Any, distance: float, step: float) -> list[Ring]:
         raise TooFine(f"{count} rings {step:g} mm apart, more than {MAX_RINGS}")
     outer = roots
     for k in range(1, count):
-        inner = [Ring(p) for p in shrink(distance + k * deepest / count)]
+        inner = [Ring(p) for p in shrink(k * deepest / count)]
         for ring in inner:
             point = ring.polygon.representative_point()
             parent = next((o for o in outer if o.polygon.covers(point)), outer[0])
@@ -366,6 +369,40 @@ def _joined(pieces: list[Piece]) -> list[Piece]:
     return out
 
 
+def lag(inner: Any, outer: Any) -> float:
+    """Return how far the farthest point of an outer ring is from the inner one, mm."""
+    from shapely import distance, points
+
+    return float(distance(inner.exterior, points(np.array(outer.exterior.coords))).max())
+
+
+def spiral_turn(inner: Any, outer: list[Piece], start: Floats, count: int) -> Piece:
+    """Return one turn of a spiral from a ring to the next one out, ending where the outer ring begins.
+
+    Every point of the turn lies on the way from a point of the outer ring to the nearest one of the inner ring, farther
+    out by the share of the turn that is done. So the turns stay as far from each other as the rings.
+
+    Args:
+        inner: shapely polygon of the inner ring.
+        outer: The closed outer ring, beginning where it is nearest to `start`.
+        start: Shape (3,), on the inner ring, where the turn begins.
+        count: How many pieces the turn has at least.
+    """
+    from shapely import line_interpolate_point, line_locate_point, points
+
+    line = np.concatenate([polyline_of(p, 1e-3).points for p in outer])[:, :2]
+    line = line[np.concatenate([[True], np.abs(np.diff(line, axis=0)).max(axis=1) > 1e-9])]
+    s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    even = np.unique(np.concatenate([s, np.linspace(0.0, s[-1], count + 1)]))
+    far = np.column_stack([np.interp(even, s, line[:, k]) for k in (0, 1)])
+    ring = inner.exterior
+    near = line_interpolate_point(ring, line_locate_point(ring, points(far)))
+    close = np.array([(p.x, p.y) for p in near])
+    turn = close + (even / s[-1])[:, None] * (far - close)
+    turn[0] = start[:2]
+    return Polyline(np.column_stack([turn, np.zeros(len(turn))]))
+
+
 def line_inside(polygon: Any, a: Floats, b: Floats) -> bool:
     """Tell whether the straight line between two points stays within a polygon (within 1e-4 mm)."""
     from shapely import LineString
@@ -373,12 +410,51 @@ def line_inside(polygon: Any, a: Floats, b: Floats) -> bool:
     return bool(polygon.buffer(1e-4).covers(LineString([a[:2], b[:2]])))
 
 
+def piece_inside(polygon: Any, piece: Piece, outside: bool) -> bool:
+    """Tell whether a piece stays within a polygon, or outside of it, by 1e-3 mm."""
+    from shapely import LineString
+
+    line = LineString(_chords_of(piece)[:, :2])
+    return not line.intersects(polygon.buffer(-1e-3)) if outside else bool(polygon.buffer(1e-3).covers(line))
+
+
+def middle_of_longest(curve: list[Piece]) -> Floats:
+    """Return the middle of the longest line or arc of a closed curve, shape (3,); the start of a full circle."""
+    if len(curve) == 1 and isinstance(curve[0], Arc):
+        return curve[0].start
+    middles: list[tuple[float, Floats]] = []
+    for piece in curve:
+        if isinstance(piece, Polyline):
+            steps = np.linalg.norm(np.diff(piece.points, axis=0), axis=1)
+            k = int(np.argmax(steps))
+            middles.append((float(steps[k]), (piece.points[k] + piece.points[k + 1]) / 2))
+        elif isinstance(piece, Arc):
+            radius = float(np.linalg.norm(piece.start - piece.centre))
+            middles.append((radius * piece.sweep, piece.points(np.array([0.5]))[0]))
+    return max(middles, key=lambda m: m[0])[1] if middles else curve[0].start
+
+
 def clearance(polygon: Any, point: Floats) -> float:
     """Return how far a point within a polygon is from its boundary, mm; 0 outside."""
     from shapely import Point
 
     place = Point(point[0], point[1])
-    return float(polygon.exterior.distance(place)) if polygon.covers(place) else 0.0
+    return float(polygon.boundary.distance(place)) if polygon.covers(place) else 0.0
+
+
+def distance_to(polygon: Any, point: Floats) -> float:
+    """Return how far a point is from a polygon, mm; 0 inside."""
+    from shapely import Point
+
+    return float(polygon.distance(Point(point[0], point[1])))
+
+
+def farthest(outline: list[Piece], around: list[Piece]) -> float:
+    """Return how far the farthest point of a second outline lies outside the first one, mm."""
+    from shapely import Point
+
+    inner, outer = polygon_of(outline), polygon_of(around)
+    return max(inner.distance(Point(x, y)) for x, y in np.array(outer.exterior.coords))
 
 
 def chords(polygon: Any, along: Floats, across: Floats, step: float) -> list[list[tuple[Floats, Floats]]]:
@@ -407,19 +483,60 @@ def grown_over(polygon: Any, sides: list[Piece], reach: float) -> Any:
     """Return a polygon with what lies within `reach` mm beyond its open sides added, square to them."""
     from shapely import LineString, unary_union
 
-    points = [np.concatenate([_chords_of(p)[:, :2] for p in sides])] if sides else []
-    strips = [LineString(p).buffer(reach, cap_style="flat", join_style="mitre") for p in points]
+    chains = _chains([_chords_of(p)[:, :2] for p in sides])
+    if len(chains) == 1 and np.abs(chains[0][0] - chains[0][-1]).max() < 1e-9:
+        return polygon.buffer(reach, quad_segs=QUARTER, join_style="mitre")
+    strips = [LineString(c).buffer(reach, cap_style="flat", join_style="mitre") for c in chains]
     outside = [s.difference(polygon) for s in strips]
     return unary_union([polygon, *(o.buffer(1e-7) for o in outside)]).buffer(-1e-7)
 
 
-def strip(path: list[Piece], half: float, rounded: tuple[bool, ...]) -> list[Piece]:
-    """Return the outline of what lies within `half` mm of a path, its ends rounded or square."""
+def _chains(lines: list[Floats]) -> list[Floats]:
+    """Return lines, each shape (n, 2), that begin where the one before ends (the first: the last) as one."""
+    out: list[Floats] = []
+    for line in lines:
+        if out and np.abs(out[-1][-1] - line[0]).max() < 1e-9:
+            out[-1] = np.concatenate([out[-1], line[1:]])
+        else:
+            out.append(line)
+    if len(out) > 1 and np.abs(out[-1][-1] - out[0][0]).max() < 1e-9:
+        last = out.pop()
+        out[0] = np.concatenate([last, out[0][1:]])
+    return out
+
+
+def within_stock(corners: Floats, stock: list[Piece] | None) -> tuple[list[Piece], list[int]]:
+    """Return the part of a polygon that lies in the raw piece, its sides one by one, and which of them are walls.
+
+    A side is a wall where it lies within the raw piece; without one the first side alone is.
+
+    Args:
+        corners: Shape (n, 3), the first again at the end, mm.
+        stock: Outline of the raw piece, or None.
+    """
+    from shapely import Point, Polygon
+
+    if stock is None:
+        return [Polyline(corners[k : k + 2]) for k in range(len(corners) - 1)], [0]
+    raw = polygon_of(stock)
+    parts = polygons(Polygon(corners[:, :2]).intersection(raw))
+    ring = np.array(parts[0].exterior.coords) if parts else corners[:, :2]
+    sides: list[Piece] = [
+        Polyline(np.column_stack([ring[k : k + 2], np.zeros(2)])) for k in range(len(ring) - 1)
+    ]
+    middles = [Point((s.start + s.end)[:2] / 2) for s in sides]
+    return sides, [k for k, m in enumerate(middles) if raw.covers(m) and raw.exterior.distance(m) > 1e-6]
+
+
+def strip(path: list[Piece], half: float, rounded: tuple[bool, ...]) -> list[list[Piece]]:
+    """Return the outlines of what lies within `half` mm of a path, the outer one first; ends rounded or square."""
     from shapely import LineString, Point
 
     points = np.concatenate([_chords_of(p)[:, :2] for p in path])
-    body = LineString(points).buffer(half, quad_segs=QUARTER, cap_style="flat")
+    closed = np.abs(points[0] - points[-1]).max() < 1e-6
+    line = LineString(points)
+    body = line.buffer(half, quad_segs=QUARTER, cap_style="round" if closed else "flat")
     for end, round_it in zip((points[0], points[-1]), rounded, strict=False):
         if round_it:
             body = body.union(Point(end).buffer(half, quad_segs=QUARTER))
-    return boundary_curves(body, clockwise=False)[0]
+    return boundary_curves(body, clockwise=False)

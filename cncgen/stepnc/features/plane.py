@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from cncgen.stepnc.features import pocket
 from cncgen.stepnc.features.job import Floats, Job, Moves, at_height
 from cncgen.stepnc.features.offsets import bounds_along
 from cncgen.stepnc.model import Path
@@ -22,11 +23,9 @@ def mill(job: Job) -> tuple[Path, ...]:
     outline = job.shape.outline
     if outline is None:
         raise job.fault("stepnc-missing", "the face has no boundary")
-    if job.shape.bosses:
-        raise job.fault("stepnc-unsupported", "a face with bosses cannot be made")
     strategy = job.operation.strategy.kind if job.operation.strategy else ""
-    if strategy not in _WAYS:
-        raise job.fault("stepnc-unsupported", f"a face cannot be made by strategy {strategy!r}")
+    if job.shape.bosses or strategy not in _WAYS:
+        return pocket.mill_open(job, outline)
     along = _feed_direction(job)
     lines = _lines(job, along)
     levels = job.levels(job.depth - job.value("allowance_bottom", 0.0))

@@ -6,66 +6,68 @@ follow the same rules with offsets made by shapely.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import replace
-from itertools import pairwise
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from cncgen.stepnc.execution.linearize import polyline_of
 from cncgen.stepnc.features import offsets
-from cncgen.stepnc.features.entry import Entry, choose, ramp
+from cncgen.stepnc.features.entry import DEFAULT_ANGLE, Entry, choose, plunge, ramp
 from cncgen.stepnc.features.job import Floats, Job, Moves, at_height, raised
 from cncgen.stepnc.features.offsets import Ring
+from cncgen.stepnc.features.walls import Layer, layers
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
 from cncgen.stepnc.model import Path
 
 _RINGS = ("", "contour parallel", "contour bidirectional", "bidirectional contour")
+_SPIRALS = ("contour spiral",)
 _LINES = ("bidirectional", "unidirectional")
 #: Regions times depths, and lines of all depths, of one pocket.
 MAX_PASSES = 100_000
 MAX_LINES = 5_000_000
-#: Lines of a turn of a spiral.
-SPIRAL_POINTS = 720
+#: Lines of a turn of a spiral, at least.
+SPIRAL_PIECES = 360
 
 
 def mill(job: Job) -> tuple[Path, ...]:
     """Return the toolpaths of a closed or open pocket."""
-    if job.shape.slope > 1e-9:
-        raise job.fault("stepnc-unsupported", "walls with a slope cannot be made by passes of one outline")
     if job.shape.bottom not in ("", "flat", "through"):
         raise job.fault("stepnc-unsupported", f"a pocket with a {job.shape.bottom} bottom cannot be made")
     outline = job.shape.outline
     if outline is None:
         raise job.fault("stepnc-missing", "the pocket has no boundary")
-    radius, allowance = job.radius, job.value("allowance_side", 0.0)
-    _check_radii(job, radius, allowance)
-    whole = offsets.polygon_of(outline)
-    if job.shape.open_sides:
-        whole = _opened(job, whole)
-    bosses = [offsets.polygon_of(b) for b in job.shape.bosses]
-    corner = job.shape.corner_radius or 0.0
-    inset = radius + allowance
-
-    def shrink(distance: float) -> list[Any]:
-        return offsets.region(whole, bosses, distance, corner)
-
-    return _clear(job, shrink, inset)
+    check_radii(job)
+    total = job.depth - job.value("allowance_bottom", 0.0)
+    if job.shape.bottom == "through":
+        total += job.value("overcut_length", 0.0)
+    return _clear(job, offsets.polygon_of(outline), layers(job, total))
 
 
 def mill_hole(job: Job) -> tuple[Path, ...]:
     """Return the toolpaths of a round hole that is milled as a pocket."""
     if job.shape.diameter is None:
         raise job.fault("stepnc-missing", "the hole has no diameter")
+    if job.shape.bottom in ("conical", "spherical"):
+        raise job.fault("stepnc-unsupported", f"a {job.shape.bottom} bottom cannot be milled flat")
     start = np.array([job.shape.diameter / 2, 0.0, 0.0])
     circle: list[Piece] = [Arc(start, start, np.zeros(3), np.array([0.0, 0.0, 1.0]), 2 * np.pi)]
-    bottom = job.shape.bottom if job.shape.bottom in ("through", "flat") else "flat"
-    if job.shape.bottom == "conical":
-        raise job.fault("stepnc-unsupported", "a conical bottom cannot be milled flat")
+    bottom = "through" if job.shape.bottom == "through" else "flat"
     return mill(replace(job, shape=replace(job.shape, outline=circle, bottom=bottom)))
 
 
-def _check_radii(job: Job, radius: float, allowance: float) -> None:
+def mill_open(job: Job, outline: list[Piece]) -> tuple[Path, ...]:
+    """Return the toolpaths that clear an outline whose sides are all open: a face with bosses, stock round a profile."""
+    shape = replace(job.shape, outline=outline, open_sides=tuple(range(len(outline))), bottom="flat")
+    return mill(replace(job, shape=shape))
+
+
+def check_radii(job: Job) -> None:
+    """Warn of corners and floors that are rounded otherwise than the tool cuts them."""
+    radius, allowance = job.radius, job.value("allowance_side", 0.0)
     corner, floor = job.shape.corner_radius, job.shape.floor_radius
     if corner is not None and corner < radius + allowance - 1e-9:
         text = f"corners of {corner:g} mm cannot be cut by a tool of {radius:g} mm radius"
@@ -80,21 +82,21 @@ def _check_radii(job: Job, radius: float, allowance: float) -> None:
         job.warn("stepnc-floor", f"the floor has a radius of {floor:g} mm, the tool one of {edge:g} mm")
 
 
-def _opened(job: Job, whole: Any) -> Any:
-    """Return the outline grown over its open sides, so that the tool leaves the material there."""
-    from cncgen.stepnc.features.offsets import grown_over
+def opened(job: Job, whole: Any, drop: float) -> Any:
+    """Return an outline grown over its open sides, so that the tool leaves the material there.
 
+    Args:
+        job: The feature with the indexes of its open sides.
+        whole: shapely polygon of the outline.
+        drop: How deep it goes, mm: walls with a draft shrink the region by so much more.
+    """
     outline = job.shape.outline or []
-    reach = job.radius + job.value("overcut_length", 2.5 * job.radius)
-    return grown_over(whole, [outline[k] for k in job.shape.open_sides], reach)
+    reach = job.radius + job.value("overcut_length", 2.5 * job.radius) + drop * math.tan(job.shape.slope)
+    return offsets.grown_over(whole, [outline[k] for k in job.shape.open_sides], reach)
 
 
-def _clear(job: Job, shrink: Any, inset: float) -> tuple[Path, ...]:
-    """Return the toolpaths that clear a region level by level."""
-    total = job.depth - job.value("allowance_bottom", 0.0)
-    if job.shape.bottom == "through":
-        total += job.value("overcut_length", 0.0)
-    levels = job.levels(total)
+def _step(job: Job) -> float:
+    """Return the distance between passes, mm."""
     step = job.radial_step()
     if not step > 0:
         raise job.fault(
@@ -103,26 +105,49 @@ def _clear(job: Job, shrink: Any, inset: float) -> tuple[Path, ...]:
     if step > 2 * job.radius + 1e-9:
         text = f"passes {step:g} mm apart leave material between them: the tool has {2 * job.radius:g} mm"
         job.warn("stepnc-uncut", text)
-    strategy = job.operation.strategy.kind if job.operation.strategy else ""
-    rings = offsets.nested(shrink, inset, step)
-    if not rings:
-        raise job.fault(
-            "stepnc-geometry", f"the tool does not fit: nothing is left inside {inset:g} mm from the walls"
-        )
+    return step
+
+
+def _clear(job: Job, closed: Any, passes: list[Layer]) -> tuple[Path, ...]:
+    """Return the toolpaths that clear an outline (shapely polygon) level by level."""
+    step, corner = _step(job), job.shape.corner_radius or 0.0
+    lowest = -passes[-1].spans[-1][1]
+    whole = opened(job, closed, lowest) if job.shape.open_sides else closed
     moves: Moves | None = None
-    for ring in rings:
-        if len(rings) * len(levels) > MAX_PASSES:
-            raise job.fault("stepnc-geometry", f"{len(rings)} regions in {len(levels)} depths are too many")
-        if strategy in _RINGS:
-            cuts = _ring_cuts(job, ring)
-        elif strategy == "contour spiral":
-            cuts = [_spiral_cut(job, ring)]
-        elif strategy in _LINES:
-            cuts = _line_cuts(job, ring, step, strategy == "unidirectional")
-        else:
-            raise job.fault("stepnc-unsupported", f"a pocket cannot be made by strategy {strategy!r}")
-        moves = _descend_levels(job, cuts, levels, moves)
+    fitted = False
+    for layer in passes:
+        rings = offsets.nested(partial(layer.region, whole, corner), step)
+        if len(rings) * len(layer.spans) > MAX_PASSES:
+            raise job.fault(
+                "stepnc-geometry", f"{len(rings)} regions in {len(layer.spans)} depths are too many"
+            )
+        if not rings and not fitted:
+            inset = layer.wall
+            raise job.fault(
+                "stepnc-geometry",
+                f"the tool does not fit: nothing is left inside {inset:g} mm from the walls",
+            )
+        if not rings:
+            job.warn(
+                "stepnc-uncut", f"the tool does not fit below {layer.spans[0][0]:g} mm; material stays there"
+            )
+            break
+        fitted = True
+        for ring in rings:
+            moves = _descend_levels(job, _cuts(job, ring, step, closed), layer.spans, moves)
     return moves.paths() if moves else ()
+
+
+def _cuts(job: Job, ring: Ring, step: float, closed: Any) -> list[Cut]:
+    """Return the cuts of one region by the operation's strategy."""
+    strategy = job.operation.strategy.kind if job.operation.strategy else ""
+    if strategy in _RINGS:
+        return _ring_cuts(job, ring, spiral=False)
+    if strategy in _SPIRALS:
+        return _ring_cuts(job, ring, spiral=True)
+    if strategy in _LINES:
+        return _line_cuts(job, ring, step, closed)
+    raise job.fault("stepnc-unsupported", f"a pocket cannot be made by strategy {strategy!r}")
 
 
 #: A cut on one level: the way down to where it begins, and the closed or open curves to follow, each reached by a
@@ -130,21 +155,25 @@ def _clear(job: Job, shrink: Any, inset: float) -> tuple[Path, ...]:
 Cut = tuple[Entry, list[list[Piece]]]
 
 
-def _descend_levels(job: Job, cuts: list[Cut], levels: list[float], moves: Moves | None) -> Moves:
+def _descend_levels(
+    job: Job, cuts: list[Cut], spans: Sequence[tuple[float, float]], moves: Moves | None
+) -> Moves:
     """Do the cuts of a region on all levels; the tool leaves at the retract plane, at the feed."""
     pieces = [p for _, curves in cuts for curve in curves for p in curve]
     lines = sum(len(p.points) if isinstance(p, Polyline) else 1 for p in pieces)
-    if len(levels) * lines > MAX_LINES:
-        raise job.fault("stepnc-geometry", f"{len(levels)} depths of {lines} lines each are too many")
-    begin = cuts[0][0].start(job.retract, levels[0])
-    above_begin = np.array([begin[0], begin[1], job.retract])
+    if len(spans) * lines > MAX_LINES:
+        raise job.fault("stepnc-geometry", f"{len(spans)} depths of {lines} lines each are too many")
+    if spans[0][0] == 0.0:
+        begin = cuts[0][0].start(job.retract, spans[0][1])
+    else:
+        begin = cuts[0][0].start(*spans[0])
+    above_begin = at_height(begin, job.retract)
     if moves is None:
         moves = Moves(job.operation.ident, above_begin)
     moves.rapid(above_begin)
-    for k, level in enumerate(levels):
-        above = levels[k - 1] if k else 0.0
+    for k, (above, level) in enumerate(spans):
         for n, (entry, curves) in enumerate(cuts):
-            if k or n:
+            if above < 0.0 or n:
                 start = entry.start(above, level)
                 clear = float(moves.position[2]) if n == 0 else job.retract
                 moves.rapid(np.array([start[0], start[1], clear]))
@@ -155,16 +184,14 @@ def _descend_levels(job: Job, cuts: list[Cut], levels: list[float], moves: Moves
                 moves.follow(raised(curve, level))
             if n + 1 < len(cuts):
                 moves.height(job.retract)
-        last = k + 1 == len(levels)
+        last = k + 1 == len(spans)
         moves.height(job.retract if last or len(cuts) > 1 else above)
     return moves
 
 
-def _ring_cuts(job: Job, root: Ring) -> list[Cut]:
+def _ring_cuts(job: Job, root: Ring, spiral: bool) -> list[Cut]:
     """Return the cuts of a tree of rings: one for every leaf, with the rings around it that no leaf before had."""
-    clockwise = not job.climb
     order: list[tuple[Ring, list[Ring]]] = []
-    done: set[int] = set()
 
     def leaves(ring: Ring, around: list[Ring]) -> None:
         for child in ring.children:
@@ -179,10 +206,9 @@ def _ring_cuts(job: Job, root: Ring) -> list[Cut]:
         rings = [leaf]
         for ring in around:
             remaining[id(ring)] -= 1
-            if remaining[id(ring)] == 0 and id(ring) not in done:
-                done.add(id(ring))
+            if remaining[id(ring)] == 0:
                 rings.append(ring)
-        cuts += _chain(job, root, leaf, rings, clockwise)
+        cuts += _chain(job, root, rings, spiral)
     return cuts
 
 
@@ -197,24 +223,30 @@ def _count_leaves(ring: Ring) -> int:
     return sum(_count_leaves(c) for c in ring.children) if ring.children else 1
 
 
-def _chain(job: Job, root: Ring, leaf: Ring, rings: list[Ring], clockwise: bool) -> list[Cut]:
-    """Return the cut that begins in a leaf's middle and goes out ring by ring.
+def _chain(job: Job, root: Ring, rings: list[Ring], spiral: bool) -> list[Cut]:
+    """Return the cut that begins in the middle of the first ring, a leaf, and goes out ring by ring.
 
-    A ring that no straight line within the region leads to (round a boss) becomes a cut of its own, with a ramp
-    along itself as the way down.
+    A spiral goes from a ring to the next one out in turns, and round the last one; where rings part or go round a boss
+    it is a ring again. A ring that no straight line within the region leads to (round a boss) becomes a cut of its own,
+    with a ramp along itself as the way down.
     """
-    core = leaf.core
+    clockwise, core = not job.climb, rings[0].core
     curves: list[list[Piece]] = []
     if core is not None and len(core) == 2:
         curves.append([Polyline(core)])
     start = core[0] if core is not None else None
     position = None if core is None else core[-1]
-    ahead = core[1] - core[0] if core is not None and len(core) == 2 else None
-    ahead = ahead / np.linalg.norm(ahead) if ahead is not None else None
+    ahead = _unit(core[1] - core[0]) if core is not None and len(core) == 2 else None
     alone: list[Cut] = []
-    for ring in rings:
+    for k, ring in enumerate(rings):
+        winds = spiral and k > 0 and _follows(job, rings[k - 1], ring)
         for curve in offsets.boundary_curves(ring.polygon, clockwise):
             near = offsets.starting_near(curve, position, ahead) if position is not None else curve
+            if winds and position is not None:
+                curves.append([offsets.spiral_turn(rings[k - 1].polygon, near, position, SPIRAL_PIECES)])
+                position = near[0].start
+                if k + 1 < len(rings) and _follows(job, ring, rings[k + 1]):
+                    continue
             if position is not None and not offsets.line_inside(root.polygon, position, near[0].start):
                 alone.append((_ramp_on(job, near), [near]))
                 continue
@@ -227,70 +259,42 @@ def _chain(job: Job, root: Ring, leaf: Ring, rings: list[Ring], clockwise: bool)
     direction = target - start
     if np.linalg.norm(direction) < 1e-9:
         direction = np.diff(polyline_of(curves[0][0], 1e-3).points[:2], axis=0)[0]
-    direction = direction / np.linalg.norm(direction)
-    entry = choose(job, start, direction, curves[0], root.polygon)
+    entry = choose(job, start, _unit(direction), curves[0], root.polygon)
     return [(entry, curves), *alone]
 
 
-def _ramp_on(job: Job, curve: list[Piece]) -> Entry:
-    from cncgen.stepnc.features.entry import DEFAULT_ANGLE
+def _follows(job: Job, inner: Ring, outer: Ring) -> bool:
+    """Tell whether a spiral can go from one ring to the other and leaves nothing between its turns.
 
+    Nothing else may lie within the outer ring, and the tool must reach from it to the inner one everywhere: where a
+    narrow part of the pocket has no inner ring it does not.
+    """
+    alone = len(outer.children) == 1 and outer.children[0] is inner
+    if not alone or inner.polygon.interiors or outer.polygon.interiors:
+        return False
+    return offsets.lag(inner.polygon, outer.polygon) <= 2 * job.radius
+
+
+def _unit(vector: Floats) -> Floats:
+    return np.asarray(vector / np.linalg.norm(vector))
+
+
+def _ramp_on(job: Job, curve: list[Piece]) -> Entry:
     return ramp(curve[0].start, curve, DEFAULT_ANGLE)
 
 
-def _spiral_cut(job: Job, root: Ring) -> Cut:
-    """Return one continuous cut: the middle, the innermost ring, a spiral outwards, the outermost ring."""
-    chain = [root]
-    while chain[-1].children:
-        if len(chain[-1].children) > 1 or chain[-1].polygon.interiors:
-            raise job.fault("stepnc-unsupported", "a spiral needs a pocket whose offsets stay in one piece")
-        chain.append(chain[-1].children[0])
-    if root.polygon.interiors:
-        raise job.fault("stepnc-unsupported", "a spiral cannot go round a boss; use contour parallel")
-    if root.polygon.area < 0.999 * root.polygon.convex_hull.area:
-        text = (
-            "a spiral in a pocket that is not convex leaves material between its turns; use contour parallel"
-        )
-        raise job.fault("stepnc-unsupported", text)
-    clockwise = not job.climb
-    core = chain[-1].core
-    start = core[0] if core is not None else np.append(offsets.inradius(root.polygon)[1], 0.0)
-    middle: list[list[Piece]] = [[Polyline(core)]] if core is not None and len(core) == 2 else []
-    position = core[-1] if core is not None else start
-    loops: list[Floats] = []
-    curves: list[list[Piece]] = []
-    for ring in reversed(chain):
-        curves.append(offsets.starting_near(offsets.boundary_curves(ring.polygon, clockwise)[0], position))
-        loops.append(_even(curves[-1], SPIRAL_POINTS))
-        position = loops[-1][0]
-    t = np.linspace(0.0, 1.0, SPIRAL_POINTS + 1)[:, None]
-    turns: list[list[Piece]] = [[Polyline((1 - t) * a + t * b)] for a, b in pairwise(loops)]
-    path = [*middle, curves[0], *turns, *(curves[-1:] if len(curves) > 1 else [])]
-    first = path[0][0]
-    target = first.end if middle else first.start
-    direction = target - start
-    if np.linalg.norm(direction) < 1e-9:
-        direction = loops[0][1] - loops[0][0]
-    direction = direction / np.linalg.norm(direction)
-    return choose(job, start, direction, path[0], root.polygon), path
+def _line_cuts(job: Job, root: Ring, step: float, closed: Any) -> list[Cut]:
+    """Return lines across the pocket, each stretch a cut of its own where the way to it is barred, then the contours.
 
-
-def _even(curve: list[Piece], count: int) -> Floats:
-    """Return `count` + 1 points, shape (count + 1, 3), evenly along a curve."""
-    points = np.concatenate([polyline_of(p, 1e-3).points for p in curve])
-    s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    even = np.linspace(0.0, s[-1], count + 1)
-    return np.column_stack([np.interp(even, s, points[:, k]) for k in range(3)])
-
-
-def _line_cuts(job: Job, root: Ring, step: float, one_way: bool) -> list[Cut]:
-    """Return lines across the pocket, each stretch a cut of its own where the way to it is barred, then the contour."""
+    A cut that begins beside the material (`closed`, the outline as it is given) begins with a plunge.
+    """
     strategy = job.operation.strategy
+    one_way = strategy is not None and strategy.kind == "unidirectional"
     along = strategy.values.get("feed_direction") if strategy else None
     along = np.array([1.0, 0.0, 0.0]) if along is None else np.array([along[0], along[1], 0.0])
     if np.linalg.norm(along) < 1e-9:
         raise job.fault("stepnc-geometry", "the feed direction is across the pocket")
-    along = along / np.linalg.norm(along)
+    along = _unit(along)
     side = str(strategy.values.get("stepover_direction", "LEFT")).upper() if strategy else "LEFT"
     across = np.array([-along[1], along[0], 0.0]) * (1.0 if side == "LEFT" else -1.0)
     runs: list[list[Floats]] = []
@@ -307,9 +311,11 @@ def _line_cuts(job: Job, root: Ring, step: float, one_way: bool) -> list[Cut]:
     cuts: list[Cut] = []
     for run in runs:
         path: list[Piece] = [Polyline(np.stack(run))]
-        direction = (run[1] - run[0]) / np.linalg.norm(run[1] - run[0])
-        cuts.append((choose(job, run[0], direction, path, root.polygon), [path]))
-    for curve in offsets.boundary_curves(root.polygon, not job.climb):
+        free = job.shape.open_sides and offsets.distance_to(closed, run[0]) >= job.radius - 1e-9
+        entry = plunge(run[0]) if free else choose(job, run[0], _unit(run[1] - run[0]), path, root.polygon)
+        cuts.append((entry, [path]))
+    contours = offsets.boundary_curves(root.polygon, not job.climb)
+    for curve in contours[1:] if len(job.shape.open_sides) == len(job.shape.outline or ()) else contours:
         near_curve = offsets.starting_near(curve, runs[-1][-1]) if runs else curve
         cuts.append((_ramp_on(job, near_curve), [near_curve]))
     return cuts

@@ -3,27 +3,53 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import groupby, pairwise
+from typing import Any
 
 import numpy as np
 
-from cncgen.stepnc.features import offsets
-from cncgen.stepnc.features.job import Floats, Job, Moves, raised
+from cncgen.stepnc.features import offsets, pocket
+from cncgen.stepnc.features.job import Floats, Job, Moves, at_height, raised
+from cncgen.stepnc.features.walls import Layer, axis_distance, layers
 from cncgen.stepnc.geometry.approach import start_tangent
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
-from cncgen.stepnc.model import Path, Strategy
+from cncgen.stepnc.model import Boss, Path, Strategy
 
 #: Radius of the arcs onto and off the contour, in diameters of the tool (NIST gives none; a common choice).
 LEAD_RADIUS = 0.25
+#: How often a lead that does not fit is halved.
+SHORTEST_LEAD = 6
 
 
 def mill_outside(job: Job) -> tuple[Path, ...]:
-    """Return the toolpaths round the outside of a profile."""
+    """Return the toolpaths round the outside of a profile or boss: on its wall, and in layers where more is asked."""
     return _mill(job, outside=True)
 
 
 def mill_inside(job: Job) -> tuple[Path, ...]:
-    """Return the toolpaths along the walls inside an outline."""
+    """Return the toolpaths along the walls inside an outline; over its open sides they run beside the material."""
     return _mill(job, outside=False)
+
+
+def clear_outside(job: Job) -> tuple[Path, ...]:
+    """Return the toolpaths of bottom and side milling round a profile or boss.
+
+    Roughing clears all of the raw piece round it, finishing goes round its wall. Where the raw piece is not given,
+    roughing does as finishing, with a warning: how much stands round the profile is not known.
+    """
+    stock = job.shape.stock
+    if not job.operation.kind.endswith("rough"):
+        return _mill(job, outside=True)
+    if stock is None:
+        text = "the raw piece has no bounding geometry; the wall alone is cut, in one layer round it"
+        job.warn("stepnc-stock", text)
+        return _mill(job, outside=True)
+    boss = Boss(_outline(job), job.shape.slope)
+    shape = replace(job.shape, bosses=(boss,), slope=0.0, corner_radius=None, floor_radius=None)
+    return pocket.mill_open(replace(job, shape=shape), stock)
 
 
 def _outline(job: Job) -> list[Piece]:
@@ -36,84 +62,132 @@ def _outline(job: Job) -> list[Piece]:
 
 
 def _mill(job: Job, outside: bool) -> tuple[Path, ...]:
-    if job.shape.slope > 1e-9:
-        raise job.fault("stepnc-unsupported", "walls with a slope cannot be made by passes of one outline")
-    radius, allowance = job.radius, job.value("allowance_side", 0.0)
     whole = offsets.polygon_of(_outline(job))
-    levels = job.levels(job.depth - job.value("allowance_bottom", 0.0) + job.value("overcut_length", 0.0))
+    total = job.depth - job.value("allowance_bottom", 0.0) + job.value("overcut_length", 0.0)
+    passes = _outer_layers(job, total) if outside else layers(job, total)
+    if job.shape.open_sides:
+        whole = pocket.opened(job, whole, total)
     corner = job.shape.corner_radius or 0.0
-    distance = -(radius + allowance) if outside else radius + allowance
     # Climb outside goes with the clock, inside against it (spindle with the clock), a hole the other way round.
     clockwise = job.climb == outside if job.clockwise_spindle else job.climb != outside
     moves: Moves | None = None
-    for inset in _layers(job, distance, outside):
-        for polygon in offsets.region(whole, [], inset, corner):
-            for curve in offsets.boundary_curves(polygon, clockwise)[:1]:
-                moves = _passes(job, curve, levels, moves, outside)
+    for further in _further(job, outside):
+        for layer in passes:
+            heights = [level for _, level in layer.spans]
+            for polygon in layer.region(whole, corner, -further if outside else further):
+                curves = offsets.boundary_curves(polygon, clockwise)
+                for curve in curves[:1] if outside else curves:
+                    moves = _passes(job, curve, heights, moves, Free(polygon, outside))
     if moves is None:
         raise job.fault("stepnc-geometry", "the tool does not fit inside the outline")
     return moves.paths()
 
 
-def _layers(job: Job, distance: float, outside: bool) -> list[float]:
-    """Return the insets of the passes, from the outermost material to the wall.
+def _outer_layers(job: Job, total: float) -> list[Layer]:
+    """Return the passes round the outside, each with the (negative) inset of its contour."""
+    side = job.value("allowance_side", 0.0)
+    spans = list(pairwise([0.0, *job.levels(total)]))
+    groups = groupby(spans, lambda span: -side - axis_distance(job, job.shape.slope, -span[1]))
+    return [Layer(tuple(group), inset, ()) for inset, group in groups]
 
-    How much stands before the wall is not in the feature; where the operation gives a radial depth and its strategy
-    allows several passes, there is one layer before the last, a radial depth away.
+
+@dataclass(frozen=True, slots=True)
+class Free:
+    """Where the tool's axis may go beside a contour: inside a shapely polygon, or outside of it."""
+
+    polygon: Any
+    outside: bool
+
+    def holds(self, piece: Piece) -> bool:
+        """Tell whether a piece stays there (within 1e-3 mm)."""
+        return offsets.piece_inside(self.polygon, piece, self.outside)
+
+    def side(self, point: Floats, along: Floats) -> Floats:
+        """Return the unit vector across the contour at a point to where no material stands."""
+        left = np.array([-along[1], along[0], 0.0])
+        inside = offsets.clearance(self.polygon, point + 1e-3 * left) > 0
+        return left if inside != self.outside else -left
+
+
+def _further(job: Job, outside: bool) -> list[float]:
+    """Return how far each pass stays from the wall beyond the allowance, from the outermost material to the wall, mm.
+
+    Where the operation gives a radial depth and its strategy allows several passes, the layers reach to the farthest
+    corner of the raw piece; where that is not known, and inside, there is one layer before the last.
     """
     radial = job.value("radial_cutting_depth", 0.0)
     strategy = job.operation.strategy
     several = strategy is not None and strategy.values.get("allow_multiple_passes") is True
     if not (several and radial > 0):
-        return [distance]
-    return [distance + (-radial if outside else radial), distance]
+        return [0.0]
+    count = 2
+    if outside and job.shape.stock is not None:
+        far = offsets.farthest(_outline(job), job.shape.stock) - job.value("allowance_side", 0.0)
+        count = max(1, math.ceil(far / radial - 1e-9))
+        if count > offsets.MAX_RINGS:
+            raise job.fault("stepnc-geometry", f"{count} layers of {radial:g} mm")
+    return [radial * k for k in reversed(range(count))]
 
 
-def _passes(job: Job, curve: list[Piece], levels: list[float], moves: Moves | None, outside: bool) -> Moves:
-    """Go round a contour on all levels, onto it and off it from the free side."""
-    along = start_tangent(curve[0])
-    free = _free_side(curve, along, outside)
-    on = _lead(job, job.operation.approach, curve[0].start, along, free)
-    off = _lead(job, job.operation.retract, curve[0].start, -along, free).reversed()
-    start = on.start
+def _passes(job: Job, curve: list[Piece], levels: list[float], moves: Moves | None, free: Free) -> Moves:
+    """Go round a contour on all levels, onto it and off it from the free side, from the middle of its longest piece."""
+    curve = offsets.starting_near(curve, offsets.middle_of_longest(curve))
+    point, along = curve[0].start, start_tangent(curve[0])
+    side = free.side(point, along)
+    on = _lead(job, job.operation.approach, point, along, side, free)
+    off = [p.reversed() for p in _lead(job, job.operation.retract, point, -along, side, free)]
+    path = [*on, *curve, *off]
+    start = path[0].start
     if moves is None:
-        moves = Moves(job.operation.ident, np.array([start[0], start[1], job.retract]))
+        moves = Moves(job.operation.ident, at_height(start, job.retract))
     for level in levels:
-        moves.rapid(np.array([moves.position[0], moves.position[1], job.retract]))
-        moves.rapid(np.array([start[0], start[1], job.retract]))
+        moves.rapid(at_height(moves.position, job.retract))
+        moves.rapid(at_height(start, job.retract))
         moves.height(level)
-        moves.follow(raised([on, *curve, off], level))
+        moves.follow(raised(path, level))
         moves.height(job.retract)
     return moves
 
 
-def _lead(job: Job, strategy: Strategy | None, point: Floats, along: Floats, free: Floats) -> Piece:
-    """Return the way onto a contour at a point: an arc of a radius, a line at an angle, else a quarter circle."""
+def _lead(
+    job: Job, strategy: Strategy | None, point: Floats, along: Floats, side: Floats, free: Free
+) -> list[Piece]:
+    """Return the way onto a contour at a point: an arc of a radius, a line at an angle, else a quarter circle.
+
+    Where it would run into material it is made shorter, with a warning where its size is given; where none fits there
+    is none, and the tool plunges at the point.
+    """
     values = strategy.values if strategy else {}
+    size = LEAD_RADIUS * 2 * job.radius
+    make: Callable[[float], Piece] = partial(_quarter, point, along, side)
+    given = strategy is not None and strategy.kind in ("ap retract angle", "ap retract tangent")
     if strategy is not None and strategy.kind == "ap retract angle":
-        angle, length = math.radians(float(values.get("angle", 0.0))), float(values.get("travel_length", 0.0))
-        if not length > 0:
-            raise job.fault("stepnc-geometry", f"a travel length of {length:g} mm")
-        away = length * (math.sin(angle) * free - math.cos(angle) * along)
-        return Polyline(np.stack([point + away, point]))
-    radius = LEAD_RADIUS * 2 * job.radius
-    if strategy is not None and strategy.kind == "ap retract tangent":
-        radius = float(values.get("radius", radius))
-        if not radius > 0:
-            raise job.fault("stepnc-geometry", f"an approach by an arc of {radius:g} mm")
+        angle, size = math.radians(float(values.get("angle", 0.0))), float(values.get("travel_length", 0.0))
+        make = partial(_straight, point, math.sin(angle) * side - math.cos(angle) * along)
+    elif strategy is not None and strategy.kind == "ap retract tangent":
+        size = float(values.get("radius", size))
     elif strategy is not None and strategy.kind != "plunge toolaxis":
         job.warn(
             "stepnc-approach", f"{strategy.kind!r} is for pockets; the contour is met by a quarter circle"
         )
-    return _quarter(point, along, free, radius)
+    if not size > 0:
+        raise job.fault("stepnc-geometry", f"an approach or retract of {size:g} mm")
+    for halvings in range(SHORTEST_LEAD):
+        piece = make(size / 2**halvings)
+        if free.holds(piece):
+            if given and halvings:
+                job.warn(
+                    "stepnc-approach",
+                    f"an approach of {size:g} mm does not fit; it has {size / 2**halvings:g}",
+                )
+            return [piece]
+    job.warn("stepnc-approach", "no way onto the contour fits; the tool plunges on it")
+    return []
 
 
-def _free_side(curve: list[Piece], along: Floats, outside: bool) -> Floats:
-    """Return the unit vector across the contour's start to where no material stands."""
-    left = np.array([-along[1], along[0], 0.0])
-    polygon = offsets.polygon_of(curve)
-    inside = offsets.clearance(polygon, curve[0].start + 1e-3 * left) > 0
-    return left if inside != outside else -left
+def _straight(point: Floats, away: Floats, length: float) -> Polyline:
+    """Return the line onto a point from the direction `away`."""
+    return Polyline(np.stack([point + length * away, point]))
 
 
 def _quarter(point: Floats, along: Floats, free: Floats, radius: float) -> Arc:

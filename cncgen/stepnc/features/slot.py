@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
-from cncgen.stepnc.features import offsets, pocket
+from cncgen.stepnc.features import offsets, pocket, profile
 from cncgen.stepnc.features.job import Job, Moves, at_height, raised
 from cncgen.stepnc.geometry.approach import start_tangent
 from cncgen.stepnc.geometry.pieces import Piece, Polyline, reverse
-from cncgen.stepnc.model import Path
+from cncgen.stepnc.model import Boss, Path
 
 #: Difference of slot width and tool diameter up to which one pass along the middle makes the slot, mm.
 SAME_WIDTH = 1e-6
@@ -22,7 +23,13 @@ def _course(job: Job) -> tuple[list[Piece], float]:
         raise job.fault("stepnc-missing", "the slot has no course or no width")
     if any(abs(float(p.end[2] - p.start[2])) > 1e-9 for p in course):
         raise job.fault("stepnc-unsupported", "a slot whose course is not level cannot be made")
+    if "woodruff" in job.shape.ends:
+        raise job.fault("stepnc-unsupported", "a slot with a woodruff end cannot be made")
     return course, width
+
+
+def _is_loop(course: list[Piece]) -> bool:
+    return float(np.linalg.norm(course[-1].end - course[0].start)) < 1e-6
 
 
 def _extended(job: Job, course: list[Piece]) -> list[Piece]:
@@ -30,9 +37,6 @@ def _extended(job: Job, course: list[Piece]) -> list[Piece]:
     out = list(course)
     reach = job.radius + job.value("overcut_length", 0.0)
     ends = (*job.shape.ends, "", "")[:2]
-    for end in ends:
-        if end in ("woodruff", "loop"):
-            raise job.fault("stepnc-unsupported", f"a slot with a {end} end cannot be made")
     if ends[0] == "open":
         first = out[0].start
         out.insert(0, Polyline(np.stack([first - reach * start_tangent(out[0]), first])))
@@ -45,18 +49,37 @@ def _extended(job: Job, course: list[Piece]) -> list[Piece]:
 def mill(job: Job) -> tuple[Path, ...]:
     """Return the toolpaths of a slot: along its middle where the tool is as wide, else as a pocket about its course."""
     course, width = _course(job)
-    ends = (*job.shape.ends, "", "")[:2]
-    allowance = job.value("allowance_side", 0.0)
-    free = width - 2 * job.radius - 2 * allowance
+    free = width - 2 * job.radius - 2 * job.value("allowance_side", 0.0)
     if free < -SAME_WIDTH:
         raise job.fault(
             "stepnc-geometry", f"a tool of {2 * job.radius:g} mm does not fit a slot of {width:g} mm"
         )
-    path = _extended(job, course)
+    floor = job.shape.floor_radius
+    if floor is not None and floor >= width / 2 - SAME_WIDTH and free > SAME_WIDTH:
+        text = f"a floor round all across ({floor:g} mm) needs a tool as wide as the slot, {width:g} mm"
+        raise job.fault("stepnc-unsupported", text)
     if free > SAME_WIDTH:
-        outline = offsets.strip(path, width / 2, tuple(e == "radiused" for e in ends))
-        return pocket.mill(replace(job, shape=replace(job.shape, outline=outline, floor_radius=None)))
+        return pocket.mill(_as_pocket(job, course, width))
+    pocket.check_radii(job)
+    path = course if _is_loop(course) else _extended(job, course)
     return _along(job, path, job.levels(job.depth - job.value("allowance_bottom", 0.0)))
+
+
+def mill_walls(job: Job) -> tuple[Path, ...]:
+    """Return the toolpaths along both walls of a slot."""
+    return profile.mill_inside(_as_pocket(job, *_course(job)))
+
+
+def _as_pocket(job: Job, course: list[Piece], width: float) -> Job:
+    """Return the slot as a pocket: what lies within half its width of the course; a loop leaves its middle standing."""
+    if _is_loop(course):
+        outline, *inner = offsets.strip(course, width / 2, ())
+        shape = replace(job.shape, outline=outline, bosses=tuple(Boss(b) for b in inner))
+    else:
+        rounded = tuple(end == "radiused" for end in (*job.shape.ends, "", "")[:2])
+        (outline, *_) = offsets.strip(_extended(job, course), width / 2, rounded)
+        shape = replace(job.shape, outline=outline)
+    return replace(job, shape=shape)
 
 
 def _along(job: Job, path: list[Piece], levels: list[float]) -> tuple[Path, ...]:
@@ -71,22 +94,42 @@ def _along(job: Job, path: list[Piece], levels: list[float]) -> tuple[Path, ...]
 
 
 def step(job: Job) -> tuple[Path, ...]:
-    """Return nothing: what a step removes beside its wall is not in the feature.
+    """Return the toolpaths that clear a step from its wall to the end of its width, else of the raw piece."""
+    return pocket.mill(_step_as_pocket(job))
 
-    Raises:
-        Skip: where the width of the step is not given.
+
+def step_wall(job: Job) -> tuple[Path, ...]:
+    """Return the toolpaths along the wall of a step."""
+    return profile.mill_inside(_step_as_pocket(job))
+
+
+def _step_as_pocket(job: Job) -> Job:
+    """Return the step as a pocket open on every side that does not stand in the material.
+
+    The course is the foot of the wall, and what is removed lies on its right. Sides within the raw piece are walls;
+    where that is not known, the wall along the course is the only one.
     """
-    course, width = job.shape.course, job.shape.width
-    if course is None or width is None:
-        raise job.fault("stepnc-missing", "the step has no wall or no width")
+    course, width, stock = job.shape.course, job.shape.width, job.shape.stock
+    if course is None:
+        raise job.fault("stepnc-missing", "the step has no wall")
     along = course[-1].end - course[0].start
-    length = float(np.linalg.norm(along))
-    if length < 1e-9 or len(course) > 1:
-        raise job.fault("stepnc-unsupported", "a step along a path that is not straight cannot be made")
-    left = np.array([-along[1], along[0], 0.0]) / length * width
-    a, b = course[0].start, course[0].end
-    outline: list[Piece] = [
-        Polyline(np.stack(p)) for p in ((a, b), (b, b + left), (b + left, a + left), (a + left, a))
-    ]
-    shape = replace(job.shape, outline=outline, open_sides=(1, 2, 3))
-    return pocket.mill(replace(job, shape=shape))
+    length = float(np.hypot(along[0], along[1]))
+    if length < 1e-9 or abs(float(along[2])) > 1e-9 or len(course) > 1 or not isinstance(course[0], Polyline):
+        raise job.fault(
+            "stepnc-unsupported", "a step along a path that is not straight and level cannot be made"
+        )
+    right = np.array([along[1], -along[0], 0.0]) / length
+    foot = course[0].points[[0, -1]]
+    if width is None and stock is None:
+        text = "how wide the step is follows from the raw piece, and that has no bounding geometry"
+        raise job.fault("stepnc-missing", text, hint="give the workpiece an its_rawpiece with a BLOCK")
+    if width is None:
+        _, far = offsets.bounds_along(stock or [], right)
+        width = far - float(foot[0] @ right)
+        if not width > 0:
+            raise job.fault("stepnc-geometry", "the raw piece ends before the wall of the step")
+    top = foot - job.depth * math.tan(job.shape.slope) * right
+    corners = np.stack([top[0], top[1], foot[1] + width * right, foot[0] + width * right, top[0]])
+    outline, closed = offsets.within_stock(corners, stock)
+    open_sides = tuple(k for k in range(len(outline)) if k not in closed)
+    return replace(job, shape=replace(job.shape, outline=outline, open_sides=open_sides))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from dataclasses import replace
 
 from cncgen.stepnc.entities import Entities, Entity
 from cncgen.stepnc.geometry.curves import Curves
@@ -10,7 +12,9 @@ from cncgen.stepnc.geometry.frames import Matrix, identity
 from cncgen.stepnc.geometry.pieces import Piece
 from cncgen.stepnc.iso14649.patterns import Patterns
 from cncgen.stepnc.iso14649.profiles import Profiles
-from cncgen.stepnc.model import Feature, Shape
+from cncgen.stepnc.iso14649.stock import Stock
+from cncgen.stepnc.model import Boss, Feature, Shape
+from cncgen.stepnc.schema.tables import positions
 
 _BOTTOMS = {
     "THROUGH_BOTTOM_CONDITION": "through",
@@ -21,6 +25,15 @@ _BOTTOMS = {
     "SPHERICAL_HOLE_BOTTOM": "spherical",
     "FLAT_WITH_RADIUS_HOLE_BOTTOM": "flat with radius",
     "RADIUSED_POCKET_BOTTOM_CONDITION": "radiused",
+}
+#: Entities that are machined as another feature is.
+_KINDS = {
+    "GENERAL_OUTSIDE_PROFILE": "general outside profile",
+    "CIRCULAR_CLOSED_SHAPE_PROFILE": "general outside profile",
+    "RECTANGULAR_CLOSED_SHAPE_PROFILE": "general outside profile",
+    "GENERAL_SHAPE_PROFILE": "general outside profile",
+    "CATALOGUE_THREAD": "thread",
+    "DEFINED_THREAD": "thread",
 }
 
 
@@ -33,6 +46,7 @@ class Features:
         self.placements = curves.placements
         self.profiles = Profiles(entities, curves)
         self.patterns = Patterns(entities, self)
+        self.stock = Stock(entities, curves.placements)
         self._shapes: dict[str, Callable[[Entity], Shape]] = {
             "PLANAR_FACE": self._planar_face,
             "ROUND_HOLE": self._round_hole,
@@ -41,6 +55,12 @@ class Features:
             "SLOT": self._slot,
             "STEP": self._step,
             "GENERAL_OUTSIDE_PROFILE": self._outside_profile,
+            "CIRCULAR_CLOSED_SHAPE_PROFILE": self._outside_profile,
+            "RECTANGULAR_CLOSED_SHAPE_PROFILE": self._outside_profile,
+            "GENERAL_SHAPE_PROFILE": self._outside_profile,
+            "CATALOGUE_THREAD": self._thread,
+            "DEFINED_THREAD": self._thread,
+            "THREAD": self._thread,
             "BOSS": self._boss,
             "COUNTERBORE_HOLE": self._compound,
             "COUNTERSUNK_HOLE": self._compound,
@@ -59,7 +79,7 @@ class Features:
         """
         entity = self.entities.get(ident)
         placement = self.placements.optional(entity, "feature_placement")
-        kind = entity.keyword.lower().replace("_", " ")
+        kind = _KINDS.get(entity.keyword, entity.keyword.lower().replace("_", " "))
         place = identity() if placement is None else placement
         return Feature(ident, entity.text("its_id"), kind, place, lambda: self._shape(entity, place))
 
@@ -68,7 +88,10 @@ class Features:
             text = "no toolpath can be made for this feature; give explicit toolpaths"
             raise entity.fault("stepnc-unsupported", text)
         self.profiles.feature_placement = placement
-        return self._shapes[entity.keyword](entity)
+        shape = self._shapes[entity.keyword](entity)
+        if _KINDS.get(entity.keyword, entity.keyword) in ("STEP", "BOSS", "general outside profile"):
+            return replace(shape, stock=self.stock.outline(entity, placement))
+        return shape
 
     def depth(self, entity: Entity) -> float | None:
         """Return how far the depth plane lies below the feature's origin, mm.
@@ -105,21 +128,54 @@ class Features:
             self.depth(entity), outline=outline, course=course, width=width, bosses=self._bosses(entity)
         )
 
-    def _bosses(self, entity: Entity) -> tuple[list[Piece], ...]:
+    def _bosses(self, entity: Entity) -> tuple[Boss, ...]:
         out = []
         for ident in entity.refs("its_boss"):
             boss = self.entities.get(ident, "BOSS", owner=entity.id)
             outline = self.profiles.closed(boss.entity("its_boundary").id, boss)
             place = self.placements.optional(boss, "feature_placement")
-            out.append([p.moved(place) for p in outline] if place is not None else outline)
+            slope = boss.number("slope", 0.0) * self.curves.angle
+            if place is None:
+                out.append(Boss(outline, slope))
+                continue
+            if abs(place[2, 2] - 1.0) > 1e-9:
+                raise boss.fault("stepnc-unsupported", "the boss does not stand along the feature's axis")
+            flat = place.copy()
+            flat[2, 3] = 0.0
+            out.append(Boss([p.moved(flat) for p in outline], slope, min(float(place[2, 3]), 0.0)))
         return tuple(out)
 
     def _round_hole(self, entity: Entity) -> Shape:
-        if entity.get("change_in_diameter") is not None:
-            raise entity.fault("stepnc-unsupported", "a tapered hole cannot be made")
+        ident = entity.ref("bottom_condition")
         bottom, angle = self._bottom(entity)
-        diameter = self.profiles.length(entity, "diameter")
-        return Shape(self.depth(entity), diameter=diameter, bottom=bottom, bottom_angle=angle)
+        diameter, depth = self.profiles.length(entity, "diameter"), self.depth(entity)
+        corner = None
+        if bottom == "flat with radius" and ident is not None:
+            corner = self.profiles.optional_length(self.entities.get(ident), "corner_radius")
+        slope = self._taper(entity, diameter, depth)
+        return Shape(
+            depth, diameter=diameter, bottom=bottom, bottom_angle=angle, slope=slope, floor_radius=corner
+        )
+
+    def _taper(self, entity: Entity, diameter: float, depth: float | None) -> float:
+        """Return the angle between a hole's wall and its axis, rad."""
+        ident = entity.ref("change_in_diameter")
+        if ident is None:
+            return 0.0
+        taper = self.entities.get(ident, "DIAMETER_TAPER", "ANGLE_TAPER", owner=entity.id)
+        if taper.keyword == "ANGLE_TAPER":
+            return taper.number("angle") * self.curves.angle
+        if not depth:
+            raise entity.fault("stepnc-missing", "a tapered hole needs a depth")
+        return math.atan((diameter - self.profiles.length(taper, "final_diameter")) / 2 / depth)
+
+    def _thread(self, entity: Entity) -> Shape:
+        """Return the hole that a thread is cut into, as deep as the thread."""
+        holes = entity.refs("applied_shape")
+        if len(holes) != 1 or entity.flag("inner_or_outer_thread") is False:
+            raise entity.fault("stepnc-unsupported", "a thread is made in one round hole")
+        hole = self._round_hole(self.entities.get(holes[0], "ROUND_HOLE", owner=entity.id))
+        return replace(hole, depth=self.depth(entity) or hole.depth)
 
     def _pocket(self, entity: Entity, outline: list[Piece], open_sides: tuple[int, ...] = ()) -> Shape:
         slope = entity.number("slope", 0.0) * self.curves.angle
@@ -146,30 +202,24 @@ class Features:
 
     def _slot(self, entity: Entity) -> Shape:
         course = self.profiles.path(entity.entity("course_of_travel"))
-        swept = entity.entity("swept_shape")
-        if swept.keyword not in ("SQUARE_U_PROFILE", "ROUNDED_U_PROFILE"):
-            raise swept.fault("stepnc-unsupported", "a slot of this profile cannot be made")
+        width, floor = self.profiles.slot_profile(entity.entity("swept_shape"))
         ends = tuple(
             self.entities.keyword(i).lower().removesuffix("_slot_end_type")
             for i in entity.refs("end_conditions")
         )
-        width = self.profiles.length(swept, "width")
-        floor = (
-            self.profiles.optional_length(swept, "first_radius")
-            if swept.keyword == "SQUARE_U_PROFILE"
-            else width / 2
-        )
         return Shape(self.depth(entity), course=course, width=width, ends=ends, floor_radius=floor)
 
     def _step(self, entity: Entity) -> Shape:
-        return Shape(
-            self.depth(entity),
-            course=self.profiles.path(entity.entity("open_boundary")),
-            bosses=self._bosses(entity),
-        )
+        course = self.profiles.path(entity.entity("open_boundary"))
+        wall = entity.ref("wall_boundary")
+        profile = None if wall is None else self.entities.get(wall, "VEE_PROFILE", owner=entity.id)
+        course, slope = self.profiles.step_wall(course, profile)
+        return Shape(self.depth(entity), course=course, slope=slope, bosses=self._bosses(entity))
 
     def _outside_profile(self, entity: Entity) -> Shape:
-        outline = self.profiles.closed(entity.entity("feature_boundary").id, entity)
+        names = ("feature_boundary", "closed_boundary", "profile_boundary")
+        boundary = next(n for n in names if n in positions(entity.keyword, True))
+        outline = self.profiles.closed(entity.entity(boundary).id, entity)
         depth = self.depth(entity)
         if depth is None and entity.ref("profile_swept_shape") is not None:
             sweep = self.profiles.path(entity.entity("profile_swept_shape"))

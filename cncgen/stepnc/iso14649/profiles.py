@@ -9,7 +9,7 @@ import numpy as np
 from cncgen.stepnc.entities import Entities, Entity
 from cncgen.stepnc.geometry.curves import Curves
 from cncgen.stepnc.geometry.frames import Matrix, identity, is_identity
-from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
+from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline, reverse
 from cncgen.stepnc.part21 import Ref, Typed
 
 
@@ -137,6 +137,52 @@ class Profiles:
         else:
             raise entity.fault("stepnc-unsupported", "this is no path that can be made")
         return self._placed(entity, pieces)
+
+    # Profiles across a path
+
+    def slot_profile(self, entity: Entity) -> tuple[float, float | None]:
+        """Return the width of a slot's profile, and the radius between its floor and walls.
+
+        Raises:
+            Skip: where passes from above cannot make it.
+        """
+        if entity.keyword == "ROUNDED_U_PROFILE":
+            width = self.length(entity, "width")
+            return width, width / 2
+        if entity.keyword != "SQUARE_U_PROFILE":
+            raise entity.fault("stepnc-unsupported", "a slot of this profile cannot be made")
+        for name in ("first_angle", "second_angle"):
+            angle = entity.number(name, 0.0) * self.curves.angle
+            if min(abs(angle), abs(angle - math.pi / 2)) > 1e-6:
+                text = f"walls of a slot that are not upright ({name} {math.degrees(angle):g} degrees) cannot be made"
+                raise entity.fault("stepnc-unsupported", text)
+        return self.length(entity, "width"), self.optional_length(entity, "first_radius")
+
+    def step_wall(self, course: list[Piece], vee: Entity | None) -> tuple[list[Piece], float]:
+        """Return the foot of a step's wall with what is removed on its right, and the draft of the wall, rad.
+
+        The profile lies in the X-Z plane of the feature, the path along Y (ISO 10303-238, 5.2.2.3.6); its arms stand
+        at tilt_angle and tilt_angle + profile_angle from X, and what is removed lies between them. One of the arms is
+        the floor. Without a profile it is a right angle between X and Z.
+
+        Raises:
+            Skip: where neither arm is level.
+        """
+        tilt = vee.number("tilt_angle", 0.0) * self.curves.angle if vee is not None else 0.0
+        opening = vee.number("profile_angle", 90.0) * self.curves.angle if vee is not None else math.pi / 2
+        if abs(tilt) < 1e-9:
+            side, slope = 1.0, opening - math.pi / 2
+        elif vee is not None and abs(tilt + opening - math.pi) > 1e-9:
+            raise vee.fault("stepnc-unsupported", "no arm of the step's profile is level")
+        else:
+            side, slope = -1.0, math.pi / 2 - tilt
+        place = self.curves.placements.optional(vee, "placement") if vee is not None else None
+        across = side * (np.array([1.0, 0.0, 0.0]) if place is None else place[:3, 0])
+        along = course[-1].end - course[0].start
+        to_right = float(across[0] * along[1] - across[1] * along[0])
+        if abs(to_right) < 1e-9 * float(np.linalg.norm(along)):  # along X: the right hand of the way
+            to_right = side
+        return (course if to_right > 0 else reverse(course)), (slope if abs(slope) > 1e-9 else 0.0)
 
     def face_sweep(self, entity: Entity) -> tuple[list[Piece], float]:
         """Return the course of travel of a planar face, and its width across it (along the profile).
