@@ -187,32 +187,46 @@ class OutputFile:
 
 
 class StandardOutput:
-    """Standard output as a binary sink; a full disk behind it is a `UsageError` like that of a file."""
+    """Standard output as a binary sink; a full disk behind it is a `UsageError` like that of a file.
+
+    A reader that goes away raises BrokenPipeError, or, where the work has to go on for the sake of other files
+    (`outlives_reader`), leaves the rest unwritten.
+    """
 
     seekable = False
 
-    def __init__(self) -> None:
+    def __init__(self, outlives_reader: bool = False) -> None:
         if sys.stdout is None:  # the process was started with it closed
             raise file_fault("standard output", "write", OSError(errno.EBADF, "it is closed"))
+        self._outlives_reader = outlives_reader
         self.flush()
+
+    def _guard(self, action: Callable[[], Any]) -> Any:
+        try:
+            return action()
+        except BrokenPipeError:
+            if not self._outlives_reader:
+                raise
+            silence(sys.stdout)
+        except OSError as error:
+            raise file_fault("standard output", "write", error) from error
 
     def write(self, data: bytes | bytearray | memoryview) -> int:
         """Write bytes."""
-        try:
-            return sys.stdout.buffer.write(data)
-        except BrokenPipeError:
-            raise
-        except OSError as error:
-            raise file_fault("standard output", "write", error) from error
+        self._guard(lambda: sys.stdout.buffer.write(data))
+        return len(data)
 
     def flush(self) -> None:
         """Hand what is buffered to the system."""
-        try:
-            sys.stdout.flush()
-        except BrokenPipeError:
-            raise
-        except OSError as error:
-            raise file_fault("standard output", "write", error) from error
+        self._guard(sys.stdout.flush)
+
+
+def silence(stream: Any) -> None:
+    """Point a stream that nobody reads any more at nothing, so that what is still written to it says nothing."""
+    with suppress(OSError, ValueError):
+        nothing = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nothing, stream.fileno())
+        os.close(nothing)
 
 
 #: Where bytes go.
@@ -220,10 +234,13 @@ Sink = OutputFile | StandardOutput
 
 
 @contextmanager
-def open_output(path: str | os.PathLike[str] | None) -> Iterator[Sink]:
-    """Open `path` for writing, standard output for ``-`` or None; the file appears when the block ends well."""
+def open_output(path: str | os.PathLike[str] | None, *, outlives_reader: bool = False) -> Iterator[Sink]:
+    """Open `path` for writing, standard output for ``-`` or None; the file appears when the block ends well.
+
+    With `outlives_reader`, a reader of standard output that goes away does not end the work.
+    """
     if path is None or os.fspath(path) == STANDARD:
-        output = StandardOutput()
+        output = StandardOutput(outlives_reader)
         yield output
         output.flush()
         return

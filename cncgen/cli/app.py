@@ -16,6 +16,7 @@ import click
 
 from cncgen.cli import messages
 from cncgen.diagnostics import CncgenError
+from cncgen.files import silence
 
 #: Commands in the order of ``--help``, each a module of this package with a click command `command`.
 COMMANDS = (
@@ -148,7 +149,4 @@ def _silence_closed_streams() -> None:
         try:
             stream.flush()
         except (OSError, ValueError):
-            with suppress(OSError, ValueError):
-                nothing = os.open(os.devnull, os.O_WRONLY)
-                os.dup2(nothing, stream.fileno())
-                os.close(nothing)
+            silence(stream)

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, TextIO
 
 from cncgen.diagnostics import Diagnostic, Diagnostics
+from cncgen.files import silence
 
 if TYPE_CHECKING:
     import click
@@ -52,7 +53,11 @@ def show(diagnostics: Iterable[Diagnostic] | Diagnostics) -> None:
     """Print diagnostics, once each."""
     for diagnostic in diagnostics:
         if _Style.json:
-            print(json.dumps(diagnostic.as_json(), default=str), file=_Style.json_stream or sys.stderr)
+            text = json.dumps(diagnostic.as_json(), default=str)
+            if _Style.json_stream:
+                print(text, file=_Style.json_stream)
+            else:
+                plain(text)
         else:
             plain(diagnostic.render())
     suppressed = diagnostics.suppressed if isinstance(diagnostics, Diagnostics) else 0
@@ -74,9 +79,13 @@ def note(message: str) -> None:
 
 
 def plain(message: str) -> None:
-    """Print a line."""
-    if sys.stderr is not None:
+    """Print a line; whether anybody reads it does not change what a command does."""
+    if sys.stderr is None:
+        return
+    try:
         print(message, file=sys.stderr)
+    except BrokenPipeError:
+        silence(sys.stderr)
 
 
 def write_summary(path: str | None, values: dict[str, Any]) -> None:

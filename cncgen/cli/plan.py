@@ -65,11 +65,11 @@ def command(
     names = tuple(name.strip() for name in signals.split(",") if name.strip())
     with opened(program, reading, planning["path_tolerance"]) as read:
         stream, watch = plan_with_summary(read, machine, plan_options(planning), names)
-        _write(stream, output, format, names, events)
+        _write(stream, output, format, names, events, outlives_reader=bool(summary or events))
         messages.show(watch.remarks)
         result = watch.as_json()
-    _show_summary(result)
     write_summary(summary, result)
+    _show_summary(result)
 
 
 def _write(
@@ -78,8 +78,12 @@ def _write(
     format: str | None,
     signals: tuple[str, ...],
     events: str | None,
+    outlives_reader: bool,
 ) -> None:
-    """Send the setpoints and events where they go; draw them all in any case."""
+    """Send the setpoints and events where they go; draw them all in any case.
+
+    With `outlives_reader`, also where a reader of standard output goes away: other files wait for the last row.
+    """
     from cncgen.cli.progress import with_progress
     from cncgen.diagnostics import Diagnostic, UsageError
     from cncgen.files import STANDARD, is_terminal, open_output
@@ -103,7 +107,8 @@ def _write(
         writer = None
         if not (terminal and output is None):
             layout = Layout(stream.axes, stream.period_s, signals)
-            writer = open_writer(kind, files.enter_context(open_output(output)), layout)
+            sink = files.enter_context(open_output(output, outlives_reader=outlives_reader))
+            writer = open_writer(kind, sink, layout)
             writers.append(writer)
         for chunk in chain(() if head is None else (head,), chunks):
             for each in writers:

@@ -63,8 +63,8 @@ def command(
         open_setpoints(setpoints, format=format, axes=axes or read.moving_axes, period_s=period) as stream,
     ):
         verdict = pipeline.verify(stream, read, machine, tolerance_mm=path_tolerance)
-    messages.show(verdict.breaches)
-    messages.note(as_text(verdict))
     if report:
         write_text(report, json.dumps(verdict.as_json(), indent=2) + "\n")
+    messages.show(verdict.breaches)
+    messages.note(as_text(verdict))
     return 0 if verdict.holds else 1

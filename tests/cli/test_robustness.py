@@ -288,3 +288,24 @@ def test_the_mode_of_a_file_is_kept_and_of_a_new_one_usual(cncgen: Run, tmp_path
     os.umask(umask)
     assert old.stat().st_mode & 0o777 == 0o640
     assert (tmp_path / "new.csv").stat().st_mode & 0o777 == 0o666 & ~umask
+
+
+@pytest.mark.parametrize("joined", ["2>&1", "2>/dev/null", "-o out.csv 2>&1"])
+def test_files_are_written_though_the_reader_goes_away(root: Path, tmp_path: Path, joined: str) -> None:
+    program = root / "programs" / "butterfly.nc"
+    plan = f"plan --feedrate ild {program} -m xy-table --summary s.json --events e.jsonl"
+    run = subprocess.run(
+        ["bash", "-c", f"set -o pipefail; {sys.executable} -m cncgen {plan} {joined} | head -n 1"],
+        capture_output=True,
+        timeout=120,
+        check=False,
+        cwd=tmp_path,
+    )
+    assert run.returncode == 0
+    assert run.stderr == b""
+    summary = json.loads((tmp_path / "s.json").read_text())
+    assert summary["samples"] > 1000
+    assert summary["path_length_mm"] == pytest.approx(382.8566, abs=1e-3)
+    assert {p.name for p in tmp_path.iterdir()} >= {"s.json", "e.jsonl"}
+    if "-o" in joined:
+        assert len((tmp_path / "out.csv").read_text().splitlines()) == summary["samples"] + 1
