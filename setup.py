@@ -38,7 +38,7 @@ def kernel_extensions() -> list[Extension]:
 
 
 setup(
-    packages=[*find_packages(include=["cncgen", "cncgen.*"]), "cncgen.grammars"],
+    packages=[*find_packages(include=["cncgen", "cncgen.*"]), "cncgen.grammars", "cncgen.programs"],
     ext_modules=kernel_extensions(),
     options={"build_ext": {"parallel": os.cpu_count() or 1}},
 )

@@ -265,6 +265,7 @@ def simulate(
     setpoints: Iterable[Setpoints] | Setpoints,
     machine: Machine | Mapping[str, Servo] | str | os.PathLike[str],
     *,
+    controller: str = "p",
     settle_s: float = 0.0,
 ) -> Iterator[Response]:
     """Simulate the servo axes of a machine under setpoints.
@@ -272,16 +273,20 @@ def simulate(
     Args:
         setpoints: From `sample` (as it is, or collected), or from a file (`cncgen.setpoints.readers.open_setpoints`).
         machine: Gives the servo data: a machine, servos by letter, a profile's name, or a TOML file.
+        controller: ``p`` (each axis's own) or another of `cncgen.servo.named_schemes.NAMES`, with the gains of the
+            machine's ``[coupling]`` table, if it has one.
         settle_s: The last setpoint is held so long at the end.
 
     Raises:
-        UsageError: An axis has no servo data.
+        UsageError: An axis has no servo data, or the controller cannot be had for the axes.
     """
-    from cncgen import servo
+    from cncgen.servo.named_schemes import scheme_maker, settings_of
+    from cncgen.servo.simulate import simulate_scheme
     from cncgen.setpoints.record import Setpoints
 
     chunks = (setpoints,) if isinstance(setpoints, Setpoints) else setpoints
-    return servo.simulate(chunks, servos_of(machine), settle_s=settle_s)
+    made = scheme_maker(controller, servos_of(machine), settings_of(coupling_of(machine)))
+    return simulate_scheme(chunks, made, settle_s=settle_s)
 
 
 def servos_of(machine: Machine | Mapping[str, Servo] | str | os.PathLike[str]) -> Mapping[str, Servo]:
@@ -291,6 +296,16 @@ def servos_of(machine: Machine | Mapping[str, Servo] | str | os.PathLike[str]) -
     if isinstance(machine, Machine):
         return {k: axis.servo for k, axis in machine.axes.items() if axis.servo is not None}
     return load_servos(machine) if isinstance(machine, str | os.PathLike) else machine
+
+
+def coupling_of(machine: Machine | Mapping[str, Servo] | str | os.PathLike[str]) -> Mapping[str, Any]:
+    """Return the ``[coupling]`` table of what `servos_of` takes; {} where there is none."""
+    from cncgen.machine import Machine, load_coupling
+
+    if isinstance(machine, Machine):
+        found: Mapping[str, Any] = machine.settings.get("coupling", {})
+        return found
+    return load_coupling(machine) if isinstance(machine, str | os.PathLike) else {}
 
 
 def verify(

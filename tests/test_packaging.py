@@ -77,7 +77,12 @@ def test_contents(packages: tuple[Path, Path], root: Path) -> None:
     } <= inside
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
-    for pattern, prefix in (("grammars/*.lark", "cncgen/"), ("cncgen/machine/profiles/*.toml", "")):
+    shipped = (
+        ("grammars/*.lark", "cncgen/"),
+        ("cncgen/machine/profiles/*.toml", ""),
+        ("programs/*.nc", "cncgen/"),
+    )
+    for pattern, prefix in shipped:
         for path in root.glob(pattern):
             assert prefix + path.relative_to(root).as_posix() in names
     assert "cncgen/py.typed" in names
@@ -108,6 +113,8 @@ def test_the_wheel_runs_outside_the_checkout_without_a_compiler(
     plain = run(command, tmp_path, PYTHONPATH=str(site))
     assert plain.returncode == 0, plain.stderr.decode()
     assert plain.stderr.count(b"kernels run uncompiled") == 1
+    papers = run([sys.executable, "-m", "cncgen", "reproduce", "000"], tmp_path, PYTHONPATH=str(site))
+    assert papers.returncode == 0, papers.stderr.decode()
     where = [sys.executable, "-c", "import cncgen; print(cncgen.__file__)"]
     assert run(where, tmp_path, PYTHONPATH=str(site)).stdout.decode().startswith(str(site))
     compiled = run(command, tmp_path)

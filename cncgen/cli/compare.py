@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cncgen.cli.messages import write_summary
 from cncgen.cli.options import (
     machine_option,
     message_options,
     output_option,
     planning_options,
     program_options,
+    summary_option,
 )
 
 if TYPE_CHECKING:
@@ -33,6 +35,7 @@ if TYPE_CHECKING:
     "--controllers", metavar="LIST", help="Controllers instead: of p,zpetc,ccc,zpetc+ccc,tcf, by commas."
 )
 @output_option
+@summary_option
 @planning_options
 @program_options
 @message_options
@@ -43,6 +46,7 @@ def command(
     interpolators: str | None,
     controllers: str | None,
     output: str | None,
+    summary: str | None,
     planning: dict[str, Any],
     reading: dict[str, Any],
 ) -> None:
@@ -58,15 +62,24 @@ def command(
     options = plan_options(planning)
     with opened(program, reading, planning["path_tolerance"]) as read:
         where, toolpaths = machine_of(machine), list(sound(read))
-        if controllers:
-            text = _controllers(read, toolpaths, where, options, _names(controllers) or [])
+        if controllers is not None:
+            source = planning["axis_params"] or machine
+            text, found = _controllers(read, toolpaths, where, options, source, _names(controllers) or [])
         else:
-            text = _strategies(read, toolpaths, where, options, _names(feedrates), _names(interpolators))
+            text, found = _strategies(
+                read, toolpaths, where, options, _names(feedrates), _names(interpolators)
+            )
     write_text(output, text)
+    write_summary(summary, {"schema_version": 1, "program": program, "machine": where.name, **found})
 
 
 def _names(text: str | None) -> list[str] | None:
-    return [name.strip() for name in text.split(",") if name.strip()] if text else None
+    if text is None:
+        return None
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    if not names:
+        raise click.UsageError("the list names nothing")
+    return names
 
 
 def _strategies(
@@ -76,23 +89,32 @@ def _strategies(
     options: PlanOptions,
     feedrates: list[str] | None,
     interpolators: list[str] | None,
-) -> str:
-    from cncgen.report.comparing import interpolator_table, strategy_table
+) -> tuple[str, dict[str, Any]]:
+    from cncgen.report.comparing import interpolator_table, strategy_table, strategy_values
     from cncgen.report.comparison import compare_strategies, feed_fluctuations
 
-    text = strategy_table(compare_strategies(toolpaths, machine, options, feedrates, program.moving_axes))
+    figures = compare_strategies(toolpaths, machine, options, feedrates, program.moving_axes)
     more = {"names": interpolators} if interpolators else {}
-    return text + "\n" + interpolator_table(feed_fluctuations(toolpaths, machine, options, **more))
+    fluctuations = feed_fluctuations(toolpaths, machine, options, **more)
+    text = strategy_table(figures) + "\n" + interpolator_table(fluctuations)
+    return text, strategy_values(figures, fluctuations)
 
 
 def _controllers(
-    program: Program, toolpaths: list[Toolpath], machine: Machine, options: PlanOptions, names: list[str]
-) -> str:
-    from cncgen.pipeline import servos_of
+    program: Program,
+    toolpaths: list[Toolpath],
+    machine: Machine,
+    options: PlanOptions,
+    source: str,
+    names: list[str],
+) -> tuple[str, dict[str, Any]]:
+    from cncgen.machine import load_coupling, load_servos
     from cncgen.planner import plan
     from cncgen.report.comparing import compare_controllers, controller_table
+    from cncgen.servo.named_schemes import settings_of
     from cncgen.setpoints import sample
 
+    settings = settings_of(load_coupling(source))
     setpoints = list(sample(plan(toolpaths, machine, options), machine, axes=program.moving_axes))
-    servos = options.servos or servos_of(machine)
-    return controller_table(compare_controllers(setpoints, servos, names))
+    found = compare_controllers(setpoints, load_servos(source), names, settings)
+    return controller_table(found), {"controllers": found}

@@ -11,7 +11,7 @@ from cncgen.cli.options import message_options, output_option
 @click.command("reproduce")
 @click.argument("name", metavar="[NAME]", required=False)
 @click.option("--plots", metavar="DIR", help="Draw the papers' figures into this folder instead.")
-@click.option("--programs", metavar="DIR", help="Folder of the example programs [default: ./programs].")
+@click.option("--programs", metavar="DIR", help="Folder of the example programs [default: those that ship].")
 @output_option
 @message_options
 def command(name: str | None, plots: str | None, programs: str | None, output: str | None) -> int:

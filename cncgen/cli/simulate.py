@@ -33,6 +33,13 @@ SETPOINT_SUFFIXES = (".csv", ".jsonl", ".npy", ".npz", ".f64", ".hal", ".arrow")
 @machine_option
 @output_option
 @planning_options
+@click.option(
+    "--controller",
+    metavar="NAME",
+    default="p",
+    show_default=True,
+    help="Each axis's own controller (p), or zpetc, ccc, zpetc+ccc, tcf round it.",
+)
 @click.option("--axes", metavar="LETTERS", help="Axes of setpoints in a format that does not name them.")
 @click.option(
     "--period",
@@ -56,6 +63,7 @@ def command(
     machine: str,
     output: str | None,
     planning: dict[str, Any],
+    controller: str,
     axes: str | None,
     period: float | None,
     settle: float,
@@ -76,17 +84,23 @@ def command(
     servos = planning["axis_params"] or machine
     watch = Summary()
     with _setpoints(source, machine, planning, axes, period, reading) as stream:
-        responses = watched(simulate(stream, servos, settle_s=settle), watch)
+        responses = watched(simulate(stream, servos, controller=controller, settle_s=settle), watch)
         if output is None and is_terminal(sys.stdout):
             _draw(responses)
         else:
             # The first rows are drawn before anything is opened: what cannot be simulated leaves no trace.
             head = next(responses, None)
-            with open_output(output) as sink:
+            with open_output(output, outlives_reader=bool(summary)) as sink:
                 _draw(written(sink, chain(() if head is None else (head,), responses)))
-    result = {"schema_version": 1, "setpoints": source, "axis_params": servos, **watch.as_dict()}
-    messages.note(as_text(result))
+    result = {
+        "schema_version": 1,
+        "setpoints": source,
+        "axis_params": servos,
+        "controller": controller,
+        **watch.as_dict(),
+    }
     write_summary(summary, result)
+    messages.note(as_text(result))
 
 
 def _draw(chunks: Iterable[Any]) -> None:

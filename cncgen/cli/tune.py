@@ -7,18 +7,30 @@ from typing import Any
 import click
 
 from cncgen.cli import messages
+from cncgen.cli.messages import write_summary
 from cncgen.cli.options import (
     machine_option,
     message_options,
     output_option,
     planning_options,
     program_options,
+    summary_option,
 )
+
+#: Schemes with gains of their own.
+CONTROLLERS = ("p", "ccc", "zpetc+ccc", "tcf")
 
 
 @click.command("tune")
 @click.argument("program", metavar="[PROGRAM]", required=False)
 @machine_option
+@click.option(
+    "--controller",
+    type=click.Choice(CONTROLLERS),
+    default=CONTROLLERS[0],
+    show_default=True,
+    help="Whose gains: each axis's own (p), of cross coupling round them (ccc), of the task frame (tcf).",
+)
 @click.option(
     "--bandwidth",
     metavar="HZ",
@@ -44,54 +56,90 @@ from cncgen.cli.options import (
     show_default=True,
     help="Least distance of each loop from -1.",
 )
-@click.option("--seed", type=int, default=0, show_default=True, help="Seed of the search.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the search.")
+@click.option(
+    "--jobs", metavar="N", type=click.IntRange(1, 1024), help="Processes of the search [default: one a core]."
+)
 @click.option("--bode/--no-bode", default=True, show_default=True, help="Print a Bode table of each loop.")
 @output_option
+@summary_option
 @planning_options
 @program_options
 @message_options
 def command(
     program: str | None,
     machine: str,
+    controller: str,
     bandwidth: float | None,
     damping: float,
     sets: int,
     modulus: float,
     seed: int,
+    jobs: int | None,
     bode: bool,
     output: str | None,
+    summary: str | None,
     planning: dict[str, Any],
     reading: dict[str, Any],
 ) -> None:
     """Tune the servo gains of a machine.
 
     With --bandwidth gains are placed. With a PROGRAM random gain sets round those (or round the machine's own) are
-    simulated on it, within the modulus margin, and the one with the least contour error is kept. The result is a file
-    of [axes.x.servo] tables for --axis-params; margins and Bode tables go to standard error.
+    simulated on it, within the modulus margin, and the one with the least contour error is kept. The result is a file of
+    [axes.x.servo] tables (and a [coupling] table) for --axis-params; margins and Bode tables go to standard error.
     """
     from cncgen import pipeline
     from cncgen.cli.reading import opened, plan_options
     from cncgen.files import write_text
-    from cncgen.report.tuned import margin_text, servo_tables
-    from cncgen.servo.tuning import placed, search
+    from cncgen.machine import load_coupling
+    from cncgen.report.tuned import gain_tables, loop_texts, search_text, summary_of
+    from cncgen.servo.named_schemes import settings_of
+    from cncgen.servo.tuning.analysis import open_loops
+    from cncgen.servo.tuning.search import search
 
-    where = pipeline.machine_of(machine)
-    servos = dict(pipeline.servos_of(planning["axis_params"] or where))
     if bandwidth is None and program is None:
         raise click.UsageError("give --bandwidth, or a PROGRAM to tune on, or both")
-    if bandwidth is not None:
-        servos = {k: placed(servo, k, bandwidth, damping) for k, servo in servos.items()}
+    where, source = pipeline.machine_of(machine), planning["axis_params"] or machine
+    servos, settings = dict(pipeline.servos_of(source)), settings_of(load_coupling(source))
+    axes = "".join(servos)
+    setpoints = []
     if program is not None:
         with opened(program, reading, planning["path_tolerance"]) as read:
             setpoints = list(pipeline.sample(pipeline.plan(read, where, plan_options(planning))).chunks)
         if not setpoints:
             raise click.UsageError(f"{program} moves nothing")
-        found = search(setpoints, servos, sets=sets, modulus=modulus, seed=seed)
-        servos = dict(found.servos)
-        messages.note(
-            f"{found.tried} gain sets, {found.refused} refused: contour error rms {1e3 * found.start_rms_mm:.3f} ->"
-            f" {1e3 * found.contour_rms_mm:.3f} µm"
-        )
-    for letter, servo in servos.items():
-        messages.note(margin_text(servo, letter, where.period_s, bode))
-    write_text(output, servo_tables(servos))
+        axes = setpoints[0].axes
+    if bandwidth is not None:
+        servos, settings = _placed(controller, servos, axes, where.period_s, bandwidth, damping, settings)
+    found = None
+    if setpoints:
+        found = search(setpoints, servos, controller=controller, settings=settings, sets=sets, modulus=modulus,
+                       seed=seed, workers=jobs)  # fmt: skip
+        servos, settings = dict(found.servos), found.settings
+        messages.note(search_text(found))
+    for text in loop_texts(controller, servos, axes, where.period_s, settings, bode):
+        messages.note(text)
+    coupling = settings.as_table(controller)
+    write_text(output, gain_tables(servos, coupling))
+    if summary is not None:
+        loops = open_loops(controller, servos, axes, where.period_s, settings)
+        write_summary(summary, summary_of(controller, servos, coupling, loops, found))
+
+
+def _placed(
+    controller: str,
+    servos: dict[str, Any],
+    axes: str,
+    period_s: float,
+    bandwidth: float,
+    damping: float,
+    settings: Any,
+) -> tuple[dict[str, Any], Any]:
+    """Return servos and settings with the gains of the controller placed."""
+    from cncgen.servo.named_schemes import scheme_maker
+    from cncgen.servo.tuning.placement import placed, placed_settings
+
+    if controller == "p":
+        return {k: placed(servo, k, bandwidth, damping) for k, servo in servos.items()}, settings
+    loops = scheme_maker(controller, servos, settings)(axes, period_s).loops
+    return servos, placed_settings(controller, loops, bandwidth, damping)

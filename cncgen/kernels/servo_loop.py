@@ -176,6 +176,37 @@ def _dot(
 
 
 @cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _read(
+    axis: cython.Py_ssize_t,
+    output: cython.double[:, ::1],
+    encoder: cython.double[:, ::1],
+    numbers: cython.double[:, ::1],
+    switches: cython.longlong[:, ::1],
+    state: cython.double[:, ::1],
+    memory: cython.double[:, ::1],
+    noise: cython.double,
+    found: cython.double[::1],
+) -> cython.void:
+    """Write the position (beyond the backlash) and what the encoder says of it to `found`; the same when repeated."""
+    order: cython.Py_ssize_t = switches[axis, 0]
+    play: cython.double = numbers[axis, 3]
+    found[0] = _dot(output, state, axis, order)
+    if play > 0.0:
+        if found[0] - memory[axis, 0] > 0.5 * play:
+            memory[axis, 0] = found[0] - 0.5 * play
+        elif memory[axis, 0] - found[0] > 0.5 * play:
+            memory[axis, 0] = found[0] + 0.5 * play
+        found[0] = memory[axis, 0]
+    found[1] = found[0] if switches[axis, 4] == 1 else _dot(encoder, state, axis, order)
+    found[1] += noise * numbers[axis, 5]
+    if numbers[axis, 4] > 0.0:
+        found[1] = _rounded(found[1], numbers[axis, 4])
+
+
+@cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
 def _step(
@@ -207,21 +238,8 @@ def _step(
     sampled: cython.bint = switches[axis, 3] == 1
     i: cython.Py_ssize_t
     j: cython.Py_ssize_t
-    position: cython.double = _dot(output, state, axis, order)
-    play: cython.double = numbers[axis, 3]
-    if play > 0.0:
-        if position - memory[axis, 0] > 0.5 * play:
-            memory[axis, 0] = position - 0.5 * play
-        elif memory[axis, 0] - position > 0.5 * play:
-            memory[axis, 0] = position + 0.5 * play
-        found[0] = memory[axis, 0]
-    else:
-        found[0] = position
-    seen: cython.double = _dot(encoder, state, axis, order)
-    measured: cython.double = (found[0] if switches[axis, 4] == 1 else seen) + noise * numbers[axis, 5]
-    if numbers[axis, 4] > 0.0:
-        measured = _rounded(measured, numbers[axis, 4])
-    wrong: cython.double = measured - seen
+    _read(axis, output, encoder, numbers, switches, state, memory, noise, found)
+    wrong: cython.double = found[1] - _dot(encoder, state, axis, order)
     wanted: cython.double = _dot(law, state, axis, order) + beside
     wanted += law_inputs[axis, 0] * setpoint + law_inputs[axis, 1] * wrong
     drive: cython.double = wanted
@@ -415,7 +433,11 @@ def run_coupled(
             for m in range(parts):
                 for i in range(axes):
                     start = desired[i, k] + (desired[i, k + 1] - desired[i, k]) * m / parts
-                    errors[0, i] = start - _dot(encoder, state, i, switches[i, 0])
+                    _read(
+                        i, output, encoder, numbers, switches, state, memory,
+                        noise[i, k * parts + m] if numbers[i, 5] > 0.0 else 0.0, work[2],
+                    )  # fmt: skip
+                    errors[0, i] = start - work[2, 1]
                     if not cross:
                         errors[1, i] = feedforward[k, 1, i] - state[i, switches[i, 1]]
                 if cross:

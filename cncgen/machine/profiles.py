@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import difflib
 import os
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import read_bytes
-from cncgen.machine.reading import MAX_BYTES, machine_from_toml, servos_from_toml
+from cncgen.machine.reading import MAX_BYTES, coupling_from_toml, machine_from_toml, servos_from_toml
 from cncgen.machine.record import Machine, Servo
 
 _DIRECTORY = Path(__file__).parent / "profiles"
@@ -50,6 +52,14 @@ def load_servos(name_or_path: str | os.PathLike[str]) -> dict[str, Servo]:
     """
     content, name = _content(name_or_path)
     return servos_from_toml(content, name)
+
+
+def load_coupling(name_or_path: str | os.PathLike[str]) -> Mapping[str, Any]:
+    """Return the ``[coupling]`` table (gains of controllers that couple axes) of what `load_servos` reads; {} if none.
+
+    Its keys are checked by `cncgen.servo.named_schemes.settings_of`.
+    """
+    return coupling_from_toml(*_content(name_or_path))
 
 
 def _content(name_or_path: str | os.PathLike[str]) -> tuple[bytes, str]:

@@ -29,7 +29,7 @@ TOP_NUMBERS = (
 #: Limits of an axis: field of `Axis` and power of the second in its unit.
 AXIS_LIMITS = (("max_velocity", ""), ("max_acceleration", "2"), ("max_jerk", "3"))
 #: Further tables, which `Machine.settings` hands to the rooms that read them.
-SETTINGS_TABLES = ("interpreter", "kinematics")
+SETTINGS_TABLES = ("interpreter", "kinematics", "coupling")
 
 
 class _File:
@@ -163,7 +163,7 @@ def servos_from_toml(content: bytes, name: str) -> dict[str, Servo]:
     table, text = parse_toml(content, name)
     axes = table.get("axes")
     alone = isinstance(axes, dict) and all(isinstance(a, dict) and set(a) <= {"servo"} for a in axes.values())
-    if not alone or set(table) - {"name", "axes"}:
+    if not alone or set(table) - {"name", "axes", "coupling"}:
         machine = machine_from_toml(content, name)
         servos = {letter: axis.servo for letter, axis in machine.axes.items() if axis.servo is not None}
     else:
@@ -184,6 +184,19 @@ def servos_from_toml(content: bytes, name: str) -> dict[str, Servo]:
             )
         )
     return servos
+
+
+def coupling_from_toml(content: bytes, name: str) -> Mapping[str, Any]:
+    """Return the ``[coupling]`` table of a machine file or of a file of servo data, empty where there is none.
+
+    Raises:
+        UsageError: It is no TOML, or no table.
+    """
+    table, text = parse_toml(content, name)
+    file = _File(name, text)
+    found = _settings(file, table, "coupling") if "coupling" in table else {}
+    file.raise_faults()
+    return found
 
 
 def _axes(file: _File, table: Mapping[str, Any]) -> dict[str, Axis]:

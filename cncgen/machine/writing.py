@@ -23,6 +23,11 @@ def to_toml(machine: Machine) -> str:
     return "\n".join(lines) + "\n"
 
 
+def table_text(name: str, table: Mapping[str, Any]) -> str:
+    """Return one table as TOML text."""
+    return "\n".join(_table_lines(name, table)[1:]) + "\n"
+
+
 def _axis_lines(axis: Axis) -> list[str]:
     name, unit, factor = f"axes.{axis.letter.lower()}", file_unit(axis.letter), to_file(axis.letter)
     lines = ["", f"[{name}]"]

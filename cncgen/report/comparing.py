@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, fields
 from typing import Any
 
+from cncgen.diagnostics import UsageError
 from cncgen.machine.record import Servo
 from cncgen.report.comparison import Fluctuation, StrategyFigures
 from cncgen.report.tables import number, text_table
-from cncgen.servo.named_schemes import scheme_maker
+from cncgen.servo.named_schemes import Settings, scheme_maker
 from cncgen.servo.simulate import simulate_scheme
 from cncgen.servo.summary import summarize
 from cncgen.setpoints.record import Setpoints
@@ -49,6 +51,18 @@ def strategy_table(figures: Iterable[StrategyFigures]) -> str:
     return text_table(header, rows)
 
 
+def strategy_values(
+    figures: Iterable[StrategyFigures], fluctuations: Iterable[Fluctuation]
+) -> dict[str, Any]:
+    """Return the figures of both tables as plain values; a strategy that failed has its ``fault`` alone."""
+    strategies = []
+    for one in figures:
+        values = {field.name: getattr(one, field.name) for field in fields(one)}
+        fault = values.pop("fault")
+        strategies.append({"feedrate": one.feedrate, "fault": fault.message} if fault else values)
+    return {"strategies": strategies, "interpolators": [asdict(one) for one in fluctuations]}
+
+
 def interpolator_table(fluctuations: Iterable[Fluctuation]) -> str:
     """Return the feedrate fluctuation of each interpolator: travelled against commanded distance per period."""
     rows = [
@@ -59,27 +73,47 @@ def interpolator_table(fluctuations: Iterable[Fluctuation]) -> str:
 
 
 def compare_controllers(
-    setpoints: Sequence[Setpoints], servos: Mapping[str, Servo], names: Sequence[str]
+    setpoints: Sequence[Setpoints],
+    servos: Mapping[str, Servo],
+    names: Sequence[str],
+    settings: Settings | None = None,
 ) -> list[dict[str, Any]]:
     """Simulate the same setpoints under controllers by name; return the summary of each, with ``controller``.
 
+    A controller that cannot be had for the axes has its ``fault`` (a diagnostic's message) instead of figures, so that
+    the others are still compared.
+
     Raises:
-        UsageError: A name is unknown, or a controller cannot be had for the axes.
+        UsageError: A name is unknown, an axis has no servo data, or no controller can be had.
     """
-    return [
-        {"controller": name, **summarize(simulate_scheme(iter(setpoints), scheme_maker(name, servos)))}
-        for name in names
-    ]
+    makers = [scheme_maker(name, servos, settings) for name in names]
+    found: list[dict[str, Any]] = []
+    first: UsageError | None = None
+    for name, maker in zip(names, makers, strict=True):
+        try:
+            found.append({"controller": name, **summarize(simulate_scheme(iter(setpoints), maker))})
+        except UsageError as error:
+            if error.diagnostics[0].code not in ("controller-unfit", "servo-unstable"):
+                raise
+            found.append({"controller": name, "fault": error.diagnostics[0].message})
+            first = first or error
+    if first is not None and all("fault" in one for one in found):
+        raise first
+    return found
 
 
 def controller_table(summaries: Sequence[Mapping[str, Any]]) -> str:
     """Return contour error, tracking errors, speed variation and saturation of each controller."""
-    letters = list(summaries[0]["axes"]) if summaries else []
+    whole = [s for s in summaries if "fault" not in s]
+    letters = list(whole[0]["axes"]) if whole else []
     header = ["controller", "contour max µm", "contour rms µm"]
     header += [f"{k.upper()} tracking rms {'µm' if file_unit(k) == 'mm' else 'mdeg'}" for k in letters]
     header += ["speed variation mm/s", "saturated"]
     rows = []
     for s in summaries:
+        if "fault" in s:
+            rows.append([s["controller"], *["-"] * (len(header) - 1)])
+            continue
         tracking = [number(s["axes"][k][f"tracking_rms_{file_unit(k)}"], 1000) for k in letters]
         contour = [number(s[f"contour_error_{kind}_mm"], 1000) for kind in ("max", "rms")]
         rows.append(
@@ -91,4 +125,5 @@ def controller_table(summaries: Sequence[Mapping[str, Any]]) -> str:
                 str(s["saturated_samples"]),
             ]
         )
-    return text_table(header, rows)
+    faults = [f"  {s['fault']}\n" for s in summaries if "fault" in s]
+    return text_table(header, rows) + "".join(faults)

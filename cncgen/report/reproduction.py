@@ -127,14 +127,17 @@ def _cells(row: Row) -> Sequence[str]:
     return row.what, printed, f"{row.ours:.5g}", row.unit, difference, row.asked, verdict
 
 
+#: Where the example programs are: beside the modules of an installed package, else in the checkout.
+_PROGRAMS = (Path(__file__).resolve().parents[1] / "programs", Path(__file__).resolve().parents[2] / "programs")
+
+
 def program_text(name: str, programs: str | None) -> bytes:
-    """Return an example program: from the folder given, else from ``./programs``, else beside the package.
+    """Return an example program: from the folder given, else the one that ships.
 
     Raises:
-        UsageError: It is in none of them (``reproduce-programs``).
+        UsageError: It is not there (``reproduce-programs``).
     """
-    beside = Path(__file__).resolve().parents[2] / "programs"
-    folders = [Path(programs)] if programs else [Path("programs"), beside]
+    folders = [Path(programs)] if programs else _PROGRAMS
     for folder in folders:
         path = folder / name
         if path.is_file():

@@ -1,42 +1,95 @@
-"""Tuned gains as a user sees them: margins, Bode tables, and servo tables for a machine file."""
+"""Tuned gains as a user sees them: margins, Bode tables, and tables for a machine file."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from cncgen.machine.record import Servo
-from cncgen.servo.tuning import bode_table, loop_margins
+from cncgen.machine.writing import table_text
+from cncgen.servo.tuning.analysis import OpenLoop, closed_bandwidth_hz, linear_loop, open_loops
+from cncgen.servo.tuning.search import Search
 
 
-def margin_text(servo: Servo, letter: str, period_s: float, bode: bool = True) -> str:
-    """Return the margins of an axis's loop, and its Bode table where asked."""
-    try:
-        found = loop_margins(servo, letter, period_s)
-    except ValueError as error:
-        return f"{letter}: {error}"
+def margin_text(loop: OpenLoop, bode: bool = True) -> str:
+    """Return the margins of a loop, and its Bode table where asked."""
+    found = loop.margins()
     head = (
-        f"{letter}: gain margin {found.gain:.3g}, phase margin {found.phase_deg:.1f}°, modulus margin {found.modulus:.3f},"
-        f" crossover {found.crossover_rad_s / 6.283185307179586:.3g} Hz"
+        f"{loop.name}: gain margin {found.gain:.3g}, phase margin {found.phase_deg:.1f}°, modulus margin {found.modulus:.3f},"
+        f" crossover {found.crossover_rad_s / (2.0 * math.pi):.3g} Hz"
     )
-    return f"{head}\n{bode_table(servo, letter, period_s)}" if bode else head
+    return f"{head}\n{loop.bode_table()}" if bode else head
 
 
-def servo_tables(servos: Mapping[str, Servo]) -> str:
-    """Return ``[axes.x.servo]`` tables as TOML, for ``--axis-params``."""
-    parts = []
-    for letter, servo in servos.items():
-        lines = [f"[axes.{letter.lower()}.servo]", f'model = "{servo.model}"']
-        lines += [f"{key} = {_toml(value)}" for key, value in servo.parameters.items()]
-        parts.append("\n".join(lines))
-    return "\n\n".join(parts) + "\n"
+def loop_texts(
+    controller: str, servos: Mapping[str, Servo], axes: str, period_s: float, settings: Any, bode: bool
+) -> Iterator[str]:
+    """Yield the margins of each loop of a scheme, and of its own controllers the bandwidth of each closed axis."""
+    try:
+        loops = open_loops(controller, servos, axes, period_s, settings)
+    except ValueError as error:
+        yield str(error)
+        return
+    yield from (margin_text(loop, bode) for loop in loops)
+    if controller != "tcf":
+        for letter in axes:
+            bandwidth = closed_bandwidth_hz(linear_loop(servos[letter], letter, period_s))
+            yield f"{letter}: closed loop, setpoint to position: {bandwidth:.3g} Hz (-3 dB)"
 
 
-def _toml(value: Any) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str):
-        return f'"{value}"'
-    if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(repr(float(v)) for v in value) + "]"
-    return repr(float(value)) if isinstance(value, float) else repr(value)
+def search_text(found: Search) -> str:
+    """Return what a search found in one line."""
+    before = f"{1e3 * found.start_rms_mm:.3f}" if math.isfinite(found.start_rms_mm) else "refused"
+    return (
+        f"{found.tried} gain sets, {found.refused} refused: contour error rms {before} ->"
+        f" {1e3 * found.contour_rms_mm:.3f} µm"
+    )
+
+
+def gain_tables(servos: Mapping[str, Servo], coupling: Mapping[str, float]) -> str:
+    """Return ``[axes.x.servo]`` tables and the ``[coupling]`` table as TOML, for ``--axis-params``."""
+    parts = [
+        table_text(f"axes.{letter.lower()}.servo", {"model": servo.model, **servo.parameters})
+        for letter, servo in servos.items()
+    ]
+    if coupling:
+        parts.append(table_text("coupling", coupling))
+    return "\n".join(parts)
+
+
+def summary_of(
+    controller: str,
+    servos: Mapping[str, Servo],
+    coupling: Mapping[str, float],
+    loops: Iterable[OpenLoop],
+    found: Search | None,
+) -> dict[str, Any]:
+    """Return gains, margins and the search as plain values."""
+    result: dict[str, Any] = {
+        "schema_version": 1,
+        "controller": controller,
+        "axes": {k.lower(): {"model": s.model, **s.parameters} for k, s in servos.items()},
+        "coupling": dict(coupling),
+        "loops": [_margins(loop) for loop in loops],
+    }
+    if found is not None:
+        start = found.start_rms_mm if math.isfinite(found.start_rms_mm) else None
+        result["search"] = {
+            "sets": found.tried,
+            "refused": found.refused,
+            "contour_rms_mm": found.contour_rms_mm,
+            "start_contour_rms_mm": start,
+        }
+    return result
+
+
+def _margins(loop: OpenLoop) -> dict[str, Any]:
+    found = loop.margins()
+    values = {
+        "gain_margin": found.gain,
+        "phase_margin_deg": found.phase_deg,
+        "modulus_margin": found.modulus,
+        "crossover_hz": found.crossover_rad_s / (2.0 * math.pi),
+    }
+    return {"loop": loop.name, **{k: v if math.isfinite(v) else None for k, v in values.items()}}

@@ -36,26 +36,31 @@ def exponential(matrix: Floats) -> Floats:
 
 
 def _balanced(matrix: Floats) -> tuple[Floats, Floats]:
-    """Return D⁻¹ M D with rows and columns of like size, and D's diagonal: powers of two, so nothing is rounded."""
-    scale = np.ones(len(matrix))
-    balanced = matrix.copy()
-    off = ~np.eye(len(matrix), dtype=bool)
+    """Return D⁻¹ M D with rows and columns of like size, and D's diagonal: powers of two, so nothing is rounded.
+
+    On lists: for a dozen rows that is several times faster than numpy's calls.
+    """
+    n = len(matrix)
+    size: list[list[float]] = np.abs(matrix).tolist()
+    scale = [1.0] * n
     for _ in range(20):
         changed = False
-        for i in range(len(matrix)):
-            column = np.abs(balanced[off[i], i]).sum()
-            row = np.abs(balanced[i, off[i]]).sum()
-            if column == 0.0 or row == 0.0:
+        for i in range(n):
+            row = sum(size[i]) - size[i][i]
+            column = sum(line[i] for line in size) - size[i][i]
+            if not (column > 0.0 and row > 0.0):
                 continue
             factor = 2.0 ** round(0.5 * math.log2(row / column))
             if factor != 1.0:
-                balanced[:, i] *= factor
-                balanced[i] /= factor
+                size[i] = [value / factor for value in size[i]]
+                for line in size:
+                    line[i] *= factor
                 scale[i] *= factor
                 changed = True
         if not changed:
             break
-    return balanced, scale
+    diagonal = np.array(scale)
+    return matrix * diagonal / diagonal[:, None], diagonal
 
 
 def held(a: Floats, b: Floats, period: float) -> tuple[Floats, Floats]:

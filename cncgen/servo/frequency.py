@@ -14,17 +14,35 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 
-def ratio_in_z(loop: AxisLoop) -> tuple[Floats, Floats]:
+def ratio_in_z(loop: AxisLoop, parts: int = 1) -> tuple[Floats, Floats]:
     """Return (numerator, denominator) of a linear loop from setpoint to position, highest power of z first.
 
     C (zI − A)⁻¹ (B0 + z B1) + D of the loop's transition; the numerator has the denominator's length.
+
+    Args:
+        loop: The loop.
+        parts: Control periods a setpoint, between which setpoints are interpolated linearly; z is a setpoint's shift.
     """
-    a, start, end = loop.transition()
+    a, start, end = _over_setpoint(loop, parts)
     below = np.real(np.poly(a))
     above = _numerator(a, start, loop.output, below) + loop.feedthrough * below
     if end.any():
         above = above + np.append(_numerator(a, end, loop.output, below)[1:], 0.0)
     return above, below
+
+
+def _over_setpoint(loop: AxisLoop, parts: int) -> tuple[Floats, Floats, Floats]:
+    """Return (A, B0, B1) over a setpoint's period of that many control periods."""
+    a, b0, b1 = loop.transition()
+    total, start, end = np.eye(len(a)), np.zeros(len(a)), np.zeros(len(a))
+    for m in range(parts):
+        first, last = m / parts, (m + 1) / parts
+        total, start, end = (
+            a @ total,
+            a @ start + b0 * (1.0 - first) + b1 * (1.0 - last),
+            a @ end + b0 * first + b1 * last,
+        )
+    return total, start, end
 
 
 def _numerator(a: Floats, b: Floats, c: Floats, below: Floats) -> Floats:

@@ -99,6 +99,11 @@ def _close(plant: Plant, controller: Controller, period: float) -> AxisLoop:
     inputs = np.zeros((4, levels, _INPUTS, len(law)))
     stick_law, stick_inputs = np.zeros((2, len(law))), np.zeros((2, 2))
     for mode in (0, 1):
+        if mode == 1 and not controller.continuous:
+            # A sampled controller has no say between its instants: free and held are one flow.
+            phi[1::2], inputs[1::2] = phi[0::2], inputs[0::2]
+            stick_law[1], stick_inputs[1] = stick_law[0], stick_inputs[0]
+            break
         a, b = _continuous(plant, controller, mode == 0, law, speed)
         _fill(phi[mode], inputs[mode], a, b, period)
         if levels > 1 and plant.velocity is not None:
@@ -191,25 +196,34 @@ def _continuous(
 
 def _fill(phi: Floats, inputs: Floats, a: Floats, b: Floats, period: float) -> None:
     """Write the flow over the period and over its halves: phi (levels, n, n), inputs (levels, 5, n)."""
-    phi[0], start, end = ramped(a, b[:, :1], period)
-    _, rest = held(a, b[:, 1:], period)
-    inputs[0, 0], inputs[0, 1], inputs[0, 2:] = start[:, 0], end[:, 0], rest.T
+    _read_flow(phi[0], inputs[0], exponential(_ramp_block(a * period, b * period)), b.shape[1], 1.0)
     if len(phi) > 1:
         _fill_halves(phi, inputs, a, b, period)
 
 
-def _fill_halves(phi: Floats, inputs: Floats, a: Floats, b: Floats, period: float) -> None:
-    """Write levels 1 and up by squaring from the shortest part: its rounding grows to 1e-10 on the way, no more."""
+def _ramp_block(a: Floats, b: Floats) -> Floats:
+    """Return the generator of ẋ = A x + B u with all inputs held but the first, which rises: (n + m + 1) square."""
     n, m = b.shape
     block = np.zeros((n + m + 1, n + m + 1))
     block[:n, :n], block[:n, n : n + m], block[n, n + m] = a, b, 1.0
+    return block
+
+
+def _read_flow(phi: Floats, inputs: Floats, flow: Floats, m: int, part: float) -> None:
+    """Write Φ (n, n) and inputs (5, n) from the exponential of `_ramp_block` over a time `part` of its own unit."""
+    n = len(phi)
+    ramp = flow[:n, n + m] / part
+    phi[:] = flow[:n, :n]
+    inputs[0], inputs[1] = flow[:n, n] - ramp, ramp
+    inputs[2:] = flow[:n, n + 1 : n + m].T
+
+
+def _fill_halves(phi: Floats, inputs: Floats, a: Floats, b: Floats, period: float) -> None:
+    """Write levels 1 and up by squaring from the shortest part: its rounding grows to 1e-10 on the way, no more."""
     part = period / 2.0 ** (len(phi) - 1)
-    flow = exponential(block * part)
+    flow = exponential(_ramp_block(a, b) * part)
     for level in range(len(phi) - 1, 0, -1):
-        ramp = flow[:n, n + m] / part
-        phi[level] = flow[:n, :n]
-        inputs[level, 0], inputs[level, 1] = flow[:n, n] - ramp, ramp
-        inputs[level, 2:] = flow[:n, n + 1 : n + m].T
+        _read_flow(phi[level], inputs[level], flow, b.shape[1], part)
         flow, part = flow @ flow, 2.0 * part
 
 

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+import difflib
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.machine.record import Servo
 from cncgen.servo.controllers.base import Controller
-from cncgen.servo.controllers.ccc import fitted
+from cncgen.servo.controllers.ccc import CrossCoupling, coupling_of, fitted
 from cncgen.servo.controllers.tcf import task_frame
 from cncgen.servo.controllers.zpetc import Zpetc, design
-from cncgen.servo.loop import close_loop
+from cncgen.servo.loop import AxisLoop, close_loop
 from cncgen.servo.models import control_period, plant_and_controller
 from cncgen.servo.scheme import Scheme, SchemeMaker
 from cncgen.servo.simulate import own_scheme
+from cncgen.units import is_rotary
 
 #: The names, in the order of Hsu 1999, Table 1. ``p`` stands for the axis's own controller, whatever it is.
 NAMES = ("p", "zpetc", "ccc", "zpetc+ccc", "tcf")
@@ -22,18 +26,63 @@ NAMES = ("p", "zpetc", "ccc", "zpetc+ccc", "tcf")
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """Gains of the schemes.
+    """Gains of the schemes; `settings_of` reads them from the ``[coupling]`` table of a machine file.
 
     Attributes:
-        ccc_proportional, ccc_integral: Multiples of the axes' own gain (the second in 1/s); see `ccc.fitted`.
-        tcf_poles: rad/s, of the tangential and the normal error.
+        ccc_proportional, ccc_integral_1_s: Multiples of the axes' own gain, the second in 1/s. None: 8 and 100, lowered
+            together where the contour loop would come too near to instability (`ccc.fitted`).
+        tcf_tangential_rad_s, tcf_tangential_damping: Natural frequency and damping of the error along the path.
+        tcf_normal_rad_s, tcf_normal_damping: The same across it. The defaults are poles at 250 and 350 rad/s.
         models: Servo data that ZPETC is designed on, where they are not the axes' own (what a model error does).
     """
 
-    ccc_proportional: float = 8.0
-    ccc_integral: float = 100.0
-    tcf_poles: tuple[float, float] = (250.0, 350.0)
+    ccc_proportional: float | None = None
+    ccc_integral_1_s: float | None = None
+    tcf_tangential_rad_s: float = math.sqrt(250.0 * 350.0)
+    tcf_tangential_damping: float = 300.0 / math.sqrt(250.0 * 350.0)
+    tcf_normal_rad_s: float = math.sqrt(250.0 * 350.0)
+    tcf_normal_damping: float = 300.0 / math.sqrt(250.0 * 350.0)
     models: Mapping[str, Servo] | None = None
+
+    def as_table(self, controller: str) -> dict[str, float]:
+        """Return the keys of ``[coupling]`` that a scheme uses."""
+        group = "tcf" if controller == "tcf" else "ccc" if "ccc" in controller else "none"
+        return {
+            k: getattr(self, k) for k in COUPLING_KEYS if k.startswith(group) and getattr(self, k) is not None
+        }
+
+
+#: Keys of the ``[coupling]`` table.
+COUPLING_KEYS = tuple(f.name for f in fields(Settings) if f.name != "models")
+
+
+def settings_of(table: Mapping[str, Any]) -> Settings:
+    """Return the settings of a ``[coupling]`` table.
+
+    Raises:
+        UsageError: With a diagnostic for each key that is unknown (``machine-key``) or no positive number
+            (``machine-value``; an integral gain may be 0).
+    """
+    faults = []
+    for key, value in table.items():
+        if key not in COUPLING_KEYS:
+            near = difflib.get_close_matches(key, COUPLING_KEYS, 1)
+            hint = f"did you mean {near[0]}?" if near else f"known keys: {', '.join(COUPLING_KEYS)}"
+            faults.append(Diagnostic("machine-key", f"coupling.{key}: unknown key", hint=hint))
+            continue
+        number = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+        if not number or value < 0.0 or (value == 0.0 and "integral" not in key):
+            faults.append(
+                Diagnostic("machine-value", f"coupling.{key}: must be a positive number, is {value!r}")
+            )
+    ccc = {"ccc_proportional", "ccc_integral_1_s"} & set(table)
+    if len(ccc) == 1:
+        faults.append(
+            Diagnostic("machine-missing", f"coupling: {ccc.pop()} needs the other ccc gain beside it")
+        )
+    if faults:
+        raise UsageError(faults)
+    return replace(Settings(), **dict[str, Any]({key: float(value) for key, value in table.items()}))
 
 
 def scheme_maker(name: str, servos: Mapping[str, Servo], settings: Settings | None = None) -> SchemeMaker:
@@ -67,22 +116,42 @@ def _coupled(name: str, servos: Mapping[str, Servo], axes: str, period_s: float,
     prefilter = coupling = None
     if "zpetc" in name:
         modelled = own_scheme({**servos, **(chosen.models or {})}, axes, period_s)
-        if any(abs(loop.period - period_s) > 1e-12 for loop in modelled.loops if loop.sampled):
-            raise ValueError("it is designed at the setpoints' period; set control_period_s to that")
-        prefilter = Zpetc([design(loop) for loop in modelled.loops])
+        prefilter = Zpetc([design(loop, round(period_s / loop.period)) for loop in modelled.loops])
     if "ccc" in name:
-        if len({loop.period for loop in own.loops}) > 1 or len(axes) not in (2, 3):
-            raise ValueError("it couples two or three axes of one control period")
-        coupling = fitted(own.loops, chosen.ccc_proportional, chosen.ccc_integral)
+        coupling = cross_coupling(own.loops, axes, chosen)
     return Scheme(own.loops, prefilter, coupling)
+
+
+def cross_coupling(loops: Sequence[AxisLoop], axes: str, chosen: Settings) -> CrossCoupling:
+    """Return the coupling of a scheme: as the settings say, or fitted to the axes where they leave it open.
+
+    Raises:
+        ValueError: The axes cannot be coupled.
+    """
+    _check_coupled(axes, {loop.period for loop in loops})
+    if any(loop.law_inputs[0] == 0.0 or not loop.inputs[:, 0, 2].any() for loop in loops):
+        raise ValueError("it acts on the drives, and a closed loop given as a whole has none")
+    if chosen.ccc_proportional is None or chosen.ccc_integral_1_s is None:
+        return fitted(loops)
+    return coupling_of(loops, chosen.ccc_proportional, chosen.ccc_integral_1_s)
+
+
+def _check_coupled(axes: str, periods: set[float]) -> None:
+    if len(periods) > 1:
+        raise ValueError("it couples axes of one control period")
+    if len(axes) not in (2, 3) or any(is_rotary(letter) for letter in axes):
+        raise ValueError(f"it couples two or three linear axes, not {', '.join(axes)}")
 
 
 def _task_frame(servos: Mapping[str, Servo], axes: str, period_s: float, chosen: Settings) -> Scheme:
     own_scheme(servos, axes, period_s)
     periods = {control_period(servos[letter], letter, period_s) for letter in axes}
-    if len(periods) > 1:
-        raise ValueError("it couples axes of one control period")
+    _check_coupled(axes, periods)
     period = periods.pop()
     plants = [plant_and_controller(servos[letter], letter, period)[0] for letter in axes]
-    loops = tuple(close_loop(plant, Controller(), period) for plant in plants)
-    return Scheme(loops, None, task_frame(plants, chosen.tcf_poles))
+    frame = task_frame(
+        plants,
+        (chosen.tcf_tangential_rad_s, chosen.tcf_tangential_damping),
+        (chosen.tcf_normal_rad_s, chosen.tcf_normal_damping),
+    )
+    return Scheme(tuple(close_loop(plant, Controller(), period) for plant in plants), None, frame)

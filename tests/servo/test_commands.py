@@ -60,6 +60,49 @@ def test_tune_writes_servo_tables(tmp_path, capfd):
     assert run(["tune", "-m", "xy-table"]) == 2
 
 
+def test_coupling_gains_are_tuned_written_and_used(tmp_path, programs, capfd):
+    program, table, summary = str(programs / "circle.nc"), str(tmp_path / "t.toml"), tmp_path / "s.json"
+    tune = ["tune", program, "-m", "dyna-1007", "--sets", "10", "--no-bode", "-o", table, "--jobs", "1"]
+    for controller in ("ccc", "tcf"):
+        assert run([*tune, "--controller", controller, "--summary", str(summary)]) == 0
+        found = json.loads(summary.read_text())
+        assert found["search"]["contour_rms_mm"] <= found["search"]["start_contour_rms_mm"]
+        assert all(loop["modulus_margin"] >= 0.25 for loop in found["loops"])
+        simulate = [
+            "simulate",
+            program,
+            "-m",
+            "dyna-1007",
+            "--axis-params",
+            table,
+            "--controller",
+            controller,
+        ]
+        assert run([*simulate, "-o", str(tmp_path / "r.csv"), "--summary", str(summary)]) == 0
+        again = json.loads(summary.read_text())["contour_error_rms_mm"]
+        assert abs(again - found["search"]["contour_rms_mm"]) < 1e-12
+    assert "modulus margin" in capfd.readouterr().err
+    (tmp_path / "bad.toml").write_text((tmp_path / "t.toml").read_text() + "tcf_gain = 1.0\n")
+    assert run(["simulate", program, "-m", "dyna-1007", "--axis-params", str(tmp_path / "bad.toml")]) == 2
+    assert "coupling.tcf_gain: unknown key" in capfd.readouterr().err
+
+
+def test_compare_sets_controllers_side_by_side_and_says_which_cannot_be_had(tmp_path, programs, capfd):
+    program, summary = str(programs / "circle.nc"), tmp_path / "s.json"
+    command = ["compare", program, "-m", "dyna-1007", "--summary", str(summary), "--controllers"]
+    assert run([*command, "p,zpetc,ccc,zpetc+ccc,tcf"]) == 0
+    names = [c["controller"] for c in json.loads(summary.read_text())["controllers"]]
+    assert names == ["p", "zpetc", "ccc", "zpetc+ccc", "tcf"]
+    pure = tmp_path / "pure.toml"
+    tables = [f'[axes.{k}.servo]\nmodel = "first-order"\nposition_gain_1_s = 50.0\n' for k in "xy"]
+    pure.write_text("\n".join(tables))
+    assert run([*command, "p,tcf", "--axis-params", str(pure)]) == 0
+    assert "velocity state" in capfd.readouterr().out
+    assert "velocity state" in json.loads(summary.read_text())["controllers"][1]["fault"]
+    assert run([*command, "tcf", "--axis-params", str(pure)]) == 2
+    assert run([*command, "p,pid"]) == 2
+
+
 def test_reproduce_prints_a_table_and_its_exit_code(capfd):
     assert run(["reproduce", "002"]) == 0
     assert "all stated tolerances hold" in capfd.readouterr().out

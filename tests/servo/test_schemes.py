@@ -13,7 +13,7 @@ from cncgen.servo.controllers.base import Controller
 from cncgen.servo.controllers.p import p
 from cncgen.servo.frequency import margins, open_loop, ratio_in_z, response_to_setpoint
 from cncgen.servo.loop import close_loop, follow_transfer_function
-from cncgen.servo.named_schemes import NAMES, Settings, scheme_maker
+from cncgen.servo.named_schemes import NAMES, Settings, scheme_maker, settings_of
 from cncgen.servo.scheme import Scheme
 from cncgen.servo.simulate import own_scheme
 from cncgen.servo.stream import blocks
@@ -103,7 +103,9 @@ def test_task_frame_gains_are_the_papers_matrices():
     stiffness, damping = np.array([9e4, 6e4]), np.array([600.0, 500.0])
     angle, w, dw = 0.8, 3.0, -40.0
     tangent = np.array([[np.cos(angle), np.sin(angle)]])
-    ours = tcf.TaskFrame(gain, lag, stiffness, damping).feedback(tangent, np.array([w]), np.array([dw]))[0]
+    turning = np.array([[[0.0, -1.0], [1.0, 0.0]]])
+    made = tcf.TaskFrame(1.0 / lag, gain / lag, stiffness, damping)
+    ours = made.feedback(tangent, w * turning, dw * turning)[0]
     frame = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     turn, zero = np.array([[0.0, 1.0], [-1.0, 0.0]]), np.zeros((2, 2))
     a = np.block([[zero, np.eye(2)], [zero, -np.diag(1 / lag)]])
@@ -157,7 +159,7 @@ def test_schemes_say_what_they_cannot_do():
     rows = circle(6.0, 50.0)[:50]
     with pytest.raises(UsageError, match="controller-unknown"):
         scheme_maker("pid", profile("dyna-1007"))
-    with pytest.raises(UsageError, match="two axes, not 1"):
+    with pytest.raises(UsageError, match="two or three linear axes"):
         run_scheme(rows[:, :1], scheme_maker("tcf", profile("dyna-1007")), axes="X")
     pure = {k: Servo("first-order", {"position_gain_1_s": 50.0}) for k in "XY"}
     with pytest.raises(UsageError, match="velocity state"):
@@ -207,3 +209,102 @@ def test_blocks_hand_on_every_row_once_with_its_neighbours():
         expected = np.clip(block.first + np.arange(len(block)) - 3, 0, None)
         assert block.shifted(-3)[:, 0] == pytest.approx(expected)
     assert np.array_equal(np.concatenate(seen), rows)
+
+
+def turned(rows):
+    """A plane motion in a plane of space that no axis lies in, and the matrix that turned it."""
+    axis, angle = np.array([1.0, 2.0, 3.0]) / np.sqrt(14.0), 0.9
+    cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    matrix = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    return np.column_stack([rows, np.zeros(len(rows))]) @ matrix.T, matrix
+
+
+@pytest.mark.parametrize("name", ["ccc", "tcf"])
+def test_schemes_in_space_are_those_of_the_plane_turned(name):
+    """With equal axes nothing depends on how the coordinates lie: a circle in a slanted plane beside one in X Y."""
+    servo = Servo("first-order", {"position_gain_1_s": 80.0, "time_constant_s": 0.005})
+    rows = circle(10.0, 80.0, turns=1.0)
+    slanted, matrix = turned(rows)
+    plane = run_scheme(rows, scheme_maker(name, dict.fromkeys("XY", servo)))
+    space = run_scheme(slanted, scheme_maker(name, dict.fromkeys("XYZ", servo)), axes="XYZ")
+    back = space.position @ matrix
+    # Cross coupling in the plane weighs each axis by its own variable gain, which is the vector's to first order in e κ.
+    tolerance = 1e-9 if name == "tcf" else 2e-3
+    assert back[:, :2] == pytest.approx(plane.position, abs=tolerance)
+    assert np.abs(back[:, 2]).max() < 1e-9
+    assert space.contour_error_mm.max() < 0.2 * run_scheme(slanted, scheme_maker("p", dict.fromkeys("XYZ", servo)),
+                                                            axes="XYZ").contour_error_mm.max()  # fmt: skip
+
+
+def test_task_frame_on_a_helix_holds_the_path():
+    """A curve with torsion: continuous state feedback would hold it exactly, the sampled one to second order in T."""
+    t = np.arange(0.0, 1.5, T)
+    phase = 6.0 * np.where(t < 0.5, t**2, t - 0.25)
+    rows = np.column_stack([10 * np.cos(phase), 10 * np.sin(phase), 4.0 * phase])
+    servos = {
+        k: Servo("first-order", {"position_gain_1_s": g, "time_constant_s": lag})
+        for k, g, lag in (("X", 90.0, 0.004), ("Y", 70.0, 0.005), ("Z", 50.0, 0.007))
+    }
+    tcf_run, p_run = (run_scheme(rows, scheme_maker(n, servos), axes="XYZ") for n in ("tcf", "p"))
+    assert tcf_run.contour_error_mm.max() < 0.01 * p_run.contour_error_mm.max()
+
+
+def test_the_normal_error_decays_with_its_own_gains():
+    """Along (1, 1, 0) at rest in the frame: errors along and across obey ë + 2ζω ė + ω² e = 0, each with its own ω, ζ."""
+    plants_3 = [plants.velocity_loop(1.0, lag) for lag in (0.004, 0.006, 0.009)]
+    frame = tcf.task_frame(plants_3, (40.0, 0.5), (90.0, 1.0))
+    tangent = np.array([[1.0, 1.0, 0.0]]) / np.sqrt(2.0)
+    none = np.zeros((1, 3, 3))
+    gain = frame.feedback(tangent, none, none)[0]
+    drag, strength = np.diag(frame.drag), np.diag(frame.strength)
+    closed = np.block([[np.zeros((3, 3)), np.eye(3)], [-strength @ gain[0], -drag - strength @ gain[1]]])
+    wanted = [*np.roots([1, 40, 1600]), *np.roots([1, 180, 8100]), *np.roots([1, 180, 8100])]
+    found = np.linalg.eigvals(closed)
+    assert np.sort(found.real) == pytest.approx(np.sort(np.real(wanted)), rel=1e-6)
+    assert np.sort(found.imag) == pytest.approx(np.sort(np.imag(wanted)), abs=1e-4)
+
+
+def test_zpetc_is_designed_at_the_setpoints_period():
+    """The xy-table's loop runs at half the setpoints' period; the prefilter leaves less than a hundredth of its error."""
+    rows = circle(10.0, 60.0)
+    errors = {
+        name: np.abs((r := run_scheme(rows, scheme_maker(name, profile("xy-table")))).command - r.position)[
+            :-50
+        ].max()
+        for name in ("p", "zpetc")
+    }
+    assert errors["zpetc"] < 0.01 * errors["p"]
+
+
+@pytest.mark.parametrize("name", ["ccc", "tcf"])
+def test_coupled_controllers_see_what_the_encoder_says(name):
+    """Noise and steps of the encoder reach the coupling: at rest it answers them."""
+    quiet = {"position_gain_1_s": 80.0, "time_constant_s": 0.005, "control_period_s": T}
+    noisy = Servo("first-order", {**quiet, "noise_rms_mm": 0.001, "encoder_resolution_mm": 0.001})
+    rows = circle(10.0, 80.0, turns=0.5)
+    forces = [
+        run_scheme(rows, scheme_maker(name, dict.fromkeys("XY", s))).force
+        for s in (Servo("first-order", quiet), noisy)
+    ]
+    own = 80.0 * 0.001
+    assert (forces[1] - forces[0])[300:].std() > 2.0 * own
+
+
+def test_settings_are_read_and_faults_are_named():
+    found = settings_of({"ccc_proportional": 4, "ccc_integral_1_s": 0.0, "tcf_normal_rad_s": 100.0})
+    assert (found.ccc_proportional, found.ccc_integral_1_s, found.tcf_normal_rad_s) == (4.0, 0.0, 100.0)
+    with pytest.raises(UsageError) as caught:
+        settings_of({"ccc_gain": 1.0, "tcf_normal_rad_s": -1.0, "ccc_proportional": 2.0})
+    assert [d.code for d in caught.value.diagnostics] == ["machine-key", "machine-value", "machine-missing"]
+
+
+def test_stiffness_of_known_loops():
+    """P: Kv; PD+: Kp a mm, where it is well damped; whatever the control period."""
+    slow = {
+        k: Servo("first-order", {"position_gain_1_s": g, "time_constant_s": 0.005})
+        for k, g in (("X", 30.0), ("Y", 20.0))
+    }
+    assert ccc.own_gain(own_scheme(slow, "XY", T).loops) == pytest.approx(25.0, rel=1e-4)
+    servo = profile("die-bonder")["Y"]
+    damped = Servo(servo.model, {**servo.parameters, "derivative_gain_volt_s_rad": 0.06})
+    assert ccc.own_gain(own_scheme({"Y": damped}, "Y", T).loops) == pytest.approx(0.00577 * 1000, rel=1e-3)

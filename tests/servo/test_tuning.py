@@ -8,9 +8,15 @@ import pytest
 from cncgen.diagnostics import UsageError
 from cncgen.machine import servo_schema
 from cncgen.machine.record import Servo
-from cncgen.servo.simulate import simulate
+from cncgen.servo import plants
+from cncgen.servo.controllers import ccc
+from cncgen.servo.controllers.tcf import loop_on_a_line
+from cncgen.servo.named_schemes import scheme_maker
+from cncgen.servo.simulate import own_scheme, simulate, simulate_scheme
 from cncgen.servo.summary import summarize
-from cncgen.servo.tuning import VELOCITY_RATIO, bode_table, loop_margins, open_response, placed, search
+from cncgen.servo.tuning.analysis import axis_open_loop, open_loops, open_response
+from cncgen.servo.tuning.placement import VELOCITY_RATIO, phase_margin, placed, placed_settings
+from cncgen.servo.tuning.search import search
 
 from .bench import circle, profile, stream
 
@@ -56,8 +62,52 @@ def test_open_loop_of_the_cascade_is_its_block_diagram():
     s = 1j * w
     velocity = p["velocity_gain_1_s"] * (1 + p["integral_rate_1_s"] / s) / (s * (s + p["velocity_pole_1_s"]))
     assert open_response(servo, "X", 0.001, w) == pytest.approx(velocity * (s + p["position_gain_1_s"]))
-    assert loop_margins(servo, "X", 0.001).phase_deg > 45.0
-    assert len(bode_table(servo, "X", 0.001, rows=7).splitlines()) == 8
+    assert axis_open_loop(servo, "X", 0.001).margins().phase_deg > 45.0
+    assert len(axis_open_loop(servo, "X", 0.001).bode_table(rows=7).splitlines()) == 8
+
+
+def test_cross_coupling_crosses_where_asked_with_the_phase_of_its_damping():
+    loops = own_scheme(profile("dyna-1007"), "XY", 0.001).loops
+    settings = placed_settings("ccc", loops, 35.0, 0.4)
+    coupling = ccc.coupling_of(loops, settings.ccc_proportional, settings.ccc_integral_1_s)
+    w = np.array([2 * math.pi * 35.0])
+    response = [ccc.contour_loop(loop, coupling.proportional, coupling.integral, w)[0] for loop in loops]
+    assert max(abs(r) for r in response) == pytest.approx(1.0, rel=1e-9)
+    wanted = math.degrees(phase_margin(0.4))
+    assert wanted == pytest.approx(43.12, abs=0.01)  # Ogata, Fig. 7-29: near 100 ζ
+    found = [180.0 + math.degrees(np.angle(r)) for r in response]
+    assert min(found) == pytest.approx(wanted, abs=0.01)
+    with pytest.raises(UsageError, match="of phase there"):
+        placed_settings("ccc", loops, 70.0, 0.7)
+    with pytest.raises(UsageError, match="half the control frequency"):
+        placed_settings("ccc", loops, 600.0, 0.7)
+
+
+def test_the_task_frames_loop_on_a_line_has_the_poles_asked_for():
+    """1 + L = 0 at the poles of the sampled closed loop, which for a short period are those of s² + 2ζω s + ω²."""
+    plant = plants.velocity_loop(1.0, 0.005)
+    period, natural, damping = 1e-5, 120.0, 0.6
+    pole = np.roots([1.0, 2 * damping * natural, natural**2])[0]
+    loop = loop_on_a_line(plant, natural, damping, period, np.array([pole / 1j]))
+    assert abs(1.0 + loop[0]) < 2e-3
+    settings = placed_settings("tcf", (), 20.0, 0.7)
+    names = [loop.name for loop in open_loops("tcf", profile("dyna-1007"), "XY", 0.001, settings)]
+    assert names == [f"{k}, error {side} the path" for k in "XY" for side in ("along", "across")]
+
+
+@pytest.mark.parametrize("controller", ["ccc", "tcf"])
+def test_a_search_of_a_coupling_keeps_its_margins_on_any_number_of_processes(controller):
+    setpoints = list(stream(circle(10.0, 60.0, turns=1.0)))
+    servos = profile("dyna-1007")
+    options = {"controller": controller, "sets": 24, "modulus": 0.5, "seed": 3}
+    one, two = (search(setpoints, servos, workers=n, **options) for n in (1, 2))
+    assert one.contour_rms_mm == two.contour_rms_mm <= one.start_rms_mm
+    assert one.settings == two.settings
+    least = min(loop.modulus() for loop in open_loops(controller, servos, "XY", 0.001, one.settings))
+    assert least >= (0.25 if controller == "ccc" else 0.5)
+    maker = scheme_maker(controller, one.servos, one.settings)
+    again = summarize(simulate_scheme(iter(setpoints), maker))["contour_error_rms_mm"]
+    assert again == one.contour_rms_mm
 
 
 def test_a_search_finds_less_contour_error_within_the_margin():
@@ -68,7 +118,7 @@ def test_a_search_finds_less_contour_error_within_the_margin():
     assert found.contour_rms_mm < found.start_rms_mm
     assert found.contour_rms_mm == again.contour_rms_mm
     assert summarize(simulate(iter(setpoints), found.servos))["contour_error_rms_mm"] == found.contour_rms_mm
-    assert all(loop_margins(found.servos[k], k, 0.001).modulus >= 0.59 for k in "XY")
+    assert all(axis_open_loop(found.servos[k], k, 0.001).margins().modulus >= 0.59 for k in "XY")
 
 
 def test_what_cannot_be_placed_is_said():

@@ -23,8 +23,10 @@ from cncgen.servo.stream import Block
 
 Floats = NDArray[np.float64]
 
-#: Zeros nearer to the origin than this are cancelled; others would ring or grow.
+#: Zeros nearer to the origin than this are cancelled: what they leave dies away within some 20 samples.
 CANCELLABLE = 0.9
+#: Stable zeros further out are cancelled where their mode has at least this damping; others would ring.
+DAMPED = 0.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,24 +38,32 @@ class AxisFilter:
     poles: Floats
 
 
-def design(loop: AxisLoop, cancellable: float = CANCELLABLE) -> AxisFilter:
-    """Return the prefilter of a loop, from its own linear model.
+def design(loop: AxisLoop, parts: int = 1) -> AxisFilter:
+    """Return the prefilter of a loop with that many control periods a setpoint, from its own linear model.
 
     Raises:
-        ValueError: The loop does not reach its setpoint at rest, or has several control periods a setpoint (its model
-            at the setpoints' period is not the one at hand).
+        ValueError: The loop does not reach its setpoint at rest.
     """
-    above, below = ratio_in_z(loop)
+    above, below = ratio_in_z(loop, parts)
     small = 1e-12 * np.abs(above).max()
     delay = int(np.flatnonzero(np.abs(above) > small)[0])
     zeros = np.roots(above[delay:])
-    kept, cancelled = zeros[np.abs(zeros) >= cancellable], zeros[np.abs(zeros) < cancellable]
+    away = _cancellable(zeros)
+    kept, cancelled = zeros[~away], zeros[away]
     stable = np.atleast_1d(np.real(np.poly(cancelled))) * above[delay]
     other = np.atleast_1d(np.real(np.poly(kept)))
     if abs(other.sum()) < 1e-9:
         raise ValueError("the loop has a zero at z = 1 and cannot be inverted")
     taps = np.convolve(below, other[::-1]) / (other.sum() ** 2 * stable[0])
     return AxisFilter(taps, delay + len(other) - 1, stable[1:] / stable[0])
+
+
+def _cancellable(zeros: NDArray[np.complex128]) -> NDArray[np.bool_]:
+    """Tell which zeros go into B⁺: stable, and either fast or damped. ln z is the zero's place in s, times the period."""
+    size = np.abs(zeros)
+    place = np.log(np.where(size > 0.0, zeros, 0.5).astype(complex))
+    damping = -place.real / np.maximum(np.abs(place), 1e-300)
+    return (size < CANCELLABLE) | ((size < 1.0 - 1e-6) & (damping >= DAMPED))
 
 
 class Zpetc:

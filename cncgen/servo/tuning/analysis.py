@@ -1,0 +1,173 @@
+"""Open loops of axes and of control schemes, their margins, and Bode tables."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.machine.record import Servo
+from cncgen.servo.controllers.base import Controller
+from cncgen.servo.controllers.ccc import contour_loop
+from cncgen.servo.controllers.tcf import loop_on_a_line
+from cncgen.servo.frequency import Margins, margins, open_loop, response_to_setpoint
+from cncgen.servo.loop import AxisLoop, close_loop
+from cncgen.servo.models import control_period, plant_and_controller
+from cncgen.servo.named_schemes import Settings, cross_coupling, scheme_maker
+from cncgen.servo.plants import Plant
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+
+def open_response(servo: Servo, letter: str, period_s: float, frequencies: Floats) -> NDArray[np.complex128]:
+    """Return the loop broken at the drive's input, at frequencies in rad/s.
+
+    Raises:
+        ValueError: The model is a closed loop as a whole.
+    """
+    period = control_period(servo, letter, period_s)
+    plant, controller = plant_and_controller(servo, letter, period)
+    if controller.continuous:
+        return _continuous_response(plant, controller, frequencies)
+    return open_loop(close_loop(plant.with_imperfections(coulomb=0.0), controller, period), frequencies)
+
+
+def _continuous_response(plant: Plant, controller: Controller, frequencies: Floats) -> NDArray[np.complex128]:
+    """Return −(law)(jωI − A)⁻¹ B with plant and controller in a row."""
+    n, m = len(plant.a), len(controller.a)
+    speed = np.zeros(n)
+    if plant.velocity is not None:
+        speed[plant.velocity] = 1.0
+    a = np.zeros((n + m, n + m))
+    a[:n, :n], a[n:, n:] = plant.a, controller.a
+    a[n:, :n] = np.outer(controller.column("b_position"), plant.encoder)
+    a[n:, :n] += np.outer(controller.column("b_velocity"), speed)
+    law = np.concatenate(
+        [controller.d_position * plant.encoder + controller.d_velocity * speed, controller.c]
+    )
+    b = np.concatenate([plant.b, np.zeros(m)]).astype(complex)
+    systems = 1j * np.asarray(frequencies)[:, None, None] * np.eye(n + m) - a
+    states = np.linalg.solve(systems, np.broadcast_to(b[:, None], (len(systems), n + m, 1)))[:, :, 0]
+    return np.asarray(-(states @ law.astype(complex)), np.complex128)
+
+
+@dataclass(frozen=True, slots=True)
+class OpenLoop:
+    """A loop broken at one place.
+
+    Attributes:
+        name: What it is.
+        period: Control period, s: its frequencies end at π/period.
+        response: From frequencies in rad/s to L(jω).
+    """
+
+    name: str
+    period: float
+    response: Callable[[Floats], Complexes]
+
+    def frequencies(self, count: int, low: float = 0.1) -> Floats:
+        """Return frequencies from `low` to the loop's end, rad/s, evenly spaced by their logarithm."""
+        return np.geomspace(low, 0.999 * math.pi / self.period, count)
+
+    def margins(self, count: int = 3000) -> Margins:
+        """Return its stability margins."""
+        frequencies = self.frequencies(count)
+        return margins(self.response(frequencies), frequencies)
+
+    def modulus(self, count: int = 300) -> float:
+        """Return its distance from −1."""
+        return float(np.abs(1.0 + self.response(self.frequencies(count))).min())
+
+    def bode_table(self, rows: int = 25) -> str:
+        """Return frequency (Hz), magnitude (dB) and phase (°) as lines of text."""
+        frequencies = self.frequencies(rows, 2.0 * math.pi * 0.1)
+        response = self.response(frequencies)
+        phase = np.degrees(np.unwrap(np.angle(response)))
+        phase -= 360.0 * round((phase[0] + 90.0) / 360.0)
+        lines = ["  frequency Hz  magnitude dB  phase °"]
+        for w, h, angle in zip(frequencies, response, phase, strict=True):
+            size = 20 * math.log10(max(abs(h), 1e-300))
+            lines.append(f"  {w / (2 * math.pi):12.4g}  {size:12.2f}  {angle:7.1f}")
+        return "\n".join(lines)
+
+
+def axis_open_loop(servo: Servo, letter: str, period_s: float) -> OpenLoop:
+    """Return the loop of an axis broken at its drive.
+
+    Raises:
+        ValueError: The model is a closed loop as a whole.
+        UsageError: The periods do not fit.
+    """
+    period = control_period(servo, letter, period_s)
+    plant_and_controller(servo, letter, period)
+    return OpenLoop(letter, period, lambda w: open_response(servo, letter, period_s, w))
+
+
+def open_loops(
+    controller: str, servos: Mapping[str, Servo], axes: str, period_s: float, settings: Settings | None = None
+) -> list[OpenLoop]:
+    """Return every loop of a named scheme (`cncgen.servo.named_schemes`).
+
+    ``p`` and ``zpetc`` have the axes' own. With ``ccc`` comes the contour loop W G where the path runs across each axis.
+    ``tcf`` has none but its own: those of the error along and across a straight path along each axis.
+
+    Raises:
+        ValueError: The axes cannot be had under that scheme.
+    """
+    settings = settings or Settings()
+    if controller == "tcf":
+        return list(_task_frame_loops(servos, axes, period_s, settings))
+    found = [axis_open_loop(servos[letter], letter, period_s) for letter in axes]
+    if "ccc" not in controller:
+        return found
+    loops = [linear_loop(servos[letter], letter, period_s) for letter in axes]
+    coupling = cross_coupling(loops, axes, settings)
+    for letter, loop in zip(axes, loops, strict=True):
+        found.append(_contour_loop(letter, loop, coupling.proportional, coupling.integral))
+    return found
+
+
+def _contour_loop(letter: str, loop: AxisLoop, proportional: float, integral: float) -> OpenLoop:
+    return OpenLoop(
+        f"contour loop where the path runs across {letter}",
+        loop.period,
+        lambda w: contour_loop(loop, proportional, integral, w),
+    )
+
+
+def _task_frame_loops(
+    servos: Mapping[str, Servo], axes: str, period_s: float, settings: Settings
+) -> Iterator[OpenLoop]:
+    scheme_maker("tcf", servos, settings)(axes, period_s)
+    for letter in axes:
+        period = control_period(servos[letter], letter, period_s)
+        plant, _ = plant_and_controller(servos[letter], letter, period)
+        for what, natural, damping in (
+            ("along", settings.tcf_tangential_rad_s, settings.tcf_tangential_damping),
+            ("across", settings.tcf_normal_rad_s, settings.tcf_normal_damping),
+        ):
+            yield OpenLoop(
+                f"{letter}, error {what} the path",
+                period,
+                partial(loop_on_a_line, plant, natural, damping, period),
+            )
+
+
+def linear_loop(servo: Servo, letter: str, period_s: float) -> AxisLoop:
+    """Return the closed loop of an axis without its friction; raises ValueError where it is given as a whole."""
+    period = control_period(servo, letter, period_s)
+    plant, controller = plant_and_controller(servo, letter, period)
+    return close_loop(plant.with_imperfections(coulomb=0.0), controller, period)
+
+
+def closed_bandwidth_hz(loop: AxisLoop) -> float:
+    """Return where the response from setpoint to position first falls to 1/√2 of its value at rest, Hz; inf if nowhere."""
+    w = np.geomspace(0.1, 0.999 * math.pi / loop.period, 4000)
+    size = np.abs(response_to_setpoint(loop, w))
+    below = np.flatnonzero(size < math.sqrt(0.5) * size[0])
+    return float(w[below[0]]) / (2.0 * math.pi) if len(below) else math.inf
