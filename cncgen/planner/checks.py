@@ -1,4 +1,4 @@
-"""What is asked of a program before it is planned: that the machine has its axes and reaches its end points."""
+"""What is asked of a program before it is planned: that the machine has its axes and reaches every place of it."""
 
 from __future__ import annotations
 
@@ -6,29 +6,42 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, Span
+from cncgen.geometry.arcs import spirals
+from cncgen.geometry.extents import arc_extents, hulls, nurbs_extents
+from cncgen.geometry.tables import ArcTable
 from cncgen.machine.record import Machine
 from cncgen.planner.options import PlanOptions
 from cncgen.toolpath.record import Kind, PathMode, Toolpath
 from cncgen.units import file_unit, to_file
+
+Floats = NDArray[np.float64]
+
+#: A place is beyond the travel by more than this, mm or rad: the ninth decimal of a setpoint.
+_ROUNDING = 1e-9
 
 
 def checked(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) -> Iterator[Toolpath]:
     """Yield the chunks with their tolerances filled in (the option's, the program's, else the machine's).
 
     Raises:
-        ProgramError: A chunk moves an axis that the machine lacks, or ends a motion outside its travel; every such
-            fault of the chunk is named.
+        ProgramError: A chunk moves an axis that the machine lacks, or leaves its travel, at the end of a motion or
+            along a curve; every such fault of the chunk is named.
     """
+    started = False
     for chunk in chunks:
         if not len(chunk):
             continue
         found = Diagnostics()
         _missing_axes(chunk, machine, found)
+        if not started:
+            _start_beyond_travel(chunk, machine, found)
         _beyond_travel(chunk, machine, found)
         if found.has_errors:
             raise ProgramError(found)
+        started = True
         yield _with_tolerance(chunk, machine, options)
 
 
@@ -56,24 +69,72 @@ def _missing_axes(chunk: Toolpath, machine: Machine, found: Diagnostics) -> None
             )
 
 
+def _travel(chunk: Toolpath, machine: Machine) -> tuple[Floats, Floats]:
+    """Return the ends of the travel of each axis, each of shape (axes,); infinite where there are none."""
+    axes = [machine.axes.get(letter) for letter in chunk.axes]
+    ends = [axis.travel if axis and axis.travel else (-np.inf, np.inf) for axis in axes]
+    low, high = np.array(ends).T
+    return low - _ROUNDING, high + _ROUNDING
+
+
+def _start_beyond_travel(chunk: Toolpath, machine: Machine, found: Diagnostics) -> None:
+    low, high = _travel(chunk, machine)
+    start = chunk.start
+    moves = (chunk.end != start).any(axis=0)
+    for column in np.flatnonzero(moves & ((start < low) | (start > high))):
+        hint = "say where the machine stands in a comment before the first motion: (START, X... Y...)"
+        found.add(_beyond(chunk, machine, 0, int(column), float(start[column]), "starts at", hint))
+
+
 def _beyond_travel(chunk: Toolpath, machine: Machine, found: Diagnostics) -> None:
-    moving = chunk.kind != Kind.EVENT
-    for column, letter in enumerate(chunk.axes):
-        axis = machine.axes.get(letter)
-        if axis is None or axis.travel is None:
-            continue
-        low, high = axis.travel
-        scale, unit = to_file(letter), file_unit(letter)
-        position = chunk.end[:, column]
-        for row in np.flatnonzero(moving & ((position < low) | (position > high))):
-            found.add(
-                Diagnostic(
-                    "travel-exceeded",
-                    f"axis {letter} is sent to {position[row] * scale:.4f} {unit}, "
-                    f"beyond its travel of {low * scale:g} to {high * scale:g} {unit}",
-                    span=_span(chunk, int(row)),
-                )
-            )
+    """Name the motions that leave the travel: the furthest place of each, on each axis."""
+    low, high = _travel(chunk, machine)
+    if not np.isfinite([low, high]).any():
+        return
+    lowest, highest = _reach(chunk, low, high)
+    under, over = low - lowest, highest - high
+    outside = np.greater(np.maximum(under, over), 0.0) & (chunk.kind != Kind.EVENT)[:, None]
+    for row, column in np.argwhere(outside):
+        place = int(row), int(column)
+        furthest = float(highest[place] if over[place] >= under[place] else lowest[place])
+        verb = "is sent to" if furthest == chunk.end[place] else "reaches"
+        found.add(_beyond(chunk, machine, *place, furthest, verb))
+
+
+def _reach(chunk: Toolpath, low: Floats, high: Floats) -> tuple[Floats, Floats]:
+    """Return the lowest and highest coordinates of each row, each of shape (n, axes).
+
+    Of lines the end alone (their start is the end before), of NURBS too where their hull stays between low and high.
+    """
+    lowest, highest = chunk.end.copy(), chunk.end.copy()
+    rows = np.flatnonzero(chunk.kind == Kind.ARC)
+    if len(rows):
+        table, index = chunk.arcs, chunk.curve[rows]
+        arcs = ArcTable(table.centre[index], table.normal[index], table.sweep[index])
+        lowest[rows], highest[rows] = arc_extents(spirals(arcs, chunk.starts[rows], chunk.end[rows]))
+    rows = np.flatnonzero(chunk.kind == Kind.NURBS)
+    if len(rows):
+        bottom, top = hulls(chunk.nurbs)
+        leaves = np.any((bottom < low) | (top > high), axis=1)
+        for row in rows[np.take(leaves, chunk.curve[rows])]:
+            lowest[row], highest[row] = nurbs_extents(chunk.nurbs, int(chunk.curve[row]))
+    return lowest, highest
+
+
+def _beyond(
+    chunk: Toolpath, machine: Machine, row: int, column: int, position: float, verb: str, hint: str = ""
+) -> Diagnostic:
+    letter = chunk.axes[column]
+    travel = machine.axes[letter].travel or (-np.inf, np.inf)
+    scale, unit = to_file(letter), file_unit(letter)
+    low, high = (end * scale for end in travel)
+    return Diagnostic(
+        "travel-exceeded",
+        f"axis {letter} {verb} {position * scale:.4f} {unit}, beyond its travel of {low:g} to {high:g} {unit}",
+        span=_span(chunk, row),
+        hint=hint,
+        values={"axis": letter, "value": position * scale, "low": low, "high": high},
+    )
 
 
 def _span(chunk: Toolpath, row: int) -> Span:

@@ -1,0 +1,50 @@
+"""The travel of the axes, asked of a program before it is planned: at ends, along curves, where it starts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cncgen.diagnostics import ProgramError
+from cncgen.geometry import nurbs
+from cncgen.geometry.tables import ArcTable
+from cncgen.machine import Machine
+from cncgen.planner import PlanOptions
+from cncgen.planner.checks import checked
+from cncgen.toolpath.record import Kind, Toolpath
+
+
+def as_curve(line: Toolpath, kind: Kind, **tables: object) -> Toolpath:
+    """Make the one line of a toolpath the first curve of a table."""
+    return replace(line, kind=np.array([kind], np.int8), curve=np.zeros(1, np.int64), **tables)
+
+
+def test_travel_is_checked_along_curves(lines: Callable[..., Toolpath], table: Machine) -> None:
+    """Ends within the travel and a top beyond it: of a half circle at y = 5, of a Bézier parabola at y = 1."""
+    y = replace(table.axes["Y"], travel=(-10.0, 0.9))
+    machine = replace(table, axes={**table.axes, "Y": y})
+    half = ArcTable(np.zeros((1, 3)), np.array([[0.0, 0.0, -1.0]]), np.array([np.pi]))
+    parabola = nurbs.single(2, [0, 0, 0, 1, 1, 1], [[0, 0, 0], [1, 2, 0], [2, 0, 0]])
+    for chunk, top in (
+        (as_curve(lines([(-5, 0), (5, 0)]), Kind.ARC, arcs=half), 5.0),
+        (as_curve(lines([(0, 0), (2, 0)]), Kind.NURBS, nurbs=parabola), 1.0),
+    ):
+        with pytest.raises(ProgramError) as caught:
+            next(checked([chunk], machine, PlanOptions()))
+        (fault,) = caught.value.diagnostics
+        assert fault.code == "travel-exceeded"
+        assert fault.span is not None
+        assert fault.span.line == 1
+        assert f"axis Y reaches {top:.4f} mm" in fault.message
+        high = replace(machine, axes={**machine.axes, "Y": replace(y, travel=(-10.0, top))})
+        assert len(next(checked([chunk], high, PlanOptions()))) == 1
+
+
+def test_a_start_beyond_the_travel(lines: Callable[..., Toolpath], table: Machine) -> None:
+    machine = replace(table, axes={**table.axes, "X": replace(table.axes["X"], travel=(5.0, 100.0))})
+    with pytest.raises(ProgramError, match=r"axis X starts at 0\.0000 mm, beyond its travel of 5 to 100 mm"):
+        next(checked([lines([(0, 0), (10, 0)], 10.0)], machine, PlanOptions()))
+    assert len(next(checked([lines([(6, 0), (10, 0)], 10.0)], machine, PlanOptions()))) == 1
