@@ -3,26 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from cncgen.gcode import macros
-from cncgen.gcode.block import LARGEST, Block, Flow, Parsed, Value, gather
+from cncgen.gcode.block import LARGEST, Block, Computed, Flow, Parsed, Value, gather
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.expressions import evaluate, too_deep
 from cncgen.gcode.flow import Cursor, FlowControl
-from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.interpreter import Interpreter, Plan
 from cncgen.gcode.parameters import Parameters
+from cncgen.gcode.predefined import NAMED
 
 Action = Callable[[], None]
 #: Codes of macro calls.
 _CALLS = (65.0, 66.0)
+#: G7 and G8, in tenths.
+_DIAMETERS = frozenset((70, 80))
 #: Numbered parameters below this are plain storage.
 _STORED = 5000
 
 
 class Compiler:
-    """Makes actions of parsed blocks; `execute` runs a block whose values are known."""
+    """Makes actions of parsed blocks; `execute` runs a block whose values are known, with the plans of its line."""
 
-    def __init__(self, ip: Interpreter, flow: FlowControl, execute: Callable[[Block], None]) -> None:
+    def __init__(
+        self, ip: Interpreter, flow: FlowControl, execute: Callable[[Block, dict[int, Plan] | None], None]
+    ) -> None:
         self.ip = ip
         self.flow = flow
         self.execute = execute
@@ -46,8 +52,19 @@ class Compiler:
         fixed.comment = comment
         computed = [(letter, value) for letter, value in parsed.words if not isinstance(value, float)]
         if not computed:
-            return lambda: self.execute(fixed)
+            return self._known(fixed)
         return self._words(fixed, computed)
+
+    def _known(self, block: Block) -> Action:
+        """Return an action of a block whose values are all known."""
+        execute = self.execute
+        if not (block.words or block.g or block.m):
+            return lambda: execute(block, None)
+        plans: dict[int, Plan] = {}
+        if not _DIAMETERS.isdisjoint(block.g):
+            # These change the block's own X.
+            return lambda: execute(replace(block, words=block.words.copy()), plans)
+        return lambda: execute(block, plans)
 
     def _words(self, fixed: Block, computed: list[tuple[str, Callable[[Parameters], float]]]) -> Action:
         """Return an action of a block of which some words are computed (`fixed` holds the others)."""
@@ -60,6 +77,7 @@ class Compiler:
             fixed.line,
             fixed.offset,
         )
+        plans: dict[int, Plan] = {}
 
         def run() -> None:
             words = fixed.words.copy()
@@ -72,7 +90,7 @@ class Compiler:
                         gather([(letter, number)])
             except (BlockError, RecursionError) as error:
                 raise _at(error, letter.upper()) from None
-            execute(Block(words, g, m, comment, source, line, offset))
+            execute(Block(words, g, m, comment, source, line, offset), plans)
 
         return run
 
@@ -100,21 +118,33 @@ class Compiler:
                     parameters.set_name(target, number)
                 else:
                     parameters.set_number(target, number)
-            self.execute(block)
+            self.execute(block, None)
 
         return run
 
     def _setting(self, target: Value | str, value: Value) -> Action:
         """Return an action that sets one parameter."""
         parameters = self.ip.parameters
+        computed = value if callable(value) else _constant(value)
         if isinstance(target, str):
-            return lambda: parameters.set_name(target, evaluated("#", value, parameters))
-        if isinstance(target, float) and target.is_integer() and 0 < target < _STORED and callable(value):
+            if target in NAMED:
+                return lambda: parameters.set_name(target, evaluated("#", value, parameters))
+            everywhere = target.startswith("_")
+
+            def name() -> None:
+                try:
+                    number = computed(parameters)
+                except (BlockError, RecursionError) as error:
+                    raise _at(error, "#") from None
+                (parameters.named if everywhere else parameters.local)[target] = number
+
+            return name
+        if isinstance(target, float) and target.is_integer() and 0 < target < _STORED:
             index = int(target)
 
             def store() -> None:
                 try:
-                    parameters.numbers[index] = value(parameters)
+                    parameters.numbers[index] = computed(parameters)
                 except (BlockError, RecursionError) as error:
                     raise _at(error, "#") from None
 
@@ -165,6 +195,10 @@ class Compiler:
 def _has_computed_code(parsed: Parsed) -> bool:
     """Tell whether a G or M number is computed."""
     return any(letter in "gm" and not isinstance(value, float) for letter, value in parsed.words)
+
+
+def _constant(value: float) -> Computed:
+    return lambda parameters: value
 
 
 def _at(error: BlockError | RecursionError, word: str) -> BlockError:

@@ -264,8 +264,7 @@ def too_deep() -> BlockError:
 def parameter(target: Value | str) -> Value:
     """Return ``#target``: a number, a name or what computes the number."""
     if isinstance(target, str):
-        name = target
-        return lambda p: p.name(name)
+        return _named(target)
     if isinstance(target, float):
         index = nearest(target, "the number of a parameter")
         if index == target and 0 < index < 5000:
@@ -273,6 +272,20 @@ def parameter(target: Value | str) -> Value:
         number = target
         return lambda p: p.number(number)
     return lambda p: p.number(target(p))
+
+
+def _named(name: str) -> Computed:
+    """Return ``#<name>``."""
+
+    def of_all(p: Parameters) -> float:
+        value = p.named.get(name)
+        return p.name(name) if value is None else value
+
+    def of_the_subroutine(p: Parameters) -> float:
+        value = p.local.get(name)
+        return p.name(name) if value is None else value
+
+    return of_all if name.startswith("_") else of_the_subroutine
 
 
 def exists(target: Value | str) -> Value:

@@ -17,7 +17,7 @@ from cncgen.diagnostics import Severity, UsageError
 from cncgen.gcode import descent, macros
 from cncgen.gcode.block import Flow, Value, nearest
 from cncgen.gcode.errors import BlockError, Stop
-from cncgen.gcode.expressions import evaluate, too_deep
+from cncgen.gcode.expressions import evaluate
 from cncgen.gcode.source import Source, open_source
 
 if TYPE_CHECKING:
@@ -77,11 +77,17 @@ class FlowControl:
         self.frames: list[Frame] = []
         self._main = Frame(Cursor(0, 0, 0), 0.0, [], {})
         self._marks: dict[int, list[Marked]] = {}
+        self._computed_labels: set[int] = set()
         self._lines: dict[int, dict[int, list[Cursor]]] = {}
         self._locals = MACRO_LOCALS if ip.dialect == "fanuc" else LOCALS
         self._offsets: dict[int, list[int]] = {}
         self._files: dict[str, int] = {}
+        #: Where a label of a branch or loop was met first, and its keyword, by the subroutine that it is local to.
+        self._first: dict[tuple[Label, int, Label], tuple[Cursor, str]] = {}
         self._folders = ([program.parent] if program else []) + list(ip.options.include)
+
+    #: Arguments that a call may have.
+    argument_room = LOCALS
 
     @property
     def frame(self) -> Frame:
@@ -97,46 +103,23 @@ class FlowControl:
             raise BlockError("unsupported-flow", f"{flow.keyword.upper()} is not of this dialect")
         return method(self, flow, here, after)
 
-    def prepared(self, flow: Flow, here: Cursor, after: Cursor) -> Callable[[], Cursor | None]:
-        """Return `run` for a line that will run often: jumps whose target cannot change are looked up once."""
-        label, keyword = flow.label, flow.keyword
-        if isinstance(label, str | float) and self.ip.dialect != "fanuc":
-            if keyword == "endwhile":
-                start = self.previous_mark(here, label, ("while",), keyword).cursor
-                return lambda: start
-            if keyword == "endif":
-                self.previous_mark(here, label, ("if",), keyword)
-                return lambda: None
-            if keyword in ("else", "elseif"):
-                end = self._leave_if(flow, here, after)
-                return lambda: end
-            if keyword in ("while", "if") and flow.arguments and callable(flow.arguments[0]):
-                otherwise = self._otherwise(flow, here, label)
-                if otherwise is not None:
-                    parameters, condition, target = self.ip.parameters, flow.arguments[0], otherwise
-
-                    def lead() -> Cursor | None:
-                        try:
-                            return None if condition(parameters) else target
-                        except RecursionError:
-                            raise too_deep() from None
-
-                    return lead
-        return lambda: self.run(flow, here, after)
-
-    def _otherwise(self, flow: Flow, here: Cursor, label: Label) -> Cursor | None:
-        """Return where a WHILE or IF that does not hold leads, None where that is not fixed (DO … WHILE, ELSEIF)."""
-        try:
-            if flow.keyword == "while":
-                return self.next_mark(here, label, ("endwhile",), "endwhile").after
-            mark = self.next_mark(here, label, ("elseif", "else", "endif"), "endif")
-        except Stop:
-            return None
-        return mark.after if mark.keyword != "elseif" else None
-
     # Branches and loops.
 
+    def _claim(self, flow: Flow, label: Label, here: Cursor) -> None:
+        """Take a label for the branch or loop that begins here; raise where another one of this subroutine has it."""
+        if flow.keyword == "while" and label in self.frame.doing:
+            return
+        first, keyword = self._first.setdefault((self.frame.label, here.source, label), (here, flow.keyword))
+        if first.offset != here.offset and not keyword == flow.keyword == "do":
+            raise BlockError(
+                "oword-duplicate",
+                f"o{_shown(label)} begins a {keyword.upper()} in line {first.line} already",
+                "O",
+                hint="give each branch and loop of a subroutine a label of its own",
+            )
+
     def _if(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+        self._claim(flow, self._label(flow), here)
         if self.condition(flow):
             return None
         label = self._label(flow)
@@ -164,6 +147,7 @@ class FlowControl:
 
     def _while(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         label = self._label(flow)
+        self._claim(flow, label, here)
         holds = self.condition(flow)
         if label in self.frame.doing:
             if holds:
@@ -176,11 +160,13 @@ class FlowControl:
         return self.previous_mark(here, self._label(flow), ("while",), "endwhile").cursor
 
     def _do(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+        self._claim(flow, self._label(flow), here)
         self.frame.doing.add(self._label(flow))
         return None
 
     def _repeat(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         label = self._label(flow)
+        self._claim(flow, label, here)
         count = nearest(self._value(flow, 0), "the count of REPEAT")
         if count <= 0:
             return self.next_mark(here, label, ("endrepeat",), "endrepeat").after
@@ -210,7 +196,16 @@ class FlowControl:
 
     def _sub(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         """Skip a definition."""
-        end = self.next_mark(here, self._label(flow), ("endsub",), "endsub")
+        label = self._label(flow)
+        end = self.next_mark(here, label, ("endsub",), "endsub")
+        first = next((m for m in self.marks(here.source) if m.keyword == "sub" and m.label == label), None)
+        if first is not None and first.cursor != here:
+            raise BlockError(
+                "oword-duplicate",
+                f"subroutine o{_shown(label)} is defined in line {first.cursor.line} already",
+                "O",
+                hint="give it another name",
+            )
         for mark in self.marks(here.source):
             if here.offset < mark.cursor.offset < end.cursor.offset and mark.keyword == "sub":
                 error = BlockError("oword-nested-sub", "a subroutine is defined within a subroutine", "O")
@@ -345,7 +340,14 @@ class FlowControl:
         if source not in self._marks:
             self._marks[source] = list(_find_marks(self.sources[source], source, self.ip.dialect))
             self._offsets[source] = [mark.cursor.offset for mark in self._marks[source]]
+            if any(callable(mark.label) for mark in self._marks[source]):
+                self._computed_labels.add(source)
         return self._marks[source]
+
+    def has_written_labels(self, source: int) -> bool:
+        """Tell whether no label of a source is computed, so that each means the same whenever it is looked up."""
+        self.marks(source)
+        return source not in self._computed_labels
 
     def next_mark(self, here: Cursor, label: Label, keywords: tuple[str, ...], wanted: str) -> Marked:
         """Return the first later line of the subroutine with this label and one of the keywords."""
@@ -361,6 +363,17 @@ class FlowControl:
 
     def previous_mark(self, here: Cursor, label: Label, keywords: tuple[str, ...], word: str) -> Marked:
         """Return the last earlier line of the subroutine with this label and one of the keywords."""
+        mark = self.find_previous(here, label, keywords)
+        if mark is not None:
+            return mark
+        if word == "END":
+            raise BlockError("loop-unmatched", f"END {_shown(label)} has no DO {_shown(label)}", "")
+        raise BlockError(
+            "oword-unmatched", f"o{_shown(label)} {word.upper()} with no {keywords[0].upper()}", "O"
+        )
+
+    def find_previous(self, here: Cursor, label: Label, keywords: tuple[str, ...]) -> Marked | None:
+        """Return `previous_mark`, None where there is none."""
         marks = self.marks(here.source)
         index = bisect_right(self._offsets[here.source], here.offset) - 2
         while index >= 0:
@@ -370,11 +383,7 @@ class FlowControl:
             if mark.keyword in ("sub", "endsub"):
                 break
             index -= 1
-        if word == "END":
-            raise BlockError("loop-unmatched", f"END {_shown(label)} has no DO {_shown(label)}", "")
-        raise BlockError(
-            "oword-unmatched", f"o{_shown(label)} {word.upper()} with no {keywords[0].upper()}", "O"
-        )
+        return None
 
     def _is(self, mark: Marked, label: Label) -> bool:
         """Tell whether a line has that label now (it may be computed)."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
@@ -115,15 +115,24 @@ class Interpreter:
         if plan is None:
             if len(self._plans) >= _MAX_PLANS:
                 self._plans.clear()
-            plan = self._plans[key] = self._plan(block)
-        self.sink.block = block
+            plan = self._plans[key] = self.plan_of(block)
+        self.perform(plan, block)
+
+    def perform(self, plan: Plan, block: Block) -> None:
+        """Execute a block by the plan of its codes and letters in the modal motion in force."""
         if self.state.diameter and "x" in block.words:
-            block.words["x"] *= 0.5
+            # The block may be run again: its words stay as they are written.
+            block = replace(block, words={**block.words, "x": 0.5 * block.words["x"]})
+        self.sink.block = block
         for step in plan.steps:
             step(self, block)
 
-    def _plan(self, block: Block) -> Plan:
-        """Find the codes of a block, check that they go together, and order them."""
+    def plan_of(self, block: Block) -> Plan:
+        """Find the codes of a block, check that they go together, and order them.
+
+        Raises:
+            BlockError: They do not, or a word belongs to none of them.
+        """
         codes = [self._code("G", number) for number in block.g] + [
             self._code("M", number) for number in block.m
         ]

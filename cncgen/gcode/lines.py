@@ -51,7 +51,8 @@ def feed(ip: Interpreter, block: Block) -> None:
     """G1."""
     state = ip.state
     state.motion = 10
-    check_feed(ip, block, "G1")
+    if state.feed_mode != 94 or state.feed == 0.0:
+        check_feed(ip, block, "G1")
     end = ip.end_point(block)
     if state.feed_mode == 93:
         ip.sink.set_inverse_time(state.feed, _length(state.position, end))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from typing import Any
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.sink import Curve, MotionBatch, Point
@@ -57,7 +58,8 @@ class PrintingSink:
     def motions(self, batch: MotionBatch) -> None:
         """Print a run of motions."""
         plane = self._plane
-        ends, centres = batch.end.tolist(), batch.centre.tolist()
+        ends: Any = batch.end.tolist()
+        centres: Any = batch.centre.tolist()
         for row, motion in enumerate(batch.motion):
             self.block = Block({}, source=batch.source, line=batch.line[row], offset=batch.offset[row])
             if batch.feed_set[row]:

@@ -17,9 +17,11 @@ from cncgen.gcode.block import AXIS_INDEX, Block, Parsed
 from cncgen.gcode.compiling import Compiler
 from cncgen.gcode.dialects import Choice, choose
 from cncgen.gcode.errors import BlockError, Reporter, Stop
+from cncgen.gcode.expressions import too_deep
 from cncgen.gcode.flow import Cursor, FlowControl
-from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.interpreter import Interpreter, Plan
 from cncgen.gcode.lanes import PlainBlocks, comment_of
+from cncgen.gcode.leads import lead_of
 from cncgen.gcode.parameters import write_parameters
 from cncgen.gcode.sink import Sink
 from cncgen.gcode.source import MAX_LINE, Source
@@ -33,9 +35,15 @@ _MAX_NODES = 65_536
 
 
 class _Node:
-    """A line that was read: what it does or where it leads, and the line after it."""
+    """A line that was read: what it does or where it leads, and the line after it.
 
-    __slots__ = ("after", "block", "cursor", "following", "lead", "run")
+    Attributes:
+        offset: Where it stands in the main program; -1 in other texts.
+        following: Node of the next line, once it was needed.
+        target, landing: Where it led last, and the node of that place.
+    """
+
+    __slots__ = ("after", "block", "cursor", "following", "landing", "lead", "offset", "run", "target")
 
     def __init__(
         self,
@@ -49,7 +57,10 @@ class _Node:
         self.run = run
         self.lead = lead
         self.block = Block({}, source=cursor.source, line=cursor.line, offset=cursor.offset)
+        self.offset = -1 if cursor.source else cursor.offset
         self.following: _Node | None = None
+        self.target: Cursor | None = None
+        self.landing: _Node | None = None
 
 
 class Runner:
@@ -313,48 +324,50 @@ class Runner:
 
     def _walk(self, cursor: Cursor) -> Generator[None, None, None]:
         """Run line by line from a place until the stream can go on; the stream's place is then `_reached`."""
-        flow, state = self.flow, self.ip.state
-        frames = flow.frames
+        ip, state, sink = self.ip, self.ip.state, self.sink
+        frames = self.flow.frames
+        reached = self._reached.offset
         node = self._node(cursor)
         count = 0
         while not state.ended:
-            here = node.cursor
-            if not frames and here.source == 0 and here.offset >= self._reached.offset:
-                self._reached = here
+            if node.offset >= reached and not frames:
+                self._reached = node.cursor
                 break
             count += 1
             if count == _PAUSE:
                 self._count(count)
                 count = 0
                 yield
+            target: Cursor | None = None
             try:
-                node = self._step(node)
-            except BlockError as error:
+                if node.run is not None:
+                    node.run()
+                    if ip.jump is not None:
+                        target = self._jump(node.cursor, node.after)
+                elif node.lead is not None:
+                    sink.block = node.block
+                    target = node.lead()
+                node = self._after(node, target)
+            except (BlockError, RecursionError) as error:
+                here = node.cursor
                 if here in self._failed:
                     # The same line failed before: what it should have changed will never change.
                     state.ended = True
                     break
-                self._fault(here, error)
+                self._fault(here, error if isinstance(error, BlockError) else too_deep())
                 self._failed.add(here)
                 node = self._node(node.after)
         self._count(count)
 
-    def _step(self, node: _Node) -> _Node:
-        """Run a node; return the next one."""
-        target: Cursor | None = None
-        if node.run is not None:
-            node.run()
-            if self.ip.jump is not None:
-                target = self._jump(node.cursor, node.after)
-        elif node.lead is not None:
-            self.sink.block = node.block
-            target = node.lead()
-        if target is not None:
-            return self._node(target)
-        following = node.following
-        if following is None:
-            following = node.following = self._node(node.after)
-        return following
+    def _after(self, node: _Node, target: Cursor | None) -> _Node:
+        """Return the node of the place where a node led, or of the next line; a node remembers both."""
+        if target is None:
+            if node.following is None:
+                node.following = self._node(node.after)
+            return node.following
+        if target is not node.target or node.landing is None:
+            node.landing, node.target = self._node(target), target
+        return node.landing
 
     def _node(self, cursor: Cursor) -> _Node:
         """Return the node of a line, read now or before."""
@@ -385,7 +398,7 @@ class Runner:
             if parsed.flow is not None:
                 if parsed.flow.then is not None:
                     return _Node(cursor, after, run=self._compiler.then(parsed.flow, cursor))
-                return _Node(cursor, after, lead=self.flow.prepared(parsed.flow, cursor, after))
+                return _Node(cursor, after, lead=lead_of(self.flow, parsed.flow, cursor, after))
             return _Node(cursor, after, run=self._compiler.action(parsed, cursor))
         except BlockError as error:
             fault = error
@@ -408,20 +421,32 @@ class Runner:
 
         return _Node(cursor, cursor, run=run)
 
-    def _execute(self, block: Block) -> None:
-        if self.ip.guard is not None:
+    def _execute(self, block: Block, plans: dict[int, Plan] | None = None) -> None:
+        """Execute a block; `plans` are those of a line that runs again, by the modal motion."""
+        ip = self.ip
+        if ip.guard is not None:
             self._guarded(block)
         if block.comment is not None:
-            comments.comment(self.ip, block, block.comment)
-        if block.words or block.g or block.m:
-            self.ip.execute(block)
-            modal = self.ip.modal_macro
-            moves = modal is not None and not AXIS_INDEX.keys().isdisjoint(block.words)
-            # The motions of the macro itself call nothing.
-            if moves and self.ip.jump is None and not any(frame.modal for frame in self.flow.frames):
-                assert modal is not None
-                number, times, self.ip.macro_values = modal
-                self.ip.jump = "modal", number, times
+            comments.comment(ip, block, block.comment)
+        if plans is None:
+            if block.words or block.g or block.m:
+                ip.execute(block)
+        else:
+            plan = plans.get(ip.state.motion)
+            if plan is None:
+                plan = plans[ip.state.motion] = ip.plan_of(block)
+            ip.perform(plan, block)
+        if ip.modal_macro is not None:
+            self._call_modal_macro(block)
+
+    def _call_modal_macro(self, block: Block) -> None:
+        """Ask for the macro of G66 after a motion; the motions of the macro itself call nothing."""
+        ip = self.ip
+        assert ip.modal_macro is not None
+        moves = not AXIS_INDEX.keys().isdisjoint(block.words)
+        if moves and ip.jump is None and not any(frame.modal for frame in self.flow.frames):
+            number, times, ip.macro_values = ip.modal_macro
+            ip.jump = "modal", number, times
 
     # Faults.
 

@@ -23,6 +23,8 @@ class Values:
     def __init__(self) -> None:
         self.numbers = [0.37 * k - 2.0 for k in range(6000)]
         self.interpreter = self
+        self.local: dict[str, float] = {}
+        self.named: dict[str, float] = {}
 
     def number(self, index: float) -> float:
         return self.numbers[int(index) % 6000]

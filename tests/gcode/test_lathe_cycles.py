@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -100,3 +101,12 @@ def test_x_is_a_diameter_between_g7_and_g8(calls: Calls, text: str, x: float) ->
 def test_faults_of_g76_point_at_the_word(run: Callable[..., object], block: str, word: str) -> None:
     out = run(f"S1 M3\nG76 {block}\nM2\n", dialect="linuxcnc")
     assert out.errors == [("thread-words", 2, f"G76 {block}".index(word) + 1)]  # type: ignore[attr-defined]
+
+
+def test_diameters_in_a_loop_are_halved_once(calls: Any) -> None:
+    """A line that runs again means the same again."""
+    found = calls(
+        "G7 F100\no1 repeat [3]\nG1 X10\nG8 G1 X1\nG7 G1 X4\no1 endrepeat\nM2\n", dialect="linuxcnc"
+    )
+    ends = [call.split("(")[1].split(",")[0] for call in found if call.startswith("STRAIGHT_FEED")]
+    assert ends == ["5.0000", "1.0000", "2.0000"] * 3

@@ -1,0 +1,186 @@
+"""Where O-words lead, worked out once: for lines that run often, what cannot change is not looked up again.
+
+`FlowControl.run` is what an O-word means; a lead gives the same with its labels resolved. It exists for labels that are
+written (not computed) in texts where all are; else, and where a label has no match, `run` itself is the lead, so that
+faults come when the line runs, not when it is read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from cncgen.gcode import descent
+from cncgen.gcode.block import Computed, Flow, Value, nearest
+from cncgen.gcode.errors import BlockError, Stop
+
+if TYPE_CHECKING:
+    from cncgen.gcode.flow import Cursor, FlowControl, Label
+
+Lead = Callable[[], "Cursor | None"]
+
+
+def lead_of(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Lead:
+    """Return what a line with an O-word does each time: it gives where to go on, or None for the next line."""
+    make = _MAKERS.get(flow.keyword)
+    if make is not None and control.ip.dialect == "linuxcnc" and isinstance(flow.label, str | float):
+        try:
+            if control.has_written_labels(here.source):
+                lead = make(control, flow, flow.label, here, after)
+                if lead is not None:
+                    return lead
+        except (Stop, BlockError):
+            pass
+    return lambda: control.run(flow, here, after)
+
+
+def _computed(value: Value) -> Computed:
+    """Return a value as a function, known or not."""
+    return value if callable(value) else lambda p: value
+
+
+def _to(target: Cursor | None) -> Lead:
+    return lambda: target
+
+
+def _if(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead | None:
+    """IF: the conditions of its ELSEIF lines are asked in turn."""
+    branches: list[tuple[Computed, Cursor]] = []
+    mark = control.next_mark(here, label, ("elseif", "else", "endif"), "endif")
+    while mark.keyword == "elseif":
+        text = control.sources[mark.cursor.source].text_at(mark.cursor.offset)
+        other = descent.parse(text, control.ip.dialect).flow
+        if other is None or not other.arguments:
+            return None
+        branches.append((_computed(other.arguments[0]), mark.after))
+        mark = control.next_mark(mark.cursor, label, ("elseif", "else", "endif"), "endif")
+    if not flow.arguments:
+        return None
+    parameters, condition, otherwise = control.ip.parameters, _computed(flow.arguments[0]), mark.after
+    if not branches:
+        return lambda: None if condition(parameters) else otherwise
+
+    def lead() -> Cursor | None:
+        if condition(parameters):
+            return None
+        for holds, target in branches:
+            if holds(parameters):
+                return target
+        return otherwise
+
+    return lead
+
+
+def _leave_if(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
+    """ELSE or ELSEIF at the end of the branch that was taken."""
+    control.previous_mark(here, label, ("if",), flow.keyword)
+    return _to(control.next_mark(here, label, ("endif",), "endif").after)
+
+
+def _endif(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
+    control.previous_mark(here, label, ("if",), "endif")
+    return _to(None)
+
+
+def _while(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead | None:
+    """WHILE: the head of a loop with ENDWHILE, or the foot of one that DO begins."""
+    if not flow.arguments:
+        return None
+    parameters, condition = control.ip.parameters, _computed(flow.arguments[0])
+    begin = control.find_previous(here, label, ("do",))
+    if begin is None:
+        end = control.next_mark(here, label, ("endwhile",), "endwhile").after
+        return lambda: None if condition(parameters) else end
+    start = begin.after
+
+    def lead() -> Cursor | None:
+        if label not in control.frame.doing:
+            return control.run(flow, here, after)
+        if condition(parameters):
+            return start
+        control.frame.doing.discard(label)
+        return None
+
+    return lead
+
+
+def _endwhile(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
+    return _to(control.previous_mark(here, label, ("while",), "endwhile").cursor)
+
+
+def _do(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
+    return lambda: control.frame.doing.add(label)
+
+
+def _repeat(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead | None:
+    if not flow.arguments:
+        return None
+    end = control.next_mark(here, label, ("endrepeat",), "endrepeat").after
+    parameters, times = control.ip.parameters, _computed(flow.arguments[0])
+
+    def lead() -> Cursor | None:
+        count = nearest(times(parameters), "the count of REPEAT")
+        if count <= 0:
+            return end
+        control.frame.left[label] = count
+        return None
+
+    return lead
+
+
+def _endrepeat(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
+    start = control.previous_mark(here, label, ("repeat",), "endrepeat").after
+
+    def lead() -> Cursor | None:
+        left = control.frame.left
+        count = left[label] = left.get(label, 0) - 1
+        return start if count > 0 else None
+
+    return lead
+
+
+def _break(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
+    end = control.next_mark(here, label, ("endwhile", "endrepeat", "while"), "the loop's end").after
+
+    def lead() -> Cursor | None:
+        control.frame.doing.discard(label)
+        return end
+
+    return lead
+
+
+def _continue(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
+    return _to(control.next_mark(here, label, ("endwhile", "endrepeat", "while"), "the loop's end").cursor)
+
+
+def _call(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead | None:
+    """CALL: the subroutine stays where it is; its arguments are computed each time."""
+    arguments = [_computed(value) for value in flow.arguments]
+    vacant = [0.0] * (control.argument_room - len(arguments))
+    if len(arguments) > control.argument_room:
+        return None
+    target = control.sub_of(label, here).after
+    parameters = control.ip.parameters
+
+    def lead() -> Cursor | None:
+        control.enter(label, target, after, [value(parameters) for value in arguments] + vacant)
+        return target
+
+    return lead
+
+
+Maker = Callable[["FlowControl", Flow, "Label", "Cursor", "Cursor"], Lead | None]
+_MAKERS: dict[str, Maker] = {
+    "if": _if,
+    "elseif": _leave_if,
+    "else": _leave_if,
+    "endif": _endif,
+    "while": _while,
+    "endwhile": _endwhile,
+    "do": _do,
+    "repeat": _repeat,
+    "endrepeat": _endrepeat,
+    "break": _break,
+    "continue": _continue,
+    "call": _call,
+}
