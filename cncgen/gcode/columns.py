@@ -92,10 +92,13 @@ class ColumnsSink:
 
     def synchronise(self, pitch: float | None) -> None:
         """Take the pitch as the feed per revolution, or put the feed back."""
-        self.flush()
+        if self._feed_mode == 93 or (self._before is not None and self._before[1] == 93):
+            # What is kept must have one meaning of the feed; 94 and 95 differ by a factor alone.
+            self.flush()
         if pitch is not None:
             self._before = self._feed, self._feed_mode
-            self._feed, self._feed_mode = pitch, 95
+            self._feed = pitch * self._speed if self._feed_mode == 94 else pitch
+            self._feed_mode = 95 if self._feed_mode == 93 else self._feed_mode
         elif self._before is not None:
             self._feed, self._feed_mode = self._before
             self._before = None
