@@ -7,6 +7,7 @@ The NURBS Book, 2nd ed. (1997): knots U, degree p, knot span i with U[i] <= u < 
 
 import cython
 import numpy as np
+from cython.cimports.libc.math import sqrt
 
 #: Abscissae and weights of the Gauss-Legendre rule that integrates |C'| over a cell, on [0, 1].
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(7)
@@ -205,7 +206,7 @@ def _speed(value: cython.double[:, ::1], low: cython.Py_ssize_t, high: cython.Py
     d: cython.Py_ssize_t
     for d in range(low, high):
         total += value[1, d] * value[1, d]
-    return total**0.5
+    return sqrt(total)
 
 
 @cython.cfunc
@@ -318,7 +319,7 @@ def _taylor_speed(
         if rational:
             slope -= change * value / weight
         total += slope * slope
-    return total**0.5 / weight
+    return sqrt(total) / weight
 
 
 @cython.cfunc

@@ -734,7 +734,7 @@ def solve(
                 report[5] = _tighten(c, h, ends, d1, d2, d3, limits, factor, share, slack, fresh, value)
                 if fresh or report[5] > 1.0 + slack:
                     _apply(rows, offset, kind, axis, share)
-            mu = f / sides if iteration == 0 else 0.0
+            mu = 3.0 * f / sides if iteration == 0 else 0.0
             _gather(c, ends, root, rows, offset, kind, step, mu, grad, dual, right, band, out)
             primal = out[0]
             gap = out[1]

@@ -12,6 +12,7 @@ y are scaled so that all are mm.
 
 import cython
 import numpy as np
+from cython.cimports.libc.math import sqrt
 
 #: Degree of the spline: x''' is continuous and linear between knots.
 DEGREE = 4
@@ -393,7 +394,7 @@ def _power_form(
             for j in range(_P - k + 1):
                 total += b[j] * q[j, d]
             out[k, d] = total / faculty
-    return bend**0.5
+    return sqrt(bend)
 
 
 @cython.cfunc
@@ -416,7 +417,7 @@ def _miss(
         e = x[0, d] + u * (x[1, d] + u * (x[2, d] + u * (x[3, d] + u * x[4, d])))
         e -= y[k, 0, d] + w * (y[k, 1, d] + w * (y[k, 2, d] + w * y[k, 3, d]))
         total += e * e
-    return total**0.5
+    return sqrt(total)
 
 
 @cython.cfunc
@@ -468,7 +469,7 @@ def _compare(
         while a < knots[i + 1]:
             e = min(knots[i + 1], t[k + 1]) if k < n - 1 else knots[i + 1]
             width = 8.0 * _SLACK * tolerance[k] / (turn + bend[k] + 1e-300)
-            steps = cython.cast(cython.Py_ssize_t, min((e - a) / width**0.5, 1.0 * _MOST)) + 1
+            steps = cython.cast(cython.Py_ssize_t, min((e - a) / sqrt(width), 1.0 * _MOST)) + 1
             width = (e - a) / steps
             extra = 0.125 * width * width * (turn + bend[k])
             before = _miss(x, a - knots[i], y, k, a - t[k])
@@ -524,7 +525,7 @@ def _adjust(
         if most > 1.0:
             change[k] = max(0.35, 0.93 / most)
         elif grow and most < 0.85:
-            change[k] = min(1.6, (0.92 / max(most, 1e-3)) ** 0.5)
+            change[k] = min(1.6, sqrt(0.92 / max(most, 1e-3)))
     for k in range(n + 1):
         scale[k] = min(scale[k] * change[k], longest)
     _grade(t, scale)

@@ -8,7 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.path import Path
-from cncgen.planner.optimal.limits import JUMP_SHARE, STOP_SPEED, Bounds, resolution, speed_within
+from cncgen.planner.optimal.limits import (
+    JUMP_SHARE,
+    STOP_SPEED,
+    Bounds,
+    least,
+    most,
+    resolution,
+    speed_within,
+)
 from cncgen.toolpath.record import Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -74,12 +82,12 @@ def joints_of(
     speed[stop | corner] = 0.0
     v = np.minimum(speed, np.sqrt(top))[:, None]
     taken = linear * v + square * v**2
-    felt = taken.max(axis=1) > _NEGLIGIBLE
+    felt = most(taken) > _NEGLIGIBLE
     corner |= felt & (speed < np.sqrt(top))
     speed[~felt & ~corner & ~stop] = np.inf
     reach = 1.5 * bounds.period_s
     with np.errstate(divide="ignore"):
-        gain = (bounds.axes.acceleration / np.abs(right[1])).min(axis=1)
+        gain = least(bounds.axes.acceleration / np.abs(right[1]))
     zone = np.where(felt & (speed > 0.0), reach * (v[:, 0] + gain * reach), 0.0)
     stop |= speed <= 0.0
     taken[~felt | stop] = 0.0
@@ -106,8 +114,7 @@ def _pulse(bounds: Bounds, left: Floats, right: Floats) -> Floats:
     """Return J T² along the path, shape (n,), mm/s: the speed that one period of full jerk gives."""
     share = np.maximum(np.abs(left), np.abs(right))
     with np.errstate(divide="ignore"):
-        out: Floats = (bounds.axes.jerk / share).min(axis=1) * bounds.period_s**2
-    return out
+        return least(bounds.axes.jerk / share) * bounds.period_s**2
 
 
 def _asked(toolpath: Toolpath, path: Path, s: Floats) -> Bools:

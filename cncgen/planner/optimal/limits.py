@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,7 +60,7 @@ class Bounds:
             candidates = np.stack(
                 [
                     feed,
-                    (self.axes.velocity / np.abs(x1)).min(axis=1),
+                    least(self.axes.velocity / np.abs(x1)),
                     chord_speed(curvature, self.chord_mm, self.period_s),
                     np.sqrt(self.centripetal[0] / curvature),
                 ]
@@ -84,6 +85,16 @@ class Bounds:
         return np.abs(turn) / weak, 0.75 * np.abs(bend) / (self.axes.jerk * period)
 
 
+def most(values: Floats) -> Floats:
+    """Return the maximum over the last, short axis; over few columns much faster than `max`."""
+    return reduce(np.maximum, np.moveaxis(values, -1, 0))
+
+
+def least(values: Floats) -> Floats:
+    """Return the minimum over the last, short axis, see `most`."""
+    return reduce(np.minimum, np.moveaxis(values, -1, 0))
+
+
 def resolution(bounds: Bounds) -> float:
     """Return a fiftieth of J T³, mm: a bend of the path shorter than that does not show in the setpoints."""
     jerk = bounds.axes.jerk
@@ -94,5 +105,4 @@ def speed_within(linear: Floats, square: Floats, share: float) -> Floats:
     """Return the largest v with linear·v + square·v² ≤ share for every axis, shape (n,)."""
     with np.errstate(divide="ignore"):
         v = 2.0 * share / (linear + np.sqrt(linear**2 + 4.0 * share * square))
-    out: Floats = v.min(axis=1, initial=np.inf)
-    return out
+    return least(v)

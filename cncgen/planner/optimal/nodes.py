@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cncgen.geometry.path import Path
 from cncgen.planner.optimal.joints import Joints
-from cncgen.planner.optimal.limits import Bounds, resolution
+from cncgen.planner.optimal.limits import Bounds, least, most, resolution
 from cncgen.toolpath.record import Kind
 
 Floats = NDArray[np.float64]
@@ -83,8 +83,9 @@ def along(bounds: Bounds, x: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """
     limit = bounds.axes
     with np.errstate(divide="ignore", invalid="ignore"):
-        steep, bend, twist = (np.abs(x[1:]) / limit.acceleration).max(axis=2)
-        jerk = 1.0 / (np.abs(x[1]) / limit.jerk).max(axis=1)
+        size = np.abs(x[1:])
+        steep, bend, twist = most(size / limit.acceleration)
+        jerk = 1.0 / most(size[0] / limit.jerk)
         return 1.0 / steep, jerk, np.nan_to_num(bend / steep), np.nan_to_num(twist / steep)
 
 
@@ -129,7 +130,7 @@ def _beside(bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats]) -> Flo
     half of what full jerk needs to double it."""
     share = np.maximum(np.abs(sides[0][1]), np.abs(sides[1][1]))
     with np.errstate(divide="ignore", invalid="ignore"):
-        jerk = (bounds.axes.jerk / share).min(axis=1)
+        jerk = least(bounds.axes.jerk / share)
         ramp = np.sqrt(joints.speed / jerk)
         return np.fmin(0.7 * joints.zone, 0.5 * joints.speed * ramp)
 

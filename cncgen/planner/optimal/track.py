@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cncgen.geometry.path import Path
 from cncgen.planner.optimal.joints import Joints, distinct, joints_of, nearest
-from cncgen.planner.optimal.limits import JUMP_SHARE, Bounds
+from cncgen.planner.optimal.limits import JUMP_SHARE, Bounds, most
 from cncgen.planner.optimal.nodes import DENSITY, place
 from cncgen.planner.record import Limit
 from cncgen.toolpath.record import Event, FeedMode, Kind, Toolpath
@@ -161,10 +161,10 @@ def _calm(x: Floats, h: Floats) -> None:
     Intervals are short beside what the derivatives ask for (`cncgen.planner.optimal.nodes`), except at cusps, where
     they are infinite or rounding alone, and at bends too small to be seen.
     """
-    size = np.abs(x[1]).max(axis=(1, 2))[:, None, None]
+    size = most(most(np.abs(x[1])))[:, None, None]
     for order in (2, 3):
-        most = 0.3 * size / h[:, None, None] ** (order - 1)
-        np.clip(x[order], -most, most, out=x[order])
+        bound = 0.3 * size / h[:, None, None] ** (order - 1)
+        np.clip(x[order], -bound, bound, out=x[order])
 
 
 def _factors(s: Floats, joints: Joints, axes: int) -> Floats:

@@ -18,8 +18,8 @@ from cncgen.planner.record import Limit, SharpCorner, Trajectory
 
 Floats = NDArray[np.float64]
 
-#: Intervals that a window holds before it is planned.
-SIZE = 3000
+#: Intervals that a window holds before it is planned: more cost iterations, fewer cost what is planned twice.
+SIZE = 1600
 #: Part of the limits of acceleration and jerk that is planned with: what the method may pass between nodes.
 MARGIN = 0.9993
 #: Sharp corners that are handed on one by one; beyond them they are counted.
