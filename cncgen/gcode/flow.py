@@ -291,8 +291,10 @@ class FlowControl:
     ) -> Cursor:
         """M98 P L, G65 P L: run the program of that number `times` times, with these local parameters."""
         label = float(number)
-        marks = [m for m in self.marks(here.source) if m.label == label and m.keyword in ("program", "sub")]
-        target = marks[0] if marks else self.sub_of(label, here)
+        target = self.sub_of(label, here, ("program", "sub"))
+        if target.keyword == "sub" and self.ip.dialect == "linuxcnc":
+            hint = f"use o{number} CALL"
+            raise Stop(BlockError("sub-kind", f"o{number} is a SUB, which M98 cannot run", "P", hint=hint))
         frame = self.enter(label, target.after, after, values)
         frame.by_number = True
         frame.again = (target.after, times - 1)
@@ -390,17 +392,17 @@ class FlowControl:
         own = mark.label
         return (own(self.ip.parameters) if callable(own) else own) == label
 
-    def sub_of(self, label: Label, here: Cursor) -> Marked:
+    def sub_of(self, label: Label, here: Cursor, keywords: tuple[str, ...] = ("sub",)) -> Marked:
         """Return the line that begins a subroutine: in this file, or in the file of its name."""
-        for source in dict.fromkeys((here.source, 0)):
+        for source in dict.fromkeys((here.source, *range(len(self.sources)))):
             for mark in self.marks(source):
-                if mark.label == label and mark.keyword == "sub":
+                if mark.keyword in keywords and self._is(mark, label):
                     return mark
         source = self._file(label)
         if self.ip.dialect == "fanuc":
             return next((m for m in self.marks(source) if m.keyword == "program"), _whole(label, source))
         for mark in self.marks(source):
-            if mark.keyword == "sub" and mark.label == label:
+            if mark.keyword in keywords and mark.label == label:
                 return mark
         name = self.sources[source].name
         raise Stop(BlockError("sub-missing", f"{name} has no o{_shown(label)} SUB", "O"))

@@ -38,7 +38,7 @@ def _set(first: int) -> Handler:
 
 CODES = (
     Code("G", 280, "non-modal", Stage.REFERENCE, _go(HOME_28), "to reference point 1", _AXES, "own"),
-    Code("G", 281, "non-modal", Stage.REFERENCE, _set(HOME_28), "set reference point 1", _AXES, "own"),
+    Code("G", 281, "non-modal", Stage.REFERENCE, _set(HOME_28), "set reference point 1"),
     Code("G", 300, "non-modal", Stage.REFERENCE, _go(HOME_30), "to reference point 2", _AXES, "own"),
-    Code("G", 301, "non-modal", Stage.REFERENCE, _set(HOME_30), "set reference point 2", _AXES, "own"),
+    Code("G", 301, "non-modal", Stage.REFERENCE, _set(HOME_30), "set reference point 2"),
 )

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes import Code
@@ -14,94 +15,150 @@ from cncgen.toolpath.record import PathMode
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
 
-_PATH_CODES = {PathMode.EXACT_PATH: 610, PathMode.EXACT_STOP: 611, PathMode.CONTINUOUS: 640}
-
 
 @dataclass(frozen=True, slots=True)
 class Saved:
-    """Codes and words that bring a modal state back."""
+    """What M72 compares and brings back. The motion mode is not among it (LinuxCNC manual, "M72")."""
 
     inches: bool
+    feed_mode: int
     feed: float
     speed: float
+    constant_surface: bool
+    direction: int
     plane: int
-    path_mode: PathMode
-    tolerance: float | None
-    naive: float | None
-    system: int
+    compensation: int
     absolute: bool
     arc_absolute: bool
     diameter: bool
     retract_old: bool
-    feed_mode: int
-    direction: int
+    system: int
+    tool_length: bool
+    g92_on: bool
+    path: tuple[PathMode, float | None, float | None]
     mist: bool
     flood: bool
     feed_override: bool
     speed_override: bool
-    motion: int
+    adaptive_feed: bool
+    feed_hold: bool
 
 
 def snapshot(ip: Interpreter) -> Saved:
     """Return the modal state."""
     state = ip.state
-    return Saved(*(getattr(state, name) for name in Saved.__slots__))
+    return Saved(
+        state.inches,
+        state.feed_mode,
+        state.feed,
+        state.speed,
+        state.constant_surface is not None,
+        state.direction,
+        state.plane,
+        state.compensation,
+        state.absolute,
+        state.arc_absolute,
+        state.diameter,
+        state.retract_old,
+        state.system,
+        any(state.tool_offset),
+        state.g92_on,
+        (state.path_mode, state.tolerance, state.naive),
+        state.mist,
+        state.flood,
+        state.feed_override,
+        state.speed_override,
+        state.adaptive_feed,
+        state.feed_hold,
+    )
+
+
+_SYSTEMS = (540, 550, 560, 570, 580, 590, 591, 592, 593)
+_PATH_CODES = {PathMode.EXACT_PATH: 610, PathMode.EXACT_STOP: 611, PathMode.CONTINUOUS: 640}
+#: G codes that bring back what differs, by field of `Saved`.
+_CODES: dict[str, Callable[[Any], int]] = {
+    "feed_mode": lambda mode: mode * 10,
+    "constant_surface": lambda on: 960 if on else 970,
+    "plane": lambda plane: plane if plane > 100 else plane * 10,
+    "compensation": lambda side: side * 10,
+    "absolute": lambda on: 900 if on else 910,
+    "arc_absolute": lambda on: 901 if on else 911,
+    "diameter": lambda on: 70 if on else 80,
+    "retract_old": lambda on: 980 if on else 990,
+    "system": lambda system: _SYSTEMS[system - 1],
+    "tool_length": lambda on: 430 if on else 490,
+    "g92_on": lambda on: 923 if on else 922,
+    "path": lambda path: _PATH_CODES[path[0]],
+}
+
+
+_OVERRIDES = {"feed_override": 500, "speed_override": 510, "adaptive_feed": 520, "feed_hold": 530}
 
 
 def restore(ip: Interpreter, saved: Saved) -> None:
-    """Bring back what differs, code by code, as a program would."""
-    state = ip.state
+    """Bring back what differs, as LinuxCNC does: the units in a block of their own, all codes and words in another.
+
+    So a tool length comes back as G43, of the tool in the spindle, and compensation as G41 or G42 with its diameter.
+    """
+    here = ip.sink.block
+
+    def run(words: dict[str, float], g: list[int], m: list[int]) -> None:
+        ip.execute(Block(words, tuple(g), tuple(m), None, here.source, here.line, here.offset))
+
     now = snapshot(ip)
-
-    def run(letter: str, number: int, words: dict[str, float] | None = None) -> None:
-        block = Block(
-            words or {}, source=ip.sink.block.source, line=ip.sink.block.line, offset=ip.sink.block.offset
-        )
-        ip.codes[letter, number].run(ip, block)
-
     if now.inches != saved.inches:
-        run("G", 200 if saved.inches else 210)
-    if now.feed_mode != saved.feed_mode:
-        run("G", saved.feed_mode * 10)
-    if now.feed != saved.feed or now.feed_mode != saved.feed_mode:
-        run("F", 0, {"f": saved.feed})
-    if now.speed != saved.speed:
-        run("S", 0, {"s": saved.speed})
-    if now.plane != saved.plane:
-        run("G", saved.plane if saved.plane > 100 else saved.plane * 10)
-    if (now.path_mode, now.tolerance, now.naive) != (saved.path_mode, saved.tolerance, saved.naive):
-        words = {k: v for k, v in (("p", saved.tolerance), ("q", saved.naive)) if v is not None}
-        run("G", _PATH_CODES[saved.path_mode], words)
-    if now.system != saved.system:
-        run("G", [540, 550, 560, 570, 580, 590, 591, 592, 593][saved.system - 1])
-    for name, on, off in (
-        ("absolute", 900, 910),
-        ("arc_absolute", 901, 911),
-        ("diameter", 70, 80),
-        ("retract_old", 980, 990),
-    ):
-        if getattr(now, name) != getattr(saved, name) and ("G", on) in ip.codes:
-            run("G", on if getattr(saved, name) else off)
-    if now.direction != saved.direction:
-        run("M", {1: 30, -1: 40, 0: 50}[saved.direction])
-    _restore_coolant(now, saved, run)
-    if now.feed_override != saved.feed_override:
-        run("M", 500, {"p": float(saved.feed_override)})
-    if now.speed_override != saved.speed_override:
-        run("M", 510, {"p": float(saved.speed_override)})
-    state.motion = saved.motion
+        run({}, [200 if saved.inches else 210], [])
+    changed = {name for name in Saved.__slots__ if getattr(now, name) != getattr(saved, name)}
+    g = [code(getattr(saved, name)) for name, code in _CODES.items() if name in changed]
+    m = [{1: 30, -1: 40, 0: 50}[saved.direction]] if "direction" in changed else []
+    words = _words(ip, now, saved, changed)
+    if g or m or words:
+        run(words, g, m)
+    _restore_coolant(saved, changed, run)
+    _restore_overrides(ip, saved, changed, run)
 
 
-def _restore_coolant(now: Saved, saved: Saved, run: object) -> None:
-    assert callable(run)
-    if (now.mist, now.flood) == (saved.mist, saved.flood):
+def _words(ip: Interpreter, now: Saved, saved: Saved, changed: set[str]) -> dict[str, float]:
+    """Return the words of the block that brings a state back."""
+    # The peer writes the block with one decimal of F and none of S.
+    rough = ip.options.stand_alone
+    words = {}
+    if "feed" in changed and now.feed_mode != 93:
+        words["f"] = round(saved.feed, 1) if rough else saved.feed
+    if "speed" in changed:
+        words["s"] = round(saved.speed, 0) if rough else saved.speed
+    if "path" in changed and saved.path[0] is PathMode.CONTINUOUS:
+        words |= {
+            letter: value for letter, value in zip("pq", saved.path[1:], strict=True) if value is not None
+        }
+    return words
+
+
+Run = Callable[[dict[str, float], list[int], list[int]], None]
+
+
+def _restore_coolant(saved: Saved, changed: set[str], run: Run) -> None:
+    if changed.isdisjoint(("mist", "flood")):
         return
-    if not (saved.mist and saved.flood):
-        run("M", 90)
+    if not (saved.mist or saved.flood):
+        run({}, [], [90])
     if saved.mist:
-        run("M", 70)
+        run({}, [], [70])
     if saved.flood:
-        run("M", 80)
+        run({}, [], [80])
+
+
+def _restore_overrides(ip: Interpreter, saved: Saved, changed: set[str], run: Run) -> None:
+    """Bring back M50 to M53; the peer switches none of them off, and mistakes M50 and M51."""
+    if ip.options.stand_alone:
+        if "feed_override" in changed:
+            run({}, [], [480 if saved.feed_override else 510])
+        changed = {
+            name for name in ("adaptive_feed", "feed_hold") if name in changed and getattr(saved, name)
+        }
+    for name, code in _OVERRIDES.items():
+        if name in changed:
+            run({"p": float(getattr(saved, name))}, [], [code])
 
 
 def save(ip: Interpreter, block: Block) -> None:

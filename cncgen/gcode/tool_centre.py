@@ -274,7 +274,10 @@ class ToolCentre:
         return done
 
     def _join(self, old: Curve, new: Curve, start: complex, block: Any, rapid: bool) -> list[Piece | Any]:
-        """Settle the move before, and return it with what rolls around the corner."""
+        """Settle the move before, and return it with what rolls around the corner (no tool rolls without a radius)."""
+        if self.radius == 0.0:
+            new.start = start
+            return self._settle(strict=False)
         turn = self.side * cmath.phase(new.heading_in / old.heading_out)
         if self._rolls(old, new, turn):
             done = self._settle(strict=old.centre is None and new.centre is None)

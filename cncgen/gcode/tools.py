@@ -78,6 +78,13 @@ def name_tool(ip: Interpreter, block: Block) -> None:
 
 
 def _use(ip: Interpreter, offset: list[float]) -> None:
+    if ip.state.compensation != 40:
+        raise BlockError(
+            "comp-refused",
+            "the tool offset cannot change while cutter compensation is on",
+            "G43",
+            hint="use G40",
+        )
     machine = ip.machine_position()
     ip.state.tool_offset = offset
     ip.rebase(machine)
