@@ -32,7 +32,9 @@ if TYPE_CHECKING:
     "--interpolators", metavar="LIST", help="Interpolators, by commas [default: arclength,taylor1,taylor2]."
 )
 @click.option(
-    "--controllers", metavar="LIST", help="Controllers instead: of p,zpetc,ccc,zpetc+ccc,tcf, by commas."
+    "--controllers",
+    metavar="LIST",
+    help="Controllers instead: of p,zpetc,ccc,zpetc+ccc,tcf,h-infinity, by commas.",
 )
 @output_option
 @summary_option

@@ -18,7 +18,7 @@ from cncgen.cli.options import (
 )
 
 #: Schemes with gains of their own.
-CONTROLLERS = ("p", "ccc", "zpetc+ccc", "tcf")
+CONTROLLERS = ("p", "ccc", "zpetc+ccc", "tcf", "h-infinity")
 
 
 @click.command("tune")
@@ -29,7 +29,8 @@ CONTROLLERS = ("p", "ccc", "zpetc+ccc", "tcf")
     type=click.Choice(CONTROLLERS),
     default=CONTROLLERS[0],
     show_default=True,
-    help="Whose gains: each axis's own (p), of cross coupling round them (ccc), of the task frame (tcf).",
+    help="Whose gains: each axis's own (p), of cross coupling round them (ccc), of the task frame (tcf); or a design "
+    "from weights (h-infinity).",
 )
 @click.option(
     "--bandwidth",
@@ -97,10 +98,15 @@ def command(
     from cncgen.servo.tuning.analysis import open_loops
     from cncgen.servo.tuning.search import search
 
-    if bandwidth is None and program is None:
+    if bandwidth is None and program is None and controller != "h-infinity":
         raise click.UsageError("give --bandwidth, or a PROGRAM to tune on, or both")
     where, source = pipeline.machine_of(machine), planning["axis_params"] or machine
     servos, settings = dict(pipeline.servos_of(source)), settings_of(load_coupling(source))
+    if controller == "h-infinity":
+        if program is not None:
+            raise click.UsageError("an H-infinity design has weights, and no gains to search on a program")
+        _design(servos, where.period_s, bandwidth, output)
+        return
     axes = "".join(servos)
     setpoints = []
     if program is not None:
@@ -143,3 +149,27 @@ def _placed(
         return {k: placed(servo, k, bandwidth, damping) for k, servo in servos.items()}, settings
     loops = scheme_maker(controller, servos, settings)(axes, period_s).loops
     return servos, placed_settings(controller, loops, bandwidth, damping)
+
+
+def _design(servos: dict[str, Any], period_s: float, bandwidth: float | None, output: str | None) -> None:
+    """Design each axis's H-infinity controller, print its bounds, and write the tables if they hold."""
+    from cncgen.diagnostics import Diagnostic, NoPlanError
+    from cncgen.files import write_text
+    from cncgen.report.tuned import bounds_text, gain_tables
+    from cncgen.servo.tuning.placement import designed_h_infinity
+
+    missed = []
+    for letter, servo in servos.items():
+        servos[letter], gamma, found = designed_h_infinity(servo, letter, period_s, bandwidth)
+        messages.note(bounds_text(letter, gamma, found))
+        if not found.holds:
+            missed.append(letter)
+    if missed:
+        raise NoPlanError(
+            Diagnostic(
+                "tune-bounds",
+                f"the bounds do not hold for every plant of {', '.join(missed)}",
+                hint="ask for less bandwidth, or for less uncertainty in the servo table",
+            )
+        )
+    write_text(output, gain_tables(servos, {}))

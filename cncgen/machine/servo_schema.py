@@ -12,7 +12,9 @@ Models and where they come from (the papers' symbols in brackets):
 * ``pd-plus``: Yeh and Sun 2008, eqs 2.1, 2.2, 2.12 and 3.3: torque-mode motor, PD control with feedforward.
 * ``first-order``: Hsu 1999 (as fitted): P position loop round a first-order velocity loop with an integrator.
 * ``two-mass``: motor and load joined by a spring, under PID control.
-* ``transfer-function``: the closed loop as a ratio of polynomials, in s or in z, with a delay.
+* ``plant``: any plant as a ratio of polynomials in s or z, with dead time, under PID control, a controller given as a
+  ratio, or one designed by H-infinity mixed sensitivity (the flexible stage appended to Tsai 2010).
+* ``transfer-function``: the closed loop as a whole as a ratio of polynomials, in s or in z, with a delay.
 """
 
 from __future__ import annotations
@@ -47,7 +49,7 @@ class Parameter:
         low, high: Range; `open_low` leaves `low` itself out.
         power: Power of the length unit in the value's unit (1 for mm, −1 for counts/mm, 0 for none).
         choices: The words allowed, where the value is a word.
-        kind: ``number``, ``integer``, ``word``, ``flag`` or ``numbers`` (a list).
+        kind: ``number``, ``integer``, ``word``, ``text``, ``flag`` or ``numbers`` (a list).
     """
 
     name: str
@@ -74,6 +76,8 @@ class Parameter:
         """Return what is wrong with a value, or ""."""
         if self.kind == "word":
             return "" if value in self.choices else f"must be one of {', '.join(self.choices)}; is {value!r}"
+        if self.kind == "text":
+            return "" if isinstance(value, str) and value.strip() else f"must be a text; is {value!r}"
         if self.kind == "flag":
             return "" if isinstance(value, bool) else f"must be true or false; is {value!r}"
         if self.kind == "numbers":
@@ -125,6 +129,11 @@ _PI_P_FEEDFORWARD = (
     _positive("feedforward_filter_rad_s", "wn: the low-pass on the feedforward"),
     _optional("saturation_{l}_s2", "largest acceleration that the drive gives (b times its voltage)", 1),
     Parameter("coulomb_{l}_s2", "Coulomb friction, as acceleration", 0.0, power=1),
+    Parameter(
+        "viscous_1_s",
+        "viscous friction, as acceleration a unit of speed; the controller knows only of a",
+        0.0,
+    ),
     *_IMPERFECTIONS,
 )
 
@@ -138,6 +147,11 @@ _PD_PLUS = (
     Parameter("feedforward", "the + of PD+: false leaves plain PD", True, kind="flag"),
     _optional("saturation_volt", "bound of the drive's input"),
     Parameter("coulomb_volt", "Coulomb friction, as input", 0.0),
+    Parameter(
+        "viscous_volt_s_rad",
+        "viscous friction, as input a unit of motor speed; unknown to the controller",
+        0.0,
+    ),
     *_IMPERFECTIONS,
 )
 
@@ -145,6 +159,11 @@ _FIRST_ORDER = (
     _positive("position_gain_1_s", "Kv: velocity per position error"),
     Parameter("time_constant_s", "lag of the velocity loop; 0: a pure integrator", 0.0),
     Parameter("coulomb_lag_{l}", "position error that Coulomb friction costs", 0.0, power=1),
+    Parameter(
+        "viscous_share",
+        "viscous friction: what it takes off the velocity command, as a share of the speed",
+        0.0,
+    ),
     _optional("saturation_{l}_s", "bound of the velocity command", 1),
     *_IMPERFECTIONS,
 )
@@ -165,6 +184,37 @@ _TWO_MASS = (
     Parameter("coulomb_n_m", "Coulomb friction at the motor", 0.0),
     *_IMPERFECTIONS,
 )
+
+_PLANT = (
+    Parameter("numerator", "of the plant, {l} per unit of drive input, highest power first", required=True, kind="numbers",
+              power=1),
+    Parameter("denominator", "of the plant, highest power first", required=True, kind="numbers"),
+    _optional("sample_time_s", "given: the plant is in z, its input held for this period; missing: it is in s"),
+    Parameter("delay_s", "dead time of the input", 0.0, high=1.0),
+    Parameter("drive_unit", "unit of the drive input", "V", kind="text"),
+    Parameter("controller", "which of the following is on", "pid", kind="word", choices=("pid", "ratio", "h-infinity")),
+    Parameter("position_gain_1_{l}", "pid: Kp", 0.0, power=-1),
+    Parameter("integral_gain_1_{l}_s", "pid: Ki", 0.0, power=-1),
+    Parameter("derivative_gain_s_{l}", "pid: Kd", 0.0, power=-1),
+    _optional("derivative_filter_rad_s", "pid: low-pass on the derivative"),
+    Parameter("controller_numerator", "ratio: in s, drive input per {l} of error", kind="numbers", power=-1),
+    Parameter("controller_denominator", "ratio: in s", kind="numbers"),
+    _optional("sensitivity_bandwidth_rad_s", "h-infinity: below it |S| is to be small"),
+    Parameter("sensitivity_peak", "h-infinity: largest |S|", 2.0, low=1.0, open_low=True),
+    Parameter("sensitivity_offset", "h-infinity: |S| at rest", 1e-3, open_low=True, high=0.5),
+    _optional("robustness_crossover_rad_s", "h-infinity: where the plant is unknown by its own size"),
+    Parameter("control_weight", "h-infinity: weight of the drive input, as a share of the plant's gain at rest", 0.05,
+              open_low=True),
+    _optional("roll_off_rad_s", "h-infinity: one more pole, the reshaping at high frequencies"),
+    Parameter("frequency_uncertainty", "h-infinity: the bounds hold for natural frequencies within this share", 0.1,
+              high=0.9),
+    Parameter("gain_uncertainty", "h-infinity: the bounds hold for gains within this share", 0.1, high=0.9),
+    Parameter("complementary_peak", "h-infinity: bound of |T|, M_L", 1.5, low=1.0),
+    _optional("saturation", "largest drive input"),
+    Parameter("coulomb", "Coulomb friction, as drive input", 0.0),
+    Parameter("viscous_s_{l}", "viscous friction, as drive input a unit of speed", 0.0, power=-1),
+    *_IMPERFECTIONS,
+)  # fmt: skip
 
 _TRANSFER_FUNCTION = (
     Parameter("numerator", "coefficients, highest power first", required=True, kind="numbers"),
@@ -190,6 +240,7 @@ MODELS: Mapping[str, Model] = MappingProxyType(
         "pd-plus": Model(_PD_PLUS, "V"),
         "first-order": Model(_FIRST_ORDER, "{l}/s"),
         "two-mass": Model(_TWO_MASS, "N·m"),
+        "plant": Model(_PLANT, ""),
         "transfer-function": Model(_TRANSFER_FUNCTION, "{l}"),
     }
 )
@@ -221,17 +272,55 @@ def faults(table: Mapping[str, Any], letter: str) -> Iterator[tuple[str, str, st
             yield "machine-value", key, said
     if name == "transfer-function":
         yield from _faults_of_degrees(table)
+    if name == "plant":
+        yield from _faults_of_degrees(table, strictly=True)
+        yield from _faults_of_degrees(table, prefix="controller_")
+        yield from _faults_of_controller(table, letter)
 
 
-def _faults_of_degrees(table: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
-    polynomials = [table.get("numerator"), table.get("denominator")]
+def _faults_of_degrees(
+    table: Mapping[str, Any], prefix: str = "", strictly: bool = False
+) -> Iterator[tuple[str, str, str]]:
+    polynomials = [table.get(f"{prefix}numerator"), table.get(f"{prefix}denominator")]
     if not all(isinstance(v, list) and any(v) and all(map(_is_number, v)) for v in polynomials):
         return
     degrees = [len(_leading(np.asarray(v, float))) - 1 for v in polynomials]
     if degrees[0] > degrees[1]:
-        yield "machine-value", "numerator", f"has degree {degrees[0]}, above the denominator's {degrees[1]}"
+        message = f"has degree {degrees[0]}, above the denominator's {degrees[1]}"
+        yield "machine-value", f"{prefix}numerator", message
+    elif strictly and degrees[0] == degrees[1]:
+        yield (
+            "machine-value",
+            f"{prefix}numerator",
+            f"has the denominator's degree {degrees[1]}; a plant has a lower one",
+        )
     if degrees[1] > MAX_DEGREE:
-        yield "machine-value", "denominator", f"has degree {degrees[1]}; {MAX_DEGREE} is the most"
+        yield "machine-value", f"{prefix}denominator", f"has degree {degrees[1]}; {MAX_DEGREE} is the most"
+
+
+def _faults_of_controller(table: Mapping[str, Any], letter: str) -> Iterator[tuple[str, str, str]]:
+    """Yield what the chosen controller of a ``plant`` lacks."""
+    unit = file_unit(letter)
+    choice = table.get("controller", "pid")
+    needed = {
+        "ratio": ("controller_numerator", "controller_denominator"),
+        "h-infinity": ("sensitivity_bandwidth_rad_s", "robustness_crossover_rad_s"),
+    }.get(choice, ())
+    for key in needed:
+        if key not in table:
+            yield "machine-missing", key, f"missing (the controller is {choice})"
+    gains = [f"position_gain_1_{unit}", f"integral_gain_1_{unit}_s"]
+    if choice == "pid" and not any(table.get(key) for key in gains):
+        yield "machine-missing", gains[0], f"missing (PID needs it or {gains[1]})"
+    if table.get("sample_time_s") is not None:
+        if choice == "h-infinity":
+            yield (
+                "machine-value",
+                "controller",
+                "h-infinity is designed on a plant in s, and sample_time_s says z",
+            )
+        if table.get("control_period_s", table["sample_time_s"]) != table["sample_time_s"]:
+            yield "machine-value", "control_period_s", "must be the sample_time_s of a plant in z"
 
 
 def _nearest(key: str, known: Mapping[str, Parameter]) -> str:
@@ -251,13 +340,16 @@ def resolve(servo: Servo, letter: str) -> dict[str, Any]:
     for parameter in MODELS[servo.model].parameters:
         value = servo.parameters.get(parameter.key(letter), parameter.default)
         if value is not None and parameter.power and is_rotary(letter):
-            value = value * DEGREE**parameter.power
+            factor = DEGREE**parameter.power
+            value = [v * factor for v in value] if parameter.kind == "numbers" else value * factor
         values[parameter.symbol] = value
     return values
 
 
 def force_unit(servo: Servo, letter: str) -> str:
     """Return the unit of a model's driving force: ``V``, ``N·m``, ``mm/s`` …; inside units (rad for rotary axes)."""
+    if servo.model == "plant":
+        return str(resolve(servo, letter)["drive_unit"])
     return MODELS[servo.model].force_unit.format(l="rad" if is_rotary(letter) else "mm")
 
 
@@ -288,7 +380,8 @@ def _leading(coefficients: Floats) -> Floats:
 
 
 def _pi_p_closed(p: Mapping[str, Any]) -> TransferFunction:
-    a, g, i = p["velocity_pole_1_s"], p["velocity_gain_1_s"], p["integral_rate_1_s"]
+    a = p["velocity_pole_1_s"] + p["viscous_1_s"]
+    g, i = p["velocity_gain_1_s"], p["integral_rate_1_s"]
     k, w = p["position_gain_1_s"], p["feedforward_filter_rad_s"]
     forward = w * p["feedforward_gain"] + k
     a0 = g * k * w * i
@@ -297,17 +390,17 @@ def _pi_p_closed(p: Mapping[str, Any]) -> TransferFunction:
 
 
 def _pd_plus_closed(p: Mapping[str, Any]) -> TransferFunction:
-    gain = p["velocity_gain_rad_s_volt"] * p["counts_per_rad"]
-    proportional = p["position_gain_volt_count"] * gain
-    derivative = p["derivative_gain_volt_s_rad"] * p["velocity_gain_rad_s_volt"]
-    denominator = np.array([p["time_constant_s"], 1.0 + derivative, proportional])
-    numerator = denominator if p["feedforward"] else np.array([derivative, proportional])
-    return TransferFunction(numerator, denominator)
+    gain = p["velocity_gain_rad_s_volt"]
+    proportional = p["position_gain_volt_count"] * gain * p["counts_per_rad"]
+    derivative, drag = p["derivative_gain_volt_s_rad"] * gain, p["viscous_volt_s_rad"] * gain
+    known = np.array([p["time_constant_s"], 1.0 + derivative, proportional])
+    numerator = known if p["feedforward"] else np.array([derivative, proportional])
+    return TransferFunction(numerator, np.add(known, [0.0, drag, 0.0]))
 
 
 def _first_order_closed(p: Mapping[str, Any]) -> TransferFunction:
     gain, tau = p["position_gain_1_s"], p["time_constant_s"]
-    denominator: list[float] = [tau, 1.0, gain]
+    denominator: list[float] = [tau, 1.0 + p["viscous_share"], gain]
     return TransferFunction(np.array([gain]), np.array(denominator if tau else denominator[1:]))
 
 
@@ -327,14 +420,44 @@ def two_mass_plant(p: Mapping[str, Any]) -> tuple[Floats, Floats, Floats]:
 def _two_mass_closed(p: Mapping[str, Any]) -> TransferFunction:
     motor, load, plant_denominator = two_mass_plant(p)
     measured = motor if p["feedback"] == "motor" else load
-    kp, ki, kd = (
-        p[k] for k in ("position_gain_n_m_mm", "integral_gain_n_m_mm_s", "derivative_gain_n_m_s_mm")
+    control, below = pid_ratio(
+        p["position_gain_n_m_mm"],
+        p["integral_gain_n_m_mm_s"],
+        p["derivative_gain_n_m_s_mm"],
+        p["derivative_filter_rad_s"],
     )
-    lag = 1.0 / p["derivative_filter_rad_s"] if p["derivative_filter_rad_s"] else 0.0
-    control = np.array([kp * lag + kd, kp + ki * lag, ki])
-    below = np.array([lag, 1.0, 0.0])
     denominator = np.polyadd(np.polymul(below, plant_denominator), np.polymul(control, measured))
     return TransferFunction(np.polymul(control, load), _leading(np.asarray(denominator, np.float64)))
+
+
+def _plant_closed(p: Mapping[str, Any]) -> TransferFunction:
+    if p["sample_time_s"] is not None or p["delay_s"] > 0.0:
+        raise ValueError("a plant in z or with a dead time has no closed loop as a ratio in s")
+    if p["controller"] == "h-infinity":
+        raise ValueError("the closed loop of an H-infinity controller is not given as a ratio")
+    above = np.array(p["numerator"], float)
+    below = np.polyadd(p["denominator"], np.polymul([p["viscous_s_mm"], 0.0], above))
+    if p["controller"] == "ratio":
+        control = np.array(p["controller_numerator"], float), np.array(p["controller_denominator"], float)
+    else:
+        control = pid_ratio(
+            p["position_gain_1_mm"],
+            p["integral_gain_1_mm_s"],
+            p["derivative_gain_s_mm"],
+            p["derivative_filter_rad_s"],
+        )
+    numerator = np.polymul(above, control[0])
+    denominator = np.polyadd(np.polymul(below, control[1]), numerator)
+    return TransferFunction(_leading(numerator), _leading(np.asarray(denominator, np.float64)))
+
+
+def pid_ratio(
+    proportional: float, integral: float, derivative: float, corner: float | None
+) -> tuple[Floats, Floats]:
+    """Return Kp + Ki/s + Kd s/(s/corner + 1) as a ratio; without `corner` the derivative has no low-pass."""
+    lag = 1.0 / corner if corner else 0.0
+    control = np.array([proportional * lag + derivative, proportional + integral * lag, integral])
+    return control, np.array([lag, 1.0, 0.0])
 
 
 def _given(p: Mapping[str, Any]) -> TransferFunction:
@@ -348,5 +471,6 @@ _CLOSED_LOOPS = {
     "pd-plus": _pd_plus_closed,
     "first-order": _first_order_closed,
     "two-mass": _two_mass_closed,
+    "plant": _plant_closed,
     "transfer-function": _given,
 }

@@ -6,8 +6,12 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
+import numpy as np
+
 from cncgen.machine.record import Servo
 from cncgen.machine.writing import table_text
+from cncgen.report.tables import text_table
+from cncgen.servo.controllers.hinf_servo import BoundCheck
 from cncgen.servo.tuning.analysis import OpenLoop, closed_bandwidth_hz, linear_loop, open_loops
 from cncgen.servo.tuning.search import Search
 
@@ -36,6 +40,22 @@ def loop_texts(
         for letter in axes:
             bandwidth = closed_bandwidth_hz(linear_loop(servos[letter], letter, period_s))
             yield f"{letter}: closed loop, setpoint to position: {bandwidth:.3g} Hz (-3 dB)"
+
+
+def bounds_text(letter: str, gamma: float, found: BoundCheck, rows: int = 16) -> str:
+    """Return the H-infinity norm of an axis's design and a table of its bounds over all plants."""
+    picks = np.unique(np.linspace(0, len(found.frequency) - 1, rows).round().astype(int))
+    table = []
+    for k in picks:
+        within = found.sensitivity[k] <= found.allowed[k] and found.complementary[k] <= found.peak
+        values = (found.sensitivity[k], found.allowed[k], found.complementary[k], found.peak)
+        cells = [f"{20.0 * math.log10(max(float(v), 1e-300)):.1f}" for v in values]
+        table.append([f"{found.frequency[k] / (2.0 * math.pi):.3g}", *cells, "ok" if within else "MISSED"])
+    header = ("frequency Hz", "worst |S| dB", "allowed", "worst |T| dB", "allowed", "")
+    verdict = "hold" if found.holds else "DO NOT HOLD"
+    stable = "all of them stable" if found.stable else "NOT ALL STABLE"
+    head = f"{letter}: norm {gamma:.4g}; the bounds {verdict} for {found.plants} plants, {stable}"
+    return f"{head}\n{text_table(header, table)}"
 
 
 def search_text(found: Search) -> str:

@@ -79,17 +79,55 @@ def close_loop(plant: Plant, controller: Controller, period: float) -> AxisLoop:
         period: Control period, s.
 
     Raises:
-        ValueError: The controller needs a velocity that the plant has not, or a delay stands with a continuous
-            controller or with friction.
+        ValueError: The controller needs a velocity that the plant has not, a plant in z has another period, or a dead
+            time stands with a continuous controller, or with friction and is no whole number of control periods.
     """
     reads_velocity = controller.d_velocity != 0.0 or len(controller.b_velocity) > 0
     if reads_velocity and plant.velocity is None:
         raise ValueError("the controller reads a velocity, and the plant has no velocity state")
-    if plant.delay_s > 0.0:
-        if controller.continuous or plant.imperfections.coulomb > 0.0:
-            raise ValueError("a dead time goes with a sampled controller and without friction")
+    if plant.sample_time_s is not None and abs(plant.sample_time_s - period) > 1e-9 * period:
+        raise ValueError(
+            f"a plant in z at {plant.sample_time_s:g} s goes with that control period, not {period:g} s"
+        )
+    if plant.delay_s > 0.0 or plant.sample_time_s is not None:
+        if controller.continuous:
+            raise ValueError("a dead time or a plant in z goes with a sampled controller")
+        if plant.imperfections.coulomb > 0.0 and plant.velocity is not None:
+            return _close(plant, _queued(controller, _whole_periods(plant.delay_s, period)), period)
         return _close_delayed(plant, controller, period)
     return _close(plant, controller, period)
+
+
+def _whole_periods(delay_s: float, period: float) -> int:
+    count = round(delay_s / period)
+    if abs(delay_s - count * period) > 1e-9 * period:
+        raise ValueError(
+            f"with Coulomb friction the dead time {delay_s:g} s must be a whole number of control periods of {period:g} s"
+        )
+    return count
+
+
+def _queued(controller: Controller, count: int) -> Controller:
+    """Return a sampled controller whose output comes that many control periods late: a queue in its memory."""
+    if count == 0:
+        return controller
+    if controller.d_velocity != 0.0:
+        raise ValueError("a dead time with friction goes with a controller that reads the position alone")
+    m = len(controller.a)
+    a = np.zeros((m + count, m + count))
+    a[:m, :m], a[m, :m] = controller.a, controller.c
+    a[range(m + 1, m + count), range(m, m + count - 1)] = 1.0
+
+    def joined(name: str, direct: float) -> Floats:
+        return np.concatenate([controller.column(name), [direct], np.zeros(count - 1)])
+
+    return Controller(
+        a=a,
+        b_setpoint=joined("b_setpoint", controller.d_setpoint),
+        b_position=joined("b_position", controller.d_position),
+        b_bound=joined("b_bound", 0.0),
+        c=np.concatenate([np.zeros(m + count - 1), [1.0]]),
+    )
 
 
 def _close(plant: Plant, controller: Controller, period: float) -> AxisLoop:
@@ -235,9 +273,15 @@ def _close_delayed(plant: Plant, controller: Controller, period: float) -> AxisL
     """
     n, m = len(plant.a), len(controller.a)
     whole, fraction = divmod(plant.delay_s / period, 1.0)
+    if fraction > 1.0 - 1e-9:
+        whole, fraction = whole + 1.0, 0.0
     queue = np.arange(int(whole) + 1) + n + m
-    flow, total = held(plant.a, plant.b[:, None], period)
-    _, late = held(plant.a, plant.b[:, None], period * (1.0 - fraction))
+    if plant.sample_time_s is None:
+        flow, total = held(plant.a, plant.b[:, None], period)
+        _, late = held(plant.a, plant.b[:, None], period * (1.0 - fraction))
+    else:
+        flow, total = plant.a, plant.b[:, None]
+        late = total
     order = n + m + len(queue)
     phi = np.zeros((4, 1, order, order))
     inputs = np.zeros((4, 1, _INPUTS, order))

@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.machine.record import Servo
 from cncgen.machine.servo_schema import force_unit, resolve
@@ -16,6 +18,7 @@ from cncgen.servo.controllers.p import p
 from cncgen.servo.controllers.pd_plus import pd_plus
 from cncgen.servo.controllers.pi_p_feedforward import pi_p_feedforward
 from cncgen.servo.controllers.pid import pid
+from cncgen.servo.controllers.ratio import sampled
 from cncgen.servo.loop import AxisLoop, close_loop, follow_transfer_function
 from cncgen.servo.plants import Imperfections, Plant
 
@@ -70,6 +73,7 @@ def plant_and_controller(servo: Servo, letter: str, period_s: float) -> tuple[Pl
         raise ValueError(f"the model {servo.model} has no plant that another controller could drive")
     values = resolve(servo, letter)
     plant, controller = _PARTS[servo.model](values, period_s)
+    plant = plant.with_viscous(_VISCOUS[servo.model](values))
     imperfections = _imperfections(values, *_COULOMB_AND_BOUND[servo.model](values))
     unit = force_unit(servo, letter)
     return replace(plant, imperfections=imperfections, force_unit=unit), controller
@@ -89,7 +93,10 @@ def _imperfections(values: Values, coulomb: float, bound: float | None) -> Imper
 
 def _first_order(values: Values, period: float) -> tuple[Plant, Controller]:
     lag = values["time_constant_s"]
-    plant = plants.velocity_loop(1.0, lag) if lag > 0.0 else plants.integrator()
+    if lag > 0.0:
+        return plants.velocity_loop(1.0, lag), p(values["position_gain_1_s"])
+    # Without a lag the loop settles at once where friction leaves it: u = (1 + share) v.
+    plant = plants.integrator(1.0 / (1.0 + values["viscous_share"]))
     return plant, p(values["position_gain_1_s"])
 
 
@@ -139,6 +146,43 @@ def _two_mass(values: Values, period: float) -> tuple[Plant, Controller]:
     return plant, law
 
 
+def _plant(values: Values, period: float) -> tuple[Plant, Controller]:
+    above, below = np.array(values["numerator"], float), np.array(values["denominator"], float)
+    if values["sample_time_s"] is None:
+        plant = plants.transfer_function(above, below, values["delay_s"])
+    else:
+        plant = plants.sampled_transfer_function(above, below, values["sample_time_s"], values["delay_s"])
+    return plant, _CONTROLLERS[values["controller"]](values, period)
+
+
+def _pid(values: Values, period: float) -> Controller:
+    return pid(
+        values["position_gain_1_mm"],
+        values["integral_gain_1_mm_s"],
+        values["derivative_gain_s_mm"],
+        period,
+        values["derivative_filter_rad_s"],
+    )
+
+
+def _ratio(values: Values, period: float) -> Controller:
+    above = np.array(values["controller_numerator"], float)
+    return sampled(*plants.companion(above, np.array(values["controller_denominator"], float)), period)
+
+
+def _h_infinity(values: Values, period: float) -> Controller:
+    from cncgen.servo.controllers.hinf_servo import controller_of
+
+    return controller_of(values, period)
+
+
+_CONTROLLERS: Mapping[str, Callable[[Values, float], Controller]] = {
+    "pid": _pid,
+    "ratio": _ratio,
+    "h-infinity": _h_infinity,
+}
+
+
 def _given_loop(values: Values, period: float) -> AxisLoop:
     return follow_transfer_function(
         values["numerator"],
@@ -155,6 +199,15 @@ _PARTS: Mapping[str, Callable[[Values, float], tuple[Plant, Controller]]] = {
     "pd-plus": _pd_plus,
     "pi-p-feedforward": _pi_p,
     "two-mass": _two_mass,
+    "plant": _plant,
+}
+#: Viscous friction in drive input a mm/s, beside what the plant has.
+_VISCOUS: Mapping[str, Callable[[Values], float]] = {
+    "first-order": lambda v: v["viscous_share"] if v["time_constant_s"] > 0.0 else 0.0,
+    "pd-plus": lambda v: v["viscous_volt_s_rad"] * v["counts_per_mm"] / v["counts_per_rad"],
+    "pi-p-feedforward": lambda v: v["viscous_1_s"],
+    "two-mass": lambda v: 0.0,
+    "plant": lambda v: v["viscous_s_mm"],
 }
 #: Coulomb friction and bound of the drive, in its own unit.
 _COULOMB_AND_BOUND: Mapping[str, Callable[[Values], tuple[float, float | None]]] = {
@@ -162,4 +215,5 @@ _COULOMB_AND_BOUND: Mapping[str, Callable[[Values], tuple[float, float | None]]]
     "pd-plus": lambda v: (v["coulomb_volt"], v["saturation_volt"]),
     "pi-p-feedforward": lambda v: (v["coulomb_mm_s2"], v["saturation_mm_s2"]),
     "two-mass": lambda v: (v["coulomb_n_m"], v["saturation_n_m"]),
+    "plant": lambda v: (v["coulomb"], v["saturation"]),
 }

@@ -21,7 +21,8 @@ from cncgen.servo.simulate import own_scheme
 from cncgen.units import is_rotary
 
 #: The names, in the order of Hsu 1999, Table 1. ``p`` stands for the axis's own controller, whatever it is.
-NAMES = ("p", "zpetc", "ccc", "zpetc+ccc", "tcf")
+#: ``h-infinity`` is each axis under the controller designed from its table's weights (model ``plant``).
+NAMES = ("p", "zpetc", "ccc", "zpetc+ccc", "tcf", "h-infinity")
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +103,10 @@ def scheme_maker(name: str, servos: Mapping[str, Servo], settings: Settings | No
 
     def make(axes: str, period_s: float) -> Scheme:
         try:
+            if name == "h-infinity":
+                return own_scheme(
+                    h_infinity_servos({k: servos[k] for k in axes if k in servos}), axes, period_s
+                )
             if name == "tcf":
                 return _task_frame(servos, axes, period_s, chosen)
             return _coupled(name, servos, axes, period_s, chosen)
@@ -109,6 +114,22 @@ def scheme_maker(name: str, servos: Mapping[str, Servo], settings: Settings | No
             raise UsageError(Diagnostic("controller-unfit", f"{name}: {error}")) from error
 
     return make
+
+
+def h_infinity_servos(servos: Mapping[str, Servo]) -> dict[str, Servo]:
+    """Return servos with the H-infinity controller of their weights in the place of their own.
+
+    Raises:
+        ValueError: A servo is not of the model ``plant``, or its table has no weights.
+    """
+    for letter, servo in servos.items():
+        if servo.model != "plant":
+            raise ValueError(f"axis {letter}: it is designed for the model plant, not {servo.model}")
+        if "sensitivity_bandwidth_rad_s" not in servo.parameters:
+            raise ValueError(
+                f"axis {letter}: its table has no weights (sensitivity_bandwidth_rad_s and the rest)"
+            )
+    return {k: Servo(s.model, {**s.parameters, "controller": "h-infinity"}) for k, s in servos.items()}
 
 
 def _coupled(name: str, servos: Mapping[str, Servo], axes: str, period_s: float, chosen: Settings) -> Scheme:
@@ -129,7 +150,7 @@ def cross_coupling(loops: Sequence[AxisLoop], axes: str, chosen: Settings) -> Cr
         ValueError: The axes cannot be coupled.
     """
     _check_coupled(axes, {loop.period for loop in loops})
-    if any(loop.law_inputs[0] == 0.0 or not loop.inputs[:, 0, 2].any() for loop in loops):
+    if any(not loop.inputs[:, 0, 2].any() for loop in loops):
         raise ValueError("it acts on the drives, and a closed loop given as a whole has none")
     if chosen.ccc_proportional is None or chosen.ccc_integral_1_s is None:
         return fitted(loops)

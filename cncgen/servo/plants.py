@@ -49,6 +49,7 @@ class Plant:
         measured: Shape (n,): the position that the encoder reads, where it is not `c`.
         delay_s: Dead time of the input.
         force_unit: Unit of u.
+        sample_time_s: Where it is given, A and B are those of x[k+1] = A x[k] + B u[k] over this period.
         imperfections: What is not linear.
     """
 
@@ -59,6 +60,7 @@ class Plant:
     measured: Floats | None = None
     delay_s: float = 0.0
     force_unit: str = ""
+    sample_time_s: float | None = None
     imperfections: Imperfections = field(default_factory=Imperfections)
 
     @property
@@ -69,6 +71,22 @@ class Plant:
     def with_imperfections(self, **values: float) -> Plant:
         """Return the same plant with some imperfections set."""
         return replace(self, imperfections=replace(self.imperfections, **values))  # type: ignore[arg-type]
+
+    def with_viscous(self, coefficient: float) -> Plant:
+        """Return the same plant with viscous friction, in units of drive input a unit of speed.
+
+        Raises:
+            ValueError: The plant has no velocity state.
+        """
+        if coefficient == 0.0:
+            return self
+        if self.velocity is None:
+            raise ValueError(
+                "viscous friction needs a plant with a velocity state (relative degree two or more)"
+            )
+        a = self.a.copy()
+        a[:, self.velocity] -= self.b * coefficient
+        return replace(self, a=a)
 
 
 def integrator(gain: float = 1.0, force_unit: str = "mm/s") -> Plant:
@@ -138,6 +156,24 @@ def transfer_function(
         a, b, c = _with_velocity(a, b, c)
         velocity = 1
     return Plant(a, b, c, velocity, delay_s=delay_s, force_unit=force_unit)
+
+
+def sampled_transfer_function(
+    numerator: Floats, denominator: Floats, sample_time_s: float, delay_s: float = 0.0, force_unit: str = ""
+) -> Plant:
+    """Return a strictly proper ratio of polynomials in z (highest power first) as a plant with its input held.
+
+    Raises:
+        ValueError: The ratio is not strictly proper, or the dead time no whole number of sample times.
+    """
+    a, b, c, feedthrough = companion(numerator, denominator)
+    if feedthrough != 0.0:
+        raise ValueError("a plant's numerator must have a lower degree than its denominator")
+    parts = delay_s / sample_time_s
+    if abs(parts - round(parts)) > 1e-9:
+        raise ValueError("the dead time of a plant in z must be a whole number of its sample times")
+    delay = round(parts) * sample_time_s
+    return Plant(a, b, c, delay_s=delay, force_unit=force_unit, sample_time_s=sample_time_s)
 
 
 def companion(numerator: Floats, denominator: Floats) -> tuple[Floats, Floats, Floats, float]:

@@ -121,3 +121,22 @@ def test_plot_draws_programs_setpoints_and_responses(tmp_path, programs, capfd):
     assert run(["plot", response, "--kinds", "errors", "-o", str(tmp_path / "errors.pdf")]) == 0
     assert run(["plot", plan, "--kinds", "errors", "-o", str(tmp_path / "no.png")]) == 2
     assert "plot-needs-response" in capfd.readouterr().err
+
+
+def test_a_flexible_stage_is_designed_by_h_infinity_and_simulated(tmp_path, capfd):
+    table = str(tmp_path / "designed.toml")
+    assert run(["tune", "-m", "flexure-stage", "--controller", "h-infinity", "-o", table]) == 0
+    assert "the bounds hold for 9 plants" in capfd.readouterr().err
+    program = tmp_path / "dot.nc"
+    program.write_text("G21 G90 F30\nG1 X0.05\nG1 Y0.02\nM2\n")
+    compared = tmp_path / "c.json"
+    command = ["compare", str(program), "-m", "flexure-stage", "--controllers", "p,h-infinity"]
+    assert run([*command, "--summary", str(compared)]) == 0
+    own, designed = (c["contour_error_rms_mm"] for c in json.loads(compared.read_text())["controllers"])
+    assert designed < 0.7 * own
+    simulate = ["simulate", str(program), "-m", "flexure-stage", "--axis-params", table]
+    assert run([*simulate, "-o", str(tmp_path / "r.csv"), "--summary", str(compared)]) == 0
+    assert json.loads(compared.read_text())["contour_error_rms_mm"] == designed
+    capfd.readouterr()
+    assert run(["tune", "-m", "flexure-stage", "--controller", "h-infinity", "--bandwidth", "8", "-o", table]) == 3
+    assert "tune-bounds" in capfd.readouterr().err

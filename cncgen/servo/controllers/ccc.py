@@ -112,7 +112,9 @@ def fitted(loops: Sequence[AxisLoop], proportional: float = 8.0, integral: float
     while not keeps(loops, share * own * proportional, share * own * integral, MODULUS):
         share *= 0.9
         if share < 1e-3:
-            raise ValueError("the axes leave no room for a contour loop: they are near instability themselves")
+            raise ValueError(
+                "the axes leave no room for a contour loop: they are near instability themselves"
+            )
     return coupling_of(loops, share * proportional, share * integral)
 
 

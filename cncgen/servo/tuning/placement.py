@@ -20,8 +20,10 @@ from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.machine import servo_schema
 from cncgen.machine.record import Servo
 from cncgen.servo.controllers.ccc import MODULUS, contour_loop, keeps, own_gain
+from cncgen.servo.controllers.hinf_servo import BoundCheck, check, controller_of, norm_of
 from cncgen.servo.loop import AxisLoop
-from cncgen.servo.named_schemes import Settings
+from cncgen.servo.models import control_period
+from cncgen.servo.named_schemes import Settings, h_infinity_servos
 from cncgen.units import is_rotary
 
 Floats = NDArray[np.float64]
@@ -203,3 +205,38 @@ def _integral_share(lag: float, omega: float, period: float) -> float:
         else:
             high = middle
     return low
+
+
+#: Crossover of the H-infinity design's uncertainty as a multiple of its bandwidth, at least.
+ROBUSTNESS_RATIO = 2.0
+
+
+def designed_h_infinity(
+    servo: Servo, letter: str, period_s: float, bandwidth_hz: float | None = None
+) -> tuple[Servo, float, BoundCheck]:
+    """Return a servo (model ``plant``) under its H-infinity controller, the norm reached, and its bounds.
+
+    Args:
+        servo: The servo.
+        letter: Its axis.
+        period_s: Of the setpoints.
+        bandwidth_hz: Below it |S| is to be small; None: as the table says.
+
+    Raises:
+        UsageError: The model is another one, or no controller exists (``tune-place``).
+    """
+    changed = dict(servo.parameters)
+    if bandwidth_hz is not None:
+        omega = 2.0 * math.pi * bandwidth_hz
+        changed["sensitivity_bandwidth_rad_s"] = omega
+        changed["robustness_crossover_rad_s"] = max(
+            ROBUSTNESS_RATIO * omega, float(changed.get("robustness_crossover_rad_s", 0.0))
+        )
+    try:
+        made = h_infinity_servos({letter: Servo(servo.model, changed)})[letter]
+        values = servo_schema.resolve(made, letter)
+        period = control_period(made, letter, period_s)
+        found = check(values, controller_of(values, period), period)
+        return made, norm_of(values), found
+    except ValueError as error:
+        raise UsageError(Diagnostic("tune-place", f"H-infinity: {error}")) from error
