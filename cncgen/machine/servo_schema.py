@@ -448,7 +448,9 @@ def _plant_closed(p: Mapping[str, Any]) -> TransferFunction:
         )
     numerator = np.polymul(above, control[0])
     denominator = np.polyadd(np.polymul(below, control[1]), numerator)
-    return TransferFunction(_leading(numerator), _leading(np.asarray(denominator, np.float64)))
+    return TransferFunction(
+        _leading(np.asarray(numerator, np.float64)), _leading(np.asarray(denominator, np.float64))
+    )
 
 
 def pid_ratio(
