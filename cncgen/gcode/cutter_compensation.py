@@ -268,6 +268,10 @@ class CompensatedSink:
         """Pass on."""
         self._defer(lambda: self.inner.place(position))
 
+    def where(self, position: Point) -> Point:
+        """Return `position`: nothing that asks goes with compensation."""
+        return position
+
     def call(self, text: str, event: Event | None = None) -> None:
         """Pass on; messages and logs do not wait."""
         if text.startswith("MESSAGE(") or (event is not None and event.name in ("message", "log")):

@@ -105,7 +105,7 @@ class FlowControl:
 
     # Branches and loops.
 
-    def _claim(self, flow: Flow, label: Label, here: Cursor) -> None:
+    def claim(self, flow: Flow, label: Label, here: Cursor) -> None:
         """Take a label for the branch or loop that begins here; raise where another one of this subroutine has it."""
         if flow.keyword == "while" and label in self.frame.doing:
             return
@@ -119,7 +119,7 @@ class FlowControl:
             )
 
     def _if(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
-        self._claim(flow, self._label(flow), here)
+        self.claim(flow, self._label(flow), here)
         if self.condition(flow):
             return None
         label = self._label(flow)
@@ -147,7 +147,7 @@ class FlowControl:
 
     def _while(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         label = self._label(flow)
-        self._claim(flow, label, here)
+        self.claim(flow, label, here)
         holds = self.condition(flow)
         if label in self.frame.doing:
             if holds:
@@ -160,13 +160,13 @@ class FlowControl:
         return self.previous_mark(here, self._label(flow), ("while",), "endwhile").cursor
 
     def _do(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
-        self._claim(flow, self._label(flow), here)
+        self.claim(flow, self._label(flow), here)
         self.frame.doing.add(self._label(flow))
         return None
 
     def _repeat(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         label = self._label(flow)
-        self._claim(flow, label, here)
+        self.claim(flow, label, here)
         count = nearest(self._value(flow, 0), "the count of REPEAT")
         if count <= 0:
             return self.next_mark(here, label, ("endrepeat",), "endrepeat").after

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from cncgen.gcode.flow import Cursor, FlowControl, Label
 
 Lead = Callable[[], "Cursor | None"]
+#: O-words that a branch or loop begins with.
+_OPENERS = ("if", "while", "do", "repeat")
 
 
 def lead_of(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Lead:
@@ -26,6 +28,8 @@ def lead_of(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Le
     if make is not None and control.ip.dialect == "linuxcnc" and isinstance(flow.label, str | float):
         try:
             if control.has_written_labels(here.source):
+                if flow.keyword in _OPENERS:
+                    control.claim(flow, flow.label, here)
                 lead = make(control, flow, flow.label, here, after)
                 if lead is not None:
                     return lead
