@@ -18,6 +18,9 @@ MAX_KEPT = 1000
 #: Characters of a source line that a diagnostic keeps (a line may be 100 MB long).
 MAX_EXCERPT = 200
 
+#: Control characters have pictures, so that what a program holds cannot steer the terminal that shows it.
+_CONTROLS = {code: 0x2400 + code for code in range(0x20)} | dict.fromkeys(range(0x7F, 0xA0), 0xFFFD)
+
 
 class Severity(StrEnum):
     """How bad: an error ends in exit 1, a warning and a note do not."""
@@ -90,7 +93,7 @@ class Diagnostic:
 
 def excerpt_of(line: str, column: int) -> tuple[str, int]:
     """Cut a source line to `MAX_EXCERPT` characters around a 1-based column; return the text and what was cut left."""
-    line = line.rstrip("\r\n").replace("\t", " ")
+    line = line.rstrip("\r\n").replace("\t", " ").translate(_CONTROLS)
     if len(line) <= MAX_EXCERPT:
         return line, 0
     start = max(0, min(column - 1 - MAX_EXCERPT // 2, len(line) - MAX_EXCERPT))

@@ -7,7 +7,7 @@ import os
 import stat
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -256,4 +256,30 @@ def open_output(path: str | os.PathLike[str] | None, *, outlives_reader: bool = 
 def write_text(path: str | os.PathLike[str] | None, text: str) -> None:
     """Write a text whole or not at all (standard output for ``-`` or None)."""
     with open_output(path) as file:
-        file.write(text.encode())
+        file.write(encoded(text))
+
+
+def encoded(text: str) -> bytes:
+    """Return a text as UTF-8; bytes of a file name that are no UTF-8 stand in it escaped."""
+    return text.encode(errors="backslashreplace")
+
+
+def check_distinct(program: str | os.PathLike[str], outputs: Mapping[str, str | None]) -> None:
+    """Refuse outputs that would overwrite each other or the program.
+
+    Args:
+        program: The file that is read.
+        outputs: File, or None, by the option that names it.
+
+    Raises:
+        UsageError: Naming the two.
+    """
+    taken = {os.path.realpath(program): "the program"}
+    for option, path in outputs.items():
+        if path is None or path == STANDARD or (os.path.exists(path) and not os.path.isfile(path)):
+            continue
+        place = os.path.realpath(path)
+        if place in taken:
+            message = f"{option} {path} would overwrite {taken[place]}"
+            raise UsageError(Diagnostic("option-value", message, hint="give each its own file"))
+        taken[place] = f"what {option} writes"

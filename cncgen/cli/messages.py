@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
 
 from cncgen.diagnostics import Diagnostic, Diagnostics
-from cncgen.files import silence
+from cncgen.files import STANDARD, open_output, silence
 
 if TYPE_CHECKING:
     import click
@@ -90,12 +91,20 @@ def plain(message: str) -> None:
 
 def write_summary(path: str | None, values: dict[str, Any]) -> None:
     """Write a summary as JSON where ``--summary`` says: a file, ``-`` for standard error, None for nowhere."""
-    from cncgen.files import STANDARD, write_text
+    with open_summary(path) as write:
+        write(values)
 
-    if path is None:
+
+@contextmanager
+def open_summary(path: str | None) -> Iterator[Callable[[dict[str, Any]], None]]:
+    """Open what ``--summary`` names before the work is done for it; yield what writes the summary there."""
+    if path is None or path == STANDARD:
+        yield lambda values: plain(json.dumps(values, indent=2)) if path else None
         return
-    text = json.dumps(values, indent=2)
-    if path == STANDARD:
-        plain(text)
-    else:
-        write_text(path, text + "\n")
+    with open_output(path) as file:
+
+        def write(values: dict[str, Any]) -> None:
+            file.write(json.dumps(values, indent=2).encode() + b"\n")
+            file.flush()
+
+        yield write

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
 from contextlib import ExitStack
 from itertools import chain
 from typing import TYPE_CHECKING, Any
@@ -11,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cncgen.cli import messages
-from cncgen.cli.messages import write_summary
 from cncgen.cli.options import (
     format_option,
     machine_option,
@@ -23,8 +21,8 @@ from cncgen.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from cncgen.setpoints.record import Setpoints
-    from cncgen.setpoints.stream import SetpointStream
+    from cncgen.setpoints.columns import Layout
+    from cncgen.setpoints.writers import Writer
 
 
 @click.command("plan")
@@ -59,65 +57,65 @@ def command(
     The plan keeps every limit of the machine. Setpoints go to standard output, or to the file of -o (whole or not at all); all else goes to standard error.
     Where standard output is a terminal and there is no -o, only the summary is printed.
     """
+    from cncgen.cli.progress import with_progress
     from cncgen.cli.reading import opened, plan_options
+    from cncgen.files import check_distinct
     from cncgen.pipeline import plan_with_summary
+    from cncgen.report.summary import as_text
+    from cncgen.setpoints.columns import Layout
 
+    check_distinct(program, {"--output": output, "--summary": summary, "--events": events})
     names = tuple(name.strip() for name in signals.split(",") if name.strip())
+    kind = _format(output, format)
     with opened(program, reading, planning["path_tolerance"]) as read:
         stream, watch = plan_with_summary(read, machine, plan_options(planning), names)
-        _write(stream, output, format, names, events, outlives_reader=bool(summary or events))
+        chunks = with_progress(stream.chunks, stream.name, stream.period_s)
+        # The first rows are drawn before anything is opened: a program that has no plan leaves no trace.
+        head = next(chunks, None)
+        with ExitStack() as files:
+            write_summary = files.enter_context(messages.open_summary(summary))
+            layout = Layout(stream.axes, stream.period_s, names)
+            writers = _writers(files, layout, output, kind, events, outlives_reader=bool(summary or events))
+            for chunk in chain(() if head is None else (head,), chunks):
+                for writer in writers:
+                    writer.write(chunk)
+            for writer in writers:
+                writer.close()
+            result = watch.as_json()
+            write_summary(result)
         messages.show(watch.remarks)
-        result = watch.as_json()
-    write_summary(summary, result)
-    _show_summary(result)
+    messages.note(as_text(result))
 
 
-def _write(
-    stream: SetpointStream,
-    output: str | None,
-    format: str | None,
-    signals: tuple[str, ...],
-    events: str | None,
-    outlives_reader: bool,
-) -> None:
-    """Send the setpoints and events where they go; draw them all in any case.
-
-    With `outlives_reader`, also where a reader of standard output goes away: other files wait for the last row.
-    """
-    from cncgen.cli.progress import with_progress
+def _format(output: str | None, asked: str | None) -> str:
+    """Return the format of the setpoints; refuse to send binary to a terminal."""
     from cncgen.diagnostics import Diagnostic, UsageError
-    from cncgen.files import STANDARD, is_terminal, open_output
-    from cncgen.setpoints.columns import Layout
-    from cncgen.setpoints.events import EventWriter
-    from cncgen.setpoints.writers import BINARY, format_of, open_writer
+    from cncgen.files import STANDARD, is_terminal
+    from cncgen.setpoints.writers import BINARY, format_of
 
-    kind = format_of(output, format)
-    terminal = output in (None, STANDARD) and is_terminal(sys.stdout)
-    if terminal and output == STANDARD and kind in BINARY:
+    kind = format_of(output, asked)
+    if output == STANDARD and kind in BINARY and is_terminal(sys.stdout):
         raise UsageError(
             Diagnostic("binary-to-terminal", f"{kind} is binary and is not written to a terminal")
         )
-    chunks: Iterator[Setpoints] = with_progress(stream.chunks, stream.name, stream.period_s)
-    # The first rows are drawn before anything is opened: a program that has no plan leaves no trace.
-    head = next(chunks, None)
-    with ExitStack() as files:
-        writers: list[Any] = []
-        if events:
-            writers.append(EventWriter(files.enter_context(open_output(events))))
-        writer = None
-        if not (terminal and output is None):
-            layout = Layout(stream.axes, stream.period_s, signals)
-            sink = files.enter_context(open_output(output, outlives_reader=outlives_reader))
-            writer = open_writer(kind, sink, layout)
-            writers.append(writer)
-        for chunk in chain(() if head is None else (head,), chunks):
-            for each in writers:
-                each.write(chunk)
-        if writer is not None:
-            writer.close()
+    return kind
 
 
-def _show_summary(result: dict[str, Any]) -> None:
-    from cncgen.report.summary import as_text
+def _writers(
+    files: ExitStack, layout: Layout, output: str | None, kind: str, events: str | None, outlives_reader: bool
+) -> list[Writer]:
+    """Open where setpoints and events go; nothing for setpoints where they would go to a terminal unasked.
 
-    messages.note(as_text(result))
+    With `outlives_reader` the work goes on where a reader of standard output goes away: other files wait for the end.
+    """
+    from cncgen.files import is_terminal, open_output
+    from cncgen.setpoints.events import EventWriter
+    from cncgen.setpoints.writers import open_writer
+
+    writers: list[Writer] = []
+    if events:
+        writers.append(EventWriter(files.enter_context(open_output(events))))
+    if output is not None or not is_terminal(sys.stdout):
+        sink = files.enter_context(open_output(output, outlives_reader=outlives_reader))
+        writers.append(open_writer(kind, sink, layout))
+    return writers

@@ -20,3 +20,6 @@ class EventWriter:
             wait = {"dwell_s": event.dwell_s} if event.dwell_s else {}
             record = {"t_s": round(t_s, 9), "line": line, "event": event.name, **wait, **event.values}
             self._sink.write((json.dumps(record, default=str) + "\n").encode())
+
+    def close(self) -> None:
+        """Nothing follows the last event."""

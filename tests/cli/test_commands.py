@@ -25,9 +25,11 @@ def part(tmp_path: Path) -> Path:
     return path
 
 
-def test_machines(cncgen: Run) -> None:
+def test_machines(cncgen: Run, root: Path) -> None:
     listed = cncgen("machines").stdout.decode().splitlines()
-    assert [line.split()[0] for line in listed] == ["die-bonder", "dyna-1007", "generic-mill", "xy-table"]
+    names = [line.split()[0] for line in listed]
+    assert names == sorted(path.stem for path in (root / "cncgen" / "machine" / "profiles").glob("*.toml"))
+    assert {"die-bonder", "dyna-1007", "generic-mill", "xy-table"} <= set(names)
     shown = cncgen("machines", "show", "xy-table").stdout.decode()
     assert tomllib.loads(shown)["axes"]["x"]["max_acceleration_mm_s2"] == 2450.0
 

@@ -309,3 +309,50 @@ def test_files_are_written_though_the_reader_goes_away(root: Path, tmp_path: Pat
     assert {p.name for p in tmp_path.iterdir()} >= {"s.json", "e.jsonl"}
     if "-o" in joined:
         assert len((tmp_path / "out.csv").read_text().splitlines()) == summary["samples"] + 1
+
+
+@pytest.mark.parametrize("late", ["/dev/full", "none/s.json"])
+def test_a_summary_that_cannot_be_written_leaves_no_setpoints(
+    cncgen: Run, tmp_path: Path, small: Path, late: str
+) -> None:
+    (tmp_path / "out.csv").write_text("before")
+    refused(cncgen(*PLAN, small, "-o", "out.csv", "--summary", late), 2, late)
+    assert (tmp_path / "out.csv").read_text() == "before"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["out.csv", "small.nc"]
+
+
+def test_outputs_do_not_overwrite_each_other_or_the_program(cncgen: Run, tmp_path: Path, small: Path) -> None:
+    before = small.read_bytes()
+    refused(cncgen(*PLAN, small, "-o", small), 2, "overwrite the program")
+    (tmp_path / "link.nc").symlink_to(small)
+    refused(cncgen(*PLAN, small, "--summary", "link.nc"), 2, "--summary", "overwrite the program")
+    refused(cncgen(*PLAN, small, "-o", "a.csv", "--events", "./a.csv"), 2, "--events", "what --output writes")
+    assert small.read_bytes() == before
+    assert not (tmp_path / "a.csv").exists()
+    assert cncgen(*PLAN, small, "-o", "/dev/null", "--events", "/dev/null").returncode == 0
+
+
+def test_names_that_are_no_utf8_and_names_with_letters(cncgen: Run, tmp_path: Path) -> None:
+    for name in ("größe 文.nc", os.fsdecode(b"bad\xff.nc")):
+        (tmp_path / name).write_bytes(SMALL)
+        run = cncgen(*PLAN, name, "-o", f"{name}.csv", "--summary", "s.json")
+        assert run.returncode == 0, run.stderr
+        assert (tmp_path / f"{name}.csv").is_file()
+        assert json.loads((tmp_path / "s.json").read_text())["program"] == name
+        assert cncgen("report", name, "--feedrate", "ild", "-o", "r.html").returncode == 0
+
+
+def test_a_program_cannot_steer_the_terminal(cncgen: Run, tmp_path: Path) -> None:
+    (tmp_path / "steer.nc").write_bytes(b"G21\nG1 X\x1b[31mRED\x07 \x9b2J F1\nM2\n")
+    said = cncgen("check", "steer.nc").stderr
+    assert b"\x1b" not in said
+    assert b"\x07" not in said
+    assert "\x9b" not in said.decode()
+    assert "G1 X␛[31mRED␇".encode() in said
+
+
+def test_npz_through_a_pipe(cncgen: Run, small: Path) -> None:
+    planned = cncgen(*PLAN, small, "-m", "xy-table", "--format", "npz")
+    judged = cncgen("verify", "-", "-p", small, "-m", "xy-table", stdin=planned.stdout)
+    assert b"setpoints every 1 ms" in judged.stderr
+    assert judged.returncode in (0, 1)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import shutil
+import tempfile
 import zipfile
 from collections.abc import Iterator
-from typing import BinaryIO
+from typing import IO, BinaryIO
 
 import numpy as np
 
@@ -22,7 +24,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
         UsageError: It is no npz archive, lacks ``t_s`` or a position, or columns differ in length.
     """
     try:
-        with reading_faults(name), np.load(file, allow_pickle=False) as archive:
+        with reading_faults(name), np.load(_seekable(file), allow_pickle=False) as archive:
             names = [
                 n for n in POSITION_COLUMNS if n in archive.files and (not axes or _letter(n) in axes.upper())
             ]
@@ -38,6 +40,16 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     matrix = np.stack(columns, axis=1)
     check_rows(matrix, name, 0)
     yield Block("".join(map(_letter, names)), matrix[:, 0].copy(), matrix[:, 1:])
+
+
+def _seekable(file: BinaryIO) -> IO[bytes]:
+    """Return a file that can be gone back in, as an archive needs: what comes through a pipe waits in a temporary one."""
+    if file.seekable():
+        return file
+    copy = tempfile.TemporaryFile()  # noqa: SIM115 - removed when the archive lets go of it
+    shutil.copyfileobj(file, copy, 1 << 20)
+    copy.seek(0)
+    return copy
 
 
 def _letter(column: str) -> str:
