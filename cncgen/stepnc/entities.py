@@ -27,11 +27,13 @@ class Entity:
         self._file = file
         self.instance = instance
         self.keyword = keyword
-        part = instance.part(keyword)
-        self.parameters: tuple[Value, ...] = part.parameters if part else instance.parameters
-        # A part of a complex instance has its own attributes alone: the last of those that the entity has.
-        whole = len(positions(keyword, file.iso))
-        self._shift = max(whole - len(self.parameters), 0) if len(instance.parts) > 1 else 0
+        self._shift = 0
+        self.parameters: tuple[Value, ...] = instance.parts[0].parameters
+        if len(instance.parts) > 1:
+            # A part of a complex instance has its own attributes alone: the last of those that the entity has.
+            part = instance.part(keyword)
+            self.parameters = part.parameters if part else self.parameters
+            self._shift = max(len(positions(keyword, file.iso)) - len(self.parameters), 0)
 
     @property
     def id(self) -> int:

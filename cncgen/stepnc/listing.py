@@ -14,7 +14,16 @@ from numpy.typing import NDArray
 from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.execution.linearize import polyline_of
 from cncgen.stepnc.geometry.pieces import Arc, Nurbs
-from cncgen.stepnc.model import Assignment, Block, Choice, Executable, NcFunction, Tool, Workingstep
+from cncgen.stepnc.model import (
+    Assignment,
+    Block,
+    Choice,
+    Executable,
+    NcFunction,
+    Paths,
+    Tool,
+    Workingstep,
+)
 from cncgen.stepnc.reading import Source
 from cncgen.toolpath.reading import ReadOptions
 
@@ -148,7 +157,8 @@ def _child(file: Source, ident: int, context: Any, meter: _Meter, depth: int) ->
 
 def _step(step: Workingstep, meter: _Meter) -> str:
     operation = step.operation
-    owners = {operation.ident, *(p.ident for p in operation.paths or ())}
+    paths = operation.paths or ()
+    owners = {operation.ident, *(paths.idents if isinstance(paths, Paths) else [p.ident for p in paths])}
     feeds = sorted({round(f * 60, 6) for o in owners for f in meter.feeds.get(o, ())})
     parts = ["rapid" if step.rapid else operation.kind]
     if operation.tool is not None:

@@ -6,7 +6,7 @@ executor knows nothing of the files. Lengths mm, times s, angles rad, frames as 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, Protocol, TypeAlias
@@ -115,6 +115,25 @@ class Path:
     seconds: float = 0.0
 
 
+class Paths(Sequence[Path]):
+    """Toolpaths that are read one by one as they are executed, so that an operation may have any number of them.
+
+    Attributes:
+        idents: Their entities.
+    """
+
+    def __init__(self, idents: Sequence[int], read: Callable[[int], Path]) -> None:
+        self.idents = idents
+        self._read = read
+
+    def __len__(self) -> int:
+        return len(self.idents)
+
+    def __getitem__(self, k: Any) -> Any:
+        """Return the toolpath at a place (an index, no slice); raises `Skip` where it has a fault."""
+        return self._read(range(len(self.idents))[k])
+
+
 @dataclass(frozen=True, slots=True)
 class Strategy:
     """A machining, approach or retract strategy: its kind (``contour parallel``, ``plunge helix``) and attributes."""
@@ -131,7 +150,7 @@ class Operation:
     Attributes:
         ident, label: Its entity and name.
         kind: ``freeform``, ``plane rough``, ``bottom and side finish``, ``drilling``, ``tapping`` …
-        paths: Explicit toolpaths, None where the feature gives them.
+        paths: Explicit toolpaths (a tuple, or `Paths`), None where the feature gives them.
         tool, technology, functions: None where missing.
         retract_plane: Height above the feature, mm.
         start_point: Shape (3,), or None.
@@ -143,7 +162,7 @@ class Operation:
     ident: int
     label: str
     kind: str
-    paths: tuple[Path, ...] | None
+    paths: Sequence[Path] | None
     tool: Tool | None = None
     technology: Technology | None = None
     functions: Functions | None = None

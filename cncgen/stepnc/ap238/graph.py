@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.stepnc.entities import Entities, Entity, Skip
-from cncgen.stepnc.part21 import Exchange, Typed
+from cncgen.stepnc.part21 import Exchange
 
 Ints = NDArray[np.int64]
 
@@ -80,17 +80,25 @@ class Graph:
         Raises:
             Skip: where one has a fault.
         """
+        return [self.entities.get(i, owner=ident) for i in self.related_ids(ident, keyword)]
+
+    def related_ids(self, ident: int, keyword: str) -> list[int]:
+        """Return the ids of what `related` returns.
+
+        Raises:
+            Skip: where a relationship has a fault.
+        """
+        exchange = self.entities.exchange
         out = []
         for k, relation_id in enumerate(self.index(keyword, 0).of(ident)):
-            relation = self.entities.get(relation_id, keyword)
-            target = relation.ref("related_method")
-            if target is None:
-                raise relation.fault("stepnc-missing", "related_method must be given")
-            place = relation.get("sequence_position")
-            place = place.value if isinstance(place, Typed) else place
-            order = float(place) if isinstance(place, int | float) else float(k)
-            out.append((order, k, self.entities.get(target, owner=relation_id)))
-        return [entity for _, _, entity in sorted(out, key=lambda t: t[:2])]
+            row = exchange.row_of(relation_id)
+            links = exchange.links_of(row)
+            if len(links) != 2:
+                relation = self.entities.get(relation_id, keyword)
+                raise relation.fault("stepnc-missing", "relating_method and related_method must be given")
+            place = exchange.last_number(row)
+            out.append((float(k) if place is None else place, k, int(links[1])))
+        return [target for _, _, target in sorted(out)]
 
     def relation_names(self, ident: int, keyword: str) -> list[tuple[str, Entity]]:
         """Return name and related entity of the relationships of a type.
@@ -111,15 +119,15 @@ class Graph:
         return [item for items in found.values() for item in items]
 
     def _gather(self, ident: int, properties: Index, representations: Index) -> dict[str, list[Item]]:
+        exchange = self.entities.exchange
         out: dict[str, list[Item]] = {}
         for property_id in properties.of(ident):
             try:
                 name = self.entities.get(property_id).text("name").strip().lower()
                 for link_id in representations.of(property_id):
-                    link = self.entities.get(link_id)
-                    representation = link.ref("representation")
-                    if representation is not None:
-                        out.setdefault(name, []).extend(self.items(representation))
+                    links = exchange.links_of(exchange.row_of(link_id))
+                    if len(links) == 2:
+                        out.setdefault(name, []).extend(self.items(int(links[1])))
             except Skip:
                 continue
         return out

@@ -17,7 +17,7 @@ from cncgen.stepnc.execution.linearize import couple
 from cncgen.stepnc.geometry.curves import Curves
 from cncgen.stepnc.geometry.frames import Matrix, Placements, identity
 from cncgen.stepnc.geometry.pieces import Piece, reverse
-from cncgen.stepnc.model import Block, Executable, NcFunction, Operation, Path, Strategy, Workingstep
+from cncgen.stepnc.model import Block, Executable, NcFunction, Operation, Path, Paths, Strategy, Workingstep
 from cncgen.stepnc.part21 import Exchange
 
 _OPERATION_KINDS = {
@@ -258,9 +258,9 @@ class Ap238Reader:
 
     # Toolpaths
 
-    def _paths(self, owner: int) -> tuple[Path, ...]:
-        related = self.graph.related(owner, "MACHINING_TOOLPATH_SEQUENCE_RELATIONSHIP")
-        return tuple(self._path(entity) for entity in related)
+    def _paths(self, owner: int) -> Paths:
+        idents = self.graph.related_ids(owner, "MACHINING_TOOLPATH_SEQUENCE_RELATIONSHIP")
+        return Paths(idents, lambda k: self._path(self.entities.get(idents[k], owner=owner)))
 
     def _path(self, entity: Entity) -> Path:
         properties = self.graph.properties(entity.id)

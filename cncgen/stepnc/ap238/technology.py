@@ -31,10 +31,10 @@ class Resources:
         Raises:
             Skip: where it has a fault.
         """
-        related = self.graph.related(owner, "MACHINING_TECHNOLOGY_RELATIONSHIP")
+        related = self.graph.related_ids(owner, "MACHINING_TECHNOLOGY_RELATIONSHIP")
         if not related:
             return None
-        ident = related[0].id
+        ident = related[0]
         if ident not in self._technologies:
             self._technologies[ident] = self._read_technology(ident)
         return self._technologies[ident]
@@ -92,10 +92,10 @@ class Resources:
         Raises:
             Skip: where they have a fault.
         """
-        related = self.graph.related(owner, "MACHINING_FUNCTIONS_RELATIONSHIP")
+        related = self.graph.related_ids(owner, "MACHINING_FUNCTIONS_RELATIONSHIP")
         if not related:
             return None
-        ident = related[0].id
+        ident = related[0]
         if ident not in self._functions:
             properties = self.graph.properties(ident)
 

@@ -193,9 +193,9 @@ class Executor:
             self._prepare(step, operation)
         self._connect = None
         begun = False
-        for path in paths:
+        for k in range(len(paths)):
             try:
-                begun = self._path(step, path, begun) or begun
+                begun = self._path(step, paths[k], begun) or begun
             except Skip:
                 continue
             yield

@@ -10,7 +10,7 @@ from cncgen.stepnc.geometry.approach import angled, tangential
 from cncgen.stepnc.geometry.curves import Curves
 from cncgen.stepnc.geometry.pieces import Piece, Polyline, reverse
 from cncgen.stepnc.iso14649.technology import Resources, speed_of
-from cncgen.stepnc.model import Path
+from cncgen.stepnc.model import Path, Paths
 
 
 class Toolpaths:
@@ -21,19 +21,19 @@ class Toolpaths:
         self.curves = curves
         self.resources = resources
 
-    def read(self, ident: int) -> tuple[Path, ...]:
+    def read(self, ident: int) -> Paths:
         """Return the toolpaths of a list, in their order.
 
         Raises:
             Skip: where it is no list.
         """
-        paths: list[Path] = []
         members = self.entities.get(ident, "TOOLPATH_LIST").refs("its_list")
-        for k, member in enumerate(members):
-            entity = self.entities.get(member, owner=ident)
+
+        def member(k: int) -> Path:
             neighbours = (members[k - 1] if k else None, members[k + 1] if k + 1 < len(members) else None)
-            paths.append(self._path(entity, neighbours))
-        return tuple(paths)
+            return self._path(self.entities.get(members[k], owner=ident), neighbours)
+
+        return Paths(members, member)
 
     def _path(self, entity: Entity, neighbours: tuple[int | None, int | None]) -> Path:
         rapid, ratio = speed_of(entity)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import Any
@@ -16,8 +17,10 @@ from cncgen.stepnc.part21.statements import Statements, report_faults, split
 from cncgen.stepnc.part21.values import Instance, Record
 from cncgen.stepnc.reporting import Reporter
 
+_LAST_NUMBER = re.compile(rb",\s*([+-]?[0-9]+\.?[0-9]*(?:[Ee][+-]?[0-9]{1,3})?)\s*\)\s*\Z")
+
 #: Parsed instances that are kept; beyond it the oldest half is dropped.
-MAX_CACHED = 100_000
+MAX_CACHED = 50_000
 #: Characters of a statement that is parsed; a longer one is an error (a million references are 8 MB).
 MAX_STATEMENT = 64_000_000
 
@@ -139,7 +142,7 @@ class Exchange:
         if section == "DATA":
             self._is_instance[inside] = self.rows.ids[inside] >= 0
         elif section == "REFERENCE":
-            for k in range(began + 1, min(row, began + 1 + MAX_CACHED)):
+            for k in range(began + 1, min(row, began + 1 + MAX_OTHERS)):
                 pair = self._parse(k, "reference") if self.rows.ids[k] >= 0 else None
                 if pair:
                     self.references[pair[0]] = pair[1]
@@ -208,6 +211,10 @@ class Exchange:
         keep = np.ones(len(ids), bool)
         keep[double] = False
         self._sorted_ids, self._sorted_rows = ids[keep], order[keep]
+        # Most writers number from some number on without gaps: then the number is the place.
+        last = len(self._sorted_ids) - 1
+        self._first = int(self._sorted_ids[0]) if last >= 0 else 0
+        self._gapless = last >= 0 and int(self._sorted_ids[last]) - self._first == last
 
     @property
     def instance_rows(self) -> NDArray[np.int64]:
@@ -216,6 +223,9 @@ class Exchange:
 
     def row_of(self, ident: int) -> int:
         """Return the row of an instance, −1 where there is none."""
+        if self._gapless:
+            place = ident - self._first
+            return int(self._sorted_rows.item(place)) if 0 <= place < len(self._sorted_rows) else -1
         k = self._sorted_ids.searchsorted(ident)
         if k < len(self._sorted_ids) and self._sorted_ids[k] == ident:
             return int(self._sorted_rows[k])
@@ -349,6 +359,12 @@ class Exchange:
         """Return the ids that a statement refers to, in the order of its text."""
         targets, offsets = self._links
         return targets[offsets[row] : offsets[row + 1]]
+
+    def last_number(self, row: int) -> float | None:
+        """Return the last parameter of a simple instance where that is a number, without parsing the rest."""
+        end = int(self.rows.ends[row])
+        found = _LAST_NUMBER.search(self.data[max(int(self.rows.bodies[row]), end - 60) : end])
+        return float(found[1]) if found else None
 
     @cached_property
     def _points(self) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int8]]:

@@ -107,4 +107,7 @@ class Instance(NamedTuple):
 
     def part(self, keyword: str) -> Record | None:
         """Return the part of that type, or None."""
-        return next((p for p in self.parts if p.keyword == keyword), None)
+        for part in self.parts:
+            if part.keyword == keyword:
+                return part
+        return None
