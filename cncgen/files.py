@@ -6,7 +6,6 @@ import errno
 import os
 import stat
 import sys
-import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -130,6 +129,8 @@ class OutputFile:
             return open(self.path, "wb")
         if mode is not None and not os.access(self.path, os.W_OK):
             raise PermissionError(errno.EACCES, "permission denied")
+        import tempfile
+
         target = self.path.resolve()
         handle, name = tempfile.mkstemp(prefix=f".{target.name[:200]}.", suffix=".part", dir=target.parent)
         self._temporary = name

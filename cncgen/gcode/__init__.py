@@ -24,7 +24,6 @@ from cncgen.diagnostics import Diagnostics, ProgramError
 from cncgen.gcode.counting import CountingSink
 from cncgen.gcode.running import Runner
 from cncgen.gcode.source import Source, open_source
-from cncgen.gcode.standalone import StandAloneSink
 from cncgen.kernels import gcode_scan
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import Program, Toolpath
@@ -135,6 +134,8 @@ def canon(
         UsageError: Where the file cannot be read.
         ProgramError: Where the program has errors and `diagnostics` is not given.
     """
+    from cncgen.gcode.standalone import StandAloneSink
+
     text = open_source(source, name)
     found = Diagnostics() if diagnostics is None else diagnostics
     runner: Runner | None = None

@@ -1,12 +1,13 @@
 """The table of codes: every G and M code with its modal group, place in the order of execution, words and meaning.
 
 A concern (arcs, offsets, tools …) is a module with a tuple `CODES` of `Code` records; `table` merges them for a
-dialect. To add a code, write its handler in such a module and name the module in `_MODULES`.
+dialect, as far as a program needs them. To add a code, write its handler in such a module and name the module in
+`_MODULES`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -20,36 +21,38 @@ if TYPE_CHECKING:
 
 Handler = Callable[["Interpreter", Block], None]
 
-#: Modules with `CODES`, in no particular order.
+#: Modules with `CODES`; a code is looked for in this order, what every program has first.
 _MODULES = (
-    "arcs",
-    "bsplines",
-    "canned_cycles",
-    "comments",
-    "coolant",
-    "cutter_compensation",
-    "dwell",
-    "feeds",
-    "frames",
-    "homing",
-    "lathe_cycles",
     "lines",
-    "macros",
+    "arcs",
     "modes",
-    "nurbs",
-    "offsets",
-    "overrides",
-    "pins",
-    "probing",
-    "program_end",
-    "saved",
+    "feeds",
     "spindle",
-    "splines",
-    "subprograms",
-    "synchronised",
     "tools",
+    "coolant",
+    "program_end",
+    "offsets",
+    "dwell",
+    "macros",
+    "comments",
+    "overrides",
+    "cutter_compensation",
+    "homing",
+    "subprograms",
+    "pins",
+    "canned_cycles",
+    "nurbs",
+    "frames",
+    "probing",
+    "synchronised",
+    "splines",
+    "bsplines",
+    "saved",
+    "lathe_cycles",
     "turning_cycles",
 )
+#: Words that act by themselves.
+ALONE = "FST"
 BOTH = ("linuxcnc", "fanuc")
 AXES = "xyzabcuvw"
 
@@ -101,12 +104,37 @@ class Code:
         )
 
 
+class Codes(Mapping[tuple[str, int], Code]):
+    """The codes of a dialect by letter and number in tenths.
+
+    A module is imported when a code is asked for that none before it has: most programs need less than half of them.
+    """
+
+    def __init__(self, dialect: str) -> None:
+        self._dialect = dialect
+        self._found: dict[tuple[str, int], Code] = {}
+        self._waiting = list(reversed(_MODULES))
+
+    def _import_next(self) -> None:
+        for code in import_module(f"cncgen.gcode.{self._waiting.pop()}").CODES:
+            if self._dialect in code.dialects:
+                self._found[code.letter, code.number] = code
+
+    def __getitem__(self, key: tuple[str, int]) -> Code:
+        while key not in self._found and self._waiting:
+            self._import_next()
+        return self._found[key]
+
+    def __iter__(self) -> Iterator[tuple[str, int]]:
+        while self._waiting:
+            self._import_next()
+        return iter(self._found)
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+
 @cache
-def table(dialect: str) -> dict[tuple[str, int], Code]:
-    """Return the codes of a dialect by letter and number in tenths."""
-    found: dict[tuple[str, int], Code] = {}
-    for module in _MODULES:
-        for code in import_module(f"cncgen.gcode.{module}").CODES:
-            if dialect in code.dialects:
-                found[code.letter, code.number] = code
-    return found
+def table(dialect: str) -> Codes:
+    """Return the codes of a dialect."""
+    return Codes(dialect)

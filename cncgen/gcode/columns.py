@@ -87,8 +87,10 @@ class ColumnsSink:
         machine = self.builder.position.copy()
         self.synchronise(pitch)
         self._keep(1, end, 0.0, 0.0, 0)
+        self.flush()
+        if (self.builder.position != machine).any():
+            self.builder.retrace(machine)
         self.synchronise(None)
-        self.builder.retrace(machine)
 
     def synchronise(self, pitch: float | None) -> None:
         """Take the pitch as the feed per revolution, or put the feed back."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from functools import cache
-from importlib import resources
 from typing import Any
 
 from cncgen.gcode import expressions
@@ -211,6 +210,8 @@ def _parsed(children: list[Any]) -> Parsed:
 @cache
 def _lark(dialect: str, increments: bool) -> Any:
     """Build the parser whose values are those of a dialect."""
+    from importlib import resources
+
     from lark import Lark, Transformer
 
     fanuc = dialect == "fanuc"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
-from cncgen.gcode.codes import BOTH, Code, Handler, table
+from cncgen.gcode.codes import ALONE, BOTH, Code, Codes, Handler, table
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.modal import NO_MOTION, State, to_machine, to_program
 from cncgen.gcode.parameters import (
@@ -136,9 +136,7 @@ class Interpreter:
         codes = [self._code("G", number) for number in block.g] + [
             self._code("M", number) for number in block.m
         ]
-        codes += [
-            self.codes[letter, 0] for letter in map(str.upper, block.words) if (letter, 0) in self.codes
-        ]
+        codes += [self.codes[letter, 0] for letter in map(str.upper, block.words) if letter in ALONE]
         codes = _without_cancel(codes)
         _check_groups(codes)
         motion = self._motion_of(block, codes)
@@ -280,6 +278,14 @@ class Interpreter:
         assert isinstance(saved, Saved)
         restore(self, saved)
 
+    def end_compensation(self) -> None:
+        """Let the motion go that cutter compensation holds back."""
+        self.state.compensation = 40
+        if self.sink is not self.base:
+            from cncgen.gcode.cutter_compensation import end
+
+            end(self)
+
     def end_program(self) -> None:
         """End as M2 does."""
         self.codes["M", 20].run(self, self.sink.block)
@@ -320,7 +326,7 @@ def _check_groups(codes: list[Code]) -> None:
         seen[code.group] = code
 
 
-def _unused(letter: str, codes: dict[tuple[str, int], Code]) -> BlockError:
+def _unused(letter: str, codes: Codes) -> BlockError:
     """Return the fault of a word that no code of its block uses."""
     users = sorted({code.number: code.name for code in codes.values() if letter in code.words}.items())
     names = ", ".join(name for _, name in users[:8])

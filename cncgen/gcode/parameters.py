@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -162,6 +161,8 @@ def write_parameters(path: Path, parameters: Parameters) -> None:
     Raises:
         UsageError: Where it cannot be written.
     """
+    import tempfile
+
     text = "".join(f"{number}\t{parameters.numbers[number]:.6f}\n" for number in persistent())
     try:
         handle, scratch = tempfile.mkstemp(dir=path.parent, prefix=path.name)

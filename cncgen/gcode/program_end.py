@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from cncgen.gcode import cutter_compensation
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes import Code, Handler
 from cncgen.gcode.interpreter import Interpreter
@@ -33,7 +32,7 @@ def _end(pallet: bool) -> Handler:
 
 def reset(ip: Interpreter) -> None:
     """Put back what the end of a program puts back (RS274/NGC, 3.6.1)."""
-    cutter_compensation.end(ip)
+    ip.end_compensation()
     state, sink = ip.state, ip.sink
     load_system(ip, 1)
     sink.set_g5x_offset(1, state.origin)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 
 from cncgen.diagnostics import Diagnostics, Severity
-from cncgen.gcode import comments, cutter_compensation, descent, macros
+from cncgen.gcode import comments, descent, macros
 from cncgen.gcode.batches import Batches
 from cncgen.gcode.block import AXIS_INDEX, Block, Parsed
 from cncgen.gcode.compiling import Compiler
@@ -157,7 +157,7 @@ class Runner:
         """Say what is missing at the end of the text, and keep the parameters where asked."""
         last = Cursor(0, _last_line(source), max(self._reached.line - 1, 1))
         try:
-            cutter_compensation.end(self.ip)
+            self.ip.end_compensation()
         except BlockError as error:
             self._fault(last, error)
         if self.ip.guard is not None:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import mmap
-import shutil
 import sys
-import tempfile
 from pathlib import Path
 from typing import BinaryIO
 
@@ -54,6 +52,9 @@ def open_source(source: Path | BinaryIO, name: str) -> Source:
         if isinstance(source, Path):
             with source.open("rb") as file:
                 return Source(_mapped(file), name)
+        import shutil
+        import tempfile
+
         with tempfile.TemporaryFile() as spool:
             shutil.copyfileobj(source, spool)
             spool.flush()

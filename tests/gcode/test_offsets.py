@@ -106,6 +106,22 @@ def test_probing_goes_to_the_point_and_says_so(run: Any) -> None:
     np.testing.assert_allclose(machine(out), [[0, 0, -5], [-5, 0, -5]])
 
 
+def test_tapping_where_the_tool_stands_is_no_motion(run: Any) -> None:
+    """Neither at the start, where no row is that the way back could repeat, nor later."""
+    assert (run("S120 M3\nG33.1 Z0 K2\nM2").path.kind == 0).sum() == 0
+    out = run("S120 M3 F60\nG1 Z5\nG33.1 Z5 K2\nM2")
+    assert out.errors == []
+    assert (out.path.kind == 0).sum() == 1
+
+
+def test_threads_in_any_feed_mode(run: Any) -> None:
+    """5 mm a revolution at 120 a minute is 10 mm/s, whatever F means around it."""
+    for mode, f, others in (("G94", "F300", 5.0), ("G95", "F1.5", 3.0), ("G93", "F6", 0.1)):
+        out = run(f"{mode} S120 M3 {f}\nG1 Z1 {f}\nG33 Z-10 K5\nG1 Z0 {f}\nM2")
+        assert out.errors == []
+        assert out.path.feed[out.path.kind == 0].tolist() == pytest.approx([others, 10.0, others])
+
+
 def test_events_between_motions(run: Any) -> None:
     text = "S100 M3\nM8\nG0 X1\nG4 P0.5\nT2 M6\n(MSG, hello)\nM62 P1\nM101 P5\nM0\nM5\nM9\nM30"
     events = [(e.name, e.rest) for e in run(text).path.events]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from cncgen.gcode.codes import _MODULES, ALONE, Codes
 from cncgen.gcode.reference import DIALECTS, codes, markdown, rows
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -28,6 +30,30 @@ def test_codes_are_listed_in_order() -> None:
     names = [name for name, *_ in rows() if name[0] == "G"]
     numbers = [float(name[1:]) for name in names]
     assert numbers == sorted(numbers)
+
+
+def test_each_code_is_of_one_module() -> None:
+    """Modules are imported until a code is found, so no later one may have it too; words by themselves are known."""
+    found: set[tuple[str, str, int]] = set()
+    for module in _MODULES:
+        for code in import_module(f"cncgen.gcode.{module}").CODES:
+            for dialect in code.dialects:
+                key = dialect, code.letter, code.number
+                assert key not in found
+                found.add(key)
+    assert {(letter, number) for _, letter, number in found if letter not in "GM"} == {(x, 0) for x in ALONE}
+    assert {(letter, number) for dialect, letter, number in found if dialect == "fanuc"} == set(
+        Codes("fanuc")
+    )
+
+
+def test_modules_are_imported_as_codes_need_them() -> None:
+    """A table finds any code first, last and in any order, and says what there is not."""
+    for wanted in (("G", 10), ("G", 720), ("F", 0), ("M", 20)):
+        codes = Codes("linuxcnc")
+        assert codes[wanted].number == wanted[1]
+        assert codes.get(("G", 9990)) is None
+        assert len(codes) == len(set(codes)) > 150
 
 
 def test_dwells_by_dialect(run: Any) -> None:
