@@ -65,7 +65,15 @@ def _response_file(source: str, machine: str) -> PlotData | None:
     with open_input(source) as file:
         if b"_cmd_" not in file.readline(4096):
             return None
-    return of_log(read_log(source), source, load_machine(machine).axes)
+    where = load_machine(machine)
+    return of_log(read_log(source), _title(source, where.name), where.axes)
+
+
+def _title(source: str, machine: str) -> str:
+    """Return what a picture is headed with: the file's own name, and the machine whose limits are drawn."""
+    import os
+
+    return f"{'standard input' if source == '-' else os.path.basename(source)} on {machine}"
 
 
 def _planned_or_read(
@@ -87,12 +95,13 @@ def _planned_or_read(
         with opened(source, reading, planning["path_tolerance"]) as program:
             planned = pipeline.plan(program, machine, plan_options(planning))
             chunks = list(pipeline.sample(_noting(planned, corners)).chunks)
-    data = of_setpoints(iter(chunks), source, found.axes, corners)
+    title = _title(source, found.name)
+    data = of_setpoints(iter(chunks), title, found.axes, corners)
     if not all(letter in servos for letter in data.axes):
         return data
     from cncgen.servo.simulate import simulate
 
-    return of_response(simulate(iter(chunks), servos), source, found.axes, servos, data.corners)
+    return of_response(simulate(iter(chunks), servos), title, found.axes, servos, data.corners)
 
 
 def _noting(planned: Any, corners: list[Any]) -> Any:

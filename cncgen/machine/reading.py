@@ -26,6 +26,8 @@ TOP_NUMBERS = (
     "max_contour_error_mm",
     "max_centripetal_mm_s2",
 )
+#: Setpoint files count time in nanoseconds, and a thousandth of a period has to be seen in them.
+SHORTEST_PERIOD_S = 1e-6
 #: Limits of an axis: field of `Axis` and power of the second in its unit.
 AXIS_LIMITS = (("max_velocity", ""), ("max_acceleration", "2"), ("max_jerk", "3"))
 #: Further tables, which `Machine.settings` hands to the rooms that read them.
@@ -43,7 +45,8 @@ class _File:
 
     def fault(self, code: str, path: str, message: str, hint: str = "", **values: Any) -> None:
         """Note a fault at a key path, with the line of the key or of the nearest table above it."""
-        near = path
+        # A table that stands only in the headers of those below it is shown at the first of them.
+        near = next((place for place in self.places if place == path or place.startswith(f"{path}.")), path)
         while near and near not in self.places:
             near = near.rpartition(".")[0]
         span, excerpt, cut = None, "", 0
@@ -144,6 +147,10 @@ def machine_from_toml(content: bytes, name: str) -> Machine:
     known = ("name", "axes", *TOP_NUMBERS, *SETTINGS_TABLES)
     _unknown_keys(file, table, "", known)
     numbers = {key: _positive(file, table, key, key) for key in TOP_NUMBERS if key in table}
+    period = numbers.get("period_s")
+    if period is not None and period < SHORTEST_PERIOD_S:
+        message = f"period_s: {period:g} s is shorter than {SHORTEST_PERIOD_S:g} s, less than any drive is fed at"
+        file.fault("machine-value", "period_s", message, "a millisecond is 0.001", value=str(period))
     axes = _axes(file, table)
     given = table.get("name", name)
     if not isinstance(given, str) or not given.strip():

@@ -427,7 +427,8 @@ def _two_mass_closed(p: Mapping[str, Any]) -> TransferFunction:
         p["derivative_filter_rad_s"],
     )
     denominator = np.polyadd(np.polymul(below, plant_denominator), np.polymul(control, measured))
-    return TransferFunction(np.polymul(control, load), _leading(np.asarray(denominator, np.float64)))
+    numerator = np.asarray(np.polymul(control, load), np.float64)
+    return TransferFunction(numerator, _leading(np.asarray(denominator, np.float64)))
 
 
 def _plant_closed(p: Mapping[str, Any]) -> TransferFunction:

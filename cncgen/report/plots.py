@@ -1,4 +1,4 @@
-"""Pictures of a motion with matplotlib, drawn on figures of their own (no pyplot, no windows)."""
+"""Pictures of a motion: path, feed, axes, curvature, force, errors."""
 
 from __future__ import annotations
 
@@ -10,7 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, UsageError
-from cncgen.files import open_output
+from cncgen.report.drawing import (
+    BLUE,
+    FORMATS,
+    GREY,
+    ORANGE,
+    RED,
+    bound,
+    legend,
+    line,
+    map_size,
+    new_figure,
+    plane,
+    save,
+)
 from cncgen.report.plot_data import PlotData
 from cncgen.units import file_unit
 
@@ -19,94 +32,30 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-FORMATS = (".png", ".svg", ".pdf")
-#: Points a line is thinned to, keeping the extremes of each stretch.
-MAX_POINTS = 20_000
 _NAMES = ("velocity", "acceleration", "jerk")
 _POWERS = ("/s", "/s²", "/s³")
 
 
-def new_figure(title: str, rows: int = 1, height: float = 3.0, width: float = 9.0) -> tuple[Figure, Any]:
-    """Return a figure and its axes, shape (rows,).
-
-    Raises:
-        UsageError: matplotlib is not installed (``plot-missing``).
-    """
-    try:
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        hint = "install it: pip install 'cncgen[plot]'"
-        raise UsageError(Diagnostic("plot-missing", "pictures need matplotlib", hint=hint)) from error
-    figure = Figure(figsize=(width, max(2.2, height * rows)), layout="constrained")
-    figure.suptitle(title, fontsize=11)
-    parts = figure.subplots(rows, 1, squeeze=False)[:, 0]
-    for part in parts:
-        part.grid(True, linewidth=0.4, alpha=0.5)
-    return figure, parts
-
-
-def save(figure: Figure, path: str | Path) -> None:
-    """Write a figure whole or not at all, in the format of its suffix: PNG, SVG or PDF.
-
-    Raises:
-        UsageError: Another suffix (``plot-format``), or the file cannot be written.
-    """
-    import io
-
-    suffix = Path(path).suffix.lower()
-    if suffix not in FORMATS:
-        raise UsageError(Diagnostic("plot-format", f"{path}: pictures are written as {', '.join(FORMATS)}"))
-    picture = io.BytesIO()
-    figure.savefig(picture, format=suffix[1:], dpi=130)
-    with open_output(path) as sink:
-        sink.write(picture.getvalue())
-
-
-def line(part: Any, x: Floats, y: Floats, **style: Any) -> None:
-    """Draw a line; a long one is thinned to the extremes of each stretch, so peaks stay."""
-    if len(x) > MAX_POINTS:
-        step = -(-2 * len(x) // MAX_POINTS)
-        count = len(x) // step
-        stretches = y[: count * step].reshape(count, step)
-        picks = np.column_stack([stretches.argmin(axis=1), stretches.argmax(axis=1)])
-        picks.sort(axis=1)
-        keep = (picks + np.arange(count)[:, None] * step).ravel()
-        x, y = x[keep], y[keep]
-    part.plot(x, y, **{"linewidth": 0.9, **style})
-
-
-def bound(part: Any, value: float | None, label: str | None = None) -> None:
-    """Draw a limit, either sign."""
-    if value is not None and np.isfinite(value):
-        for sign in (1.0, -1.0):
-            part.axhline(
-                sign * value,
-                color="crimson",
-                linewidth=0.9,
-                linestyle="--",
-                label=label if sign > 0 else None,
-            )
-
-
 def path(data: PlotData) -> Figure:
-    """Return the path with its sharp corners, and with the contour error magnified along it where it is known."""
-    figure, (part,) = new_figure(data.title, height=7.0, width=7.5)
+    """Return the path with its sharp corners, and with the contour error magnified along it where it is known.
+
+    Of a path in space the two axes that move most are shown.
+    """
     i, j = data.plane
-    part.plot(data.command[:, i], data.command[:, j], color="0.35", linewidth=0.8, label="command")
+    command = data.command[:, [i, j]]
+    figure, ((part,),) = new_figure(data.title, height=map_size(command), width=8.5)
+    part.plot(command[:, 0], command[:, 1], color=GREY, linewidth=0.9, label="command")
+    shown = [command]
     if data.position is not None and data.contour is not None:
         scale = _magnification(data)
-        offset = _normal_offset(data, i, j)
-        shown = data.command[:, [i, j]] + scale * offset
-        part.plot(
-            shown[:, 0], shown[:, 1], color="tab:blue", linewidth=0.8, label=f"contour error × {scale:g}"
-        )
+        shown.append(command + scale * _normal_offset(data, i, j))
+        label = f"axes, contour error × {scale:g} (max {1e3 * float(np.nanmax(data.contour)):.3g} µm)"
+        part.plot(shown[1][:, 0], shown[1][:, 1], color=BLUE, linewidth=0.9, label=label)
     if data.corners is not None:
-        part.plot(data.corners[:, i], data.corners[:, j], "o", color="crimson", markersize=4, fillstyle="none",
+        part.plot(data.corners[:, i], data.corners[:, j], "o", color=RED, markersize=4, fillstyle="none",
                   label=f"{len(data.corners)} sharp corners")  # fmt: skip
-    part.set_aspect("equal", adjustable="datalim")
-    part.set_xlabel(_label(data, i))
-    part.set_ylabel(_label(data, j))
-    part.legend(loc="upper right", fontsize=8)
+    plane(part, shown, (_label(data, i), _label(data, j)))
+    figure.legend(loc="outside lower center", ncols=3, fontsize=8, frameon=False)
     return figure
 
 
@@ -141,14 +90,22 @@ def _normal_offset(data: PlotData, i: int, j: int) -> Floats:
 
 def feed(data: PlotData) -> Figure:
     """Return the speed along the path."""
-    figure, (part,) = new_figure(data.title)
+    figure, ((part,),) = new_figure(data.title)
     speed = np.sqrt((data.difference(1)[:, _linear(data)] ** 2).sum(axis=1))
-    line(part, data.time_s, speed, label="command")
+    alone = data.position is None
+    line(
+        part,
+        data.time_s,
+        speed,
+        color=BLUE if alone else GREY,
+        linewidth=0.9 if alone else 2.0,
+        label="command",
+    )
     if data.position is not None:
         rows = data.position[:, _linear(data)]
         actual = np.sqrt((np.diff(rows, axis=0, prepend=rows[:1]) ** 2).sum(axis=1)) / data.period_s
-        line(part, data.time_s, actual, color="tab:orange", linewidth=0.6, label="axes")
-        part.legend(fontsize=8)
+        line(part, data.time_s, actual, color=ORANGE, linewidth=0.7, label="axes")
+        legend(part, "lower center", ncols=2)
     part.set_ylabel("feed (mm/s)")
     part.set_xlabel("time (s)")
     return figure
@@ -162,22 +119,26 @@ def _linear(data: PlotData) -> list[int]:
 
 def axes(data: PlotData) -> Figure:
     """Return velocity, acceleration and jerk of each axis, by finite differences, with their limits."""
-    figure, parts = new_figure(data.title, rows=3 * len(data.axes), height=1.7)
+    count = len(data.axes)
+    figure, parts = new_figure(data.title, 3, count, height=2.1, width=max(9.0, 4.8 * count))
     for k, letter in enumerate(data.axes):
         for order in (1, 2, 3):
-            part = parts[3 * k + order - 1]
-            line(part, data.time_s, data.difference(order)[:, k])
-            bound(part, data.limit(letter, order))
+            part = parts[order - 1, k]
+            line(part, data.time_s, data.difference(order)[:, k], linewidth=0.9 if order < 3 else 0.5)
+            bound(part, data.limit(letter, order), "limit")
             part.set_ylabel(
-                f"{letter} {_NAMES[order - 1]}\n({file_unit(letter)}{_POWERS[order - 1]})", fontsize=8
+                f"{letter} {_NAMES[order - 1]} ({file_unit(letter)}{_POWERS[order - 1]})", fontsize=8
             )
-    parts[-1].set_xlabel("time (s)")
+        parts[-1, k].set_xlabel("time (s)")
+    if data.limits:
+        handles, labels = parts[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper right", fontsize=8, frameon=False)
     return figure
 
 
 def curvature(data: PlotData) -> Figure:
     """Return the curvature of the commanded path over its length, on a logarithmic scale."""
-    figure, (part,) = new_figure(data.title)
+    figure, ((part,),) = new_figure(data.title)
     rows = data.command[:, _linear(data)]
     step = np.sqrt((np.diff(rows, axis=0) ** 2).sum(axis=1))
     keep = np.concatenate([[True], step > 1e-6])
@@ -198,10 +159,13 @@ def curvature(data: PlotData) -> Figure:
 def force(data: PlotData) -> Figure:
     """Return the drives' inputs with their bounds."""
     values = _wanted(data.force, data, "forces")
-    figure, parts = new_figure(data.title, rows=len(data.axes), height=2.2)
+    figure, grid = new_figure(data.title, len(data.axes), height=2.2)
+    parts = grid[:, 0]
     for k, letter in enumerate(data.axes):
         line(parts[k], data.time_s, values[:, k])
-        bound(parts[k], data.force_bound[k] if data.force_bound else None)
+        bound(parts[k], data.force_bound[k] if data.force_bound else None, "bound of the drive")
+        if parts[k].get_legend_handles_labels()[1]:
+            legend(parts[k], "upper right")
         unit = f" ({data.force_unit[k]})" if data.force_unit and data.force_unit[k] else ""
         parts[k].set_ylabel(f"{letter} drive{unit}")
     parts[-1].set_xlabel("time (s)")
@@ -212,14 +176,16 @@ def errors(data: PlotData) -> Figure:
     """Return tracking error of each axis and the contour error."""
     position = _wanted(data.position, data, "positions of the axes")
     rows = len(data.axes) + (data.contour is not None)
-    figure, parts = new_figure(data.title, rows=rows, height=2.2)
+    figure, grid = new_figure(data.title, rows, height=2.0)
+    parts = grid[:, 0]
     for k, letter in enumerate(data.axes):
         unit = "µm" if file_unit(letter) == "mm" else "mdeg"
         line(parts[k], data.time_s, 1e3 * (data.command - position)[:, k])
-        parts[k].set_ylabel(f"{letter} tracking ({unit})")
+        parts[k].set_ylabel(f"{letter} tracking error ({unit})")
     if data.contour is not None:
-        line(parts[-1], data.time_s, 1e3 * data.contour, color="tab:red")
-        parts[-1].set_ylabel("contour (µm)")
+        line(parts[-1], data.time_s, 1e3 * data.contour, color=RED)
+        parts[-1].set_ylim(bottom=0.0)
+        parts[-1].set_ylabel("contour error (µm)")
     parts[-1].set_xlabel("time (s)")
     return figure
 

@@ -128,7 +128,10 @@ def _cells(row: Row) -> Sequence[str]:
 
 
 #: Where the example programs are: beside the modules of an installed package, else in the checkout.
-_PROGRAMS = (Path(__file__).resolve().parents[1] / "programs", Path(__file__).resolve().parents[2] / "programs")
+_PROGRAMS = (
+    Path(__file__).resolve().parents[1] / "programs",
+    Path(__file__).resolve().parents[2] / "programs",
+)
 
 
 def program_text(name: str, programs: str | None) -> bytes:

@@ -1,0 +1,122 @@
+"""Figures of matplotlib, made without pyplot and without windows: one look for all pictures, and their way to a file."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.files import open_output
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Floats = NDArray[np.float64]
+
+FORMATS = (".png", ".svg", ".pdf")
+#: Points a line is thinned to, keeping the extremes of each stretch.
+MAX_POINTS = 20_000
+#: Colours that differ for the colour-blind too (Okabe and Ito), in the order lines take them.
+BLUE, ORANGE, GREEN, PURPLE = "#0072B2", "#E69F00", "#009E73", "#CC79A7"
+#: What is commanded, and limits.
+GREY, RED = "0.45", "#C8102E"
+
+
+def new_figure(
+    title: str,
+    rows: int = 1,
+    columns: int = 1,
+    *,
+    height: float = 3.0,
+    width: float = 9.0,
+    share: Literal["col"] | bool = True,
+) -> tuple[Figure, Any]:
+    """Return a figure and its axes, shape (rows, columns); by default all of them share their abscissa.
+
+    Raises:
+        UsageError: matplotlib is not installed (``plot-missing``).
+    """
+    try:
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        hint = "install it: pip install 'cncgen[plot]'"
+        raise UsageError(Diagnostic("plot-missing", "pictures need matplotlib", hint=hint)) from error
+    figure = Figure(figsize=(width, max(2.6, height * rows + 0.5)), layout="constrained")
+    figure.suptitle(title, fontsize=11)
+    parts = figure.subplots(rows, columns, squeeze=False, sharex=share)
+    for part in parts.ravel():
+        part.grid(True, linewidth=0.4, alpha=0.5)
+        part.set_axisbelow(True)
+        part.spines[["top", "right"]].set_visible(False)
+        part.tick_params(labelsize=8)
+        part.xaxis.label.set_size(9)
+        part.yaxis.label.set_size(9)
+    return figure, parts
+
+
+def save(figure: Figure, path: str | Path) -> None:
+    """Write a figure whole or not at all, in the format of its suffix: PNG, SVG or PDF.
+
+    Raises:
+        UsageError: Another suffix (``plot-format``), or the file cannot be written.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in FORMATS:
+        raise UsageError(Diagnostic("plot-format", f"{path}: pictures are written as {', '.join(FORMATS)}"))
+    picture = io.BytesIO()
+    figure.savefig(picture, format=suffix[1:], dpi=130)
+    with open_output(path) as sink:
+        sink.write(picture.getvalue())
+
+
+def line(part: Any, x: Floats, y: Floats, **style: Any) -> None:
+    """Draw a line; a long one is thinned to the extremes of each stretch, so peaks stay."""
+    if len(x) > MAX_POINTS:
+        step = -(-2 * len(x) // MAX_POINTS)
+        count = len(x) // step
+        stretches = y[: count * step].reshape(count, step)
+        picks = np.column_stack([stretches.argmin(axis=1), stretches.argmax(axis=1)])
+        picks.sort(axis=1)
+        keep = (picks + np.arange(count)[:, None] * step).ravel()
+        x, y = x[keep], y[keep]
+    part.plot(x, y, **{"linewidth": 0.9, "color": BLUE, **style})
+
+
+def bound(part: Any, value: float | None, label: str | None = None) -> None:
+    """Draw a limit, either sign."""
+    if value is not None and np.isfinite(value):
+        for sign in (1.0, -1.0):
+            part.axhline(
+                sign * value, color=RED, linewidth=0.9, linestyle="--", label=label if sign > 0 else None
+            )
+
+
+def legend(part: Any, where: str = "best", **more: Any) -> None:
+    """Show what the lines are; lines in it are thick enough to tell their colours."""
+    shown = part.legend(loc=where, fontsize=8, framealpha=0.9, **more)
+    for handle in shown.get_lines():
+        if handle.get_linewidth() > 0.0:
+            handle.set_linewidth(max(1.6, handle.get_linewidth()))
+
+
+def plane(part: Any, rows: Sequence[Floats], labels: tuple[str, str]) -> None:
+    """Make a part a map: equal scales on both axes, the box round all rows (each of shape (n, 2))."""
+    whole = np.concatenate([np.asarray(r, float) for r in rows])
+    low, high = np.nanmin(whole, axis=0), np.nanmax(whole, axis=0)
+    room = 0.04 * max(float((high - low).max()), 1e-9)
+    part.set_xlim(low[0] - room, high[0] + room)
+    part.set_ylim(low[1] - room, high[1] + room)
+    part.set_aspect("equal", adjustable="box")
+    part.set_xlabel(labels[0])
+    part.set_ylabel(labels[1])
+
+
+def map_size(rows: Floats, width: float = 8.0, most: float = 9.0) -> float:
+    """Return the height of a picture in which a map of rows (n, 2) fills that width."""
+    spread = np.maximum(np.ptp(rows, axis=0), 1e-9)
+    return float(np.clip(width * spread[1] / spread[0], 2.6, most))
