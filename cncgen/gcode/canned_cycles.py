@@ -309,6 +309,7 @@ def _check_block(ip: Interpreter, block: Block, number: int) -> None:
         raise BlockError("cycle-rotary", f"{name} cannot turn an axis: {rotary.upper()}", rotary.upper())
     if state.feed_mode == 93:
         raise BlockError("cycle-feed-mode", f"{name} needs G94 or G95, and G93 is in force", name)
+    check_feed(ip, block, name)
     words = state.cycle.words if isinstance(state.cycle, Sticky) else {}
     depth = AXES[state.plane_axes()[2]]
     needs = "r" + depth + CYCLES[number].needs + ("ijk" if number == 870 else "")

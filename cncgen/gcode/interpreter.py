@@ -224,7 +224,7 @@ class Interpreter:
                 if index is not None:
                     end[index] += value
         if "@" in words or "^" in words:
-            polar_end(state, words, end)
+            polar_end(state, block, end)
         if state.polar:
             plane_polar_end(state, words, end)
         if _G53 in block.g:

@@ -27,7 +27,9 @@ def check_feed(ip: Interpreter, block: Block, name: str) -> None:
         raise BlockError(
             "feed-missing", f"{name} with no feed rate: F was not given or is 0", name, hint="add an F word"
         )
-    elif state.feed_mode == 95 and (state.speed == 0.0 or state.direction == 0):
+    elif state.feed_mode == 95 and (
+        state.speed == 0.0 or (state.direction == 0 and not ip.options.stand_alone)
+    ):
         raise BlockError(
             "spindle-stopped", f"{name} with feed per revolution (G95), but the spindle does not turn", name
         )

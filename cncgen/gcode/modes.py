@@ -65,13 +65,14 @@ def _exact(mode: PathMode) -> Handler:
 
 
 def continuous(ip: Interpreter, block: Block) -> None:
-    """G64: P is the path tolerance, Q that of joining collinear lines."""
+    """G64: P is the path tolerance, Q that of joining collinear lines (P where it is not given)."""
     tolerance, naive = block.words.get("p"), block.words.get("q")
     for letter, value in (("P", tolerance), ("Q", naive)):
         if value is not None and value < 0.0:
             raise BlockError("negative-tolerance", f"{letter}{value:g} of G64 is negative", letter)
     state = ip.state
-    state.path_mode, state.tolerance, state.naive = PathMode.CONTINUOUS, tolerance, naive
+    state.path_mode, state.tolerance = PathMode.CONTINUOUS, tolerance
+    state.naive = tolerance if naive is None else naive
     ip.sink.set_motion_control_mode(PathMode.CONTINUOUS, tolerance, naive)
 
 

@@ -237,8 +237,11 @@ def _tell_tool(ip: Interpreter, tool: Tool, place: int) -> None:
 
 def local(ip: Interpreter, block: Block) -> None:
     """G52: set the offset on top of the coordinate system."""
+    axes = given_axes(block)
+    if not axes:
+        raise BlockError("axis-missing", "G52 has no axis word", "G52", hint="G52 X0 Y0 Z0 ends it")
     offset = ip.state.g92.copy()
-    for index, value in given_axes(block):
+    for index, value in axes:
         offset[index] = value
     _set_g92(ip, offset)
 

@@ -6,6 +6,7 @@ from cncgen.gcode.block import Block
 from cncgen.gcode.codes import Code, Handler
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.modal import Stage
+from cncgen.gcode.spindle import spindle_of
 from cncgen.toolpath.record import Event
 
 
@@ -26,7 +27,11 @@ def _both(on: bool) -> Handler:
 
 
 def _one(what: str) -> Handler:
-    return lambda ip, block: _call(ip, what, block.words.get("p", 1.0) != 0.0)
+    def run(ip: Interpreter, block: Block) -> None:
+        spindle_of(ip, block)
+        _call(ip, what, block.words.get("p", 1.0) != 0.0)
+
+    return run
 
 
 CODES = (

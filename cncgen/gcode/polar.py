@@ -4,12 +4,23 @@ from __future__ import annotations
 
 import math
 
+from cncgen.gcode.block import Block
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.modal import PLANE_AXES, State
 
+#: G17, G18, G19 and their kin.
+_PLANES = {170, 180, 190, 171, 181, 191}
 
-def polar_end(state: State, words: dict[str, float], end: list[float]) -> None:
-    """Put the point that @ and ^ name into X and Y of `end`; what is missing stays as it is at the position."""
+
+def polar_end(state: State, block: Block, end: list[float]) -> None:
+    """Put the point that @ and ^ name into X and Y of `end`; what is missing stays as it is at the position.
+
+    They go with the plane XY alone; LinuxCNC looks at the plane that is in force before the block.
+    """
+    words = block.words
+    if state.plane != 17 and _PLANES.isdisjoint(block.g):
+        letter = "@" if "@" in words else "^"
+        raise BlockError("polar-plane", "@ and ^ go with the plane XY (G17) only", letter, hint="use G17")
     if "x" in words or "y" in words:
         raise BlockError("polar-words", "X or Y in a block with @ or ^", "X" if "x" in words else "Y")
     x, y = state.position[0], state.position[1]

@@ -168,7 +168,7 @@ class Runner:
             self.sink.block = Block({}, line=last.line, offset=last.offset)
             self.remark(
                 BlockError("no-program-end", "the program ends without M2, M30 or a closing %"),
-                Severity.WARNING,
+                Severity.ERROR if self.options.stand_alone else Severity.WARNING,
             )
         if self.options.save_parameters is not None:
             write_parameters(self.options.save_parameters, self.ip.parameters)
@@ -300,6 +300,13 @@ class Runner:
 
     def _percent_line(self, text: str) -> None:
         """Begin or end the program."""
+        if self.dialect == "linuxcnc" and text.strip() != "%":
+            raise BlockError(
+                "syntax",
+                "a line of % holds nothing else",
+                column=text.index("%") + 1,
+                hint="put the rest in a line",
+            )
         if not self._seen and not self._percent:
             self._percent = True
         elif self._percent:

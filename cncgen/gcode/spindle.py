@@ -9,17 +9,18 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.modal import Stage
 from cncgen.toolpath.record import Event
 
-#: Spindles that ``$`` may name.
+#: Spindles that ``$`` may name (the stand-alone machine has one).
 _SPINDLES = 8
 _NAMES = {1: "START_SPINDLE_CLOCKWISE", -1: "START_SPINDLE_COUNTERCLOCKWISE", 0: "STOP_SPINDLE_TURNING"}
 #: What the canonical call gets as the largest speed where D gives none.
 _NO_LIMIT = 1e30
 
 
-def _spindle(block: Block) -> int:
+def spindle_of(ip: Interpreter, block: Block) -> int:
     """Return the spindle that ``$`` names."""
     value = block.words.get("$", 0.0)
-    if value != round(value) or not -1 <= value < _SPINDLES:
+    count = 1 if ip.options.stand_alone else _SPINDLES
+    if value != round(value) or not -1 <= value < count:
         raise BlockError("spindle-number", f"there is no spindle ${value:g}", "$")
     return round(value)
 
@@ -33,7 +34,7 @@ def set_speed(ip: Interpreter, block: Block) -> None:
     value = block.words["s"]
     if value < 0.0:
         raise BlockError("negative-speed", f"S{value:g} is negative", "S", hint="M4 turns the other way")
-    spindle = max(_spindle(block), 0)
+    spindle = max(spindle_of(ip, block), 0)
     if spindle == 0:
         ip.state.speed = value
         ip.sink.set_spindle(value, ip.state.direction)
@@ -42,7 +43,7 @@ def set_speed(ip: Interpreter, block: Block) -> None:
 
 def _turn(direction: int) -> Handler:
     def run(ip: Interpreter, block: Block) -> None:
-        spindle = max(_spindle(block), 0)
+        spindle = max(spindle_of(ip, block), 0)
         if spindle == 0:
             ip.state.direction = direction
             ip.sink.set_spindle(ip.state.speed, direction)
@@ -63,11 +64,11 @@ def orient(ip: Interpreter, block: Block) -> None:
     if wait is not None and wait <= 0.0:
         raise BlockError("orient-time", f"Q{wait:g} of M19 is no time limit: it must be above 0", "Q")
     ip.sink.call(
-        f"ORIENT_SPINDLE({max(_spindle(block), 0)}, {angle:.4f}, {way:.0f})",
+        f"ORIENT_SPINDLE({max(spindle_of(ip, block), 0)}, {angle:.4f}, {way:.0f})",
         Event("spindle", True, values={"orient_deg": angle}),
     )
     if wait is not None:
-        ip.sink.call(f"SPINDLE.{max(_spindle(block), 0)}.WAIT_ORIENT_COMPLETE({wait:.4f})")
+        ip.sink.call(f"SPINDLE.{max(spindle_of(ip, block), 0)}.WAIT_ORIENT_COMPLETE({wait:.4f})")
 
 
 def constant_surface(ip: Interpreter, block: Block) -> None:
@@ -80,13 +81,13 @@ def constant_surface(ip: Interpreter, block: Block) -> None:
             "speed-missing", "G96 has no surface speed", "G96", hint="give it as S in the same block"
         )
     ip.state.constant_surface = limit
-    ip.sink.call(f"SET_SPINDLE_MODE({max(_spindle(block), 0)} {limit:.4f})")
+    ip.sink.call(f"SET_SPINDLE_MODE({max(spindle_of(ip, block), 0)} {limit:.4f})")
 
 
 def constant_revolutions(ip: Interpreter, block: Block) -> None:
     """G97: S is rev/min."""
     ip.state.constant_surface = None
-    ip.sink.call(f"SET_SPINDLE_MODE({max(_spindle(block), 0)} {0.0:.4f})")
+    ip.sink.call(f"SET_SPINDLE_MODE({max(spindle_of(ip, block), 0)} {0.0:.4f})")
 
 
 CODES = (

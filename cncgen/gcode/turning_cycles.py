@@ -104,7 +104,8 @@ def _prepare(ip: Interpreter, block: Block, name: str, swap: bool) -> Job:
     across = _frame(start, profile, swap)
     profile = [segment.seen(across, swap) for segment in profile]
     start = Segment(start, start).seen(across, swap).start
-    _check_monotonic(profile, name)
+    if name != "G70":
+        _check_monotonic(profile, name)
     lathe = Lathe(ip, across, swap)
     start = complex(min(start.real, profile[0].start.real), start.imag)
     lathe.rapid(start)
@@ -158,7 +159,9 @@ def _rough(swap: bool, kind: int) -> Handler:
             raise BlockError("profile-step", f"I{step:g} of {name} makes more than {MAX_CUTS} cuts", "I")
         end = path[-1].end
         out = complex(end.real, job.start.imag)
-        segments = [Segment(job.start, path[0].start), *path, Segment(end, out)]
+        segments = [Segment(job.start, path[0].start), *path]
+        if out.imag > end.imag:
+            segments.append(Segment(end, out))
         roughing = Roughing(job.lathe, segments, job.start.imag, step, lift)
         roughing.run(pockets=kind != 1, approach=kind != 2)
         ip.state.moved = True
@@ -216,6 +219,8 @@ class Roughing:
             point = points[-1]
             hit = self._ahead(index, point)
             go(point)
+            if abs(hit - point) < TINY:
+                continue
             self.lathe.feed(hit)
             lift = min(self.lift, abs(hit - point) / 2.0)
             self.lathe.rapid(hit + complex(-lift, lift))
