@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from cncgen.stepnc.ap238.aim_file import AimFile
-from cncgen.stepnc.part21 import Enumeration, Typed
+from cncgen.stepnc.part21 import DERIVED, Enumeration, Typed
 from cncgen.toolpath.record import FeedMode
 from tests.stepnc.building import codes, motions, run
 
@@ -366,3 +366,141 @@ def test_a_hole_is_drilled_in_either_convention(convention):
     assert codes(found) == []
     assert path.end[motions(path), 2].min() == -12.0
     assert path.end[motions(path)][-1].tolist() == [20, 30, 5]
+
+
+class Shaped(Aim):
+    """A file with one feature that is milled."""
+
+    def mill(self, kind, place, components, operation="BOTTOM_AND_SIDE_MILLING_OPERATION", limit=None):
+        """Add a workingstep: `components` are (name, entity, sizes) of profiles and paths, `limit` the depth plane."""
+        step, op = self.step(operation, "finish")
+        self.file.add("MACHINING_TECHNOLOGY_RELATIONSHIP", "", "", op, self.technology(600.0))
+        tool = self.file.add(
+            "MACHINING_TOOL", "T", "endmill", (op,), self.file.add("ACTION_RESOURCE_TYPE", "mill")
+        )
+        prop = self.file.add("RESOURCE_PROPERTY", "effective cutting diameter", "", tool)
+        size = self.file.measure("effective cutting diameter", 8.0, self.file.mm)
+        held = self.file.add("REPRESENTATION", "", (size,), self.file.context)
+        self.file.add("RESOURCE_PROPERTY_REPRESENTATION", "", "", prop, held)
+        feature = self.file.add_complex(
+            *sorted([("CHARACTERIZED_OBJECT", ("f", "")), ("FEATURE_DEFINITION", ()), ("INSTANCED_FEATURE", ()),
+            (kind, ()), ("SHAPE_ASPECT", ("f", "", None, E("T")))])
+        )  # fmt: skip
+        process = self.file.method("MACHINING_FEATURE_PROCESS")
+        self.file.add("MACHINING_FEATURE_RELATIONSHIP", "", "", step, process)
+        action = self.file.add("PROPERTY_PROCESS", "machining", "", process, "")
+        self.file.add("PROCESS_PROPERTY_ASSOCIATION", "", "", action, feature)
+        shape = self.file.add("PRODUCT_DEFINITION_SHAPE", "", "", feature)
+        self.describe(shape, "SHAPE_REPRESENTATION_WITH_PARAMETERS", "", place)
+        if limit is not None:
+            z, x = np.array([0, 0, 1.0]), np.array([1.0, 0, 0])
+            plane = self.file.add("PLANE", "", self.file.placement(np.array([0, 0, limit]), z, x))
+            self.describe(shape, "SHAPE_REPRESENTATION", "maximum feature limit", plane)
+        for name, keyword, sizes in components:
+            occurrence = self.file.add("SHAPE_ASPECT", "", f"{name} occurrence", shape, E("T"))
+            entity = self.file.add(keyword, "", "linear", None, E("T"))
+            usage = "profile usage" if "PROFILE" in keyword else "path feature component usage"
+            self.file.add("SHAPE_DEFINING_RELATIONSHIP", name, usage, entity, occurrence)
+            items = [self.file.measure(n, v, self.degree if "angle" in n else self.file.mm) for n, v in sizes]
+            own = self.file.add("PRODUCT_DEFINITION_SHAPE", "", "", entity)
+            self.describe(own, "SHAPE_REPRESENTATION_WITH_PARAMETERS", "", *items)
+        return self.read(self.plan(step))
+
+    def describe(self, shape, keyword, name, *items):
+        representation = self.file.add(keyword, name, items, self.file.context)
+        self.file.add("SHAPE_DEFINITION_REPRESENTATION", shape, representation)
+
+    @property
+    def degree(self):
+        if not hasattr(self, "_degree"):
+            radian = self.file.add_complex(
+                ("NAMED_UNIT", (DERIVED,)), ("PLANE_ANGLE_UNIT", ()), ("SI_UNIT", (None, E("RADIAN")))
+            )
+            factor = self.file.add(
+                "PLANE_ANGLE_MEASURE_WITH_UNIT", Typed("PLANE_ANGLE_MEASURE", math.pi / 180), radian
+            )
+            exponents = self.file.add("DIMENSIONAL_EXPONENTS", *[0.0] * 7)
+            self._degree = self.file.add_complex(
+                ("CONVERSION_BASED_UNIT", ("DEGREE", factor)),
+                ("NAMED_UNIT", (exponents,)),
+                ("PLANE_ANGLE_UNIT", ()),
+            )
+        return self._degree
+
+
+def swept_place(aim, convention, depth, length):
+    """The placement of a slot or step whose top stands at (20, 30, 0) and that goes 40 mm along Y of the machine."""
+    x, y, z = np.eye(3)
+    if convention == "top":
+        return aim.file.placement(np.array([20.0, 30.0, 0.0]), z, x, "orientation")
+    # At the bottom of the other end, Z along the path (backwards along Y), Y out of the material.
+    return aim.file.placement(np.array([20.0, 30.0 + length, -depth]), -y, x, "orientation")
+
+
+@pytest.mark.parametrize("convention", ["bottom", "top"])
+def test_a_slot_in_either_convention(convention):
+    """12 mm wide, 5 deep, 40 long: cut by 8 mm from 26 to 44 less the radius in Y, 5 below 0."""
+    aim = Shaped()
+    path, found = aim.mill(
+        "SLOT",
+        swept_place(aim, convention, 5.0, 40.0),
+        [
+            ("course of travel", "PATH_FEATURE_COMPONENT", [("distance", 40.0)]),
+            ("swept shape", "SQUARE_U_PROFILE", [("width", 12.0), ("depth", 5.0), ("first angle", 90.0)]),
+        ],
+        limit=-5.0 if convention == "top" else None,
+    )
+    assert codes(found, "error") == []
+    cut = path.end[motions(path)]
+    cut = cut[cut[:, 2] == cut[:, 2].min()]
+    assert cut[0, 2] == pytest.approx(-5.0)
+    np.testing.assert_allclose(cut[:, :2].min(axis=0), [18.0, 34.0], atol=1e-3)
+    np.testing.assert_allclose(cut[:, :2].max(axis=0), [22.0, 66.0], atol=1e-3)
+
+
+@pytest.mark.parametrize("convention", ["bottom", "top"])
+def test_a_step_in_either_convention(convention):
+    """A wall at X 20, 15 mm wide to +X, 4 deep: the axis of the tool stays 4 mm from the wall and goes beyond the rest."""
+    aim = Shaped()
+    sizes = [
+        ("profile angle", 90.0),
+        ("tilt angle", 0.0),
+        ("first side length", 15.0),
+        ("second side length", 4.0),
+    ]
+    path, found = aim.mill(
+        "STEP",
+        swept_place(aim, convention, 4.0, 40.0),
+        [
+            ("course of travel", "PATH_FEATURE_COMPONENT", [("distance", 40.0)]),
+            ("wall boundary", "VEE_PROFILE", sizes),
+        ],
+        limit=-4.0 if convention == "top" else None,
+    )
+    assert codes(found, "error") == []
+    cut = path.end[motions(path)]
+    cut = cut[cut[:, 2] == cut[:, 2].min()]
+    assert cut[0, 2] == pytest.approx(-4.0)
+    assert cut[:, 0].min() == pytest.approx(24.0, abs=1e-3)
+    assert cut[:, 0].max() >= 35.0
+    assert cut[:, 1].min() <= 30.0
+    assert cut[:, 1].max() >= 70.0
+
+
+def test_an_outside_profile_from_its_bottom():
+    aim = Shaped()
+    place = aim.file.placement(np.array([20.0, 30.0, -6.0]), np.eye(3)[2], np.eye(3)[0], "orientation")
+    path, found = aim.mill(
+        "OUTSIDE_PROFILE",
+        place,
+        [
+            ("profile swept shape", "PATH_FEATURE_COMPONENT", [("distance", 6.0)]),
+            ("feature boundary", "CIRCULAR_CLOSED_PROFILE", [("diameter", 20.0)]),
+        ],
+        operation="SIDE_MILLING_OPERATION",
+        limit=6.0,
+    )
+    assert codes(found, "error") == []
+    assert path.end[motions(path), 2].min() == -6.0
+    radius = np.linalg.norm(path.arcs.centre[:, :2] - [20.0, 30.0], axis=1)
+    assert (radius < 1e-3).any()

@@ -1,4 +1,8 @@
-"""Features of the AIM: placement, depth and profiles, in the convention of ISO 14649 (top of the feature, Z out)."""
+"""Features of the AIM: placement, depth and profiles, in the convention of ISO 14649 (top of the feature, Z out).
+
+ISO 10303 places a feature where its sweep begins: holes, pockets and outside profiles at the bottom with Z out of the
+material; slots and steps at the bottom with Z along the path and Y out of the material (ISO 10303-238, 5.2.2.3).
+"""
 
 from __future__ import annotations
 
@@ -16,7 +20,16 @@ from cncgen.stepnc.geometry.frames import Matrix, Placements, identity, translat
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
 from cncgen.stepnc.model import Feature, Shape
 
-_KINDS = {"ROUND_HOLE": "round hole", "POCKET": "closed pocket", "FLAT_FACE": "planar face"}
+_KINDS = {
+    "ROUND_HOLE": "round hole",
+    "POCKET": "closed pocket",
+    "FLAT_FACE": "planar face",
+    "SLOT": "slot",
+    "STEP": "step",
+    "OUTSIDE_PROFILE": "general outside profile",
+    "BOSS": "boss",
+}
+_DEPTHS = ("hole depth", "pocket depth", "depth", "course of travel", "removal depth")
 
 
 class Features:
@@ -51,9 +64,13 @@ class Features:
                 placement = self._placements(item).placement(item.entity.id)
         name = entity.instance.part("CHARACTERIZED_OBJECT") or entity.instance.parts[0]
         label = str(name.parameters[0]) if name.parameters else ""
-        depth, at_top = self._depth(ident, entity)
-        if not at_top and depth is not None:
-            placement = placement @ translation(0.0, 0.0, depth)
+        if kind in ("SLOT", "STEP"):
+            depth, move = self._swept(ident, entity, kind)
+            placement = placement @ move
+        else:
+            depth, at_top = self._depth(ident, entity)
+            if not at_top and depth is not None:
+                placement = placement @ translation(0.0, 0.0, depth)
         return Feature(
             ident, label, _KINDS.get(kind, kind), placement, lambda: self._shape(entity, kind, depth)
         )
@@ -89,9 +106,10 @@ class Features:
     def _components(self, feature: int) -> Iterator[tuple[str, Entity]]:
         """Yield the profiles and paths of a feature under the names of their relationships."""
         for aspect in self._aspects(feature):
-            for relation in self.graph.index("SHAPE_DEFINING_RELATIONSHIP", 1).of(aspect.id):
-                entity = self.entities.get(relation, "SHAPE_DEFINING_RELATIONSHIP")
-                yield entity.text("name").strip().lower(), entity.entity("relating_shape_aspect")
+            for keyword in ("SHAPE_DEFINING_RELATIONSHIP", "FEATURE_COMPONENT_RELATIONSHIP"):
+                for relation in self.graph.index(keyword, 1).of(aspect.id):
+                    entity = self.entities.get(relation, keyword)
+                    yield entity.text("name").strip().lower(), entity.entity("relating_shape_aspect")
 
     def _measures(self, ident: int) -> dict[str, float]:
         out = {}
@@ -106,31 +124,69 @@ class Features:
                 out[item.name or measure.name] = measure.value
         return out
 
-    def _depth(self, ident: int, entity: Entity) -> tuple[float | None, bool]:
-        """Return the depth, and whether the placement is at the top (ISO 14649) or the bottom (ISO 10303).
-
-        A plane 'maximum feature limit' with Z below the placement means the convention of ISO 14649.
-        """
+    def _limit(self, ident: int) -> float | None:
+        """Return the height of the plane 'maximum feature limit' in the feature's frame, None where there is none."""
         for item in self._shape_items(ident):
             if (
                 item.representation.strip().lower() == "maximum feature limit"
                 and item.entity.keyword == "PLANE"
             ):
                 plane = self._placements(item).plane(item.entity.id)
-                if plane is not None and plane[2, 3] < 0:
-                    return float(-plane[2, 3]), True
                 if plane is not None:
-                    return float(plane[2, 3]), False
+                    return float(plane[2, 3])
+        return None
+
+    def _depth(self, ident: int, entity: Entity) -> tuple[float | None, bool]:
+        """Return the depth, and whether the placement is at the top (ISO 14649) or the bottom (ISO 10303).
+
+        A plane 'maximum feature limit' with Z below the placement means the convention of ISO 14649.
+        """
+        limit = self._limit(ident)
+        if limit is not None:
+            return abs(limit), limit < 0
         for name, component in self._components(ident):
-            if name in ("hole depth", "pocket depth", "depth", "course of travel", "removal depth"):
-                depth = self._measures(component.id).get(
-                    "distance", self._measures(component.id).get("length")
-                )
+            if name in _DEPTHS:
+                depth = self._length(component)
                 if depth is not None and not (
                     name == "course of travel" and entity.instance.part("FLAT_FACE")
                 ):
                     return depth, False
         return None, True
+
+    def _length(self, path: Entity) -> float | None:
+        measures = self._measures(path.id)
+        return measures.get("distance", measures.get("length"))
+
+    def _swept(self, ident: int, entity: Entity, kind: str) -> tuple[float | None, Matrix]:
+        """Return the depth of a slot or step, and the way from its placement to that of ISO 14649.
+
+        ISO 14649 has it at the top, the path along Y: Z becomes -Y and Y becomes Z, and the way goes to the other end
+        of the path. A plane 'maximum feature limit' below the placement means that it is there already.
+        """
+        limit = self._limit(ident)
+        if limit is not None and limit < 0:
+            return -limit, identity()
+        path, profile = self._path_and_profile(ident)
+        length = self._length(path) if path is not None else None
+        size = self._measures(profile.id) if profile is not None else {}
+        depth = size.get("depth", size.get("profile depth"))
+        if kind == "STEP" and "second side length" in size:
+            depth = size["second side length"] * math.sin(size.get("profile angle", math.pi / 2))
+        if length is None or depth is None:
+            raise entity.fault(
+                "stepnc-missing", f"the {kind.lower()} has no length of its path or no depth of its profile"
+            )
+        return depth, np.array([[1, 0, 0, 0], [0, 0, 1, depth], [0, -1, 0, length], [0, 0, 0, 1.0]])
+
+    def _path_and_profile(self, ident: int) -> tuple[Entity | None, Entity | None]:
+        """Return the path that a feature is swept along and the profile that is swept."""
+        path = profile = None
+        for name, component in self._components(ident):
+            if name == "course of travel" or "PATH" in component.keyword:
+                path = component
+            elif "PROFILE" in component.keyword:
+                profile = component
+        return path, profile
 
     # Shapes
 
@@ -144,18 +200,54 @@ class Features:
             return Shape(depth, diameter=self._measures(profile.id).get("diameter") if profile else None)
         if kind == "FLAT_FACE":
             return self._face(entity, depth, components)
-        profile = components.get(
-            "closed boundary", components.get("removal boundary", components.get("boundary"))
-        )
+        if kind in ("SLOT", "STEP"):
+            return self._along_path(entity, kind, depth)
+        names = ("closed boundary", "feature boundary", "removal boundary", "boundary", "enclosed boundary")
+        profile = next((components[n] for n in names if n in components), None)
+        profile = profile or self._path_and_profile(entity.id)[1]
         if profile is None:
-            raise entity.fault("stepnc-missing", "the pocket has no boundary")
+            raise entity.fault("stepnc-missing", f"the {_KINDS[kind]} has no boundary")
         own = self._measures(entity.id)
         return Shape(
             depth,
             outline=self._profile(profile),
+            slope=own.get("slope", own.get("draft angle", 0.0)),
             corner_radius=own.get("orthogonal radius"),
             floor_radius=own.get("planar radius"),
         )
+
+    def _along_path(self, entity: Entity, kind: str, depth: float | None) -> Shape:
+        """Return a slot or step whose path goes along Y from the origin."""
+        path, profile = self._path_and_profile(entity.id)
+        length = self._length(path) if path is not None else None
+        if length is None or profile is None:
+            text = f"the {kind.lower()} has no straight path with a distance, or no profile"
+            raise entity.fault("stepnc-unsupported", text)
+        course: list[Piece] = [Polyline(np.array([[0.0, 0.0, 0.0], [0.0, length, 0.0]]))]
+        size = self._measures(profile.id)
+        if kind == "STEP":
+            if abs(size.get("tilt angle", 0.0)) > 1e-9 or "first side length" not in size:
+                text = "the step needs a profile with a level first side and its length"
+                raise profile.fault("stepnc-unsupported", text)
+            slope = size.get("profile angle", math.pi / 2) - math.pi / 2
+            slope = slope if abs(slope) > 1e-9 else 0.0
+            return Shape(depth, course=course, width=size["first side length"], slope=slope)
+        width = size.get("width", size.get("profile width"))
+        if profile.keyword not in ("SQUARE_U_PROFILE", "ROUNDED_U_PROFILE") or width is None:
+            raise profile.fault("stepnc-unsupported", "a slot of this profile cannot be made")
+        for name in ("first angle", "second angle"):
+            angle = size.get(name, 0.0)
+            if min(abs(angle), abs(angle - math.pi / 2)) > 1e-6:
+                raise profile.fault(
+                    "stepnc-unsupported", "walls of a slot that are not upright cannot be made"
+                )
+        floor = width / 2 if profile.keyword == "ROUNDED_U_PROFILE" else size.get("first radius")
+        return Shape(depth, course=course, width=width, floor_radius=floor, ends=self._slot_ends(entity.id))
+
+    def _slot_ends(self, ident: int) -> tuple[str, ...]:
+        """Return what the ends of a slot are, from the descriptions of its SLOT_ENDs."""
+        ends = [e for _, e in self._components(ident) if "SLOT_END" in e.keyword]
+        return tuple(e.text("description").strip().lower() for e in ends)
 
     def _face(self, entity: Entity, depth: float | None, components: dict[str, Entity]) -> Shape:
         course, boundary = components.get("course of travel"), components.get("removal boundary")

@@ -11,7 +11,7 @@ from dataclasses import replace
 from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.features import holes, plane, pocket, profile, slot
 from cncgen.stepnc.features.job import Job
-from cncgen.stepnc.features.offsets import TooFine
+from cncgen.stepnc.features.offsets import OffsetError
 from cncgen.stepnc.geometry.frames import Matrix, identity
 from cncgen.stepnc.geometry.pieces import Piece
 from cncgen.stepnc.model import Feature, Path, Workingstep
@@ -92,7 +92,7 @@ class _Maker:
     def _one(self, job: Job, kind: str) -> tuple[Path, ...]:
         try:
             return _strategy(job, kind)(job)
-        except TooFine as error:
+        except OffsetError as error:
             raise job.fault("stepnc-geometry", str(error)) from None
 
     def _group(self, job: Job, feature: Feature, frame: Matrix, depth: int) -> tuple[Path, ...]:

@@ -24,6 +24,8 @@ REFIT = 1e-4
 CENTRE = 1e-6
 #: Rings from a wall to the middle, and lines across a pocket.
 MAX_RINGS = 2000
+#: The largest coordinates of outlines, and the farthest that they are offset, mm.
+MAX_OFFSET = 1e5
 #: Segments of a quarter circle in offsets, and the largest angle that an edge of an arc may have.
 QUARTER = 64
 EDGE_ANGLE = 1.05 * math.pi / 2 / QUARTER
@@ -47,8 +49,19 @@ class Ring:
     core: Floats | None = None
 
 
-class TooFine(ValueError):
-    """Passes so close that there are too many of them."""
+class OffsetError(ValueError):
+    """Passes so close that there are too many of them, or an offset by no distance."""
+
+
+def grown(geometry: Any, distance: float, **how: Any) -> Any:
+    """Return a shapely geometry grown by a distance, mm (negative: shrunk); `how` as shapely's `buffer` takes it.
+
+    Raises:
+        OffsetError: where the distance is none that a part has.
+    """
+    if not abs(distance) <= MAX_OFFSET:
+        raise OffsetError(f"an offset of {distance:g} mm")
+    return geometry.buffer(distance, **how)
 
 
 def _chords_of(piece: Piece) -> Floats:
@@ -65,10 +78,16 @@ def bounds_along(pieces: list[Piece], direction: Floats) -> tuple[float, float]:
 
 
 def polygon_of(pieces: list[Piece]) -> Any:
-    """Return the shapely polygon of a closed outline (arcs and splines as chords)."""
+    """Return the shapely polygon of a closed outline (arcs and splines as chords).
+
+    Raises:
+        OffsetError: where it is larger than any part.
+    """
     from shapely import Polygon, make_valid
 
     points = np.concatenate([_chords_of(p)[:, :2] for p in pieces])
+    if not np.abs(points).max() <= MAX_OFFSET:
+        raise OffsetError(f"an outline with coordinates beyond {MAX_OFFSET:g} mm")
     polygon = Polygon(points)
     return polygon if polygon.is_valid else make_valid(polygon).buffer(0)
 
@@ -84,13 +103,13 @@ def region(
         distance: mm; negative grows.
         corner_radius: Of the outline's convex corners before it is shrunk, mm.
     """
-    inside = outline.buffer(-distance, quad_segs=QUARTER)
+    inside = grown(outline, -distance, quad_segs=QUARTER)
     left = corner_radius - distance
     if left > 1e-9:
-        inside = inside.buffer(-left, quad_segs=QUARTER, join_style="mitre", mitre_limit=10.0)
-        inside = inside.buffer(left, quad_segs=QUARTER)
-    for boss, grown in bosses:
-        inside = inside.difference(boss.buffer(grown, quad_segs=QUARTER))
+        inside = grown(inside, -left, quad_segs=QUARTER, join_style="mitre", mitre_limit=10.0)
+        inside = grown(inside, left, quad_segs=QUARTER)
+    for boss, margin in bosses:
+        inside = inside.difference(grown(boss, margin, quad_segs=QUARTER))
     return polygons(inside)
 
 
@@ -123,7 +142,7 @@ def nested(shrink: Callable[[float], list[Any]], step: float) -> list[Ring]:
     deepest = max(inradius(r.polygon)[0] for r in roots)
     count = max(1, math.ceil(deepest / step - 1e-6))
     if count > MAX_RINGS:
-        raise TooFine(f"{count} rings {step:g} mm apart, more than {MAX_RINGS}")
+        raise OffsetError(f"{count} rings {step:g} mm apart, more than {MAX_RINGS}")
     outer = roots
     for k in range(1, count):
         inner = [Ring(p) for p in shrink(k * deepest / count)]
@@ -156,7 +175,7 @@ def _core(polygon: Any) -> Floats | None:
     if radius < 1e-3:
         return None
     left = 0.05 * radius
-    thin = polygons(polygon.buffer(-(radius - left), quad_segs=QUARTER, join_style="mitre"))
+    thin = polygons(grown(polygon, -(radius - left), quad_segs=QUARTER, join_style="mitre"))
     if len(thin) == 1:
         box = np.array(thin[0].minimum_rotated_rectangle.exterior.coords)[:-1]
         sides = np.linalg.norm(np.roll(box, -1, axis=0) - box, axis=1)
@@ -407,7 +426,7 @@ def line_inside(polygon: Any, a: Floats, b: Floats) -> bool:
     """Tell whether the straight line between two points stays within a polygon (within 1e-4 mm)."""
     from shapely import LineString
 
-    return bool(polygon.buffer(1e-4).covers(LineString([a[:2], b[:2]])))
+    return bool(grown(polygon, 1e-4).covers(LineString([a[:2], b[:2]])))
 
 
 def piece_inside(polygon: Any, piece: Piece, outside: bool) -> bool:
@@ -415,7 +434,7 @@ def piece_inside(polygon: Any, piece: Piece, outside: bool) -> bool:
     from shapely import LineString
 
     line = LineString(_chords_of(piece)[:, :2])
-    return not line.intersects(polygon.buffer(-1e-3)) if outside else bool(polygon.buffer(1e-3).covers(line))
+    return not line.intersects(grown(polygon, -1e-3)) if outside else bool(grown(polygon, 1e-3).covers(line))
 
 
 def middle_of_longest(curve: list[Piece]) -> Floats:
@@ -465,7 +484,7 @@ def chords(polygon: Any, along: Floats, across: Floats, step: float) -> list[lis
     low, high = points @ along[:2], points @ across[:2]
     count = max(1, math.ceil((high.max() - high.min()) / step - 1e-9))
     if count > 10 * MAX_RINGS:
-        raise TooFine(f"{count} lines {step:g} mm apart, more than {10 * MAX_RINGS}")
+        raise OffsetError(f"{count} lines {step:g} mm apart, more than {10 * MAX_RINGS}")
     rows = []
     for k in range(count + 1):
         at = high.min() + (high.max() - high.min()) * k / count
@@ -485,10 +504,10 @@ def grown_over(polygon: Any, sides: list[Piece], reach: float) -> Any:
 
     chains = _chains([_chords_of(p)[:, :2] for p in sides])
     if len(chains) == 1 and np.abs(chains[0][0] - chains[0][-1]).max() < 1e-9:
-        return polygon.buffer(reach, quad_segs=QUARTER, join_style="mitre")
-    strips = [LineString(c).buffer(reach, cap_style="flat", join_style="mitre") for c in chains]
+        return grown(polygon, reach, quad_segs=QUARTER, join_style="mitre")
+    strips = [grown(LineString(c), reach, cap_style="flat", join_style="mitre") for c in chains]
     outside = [s.difference(polygon) for s in strips]
-    return unary_union([polygon, *(o.buffer(1e-7) for o in outside)]).buffer(-1e-7)
+    return unary_union([polygon, *(grown(o, 1e-7) for o in outside)]).buffer(-1e-7)
 
 
 def _chains(lines: list[Floats]) -> list[Floats]:
@@ -535,8 +554,8 @@ def strip(path: list[Piece], half: float, rounded: tuple[bool, ...]) -> list[lis
     points = np.concatenate([_chords_of(p)[:, :2] for p in path])
     closed = np.abs(points[0] - points[-1]).max() < 1e-6
     line = LineString(points)
-    body = line.buffer(half, quad_segs=QUARTER, cap_style="round" if closed else "flat")
+    body = grown(line, half, quad_segs=QUARTER, cap_style="round" if closed else "flat")
     for end, round_it in zip((points[0], points[-1]), rounded, strict=False):
         if round_it:
-            body = body.union(Point(end).buffer(half, quad_segs=QUARTER))
+            body = body.union(grown(Point(end), half, quad_segs=QUARTER))
     return boundary_curves(body, clockwise=False)

@@ -258,6 +258,8 @@ class Iso14649Reader:
 
     def _note_places(self, kind: str, attribute: str) -> None:
         for instance in self.exchange.instances(kind):
-            value = self.entities.get(instance.id, kind).get(attribute)
+            if instance.part(kind) is None:  # defined twice; the first is another entity
+                continue
+            value = Entity(self.entities, instance, kind).get(attribute)
             if isinstance(value, int):
                 self._placing.add(int(value))

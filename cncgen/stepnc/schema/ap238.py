@@ -15,6 +15,7 @@ ACTION_RESOURCE_TYPE name:s
 APPLICATION_CONTEXT application:s
 AXIS2_PLACEMENT_3D name:s location:r=CARTESIAN_POINT axis:r=DIRECTION ref_direction:r=DIRECTION
 BORING_OPERATION &METHOD
+BOSS name:s description:s
 BOTTOM_AND_SIDE_MILLING_OPERATION &METHOD
 BOUNDED_CURVE name:s
 B_SPLINE_CURVE name:s degree:n control_points_list:l curve_form:e closed_curve:e self_intersect:e
@@ -38,6 +39,7 @@ DIRECTION name:s direction_ratios:l
 DRILLING_OPERATION &METHOD
 DRILLING_TYPE_STRATEGY &METHOD
 ELLIPSE name:s position:r semi_axis_1:n semi_axis_2:n
+FEATURE_COMPONENT_RELATIONSHIP name:s description:s relating_shape_aspect:r related_shape_aspect:r
 FEATURE_DEFINITION name:s description:s
 FLAT_FACE name:s description:s
 FREEFORM_MILLING_OPERATION &METHOD
@@ -108,10 +110,13 @@ MEASURE_WITH_UNIT value_component:* unit_component:r
 MILLING_TYPE_OPERATION &METHOD
 MILLING_TYPE_STRATEGY &METHOD
 NAMED_UNIT dimensions:*
+OUTSIDE_PROFILE name:s description:s
 PARTIAL_CIRCULAR_PROFILE name:s description:s of_shape:r product_definitional:e
+PATH_FEATURE_COMPONENT name:s description:s of_shape:r product_definitional:e
 PLANE name:s position:r=AXIS2_PLACEMENT_3D
 PLANE_ANGLE_MEASURE_WITH_UNIT value_component:* unit_component:r
 PLANE_MILLING_OPERATION &METHOD
+POCKET name:s description:s
 POLYLINE name:s points:l
 PROCESS_OPERATION &METHOD
 PROCESS_PRODUCT_ASSOCIATION name:s description:s defined_product:r process:r
@@ -144,7 +149,10 @@ SHAPE_REPRESENTATION name:s items:l context_of_items:r
 SHAPE_REPRESENTATION_WITH_PARAMETERS name:s items:l context_of_items:r
 SIDE_MILLING_OPERATION &METHOD
 SI_UNIT dimensions:* prefix:e name:e
+SLOT name:s description:s
+SLOT_END name:s description:s of_shape:r product_definitional:e
 SQUARE_U_PROFILE name:s description:s of_shape:r product_definitional:e
+STEP name:s description:s
 TAPPING_OPERATION &METHOD
 TRIMMED_CURVE name:s basis_curve:r trim_1:l trim_2:l sense_agreement:e master_representation:e
 VECTOR name:s orientation:r=DIRECTION magnitude:n
