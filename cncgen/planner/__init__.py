@@ -1,8 +1,8 @@
 """Planning: a toolpath and a machine become a trajectory, s(t) with the machine's limits held.
 
 `plan` is the door: it checks what was asked, runs the feedrate strategy (`strategies`), retimes for an interpolator
-other than the exact one (`interpolators`) and limits the steps where the drives would saturate (`saturation`). Each
-of the three takes and yields `Trajectory`, chunk by chunk.
+other than the exact one (`interpolators`) and keeps the drives out of saturation (`saturation` step by step,
+`drive_limits` in the look-ahead). Each of them takes and yields `Trajectory`, chunk by chunk.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator
 from cncgen.machine.record import Machine
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.record import Trajectory
+from cncgen.planner.strategies import Strategy
 from cncgen.toolpath.record import Toolpath
 
 __all__ = ["PlanOptions", "Trajectory", "plan"]
@@ -36,12 +37,34 @@ def plan(
         ProgramError: The program moves an axis that the machine does not have, or beyond its travel.
         NoPlanError: No plan exists within the limits.
     """
-    from cncgen.planner import interpolators, saturation
+    from cncgen.planner import interpolators
     from cncgen.planner.checks import checked
     from cncgen.planner.strategies import strategy
 
     asked = options or PlanOptions()
     asked.check()
-    planned = strategy(asked.feedrate)(checked(chunks, machine, asked), machine, asked)
-    retimed = interpolators.retime(planned, machine, asked)
-    return saturation.limit_reactive(retimed, machine, asked)
+    chosen, toolpaths = strategy(asked.feedrate), checked(chunks, machine, asked)
+    if asked.saturation == "predictive":
+        return _predictive(chosen, toolpaths, machine, asked)
+    retimed = interpolators.retime(chosen(toolpaths, machine, asked), machine, asked)
+    if asked.saturation == "reactive":
+        from cncgen.planner.saturation import limit_reactive
+
+        return limit_reactive(retimed, machine, asked)
+    return retimed
+
+
+def _predictive(
+    chosen: Strategy, toolpaths: Iterable[Toolpath], machine: Machine, asked: PlanOptions
+) -> Iterator[Trajectory]:
+    """Plan on the machine as its drives can follow; what has no look-ahead for that is planned again under its speeds."""
+    from cncgen.planner import interpolators
+    from cncgen.planner.drive_limits import drivable, named
+
+    lowered = drivable(machine, asked)
+    plan = interpolators.retime(chosen(toolpaths, lowered, asked), lowered, asked)
+    if asked.feedrate not in (None, "optimal") or asked.interpolator != "arclength":
+        from cncgen.planner.replanning import replan
+
+        plan = replan(plan, lowered, asked.effort)
+    return named(plan, machine, lowered)

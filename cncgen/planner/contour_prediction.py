@@ -25,6 +25,9 @@ from cncgen.planner.record import Trajectory
 
 Floats = NDArray[np.float64]
 
+#: Share of a loop's impulse response (sum of absolute values) that counts as its memory.
+_MEMORY = 0.9
+
 
 def bilinear(coefficients: Floats, degree: int, period_s: float) -> Floats:
     """Substitute s = (2/T)(1 − z⁻¹)/(1 + z⁻¹) into a polynomial of s and multiply by (T(1 + z⁻¹))^degree.
@@ -170,6 +173,20 @@ def prediction(machine: Machine, options: PlanOptions, letters: str) -> ContourP
     if faults:
         raise UsageError(faults)
     return ContourPrediction(letters, axes, max(coefficients, default=0.0))
+
+
+def memory_of(model: ContourPrediction) -> int:
+    """Return the number of samples in which the slowest loop gives most of its answer to a pulse."""
+    longest = 1
+    for axis in model.axes:
+        before = axis.state.copy()
+        pulse = np.zeros(400)
+        pulse[0] = 1.0
+        answer = np.cumsum(np.abs(axis.run(pulse)))
+        axis.state[:] = before
+        if answer[-1] > 0.0:
+            longest = max(longest, int(np.searchsorted(answer, _MEMORY * answer[-1])))
+    return longest
 
 
 def servo_of(machine: Machine, options: PlanOptions, letter: str) -> Servo | None:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.machine.record import Machine
-from cncgen.planner.contour_prediction import ContourPrediction, prediction
+from cncgen.planner.contour_prediction import ContourPrediction, memory_of, prediction
 from cncgen.planner.look_ahead import Pieces, Segments, build, joint_caps, joint_speeds
 from cncgen.planner.motion import motion_at
 from cncgen.planner.options import PlanOptions
@@ -40,8 +40,6 @@ _PLATEAU = 0.04
 _AIM = 0.98
 #: A window is slowed by this factor at most; a bound that asks for more is reported as not held.
 _MAX_SLOWING = 20.0
-#: Share of a loop's impulse response (sum of absolute values) that counts as its memory.
-_MEMORY = 0.9
 
 
 @dataclass(slots=True)
@@ -91,7 +89,7 @@ class Dynamics:
             return None
         letters = [letter for letter in "XYZ" if letter in machine.axes]
         model = prediction(machine, options, "".join(letters))
-        return cls(bound, machine.period_s, model, ["XYZ".index(c) for c in letters], _memory(model))
+        return cls(bound, machine.period_s, model, ["XYZ".index(c) for c in letters], memory_of(model))
 
     @property
     def centripetal(self) -> float:
@@ -245,20 +243,6 @@ class Dynamics:
 def _planned(window: Window, segments: Segments, profile: str) -> Pieces:
     """Lay out the profiles of a window's segments, to rest at its end."""
     return build(segments, joint_speeds(segments, window.speed_mm_s, 0.0, profile), profile)
-
-
-def _memory(model: ContourPrediction) -> int:
-    """Return the number of samples in which the slowest loop gives most of its answer to a pulse."""
-    longest = 1
-    for axis in model.axes:
-        before = axis.state.copy()
-        pulse = np.zeros(400)
-        pulse[0] = 1.0
-        answer = np.cumsum(np.abs(axis.run(pulse)))
-        axis.state[:] = before
-        if answer[-1] > 0.0:
-            longest = max(longest, int(np.searchsorted(answer, _MEMORY * answer[-1])))
-    return longest
 
 
 def _cut(

@@ -51,6 +51,7 @@ class PdPlusAxis:
         derivative: k_d, V s/rad.
         feedforward: τ/(K_c T), V s/rad.
         bound: What steps may use of U, V.
+        coulomb: Coulomb friction, as input, V.
         counts_per_mm: Encoder counts a unit of travel.
         counts_per_rad: K_e.
         decay, drive: w⁺ = decay · w + drive · u: the motor over a period, u held.
@@ -68,6 +69,7 @@ class PdPlusAxis:
     drive: float
     travel_speed: float
     travel_drive: float
+    coulomb: float = 0.0
 
     @classmethod
     def of(cls, values: dict[str, float], period_s: float) -> PdPlusAxis:
@@ -92,6 +94,7 @@ class PdPlusAxis:
             drive=(1.0 - decay) * kc,
             travel_speed=ke * lag,
             travel_drive=ke * kc * (period_s - lag),
+            coulomb=values["coulomb_volt"],
         )
 
     @property
@@ -115,7 +118,7 @@ class PdPlusAxis:
 def limit_reactive(
     trajectories: Iterator[Trajectory], machine: Machine, options: PlanOptions
 ) -> Iterator[Trajectory]:
-    """Return the trajectories with their steps limited; `off` and `predictive` (the planner's own) change nothing.
+    """Return the trajectories with their steps limited.
 
     Yields:
         Trajectories whose profiles are steps of constant speed, one a period. ``values["saturation"]`` counts the
@@ -125,8 +128,6 @@ def limit_reactive(
         UsageError: An axis of the machine has no `pd-plus` servo data with a `saturation_volt`.
         NoPlanError: The drives hold the axes back for good.
     """
-    if options.saturation != "reactive":
-        return trajectories
     return _limited(trajectories, Limiter(pd_plus_axes(machine, options), machine.period_s))
 
 
@@ -141,7 +142,7 @@ def pd_plus_axes(machine: Machine, options: PlanOptions) -> dict[str, PdPlusAxis
             faults.append(
                 Diagnostic(
                     "saturation-model",
-                    f"saturation reactive predicts the drive of axis {letter} with the model pd-plus and its "
+                    f"saturation {options.saturation} predicts the drive of axis {letter} with the model pd-plus and its "
                     "saturation_volt, and its servo data do not have them",
                     hint="give servo data with --axis-params, such as the profile die-bonder's",
                 )

@@ -3,6 +3,6 @@
 Method, figures and what is not proved: docs/least-time.md.
 """
 
-from cncgen.planner.optimal.planning import plan_optimal
+from cncgen.planner.optimal.planning import plan_blocks, smooth_blocks
 
-__all__ = ["plan_optimal"]
+__all__ = ["plan_blocks", "smooth_blocks"]

@@ -1,8 +1,8 @@
-"""The strategy: blocks of the toolpath become tracks, a window of tracks becomes trajectories."""
+"""The method of `optimal`: blocks of the toolpath become tracks, a window of tracks becomes trajectories."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
 
 import numpy as np
@@ -13,10 +13,10 @@ from cncgen.machine.record import Machine
 from cncgen.planner.assembly import assemble, timed, waits_of
 from cncgen.planner.optimal.ahead import ahead
 from cncgen.planner.optimal.blocks import blocks, joined
+from cncgen.planner.optimal.caps import SpeedCap
 from cncgen.planner.optimal.limits import Bounds
 from cncgen.planner.optimal.track import Track, end_derivatives, track_of
 from cncgen.planner.optimal.window import Window
-from cncgen.planner.options import PlanOptions
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Trajectory
 from cncgen.planner.smoothing import smooth
@@ -28,54 +28,69 @@ ROWS = 2048
 AHEAD = 2
 
 
-def plan_optimal(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) -> Iterator[Trajectory]:
-    """Plan the least time within the limits of every axis.
+def smooth_blocks(chunks: Iterable[Toolpath], machine: Machine) -> Iterator[tuple[Toolpath, None]]:
+    """Yield consecutive stretches of a program, smoothed within their tolerances, in blocks that have no cap."""
+    for block in blocks(smooth(chunks, machine.chord_tolerance_mm), ROWS):
+        yield block, None
+
+
+def plan_blocks(
+    source: Iterable[tuple[Toolpath, SpeedCap | None]],
+    machine: Machine,
+    effort: str,
+    contour_centripetal: float = np.inf,
+) -> Iterator[Trajectory]:
+    """Plan the least time of blocks as they are, each maybe under a cap of its speed.
 
     Args:
-        chunks: Consecutive stretches of one program; drawn in another thread.
+        source: Blocks and their caps; drawn in another thread.
         machine: Limits, period, chord tolerance.
-        options: `effort`: density of the nodes.
+        effort: Density of the nodes, as in `PlanOptions`.
+        contour_centripetal: See `Bounds.of`.
 
     Yields:
-        Trajectories, from rest to rest, as their speeds become final.
+        Trajectories, from rest to rest, as their speeds become final. A block that moves is the toolpath of its
+        trajectories, or ends it.
 
     Raises:
         NoPlanError: No motion within the limits was found.
     """
     window: Window | None = None
-    with closing(ahead(_tracks(chunks, machine, options.effort), AHEAD)) as tracks:
-        for track, last in tracks:
+    tracks = _tracks(source, lambda axes: Bounds.of(machine, axes, contour_centripetal), effort)
+    with closing(ahead(tracks, AHEAD)) as made:
+        for track, last in made:
             if isinstance(track, Toolpath):
                 yield _standing(track, window.t_s if window else 0.0)
                 continue
             if window is None:
-                window = Window(Bounds.of(machine, track.toolpath.axes))
+                window = Window(Bounds.of(machine, track.toolpath.axes, contour_centripetal))
             window.tracks.append(track)
             yield from window.advance(last)
 
 
 def _tracks(
-    chunks: Iterable[Toolpath], machine: Machine, effort: str
+    source: Iterable[tuple[Toolpath, SpeedCap | None]], bounds_of: Callable[[str], Bounds], effort: str
 ) -> Iterator[tuple[Track | Toolpath, bool]]:
     """Yield the tracks of a program and whether each is the last one; after it, maybe, a toolpath that stands still."""
-    held: tuple[Toolpath, Path] | None = None
+    held: tuple[Toolpath, Path, SpeedCap | None] | None = None
     before: NDArray[np.float64] | None = None
     still: list[Toolpath] = []
     bounds: Bounds | None = None
-    for block in blocks(smooth(chunks, machine.chord_tolerance_mm), ROWS):
+
+    for block, cap in source:
         still.append(block)
         if not _moves(block):
             continue
         toolpath = joined(still)
         still = []
         path = path_of(toolpath)
-        bounds = bounds or Bounds.of(machine, toolpath.axes)
-        if held is not None:
-            yield track_of(*held, bounds, before, end_derivatives(path)[0], effort), False
+        if held is not None and bounds is not None:
+            yield track_of(*held[:2], bounds, before, end_derivatives(path)[0], effort, held[2]), False
             before = end_derivatives(held[1])[1]
-        held = toolpath, path
+        bounds = bounds or bounds_of(toolpath.axes)
+        held = toolpath, path, cap
     if held is not None and bounds is not None:
-        yield track_of(*held, bounds, before, None, effort), True
+        yield track_of(*held[:2], bounds, before, None, effort, held[2]), True
     if still:
         yield joined(still), True
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.path import Path
+from cncgen.planner.optimal.caps import SpeedCap
 from cncgen.planner.optimal.joints import Joints, distinct, joints_of, nearest
 from cncgen.planner.optimal.limits import JUMP_SHARE, Bounds, most
 from cncgen.planner.optimal.nodes import DENSITY, place
@@ -84,7 +85,13 @@ def end_derivatives(path: Path) -> tuple[Floats, Floats]:
 
 
 def track_of(
-    toolpath: Toolpath, path: Path, bounds: Bounds, before: Floats | None, after: Floats | None, effort: str
+    toolpath: Toolpath,
+    path: Path,
+    bounds: Bounds,
+    before: Floats | None,
+    after: Floats | None,
+    effort: str,
+    cap: SpeedCap | None = None,
 ) -> Track:
     """Cut a block into intervals.
 
@@ -94,18 +101,22 @@ def track_of(
         before, after: Derivatives at the end of the block before and at the start of the next; None where the motion
             starts or ends at this block's border.
         effort: Density of the nodes.
+        cap: A largest speed along the path, beside the bounds.
     """
     feeds = Feeds.of(toolpath, path)
 
     def top_at(s: Floats, x: Floats, side: int = 1) -> tuple[Floats, NDArray[np.int8]]:
         row = path.row_of(s, side)
-        return bounds.top(feeds.speed[row], feeds.limit[row], x[1], x[2])
+        q, limit = bounds.top(feeds.speed[row], feeds.limit[row], x[1], x[2])
+        return (cap.lower(s, q) if cap else q), limit
 
     first, last = distinct(path.breakpoints(), bounds)
     sides = (path.evaluate(first, 3, -1), path.evaluate(last, 3, 1))
     top = np.minimum(top_at(first, sides[0], -1)[0], top_at(last, sides[1])[0])
     joints = joints_of(toolpath, path, bounds, first, sides, top, before, after)
     lines = _lines(path, joints)
+    if cap:
+        lines[:] = False
     s = place(path, bounds, joints, sides, lines, lambda at, x: top_at(at, x)[0], DENSITY[effort])
     n = len(s) - 1
     middle = 0.5 * (s[:-1] + s[1:])
@@ -122,10 +133,14 @@ def track_of(
     ]
     top3 = np.stack([t for t, _ in tops], axis=1)
     which = np.stack([limit for _, limit in tops], axis=1)
-    node_top = np.full(n + 1, np.inf)
-    node_top[node] = joints.speed**2
     stop, corner = np.zeros(n + 1, bool), np.zeros(n + 1, bool)
     stop[node], corner[node] = joints.stop, joints.corner
+    if cap:
+        capped = cap.on_intervals(s, stop[:-1], stop[1:])
+        which[capped < top3] = cap.limit
+        top3 = np.minimum(top3, capped)
+    node_top = np.full(n + 1, np.inf)
+    node_top[node] = joints.speed**2
     kind = np.full(n, SPLINE, np.int8)
     kind[stop[:-1]] = LEAVE
     kind[stop[1:]] = ENTER

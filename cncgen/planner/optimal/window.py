@@ -131,10 +131,9 @@ class Window:
         q = solution.q[:, 0]
         rising = np.flatnonzero(q[1:] >= q[:-1] * (1.0 + 1e-9))
         peak = int(rising[-1]) + 1 if len(rising) else 0
-        with np.errstate(divide="ignore"):
-            ramp = (self.bounds.axes.acceleration / self.bounds.axes.jerk)[
-                np.isfinite(self.bounds.axes.jerk)
-            ].max()
+        axes = self.bounds.axes
+        there = np.isfinite(axes.jerk)
+        ramp = (axes.acceleration[there] / axes.jerk[there]).max()
         s = np.concatenate([[0.0], np.cumsum(given.h)])
         return int(np.searchsorted(s, s[peak] - _RAMPS * ramp * np.sqrt(q[peak]), side="right")) - 1
 
