@@ -127,6 +127,7 @@ def advance(
     moves: cython.uint
     flags: cython.int
     moved: cython.bint
+    plane_said: cython.bint
     taken: cython.bint
     value: cython.double
     feed: cython.double
@@ -167,6 +168,7 @@ def advance(
         seen = 0
         given = -1
         distance = -1
+        plane_said = False
         moves = 0
         moved = False
         feed = levels[FEED]
@@ -185,6 +187,10 @@ def advance(
                     # A sink that prints is told of the change, so the handler has to make it.
                     taken = distance < 0
                     distance = value == 90.0
+                elif value == modes[PLANE] and modes[TAKE_COMMENTS]:
+                    # The plane in force, said again.
+                    taken = not plane_said
+                    plane_said = True
                 else:
                     taken = False
                 if not taken:

@@ -32,6 +32,21 @@ def _letter_of(c: cython.int) -> cython.int:
     return 0
 
 
+@cython.cfunc
+@cython.inline
+@cython.exceptval(check=False)
+def _is_active(initial: cython.int, length: cython.int) -> cython.bint:
+    """Tell by first letter and length whether a comment's keyword may be one that does something.
+
+    ABORT, DEBUG, PRINT, START, MSG, LOG, LOGOPEN, LOGAPPEND.
+    """
+    if length == 5:
+        return initial == 97 or initial == 100 or initial == 112 or initial == 115
+    if initial == 108:
+        return length == 3 or length == 7 or length == 9
+    return initial == 109 and length == 3
+
+
 def scan(
     text: cython.const[cython.uchar][::1],
     offset: cython.Py_ssize_t,
@@ -76,7 +91,9 @@ def scan(
     decimals: cython.int
     negative: cython.bint
     dotted: cython.bint
-    blank_comment: cython.bint
+    phase: cython.int
+    run: cython.int
+    initial: cython.int = 0
     plain: cython.bint
     mantissa: cython.ulonglong
     number: cython.double
@@ -98,30 +115,37 @@ def scan(
                 break
             if c == 40:  # (
                 i += 1
-                blank_comment = True
+                # "(MSG," and its kin: blanks, letters, blanks, a comma.
+                phase = 0
+                run = 0
                 while i < length:
                     c = cython.cast(cython.int, text[i])
                     if c == 41 or c == 40 or c == 10:
                         break
-                    if c == 44 and blank_comment:  # "(MSG," and its kin: letters, then a comma
-                        flags |= ACTIVE
-                    elif not (c == 32 or c == 9 or ((c | 32) >= 97 and (c | 32) <= 122)):
-                        blank_comment = False
+                    if phase < 3:
+                        if (c | 32) >= 97 and (c | 32) <= 122 and phase < 2:
+                            if phase == 0:
+                                initial = c | 32
+                                phase = 1
+                            run += 1
+                        elif c <= 32 or c >= 128:
+                            if phase == 1:
+                                phase = 2
+                        else:
+                            if c == 44 and phase > 0 and _is_active(initial, run):
+                                flags |= ACTIVE
+                            phase = 3
                     i += 1
+                if phase > 0 and phase < 3 and initial == 108 and run == 8:  # (LOGCLOSE)
+                    flags |= ACTIVE
                 if i >= length or text[i] != 41:
                     plain = False
                     break
                 i += 1
                 flags |= COMMENT
                 continue
-            if c == 59:  # ;
-                blank_comment = True
+            if c == 59:  # ; and what follows it is never passed on
                 while i < length and text[i] != 10:
-                    c = cython.cast(cython.int, text[i])
-                    if c == 44 and blank_comment:
-                        flags |= ACTIVE
-                    elif not (c == 32 or c == 9 or c == 59 or ((c | 32) >= 97 and (c | 32) <= 122)):
-                        blank_comment = False
                     i += 1
                 flags |= COMMENT
                 break

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cncgen.gcode import grammar
+from cncgen.gcode import comments, grammar
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow import Cursor
 from cncgen.gcode.lanes import PlainBlocks
@@ -51,7 +51,22 @@ def blocks(draw: st.DrawFn) -> str:
         letter = draw(st.sampled_from("abcdefghijklmpqrstuvwxyzABCDEFGHIJKLMPQRSTUVWXYZ"))
         parts.append(letter + draw(BLANKS) + draw(numbers()))
         if draw(st.integers(0, 5)) == 0:
-            parts.append(draw(st.sampled_from(["(note)", "(MSG, x)", "( G1 X[ )", "()"])))
+            parts.append(
+                draw(
+                    st.sampled_from(
+                        [
+                            "(note)",
+                            "(MSG, x)",
+                            "( G1 X[ )",
+                            "()",
+                            "(a, b)",
+                            "( log ,)",
+                            "(logclose)",
+                            "(\u00fc, x)",
+                        ]
+                    )
+                )
+            )
     parts.append(draw(st.sampled_from(["", "; tail (", ";"])))
     return draw(BLANKS).join(parts)
 
@@ -119,6 +134,31 @@ def test_numbers_are_the_nearest_doubles(text: str) -> None:
 def test_axis_letters_stand_before_values(text: str, letters: str) -> None:
     bits = gcode_scan.axis_letters(np.frombuffer(text.encode(), np.uint8))
     assert "".join(chr(65 + k) for k in range(26) if bits >> k & 1) == "".join(sorted(letters))
+
+
+@pytest.mark.parametrize("blank", ["", " ", "\t", "\x0b", "\u00a0"])
+def test_comments_that_do_something_are_told_from_others(blank: str) -> None:
+    """All that `comments` acts on; a comma in a remark makes nothing of it."""
+    acts = [f"{keyword}, x" for keyword in (*comments._ACTS, "START", "Msg", "print")] + [
+        "LOGCLOSE",
+        "logclose ",
+    ]
+    for text in acts:
+        ((_, _, flags),) = scanned(f"G1 X1 ({blank}{text})")
+        assert flags & gcode_scan.ACTIVE, text
+    for text in (
+        "pass 2, roughing",
+        "outer contour, pass 2",
+        "x,y",
+        ", a",
+        "",
+        "MSG",
+        "feed, speed",
+        "logclose it",
+    ):
+        ((_, _, flags),) = scanned(f"G1 X1 ({blank}{text})")
+        assert not flags & gcode_scan.ACTIVE, text
+        assert flags & gcode_scan.COMMENT
 
 
 def uncompiled(name: str) -> ModuleType:

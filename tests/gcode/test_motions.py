@@ -100,6 +100,8 @@ def motion_lines(draw: st.DrawFn) -> str:
         ]
     if draw(st.integers(0, 4)) == 0:
         words.append("F" + draw(decimal(0, 500)))
+    if draw(st.integers(0, 4)) == 0:
+        words.insert(0, draw(st.sampled_from(["G17 ", "G18 ", "G90 G17 ", "G17 G17 ", "G91 G19 "])))
     return " ".join(words) + draw(st.sampled_from(["", " (remark)", " ; tail"]))
 
 
