@@ -2,32 +2,40 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import click
 
 from cncgen.cli import messages
 from cncgen.cli.messages import write_summary
-from cncgen.cli.options import format_option, message_options, output_option, summary_option
+from cncgen.cli.options import (
+    format_option,
+    message_options,
+    output_option,
+    planning_options,
+    program_options,
+    summary_option,
+)
+from cncgen.cli.simulate import SETPOINT_SUFFIXES
+
+if TYPE_CHECKING:
+    from cncgen.servo.reserve import Reserved
 
 
 @click.command("compensate")
-@click.argument("setpoints", metavar="[SETPOINTS]", default="-")
-@click.option(
-    "--axis-params",
-    metavar="NAME|FILE",
-    required=True,
-    help="Servo data of the axes: a profile or a TOML file.",
-)
+@click.argument("source", metavar="[SETPOINTS|PROGRAM]", default="-")
 @click.option(
     "-m",
     "--machine",
     metavar="NAME|FILE",
-    help="Limits that the command must keep [default: those of --axis-params, if it has any].",
+    help="Machine whose limits the command must keep, and that a program is planned for "
+    "[default: that of --axis-params, if it has limits].",
 )
 @click.option(
     "--passes",
     metavar="N",
     type=click.IntRange(1, 20),
-    default=2,
+    default=1,
     show_default=True,
     help="How many times the remaining error is added.",
 )
@@ -45,10 +53,11 @@ from cncgen.cli.options import format_option, message_options, output_option, su
 @format_option
 @output_option
 @summary_option
+@planning_options
+@program_options
 @message_options
 def command(
-    setpoints: str,
-    axis_params: str,
+    source: str,
     machine: str | None,
     passes: int,
     limits: bool,
@@ -56,33 +65,111 @@ def command(
     format: str | None,
     output: str | None,
     summary: str | None,
+    planning: dict[str, Any],
+    reading: dict[str, Any],
 ) -> None:
     """Shape setpoints so that the axes, as the model knows them, follow the wanted motion.
 
-    Writes the command to send to the machine and says what it gains. A command that would break a limit which the
-    setpoints keep is refused with the place and the figure (exit 3), and nothing is written.
+    Writes the command to send to the machine and says what it gains. A command that would break a limit which the setpoints
+    keep is refused with the place and the figure (exit 3), and nothing is written. A PROGRAM is planned first, with as
+    much room under the machine's limits as its command needs.
     """
+    if machine is None and planning["axis_params"] is None:
+        raise click.UsageError("give the servo data: -m MACHINE, or --axis-params NAME|FILE")
+    if source == "-" or source.lower().endswith(SETPOINT_SUFFIXES):
+        gained = _of_setpoints(
+            source, machine, planning["axis_params"], passes, limits, settle, format, output
+        )
+    elif machine is None:
+        raise click.UsageError("a program is planned for a machine: give it with -m")
+    elif not limits:
+        raise click.UsageError(
+            "plan the program first where no limits are to be kept, and give its setpoints"
+        )
+    else:
+        gained = _of_program(source, machine, planning, reading, passes, settle, format, output)
+    before, after = gained["before"], gained["after"]
+    messages.note(
+        f"contour error max {1e3 * before['contour_max_mm']:.3f} -> {1e3 * after['contour_max_mm']:.3f} µm, rms"
+        f" {1e3 * before['contour_rms_mm']:.3f} -> {1e3 * after['contour_rms_mm']:.3f} µm; tracking error max"
+        f" {1e3 * before['tracking_max_mm']:.3f} -> {1e3 * after['tracking_max_mm']:.3f} µm"
+    )
+    if after["contour_max_mm"] > before["contour_max_mm"]:
+        messages.note("the command makes it worse: use fewer passes, or a plan with lower jerk")
+    write_summary(summary, {"schema_version": 1, "setpoints": source, **gained})
+
+
+def _of_setpoints(
+    source: str,
+    machine: str | None,
+    axis_params: str | None,
+    passes: int,
+    limits: bool,
+    settle: float,
+    format: str | None,
+    output: str | None,
+) -> dict[str, Any]:
     from cncgen.cli.writing import write_setpoints
     from cncgen.machine import load_servos
     from cncgen.servo.mirror import Compensation, limits_of
     from cncgen.setpoints.readers import open_setpoints
 
-    bounds = limits_of(machine or axis_params, required=machine is not None) if limits else None
+    servos = axis_params or machine or ""
+    bounds = limits_of(machine or servos, required=machine is not None) if limits else None
     if limits and bounds is None:
-        messages.note(f"{axis_params} has no limits: none are checked; give the machine with -m")
-    with open_setpoints(setpoints) as stream:
-        work = Compensation(
-            stream.chunks, load_servos(axis_params), passes=passes, limits=bounds, settle_s=settle
-        )
+        messages.note(f"{servos} has no limits: none are checked; give the machine with -m")
+    with open_setpoints(source) as stream:
+        work = Compensation(stream.chunks, load_servos(servos), passes=passes, limits=bounds, settle_s=settle)
         rows = write_setpoints(work.chunks(), output, format)
-    gained = work.gained()
-    before, after = gained["before"], gained["after"]
-    messages.note(
-        f"{rows} setpoints after {passes} passes: contour error max {1e3 * before['contour_max_mm']:.3f} ->"
-        f" {1e3 * after['contour_max_mm']:.3f} µm, rms {1e3 * before['contour_rms_mm']:.3f} ->"
-        f" {1e3 * after['contour_rms_mm']:.3f} µm; tracking error max {1e3 * before['tracking_max_mm']:.3f} ->"
-        f" {1e3 * after['tracking_max_mm']:.3f} µm"
+    messages.note(f"{rows} setpoints after {passes} {'pass' if passes == 1 else 'passes'}")
+    return work.gained()
+
+
+def _of_program(
+    source: str,
+    machine: str,
+    planning: dict[str, Any],
+    reading: dict[str, Any],
+    passes: int,
+    settle: float,
+    format: str | None,
+    output: str | None,
+) -> dict[str, Any]:
+    from cncgen import pipeline
+    from cncgen.cli.reading import opened, plan_options
+    from cncgen.cli.writing import write_setpoints
+    from cncgen.servo.reserve import compensated_plan
+
+    where = pipeline.machine_of(machine)
+    servos = pipeline.servos_of(planning["axis_params"] or machine)
+    with opened(source, reading, planning["path_tolerance"]) as read:
+        toolpaths = list(pipeline.sound(read))
+        found = compensated_plan(
+            toolpaths, where, servos, axes=pipeline.output_axes(read), options=plan_options(planning),
+            passes=passes, settle_s=settle,
+        )  # fmt: skip
+    rows = write_setpoints(iter(found.command), output, format)
+    messages.note(f"{rows} setpoints after {passes} {'pass' if passes == 1 else 'passes'}{_room_text(found)}")
+    shares = {
+        k.lower(): dict(zip(("velocity", "acceleration", "jerk"), v, strict=True))
+        for k, v in found.shares.items()
+    }
+    return {**found.gained, "time_s": found.time_s, "full_time_s": found.full_time_s, "limit_shares": shares}
+
+
+def _room_text(found: Reserved) -> str:
+    """Say what the plan left room for, if it had to."""
+    names = ("velocity", "acceleration", "jerk")
+    lowered = [
+        f"{letter} {name} {share:.2f}"
+        for letter, shares in found.shares.items()
+        for name, share in zip(names, shares, strict=True)
+        if share < 1.0
+    ]
+    if not lowered:
+        return ""
+    before = 1e3 * found.gained["full_before"]["contour_max_mm"]
+    return (
+        f"; planned with these shares of the limits, to leave room: {', '.join(lowered)}: {found.time_s:.3f} s instead of"
+        f" {found.full_time_s:.3f} s, where the contour error was at most {before:.3f} µm"
     )
-    if after["contour_max_mm"] > before["contour_max_mm"]:
-        messages.note("the command makes it worse: use fewer passes, or a plan with lower jerk")
-    write_summary(summary, {"schema_version": 1, "setpoints": setpoints, **gained})

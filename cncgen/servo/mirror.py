@@ -30,6 +30,9 @@ Floats = NDArray[np.float64]
 #: A limit counts as broken beyond this share of it.
 SLACK = 1e-6
 _NAMES = ("velocity", "acceleration", "jerk")
+LIMIT_KEYS = ("max_velocity", "max_acceleration", "max_jerk")
+#: Share of what a limit's ratio leaves that a plan with a reserve takes: the correction is not quite in proportion.
+ROOM = 0.97
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +117,8 @@ class Compensation:
         """Yield the command for the machine.
 
         Raises:
-            NoPlanError: The command breaks a limit that the wanted motion keeps (``compensate-limit``).
+            NoPlanError: The command breaks limits that the wanted motion keeps (``compensate-limit``, one diagnostic for
+                each, with ``ratio``: by how much the worst place exceeds it). What came before is yielded.
             UsageError: As `cncgen.servo.simulate`.
         """
 
@@ -128,7 +132,10 @@ class Compensation:
         watch = _LimitWatch(self._limits)
         for rows in _watched(stage, self._after):
             watch.check(rows)
-            yield Setpoints(rows.head.axes, rows.head.period_s, rows.head.first, rows.command)
+            # Nothing is handed on once a limit is broken; the rest is looked at to name the worst.
+            if not watch.broken:
+                yield Setpoints(rows.head.axes, rows.head.period_s, rows.head.first, rows.command)
+        watch.refuse()
 
     def gained(self) -> dict[str, Any]:
         """Return errors before and after, after `chunks` is drawn to its end."""
@@ -194,19 +201,32 @@ def _watched(stage: Iterator[_Rows], errors: Errors) -> Iterator[_Rows]:
         yield rows
 
 
+@dataclass(frozen=True, slots=True)
+class Break:
+    """The worst place where a command breaks a limit: value and limit in inside units, order 0 for travel."""
+
+    letter: str
+    order: int
+    value: float
+    limit: float
+    time_s: float
+
+    @property
+    def ratio(self) -> float:
+        """Return how many times the limit the value is; inf for travel."""
+        return abs(self.value / self.limit) if self.order else np.inf
+
+
 class _LimitWatch:
-    """Finite differences of command and wanted motion, over chunk borders; raises where the command breaks a limit."""
+    """Finite differences of command and wanted motion, over chunk borders; gathers where the command breaks a limit."""
 
     def __init__(self, limits: Mapping[str, Axis]) -> None:
         self._limits = limits
         self._tail: tuple[Floats, Floats] | None = None
+        self.broken: dict[tuple[str, int], Break] = {}
 
     def check(self, rows: _Rows) -> None:
-        """Check rows.
-
-        Raises:
-            NoPlanError: See `Compensation.chunks`.
-        """
+        """Check rows."""
         if not self._limits:
             return
         command, wanted = rows.command, rows.wanted
@@ -217,34 +237,56 @@ class _LimitWatch:
         first = rows.head.first - 3
         for i, letter in enumerate(rows.head.axes):
             if letter in self._limits:
-                _check_axis(self._limits[letter], command[:, i], wanted[:, i], rows.head.period_s, first)
+                for found in _breaks(
+                    self._limits[letter], command[:, i], wanted[:, i], rows.head.period_s, first
+                ):
+                    before = self.broken.get((letter, found.order))
+                    if before is None or abs(found.value) > abs(before.value):
+                        self.broken[letter, found.order] = found
+
+    def refuse(self) -> None:
+        """Raise what was gathered.
+
+        Raises:
+            NoPlanError: See `Compensation.chunks`.
+        """
+        if self.broken:
+            raise NoPlanError([_diagnostic(found) for found in self.broken.values()])
 
 
-def _check_axis(axis: Axis, command: Floats, wanted: Floats, period_s: float, first: int) -> None:
+def _breaks(axis: Axis, command: Floats, wanted: Floats, period_s: float, first: int) -> Iterator[Break]:
+    """Yield the worst place of each limit that a stretch of one axis breaks."""
     limits = (axis.max_velocity, axis.max_acceleration, axis.max_jerk)
-    for order, (name, limit) in enumerate(zip(_NAMES, limits, strict=True), start=1):
+    for order, limit in enumerate(limits, start=1):
         size, before = (np.abs(np.diff(part, order)) / period_s**order for part in (command, wanted))
-        broken = size > np.maximum(limit, before.max(initial=0.0)) * (1.0 + SLACK)
-        if broken.any():
+        if len(size) and size.max() > max(limit, before.max()) * (1.0 + SLACK):
             k = int(size.argmax())
-            _refuse(axis.letter, name, order, float(size[k]), limit, (first + k) * period_s)
+            yield Break(axis.letter, order, float(size[k]), limit, (first + k) * period_s)
     if axis.travel is not None:
         low, high = axis.travel
-        outside = np.flatnonzero((command < low) | (command > high))
-        if len(outside):
-            k = int(outside[0])
-            _refuse(axis.letter, "travel", 0, float(command[k]), high, (first + k) * period_s)
+        beyond = np.maximum(low - command, command - high)
+        k = int(beyond.argmax())
+        if beyond[k] > max(0.0, float(np.maximum(low - wanted, wanted - high).max())):
+            yield Break(
+                axis.letter, 0, float(command[k]), low if command[k] < low else high, (first + k) * period_s
+            )
 
 
-def _refuse(letter: str, name: str, order: int, value: float, limit: float, time_s: float) -> None:
-    unit = file_unit(letter) + ("/s" + ("", "²", "³")[order - 1] if order else "")
-    factor = to_file(letter)
-    raise NoPlanError(
-        Diagnostic(
-            "compensate-limit",
-            f"axis {letter}: the compensated command needs a {name} of {value * factor:.6g} {unit} at {time_s:.3f} s,"
-            f" and the limit is {limit * factor:.6g}",
-            hint="plan with lower limits, so that there is room for the correction, or use fewer passes",
-            values={"axis": letter, "limit": name, "value": value * factor, "t_s": time_s},
+def _diagnostic(found: Break) -> Diagnostic:
+    name = ("travel", *_NAMES)[found.order]
+    unit = file_unit(found.letter) + ("/s" + ("", "²", "³")[found.order - 1] if found.order else "")
+    factor = to_file(found.letter)
+    values = {"axis": found.letter, "limit": name, "value": found.value * factor, "t_s": found.time_s}
+    if not found.order:
+        message = f"reaches {found.value * factor:.6g} {unit} at {found.time_s:.3f} s, beyond {found.limit * factor:.6g}"
+        return Diagnostic(
+            "compensate-limit", f"axis {found.letter}: the compensated command {message}", values=values
         )
+    return Diagnostic(
+        "compensate-limit",
+        f"axis {found.letter}: the compensated command needs {found.value * factor:.6g} {unit} of {name} at"
+        f" {found.time_s:.3f} s, {found.ratio:.2f} times the limit {found.limit * factor:.6g}",
+        hint=f"plan with {LIMIT_KEYS[found.order - 1]} of {found.letter} at {ROOM / found.ratio:.2g} of the limit, so that"
+        " there is room for the correction (cncgen compensate PROGRAM -m MACHINE does so by itself), or use fewer passes",
+        values={**values, "ratio": found.ratio},
     )

@@ -2,6 +2,8 @@
 
 import json
 
+import numpy as np
+
 from cncgen.cli.app import run
 
 
@@ -48,6 +50,25 @@ def test_compensate_writes_a_better_command_or_refuses(tmp_path, programs, capfd
     )
     assert code == 0
     assert json.loads(summary.read_text())["contour_max_ratio"] > 5.0
+
+
+def test_compensate_plans_a_program_with_the_room_that_its_command_needs(tmp_path, programs, capfd):
+    """The command's own finite differences keep the limits, and the error falls by more than ten times."""
+    program = programs / "butterfly.nc"  # at 7000 mm/min
+    command, summary = tmp_path / "command.csv", tmp_path / "gain.json"
+    arguments = ["compensate", str(program), "-m", "xy-table", "-o", str(command), "--summary", str(summary)]
+    assert run(arguments) == 0
+    assert "to leave room: X jerk" in capfd.readouterr().err
+    gained = json.loads(summary.read_text())
+    assert gained["contour_max_ratio"] >= 10.0
+    assert gained["full_before"]["contour_max_mm"] >= 10.0 * gained["after"]["contour_max_mm"]
+    assert gained["time_s"] > gained["full_time_s"]
+    rows = np.loadtxt(command, delimiter=",", skiprows=1)[:, 1:]
+    padded = np.concatenate([np.repeat(rows[:1], 3, axis=0), rows, np.repeat(rows[-1:], 3, axis=0)])
+    for order, limit in ((1, 250.0), (2, 2450.0), (3, 50000.0)):
+        assert np.abs(np.diff(padded, order, axis=0)).max() / 0.001**order <= limit * 1.001
+    assert run(["compensate", str(program), "-o", str(command)]) == 2
+    assert run(["compensate", str(program), "--axis-params", "xy-table", "-o", str(command)]) == 2
 
 
 def test_tune_writes_servo_tables(tmp_path, capfd):
@@ -138,5 +159,8 @@ def test_a_flexible_stage_is_designed_by_h_infinity_and_simulated(tmp_path, capf
     assert run([*simulate, "-o", str(tmp_path / "r.csv"), "--summary", str(compared)]) == 0
     assert json.loads(compared.read_text())["axes"]["x"] == designed
     capfd.readouterr()
-    assert run(["tune", "-m", "flexure-stage", "--controller", "h-infinity", "--bandwidth", "8", "-o", table]) == 3
+    assert (
+        run(["tune", "-m", "flexure-stage", "--controller", "h-infinity", "--bandwidth", "8", "-o", table])
+        == 3
+    )
     assert "tune-bounds" in capfd.readouterr().err

@@ -238,7 +238,9 @@ def test_what_cannot_be_joined_is_said():
         close_loop(plants.integrator(), pi_p_feedforward(1, 1, 1, 1, 1), T)
     with pytest.raises(ValueError, match="dead time"):
         close_loop(
-            plants.transfer_function([1.0], [1.0, 1.0, 0.0], 0.5 * T).with_imperfections(coulomb=1.0), p(1.0), T
+            plants.transfer_function([1.0], [1.0, 1.0, 0.0], 0.5 * T).with_imperfections(coulomb=1.0),
+            p(1.0),
+            T,
         )
     with pytest.raises(ValueError, match="lower degree"):
         plants.transfer_function([1.0, 1.0], [1.0, 2.0])
