@@ -346,7 +346,7 @@ def _of_the_tool(ip: Interpreter, block: Block, name: str) -> tuple[float, int]:
 
 def turn_off(ip: Interpreter, block: Block) -> None:
     """G40."""
-    leaves = ip.state.compensation != 40
+    leaves = isinstance(ip.sink, CompensatedSink) and ip.sink.centre.moved
     end(ip)
     ip.sink.call('COMMENT("interpreter: cutter radius compensation off")')
     if leaves and not _check_leaving(ip, block):

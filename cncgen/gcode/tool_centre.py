@@ -211,6 +211,11 @@ class ToolCentre:
             curve.centre = None if curve.centre is None else curve.centre * factor
             curve.radius *= factor
 
+    @property
+    def moved(self) -> bool:
+        """Whether a move was offset already."""
+        return self._curve is not None
+
     def waiting(self) -> list[Piece]:
         """Return the moves that wait."""
         return [item for item in self._queue if isinstance(item, Piece)]
