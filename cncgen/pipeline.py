@@ -319,7 +319,13 @@ def verify(
     from cncgen import verify as judge
 
     toolpaths: Iterable[Toolpath] = sound(program)
-    return judge.verify(setpoints, toolpaths, machine_of(machine), tolerance_mm=tolerance_mm)
+    return judge.verify(
+        setpoints,
+        toolpaths,
+        machine_of(machine),
+        tolerance_mm=tolerance_mm,
+        named=program.moving_axes or None,
+    )
 
 
 def report_page(

@@ -60,7 +60,9 @@ def command(
 
     with (
         opened(program, reading) as read,
-        open_setpoints(setpoints, format=format, axes=axes or read.moving_axes, period_s=period) as stream,
+        open_setpoints(
+            setpoints, format=format, axes=axes, unnamed_axes=read.moving_axes, period_s=period
+        ) as stream,
     ):
         verdict = pipeline.verify(stream, read, machine, tolerance_mm=path_tolerance)
     if report:

@@ -149,7 +149,9 @@ def machine_from_toml(content: bytes, name: str) -> Machine:
     numbers = {key: _positive(file, table, key, key) for key in TOP_NUMBERS if key in table}
     period = numbers.get("period_s")
     if period is not None and period < SHORTEST_PERIOD_S:
-        message = f"period_s: {period:g} s is shorter than {SHORTEST_PERIOD_S:g} s, less than any drive is fed at"
+        message = (
+            f"period_s: {period:g} s is shorter than {SHORTEST_PERIOD_S:g} s, less than any drive is fed at"
+        )
         file.fault("machine-value", "period_s", message, "a millisecond is 0.001", value=str(period))
     axes = _axes(file, table)
     given = table.get("name", name)

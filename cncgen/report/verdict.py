@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import groupby
 
+from cncgen.diagnostics import Severity
 from cncgen.units import file_unit
 from cncgen.verify.verdict import ORDERS, Verdict
 
@@ -23,6 +24,7 @@ def as_text(verdict: Verdict) -> str:
         f"distance: setpoints to path {1000 * verdict.setpoints_to_path_mm:.3f} µm, "
         f"path to setpoints {1000 * verdict.path_to_setpoints_mm:.3f} µm"
     )
-    broken = sorted({item.code.removeprefix("verify-") for item in verdict.breaches})
+    errors = (item for item in verdict.breaches if item.severity == Severity.ERROR)
+    broken = sorted({item.code.removeprefix("verify-") for item in errors})
     lines.append(f"broken: {', '.join(broken) or 'none'}")
     return "\n".join(lines)

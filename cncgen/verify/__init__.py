@@ -15,8 +15,9 @@ from cncgen.machine.record import Machine
 from cncgen.setpoints.columns import file_units
 from cncgen.setpoints.stream import SetpointStream
 from cncgen.toolpath.record import Toolpath
+from cncgen.units import file_unit
 from cncgen.verify.distance import Distances, path_to_setpoints, setpoints_to_path
-from cncgen.verify.flatten import Polyline, flatten
+from cncgen.verify.flatten import Floats, Polyline, flatten
 from cncgen.verify.limits import judge_limits
 from cncgen.verify.verdict import Peak, Verdict, breach
 
@@ -29,6 +30,7 @@ def verify(
     machine: Machine,
     *,
     tolerance_mm: float | None = None,
+    named: str | None = None,
 ) -> Verdict:
     """Judge setpoints against a program and a machine.
 
@@ -37,6 +39,8 @@ def verify(
         toolpaths: The program, as it is read.
         machine: Limits, travel, tolerances.
         tolerance_mm: Tolerance of every continuous motion, over what the program says.
+        named: Axes that the program names; None: all of its toolpath's. Where another one stands is not known: it has
+            to stand still.
 
     Returns:
         Peaks of each axis and both distances, with a diagnostic for each limit that is broken.
@@ -53,7 +57,7 @@ def verify(
     given = setpoints.collect()
     axes, position = given.axes, file_units(given.position, given.axes)
     breaches = _missing_axes(path, axes)
-    shared = [letter for letter in path.axes if letter in axes]
+    shared = [letter for letter in path.axes if letter in axes and letter in (named or path.axes)]
     if not shared:
         raise UsageError(
             Diagnostic(
@@ -61,6 +65,7 @@ def verify(
             )
         )
     points = np.ascontiguousarray(position[:, [axes.index(letter) for letter in shared]])
+    _moving_unasked(position, axes, shared, machine, breaches)
     there = _restricted(path, [path.axes.index(letter) for letter in shared])
     out, back = setpoints_to_path(points, there), path_to_setpoints(points, there)
     lines = there.line[out.segment]
@@ -88,6 +93,17 @@ def _missing_axes(path: Polyline, axes: str) -> Diagnostics:
                 )
             )
     return found
+
+
+def _moving_unasked(
+    position: Floats, axes: str, shared: list[str], machine: Machine, breaches: Diagnostics
+) -> None:
+    """Name the axes that the setpoints move and the program does not name."""
+    for column, letter in enumerate(axes):
+        travelled = float(np.ptp(position[:, column]))
+        if letter not in shared and travelled > machine.chord_tolerance_mm:
+            message = f"axis {letter} moves by {travelled:.6f} {file_unit(letter)}, and the program does not name it"
+            breaches.add(breach("axis", message, axis=letter, value=travelled))
 
 
 def _restricted(path: Polyline, columns: list[int]) -> Polyline:

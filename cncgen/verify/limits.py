@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.diagnostics import Diagnostics
+from cncgen.diagnostics import Diagnostics, Severity
 from cncgen.machine.record import Axis, Machine
 from cncgen.units import file_unit, to_file
 from cncgen.verify.verdict import ORDERS, Peak, breach
@@ -67,7 +69,8 @@ def _differences(
         worst = int(np.argmax(size))
         # Row `r` of a k-th difference spans samples r - 3 to r - 3 + k of the stream; its middle is the place.
         sample = int(np.clip(worst - 3 + (k + 1) // 2, 0, len(x) - 1))
-        over = size > limit * MARGIN + 2.0**k * ROUNDING / period_s**k
+        rounding = 2.0**k * ROUNDING / period_s**k
+        over = size > limit * MARGIN + rounding
         peak = Peak(
             axis.letter,
             order,
@@ -78,6 +81,12 @@ def _differences(
             int(over.sum()),
         )
         peaks.append(peak)
+        if rounding > limit:
+            message = (
+                f"axis {axis.letter}: {order} is not judged: rounding positions to nine decimals alone makes up to "
+                f"{rounding:.3g} {unit}/s{_SUPERSCRIPT[power]} of it at this period"
+            )
+            breaches.add(replace(breach("rounding", message, axis=axis.letter), severity=Severity.NOTE))
         if peak.broken:
             breaches.add(
                 breach(

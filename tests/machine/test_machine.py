@@ -89,6 +89,14 @@ servo = 1
     ]
 
 
+def test_a_period_too_short_and_a_table_known_by_its_children() -> None:
+    limits = "max_velocity_mm_s = 1\nmax_acceleration_mm_s2 = 1\nmax_jerk_mm_s3 = 1\n"
+    assert faults_of(f"period_s = 1e-7\n[axes.x]\n{limits}[axis.y]\n") == [
+        ("machine-value", "period_s", 1),
+        ("machine-key", "axis", 6),
+    ]
+
+
 @pytest.mark.parametrize(
     ("text", "code"),
     [

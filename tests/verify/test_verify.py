@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cncgen.diagnostics import ProgramError, UsageError
+from cncgen.diagnostics import ProgramError, Severity, UsageError
 from cncgen.geometry.tables import ArcTable, NurbsTable
 from cncgen.kernels import nearest_ahead
 from cncgen.machine import Machine
@@ -355,3 +355,20 @@ def test_blocks_do_not_change_what_is_found(monkeypatch: pytest.MonkeyPatch) -> 
         assert one.largest == pytest.approx(other.largest, abs=1e-12)
         assert (one.worst_place, one.over) == (other.worst_place, other.over)
         np.testing.assert_array_equal(one.segment, other.segment)
+
+
+def test_what_rounding_hides_is_said() -> None:
+    """At 1 µs half a unit of the ninth decimal makes 8 · 0.5e-9 / 1e-18 = 4e9 mm/s³ of a third difference."""
+    x = make.smooth(0.1, 0.04, 1e-6)
+    position = np.column_stack([np.round(x, 9), np.zeros((len(x), 2))])
+    verdict = verify(
+        make.stream(position, period_s=1e-6), [make.polyline([0, 0, 0], [0.1, 0, 0])], make.machine()
+    )
+    notes = [item for item in verdict.breaches if item.severity == Severity.NOTE]
+    assert {item.code for item in notes} == {"verify-rounding"}
+    acceleration, jerk = (item.message for item in notes if item.values["axis"] == "X")
+    assert "acceleration is not judged" in acceleration
+    assert "2e+03 mm/s²" in acceleration
+    assert "jerk is not judged" in jerk
+    assert "4e+09 mm/s³" in jerk
+    assert verdict.holds

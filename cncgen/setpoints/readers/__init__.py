@@ -23,6 +23,9 @@ __all__ = ["SetpointStream", "open_setpoints"]
 #: What the formats with a signature begin with.
 _SIGNATURES = ((b"\x93NUMPY", "npy"), (b"PK\x03\x04", "npz"), (b"ARROW1", "arrow"), (b"{", "jsonl"))
 
+#: Formats whose files always name their axes.
+_NAMED = ("csv", "jsonl", "npz", "arrow")
+
 
 @contextmanager
 def open_setpoints(
@@ -30,6 +33,7 @@ def open_setpoints(
     *,
     format: str | None = None,
     axes: str | None = None,
+    unnamed_axes: str | None = None,
     period_s: float | None = None,
 ) -> Iterator[SetpointStream]:
     """Open a setpoint file, or standard input for ``-``, for the length of a with block.
@@ -37,8 +41,9 @@ def open_setpoints(
     Args:
         path: The file.
         format: One of the formats of `cncgen plan`; None: by the file's first bytes and its suffix, else csv.
-        axes: Letters of the columns, where the format does not name them (npy and f64: columns after the time;
-            hal: all columns).
+        axes: Letters of the columns that are wanted, of those that the file names; what its columns are where it does
+            not name them (npy and f64: columns after the time; hal: all columns). None: all.
+        unnamed_axes: What they are where neither the file nor `axes` says.
         period_s: Time between rows; None: as the file's times say. Needed for hal.
 
     Raises:
@@ -53,7 +58,8 @@ def open_setpoints(
                 Diagnostic("option-value", f"format {kind!r} is not one of {', '.join(FORMATS)}")
             )
         module = importlib.import_module(f"cncgen.setpoints.readers.{kind}")
-        blocks: Iterator[Block] = module.blocks(file, name, axes, period_s)
+        letters = axes or (None if kind in _NAMED else unnamed_axes) or None
+        blocks: Iterator[Block] = module.blocks(file, name, letters, period_s)
         yield stream_of(blocks, name, period_s)
 
 
