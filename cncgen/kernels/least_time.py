@@ -120,7 +120,7 @@ def _gather(
 
     Slacks are raised to the value g of their constraint where that is larger. Where `mu` is positive, the rows are set
     up: slacks to g, r at least, multipliers on the central path. `dual` becomes the residual ∇F − Σ λ ∇g, ``out[0]``
-    the largest (w − g) / r, how far a constraint is broken as a part of its limit, and ``out[1]`` the gap Σ λ w.
+    the largest −g / r, how far a constraint is broken as a part of its limit, and ``out[1]`` the gap Σ λ w.
     With ∇r = p, the gradients of a row's two constraints are p ∓ A.
     """
     i: cython.Py_ssize_t
@@ -141,6 +141,12 @@ def _gather(
     m11: cython.double
     m12: cython.double
     m22: cython.double
+    d0: cython.double
+    d1: cython.double
+    d2: cython.double
+    r0: cython.double
+    r1: cython.double
+    r2: cython.double
     value: cython.double
     r: cython.double
     slope: cython.double
@@ -165,6 +171,7 @@ def _gather(
         c1 = c[k + 1]
         c2 = c[k + 2]
         m00 = m01 = m02 = m11 = m12 = m22 = 0.0
+        d0 = d1 = d2 = r0 = r1 = r2 = 0.0
         for i in range(offset[k], offset[k + 1]):
             a0 = rows[i, 0]
             a1 = rows[i, 1]
@@ -203,14 +210,11 @@ def _gather(
             inverse = 1.0 / (w0 * w1)
             s0 = y0 * w1 * inverse
             s1 = y1 * w0 * inverse
-            t0 = w0 - r + value
-            t1 = w1 - r - value
-            if t0 > worst * r:
-                worst = t0 / r
-            if kind[i] > 0 and t1 > worst * r:
-                worst = t1 / r
-            t0 *= s0
-            t1 *= s1
+            t0 = value if kind[i] == 0 else fabs(value)
+            if t0 - r > worst * r:
+                worst = t0 / r - 1.0
+            t0 = s0 * (w0 - r + value)
+            t1 = s1 * (w1 - r - value)
             more = s0 + s1
             m00 += more * a0 * a0
             m01 += more * a0 * a1
@@ -218,30 +222,35 @@ def _gather(
             m11 += more * a1 * a1
             m12 += more * a1 * a2
             m22 += more * a2 * a2
+            s0 = s1 - s0
             less = y1 - y0
-            dual[k] -= less * a0
-            dual[k + 1] -= less * a1
-            dual[k + 2] -= less * a2
-            less = t1 - t0
-            right[k] += less * a0
-            right[k + 1] += less * a1
-            right[k + 2] += less * a2
-            if kind[i] > 1:
-                less = s1 - s0
-                m00 += p0 * (more * p0 + 2.0 * less * a0)
-                m01 += p0 * (more * p1 + less * a1) + less * p1 * a0
-                m02 += p0 * (more * p2 + less * a2) + less * p2 * a0
-                m11 += p1 * (more * p1 + 2.0 * less * a1)
-                m12 += p1 * (more * p2 + less * a2) + less * p2 * a1
-                m22 += p2 * (more * p2 + 2.0 * less * a2)
-                more = y0 + y1
-                dual[k] -= more * p0
-                dual[k + 1] -= more * p1
-                dual[k + 2] -= more * p2
-                more = t0 + t1
-                right[k] += more * p0
-                right[k + 1] += more * p1
-                right[k + 2] += more * p2
+            y0 = y0 + y1
+            t1 = t1 - t0
+            t0 = t1 + 2.0 * t0
+            if kind[i] == 2:
+                m00 += p0 * (more * p0 + 2.0 * s0 * a0)
+                m01 += p0 * (more * p1 + s0 * a1) + s0 * p1 * a0
+                m02 += p0 * s0 * a2
+                m11 += p1 * (more * p1 + 2.0 * s0 * a1)
+                m12 += p1 * s0 * a2
+            elif kind[i] == 3:
+                m01 += s0 * p1 * a0
+                m02 += s0 * p2 * a0
+                m11 += p1 * (more * p1 + 2.0 * s0 * a1)
+                m12 += p1 * (more * p2 + s0 * a2) + s0 * p2 * a1
+                m22 += p2 * (more * p2 + 2.0 * s0 * a2)
+            d0 += less * a0 + y0 * p0
+            d1 += less * a1 + y0 * p1
+            d2 += less * a2 + y0 * p2
+            r0 += t1 * a0 + t0 * p0
+            r1 += t1 * a1 + t0 * p1
+            r2 += t1 * a2 + t0 * p2
+        dual[k] -= d0
+        dual[k + 1] -= d1
+        dual[k + 2] -= d2
+        right[k] += r0
+        right[k + 1] += r1
+        right[k + 2] += r2
         band[k, 0] += m00
         band[k, 1] += m01
         band[k, 2] += m02
@@ -347,6 +356,12 @@ def _predict(
     z1: cython.double
     u0: cython.double
     u1: cython.double
+    g0: cython.double
+    g1: cython.double
+    g2: cython.double
+    h0: cython.double
+    h1: cython.double
+    h2: cython.double
     primal: cython.double = 0.0
     dual: cython.double = 0.0
     sum0: cython.double = 0.0
@@ -357,6 +372,7 @@ def _predict(
         centre[k] = 0.0
         second[k] = 0.0
     for k in range(n):
+        g0 = g1 = g2 = h0 = h1 = h2 = 0.0
         for i in range(offset[k], offset[k + 1]):
             a0 = rows[i, 0]
             a1 = rows[i, 1]
@@ -408,19 +424,20 @@ def _predict(
                 u1 = -dw * z1
             else:
                 u1 = z1 = 0.0
-            second[k] += (u1 - u0) * a0
-            second[k + 1] += (u1 - u0) * a1
-            second[k + 2] += (u1 - u0) * a2
-            centre[k] += (z1 - z0) * a0
-            centre[k + 1] += (z1 - z0) * a1
-            centre[k + 2] += (z1 - z0) * a2
-            if kind[i] > 1:
-                second[k] += (u0 + u1) * p0
-                second[k + 1] += (u0 + u1) * p1
-                second[k + 2] += (u0 + u1) * p2
-                centre[k] += (z0 + z1) * p0
-                centre[k + 1] += (z0 + z1) * p1
-                centre[k + 2] += (z0 + z1) * p2
+            u0, u1 = u0 + u1, u1 - u0
+            z0, z1 = z0 + z1, z1 - z0
+            g0 += u1 * a0 + u0 * p0
+            g1 += u1 * a1 + u0 * p1
+            g2 += u1 * a2 + u0 * p2
+            h0 += z1 * a0 + z0 * p0
+            h1 += z1 * a1 + z0 * p1
+            h2 += z1 * a2 + z0 * p2
+        second[k] += g0
+        second[k + 1] += g1
+        second[k + 2] += g2
+        centre[k] += h0
+        centre[k + 1] += h1
+        centre[k + 2] += h2
     out[0] = primal
     out[1] = dual
     out[2] = sum0
@@ -694,7 +711,8 @@ def solve(
         report: Shape (6,): F, gap, primal infeasibility, iterations, dual residual, worst ratio between the ends.
 
     Returns:
-        0, or why the method did not converge: −1 out of iterations, −2 the matrix lost its positive diagonal by rounding.
+        0; 1 where it came near and then stalled (every limit held, dual residual a hundred times larger at most); or why
+        it did not converge: −1 out of iterations, −2 the matrix lost its positive diagonal by rounding.
     """
     n: cython.Py_ssize_t = h.shape[0]
     import numpy
@@ -723,6 +741,8 @@ def solve(
     sigma: cython.double
     step: cython.double = 0.0
     ahead: cython.double
+    kept: cython.double = 1e300
+    near: cython.double[::1] = numpy.zeros(n + 2)
     with cython.nogil:
         _apply(rows, offset, kind, axis, share)
         for i in range(offset[n]):
@@ -749,6 +769,14 @@ def solve(
             ):
                 status = 0
                 break
+            if report[5] < 1.0 + slack and primal < slack and residual < 100.0 * tolerance * f:
+                if gap < kept:
+                    kept = gap
+                    near[:] = c
+                elif gap > 3.0 * kept or step < 0.02:
+                    break
+            elif kept < 1e300 and (gap > 3.0 * kept or step < 0.02):
+                break
             if not _factor(band, free, n + 1):
                 status = -2
                 break
@@ -765,6 +793,13 @@ def solve(
             step = 1.0 / max(1.0, max(step / 0.99, _positive(c, dc, ends) / 0.9))
             for k in range(n + 2):
                 c[k] += step * dc[k]
+        if status < 0 and kept < 1e300:
+            # Stalled beside the optimum: by rounding, or where a limit was lowered last.
+            c[:] = near
+            f = _objective(c, h, ends, extra, grad, band, root)
+            gap = kept
+            primal = 0.0
+            status = 1
     report[0] = f
     report[1] = gap
     report[2] = primal

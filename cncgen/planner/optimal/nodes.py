@@ -35,6 +35,9 @@ DENSITY = {"best": Density(0.08, 0.3, 0.2, 1.5, 0.2), "fast": Density(0.15, 0.45
 #: First interval from rest, as a part of the distance in which full jerk from rest reaches full acceleration,
 #: of the radius of curvature there, and of the distance to the next rest.
 _FIRST, _BEND, _PART = 0.5, 0.02, 1.0 / 12.0
+#: Part of the limits that following the path at top speed takes at most where the path counts as straight: there the
+#: motion cruises, further from everything else than it needs to reach that speed.
+_CALM = 0.01
 
 
 def place(
@@ -58,7 +61,7 @@ def place(
         density: How close they stand.
     """
     probes, cells = _probes(path, joints)
-    spacing = _spacing(bounds, path.evaluate(probes, 3), probes, top_at, density)
+    spacing = _spacing(bounds, path.evaluate(probes, 3), probes, joints, top_at, density)
     spacing = np.minimum(spacing, density.cell * np.append(np.repeat(cells, 4), cells[-1]))
     first = _first(bounds, joints, sides, lines)
     spacing = np.maximum(spacing, resolution(bounds))
@@ -89,20 +92,35 @@ def along(bounds: Bounds, x: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         return 1.0 / steep, jerk, np.nan_to_num(bend / steep), np.nan_to_num(twist / steep)
 
 
-def _spacing(bounds: Bounds, x: Floats, s: Floats, top_at: TopAt, density: Density) -> Floats:
+def _spacing(bounds: Bounds, x: Floats, s: Floats, joints: Joints, top_at: TopAt, density: Density) -> Floats:
     """Return the largest spacing at the places `s` by the shape of the path and the speed that it allows there."""
     acceleration, jerk, bend, twist = along(bounds, x)
     ramp = acceleration / jerk
+    top = top_at(s, x)
     with np.errstate(divide="ignore"):
-        speed = np.sqrt(np.minimum(top_at(s, x), acceleration / bend))
+        speed = np.sqrt(np.minimum(top, acceleration / bend))
         fastest = acceleration * ramp + np.sqrt(acceleration * (s[-1] - s[0]))
+        calm = (bend * top < _CALM * acceleration) & (twist * top * speed < _CALM * jerk)
+        calm[1:-1] &= (top[1:-1] == top[:-2]) & (top[1:-1] == top[2:])
+        calm[np.searchsorted(s, joints.s[joints.stop | np.isfinite(joints.speed)])] = False
+        rise = np.where(
+            speed > acceleration * ramp, 0.5 * (speed / acceleration + ramp), np.sqrt(speed / jerk)
+        )
+        beyond = np.maximum(_from_others(s, calm) - 1.1 * rise * speed, 0.0)
         return np.minimum.reduce(
             [
-                density.ramp * ramp * np.minimum(speed, fastest),
+                density.ramp * ramp * np.minimum(speed, fastest) + density.growth * beyond,
                 density.bend / bend,
                 density.twist / np.sqrt(twist),
             ]
         )
+
+
+def _from_others(s: Floats, mine: NDArray[np.bool_]) -> Floats:
+    """Return the distance of each place to the nearest one that is not `mine`; 0 there, and finite everywhere."""
+    before = np.maximum.accumulate(np.where(mine, s[0], s))
+    after = np.minimum.accumulate(np.where(mine, s[-1], s)[::-1])[::-1]
+    return np.minimum(s - before, after - s)
 
 
 def _first(bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats], lines: NDArray[np.bool_]) -> Floats:

@@ -63,7 +63,7 @@ class Solution:
             (first and last column).
         limit: Shape (n,), int8, the `Limit` that is nearest on the interval.
         time: Time of all, s.
-        converged: Whether the method ended by its own rule.
+        converged: Whether every limit is held.
         fallback: Whether it is what an earlier plan left in reserve.
     """
 
@@ -111,13 +111,16 @@ def solve(given: Intervals, state: tuple[float, float] | None, known: Floats | N
         edge[0, 0] = state[0]
     shape = (given.x1[at], given.x2[at], given.x3[at], given.limits, given.factor[at])
     columns = _Columns(at, h, ends, extra, box, edge, shape)
+    found: list[Solution] = []
     for part in _STARTS:
         c = _start(columns, state, known, part)
-        solution = _improved(given, columns, c, state is not None)
+        solution, optimal = _improved(given, columns, c, state is not None)
+        if optimal:
+            return solution
+        found.append(solution)
         known = None
-        if solution.converged:
-            break
-    return solution
+    # A plan that holds every limit is a plan, though the method did not find the best one.
+    return min(found, key=lambda each: (not each.converged, each.time))
 
 
 def _start(columns: _Columns, state: tuple[float, float] | None, known: Floats | None, part: float) -> Floats:
@@ -142,8 +145,8 @@ def _start(columns: _Columns, state: tuple[float, float] | None, known: Floats |
     return c
 
 
-def _improved(given: Intervals, columns: _Columns, c: Floats, moving: bool) -> Solution:
-    """Run the interior-point method from `c`."""
+def _improved(given: Intervals, columns: _Columns, c: Floats, moving: bool) -> tuple[Solution, bool]:
+    """Run the interior-point method from `c`; return what it found, and whether that is the least time."""
     x1, x2, x3, limits, factor = columns.shape
     n, axes = len(x1), x1.shape[2]
     room = n * (3 + 4 * axes)
@@ -159,11 +162,10 @@ def _improved(given: Intervals, columns: _Columns, c: Floats, moving: bool) -> S
         c, 2 if moving else 1, h, ends, columns.extra, rows, offset, kind, axis, *columns.shape,
         np.ones((n, 2, axes)), GAP, SLACK, MOST, report,
     )  # fmt: skip
-    # Out of iterations with every limit held is a plan all the same.
     held = status >= 0 or bool(report[2] < SLACK and 0.0 < report[5] < 1.0 + SLACK)
     q = _ordinates(given, columns.at, ends, c)
     limit = _binding(given, columns, c, (rows, offset, kind))
-    return Solution(q, limit, float(report[0]), held)
+    return Solution(q, limit, float(report[0]), held), status >= 0
 
 
 def _spline(given: Intervals, spline: NDArray[np.int64], moving: bool) -> tuple[Floats, Floats, Floats]:
