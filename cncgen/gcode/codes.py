@@ -74,7 +74,7 @@ class Code:
         dialects: Where it means this.
         title: How it is written, where that is not letter and number.
         named: Words of several letters that it uses.
-        asks: Whether the machine is asked where it stands when the block is done.
+        after: What it does when all else of the block is done, or None.
     """
 
     letter: str
@@ -89,7 +89,7 @@ class Code:
     dialects: tuple[str, ...] = BOTH
     title: str = ""
     named: tuple[str, ...] = ()
-    asks: bool = False
+    after: Handler | None = None
 
     @property
     def name(self) -> str:

@@ -170,14 +170,18 @@ class _Reader:
     def _arc_tangent(self) -> Value:
         self._expect("atan[")
         y = self._expression()
+        x: Value | None
         if self.text[self.at] == ",":
             self.at += 1
             x = self._expression()
             self._expect("]")
         else:
-            self._expect("]/")
-            x = self._bracket()
-        return expressions.arc_tangent(y, x)
+            self._expect("]")
+            x = None
+            if self.text.startswith("/[", self.at):
+                self.at += 1
+                x = self._bracket()
+        return expressions.arc_tangent(y, x, self.arithmetic)
 
     def _exists(self) -> Value:
         self._expect("exists[#")

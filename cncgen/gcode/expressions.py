@@ -142,6 +142,7 @@ FANUC = Arithmetic(
     },
     {
         **{name: _fill_one(function) for name, function in UNARY.items()},
+        "asin": _fill_one(_checked("asin", lambda a: math.degrees(math.asin(a)) % 360.0)),
         "fix": _fill_one(_checked("fix", lambda a: float(math.trunc(a)))),
         "fup": _fill_one(_checked("fup", lambda a: math.copysign(math.ceil(abs(a)), a))),
         "bin": _fill_one(_checked("bin", lambda a: float(int(f"{int(a):x}")))),
@@ -237,9 +238,26 @@ def negative(a: Value) -> Value:
     return run
 
 
-def arc_tangent(y: Value, x: Value) -> Value:
-    """Return ``ATAN[y]/[x]`` in degrees."""
-    return lambda p: math.degrees(math.atan2(evaluate(y, p), evaluate(x, p)))
+def arc_tangent(y: Value, x: Value | None, arithmetic: Arithmetic = LINUXCNC) -> Value:
+    """Return ``ATAN[y]/[x]`` in degrees: -180 to 180, in FANUC's macros 0 to 360; there ``ATAN[y]`` is -90 to 90.
+
+    Raises:
+        BlockError: ``ATAN[y]`` alone in LinuxCNC's dialect.
+    """
+    macro = arithmetic is FANUC
+    if x is None:
+        if not macro:
+            raise BlockError(
+                "syntax", "ATAN needs two values: ATAN[y]/[x]", hint="ATAN[y]/[1] for the slope y"
+            )
+        return lambda p: math.degrees(math.atan(_plain(evaluate(y, p))))
+    over = x
+
+    def angle(p: Parameters) -> float:
+        found = math.degrees(math.atan2(_plain(evaluate(y, p)), _plain(evaluate(over, p))))
+        return found + 360.0 if macro and found < 0.0 else found
+
+    return angle
 
 
 def evaluate(value: Value, parameters: Parameters) -> float:

@@ -38,6 +38,7 @@ _NAMES = {
     "RSQB": "]",
     "SLASH": "/",
     "COMMA": ",",
+    "OVER": "/[",
     "$END": "the end of the block",
 }
 #: Words whose numbers without a decimal point count in least increments.
@@ -130,7 +131,8 @@ class _Reader:
         return expressions.unary(str(children[0]), children[1], self.arithmetic)
 
     def arc_tangent(self, children: list[Any]) -> Value:
-        return expressions.arc_tangent(children[0], children[1])
+        values = [child for child in children if child != "/["]
+        return expressions.arc_tangent(values[0], values[1] if len(values) > 1 else None, self.arithmetic)
 
     def bracket(self, children: list[Any]) -> Value:
         return children[0]

@@ -147,8 +147,7 @@ class Interpreter:
             if letter not in allowed:
                 raise _unused(letter, self.codes)
         steps = [code.run for code in sorted(codes, key=lambda code: code.stage)]
-        if any(code.asks for code in codes):
-            steps.append(_take_position)
+        steps += [code.after for code in codes if code.after is not None]
         return Plan(tuple(steps))
 
     def _code(self, letter: str, number: int) -> Code:
@@ -297,11 +296,6 @@ class Interpreter:
     def rebase(self, machine: list[float]) -> None:
         """Take program coordinates anew after an offset changed; the machine stays at `machine`."""
         self.state.position = to_program(machine, *self.state.offsets())
-
-
-def _take_position(ip: Interpreter, block: Block) -> None:
-    """Take the position anew from the machine."""
-    ip.state.position = ip.base.where(ip.state.position)
 
 
 def _without_cancel(codes: list[Code]) -> list[Code]:

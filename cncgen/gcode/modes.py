@@ -76,6 +76,23 @@ def continuous(ip: Interpreter, block: Block) -> None:
     ip.sink.set_motion_control_mode(PathMode.CONTINUOUS, tolerance, naive)
 
 
+def cutting(ip: Interpreter, block: Block) -> None:
+    """G62 and G63 of FANUC: continuous, with the machine's tolerance; their overrides are not modelled."""
+    ip.state.path_mode, ip.state.tolerance = PathMode.CONTINUOUS, None
+    ip.sink.set_motion_control_mode(PathMode.CONTINUOUS, None, None)
+
+
+def stop_once(ip: Interpreter, block: Block) -> None:
+    """G9 of FANUC: stop exactly at the end of this block."""
+    ip.sink.set_motion_control_mode(PathMode.EXACT_STOP, None, None)
+
+
+def go_on(ip: Interpreter, block: Block) -> None:
+    """Take up the path mode in force after G9."""
+    state = ip.state
+    ip.sink.set_motion_control_mode(state.path_mode, state.tolerance, state.naive)
+
+
 def _retract(old: bool) -> Handler:
     def run(ip: Interpreter, block: Block) -> None:
         ip.state.retract_old = old
@@ -101,8 +118,37 @@ CODES = (
     Code(
         "G", 911, "arc distance", Stage.DISTANCE, _arc_distance(False), "I J K are distances from the start"
     ),
-    Code("G", 610, "path", Stage.PATH, _exact(PathMode.EXACT_PATH), "exact path"),
-    Code("G", 611, "path", Stage.PATH, _exact(PathMode.EXACT_STOP), "exact stop at the end of each motion"),
+    Code("G", 610, "path", Stage.PATH, _exact(PathMode.EXACT_PATH), "exact path", dialects=("linuxcnc",)),
+    Code(
+        "G",
+        611,
+        "path",
+        Stage.PATH,
+        _exact(PathMode.EXACT_STOP),
+        "exact stop at the end of each motion",
+        dialects=("linuxcnc",),
+    ),
+    Code(
+        "G",
+        610,
+        "path",
+        Stage.PATH,
+        _exact(PathMode.EXACT_STOP),
+        "exact stop at the end of each motion",
+        dialects=("fanuc",),
+    ),
+    Code("G", 620, "path", Stage.PATH, cutting, "automatic corner override: as G64", dialects=("fanuc",)),
+    Code("G", 630, "path", Stage.PATH, cutting, "tapping mode: as G64", dialects=("fanuc",)),
+    Code(
+        "G",
+        90,
+        "exact stop",
+        Stage.PATH,
+        stop_once,
+        "exact stop at the end of this block",
+        dialects=("fanuc",),
+        after=go_on,
+    ),
     Code("G", 640, "path", Stage.PATH, continuous, "continuous path within P", "pq"),
     Code("G", 980, "retract", Stage.RETRACT, _retract(True), "canned cycles retract to where they began"),
     Code("G", 990, "retract", Stage.RETRACT, _retract(False), "canned cycles retract to R"),

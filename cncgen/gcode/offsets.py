@@ -25,6 +25,8 @@ from cncgen.gcode.tools import load_tool_parameters, whole
 _AXES = "xyzabcuvw"
 _TABLE_WORDS = _AXES + "plrijq"
 ROTATION = 9
+#: Where FANUC's shift of all work coordinate systems begins.
+EXTERNAL = 5201
 
 
 def _first(system: int) -> int:
@@ -41,6 +43,9 @@ def load_system(ip: Interpreter, system: int) -> None:
     state.system = system
     parameters.numbers[SYSTEM] = float(system)
     state.origin = parameters.offset(_first(system), ip.table_scale())
+    if ip.dialect == "fanuc":
+        shift = parameters.offset(EXTERNAL, ip.table_scale())
+        state.origin = [o + s for o, s in zip(state.origin, shift, strict=True)]
     state.rotation = parameters.numbers[_first(system) + ROTATION]
     ip.rebase(machine)
 
@@ -71,41 +76,56 @@ def use_additional(ip: Interpreter, block: Block) -> None:
 
 
 def table_fanuc(ip: Interpreter, block: Block) -> None:
-    """G10 of FANUC: L2 P sets G54 to G59, L20 P sets G54.1 P, L10 and L12 a tool's length and radius."""
+    """G10 of FANUC: L2 P sets G54 to G59 or (P0) the shift of them all, L20 P sets G54.1 P, L10 to L13 a tool."""
     for letter in "lp":
         if letter not in block.words:
             raise BlockError("g10-words", f"G10 has no {letter.upper()}", "G10")
     kind, number = whole(block, "l", "G10"), whole(block, "p", "G10")
     if kind in (2, 20):
-        last = MORE_COUNT if kind == 20 else 6
-        if not 1 <= number <= last:
+        first, last = (1, MORE_COUNT) if kind == 20 else (0, 6)
+        if not first <= number <= last:
             raise BlockError(
-                "g10-words", f"P{number} of G10 L{kind} is no coordinate system (1 to {last})", "P"
+                "g10-words", f"P{number} of G10 L{kind} is no coordinate system ({first} to {last})", "P"
             )
         _set_origin_fanuc(ip, block, number + (SYSTEM_COUNT if kind == 20 else 0))
-    elif kind in (10, 12):
-        if "r" not in block.words:
-            raise BlockError("g10-words", f"G10 L{kind} has no value R", "G10")
-        tool = ip.tools.entry(number)
-        if tool is None:
-            raise BlockError("unknown-tool", f"tool {number} is not in the tool table", "P")
-        value = block.words["r"] / ip.table_scale()
-        if kind == 10:
-            tool.offset[2] = value
-        else:
-            tool.diameter = 2.0 * value
+    elif kind in (10, 11, 12, 13):
+        _set_tool_fanuc(ip, block, kind, number)
     else:
-        raise BlockError("g10-words", f"L{kind} of G10 is none of 2, 10, 12, 20", "L")
+        raise BlockError("g10-words", f"L{kind} of G10 is none of 2, 10, 11, 12, 13, 20", "L")
+
+
+def _set_tool_fanuc(ip: Interpreter, block: Block, kind: int, number: int) -> None:
+    """G10 L10 and L11: length and its wear; L12 and L13: radius and its wear; incremental ones are added."""
+    if "r" not in block.words:
+        raise BlockError("g10-words", f"G10 L{kind} has no value R", "G10")
+    tool = ip.tools.entry(number)
+    if tool is None:
+        raise BlockError("unknown-tool", f"tool {number} is not in the tool table", "P")
+    value = block.words["r"] / ip.table_scale()
+    what, is_wear = divmod(kind - 10, 2)
+    sums = [tool.offset[2], tool.diameter / 2.0]
+    geometry, wear = sums[what] - tool.wear[what], tool.wear[what]
+    if is_wear:
+        wear = value if ip.state.absolute else wear + value
+    else:
+        geometry = value if ip.state.absolute else geometry + value
+    tool.wear[what] = wear
+    if what == 0:
+        tool.offset[2] = geometry + wear
+    else:
+        tool.diameter = 2.0 * (geometry + wear)
 
 
 def _set_origin_fanuc(ip: Interpreter, block: Block, system: int) -> None:
     """Set an origin, or shift it in incremental mode; the machine stays where it is."""
     scale = ip.table_scale()
-    origin = ip.parameters.offset(_first(system), scale)
+    first = _first(system) if system else EXTERNAL
+    origin = ip.parameters.offset(first, scale)
     for index, value in given_axes(block):
         origin[index] = value if ip.state.absolute else origin[index] + value
-    ip.parameters.set_offset(_first(system), origin, scale)
-    if system == ip.state.system:
+    ip.parameters.set_offset(first, origin, scale)
+    if system in (0, ip.state.system):
+        system = ip.state.system
         load_system(ip, system)
         ip.sink.set_g5x_offset(system, ip.state.origin)
 

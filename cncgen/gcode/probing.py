@@ -48,7 +48,33 @@ def _probe(tenths: int) -> Handler:
     return run
 
 
-CODES = tuple(
+def skip(ip: Interpreter, block: Block) -> None:
+    """G31 of FANUC: a line that the skip signal ends, here never; its end is in #5061 and after."""
+    state = ip.state
+    if not has_axis(block):
+        raise BlockError("axis-missing", "G31 has no axis word", "G31")
+    if state.compensation != 40:
+        raise BlockError("probe-mode", "G31 does not go with cutter compensation", "G31", hint="use G40")
+    check_feed(ip, block, "G31")
+    end = ip.end_point(block)
+    ip.warn(BlockError("probe-not-run", "G31 is planned to the programmed point", "G31"), Severity.NOTE)
+    ip.sink.straight_feed(end)
+    state.position, state.moved = end, True
+    ip.parameters.numbers[PROBE : PROBE + 9] = end
+
+
+_SKIP = Code(
+    "G",
+    310,
+    "non-modal",
+    Stage.MOTION,
+    skip,
+    "line that the skip signal ends",
+    "xyzabcuvwpq",
+    "own",
+    dialects=("fanuc",),
+)
+CODES = (_SKIP,) + tuple(
     Code("G", tenths, "motion", Stage.MOTION, _probe(tenths), f"probe {text}", _WORDS, "motion")
     for tenths, text in (
         (382, "towards the part, with an error where nothing is touched"),

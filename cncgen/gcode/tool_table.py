@@ -23,6 +23,7 @@ class Tool:
         offset: X Y Z A B C U V W.
         diameter: D.
         front, back, orientation: I, J, Q, of lathe tools.
+        wear: What `offset` Z and the radius have in them of wear (FANUC keeps geometry and wear apart).
     """
 
     number: int
@@ -32,6 +33,7 @@ class Tool:
     front: float = 0.0
     back: float = 0.0
     orientation: int = 0
+    wear: list[float] = field(default_factory=lambda: [0.0, 0.0])
 
 
 class ToolTable:

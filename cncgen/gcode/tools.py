@@ -64,6 +64,11 @@ def change(ip: Interpreter, block: Block) -> None:
     ip.sink.call(f"CHANGE_TOOL({ip.tools.place_of(number)})", Event("tool", True, values={"tool": number}))
 
 
+def take_position(ip: Interpreter, block: Block) -> None:
+    """Take the position anew from the machine."""
+    ip.state.position = ip.base.where(ip.state.position)
+
+
 def name_tool(ip: Interpreter, block: Block) -> None:
     """M61 Q: the tool in the spindle is Q."""
     if "q" not in block.words:
@@ -102,6 +107,21 @@ def length(ip: Interpreter, block: Block) -> None:
     _use(ip, _table_offset(ip, number or ip.state.tool))
 
 
+def length_fanuc(ip: Interpreter, block: Block) -> None:
+    """G43 H of FANUC: the offset H; H0 is none."""
+    _length_fanuc(ip, block, "G43", 1.0)
+
+
+def length_back(ip: Interpreter, block: Block) -> None:
+    """G44 H of FANUC: the offset H, the other way."""
+    _length_fanuc(ip, block, "G44", -1.0)
+
+
+def _length_fanuc(ip: Interpreter, block: Block, name: str, sign: float) -> None:
+    number = whole(block, "h", name) if "h" in block.words else ip.state.tool
+    _use(ip, [sign * value for value in _table_offset(ip, number)] if number else zeros())
+
+
 def length_given(ip: Interpreter, block: Block) -> None:
     """G43.1: the offset that the axis words give."""
     offset = ip.state.tool_offset.copy()
@@ -131,9 +151,29 @@ def length_off(ip: Interpreter, block: Block) -> None:
 
 CODES = (
     Code("T", 0, "T", Stage.TOOL, select, "tool to be changed in next", "t"),
-    Code("M", 60, "tool change", Stage.CHANGE, change, "change to the tool of T", asks=True),
+    Code("M", 60, "tool change", Stage.CHANGE, change, "change to the tool of T", after=take_position),
     Code("M", 610, "tool change", Stage.CHANGE, name_tool, "the tool in the spindle is Q", "q"),
-    Code("G", 430, "tool length", Stage.TOOL_LENGTH, length, "tool offset of tool H", "h"),
+    Code(
+        "G",
+        430,
+        "tool length",
+        Stage.TOOL_LENGTH,
+        length,
+        "tool offset of tool H",
+        "h",
+        dialects=("linuxcnc",),
+    ),
+    Code("G", 430, "tool length", Stage.TOOL_LENGTH, length_fanuc, "tool offset H", "h", dialects=("fanuc",)),
+    Code(
+        "G",
+        440,
+        "tool length",
+        Stage.TOOL_LENGTH,
+        length_back,
+        "tool offset H, negative",
+        "h",
+        dialects=("fanuc",),
+    ),
     Code("G", 431, "tool length", Stage.TOOL_LENGTH, length_given, "tool offset in axis words", _AXES, "own"),
     Code(
         "G", 432, "tool length", Stage.TOOL_LENGTH, length_added, "add to the tool offset", _AXES + "h", "own"
