@@ -35,6 +35,9 @@ def ahead(source: Iterable[Item], depth: int) -> Generator[Item, None, None]:
             done.put(fault)
         else:
             done.put(None)
+        finally:
+            if isinstance(source, Generator):
+                source.close()
 
     # A daemon: one that waits for more of its input must not keep the process.
     Thread(target=draw, name="ahead", daemon=True).start()

@@ -24,7 +24,7 @@ from cncgen.toolpath.record import Kind, Toolpath
 
 #: Rows of a block.
 ROWS = 2048
-#: Blocks that are made ready while the window is solved.
+#: Blocks that are made ready while the window is solved, and trajectories while others are sampled.
 AHEAD = 2
 
 
@@ -43,7 +43,7 @@ def plan_blocks(
     """Plan the least time of blocks as they are, each maybe under a cap of its speed.
 
     Args:
-        source: Blocks and their caps; drawn in another thread.
+        source: Blocks and their caps; drawn in another thread, as tracks are solved in another one.
         machine: Limits, period, chord tolerance.
         effort: Density of the nodes, as in `PlanOptions`.
         contour_centripetal: See `Bounds.of`.
@@ -55,15 +55,26 @@ def plan_blocks(
     Raises:
         NoPlanError: No motion within the limits was found.
     """
+
+    def bounds_of(axes: str) -> Bounds:
+        return Bounds.of(machine, axes, contour_centripetal)
+
+    with closing(ahead(_solved(source, bounds_of, effort), AHEAD)) as trajectories:
+        yield from trajectories
+
+
+def _solved(
+    source: Iterable[tuple[Toolpath, SpeedCap | None]], bounds_of: Callable[[str], Bounds], effort: str
+) -> Iterator[Trajectory]:
+    """Yield trajectories, window by window."""
     window: Window | None = None
-    tracks = _tracks(source, lambda axes: Bounds.of(machine, axes, contour_centripetal), effort)
-    with closing(ahead(tracks, AHEAD)) as made:
-        for track, last in made:
+    with closing(ahead(_tracks(source, bounds_of, effort), AHEAD)) as tracks:
+        for track, last in tracks:
             if isinstance(track, Toolpath):
                 yield _standing(track, window.t_s if window else 0.0)
                 continue
             if window is None:
-                window = Window(Bounds.of(machine, track.toolpath.axes, contour_centripetal))
+                window = Window(bounds_of(track.toolpath.axes))
             window.tracks.append(track)
             yield from window.advance(last)
 

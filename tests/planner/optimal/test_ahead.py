@@ -58,3 +58,23 @@ def test_closing_ends_the_thread() -> None:
     next(items)
     items.close()
     assert closed.wait(5.0)
+
+
+def test_closing_reaches_a_thread_behind_a_thread() -> None:
+    closed = threading.Event()
+
+    def endless() -> Iterator[int]:
+        try:
+            while True:
+                yield 0
+        finally:
+            closed.set()
+
+    def passed_on() -> Iterator[int]:
+        with closing(ahead(endless(), 2)) as inner:
+            yield from inner
+
+    items = ahead(passed_on(), 2)
+    next(items)
+    items.close()
+    assert closed.wait(5.0)
