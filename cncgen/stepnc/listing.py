@@ -1,4 +1,4 @@
-"""The workplan as a tree of text: workingsteps with tool, feeds, motions and times."""
+"""The workplan as a tree of text: workingsteps with features, tools, speeds, feeds, lengths and times."""
 
 from __future__ import annotations
 
@@ -12,164 +12,242 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.stepnc.entities import Skip
+from cncgen.stepnc.execution.canon import Canon
 from cncgen.stepnc.execution.linearize import polyline_of
 from cncgen.stepnc.geometry.pieces import Arc, Nurbs
-from cncgen.stepnc.model import (
-    Assignment,
-    Block,
-    Choice,
-    Executable,
-    NcFunction,
-    Paths,
-    Tool,
-    Workingstep,
-)
+from cncgen.stepnc.model import Assignment, Block, Choice, Executable, NcFunction, Tool, Workingstep
 from cncgen.stepnc.reading import Source
 from cncgen.toolpath.reading import ReadOptions
 
 Floats = NDArray[np.float64]
+
 _MAX_DEPTH = 40
 #: Lines of a tree.
 MAX_LINES = 100_000
+#: Feeds and speeds that a line names.
+_NAMED = 4
 
 
 @dataclass(slots=True)
-class _Meter:
-    """Listens to an execution and adds up, for each entity, feeds, lengths and times."""
+class Work:
+    """What is done in a workingstep, or in several.
 
-    owner: int = 0
-    feed_now: float = 0.0
-    position: Floats = field(default_factory=lambda: np.zeros(3))
-    feeds: dict[int, set[float]] = field(default_factory=dict)
-    seconds: dict[int, float] = field(default_factory=dict)
-    lengths: dict[int, float] = field(default_factory=dict)
-    motions: dict[int, int] = field(default_factory=dict)
+    Attributes:
+        motions: Lines, arcs and splines.
+        cut, rapid: Length of way at the feed and in rapid, mm.
+        seconds: Time at the programmed feeds, without acceleration, and of dwells.
+        feeds: mm/min.
+        speeds: Spindle speeds, rev/min.
+    """
 
-    def _add(self, length: float, count: int, rapid: bool) -> None:
-        self.motions[self.owner] = self.motions.get(self.owner, 0) + count
-        self.lengths[self.owner] = self.lengths.get(self.owner, 0.0) + length
-        if not rapid and self.feed_now > 0:
-            self.feeds.setdefault(self.owner, set()).add(self.feed_now)
-            self.seconds[self.owner] = self.seconds.get(self.owner, 0.0) + length / self.feed_now
+    motions: int = 0
+    cut: float = 0.0
+    rapid: float = 0.0
+    seconds: float = 0.0
+    feeds: set[float] = field(default_factory=set)
+    speeds: set[float] = field(default_factory=set)
 
-    def source(self, ident: int) -> None:
-        self.owner = ident
+    def text(self) -> str:
+        """Return it in words: ``12 motions, 80.0 mm cut, 30.0 mm rapid, 2.1 s``."""
+        parts = [f"{self.motions} motion{'' if self.motions == 1 else 's'}"]
+        parts += [f"{self.cut:.1f} mm cut"] if self.cut else []
+        parts += [f"{self.rapid:.1f} mm rapid"] if self.rapid else []
+        parts += [duration(self.seconds)] if self.seconds else []
+        return ", ".join(parts)
+
+
+def duration(seconds: float) -> str:
+    """Return a time as ``48.3 s``, ``4:30 min`` or ``2:05:10 h``."""
+    if seconds < 120:
+        return f"{seconds:.1f} s"
+    whole = round(seconds)
+    if whole < 3600:
+        return f"{whole // 60}:{whole % 60:02d} min"
+    return f"{whole // 3600}:{whole % 3600 // 60:02d}:{whole % 60:02d} h"
+
+
+class Meter(Canon):
+    """Listens to an execution and adds up what is done in each workingstep.
+
+    Attributes:
+        steps: By the number of the workingstep's entity.
+    """
+
+    def __init__(self) -> None:
+        self.steps: dict[int, Work] = {}
+        self._now = Work()
+        self._feed = 0.0
+        self._rpm: float | None = None
+        self._position: Floats = np.zeros(3)
+
+    def workingstep(self, ident: int) -> None:
+        """Add what follows to a workingstep."""
+        self._now = self.steps.setdefault(ident, Work())
 
     def begin(self, position: Floats) -> None:
-        self.position = position[:3]
+        """Begin there."""
+        self._position = position[:3]
 
     def feed(self, speed: float) -> None:
-        self.feed_now = speed
+        """Move at this speed, mm/s, from now on."""
+        self._feed = speed
+
+    def spindle(self, direction: int, rpm: float | None) -> None:
+        """Note the speed of what is cut from now on."""
+        self._rpm = self._rpm if rpm is None else rpm
+        if direction == 0:
+            self._rpm = None
+
+    def _add(self, length: float, count: int, rapid: bool) -> None:
+        now = self._now
+        now.motions += count
+        if rapid:
+            now.rapid += length
+            return
+        now.cut += length
+        if self._feed > 0:
+            now.feeds.add(round(self._feed * 60, 6))
+            now.seconds += length / self._feed
+        if self._rpm is not None:
+            now.speeds.add(round(self._rpm, 3))
 
     def _straight(self, points: Floats, rapid: bool) -> None:
-        rows = np.concatenate([self.position[None, :], points[:, :3]])
+        rows = np.concatenate([self._position[None, :], points[:, :3]])
         self._add(float(np.linalg.norm(np.diff(rows, axis=0), axis=1).sum()), len(points), rapid)
-        self.position = points[-1, :3]
+        self._position = points[-1, :3]
 
     def traverse(self, points: Floats) -> None:
+        """Add rapid lines."""
         self._straight(points, True)
 
     def lines(self, points: Floats) -> None:
+        """Add lines at the feed."""
         self._straight(points, False)
 
     def arc(self, arc: Arc, end: Floats, rapid: bool) -> None:
+        """Add an arc or a helix."""
         rise = float((arc.end - arc.start) @ arc.normal)
         length = float(np.hypot(np.linalg.norm(arc.start - arc.centre) * arc.sweep, rise))
         self._add(length, 1, rapid)
-        self.position = end[:3]
+        self._position = end[:3]
 
     def nurbs(self, curve: Nurbs, control: Floats, rapid: bool) -> None:
+        """Add a spline, measured by chords of 1e-3 mm."""
         points = polyline_of(curve, 1e-3).points
         self._add(float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum()), 1, rapid)
-        self.position = curve.end
+        self._position = curve.end
 
     def dwell(self, seconds: float) -> None:
-        self.seconds[self.owner] = self.seconds.get(self.owner, 0.0) + seconds
-
-    def change_tool(self, tool: Tool) -> None:
-        """Take no notice."""
-
-    def spindle(self, direction: int, rpm: float | None) -> None:
-        """Take no notice."""
-
-    def coolant(self, flood: bool, mist: bool, through: bool) -> None:
-        """Take no notice."""
-
-    def stop(self, optional: bool) -> None:
-        """Take no notice."""
-
-    def message(self, text: str) -> None:
-        """Take no notice."""
-
-    def function(self, name: str, value: object) -> None:
-        """Take no notice."""
-
-    def end(self) -> None:
-        """Take no notice."""
+        """Add a dwell's time."""
+        self._now.seconds += seconds
 
 
 def tree(
     source: Path | BinaryIO | bytes, name: str = "-", options: ReadOptions | None = None
 ) -> Iterator[str]:
-    """Yield the workplan of a program, a line an executable: indented, with tool, feeds, length and cutting time.
+    """Yield the workplan of a program, a line an executable: indented, with feature, tool, feed, length and time.
 
-    Times are those of the programmed feeds, without acceleration and rapids (`cncgen plan` has those). An operation that
-    several workingsteps do shows the sum of all.
+    Times are those of the programmed feeds, without acceleration and rapids (`cncgen plan` has those). A workplan's are
+    those of all that it holds.
 
     Raises:
         UsageError: where the file cannot be read.
     """
     file = Source(source, name, options or ReadOptions())
-    meter = _Meter()
+    meter = Meter()
     for _ in file.execute(meter):
         pass
-    lines = (line for root in file.reader.roots() for line in _lines(file, root, meter, 0))
-    yield from islice(lines, MAX_LINES)
+    listing = _Listing(file, meter)
+    yield from islice((line for root in file.reader.roots() for line in listing.lines(root, 0)), MAX_LINES)
 
 
-def _lines(file: Source, item: Executable, meter: _Meter, depth: int) -> Iterator[str]:
-    indent = "  " * depth
-    if depth > _MAX_DEPTH:
-        yield f"{indent}…"
-    elif isinstance(item, Block):
-        yield f"{indent}{item.kind} {item.label!r} (#{item.ident})"
-        for child in item.children:
-            yield from _child(file, child, item.context, meter, depth + 1)
-    elif isinstance(item, Choice):
-        yield f"{indent}{'while' if item.loop else 'if'} {item.label!r} (#{item.ident})"
-        for branch in (item.then, item.otherwise):
-            if branch is not None:
-                yield from _child(file, branch, item.context, meter, depth + 1)
-    elif isinstance(item, Workingstep):
-        yield indent + _step(item, meter)
-    elif isinstance(item, Assignment):
-        yield f"{indent}assignment to {item.variable} (#{item.ident})"
-    elif isinstance(item, NcFunction):
-        yield f"{indent}{item.kind} {item.label!r} (#{item.ident})"
+class _Listing:
+    """Makes the lines of executables."""
+
+    def __init__(self, file: Source, meter: Meter) -> None:
+        self._file = file
+        self._meter = meter
+
+    def lines(self, item: Executable, depth: int) -> Iterator[str]:
+        """Yield the lines of an executable and of those that it holds."""
+        indent = "  " * depth
+        if depth > _MAX_DEPTH:
+            yield f"{indent}…"
+        elif isinstance(item, Block):
+            sums = self._all(item, 0) if item.kind == "workplan" else None
+            yield f"{indent}{item.kind} {item.label!r} (#{item.ident})" + (f": {sums.text()}" if sums else "")
+            for child in item.children:
+                yield from self._child(child, item.context, depth + 1)
+        elif isinstance(item, Choice):
+            yield f"{indent}{'while' if item.loop else 'if'} {item.label!r} (#{item.ident})"
+            for branch in (item.then, item.otherwise):
+                if branch is not None:
+                    yield from self._child(branch, item.context, depth + 1)
+        elif isinstance(item, Workingstep):
+            yield indent + self._step(item)
+        elif isinstance(item, Assignment):
+            yield f"{indent}assignment to {item.variable} (#{item.ident})"
+        elif isinstance(item, NcFunction):
+            yield f"{indent}{item.kind} {item.label!r} (#{item.ident})"
+
+    def _child(self, ident: int, context: Any, depth: int) -> Iterator[str]:
+        try:
+            yield from self.lines(self._file.reader.executable(ident, context), depth)
+        except Skip:
+            yield f"{'  ' * depth}#{ident}: has errors"
+
+    def _all(self, block: Block, depth: int) -> Work:
+        """Return the sum of what the workingsteps below a block do."""
+        total = Work()
+        for ident in self._steps_below(block.children, block.context, depth, {}):
+            done = self._meter.steps[ident]
+            total.motions += done.motions
+            total.cut += done.cut
+            total.rapid += done.rapid
+            total.seconds += done.seconds
+        return total
+
+    def _steps_below(
+        self, children: tuple[int, ...], context: Any, depth: int, seen: dict[int, None]
+    ) -> dict[int, None]:
+        """Return the workingsteps that were executed below, each once."""
+        for ident in children if depth <= _MAX_DEPTH else ():
+            if ident in seen:
+                continue
+            try:
+                item = self._file.reader.executable(ident, context)
+            except Skip:
+                continue
+            if ident in self._meter.steps:
+                seen[ident] = None
+            elif isinstance(item, Block):
+                self._steps_below(item.children, item.context, depth + 1, seen)
+            elif isinstance(item, Choice):
+                branches = tuple(b for b in (item.then, item.otherwise) if b is not None)
+                self._steps_below(branches, item.context, depth + 1, seen)
+        return seen
+
+    def _step(self, step: Workingstep) -> str:
+        operation, work = step.operation, self._meter.steps.get(step.ident, Work())
+        what = "rapid" if step.rapid else operation.kind
+        if step.feature is not None:
+            what += f" of {step.feature.kind} {step.feature.label!r}"
+        parts = [what]
+        if operation.tool is not None:
+            parts.append(_tool(operation.tool))
+        for values, format_ in ((work.speeds, "{} rev/min"), (work.feeds, "feed {} mm/min")):
+            if values:
+                parts.append(format_.format(_some(values)))
+        parts.append(work.text())
+        return f"workingstep {step.label!r} (#{step.ident}): " + ", ".join(parts)
 
 
-def _child(file: Source, ident: int, context: Any, meter: _Meter, depth: int) -> Iterator[str]:
-    try:
-        yield from _lines(file, file.reader.executable(ident, context), meter, depth)
-    except Skip:
-        yield f"{'  ' * depth}#{ident}: has errors"
+def _tool(tool: Tool) -> str:
+    details = [tool.kind] if tool.kind else []
+    details += [f"{tool.diameter:g} mm"] if tool.diameter is not None else []
+    return f"tool {tool.name!r}" + (f" ({' '.join(details)})" if details else "")
 
 
-def _step(step: Workingstep, meter: _Meter) -> str:
-    operation = step.operation
-    paths = operation.paths or ()
-    owners = {operation.ident, *(paths.idents if isinstance(paths, Paths) else [p.ident for p in paths])}
-    feeds = sorted({round(f * 60, 6) for o in owners for f in meter.feeds.get(o, ())})
-    parts = ["rapid" if step.rapid else operation.kind]
-    if operation.tool is not None:
-        parts.append(f"tool {operation.tool.name!r}")
-    if feeds:
-        shown = ", ".join(f"{f:g}" for f in feeds[:4]) + (" …" if len(feeds) > 4 else "")
-        parts.append(f"feed {shown} mm/min")
-    motions = sum(meter.motions.get(o, 0) for o in owners)
-    length = sum(meter.lengths.get(o, 0.0) for o in owners)
-    parts.append(f"{motions} motions, {length:.1f} mm")
-    seconds = sum(meter.seconds.get(o, 0.0) for o in owners)
-    if seconds:
-        parts.append(f"{seconds:.1f} s")
-    return f"workingstep {step.label!r} (#{step.ident}): " + ", ".join(parts)
+def _some(values: set[float]) -> str:
+    shown = sorted(values)
+    return ", ".join(f"{v:g}" for v in shown[:_NAMED]) + (" …" if len(shown) > _NAMED else "")

@@ -90,6 +90,13 @@ class Tool:
     left_handed: bool = False
     pitch: float | None = None
 
+    @property
+    def edge(self) -> float:
+        """Return the radius of the rounded edge, mm: that given, else half the diameter of a ball, else 0."""
+        if self.edge_radius is None:
+            return self.diameter / 2 if self.kind.startswith("ball") and self.diameter else 0.0
+        return min(self.edge_radius, (self.diameter or 0.0) / 2)
+
 
 @dataclass(frozen=True, slots=True)
 class Path:

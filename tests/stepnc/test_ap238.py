@@ -375,13 +375,7 @@ class Shaped(Aim):
         """Add a workingstep: `components` are (name, entity, sizes) of profiles and paths, `limit` the depth plane."""
         step, op = self.step(operation, "finish")
         self.file.add("MACHINING_TECHNOLOGY_RELATIONSHIP", "", "", op, self.technology(600.0))
-        tool = self.file.add(
-            "MACHINING_TOOL", "T", "endmill", (op,), self.file.add("ACTION_RESOURCE_TYPE", "mill")
-        )
-        prop = self.file.add("RESOURCE_PROPERTY", "effective cutting diameter", "", tool)
-        size = self.file.measure("effective cutting diameter", 8.0, self.file.mm)
-        held = self.file.add("REPRESENTATION", "", (size,), self.file.context)
-        self.file.add("RESOURCE_PROPERTY_REPRESENTATION", "", "", prop, held)
+        self.tool(op, "endmill")
         feature = self.file.add_complex(
             *sorted([("CHARACTERIZED_OBJECT", ("f", "")), ("FEATURE_DEFINITION", ()), ("INSTANCED_FEATURE", ()),
             (kind, ()), ("SHAPE_ASPECT", ("f", "", None, E("T")))])
@@ -405,6 +399,16 @@ class Shaped(Aim):
             own = self.file.add("PRODUCT_DEFINITION_SHAPE", "", "", entity)
             self.describe(own, "SHAPE_REPRESENTATION_WITH_PARAMETERS", "", *items)
         return self.read(self.plan(step))
+
+    def tool(self, operation, kind):
+        """Add a tool of 8 mm that an operation uses."""
+        tool = self.file.add(
+            "MACHINING_TOOL", "T", kind, (operation,), self.file.add("ACTION_RESOURCE_TYPE", "mill")
+        )
+        prop = self.file.add("RESOURCE_PROPERTY", "effective cutting diameter", "", tool)
+        size = self.file.measure("effective cutting diameter", 8.0, self.file.mm)
+        held = self.file.add("REPRESENTATION", "", (size,), self.file.context)
+        self.file.add("RESOURCE_PROPERTY_REPRESENTATION", "", "", prop, held)
 
     def describe(self, shape, keyword, name, *items):
         representation = self.file.add(keyword, name, items, self.file.context)
@@ -504,3 +508,22 @@ def test_an_outside_profile_from_its_bottom():
     assert path.end[motions(path), 2].min() == -6.0
     radius = np.linalg.norm(path.arcs.centre[:, :2] - [20.0, 30.0], axis=1)
     assert (radius < 1e-3).any()
+
+
+def test_a_contact_path_with_its_surface_normal():
+    """A ball of 4 mm radius under a wall's edge: 4 mm along the normal (1, 0, 1) / sqrt 2, less 4 mm down the axis."""
+    aim = Shaped()
+    step, op = aim.step()
+    aim.tool(op, "ball endmill")
+    path = aim.path(op, aim.polyline((0, 0, 0), (0, 10, 0)), aim.technology())
+    aim.file.property(
+        path, "surface normal", "REPRESENTATION", "surface normal", aim.file.direction(np.array([1.0, 0, 1]))
+    )
+    text = aim.stream.getvalue()
+    text = text.replace("'cutter location trajectory'", "'cutter contact trajectory'")
+    aim.stream.seek(0)
+    aim.stream.write(text)
+    toolpath, found = aim.read(aim.plan(step))
+    assert codes(found, "error") == []
+    side = 4 * math.sqrt(0.5)
+    np.testing.assert_allclose(toolpath.end[motions(toolpath)][-1, :3], [side, 10, side - 4], atol=1e-9)

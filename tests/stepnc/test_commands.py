@@ -12,7 +12,8 @@ NIST = PROGRAMS / "stepnc" / "nist_ex1.stp"
 
 def test_tree_of_nists_example():
     lines = list(tree(NIST, "nist_ex1.stp"))
-    assert lines[0] == "workplan 'MAIN WORKPLAN' (#2)"
+    assert lines[0].startswith("workplan 'MAIN WORKPLAN' (#2): 490 motions, ")
+    assert lines[0].endswith(" mm rapid, 4:31 min")
     assert [line.split("'")[1] for line in lines[1:]] == [
         "WS FINISH PLANAR FACE1",
         "WS DRILL HOLE1",
@@ -20,7 +21,8 @@ def test_tree_of_nists_example():
         "WS ROUGH POCKET1",
         "WS FINISH POCKET1",
     ]
-    assert "drilling, tool 'SPIRAL_DRILL_20MM', feed 900, 1350, 1800 mm/min, 7 motions" in lines[2]
+    expected = "drilling of round hole 'HOLE1 D=22MM', tool 'SPIRAL_DRILL_20MM' (twist drill 20 mm)"
+    assert f"{expected}, 480, 720, 960 rev/min, feed 900, 1350, 1800 mm/min, 7 motions" in lines[2]
 
 
 def test_tree_adds_up_length_and_time():
@@ -33,7 +35,8 @@ def test_tree_adds_up_length_and_time():
     alone = part.add("PARALLEL", "alone", (part.add("SET_MARK", "mark"),))
     part.project(part.plan(step, choice, alone))
     lines = list(tree(part.text().encode(), "t.stp"))
-    assert lines[1].endswith("feed 1200 mm/min, 1 motions, 30.0 mm, 3.5 s")
+    assert lines[0].endswith(": 1 motion, 30.0 mm cut, 3.5 s")
+    assert lines[1].endswith("3000 rev/min, feed 1200 mm/min, 1 motion, 30.0 mm cut, 3.5 s")
     assert [line.rpartition(" (#")[0] for line in lines[2:]] == [
         "  if 'choose'",
         "    program stop 'halt'",

@@ -241,7 +241,7 @@ def test_axis_trajectory():
     assert path.end[motions(path)].tolist() == [[1, 5, 0], [2, 5, -1]]
 
 
-def test_contact_paths_are_refused():
+def test_contact_paths_without_normals_are_refused():
     def contact(part):
         curve = part.polyline((0, 0, 0), (1, 0, 0))
         return part.add("CUTTER_CONTACT_TRAJECTORY", *HEAD, None, curve, None, None)
@@ -464,3 +464,44 @@ def test_speeds_of_no_machine_are_refused(values):
     curve = part.polyline((0, 0, 0), (1, 0, 0))
     part.run_curve(curve, technology=part.technology(**values))
     assert codes(part.read()[1], "error") == ["stepnc-speed"]
+
+
+@pytest.mark.parametrize(
+    ("body", "edge", "tip"),
+    [
+        ("BALL_ENDMILL", None, (5 * math.sqrt(0.5), 0.0, 5 * (math.sqrt(0.5) - 1))),
+        ("BULLNOSE_ENDMILL", 2.0, (2 * math.sqrt(0.5) + 3, 0.0, 2 * (math.sqrt(0.5) - 1))),
+        ("ENDMILL", None, (5.0, 0.0, 0.0)),
+    ],
+)
+def test_the_contact_point_and_the_surface_tell_where_the_tip_is(body, edge, tip):
+    """A plane at 45 degrees that falls along X, its normal (1, 0, 1): the ball's centre is one radius along the normal."""
+    part = Part()
+    points = ((0, 0, 0), (0, 10, 0))
+    normal = part.polyline((math.sqrt(0.5), 0, math.sqrt(0.5)), (math.sqrt(0.5), 0, math.sqrt(0.5)))
+    basic = part.add("CURVE_WITH_NORMAL_VECTOR", part.polyline(*points), normal)
+    contact = part.add("CUTTER_CONTACT_TRAJECTORY", *HEAD, None, basic, None, E("FRONT"))
+    part.project(part.plan(part.step(part.freeform(contact, tool=part.tool(body=body, edge=edge)))))
+    path, found = part.read()
+    assert codes(found, "error") == []
+    rows = motions(path)[-1:]
+    np.testing.assert_allclose(path.starts[rows, :3], [tip], atol=1e-12)
+    np.testing.assert_allclose(path.end[rows, :3], [np.add(tip, (0, 10, 0))], atol=1e-12)
+
+
+def test_a_ball_round_a_cylinder_leaves_its_centre_on_a_larger_one():
+    """Contact on a half circle of 20 mm in X-Z, normals outwards: the centre of a ball of 5 mm runs on 25 mm."""
+    part = Part()
+    curve = part.trimmed(
+        part.circle(20.0, axis=(0, -1, 0), reference=(1, 0, 0)), 0.0, 180.0, master="PARAMETER"
+    )
+    unit = part.trimmed(
+        part.circle(1.0, axis=(0, -1, 0), reference=(1, 0, 0)), 0.0, 180.0, master="PARAMETER"
+    )
+    basic = part.add("CURVE_WITH_NORMAL_VECTOR", curve, unit)
+    contact = part.add("CUTTER_CONTACT_TRAJECTORY", *HEAD, None, basic, None, None)
+    part.project(part.plan(part.step(part.freeform(contact, tool=part.tool(body="BALL_ENDMILL")))))
+    path, found = part.read()
+    assert codes(found, "error") == []
+    centre = path.end[motions(path)][1:, :3] + [0, 0, 5.0]
+    np.testing.assert_allclose(np.hypot(centre[:, 0], centre[:, 2]), 25.0, atol=2e-3)

@@ -14,10 +14,21 @@ from cncgen.stepnc.ap238.technology import Resources, described
 from cncgen.stepnc.ap238.units import Units
 from cncgen.stepnc.entities import Entities, Entity, Skip
 from cncgen.stepnc.execution.linearize import couple
+from cncgen.stepnc.geometry.contact import locations
 from cncgen.stepnc.geometry.curves import Curves
 from cncgen.stepnc.geometry.frames import Matrix, Placements, identity
-from cncgen.stepnc.geometry.pieces import Piece, reverse
-from cncgen.stepnc.model import Block, Executable, NcFunction, Operation, Path, Paths, Strategy, Workingstep
+from cncgen.stepnc.geometry.pieces import Piece, Polyline, reverse
+from cncgen.stepnc.model import (
+    Block,
+    Executable,
+    NcFunction,
+    Operation,
+    Path,
+    Paths,
+    Strategy,
+    Tool,
+    Workingstep,
+)
 from cncgen.stepnc.part21 import Exchange
 
 _OPERATION_KINDS = {
@@ -260,9 +271,9 @@ class Ap238Reader:
 
     def _paths(self, owner: int) -> Paths:
         idents = self.graph.related_ids(owner, "MACHINING_TOOLPATH_SEQUENCE_RELATIONSHIP")
-        return Paths(idents, lambda k: self._path(self.entities.get(idents[k], owner=owner)))
+        return Paths(idents, lambda k: self._path(self.entities.get(idents[k], owner=owner), owner))
 
-    def _path(self, entity: Entity) -> Path:
+    def _path(self, entity: Entity, owner: int) -> Path:
         properties = self.graph.properties(entity.id)
         kind = entity.text("description").strip().lower()
         rapid, ratio = self._speed(properties)
@@ -278,13 +289,11 @@ class Ap238Reader:
             return Path(entity.id, kind)
         if kind not in ("", "cutter location trajectory") and "basic curve" not in properties:
             raise entity.fault("stepnc-unsupported", f"a toolpath of kind {kind!r} cannot be executed")
-        if kind == "cutter contact trajectory":
-            text = "a path of the contact point needs the cutter's and the surface's shape; give cutter locations"
-            raise entity.fault("stepnc-unsupported", text)
+        tool = self.resources.tool(owner) if kind == "cutter contact trajectory" else None
         return Path(
             entity.id,
             "trajectory",
-            lambda: self._pieces(entity, properties),
+            lambda: self._pieces(entity, properties, tool),
             rapid,
             ratio,
             technology,
@@ -304,21 +313,34 @@ class Ap238Reader:
             ratio = measure.value if measure is not None and measure.value > 0 else ratio
         return False, ratio
 
-    def _pieces(self, entity: Entity, properties: dict[str, list[Item]]) -> list[Piece]:
+    def _pieces(self, entity: Entity, properties: dict[str, list[Item]], tool: Tool | None) -> list[Piece]:
+        """Return the path of the tip; `tool` is given where the basic curve is the path of the contact point."""
         basic = properties.get("basic curve", [])
         if not basic:
             raise entity.fault("stepnc-missing", "the toolpath has no property 'basic curve'")
         curve = basic[0]
         pieces = self.curves(curve.context).read(curve.entity.id, entity.id)
-        for item in properties.get("tool axis", []):
-            if item.entity.keyword == "DIRECTION":
-                direction = self.curves(item.context).placements.direction(item.entity.id)
-                pieces = couple(pieces, [_constant(direction)])
-                break
-            pieces = couple(pieces, Curves(self.entities, 1.0, math.pi / 180).read(item.entity.id, entity.id))
-            break
+        axes = self._directions(entity, properties, "tool axis")
+        if entity.text("description").strip().lower() == "cutter contact trajectory":
+            normals = self._directions(entity, properties, "surface normal")
+            if normals is None or tool is None or tool.diameter is None:
+                text = "a path of the contact point needs a 'surface normal' and a tool with a diameter"
+                raise entity.fault("stepnc-missing", text)
+            upright = np.array([0.0, 0.0, 1.0])
+            pieces = locations(pieces, normals, axes, upright, tool.diameter / 2, tool.edge)
+        elif axes is not None:
+            pieces = list[Piece](couple(pieces, axes))
         backwards = any(described(i) == "end to beginning" for i in properties.get("direction", []))
         return reverse(pieces) if backwards else pieces
+
+    def _directions(self, entity: Entity, properties: dict[str, list[Item]], name: str) -> list[Piece] | None:
+        """Return the curve of directions that a property gives (constant for one DIRECTION), None without it."""
+        for item in properties.get(name, []):
+            if item.entity.keyword == "DIRECTION":
+                direction = self.curves(item.context).placements.direction(item.entity.id)
+                return [Polyline(np.stack([direction, direction]))]
+            return Curves(self.entities, 1.0, math.pi / 180).read(item.entity.id, entity.id)
+        return None
 
     def needs_rotary(self) -> bool:
         """Tell whether a tool axis may leave the machine's Z: by tool axes or tilted toolpath frames."""
@@ -340,9 +362,3 @@ class Ap238Reader:
             if any(abs(f[2, 2] - 1.0) > 1e-12 for f in frames):
                 return True
         return False
-
-
-def _constant(direction: np.ndarray) -> Piece:
-    from cncgen.stepnc.geometry.pieces import Polyline
-
-    return Polyline(np.stack([direction, direction]))

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +18,14 @@ from cncgen.stepnc.model import Tool
 Floats = NDArray[np.float64]
 
 
-class Canon(Protocol):
-    """What listens to an execution. Positions have the columns X Y Z, then the rotary axes of the program."""
+class Canon:
+    """What listens to an execution; of itself it takes no notice of anything.
+
+    Positions have the columns X Y Z, then the rotary axes of the program.
+    """
+
+    def workingstep(self, ident: int) -> None:
+        """Say which workingstep the next calls belong to."""
 
     def source(self, ident: int) -> None:
         """Say which entity the next calls come from."""
@@ -68,7 +73,7 @@ class Canon(Protocol):
         """End the program."""
 
 
-class Printer:
+class Printer(Canon):
     """Prints the calls in the notation of NIST's interpreters, `lines` to be taken by `take`."""
 
     def __init__(self, axes: str, origin: Floats | None = None) -> None:
@@ -99,9 +104,6 @@ class Printer:
     def _numbers(self, position: Floats) -> str:
         values = [v if k < 3 else math.degrees(v) for k, v in enumerate(position.tolist())]
         return ", ".join(f"{v + 0.0 if abs(v) >= 5e-5 else 0.0:.4f}" for v in values)
-
-    def source(self, ident: int) -> None:
-        """Take no notice."""
 
     def begin(self, position: Floats) -> None:
         """Remember the position."""

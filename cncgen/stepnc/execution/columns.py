@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.tables import ArcTable, NurbsTable
+from cncgen.stepnc.execution.canon import Canon
 from cncgen.stepnc.geometry.pieces import Arc, Nurbs
 from cncgen.stepnc.model import Tool
 from cncgen.toolpath.building import Rows, ToolpathBuilder
@@ -17,7 +18,7 @@ from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
 Floats = NDArray[np.float64]
 
 
-class Columns:
+class Columns(Canon):
     """Collects rows; `take` hands them on as a `Toolpath`."""
 
     def __init__(

@@ -183,6 +183,7 @@ class Executor:
 
     def _workingstep(self, step: Workingstep) -> Iterator[None]:
         operation = step.operation
+        self._canon.workingstep(step.ident)
         self._canon.source(operation.ident)
         paths = operation.paths
         if paths is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,16 +82,19 @@ def with_axes(points: Floats, axes: Floats) -> tuple[Floats, Floats]:
     return np.concatenate([between, points[-1:]]), np.concatenate([mixed, axes[-1:]])
 
 
-def couple(pieces: list[Piece], axes: list[Piece]) -> list[Piece]:
+def couple(pieces: Sequence[Piece], axes: Sequence[Piece]) -> list[Polyline]:
     """Return pieces with the tool axes of a second curve, whose points are directions.
 
-    A spline's knots parametrise its axis curve too; a polyline has one axis a point; else the axis goes linearly with
+    A spline's knots parametrise its axis curve too, and an arc's angle; a polyline has one axis a point; else the axis goes linearly with
     the length from the first to the last direction (ISO 10303-238, 5.2.2.6.1).
     """
     if len(pieces) == 1 and len(axes) == 1:
         path, tilt = pieces[0], axes[0]
         if isinstance(path, Nurbs) and isinstance(tilt, Nurbs):
             return [_couple_splines(path, tilt)]
+        if isinstance(path, Arc) and isinstance(tilt, Arc):
+            points = polyline_of(path, CHORD).points
+            return [Polyline(points, _unit(tilt.points(np.linspace(0.0, 1.0, len(points)))))]
         if isinstance(path, Polyline) and isinstance(tilt, Polyline) and len(path.points) == len(tilt.points):
             return [Polyline(path.points, _unit(tilt.points))]
     if len(pieces) == len(axes) > 1:

@@ -77,7 +77,7 @@ def check_radii(job: Job) -> None:
             job.warn(
                 "stepnc-corner", f"{text} with an allowance of {allowance:g} mm; more of it stays in them"
             )
-    edge = job.tool.edge_radius or 0.0
+    edge = job.tool.edge
     if floor is not None and abs(floor - edge) > 1e-6:
         job.warn("stepnc-floor", f"the floor has a radius of {floor:g} mm, the tool one of {edge:g} mm")
 

@@ -36,7 +36,7 @@ def axis_distance(job: Job, slope: float, depth: float) -> float:
     if not 0 < slope < MAX_SLOPE:
         text = f"a wall at {math.degrees(slope):g} degrees from the vertical cannot be cut from above"
         raise job.fault("stepnc-geometry", text)
-    edge = min(job.tool.edge_radius or 0.0, radius)
+    edge = job.tool.edge
     return radius - edge + edge / math.cos(slope) + (depth - edge) * math.tan(slope)
 
 

@@ -83,12 +83,13 @@ class Operations:
         if entity.keyword not in _OPERATIONS:
             raise entity.fault("stepnc-unsupported", "this operation cannot be executed")
         toolpath, start = entity.ref("its_toolpath"), entity.ref("start_point")
+        tool, tilt = self.resources.tool(entity.ref("its_tool")), self.tilt(entity)
         return Operation(
             entity.id,
             entity.text("its_id"),
             kind_of(entity.keyword),
-            None if toolpath is None else self.toolpaths.read(toolpath),
-            self.resources.tool(entity.ref("its_tool")),
+            None if toolpath is None else self.toolpaths.read(toolpath, tool, tilt),
+            tool,
             self.resources.technology(entity.ref("its_technology")),
             self.resources.functions(entity.ref("its_machine_functions")),
             entity.optional("retract_plane"),
@@ -97,7 +98,7 @@ class Operations:
             self._strategy(entity, "its_machining_strategy"),
             self._strategy(entity, "approach"),
             self._strategy(entity, "retract"),
-            self.tilt(entity),
+            tilt,
         )
 
     def _values(self, entity: Entity) -> dict[str, Any]:

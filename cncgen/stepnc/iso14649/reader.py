@@ -225,7 +225,7 @@ class Iso14649Reader:
         """Tell whether a tool axis may leave the machine's Z: tool axes, tilted tools, or placements that tilt."""
         if len(self.exchange.rows_of_type("THREE_AXES_TILTED_TOOL")):
             return True
-        for instance in self.exchange.instances("CUTTER_LOCATION_TRAJECTORY"):
+        for instance in self.exchange.instances("CUTTER_LOCATION_TRAJECTORY", "CUTTER_CONTACT_TRAJECTORY"):
             if len(instance.parameters) > 7 and instance.parameters[7] is not None:
                 return True
         for instance in self.exchange.instances("AXIS2_PLACEMENT_3D"):

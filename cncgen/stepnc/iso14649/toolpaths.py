@@ -7,10 +7,11 @@ import numpy as np
 from cncgen.stepnc.entities import Entities, Entity
 from cncgen.stepnc.execution.linearize import couple
 from cncgen.stepnc.geometry.approach import angled, tangential
+from cncgen.stepnc.geometry.contact import Floats, locations
 from cncgen.stepnc.geometry.curves import Curves
 from cncgen.stepnc.geometry.pieces import Piece, Polyline, reverse
 from cncgen.stepnc.iso14649.technology import Resources, speed_of
-from cncgen.stepnc.model import Path, Paths
+from cncgen.stepnc.model import Path, Paths, Tool
 
 
 class Toolpaths:
@@ -21,8 +22,13 @@ class Toolpaths:
         self.curves = curves
         self.resources = resources
 
-    def read(self, ident: int) -> Paths:
+    def read(self, ident: int, tool: Tool | None = None, tilt: Floats | None = None) -> Paths:
         """Return the toolpaths of a list, in their order.
+
+        Args:
+            ident: The list.
+            tool: Of the operation: its shape counts where paths are those of the contact point.
+            tilt: Its direction, shape (3,), where it is not Z.
 
         Raises:
             Skip: where it is no list.
@@ -31,11 +37,17 @@ class Toolpaths:
 
         def member(k: int) -> Path:
             neighbours = (members[k - 1] if k else None, members[k + 1] if k + 1 < len(members) else None)
-            return self._path(self.entities.get(members[k], owner=ident), neighbours)
+            return self._path(self.entities.get(members[k], owner=ident), neighbours, tool, tilt)
 
         return Paths(members, member)
 
-    def _path(self, entity: Entity, neighbours: tuple[int | None, int | None]) -> Path:
+    def _path(
+        self,
+        entity: Entity,
+        neighbours: tuple[int | None, int | None],
+        tool: Tool | None,
+        tilt: Floats | None,
+    ) -> Path:
         rapid, ratio = speed_of(entity)
         technology = self.resources.technology(entity.ref("its_technology"))
         functions = self.resources.functions(entity.ref("its_machine_functions"))
@@ -58,8 +70,7 @@ class Toolpaths:
         if kind == "AXIS_TRAJECTORY":
             return path("trajectory", lambda: self._axis_trajectory(entity))
         if kind == "CUTTER_CONTACT_TRAJECTORY":
-            text = "a path of the contact point needs the cutter's and the surface's shape; give cutter locations"
-            raise entity.fault("stepnc-unsupported", text)
+            return path("trajectory", lambda: self._contact(entity, tool, tilt))
         raise entity.fault("stepnc-unsupported", "this kind of toolpath cannot be executed")
 
     def _trajectory(self, entity: Entity) -> list[Piece]:
@@ -67,7 +78,24 @@ class Toolpaths:
         axis = entity.ref("its_toolaxis")
         if axis is not None:
             plain = Curves(self.entities, 1.0, self.curves.angle)  # directions have no unit
-            pieces = couple(pieces, plain.read(axis, entity.id))
+            pieces = list[Piece](couple(pieces, plain.read(axis, entity.id)))
+        return reverse(pieces) if entity.flag("its_direction") is False else pieces
+
+    def _contact(self, entity: Entity, tool: Tool | None, tilt: Floats | None) -> list[Piece]:
+        """Return the path of the tip where that of the contact point is given with the surface's normal."""
+        basic = entity.entity("basiccurve")
+        if basic.keyword != "CURVE_WITH_NORMAL_VECTOR":
+            text = "a path of the contact point needs the surface's normal: a CURVE_WITH_NORMAL_VECTOR"
+            raise entity.fault("stepnc-unsupported", text)
+        if tool is None or tool.diameter is None:
+            raise entity.fault("stepnc-missing", "a path of the contact point needs a tool with a diameter")
+        plain = Curves(self.entities, 1.0, self.curves.angle)  # directions have no unit
+        contact = self.curves.read(basic.entity("basiccurve").id, basic.id)
+        normals = plain.read(basic.entity("surface_normal").id, basic.id)
+        axis = entity.ref("its_toolaxis")
+        axes = None if axis is None else plain.read(axis, entity.id)
+        upright = np.array([0.0, 0.0, 1.0]) if tilt is None else tilt
+        pieces = locations(contact, normals, axes, upright, tool.diameter / 2, tool.edge)
         return reverse(pieces) if entity.flag("its_direction") is False else pieces
 
     def _approach(self, entity: Entity, neighbours: tuple[int | None, int | None]) -> list[Piece]:
