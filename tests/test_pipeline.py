@@ -28,6 +28,10 @@ SQUARE = "G21 G90 G61\nG0 X0 Y0\nG1 X10 F1200\nY10\nX0\nY0\nM2\n"
         ("a.STPNC", b"G0", "stepnc"),
         ("a.nc", b"ISO-10303-21;\nHEADER;", "stepnc"),
         ("-", b"\xef\xbb\xbf \nISO-10303-21;", "stepnc"),
+        ("-", b"/* made by /* x **/ /*\xff*/\r\niso-10303-21 /* 2 */ ;", "stepnc"),
+        ("a.nc", b"/* a comment longer than what was looked at " + b"*" * 4000, "stepnc"),
+        ("a.nc", b"/* */ " * 600 + b"G0 X1", "gcode"),
+        ("a.nc", b"/G0 X1 (ISO-10303-21;)", "gcode"),
         ("a.unknown", b"%", "gcode"),
     ],
 )
