@@ -118,6 +118,8 @@ def _servo_table(letter: str, fit: Fit) -> str:
     else:
         lines.append('model = "first-order"')
         for name, value in p.items():
+            if name == "offset":
+                continue  # of the encoder's zero, and not of the axis
             lag = name == "coulomb_lag_mm"
             shown = math.degrees(value) if lag and is_rotary(letter) else value
             lines.append(f"{name.replace('mm', length) if lag else name} = {shown!r}")

@@ -133,6 +133,56 @@ def test_bad_logs_are_named(text, code):
         parse_log(text, "log.csv")
 
 
+@pytest.mark.parametrize(
+    "head",
+    [
+        "time [ms];x_cmd [µm];x_pos [µm];x_torque [N·m];spindle load",
+        "# written by a drive\ntime [ms]\tX ref (um)\tX act (um)\tx_u\tspindle load",
+        "t_ms,x_cmd_um,x_um,x_force,spindle load",
+        "\ufefft_ms,x_setpoint_um,X_um,X_drive,spindle load",
+    ],
+)
+def test_logs_of_other_tools_are_read(head):
+    separator = next(mark for mark in ";\t," if mark in head.splitlines()[-1])
+    rows = [(100 + k, 2000.0 * k, 1000.5 * k, 5.0) for k in range(20)]
+    text = "\n".join(separator.join([*(f"{v:.3f}" for v in row), "idle"]) for row in rows)
+    text = text.replace(".", ",") if separator == ";" else text
+    log = parse_log(f"{head}\n{text}\n".encode(), "log.csv")["X"]
+    assert log.period_s == pytest.approx(0.001)
+    assert log.position == pytest.approx(1.0005 * np.arange(20))
+    assert log.command == pytest.approx(2.0 * np.arange(20))
+    assert log.drive.tolist() == [5.0] * 20
+
+
+@pytest.mark.parametrize(
+    ("times", "message"),
+    [
+        ([*range(10), *range(9, 29)], "does not go on at row 12: 9 s, then 9 s"),
+        ([*range(10), *range(15, 35)], "1 of 29 steps differ from 1 s, most at row 12, where it is 6 s"),
+    ],
+)
+def test_times_that_are_not_even_are_named_with_their_row(times, message):
+    text = "t_s,x_mm\n" + "".join(f"{t},1\n" for t in times)
+    with pytest.raises(UsageError, match=message):
+        parse_log(text.encode(), "log.csv")
+
+
+def test_zeros_that_differ_and_a_late_clock_change_nothing():
+    """Position 7 mm off: the same parameters, and the offset beside them."""
+    values = {"position_gain_1_s": 60.0, "time_constant_s": 0.004}
+    command, _, measured = logged(Servo("first-order", values), noise=0.0005, duration_s=3.0, low_hz=1.0)
+    plain, off = (fit_first_order(command, measured + by, T, friction=False) for by in (0.0, 7.0))
+    within(off, {**values, "offset": 7.0})
+    assert off.parameters["time_constant_s"] == pytest.approx(plain.parameters["time_constant_s"], rel=1e-5)
+    servo = profile("xy-table")["X"]
+    command, _, measured = logged(servo, noise=0.0002, duration_s=3.0, low_hz=1.0)
+    fit = fit_fourth_order(command, measured - 2.0, T)
+    assert abs(fit.parameters["offset"] + 2.0) < SIGMAS * fit.uncertainty["offset"]
+    assert fit.residual_rms == pytest.approx(0.0002, rel=0.05)
+    with pytest.raises(ValueError, match="does not change"):
+        fit_first_order(np.full(50, 3.0), np.full(50, 3.0), T)
+
+
 def test_a_log_is_read_by_its_columns():
     rows = b"".join(b"%.3f,%d,%d,5\n" % (k * T, k, 2 * k) for k in range(20))
     log = parse_log(b"t_s,x_mm,x_cmd_mm,x_force\n" + rows, "log.csv")["X"]

@@ -55,13 +55,15 @@ def test_chunks_change_nothing():
 def test_a_command_that_breaks_a_limit_is_refused_with_the_place():
     rows = circle(10.0, 60.0)
     limits = {k: Axis(k, 61.0, 1e6, 1e9) for k in "XY"}
-    with pytest.raises(NoPlanError, match=r"axis [XY]: the compensated command needs [0-9.]+ mm/s of velocity"):
+    with pytest.raises(
+        NoPlanError, match=r"axis [XY]: the compensated command needs [0-9.]+ mm/s of velocity"
+    ):
         compensated(rows, {k: Servo("first-order", {"position_gain_1_s": 60.0}) for k in "XY"}, limits=limits)
     roomy = {k: Axis(k, 500.0, 1e7, 1e12) for k in "XY"}
     command, _ = compensated(rows, profile("xy-table"), limits=roomy)
     assert len(command) == len(rows) + 100
     tight = {k: Axis(k, 500.0, 1e7, 1e12, (-10.0, 10.0)) for k in "XY"}
-    with pytest.raises(NoPlanError, match="travel"):
+    with pytest.raises(NoPlanError, match=r"beyond -?10"):
         compensated(rows, {k: Servo("first-order", {"position_gain_1_s": 60.0}) for k in "XY"}, limits=tight)
 
 

@@ -100,27 +100,35 @@ def fit_velocity_loop(drive: Floats, position: Floats, period_s: float, *, frict
 def fit_first_order(command: Floats, position: Floats, period_s: float, *, friction: bool = True) -> Fit:
     """Fit P control (Kv) round a velocity loop (τ), with the lag that friction costs, from command to position.
 
-    The control period is the log's.
+    The control period is the log's. An offset of the position (zeros that differ) is fitted beside. The axis is at rest
+    when the log begins.
     """
+    size = _typical(command - command[0])
 
     def simulated(theta: Floats) -> Floats:
         gain, lag = np.exp(theta[:2])
         values = {"position_gain_1_s": gain, "time_constant_s": lag}
-        if len(theta) > 2:
-            values["coulomb_lag_mm"] = abs(theta[2])
-        return _follow(axis_loop(Servo("first-order", values), "X", period_s), command)
+        if len(theta) > 3:
+            values["coulomb_lag_mm"] = abs(theta[3])
+        return _follow(axis_loop(Servo("first-order", values), "X", period_s), command) + theta[2] * size
 
-    grid = [np.log([k, share / k]) for k in (10.0, 30.0, 90.0, 270.0) for share in (0.03, 0.2)]
+    start = float(position[0] - command[0]) / size
+    grid = [
+        np.array([np.log(k), np.log(share / k), start])
+        for k in (10.0, 30.0, 90.0, 270.0)
+        for share in (0.03, 0.2)
+    ]
     theta, spread, rest = _best(simulated, grid, position)
-    names = ["position_gain_1_s", "time_constant_s"]
+    names = ["position_gain_1_s", "time_constant_s", "offset"]
     if friction:
         names.append("coulomb_lag_mm")
-        lag = float(np.abs(command - position).mean())
+        lag = float(np.abs(command + theta[2] * size - position).mean())
         theta, spread, rest = _best(
             simulated, [np.append(theta, 0.02 * lag), np.append(theta, 0.3 * lag)], position
         )
-    values, errors = _unfold(names, theta, spread, {})
-    values = {name: abs(value) for name, value in values.items()}
+    values, errors = _unfold(names, theta, spread, {"offset": size})
+    if friction:
+        values["coulomb_lag_mm"] = abs(values["coulomb_lag_mm"])
     return _fit("first-order", values, errors, rest, position)
 
 
@@ -131,17 +139,19 @@ COEFFICIENTS = ("a3", "a2", "a1", "a0", "b2", "b1")
 def fit_fourth_order(command: Floats, position: Floats, period_s: float) -> Fit:
     """Fit (b2 s² + b1 s + a0)/(s⁴ + a3 s³ + a2 s² + a1 s + a0) from command to position: Tsai 2010, eq. 9.
 
-    The six coefficients are what a log of the closed loop determines; several sets of gains of appendix A-1 give the
+    An offset of the position is fitted beside. The six coefficients are what a log of the closed loop determines; several sets of gains of appendix A-1 give the
     same ones.
     """
+    size = _typical(command - command[0])
+    start = float(position[0] - command[0]) / size
 
     def simulated(theta: Floats) -> Floats:
-        a3, a2, a1, a0, b2, b1 = np.exp(np.clip(theta, -100.0, 100.0))
+        a3, a2, a1, a0, b2, b1 = np.exp(np.clip(theta[:6], -100.0, 100.0))
         loop = follow_transfer_function(np.array([b2, b1, a0]), np.array([1.0, a3, a2, a1, a0]), period_s)
-        return _follow(loop, command)
+        return _follow(loop, command) + theta[6] * size
 
-    theta, spread, rest = _best(simulated, list(_cascades()), position)
-    values, errors = _unfold(list(COEFFICIENTS), theta, spread, {}, logs=6)
+    theta, spread, rest = _best(simulated, [np.append(one, start) for one in _cascades()], position)
+    values, errors = _unfold([*COEFFICIENTS, "offset"], theta, spread, {"offset": size}, logs=6)
     return _fit("fourth-order", values, errors, rest, position)
 
 
@@ -173,6 +183,14 @@ def _best(
     return min(
         (_solved(residual, start) for start in ranked[:2]), key=lambda found: float(found[2] @ found[2])
     )
+
+
+def _typical(values: Floats) -> float:
+    """Return the size of a signal; raises ValueError where it does not change."""
+    size = float(np.abs(values).mean())
+    if not size > 0.0:
+        raise ValueError("the command does not change")
+    return size
 
 
 def _square(values: Floats) -> float:

@@ -1,9 +1,14 @@
-"""Logs of an axis: a CSV file with the time and columns such as a response file has."""
+"""Logs of an axis: a CSV file with the time and columns such as a response file has.
+
+Other tools write other CSV files: semicolons (with decimal commas) and tabs part columns too, units may stand in brackets
+and be others (``time [ms]``, ``x_cmd (µm)``), and columns that are nothing of this are passed over.
+"""
 
 from __future__ import annotations
 
 import io
 import os
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +16,7 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import read_bytes
-from cncgen.units import AXIS_LETTERS, DEGREE, file_unit, is_rotary
+from cncgen.units import AXIS_LETTERS, DEGREE, is_rotary
 
 Floats = NDArray[np.float64]
 
@@ -28,7 +33,7 @@ class AxisLog:
     Attributes:
         letter: The axis.
         period_s: Time between samples.
-        position: Shape (n,), mm or rad: column ``x_mm``.
+        position: Shape (n,), mm or rad: column ``x_mm`` (or ``x_pos``, ``x_act`` … with a unit).
         command: Shape (n,), or None: column ``x_cmd_mm``.
         drive: Shape (n,), the drive's input in its own unit, or None: column ``x_force``.
     """
@@ -45,68 +50,155 @@ def read_log(path: str | os.PathLike[str]) -> dict[str, AxisLog]:
 
     Raises:
         UsageError: The file cannot be read, has no ``t_s`` or no position (``log-columns``), something that is no number
-            (``log-row``), fewer than 16 rows, or uneven times (``log-time``).
+            (``log-row``), fewer than 16 rows, or times that are uneven or go back (``log-time``).
     """
     return parse_log(read_bytes(path, at_most=MAX_BYTES), os.fspath(path))
 
 
 def parse_log(content: bytes, name: str) -> dict[str, AxisLog]:
     """Return the axes of a log's text; see `read_log`."""
-    head, _, body = content.partition(b"\n")
-    names = [part.strip() for part in head.decode("utf-8", "replace").strip().split(",")]
-    if "t_s" not in names:
+    head, body, separator = _split(content)
+    words = head.split(separator)
+    places: dict[str, int] = {}
+    factors: dict[str, float] = {}
+    for i, column in enumerate(map(_column, words)):
+        if column is None:
+            continue
+        if column.name in places:
+            raise _fault("log-columns", f"{name}: columns {places[column.name] + 1} and {i + 1} say the same")
+        places[column.name], factors[column.name] = i, column.factor
+    if "t" not in places:
+        shown = ", ".join(word.strip() for word in words)[:120]
         raise _fault(
-            "log-columns", f"{name}: the first line names no column t_s; it names {', '.join(names)[:80]}"
+            "log-columns", f"{name}: the first line names no column of times (t_s); it names {shown}"
         )
-    table = _table(body, name, len(names))
-    columns = {column: table[:, i] for i, column in enumerate(names)}
-    period = _period(columns["t_s"], name)
-    axes = {}
-    for letter in AXIS_LETTERS:
-        low, unit = letter.lower(), file_unit(letter)
-        factor = DEGREE if is_rotary(letter) else 1.0
-        if f"{low}_{unit}" in columns:
-            command = columns.get(f"{low}_cmd_{unit}")
-            axes[letter] = AxisLog(
-                letter,
-                period,
-                columns[f"{low}_{unit}"] * factor,
-                None if command is None else command * factor,
-                columns.get(f"{low}_force"),
-            )
-    if not axes:
+    if not any(letter.lower() in places for letter in AXIS_LETTERS):
         raise _fault("log-columns", f"{name}: no column x_mm (or of another axis) with the measured position")
-    return axes
+    table = _table(body, separator, name, list(places.values()))
+    found = {key: table[:, i] * factors[key] for i, key in enumerate(places)}
+    period = _period(found["t"], name)
+    return {
+        letter: AxisLog(letter, period, found[low], found.get(f"{low}_cmd"), found.get(f"{low}_force"))
+        for letter in AXIS_LETTERS
+        if (low := letter.lower()) in found
+    }
 
 
-def _table(body: bytes, name: str, columns: int) -> Floats:
-    try:
-        table: Floats = np.loadtxt(io.BytesIO(body), delimiter=",", ndmin=2, dtype=np.float64)
-    except ValueError as error:
-        raise _fault("log-row", f"{name}: {error}") from error
-    if len(table) < 16 or table.shape[1] != columns:
-        raise _fault(
-            "log-row", f"{name}: {len(table)} rows of {table.shape[1]} numbers; 16 of {columns} are needed"
-        )
+@dataclass(frozen=True, slots=True)
+class _Column:
+    """``t``, ``x``, ``x_cmd`` or ``x_force``, and the factor that brings its numbers to s, mm, rad or what they are."""
+
+    name: str
+    factor: float
+
+
+#: Units that a header may name, and what makes them s, mm and rad.
+_UNITS = {
+    "t": {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6},
+    "length": {"mm": 1.0, "um": 1e-3, "µm": 1e-3, "m": 1e3},
+    "angle": {"deg": DEGREE, "°": DEGREE, "rad": 1.0},
+}
+_TIMES = ("t", "time", "timestamp")
+_ROLES = {
+    "": "", "pos": "", "act": "", "actual": "", "meas": "", "position": "",
+    "cmd": "_cmd", "command": "_cmd", "ref": "_cmd", "set": "_cmd", "setpoint": "_cmd",
+    "force": "_force", "drive": "_force", "torque": "_force", "input": "_force", "u": "_force",
+}  # fmt: skip
+_LABEL = re.compile(r"^(?P<words>.*?)[\s_]*(?:[\[(]\s*(?P<unit>[^\])]*?)\s*[\])])?$")
+
+
+def _column(text: str) -> _Column | None:
+    """Return what a header's word stands for, or None where it is something else.
+
+    The unit stands after an underscore (``x_mm``) or in brackets (``x [mm]``); of a drive's input it may be anything.
+    """
+    match = _LABEL.match(text.strip().strip("\"'").replace("μ", "µ").lower())
+    words = re.split(r"[\s_]+", match["words"]) if match else []
+    unit = match["unit"] if match and match["unit"] is not None else None
+    if words and words[0] in _TIMES:
+        return _with_unit("t", words[1:], unit, _UNITS["t"], default="")
+    letters = [w for w in words if len(w) == 1 and w.upper() in AXIS_LETTERS]
+    if len(letters) > 1 and letters[-1] == "u":  # the drive's input, and not the axis U
+        letters.pop()
+    if len(letters) != 1:
+        return None
+    words.remove(letters[0])
+    role = _ROLES.get(words[0] if words else "")
+    if words and role is not None:
+        words = words[1:]
+    elif role is None:
+        role = ""
+    if role == "_force":
+        return _Column(letters[0] + role, 1.0)
+    units = _UNITS["angle" if is_rotary(letters[0].upper()) else "length"]
+    return _with_unit(letters[0] + role, words, unit, units)
+
+
+def _with_unit(
+    name: str, words: list[str], unit: str | None, units: dict[str, float], default: str | None = None
+) -> _Column | None:
+    said = unit if unit is not None else "_".join(words) or default
+    factor = units.get(said) if said is not None and (unit is None or not words) else None
+    return None if factor is None else _Column(name, factor)
+
+
+def _split(content: bytes) -> tuple[str, str, str]:
+    """Return header, body and separator of a log's text; lines before the header that begin with # are left out."""
+    text = content.decode("utf-8-sig", "replace")
+    while text.startswith("#") and "," not in text.partition("\n")[0]:
+        text = text.partition("\n")[2]
+    head, _, body = text.lstrip("# ").partition("\n")
+    separator = next((mark for mark in (";", "\t", ",") if mark in head), ",")
+    return head.strip("\r\n"), body.replace(",", ".") if separator == ";" else body, separator
+
+
+def _table(body: str, separator: str, name: str, columns: list[int]) -> Floats:
+    """Return the numbers of some columns, shape (rows, len(columns)); what the others hold does not matter."""
+    table: Floats = np.zeros((0, len(columns)))
+    if body.strip():
+        try:
+            table = np.loadtxt(
+                io.StringIO(body), delimiter=separator, ndmin=2, dtype=np.float64, usecols=columns
+            )
+        except ValueError as error:
+            raise _fault("log-row", f"{name}: {_in_file_rows(str(error))}") from error
+    if len(table) < 16:
+        raise _fault("log-row", f"{name}: {len(table)} rows; 16 are needed")
     if not np.isfinite(table).all():
         row, column = np.argwhere(~np.isfinite(table))[0]
-        raise _fault("log-row", f"{name}: row {row + 2}, column {column + 1} is {table[row, column]}")
+        count = int((~np.isfinite(table)).sum())
+        more = f", and so {'is one' if count == 2 else f'are {count - 1}'} more" if count > 1 else ""
+        raise _fault(
+            "log-row", f"{name}: row {row + 2}, column {columns[column] + 1} is {table[row, column]}{more}"
+        )
     return table
+
+
+def _in_file_rows(message: str) -> str:
+    """Return numpy's message with rows counted as in the file, the header being row 1."""
+    return re.sub(r"\b(row|line) (\d+)", lambda found: f"{found[1]} {int(found[2]) + 2}", message)
 
 
 def _period(times: Floats, name: str) -> float:
     steps = np.diff(times)
-    period = float(times[-1] - times[0]) / len(steps)
-    if period <= 0.0 or np.abs(steps - period).max() > JITTER * period + 1e-9:
+    back = np.flatnonzero(steps <= 0.0)
+    if len(back):
+        row = int(back[0])
+        message = f"{name}: time does not go on at row {row + 3}: {times[row]:g} s, then {times[row + 1]:g} s"
+        raise _fault("log-time", message)
+    period = float(np.median(steps))
+    uneven = np.abs(steps - period) > JITTER * period + 1e-9
+    if uneven.any():
         worst = int(np.abs(steps - period).argmax())
         raise _fault(
             "log-time",
-            f"{name}: times are not even: {period:g} s in the mean, {steps[worst]:g} s at row {worst + 2}",
+            f"{name}: times are not even: {int(uneven.sum())} of {len(steps)} steps differ from {period:g} s, most at row"
+            f" {worst + 3}, where it is {steps[worst]:g} s",
+            hint="give evenly sampled rows: fill gaps, or interpolate the log to one period",
         )
-    return period
+    return float(times[-1] - times[0]) / len(steps)
 
 
-def _fault(code: str, message: str) -> UsageError:
-    return UsageError(
-        Diagnostic(code, message, hint="a log is a CSV file like the response file of cncgen simulate")
-    )
+def _fault(code: str, message: str, hint: str = "") -> UsageError:
+    usual = "a log is a CSV file like the response file of cncgen simulate: t_s,x_cmd_mm,x_mm,x_force"
+    return UsageError(Diagnostic(code, message, hint=hint or usual))
