@@ -33,7 +33,8 @@ def file_fault(path: str | os.PathLike[str], verb: str, error: OSError) -> Usage
         errno.ELOOP: "its symbolic links go round in a circle",
     }
     reason = reasons.get(error.errno or 0, error.strerror or str(error))
-    return UsageError(Diagnostic(f"file-{verb}", f"cannot {verb} {os.fspath(path)}: {reason}"))
+    name = os.fspath(path) or "the file with an empty name"
+    return UsageError(Diagnostic(f"file-{verb}", f"cannot {verb} {name}: {reason}"))
 
 
 @contextmanager

@@ -12,4 +12,19 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
 
     from cncgen.cli.app import run
 
-    sys.exit(run(arguments))
+    code = run(arguments)
+    _leave_threads(code)
+    sys.exit(code)
+
+
+def _leave_threads(code: int) -> None:
+    """End the process at once where an interrupted command left threads at work.
+
+    `run` has flushed and cleaned up; the interpreter would stop such a thread within its compiled code, which aborts.
+    """
+    import os
+    import sys
+
+    threading = sys.modules.get("threading")
+    if threading is not None and threading.active_count() > 1:
+        os._exit(code)

@@ -226,7 +226,8 @@ def test_wrong_usage(cncgen: Run, small: Path) -> None:
     refused(cncgen("plan"), 2, "PROGRAM")
     refused(cncgen(*PLAN, small, "--feedrate", "fast"), 2, "fast")
     refused(cncgen(*PLAN, small, "--nonsense"), 2, "--nonsense")
-    refused(cncgen("plna", small), 2, "plna")
+    refused(cncgen("plna", small), 2, "plna", "did you mean plan?")
+    refused(cncgen("xyz", small), 2, "No such command 'xyz'.")
     refused(cncgen(*PLAN, small, "--signals", "vel,speed"), 2, "speed")
     refused(cncgen(*PLAN, small, "-m", "xy-tabel"), 2, "did you mean xy-table")
     refused(cncgen(*PLAN, "a\0b"[:1] + "\u2028.nc"), 2, "no such file")
@@ -356,3 +357,21 @@ def test_npz_through_a_pipe(cncgen: Run, small: Path) -> None:
     judged = cncgen("verify", "-", "-p", small, "-m", "xy-table", stdin=planned.stdout)
     assert b"setpoints every 1 ms" in judged.stderr
     assert judged.returncode in (0, 1)
+
+
+def test_a_thread_left_at_work_does_not_hold_or_break_the_exit() -> None:
+    """A command that is interrupted leaves its threads; the process ends with its code, all output written."""
+    script = """
+import sys, threading, time
+from cncgen.cli import app, main
+def command(arguments):
+    threading.Thread(target=time.sleep, args=(60,)).start()
+    print("x" * 100_000)
+    sys.stdout.flush()
+    return 130
+app.run = command
+main([])
+"""
+    run = subprocess.run([sys.executable, "-c", script], capture_output=True, timeout=30, check=False)
+    assert run.returncode == 130
+    assert len(run.stdout) == 100_001
