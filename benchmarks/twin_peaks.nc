@@ -1,0 +1,19 @@
+%
+(Two peaks between three valleys, a cubic NURBS of nine points with weights of 1 to 4: curvature changes all the way.)
+(START, X0 Y0)
+G21 G17 G90 G94 G61
+G6.2 P4 K0 X0 Y0 R1 F6000
+K0 X20 Y2 R1
+K0 X30 Y40 R4
+K0 X35 Y2 R1
+K0.166666666666667 X50 Y-10 R2
+K0.333333333333333 X65 Y2 R1
+K0.5 X70 Y40 R4
+K0.666666666666667 X80 Y2 R1
+K0.833333333333333 X100 Y0 R1
+K1
+K1
+K1
+K1
+M30
+%
