@@ -199,7 +199,7 @@ def lengths(table: NurbsTable, low: Ints | None = None, high: Ints | None = None
             break
         # No room for curve `done`: what stands is kept, in twice the room.
         cells = np.concatenate([cells, np.empty_like(cells)])
-    cells = cells[: offset[-1]]
+    cells = cells[: offset[-1]].copy()
     total = np.zeros(curves)
     some = offset[1:] > offset[:-1]
     ends = offset[1:][some] - 1

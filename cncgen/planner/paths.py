@@ -9,7 +9,7 @@ from cncgen.toolpath.record import Toolpath
 
 #: The last toolpaths with their paths: planner, blending and sampling ask for the same ones one after the other, the
 #: planner in another thread and some blocks ahead.
-_recent: deque[tuple[Toolpath, Path]] = deque(maxlen=16)
+_recent: deque[tuple[Toolpath, Path]] = deque(maxlen=12)
 
 
 def path_of(toolpath: Toolpath) -> Path:
