@@ -1,4 +1,4 @@
-"""Canned cycles: G73, G74, G81 to G89.
+"""Canned cycles of LinuxCNC: G73, G74, G81 to G89 (FANUC's are in `canned_cycles_fanuc`).
 
 A cycle is a hole: the tool goes across to the hole's place, down to R, and then does what the cycle is for. Words stay
 in force from block to block of the same cycle; only L (repeats) does not. "Across" is in the plane, "down" along its
@@ -378,6 +378,7 @@ CODES = tuple(
         cycle.help,
         AXES + "@^rl" + cycle.needs + cycle.takes,
         "motion",
+        dialects=("linuxcnc",),
     )
     for number, cycle in CYCLES.items()
 )

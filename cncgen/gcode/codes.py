@@ -41,6 +41,7 @@ _MODULES = (
     "subprograms",
     "pins",
     "canned_cycles",
+    "canned_cycles_fanuc",
     "nurbs",
     "frames",
     "probing",

@@ -186,7 +186,7 @@ class Compiler:
             return False
         number, times, values = macros.arguments([pair for pair in pairs if pair[1] == pair[1]])
         if code == 66.0:
-            self.ip.modal_macro = number, times, values
+            self.ip.modal_macros.append((number, times, values))
         else:
             self.ip.jump, self.ip.macro_values = ("macro", number, times), values
         return True

@@ -10,7 +10,7 @@ from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.codes import ALONE, BOTH, Code, Codes, Handler, table
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.modal import NO_MOTION, State, to_machine, to_program
+from cncgen.gcode.modal import NO_MOTION, Stage, State, to_machine, to_program
 from cncgen.gcode.parameters import (
     G92,
     G92_ON,
@@ -43,6 +43,14 @@ class Plan:
     steps: tuple[Handler, ...]
 
 
+def _run_under(ip: Interpreter, block: Block) -> None:
+    """Make the motion that is in force again after G80 of FANUC."""
+    ip.codes["G", ip.state.motion].run(ip, block)
+
+
+_UNDER = Code("G", -1, "motion", Stage.MOTION, _run_under, "", "xyzabcuvwijkr", "motion")
+
+
 class Interpreter:
     """State, parameters and sink of one run.
 
@@ -60,8 +68,8 @@ class Interpreter:
         #: The sink below cutter compensation and frames, which put their own before it.
         self.base = sink
         self.options = options
-        #: G66: number, times and arguments of the macro that follows each motion.
-        self.modal_macro: tuple[int, int, list[float]] | None = None
+        #: G66: number, times and arguments of the macros that follow each motion, the last one first.
+        self.modal_macros: list[tuple[int, int, list[float]]] = []
         #: Arguments of the macro that `jump` asks for.
         self.macro_values: list[float] | None = None
         self.warn = warn
@@ -70,6 +78,7 @@ class Interpreter:
         self.state: State = State()
         if dialect == "fanuc":
             self.state.motion = 0
+            self.state.retract_old = True
         self.parameters: Parameters = Parameters(self)
         self.tools: ToolTable = tools_of(options)
         if options.stand_alone:
@@ -176,6 +185,8 @@ class Interpreter:
         if own or motion:
             return motion
         modal = self.codes.get(("G", self.state.motion))
+        if any(code.group == "canned cycle" for code in codes):
+            modal = _UNDER
         if modal is not None and modal.number != NO_MOTION and not set(modal.summons).isdisjoint(block.words):
             return modal
         if moves:
@@ -202,7 +213,7 @@ class Interpreter:
             and self.guard is None
             and self.sink is self.base
             and not state.polar
-            and self.modal_macro is None
+            and not self.modal_macros
             # A printed rate in inverse time depends on the motion's length.
             and not (state.feed_mode == 93 and self.sink.wants_comments)
         )

@@ -74,6 +74,13 @@ def cancel(ip: Interpreter, block: Block) -> None:
     ip.sink.call('COMMENT("interpreter: motion mode set to none")')
 
 
+def cancel_cycle(ip: Interpreter, block: Block) -> None:
+    """G80 of FANUC: end of a canned cycle; the motion code before it is in force again."""
+    state = ip.state
+    if state.cycle is not None:
+        state.motion, state.cycle = state.under, None
+
+
 def machine_coordinates(ip: Interpreter, block: Block) -> None:
     """G53: told to the motion by its presence (`Interpreter.end_point`)."""
 
@@ -82,5 +89,24 @@ CODES = (
     Code("G", 530, "non-modal", Stage.REFERENCE, machine_coordinates, "axis words are machine coordinates"),
     Code("G", 0, "motion", Stage.MOTION, traverse, "traverse at the machine's own speed", _WORDS, "motion"),
     Code("G", 10, "motion", Stage.MOTION, feed, "straight feed", _WORDS, "motion"),
-    Code("G", 800, "motion", Stage.MOTION, cancel, "no motion mode: end of a canned cycle", "", "motion"),
+    Code(
+        "G",
+        800,
+        "motion",
+        Stage.MOTION,
+        cancel,
+        "no motion mode: end of a canned cycle",
+        "",
+        "motion",
+        dialects=("linuxcnc",),
+    ),
+    Code(
+        "G",
+        800,
+        "canned cycle",
+        Stage.REFERENCE,
+        cancel_cycle,
+        "end of a canned cycle: G0 to G3 before it is in force again",
+        dialects=("fanuc",),
+    ),
 )

@@ -68,8 +68,9 @@ def modal_call(ip: Interpreter, block: Block) -> None:
 
 
 def end_modal_call(ip: Interpreter, block: Block) -> None:
-    """G67."""
-    ip.modal_macro = None
+    """G67: end the G66 that came last."""
+    if ip.modal_macros:
+        ip.modal_macros.pop()
 
 
 def call_program(ip: Interpreter, block: Block) -> None:

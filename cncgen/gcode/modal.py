@@ -58,6 +58,7 @@ class State:
         inches: G20.
         plane: 17, 18, 19 (171, 181, 191).
         motion: Modal motion in tenths (10 is G1), `NO_MOTION` for none.
+        under: The modal motion that FANUC's G80 leads back to.
         absolute, arc_absolute: G90 and G90.1.
         feed_mode: 93, 94, 95.
         feed: F.
@@ -85,6 +86,7 @@ class State:
     inches: bool = False
     plane: int = 17
     motion: int = NO_MOTION
+    under: int = 0
     absolute: bool = True
     arc_absolute: bool = False
     feed_mode: int = 94

@@ -74,7 +74,7 @@ _SKIP = Code(
     "own",
     dialects=("fanuc",),
 )
-CODES = (_SKIP,) + tuple(
+_PROBES = tuple(
     Code("G", tenths, "motion", Stage.MOTION, _probe(tenths), f"probe {text}", _WORDS, "motion")
     for tenths, text in (
         (382, "towards the part, with an error where nothing is touched"),
@@ -83,3 +83,4 @@ CODES = (_SKIP,) + tuple(
         (385, "away from the part"),
     )
 )
+CODES = (_SKIP, *_PROBES)

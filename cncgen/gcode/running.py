@@ -443,16 +443,16 @@ class Runner:
             if plan is None:
                 plan = plans[ip.state.motion] = ip.plan_of(block)
             ip.perform(plan, block)
-        if ip.modal_macro is not None:
+        if ip.modal_macros:
             self._call_modal_macro(block)
 
     def _call_modal_macro(self, block: Block) -> None:
-        """Ask for the macro of G66 after a motion; the motions of the macro itself call nothing."""
+        """Ask for the macro of the last G66 after a motion; motions of that macro ask for the one before it."""
         ip = self.ip
-        assert ip.modal_macro is not None
+        running = sum(frame.modal for frame in self.flow.frames)
         moves = not AXIS_INDEX.keys().isdisjoint(block.words)
-        if moves and ip.jump is None and not any(frame.modal for frame in self.flow.frames):
-            number, times, ip.macro_values = ip.modal_macro
+        if moves and ip.jump is None and running < len(ip.modal_macros):
+            number, times, ip.macro_values = ip.modal_macros[-1 - running]
             ip.jump = "modal", number, times
 
     # Faults.

@@ -143,3 +143,57 @@ def test_auto_says_what_it_chose_and_why(run: Any, text: str, dialect: str, line
 @pytest.mark.parametrize("text", ["G0 X1\nM2", "G5 P0 Q-3 I1 J1 X1 Y1 F100\nM2", "(IF GOTO)\nG0 X1\nM2"])
 def test_auto_without_a_sign_is_silent(run: Any, text: str) -> None:
     assert run(text).diagnostics == []
+
+
+def test_modal_macros_nest(run: Any) -> None:
+    """Motions of the last macro call the one before it (B-63324EN, 15.7.2)."""
+    text = "G0\nG66 P1\nZ10\nG66 P2\nZ15\nG67\nZ20\nG67\nZ25\nM30\nO1\nX#101\n#101=#101+1\nM99\nO2\nY60\nY70\nM99"
+    found = fanuc(run, "#101=1\n" + text)
+    assert found == [
+        [0, 0, 10],
+        [1, 0, 10],
+        [1, 0, 15],
+        [1, 60, 15],
+        [2, 60, 15],
+        [2, 70, 15],
+        [3, 70, 15],
+        [3, 70, 20],
+        [4, 70, 20],
+        [4, 70, 25],
+    ]
+
+
+def test_angles_of_macros(run: Any) -> None:
+    """ATAN[y] is -90 to 90, ATAN[y]/[x] 0 to 360, ASIN 0 to 360 (parameter NAT is 0)."""
+    found = fanuc(run, "G0 X[ATAN[-1]] Y[ATAN[-1]/[-1]] Z[ASIN[-0.5]]\nX[ATAN[1]/2] Y[ATAN[1,1]]\nM30")
+    np.testing.assert_allclose(found, [[-45, 225, 330], [22.5, 45, 330]])
+
+
+def test_geometry_and_wear_of_tools(run: Any) -> None:
+    text = "G10 L10 P1 R10.\nG10 L11 P1 R1.\nG0 G43 H1 Z0\nG44 H1 Z0\nG91 G10 L11 P1 R2.\nG90 G43 H1 Z0\nH0 G43 Z1\nM30"
+    assert fanuc(run, text) == [[0, 0, 11], [0, 0, -11], [0, 0, 13], [0, 0, 1]]
+
+
+def test_the_shift_of_all_systems(run: Any) -> None:
+    text = "G10 L2 P0 X5\nG10 L2 P2 Y1\nG0 X0\nG55 Y0\nG10 L2 P0 X0\nX1\nM30"
+    assert fanuc(run, text) == [[5, 0, 0], [5, 1, 0], [1, 1, 0]]
+
+
+def test_skip_goes_to_the_programmed_point_and_says_so(run: Any) -> None:
+    out = run("G31 X10 F100\nG0 X#5061 Y1\nM30", dialect="fanuc")
+    assert points(out) == [[10, 0, 0], [10, 1, 0]]
+    assert [d.code for d in out.diagnostics] == ["probe-not-run"]
+
+
+def test_exact_stop_of_one_block(run: Any) -> None:
+    out = run("G64\nG1 X1 F100\nG9 X2\nX3\nG61 X4\nG63 X5\nM30", dialect="fanuc")
+    assert out.errors == []
+    modes = out.path.path_mode[out.path.kind == 0].tolist()
+    assert modes[0] == modes[2] == modes[4]
+    assert modes[1] == modes[3] != modes[0]
+
+
+def test_frames_together(run: Any) -> None:
+    """Mirror, then scaling, then rotation: (3, 1) -> (-3, 1) -> (-6, 2) -> a quarter turn -> (-2, -6)."""
+    text = "G51.1 X0\nG51 X0 Y0 P2\nG68 X0 Y0 R90\nG0 X3 Y1\nG69\nX3 Y1\nG50\nX3 Y1\nG50.1\nX3 Y1\nM30"
+    assert fanuc(run, text) == [[-2, -6, 0], [-6, 2, 0], [-3, 1, 0], [3, 1, 0]]

@@ -1,0 +1,102 @@
+"""Canned cycles with FANUC's words: the moves of each hole, point by point, by the manual's figures (B-63324EN, 13.1)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+START = "G0 Z10 M3 S100 F100\n"
+
+
+def moves(run: Any, text: str) -> list[list[float]]:
+    """Return X Y Z of the motions after the start, and of their feeds 1, of traverses 0."""
+    out = run(START + text + "\nM30", dialect="fanuc")
+    assert out.errors == []
+    rows = out.path.kind != 3
+    feeds = np.isfinite(out.path.feed[rows]).astype(float)
+    return np.column_stack([out.path.end[rows, :3], feeds]).round(9).tolist()[1:]
+
+
+def names(run: Any, text: str) -> list[str]:
+    """Return the events after the start, but the end."""
+    out = run(START + text + "\nM30", dialect="fanuc")
+    return [event.name for event in out.path.events][2:-1]
+
+
+def test_drilling_goes_to_r_and_back_to_where_it_began(run: Any) -> None:
+    expected = [[1, 1, 10, 0], [1, 1, 2, 0], [1, 1, -5, 1], [1, 1, 10, 0]]
+    assert moves(run, "G81 X1 Y1 Z-5 R2") == expected
+    assert moves(run, "G99 G81 X1 Y1 Z-5 R2") == [*expected[:3], [1, 1, 2, 0]]
+
+
+def test_k_and_l_repeat_and_k0_only_keeps_the_words(run: Any) -> None:
+    holes = moves(run, "G91 G81 X5 Z-4 R-8 K3")
+    assert [row[0] for row in holes if row[2] == -2] == [5, 10, 15]
+    assert moves(run, "G91 G81 X5 Z-4 R-8 L3") == holes
+    assert moves(run, "G81 X7 Z-1 R1 K0\nX8")[0] == [8, 0, 10, 0]
+
+
+def test_words_stay_from_cycle_to_cycle(run: Any) -> None:
+    rows = moves(run, "G81 X1 Z-5 R2\nG83 X2 Q4\nG80")
+    assert rows[4:] == [
+        [2, 0, 10, 0],
+        [2, 0, 2, 0],
+        [2, 0, -2, 1],
+        [2, 0, 2, 0],
+        [2, 0, -1.746, 0],
+        [2, 0, -5, 1],
+        [2, 0, 10, 0],
+    ]
+
+
+def test_a_dwell_is_in_milliseconds_and_may_be_missing(run: Any) -> None:
+    out = run("G82 X1 Z-1 R1 P500 F100\nG89 X2\nM30", dialect="fanuc")
+    assert [event.dwell_s for event in out.path.events if event.name == "dwell"] == [0.5, 0.5]
+    assert run("G82 X1 Z-1 R1 F100\nM30", dialect="fanuc").errors == []
+
+
+def test_fine_boring_steps_off_the_wall(run: Any) -> None:
+    text = "G99 G76 X5 Z-5 R2 Q.5 P100"
+    assert moves(run, text)[2:] == [[5, 0, -5, 1], [5.5, 0, -5, 0], [5.5, 0, 2, 0], [5, 0, 2, 0]]
+    assert names(run, text) == ["dwell", "spindle", "spindle", "spindle"]
+
+
+def test_back_boring_bores_upward(run: Any) -> None:
+    rows = moves(run, "G87 X1 Z-5 R-10 Q1")
+    assert rows == [
+        [1, 0, 10, 0],
+        [2, 0, 10, 0],
+        [2, 0, -10, 0],
+        [1, 0, -10, 0],
+        [1, 0, -5, 1],
+        [2, 0, -5, 0],
+        [2, 0, 10, 0],
+        [1, 0, 10, 0],
+    ]
+
+
+def test_tapping_turns_back_and_feeds_out_to_r(run: Any) -> None:
+    rows = moves(run, "G84 X1 Z-5 R2")
+    assert rows[2:] == [[1, 0, -5, 1], [1, 0, 2, 1], [1, 0, 10, 0]]
+
+
+def test_g80_brings_the_motion_before_it_back(run: Any) -> None:
+    assert moves(run, "G1 X1\nG81 X2 Z-1 R1\nG80 X3")[-1] == [3, 0, 10, 1]
+    assert moves(run, "G81 X2 Z-1 R1\nG80\nX3")[-1] == [3, 0, 10, 0]
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        ("G83 X1 Z-5 R2", ("cycle-words", 2, 1)),
+        ("G83 X1 Z-5 R2 Q0", ("cycle-peck", 2, 15)),
+        ("G81 X1 Z5 R2", ("cycle-depth", 2, 11)),
+        ("G87 X1 Z-15 R-10 Q1", ("cycle-depth", 2, 13)),
+        ("G81 X1 Z-5 R2 K1.5", ("cycle-repeats", 2, 15)),
+        ("G82 X1 Z-5 R2 P-1", ("dwell-negative", 2, 15)),
+    ],
+)
+def test_wrong_words(run: Any, text: str, error: tuple[str, int, int]) -> None:
+    assert run(START + text + "\nM30", dialect="fanuc").errors == [error]
