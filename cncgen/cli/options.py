@@ -15,6 +15,8 @@ Command = Callable[..., Any]
 LANGUAGES = ("gcode", "stepnc")
 DIALECTS = ("auto", "linuxcnc", "fanuc")
 TABLE_UNITS = ("mm", "inch")
+SPEED_UNITS = ("m/s", "m/min")
+SPINDLE_SIGNS = ("speed", "tool")
 FORMATS = ("csv", "jsonl", "npy", "npz", "f64", "hal", "arrow")
 FEEDRATES = ("optimal", "ild", "constant", "adaptive", "curvature")
 INTERPOLATORS = ("arclength", "taylor1", "taylor2", "uniform")
@@ -80,6 +82,20 @@ _reading_options = (
         help="Skip blocks that begin with / [default: skip; canon: run, as rs274 does].",
     ),
     click.option(
+        "--speed-unit",
+        type=click.Choice(SPEED_UNITS),
+        default="m/s",
+        show_default=True,
+        help="What cutting speeds of ISO 14649 are in; in m/min they count before spindle speeds.",
+    ),
+    click.option(
+        "--spindle-sign",
+        type=click.Choice(SPINDLE_SIGNS),
+        default="speed",
+        show_default=True,
+        help="What tells the sense of rotation in STEP-NC: the sign of the speed, or the hand of the tool.",
+    ),
+    click.option(
         "--max-steps",
         metavar="N",
         type=click.IntRange(min=1),
@@ -98,6 +114,8 @@ _READING_NAMES = (
     "save_parameters",
     "include",
     "block_delete",
+    "speed_unit",
+    "spindle_sign",
     "max_steps",
 )
 

@@ -16,6 +16,7 @@ from cncgen.stepnc.execution.canon import Canon, Printer
 from cncgen.stepnc.execution.columns import Columns
 from cncgen.stepnc.execution.executor import Executor
 from cncgen.stepnc.execution.orientation import LETTERS
+from cncgen.stepnc.execution.technology import SpeedRules
 from cncgen.stepnc.features import make_paths
 from cncgen.stepnc.iso14649 import Iso14649Reader
 from cncgen.stepnc.part21 import Exchange
@@ -64,6 +65,10 @@ class Source:
 
     def execute(self, canon: Canon) -> Iterator[None]:
         """Execute the program with a listener; yields after every toolpath."""
+        rules = SpeedRules(
+            self.schema == "iso14649" and self.options.speed_unit == "m/min",
+            self.options.spindle_sign == "tool",
+        )
         executor = Executor(
             self.reader,
             self.exchange,
@@ -72,6 +77,7 @@ class Source:
             self.rotary,
             lambda step: make_paths(step, self.exchange),
             self.options.max_steps,
+            rules,
         )
         yield from executor.run()
         self.exchange.reporter.close()
@@ -125,7 +131,7 @@ def read(source: Path | BinaryIO | bytes, name: str = "-", options: ReadOptions 
     Args:
         source: A file or its bytes.
         name: How diagnostics call it.
-        options: `max_steps`, `chunk_rows` and `tolerance_mm` count.
+        options: `speed_unit`, `spindle_sign`, `max_steps`, `chunk_rows` and `tolerance_mm` count.
 
     Raises:
         UsageError: where the file cannot be read.

@@ -22,6 +22,10 @@ class ReadOptions:
         save_parameters: Where to write the parameters after the program, or None.
         include: Directories searched for subprograms, after the program's own.
         block_delete: Whether blocks that begin with ``/`` are skipped.
+        speed_unit: ``m/s`` or ``m/min``: what cutting speeds of ISO 14649 are in (the standard: m/s; some writers: m/min,
+            and their cutting speeds count before their spindle speeds).
+        spindle_sign: ``speed`` or ``tool``: whether the sign of a spindle speed of STEP-NC tells the sense of rotation, or
+            the hand of the tool (for writers that give speeds without a sign).
         max_steps: Blocks executed before a program counts as endless.
         max_call_depth: Nested subprogram calls before recursion counts as endless.
         chunk_rows: Motions handed on at a time.
@@ -37,6 +41,8 @@ class ReadOptions:
     save_parameters: Path | None = None
     include: tuple[Path, ...] = field(default=())
     block_delete: bool = True
+    speed_unit: str = "m/s"
+    spindle_sign: str = "speed"
     max_steps: int = 50_000_000
     max_call_depth: int = 100
     chunk_rows: int = 65_536

@@ -1,10 +1,13 @@
 """ISO 14649: workplans, frames, technology, toolpath kinds, functions, statements, defects of real files."""
 
+import io
 import math
 
 import numpy as np
 import pytest
 
+from cncgen.stepnc import read
+from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import FeedMode, Kind
 from tests.stepnc.building import E, Part, Typed, codes, motions, run
 
@@ -505,3 +508,29 @@ def test_a_ball_round_a_cylinder_leaves_its_centre_on_a_larger_one():
     assert codes(found, "error") == []
     centre = path.end[motions(path)][1:, :3] + [0, 0, 5.0]
     np.testing.assert_allclose(np.hypot(centre[:, 0], centre[:, 2]), 25.0, atol=2e-3)
+
+
+def speeds_of(options, **tool):
+    """The spindle events of an operation with 11 'm/s' and 5.8357 'rev/s' on a tool of 6 mm."""
+    part = Part()
+    technology = part.technology(spindle=5.8357, cutspeed=11.0)
+    line = part.trajectory(part.polyline((0, 0, 0), (1, 0, 0)))
+    part.project(
+        part.plan(part.step(part.freeform(line, technology=technology, tool=part.tool(diameter=6.0, **tool))))
+    )
+    program = read(io.BytesIO(part.text().encode()), "t.stp", ReadOptions(**options))
+    events = [e for chunk in program.chunks() for e in chunk.events if e.name == "spindle"]
+    return [(e.values["direction"], round(e.values["speed_rpm"], 2)) for e in events], codes_of(program)
+
+
+def codes_of(program):
+    return [d.code for d in program.diagnostics]
+
+
+def test_cutting_speeds_in_metres_a_minute_and_senses_by_the_tools_hand():
+    """As one adapter writes them: 1000 * 11 / (pi * 6) = 583.57 rev/min."""
+    assert speeds_of({})[0] == [(-1, 350.14)]
+    assert "stepnc-spindle-sign" in speeds_of({})[1]
+    assert speeds_of({"speed_unit": "m/min"}) == ([(1, 583.57)], [])
+    assert speeds_of({"spindle_sign": "tool"})[0] == [(1, 350.14)]
+    assert speeds_of({"spindle_sign": "tool"}, hand="LEFT")[0] == [(-1, 350.14)]

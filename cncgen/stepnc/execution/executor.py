@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from cncgen.diagnostics import Severity
 from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.execution.canon import Canon
 from cncgen.stepnc.execution.machine import Machine
-from cncgen.stepnc.execution.technology import speeds
+from cncgen.stepnc.execution.technology import SpeedRules, speeds
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
 from cncgen.stepnc.model import (
     Assignment,
@@ -52,6 +53,7 @@ class Executor:
         rotary: Whether the program has rotary axes.
         make_paths: Makes toolpaths of features.
         max_steps: Executables after which the program counts as endless.
+        rules: What the file's speeds mean.
     """
 
     def __init__(
@@ -63,6 +65,7 @@ class Executor:
         rotary: bool,
         make_paths: MakePaths,
         max_steps: int,
+        rules: SpeedRules,
     ) -> None:
         self._reader = reader
         self._exchange = exchange
@@ -70,6 +73,7 @@ class Executor:
         self._machine = Machine(canon, start, rotary)
         self._home = start
         self._make_paths = make_paths
+        self._rules = rules
         self._steps_left = min(max_steps, MAX_STEPS)
         self._variables: dict[str, float] = {}
         self._open: list[int] = []
@@ -182,6 +186,9 @@ class Executor:
     # Workingsteps
 
     def _workingstep(self, step: Workingstep) -> Iterator[None]:
+        if step.operation.technology is not None:
+            told = self._rules.applied(step.operation.technology, step.operation.tool)
+            step = replace(step, operation=replace(step.operation, technology=told))
         operation = step.operation
         self._canon.workingstep(step.ident)
         self._canon.source(operation.ident)
@@ -234,6 +241,8 @@ class Executor:
             raise self._fail(path.ident, "stepnc-range", f"the path leaves ±{MAX_COORDINATE:g} mm")
         rapid = path.rapid or step.rapid
         technology = path.technology or (None if step.rapid else step.operation.technology)
+        if path.technology is not None and step.operation.paths is not None:
+            technology = self._rules.applied(path.technology, step.operation.tool or machine.tool)
         self._set_speeds(step, path, technology, rapid)
         if not pieces:
             return False

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 from cncgen.stepnc.model import Technology, Tool
@@ -15,6 +16,32 @@ Warn = Callable[[int, str, str], None]
 MAX_PLAUSIBLE_SPINDLE = 200_000 / 60
 #: Cutting speeds beyond this (mm/s) were hardly meant in m/s: 10 m/s are 600 m/min.
 MAX_PLAUSIBLE_CUTTING_SPEED = 10_000.0
+
+
+class SpeedRules(NamedTuple):
+    """What writers mean by their speeds where it is not what the standard says.
+
+    Attributes:
+        per_minute: Cutting speeds are per minute, and count before spindle speeds.
+        by_hand: The tool's hand tells the sense of rotation, not the sign of the spindle speed.
+    """
+
+    per_minute: bool = False
+    by_hand: bool = False
+
+    def applied(self, technology: Technology, tool: Tool | None) -> Technology:
+        """Return a technology of the file as the standard would have it."""
+        if self.per_minute and technology.cutting_speed is not None:
+            counts = tool is not None and tool.diameter is not None
+            technology = replace(
+                technology,
+                cutting_speed=technology.cutting_speed / 60.0,
+                spindle=None if counts else technology.spindle,
+            )
+        if self.by_hand and technology.spindle is not None:
+            turn = 1.0 if tool is not None and tool.left_handed else -1.0
+            technology = replace(technology, spindle=turn * abs(technology.spindle))
+        return technology
 
 
 class Speeds(NamedTuple):
@@ -69,12 +96,13 @@ def _spindle(technology: Technology, tool: Tool | None, warn: Warn) -> float | N
             warn(technology.ident, "stepnc-speed-unit", text)
         if given > 0 and tool is not None and not tool.left_handed:
             text = f"a spindle speed of +{given:g} rev/s turns against the clock, and the tool is not left-handed"
+            text += "; --spindle-sign tool turns it by the tool's hand"
             warn(technology.ident, "stepnc-spindle-sign", text)
         return given
     if cutting is None:
         return None
     if cutting > MAX_PLAUSIBLE_CUTTING_SPEED:
-        text = f"a cutting speed of {cutting / 1000:g} m/s is {cutting * 0.06:.0f} m/min; is it meant per minute?"
+        text = f"a cutting speed of {cutting / 1000:g} m/s is {cutting * 0.06:.0f} m/min; --speed-unit m/min reads it so"
         warn(technology.ident, "stepnc-speed-unit", text)
     if from_cutting is None:
         warn(
