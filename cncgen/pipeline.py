@@ -30,6 +30,7 @@ from cncgen.toolpath.reading import ReadOptions
 if TYPE_CHECKING:
     from cncgen.machine import Machine, Servo
     from cncgen.planner import PlanOptions, Trajectory
+    from cncgen.report.line_times import LineTimes
     from cncgen.report.summary import Summary
     from cncgen.servo.record import Response
     from cncgen.setpoints.record import Setpoints
@@ -247,14 +248,18 @@ def plan_with_summary(
     machine: Machine | str | os.PathLike[str],
     options: PlanOptions | None = None,
     signals: Sequence[str] = (),
+    line_times: LineTimes | None = None,
 ) -> tuple[SetpointStream, Summary]:
-    """Plan and sample a program under the eyes of a summary, which is complete when the stream is drawn."""
+    """Plan and sample a program under the eyes of a summary, which is complete when the stream is drawn.
+
+    What each line takes is gathered into `line_times`, where it is given.
+    """
     from cncgen import planner
     from cncgen.planner.strategies import available
     from cncgen.report.summary import Summary
 
     where, how = machine_of(machine), options or planner.PlanOptions()
-    summary = Summary(program, where, how.feedrate or available()[0])
+    summary = Summary(program, where, how.feedrate or available()[0], line_times)
     trajectories = planner.plan(summary.over_toolpaths(sound(program)), where, how)
     stream = sample(Plan(program, where, summary.over_trajectories(trajectories)), signals)
     watched = replace(stream, chunks=summary.over_setpoints(stream.chunks))
@@ -340,11 +345,12 @@ def report_page(
 
     A program from a file is read a second time for the verdict; one from standard input is not verified.
     """
+    from cncgen.report.line_times import LineTimes
     from cncgen.report.page import page
     from cncgen.setpoints.stream import SetpointStream
 
-    where = machine_of(machine)
-    stream, summary = plan_with_summary(program, where, options)
+    where, times = machine_of(machine), LineTimes()
+    stream, summary = plan_with_summary(program, where, options, line_times=times)
     points = stream.collect()
     verdict = None
     if os.path.isfile(program.name) and len(points):
@@ -352,4 +358,4 @@ def report_page(
         verdict = verify(
             SetpointStream(stream.name, stream.axes, stream.period_s, iter((points,))), again, where
         )
-    return page(points, where, summary.as_json(), verdict), summary.remarks
+    return page(points, where, summary.as_json(), verdict, times), summary.remarks

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.machine.record import Machine
+from cncgen.report.line_times import LineTimes
 from cncgen.report.svg import chart, path_picture
 from cncgen.setpoints.columns import file_units, position_column
 from cncgen.setpoints.record import Setpoints
@@ -34,10 +35,19 @@ svg .mark { fill: none; stroke: #b00; stroke-width: 1.5 }
 .broken { color: #b00; font-weight: 600 } .good { color: #060; font-weight: 600 }
 """
 
+#: Lines that the page lists with their times.
+MOST_LINES = 100
+
 _ORDERS = (("velocity", ""), ("acceleration", "²"), ("jerk", "³"))
 
 
-def page(setpoints: Setpoints, machine: Machine, summary: dict[str, Any], verdict: Verdict | None) -> str:
+def page(
+    setpoints: Setpoints,
+    machine: Machine,
+    summary: dict[str, Any],
+    verdict: Verdict | None,
+    times: LineTimes | None = None,
+) -> str:
     """Return the page as HTML.
 
     Args:
@@ -45,6 +55,7 @@ def page(setpoints: Setpoints, machine: Machine, summary: dict[str, Any], verdic
         machine: Its limits are drawn.
         summary: From `cncgen.report.summary.Summary.as_json`.
         verdict: What `verify` found, or None.
+        times: What each line takes, or None.
     """
     title = f"{summary['program']} on {machine.name}"
     sections = [
@@ -56,6 +67,7 @@ def page(setpoints: Setpoints, machine: Machine, summary: dict[str, Any], verdic
         "<h2>Axes</h2>",
         *_charts(setpoints, machine),
         _slow_places(summary),
+        _line_times(times, summary["program"]) if times else "",
         _diagnostics(summary),
     ]
     return (
@@ -75,6 +87,7 @@ def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 def _figures(summary: dict[str, Any]) -> str:
     rows = [
         ("feedrate strategy", str(summary["feedrate"])),
+        ("cycle time", f"{summary['motion_time_s'] + summary['dwell_time_s']:.4f} s"),
         ("motion time", f"{summary['motion_time_s']:.4f} s"),
         ("dwell time", f"{summary['dwell_time_s']:.4f} s"),
         ("path length", f"{summary['path_length_mm']:.4f} mm"),
@@ -168,6 +181,28 @@ def _slow_places(summary: dict[str, Any]) -> str:
     ]
     header = ("line", "time lost, ms", "what binds", "slowest, mm/s", "at, s")
     return "<h2>Where time is lost</h2>" + _table(header, rows)
+
+
+def _line_times(times: LineTimes, program: str) -> str:
+    """Return the lines that take the most time, and what all others take together."""
+    longest, total = times.longest(MOST_LINES), times.total_s
+    if not longest or not total > 0:
+        return ""
+    rows = [
+        [
+            str(item.line) if item.source == program else f"{item.source}:{item.line}",
+            f"{item.time_s:.4f}",
+            f"{100 * item.time_s / total:.2f}",
+            f"{item.length_mm:.4f}",
+            f"{item.length_mm / item.time_s:.2f}" if item.time_s > 0 else "",
+        ]
+        for item in longest
+    ]
+    others = times.lines - len(longest)
+    if others > 0:
+        rest = total - sum(item.time_s for item in longest)
+        rows.append([f"{others} others", f"{rest:.4f}", f"{100 * rest / total:.2f}", "", ""])
+    return "<h2>Time by line</h2>" + _table(("line", "time, s", "share, %", "path, mm", "mean, mm/s"), rows)
 
 
 def _diagnostics(summary: dict[str, Any]) -> str:

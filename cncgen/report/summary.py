@@ -11,6 +11,7 @@ from cncgen.diagnostics import Diagnostics
 from cncgen.machine.record import Axis, Machine
 from cncgen.planner.record import Profile, SharpCorner, Trajectory
 from cncgen.report.differences import DifferencePeaks
+from cncgen.report.line_times import LineTimes
 from cncgen.report.slow_places import SlowPlaces
 from cncgen.setpoints.columns import position_column
 from cncgen.setpoints.record import Setpoints
@@ -29,8 +30,11 @@ _PEAKS = (("velocity", ""), ("acceleration", "²"), ("jerk", "³"))
 class Summary:
     """Watches the stages of one plan as they stream, and says what came of it."""
 
-    def __init__(self, program: Program, machine: Machine, feedrate: str | None) -> None:
+    def __init__(
+        self, program: Program, machine: Machine, feedrate: str | None, line_times: LineTimes | None = None
+    ) -> None:
         self._program, self._machine, self._feedrate = program, machine, feedrate
+        self.line_times = line_times
         self._axes = program.moving_axes or program.axes
         speeds = [axis.max_velocity for axis in machine.axes.values()]
         self._slow = SlowPlaces(max(speeds))
@@ -72,6 +76,8 @@ class Summary:
         self._corner_count += len(trajectory.corners)
         self._corners.extend(trajectory.corners[: MAX_CORNERS - len(self._corners)])
         self._slow.add(trajectory)
+        if self.line_times is not None:
+            self.line_times.add(trajectory)
         values = dict(trajectory.values)
         self.remarks.extend(values.pop("diagnostics", ()))
         self._values.update(values)

@@ -15,6 +15,8 @@ Floats = NDArray[np.float64]
 #: Size of a chart and of the picture of a path, in the units of their view boxes.
 WIDTH, HEIGHT, PICTURE = 900, 220, 900
 _LEFT, _RIGHT, _TOP, _BOTTOM = 64, 12, 22, 26
+#: Points of the picture of a path at most: a page stays some hundred kilobytes however long the program is.
+MOST_POINTS = 20_000
 
 #: Colours of curves that can be told apart with any colour vision (Okabe and Ito 2008).
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f", "#000000", "#b8a800")
@@ -142,9 +144,10 @@ def _speed_class(speed: Floats) -> NDArray[np.int64]:
     return np.minimum((speed / top * len(SPEEDS)).astype(np.int64), len(SPEEDS) - 1)
 
 
-def _visible(x: Floats, y: Floats, least: float = 0.4) -> NDArray[np.int64]:
-    """Return indices of points that are no nearer to each other along the path than a part of a pixel."""
+def _visible(x: Floats, y: Floats) -> NDArray[np.int64]:
+    """Return indices of points no nearer to each other along the path than a part of a pixel, `MOST_POINTS` at most."""
     length = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
+    least = max(0.4, float(length[-1]) / MOST_POINTS)
     _, index = np.unique(np.floor(length / least), return_index=True)
     return np.unique(np.append(index, len(x) - 1))
 

@@ -91,3 +91,12 @@ def test_the_page_is_self_contained(cncgen: Run, programs: Path, tmp_path: Path)
     assert parser.tags.count("svg") == 4
     assert "Every limit holds." in text
     assert "xy-table" in text
+
+
+def test_the_picture_of_a_long_path_is_bounded() -> None:
+    """A million points that fill the page: under a megabyte, and still XML."""
+    t = np.arange(1_000_000.0)
+    points = np.column_stack([t % 1000, t // 1000])
+    svg = path_picture(points, ["X", "Y"], 1 + np.sin(t / 50), points[:0])
+    assert len(svg) < 1_000_000
+    ET.fromstring(svg)

@@ -1,0 +1,63 @@
+"""Time by line: closed forms of a dwell and of constant speed, and sums that are the cycle time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cncgen.pipeline import plan, plan_with_summary, read, read_text
+from cncgen.planner import PlanOptions
+from cncgen.report.line_times import LineTimes
+
+PROGRAM = """G21 G90 G61 F600
+G1 X10
+G4 P0.5
+G1 X20 Y1
+G3 X30 Y1 I5
+G3 X20 Y1 I-5
+G64 P0.05
+G1 X21
+G1 X21 Y5
+M2
+"""
+
+
+def gathered(text: str, feedrate: str) -> LineTimes:
+    """Return the times of the lines of a program on a table."""
+    times = LineTimes()
+    for trajectory in plan(read_text(text), "xy-table", feedrate=feedrate):
+        times.add(trajectory)
+    return times
+
+
+def test_constant_speed_takes_length_by_feed() -> None:
+    """At a constant 10 mm/s every line takes its length / 10; the dwell its half second."""
+    found = {item.line: item for item in gathered(PROGRAM.replace("G64 P0.05\n", ""), "constant").longest(20)}
+    lengths = {2: 10.0, 4: np.hypot(10, 1), 5: 5 * np.pi, 6: 5 * np.pi, 7: 1.0, 8: 4.0}
+    for line, length in lengths.items():
+        assert found[line].length_mm == pytest.approx(length, abs=1e-9)
+        assert found[line].time_s == pytest.approx(length / 10, abs=1e-9)
+    assert (found[3].time_s, found[3].length_mm) == (0.5, 0.0)
+
+
+@pytest.mark.parametrize("feedrate", ["optimal", "ild", "constant"])
+def test_the_lines_add_up_to_the_cycle_time(feedrate: str) -> None:
+    times = LineTimes()
+    options = PlanOptions(feedrate=feedrate)
+    stream, summary = plan_with_summary(read_text(PROGRAM), "xy-table", options, line_times=times)
+    stream.collect()
+    values = summary.as_json()
+    assert times.total_s == pytest.approx(values["motion_time_s"] + values["dwell_time_s"], abs=1e-9)
+    longest = times.longest(100)
+    assert [item.time_s for item in longest] == sorted((item.time_s for item in longest), reverse=True)
+    assert sum(item.length_mm for item in longest) == pytest.approx(values["path_length_mm"], abs=1e-9)
+
+
+def test_a_real_part(programs: Path) -> None:
+    times = LineTimes()
+    stream, summary = plan_with_summary(read(programs / "bracket.nc"), "generic-mill", line_times=times)
+    stream.collect()
+    values = summary.as_json()
+    assert times.total_s == pytest.approx(values["motion_time_s"] + values["dwell_time_s"], rel=1e-9)
