@@ -164,10 +164,9 @@ class Entities:
         """
         instance = self.exchange.instance(ident)
         if instance is None:
-            if self.exchange.row_of(ident) < 0:
-                place = owner if owner is not None else ident
-                text = f"#{place} refers to #{ident}, which is not in the file"
-                self.exchange.report(place, "part21-dangling", text)
+            if self.exchange.row_of(ident) < 0 and owner is not None:
+                text = f"#{owner} refers to #{ident}, which is not in the file"
+                self.exchange.report(owner, "part21-dangling", text)
             raise Skip()
         for kind in kinds:
             if instance.part(kind) is not None:

@@ -248,3 +248,14 @@ def test_too_little_room_for_references_is_an_error():
     bounds = np.array([0]), np.array([8])
     with pytest.raises(ValueError, match="room"):
         part21_scan.references(data, *bounds, np.zeros(1, np.int64), np.zeros(2, np.int64))
+
+
+@pytest.mark.parametrize("signature", ["SIGNATURE MIIa+/==\nENDSEC;", "signature;\nMIIa+/=\nMIIb ENDSEC;"])
+@pytest.mark.parametrize("inside", [True, False])
+def test_signatures_with_and_without_a_semicolon(signature, inside):
+    end = "END-ISO-10303-21;"
+    tail = f"{signature}\n{end}" if inside else f"{end}\n{signature}"
+    text = f"ISO-10303-21;\nHEADER;\nFILE_SCHEMA(('A'));\nENDSEC;\nDATA;\n#1=A();\nENDSEC;\n{tail}\n"
+    file = Exchange.load(text.encode(), "t")
+    assert codes(file) == []
+    assert file.instance(1).keyword == "A"

@@ -120,7 +120,10 @@ class Exchange:
         seen: set[str] = set()
         for row in special.tolist():
             keyword = names.get(int(rows.types[row]), "") if rows.ids[row] < 0 else ""
-            if keyword in ("", "SIGNATURE") or (section == "HEADER" and keyword not in ("ENDSEC", "DATA")):
+            if keyword == "SIGNATURE" or section == "SIGNATURE":
+                section = self._signature(row)
+                continue
+            if keyword == "" or (section == "HEADER" and keyword not in ("ENDSEC", "DATA")):
                 self._inner_statement(row, section, keyword)
                 continue
             seen.add(keyword)
@@ -152,9 +155,16 @@ class Exchange:
             self._report_row(first, "part21-section", f"an instance stands {where}, not in DATA")
             self._is_instance[inside] = self.rows.ids[inside] >= 0
 
+    def _signature(self, row: int) -> str:
+        """Return the section after a statement of a signature: what is signed is not looked at.
+
+        The standard has ``SIGNATURE`` base64 ``ENDSEC;`` in one statement; writers put a semicolon after the keyword.
+        """
+        return "" if self.text(row).rstrip().upper().endswith("ENDSEC") else "SIGNATURE"
+
     def _inner_statement(self, row: int, section: str, keyword: str) -> None:
         """Read a statement of a section that is no instance."""
-        if self.rows.flags[row] & scan.UNTERMINATED or keyword == "SIGNATURE":
+        if self.rows.flags[row] & scan.UNTERMINATED:
             return
         if section == "HEADER":
             record = self._parse(row, "header_entity")
