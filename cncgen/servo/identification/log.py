@@ -175,8 +175,12 @@ def _table(body: str, separator: str, name: str, columns: list[int]) -> Floats:
 
 
 def _in_file_rows(message: str) -> str:
-    """Return numpy's message with rows counted as in the file, the header being row 1."""
-    return re.sub(r"\b(row|line) (\d+)", lambda found: f"{found[1]} {int(found[2]) + 2}", message)
+    """Return numpy's message with rows counted as in the file, the header being row 1.
+
+    Numpy counts from 0 where it converts, and from 1 where it misses a column.
+    """
+    first = 1 if "column index" in message else 2
+    return re.sub(r"\brow (\d+)", lambda found: f"row {int(found[1]) + first}", message)
 
 
 def _period(times: Floats, name: str) -> float:
