@@ -7,8 +7,10 @@ the nearest point of the whole path would not do. A place that is off by more th
 for one further on in the window at less than half its distance: round a corner, or on the way back behind a tip.
 
 Where nothing within the window is within the tolerance, the nearest place of the window is the match (the point is
-beyond tolerance, and its distance says by how much). A run of such points (the setpoints left a piece out) is looked
-for further and further ahead, after 1, 2, 4, 8 … of them, so that the work stays in proportion.
+beyond tolerance, and its distance says by how much). Points that are further from it than the window is long are lost
+(the setpoints left a piece out, which a shorter piece would be seen by the window for): a run of them is looked for
+further and further ahead, after 1, 2, 4, 8 … of them, so that the work stays in proportion. A point that is nearer is
+off and not lost; looked for all along a path that crosses itself, it would be found on another branch.
 """
 
 import cython
@@ -123,7 +125,7 @@ def follow(
             k = at
             while k < m:
                 if not far and along[k] > end and k > at + 16:
-                    if found or lost != next_search:
+                    if found or best_d <= reach[i] or lost != next_search:
                         break
                     far = True
                     next_search *= 2
@@ -150,15 +152,15 @@ def follow(
                 if found and best_d <= NOISE * tolerance and not (best == k and best_f == 1.0):
                     break
                 k += 1
-            if found:
+            if not found and far:
+                best = near
+                best_f = near_f
+                best_d = near_d
+            if found or best_d <= reach[i]:
                 lost = 0
                 next_search = 1
             else:
                 lost += 1
-                if far:
-                    best = near
-                    best_f = near_f
-                    best_d = near_d
             at = best
             at_f = best_f
             segment[i] = best
