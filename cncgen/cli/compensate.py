@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 @click.option(
     "--settle",
     metavar="SECONDS",
-    type=click.FloatRange(min=0),
+    type=click.FloatRange(0, 3600),
     default=0.1,
     show_default=True,
     help="Hold the last position so long, for the command to come to rest there.",
@@ -142,7 +142,7 @@ def _of_program(
 
     where = pipeline.machine_of(machine)
     servos = pipeline.servos_of(planning["axis_params"] or machine)
-    with opened(source, reading, planning["path_tolerance"]) as read:
+    with opened(source, reading, planning["path_tolerance"], machine) as read:
         toolpaths = list(pipeline.sound(read))
         found = compensated_plan(
             toolpaths, where, servos, axes=pipeline.output_axes(read), options=plan_options(planning),

@@ -5,7 +5,8 @@ from __future__ import annotations
 import click
 
 from cncgen.cli import messages
-from cncgen.cli.options import message_options, output_option
+from cncgen.cli.messages import write_summary
+from cncgen.cli.options import message_options, output_option, summary_option
 
 
 @click.command("reproduce")
@@ -13,14 +14,17 @@ from cncgen.cli.options import message_options, output_option
 @click.option("--plots", metavar="DIR", help="Draw the papers' figures into this folder instead.")
 @click.option("--programs", metavar="DIR", help="Folder of the example programs [default: those that ship].")
 @output_option
+@summary_option
 @message_options
-def command(name: str | None, plots: str | None, programs: str | None, output: str | None) -> int:
+def command(
+    name: str | None, plots: str | None, programs: str | None, output: str | None, summary: str | None
+) -> int:
     """Compute the papers' tables: printed value, ours, the difference.
 
     NAME is 000, 001, 002, 003 or 004; without it all are computed. Exit 1 where a stated tolerance is missed.
     """
     from cncgen.files import write_text
-    from cncgen.report.reproduction import as_text, reproduce
+    from cncgen.report.reproduction import as_text, as_values, reproduce
 
     if plots is not None:
         from cncgen.report.plots_papers import draw_papers
@@ -30,4 +34,5 @@ def command(name: str | None, plots: str | None, programs: str | None, output: s
         return 0
     tables = reproduce(name, programs)
     write_text(output, as_text(tables))
+    write_summary(summary, as_values(tables))
     return 0 if all(table.holds for table in tables) else 1

@@ -50,7 +50,7 @@ SETPOINT_SUFFIXES = (".csv", ".jsonl", ".npy", ".npz", ".f64", ".hal", ".arrow")
 @click.option(
     "--settle",
     metavar="SECONDS",
-    type=click.FloatRange(min=0),
+    type=click.FloatRange(0, 3600),
     default=0.0,
     show_default=True,
     help="Hold the last setpoint so long at the end.",
@@ -126,5 +126,5 @@ def _setpoints(
         with open_setpoints(source, axes=axes, period_s=period) as stream:
             yield stream
         return
-    with opened(source, reading, planning["path_tolerance"]) as program:
+    with opened(source, reading, planning["path_tolerance"], machine) as program:
         yield pipeline.sample(pipeline.plan(program, machine, plan_options(planning)))

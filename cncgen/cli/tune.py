@@ -107,10 +107,11 @@ def command(
             raise click.UsageError("an H-infinity design has weights, and no gains to search on a program")
         _design(servos, where.period_s, bandwidth, output)
         return
-    axes = "".join(servos)
+    # Schemes couple linear axes; without a program they are those that the machine has.
+    axes = "".join(k for k in servos if controller == "p" or k in "XYZ")
     setpoints = []
     if program is not None:
-        with opened(program, reading, planning["path_tolerance"]) as read:
+        with opened(program, reading, planning["path_tolerance"], machine) as read:
             setpoints = list(pipeline.sample(pipeline.plan(read, where, plan_options(planning))).chunks)
         if not setpoints:
             raise click.UsageError(f"{program} moves nothing")
@@ -143,10 +144,13 @@ def _placed(
 ) -> tuple[dict[str, Any], Any]:
     """Return servos and settings with the gains of the controller placed."""
     from cncgen.servo.named_schemes import scheme_maker
-    from cncgen.servo.tuning.placement import placed, placed_settings
+    from cncgen.servo.tuning.placement import check_stable, placed, placed_settings
 
     if controller == "p":
-        return {k: placed(servo, k, bandwidth, damping) for k, servo in servos.items()}, settings
+        found = {k: placed(servo, k, bandwidth, damping) for k, servo in servos.items()}
+        for letter, servo in found.items():
+            check_stable(servo, letter, period_s, bandwidth)
+        return found, settings
     loops = scheme_maker(controller, servos, settings)(axes, period_s).loops
     return servos, placed_settings(controller, loops, bandwidth, damping)
 

@@ -6,6 +6,7 @@ import importlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.report.tables import text_table
@@ -113,6 +114,33 @@ def as_text(tables: Iterable[Table]) -> str:
         missed += [f"{table.title}: {row.what}" for row in table.rows if not row.holds]
     parts.append("all stated tolerances hold" if not missed else "missed:\n  " + "\n  ".join(missed))
     return "\n".join(parts) + "\n"
+
+
+def as_values(tables: Sequence[Table]) -> dict[str, Any]:
+    """Return tables as plain values; ``asked`` and ``holds`` are None for figures that are only shown."""
+    return {
+        "schema_version": 1,
+        "holds": all(table.holds for table in tables),
+        "tables": [
+            {
+                "title": table.title,
+                "assumptions": list(table.assumptions),
+                "rows": [_values(row) for row in table.rows],
+            }
+            for table in tables
+        ],
+    }
+
+
+def _values(row: Row) -> dict[str, Any]:
+    return {
+        "figure": row.what,
+        "printed": row.printed,
+        "ours": row.ours,
+        "unit": row.unit,
+        "asked": row.asked or None,
+        "holds": row.holds if row.checked else None,
+    }
 
 
 _HEADER = ("figure", "printed", "ours", "unit", "difference", "asked", "")

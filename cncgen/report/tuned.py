@@ -39,7 +39,7 @@ def loop_texts(
     if controller != "tcf":
         for letter in axes:
             bandwidth = closed_bandwidth_hz(linear_loop(servos[letter], letter, period_s))
-            yield f"{letter}: closed loop, setpoint to position: {bandwidth:.3g} Hz (-3 dB)"
+            yield f"{letter}: closed loop, setpoint to position: {bandwidth:.3g} Hz (-3 dB), feedforward included"
 
 
 def bounds_text(letter: str, gamma: float, found: BoundCheck, rows: int = 16) -> str:

@@ -124,8 +124,12 @@ def test_compare_sets_controllers_side_by_side_and_says_which_cannot_be_had(tmp_
     assert run([*command, "p,pid"]) == 2
 
 
-def test_reproduce_prints_a_table_and_its_exit_code(capfd):
-    assert run(["reproduce", "002"]) == 0
+def test_reproduce_prints_a_table_and_its_exit_code(tmp_path, capfd):
+    summary = tmp_path / "s.json"
+    assert run(["reproduce", "002", "--summary", str(summary)]) == 0
+    values = json.loads(summary.read_text())
+    assert values["holds"] is True
+    assert {"figure", "printed", "ours", "unit", "asked", "holds"} == set(values["tables"][0]["rows"][0])
     assert "all stated tolerances hold" in capfd.readouterr().out
     assert run(["reproduce", "nothing"]) == 2
 

@@ -51,11 +51,10 @@ def swept_sine(
             "excite-band",
             f"the band {low_hz:g} to {high_hz:g} Hz must rise and end below {0.5 / period_s:g} Hz",
         )
-    if not (0.0 < share <= 1.0 and amplitude > 0.0 and duration_s * low_hz >= 1.0):
-        raise _fault(
-            "excite-band",
-            "share must be in (0, 1], the amplitude positive, and one period of low_hz must fit",
-        )
+    if not (0.0 < share <= 1.0 and 0.0 < amplitude < math.inf and math.isfinite(center)):
+        raise _fault("excite-band", "share must be in (0, 1], the amplitude positive, and the centre finite")
+    if not duration_s * low_hz >= 1.0:
+        raise _fault("excite-band", f"one period of {low_hz:g} Hz does not fit into {duration_s:g} s")
     t = np.arange(0.0, duration_s + 0.5 * period_s, period_s)
     rate = math.log(high_hz / low_hz) / duration_s
     omega = 2.0 * math.pi * low_hz * np.exp(rate * t)

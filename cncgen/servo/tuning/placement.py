@@ -24,12 +24,16 @@ from cncgen.servo.controllers.hinf_servo import BoundCheck, check, controller_of
 from cncgen.servo.loop import AxisLoop
 from cncgen.servo.models import control_period
 from cncgen.servo.named_schemes import Settings, h_infinity_servos
+from cncgen.servo.tuning.analysis import linear_loop
 from cncgen.units import is_rotary
 
 Floats = NDArray[np.float64]
 
 #: Bandwidth of the velocity loop as a multiple of the position loop's (Tsai 2010: 80 and 40 Hz).
 VELOCITY_RATIO = 2.0
+
+#: Beyond these no axis goes, and numbers overflow.
+MAX_BANDWIDTH_HZ, MAX_DAMPING = 1e6, 1e3
 
 
 def placed(servo: Servo, letter: str, bandwidth_hz: float, damping: float) -> Servo:
@@ -46,8 +50,11 @@ def placed(servo: Servo, letter: str, bandwidth_hz: float, damping: float) -> Se
         raise UsageError(
             Diagnostic("tune-place", f"axis {letter}: gains of the model {servo.model} are not placed")
         )
-    if not (bandwidth_hz > 0.0 and damping > 0.0):
-        raise UsageError(Diagnostic("tune-place", "bandwidth and damping must be positive"))
+    if not (0.0 < bandwidth_hz <= MAX_BANDWIDTH_HZ and 0.0 < damping <= MAX_DAMPING):
+        message = (
+            f"bandwidth and damping must be positive, and at most {MAX_BANDWIDTH_HZ:g} Hz and {MAX_DAMPING:g}"
+        )
+        raise UsageError(Diagnostic("tune-place", message))
     found = _PLACED[servo.model](values, 2.0 * math.pi * bandwidth_hz, damping)
     if any(value < 0.0 for value in found.values()):
         text = ", ".join(f"{k} = {v:.4g}" for k, v in found.items())
@@ -58,6 +65,21 @@ def placed(servo: Servo, letter: str, bandwidth_hz: float, damping: float) -> Se
     if is_rotary(letter):
         found = {k: v for k, v in found.items() if "_mm" not in k}
     return Servo(servo.model, {**servo.parameters, **found})
+
+
+def check_stable(servo: Servo, letter: str, period_s: float, bandwidth_hz: float) -> None:
+    """Raise UsageError (``tune-place``) where placed gains, meant for continuous time, are unstable as they are sampled."""
+    loop = linear_loop(servo, letter, period_s)
+    largest = float(np.abs(loop.poles()).max())
+    if largest >= 1.0:
+        raise UsageError(
+            Diagnostic(
+                "tune-place",
+                f"axis {letter}: gains for {bandwidth_hz:g} Hz are unstable at a control period of {loop.period:g} s"
+                f" (a pole at |z| = {largest:.3f})",
+                hint="ask for less bandwidth, or shorten control_period_s",
+            )
+        )
 
 
 def _place_first_order(p: Mapping[str, Any], omega: float, damping: float) -> dict[str, float]:
