@@ -198,6 +198,27 @@ def machine_of(machine: Machine | str | os.PathLike[str]) -> Machine:
     return machine if isinstance(machine, Machine) else load(machine)
 
 
+def options_on(machine: Machine, options: ReadOptions | None = None) -> ReadOptions:
+    """Return options of reading with what a machine's tables ``[interpreter]`` and ``[kinematics]`` say.
+
+    ``least_increment_mm`` is what a number without a decimal point counts in, ``dialect`` the control's language (an
+    option that names one goes first); `cncgen.gcode.kinematics` has the other table.
+
+    Raises:
+        UsageError: A setting is wrong.
+    """
+    how = options or ReadOptions()
+    if "kinematics" in machine.settings:
+        from cncgen.gcode.kinematics import kinematics_of
+
+        how = replace(how, kinematics=kinematics_of(machine.settings["kinematics"]))
+    if "interpreter" in machine.settings:
+        from cncgen.gcode.settings import interpreter_settings
+
+        how = interpreter_settings(machine.settings["interpreter"], how)
+    return how
+
+
 def plan(
     program: Program | str | os.PathLike[str],
     machine: Machine | str | os.PathLike[str] = "generic-mill",
@@ -216,9 +237,9 @@ def plan(
     """
     from cncgen import planner
 
-    if isinstance(program, str | os.PathLike):
-        program = read(program)
     where = machine_of(machine)
+    if isinstance(program, str | os.PathLike):
+        program = read(program, options=options_on(where))
     how = replace(options or planner.PlanOptions(), **asked)
     return Plan(program, where, planner.plan(sound(program), where, how))
 
@@ -354,7 +375,7 @@ def report_page(
     points = stream.collect()
     verdict = None
     if os.path.isfile(program.name) and len(points):
-        again = read(program.name, language=language, options=reading)
+        again = read(program.name, language=language, options=options_on(where, reading))
         verdict = verify(
             SetpointStream(stream.name, stream.axes, stream.period_s, iter((points,))), again, where
         )

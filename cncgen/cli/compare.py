@@ -62,7 +62,7 @@ def command(
     from cncgen.pipeline import machine_of, sound
 
     options = plan_options(planning)
-    with opened(program, reading, planning["path_tolerance"]) as read:
+    with opened(program, reading, planning["path_tolerance"], machine) as read:
         where, toolpaths = machine_of(machine), list(sound(read))
         if controllers is not None:
             source = planning["axis_params"] or machine

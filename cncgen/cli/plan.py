@@ -67,7 +67,7 @@ def command(
     check_distinct(program, {"--output": output, "--summary": summary, "--events": events})
     names = tuple(name.strip() for name in signals.split(",") if name.strip())
     kind = _format(output, format)
-    with opened(program, reading, planning["path_tolerance"]) as read:
+    with opened(program, reading, planning["path_tolerance"], machine) as read:
         stream, watch = plan_with_summary(read, machine, plan_options(planning), names)
         chunks = with_progress(stream.chunks, stream.name, stream.period_s)
         # The first rows are drawn before anything is opened: a program that has no plan leaves no trace.

@@ -92,7 +92,7 @@ def _planned_or_read(
             chunks = list(stream.chunks)
     else:
         servos = pipeline.servos_of(planning["axis_params"] or found)
-        with opened(source, reading, planning["path_tolerance"]) as program:
+        with opened(source, reading, planning["path_tolerance"], machine) as program:
             planned = pipeline.plan(program, machine, plan_options(planning))
             chunks = list(pipeline.sample(_noting(planned, corners)).chunks)
     title = _title(source, found.name)

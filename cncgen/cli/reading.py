@@ -16,19 +16,24 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def opened(name: str, reading: dict[str, Any], tolerance_mm: float | None = None) -> Iterator[Program]:
+def opened(
+    name: str, reading: dict[str, Any], tolerance_mm: float | None = None, machine: str | None = None
+) -> Iterator[Program]:
     """Open a program for the length of a with block; what the reader remarked is shown when the block ends.
 
     Args:
         name: File, or ``-``.
         reading: What `cncgen.cli.options.program_options` gathered.
         tolerance_mm: Path tolerance that stands in for the program's.
+        machine: The machine whose settings say how the program is read, where options do not.
     """
     from cncgen.kernels import warn_if_uncompiled
-    from cncgen.pipeline import read
+    from cncgen.pipeline import machine_of, options_on, read
 
     warn_if_uncompiled()
     language, options = read_options(reading, tolerance_mm)
+    if machine is not None:
+        options = options_on(machine_of(machine), options)
     program = read(name, language=language, options=options)
     try:
         yield program

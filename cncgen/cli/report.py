@@ -36,7 +36,7 @@ def command(
     from cncgen.pipeline import report_page
 
     tolerance = planning["path_tolerance"]
-    with opened(program, reading, tolerance) as read:
+    with opened(program, reading, tolerance, machine) as read:
         language, options = read_options(reading, tolerance)
         text, remarks = report_page(read, machine, plan_options(planning), language=language, reading=options)
         messages.show(remarks)

@@ -59,7 +59,7 @@ def command(
     from cncgen.setpoints.readers import open_setpoints
 
     with (
-        opened(program, reading) as read,
+        opened(program, reading, machine=machine) as read,
         open_setpoints(
             setpoints, format=format, axes=axes, unnamed_axes=read.moving_axes, period_s=period
         ) as stream,

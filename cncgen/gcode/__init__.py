@@ -49,6 +49,9 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
     diagnostics = Diagnostics()
     path = source if isinstance(source, Path) else None
     moving = moving_axes(text)
+    if options.kinematics is not None and text.data.find(b"43.4") >= 0:
+        # The rotary axes move the others.
+        moving = "XYZ" + moving.strip("XYZ")
     axes = "".join(letter for letter in AXIS_LETTERS if letter in "XYZ" or letter in moving)
 
     def chunks() -> Iterator[Toolpath]:

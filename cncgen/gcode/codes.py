@@ -28,6 +28,7 @@ _MODULES = (
     "modes",
     "feeds",
     "spindle",
+    "tool_point",
     "tools",
     "coolant",
     "program_end",

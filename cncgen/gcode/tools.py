@@ -96,7 +96,7 @@ def _use(ip: Interpreter, offset: list[float]) -> None:
     ip.sink.use_tool_length_offset(offset)
 
 
-def _table_offset(ip: Interpreter, number: int) -> list[float]:
+def table_offset(ip: Interpreter, number: int) -> list[float]:
     """Return the offset of a tool in program units."""
     return [value * ip.scale_of(index) for index, value in enumerate(_tool(ip, number, "H").offset)]
 
@@ -104,7 +104,7 @@ def _table_offset(ip: Interpreter, number: int) -> list[float]:
 def length(ip: Interpreter, block: Block) -> None:
     """G43 H: the offset of tool H, or of the tool in the spindle."""
     number = whole(block, "h", "G43") if "h" in block.words else 0
-    _use(ip, _table_offset(ip, number or ip.state.tool))
+    _use(ip, table_offset(ip, number or ip.state.tool))
 
 
 def length_fanuc(ip: Interpreter, block: Block) -> None:
@@ -119,7 +119,7 @@ def length_back(ip: Interpreter, block: Block) -> None:
 
 def _length_fanuc(ip: Interpreter, block: Block, name: str, sign: float) -> None:
     number = whole(block, "h", name) if "h" in block.words else ip.state.tool
-    _use(ip, [sign * value for value in _table_offset(ip, number)] if number else zeros())
+    _use(ip, [sign * value for value in table_offset(ip, number)] if number else zeros())
 
 
 def length_given(ip: Interpreter, block: Block) -> None:
@@ -134,7 +134,7 @@ def length_given(ip: Interpreter, block: Block) -> None:
 def length_added(ip: Interpreter, block: Block) -> None:
     """G43.2: add the offset of tool H, or the axis words, to the one in force."""
     if "h" in block.words:
-        more = _table_offset(ip, whole(block, "h", "G43.2"))
+        more = table_offset(ip, whole(block, "h", "G43.2"))
         if any(letter in AXIS_INDEX for letter in block.words):
             raise BlockError("tool-length-words", "G43.2 takes a tool H or axis words, not both", "H")
     else:
@@ -178,5 +178,5 @@ CODES = (
     Code(
         "G", 432, "tool length", Stage.TOOL_LENGTH, length_added, "add to the tool offset", _AXES + "h", "own"
     ),
-    Code("G", 490, "tool length", Stage.TOOL_LENGTH, length_off, "no tool offset"),
+    Code("G", 490, "tool length", Stage.TOOL_LENGTH, length_off, "no tool offset", dialects=("linuxcnc",)),
 )

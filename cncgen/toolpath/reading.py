@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,6 +15,7 @@ class ReadOptions:
         dialect: ``auto``, ``linuxcnc`` or ``fanuc`` (G-code only).
         tool_table: LinuxCNC tool table, or None.
         parameters: File of numbered parameters, read and never rewritten, or None.
+        kinematics: How the rotary axes carry table or head (`cncgen.gcode.kinematics.Kinematics`), or None.
         least_increment: What a number without a decimal point counts in where a FANUC control is set so, mm or degrees
             (inches: a tenth of it): 0.001 reads ``X10`` as 0.01 mm. None: it counts like ``X10.``.
         inch_tables: Whether lengths in the tool table and the parameter file are inches (else mm).
@@ -38,6 +40,7 @@ class ReadOptions:
     inch_tables: bool = False
     stand_alone: bool = False
     least_increment: float | None = None
+    kinematics: Any = None
     save_parameters: Path | None = None
     include: tuple[Path, ...] = field(default=())
     block_delete: bool = True

@@ -1,0 +1,134 @@
+"""How the rotary axes of a five-axis machine carry its table or its head: the table ``[kinematics]`` of the machine.
+
+```toml
+[kinematics]
+model = "table-table"            # or "head-head"
+axes = ["a", "c"]                # the one that carries the other first
+centre_mm = [0.0, 0.0, -150.0]   # tables: where their axes meet, machine coordinates
+pivot_mm = 180.0                 # heads: from the spindle's gauge line to where their axes meet
+tolerance_mm = 0.001             # how far lines of the machine's axes may be from the tool's path
+```
+
+A turns about X, B about Y, C about Z, positive as ISO 841 has it: the tool turns that way relative to the workpiece, so a
+table turns the other way. With p the tool's tip in machine coordinates of the table at 0, L the tool's length and z the
+direction of the spindle, the machine stands at
+
+- tables: m = c + R1(-θ1) R2(-θ2) (p - c) + L z,
+- heads: m = p + R1(θ1) R2(θ2) (L + P) z - P z,
+
+which is p + L z where the rotary axes are at 0, as without G43.4.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from cncgen.diagnostics import Diagnostic, UsageError
+
+Vector = tuple[float, float, float]
+MODELS = ("table-table", "head-head")
+_KEYS = ("model", "axes", "centre_mm", "pivot_mm", "tolerance_mm")
+_TOLERANCE_MM = 0.001
+
+
+@dataclass(frozen=True, slots=True)
+class Kinematics:
+    """Lengths in mm.
+
+    Attributes:
+        heads: Whether the rotary axes carry the tool, else the table.
+        axes: Columns of the rotary axes (3 is A), the one that carries the other first.
+        centre: Where the axes of tables meet, machine coordinates.
+        pivot: From the gauge line to where the axes of heads meet.
+        tolerance: Largest distance of the axes' lines from the path.
+    """
+
+    heads: bool
+    axes: tuple[int, int]
+    centre: Vector = (0.0, 0.0, 0.0)
+    pivot: float = 0.0
+    tolerance: float = _TOLERANCE_MM
+
+    def machine(self, tip: Vector, angles: tuple[float, float], length: float) -> Vector:
+        """Return X Y Z of the machine for a tip, angles in degrees and a tool of that length."""
+        if self.heads:
+            x, y, z = self._turned((0.0, 0.0, length + self.pivot), angles)
+            return tip[0] + x, tip[1] + y, tip[2] + z - self.pivot
+        c = self.centre
+        x, y, z = self._turned(_less(tip, c), (-angles[0], -angles[1]))
+        return c[0] + x, c[1] + y, c[2] + z + length
+
+    def tip(self, machine: Vector, angles: tuple[float, float], length: float) -> Vector:
+        """Return the tip of the tool: the inverse of `machine`."""
+        if self.heads:
+            x, y, z = self._turned((0.0, 0.0, length + self.pivot), angles)
+            return machine[0] - x, machine[1] - y, machine[2] - z + self.pivot
+        c = self.centre
+        away = (machine[0] - c[0], machine[1] - c[1], machine[2] - c[2] - length)
+        outer, inner = self.axes
+        x, y, z = _turn(_turn(away, outer, angles[0]), inner, angles[1])
+        return c[0] + x, c[1] + y, c[2] + z
+
+    def _turned(self, vector: Vector, angles: tuple[float, float]) -> Vector:
+        """Return R1 R2 v."""
+        outer, inner = self.axes
+        return _turn(_turn(vector, inner, angles[1]), outer, angles[0])
+
+
+def _less(a: Vector, b: Vector) -> Vector:
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+def _turn(vector: Vector, column: int, degrees: float) -> Vector:
+    """Turn a vector about X, Y or Z (columns 3, 4, 5)."""
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    first, second = ((1, 2), (2, 0), (0, 1))[column - 3]
+    out = list(vector)
+    out[first], out[second] = c * vector[first] - s * vector[second], s * vector[first] + c * vector[second]
+    return out[0], out[1], out[2]
+
+
+def kinematics_of(table: Mapping[str, Any]) -> Kinematics:
+    """Read the table ``[kinematics]`` of a machine.
+
+    Raises:
+        UsageError: All that is wrong with it, by key.
+    """
+    faults = [
+        _fault(f"{key}: unknown key", f"known keys: {', '.join(_KEYS)}") for key in table if key not in _KEYS
+    ]
+    model, axes = table.get("model"), table.get("axes")
+    if model not in MODELS:
+        faults.append(_fault(f"model: must be one of {', '.join(MODELS)}"))
+    letters = [str(letter).lower() for letter in axes] if isinstance(axes, list) else []
+    if len(letters) != 2 or letters[0] == letters[1] or not set(letters) <= set("abc"):
+        faults.append(_fault("axes: must be two of a, b, c, the one that carries the other first"))
+    centre = table.get("centre_mm", [0.0, 0.0, 0.0])
+    if not (isinstance(centre, list) and len(centre) == 3 and all(_is_number(v) for v in centre)):
+        faults.append(_fault("centre_mm: must be three numbers"))
+    for key in ("pivot_mm", "tolerance_mm"):
+        value = table.get(key, 1.0)
+        if not _is_number(value) or value < 0.0 or (key == "tolerance_mm" and value == 0.0):
+            faults.append(
+                _fault(f"{key}: must be a number {'above' if key == 'tolerance_mm' else 'of at least'} 0")
+            )
+    if faults:
+        raise UsageError(faults)
+    return Kinematics(
+        model == "head-head",
+        (3 + "abc".index(letters[0]), 3 + "abc".index(letters[1])),
+        (float(centre[0]), float(centre[1]), float(centre[2])),
+        float(table.get("pivot_mm", 0.0)),
+        float(table.get("tolerance_mm", _TOLERANCE_MM)),
+    )
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _fault(message: str, hint: str = "") -> Diagnostic:
+    return Diagnostic("machine-kinematics", f"kinematics.{message}", hint=hint)

@@ -1,0 +1,107 @@
+"""G43.4: the machine's axes by closed forms of the kinematics; how far its lines leave the path; the speed of the tip."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cncgen.diagnostics import UsageError
+from cncgen.gcode.kinematics import Kinematics, kinematics_of
+
+TABLES = Kinematics(False, (3, 5), (0.0, 0.0, -100.0))
+HEADS = Kinematics(True, (5, 4), pivot=100.0)
+START = "G10 L10 P1 R50.\nG0 X10 Y0 Z0\nG43.4 H1 G0 X10 Y0 Z0\n"
+NUMBER = st.floats(-200.0, 200.0)
+
+
+def machine(run: Any, text: str, kinematics: Kinematics) -> Any:
+    """Run a text after the start; return the toolpath."""
+    out = run(START + text + "\nM30", dialect="fanuc", kinematics=kinematics)
+    assert out.errors == []
+    return out
+
+
+@pytest.mark.parametrize("kinematics", [TABLES, HEADS])
+def test_at_angle_zero_it_is_the_tool_length(run: Any, kinematics: Kinematics) -> None:
+    out = machine(run, "G1 X20 F100", kinematics)
+    moves = out.path.end[out.path.kind == 0, :3]
+    np.testing.assert_allclose(moves, [[10, 0, 0], [10, 0, 50], [20, 0, 50]])
+
+
+def test_a_table_turns_the_workpiece_against_the_angle(run: Any) -> None:
+    """At C90 the point (10, 0) of the table is at (0, -10); at A90 the height above the centre points to +Y."""
+    out = machine(run, "G0 C90\nG0 X20", TABLES)
+    np.testing.assert_allclose(out.path.end[2:4, :3], [[0, -10, 50], [0, -20, 50]], atol=1e-9)
+    # About A: y' = y cos + (z - zc) sin, z' = zc - y sin + (z - zc) cos, of the table turned by -90 degrees.
+    out = machine(run, "G0 A90", TABLES)
+    np.testing.assert_allclose(out.path.end[2, :3], [10, 100, -100 + 50], atol=1e-9)
+
+
+def test_a_head_swings_about_its_pivot(run: Any) -> None:
+    """At B90 the tool lies along +X: the pivot is 150 beside the tip, the machine 100 below its zero."""
+    out = machine(run, "G0 B90\nG0 C90", HEADS)
+    np.testing.assert_allclose(out.path.end[2:4, :3], [[160, 0, -100], [10, 150, -100]], atol=1e-9)
+
+
+def test_g49_leaves_the_machine_where_it_is(run: Any) -> None:
+    out = machine(run, "G0 B90\nG49\nG0 Y1", HEADS)
+    np.testing.assert_allclose(out.path.end[3, :3], [160, 1, -100], atol=1e-9)
+
+
+def test_lines_stay_within_the_tolerance_and_take_the_tips_time(run: Any) -> None:
+    """A quarter turn of C about a point 10 mm off takes 90 degrees at F90: a minute; the axes follow the circle."""
+    out = machine(run, "G1 C90 F90", TABLES)
+    rows = np.flatnonzero((out.path.kind == 0) & (out.path.feed_mode == 1))
+    points = out.path.end[rows, :2]
+    np.testing.assert_allclose(np.hypot(*points.T), 10.0)
+    chord = np.hypot(*np.diff(np.vstack([[10.0, 0.0], points]), axis=0).T)
+    assert np.all(10.0 - np.sqrt(100.0 - chord**2 / 4) <= TABLES.tolerance * 1.01)
+    assert np.sum(1.0 / out.path.feed[rows]) == pytest.approx(60.0)
+
+
+def test_an_arc_of_the_tip(run: Any) -> None:
+    """With the rotary axes at rest an arc stays one, in lines, and takes its length over F."""
+    out = machine(run, "G2 X-10 I-10 F600", TABLES)
+    rows = np.flatnonzero((out.path.kind == 0) & (out.path.feed_mode == 1))
+    np.testing.assert_allclose(np.hypot(*out.path.end[rows, :2].T), 10.0)
+    assert np.sum(1.0 / out.path.feed[rows]) == pytest.approx(np.pi)
+
+
+@pytest.mark.parametrize("kinematics", [TABLES, HEADS])
+@given(tip=st.tuples(NUMBER, NUMBER, NUMBER), angles=st.tuples(NUMBER, NUMBER))
+def test_the_inverse_kinematics(kinematics: Kinematics, tip: Any, angles: Any) -> None:
+    there = kinematics.machine(tip, angles, 50.0)
+    np.testing.assert_allclose(kinematics.tip(there, angles, 50.0), tip, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("G28 X0", "tcp-refused"),
+        ("G55", "tcp-refused"),
+        ("G92 X0", "tcp-refused"),
+        ("T2 M6", "tcp-refused"),
+        ("G38.2 X0 F100", "tcp-refused"),
+        ("G53 X0", "tcp-refused"),
+    ],
+)
+def test_what_does_not_go_with_it(run: Any, text: str, code: str) -> None:
+    out = run(START + text + "\nM30", dialect="fanuc", kinematics=TABLES)
+    assert [(c, line) for c, line, _ in out.errors] == [(code, 4)]
+
+
+def test_it_needs_a_machine(run: Any) -> None:
+    assert run("G43.4 H1\nM30", dialect="fanuc").errors == [("tcp-machine", 1, 1)]
+
+
+def test_the_table_of_the_machine() -> None:
+    table = {"model": "head-head", "axes": ["c", "b"], "pivot_mm": 100}
+    assert kinematics_of(table) == HEADS
+    with pytest.raises(UsageError) as caught:
+        kinematics_of({"model": "delta", "axes": ["a", "a"], "centre_mm": [1], "pivot_mm": -1, "colour": 1})
+    keys = [d.message.split(":")[0].removeprefix("kinematics.") for d in caught.value.diagnostics]
+    assert keys == ["colour", "model", "axes", "centre_mm", "pivot_mm"]
