@@ -1,23 +1,41 @@
 """cncgen: NC programs to servo setpoints within the machine's limits.
 
-The library in a line a stage: `read` a program, `plan` it on a machine, `sample` the trajectory, `simulate` the
-servo axes. Names are imported when they are first used, so that ``import cncgen`` costs nothing.
+The library in a line a stage: `read` a program (`read_text`: from memory), `plan` it on a machine, `sample` the
+trajectory, `simulate` the servo axes. Lengths are mm, times s, angles rad. What is wrong with a program or a machine
+file raises `CncgenError` with all its diagnostics. Names are imported when they are first used, so that ``import
+cncgen`` costs nothing.
 """
 
 from __future__ import annotations
 
 import importlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from cncgen.diagnostics import CncgenError as CncgenError
+    from cncgen.diagnostics import Diagnostic as Diagnostic
+    from cncgen.machine import Machine as Machine
+    from cncgen.machine import load_machine as load_machine
+    from cncgen.pipeline import plan as plan
+    from cncgen.pipeline import read as read
+    from cncgen.pipeline import read_text as read_text
+    from cncgen.pipeline import sample as sample
+    from cncgen.pipeline import simulate as simulate
+    from cncgen.planner import PlanOptions as PlanOptions
+    from cncgen.toolpath.reading import ReadOptions as ReadOptions
 
 __version__ = "0.1.0"
 
 _PUBLIC = {
     "read": "cncgen.pipeline",
+    "read_text": "cncgen.pipeline",
     "plan": "cncgen.pipeline",
     "sample": "cncgen.pipeline",
     "simulate": "cncgen.pipeline",
     "load_machine": "cncgen.machine",
     "Machine": "cncgen.machine",
+    "PlanOptions": "cncgen.planner",
+    "ReadOptions": "cncgen.toolpath.reading",
     "Diagnostic": "cncgen.diagnostics",
     "CncgenError": "cncgen.diagnostics",
 }
@@ -29,7 +47,8 @@ def __getattr__(name: str) -> Any:
     """Import a public name on first use (PEP 562)."""
     if name not in _PUBLIC:
         raise AttributeError(f"module 'cncgen' has no attribute {name!r}")
-    return getattr(importlib.import_module(_PUBLIC[name]), name)
+    value = globals()[name] = getattr(importlib.import_module(_PUBLIC[name]), name)
+    return value
 
 
 def __dir__() -> list[str]:
