@@ -66,7 +66,7 @@ def main() -> None:
     loop = closed_loop(servo)
     truth = dict(zip(COEFFICIENTS, [*loop.denominator[1:], *loop.numerator[:2]], strict=True))
     noisy = [position + 0.1 * NOISE_MM * rng.standard_normal(len(position)) for rng in draws]
-    report("fourth-order", truth, [fit_fourth_order(command, y, PERIOD) for y in noisy[: max(1, seeds // 2)]])
+    report("fourth-order", truth, [fit_fourth_order(command, y, PERIOD) for y in noisy])
 
 
 if __name__ == "__main__":

@@ -239,7 +239,7 @@ def _solved(residual: Callable[[Floats], Floats], start: Floats) -> tuple[Floats
             columns.append((bounded(theta + step) - bounded(theta - step)) / (2.0 * STEP))
         return np.column_stack(columns)
 
-    found = least_squares(bounded, start, jac=jacobian, x_scale="jac", method="trf", max_nfev=100)
+    found = least_squares(bounded, start, jac=jacobian, x_scale="jac", method="lm", max_nfev=100)
     rest = found.fun
     variance = float(rest @ rest) / max(1, len(rest) - len(start))
     covariance = np.linalg.pinv(found.jac.T @ found.jac) * variance
