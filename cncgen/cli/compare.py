@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 @click.option(
     "--controllers",
     metavar="LIST",
-    help="Controllers instead: of p,zpetc,ccc,zpetc+ccc,tcf,h-infinity, by commas.",
+    help="Controllers instead: of p,plain,feedforward,zpetc,ccc,zpetc+ccc,tcf,mirror,h-infinity, by commas.",
 )
 @output_option
 @summary_option

@@ -38,7 +38,7 @@ SETPOINT_SUFFIXES = (".csv", ".jsonl", ".npy", ".npz", ".f64", ".hal", ".arrow")
     metavar="NAME",
     default="p",
     show_default=True,
-    help="Each axis's own controller (p), or zpetc, ccc, zpetc+ccc, tcf, h-infinity.",
+    help="Each axis's own controller (p), or plain, feedforward, zpetc, ccc, zpetc+ccc, tcf, mirror, h-infinity.",
 )
 @click.option("--axes", metavar="LETTERS", help="Axes of setpoints in a format that does not name them.")
 @click.option(

@@ -12,17 +12,19 @@ from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.machine.record import Servo
 from cncgen.servo.controllers.base import Controller
 from cncgen.servo.controllers.ccc import CrossCoupling, coupling_of, fitted
+from cncgen.servo.controllers.feedforward import Feedforward, velocity_error
+from cncgen.servo.controllers.mirror_filter import MirrorFilter
 from cncgen.servo.controllers.tcf import task_frame
 from cncgen.servo.controllers.zpetc import Zpetc, design
 from cncgen.servo.loop import AxisLoop, close_loop
 from cncgen.servo.models import control_period, plant_and_controller
-from cncgen.servo.scheme import Scheme, SchemeMaker
+from cncgen.servo.scheme import PathCoupling, Prefilter, Scheme, SchemeMaker
 from cncgen.servo.simulate import own_scheme
 from cncgen.units import is_rotary
 
-#: The names, in the order of Hsu 1999, Table 1. ``p`` stands for the axis's own controller, whatever it is.
-#: ``h-infinity`` is each axis under the controller designed from its table's weights (model ``plant``).
-NAMES = ("p", "zpetc", "ccc", "zpetc+ccc", "tcf", "h-infinity")
+#: The names: each axis's own controller (``p``), that without its feedforward, with full velocity feedforward round it, the
+#: schemes of Hsu 1999, Table 1, reference shaping by the loop's mirror, and H-infinity designed from a table's weights.
+NAMES = ("p", "plain", "feedforward", "zpetc", "ccc", "zpetc+ccc", "tcf", "mirror", "h-infinity")
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +36,7 @@ class Settings:
             together where the contour loop would come too near to instability (`ccc.fitted`).
         tcf_tangential_rad_s, tcf_tangential_damping: Natural frequency and damping of the error along the path.
         tcf_normal_rad_s, tcf_normal_damping: The same across it. The defaults are poles at 250 and 350 rad/s.
-        models: Servo data that ZPETC is designed on, where they are not the axes' own (what a model error does).
+        models: Servo data that ZPETC and the mirror are designed on, where they are not the axes' own (what a model error does).
     """
 
     ccc_proportional: float | None = None
@@ -107,6 +109,8 @@ def scheme_maker(name: str, servos: Mapping[str, Servo], settings: Settings | No
                 return own_scheme(
                     h_infinity_servos({k: servos[k] for k in axes if k in servos}), axes, period_s
                 )
+            if name == "plain":
+                return own_scheme(plain_servos(servos), axes, period_s)
             if name == "tcf":
                 return _task_frame(servos, axes, period_s, chosen)
             return _coupled(name, servos, axes, period_s, chosen)
@@ -114,6 +118,15 @@ def scheme_maker(name: str, servos: Mapping[str, Servo], settings: Settings | No
             raise UsageError(Diagnostic("controller-unfit", f"{name}: {error}")) from error
 
     return make
+
+
+def plain_servos(servos: Mapping[str, Servo]) -> dict[str, Servo]:
+    """Return servos without the feedforward of their controllers, where they have one: PD instead of PD+, say."""
+    without: dict[str, dict[str, Any]] = {
+        "pi-p-feedforward": {"feedforward_gain": 0.0},
+        "pd-plus": {"feedforward": False},
+    }
+    return {k: Servo(s.model, {**s.parameters, **without.get(s.model, {})}) for k, s in servos.items()}
 
 
 def h_infinity_servos(servos: Mapping[str, Servo]) -> dict[str, Servo]:
@@ -134,7 +147,12 @@ def h_infinity_servos(servos: Mapping[str, Servo]) -> dict[str, Servo]:
 
 def _coupled(name: str, servos: Mapping[str, Servo], axes: str, period_s: float, chosen: Settings) -> Scheme:
     own = own_scheme(servos, axes, period_s)
-    prefilter = coupling = None
+    prefilter: Prefilter | None = None
+    coupling: PathCoupling | None = None
+    if name == "feedforward":
+        prefilter = Feedforward([velocity_error(loop, round(period_s / loop.period)) for loop in own.loops])
+    if name == "mirror":
+        prefilter = MirrorFilter(own_scheme({**servos, **(chosen.models or {})}, axes, period_s).loops)
     if "zpetc" in name:
         modelled = own_scheme({**servos, **(chosen.models or {})}, axes, period_s)
         prefilter = Zpetc([design(loop, round(period_s / loop.period)) for loop in modelled.loops])
