@@ -13,7 +13,7 @@ from cncgen.cli import messages
 Command = Callable[..., Any]
 
 LANGUAGES = ("gcode", "stepnc")
-DIALECTS = ("auto", "linuxcnc", "fanuc")
+DIALECTS = ("auto", "linuxcnc", "fanuc", "heidenhain")
 TABLE_UNITS = ("mm", "inch")
 SPEED_UNITS = ("m/s", "m/min")
 SPINDLE_SIGNS = ("speed", "tool")

@@ -28,7 +28,6 @@ _MODULES = (
     "modes",
     "feeds",
     "spindle",
-    "tool_point",
     "tools",
     "coolant",
     "program_end",
@@ -52,6 +51,8 @@ _MODULES = (
     "saved",
     "lathe_cycles",
     "turning_cycles",
+    "tool_point",
+    "heidenhain",
 )
 #: Words that act by themselves.
 ALONE = "FST"
@@ -114,12 +115,14 @@ class Codes(Mapping[tuple[str, int], Code]):
 
     def __init__(self, dialect: str) -> None:
         self._dialect = dialect
+        # Plain language has the M functions and modes of LinuxCNC, and motions of its own.
+        self._base = dialect if dialect in BOTH else BOTH[0]
         self._found: dict[tuple[str, int], Code] = {}
         self._waiting = list(reversed(_MODULES))
 
     def _import_next(self) -> None:
         for code in import_module(f"cncgen.gcode.{self._waiting.pop()}").CODES:
-            if self._dialect in code.dialects:
+            if self._base in code.dialects or self._dialect in code.dialects:
                 self._found[code.letter, code.number] = code
 
     def __getitem__(self, key: tuple[str, int]) -> Code:

@@ -20,6 +20,7 @@ class Choice(NamedTuple):
 
 
 _SIGNS = (
+    ("heidenhain", "plain language", rb"(?:\d+[ \t]+)?(?:BEGIN[ \t]+PGM\b|SPL[ \t]+I?[XYZ])"),
     ("linuxcnc", "an O-word", rb"[oO][ \t]*(?:\d+|<[^>\n]*>)[ \t]*(?:sub|call|if|while|do|repeat|return)\b"),
     ("linuxcnc", "a named parameter", rb"[^(;\n]*#<"),
     ("fanuc", "a jump of a macro", rb"[^(;\n]*\bGOTO[ \t\d#\[]"),

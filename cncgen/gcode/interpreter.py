@@ -88,6 +88,8 @@ class Interpreter:
         self.flow: FlowControl | None = None
         #: Looks at each block before it runs while a curve of several blocks is open; set by that curve's handler.
         self.guard: Handler | None = None
+        #: Where the last SPL ended.
+        self.ended: object | None = None
         self.beside: Callable[[list[float]], list[float]] | None = None
         self._plans: dict[tuple[object, ...], Plan] = {}
         if options.parameters is not None:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from cncgen.gcode.codes import Code, table
+from cncgen.gcode.codes import BOTH, Code, table
 
-DIALECTS = ("linuxcnc", "fanuc")
+DIALECTS = ("linuxcnc", "fanuc", "heidenhain")
 #: Codes of the user stand in one line.
 _USER = "user"
 
@@ -14,26 +14,27 @@ _USER = "user"
 def codes(dialect: str) -> list[Code]:
     """Return the codes of a dialect: G in the order of their numbers, then M, then words that act by themselves."""
     order = {"G": 0, "M": 1}
-    return sorted(
-        table(dialect).values(), key=lambda code: (order.get(code.letter, 2), code.number, code.letter)
-    )
+    own = (code for code in table(dialect).values() if dialect in code.dialects)
+    return sorted(own, key=lambda code: (order.get(code.letter, 2), code.number, code.letter))
 
 
-def rows() -> Iterator[tuple[str, str, str, str]]:
+def rows(dialects: tuple[str, ...] = DIALECTS) -> Iterator[tuple[str, str, str, str]]:
     """Yield name, words, dialects and help of each code; a code of two meanings has two rows."""
     found: dict[tuple[str, str, str], list[str]] = {}
-    for dialect in DIALECTS:
+    for dialect in dialects:
         for code in codes(dialect):
             if code.group != _USER:
                 found.setdefault((code.name, _words(code), code.help), []).append(dialect)
     order = {
         code.name: ("GM".find(code.letter) % 3, code.number, code.letter)
-        for d in DIALECTS
+        for d in dialects
         for code in codes(d)
     }
     for name, words, text in sorted(found, key=lambda key: order[key[0]]):
         yield name, words, " ".join(found[name, words, text]), text
-    yield "M100 … M199", "P Q", " ".join(DIALECTS), "the user's own: an event"
+    both = [dialect for dialect in dialects if dialect in BOTH]
+    if both:
+        yield "M100 … M199", "P Q", " ".join(both), "the user's own: an event"
 
 
 def _words(code: Code) -> str:
@@ -47,6 +48,8 @@ def _words(code: Code) -> str:
     shown += sorted(
         letter.upper() for letter in letters if letter not in "@^" and letter.upper() != code.name
     )
+    if code.name == "SPL":
+        return "axes F K1 K2 K3 of each"
     return " ".join([*shown, *(name.upper() + "=" for name in code.named)])
 
 

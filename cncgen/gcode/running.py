@@ -89,6 +89,8 @@ class Runner:
         self.ip = Interpreter(sink, options, self.remark, self.dialect)
         self.flow = self.ip.flow = FlowControl(self.ip, self.sources, path)
         self._increments = self.dialect == "fanuc" and options.least_increment is not None
+        #: Whether the scanner cannot read the dialect's plain blocks.
+        self._by_line = self._increments or self.dialect == "heidenhain"
         self.steps = 0
         self._plain = PlainBlocks()
         self._batches = Batches(self.ip) if batches else None
@@ -125,7 +127,7 @@ class Runner:
         while not state.ended:
             if target is None:
                 plain = self._plain
-                if self._increments:
+                if self._by_line:
                     # The scanner does not tell 10 from 10. so every line goes through the grammar.
                     why = gcode_scan.OTHER if self._reached.offset < len(source) else gcode_scan.END
                 else:
@@ -317,11 +319,19 @@ class Runner:
                 "stray-percent", "a % that ends a program that no % began", column=text.index("%") + 1
             )
 
+    def _read(self, text: str) -> Parsed:
+        """Read a block in the program's dialect."""
+        if self.dialect == "heidenhain":
+            from cncgen.gcode import heidenhain
+
+            return heidenhain.parse(text)
+        return descent.parse(text, self.dialect, self._increments)
+
     def _parse(self, text: str) -> Parsed:
         """Return the block of a text; the latest ones are remembered."""
         parsed = self._parsed.get(text)
         if parsed is None:
-            parsed = descent.parse(text, self.dialect, self._increments)
+            parsed = self._read(text)
             if len(self._parsed) >= _PAUSE:
                 self._parsed.clear()
             self._parsed[text] = parsed
