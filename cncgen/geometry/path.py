@@ -348,6 +348,18 @@ class Path:
         found = np.unique(np.concatenate([self.row_s, cells]))
         return found[np.concatenate([[True], np.diff(found) > 2 * self._snap])]
 
+    def cells(self, rows: Ints) -> tuple[Ints, Floats, Floats]:
+        """Return the cells of NURBS rows: which of `rows` each belongs to, its distance from their start, its length.
+
+        A cell is a stretch of a knot span that a polynomial of low degree carries, see `sample_borders`.
+        """
+        item = self._item[rows]
+        first = self._nurbs.offset[item]
+        count = self._nurbs.offset[item + 1] - first
+        index = np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
+        cells = self._nurbs.cells[index]
+        return np.repeat(np.arange(len(rows)), count), cells[:, 1], cells[:, 2]
+
     def jumps(self) -> Jumps:
         """Return what changes at the breakpoints inside the path."""
         s = self._breakpoints[1:-1]

@@ -1,16 +1,19 @@
-"""Rows of lines and arcs as cubic pieces by arc length: what a smooth spline is fitted to."""
+"""Rows of lines, arcs and NURBS as cubic pieces by arc length: what a smooth spline is fitted to."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from cncgen.geometry.path import LINE, Path
+from cncgen.geometry.path import ARC, LINE, NURBS, Path
 from cncgen.geometry.tables import Floats, Ints
 
 #: Part of the tolerance that cubic pieces of an arc may miss it by.
 ARC_SHARE = 1e-3
+#: The same for those of a NURBS.
+NURBS_SHARE = 1e-5
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,10 +38,12 @@ class Pieces:
 
 
 def pieces_of(path: Path, tolerance: Floats, scale: Floats, rows: Ints | None = None) -> Pieces:
-    """Cut rows of a path, LINE and ARC only, each of them longer than 0, into cubic pieces.
+    """Cut rows of a path that move X Y Z, each of them longer than 0, into cubic pieces.
 
     A line is one piece. An arc is cut so that the cubic Hermite interpolant by its points and tangents misses it by at
-    most `ARC_SHARE` of the tolerance: |x − y| ≤ h⁴ max|x''''| / 384 (C. de Boor, A Practical Guide to Splines, IV).
+    most `ARC_SHARE` of the tolerance: |x − y| ≤ h⁴ max|x''''| / 384 (C. de Boor, A Practical Guide to Splines, IV). A
+    NURBS is cut at its knots, and between them until the interpolant misses it by `NURBS_SHARE` of the tolerance only,
+    so that the second derivative, known to h² max|x''''| / 12, is nearly its own where the curve itself goes on.
 
     Args:
         tolerance: Shape (rows,), mm, of the chosen rows.
@@ -47,30 +52,69 @@ def pieces_of(path: Path, tolerance: Floats, scale: Floats, rows: Ints | None = 
     """
     chosen = np.arange(len(path)) if rows is None else rows
     length = path.row_length[chosen]
-    straight = path.kind[chosen] == LINE
-    count, bend = np.ones(len(chosen), np.int64), np.zeros(len(chosen))
-    arcs = np.flatnonzero(~straight)
-    if arcs.size:
-        count[arcs], bend[arcs] = _arc_counts(path, chosen[arcs], tolerance[arcs])
+    kind = path.kind[chosen]
     row_t = np.concatenate([[0.0], np.cumsum(length)])
-    row = np.repeat(np.arange(len(chosen)), count)
-    inner = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
-    h = (length / count)[row]
+    row, at, h = _cut(path, chosen, kind, length, tolerance)
     y = np.zeros((len(row), 4, len(path.axes)))
     start = path.starts[chosen]
     y[:, 0] = start[row]
     y[:, 1] = ((path.end[chosen] - start) / length[:, None])[row]
-    curved = np.flatnonzero(~straight[row])
+    bend = np.zeros(len(row))
+    curved = np.flatnonzero(kind[row] != LINE)
     if curved.size:
-        of = row[curved]
-        y[curved] = _hermite(path, chosen[of], inner[curved] * h[curved], h[curved])
-    bounds = np.append(row_t[row] + inner * h, row_t[-1])
-    left = np.where(straight, tolerance, (1.0 - ARC_SHARE) * tolerance)
-    return Pieces(bounds, y * scale, bend[row], left[row], row, row_t)
+        cubic = _hermite(path, chosen[row[curved]], at[curved], h[curved]) * scale
+        y[curved] = cubic
+        ends = 2.0 * cubic[:, 2], 2.0 * cubic[:, 2] + 6.0 * h[curved, None] * cubic[:, 3]
+        # The second derivative of a cubic is linear.
+        bend[curved] = np.maximum(*(np.linalg.norm(end, axis=1) for end in ends))
+    straight = kind[row] == LINE
+    y[straight] *= scale
+    share = np.select([kind == LINE, kind == ARC], [0.0, ARC_SHARE], NURBS_SHARE)
+    left = (1.0 - share) * tolerance
+    return Pieces(np.append(row_t[row] + at, row_t[-1]), y, bend, left[row], row, row_t)
 
 
-def _arc_counts(path: Path, arcs: Ints, tolerance: Floats) -> tuple[Ints, Floats]:
-    """Return into how many pieces to cut arcs, and a bound of their curvature."""
+def _cut(
+    path: Path, chosen: Ints, kind: NDArray[np.int8], length: Floats, tolerance: Floats
+) -> tuple[Ints, Floats, Floats]:
+    """Return the row (counted among the chosen), the distance from its start, and the length of every piece."""
+    count = np.ones(len(chosen), np.int64)
+    arcs, curves = np.flatnonzero(kind == ARC), np.flatnonzero(kind == NURBS)
+    if arcs.size:
+        count[arcs] = _arc_counts(path, chosen[arcs], tolerance[arcs])
+    row = np.repeat(np.arange(len(chosen)), count)
+    h = (length / count)[row]
+    at = (np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)) * h
+    if curves.size:
+        others = np.flatnonzero(kind[row] != NURBS)
+        of, begin, width = _nurbs_cuts(path, chosen[curves], tolerance[curves])
+        row = np.concatenate([row[others], curves[of]])
+        at, h = np.concatenate([at[others], begin]), np.concatenate([h[others], width])
+        order = np.lexsort((at, row))
+        row, at, h = row[order], at[order], h[order]
+    return row, at, h
+
+
+def _nurbs_cuts(path: Path, rows: Ints, tolerance: Floats) -> tuple[Ints, Floats, Floats]:
+    """Cut NURBS rows; see `_cut`."""
+    of, begin, width = path.cells(rows)
+    there = width > 0.0
+    of, begin, width = of[there], begin[there], width[there]
+    half = 0.5 * width
+    c = np.moveaxis(_hermite(path, rows[of], begin, width), 1, 0)
+    u = half[:, None]
+    middle = path.evaluate_parameter(rows[of], path.parameter_after(rows[of], begin + half))[0]
+    miss = np.linalg.norm(c[0] + u * (c[1] + u * (c[2] + u * c[3])) - middle, axis=1)
+    turn = width * path.curvature_after(rows[of], begin + half)
+    count = np.ceil(np.maximum((miss / (NURBS_SHARE * tolerance[of])) ** 0.25, turn / 0.4))
+    count = count.clip(1, 1000).astype(np.int64)
+    inner = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    h = np.repeat(width / count, count)
+    return np.repeat(of, count), np.repeat(begin, count) + inner * h, h
+
+
+def _arc_counts(path: Path, arcs: Ints, tolerance: Floats) -> Ints:
+    """Return into how many pieces to cut arcs."""
     length = path.row_length[arcs]
     # A spiral bends more at its inner end; radii differ by a tolerance, tiny arcs by more.
     looks = [path.curvature_after(arcs, share * length) for share in (0.0, 0.5, 1.0)]
@@ -78,15 +122,15 @@ def _arc_counts(path: Path, arcs: Ints, tolerance: Floats) -> tuple[Ints, Floats
     widest = (384.0 * ARC_SHARE * tolerance / kappa**3) ** 0.25
     # At least eight to a turn, for the bound is one of small angles.
     widest = np.minimum(widest, 0.8 / kappa)
-    return np.ceil(length / widest).astype(np.int64).clip(1, 1_000_000), 1.05 * kappa
+    return np.ceil(length / widest).astype(np.int64).clip(1, 1_000_000)
 
 
 def _hermite(path: Path, row: Ints, s: Floats, h: Floats) -> Floats:
     """Cubic coefficients by point and tangent at both ends of s … s + h on rows, s from the start of each."""
     ends = []
-    for at in (s, s + h):
-        u = path.parameter_after(row, at)
-        x, x1 = path.evaluate_parameter(row, u, 1)
+    for at, side in ((s, 1), (s + h, -1)):
+        u = path.parameter_after(row, at, side)
+        x, x1 = path.evaluate_parameter(row, u, 1, side)
         ends.append((x, x1 / np.linalg.norm(x1[:, :3], axis=1)[:, None]))
     (x0, d0), (x1, d1) = ends
     h = h[:, None]

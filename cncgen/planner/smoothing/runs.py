@@ -40,18 +40,33 @@ class Classes:
     leave: Floats
 
 
-def classify(toolpath: Toolpath, path: Path, scale: Floats) -> Classes:
-    """Sort the rows of a toolpath; see `Classes`. Columns are multiplied by `scale` to be mm."""
+def rests(toolpath: Toolpath) -> NDArray[np.bool_]:
+    """Tell at which rows the axes rest: events that need it."""
+    event = toolpath.kind == Kind.EVENT
+    out = np.zeros(len(toolpath), bool)
+    out[event] = [e.rest or e.dwell_s > 0 for e in (toolpath.events[k] for k in toolpath.curve[event])]
+    return out
+
+
+def classify(toolpath: Toolpath, path: Path, scale: Floats, free: NDArray[np.bool_] | None = None) -> Classes:
+    """Sort the rows of a toolpath; see `Classes`.
+
+    Args:
+        toolpath, path: The rows and their geometry.
+        scale: Shape (axes,): what the columns are multiplied by to be mm.
+        free: Shape (n,): NURBS rows that may be smoothed (`cncgen.planner.smoothing.ends`); None for none.
+    """
     length = np.diff(path.row_s)
     count = len(toolpath)
     entry, leave = _tangents(path, scale)
     event = toolpath.kind == Kind.EVENT
-    resting = np.zeros(count, bool)
-    resting[event] = [e.rest or e.dwell_s > 0 for e in (toolpath.events[k] for k in toolpath.curve[event])]
+    resting = rests(toolpath)
     away = np.abs(toolpath.end - toolpath.starts).max(axis=1) if count else np.zeros(0)
     idle = (event & ~resting) | ((toolpath.kind == Kind.LINE) & (away <= STANDSTILL))
     sideways = np.abs(entry[:, 3:]).max(axis=1, initial=0.0)
     within = (toolpath.kind == Kind.LINE) | (toolpath.kind == Kind.ARC)
+    if free is not None:
+        within |= free
     within &= (toolpath.path_mode == PathMode.CONTINUOUS) & (toolpath.tolerance >= LEAST_TOLERANCE)
     within &= (toolpath.feed_mode != FeedMode.RAPID) & (length > STANDSTILL)
     fits = within & ~idle & path.moves_xyz & (sideways < _SIDEWAYS)

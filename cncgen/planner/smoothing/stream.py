@@ -11,12 +11,14 @@ from cncgen.diagnostics import Diagnostic, NoPlanError, Span
 from cncgen.geometry.corridor import END_DERIVATIVES, END_POINT, OVERLAP, CorridorError, Seam, fit, split
 from cncgen.geometry.path import Path, metric_columns
 from cncgen.geometry.pieces import pieces_of
+from cncgen.planner.smoothing.ends import opened
 from cncgen.planner.smoothing.output import rows_of
 from cncgen.planner.smoothing.runs import TANGENT, Classes, classify
 from cncgen.toolpath.record import Kind, Toolpath
 from cncgen.toolpath.slicing import between, join
 from cncgen.units import DEGREE
 
+Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
@@ -31,10 +33,11 @@ _LONGEST_WINDOW = 32 * WINDOW
 def smooth(chunks: Iterable[Toolpath], reserve_mm: float = 0.0) -> Iterator[Toolpath]:
     """Smooth a toolpath.
 
-    Runs of LINE and ARC rows under G64 become NURBS rows of degree 4 that stay within the tolerance of their rows:
-    the distance over all axes, one degree counted as one millimetre (`ROTARY_RADIUS`), is at most P. Rapids,
-    G61, G61.1, NURBS rows, rows that move X Y Z hardly or not, corners of more than 150°, and places where the axes
-    rest are met exactly; so is the path where its tolerance is 0 or not known.
+    Runs of LINE and ARC rows under G64, and the ends of NURBS rows that meet their neighbours in corners, become NURBS
+    rows of degree 4 that stay within the tolerance of their rows: the distance over all axes, one degree counted as one
+    millimetre (`ROTARY_RADIUS`), is at most P. Rapids, G61, G61.1, the rest of NURBS rows, rows that move X Y Z hardly
+    or not, corners of more than 150°, and places where the axes rest are met exactly; so is the path where its
+    tolerance is 0 or not known.
 
     Args:
         chunks: Consecutive stretches of one program, tolerances filled in.
@@ -47,11 +50,10 @@ def smooth(chunks: Iterable[Toolpath], reserve_mm: float = 0.0) -> Iterator[Tool
         NoPlanError: If a run could not be fitted (a fault of the method, not of the program; see docs/smoothing.md).
     """
     smoother = _Smoother(reserve_mm)
-    gathered: list[Toolpath] = []
-    for chunk in chunks:
-        if len(chunk):
-            gathered.append(chunk)
-        if sum(map(len, gathered)) >= WINDOW:
+    gathered: list[tuple[Toolpath, Bools]] = []
+    for chunk in opened(each for each in chunks if len(each)):
+        gathered.append(chunk)
+        if sum(len(rows) for rows, _ in gathered) >= WINDOW:
             yield from smoother.take(gathered, last=False)
             gathered = []
     yield from smoother.take(gathered, last=True)
@@ -69,18 +71,18 @@ class _Smoother:
 
     def __init__(self, reserve_mm: float) -> None:
         self.reserve_mm = reserve_mm
-        self.pending: Toolpath | None = None
+        self.pending: tuple[Toolpath, Bools] | None = None
         self.seam: Seam | None = None
         self.before: Floats | None = None
 
-    def take(self, chunks: list[Toolpath], last: bool) -> Iterator[Toolpath]:
-        """Add rows and yield what has become final, as one toolpath."""
+    def take(self, chunks: list[tuple[Toolpath, Bools]], last: bool) -> Iterator[Toolpath]:
+        """Add rows, of which some NURBS may be smoothed, and yield what has become final, as one toolpath."""
         parts = ([self.pending] if self.pending is not None else []) + chunks
         if not parts:
             return
-        rows = join(parts)
+        rows, free = join([part for part, _ in parts]), np.concatenate([each for _, each in parts])
         path = Path(rows.axes, rows.start, rows.kind, rows.end, rows.curve, rows.arcs, rows.nurbs)
-        classes = classify(rows, path, axis_scale(rows.axes))
+        classes = classify(rows, path, axis_scale(rows.axes), free)
         borders = np.append(np.flatnonzero(classes.parts), len(rows))
         done = _Done(rows)
         at = 0
@@ -89,7 +91,7 @@ class _Smoother:
             at = self._group(rows, path, classes, int(first), stop, closed, done)
             if at < stop:
                 break
-        self.pending = between(rows, at, len(rows)) if at < len(rows) else None
+        self.pending = (between(rows, at, len(rows)), free[at:]) if at < len(rows) else None
         if done.toolpaths():
             yield join(done.toolpaths())
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from cncgen.geometry.nurbs import concatenate, single
 from cncgen.geometry.path import Path
 from cncgen.geometry.tables import ArcTable, NurbsTable, empty_arcs, empty_nurbs
 from cncgen.toolpath.record import Event, Kind, Toolpath
@@ -65,7 +66,8 @@ def path_of(rows: Toolpath) -> Path:
 
 
 def random_toolpath(seed: int) -> Toolpath:
-    """Facets, corners, reversals, arcs of all sizes, moves of 1e-7 mm and of none, further axes, events, modes, feeds."""
+    """Facets, corners, reversals, arcs and curves of all sizes, moves of 1e-7 mm and of none, further axes, events, modes,
+    feeds."""
     random = np.random.default_rng(seed)
     axes = str(random.choice(["XYZ", "XYZA", "XYZBC", "XYZAU"]))
     style = str(random.choice(["facets", "corners", "mixed"]))
@@ -73,6 +75,7 @@ def random_toolpath(seed: int) -> Toolpath:
     tolerance, feed = 10 ** random.uniform(-4, -0.5), 100.0
     rows: list[tuple] = []
     arcs: list[tuple] = []
+    curves: list[NurbsTable] = []
     events: list[Event] = []
     for _ in range(random.integers(2, 50)):
         chance = random.random()
@@ -96,6 +99,11 @@ def random_toolpath(seed: int) -> Toolpath:
                 new[2:] += random.normal(size=len(axes) - 2)
             arcs.append(([*centre, position[2]], [0, 0, sense], sweep))
             heading = tangent + sense * sweep
+        elif chance < 0.27 and style != "facets":
+            kind, curve = Kind.NURBS, len(curves)
+            curves.append(random_curve(random, position, heading))
+            new = curves[-1].control_points[-1]
+            heading = float(np.arctan2(*(new - curves[-1].control_points[-2])[1::-1]))
         else:
             kind, curve = Kind.LINE, -1
             small = -7 if random.random() < 0.1 else -2
@@ -130,6 +138,24 @@ def random_toolpath(seed: int) -> Toolpath:
         )
     )
     return toolpath(
-        [0.0] * len(axes), list(end), list(kind), list(curve), table, None, tuple(events), axes,
+        [0.0] * len(axes), list(end), list(kind), list(curve), table,
+        concatenate(curves) if curves else None, tuple(events), axes,
         feed=feeds, feed_mode=modes, path_mode=path_modes, tolerance=tolerances,
     )  # fmt: skip
+
+
+def random_curve(random: np.random.Generator, start: np.ndarray, heading: float) -> NurbsTable:
+    """A NURBS of degree 2 to 4 with or without weights, that goes on tangentially or not."""
+    degree = int(random.integers(2, 5))
+    count = degree + 1 + int(random.integers(0, 4))
+    size = 10 ** random.uniform(-1.5, 1.5)
+    turns = random.normal(scale=0.5, size=count - 1)
+    turns[0] = 0.0 if random.random() < 0.5 else random.uniform(-3, 3)
+    angle = heading + np.cumsum(turns)
+    steps = np.zeros((count - 1, len(start)))
+    steps[:, :2] = size * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    if random.random() < 0.3:
+        steps[:, 2:] = 0.1 * size * random.normal(size=(count - 1, len(start) - 2))
+    knots = np.concatenate([np.zeros(degree), np.linspace(0, 1, count - degree + 1), np.ones(degree)])
+    weights = random.uniform(0.5, 2, count) if random.random() < 0.5 else None
+    return single(degree, knots, np.concatenate([start[None], start + np.cumsum(steps, axis=0)]), weights)

@@ -1,0 +1,187 @@
+"""NURBS rows that meet a neighbour in a corner: cut a little way from it, so that their ends alone are rounded with it.
+
+The rest of such a row is what the programmer meant, and is met exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.geometry.path import STANDSTILL, Path, metric_columns
+from cncgen.geometry.splitting import split
+from cncgen.planner.smoothing.runs import LEAST_TOLERANCE, rests
+from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
+from cncgen.toolpath.slicing import between, join
+from cncgen.units import DEGREE
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+#: A turn, and a step of curvature in 1/mm, up to which a joint is smooth: what an axis follows without slowing down.
+_TURN, _STEP = 2e-4, 1e-3
+#: Length of the end that is rounded, in smoothing lengths at the corner.
+_REACH = 20.0
+#: Largest smoothing length: as `cncgen.geometry.corridor` bounds it, mm by mm of tolerance.
+_WIDEST = 100.0
+#: |dC/du| as a part of its mean below which a curve has a cusp, and is left as it is.
+_CUSP = 1e-4
+
+
+@dataclass(frozen=True, slots=True)
+class _Joints:
+    """Before each row and after the last one: whether the joint there is a corner, and the smoothing length that it takes.
+
+    Attributes:
+        rough: Shape (n + 1,).
+        reach: Shape (n + 1,), mm: how far from it the path is rounded.
+    """
+
+    rough: Bools
+    reach: Floats
+
+
+def opened(chunks: Iterable[Toolpath]) -> Iterator[tuple[Toolpath, Bools]]:
+    """Cut the NURBS rows that make corners.
+
+    A row is held back until the one after it is known, so what comes out does not depend on the chunks.
+
+    Args:
+        chunks: Consecutive stretches of one program, tolerances filled in.
+
+    Yields:
+        Consecutive stretches, and which of their rows are ends of NURBS that may be rounded.
+    """
+    held: Toolpath | None = None
+    before = (False, 0.0)
+    for chunk in chunks:
+        rows = chunk if held is None else join([held, chunk])
+        moving = np.flatnonzero(_moves(rows))
+        last = int(moving[-1]) if moving.size else len(rows)
+        done, free, before = _cut(rows, last, before)
+        if len(done):
+            yield done, free
+        held = between(rows, last, len(rows)) if last < len(rows) else None
+    if held is not None:
+        done, free, _ = _cut(held, len(held), before)
+        yield done, free
+
+
+def _moves(rows: Toolpath) -> Bools:
+    away = np.abs(rows.end - rows.starts).max(axis=1) > STANDSTILL if len(rows) else np.zeros(0, bool)
+    out: Bools = (rows.kind == Kind.ARC) | (rows.kind == Kind.NURBS) | ((rows.kind == Kind.LINE) & away)
+    return out
+
+
+def _cut(rows: Toolpath, stop: int, before: tuple[bool, float]) -> tuple[Toolpath, Bools, tuple[bool, float]]:
+    """Cut the NURBS among the rows 0 … stop; return them, which ones are free, and the joint before row `stop`.
+
+    Args:
+        rows: The stretch, with the row at `stop` that follows, where there is one.
+        stop: Rows to hand on.
+        before: Whether the joint before the first row is a corner, and its reach.
+    """
+    if not np.any(rows.kind == Kind.NURBS):
+        return between(rows, 0, stop), np.zeros(stop, bool), (False, 0.0)
+    path = Path(rows.axes, rows.start, rows.kind, rows.end, rows.curve, rows.arcs, rows.nurbs)
+    joints = _joints(rows, path, before)
+    parts: list[Toolpath] = []
+    free: list[Bools] = []
+    at = 0
+    curves = np.flatnonzero((rows.kind == Kind.NURBS) & (joints.rough[:-1] | joints.rough[1:]))
+    for k in curves[curves < stop].tolist():
+        row, ends = _row(rows, path, k, joints)
+        parts += [between(rows, at, k), row]
+        free += [np.zeros(k - at, bool), ends]
+        at = k + 1
+    parts.append(between(rows, at, stop))
+    free.append(np.zeros(stop - at, bool))
+    return join(parts), np.concatenate(free), (bool(joints.rough[stop]), float(joints.reach[stop]))
+
+
+def _joints(rows: Toolpath, path: Path, before: tuple[bool, float]) -> _Joints:
+    """Look at the joints of rows that may both be rounded, with no rest between."""
+    n = len(rows)
+    rough, reach = np.zeros(n + 1, bool), np.zeros(n + 1)
+    rough[0], reach[0] = before
+    moving = np.flatnonzero(np.diff(path.row_s) > STANDSTILL)
+    one, two = moving[:-1], moving[1:]
+    may = _roundable(rows, path)
+    stops = np.concatenate([[0], np.cumsum(rests(rows))])
+    pair = may[one] & may[two] & (stops[one] == stops[two])
+    pair &= (rows.kind[one] == Kind.NURBS) | (rows.kind[two] == Kind.NURBS)
+    one, two = one[pair], two[pair]
+    if not one.size:
+        return _Joints(rough, reach)
+    scale = np.ones(len(rows.axes))
+    scale[metric_columns(rows.axes)[2]] = 1.0 / DEGREE
+    left = path.evaluate(path.row_s[one + 1], 2, -1) * scale
+    right = path.evaluate(path.row_s[two], 2, 1) * scale
+    turn, step = (np.linalg.norm(right[k] - left[k], axis=1) for k in (1, 2))
+    corner = (turn > _TURN) | (step > _STEP)
+    allowed = np.minimum(rows.tolerance[one], rows.tolerance[two])
+    with np.errstate(divide="ignore"):
+        length = np.minimum(4.0 * allowed / turn, np.sqrt(allowed / (0.067 * step)))
+        length = np.minimum(length, np.sqrt(_WIDEST * allowed))
+        # In steps of a sixteenth of an octave: rounding must not tell.
+        away = _REACH * np.exp2(np.round(16.0 * np.log2(length)) / 16.0)
+    # The joint belongs to the row that follows it and to the one before; what lies between does not move.
+    for where in (two, one + 1):
+        rough[where] |= corner
+        reach[where] = np.where(corner, away, 0.0)
+    return _Joints(rough, reach)
+
+
+def _roundable(rows: Toolpath, path: Path) -> Bools:
+    may = (rows.path_mode == PathMode.CONTINUOUS) & (rows.tolerance >= LEAST_TOLERANCE)
+    may &= (rows.feed_mode != FeedMode.RAPID) & (rows.kind != Kind.EVENT) & path.moves_xyz
+    return may & _regular(rows, path)
+
+
+def _regular(rows: Toolpath, path: Path) -> Bools:
+    """Tell which rows have no cusp at the borders of their cells."""
+    out = np.ones(len(rows), bool)
+    curves = np.flatnonzero(rows.kind == Kind.NURBS)
+    of, begin, width = path.cells(curves)
+    row = curves[of]
+    for at, side in ((begin, 1), (begin + width, -1)):
+        u = path.parameter_after(row, at, side)
+        speed = np.linalg.norm(path.evaluate_parameter(row, u, 1, side)[1][:, :3], axis=1)
+        mean = np.bincount(of, speed, len(curves)) / np.maximum(np.bincount(of, minlength=len(curves)), 1)
+        out[row[speed < _CUSP * mean[of]]] = False
+    return out
+
+
+def _row(rows: Toolpath, path: Path, k: int, joints: _Joints) -> tuple[Toolpath, Bools]:
+    """Return row `k` cut where its corners reach, and which parts are free: its ends at corners, or all of it."""
+    row = between(rows, k, k + 1)
+    length = float(path.row_length[k])
+    head, tail = (bool(joints.rough[j]) for j in (k, k + 1))
+    reach = joints.reach[k : k + 2]
+    if np.sum(reach, where=[head, tail]) > 0.75 * length:
+        return row, np.ones(1, bool)
+    at = np.array([reach[0]] * head + [length - reach[1]] * tail)
+    u = path.parameter_after(np.full(len(at), k), at)
+    n = len(at) + 1
+    ends = np.concatenate([path.evaluate_parameter(np.full(len(at), k), u)[0], row.end])
+    share = np.diff(np.concatenate([[0.0], at, [length]])) / length
+    inverse = row.feed_mode[0] == FeedMode.INVERSE_TIME
+    parts = replace(
+        row,
+        kind=np.repeat(row.kind, n),
+        end=ends,
+        feed=np.repeat(row.feed, n) / (share if inverse else 1.0),
+        feed_mode=np.repeat(row.feed_mode, n),
+        path_mode=np.repeat(row.path_mode, n),
+        tolerance=np.repeat(row.tolerance, n),
+        curve=np.arange(n),
+        line=np.repeat(row.line, n),
+        source=np.repeat(row.source, n),
+        nurbs=split(row.nurbs, 0, u),
+    )
+    free = np.zeros(n, bool)
+    free[0], free[-1] = head, tail
+    return parts, free
