@@ -103,19 +103,21 @@ def main() -> int:
     parser.add_argument("files", nargs="*")
     parser.add_argument("--count", type=int, default=100_000)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--seconds", type=int, default=20, help="per file, before it counts as a hang")
+    parser.add_argument("--seconds", type=int, default=20, help="of CPU per file, before it counts as a hang")
     parser.add_argument("--memory-gb", type=float, default=2.0)
     parser.add_argument("--keep", default="")
     options = parser.parse_args()
     limit = int(options.memory_gb * 2**30)
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
     warnings.simplefilter("ignore")
-    signal.signal(signal.SIGALRM, _hang)
+    signal.signal(signal.SIGPROF, _hang)
+    if options.keep:
+        Path(options.keep).mkdir(parents=True, exist_ok=True)
     sources = samples(options.files)
     chance, failed, begin, slowest = random.Random(options.seed), 0, time.time(), 0.0
     for k in range(options.count):
         data = mutate(chance.choice(sources), chance)
-        signal.alarm(options.seconds)
+        signal.setitimer(signal.ITIMER_PROF, options.seconds)
         now = time.time()
         try:
             run(data)
@@ -133,7 +135,7 @@ def main() -> int:
             if options.keep:
                 Path(options.keep, f"{k}.stp").write_bytes(data)
         finally:
-            signal.alarm(0)
+            signal.setitimer(signal.ITIMER_PROF, 0)
         slowest = max(slowest, time.time() - now)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(

@@ -15,7 +15,7 @@ from cncgen.stepnc.ap238 import Ap238Reader
 from cncgen.stepnc.execution.canon import Canon, Printer
 from cncgen.stepnc.execution.columns import Columns
 from cncgen.stepnc.execution.executor import Executor
-from cncgen.stepnc.execution.orientation import LETTERS
+from cncgen.stepnc.execution.kinematics import Kinematics
 from cncgen.stepnc.execution.technology import SpeedRules
 from cncgen.stepnc.features import make_paths
 from cncgen.stepnc.iso14649 import Iso14649Reader
@@ -43,7 +43,7 @@ class Source:
         reader: Of ISO 14649 or AP238, by the entities that it holds.
         schema: ``iso14649`` or ``ap238``.
         diagnostics: Faults found so far.
-        rotary: Whether the program has rotary axes.
+        kinematics: Of the rotary axes, None where the program has none.
         start: Where the tool stands at the beginning, mm.
     """
 
@@ -59,9 +59,13 @@ class Source:
         else:
             self.reader = Iso14649Reader(self.exchange)
             check(self.exchange, iso14649_table())
-        self.rotary = self.reader.needs_rotary()
+        self.kinematics = Kinematics.of(options.kinematics) if self.reader.needs_rotary() else None
         self.start = start_of(self.exchange.comments_before)
-        self.axes = "XYZ" + (LETTERS if self.rotary else "")
+
+    @property
+    def axes(self) -> str:
+        """Return the letters of the program's axes."""
+        return "XYZ" + (self.kinematics.letters if self.kinematics else "")
 
     def execute(self, canon: Canon) -> Iterator[None]:
         """Execute the program with a listener; yields after every toolpath."""
@@ -74,7 +78,7 @@ class Source:
             self.exchange,
             canon,
             self.start,
-            self.rotary,
+            self.kinematics,
             lambda step: make_paths(step, self.exchange),
             self.options.max_steps,
             rules,
@@ -125,13 +129,14 @@ def read(source: Path | BinaryIO | bytes, name: str = "-", options: ReadOptions 
     """Read a STEP-NC program (ISO 14649 or AP238 in ISO 10303-21).
 
     The file is read and checked at once; motions are made as the chunks are drawn. Positions are machine coordinates:
-    setup, workpiece and feature placements are applied. Rotary axes (B, C; see `execution.orientation`) are there
-    where a tool axis leaves the machine's Z.
+    setup, workpiece and feature placements are applied. Rotary axes are there
+    where a tool axis leaves the machine's Z: those of the machine where it says how they carry table or head, else B and
+    C (see `execution.kinematics`).
 
     Args:
         source: A file or its bytes.
         name: How diagnostics call it.
-        options: `speed_unit`, `spindle_sign`, `max_steps`, `chunk_rows` and `tolerance_mm` count.
+        options: `kinematics`, `speed_unit`, `spindle_sign`, `max_steps`, `chunk_rows` and `tolerance_mm` count.
 
     Raises:
         UsageError: where the file cannot be read.

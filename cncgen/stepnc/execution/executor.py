@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from cncgen.diagnostics import Severity
 from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.execution.canon import Canon
+from cncgen.stepnc.execution.kinematics import Kinematics
 from cncgen.stepnc.execution.machine import Machine
 from cncgen.stepnc.execution.technology import SpeedRules, speeds
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
@@ -50,7 +51,7 @@ class Executor:
         exchange: The file, for diagnostics.
         canon: What listens.
         start: Where the tool stands, shape (3,), mm.
-        rotary: Whether the program has rotary axes.
+        kinematics: Of the rotary axes, None where the program has none.
         make_paths: Makes toolpaths of features.
         max_steps: Executables after which the program counts as endless.
         rules: What the file's speeds mean.
@@ -62,7 +63,7 @@ class Executor:
         exchange: Exchange,
         canon: Canon,
         start: Floats,
-        rotary: bool,
+        kinematics: Kinematics | None,
         make_paths: MakePaths,
         max_steps: int,
         rules: SpeedRules,
@@ -70,7 +71,7 @@ class Executor:
         self._reader = reader
         self._exchange = exchange
         self._canon = canon
-        self._machine = Machine(canon, start, rotary)
+        self._machine = Machine(canon, start, kinematics)
         self._home = start
         self._make_paths = make_paths
         self._rules = rules
@@ -266,12 +267,12 @@ class Executor:
 
     def _go_to(self, step: Workingstep, path: Path, start: Floats, pieces: list[Piece], begun: bool) -> None:
         """Bring the tool to where a path begins, by way of the security plane where it is elsewhere."""
-        machine, tool_axis = self._machine, self._tool_axis(step, pieces)
-        if machine.is_at(start) and (not machine.rotary or machine.points_along(tool_axis)):
+        machine, tool_axes = self._machine, self._tool_axes(step, pieces)
+        if machine.is_at(start) and machine.points_along(tool_axes):
             return
         if self._connect == "connect direct":
             self._connect = None
-            machine.turn(tool_axis)
+            machine.turn(tool_axes)
             machine.traverse(start)
             return
         if begun and self._connect is None:
@@ -288,15 +289,16 @@ class Executor:
             if self._moved:
                 text = f"there is no security plane; the way to the next toolpath is taken at Z {height:g} mm"
                 self._warn(step.ident, "stepnc-no-security-plane", text)
-        machine.link(start, axis, tool_axis, height)
+        machine.link(start, axis, tool_axes, height)
 
-    def _tool_axis(self, step: Workingstep, pieces: list[Piece]) -> Floats:
+    def _tool_axes(self, step: Workingstep, pieces: list[Piece]) -> Floats:
+        """Return the directions of the tool along the first piece, shape (n, 3)."""
         axes = getattr(pieces[0], "axes", None)
         if axes is not None:
-            return np.asarray(axes[0])
+            return np.asarray(axes)
         tilt = step.operation.tilt
         local = np.array([0.0, 0.0, 1.0]) if tilt is None else tilt
-        return np.asarray(step.frame[:3, :3] @ local)
+        return np.asarray(step.frame[:3, :3] @ local)[None, :]
 
 
 def _within(piece: Piece) -> bool:

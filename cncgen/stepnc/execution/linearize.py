@@ -55,7 +55,7 @@ def _parameters(curve: Nurbs, chord: float) -> Floats:
     return u
 
 
-def with_axes(points: Floats, axes: Floats) -> tuple[Floats, Floats]:
+def with_axes(points: Floats, axes: Floats, counts: NDArray[np.int64] | None = None) -> tuple[Floats, Floats]:
     """Return points and tool axes with so many between them that the axis turns little from one to the next.
 
     Between two points the tip goes straight and the axis along the great circle.
@@ -63,10 +63,13 @@ def with_axes(points: Floats, axes: Floats) -> tuple[Floats, Floats]:
     Args:
         points: Shape (n, 3), mm.
         axes: Shape (n, 3), unit vectors.
+        counts: Into how many the way to the next point is cut, shape (n - 1,); None: so that the tool turns by no more
+            than `AXIS_STEP`.
     """
     cosine = np.clip((axes[:-1] * axes[1:]).sum(axis=1), -1.0, 1.0)
     angle = np.arccos(cosine)
-    counts = np.maximum(np.ceil(angle / AXIS_STEP).astype(int), 1)
+    if counts is None:
+        counts = np.maximum(np.ceil(angle / AXIS_STEP).astype(np.int64), 1)
     if (counts == 1).all():
         return points, axes
     k = np.repeat(np.arange(len(counts)), counts)

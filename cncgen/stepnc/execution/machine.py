@@ -2,39 +2,48 @@
 
 from __future__ import annotations
 
+import math
+from typing import TypeVar
+
 import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.stepnc.execution.canon import Canon
-from cncgen.stepnc.execution.linearize import with_axes
-from cncgen.stepnc.execution.orientation import angles_along, angles_of
+from cncgen.stepnc.execution.kinematics import Kinematics
+from cncgen.stepnc.execution.linearize import AXIS_STEP, MAX_POINTS, with_axes
 from cncgen.stepnc.execution.technology import Speeds
-from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
+from cncgen.stepnc.geometry.frames import apply
+from cncgen.stepnc.geometry.pieces import Arc, Nurbs, Piece, Polyline
 from cncgen.stepnc.geometry.splines import ellipse_arc
 from cncgen.stepnc.model import Functions, Tool
 
 Floats = NDArray[np.float64]
+_Curve = TypeVar("_Curve", Arc, Nurbs)
 
 #: Distance up to which a path begins where the last one ended, mm (four decimals in a rotated frame).
 SAME_PLACE = 2e-3
 #: Angle alike, rad.
 SAME_ANGLE = 1e-6
+#: How often the lines of a path with a turning tool are made finer, each time into at most so many.
+MAX_REFINEMENTS = 8
+MAX_SPLIT = 16
 
 
 class Machine:
     """Position, tool, spindle, coolant and feed, and a listener that hears what changes.
 
     Attributes:
-        position: Tip of the tool, shape (3,), mm.
-        angles: B and C, rad.
+        position: Tip of the tool, seen from the workpiece, shape (3,), mm.
+        kinematics: Of the rotary axes, or None where the program has none.
+        angles: Of the rotary axes, rad.
         tool: In the spindle, or None.
         feed: mm/s, None until one is set.
     """
 
-    def __init__(self, canon: Canon, start: Floats, rotary: bool) -> None:
+    def __init__(self, canon: Canon, start: Floats, kinematics: Kinematics | None) -> None:
         self.canon = canon
         self.position = start.astype(float)
-        self.rotary = rotary
+        self.kinematics = kinematics
         self.angles = (0.0, 0.0)
         self.tool: Tool | None = None
         self.feed: float | None = None
@@ -44,12 +53,14 @@ class Machine:
         canon.begin(self._full(self.position))
 
     def _full(self, point: Floats) -> Floats:
-        return np.concatenate([point, self.angles]) if self.rotary else point
+        return self._rows(point[None, :])[0]
 
     def _rows(self, points: Floats) -> Floats:
-        if not self.rotary:
+        """Return the positions of all axes for tips, the rotary ones as they stand."""
+        if self.kinematics is None:
             return points
-        return np.concatenate([points, np.tile(self.angles, (len(points), 1))], axis=1)
+        seen = apply(self.kinematics.frame(self.angles, self._length), points)
+        return np.concatenate([seen, np.tile(self.angles, (len(points), 1))], axis=1)
 
     # Functions
 
@@ -102,16 +113,28 @@ class Machine:
         """Tell whether the tool is at a point."""
         return float(np.abs(point - self.position).max()) <= SAME_PLACE
 
-    def points_along(self, axis: Floats) -> bool:
-        """Tell whether the tool has that direction already."""
-        wanted = angles_of(axis, self.angles)
+    def points_along(self, axes: Floats) -> bool:
+        """Tell whether the tool has the direction already that it begins with, of the axes that follow, shape (n, 3)."""
+        if self.kinematics is None:
+            return True
+        wanted = self.kinematics.angles_along(axes, self.angles)[0]
         return max(abs(wanted[0] - self.angles[0]), abs(wanted[1] - self.angles[1])) <= SAME_ANGLE
 
-    def turn(self, axis: Floats) -> None:
-        """Turn the tool into a direction, in rapid, its tip where it is."""
-        if self.rotary and not self.points_along(axis):
-            self.angles = angles_of(axis, self.angles)
-            self.canon.traverse(self._full(self.position)[None, :])
+    def turn(self, axes: Floats) -> None:
+        """Turn the tool into the first of the directions that follow, shape (n, 3), in rapid, its tip where it is."""
+        if self.kinematics is None or self.points_along(axes):
+            return
+        first = self.kinematics.angles_along(axes, self.angles)[0]
+        wanted = float(first[0]), float(first[1])
+        count = 1
+        if (
+            self.kinematics.mechanism is not None
+        ):  # a straight line of the slides would take the tip from its place
+            count = math.ceil(max(abs(w - a) for w, a in zip(wanted, self.angles, strict=True)) / AXIS_STEP)
+        angles = np.linspace(self.angles, wanted, count + 1)[1:]
+        self.angles = wanted
+        slides = self._slides(self.kinematics, np.tile(self.position, (count, 1)), angles)
+        self.canon.traverse(np.concatenate([slides, angles], axis=1))
 
     def traverse(self, point: Floats) -> None:
         """Move in a rapid straight line, if there is any way to go."""
@@ -119,20 +142,20 @@ class Machine:
             self.canon.traverse(self._rows(point[None, :]))
             self.position = point
 
-    def link(self, point: Floats, axis: Floats, tool_axis: Floats, height: float) -> None:
+    def link(self, point: Floats, axis: Floats, tool_axes: Floats, height: float) -> None:
         """Go to a point by way of a plane: up, over, down, in rapid.
 
         Args:
             point: Shape (3,), mm.
             axis: Shape (3,), the plane's normal, the direction of up and down.
-            tool_axis: Shape (3,), the tool's direction at the point; it turns above.
+            tool_axes: Shape (n, 3), the tool's directions from the point on; it turns above.
             height: Of the plane along `axis` from the machine's origin, mm; the tool goes no lower than it is.
         """
         here = float(self.position @ axis)
         top = max(height, here, float(point @ axis))
         if here < top:
             self.traverse(self.position + (top - here) * axis)
-        self.turn(tool_axis)
+        self.turn(tool_axes)
         self.traverse(point + (top - float(point @ axis)) * axis)
         self.traverse(point)
 
@@ -146,31 +169,98 @@ class Machine:
             else:
                 control = self._rows(np.concatenate([self.position[None, :], piece.control[1:]]))
                 self.position = piece.control[-1]
-                self.canon.nurbs(piece, control, rapid)
+                self.canon.nurbs(self._seen(piece), control, rapid)
 
     def _follow_lines(self, piece: Polyline, rapid: bool) -> None:
         points, axes = piece.points, piece.axes
-        if axes is not None and self.rotary:
-            points, axes = with_axes(points, axes)
-            rows = np.concatenate([points, angles_along(axes, self.angles)], axis=1)
-            self.angles = (float(rows[-1, 3]), float(rows[-1, 4]))
-        else:
-            rows = self._rows(points)
-        if axes is None or not self.rotary:
-            moved = np.abs(np.diff(points, axis=0)).max(axis=1) > 1e-9
-            rows = rows[1:][moved]
+        if axes is not None and self.kinematics is not None:
+            self._follow_turning(self.kinematics, points, axes, rapid)
+            return
+        moved = np.abs(np.diff(points, axis=0)).max(axis=1) > 1e-9
+        rows = self._rows(points)[1:][moved]
         if len(rows):
             (self.canon.traverse if rapid else self.canon.lines)(rows)
             self.position = points[-1]
 
+    def _follow_turning(self, kinematics: Kinematics, points: Floats, axes: Floats, rapid: bool) -> None:
+        """Move along points while the tool turns.
+
+        Where the slides are told, each of their lines has the speed that gives the tip its feed.
+        """
+        points, axes = with_axes(points, axes)
+        angles = kinematics.angles_along(axes, self.angles)
+        reach, tolerance = self._reach(kinematics, points)
+        for _ in range(MAX_REFINEMENTS if reach else 0):
+            counts = _finer(points, angles, reach, tolerance)
+            if (counts == 1).all() or len(points) > MAX_POINTS:
+                break
+            points, axes = with_axes(points, axes, counts)
+            angles = kinematics.angles_along(axes, self.angles)
+        rows = np.concatenate([self._slides(kinematics, points, angles), angles], axis=1)
+        before = np.concatenate([self._full(self.position)[None, :], rows[:-1]])
+        self.angles = (float(angles[-1, 0]), float(angles[-1, 1]))
+        if rapid or kinematics.mechanism is None or not self.feed:
+            (self.canon.traverse if rapid else self.canon.lines)(rows)
+        else:
+            tip = np.linalg.norm(np.diff(np.concatenate([self.position[None, :], points]), axis=0), axis=1)
+            slid = np.linalg.norm(rows[:, :3] - before[:, :3], axis=1)
+            for row, way, wanted in zip(rows, slid.tolist(), tip.tolist(), strict=True):
+                self.canon.feed(self.feed * way / wanted if wanted > 1e-9 and way > 1e-9 else self.feed)
+                self.canon.lines(row[None, :])
+            self.canon.feed(self.feed)
+        self.position = points[-1]
+
+    def _seen(self, piece: _Curve) -> _Curve:
+        """Return an arc or a spline as the slides see it."""
+        if self.kinematics is None or self.kinematics.mechanism is None:
+            return piece
+        return piece.moved(self.kinematics.frame(self.angles, self._length))
+
+    def _slides(self, kinematics: Kinematics, points: Floats, angles: Floats) -> Floats:
+        """Return where the slides stand, shape (n, 3), for tips and angles, shape (n, 2)."""
+        if kinematics.mechanism is None:
+            return points
+        pairs = zip(points, angles.tolist(), strict=True)
+        return np.stack([kinematics.slides(p, (a, b), self._length) for p, (a, b) in pairs])
+
+    def _reach(self, kinematics: Kinematics, points: Floats) -> tuple[float, float]:
+        """Return how far the slides move for a turn by 1 rad, at most, mm, and how far they may be from the path, mm."""
+        if kinematics.mechanism is None:
+            return 0.0, 1.0
+        upright = kinematics.frame((0.0, 0.0), self._length)
+        level = kinematics.frame((math.pi / 2, math.pi / 2), self._length)
+        moved = np.linalg.norm(apply(upright, points) - apply(level, points), axis=1)
+        return float(moved.max()), kinematics.mechanism.tolerance
+
+    @property
+    def _length(self) -> float:
+        """Return the length of the tool, mm, 0 where it is not known."""
+        return (self.tool.offset_length or 0.0) if self.tool else 0.0
+
     def _follow_arc(self, arc: Arc, rapid: bool) -> None:
+        end, self.position = self._full(arc.end), arc.end
+        arc = self._seen(arc)
         aligned = np.count_nonzero(np.abs(arc.normal) > 1e-12) == 1
         flat = abs(float((arc.end - arc.start) @ arc.normal)) < 1e-9
-        self.position = arc.end
         if aligned or not flat or arc.sweep > 2 * np.pi + 1e-9:
-            self.canon.arc(arc, self._full(arc.end), rapid)
+            self.canon.arc(arc, end, rapid)
             return
         # An arc across the main planes has no canonical call of its own: the same circle as a rational spline.
         u = arc.start - arc.centre
         curve = ellipse_arc(arc.centre, u, np.cross(arc.normal, u), 0.0, arc.sweep)
-        self.canon.nurbs(curve, self._rows(curve.control), rapid)
+        control = curve.control
+        if self.kinematics is not None:
+            control = np.concatenate([control, np.tile(self.angles, (len(control), 1))], axis=1)
+        self.canon.nurbs(curve, control, rapid)
+
+
+def _finer(points: Floats, angles: Floats, reach: float, tolerance: float) -> NDArray[np.int64]:
+    """Return into how many each line of all axes is to be cut for the tip to stay on its path, shape (n - 1,).
+
+    Over a way D with a turn by the angle T, cut into n, straight lines of the axes leave the path by no more than
+    (reach T² + 2 D T) / (8 n²), where the slides move by `reach` mm for a turn by 1 rad.
+    """
+    way = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    turn = np.abs(np.diff(angles, axis=0)).sum(axis=1)
+    bulge = (reach * turn**2 + 2 * way * turn) / (8 * tolerance)
+    return np.clip(np.ceil(np.sqrt(bulge) - 1e-9), 1, MAX_SPLIT).astype(np.int64)

@@ -1,0 +1,153 @@
+"""Tool axes as angles of two rotary axes, and where the slides of a five-axis machine stand.
+
+Seen from the workpiece the tool's axis is ``Ru(θu) Rt(θt) z``: one rotary axis tilts the tool (A about X or B about Y),
+the other turns what is tilted. In a head the axis that carries the other one turns, in a table the one that is carried
+(angles as ISO 841 has them: the tool turns that way relative to the workpiece, a table the other way). So
+
+    turn C, tilt B:  (cos C sin B, sin C sin B, cos B)
+    turn C, tilt A:  (sin C sin A, -cos C sin A, cos A)
+    turn A, tilt B:  (sin B, -sin A cos B, cos A cos B)
+    turn B, tilt A:  (sin B cos A, -sin A, cos B cos A)
+
+Of the two solutions the one nearer to where the axes stand is taken; where the tool is along the turning axis, that
+stays, or goes where it will be wanted next. Where a machine says how its axes carry table or head (``[kinematics]``), X Y Z are those of its slides; else they
+stay the tip of the tool in the workpiece (tool centre point programming) and the axes are B and C.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.stepnc.geometry.frames import Matrix
+
+Floats = NDArray[np.float64]
+Angles = tuple[float, float]
+Vector = tuple[float, float, float]
+
+#: Sine of the angle to the turning axis below which the tool is along it.
+ALONG = 1e-9
+
+
+class Mechanism(Protocol):
+    """How a machine carries its rotary axes; see `cncgen.toolpath.reading.ReadOptions.kinematics`."""
+
+    heads: bool
+    axes: tuple[int, int]
+    tolerance: float
+
+    def machine(self, tip: Vector, angles: tuple[float, float], length: float) -> Vector:
+        """Return X Y Z of the machine for a tip, angles in degrees (the axis that carries the other first)."""
+
+
+@dataclass(frozen=True)
+class Kinematics:
+    """The rotary axes of a program.
+
+    Attributes:
+        turn, tilt: Their letters, by what they do.
+        mechanism: Of the machine, or None where X Y Z stay the tip.
+    """
+
+    turn: str = "C"
+    tilt: str = "B"
+    mechanism: Mechanism | None = None
+
+    @staticmethod
+    def of(mechanism: Mechanism | None) -> Kinematics:
+        """Return the rotary axes of a machine, B and C of a fork head where none is given.
+
+        Raises:
+            UsageError: where the axis that should tilt the tool turns about it.
+        """
+        if mechanism is None:
+            return Kinematics()
+        carrying, carried = ("ABC"[column - 3] for column in mechanism.axes)
+        turn, tilt = (carrying, carried) if mechanism.heads else (carried, carrying)
+        if tilt == "C":
+            text = f"kinematics.axes: with {carrying} carrying {carried} no axis tilts the tool out of Z"
+            raise UsageError(Diagnostic("machine-kinematics", text))
+        return Kinematics(turn, tilt, mechanism)
+
+    @property
+    def letters(self) -> str:
+        """Return the letters in the order of the columns."""
+        return "".join(sorted(self.turn + self.tilt))
+
+    def angles_of(self, axis: Floats, before: Angles) -> Angles:
+        """Return the angles of `letters`, rad, for a tool axis, shape (3,), nearest to the angles `before`."""
+        order = self.letters.index(self.turn)
+        was = before[order], before[1 - order]
+        found = min(self._solutions(axis, was[0]), key=lambda s: abs(s[0] - was[0]) + abs(s[1] - was[1]))
+        return found if order == 0 else (found[1], found[0])
+
+    def _solutions(self, axis: Floats, turned: float) -> list[Angles]:
+        """Return both pairs of turn and tilt, the turn by whole turns nearest to `turned`."""
+        x, y, z = axis.tolist()
+        if self.turn == "C":
+            across = math.hypot(x, y)
+            turn = math.atan2(y, x) if self.tilt == "B" else math.atan2(x, -y)
+            tilt = math.atan2(across, z)
+            other = -tilt
+        else:
+            across = math.hypot(x, z) if self.tilt == "A" else math.hypot(y, z)
+            turn = math.atan2(x, z) if self.tilt == "A" else math.atan2(-y, z)
+            tilt = math.atan2(-y if self.tilt == "A" else x, across)
+            other = math.pi - tilt if tilt > 0 else -math.pi - tilt
+        if across < ALONG:
+            return [(turned, tilt)]
+        return [(_near(turn, turned), tilt), (_near(turn + math.pi, turned), other)]
+
+    def angles_along(self, axes: Floats, before: Angles) -> Floats:
+        """Return angles, shape (n, 2), rad, for tool axes, shape (n, 3), each nearest to the one before it.
+
+        While the tool is along the turning axis, that goes where the next leaning of the tool will want it.
+        """
+        still = np.eye(3)["ABC".index(self.turn)]
+        leaning = np.flatnonzero(np.linalg.norm(np.cross(axes, still), axis=1) >= ALONG)
+        following = np.searchsorted(leaning, np.arange(len(axes)))
+        order = self.letters.index(self.turn)
+        out = np.empty((len(axes), 2))
+        for k, axis in enumerate(axes):
+            if following[k] < len(leaning) and leaning[following[k]] > k:
+                ahead = self.angles_of(axes[leaning[following[k]]], before)
+                before = (ahead[0], before[1]) if order == 0 else (before[0], ahead[1])
+            before = self.angles_of(axis, before)
+            out[k] = before
+        return out
+
+    def slides(self, tip: Floats, angles: Angles, length: float) -> Floats:
+        """Return where the slides stand, shape (3,), for a tip in the workpiece; where it is upright they are the tip.
+
+        Args:
+            tip: Shape (3,), mm.
+            angles: Of `letters`, rad.
+            length: Of the tool, mm.
+        """
+        if self.mechanism is None:
+            return tip
+        first, second = ("ABC"[column - 3] for column in self.mechanism.axes)
+        degrees = dict(zip(self.letters, map(math.degrees, angles), strict=True))
+        x, y, z = self.mechanism.machine(
+            (float(tip[0]), float(tip[1]), float(tip[2])), (degrees[first], degrees[second]), length
+        )
+        return np.array([x, y, z - length])
+
+    def frame(self, angles: Angles, length: float) -> Matrix:
+        """Return the frame in which the slides see the workpiece at fixed angles, shape (4, 4)."""
+        out = np.eye(4)
+        if self.mechanism is not None:
+            out[:3, 3] = self.slides(np.zeros(3), angles, length)
+            for k in range(3):
+                out[:3, k] = self.slides(np.eye(3)[k], angles, length) - out[:3, 3]
+        return out
+
+
+def _near(angle: float, reference: float) -> float:
+    """Return the angle by whole turns nearest to a reference."""
+    return angle + 2 * math.pi * round((reference - angle) / (2 * math.pi))

@@ -1,0 +1,152 @@
+"""Tool axes in the rotary axes of table-table and head-head machines, against rotations multiplied out here."""
+
+import io
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cncgen.diagnostics import UsageError
+from cncgen.stepnc import read
+from cncgen.stepnc.execution.kinematics import Kinematics
+from cncgen.toolpath.reading import ReadOptions
+from cncgen.toolpath.record import Kind
+from tests.stepnc.building import Part
+
+CENTRE, PIVOT = np.array([5.0, -3.0, -100.0]), 150.0
+PAIRS = ["CB", "CA", "AB", "BA"]
+
+
+def about(letter, angle):
+    """The rotation about an axis by the right hand (Rodrigues)."""
+    k = np.eye(3)["ABC".index(letter)]
+    cross = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
+    return np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * cross @ cross
+
+
+@dataclass
+class Machine:
+    """A machine's rotary axes by their letters, the one that carries the other first."""
+
+    letters: str
+    heads: bool
+    tolerance: float = 0.001
+
+    @property
+    def axes(self):
+        return tuple(3 + "ABC".index(letter) for letter in self.letters)
+
+    def machine(self, tip, angles, length):
+        first, second = np.radians(angles)
+        one, two = self.letters
+        if self.heads:
+            head = about(one, first) @ about(two, second) @ [0, 0, length + PIVOT]
+            return tuple(np.asarray(tip) + head - [0, 0, PIVOT])
+        turned = about(one, -first) @ about(two, -second) @ (np.asarray(tip) - CENTRE)
+        return tuple(CENTRE + turned + [0, 0, length])
+
+
+def machine_of(turn_tilt, heads):
+    """The machine whose axes turn and tilt so: in a head the turning axis carries the other, in a table it is carried."""
+    return Machine(turn_tilt if heads else turn_tilt[::-1], heads)
+
+
+@pytest.mark.parametrize("heads", [True, False])
+@pytest.mark.parametrize("pair", PAIRS)
+@given(
+    lean=st.floats(0.0, 3.1),
+    around=st.floats(-3.1, 3.1),
+    before=st.tuples(st.floats(-9, 9), st.floats(-9, 9)),
+)
+def test_angles_turn_the_tool_into_its_axis(pair, heads, lean, around, before):
+    axis = np.array([math.sin(lean) * math.cos(around), math.sin(lean) * math.sin(around), math.cos(lean)])
+    machine = machine_of(pair, heads)
+    kinematics = Kinematics.of(machine)
+    assert kinematics.letters == "".join(sorted(pair))
+    angles = dict(zip(kinematics.letters, kinematics.angles_of(axis, before), strict=True))
+    turn, tilt = pair
+    made = about(turn, angles[turn]) @ about(tilt, angles[tilt]) @ [0, 0, 1]
+    np.testing.assert_allclose(made, axis, atol=1e-8)
+    # A head points along the axis; a table turns the workpiece until its axis is the spindle's.
+    degrees = tuple(math.degrees(angles[letter]) for letter in machine.letters)
+    far, near = (np.array(machine.machine(tuple(p), degrees, 0.0)) for p in (20.0 * axis, np.zeros(3)))
+    expected = 20.0 * axis if heads else [0, 0, 20.0]
+    np.testing.assert_allclose(far - near, expected, atol=1e-6)
+
+
+def test_the_nearer_solution_is_taken_and_upright_tools_do_not_turn():
+    kinematics = Kinematics.of(machine_of("CA", False))
+    axis = np.array([0.0, -math.sin(0.3), math.cos(0.3)])
+    assert kinematics.angles_of(axis, (0.0, 0.0)) == pytest.approx((0.3, 0.0))
+    assert kinematics.angles_of(axis, (-0.2, 3.0)) == pytest.approx((-0.3, math.pi))
+    assert kinematics.angles_of(np.array([0.0, 0, 1]), (0.5, 1.25)) == (0.0, 1.25)
+
+
+def test_a_machine_whose_axes_do_not_tilt_is_refused():
+    with pytest.raises(UsageError):
+        Kinematics.of(Machine("CA", False))
+
+
+def made_on(machine):
+    """A line with a leaning tool, and an arc with the tool at 30 degrees, for a tool of 80 mm."""
+    part = Part()
+    edge = part.add("CUTTING_COMPONENT", 80.0, None, None, None, None)
+    tool = part.tool(body="BALL_ENDMILL")
+    values = list(part.instances[tool - 1].parts[0].parameters)
+    values[2] = (edge,)
+    part.fill(tool, "MILLING_CUTTING_TOOL", *values)
+    first = part.trajectory(
+        part.polyline((0, 0, 0), (40, 0, 0)), axis=part.polyline((0, 0, 1), (math.sin(0.6), 0, math.cos(0.6)))
+    )
+    part.project(part.plan(part.step(part.freeform(first, tool=tool))))
+    program = read(
+        io.BytesIO(part.text().encode()), "t.stp", ReadOptions(kinematics=machine, chunk_rows=10**7)
+    )
+    (path,) = program.chunks()
+    assert [d for d in program.diagnostics if str(d.severity) == "error"] == []
+    return program, path
+
+
+@pytest.mark.parametrize("heads", [True, False])
+@pytest.mark.parametrize("pair", PAIRS)
+def test_lines_of_the_slides_keep_the_tip_on_its_path(pair, heads):
+    """Between any two rows, at any place of the straight line of all axes, the tip is within the tolerance of its line."""
+    machine = machine_of(pair, heads)
+    program, path = made_on(machine)
+    letters = "".join(sorted(pair))
+    assert program.axes == "XYZ" + letters
+    rows = np.flatnonzero((path.kind == Kind.LINE) & np.isfinite(path.feed))
+    assert len(rows) > 60  # 34 degrees in steps of half a degree
+    points = np.concatenate([path.starts[rows[:1]], path.end[rows]])
+    middle = np.concatenate([(1 - f) * points[:-1] + f * points[1:] for f in (0.0, 0.3, 0.5, 1.0)])
+    for row in middle:
+        angles = dict(zip(letters, np.degrees(row[3:]), strict=True))
+        degrees = tuple(angles[letter] for letter in machine.letters)
+        # The machine's equation is affine in the tip: its inverse from the images of the origin and the axes.
+        origin = np.array(machine.machine((0, 0, 0), degrees, 80.0))
+        images = [np.array(machine.machine(tuple(e), degrees, 80.0)) - origin for e in np.eye(3)]
+        tip = np.linalg.solve(np.stack(images, axis=1), row[:3] + np.array([0, 0, 80.0]) - origin)
+        assert np.hypot(tip[1], tip[2]) < 1.5e-3
+        assert -1e-3 < tip[0] < 40 + 1e-3
+        turn, tilt = pair
+        axis = about(turn, math.radians(angles[turn])) @ about(tilt, math.radians(angles[tilt])) @ [0, 0, 1]
+        assert abs(axis[1]) < 1e-4
+
+
+def test_the_feed_is_the_tips():
+    """The slides of a fork head go a longer way while it leans: their speed is larger by as much."""
+    machine = machine_of("CB", True)
+    _, path = made_on(machine)
+    rows = np.flatnonzero((path.kind == Kind.LINE) & np.isfinite(path.feed))
+    slid = np.linalg.norm(path.end[rows, :3] - path.starts[rows, :3], axis=1)
+    assert (slid / path.feed[rows]).sum() == pytest.approx(40.0 / 20.0, rel=1e-6)
+    assert path.feed[rows].max() > 40.0
+
+
+def test_without_a_mechanism_the_tip_is_told():
+    program, path = made_on(None)
+    assert program.axes == "XYZBC"
+    np.testing.assert_allclose(path.end[path.kind == Kind.LINE][-1], [40, 0, 0, 0.6, 0], atol=1e-12)
