@@ -45,7 +45,12 @@ def _arc(ip: Interpreter, block: Block, clockwise: bool) -> None:
     words = block.words
     has_offset = not set(_OFFSETS).isdisjoint(words)
     if not has_offset and "r" not in words:
-        raise BlockError("arc-centre", f"{name} has neither a centre (I J K) nor a radius (R)", name)
+        raise BlockError(
+            "arc-centre",
+            f"{name} has neither a centre (I J K) nor a radius (R)",
+            name,
+            hint="I J K lead from the start to the centre; R does not make full circles",
+        )
     if has_offset and "r" in words:
         raise BlockError("arc-centre", f"{name} has both a centre (I J K) and a radius (R)", "R")
     check_feed(ip, block, name)
@@ -134,7 +139,12 @@ def _centre_by_offset(ip: Interpreter, block: Block, end: list[float], name: str
     wrong = _OFFSETS[normal % 3]
     if wrong in block.words:
         plane = (_LETTERS[first] + _LETTERS[second]).upper()
-        raise BlockError("arc-plane", f"{wrong.upper()} given for an arc in the {plane} plane", wrong.upper())
+        raise BlockError(
+            "arc-plane",
+            f"{wrong.upper()} given for an arc in the {plane} plane",
+            wrong.upper(),
+            hint=f"leave {wrong.upper()} out, or choose the plane of the arc: G17 XY, G18 ZX, G19 YZ",
+        )
     centre = []
     for axis in (first, second):
         letter = _OFFSETS[axis % 3]

@@ -299,6 +299,19 @@ def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
     return state.cycle
 
 
+_MEANINGS = {
+    "R": "R is the height that the hole begins at",
+    "Q": "Q is the depth of a step, or the way off the wall",
+    "P": "P is the dwell",
+    **dict.fromkeys("IJK", "I, J and K of G87 are the way beside the centre and the end of the bore"),
+}
+
+
+def words_hint(missing: list[str]) -> str:
+    """Return what the first missing word of a cycle is."""
+    return _MEANINGS.get(missing[0], f"{missing[0]} is the bottom of the hole")
+
+
 def _check_block(ip: Interpreter, block: Block, number: int) -> None:
     """Raise where the words of a cycle are missing or wrong."""
     state, name = ip.state, f"G{number / 10:g}"
@@ -315,7 +328,9 @@ def _check_block(ip: Interpreter, block: Block, number: int) -> None:
     needs = "r" + depth + CYCLES[number].needs + ("ijk" if number == 870 else "")
     missing = [letter.upper() for letter in needs if letter not in words]
     if missing:
-        raise BlockError("cycle-words", f"{name} has no {' and no '.join(missing)}", name)
+        raise BlockError(
+            "cycle-words", f"{name} has no {' and no '.join(missing)}", name, hint=words_hint(missing)
+        )
     if words.get("p", 0.0) < 0.0:
         raise BlockError("dwell-negative", f"P{words['p']:g} of {name} is negative", "P")
     if "q" in CYCLES[number].needs and words["q"] <= 0.0:

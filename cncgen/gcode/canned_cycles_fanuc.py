@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
-from cncgen.gcode.canned_cycles import CYCLES, MAX_REPEATS, Hole, Sticky
+from cncgen.gcode.canned_cycles import CYCLES, MAX_REPEATS, Hole, Sticky, words_hint
 from cncgen.gcode.codes import Code, Handler
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -170,7 +170,9 @@ def _check_words(ip: Interpreter, block: Block, number: int, words: dict[str, fl
     needs = "r" + AXES[ip.state.plane_axes()[2]] + ("q" if _CYCLES[number][1] else "")
     missing = [letter.upper() for letter in needs if letter not in words]
     if missing:
-        raise BlockError("cycle-words", f"{name} has no {' and no '.join(missing)}", name)
+        raise BlockError(
+            "cycle-words", f"{name} has no {' and no '.join(missing)}", name, hint=words_hint(missing)
+        )
     if words.get("p", 0.0) < 0.0:
         raise BlockError("dwell-negative", f"P{words['p']:g} of {name} is negative", "P")
     if "q" in needs and words["q"] <= 0.0:

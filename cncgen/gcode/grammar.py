@@ -9,6 +9,7 @@ from typing import Any
 from cncgen.gcode import expressions
 from cncgen.gcode.block import BSPLINE, Flow, Parsed, Value
 from cncgen.gcode.errors import BlockError
+from cncgen.gcode.syntax_hints import hint_for, missing_number
 
 #: Brackets, or parameters of parameters, within one another.
 MAX_NESTING = 100
@@ -39,6 +40,12 @@ _NAMES = {
     "SLASH": "/",
     "COMMA": ",",
     "OVER": "/[",
+    "DELETE": "/",
+    "LINE_NUMBER": "a line number N",
+    "O": "an O-word",
+    "O_NAME": "an O-word",
+    "O_NUMBER": "an O-word",
+    **dict.fromkeys(("IF", "GOTO", "WHILE", "DO", "END"), "a jump or loop of a macro"),
     "$END": "the end of the block",
 }
 #: Words whose numbers without a decimal point count in least increments.
@@ -289,7 +296,17 @@ def _syntax_error(text: str, bare: str, error: Any) -> BlockError:
     names = list(dict.fromkeys(_NAMES.get(name, name.lower()) for name in expected))
     if rest and not rest[0].isprintable():
         found = f"byte 0x{ord(rest[0]) & 0xFF:02x}"
-    return BlockError("syntax", f"{found} where {_any_of(names)} was expected", column=column)
+    letter = missing_number(bare[:index], rest)
+    if letter:
+        return BlockError(
+            "syntax", f"{letter} has no number", column=column, hint=f"write {letter} with its value"
+        )
+    return BlockError(
+        "syntax",
+        f"{found} where {_any_of(names)} was expected",
+        column=column,
+        hint=hint_for(bare[:index], rest),
+    )
 
 
 def _any_of(names: list[str]) -> str:

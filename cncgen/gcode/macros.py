@@ -105,9 +105,8 @@ def run(flow: FlowControl, word: Flow, here: Cursor) -> Cursor | None:
         return line_numbered(flow, here, nearest(number, "the line of GOTO"))
     _label(word)
     if word.keyword == "while-do":
-        if not word.arguments or flow.condition(word):
-            return None
-        return flow.next_mark(here, _label(word), ("end-do",), "END").after
+        end = flow.next_mark(here, _label(word), ("end-do",), "END").after
+        return None if not word.arguments or flow.condition(word) else end
     return flow.previous_mark(here, _label(word), ("while-do",), "END").cursor
 
 

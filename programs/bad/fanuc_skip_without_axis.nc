@@ -1,0 +1,3 @@
+; expect fanuc 2:1:axis-missing
+G31 F100
+M30

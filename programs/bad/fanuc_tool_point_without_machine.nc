@@ -1,0 +1,3 @@
+; expect fanuc 2:1:tcp-machine
+G43.4 H1
+M30

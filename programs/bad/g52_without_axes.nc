@@ -1,0 +1,3 @@
+; expect 2:1:axis-missing
+G52
+M2

@@ -1,0 +1,6 @@
+; expect 4:1:oword-duplicate
+o1 if [1]
+o1 endif
+o1 if [1]
+o1 endif
+M2

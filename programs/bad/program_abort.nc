@@ -1,0 +1,3 @@
+; expect 2:1:program-abort
+(abort, no tool)
+M2

@@ -1,0 +1,3 @@
+; expect 2:7:syntax
+O0001 G0 X5
+M2

@@ -1,0 +1,32 @@
+"""What a syntax error says beside its place: the mistakes that people make, and the help that each gets."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+
+@pytest.mark.parametrize(
+    ("block", "hint"),
+    [
+        ("G0 X10,5", "the decimal sign is a point"),
+        ("G0 X1.2.3", "a number has one decimal point"),
+        ("G1 X1O F100", "is the letter O meant as a zero?"),
+        ("O0001 G0 X5", "a program number stands alone on its line"),
+        ("G0 X=5", "a word is a letter and its number (X5); = sets parameters (#5=3)"),
+        ("#depth=3", "the name of a parameter stands in < >: #<depth>"),
+        ("G0 X10-5", "a sum stands in brackets: X[10-5]"),
+        ("G0 X5 /G1", "/ stands first in a block (block delete), or divides within brackets"),
+        ("10 G0 X5", "a block begins with a letter: is N missing before the number?"),
+        ("G0 X[SIN 30]", "the argument of a function stands in brackets: SIN[30]"),
+        ("G0 X[#1+3 Y1", "is a ] missing?"),
+        ("G0 X[1+2", "is a ] missing?"),
+        ("G1 F", "write F with its value"),
+        ("G1 F X1", "write F with its value"),
+    ],
+)
+def test_what_was_meant(run: Any, block: str, hint: str) -> None:
+    out = run(f"{block}\nM2", dialect="linuxcnc")
+    (error,) = [d for d in out.diagnostics if d.severity == "error"]
+    assert (error.code, error.hint) == ("syntax", hint)
