@@ -17,6 +17,7 @@ from cncgen.cli.options import (
     summary_option,
 )
 from cncgen.cli.simulate import SETPOINT_SUFFIXES
+from cncgen.cli.types import FiniteRange
 
 if TYPE_CHECKING:
     from cncgen.servo.reserve import Reserved
@@ -45,7 +46,7 @@ if TYPE_CHECKING:
 @click.option(
     "--settle",
     metavar="SECONDS",
-    type=click.FloatRange(0, 3600),
+    type=FiniteRange(0, 3600),
     default=0.1,
     show_default=True,
     help="Hold the last position so long, for the command to come to rest there.",

@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from cncgen.cli.options import message_options, program_options
+from cncgen.cli.types import FiniteRange
 
 
 @click.command("convert")
@@ -20,13 +21,13 @@ from cncgen.cli.options import message_options, program_options
 @click.option(
     "--linearize",
     metavar="TOL",
-    type=click.FloatRange(min=0.0, min_open=True),
+    type=FiniteRange(min=0.0, min_open=True),
     help="Write splines and arcs as lines within TOL mm.",
 )
 @click.option(
     "--fit",
     metavar="TOL",
-    type=click.FloatRange(min=0.0, min_open=True),
+    type=FiniteRange(min=0.0, min_open=True),
     help="Write runs of short lines as curves (G6.2) within TOL mm.",
 )
 @program_options

@@ -6,6 +6,7 @@ import click
 
 from cncgen.cli import messages
 from cncgen.cli.options import format_option, machine_option, message_options, output_option
+from cncgen.cli.types import FiniteRange
 
 
 @click.command("excite")
@@ -16,7 +17,7 @@ from cncgen.cli.options import format_option, machine_option, message_options, o
     metavar="SECONDS",
     default=20.0,
     show_default=True,
-    type=click.FloatRange(0.1, 3600.0),
+    type=FiniteRange(0.1, 3600.0),
     help="Length of the sweep.",
 )
 @click.option("--low", metavar="HZ", default=0.5, show_default=True, help="Lowest frequency.")

@@ -7,9 +7,10 @@ import click
 from cncgen.cli import messages
 from cncgen.cli.messages import write_summary
 from cncgen.cli.options import message_options, output_option, summary_option
+from cncgen.cli.types import FiniteRange
 
 MODELS = ("velocity-loop", "first-order", "fourth-order", "etfe")
-_POSITIVE = click.FloatRange(min=0, min_open=True)
+_POSITIVE = FiniteRange(min=0, min_open=True)
 
 
 @click.command("identify")

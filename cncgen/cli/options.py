@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from cncgen.cli import messages
+from cncgen.cli.types import FiniteRange
 
 Command = Callable[..., Any]
 
@@ -184,13 +185,13 @@ _planning_options = (
     click.option(
         "--path-tolerance",
         metavar="MM",
-        type=click.FloatRange(min=0, min_open=True),
+        type=FiniteRange(min=0, min_open=True),
         help="How far continuous motion may leave the programmed path [default: the program's, else the machine's].",
     ),
     click.option(
         "--max-contour-error",
         metavar="MM",
-        type=click.FloatRange(min=0, min_open=True),
+        type=FiniteRange(min=0, min_open=True),
         help="Contour error, as the servo model predicts it, that the plan stays under "
         "[default: the machine's, for ild].",
     ),
@@ -219,6 +220,27 @@ def planning_options(function: Command) -> Command:
 
     return _all_of(*_planning_options)(gathered)
 
+
+#: How a file of setpoints is read that does not say it itself; `format` is None for its content and suffix.
+setpoint_options = _all_of(
+    click.option(
+        "--format",
+        "format",
+        type=click.Choice(FORMATS),
+        help="Format of the setpoints [default: by content and suffix, else csv].",
+    ),
+    click.option(
+        "--axes",
+        metavar="LETTERS",
+        help="Axes of setpoints in a format that does not name them; else those that are wanted.",
+    ),
+    click.option(
+        "--period",
+        metavar="SECONDS",
+        type=FiniteRange(min=0, min_open=True),
+        help="Period of the setpoints [default: from their times].",
+    ),
+)
 
 format_option = click.option(
     "--format",

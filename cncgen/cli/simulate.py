@@ -18,8 +18,10 @@ from cncgen.cli.options import (
     output_option,
     planning_options,
     program_options,
+    setpoint_options,
     summary_option,
 )
+from cncgen.cli.types import FiniteRange
 
 if TYPE_CHECKING:
     from cncgen.setpoints.stream import SetpointStream
@@ -40,17 +42,11 @@ SETPOINT_SUFFIXES = (".csv", ".jsonl", ".npy", ".npz", ".f64", ".hal", ".arrow")
     show_default=True,
     help="Each axis's own controller (p), or plain, feedforward, zpetc, ccc, zpetc+ccc, tcf, mirror, h-infinity.",
 )
-@click.option("--axes", metavar="LETTERS", help="Axes of setpoints in a format that does not name them.")
-@click.option(
-    "--period",
-    metavar="SECONDS",
-    type=click.FloatRange(min=0, min_open=True),
-    help="Period of the setpoints [default: from their times].",
-)
+@setpoint_options
 @click.option(
     "--settle",
     metavar="SECONDS",
-    type=click.FloatRange(0, 3600),
+    type=FiniteRange(0, 3600),
     default=0.0,
     show_default=True,
     help="Hold the last setpoint so long at the end.",
@@ -64,6 +60,7 @@ def command(
     output: str | None,
     planning: dict[str, Any],
     controller: str,
+    format: str | None,
     axes: str | None,
     period: float | None,
     settle: float,
@@ -83,7 +80,7 @@ def command(
 
     servos = planning["axis_params"] or machine
     watch = Summary()
-    with _setpoints(source, machine, planning, axes, period, reading) as stream:
+    with _setpoints(source, machine, planning, (format, axes, period), reading) as stream:
         responses = watched(simulate(stream, servos, controller=controller, settle_s=settle), watch)
         if output is None and is_terminal(sys.stdout):
             _draw(responses)
@@ -113,17 +110,17 @@ def _setpoints(
     source: str,
     machine: str,
     planning: dict[str, Any],
-    axes: str | None,
-    period: float | None,
+    given: tuple[str | None, str | None, float | None],
     reading: dict[str, Any],
 ) -> Iterator[SetpointStream]:
-    """Open setpoints, or plan the program that `source` names."""
+    """Open setpoints, whose format, axes and period may be `given`, or plan the program that `source` names."""
     from cncgen import pipeline
     from cncgen.cli.reading import opened, plan_options
     from cncgen.setpoints.readers import open_setpoints
 
-    if source == "-" or source.lower().endswith(SETPOINT_SUFFIXES):
-        with open_setpoints(source, axes=axes, period_s=period) as stream:
+    format, axes, period = given
+    if format or source == "-" or source.lower().endswith(SETPOINT_SUFFIXES):
+        with open_setpoints(source, format=format, axes=axes, period_s=period) as stream:
             yield stream
         return
     with opened(source, reading, planning["path_tolerance"], machine) as program:

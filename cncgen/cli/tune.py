@@ -16,6 +16,7 @@ from cncgen.cli.options import (
     program_options,
     summary_option,
 )
+from cncgen.cli.types import FiniteRange
 
 #: Schemes with gains of their own.
 CONTROLLERS = ("p", "ccc", "zpetc+ccc", "tcf", "h-infinity")
@@ -35,13 +36,13 @@ CONTROLLERS = ("p", "ccc", "zpetc+ccc", "tcf", "h-infinity")
 @click.option(
     "--bandwidth",
     metavar="HZ",
-    type=click.FloatRange(min=0, min_open=True),
+    type=FiniteRange(min=0, min_open=True),
     help="Place gains for this bandwidth.",
 )
 @click.option(
     "--damping",
     metavar="ZETA",
-    type=click.FloatRange(min=0, min_open=True),
+    type=FiniteRange(min=0, min_open=True),
     default=1.0,
     show_default=True,
     help="Damping of the placed poles.",
@@ -52,7 +53,7 @@ CONTROLLERS = ("p", "ccc", "zpetc+ccc", "tcf", "h-infinity")
 )  # fmt: skip
 @click.option(
     "--modulus",
-    type=click.FloatRange(0.0, 0.99),
+    type=FiniteRange(0.0, 0.99),
     default=0.5,
     show_default=True,
     help="Least distance of each loop from -1.",

@@ -8,7 +8,8 @@ from typing import Any
 import click
 
 from cncgen.cli import messages
-from cncgen.cli.options import machine_option, message_options, program_options
+from cncgen.cli.options import machine_option, message_options, program_options, setpoint_options
+from cncgen.cli.types import FiniteRange
 
 
 @click.command("verify")
@@ -17,20 +18,11 @@ from cncgen.cli.options import machine_option, message_options, program_options
     "-p", "--program", metavar="PROGRAM", required=True, help="The program that they are to follow."
 )
 @machine_option
-@click.option(
-    "--format", "format", help="Format of the setpoints [default: by content and suffix, else csv]."
-)
-@click.option("--axes", metavar="LETTERS", help="Axes of setpoints in a format that does not name them.")
-@click.option(
-    "--period",
-    metavar="SECONDS",
-    type=click.FloatRange(min=0, min_open=True),
-    help="Period of the setpoints [default: from their times].",
-)
+@setpoint_options
 @click.option(
     "--path-tolerance",
     metavar="MM",
-    type=click.FloatRange(min=0, min_open=True),
+    type=FiniteRange(min=0, min_open=True),
     help="Tolerance of continuous motion [default: the program's, else the machine's].",
 )
 @click.option("--report", metavar="FILE", help="Write the verdict as JSON.")

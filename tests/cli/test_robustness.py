@@ -14,6 +14,8 @@ from pathlib import Path
 
 import pytest
 
+from cncgen.cli import app
+
 Run = Callable[..., "subprocess.CompletedProcess[bytes]"]
 
 #: A short program for which every strategy has a plan.
@@ -375,3 +377,29 @@ main([])
     run = subprocess.run([sys.executable, "-c", script], capture_output=True, timeout=30, check=False)
     assert run.returncode == 130
     assert len(run.stdout) == 100_001
+
+
+@pytest.mark.parametrize("number", ["nan", "inf"])
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("plan", "p.nc", "--path-tolerance"),
+        ("plan", "p.nc", "--max-contour-error"),
+        ("verify", "s.csv", "-p", "p.nc", "--path-tolerance"),
+        ("verify", "s.csv", "-p", "p.nc", "--period"),
+        ("simulate", "s.csv", "--settle"),
+        ("simulate", "s.csv", "--period"),
+        ("convert", "p.nc", "--fit"),
+        ("convert", "p.nc", "--linearize"),
+        ("compensate", "s.csv", "--settle"),
+        ("excite", "--axis", "X", "--duration"),
+        ("tune", "--bandwidth"),
+    ],
+    ids=lambda command: f"{command[0]} {command[-1]}",
+)
+def test_options_are_finite(
+    capsys: pytest.CaptureFixture[str], command: tuple[str, ...], number: str
+) -> None:
+    """A tolerance that is no number would hold whatever the setpoints do, a wait without end would never end."""
+    assert app.run([*command, number]) == 2
+    assert command[-1] in capsys.readouterr().err

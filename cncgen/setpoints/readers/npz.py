@@ -33,7 +33,9 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
                 raise UsageError(Diagnostic("setpoints-header", message))
             columns = [np.asarray(archive[n], np.float64) for n in ("t_s", *names)]
     except (ValueError, EOFError, zipfile.BadZipFile, TypeError) as error:
-        raise UsageError(Diagnostic("setpoints-header", f"{name} is no npz file: {error}")) from error
+        # What is no archive is taken for a pickle, whose message is about trust.
+        why = "" if "pickle" in str(error) else f": {error}"
+        raise UsageError(Diagnostic("setpoints-header", f"{name} is no npz file{why}")) from error
     if len({column.shape for column in columns}) != 1 or columns[0].ndim != 1:
         shapes = ", ".join(f"{n} {c.shape}" for n, c in zip(("t_s", *names), columns, strict=True))
         raise UsageError(Diagnostic("setpoints-columns", f"{name}: columns differ in shape: {shapes}"))
