@@ -120,3 +120,8 @@ def map_size(rows: Floats, width: float = 8.0, most: float = 9.0) -> float:
     """Return the height of a picture in which a map of rows (n, 2) fills that width."""
     spread = np.maximum(np.ptp(rows, axis=0), 1e-9)
     return float(np.clip(width * spread[1] / spread[0], 2.6, most))
+
+
+def ticks(count: int, period: float = 0.001, first: int = 0) -> Floats:
+    """Return times of that many periods, s."""
+    return np.asarray((first + np.arange(count)) * period, np.float64)

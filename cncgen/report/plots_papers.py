@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, UsageError
-from cncgen.report import reproduce_000, reproduce_002, reproduce_003, reproduce_004
+from cncgen.report import plots_paper_003, reproduce_000, reproduce_002, reproduce_004
 from cncgen.report.drawing import (
     BLUE,
     GREEN,
@@ -23,6 +22,7 @@ from cncgen.report.drawing import (
     new_figure,
     plane,
     save,
+    ticks,
 )
 from cncgen.report.planned import Planned
 from cncgen.report.reproduction import NAMES
@@ -100,7 +100,7 @@ def _bonder_contours(runs: Mapping[str, Planned]) -> Figure:
         wanted = np.concatenate([r.command for r in parts])
         error = 1e3 * np.hypot(*(wanted - rows).T)
         top.plot(rows[:, 0], rows[:, 1], linewidth=width, color=color, label=f"limiting {s}")
-        line(low, _ticks(len(error)), error, color=color, label=f"limiting {s}: at most {error.max():.0f} µm")
+        line(low, ticks(len(error)), error, color=color, label=f"limiting {s}: at most {error.max():.0f} µm")
     top.set_aspect("equal", adjustable="datalim")
     top.set_xlabel("X (mm)")
     top.set_ylabel("Y (mm)")
@@ -114,9 +114,9 @@ def _bonder_contours(runs: Mapping[str, Planned]) -> Figure:
 
 def paper_001(programs: str | None) -> Figures:
     """The tracking errors behind Table 1, and the causal against the bounded inverse of (s − 8)/(s + 3)."""
-    times = _ticks(1001)
+    times = ticks(1001)
     figure, grid = new_figure(
-        "Paper 001, Table 1: tracking error under the modified reference, (s+1)/(s²+2s+3)", 3, height=1.9
+        "Paper 001, Figs 3 to 5: tracking error under the modified reference, (s+1)/(s²+2s+3)", 3, height=1.9
     )
     profiles = {"linear": linear(), "exponential": exponential(), "bell": bell()}
     for part, (name, profile) in zip(grid[:, 0], profiles.items(), strict=True):
@@ -128,8 +128,8 @@ def paper_001(programs: str | None) -> Figures:
         part.set_ylabel("error (µm)")
         legend(part, "upper center")
     grid[-1, 0].set_xlabel("time (s)")
-    yield "tracking_errors", figure
-    long = _ticks(2501, first=-1500)
+    yield "fig3_to_5_tracking_errors", figure
+    long = ticks(2501, first=-1500)
     above, below = np.array([1.0, -8.0]), np.array([1.0, 3.0])
     figure, grid = new_figure("Paper 001: commands for (s−8)/(s+3), linear profile", 2, height=2.6)
     line(
@@ -152,18 +152,8 @@ def paper_001(programs: str | None) -> Figures:
 def paper_002(programs: str | None) -> Figures:
     """Figs 3 to 10: a sharp corner under the rules, and the interpolators at a corner and on a circle."""
     yield "fig3_corner", _stateline_corner()
-    master = reproduce_002.corner()
-    x = master[:, 0].max()
-    figure, ((part,),) = new_figure(
-        "Paper 002, Figs 5 to 7: interpolators at the corner", height=5.5, width=6.5
-    )
-    for kind, color, width in ((2, GREY, 2.4), (3, ORANGE, 1.2), (4, BLUE, 1.0)):
-        rows = interpolate(master, reproduce_002.PARTS, kind)
-        part.plot(rows[:, 0], rows[:, 1], linewidth=width, color=color, label=f"eq. {kind}")
-    part.plot(master[:, 0], master[:, 1], "ko", markersize=4, fillstyle="none", label="points of the master")
-    plane(part, [np.array([[x - 2.0, -0.3], [x + 0.3, 2.0]])], ("X (mm)", "Y (mm)"))
-    legend(part, "upper left")
-    yield "fig5_to_7_interpolators", figure
+    yield "fig4_corner_errors", _stateline_errors()
+    yield "fig5_to_7_interpolators", _interpolators_at_the_corner()
     radius, angle = 20.0, np.arange(40) * 0.08
     circle = radius * np.column_stack([np.cos(angle), np.sin(angle)])
     figure, grid = new_figure(
@@ -171,10 +161,29 @@ def paper_002(programs: str | None) -> Figures:
     )
     for part, kind in zip(grid[:, 0], (2, 3, 4), strict=True):
         rows = interpolate(circle, reproduce_002.PARTS, kind)[320 : 320 + 10 * reproduce_002.PARTS]
-        line(part, _ticks(len(rows), reproduce_002.CONTROL), 1e3 * (np.hypot(*rows.T) - radius))
+        line(part, ticks(len(rows), reproduce_002.CONTROL), 1e3 * (np.hypot(*rows.T) - radius))
         part.set_ylabel(f"eq. {kind}\nradial error (µm)")
     grid[-1, 0].set_xlabel("time (s): ten periods of the master")
     yield "fig8_to_10_circle", figure
+
+
+def _interpolators_at_the_corner() -> Figure:
+    """Figs 5 to 7: points of the master, the second stage between them, and what the axes make of it."""
+    master = reproduce_002.corner()
+    x = master[:, 0].max()
+    figure, grid = new_figure(
+        "Paper 002, Figs 5 to 7: interpolators at a corner", 1, 3, height=4.2, width=12.0
+    )
+    for part, kind in zip(grid[0], (2, 3, 4), strict=True):
+        rows = interpolate(master, reproduce_002.PARTS, kind)
+        actual = run_stateline(rows, reproduce_002.AXES, Rule.NONE, 0.05).position
+        part.plot(rows[:, 0], rows[:, 1], linewidth=1.0, color=BLUE, label="second stage")
+        part.plot(actual[:, 0], actual[:, 1], linewidth=1.0, color=ORANGE, label="axes, no stateline")
+        part.plot(master[:, 0], master[:, 1], "ko", markersize=4, fillstyle="none", label="master")
+        plane(part, [np.array([[x - 2.0, -0.3], [x + 0.3, 2.0]])], ("X (mm)", "Y (mm)"))
+        part.set_title(f"eq. {kind}", fontsize=9)
+    legend(grid[0, 0], "upper left")
+    return figure
 
 
 def _stateline_corner() -> Figure:
@@ -199,42 +208,23 @@ def _stateline_corner() -> Figure:
     return figure
 
 
-def paper_003(programs: str | None) -> Figures:
-    """Figs 6, 7 and 10 to 14: corners of the butterfly, feed, and contour errors of the strategies."""
-    figure, ((part,),) = new_figure("Paper 003, Figs 5 and 6: sharp corners of the butterfly", height=5.4)
-    styles = ((7000.0, "o", 10, BLUE), (5000.0, "s", 7, ORANGE), (3500.0, "x", 5, "black"))
-    for feed, mark, size, color in styles:
-        planned = reproduce_003.plan_of("butterfly.nc", programs, feed, "ild")
-        if feed == 7000.0:
-            rows = planned.signal("position")
-            part.plot(rows[:, 0], rows[:, 1], color=GREY, linewidth=0.8)
-            plane(part, [rows], ("X (mm)", "Y (mm)"))
-        places = np.array([c.position[:2] for t in planned.trajectories for c in t.corners])
-        part.plot(places[:, 0], places[:, 1], mark, markersize=size, fillstyle="none", linestyle="none",
-                  color=color, label=f"{feed:g} mm/min: {len(places)} corners")  # fmt: skip
-    figure.legend(loc="outside lower center", ncols=3, fontsize=8, frameon=False)
-    yield "fig6_corners", figure
-    for curve, number in (("trident", "10 and 12"), ("butterfly", "13 and 14")):
-        yield (
-            f"{curve}_errors",
-            _strategies(curve, f"Paper 003, Figs {number}: {curve} at 7000 mm/min", programs),
-        )
-
-
-def _strategies(curve: str, title: str, programs: str | None) -> Figure:
-    """Feed above contour error, a column a strategy; the errors' scales differ by thirty times."""
-    figure, grid = new_figure(title, 2, 3, height=2.6, width=12.0, share="col")
-    for k, feedrate in enumerate(("adaptive", "curvature", "ild")):
-        planned = reproduce_003.plan_of(f"{curve}.nc", programs, 7000.0, feedrate)
-        speed, error = planned.signal("feed"), 1e3 * reproduce_003.true_errors(planned)
-        line(grid[0, k], _ticks(len(speed)), speed)
-        line(grid[1, k], _ticks(len(error)), error, color=RED)
-        grid[1, k].set_title(f"at most {error.max():.3g} µm", fontsize=9)
-        grid[0, k].set_title(f"{feedrate}: {planned.time_s:.3f} s", fontsize=9)
-        grid[1, k].set_ylim(bottom=0.0)
-        grid[1, k].set_xlabel("time (s)")
-    grid[0, 0].set_ylabel("feed (mm/s)")
-    grid[1, 0].set_ylabel("contour error (µm)")
+def _stateline_errors() -> Figure:
+    """Fig. 4: following errors of both axes round the corner, under Rule 2 and under the jerk rule."""
+    reference = interpolate(reproduce_002.corner(), reproduce_002.PARTS, 2)
+    figure, grid = new_figure("Paper 002, Fig. 4: following errors at the corner", 3, height=1.9)
+    for part, (rule, name) in zip(
+        grid[:, 0],
+        ((Rule.NONE, "no stateline"), (Rule.RULE_2, "Rule 2"), (Rule.JERK, "jerk rule")),
+        strict=True,
+    ):
+        run = run_stateline(reference, reproduce_002.AXES, rule, 0.05)
+        error = reference[np.minimum(run.place, len(reference) - 1)] - run.position
+        times = ticks(len(error), reproduce_002.CONTROL)
+        line(part, times, error[:, 0], label="X")
+        line(part, times, error[:, 1], color=ORANGE, label="Y")
+        part.set_ylabel(f"{name}\nerror (mm)")
+    legend(grid[0, 0], "center right")
+    grid[-1, 0].set_xlabel("time (s)")
     return figure
 
 
@@ -251,7 +241,7 @@ def paper_004(programs: str | None) -> Figures:
     for part, (name, label) in zip(grid[:, 0], reproduce_004.LABELS.items(), strict=True):
         run = list(simulate_scheme([Setpoints("XY", 0.001, 0, rows)], scheme_maker(name, servos)))
         error = 1e3 * np.concatenate([r.contour_error_mm for r in run])[turn]
-        line(part, _ticks(len(error), first=turn.start), error,
+        line(part, ticks(len(error), first=turn.start), error,
              label=f"{label}: rms {np.sqrt((error**2).mean()):.3g} µm")  # fmt: skip
         part.set_ylim(0.0, 1.45 * error.max())
         part.set_ylabel("error (µm)")
@@ -264,7 +254,7 @@ def paper_004(programs: str | None) -> Figures:
         ("constant speed (5 m/min)", rows, BLUE),
     ):
         speed = np.hypot(*np.diff(path, axis=0).T) / 0.001
-        line(part, _ticks(len(speed)), speed, label=label, color=color)
+        line(part, ticks(len(speed)), speed, label=label, color=color)
     part.set_ylabel("speed (mm/s)")
     part.set_xlabel("time (s)")
     part.set_ylim(bottom=0.0)
@@ -272,15 +262,10 @@ def paper_004(programs: str | None) -> Figures:
     yield "table3_speed", figure
 
 
-def _ticks(count: int, period: float = 0.001, first: int = 0) -> NDArray[np.float64]:
-    """Return times of that many periods, s."""
-    return np.asarray((first + np.arange(count)) * period, np.float64)
-
-
 _PAPERS: dict[str, Callable[[str | None], Figures]] = {
     "000": paper_000,
     "001": paper_001,
     "002": paper_002,
-    "003": paper_003,
+    "003": plots_paper_003.figures,
     "004": paper_004,
 }

@@ -103,7 +103,7 @@ def test_a_response_file_gives_its_own_contour_error():
     assert of_log(log, "r.csv").contour == pytest.approx(np.full(100, 0.02))
 
 
-@pytest.mark.parametrize("paper", ["001", "002", "004"])
+@pytest.mark.parametrize("paper", ["000", "001", "002", "003", "004"])
 def test_figures_of_the_papers(paper, tmp_path):
     files = draw_papers(str(tmp_path), paper)
     assert len(files) >= 2
