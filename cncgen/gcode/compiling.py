@@ -9,8 +9,9 @@ from cncgen.gcode import macros
 from cncgen.gcode.block import LARGEST, Block, Computed, Flow, Parsed, Value, gather
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.expressions import evaluate, too_deep
-from cncgen.gcode.flow import Cursor, FlowControl
+from cncgen.gcode.flow import FlowControl
 from cncgen.gcode.interpreter import Interpreter, Plan
+from cncgen.gcode.labels import Cursor
 from cncgen.gcode.parameters import Parameters
 from cncgen.gcode.predefined import NAMED
 

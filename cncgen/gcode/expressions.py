@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import Computed, Value, nearest
 from cncgen.gcode.errors import BlockError
+from cncgen.units import DEGREE
 
 if TYPE_CHECKING:
     from cncgen.gcode.parameters import Parameters
@@ -32,12 +33,15 @@ def _modulo(a: float, b: float) -> float:
     """Return the remainder with the sign of the divisor's size: never negative."""
     if b == 0.0:
         raise BlockError("division-by-zero", f"{a:g} MOD 0")
-    rest = math.fmod(a, b)
+    try:
+        rest = math.fmod(a, b)
+    except ValueError:
+        raise BlockError("domain", f"{a:g} MOD {b:g} has no value") from None
     return rest + abs(b) if rest < 0.0 else rest
 
 
 def _power(a: float, b: float) -> float:
-    if a < 0.0 and b != math.floor(b):
+    if a < 0.0 and not b.is_integer():
         raise BlockError("domain", f"{a:g} ** {b:g} has no real value")
     if a == 0.0 and b < 0.0:
         raise BlockError("division-by-zero", f"0 ** {b:g}")
@@ -54,6 +58,18 @@ def _checked(name: str, function: Callable[[float], float]) -> Callable[[float],
         try:
             return function(a)
         except (ValueError, OverflowError):
+            raise BlockError("domain", f"{name.upper()}[{a:g}] has no finite real value") from None
+
+    return run
+
+
+def _of_degrees(name: str, function: Callable[[float], float]) -> Callable[[float], float]:
+    """Return a function of an angle in degrees."""
+
+    def run(a: float) -> float:
+        try:
+            return function(a * DEGREE)
+        except ValueError:
             raise BlockError("domain", f"{name.upper()}[{a:g}] has no finite real value") from None
 
     return run
@@ -81,15 +97,15 @@ UNARY: dict[str, Callable[[float], float]] = {
     "abs": abs,
     "acos": _checked("acos", lambda a: math.degrees(math.acos(a))),
     "asin": _checked("asin", lambda a: math.degrees(math.asin(a))),
-    "cos": lambda a: math.cos(math.radians(a)),
+    "cos": _of_degrees("cos", math.cos),
     "exp": _checked("exp", math.exp),
     "fix": _checked("fix", lambda a: float(math.floor(a))),
     "fup": _checked("fup", lambda a: float(math.ceil(a))),
     "ln": _checked("ln", math.log),
     "round": _checked("round", lambda a: float(math.floor(abs(a) + 0.5)) * (-1.0 if a < 0.0 else 1.0)),
-    "sin": lambda a: math.sin(math.radians(a)),
+    "sin": _of_degrees("sin", math.sin),
     "sqrt": _checked("sqrt", math.sqrt),
-    "tan": lambda a: math.tan(math.radians(a)),
+    "tan": _of_degrees("tan", math.tan),
 }
 
 
@@ -136,7 +152,7 @@ FANUC = Arithmetic(
         "and": _fill(lambda a, b: float(_bits(a) & _bits(b))),
         "or": _fill(lambda a, b: float(_bits(a) | _bits(b))),
         "xor": _fill(lambda a, b: float(_bits(a) ^ _bits(b))),
-        "mod": _fill(lambda a, b: math.fmod(a, b) if b else _modulo(a, b)),
+        "mod": _fill(lambda a, b: math.copysign(_modulo(abs(a), abs(b)), a)),
         "eq": lambda a, b: 1.0 if _same(a, b) else 0.0,
         "ne": lambda a, b: 0.0 if _same(a, b) else 1.0,
     },

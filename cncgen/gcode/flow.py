@@ -1,23 +1,22 @@
 """O-words: subroutines, branches and loops, by jumps between lines of the text.
 
-Nothing is nested here: a jump's target is the next line with the same label and a fitting keyword, as in LinuxCNC
-("O Codes"), whose labels are local to the subroutine that they stand in. A `Cursor` is a place to go on from.
+Nothing is nested here: where a jump leads is looked up by its label (`labels`). A `Cursor` is a place to go on from.
 """
 
 from __future__ import annotations
 
 import re
-from bisect import bisect_right
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity, UsageError
 from cncgen.gcode import descent, macros
 from cncgen.gcode.block import Flow, Value, nearest
 from cncgen.gcode.errors import BlockError, Stop
 from cncgen.gcode.expressions import evaluate
+from cncgen.gcode.labels import Cursor, Label, Labels, Marked, line_matches
 from cncgen.gcode.source import Source, open_source
 
 if TYPE_CHECKING:
@@ -26,28 +25,6 @@ if TYPE_CHECKING:
 #: Local numbered parameters: the arguments of a subroutine, #1 to #30, of a macro, #1 to #33.
 LOCALS = 30
 MACRO_LOCALS = 33
-#: Lines that a jump may lead to: O-words, program numbers, loops of macros.
-_O_LINE = re.compile(
-    rb"(?:\A|\n)[ \t]*(?:/[ \t]*)?(?:[nN][ \t\d.]*)?((?:[oO]|(?i:while|do[ \t]*\d|end[ \t]*\d))[^\n]*)"
-)
-Label = float | str
-
-
-class Cursor(NamedTuple):
-    """A line: source, byte offset, line number."""
-
-    source: int
-    offset: int
-    line: int
-
-
-class Marked(NamedTuple):
-    """A line with an O-word."""
-
-    label: Value | str
-    keyword: str
-    cursor: Cursor
-    after: Cursor
 
 
 @dataclass(slots=True)
@@ -76,11 +53,11 @@ class FlowControl:
         self.sources = sources
         self.frames: list[Frame] = []
         self._main = Frame(Cursor(0, 0, 0), 0.0, [], {})
-        self._marks: dict[int, list[Marked]] = {}
-        self._computed_labels: set[int] = set()
+        self._labels: dict[int, Labels] = {}
+        #: Where subroutines of a label, called from a source, begin.
+        self._subs: dict[tuple[Label, int, tuple[str, ...]], Marked] = {}
         self._lines: dict[int, dict[int, list[Cursor]]] = {}
         self._locals = MACRO_LOCALS if ip.dialect == "fanuc" else LOCALS
-        self._offsets: dict[int, list[int]] = {}
         self._files: dict[str, int] = {}
         #: Where a label of a branch or loop was met first, and its keyword, by the subroutine that it is local to.
         self._first: dict[tuple[Label, int, Label], tuple[Cursor, str]] = {}
@@ -198,7 +175,8 @@ class FlowControl:
         """Skip a definition."""
         label = self._label(flow)
         end = self.next_mark(here, label, ("endsub",), "endsub")
-        first = next((m for m in self.marks(here.source) if m.keyword == "sub" and m.label == label), None)
+        labels = self.labels(here.source)
+        first = labels.first(label, ("sub",), self._resolved)
         if first is not None and first.cursor != here:
             raise BlockError(
                 "oword-duplicate",
@@ -206,11 +184,9 @@ class FlowControl:
                 "O",
                 hint="give it another name",
             )
-        for mark in self.marks(here.source):
-            if here.offset < mark.cursor.offset < end.cursor.offset and mark.keyword == "sub":
-                error = BlockError("oword-nested-sub", "a subroutine is defined within a subroutine", "O")
-                self.ip.warn(error, Severity.ERROR)
-                break
+        if labels.has_sub_between(here.offset, end.cursor.offset):
+            error = BlockError("oword-nested-sub", "a subroutine is defined within a subroutine", "O")
+            self.ip.warn(error, Severity.ERROR)
         return end.after
 
     def _endsub(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
@@ -317,7 +293,7 @@ class FlowControl:
     def program_range(self, here: Cursor) -> tuple[int, int]:
         """Return the offsets between which the program of a line stands in its file."""
         begin, end = 0, len(self.sources[here.source])
-        for mark in self.marks(here.source):
+        for mark in self.labels(here.source).marks:
             if mark.keyword == "program":
                 if mark.cursor.offset <= here.offset:
                     begin = mark.cursor.offset
@@ -329,7 +305,7 @@ class FlowControl:
         """Return the lines of a source by their N word."""
         if source not in self._lines:
             lines: dict[int, list[Cursor]] = {}
-            for begin, line, match in _line_matches(self.sources[source], pattern):
+            for begin, line, match in line_matches(self.sources[source], pattern):
                 lines.setdefault(int(match.group(1)), []).append(Cursor(source, begin, line))
             self._lines[source] = lines
         return self._lines[source]
@@ -337,28 +313,23 @@ class FlowControl:
     def condition(self, flow: Flow) -> bool:
         return self._value(flow, 0) != 0.0
 
-    def marks(self, source: int) -> list[Marked]:
-        """Return the O-word lines of a source, in order."""
-        if source not in self._marks:
-            self._marks[source] = list(_find_marks(self.sources[source], source, self.ip.dialect))
-            self._offsets[source] = [mark.cursor.offset for mark in self._marks[source]]
-            if any(callable(mark.label) for mark in self._marks[source]):
-                self._computed_labels.add(source)
-        return self._marks[source]
+    def labels(self, source: int) -> Labels:
+        """Return the lines of a source that jumps may lead to."""
+        if source not in self._labels:
+            self._labels[source] = Labels(self.sources[source], source, self.ip.dialect)
+        return self._labels[source]
 
     def has_written_labels(self, source: int) -> bool:
         """Tell whether no label of a source is computed, so that each means the same whenever it is looked up."""
-        self.marks(source)
-        return source not in self._computed_labels
+        return not self.labels(source).computed
 
     def next_mark(self, here: Cursor, label: Label, keywords: tuple[str, ...], wanted: str) -> Marked:
         """Return the first later line of the subroutine with this label and one of the keywords."""
-        marks = self.marks(here.source)
-        for mark in marks[bisect_right(self._offsets[here.source], here.offset) :]:
-            if mark.keyword in keywords and self._is(mark, label):
-                return mark
-            if mark.keyword in ("sub", "endsub") and wanted != "endsub":
-                break
+        labels = self.labels(here.source)
+        over_borders = wanted == "endsub"
+        mark = labels.next(here.offset, label, keywords, self._resolved, over_borders=over_borders)
+        if mark is not None:
+            return mark
         if wanted == "END":
             raise Stop(BlockError("loop-unmatched", f"DO {_shown(label)} has no END {_shown(label)}", "DO"))
         raise Stop(BlockError("oword-unmatched", f"o{_shown(label)} has no {wanted.upper()}", "O"))
@@ -376,34 +347,30 @@ class FlowControl:
 
     def find_previous(self, here: Cursor, label: Label, keywords: tuple[str, ...]) -> Marked | None:
         """Return `previous_mark`, None where there is none."""
-        marks = self.marks(here.source)
-        index = bisect_right(self._offsets[here.source], here.offset) - 2
-        while index >= 0:
-            mark = marks[index]
-            if mark.keyword in keywords and self._is(mark, label):
-                return mark
-            if mark.keyword in ("sub", "endsub"):
-                break
-            index -= 1
-        return None
+        return self.labels(here.source).previous(here.offset, label, keywords, self._resolved)
 
-    def _is(self, mark: Marked, label: Label) -> bool:
-        """Tell whether a line has that label now (it may be computed)."""
-        own = mark.label
-        return (own(self.ip.parameters) if callable(own) else own) == label
+    def _resolved(self, label: Value | str) -> Value | str:
+        """Return a label as it is now (it may be computed)."""
+        return label(self.ip.parameters) if callable(label) else label
 
     def sub_of(self, label: Label, here: Cursor, keywords: tuple[str, ...] = ("sub",)) -> Marked:
         """Return the line that begins a subroutine: in this file, or in the file of its name."""
+        key = label, here.source, keywords
+        if key in self._subs:
+            return self._subs[key]
         for source in dict.fromkeys((here.source, *range(len(self.sources)))):
-            for mark in self.marks(source):
-                if mark.keyword in keywords and self._is(mark, label):
-                    return mark
+            found = self.labels(source).first(label, keywords, self._resolved)
+            if found is not None:
+                if not self._labels[source].computed:
+                    self._subs[key] = found
+                return found
         source = self._file(label)
         if self.ip.dialect == "fanuc":
-            return next((m for m in self.marks(source) if m.keyword == "program"), _whole(label, source))
-        for mark in self.marks(source):
-            if mark.keyword in keywords and mark.label == label:
-                return mark
+            marks = self.labels(source).marks
+            return next((m for m in marks if m.keyword == "program"), _whole(label, source))
+        found = self.labels(source).first(label, keywords, self._resolved)
+        if found is not None:
+            return found
         name = self.sources[source].name
         raise Stop(BlockError("sub-missing", f"{name} has no o{_shown(label)} SUB", "O"))
 
@@ -440,34 +407,15 @@ class FlowControl:
 def _candidates(folder: Path, name: str) -> list[Path]:
     """Return the files of a folder that hold a subroutine of that name (names are case-insensitive)."""
     exact = folder / f"{name}.ngc"
-    if exact.is_file():
-        return [exact]
-    if not folder.is_dir():
+    try:
+        if exact.is_file():
+            return [exact]
+        if not folder.is_dir():
+            return []
+        wanted = {f"{name}{suffix}".lower() for suffix in (".ngc", ".nc", ".tap")}
+        return sorted(path for path in folder.iterdir() if path.name.lower() in wanted and path.is_file())
+    except (OSError, ValueError):  # no name of a file: too long, or with a NUL
         return []
-    wanted = {f"{name}{suffix}".lower() for suffix in (".ngc", ".nc", ".tap")}
-    return sorted(path for path in folder.iterdir() if path.name.lower() in wanted and path.is_file())
-
-
-def _line_matches(source: Source, pattern: re.Pattern[bytes]) -> Iterator[tuple[int, int, re.Match[bytes]]]:
-    """Yield offset, number and match of the lines that a pattern (which may take the newline before) fits."""
-    line, counted = 1, 0
-    for match in pattern.finditer(source.data):
-        begin = match.start() + (1 if source.data[match.start() : match.start() + 1] == b"\n" else 0)
-        line += source.data[counted:begin].count(b"\n")
-        counted = begin
-        yield begin, line, match
-
-
-def _find_marks(source: Source, index: int, dialect: str) -> Iterator[Marked]:
-    """Find the lines of a text that jumps may lead to."""
-    for begin, line, _ in _line_matches(source, _O_LINE):
-        try:
-            flow = descent.parse(source.text_at(begin), dialect).flow
-        except BlockError:
-            continue
-        if flow is not None and flow.label is not None:
-            after = Cursor(index, source.line_end(begin) + 1, line + 1)
-            yield Marked(flow.label, flow.keyword, Cursor(index, begin, line), after)
 
 
 def _whole(label: Label, source: int) -> Marked:

@@ -7,7 +7,7 @@ import struct
 from dataclasses import dataclass, field
 
 from cncgen.gcode.block import Block, gather
-from cncgen.gcode.flow import Cursor
+from cncgen.gcode.labels import Cursor
 from cncgen.gcode.source import Source
 from cncgen.kernels import gcode_scan
 

@@ -15,7 +15,8 @@ from cncgen.gcode.block import Computed, Flow, Value, nearest
 from cncgen.gcode.errors import BlockError, Stop
 
 if TYPE_CHECKING:
-    from cncgen.gcode.flow import Cursor, FlowControl, Label
+    from cncgen.gcode.flow import FlowControl
+    from cncgen.gcode.labels import Cursor, Label
 
 Lead = Callable[[], "Cursor | None"]
 #: O-words that a branch or loop begins with.

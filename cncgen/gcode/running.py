@@ -18,8 +18,9 @@ from cncgen.gcode.compiling import Compiler
 from cncgen.gcode.dialects import Choice, choose
 from cncgen.gcode.errors import BlockError, Reporter, Stop
 from cncgen.gcode.expressions import too_deep
-from cncgen.gcode.flow import Cursor, FlowControl
+from cncgen.gcode.flow import FlowControl
 from cncgen.gcode.interpreter import Interpreter, Plan
+from cncgen.gcode.labels import Cursor
 from cncgen.gcode.lanes import PlainBlocks, comment_of
 from cncgen.gcode.leads import lead_of
 from cncgen.gcode.parameters import write_parameters
@@ -108,9 +109,9 @@ class Runner:
         """Run to the end; yields now and then, so that rows can be taken away."""
         source = self.sources[0]
         if source.is_binary():
-            self._fault(
-                Cursor(0, 0, 1), BlockError("binary-file", f"{source.name} is no text: it holds NUL bytes")
-            )
+            hint = "is it UTF-16? save it as UTF-8 or ASCII" if source.is_wide() else ""
+            message = f"{source.name} is no text: it holds NUL bytes"
+            self._fault(Cursor(0, 0, 1), BlockError("binary-file", message, hint=hint))
             return
         try:
             self._say_dialect(source)
@@ -364,7 +365,7 @@ class Runner:
                 elif node.lead is not None:
                     sink.block = node.block
                     target = node.lead()
-                node = self._after(node, target)
+                following = self._after(node, target)
             except (BlockError, RecursionError) as error:
                 here = node.cursor
                 if here in self._failed:
@@ -373,18 +374,32 @@ class Runner:
                     break
                 self._fault(here, error if isinstance(error, BlockError) else too_deep())
                 self._failed.add(here)
-                node = self._node(node.after)
+                following = self._node(node.after)
+            if following is None:
+                break
+            node = following
         self._count(count)
 
-    def _after(self, node: _Node, target: Cursor | None) -> _Node:
-        """Return the node of the place where a node led, or of the next line; a node remembers both."""
+    def _after(self, node: _Node, target: Cursor | None) -> _Node | None:
+        """Return the node of the place where a node led, or of the next line; a node remembers both.
+
+        None where the stream goes on from there: `_reached` is then that place.
+        """
         if target is None:
-            if node.following is None:
-                node.following = self._node(node.after)
-            return node.following
-        if target is not node.target or node.landing is None:
-            node.landing, node.target = self._node(target), target
-        return node.landing
+            if node.following is not None:
+                return node.following
+            target = node.after
+        elif target is node.target:
+            return node.landing
+        if target.source == 0 and target.offset >= self._reached.offset and not self.flow.frames:
+            self._reached = target
+            return None
+        found = self._node(target)
+        if target is node.after:
+            node.following = found
+        else:
+            node.landing, node.target = found, target
+        return found
 
     def _node(self, cursor: Cursor) -> _Node:
         """Return the node of a line, read now or before."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import mmap
 import sys
 from pathlib import Path
@@ -20,8 +21,8 @@ class Source:
 
     def __init__(self, data: bytes | mmap.mmap, name: str) -> None:
         self.name = name
-        self.data = data
-        self.bytes = memoryview(data)
+        self.data = _with_newlines(data)
+        self.bytes = memoryview(self.data)
 
     def __len__(self) -> int:
         return len(self.data)
@@ -40,6 +41,10 @@ class Source:
     def is_binary(self) -> bool:
         """Tell whether the head of the text holds bytes that no program has (NUL)."""
         return b"\0" in self.data[:_HEAD]
+
+    def is_wide(self) -> bool:
+        """Tell whether the text begins as UTF-16 does."""
+        return self.data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 def open_source(source: Path | BinaryIO, name: str) -> Source:
@@ -62,6 +67,15 @@ def open_source(source: Path | BinaryIO, name: str) -> Source:
     except OSError as error:
         reason = error.strerror or str(error)
         raise UsageError(Diagnostic("unreadable-file", f"cannot read {name}: {reason}")) from error
+
+
+def _with_newlines(data: bytes | mmap.mmap) -> bytes | mmap.mmap:
+    """Return a text without the mark that UTF-8 may begin with, and with newlines where CR alone ends its lines."""
+    if data[: len(codecs.BOM_UTF8)] == codecs.BOM_UTF8:
+        data = data[len(codecs.BOM_UTF8) :]
+    if b"\r" in data[:_HEAD] and data.find(b"\n") < 0:
+        return data[:].replace(b"\r", b"\n")
+    return data
 
 
 def _mapped(file: BinaryIO) -> bytes | mmap.mmap:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from cncgen.gcode import comments, grammar
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.flow import Cursor
+from cncgen.gcode.labels import Cursor
 from cncgen.gcode.lanes import PlainBlocks
 from cncgen.gcode.source import Source
 from cncgen.kernels import gcode_scan

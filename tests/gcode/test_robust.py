@@ -183,6 +183,116 @@ def test_what_is_no_program(data: bytes, code: str) -> None:
     assert consume(data)[0] == code
 
 
+LINES = [
+    b"%",
+    b"N1 G0 X1",
+    b"#1=1",
+    b"o1 while [#1 LT 3]",
+    b"G1 F5 Y#1",
+    b"#1=[#1+1]",
+    b"o1 endwhile",
+    b"M2",
+    b"%",
+]
+
+
+@pytest.mark.parametrize("end", [b"\n", b"\r\n", b"\r", b"\r\r\n"])
+@pytest.mark.parametrize("begin", [b"", b"\xef\xbb\xbf"])
+@pytest.mark.parametrize("last", [b"", b"end"])
+def test_lines_end_as_any_system_ends_them(begin: bytes, end: bytes, last: bytes, run: Any) -> None:
+    """With or without the mark of UTF-8, and whether the last line ends or not."""
+    out = run(begin + end.join(LINES) + last.replace(b"end", end))
+    assert [d.code for d in out.diagnostics] == ["dialect"]
+    assert out.path.end[:, :2].tolist()[:3] == [[1, 0], [1, 1], [1, 2]]
+    assert out.path.line.tolist()[:3] == [2, 5, 5]
+
+
+def test_wide_text_is_named(run: Any) -> None:
+    for coding in ("utf-16", "utf-16-le"):
+        (fault,) = run("G0 X1\nM2\n".encode(coding)).diagnostics
+        assert fault.code == "binary-file"
+        assert ("UTF-16" in fault.hint) == (coding == "utf-16")
+
+
+#: An infinite number, and one that is none.
+_INFINITE = "#2=[10**308*10**308]\n#1=[#2-#2]\n"
+
+
+@pytest.mark.parametrize("operand", ["#1", "#2"])
+@pytest.mark.parametrize(
+    "line",
+    [
+        *(
+            f"#3={f}[{{}}]"
+            for f in ("ABS", "ACOS", "ASIN", "COS", "EXP", "FIX", "FUP", "LN", "ROUND", "SIN", "SQRT", "TAN")
+        ),
+        *(f"#3=[{{}} {o} 2]" for o in ("+", "/", "MOD", "**", "AND", "EQ", "LT")),
+        *(f"#3=[-2 {o} {{}}]" for o in ("-", "*", "/", "MOD", "**", "XOR", "GE")),
+        "#3=ATAN[{}]/[{}]",
+        "#3=#[{}]",
+        "#[{}]=1",
+        "X{}",
+        "G1 F{} X1",
+        "G2 X1 I{}",
+        "G2 X1 Y1 R{}",
+        "G3 I1 P{}",
+        "G4 P{}",
+        "G{} X1",
+        "M{}",
+        "T{} M6",
+        "S{} M3",
+        "G10 L2 P{} X1",
+        "G10 L2 P1 X{} R{}",
+        "G43.1 Z{}",
+        "G43 H{}",
+        "G92 X{}",
+        "G81 X1 Z-1 R{} L{}",
+        "G83 X1 Z-1 R1 Q{}",
+        "G76 P{} Z1 I1 J1 K{}",
+        "G5 X1 Y1 I{} J1 P1 Q1",
+        "G5.2 P{} X1 Y1",
+        "G33 Z1 K{}",
+        "M66 P{}",
+        "M68 E{} Q{}",
+        "M98 P{} L{}",
+        "o1 if [{}]\no1 endif",
+        "o1 repeat [{}]\no1 endrepeat",
+        "o1 while [{} LT 0]\no1 endwhile",
+        "o[{}] call",
+        "o1 sub\no1 endsub [{}]\no1 call [{}]\nX#1",
+        "G7\nX{}",
+        "G41.1 D{}\nG1 F1 X9",
+        "G96 D{} S{}",
+        "G64 P{} Q{}",
+        "G68 X0 Y0 R{}",
+        "G51 X1 P{}",
+        "@{} ^{}",
+        "(debug, #1 #2 {})",
+    ],
+)
+def test_numbers_that_are_none_end_in_diagnostics(line: str, operand: str) -> None:
+    """Everywhere a number may stand; whatever is said of it, in both dialects."""
+    for dialect in ("linuxcnc", "fanuc"):
+        text = "F10 G0 X0 Y0 Z5\n" + _INFINITE + line.replace("{}", operand) + "\nG0 X1\nM2\n"
+        consume(text.encode(), dialect=dialect)
+
+
+def test_many_labels_are_found_in_time(run: Any) -> None:
+    """Nested branches, loops and subroutines by the thousand; a search through all of them for each took minutes."""
+    count = 4000
+    opened = "".join(f"o{k} if [1]\n" for k in range(count))
+    closed = "".join(f"o{k} endif\n" for k in reversed(range(count)))
+    subs = "".join(f"o{k + count} sub\nG0 X{k + 1}\no{k + count} endsub\n" for k in range(count))
+    calls = "".join(f"o{k + count} call\n" for k in range(0, count, 4))
+    out = run(opened + closed + subs + calls + "M2\n")
+    assert out.errors == []
+    assert out.path.end[:1000, 0].tolist() == [k + 1 for k in range(0, count, 4)]
+
+
+def test_names_that_no_file_can_have(run: Any) -> None:
+    assert run(f"o<{'b' * 300}> call\nM2\n").errors[0][0] == "sub-missing"
+
+
 def test_a_hundred_megabytes_in_one_line(tmp_path: Path) -> None:
     """The line is never held as text: the file is mapped, and the line ends in one diagnostic."""
     big = tmp_path / "big.nc"

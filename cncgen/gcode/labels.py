@@ -1,0 +1,139 @@
+"""The lines of a text that jumps may lead to, found by label: O-words, program numbers, loops of macros.
+
+Nothing is nested here: a jump's target is the next or the last line with the same label and a fitting keyword, as in
+LinuxCNC ("O Codes"), whose labels are local to the subroutine that they stand in.
+"""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_left, bisect_right
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+from cncgen.gcode import descent
+from cncgen.gcode.block import Value
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.source import Source
+
+#: Lines that a jump may lead to.
+_LINE = re.compile(
+    rb"(?:\A|\n)[ \t]*(?:/[ \t]*)?(?:[nN][ \t\d.]*)?((?:[oO]|(?i:while|do[ \t]*\d|end[ \t]*\d))[^\n]*)"
+)
+#: O-words that lead elsewhere and that nothing leads to.
+_LEAVING = ("call", "return", "break", "continue")
+_NO_TARGET = re.compile(
+    rb"o[ \t]*(?:\d+|<[^>\n]*>)[ \t]*(?:%s)\b" % "|".join(_LEAVING).encode(), re.IGNORECASE
+)
+Label = float | str
+#: Tells the number of a computed label now.
+Resolve = Callable[[Value | str], Value | str]
+
+
+class Cursor(NamedTuple):
+    """A line: source, byte offset, line number."""
+
+    source: int
+    offset: int
+    line: int
+
+
+class Marked(NamedTuple):
+    """A line with an O-word."""
+
+    label: Value | str
+    keyword: str
+    cursor: Cursor
+    after: Cursor
+
+
+class Labels:
+    """The marked lines of one source.
+
+    Attributes:
+        marks: All of them, in order.
+        computed: Those whose label is computed: what they are called changes as the program runs.
+    """
+
+    def __init__(self, source: Source, index: int, dialect: str) -> None:
+        self.marks = list(_find_marks(source, index, dialect))
+        self.computed = [mark for mark in self.marks if callable(mark.label)]
+        self._written: dict[tuple[Label, str], list[Marked]] = {}
+        for mark in self.marks:
+            if not callable(mark.label):
+                self._written.setdefault((mark.label, mark.keyword), []).append(mark)
+        self._subs = [mark.cursor.offset for mark in self.marks if mark.keyword == "sub"]
+        self._borders = [mark.cursor.offset for mark in self.marks if mark.keyword in ("sub", "endsub")]
+
+    def first(self, label: Label, keywords: tuple[str, ...], resolve: Resolve) -> Marked | None:
+        """Return the first line with a label and one of the keywords."""
+        return self.next(-1, label, keywords, resolve, over_borders=True)
+
+    def next(
+        self, offset: int, label: Label, keywords: tuple[str, ...], resolve: Resolve, *, over_borders: bool
+    ) -> Marked | None:
+        """Return the first such line behind an offset; within its subroutine, unless `over_borders`."""
+        found = [
+            mark
+            for mark in self.computed
+            if mark.cursor.offset > offset and mark.keyword in keywords and resolve(mark.label) == label
+        ][:1]
+        for keyword in keywords:
+            written = self._written.get((label, keyword), [])
+            index = bisect_right(written, offset, key=_offset)
+            found += written[index : index + 1]
+        nearest = min(found, key=_offset, default=None)
+        border = bisect_right(self._borders, offset)
+        if nearest is None or over_borders or border == len(self._borders):
+            return nearest
+        return nearest if nearest.cursor.offset <= self._borders[border] else None
+
+    def previous(
+        self, offset: int, label: Label, keywords: tuple[str, ...], resolve: Resolve
+    ) -> Marked | None:
+        """Return the last such line before an offset, within its subroutine."""
+        found = [
+            mark
+            for mark in self.computed
+            if mark.cursor.offset < offset and mark.keyword in keywords and resolve(mark.label) == label
+        ][-1:]
+        for keyword in keywords:
+            written = self._written.get((label, keyword), [])
+            index = bisect_left(written, offset, key=_offset)
+            found += written[max(index - 1, 0) : index]
+        nearest = max(found, key=_offset, default=None)
+        border = bisect_left(self._borders, offset)
+        if nearest is None or border == 0:
+            return nearest
+        return nearest if nearest.cursor.offset >= self._borders[border - 1] else None
+
+    def has_sub_between(self, begin: int, end: int) -> bool:
+        """Tell whether a subroutine begins between two offsets."""
+        return bisect_right(self._subs, begin) < bisect_left(self._subs, end)
+
+
+def _offset(mark: Marked) -> int:
+    return mark.cursor.offset
+
+
+def line_matches(source: Source, pattern: re.Pattern[bytes]) -> Iterator[tuple[int, int, re.Match[bytes]]]:
+    """Yield offset, number and match of the lines that a pattern (which may take the newline before) fits."""
+    line, counted = 1, 0
+    for match in pattern.finditer(source.data):
+        begin = match.start() + (1 if source.data[match.start() : match.start() + 1] == b"\n" else 0)
+        line += source.data[counted:begin].count(b"\n")
+        counted = begin
+        yield begin, line, match
+
+
+def _find_marks(source: Source, index: int, dialect: str) -> Iterator[Marked]:
+    for begin, line, match in line_matches(source, _LINE):
+        if _NO_TARGET.match(match[1]):
+            continue
+        try:
+            flow = descent.parse(source.text_at(begin), dialect).flow
+        except BlockError:
+            continue
+        if flow is not None and flow.label is not None and flow.keyword not in _LEAVING:
+            after = Cursor(index, source.line_end(begin) + 1, line + 1)
+            yield Marked(flow.label, flow.keyword, Cursor(index, begin, line), after)
