@@ -1,12 +1,14 @@
 """Toolpaths of features: what is cut, by heights on a grid, against the region that a round tool reaches; and the sequences of holes."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 import shapely
 from shapely import Point, Polygon, box
 
+from cncgen.stepnc import read
 from cncgen.toolpath.record import FeedMode, Kind
 from tests.stepnc.building import E, Part, codes, motions
 from tests.stepnc.heightfield import removed
@@ -831,3 +833,26 @@ def test_a_thread_is_tapped_to_its_own_depth():
     moves, path = depths(part)
     assert moves[-2:] == [(-12.0, False), (5.0, False)]
     assert [e.values["direction"] for e in path.events if e.name == "spindle"] == [1, -1]
+
+
+def test_the_sample_program_of_features():
+    """The plate of programs/stepnc/features.stp, by heights: floors, the boss, the plate's top between them."""
+    program = read(Path(__file__).parents[2] / "programs" / "stepnc" / "features.stp", "features.stp")
+    path = next(iter(program.chunks()))
+    assert [d.code for d in program.diagnostics] == []
+    radius = {"END MILL 10": 5.0, "BULL NOSE 8 R1": 4.0, "DRILL 5": 2.5, "COUNTERSINK 16": 8.0}
+    heights = removed([path], (120.0, 80.0), 0.0, GRID, radius)[1]
+
+    def at(x, y):
+        return heights[int(x / GRID), int(y / GRID)]
+
+    assert at(110, 60) == -8.0  # the step, between two holes
+    assert at(102, 40) == 0.0  # beside its wall
+    assert at(30, 14) == -4.0  # the slot
+    assert at(72, 25) == at(90, 25) == at(72, 65) == -5.0  # both arms of the corner pocket
+    assert at(90, 60) == 0.0
+    assert at(35, 50) == -3.8  # the boss, with the allowance of roughing: its walls alone are finished
+    assert at(20, 50) == at(35, 59) == -9.8
+    assert at(13, 50) == -10.0  # along the walls, which lean by 0.87 mm
+    assert at(10.4, 50) > -9.5
+    assert at(112, 10) < -25.0  # a hole

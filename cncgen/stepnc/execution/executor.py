@@ -275,7 +275,7 @@ class Executor:
             machine.turn(tool_axes)
             machine.traverse(start)
             return
-        if begun and self._connect is None:
+        if begun and self._connect is None and step.operation.paths is not None:
             gap = float(np.linalg.norm(start - machine.position))
             if gap > 0:
                 text = f"the toolpath begins {gap:.4f} mm from where the one before it ended; it is reached in rapid"
