@@ -212,7 +212,7 @@ def test_columns_of_any_size_give_the_same_blocks() -> None:
 @pytest.mark.parametrize(
     ("text", "column", "message"),
     [
-        ("G1 X", 5, "the end of the block where"),
+        ("G1 X", 5, "X has no number"),
         ("G1  ?", 5, "'?' where"),
         ("G1 X[1 + ", 9, "the end of the block where"),
         ("G1 (a) ( b", 8, "a comment ( without its )"),
