@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cncgen.diagnostics import Diagnostics
+from cncgen.diagnostics import Diagnostic, Diagnostics, Severity
 from cncgen.machine.record import Axis, Machine
 from cncgen.planner.record import Profile, SharpCorner, Trajectory
 from cncgen.report.differences import DifferencePeaks
@@ -22,6 +22,9 @@ SCHEMA_VERSION = 1
 
 #: Sharp corners that the summary lists; all are counted.
 MAX_CORNERS = 10_000
+
+#: A peak is over its limit beyond this part of it, as `cncgen verify` has it.
+_OVER = 1.001
 
 #: What the finite differences are, in their order, with the power of the second in their unit.
 _PEAKS = (("velocity", ""), ("acceleration", "²"), ("jerk", "³"))
@@ -63,6 +66,27 @@ class Summary:
             self._differences.add(chunk.position)
             yield chunk
         self._differences.finish()
+        self._remark_on_limits()
+
+    def _remark_on_limits(self) -> None:
+        """Say which limits the setpoints break; a strategy of the papers knows no jerk of an axis."""
+        over = []
+        for column, letter in enumerate(self._axes):
+            peak = self._peak(column, letter)
+            over += [
+                f"{letter} {name} {100 * peak[f'{name}_of_limit']:.4g} %"
+                for name, _ in _PEAKS
+                if (peak[f"{name}_of_limit"] or 0.0) > _OVER
+            ]
+        if over:
+            self.remarks.add(
+                Diagnostic(
+                    "plan-over-limits",
+                    f"{self._feedrate} asks more than the machine's limits: {', '.join(over)} of the limit",
+                    severity=Severity.WARNING,
+                    hint="--feedrate optimal keeps every limit of the axes; cncgen verify says where they are broken",
+                )
+            )
 
     def _add(self, trajectory: Trajectory) -> None:
         profile = trajectory.profile

@@ -143,3 +143,13 @@ def test_quiet_says_nothing_when_all_is_well(cncgen: Run, part: Path) -> None:
 def test_summary_on_standard_error(cncgen: Run, part: Path) -> None:
     run = cncgen("plan", part, "-q", "-o", "o.csv", "--summary", "-")
     assert json.loads(run.stderr)["schema_version"] == 1
+
+
+def test_a_plan_that_breaks_limits_says_so(cncgen: Run, part: Path) -> None:
+    """A constant feed steps at the start: F1200 is 20 mm/s, in a period of 1 ms 20000 mm/s² against 2450."""
+    run = cncgen("plan", part, "-m", "xy-table", "--feedrate", "constant", "-q", "-o", "o.csv", "--json")
+    assert run.returncode == 0
+    (warning,) = [json.loads(line) for line in run.stderr.splitlines()]
+    assert warning["code"] == "plan-over-limits"
+    assert warning["severity"] == "warning"
+    assert "constant asks more than the machine's limits: X acceleration 816.3 %" in warning["message"]
