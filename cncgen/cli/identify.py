@@ -48,7 +48,7 @@ def command(
     """Fit axis parameters to a log.
 
     LOG.csv has t_s and columns like a response file of cncgen simulate: x_mm, and x_force or x_cmd_mm. The output is
-    [axes.x.servo] tables (of a velocity loop: comments, since it has no controller; of etfe: CSV).
+    [axes.x.servo] tables (of a velocity loop: the plant with P control as a start; of etfe: CSV).
     """
     from cncgen.files import write_text
     from cncgen.report.identified import identified

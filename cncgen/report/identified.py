@@ -10,7 +10,7 @@ from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.servo.identification.etfe import etfe
 from cncgen.servo.identification.fits import Fit, fit_first_order, fit_fourth_order, fit_velocity_loop
 from cncgen.servo.identification.log import AxisLog, read_log
-from cncgen.units import file_unit, is_rotary
+from cncgen.units import file_unit, is_rotary, to_file
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,17 +97,12 @@ def _fitted(
 
 
 def _servo_table(letter: str, fit: Fit) -> str:
-    """Return a fit as a table of a machine file; a velocity loop alone has no controller and is given as comments."""
+    """Return a fit as a table of a machine file; a velocity loop gets P control as a start."""
     low, length = letter.lower(), file_unit(letter)
     p = fit.parameters
     head = f"# fit {fit.fit_percent:.3f} %, residual rms {fit.residual_rms:.3g}"
     if fit.model == "velocity-loop":
-        body = "\n".join(
-            f"# {name} = {value!r}  # ± {fit.uncertainty[name]:.2g}" for name, value in p.items()
-        )
-        return (
-            f"{head}\n# axes.{low}: gain/(s (time_constant_s s + 1)) from drive input to position\n{body}\n"
-        )
+        return f"{head}\n{_velocity_loop_table(letter, fit)}"
     lines = [f"[axes.{low}.servo]"]
     if fit.model == "fourth-order":
         lines += [
@@ -124,6 +119,25 @@ def _servo_table(letter: str, fit: Fit) -> str:
             shown = math.degrees(value) if lag and is_rotary(letter) else value
             lines.append(f"{name.replace('mm', length) if lag else name} = {shown!r}")
     return head + "\n" + "\n".join(lines) + "\n"
+
+
+def _velocity_loop_table(letter: str, fit: Fit) -> str:
+    """Return the model ``plant`` of a drive with what was found, and the P gain that damps it critically."""
+    p, unit, factor = fit.parameters, file_unit(letter), to_file(letter)
+    gain, lag = p["gain"] * factor, p["time_constant_s"]
+    lines = [
+        f"# {name} = {value!r} ± {fit.uncertainty[name]:.2g} (inside units)" for name, value in p.items()
+    ]
+    lines += [
+        f"[axes.{letter.lower()}.servo]",
+        'model = "plant"',
+        f"numerator = [{gain!r}]",
+        f"denominator = [{lag!r}, 1.0, 0.0]",
+        f"coulomb = {p.get('coulomb', 0.0)!r}",
+        f"position_gain_1_{unit} = {1.0 / (4.0 * lag * gain)!r}"
+        "  # a start: P control, critically damped; cncgen tune places PD",
+    ]
+    return "\n".join(lines) + "\n"
 
 
 def _response(axis: AxisLog) -> tuple[str, str, dict[str, Any]]:

@@ -168,3 +168,34 @@ def test_a_flexible_stage_is_designed_by_h_infinity_and_simulated(tmp_path, capf
         == 3
     )
     assert "tune-bounds" in capfd.readouterr().err
+
+
+def test_from_a_log_to_tuned_gains(tmp_path):
+    """excite, log, identify the drive, place PD on it, simulate: each file goes into the next command."""
+    sweep, log, found, tuned = (
+        str(tmp_path / n) for n in ("sweep.csv", "log.csv", "found.toml", "tuned.toml")
+    )
+    assert run(["excite", "-m", "dyna-1007", "--axis", "x", "--duration", "4", "-o", sweep]) == 0
+    assert run(["simulate", sweep, "--axis-params", "dyna-1007", "-o", log]) == 0
+    assert run(["identify", log, "-o", found]) == 0
+    assert run(["simulate", sweep, "--axis-params", found, "-o", str(tmp_path / "r.csv")]) == 0
+    summary = tmp_path / "s.json"
+    tune = [
+        "tune",
+        "-m",
+        "dyna-1007",
+        "--axis-params",
+        found,
+        "--bandwidth",
+        "40",
+        "--damping",
+        "0.8",
+        "--no-bode",
+    ]
+    assert run([*tune, "-o", tuned, "--summary", str(summary)]) == 0
+    gains = json.loads(summary.read_text())["axes"]["x"]
+    # PD round 1/(s(τs + 1)): Kp = ω²τ, Kd = 2ζωτ − 1.
+    omega, lag = 2 * np.pi * 40, 0.0047
+    assert abs(gains["position_gain_1_mm"] / (omega**2 * lag) - 1) < 1e-4
+    assert abs(gains["derivative_gain_s_mm"] / (1.6 * omega * lag - 1) - 1) < 1e-4
+    assert run(["simulate", sweep, "--axis-params", tuned, "-o", str(tmp_path / "r.csv")]) == 0

@@ -38,7 +38,8 @@ def pid(
     rate = derivative * (1.0 - alpha) / period
     gain = proportional + rate
     return Controller(
-        a=np.array([[1.0, 0.0, 0.0], [0.0, alpha, -rate], [0.0, 0.0, 0.0]]),
+        # Without integral action its memory is none: else it would be a pole at 1 that nothing reaches.
+        a=np.array([[float(integral != 0.0), 0.0, 0.0], [0.0, alpha, -rate], [0.0, 0.0, 0.0]]),
         b_setpoint=np.array([integral * period, rate, 1.0]),
         b_position=-np.array([integral * period, rate, 1.0]),
         b_bound=np.array(

@@ -25,7 +25,7 @@ from cncgen.servo.loop import AxisLoop
 from cncgen.servo.models import control_period
 from cncgen.servo.named_schemes import Settings, h_infinity_servos
 from cncgen.servo.tuning.analysis import linear_loop
-from cncgen.units import is_rotary
+from cncgen.units import DEGREE, is_rotary
 
 Floats = NDArray[np.float64]
 
@@ -39,8 +39,8 @@ MAX_BANDWIDTH_HZ, MAX_DAMPING = 1e6, 1e3
 def placed(servo: Servo, letter: str, bandwidth_hz: float, damping: float) -> Servo:
     """Return a servo with gains for a bandwidth (Hz) and damping; what else it has stays.
 
-    Of ``first-order`` the damping decides where the lag allows less than the bandwidth. ``pd-plus`` takes the bandwidth as
-    its natural frequency.
+    Of ``first-order`` the damping decides where the lag allows less than the bandwidth. ``pd-plus`` and
+    ``plant`` (PD round g/(s(τs + 1))) take the bandwidth as their natural frequency.
 
     Raises:
         UsageError: The model has no gains to place, or the asked values cannot be had (``tune-place``).
@@ -63,8 +63,13 @@ def placed(servo: Servo, letter: str, bandwidth_hz: float, damping: float) -> Se
                        hint="the drive alone is faster or better damped than that; ask for more bandwidth")
         )  # fmt: skip
     if is_rotary(letter):
-        found = {k: v for k, v in found.items() if "_mm" not in k}
-    return Servo(servo.model, {**servo.parameters, **found})
+        found = {
+            k.replace("_mm", "_deg"): v * DEGREE if servo.model == "plant" else v
+            for k, v in found.items()
+            if servo.model == "plant" or "_mm" not in k
+        }
+    chosen = {"controller": "pid"} if servo.model == "plant" else {}
+    return Servo(servo.model, {**servo.parameters, **found, **chosen})
 
 
 def check_stable(servo: Servo, letter: str, period_s: float, bandwidth_hz: float) -> None:
@@ -136,7 +141,23 @@ def _root(function: Callable[[float], float], low: float, high: float) -> float:
     raise UsageError(Diagnostic("tune-place", "no gain gives that bandwidth"))
 
 
+def _place_plant(p: Mapping[str, Any], omega: float, damping: float) -> dict[str, float]:
+    """PD round g/(s(τs + 1)): τs² + (1 + Kd g)s + Kp g."""
+    above, below = np.trim_zeros(np.array(p["numerator"], float), "f"), np.array(p["denominator"], float)
+    if p["sample_time_s"] is not None or len(above) != 1 or len(below) != 3 or below[2] != 0.0:
+        raise UsageError(
+            Diagnostic("tune-place", "PD gains are placed for plants g/(s(τs + 1)) alone",
+                       hint="for a plant that stands by itself design one: --controller h-infinity")
+        )  # fmt: skip
+    gain, drag = float(above[0]), float(below[1]) + p["viscous_s_mm"] * float(above[0])
+    return {
+        "position_gain_1_mm": omega**2 * float(below[0]) / gain,
+        "derivative_gain_s_mm": (2.0 * damping * omega * float(below[0]) - drag) / gain,
+    }
+
+
 _PLACED = {
+    "plant": _place_plant,
     "first-order": _place_first_order,
     "pd-plus": _place_pd_plus,
     "pi-p-feedforward": _place_cascade,

@@ -33,6 +33,7 @@ SEARCHED = {
     "first-order": ("position_gain_1_s",),
     "pd-plus": ("position_gain_volt_count", "derivative_gain_volt_s_rad"),
     "pi-p-feedforward": ("velocity_gain_1_s", "integral_rate_1_s", "position_gain_1_s"),
+    "plant": ("position_gain_1_{l}", "integral_gain_1_{l}_s", "derivative_gain_s_{l}"),
     "two-mass": ("position_gain_n_m_{l}", "derivative_gain_n_m_s_{l}"),
 }
 #: Gains of the schemes that couple axes.
@@ -215,5 +216,7 @@ def _searched(servo: Servo, letter: str) -> list[str]:
     """Return the keys of a servo's gains that are there to be changed."""
     from cncgen.units import file_unit
 
+    if servo.model == "plant" and servo.parameters.get("controller", "pid") != "pid":
+        return []
     keys = [key.format(l=file_unit(letter)) for key in SEARCHED.get(servo.model, ())]
     return [key for key in keys if servo.parameters.get(key)]
