@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
+import sys
 import tomllib
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -153,3 +156,55 @@ def test_a_plan_that_breaks_limits_says_so(cncgen: Run, part: Path) -> None:
     assert warning["code"] == "plan-over-limits"
     assert warning["severity"] == "warning"
     assert "constant asks more than the machine's limits: X acceleration 816.3 %" in warning["message"]
+
+
+def on_terminal(arguments: list[str], cwd: Path) -> tuple[int, str]:
+    """Run the command with a terminal of 40 columns behind standard output and error; return its code and text."""
+    pty = pytest.importorskip("pty")
+    controller, terminal = pty.openpty()
+    process = subprocess.Popen(
+        [sys.executable, "-m", "cncgen", *arguments],
+        stdin=subprocess.DEVNULL,
+        stdout=terminal,
+        stderr=terminal,
+        cwd=cwd,
+        env={**os.environ, "COLUMNS": "40"},
+    )
+    os.close(terminal)
+    pieces = []
+    with suppress(OSError):  # the terminal is gone when the command has ended
+        while piece := os.read(controller, 65_536):
+            pieces.append(piece)
+    os.close(controller)
+    return process.wait(timeout=60), b"".join(pieces).decode()
+
+
+def test_on_a_terminal_the_summary_stands_alone(part: Path, tmp_path: Path) -> None:
+    """No stream unless it is asked for, never a binary one, and no colours or cursor movements of a quick run."""
+    code, said = on_terminal(["plan", str(part)], tmp_path)
+    assert code == 0
+    assert "t_s,x_mm" not in said
+    assert "motions" in said
+    assert "\x1b" not in said
+    code, said = on_terminal(["plan", str(part), "-o", "-", "-q"], tmp_path)
+    assert code == 0
+    assert said.startswith("t_s,x_mm,y_mm\r\n0.000000000,")
+    code, said = on_terminal(["plan", str(part), "-o", "-", "--format", "f64"], tmp_path)
+    assert code == 2
+    assert "binary" in said
+    code, said = on_terminal(["simulate", str(part), "-m", "xy-table"], tmp_path)
+    assert code == 0
+    assert "contour error" in said
+    assert "x_cmd_mm" not in said
+
+
+def test_a_drive_that_saturates_is_said_with_its_line(cncgen: Run, programs: Path, tmp_path: Path) -> None:
+    """The corners of the bonder at 12 m/min: reactive limiting leaves some ticks (docs/saturation.md)."""
+    fast = (programs / "bonder.nc").read_text().replace("F6000", "F12000")
+    (tmp_path / "fast.nc").write_text(fast)
+    how = ("--feedrate", "constant", "--interpolator", "uniform", "--saturation", "reactive")
+    run = cncgen("plan", "fast.nc", "-m", "die-bonder", *how, "-q", "-o", "o.csv", "--json")
+    assert run.returncode == 0
+    found = {item["code"]: item for item in map(json.loads, run.stderr.splitlines())}
+    assert found["drive-saturates"]["severity"] == "warning"
+    assert "near line 28" in found["drive-saturates"]["message"]
