@@ -35,9 +35,11 @@ Floats = NDArray[np.float64]
 _AIM = 0.93
 #: By which power of bound/error the speed is lowered in each plan after the first: the error follows with the square of
 #: the speed first (the steady state of a circle), then with less.
-_POWERS = (0.5, 0.5, 0.7, 0.8, 1.0, 1.0)
+_POWERS = (0.5, 0.7, 1.0, 1.2, 1.5, 2.0)
 #: Slower than this part of the speed is nothing asked for in one round.
 _LEAST = 0.2
+#: How far back in time a speed is lowered, in memories of the loops (`memory_of`).
+_REACH = 2
 #: Part of the bound over which the speed is lowered.
 _MET = 0.985
 
@@ -57,7 +59,7 @@ class _Watch:
     """Runs the loops along a plan, and says of each block how far they leave the path."""
 
     def __init__(self, period_s: float, model: ContourPrediction) -> None:
-        self._period, self._model, self._memory = period_s, model, memory_of(model)
+        self._period, self._model, self._memory = period_s, model, _REACH * memory_of(model)
         self._tracker = ContourTracker(len(model.letters))
         self._open: deque[_Block] = deque()
         self._tick = 0
@@ -69,7 +71,7 @@ class _Watch:
 
     def slowest(self, bound: float) -> float:
         """Return the lowest cap: at that speed the path covers the bound while the loops remember it."""
-        return bound / (self._memory * self._period)
+        return _REACH * bound / (self._memory * self._period)
 
     def add(self, block: PlannedBlock) -> Iterator[tuple[_Block, Floats]]:
         """Take a further block of the plan; yield those whose errors are known, and the errors that follow from them."""
@@ -219,7 +221,11 @@ def _cap(block: _Block, following: Floats, old: _Slowness, rule: tuple[float, fl
     for back in range(1, memory + 1):
         np.minimum(spread[: len(part) - back], part[back : back + n], out=spread[: len(part) - back])
     asked = np.where(spread < 1.0, 1.0 / np.maximum(block.v * spread, slowest), 0.0)
-    return _Slowness(block.s, np.maximum(np.interp(block.s, old.s, old.slowness), asked))
+    if not asked.any():
+        return old
+    # All places of both: where nothing more is asked, the cap stays what it was to the bit.
+    s = np.union1d(old.s, block.s)
+    return _Slowness(s, np.maximum(np.interp(s, old.s, old.slowness), np.interp(s, block.s, asked)))
 
 
 def _judged(plan: Iterator[Trajectory], watch: _Watch, bound: float) -> Iterator[Trajectory]:

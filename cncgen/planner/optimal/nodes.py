@@ -32,9 +32,9 @@ class Density:
 
 #: By effort.
 DENSITY = {"best": Density(0.08, 0.3, 0.2, 1.5, 0.2), "fast": Density(0.15, 0.45, 0.35, 2.5, 0.35)}
-#: First interval from rest, as a part of the distance in which full jerk from rest reaches full acceleration,
-#: of the radius of curvature there, and of the distance to the next rest.
-_FIRST, _BEND, _PART = 0.5, 0.02, 1.0 / 12.0
+#: First interval from rest, as a part of the distance in which full jerk from rest reaches full acceleration, of that in
+#: which it reaches the largest speed there, of the radius of curvature there, and of the distance to the next rest.
+_FIRST, _SLOW, _BEND, _PART = 0.5, 0.15, 0.02, 1.0 / 24.0
 #: Part of the limits that following the path at top speed takes at most where the path counts as straight: there the
 #: motion cruises, further from everything else than it needs to reach that speed.
 _CALM = 0.01
@@ -63,7 +63,7 @@ def place(
     probes, cells = _probes(path, joints)
     spacing = _spacing(bounds, path.evaluate(probes, 3), probes, joints, top_at, density)
     spacing = np.minimum(spacing, density.cell * np.append(np.repeat(cells, 4), cells[-1]))
-    first = _first(bounds, joints, sides, lines)
+    first = _first(bounds, joints, sides, lines, top_at)
     spacing = np.maximum(spacing, resolution(bounds))
     tight = np.flatnonzero((joints.stop & np.isfinite(first)) | (joints.zone > 0))
     at = np.searchsorted(probes, joints.s[tight])
@@ -109,7 +109,8 @@ def _spacing(bounds: Bounds, x: Floats, s: Floats, joints: Joints, top_at: TopAt
         beyond = np.maximum(_from_others(s, calm) - 1.1 * rise * speed, 0.0)
         return np.minimum.reduce(
             [
-                density.ramp * ramp * np.minimum(speed, fastest) + density.growth * beyond,
+                density.ramp * np.minimum(ramp, np.sqrt(speed / jerk)) * np.minimum(speed, fastest)
+                + density.growth * beyond,
                 density.bend / bend,
                 density.twist / np.sqrt(twist),
             ]
@@ -123,7 +124,9 @@ def _from_others(s: Floats, mine: NDArray[np.bool_]) -> Floats:
     return np.minimum(s - before, after - s)
 
 
-def _first(bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats], lines: NDArray[np.bool_]) -> Floats:
+def _first(
+    bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats], lines: NDArray[np.bool_], top_at: TopAt
+) -> Floats:
     """Return the length of the first interval beside each breakpoint where the motion rests; infinite elsewhere."""
     curved = ~(np.concatenate([[True], lines]) & np.concatenate([lines, [True]]))
     rest = np.flatnonzero(joints.stop & curved)
@@ -136,7 +139,9 @@ def _first(bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats], lines: 
     for side in sides:
         acceleration, jerk, bend, _ = along(bounds, side[:, rest])
         with np.errstate(divide="ignore"):
-            candidates += [_FIRST * acceleration**3 / (6.0 * jerk**2), _BEND / bend]
+            # From rest full jerk reaches v after √(2 v/j) and so (2 v)^(3/2)/(6 √j).
+            slow = (2.0 * np.sqrt(top_at(joints.s[rest], side[:, rest]))) ** 1.5 / (6.0 * np.sqrt(jerk))
+            candidates += [_FIRST * acceleration**3 / (6.0 * jerk**2), _SLOW * slow, _BEND / bend]
     out[rest] = np.minimum(
         np.maximum(np.minimum.reduce(candidates[4:]), resolution(bounds)), np.minimum.reduce(candidates[:4])
     )

@@ -13,7 +13,7 @@ from cncgen.planner.optimal.joints import Joints, distinct, joints_of, nearest
 from cncgen.planner.optimal.limits import JUMP_SHARE, Bounds, most
 from cncgen.planner.optimal.nodes import DENSITY, place
 from cncgen.planner.record import Limit
-from cncgen.toolpath.record import Event, FeedMode, Kind, Toolpath
+from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -21,6 +21,8 @@ Ints = NDArray[np.int64]
 #: What an interval is: part of the spline, the one that leaves (enters) a rest with constant jerk, or a whole straight
 #: line from rest to rest.
 SPLINE, LEAVE, ENTER, LINE = range(4)
+#: Turn of the direction below which a straight line goes on: that of coordinates rounded in their last places.
+_STRAIGHT = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +112,7 @@ def track_of(
         q, limit = bounds.top(feeds.speed[row], feeds.limit[row], x[1], x[2])
         return (cap.lower(s, q) if cap else q), limit
 
-    first, last = distinct(path.breakpoints(), bounds)
+    first, last = distinct(_seams(toolpath, path, feeds), bounds)
     sides = (path.evaluate(first, 3, -1), path.evaluate(last, 3, 1))
     top = np.minimum(top_at(first, sides[0], -1)[0], top_at(last, sides[1])[0])
     joints = joints_of(toolpath, path, bounds, first, sides, top, before, after)
@@ -162,6 +164,22 @@ def track_of(
         corner=corner,
         events=_events(toolpath, path, s),
     )
+
+
+def _seams(toolpath: Toolpath, path: Path, feeds: Feeds) -> Floats:
+    """Return the breakpoints of a path but those where a straight line goes on at the same feed, and nothing happens."""
+    s = path.breakpoints()
+    before, after = path.row_of(s, -1), path.row_of(s)
+    straight = (path.kind[before] == Kind.LINE) & (path.kind[after] == Kind.LINE) & (after == before + 1)
+    straight &= (toolpath.path_mode[before] != PathMode.EXACT_STOP) & (
+        feeds.speed[before] == feeds.speed[after]
+    )
+    straight[[0, -1]] = False
+    at = np.flatnonzero(straight)
+    if not len(at):
+        return s
+    turn = most(np.abs(path.evaluate(s[at], 1, 1)[1] - path.evaluate(s[at], 1, -1)[1]))
+    return np.delete(s, at[turn < _STRAIGHT])
 
 
 def _lines(path: Path, joints: Joints) -> NDArray[np.bool_]:
