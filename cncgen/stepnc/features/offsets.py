@@ -1,6 +1,6 @@
-"""Offsets of outlines by shapely, nested rings from inside out, and arcs put back where polygons had to stand for them.
+"""Offsets of outlines by shapely, nested rings from inside out, and what lies inside or outside of what.
 
-Only this module knows shapely.
+Only this module knows shapely; `outlines` puts arcs back where polygons had to stand for them.
 """
 
 from __future__ import annotations
@@ -14,24 +14,17 @@ import numpy as np
 
 from cncgen.stepnc.execution.linearize import polyline_of
 from cncgen.stepnc.features.job import Floats
+from cncgen.stepnc.features.outlines import QUARTER, refit
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
 
 #: Distance of the polygons that stand for arcs from them, mm.
 CHORD = 2e-5
-#: How far refitted arcs may leave the polygon, mm.
-REFIT = 1e-4
 #: Tolerance of the largest inscribed circle, mm.
 CENTRE = 1e-6
 #: Rings from a wall to the middle, and lines across a pocket.
 MAX_RINGS = 2000
 #: The largest coordinates of outlines, and the farthest that they are offset, mm.
 MAX_OFFSET = 1e5
-#: Segments of a quarter circle in offsets, and the largest angle that an edge of an arc may have.
-QUARTER = 64
-EDGE_ANGLE = 1.05 * math.pi / 2 / QUARTER
-#: Edges that an arc has at least, and the angle that it turns by, rad.
-_SHORTEST_RUN = 6
-_SMALLEST_TURN = 0.05
 
 
 @dataclass(slots=True)
@@ -198,196 +191,6 @@ def boundary_curves(polygon: Any, clockwise: bool) -> list[list[Piece]]:
     return [refit(np.array(ring.coords)) for ring in (turned.exterior, *turned.interiors)]
 
 
-def refit(points: Floats) -> list[Piece]:
-    """Return a closed polygon, shape (n, 2) with the first point last again, as lines and arcs at height 0.
-
-    Runs of short edges whose points lie on one circle (within `REFIT`) become an arc.
-    """
-    p = np.column_stack([points, np.zeros(len(points))])
-    p = _begin_at_corner(p)
-    n = len(p)
-    pieces: list[Piece] = []
-    line = [p[0]]
-    k = 0
-    while k < n - 1:
-        run = _arc_run(p, k)
-        if run is None:
-            line.append(p[k + 1])
-            k += 1
-            continue
-        if len(line) > 1:
-            pieces.append(Polyline(np.stack(line)))
-        end, centre = run
-        pieces.append(_arc(p[k : end + 1], centre))
-        k, line = end, [p[end]]
-    if len(line) > 1:
-        pieces.append(Polyline(np.stack(line)))
-    return _tangent(pieces)
-
-
-def _tangent(pieces: list[Piece]) -> list[Piece]:
-    """Return a closed curve whose arcs begin and end where the lines beside them touch their circles.
-
-    Polygons have no vertex there: an offset's first edge runs from the line past the point of contact onto the arc.
-    """
-    out = list(pieces)
-    for k, piece in enumerate(out):
-        if not isinstance(piece, Arc) or len(out) < 2:
-            continue
-        before, after = out[k - 1], out[(k + 1) % len(out)]
-        start, end = piece.start, piece.end
-        if isinstance(before, Polyline):
-            start = _contact(before.points[-2], before.points[-1], piece, start)
-            out[k - 1] = Polyline(np.concatenate([before.points[:-1], start[None, :]]))
-            after = out[(k + 1) % len(out)]
-        if isinstance(after, Polyline):
-            end = _contact(after.points[1], after.points[0], piece, end)
-            out[(k + 1) % len(out)] = Polyline(np.concatenate([end[None, :], after.points[1:]]))
-        u, w = start - piece.centre, end - piece.centre
-        sweep = math.atan2(float(piece.normal @ np.cross(u, w)), float(u @ w)) % (2 * math.pi)
-        out[k] = Arc(start, end, piece.centre, piece.normal, sweep)
-    return out
-
-
-def _contact(far: Floats, near: Floats, arc: Arc, point: Floats) -> Floats:
-    """Return where the line from `far` to `near` touches an arc's circle, if that is beside the arc's end `point`."""
-    along = near - far
-    length = float(np.linalg.norm(along))
-    radius = float(np.linalg.norm(point - arc.centre))
-    foot = far + along * float((arc.centre - far) @ along) / max(length**2, 1e-300)
-    beside = float(np.linalg.norm(foot - point)) <= 1.5 * EDGE_ANGLE * radius
-    touches = abs(float(np.linalg.norm(foot - arc.centre)) - radius) <= 2 * REFIT
-    ahead = float((foot - far) @ along) > 0
-    return foot if beside and touches and ahead else point
-
-
-def _begin_at_corner(p: Floats) -> Floats:
-    """Turn a closed polygon so that it begins where its longest edge ends: not within an arc."""
-    edges = np.linalg.norm(np.diff(p, axis=0), axis=1)
-    k = int(np.argmax(edges)) + 1
-    if k >= len(p) - 1 or edges.max() < 2 * np.median(edges):
-        return p
-    return np.concatenate([p[k:-1], p[: k + 1]])
-
-
-def _arc_run(p: Floats, k: int) -> tuple[int, Floats] | None:
-    """Return the last index of the points from k on that lie on one circle, and its centre; None without an arc.
-
-    The circle is fitted to the first points, then to all that lie on it, until no more join. An edge must be short for
-    its circle: no longer than those of the first points, or so that the circle bulges over it by no more than `REFIT`.
-    """
-    edges = np.linalg.norm(np.diff(p[k:], axis=0), axis=1)
-    end = k + _SHORTEST_RUN
-    if end >= len(p):
-        return None
-    usual = 1.2 * float(edges[:_SHORTEST_RUN].max())
-    centre = np.zeros(3)
-    for _ in range(10):
-        circle = _circle(p[k : end + 1])
-        if circle is None:
-            return None
-        centre, radius = circle
-        off = np.abs(np.linalg.norm(p[k:] - centre, axis=1) - radius)
-        longest = min(EDGE_ANGLE * radius, max(math.sqrt(8 * radius * REFIT), usual))
-        bad = np.flatnonzero((off[1:] > REFIT) | (edges > longest))
-        reach = k + (int(bad[0]) if len(bad) else len(p) - 1 - k)
-        if off[0] > REFIT or reach - k < _SHORTEST_RUN:
-            return None
-        if reach == end:
-            break
-        end = reach
-    turn = float(edges[: end - k].sum()) / radius
-    return (end, centre) if turn > _SMALLEST_TURN else None
-
-
-def _circle(points: Floats) -> tuple[Floats, float] | None:
-    """Return centre, shape (3,), and radius of the circle nearest to points (I. Kåsa, 1976); None for a line."""
-    middle = points[:, :2].mean(axis=0)
-    x, y = (points[:, :2] - middle).T
-    matrix = np.column_stack([x, y, np.ones(len(x))])
-    (a, b, c), _, rank, _ = np.linalg.lstsq(matrix, x**2 + y**2, rcond=1e-12)
-    if rank < 3:
-        return None
-    radius = math.sqrt(max(c + (a**2 + b**2) / 4, 0.0))
-    return np.array([middle[0] + a / 2, middle[1] + b / 2, points[0, 2]]), radius
-
-
-def _arc(points: Floats, centre: Floats) -> Arc:
-    u, v = points[0] - centre, points[1] - centre
-    turn = 1.0 if u[0] * v[1] - u[1] * v[0] > 0 else -1.0
-    w = points[-1] - centre
-    angle = math.atan2(u[0] * w[1] - u[1] * w[0], float(u @ w)) * turn % (2 * math.pi)
-    if np.abs(points[0] - points[-1]).max() < 1e-9:
-        angle = 2 * math.pi
-    return Arc(points[0], points[-1], centre, np.array([0.0, 0.0, turn]), angle)
-
-
-def starting_near(curve: list[Piece], point: Floats, ahead: Floats | None = None) -> list[Piece]:
-    """Return a closed curve that begins (and ends) at its point nearest to `point`.
-
-    Of several as near the one that lies ahead, in the direction `ahead`, is taken.
-    """
-    best = (math.inf, 0, 0.0, curve[0].start)
-    index = 0
-    split: list[Piece] = []
-    for piece in curve:
-        if isinstance(piece, Polyline):
-            split += [Polyline(piece.points[k : k + 2]) for k in range(len(piece.points) - 1)]
-        else:
-            split.append(piece)
-    for index, piece in enumerate(split):
-        t, place = _nearest_on(piece, point)
-        way = place[:2] - point[:2]
-        distance = float(np.linalg.norm(way))
-        if ahead is not None and distance > 0:
-            distance -= 1e-4 * float(way @ ahead[:2]) / distance
-        if distance < best[0] - 1e-9:
-            best = (distance, index, t, place)
-    _, index, t, place = best
-    first, last = _divide(split[index], t, place)
-    return _joined([*last, *split[index + 1 :], *split[:index], *first])
-
-
-def _nearest_on(piece: Piece, point: Floats) -> tuple[float, Floats]:
-    if isinstance(piece, Arc):
-        u, w = piece.start - piece.centre, point - piece.centre
-        turn = piece.normal[2]
-        angle = math.atan2((u[0] * w[1] - u[1] * w[0]) * turn, u[0] * w[0] + u[1] * w[1]) % (2 * math.pi)
-        if angle > piece.sweep:
-            angle = piece.sweep if angle - piece.sweep < 2 * math.pi - angle else 0.0
-        t = angle / piece.sweep
-        return t, piece.points(np.array([t]))[0]
-    a, b = piece.start, piece.end
-    along = b - a
-    t = float(np.clip((point - a)[:2] @ along[:2] / max(float(along @ along), 1e-300), 0.0, 1.0))
-    return t, a + t * along
-
-
-def _divide(piece: Piece, t: float, place: Floats) -> tuple[list[Piece], list[Piece]]:
-    if t <= 1e-9:
-        return [], [piece]
-    if t >= 1 - 1e-9:
-        return [piece], []
-    if isinstance(piece, Arc):
-        return (
-            [Arc(piece.start, place, piece.centre, piece.normal, piece.sweep * t)],
-            [Arc(place, piece.end, piece.centre, piece.normal, piece.sweep * (1 - t))],
-        )
-    return [Polyline(np.stack([piece.start, place]))], [Polyline(np.stack([place, piece.end]))]
-
-
-def _joined(pieces: list[Piece]) -> list[Piece]:
-    """Return pieces with lines that follow one another made one polyline."""
-    out: list[Piece] = []
-    for piece in pieces:
-        last = out[-1] if out else None
-        if isinstance(piece, Polyline) and isinstance(last, Polyline):
-            out[-1] = Polyline(np.concatenate([last.points, piece.points[1:]]))
-        else:
-            out.append(piece)
-    return out
-
-
 def lag(inner: Any, outer: Any) -> float:
     """Return how far the farthest point of an outer ring is from the inner one, mm."""
     from shapely import distance, points
@@ -435,22 +238,6 @@ def piece_inside(polygon: Any, piece: Piece, outside: bool) -> bool:
 
     line = LineString(_chords_of(piece)[:, :2])
     return not line.intersects(grown(polygon, -1e-3)) if outside else bool(grown(polygon, 1e-3).covers(line))
-
-
-def middle_of_longest(curve: list[Piece]) -> Floats:
-    """Return the middle of the longest line or arc of a closed curve, shape (3,); the start of a full circle."""
-    if len(curve) == 1 and isinstance(curve[0], Arc):
-        return curve[0].start
-    middles: list[tuple[float, Floats]] = []
-    for piece in curve:
-        if isinstance(piece, Polyline):
-            steps = np.linalg.norm(np.diff(piece.points, axis=0), axis=1)
-            k = int(np.argmax(steps))
-            middles.append((float(steps[k]), (piece.points[k] + piece.points[k + 1]) / 2))
-        elif isinstance(piece, Arc):
-            radius = float(np.linalg.norm(piece.start - piece.centre))
-            middles.append((radius * piece.sweep, piece.points(np.array([0.5]))[0]))
-    return max(middles, key=lambda m: m[0])[1] if middles else curve[0].start
 
 
 def clearance(polygon: Any, point: Floats) -> float:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from cncgen.stepnc.execution.linearize import polyline_of
-from cncgen.stepnc.features import offsets
+from cncgen.stepnc.features import offsets, outlines
 from cncgen.stepnc.features.entry import DEFAULT_ANGLE, Entry, choose, plunge, ramp
 from cncgen.stepnc.features.job import Floats, Job, Moves, at_height, raised
 from cncgen.stepnc.features.offsets import Ring
@@ -241,7 +241,7 @@ def _chain(job: Job, root: Ring, rings: list[Ring], spiral: bool) -> list[Cut]:
     for k, ring in enumerate(rings):
         winds = spiral and k > 0 and _follows(job, rings[k - 1], ring)
         for curve in offsets.boundary_curves(ring.polygon, clockwise):
-            near = offsets.starting_near(curve, position, ahead) if position is not None else curve
+            near = outlines.starting_near(curve, position, ahead) if position is not None else curve
             if winds and position is not None:
                 curves.append([offsets.spiral_turn(rings[k - 1].polygon, near, position, SPIRAL_PIECES)])
                 position = near[0].start
@@ -316,6 +316,6 @@ def _line_cuts(job: Job, root: Ring, step: float, closed: Any) -> list[Cut]:
         cuts.append((entry, [path]))
     contours = offsets.boundary_curves(root.polygon, not job.climb)
     for curve in contours[1:] if len(job.shape.open_sides) == len(job.shape.outline or ()) else contours:
-        near_curve = offsets.starting_near(curve, runs[-1][-1]) if runs else curve
+        near_curve = outlines.starting_near(curve, runs[-1][-1]) if runs else curve
         cuts.append((_ramp_on(job, near_curve), [near_curve]))
     return cuts

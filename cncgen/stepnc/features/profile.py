@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from cncgen.stepnc.features import offsets, pocket
+from cncgen.stepnc.features import offsets, outlines, pocket
 from cncgen.stepnc.features.job import Floats, Job, Moves, at_height, raised
 from cncgen.stepnc.features.walls import Layer, axis_distance, layers
 from cncgen.stepnc.geometry.approach import start_tangent
@@ -131,7 +131,7 @@ def _further(job: Job, outside: bool) -> list[float]:
 
 def _passes(job: Job, curve: list[Piece], levels: list[float], moves: Moves | None, free: Free) -> Moves:
     """Go round a contour on all levels, onto it and off it from the free side, from the middle of its longest piece."""
-    curve = offsets.starting_near(curve, offsets.middle_of_longest(curve))
+    curve = outlines.starting_near(curve, outlines.middle_of_longest(curve))
     point, along = curve[0].start, start_tangent(curve[0])
     side = free.side(point, along)
     on = _lead(job, job.operation.approach, point, along, side, free)
