@@ -31,7 +31,7 @@ class Density:
 
 
 #: By effort.
-DENSITY = {"best": Density(0.08, 0.3, 0.2, 1.5, 0.2), "fast": Density(0.15, 0.45, 0.35, 2.5, 0.35)}
+DENSITY = {"best": Density(0.08, 0.3, 0.2, 1.5, 0.2), "fast": Density(0.15, 0.45, 0.35, 1.5, 0.35)}
 #: First interval from rest, as a part of the distance in which full jerk from rest reaches full acceleration, of that in
 #: which it reaches the largest speed there, of the radius of curvature there, and of the distance to the next rest.
 _FIRST, _SLOW, _BEND, _PART = 0.5, 0.15, 0.02, 1.0 / 24.0
@@ -208,15 +208,39 @@ def _borders(joints: Joints, first: Floats, lines: NDArray[np.bool_]) -> Floats:
 
 
 def _spread(s: Floats, spacing: Floats, borders: Floats, whole: NDArray[np.bool_]) -> Floats:
-    """Divide each stretch between borders evenly in the measure ds / spacing; those that stay `whole` not at all."""
-    density = 1.0 / spacing
-    measure = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(s))])
-    at = np.interp(borders, s, measure)
+    """Divide each stretch between borders evenly in the measure ds / spacing; those that stay `whole` not at all.
+
+    The spacing is linear between the places `s`: from one of them, where it is h and its slope g, the measure over a
+    distance x is log(1 + g x/h) / g.
+    """
+    slope = np.diff(spacing) / np.diff(s)
+    measure = np.concatenate([[0.0], np.cumsum(_log(slope, np.diff(s) / spacing[:-1]))])
+
+    def place_of(values: Floats, among: Floats) -> NDArray[np.int64]:
+        return np.clip(np.searchsorted(among, values, side="right") - 1, 0, len(slope) - 1)
+
+    k = place_of(borders, s)
+    at = measure[k] + _log(slope[k], (borders - s[k]) / spacing[k])
     count = np.maximum(np.ceil(np.diff(at) - 1e-9).astype(np.int64), 1)
     count[whole] = 1
     stretch = np.repeat(np.arange(len(count)), count)
     step = np.arange(len(stretch)) - np.repeat(np.cumsum(count) - count, count)
     inner = at[stretch] + (at[stretch + 1] - at[stretch]) * step / count[stretch]
-    nodes = np.interp(inner, measure, s)
+    k = place_of(inner, measure)
+    nodes = s[k] + spacing[k] * _exp(slope[k], inner - measure[k])
     nodes[step == 0] = borders[:-1]
     return np.append(nodes, borders[-1])
+
+
+def _log(slope: Floats, x: Floats) -> Floats:
+    """Return log(1 + slope x) / slope, x where the slope is 0."""
+    product = slope * x
+    flat = np.abs(product) < 1e-9
+    return np.where(flat, x, np.log1p(product) / np.where(flat, 1.0, slope))
+
+
+def _exp(slope: Floats, x: Floats) -> Floats:
+    """Return (exp(slope x) − 1) / slope, x where the slope is 0: the inverse of `_log`."""
+    product = slope * x
+    flat = np.abs(product) < 1e-9
+    return np.where(flat, x, np.expm1(product) / np.where(flat, 1.0, slope))
