@@ -23,6 +23,7 @@ from cncgen.stepnc.part21 import Exchange
 from cncgen.stepnc.schema.check import check
 from cncgen.stepnc.schema.short_names import SHORT_NAMES
 from cncgen.stepnc.schema.tables import ap238_table, iso14649_table
+from cncgen.stepnc.tool_table import tool_lengths
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import Program, Toolpath
 
@@ -44,6 +45,7 @@ class Source:
         schema: ``iso14649`` or ``ap238``.
         diagnostics: Faults found so far.
         kinematics: Of the rotary axes, None where the program has none.
+        lengths: Of the tool table by the tools' names, mm, None without one.
         start: Where the tool stands at the beginning, mm.
     """
 
@@ -60,6 +62,8 @@ class Source:
             self.reader = Iso14649Reader(self.exchange)
             check(self.exchange, iso14649_table())
         self.kinematics = Kinematics.of(options.kinematics) if self.reader.needs_rotary() else None
+        table = options.tool_table
+        self.lengths = None if table is None else tool_lengths(table, options.inch_tables)
         self.start = start_of(self.exchange.comments_before)
 
     @property
@@ -82,6 +86,7 @@ class Source:
             lambda step: make_paths(step, self.exchange),
             self.options.max_steps,
             rules,
+            self.lengths,
         )
         yield from executor.run()
         self.exchange.reporter.close()
@@ -136,7 +141,7 @@ def read(source: Path | BinaryIO | bytes, name: str = "-", options: ReadOptions 
     Args:
         source: A file or its bytes.
         name: How diagnostics call it.
-        options: `kinematics`, `speed_unit`, `spindle_sign`, `max_steps`, `chunk_rows` and `tolerance_mm` count.
+        options: `tool_table`, `inch_tables`, `kinematics`, `speed_unit`, `spindle_sign`, `max_steps`, `chunk_rows` and `tolerance_mm` count.
 
     Raises:
         UsageError: where the file cannot be read.

@@ -78,3 +78,24 @@ def test_what_a_broken_program_leaves(tmp_path):
     broken.write_bytes(NIST.read_bytes()[:5000])
     assert run(["convert", str(broken), "-o", str(tmp_path / "out.ngc")]) == 1
     assert not (tmp_path / "out.ngc").exists()
+
+
+def test_a_tool_table_gives_the_lengths_that_nists_interpreter_had(tmp_path, capsys):
+    """With NIST's tools in LinuxCNC's format all 537 lines are the same."""
+    table = tmp_path / "tools.tbl"
+    table.write_text(
+        "; tools\nT3 P3 Z50 D18 ; MILL 18MM\nT4 P4 Z70 D20 ; spiral_drill_20mm\nT6 P6 Z+50.0 D22;REAMER_22MM\n"
+    )
+    assert run(["canon", "--tool-table", str(table), "--table-units", "mm", str(NIST)]) == 0
+    assert capsys.readouterr().out == NIST.with_suffix(".can").read_text()
+
+
+def test_a_tool_that_the_table_does_not_have_and_lines_that_are_wrong(tmp_path, capsys):
+    table = tmp_path / "tools.tbl"
+    table.write_text("T3 P3 Z50 D18 ; MILL 18MM\n")
+    assert run(["check", "--tool-table", str(table), str(NIST)]) == 0
+    assert capsys.readouterr().err.count("warning[stepnc-tool-table]") == 2
+    table.write_text("T3 Z50\nnonsense\nZ1\n")
+    assert run(["check", "--tool-table", str(table), str(NIST)]) == 2
+    assert capsys.readouterr().err.count("error[tool-table]") == 2
+    assert run(["check", "--tool-table", str(tmp_path / "none.tbl"), str(NIST)]) == 2

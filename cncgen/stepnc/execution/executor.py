@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -25,6 +25,7 @@ from cncgen.stepnc.model import (
     Path,
     Reader,
     Technology,
+    Tool,
     Workingstep,
 )
 from cncgen.stepnc.part21 import Exchange
@@ -55,6 +56,7 @@ class Executor:
         make_paths: Makes toolpaths of features.
         max_steps: Executables after which the program counts as endless.
         rules: What the file's speeds mean.
+        lengths: Of a tool table, mm, by the names of `cncgen.stepnc.tool_table`; None: those of the file.
     """
 
     def __init__(
@@ -67,6 +69,7 @@ class Executor:
         make_paths: MakePaths,
         max_steps: int,
         rules: SpeedRules,
+        lengths: Mapping[str, float] | None = None,
     ) -> None:
         self._reader = reader
         self._exchange = exchange
@@ -75,6 +78,7 @@ class Executor:
         self._home = start
         self._make_paths = make_paths
         self._rules = rules
+        self._lengths = lengths
         self._steps_left = min(max_steps, MAX_STEPS)
         self._variables: dict[str, float] = {}
         self._open: list[int] = []
@@ -172,7 +176,7 @@ class Executor:
         elif kind == "display message":
             self._canon.message(str(values.get("text", "")))
         elif kind == "load tool" and values.get("tool") is not None:
-            self._machine.change_tool(values["tool"])
+            self._machine.change_tool(self._measured(values["tool"]))
         elif kind == "unload tool":
             self._machine.unload_tool()
         else:
@@ -211,7 +215,7 @@ class Executor:
 
     def _prepare(self, step: Workingstep, operation: Operation) -> None:
         if operation.tool is not None:
-            self._machine.change_tool(operation.tool)
+            self._machine.change_tool(self._measured(operation.tool))
         elif self._machine.tool is None and operation.technology is not None:
             self._warn(
                 operation.ident, "stepnc-no-tool", "the operation names no tool, and none is in the spindle"
@@ -221,6 +225,16 @@ class Executor:
             if operation.functions.others:
                 names = ", ".join(operation.functions.others)
                 self._warn(operation.functions.ident, "stepnc-function", f"nothing does this here: {names}")
+
+    def _measured(self, tool: Tool) -> Tool:
+        """Return a tool with the length that the tool table gives it."""
+        if self._lengths is None:
+            return tool
+        length = self._lengths.get(tool.name.strip().upper())
+        if length is None:
+            self._warn(tool.ident, "stepnc-tool-table", f"tool {tool.name!r} is not in the tool table")
+            return tool
+        return replace(tool, offset_length=length)
 
     def _path(self, step: Workingstep, path: Path, begun: bool) -> bool:
         """Do one toolpath; tell whether it moved."""
