@@ -534,3 +534,23 @@ def test_cutting_speeds_in_metres_a_minute_and_senses_by_the_tools_hand():
     assert speeds_of({"speed_unit": "m/min"}) == ([(1, 583.57)], [])
     assert speeds_of({"spindle_sign": "tool"})[0] == [(1, 350.14)]
     assert speeds_of({"spindle_sign": "tool"}, hand="LEFT")[0] == [(-1, 350.14)]
+
+
+def test_probing_goes_along_its_toolpath_and_measures_nothing():
+    part = Part()
+    touch = part.trajectory(
+        part.polyline((0, 0, 5), (0, 0, 0)), technology=part.technology(feed=0.005, spindle=None)
+    )
+    paths = part.add("TOOLPATH_LIST", (touch,))
+    part.project(part.plan(part.add("TOUCH_PROBING", "probe", None, paths, None, None)))
+    path, found = part.read()
+    assert ("probe-not-run", "note") in [(c, s) for c, s, _ in found]
+    assert codes(found, "error") == []
+    assert path.end[motions(path)][-1].tolist() == [0, 0, 0]
+    assert path.feed[motions(path)][-1] == 5.0
+
+
+def test_probing_without_a_toolpath_is_refused():
+    part = Part()
+    part.project(part.plan(part.add("TOUCH_PROBING", "probe", None, None, None, None)))
+    assert codes(part.read()[1], "error") == ["stepnc-unsupported"]

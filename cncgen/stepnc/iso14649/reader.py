@@ -121,6 +121,8 @@ class Iso14649Reader:
             return self._workingstep(entity, context)
         if kind in ("RAPID_MOVEMENT", "RETURN_HOME"):
             return self._rapid(entity, context)
+        if "PROBING" in kind:
+            return self._probing(entity, context)
         if kind in ("IF_STATEMENT", "WHILE_STATEMENT"):
             return self._choice(entity, context)
         if kind == "ASSIGNMENT":
@@ -143,10 +145,7 @@ class Iso14649Reader:
             tool = self.resources.tool(entity.ref("its_tool"))
             return NcFunction(entity.id, label, name, {"tool": tool})
         if kind not in _FUNCTIONS:
-            text = "this executable cannot be executed"
-            if "PROBING" in kind:
-                text = "probing cannot be executed: nothing here can measure"
-            raise entity.fault("stepnc-unsupported", text)
+            raise entity.fault("stepnc-unsupported", "this executable cannot be executed")
         attribute = _FUNCTIONS[kind]
         value = entity.get(attribute) if attribute else None
         return NcFunction(
@@ -205,6 +204,16 @@ class Iso14649Reader:
         security = setting.security if plane is None else frame @ plane
         operation = self.operations.read(entity.entity("its_operation"))
         return Workingstep(entity.id, entity.text("its_id"), operation, feature, frame, security)
+
+    def _probing(self, entity: Entity, setting: Setting) -> Workingstep:
+        """Return a probing that goes all of its toolpath: there is nothing to touch, and nothing is measured."""
+        if entity.ref("its_toolpath") is None:
+            text = "without its_toolpath neither the way nor the feed of the probe is known"
+            raise entity.fault("stepnc-unsupported", text)
+        step = self._rapid(entity, setting)
+        text = f"#{entity.id} {entity.keyword}: planned to the end of its toolpath; nothing is measured"
+        self.exchange.report(entity.id, "probe-not-run", text, severity=Severity.NOTE)
+        return replace(step, rapid=False, operation=replace(step.operation, kind="probing"))
 
     def _rapid(self, entity: Entity, setting: Setting) -> Workingstep:
         """Return a rapid movement; its toolpath is in the setup's frame (as in NIST's ex1E)."""
