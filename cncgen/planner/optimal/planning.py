@@ -12,7 +12,7 @@ from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
 from cncgen.planner.assembly import assemble, timed, waits_of
 from cncgen.planner.optimal.ahead import ahead
-from cncgen.planner.optimal.blocks import blocks, joined
+from cncgen.planner.optimal.blocks import blocks
 from cncgen.planner.optimal.caps import SpeedCap
 from cncgen.planner.optimal.limits import Bounds
 from cncgen.planner.optimal.track import Track, end_derivatives, track_of
@@ -21,6 +21,7 @@ from cncgen.planner.paths import path_of
 from cncgen.planner.record import Trajectory
 from cncgen.planner.smoothing import smooth
 from cncgen.toolpath.record import Kind, Toolpath
+from cncgen.toolpath.slicing import join
 
 #: Rows of a block.
 ROWS = 2048
@@ -92,7 +93,7 @@ def _tracks(
         still.append(block)
         if not _moves(block):
             continue
-        toolpath = joined(still)
+        toolpath = join(still)
         still = []
         path = path_of(toolpath)
         if held is not None and bounds is not None:
@@ -103,7 +104,7 @@ def _tracks(
     if held is not None and bounds is not None:
         yield track_of(*held[:2], bounds, before, None, effort, held[2]), True
     if still:
-        yield joined(still), True
+        yield join(still), True
 
 
 def _moves(toolpath: Toolpath) -> bool:

@@ -1,0 +1,63 @@
+"""Spacing of the nodes: graded, measured, inverted; blocks of rows."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+from cncgen.planner.optimal import nodes
+from cncgen.planner.optimal.blocks import blocks
+from cncgen.toolpath.slicing import join
+from tests.planner.smoothing.programs import chunked, facets
+
+
+@given(st.floats(-0.9, 5.0), st.floats(1e-9, 1e3))
+def test_the_measure_is_the_integral_of_one_over_the_spacing(growth: float, h: float) -> None:
+    slope = np.array([growth])
+    expected, _ = quad(lambda x: 1.0 / (h + growth * x), 0.0, h)
+    got = nodes._log(slope, np.ones(1))
+    assert got[0] == pytest.approx(expected, rel=1e-6)
+    assert nodes._exp(slope, got)[0] == pytest.approx(1.0, rel=1e-9)
+
+
+def test_nodes_grow_from_a_tiny_interval_without_more_than_its_logarithm() -> None:
+    s, spacing = np.array([0.0, 1e-7, 1.0]), np.array([1e-9, 2e-8, 0.2])
+    found = nodes._spread(s, spacing, s[[0, 2]], np.zeros(1, bool))
+    steps = np.diff(found)
+    assert found[0] == 0.0
+    assert found[-1] == 1.0
+    assert len(found) < 150
+    assert np.all(steps > 0)
+    # Each step is the spacing where it stands, at most: that of its right end, which is larger.
+    assert np.all(steps <= np.interp(found[1:], s, spacing) * (1 + 1e-6))
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_graded_spacing_grows_no_faster_and_is_never_larger(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    s = np.sort(random.uniform(0, 10, 50))
+    spacing = 10 ** random.uniform(-4, 1, 50)
+    out = nodes._graded(s, spacing, 0.2)
+    assert np.all(out <= spacing)
+    assert np.all(np.abs(np.diff(out)) <= 0.2 * np.diff(s) + 1e-12)
+    # The largest such spacing: lower somewhere only because of another place.
+    reached = (spacing[None, :] + 0.2 * np.abs(s[:, None] - s[None, :])).min(axis=1)
+    np.testing.assert_allclose(out, reached, rtol=1e-12)
+
+
+def test_distance_to_the_nearest_other_place() -> None:
+    s = np.arange(8.0)
+    mine = np.array([True, True, False, True, True, True, True, False])
+    assert nodes._from_others(s, mine).tolist() == [0, 1, 0, 1, 2, 2, 1, 0]
+
+
+@pytest.mark.parametrize("size", [1, 7, 100, 1000])
+def test_blocks_do_not_depend_on_chunks(size: int) -> None:
+    rows = facets(250)
+    made = list(blocks(chunked(rows, size), 64))
+    assert [len(block) for block in made] == [64, 64, 64, 58]
+    np.testing.assert_array_equal(join(made).end, rows.end)
+    np.testing.assert_array_equal(made[1].start, rows.end[63])

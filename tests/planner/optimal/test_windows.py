@@ -1,0 +1,104 @@
+"""Windows: the limits hold across them, the time is that of one window, and chunks do not matter."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from cncgen.machine import Machine, load
+from cncgen.planner import PlanOptions, plan
+from cncgen.planner.optimal import window
+from cncgen.planner.optimal.pieces import _seven, _stretched
+from cncgen.planner.optimal.problem import Intervals
+from cncgen.planner.optimal.track import LINE
+from cncgen.setpoints import sample
+from cncgen.toolpath.record import Toolpath
+from tests.planner.smoothing.programs import chunked, facets
+
+
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Windows of 150 intervals."""
+    monkeypatch.setattr(window, "SIZE", 150)
+    make = window.Window.__init__
+    monkeypatch.setattr(window.Window, "__init__", lambda self, bounds: make(self, bounds, wanted=150))
+
+
+def positions(chunks: Iterator[Toolpath], machine: Machine, **options: str) -> np.ndarray:
+    trajectories = plan(chunks, machine, PlanOptions(feedrate="optimal", **options))
+    return np.concatenate([points.position for points in sample(trajectories, machine)])
+
+
+def worst(x: np.ndarray, machine: Machine) -> float:
+    """Largest part of a limit among the differences of setpoints, rest before and after included."""
+    limits = np.array(
+        [[a.max_velocity, a.max_acceleration, a.max_jerk] for a in map(machine.axes.get, "XYZ")]
+    )
+    padded = np.concatenate([np.repeat(x[:1], 3, 0), x, np.repeat(x[-1:], 3, 0)])
+    orders = range(1, 4)
+    peaks = [np.abs(np.diff(padded, k, axis=0)).max(axis=0) / machine.period_s**k for k in orders]
+    return float((np.array(peaks).T / limits).max())
+
+
+@pytest.mark.parametrize("effort", ["best", "fast"])
+@pytest.mark.usefixtures("small")
+def test_limits_hold_across_windows(effort: str) -> None:
+    machine = load("generic-mill")
+    assert worst(positions(chunked(facets(1500), 1000), machine, effort=effort), machine) <= 1.001
+
+
+def test_small_windows_take_hardly_longer(request: pytest.FixtureRequest) -> None:
+    machine = load("generic-mill")
+    rows = facets(1500)
+    whole = len(positions(chunked(rows, 1500), machine))
+    request.getfixturevalue("small")
+    assert len(positions(chunked(rows, 1500), machine)) <= 1.003 * whole + 1
+
+
+@pytest.mark.usefixtures("small")
+def test_setpoints_do_not_depend_on_chunks() -> None:
+    machine = load("generic-mill")
+    rows = facets(1200)
+    np.testing.assert_array_equal(
+        positions(chunked(rows, 1200), machine), positions(chunked(rows, 37), machine)
+    )
+
+
+@pytest.mark.parametrize("length", [1e-3, 0.5, 5.0, 200.0])
+def test_a_line_from_rest_to_rest_takes_its_seven_phases(length: float) -> None:
+    """The least time by bisection over the top speed: v/a + a/j to rise where v ≥ a²/j, else 2 √(v/j)."""
+    top, a, j = 100.0, 1000.0, 50_000.0
+    given = Intervals(
+        h=np.array([length]),
+        kind=np.array([LINE], np.int8),
+        x1=np.ones((1, 3, 1)),
+        x2=np.zeros((1, 3, 1)),
+        x3=np.zeros((1, 3, 1)),
+        top=np.full((1, 3), top**2),
+        top_limit=np.ones(1, np.int8),
+        factor=np.ones((1, 1)),
+        node_top=np.full(1, np.inf),
+        limits=np.array([[a], [j]]),
+    )
+    count, (_, duration, *_) = _seven(given, np.array([0]))
+
+    def rise(v: float) -> float:
+        return v / a + a / j if v >= a * a / j else 2.0 * np.sqrt(v / j)
+
+    low, high = 0.0, top
+    for _ in range(100):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if middle * rise(middle) <= length else (low, middle)
+    expected = 2.0 * rise(low) + (length - low * rise(low)) / low
+    assert len(duration) == count.sum()
+    assert duration.sum() == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("x", [-3.0, -0.2, -1e-4, 0.0, 1e-5, 0.3, 0.9])
+def test_stretched_is_the_time_on_a_parabola(x: float) -> None:
+    """artanh(√x)/√x = ∫ du / (1 − x u²) over 0 … 1."""
+    u, weight = np.polynomial.legendre.leggauss(60)
+    u, weight = 0.5 + 0.5 * u, 0.5 * weight
+    assert _stretched(np.array([x]))[0] == pytest.approx(np.sum(weight / (1.0 - x * u * u)), rel=1e-12)
