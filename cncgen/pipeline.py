@@ -340,6 +340,7 @@ def verify(
     machine: Machine | str | os.PathLike[str],
     *,
     tolerance_mm: float | None = None,
+    resolution: float = 1e-9,
 ) -> Verdict:
     """Judge setpoints against a program and a machine; see `cncgen.verify.verify`."""
     from cncgen import verify as judge
@@ -351,6 +352,7 @@ def verify(
         machine_of(machine),
         tolerance_mm=tolerance_mm,
         named=program.moving_axes or None,
+        resolution=resolution,
     )
 
 

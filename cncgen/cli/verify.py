@@ -25,6 +25,14 @@ from cncgen.cli.types import FiniteRange
     type=FiniteRange(min=0, min_open=True),
     help="Tolerance of continuous motion [default: the program's, else the machine's].",
 )
+@click.option(
+    "--resolution",
+    metavar="MM",
+    type=FiniteRange(min=0, min_open=True),
+    default=1e-9,
+    show_default=True,
+    help="What positions are rounded to, mm and degrees: limits may be over by what that makes.",
+)
 @click.option("--report", metavar="FILE", help="Write the verdict as JSON.")
 @program_options
 @message_options
@@ -36,6 +44,7 @@ def command(
     axes: str | None,
     period: float | None,
     path_tolerance: float | None,
+    resolution: float,
     report: str | None,
     reading: dict[str, Any],
 ) -> int:
@@ -56,7 +65,7 @@ def command(
             setpoints, format=format, axes=axes, unnamed_axes=read.moving_axes, period_s=period
         ) as stream,
     ):
-        verdict = pipeline.verify(stream, read, machine, tolerance_mm=path_tolerance)
+        verdict = pipeline.verify(stream, read, machine, tolerance_mm=path_tolerance, resolution=resolution)
     if report:
         write_text(report, json.dumps(verdict.as_json(), indent=2) + "\n")
     messages.show(verdict.breaches)

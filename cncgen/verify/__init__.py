@@ -18,7 +18,7 @@ from cncgen.toolpath.record import Toolpath
 from cncgen.units import file_unit
 from cncgen.verify.distance import Distances, path_to_setpoints, setpoints_to_path
 from cncgen.verify.flatten import Floats, Polyline, flatten
-from cncgen.verify.limits import judge_limits
+from cncgen.verify.limits import RESOLUTION, judge_limits
 from cncgen.verify.verdict import Peak, Verdict, breach
 
 __all__ = ["Peak", "Verdict", "verify"]
@@ -31,6 +31,7 @@ def verify(
     *,
     tolerance_mm: float | None = None,
     named: str | None = None,
+    resolution: float = RESOLUTION,
 ) -> Verdict:
     """Judge setpoints against a program and a machine.
 
@@ -41,6 +42,8 @@ def verify(
         tolerance_mm: Tolerance of every continuous motion, over what the program says.
         named: Axes that the program names; None: all of its toolpath's. Where another one stands is not known: it has
             to stand still.
+        resolution: What the positions are rounded to, mm and degrees: a difference may be over its limit by what that
+            makes of it.
 
     Returns:
         Peaks of each axis and both distances, with a diagnostic for each limit that is broken.
@@ -69,7 +72,7 @@ def verify(
     there = _restricted(path, [path.axes.index(letter) for letter in shared])
     out, back = setpoints_to_path(points, there), path_to_setpoints(points, there)
     lines = there.line[out.segment]
-    peaks, over = judge_limits(position, axes, given.period_s, machine, lines)
+    peaks, over = judge_limits(position, axes, given.period_s, machine, lines, resolution)
     breaches.extend(over)
     _judge_distance(out, back, there, given.period_s, breaches)
     return Verdict(

@@ -19,12 +19,17 @@ MARGIN = 1.001
 
 _SUPERSCRIPT = {"": "", "2": "²", "3": "³"}
 
-#: Half a unit of the ninth decimal, which a position in a text file is rounded to.
-ROUNDING = 0.5e-9
+#: Unit of the ninth decimal, which a position in a text file of ours is rounded to.
+RESOLUTION = 1e-9
 
 
 def judge_limits(
-    position: Floats, axes: str, period_s: float, machine: Machine, lines: NDArray[np.int64]
+    position: Floats,
+    axes: str,
+    period_s: float,
+    machine: Machine,
+    lines: NDArray[np.int64],
+    resolution: float = RESOLUTION,
 ) -> tuple[list[Peak], Diagnostics]:
     """Judge finite differences of orders 1 to 3, and travel.
 
@@ -34,10 +39,11 @@ def judge_limits(
         period_s: Time between rows.
         machine: Limits.
         lines: Shape (n,), source line at each sample.
+        resolution: What positions are rounded to, mm and degrees.
 
     Returns:
         Three peaks an axis, and a diagnostic for each order and axis that is over its limit, and for travel. A k-th
-        difference may be over by what the rounding of positions to nine decimals can make of it, 2ᵏ `ROUNDING` / Tᵏ.
+        difference may be over by what rounding can make of it, 2ᵏ (resolution / 2) / Tᵏ.
     """
     peaks: list[Peak] = []
     breaches = Diagnostics()
@@ -45,17 +51,22 @@ def judge_limits(
         x = position[:, column]
         axis = machine.axes.get(letter)
         if axis is None:
-            if np.ptp(x) > ROUNDING:
+            if np.ptp(x) > resolution:
                 message = f"axis {letter} moves, and machine {machine.name} has none"
                 breaches.add(breach("axis", message, axis=letter))
             continue
-        peaks += _differences(x, axis, period_s, lines, breaches)
-        _judge_travel(x, axis, period_s, lines, breaches)
+        peaks += _differences(x, axis, period_s, lines, breaches, resolution)
+        _judge_travel(x, axis, period_s, lines, breaches, resolution)
     return peaks, breaches
 
 
 def _differences(
-    x: Floats, axis: Axis, period_s: float, lines: NDArray[np.int64], breaches: Diagnostics
+    x: Floats,
+    axis: Axis,
+    period_s: float,
+    lines: NDArray[np.int64],
+    breaches: Diagnostics,
+    resolution: float,
 ) -> list[Peak]:
     unit, factor = file_unit(axis.letter), to_file(axis.letter)
     limits = (axis.max_velocity, axis.max_acceleration, axis.max_jerk)
@@ -69,7 +80,7 @@ def _differences(
         worst = int(np.argmax(size))
         # Row `r` of a k-th difference spans samples r - 3 to r - 3 + k of the stream; its middle is the place.
         sample = int(np.clip(worst - 3 + (k + 1) // 2, 0, len(x) - 1))
-        rounding = 2.0**k * ROUNDING / period_s**k
+        rounding = 2.0**k * 0.5 * resolution / period_s**k
         over = size > limit * MARGIN + rounding
         peak = Peak(
             axis.letter,
@@ -83,30 +94,43 @@ def _differences(
         peaks.append(peak)
         if rounding > limit:
             message = (
-                f"axis {axis.letter}: {order} is not judged: rounding positions to nine decimals alone makes up to "
+                f"axis {axis.letter}: {order} is not judged: rounding positions to {resolution:g} {unit} alone makes up to "
                 f"{rounding:.3g} {unit}/s{_SUPERSCRIPT[power]} of it at this period"
             )
             breaches.add(replace(breach("rounding", message, axis=axis.letter), severity=Severity.NOTE))
         if peak.broken:
-            breaches.add(
-                breach(
-                    order,
-                    f"axis {axis.letter}: {order} {peak.value:.6g} {unit}/s{_SUPERSCRIPT[power]} at t = {peak.t_s:.4f} s "
-                    f"(line {peak.line}), {100 * (peak.of_limit - 1):.3g} % over the limit of {limit:.6g}; "
-                    f"{peak.broken} samples are over it",
-                    axis=axis.letter,
-                    value=peak.value,
-                    limit=limit,
-                    t_s=peak.t_s,
-                    line=peak.line,
-                    samples=peak.broken,
-                )
+            found = breach(
+                order,
+                f"axis {axis.letter}: {order} {peak.value:.6g} {unit}/s{_SUPERSCRIPT[power]} at t = {peak.t_s:.4f} s "
+                f"(line {peak.line}), {100 * (peak.of_limit - 1):.3g} % over the limit of {limit:.6g}; "
+                f"{peak.broken} samples are over it",
+                axis=axis.letter,
+                value=peak.value,
+                limit=limit,
+                t_s=peak.t_s,
+                line=peak.line,
+                samples=peak.broken,
             )
+            breaches.add(replace(found, hint=_rounding_hint(x, resolution)))
     return peaks
 
 
+def _rounding_hint(x: Floats, resolution: float) -> str:
+    """Say where positions have fewer decimals than the resolution they are judged with."""
+    for decimals in range(2, 9):
+        unit = 10.0**-decimals
+        if unit > 1.5 * resolution and np.all(np.abs(x - np.round(x, decimals)) < 1e-3 * unit):
+            return f"the positions have {decimals} decimals: --resolution {unit:g} allows for their rounding"
+    return ""
+
+
 def _judge_travel(
-    x: Floats, axis: Axis, period_s: float, lines: NDArray[np.int64], breaches: Diagnostics
+    x: Floats,
+    axis: Axis,
+    period_s: float,
+    lines: NDArray[np.int64],
+    breaches: Diagnostics,
+    resolution: float,
 ) -> None:
     if axis.travel is None:
         return
@@ -114,7 +138,7 @@ def _judge_travel(
     low, high = axis.travel[0] * factor, axis.travel[1] * factor
     outside = np.maximum(low - x, x - high)
     worst = int(np.argmax(outside))
-    if outside[worst] > 2 * ROUNDING:
+    if outside[worst] > resolution:
         breaches.add(
             breach(
                 "travel",

@@ -390,3 +390,17 @@ def test_a_corner_cut_too_far_on_a_path_that_crosses_itself_is_no_other_branch()
     assert "verify-coverage" in {item.code for item in verdict.breaches}
     assert verdict.setpoints_to_path_mm <= 0.051
     assert verdict.path_to_setpoints_mm <= 0.051
+
+
+def test_a_resolution_that_is_told_is_allowed_for() -> None:
+    """Positions of 1 µm at 4 ms make up to 8 · 0.5e-3 / 0.004³ = 62500 mm/s³ of nothing."""
+    x = np.round(make.smooth(100.0, 2.0, 0.004), 3)
+    position = np.column_stack([x, np.zeros((len(x), 2))])
+    path, limits = make.polyline([0, 0, 0], [100, 0, 0]), make.machine(101.0, 170.0, 70_000.0)
+
+    def judged(resolution: float) -> Verdict:
+        return verify(make.stream(position, period_s=0.004), [path], limits, resolution=resolution)
+
+    assert not judged(1e-9).holds
+    assert "3 decimals: --resolution 0.001" in next(iter(judged(1e-9).breaches)).hint
+    assert judged(1e-3).holds

@@ -18,6 +18,9 @@ Floats = NDArray[np.float64]
 #: Part of the period by which the time between two rows may differ from it (times may be rounded).
 _JITTER = 0.01
 
+#: Rows that the period is told from, where there are as many: times of nine decimals then tell it to 1e-12 s.
+_PERIOD_ROWS = 1000
+
 
 @dataclass(frozen=True, slots=True)
 class Block:
@@ -40,11 +43,25 @@ def stream_of(blocks: Iterator[Block], name: str, period_s: float | None) -> Set
     Raises:
         UsageError: There are no rows, no period, or one that is not constant.
     """
-    first = next((block for block in blocks if len(block.position)), None)
+    first = _first(blocks)
     if first is None:
         raise UsageError(Diagnostic("setpoints-empty", f"{name} holds no setpoints"))
     period = period_s if period_s is not None else _period(first, name)
     return SetpointStream(name, first.axes, period, _chunks(first, blocks, name, period))
+
+
+def _first(blocks: Iterator[Block]) -> Block | None:
+    """Join blocks until the period can be told from their times: a pipe may hand on a row at a time."""
+    taken: list[Block] = []
+    for block in blocks:
+        if len(block.position):
+            taken.append(block)
+        if block.time_s is None or sum(len(b.position) for b in taken) >= _PERIOD_ROWS:
+            break
+    if len(taken) < 2:
+        return taken[0] if taken else None
+    times = [block.time_s for block in taken if block.time_s is not None]
+    return Block(taken[0].axes, np.concatenate(times), np.concatenate([b.position for b in taken]))
 
 
 def _period(block: Block, name: str) -> float:

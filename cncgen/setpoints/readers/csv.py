@@ -93,7 +93,7 @@ class _Table:
                     span=Span(name, max(line, 1)),
                     excerpt=excerpt,
                     excerpt_offset=cut,
-                    hint="the header is t_s, then the axes with their unit: t_s,x_mm,y_mm,a_deg",
+                    hint="the header is t_s, then the axes with their unit, by commas: t_s,x_mm,y_mm,a_deg",
                 )
             )
         self.time = names.index("t_s")
