@@ -13,7 +13,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "peer"))
 
 from comparison import difference, ours
-from grammar import STAGES, programs
+from grammar import STAGES, programs, write_files
 from hypothesis import HealthCheck, given, seed, settings
 from rs274 import PROGRAMS, Setup, installed, run_once, without_reset
 
@@ -25,6 +25,7 @@ def compare(text: str, folder: Path) -> str | None:
     """Return what differs between the two on a program, or None."""
     program = folder / "random.ngc"
     program.write_text(text)
+    write_files(folder)
     setup = Setup(tools=PROGRAMS / "mill.tbl")
     peer = run_once(program, setup)
     if peer.error is not None:

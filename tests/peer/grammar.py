@@ -2,7 +2,8 @@
 
 A program is a list of stretches; each stands by itself, so that any order of them is valid: it says what it needs (a
 feed, a plane, a distance mode) and puts back what the next one counts on (G90, G17, a motion mode of G0 or G1, no
-compensation). Features in which the peer is known to be wrong (`comparison.PEER_FAULTS`) are left out.
+compensation). Features in which the peer is known to be wrong (`comparison.PEER_FAULTS`) are left out, and U V W: its
+make-believe machine has no such axes.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from itertools import count
+from pathlib import Path
 
 from hypothesis import strategies as st
 
@@ -84,6 +86,8 @@ def arcs(draw: Draw) -> Lines:
     if draw(st.integers(0, 3)) == 0:
         words.append(f"P{draw(st.integers(1, 4))}")
     if draw(st.integers(0, 5)) == 0:
+        words.append(f"F{draw(st.integers(1, 999))}")
+    if draw(st.integers(0, 5)) == 0:
         words.append(f"A{text(draw(COORDINATE))}")
     draw(st.randoms(use_true_random=False)).shuffle(words)
     return [plane, f"G91 {sense} {' '.join(words)}", "G90 G17", "G1"]
@@ -100,6 +104,8 @@ def arcs_by_radius(draw: Draw) -> Lines:
     if draw(st.booleans()):
         words += f" {third}{text(draw(COORDINATE))}"
     sign = draw(st.sampled_from(["", "-"]))
+    if draw(st.integers(0, 3)) == 0:
+        words += f" P{draw(st.integers(1, 3))}"
     return [
         plane,
         f"G91 {draw(st.sampled_from(['G2', 'G3']))} {words} R{sign}{text(radius)}",
@@ -367,6 +373,100 @@ def calls(draw: Draw, labels: object) -> Lines:
     return [*out, "(debug, #<_value> #<_value_returned>)", "G0 Z#<_value>"]
 
 
+@st.composite
+def probes(draw: Draw) -> Lines:
+    """Probing, and what it leaves in parameters."""
+    code = draw(st.sampled_from(["G38.2", "G38.3", "G38.4", "G38.5"]))
+    axis = draw(st.sampled_from("XYZ"))
+    return [
+        HOME,
+        f"G91 {code} {axis}{text(draw(number(1, 20)))}",
+        "G90 (debug, #5061 #5062 #5063 #5070 #5420 #5421 #5422)",
+        f"G0 {draw(axis_words())}",
+    ]
+
+
+@st.composite
+def splines(draw: Draw) -> Lines:
+    """Cubic, quadratic and NURBS motions in XY."""
+
+    def point() -> str:
+        return f"X{text(draw(COORDINATE))} Y{text(draw(COORDINATE))}"
+
+    def offset(i: str, j: str) -> str:
+        return f"{i}{text(draw(number(1, 9)))} {j}{text(draw(number(1, 9)))}"
+
+    kinds: list[Lines] = [
+        [f"G5 {offset('I', 'J')} {offset('P', 'Q')} {point()}", f"G5 {offset('P', 'Q')} {point()}"],
+        [f"G5.1 {offset('I', 'J')} {point()}"],
+        [
+            f"G5.2 P1 L{draw(st.integers(2, 4))} {point()}",
+            *(f"P{text(draw(number(0.5, 3)))} {point()}" for _ in range(draw(st.integers(3, 6)))),
+            "G5.3",
+        ],
+    ]
+    return ["G17", *draw(st.sampled_from(kinds)), "G1"]
+
+
+@st.composite
+def tables(draw: Draw) -> Lines:
+    """Tools entered from the program, and used."""
+    tool = draw(st.sampled_from([1, 2, 3]))
+    entry = draw(st.sampled_from(["L1", "L10", "L11"]))
+    words = f"Z{text(draw(COORDINATE))}" + draw(st.sampled_from(["", " R1.5", " X2.5"]))
+    return [HOME, f"G10 {entry} P{tool} {words}", f"G43 H{tool}", *draw(lines()), "G49", HOME]
+
+
+@st.composite
+def predefined(draw: Draw) -> Lines:
+    """Parameters that tell the state, shown."""
+    names = [
+        *(f"_{letter}" for letter in "xyzabcuvw"), *(f"_abs_{letter}" for letter in "xyz"), "_plane", "_metric",
+        "_imperial", "_absolute", "_incremental", "_units_per_minute", "_coord_system", "_ijk_absolute_mode",
+        "_retract_old_z", "_rpm", "_spindle_on", "_spindle_cw", "_mist", "_flood", "_motion_mode", "_call_level",
+    ]  # fmt: skip
+    chosen = draw(st.lists(st.sampled_from(names), min_size=1, max_size=3, unique=True))
+    numbered = draw(
+        st.lists(st.sampled_from([5161, 5181, 5211, 5213, 5220, 5221, 5222, 5230, 5241]), max_size=2)
+    )
+    return [f"(debug, {' '.join(f'#<{name}>' for name in chosen)} {' '.join(f'#{n}' for n in numbered)})"]
+
+
+@st.composite
+def remarks(draw: Draw) -> Lines:
+    """Comments of all kinds, line numbers, blanks and small letters."""
+    motion = draw(axis_words("XYZ"))
+    pool = [
+        f"N{draw(st.integers(1, 99999))} G1 {motion} (cut, pass 2)", f"g1{motion.lower().replace(' ', '')}",
+        f"  G 0 1   {motion} ; (not passed on)", f"(MSG, now) G0 {motion}", "(print, #1)", "(plain)", ";", "",
+        f"n{draw(st.integers(1, 99))}g00{motion} (a)(b)", "(debug, %d #1 %.3f #2)", f"/G1 {motion}",
+    ]  # fmt: skip
+    return draw(st.lists(st.sampled_from(pool), min_size=1, max_size=4))
+
+
+@st.composite
+def saving_calls(draw: Draw, labels: object) -> Lines:
+    """A subroutine that saves the modal state and has it put back at its end."""
+    label = f"o{next(labels)}"
+    change = draw(st.sampled_from([["G20"], ["G91"], ["G18"], ["F77"], ["G91", "G19"]]))
+    return [
+        "G49", f"{label} sub", "M73", *change, "G0 X1", f"{label} endsub", f"{label} call", *draw(lines()),
+    ]  # fmt: skip
+
+
+@st.composite
+def file_calls(draw: Draw) -> Lines:
+    """A subroutine in a file beside the program (`FILES`)."""
+    arguments = " ".join(f"[{text(draw(COORDINATE))}]" for _ in range(draw(st.integers(0, 3))))
+    return [f"o<random_part> call {arguments}", "G0 Z#<_value>"]
+
+
+#: Files that stand beside a random program.
+FILES = {
+    "random_part.ngc": "o<random_part> sub\nG1 X#1 Y[#2 / 2] F300\no1 if [#1 GT 0]\no<random_part> return [#1]\n"
+    "o1 endif\nG0 Z#3\no<random_part> endsub [5]\nM2\n"
+}
+
 STAGES: dict[str, Callable[[object], st.SearchStrategy[Lines]]] = {
     "lines": lambda labels: lines(),
     "incremental": lambda labels: incremental(),
@@ -385,8 +485,20 @@ STAGES: dict[str, Callable[[object], st.SearchStrategy[Lines]]] = {
     "values": lambda labels: values(),
     "conditions": lambda labels: conditions(labels),
     "loops": lambda labels: loops(labels),
-    "calls": lambda labels: calls(labels),
+    "calls": lambda labels: st.one_of(calls(labels), saving_calls(labels)),
+    "files": lambda labels: file_calls(),
+    "probes": lambda labels: probes(),
+    "splines": lambda labels: splines(),
+    "tables": lambda labels: tables(),
+    "predefined": lambda labels: predefined(),
+    "remarks": lambda labels: remarks(),
 }
+
+
+def write_files(folder: Path) -> None:
+    """Write the files that random programs call beside them."""
+    for name, content in FILES.items():
+        (folder / name).write_text(content)
 
 
 @st.composite

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from comparison import difference, ours
-from grammar import STAGES, programs
+from grammar import STAGES, programs, write_files
 from hypothesis import given, settings
 from rs274 import PROGRAMS, Setup, installed, run_once, without_reset
 
@@ -20,6 +20,7 @@ def check(text: str, folder: Path) -> None:
     """Demand the same calls of both interpreters."""
     program = folder / "random.ngc"
     program.write_text(text)
+    write_files(folder)
     setup = Setup(tools=PROGRAMS / "mill.tbl")
     peer = run_once(program, setup)
     if peer.error is not None:
@@ -33,7 +34,7 @@ def check(text: str, folder: Path) -> None:
 def test_programs_of_each_stage_agree(stage: str, tmp_path: Path) -> None:
     """A few programs of each feature by itself, straight lines between."""
 
-    @settings(max_examples=15)
+    @settings(max_examples=10)
     @given(text=programs((stage, "lines")))
     def agrees(text: str) -> None:
         check(text, tmp_path)
@@ -46,7 +47,7 @@ def test_programs_of_each_stage_agree(stage: str, tmp_path: Path) -> None:
 def test_programs_of_the_whole_language_agree(tmp_path: Path) -> None:
     """Features in any order after one another."""
 
-    @settings(max_examples=100)
+    @settings(max_examples=80)
     @given(text=programs())
     def agrees(text: str) -> None:
         check(text, tmp_path)
@@ -60,6 +61,7 @@ def test_random_programs_read_without_a_crash(tmp_path_factory: pytest.TempPathF
     """Without the peer: what the grammar calls valid gives calls, and errors in gouged corners alone."""
     program = tmp_path_factory.mktemp("random") / "random.ngc"
     program.write_text(text)
+    write_files(program.parent)
     mine = ours(program, Setup(tools=PROGRAMS / "mill.tbl"))
     assert mine.calls
     assert mine.error is None or "error[comp-" in mine.error
