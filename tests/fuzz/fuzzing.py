@@ -21,8 +21,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from cncgen.diagnostics import CncgenError
-from cncgen.gcode import canon, read
+from cncgen.diagnostics import CncgenError, Diagnostics
+from cncgen.gcode import canon, check, read
 from cncgen.toolpath.reading import ReadOptions
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -102,11 +102,16 @@ class Outcome:
 
 
 def try_one(data: bytes, dialect: str) -> str:
-    """Read an input to its toolpath and to its canonical calls; return what was said about it."""
+    """Read an input to its toolpath, check it, print its calls; return what was said about it."""
     options = ReadOptions(dialect=dialect, max_steps=MAX_STEPS, chunk_rows=4096)
     program = read(io.BytesIO(data), "fuzz.ngc", options)
     for _ in program.chunks():
         pass
+    checked = Diagnostics()
+    check(io.BytesIO(data), "fuzz.ngc", options, checked)
+    said = [diagnostic.render() for diagnostic in program.diagnostics]
+    if said != [diagnostic.render() for diagnostic in checked]:
+        raise AssertionError("a check says something else than reading")
     for _ in canon(io.BytesIO(data), "fuzz.ngc", options, program.diagnostics):
         pass
     for diagnostic in program.diagnostics:
