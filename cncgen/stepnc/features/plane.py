@@ -1,7 +1,8 @@
 """Planar faces: straight lines across the face, depth by depth, one way or to and fro.
 
 Distances are those that NIST's interpreter chooses: the first line so that the tool bites one step into the face, lines
-that overrun the face by the overcut less the radius (overcut: 1.25 diameters where none is given).
+that overrun the face by the overcut less the radius (overcut: 1.25 diameters where none is given). Faces with bosses, and
+other strategies than straight lines, are cut as pockets whose sides are open.
 """
 
 from __future__ import annotations

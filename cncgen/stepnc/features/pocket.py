@@ -230,37 +230,37 @@ def _chain(job: Job, root: Ring, rings: list[Ring], spiral: bool) -> list[Cut]:
     it is a ring again. A ring that no straight line within the region leads to (round a boss) becomes a cut of its own,
     with a ramp along itself as the way down.
     """
-    clockwise, core = not job.climb, rings[0].core
-    curves: list[list[Piece]] = []
-    if core is not None and len(core) == 2:
-        curves.append([Polyline(core)])
-    start = core[0] if core is not None else None
+    core = rings[0].core
+    line = core if core is not None and len(core) == 2 else None
+    curves: list[list[Piece]] = [] if line is None else [[Polyline(line)]]
     position = None if core is None else core[-1]
-    ahead = _unit(core[1] - core[0]) if core is not None and len(core) == 2 else None
+    ahead = None if line is None else _unit(line[1] - line[0])
+    winds = [spiral and k > 0 and _follows(job, rings[k - 1], ring) for k, ring in enumerate(rings)]
     alone: list[Cut] = []
     for k, ring in enumerate(rings):
-        winds = spiral and k > 0 and _follows(job, rings[k - 1], ring)
-        for curve in offsets.boundary_curves(ring.polygon, clockwise):
+        for curve in offsets.boundary_curves(ring.polygon, clockwise=not job.climb):
             near = outlines.starting_near(curve, position, ahead) if position is not None else curve
-            if winds and position is not None:
+            if winds[k] and position is not None:
                 curves.append([offsets.spiral_turn(rings[k - 1].polygon, near, position, SPIRAL_PIECES)])
                 position = near[0].start
-                if k + 1 < len(rings) and _follows(job, ring, rings[k + 1]):
+                if k + 1 < len(rings) and winds[k + 1]:
                     continue
             if position is not None and not offsets.line_inside(root.polygon, position, near[0].start):
                 alone.append((_ramp_on(job, near), [near]))
                 continue
             curves.append(near)
-            start = near[0].start if start is None else start
             position = near[-1].end
-    if start is None or not curves:
-        return alone
-    target = core[1] if core is not None and len(core) == 2 else curves[0][0].start
-    direction = target - start
+    return [(_way_down(job, root, core, curves), curves), *alone] if curves else alone
+
+
+def _way_down(job: Job, root: Ring, core: Floats | None, curves: list[list[Piece]]) -> Entry:
+    """Return the way down to where curves begin: the middle of a leaf where it has one."""
+    first = curves[0][0]
+    start = first.start if core is None else core[0]
+    direction = (first.end if core is not None and len(core) == 2 else first.start) - start
     if np.linalg.norm(direction) < 1e-9:
-        direction = np.diff(polyline_of(curves[0][0], 1e-3).points[:2], axis=0)[0]
-    entry = choose(job, start, _unit(direction), curves[0], root.polygon)
-    return [(entry, curves), *alone]
+        direction = np.diff(polyline_of(first, 1e-3).points[:2], axis=0)[0]
+    return choose(job, start, _unit(direction), curves[0], root.polygon)
 
 
 def _follows(job: Job, inner: Ring, outer: Ring) -> bool:
@@ -288,26 +288,7 @@ def _line_cuts(job: Job, root: Ring, step: float, closed: Any) -> list[Cut]:
 
     A cut that begins beside the material (`closed`, the outline as it is given) begins with a plunge.
     """
-    strategy = job.operation.strategy
-    one_way = strategy is not None and strategy.kind == "unidirectional"
-    along = strategy.values.get("feed_direction") if strategy else None
-    along = np.array([1.0, 0.0, 0.0]) if along is None else np.array([along[0], along[1], 0.0])
-    if np.linalg.norm(along) < 1e-9:
-        raise job.fault("stepnc-geometry", "the feed direction is across the pocket")
-    along = _unit(along)
-    side = str(strategy.values.get("stepover_direction", "LEFT")).upper() if strategy else "LEFT"
-    across = np.array([-along[1], along[0], 0.0]) * (1.0 if side == "LEFT" else -1.0)
-    runs: list[list[Floats]] = []
-    forward = True
-    for row in offsets.chords(root.polygon, along, across, step):
-        for stretch in row if forward else row[::-1]:
-            a, b = stretch if forward else stretch[::-1]
-            near = runs and not one_way and offsets.line_inside(root.polygon, runs[-1][-1], a)
-            if near and len(row) == 1:
-                runs[-1] += [a, b]
-            else:
-                runs.append([a, b])
-        forward = one_way or not forward
+    runs = _runs(job, root, step)
     cuts: list[Cut] = []
     for run in runs:
         path: list[Piece] = [Polyline(np.stack(run))]
@@ -319,3 +300,29 @@ def _line_cuts(job: Job, root: Ring, step: float, closed: Any) -> list[Cut]:
         near_curve = outlines.starting_near(curve, runs[-1][-1]) if runs else curve
         cuts.append((_ramp_on(job, near_curve), [near_curve]))
     return cuts
+
+
+def _runs(job: Job, root: Ring, step: float) -> list[list[Floats]]:
+    """Return the points of lines across a region that follow each other without leaving it, to and fro or one way."""
+    strategy = job.operation.strategy
+    values = strategy.values if strategy else {}
+    one_way = strategy is not None and strategy.kind == "unidirectional"
+    x, y = (1.0, 0.0) if values.get("feed_direction") is None else values["feed_direction"][:2]
+    along = np.array([x, y, 0.0])
+    if np.linalg.norm(along) < 1e-9:
+        raise job.fault("stepnc-geometry", "the feed direction is across the pocket")
+    along = _unit(along)
+    left = str(values.get("stepover_direction", "LEFT")).upper() == "LEFT"
+    across = np.array([-along[1], along[0], 0.0]) * (1.0 if left else -1.0)
+    runs: list[list[Floats]] = []
+    forward = True
+    for row in offsets.chords(root.polygon, along, across, step):
+        for stretch in row if forward else row[::-1]:
+            a, b = stretch if forward else stretch[::-1]
+            near = runs and not one_way and offsets.line_inside(root.polygon, runs[-1][-1], a)
+            if near and len(row) == 1:
+                runs[-1] += [a, b]
+            else:
+                runs.append([a, b])
+        forward = one_way or not forward
+    return runs
