@@ -7,6 +7,8 @@ done meanwhile is refused when the block is met, in the words of LinuxCNC's manu
 
 from __future__ import annotations
 
+import cmath
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -99,6 +101,7 @@ class CompensatedSink:
         self._last = list(start)
         self._warn = warn
         self._inches = inches
+        self._speed: float | None = None
         self._block = inner.block
 
     @property
@@ -186,6 +189,9 @@ class CompensatedSink:
     def _move(self, piece: Piece, move: _Move) -> None:
         """Call the sink of the run for a piece; around a corner the axes outside the plane stand still."""
         end = self._placed(self._last if piece.corner else move.end, piece.end)
+        if self._speed is not None and not piece.rapid and not self.wants_comments:
+            length = self._length(piece, end)
+            self.inner.set_inverse_time(self._speed / length if length else 0.0, length)
         self._last = end
         if piece.centre is not None:
             self.inner.arc_feed(end, piece.centre.real, piece.centre.imag, piece.turns, move.plane)
@@ -193,6 +199,20 @@ class CompensatedSink:
             self.inner.straight_traverse(end)
         else:
             self.inner.straight_feed(end)
+
+    def _length(self, piece: Piece, end: Point) -> float:
+        """Return the length of a piece from where the tool stands, in X Y Z, else of the rotary part."""
+        across = math.dist(self._last[:3], end[:3])
+        if piece.centre is not None:
+            start = complex(self._last[self._first], self._last[self._second]) - piece.centre
+            spin = 1.0 if piece.turns > 0 else -1.0
+            sweep = (spin * cmath.phase((piece.end - piece.centre) / start)) % (
+                2.0 * math.pi
+            ) or 2.0 * math.pi
+            normal = PLANE_AXES[self.plane][2]
+            turns = 2.0 * math.pi * (abs(piece.turns) - 1)
+            across = math.hypot(abs(start) * (sweep + turns), end[normal] - self._last[normal])
+        return across or math.dist(self._last[3:6], end[3:6])
 
     def finish(self) -> None:
         """Pass on all that waits."""
@@ -224,8 +244,13 @@ class CompensatedSink:
         self._defer(lambda: self.inner.set_feed_rate(rate))
 
     def set_inverse_time(self, rate: float, length: float) -> None:
-        """Pass on."""
-        self._defer(lambda: self.inner.set_inverse_time(rate, length))
+        """Take the speed that it means for the programmed move: all pieces of the move go at it, as in LinuxCNC."""
+
+        def run() -> None:
+            self._speed = rate * length
+            self.inner.set_inverse_time(rate, length)
+
+        self._defer(run)
 
     def synchronise(self, pitch: float | None) -> None:
         """Pass on."""
@@ -233,7 +258,12 @@ class CompensatedSink:
 
     def set_feed_mode(self, mode: int, synched: bool) -> None:
         """Pass on."""
-        self._defer(lambda: self.inner.set_feed_mode(mode, synched))
+
+        def run() -> None:
+            self._speed = None
+            self.inner.set_feed_mode(mode, synched)
+
+        self._defer(run)
 
     def set_spindle(self, speed: float, direction: int) -> None:
         """Pass on."""
