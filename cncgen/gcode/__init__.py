@@ -3,8 +3,8 @@
 `read` gives the toolpath of a program, `canon` the text of its canonical calls, `check` what is wrong with it; all run
 the same interpreter, on a sink that builds columns (`columns`), prints (`printing`) or only counts (`counting`).
 
-The way of a block: `source` holds the bytes; `lanes` cuts them into plain blocks (a scanner) and others (`grammar`,
-`expressions`); `running` has them executed in order; `interpreter` finds the codes of a block in `codes`, checks that
+The way of a block: `source` holds the bytes; `lanes` cuts them into plain blocks (a scanner) and others (`descent`,
+`grammar`, `expressions`); `running` has them executed in order; `interpreter` finds the codes of a block in `codes`, checks that
 they go together, and calls their handlers in the order of `modal.Stage`; handlers change `modal.State` and call the
 `sink`.
 

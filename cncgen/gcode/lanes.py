@@ -1,4 +1,4 @@
-"""The two lanes of reading: runs of plain blocks as columns from the scanner, any other line through the grammar."""
+"""Runs of plain blocks as columns from the scanner; any other line goes through `descent` or the grammar."""
 
 from __future__ import annotations
 

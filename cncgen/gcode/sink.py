@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from cncgen.gcode.block import Block
 from cncgen.toolpath.record import Event, PathMode
@@ -16,8 +16,7 @@ from cncgen.toolpath.record import Event, PathMode
 Point = list[float]
 
 
-@dataclass(frozen=True, slots=True)
-class MotionBatch:
+class MotionBatch(NamedTuple):
     """Motions in columns, a row a motion, as `cncgen.kernels.gcode_motion.advance` gives them.
 
     The columns are buffers that the next batch uses again: whoever keeps them, copies them.
