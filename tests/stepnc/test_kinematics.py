@@ -150,3 +150,29 @@ def test_without_a_mechanism_the_tip_is_told():
     program, path = made_on(None)
     assert program.axes == "XYZBC"
     np.testing.assert_allclose(path.end[path.kind == Kind.LINE][-1], [40, 0, 0, 0.6, 0], atol=1e-12)
+
+
+def test_a_circle_about_the_tables_axis_is_turned_by_the_table_alone():
+    """30 mm at 20 mm/s about C, the tool leaning outwards: C turns by 2/3 rad/s, the slides stand still."""
+    part = Part()
+    t = np.linspace(0.0, 2 * math.pi, 73)
+    ring = np.column_stack([CENTRE[0] + 30 * np.cos(t), CENTRE[1] + 30 * np.sin(t), np.zeros(73)])
+    lean = np.column_stack([0.3 * np.cos(t), 0.3 * np.sin(t), np.ones(73)])
+    curve, axis = (part.polyline(*map(tuple, p)) for p in (ring, lean))
+    part.run_curve(curve, axis=axis)
+    machine = Machine("AC", heads=False, tolerance=0.1)
+    program = read(
+        io.BytesIO(part.text().encode()), "t.stp", ReadOptions(kinematics=machine, chunk_rows=10**7)
+    )
+    (path,) = program.chunks()
+    rows = np.flatnonzero((path.kind == Kind.LINE) & np.isfinite(path.feed))
+    turned = path.end[rows, 4] - path.starts[rows, 4]
+    assert np.abs(turned).sum() == pytest.approx(2 * math.pi, abs=1e-6)
+    assert np.ptp(path.end[rows, :3], axis=0).max() < 0.2  # chords of 5 degrees stand for the circle: 0.03 mm
+    way = np.linalg.norm(
+        np.diff(np.concatenate([path.starts[rows[:1]], path.end[rows]])[:, :3], axis=0), axis=1
+    )
+    angle = np.linalg.norm(path.end[rows, 3:] - path.starts[rows, 3:], axis=1)
+    time = (np.where(way > 0, way, angle) / path.feed[rows]).sum()
+    chords = np.linalg.norm(np.diff(ring, axis=0), axis=1).sum()
+    assert time == pytest.approx(chords / 20.0, rel=1e-6)

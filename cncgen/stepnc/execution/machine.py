@@ -24,6 +24,8 @@ _Curve = TypeVar("_Curve", Arc, Nurbs)
 SAME_PLACE = 2e-3
 #: Angle alike, rad.
 SAME_ANGLE = 1e-6
+#: Way of the slides that counts as none beside a turn of the rotary axes, mm.
+STILL = 1e-6
 #: How often the lines of a path with a turning tool are made finer, each time into at most so many.
 MAX_REFINEMENTS = 8
 MAX_SPLIT = 16
@@ -197,18 +199,29 @@ class Machine:
             points, axes = with_axes(points, axes, counts)
             angles = kinematics.angles_along(axes, self.angles)
         rows = np.concatenate([self._slides(kinematics, points, angles), angles], axis=1)
-        before = np.concatenate([self._full(self.position)[None, :], rows[:-1]])
-        self.angles = (float(angles[-1, 0]), float(angles[-1, 1]))
         if rapid or kinematics.mechanism is None or not self.feed:
             (self.canon.traverse if rapid else self.canon.lines)(rows)
         else:
             tip = np.linalg.norm(np.diff(np.concatenate([self.position[None, :], points]), axis=0), axis=1)
-            slid = np.linalg.norm(rows[:, :3] - before[:, :3], axis=1)
-            for row, way, wanted in zip(rows, slid.tolist(), tip.tolist(), strict=True):
-                self.canon.feed(self.feed * way / wanted if wanted > 1e-9 and way > 1e-9 else self.feed)
-                self.canon.lines(row[None, :])
-            self.canon.feed(self.feed)
+            self._lines_of_slides(rows, tip.tolist(), self.feed)
+        self.angles = (float(angles[-1, 0]), float(angles[-1, 1]))
         self.position = points[-1]
+
+    def _lines_of_slides(self, rows: Floats, tip: list[float], feed: float) -> None:
+        """Feed along lines of all axes, shape (n, 5), each as fast as moves the tip, by `tip` mm, with the feed (mm/s).
+
+        Slides that hardly move stand still, so that the rotary axes alone have the speed, rad/s.
+        """
+        last = self._full(self.position)
+        for row, wanted in zip(rows, tip, strict=True):
+            way = float(np.linalg.norm(row[:3] - last[:3]))
+            if way < STILL:
+                row[:3] = last[:3]
+                way = float(np.linalg.norm(row[3:] - last[3:]))
+            self.canon.feed(feed * way / wanted if wanted > 1e-9 and way > 0 else feed)
+            self.canon.lines(row[None, :])
+            last = row
+        self.canon.feed(feed)
 
     def _seen(self, piece: _Curve) -> _Curve:
         """Return an arc or a spline as the slides see it."""
