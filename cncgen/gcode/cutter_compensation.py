@@ -11,19 +11,21 @@ import cmath
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes import Code, Handler
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.modal import PLANE_AXES, Stage
 from cncgen.gcode.sink import Curve, MotionBatch, Point, Sink
 from cncgen.gcode.tool_centre import CompensationError, Piece, ToolCentre
 from cncgen.gcode.tools import whole
 from cncgen.toolpath.record import Event, PathMode
 from cncgen.units import INCH
+
+if TYPE_CHECKING:
+    from cncgen.gcode.interpreter import Interpreter
 
 #: Planes in which a dialect compensates.
 PLANES = {"linuxcnc": (17, 18), "fanuc": (17, 18, 19)}

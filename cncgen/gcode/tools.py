@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.codes import Code
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.modal import Stage, zeros
 from cncgen.gcode.parameters import TOOL
 from cncgen.gcode.tool_table import Tool
 from cncgen.toolpath.record import Event
+
+if TYPE_CHECKING:
+    from cncgen.gcode.interpreter import Interpreter
 
 _AXES = "xyzabcuvw"
 
