@@ -856,3 +856,24 @@ def test_the_sample_program_of_features():
     assert at(13, 50) == -10.0  # along the walls, which lean by 0.87 mm
     assert at(10.4, 50) > -9.5
     assert at(112, 10) < -25.0  # a hole
+
+
+@pytest.mark.parametrize(
+    ("attribute", "value"), [("retract_plane", 1e308), ("allowance_side", 1e308), ("overcut_length", -1e300)]
+)
+def test_sizes_of_no_part_are_refused(attribute, value):
+    """Found by fuzzing: infinite sums must end in a diagnostic."""
+    from cncgen.stepnc.schema.tables import positions
+
+    part = Features()
+    operation = pocket_operation(part)
+    keyword = "BOTTOM_AND_SIDE_FINISH_MILLING"
+    values = list(part.instances[operation - 1].parts[0].parameters)
+    values[positions(keyword, True)[attribute]] = value
+    part.fill(operation, keyword, *values)
+    wall = part.add(
+        "GENERAL_PROFILE", None, part.polyline((20, -15, 0), (-20, -15, 0), (-20, 15, 0), (20, 15, 0))
+    )
+    condition = part.add("PLANAR_POCKET_BOTTOM_CONDITION")
+    feature = part.add("OPEN_POCKET", *part.head(), (), None, condition, None, None, wall, None)
+    assert codes(part.mill(feature, operation).read()[1], "error")
