@@ -135,15 +135,16 @@ class _Reader:
         return expressions.negative(value) if negative else value
 
     def _value(self) -> Value:
+        character = self.text[self.at]
+        if character == "#":
+            self.at += 1
+            return expressions.parameter(self._target())
+        if character == "[":
+            return self._bracket()
         number = _NUMBER.match(self.text, self.at)
         if number:
             self.at = number.end()
             return float(number[0])
-        if self.text[self.at] == "#":
-            self.at += 1
-            return expressions.parameter(self._target())
-        if self.text[self.at] == "[":
-            return self._bracket()
         function = _FUNCTION.match(self.text, self.at)
         if function:
             self.at = function.end() - 1

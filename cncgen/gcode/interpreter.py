@@ -121,13 +121,7 @@ class Interpreter:
         Raises:
             BlockError: What is wrong with it; parts that come earlier in the order of execution have been done.
         """
-        key = (self.state.motion, block.g, block.m, *block.words)
-        plan = self._plans.get(key)
-        if plan is None:
-            if len(self._plans) >= _MAX_PLANS:
-                self._plans.clear()
-            plan = self._plans[key] = self.plan_of(block)
-        self.perform(plan, block)
+        self.perform(self.plan_of(block), block)
 
     def perform(self, plan: Plan, block: Block) -> None:
         """Execute a block by the plan of its codes and letters in the modal motion in force."""
@@ -139,11 +133,21 @@ class Interpreter:
             step(self, block)
 
     def plan_of(self, block: Block) -> Plan:
-        """Find the codes of a block, check that they go together, and order them.
+        """Return what a block does in the modal motion in force.
 
         Raises:
-            BlockError: They do not, or a word belongs to none of them.
+            BlockError: Its codes do not go together, or a word belongs to none of them.
         """
+        key = (self.state.motion, block.g, block.m, *block.words)
+        plan = self._plans.get(key)
+        if plan is None:
+            if len(self._plans) >= _MAX_PLANS:
+                self._plans.clear()
+            plan = self._plans[key] = self._plan(block)
+        return plan
+
+    def _plan(self, block: Block) -> Plan:
+        """Find the codes of a block, check that they go together, and order them."""
         codes = [self._code("G", number) for number in block.g] + [
             self._code("M", number) for number in block.m
         ]
