@@ -6,6 +6,7 @@ Source: LinuxCNC's manual, "G7 Lathe Diameter Mode", "G76 Threading Cycle"; the 
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -79,10 +80,13 @@ class Thread:
         """Return the sign of Z along the cut."""
         return 1.0 if self.end > self.start else -1.0
 
-    def depths(self) -> Iterator[float]:
-        """Yield the depth of each pass."""
+    def depths(self, digit: float) -> Iterator[float]:
+        """Yield the depth of each pass.
+
+        As in LinuxCNC the last digit may decide whether a multiple of J comes before K: `digit` is what it is worth.
+        """
         depth, count = self.first, 1
-        while depth < self.full * (1.0 - 1e-9):
+        while self.full - depth > digit:
             yield depth
             count += 1
             depth = self.first * count ** (1.0 / self.degression)
@@ -95,7 +99,8 @@ def thread(ip: Interpreter, block: Block) -> None:
     cut = _read(ip, block)
     end = ip.end_point(block)
     ip.state.motion = _G76
-    for depth in cut.depths():
+    # J and K are compared as they are written, diameters too.
+    for depth in cut.depths(sys.float_info.epsilon * (0.5 if ip.state.diameter else 1.0)):
         _pass(ip, cut, depth)
     ip.sink.straight_traverse(end)
     ip.state.position, ip.state.moved = end, True

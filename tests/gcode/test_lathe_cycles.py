@@ -24,7 +24,7 @@ def thread(first: float, full: float, degression: float, springs: int = 0) -> Th
 
 @given(st.floats(0.05, 0.5), st.floats(0.6, 2.0))
 def test_degression_1_cuts_equal_depths(first: float, full: float) -> None:
-    depths = list(thread(first, full, 1.0).depths())
+    depths = list(thread(first, full, 1.0).depths(2.2e-16))
     steps = np.diff([0.0, *depths])
     np.testing.assert_allclose(steps[:-1], first, rtol=1e-9)
     assert depths[-1] == full
@@ -34,7 +34,7 @@ def test_degression_1_cuts_equal_depths(first: float, full: float) -> None:
 @given(st.floats(0.05, 0.5), st.floats(0.6, 2.0))
 def test_degression_2_cuts_equal_areas(first: float, full: float) -> None:
     """The area of a V is as the square of its depth: pass n goes to first·√n."""
-    depths = list(thread(first, full, 2.0).depths())
+    depths = list(thread(first, full, 2.0).depths(2.2e-16))
     areas = np.diff(np.square([0.0, *depths]))
     np.testing.assert_allclose(areas[:-1], first**2, rtol=1e-9)
     assert len(depths) == pytest.approx((full / first) ** 2, abs=1.0 + 1e-6)
@@ -42,7 +42,7 @@ def test_degression_2_cuts_equal_areas(first: float, full: float) -> None:
 
 @pytest.mark.parametrize("springs", [0, 1, 4])
 def test_spring_passes_repeat_the_full_depth(springs: int) -> None:
-    depths = list(thread(0.3, 0.9, 1.0, springs).depths())
+    depths = list(thread(0.3, 0.9, 1.0, springs).depths(2.2e-16))
     assert depths == [0.3, 0.6, *[0.9] * (1 + springs)]
 
 
