@@ -663,10 +663,7 @@ def _apply(
     k: cython.Py_ssize_t
     for k in range(share.shape[0]):
         for i in range(offset[k], offset[k + 1]):
-            if kind[i] > 0:
-                rows[i, 3] = share[k, 0 if kind[i] == 1 else 1, axis[i]]
-            else:
-                rows[i, 3] = 1.0
+            rows[i, 3] = share[k, 0 if kind[i] == 1 else 1, axis[i]] if kind[i] > 0 else 1.0
 
 
 def solve(
@@ -732,6 +729,7 @@ def solve(
     i: cython.Py_ssize_t
     k: cython.Py_ssize_t
     fresh: cython.bint
+    ready: cython.bint
     sides: cython.Py_ssize_t = 0
     f: cython.double = 0.0
     mu: cython.double
@@ -761,20 +759,13 @@ def solve(
             residual = 0.0
             for k in range(free, n + 1):
                 residual += fabs(dual[k] * c[k])
-            if (
-                gap < 2.0 * tolerance * f
-                and residual < 10.0 * tolerance * f
-                and report[5] < 1.0 + slack
-                and primal < slack
-            ):
+            ready = report[5] < 1.0 + slack and primal < slack
+            if ready and gap < 2.0 * tolerance * f and residual < 10.0 * tolerance * f:
                 status = 0
                 break
-            if report[5] < 1.0 + slack and primal < slack and residual < 100.0 * tolerance * f:
-                if gap < kept:
-                    kept = gap
-                    near[:] = c
-                elif gap > 3.0 * kept or step < 0.02:
-                    break
+            if ready and residual < 100.0 * tolerance * f and gap < kept:
+                kept = gap
+                near[:] = c
             elif kept < 1e300 and (gap > 3.0 * kept or step < 0.02):
                 break
             if not _factor(band, free, n + 1):
@@ -806,39 +797,3 @@ def solve(
     report[3] = iteration
     report[4] = residual
     return status
-
-
-def nearest(
-    c: cython.double[::1],
-    ends: cython.double[:, ::1],
-    rows: cython.double[:, ::1],
-    offset: cython.longlong[::1],
-    kind: cython.char[::1],
-    margin: cython.double[::1],
-    closest: cython.char[::1],
-) -> cython.void:
-    """Name the constraint that each interval comes nearest to.
-
-    Args:
-        c, ends, rows, offset, kind: As `solve` has left them.
-        margin: Shape (n,), 1 on entry: becomes the least slack of a row of the interval, as a part of its limit.
-        closest: Shape (n,): becomes the kind of that row.
-    """
-    i: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    w: cython.double
-    r: cython.double
-    with cython.nogil:
-        for k in range(margin.shape[0]):
-            for i in range(offset[k], offset[k + 1]):
-                w = rows[i, 4]
-                if kind[i] > 0:
-                    w = min(w, rows[i, 5])
-                r = rows[i, 3]
-                if kind[i] == 2:
-                    r /= sqrt(ends[k, 0] * c[k] + ends[k, 1] * c[k + 1])
-                elif kind[i] == 3:
-                    r /= sqrt(ends[k, 2] * c[k + 1] + ends[k, 3] * c[k + 2])
-                if w < margin[k] * r:
-                    margin[k] = w / r
-                    closest[k] = kind[i]

@@ -283,3 +283,39 @@ def start(
         c[n + 1] = 1.0
         if free == 1:
             c[0] = 1.0
+
+
+def nearest(
+    c: cython.double[::1],
+    ends: cython.double[:, ::1],
+    rows: cython.double[:, ::1],
+    offset: cython.longlong[::1],
+    kind: cython.char[::1],
+    margin: cython.double[::1],
+    closest: cython.char[::1],
+) -> cython.void:
+    """Name the constraint that each interval comes nearest to.
+
+    Args:
+        c, ends, rows, offset, kind: As `cncgen.kernels.least_time.solve` has left them.
+        margin: Shape (n,), 1 on entry: becomes the least slack of a row of the interval, as a part of its limit.
+        closest: Shape (n,): becomes the kind of that row.
+    """
+    i: cython.Py_ssize_t
+    k: cython.Py_ssize_t
+    w: cython.double
+    r: cython.double
+    with cython.nogil:
+        for k in range(margin.shape[0]):
+            for i in range(offset[k], offset[k + 1]):
+                w = rows[i, 4]
+                if kind[i] > 0:
+                    w = min(w, rows[i, 5])
+                r = rows[i, 3]
+                if kind[i] == 2:
+                    r /= sqrt(ends[k, 0] * c[k] + ends[k, 1] * c[k + 1])
+                elif kind[i] == 3:
+                    r /= sqrt(ends[k, 2] * c[k + 1] + ends[k, 3] * c[k + 2])
+                if w < margin[k] * r:
+                    margin[k] = w / r
+                    closest[k] = kind[i]

@@ -256,7 +256,7 @@ def _binding(
 ) -> NDArray[np.int8]:
     """Name the limit that each interval comes nearest to; none where all are more than a fiftieth away."""
     margin, closest = np.ones(len(columns.at)), np.zeros(len(columns.at), np.int8)
-    least_time.nearest(c, columns.ends, *rows, margin, closest)
+    least_time_rows.nearest(c, columns.ends, *rows, margin, closest)
     names = np.array([Limit.FEED, Limit.ACCELERATION, Limit.JERK, Limit.JERK], np.int8)[closest]
     names = np.where(closest == least_time.BOX, given.top_limit[columns.at], names)
     out = np.full(len(given), Limit.JERK, np.int8)
