@@ -18,6 +18,8 @@ _START_WORD = re.compile(r"\s*([A-Za-z])\s*([+-]?(?:\d+\.?\d*|\.\d+))")
 _SHOWN = re.compile(
     r"#(?P<number>\d+)|#<(?P<name>[^>]*)>|#<[^>]*$|#$|(?P<form>%d|%f|%\.\df)|%(?=\.)", re.DOTALL
 )
+#: Values nearer to 0 are shown as 0 (measured on LinuxCNC's interpreter).
+_LEAST = 1e-4
 _STYLES = {"%d": ".0f", "%f": ".4f"}
 
 
@@ -98,7 +100,7 @@ def expand(ip: Interpreter, text: str) -> str:
             value = ip.parameters.number(int(number)) if number else ip.parameters.name(_folded(name))
         except BlockError:
             return "######"
-        return f"{value:{style}}"
+        return f"{0.0 if abs(value) < _LEAST else value:{style}}"
 
     return _SHOWN.sub(shown, text)
 
