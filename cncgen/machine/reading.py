@@ -293,7 +293,10 @@ def _servo(file: _File, table: Any, letter: str, prefix: str) -> Servo | None:
     if not isinstance(model, str):
         what = "missing" if model is None else f"must be a text, is {_shown(model)}"
         code = "machine-missing" if model is None else "machine-type"
-        file.fault(code, f"{path}.model", f"{path}.model: {what}")
+        near = difflib.get_close_matches("model", table, 1)
+        file.fault(
+            code, f"{path}.model", f"{path}.model: {what}", f"is {near[0]} meant for it?" if near else ""
+        )
         return None
     for code, key, message in servo_faults(table, letter):
         file.fault(code, f"{path}.{key}", f"{path}.{key}: {message}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import tomllib
@@ -208,3 +209,13 @@ def test_a_drive_that_saturates_is_said_with_its_line(cncgen: Run, programs: Pat
     found = {item["code"]: item for item in map(json.loads, run.stderr.splitlines())}
     assert found["drive-saturates"]["severity"] == "warning"
     assert "near line 28" in found["drive-saturates"]["message"]
+
+
+def test_rounding_is_no_broken_limit(cncgen: Run, part: Path, tmp_path: Path) -> None:
+    """A jerk limit of 1e-6 mm/s³ is kept; doubles near 20 mm make some 1e-14 / T³ of noise, 1e-5 mm/s³."""
+    shown = cncgen("machines", "show", "xy-table").stdout.decode()
+    slow = re.sub(r"max_jerk_mm_s3 = .*", "max_jerk_mm_s3 = 1e-6", shown)
+    (tmp_path / "slow.toml").write_text(slow)
+    (tmp_path / "tiny.nc").write_text("G21 G61\n(START, X20 Y20)\nG1 X20.00001 F1000\nM2\n")
+    run = cncgen("plan", "tiny.nc", "-m", "slow.toml", "-q", "-o", "o.csv")
+    assert (run.returncode, run.stderr) == (0, b"")

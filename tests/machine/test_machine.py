@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from cncgen.diagnostics import CncgenError, UsageError
 from cncgen.machine import Axis, Machine, load, load_machine, load_servos, profile_names, to_toml
-from cncgen.machine.reading import machine_from_toml
+from cncgen.machine.reading import machine_from_toml, servos_from_toml
 
 GOOD = """
 name = "shop"
@@ -95,6 +95,12 @@ def test_a_period_too_short_and_a_table_known_by_its_children() -> None:
         ("machine-value", "period_s", 1),
         ("machine-key", "axis", 6),
     ]
+
+
+def test_a_servo_whose_model_is_misspelt() -> None:
+    text = "[axes.x.servo]\nmodle = 'first-order'\n"
+    with pytest.raises(UsageError, match="is modle meant for it"):
+        servos_from_toml(text.encode(), "m.toml")
 
 
 @pytest.mark.parametrize(
