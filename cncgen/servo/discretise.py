@@ -48,7 +48,7 @@ def _balanced(matrix: Floats) -> tuple[Floats, Floats]:
         for i in range(n):
             row = sum(size[i]) - size[i][i]
             column = sum(line[i] for line in size) - size[i][i]
-            if not (column > 0.0 and row > 0.0):
+            if not (0.0 < column < math.inf and 0.0 < row < math.inf):
                 continue
             factor = 2.0 ** round(0.5 * math.log2(row / column))
             if factor != 1.0:

@@ -15,6 +15,8 @@ Floats = NDArray[np.float64]
 
 #: A period is halved so often to find where an axis with friction reverses.
 FRICTION_LEVELS = 21
+#: Dead time of so many control periods at most: each is a state.
+MAX_DELAY = 250
 #: Columns of the flow's inputs: setpoint (start, end), drive, friction, encoder error.
 _INPUTS = 5
 
@@ -89,6 +91,7 @@ def close_loop(plant: Plant, controller: Controller, period: float) -> AxisLoop:
         raise ValueError(
             f"a plant in z at {plant.sample_time_s:g} s goes with that control period, not {period:g} s"
         )
+    _check_delay(plant.delay_s, period)
     if plant.delay_s > 0.0 or plant.sample_time_s is not None:
         if controller.continuous:
             raise ValueError("a dead time or a plant in z goes with a sampled controller")
@@ -96,6 +99,13 @@ def close_loop(plant: Plant, controller: Controller, period: float) -> AxisLoop:
             return _close(plant, _queued(controller, _whole_periods(plant.delay_s, period)), period)
         return _close_delayed(plant, controller, period)
     return _close(plant, controller, period)
+
+
+def _check_delay(delay_s: float, period: float) -> None:
+    if delay_s > MAX_DELAY * period:
+        raise ValueError(
+            f"a dead time of {delay_s:g} s is more than {MAX_DELAY} control periods of {period:g} s"
+        )
 
 
 def _whole_periods(delay_s: float, period: float) -> int:
@@ -316,9 +326,10 @@ def follow_transfer_function(
         imperfections: Only backlash has a meaning here.
 
     Raises:
-        ValueError: The ratio is not proper, or backlash stands with a direct feedthrough.
+        ValueError: The ratio is not proper, the dead time is too long, or backlash stands with a direct feedthrough.
     """
     imperfections = imperfections or Imperfections()
+    _check_delay(delay_s, period)
     a, b, c, feedthrough = companion(numerator, denominator)
     if feedthrough != 0.0 and imperfections.backlash > 0.0:
         raise ValueError("backlash needs a closed loop without direct feedthrough")

@@ -242,6 +242,10 @@ def test_what_cannot_be_joined_is_said():
             p(1.0),
             T,
         )
+    with pytest.raises(ValueError, match="more than 250 control periods"):
+        follow_transfer_function([1.0], [0.01, 1.0], T, 0.9)
+    with pytest.raises(ValueError, match="more than 250 control periods"):
+        close_loop(plants.transfer_function([1.0], [1.0, 1.0, 0.0], 0.9), p(1.0), T)
     with pytest.raises(ValueError, match="lower degree"):
         plants.transfer_function([1.0, 1.0], [1.0, 2.0])
     with pytest.raises(ValueError, match="whole number"):

@@ -27,7 +27,7 @@ def velocity_error(loop: AxisLoop, parts: int = 1) -> float:
     """
     above, below = ratio_in_z(loop, parts)
     size = float(below.sum())
-    if abs(above.sum() - size) > 1e-6 * abs(size):
+    if not (abs(size) > 0.0 and abs(above.sum() - size) <= 1e-6 * abs(size)):
         raise ValueError("the loop does not reach its setpoint at rest: its error at constant velocity grows")
     slope = float(np.polyval(np.polyder(below), 1.0) - np.polyval(np.polyder(above), 1.0))
     return loop.period * parts * slope / size

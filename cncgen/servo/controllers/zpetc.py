@@ -43,10 +43,12 @@ def design(loop: AxisLoop, parts: int = 1) -> AxisFilter:
     """Return the prefilter of a loop with that many control periods a setpoint, from its own linear model.
 
     Raises:
-        ValueError: The loop does not reach its setpoint at rest.
+        ValueError: The loop does not answer its setpoint, or does not reach it at rest.
     """
     above, below = ratio_in_z(loop, parts)
     small = 1e-12 * np.abs(above).max()
+    if not (np.isfinite(above).all() and np.isfinite(below).all() and small > 0.0):
+        raise ValueError("the loop does not answer its setpoint, or only in numbers beyond range")
     delay = int(np.flatnonzero(np.abs(above) > small)[0])
     zeros = np.roots(above[delay:])
     away = _cancellable(zeros)

@@ -55,7 +55,11 @@ def placed(servo: Servo, letter: str, bandwidth_hz: float, damping: float) -> Se
             f"bandwidth and damping must be positive, and at most {MAX_BANDWIDTH_HZ:g} Hz and {MAX_DAMPING:g}"
         )
         raise UsageError(Diagnostic("tune-place", message))
-    found = _PLACED[servo.model](values, 2.0 * math.pi * bandwidth_hz, damping)
+    try:
+        found = _PLACED[servo.model](values, 2.0 * math.pi * bandwidth_hz, damping)
+    except ArithmeticError as error:
+        message = f"axis {letter}: {bandwidth_hz:g} Hz at damping {damping:g} needs gains beyond the range of numbers"
+        raise UsageError(Diagnostic("tune-place", message)) from error
     if any(value < 0.0 for value in found.values()):
         text = ", ".join(f"{k} = {v:.4g}" for k, v in found.items())
         raise UsageError(
