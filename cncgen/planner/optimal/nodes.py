@@ -101,7 +101,9 @@ def _spacing(bounds: Bounds, x: Floats, s: Floats, joints: Joints, top_at: TopAt
         speed = np.sqrt(np.minimum(top, acceleration / bend))
         fastest = acceleration * ramp + np.sqrt(acceleration * (s[-1] - s[0]))
         calm = (bend * top < _CALM * acceleration) & (twist * top * speed < _CALM * jerk)
-        calm[1:-1] &= (top[1:-1] == top[:-2]) & (top[1:-1] == top[2:])
+        # Alike but for rounding, which no choice of units may turn into another plan.
+        level = np.abs(np.diff(top)) <= 1e-9 * top[1:]
+        calm[1:-1] &= level[:-1] & level[1:]
         calm[np.searchsorted(s, joints.s[joints.stop | np.isfinite(joints.speed)])] = False
         rise = np.where(
             speed > acceleration * ramp, 0.5 * (speed / acceleration + ramp), np.sqrt(speed / jerk)
