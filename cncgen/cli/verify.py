@@ -55,10 +55,12 @@ def command(
     """
     from cncgen import pipeline
     from cncgen.cli.reading import opened
-    from cncgen.files import write_text
+    from cncgen.files import STANDARD, write_text
     from cncgen.report.verdict import as_text
     from cncgen.setpoints.readers import open_setpoints
 
+    if setpoints == program == STANDARD:
+        raise click.UsageError("SETPOINTS and --program cannot both come from standard input.")
     with (
         opened(program, reading, machine=machine) as read,
         open_setpoints(

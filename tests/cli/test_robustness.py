@@ -228,6 +228,7 @@ def test_wrong_usage(cncgen: Run, small: Path) -> None:
     refused(cncgen("plan"), 2, "PROGRAM")
     refused(cncgen(*PLAN, small, "--feedrate", "fast"), 2, "fast")
     refused(cncgen(*PLAN, small, "--nonsense"), 2, "--nonsense")
+    refused(cncgen("verify", "-", "-p", "-", stdin=SMALL), 2, "both", "standard input")
     refused(cncgen("plna", small), 2, "plna", "did you mean plan?")
     refused(cncgen("xyz", small), 2, "No such command 'xyz'.")
     refused(cncgen(*PLAN, small, "--signals", "vel,speed"), 2, "speed")
