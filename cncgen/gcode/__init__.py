@@ -8,6 +8,9 @@ The way of a block: `source` holds the bytes; `lanes` cuts them into plain block
 they go together, and calls their handlers in the order of `modal.Stage`; handlers change `modal.State` and call the
 `sink`.
 
+`canon` runs on the machine that LinuxCNC's `rs274` makes believe (`standalone`), so that its calls agree with it. What
+stands between the interpreter and its sink for a while passes calls on: `cutter_compensation`, `frames`, `tool_point`.
+
 To add a code: write a handler ``(Interpreter, Block) -> None`` in the module of its concern, which raises
 `errors.BlockError` where the block is wrong; add a `codes.Code` with its modal group, stage, words and one line of help
 to that module's `CODES`; name a new module in `codes._MODULES`; give it a test in ``tests/gcode``.

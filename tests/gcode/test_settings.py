@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from importlib.resources import files
+from pathlib import Path
+
 import pytest
 
 from cncgen.diagnostics import UsageError
+from cncgen.gcode.kinematics import Kinematics
 from cncgen.gcode.settings import interpreter_settings
+from cncgen.machine import load
+from cncgen.pipeline import options_on
 from cncgen.toolpath.reading import ReadOptions
 
 
@@ -26,3 +32,14 @@ def test_every_wrong_setting_is_named() -> None:
         "interpreter.dialect: must be one of linuxcnc, fanuc",
         "interpreter.least_increment_mm: must be a number above 0, at most 1",
     ]
+
+
+def test_the_tables_of_a_machine_file_become_options(tmp_path: Path) -> None:
+    """By way of the machine's reader, as every command with a machine does."""
+    text = (files("cncgen.machine") / "profiles" / "generic-mill.toml").read_text("utf-8")
+    tables = '[interpreter]\nleast_increment_mm = 0.001\n\n[kinematics]\nmodel = "table-table"\naxes = ["a", "c"]\n'
+    (tmp_path / "five.toml").write_text(f"{text}\n{tables}")
+    found = options_on(load(tmp_path / "five.toml"))
+    assert (found.dialect, found.least_increment) == ("auto", 0.001)
+    assert found.kinematics == Kinematics(False, (3, 5))
+    assert options_on(load("generic-mill")) == ReadOptions()
