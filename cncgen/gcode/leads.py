@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from cncgen.gcode import descent
+from cncgen.gcode import descent, macros
 from cncgen.gcode.block import Computed, Flow, Value, nearest
 from cncgen.gcode.errors import BlockError, Stop
 
@@ -25,8 +25,8 @@ _OPENERS = ("if", "while", "do", "repeat")
 
 def lead_of(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Lead:
     """Return what a line with an O-word does each time: it gives where to go on, or None for the next line."""
-    make = _MAKERS.get(flow.keyword)
-    if make is not None and control.ip.dialect == "linuxcnc" and isinstance(flow.label, str | float):
+    make = _MAKERS.get(control.ip.dialect, {}).get(flow.keyword)
+    if make is not None and isinstance(flow.label, str | float):
         try:
             if control.has_written_labels(here.source):
                 if flow.keyword in _OPENERS:
@@ -174,18 +174,44 @@ def _call(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: C
     return lead
 
 
+def _goto(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead | None:
+    """GOTO of a macro, and IF … GOTO."""
+    if isinstance(label, str):
+        return None
+    target = macros.line_numbered(control, here, nearest(label, "the line of GOTO"))
+    if not flow.arguments:
+        return _to(target)
+    parameters, condition = control.ip.parameters, _computed(flow.arguments[0])
+    return lambda: target if condition(parameters) else None
+
+
+def _while_do(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
+    end = control.next_mark(here, macros.loop_number(flow), ("end-do",), "END").after
+    if not flow.arguments:
+        return _to(None)
+    parameters, condition = control.ip.parameters, _computed(flow.arguments[0])
+    return lambda: None if condition(parameters) else end
+
+
+def _end_do(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
+    return _to(control.previous_mark(here, macros.loop_number(flow), ("while-do",), "END").cursor)
+
+
 Maker = Callable[["FlowControl", Flow, "Label", "Cursor", "Cursor"], Lead | None]
-_MAKERS: dict[str, Maker] = {
-    "if": _if,
-    "elseif": _leave_if,
-    "else": _leave_if,
-    "endif": _endif,
-    "while": _while,
-    "endwhile": _endwhile,
-    "do": _do,
-    "repeat": _repeat,
-    "endrepeat": _endrepeat,
-    "break": _break,
-    "continue": _continue,
-    "call": _call,
+_MAKERS: dict[str, dict[str, Maker]] = {
+    "linuxcnc": {
+        "if": _if,
+        "elseif": _leave_if,
+        "else": _leave_if,
+        "endif": _endif,
+        "while": _while,
+        "endwhile": _endwhile,
+        "do": _do,
+        "repeat": _repeat,
+        "endrepeat": _endrepeat,
+        "break": _break,
+        "continue": _continue,
+        "call": _call,
+    },
+    "fanuc": {"goto": _goto, "while-do": _while_do, "end-do": _end_do},
 }

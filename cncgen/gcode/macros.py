@@ -103,14 +103,14 @@ def run(flow: FlowControl, word: Flow, here: Cursor) -> Cursor | None:
         number = label(ip.parameters) if callable(label) else label
         assert isinstance(number, float)
         return line_numbered(flow, here, nearest(number, "the line of GOTO"))
-    _label(word)
+    loop_number(word)
     if word.keyword == "while-do":
-        end = flow.next_mark(here, _label(word), ("end-do",), "END").after
+        end = flow.next_mark(here, loop_number(word), ("end-do",), "END").after
         return None if not word.arguments or flow.condition(word) else end
-    return flow.previous_mark(here, _label(word), ("while-do",), "END").cursor
+    return flow.previous_mark(here, loop_number(word), ("while-do",), "END").cursor
 
 
-def _label(word: Flow) -> float:
+def loop_number(word: Flow) -> float:
     """Return the number of DO or END."""
     number = word.label
     if number not in (1.0, 2.0, 3.0):

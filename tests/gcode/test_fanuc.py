@@ -197,3 +197,16 @@ def test_frames_together(run: Any) -> None:
     """Mirror, then scaling, then rotation: (3, 1) -> (-3, 1) -> (-6, 2) -> a quarter turn -> (-2, -6)."""
     text = "G51.1 X0\nG51 X0 Y0 P2\nG68 X0 Y0 R90\nG0 X3 Y1\nG69\nX3 Y1\nG50\nX3 Y1\nG50.1\nX3 Y1\nM30"
     assert fanuc(run, text) == [[-2, -6, 0], [-6, 2, 0], [-3, 1, 0], [3, 1, 0]]
+
+
+def test_loops_and_jumps_that_run_often(run: Any) -> None:
+    """Loops in a loop, left by a jump, in a program run twice: 2 · (1 + 2 + 3 + 3 + 3) rounds of 0.5 mm."""
+    text = (
+        "%\nO1\nG91 F100\nM98 P2 L2\nM30\nO2\n#1=0\nWHILE[#1 LT 5]DO1\n#1=#1+1\n#2=0\nDO2\n#2=#2+1\nG1 X0.5\n"
+        "IF[#2 GE #1]GOTO 20\nIF[#2 EQ 3]GOTO 20\nEND2\nN20 G1 Y1\nEND1\nGOTO 40\nN30 X99\nN40 M99\n%\n"
+    )
+    out = run(text, dialect="fanuc")
+    assert out.errors == []
+    assert out.path.end[-1, :2].tolist() == [0.5 * 2 * (1 + 2 + 3 + 3 + 3), 10.0]
+    missing = run("%\nO1\n#1=1\nN1 #1=#1-1\nIF[#1 GE 0]GOTO 1\nIF[#1 LT 0]GOTO 7\nM30\n%\n", dialect="fanuc")
+    assert [(code, line) for code, line, _ in missing.errors] == [("goto-target", 6)]
