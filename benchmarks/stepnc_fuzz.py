@@ -95,7 +95,7 @@ def samples(files: list[str]) -> list[bytes]:
     small_aim = aim[: aim.index("\n", 12_000)] + aim[aim.index("\n#", len(aim) - 3000) :]
     head = explicit[explicit.index(b"ISO-10303") :]
     small = head[: head.index(b"#1101=")] + b"ENDSEC;\nEND-ISO-10303-21;\n"
-    return [small, small_aim.encode()] * 20 + [nist] * 2 + [features] * 8 + [explicit, aim.encode()]
+    return [small, small_aim.encode()] * 20 + [nist] * 2 + [features] + [explicit, aim.encode()]
 
 
 def main() -> int:

@@ -527,3 +527,18 @@ def test_a_contact_path_with_its_surface_normal():
     assert codes(found, "error") == []
     side = 4 * math.sqrt(0.5)
     np.testing.assert_allclose(toolpath.end[motions(toolpath)][-1, :3], [side, 10, side - 4], atol=1e-9)
+
+
+def test_a_process_whose_number_is_another_entitys_is_a_diagnostic():
+    """Found by fuzzing."""
+    aim = Aim()
+    curve = aim.polyline((0, 0, 0), (5, 0, 0))
+    step, operation = aim.step()
+    aim.path(operation, curve, aim.technology())
+    plan = aim.plan(step)
+    aim.stream.write(
+        f"#9000=ACTION_PROPERTY('x','',;\n#9000=PRODUCT_DEFINITION_PROCESS('machining','',{plan!r},'');\n"
+        "#9001=PRODUCT_DEFINITION_PROCESS('machining','',#9002;\n"
+    )
+    _, found = aim.read(plan)
+    assert {"part21-duplicate", "part21-syntax"} <= set(codes(found, "error"))

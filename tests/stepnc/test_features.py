@@ -877,3 +877,9 @@ def test_sizes_of_no_part_are_refused(attribute, value):
     condition = part.add("PLANAR_POCKET_BOTTOM_CONDITION")
     feature = part.add("OPEN_POCKET", *part.head(), (), None, condition, None, None, wall, None)
     assert codes(part.mill(feature, operation).read()[1], "error")
+
+
+def test_an_outline_of_no_part_is_refused():
+    part = Features()
+    part.mill(part.pocket(part.rectangle(1e200, 40)), pocket_operation(part))
+    assert codes(part.read()[1], "error")

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from cncgen.stepnc import read
+from cncgen.stepnc import read, tree
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import FeedMode, Kind
 from tests.stepnc.building import E, Part, Typed, codes, motions, run
@@ -554,3 +554,15 @@ def test_probing_without_a_toolpath_is_refused():
     part = Part()
     part.project(part.plan(part.add("TOUCH_PROBING", "probe", None, None, None, None)))
     assert codes(part.read()[1], "error") == ["stepnc-unsupported"]
+
+
+@pytest.mark.parametrize("second", ["WORKPIECE_SETUP($,#9001,$,$,())", "PLANE('',#9001)"])
+def test_a_number_defined_twice_is_a_diagnostic(second):
+    """Found by fuzzing: the instances of a type may hold one whose number is another entity's."""
+    part = Part()
+    part.run_curve(part.polyline((0, 0, 0), (1, 0, 0)))
+    tilted = "#9001=AXIS2_PLACEMENT_3D('',#1,#9002,$);\n#9002=DIRECTION('',(1.,0.,0.));\n"
+    text = part.text().replace("DATA;\n", f"DATA;\n#9000=PLANE('',#9001);\n#9000={second};\n{tilted}", 1)
+    _, found = run(text)
+    assert "part21-duplicate" in codes(found, "error")
+    assert list(tree(text.encode(), "t.stp"))
