@@ -1,0 +1,627 @@
+"""What must hold of every plan, tried on random paths over all kinds of motion: thousands of them, shrunk where one fails.
+
+    python benchmarks/planner_properties.py                      # every property, 300 paths each
+    python benchmarks/planner_properties.py limits 5000 --seed 3
+
+The properties, one function each, say in their docstrings what they ask. A failure is shrunk by hypothesis and printed
+as a program and the machine's limits. `tests/planner/test_properties.py` runs a small fixed set of the same.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import time
+import traceback
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import numpy as np
+from hypothesis import HealthCheck, given, seed, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from cncgen.machine.record import Axis, Machine
+from cncgen.pipeline import read_text, sound
+from cncgen.planner import PlanOptions, plan
+from cncgen.planner.motion import motion_at
+from cncgen.planner.paths import path_of
+from cncgen.planner.record import Trajectory
+from cncgen.planner.smoothing import smooth
+from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
+from cncgen.units import DEGREE
+
+Floats = NDArray[np.float64]
+
+PERIOD = 1e-3
+LETTERS = "XYZA"
+#: Setpoints may pass a limit by a thousandth (rounding of the setpoints themselves is far below).
+HELD = 1.001
+
+
+@dataclass(frozen=True)
+class Line:
+    """A straight move, mm and degrees."""
+
+    by: tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Arc:
+    """An arc (helix) in X Y: radius, angle of the start seen from the centre, sweep, rise."""
+
+    radius: float
+    start: float
+    sweep: float
+    rise: float
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A cubic NURBS in X Y Z: control points from the present position, weights, inner knots."""
+
+    points: tuple[tuple[float, float, float], ...]
+    weights: tuple[float, ...]
+    knots: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Dwell:
+    """A wait, s."""
+
+    seconds: float
+
+
+Move = Line | Arc | Curve | Dwell
+
+
+@dataclass(frozen=True)
+class Case:
+    """A program and a machine.
+
+    Attributes:
+        moves: In order.
+        feed: mm/min; where `inverse`, 1/min of each move.
+        mode: ``G61``, ``G61.1`` or ``G64 P…``.
+        limits: Velocity, acceleration and jerk of each axis of `LETTERS`, mm or degrees.
+        chord: Chord tolerance, mm.
+        scale: Factor on all lengths but the rotary axis's.
+    """
+
+    moves: tuple[Move, ...]
+    feed: float
+    inverse: bool
+    mode: str
+    limits: tuple[tuple[float, float, float], ...]
+    chord: float = 1e-3
+    scale: float = 1.0
+
+    @property
+    def machine(self) -> Machine:
+        """The machine with these limits."""
+        axes = {}
+        for letter, limits in zip(LETTERS, self.limits, strict=True):
+            unit = DEGREE if letter == "A" else self.scale
+            axes[letter] = Axis(letter, *(limit * unit for limit in limits))
+        return Machine(
+            name="random",
+            axes=MappingProxyType(axes),
+            period_s=PERIOD,
+            chord_tolerance_mm=self.chord * self.scale,
+            path_tolerance_mm=0.01 * self.scale,
+        )
+
+    @property
+    def text(self) -> str:
+        """The program."""
+        lines = ["G21 G17 G90 " + ("G93 " if self.inverse else "G94 ") + self._mode()]
+        at = np.zeros(4)
+        for move in self.moves:
+            at, blocks = _blocks(move, at, self.scale, self.feed * (1.0 if self.inverse else self.scale))
+            lines += blocks
+        return "\n".join([*lines, "M2", ""])
+
+    def _mode(self) -> str:
+        if self.mode.startswith("G64"):
+            return f"G64 P{float(self.mode[5:]) * self.scale:.12g}"
+        return self.mode
+
+    @property
+    def toolpaths(self) -> list[Toolpath]:
+        """The program as it is read."""
+        return [chunk for chunk in sound(read_text(self.text, "random.nc")) if len(chunk)]
+
+    def __repr__(self) -> str:
+        """Print what reproduces it."""
+        limits = "".join(
+            f"\n    {letter}: velocity {v:.9g}, acceleration {a:.9g}, jerk {j:.9g}"
+            for letter, (v, a, j) in zip(LETTERS, self.limits, strict=True)
+        )
+        return f"Case, chord {self.chord:g} mm{limits}\n{self.text}"
+
+
+def _number(x: float) -> str:
+    """Write a number to a few units of its last place, or 1e-15."""
+    return f"{x:.15f}".rstrip("0").rstrip(".")
+
+
+def _words(x: Sequence[float]) -> str:
+    return " ".join(f"{letter}{_number(value)}" for letter, value in zip(LETTERS, x, strict=False))
+
+
+def _blocks(move: Move, at: Floats, scale: float, feed: float) -> tuple[Floats, list[str]]:
+    """Return where a move from `at` ends, and its blocks."""
+    if isinstance(move, Dwell):
+        return at, [f"G4 P{move.seconds:.6f}"]
+    if isinstance(move, Line):
+        end = at + np.array(move.by) * [scale, scale, scale, 1.0]
+        return end, [f"G1 {_words(end)} F{_number(feed)}"]
+    if isinstance(move, Arc):
+        out = np.array([math.cos(move.start), math.sin(move.start)]) * move.radius * scale
+        turned = move.start + move.sweep
+        end = at.copy()
+        if abs(abs(move.sweep) - 2.0 * math.pi) > 1e-9:
+            end[:2] += np.array([math.cos(turned), math.sin(turned)]) * move.radius * scale - out
+        end[2] += move.rise * scale
+        code = "G3" if move.sweep > 0 else "G2"
+        return end, [f"{code} {_words(end[:3])} I{_number(-out[0])} J{_number(-out[1])} F{_number(feed)}"]
+    points = at[:3] + np.array([(0.0, 0.0, 0.0), *move.points]) * scale
+    knots = [0.0] * 4 + list(move.knots) + [1.0] * 4
+    blocks = []
+    for i, (point, weight) in enumerate(zip(points, move.weights, strict=True)):
+        head = "G6.2 P4 " if i == 0 else ""
+        blocks.append(
+            f"{head}K{_number(knots[i])} {_words(point)} R{_number(weight)}"
+            + (f" F{_number(feed)}" if i == 0 else "")
+        )
+    blocks += [f"K{_number(knot)}" for knot in knots[len(points) :]]
+    return np.concatenate([points[-1], at[3:]]), blocks
+
+
+# --- random cases ---------------------------------------------------------------------------------------------------
+
+
+def _logarithmic(low: float, high: float) -> st.SearchStrategy[float]:
+    return st.floats(math.log10(low), math.log10(high)).map(lambda x: float(f"{10.0**x:.6g}"))
+
+
+_signs = st.sampled_from([-1.0, 1.0])
+_length = st.one_of(_logarithmic(0.1, 30.0), _logarithmic(0.1, 30.0), _logarithmic(1e-7, 0.1), st.just(1e-7))
+_angle = st.one_of(st.sampled_from([0.0, 0.5 * math.pi, math.pi]), st.floats(-3.1, 3.1))
+
+
+@st.composite
+def _line(draw: st.DrawFn) -> Line:
+    length, angle = draw(_length), draw(_angle)
+    lift = draw(st.sampled_from([0.0, 0.0, 0.3]))
+    turn = draw(st.sampled_from([0.0, 0.0, 0.0, 1.0]))
+    return Line(
+        (
+            length * math.cos(angle),
+            length * math.sin(angle),
+            lift * length,
+            turn * draw(_logarithmic(0.01, 90.0)) * draw(_signs) if turn else 0.0,
+        )
+    )
+
+
+@st.composite
+def _rotary(draw: st.DrawFn) -> Line:
+    return Line((0.0, 0.0, 0.0, draw(_logarithmic(1e-5, 180.0)) * draw(_signs)))
+
+
+@st.composite
+def _arc(draw: st.DrawFn) -> Arc:
+    sweep = draw(st.one_of(st.just(2.0 * math.pi), st.floats(0.05, 6.2))) * draw(_signs)
+    return Arc(
+        draw(_logarithmic(0.02, 30.0)), draw(_angle), sweep, draw(st.sampled_from([0.0, 0.0, 1.0, -3.0]))
+    )
+
+
+@st.composite
+def _curve(draw: st.DrawFn) -> Curve:
+    n = draw(st.integers(4, 8))
+    coordinate = st.integers(-15, 15).map(float)
+    points: list[tuple[float, float, float]] = []
+    for _ in range(n - 1):
+        again = points and draw(st.integers(0, 4)) == 0
+        points.append(points[-1] if again else (draw(coordinate), draw(coordinate), draw(coordinate) / 5.0))
+    weights = tuple(draw(st.sampled_from([1.0, 1.0, 2.0, 0.5])) for _ in range(n))
+    knots = tuple(
+        sorted(draw(st.lists(st.integers(1, 9).map(lambda k: k / 10.0), min_size=n - 4, max_size=n - 4)))
+    )
+    return Curve(tuple(points), weights, knots)
+
+
+def _back(move: Move) -> Move:
+    return Line(tuple(-x for x in move.by)) if isinstance(move, Line) else move  # type: ignore[arg-type]
+
+
+@st.composite
+def cases(draw: st.DrawFn, lines_only: bool = False, modes: Sequence[str] = ("G61", "G61.1", "G64")) -> Case:
+    """Draw a program of one to eight moves and a machine for it."""
+    inverse = draw(st.integers(0, 5)) == 0
+    kinds = [_line(), _line(), _rotary(), st.just(Dwell(0.05))]
+    if not lines_only:
+        kinds.append(_arc())
+        if not inverse:
+            kinds.append(_curve())
+    moves: list[Move] = []
+    for move in draw(st.lists(st.one_of(kinds), min_size=1, max_size=8)):
+        moves.append(move)
+        special = draw(st.integers(0, 9))
+        if special == 0:
+            moves.append(_back(move))
+        elif special == 1:
+            moves.append(Line((0.0, 0.0, 0.0, 0.0)))
+    mode = draw(st.sampled_from(list(modes)))
+    if mode == "G64":
+        mode = f"G64 P{draw(st.sampled_from([0.001, 0.01, 0.1]))}"
+    base = (
+        draw(_logarithmic(20.0, 1000.0)),
+        draw(_logarithmic(200.0, 20000.0)),
+        draw(_logarithmic(5e3, 1e6)),
+    )
+    limits = []
+    for _ in LETTERS:
+        factor = draw(st.sampled_from([1.0, 1.0, 0.3, 0.03]))
+        limits.append(tuple(float(f"{value * factor:.6g}") for value in base))
+    feed = draw(_logarithmic(2.0, 600.0)) if inverse else draw(_logarithmic(100.0, 200_000.0))
+    return Case(tuple(moves), feed, inverse, mode, tuple(limits))  # type: ignore[arg-type]
+
+
+# --- plans ----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Planned:
+    """All trajectories of a case."""
+
+    trajectories: list[Trajectory]
+    axes: str
+
+    @property
+    def time(self) -> float:
+        """Duration, s."""
+        return float(self.trajectories[-1].profile.t[-1]) if self.trajectories else 0.0
+
+    def states(self, t: Floats) -> tuple[Floats, Floats]:
+        """Return positions, shape (n, axes), and derivatives in time by the pieces' formula, shape (3, n, axes)."""
+        ends = np.array([each.profile.t[-1] for each in self.trajectories])
+        which = np.minimum(np.searchsorted(ends, t), len(ends) - 1)
+        position, derivatives = np.zeros((len(t), len(self.axes))), np.zeros((3, len(t), len(self.axes)))
+        for i, trajectory in enumerate(self.trajectories):
+            mine = which == i
+            if not mine.any():
+                continue
+            at = motion_at(trajectory.profile, t[mine])
+            x = path_of(trajectory.toolpath).evaluate(at.s, 3)
+            v, a, j = at.v[:, None], at.a[:, None], at.j[:, None]
+            position[mine] = x[0]
+            derivatives[:, mine] = (
+                x[1] * v,
+                x[2] * v**2 + x[1] * a,
+                x[3] * v**3 + 3.0 * x[2] * v * a + x[1] * j,
+            )
+        return position, derivatives
+
+
+def planned(case: Case, **options: object) -> Planned:
+    """Plan a case with `optimal`."""
+    toolpaths = case.toolpaths
+    done = list(plan(toolpaths, case.machine, PlanOptions(feedrate="optimal", **options)))  # type: ignore[arg-type]
+    return Planned(done, toolpaths[0].axes if toolpaths else "XYZ")
+
+
+def limits_of(case: Case, axes: str) -> Floats:
+    """Return velocity, acceleration and jerk of the axes, shape (3, axes); those that the machine lacks do not move."""
+    machine = case.machine
+    rows = [
+        (a.max_velocity, a.max_acceleration, a.max_jerk)
+        if (a := machine.axes.get(letter))
+        else (1.0, 1.0, 1.0)
+        for letter in axes
+    ]
+    return np.array(rows).T
+
+
+# --- properties -----------------------------------------------------------------------------------------------------
+
+
+def limits(case: Case) -> None:
+    """First, second and third differences a period apart are within 1.001 limits, wherever the period starts."""
+    done = planned(case)
+    allowed = limits_of(case, done.axes)
+    count = int(np.ceil(done.time / PERIOD)) + 4
+    for phase in (0.0, 0.2, 0.43, 0.71, 0.9):
+        t = (np.arange(-3, count) + phase) * PERIOD
+        x = done.states(np.clip(t, 0.0, done.time))[0]
+        for order in (1, 2, 3):
+            found = np.abs(np.diff(x, order, axis=0)).max(axis=0, initial=0.0) / PERIOD**order
+            # Positions carry rounding of a few 1e-16 of their size.
+            noise = 2.0**order * 4e-16 * np.abs(x).max(initial=1.0) / PERIOD**order
+            worst = (found - noise) / allowed[order - 1]
+            assert worst.max() <= HELD, (
+                f"order {order}, axis {done.axes[int(worst.argmax())]}: {worst.max():.5f} of the limit, phase {phase}"
+            )
+
+
+def continuous(case: Case) -> None:
+    """Velocity and acceleration of every axis are within 1.001 limits at every instant, not at setpoints alone."""
+    done = planned(case)
+    allowed = limits_of(case, done.axes)
+    t = np.linspace(0.0, done.time, min(200_000, 20 * int(done.time / PERIOD) + 200))
+    _, derivatives = done.states(t)
+    for order in (0, 1):
+        worst = np.abs(derivatives[order]).max(axis=0) / allowed[order]
+        assert worst.max() <= HELD, (
+            f"order {order + 1}, axis {done.axes[int(worst.argmax())]}: {worst.max():.5f}"
+        )
+
+
+def units(case: Case) -> None:
+    """Lengths, limits and tolerances in another unit leave the time as it is, to 1e-9."""
+    if any(isinstance(move, Line) and move.by[3] for move in case.moves):
+        return  # beside angles, which have no such unit, lengths cannot be scaled
+    one, other = planned(case).time, planned(replace(case, scale=25.4)).time
+    assert abs(one - other) <= 1e-9 * one, f"{one:.12g} s, scaled {other:.12g} s"
+
+
+def splitting(case: Case) -> None:
+    """Straight moves and arcs of G61 cut in three: the time changes by less than a thousandth."""
+    if case.inverse:
+        return  # the time of each part would have to be said anew
+    cut: list[Move] = []
+    for move in case.moves:
+        if isinstance(move, Line) and max(map(abs, move.by)) > 1e-3:
+            cut += [Line(tuple(part * x for x in move.by)) for part in (0.5, 0.2, 0.3)]  # type: ignore[arg-type]
+        elif isinstance(move, Arc):
+            for begin, part in ((0.0, 0.4), (0.4, 0.35), (0.75, 0.25)):
+                cut.append(
+                    replace(
+                        move,
+                        start=move.start + begin * move.sweep,
+                        sweep=part * move.sweep,
+                        rise=part * move.rise,
+                    )
+                )
+        else:
+            cut.append(move)
+    one, other = planned(case).time, planned(replace(case, moves=tuple(cut))).time
+    assert abs(one - other) <= 1e-3 * one + 1e-6, (
+        f"{one:.9g} s, split {other:.9g} s ({(other / one - 1.0) * 100:+.3f} %)"
+    )
+
+
+def relaxing(case: Case) -> None:
+    """Any one limit half as large again: the time is longer by a thousandth at most."""
+    one = planned(case).time
+    wider = [replace(case, feed=1.5 * case.feed)]
+    for i in range(len(LETTERS)):
+        for k in range(3):
+            rows = [list(row) for row in case.limits]
+            rows[i][k] *= 1.5
+            wider.append(replace(case, limits=tuple(map(tuple, rows))))  # type: ignore[arg-type]
+    moving = {0, 1, 2} | ({3} if any(isinstance(m, Line) and m.by[3] for m in case.moves) else set())
+    for number, other in enumerate(wider):
+        if number and (number - 1) // 3 not in moving:
+            continue
+        time = planned(other).time
+        name = (
+            "feed"
+            if not number
+            else f"{LETTERS[(number - 1) // 3]} {('velocity', 'acceleration', 'jerk')[(number - 1) % 3]}"
+        )
+        assert time <= one * 1.001 + 1e-6, (
+            f"{one:.9g} s; with more {name} {time:.9g} s ({(time / one - 1.0) * 100:+.3f} %)"
+        )
+
+
+def reversing(case: Case) -> None:
+    """The path from its end to its start takes as long, within a hundredth."""
+    one = planned(case).time
+    back = plan(_reversed(smoothed(case)), case.machine, PlanOptions(feedrate="optimal"))
+    other = max((float(each.profile.t[-1]) for each in back), default=0.0)
+    assert abs(one - other) <= 0.01 * one + 1e-6, (
+        f"{one:.9g} s, reversed {other:.9g} s ({(other / one - 1.0) * 100:+.3f} %)"
+    )
+
+
+def bounds(case: Case) -> None:
+    """No longer than with a stop at every junction, no shorter than by velocity and acceleration alone."""
+    one = planned(case).time
+    stopped = planned(replace(case, mode="G61.1")).time
+    assert one <= stopped * 1.001 + 1e-6, f"{one:.9g} s, with stops everywhere {stopped:.9g} s"
+    least = acceleration_only(case)
+    assert one >= least * 0.998 - 1e-6, f"{one:.9g} s, acceleration alone needs {least:.9g} s"
+
+
+def smoothed(case: Case) -> list[Toolpath]:
+    """Return the toolpaths as they are travelled: smoothed under G64."""
+    machine = case.machine
+    chunks = [
+        replace(c, tolerance=np.where(np.isnan(c.tolerance), machine.path_tolerance_mm, c.tolerance))
+        for c in case.toolpaths
+    ]
+    return list(smooth(chunks, machine.chord_tolerance_mm))
+
+
+def _reversed(toolpaths: list[Toolpath]) -> list[Toolpath]:
+    """Return the motions from the end to the start, exactly as they are (G61), events at their places."""
+    out = []
+    for tp in toolpaths[::-1]:
+        n = len(tp)
+        order = np.arange(n)[::-1]
+        ends = np.concatenate([tp.start[None], tp.end])
+        arcs, splines = tp.arcs, tp.nurbs
+        flat = []
+        weights, knots = [], []
+        for i in range(len(splines)):
+            p = slice(splines.point_offset[i], splines.point_offset[i + 1])
+            k = slice(splines.knot_offset[i], splines.knot_offset[i + 1])
+            flat.append(splines.control_points[p][::-1])
+            weights.append(splines.weights[p][::-1])
+            u = splines.knots[k]
+            knots.append((u[0] + u[-1] - u)[::-1])
+        if len(splines):
+            splines = replace(
+                splines,
+                control_points=np.concatenate(flat),
+                weights=np.concatenate(weights),
+                knots=np.concatenate(knots),
+            )
+        mode = np.where(tp.path_mode == PathMode.CONTINUOUS, PathMode.EXACT_PATH, tp.path_mode).astype(
+            np.int8
+        )
+        out.append(
+            replace(
+                tp,
+                start=ends[-1],
+                end=ends[:-1][order],
+                arcs=replace(arcs, normal=-arcs.normal),
+                nurbs=splines,
+                path_mode=mode[order],
+                **{
+                    name: getattr(tp, name)[order]
+                    for name in ("kind", "feed", "feed_mode", "tolerance", "curve", "line", "source")
+                },
+            )
+        )
+    return out
+
+
+def acceleration_only(case: Case, nodes: int = 3000) -> float:
+    """Return the least time by feed, velocity and acceleration alone, corners passed at any speed: a lower bound.
+
+    On nodes along each row, q = v² is bounded, and every axis bounds q'/2 = a by |x'' q + x' a| <= A; a backward and a
+    forward pass take the largest q that can still brake and that can be reached.
+    """
+    total = 0.0
+    toolpaths = smoothed(case)
+    hs: list[Floats] = []
+    cap: list[Floats] = []
+    shape: list[tuple[Floats, Floats]] = []
+    allowed = limits_of(case, toolpaths[0].axes) if toolpaths else np.ones((3, 3))
+    for tp in toolpaths:
+        for row in np.flatnonzero(tp.kind == Kind.EVENT):
+            total += tp.events[tp.curve[row]].dwell_s
+        path = path_of(tp)
+        if not path.length > 0.0:
+            continue
+        speed = np.where(tp.feed_mode == FeedMode.INVERSE_TIME, tp.feed * np.diff(path.row_s), tp.feed)
+        for row in np.flatnonzero(np.diff(path.row_s) > 0.0):
+            count = max(4, int(nodes * np.diff(path.row_s)[row] / path.length))
+            s = np.linspace(path.row_s[row], path.row_s[row + 1], count + 1)
+            x = path.evaluate(0.5 * (s[1:] + s[:-1]), 2)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                top = np.minimum(speed[row], (allowed[0] / np.abs(x[1])).min(axis=1)) ** 2
+                bend = np.where(np.abs(x[1]) < 1e-9, allowed[1] / np.abs(x[2]), np.inf).min(axis=1)
+            cap.append(np.minimum(top, bend))
+            shape.append((x[1], x[2]))
+            hs.append(np.diff(s))
+    if not hs:
+        return total
+    h, top = np.concatenate(hs), np.concatenate(cap)
+    x1, x2 = (np.concatenate([each[i] for each in shape]) for i in (0, 1))
+    return total + _two_passes(h, top, x1, x2, allowed[1])
+
+
+def _two_passes(h: Floats, top: Floats, x1: Floats, x2: Floats, acceleration: Floats) -> float:
+    """Run the passes on intervals; q is bounded on each, and so is the change over it."""
+    n = len(h)
+
+    def after(q: float, k: int) -> float:
+        """Return the largest q at the other end of interval k, with a from the largest that all axes allow at q."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            free = (acceleration - np.sign(x1[k]) * x2[k] * q) / np.abs(x1[k])
+        a = float(np.where(np.abs(x1[k]) > 1e-9, free, np.inf).min())
+        return q + 2.0 * max(a, 0.0) * h[k] if math.isfinite(a) else math.inf
+
+    back = np.zeros(n + 1)
+    for k in range(n - 1, -1, -1):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            free = (acceleration + np.sign(x1[k]) * x2[k] * back[k + 1]) / np.abs(x1[k])
+        a = float(np.where(np.abs(x1[k]) > 1e-9, free, np.inf).min())
+        back[k] = min(top[k] if k == 0 else max(top[k], top[k - 1]), back[k + 1] + 2.0 * max(a, 0.0) * h[k])
+    q = np.zeros(n + 1)
+    for k in range(n):
+        q[k + 1] = min(after(q[k], k), back[k + 1], max(top[k], top[min(k + 1, n - 1)]))
+    v = np.sqrt(q)
+    return float((2.0 * h / np.maximum(v[:-1] + v[1:], 1e-12)).sum())
+
+
+PROPERTIES: dict[str, tuple[Callable[[Case], None], dict[str, object]]] = {
+    "limits": (limits, {}),
+    "continuous": (continuous, {}),
+    "units": (units, {}),
+    "splitting": (splitting, {"modes": ("G61",)}),
+    "relaxing": (relaxing, {}),
+    "reversing": (reversing, {}),
+    "bounds": (bounds, {}),
+}
+
+
+def run(name: str, count: int, number: int) -> str | None:
+    """Try a property on so many paths; return the smallest failure found, or None."""
+    check, kinds = PROPERTIES[name]
+    seconds: list[float] = []
+
+    @settings(
+        max_examples=count,
+        deadline=None,
+        database=None,
+        print_blob=False,
+        suppress_health_check=list(HealthCheck),
+        report_multiple_bugs=False,
+    )
+    @seed(number)
+    @given(cases(**kinds))  # type: ignore[arg-type]
+    def tried(case: Case) -> None:
+        begin = time.process_time()
+        try:
+            check(case)
+        except Exception as fault:
+            fault.add_note(repr(case))
+            raise
+        finally:
+            seconds.append(time.process_time() - begin)
+
+    begin = time.process_time()
+    try:
+        tried()
+    except Exception as fault:
+        notes = "\n".join(note for note in getattr(fault, "__notes__", []) if note.startswith("Case"))
+        where = (
+            "" if isinstance(fault, AssertionError) else "".join(traceback.format_tb(fault.__traceback__, -3))
+        )
+        return f"{type(fault).__name__}: {fault}\n{where}{notes}"
+    finally:
+        print(
+            f"{name}: {len(seconds)} paths, {time.process_time() - begin:.1f} s, the slowest {max(seconds):.2f} s",
+            flush=True,
+        )
+    return None
+
+
+def main() -> None:
+    """Run the properties that are asked for; exit 1 if one fails."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("name", nargs="?", default="all", choices=["all", *PROPERTIES])
+    parser.add_argument("count", nargs="?", type=int, default=300)
+    parser.add_argument("--seed", type=int, default=0)
+    asked = parser.parse_args()
+    failures = 0
+    for name in PROPERTIES if asked.name == "all" else [asked.name]:
+        found = run(name, asked.count, asked.seed)
+        if found:
+            failures += 1
+            print(f"FAILED {name}\n{found}\n", flush=True)
+    sys.exit(1 if failures else 0)
+
+
+if __name__ == "__main__":
+    main()
