@@ -1,0 +1,45 @@
+"""Cubic pieces of NURBS rows: how far they miss the curve, their bound of curvature, and the cells that they are cut at."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cncgen.geometry import nurbs
+from cncgen.geometry.path import NURBS, Path
+from cncgen.geometry.pieces import NURBS_SHARE, pieces_of
+from cncgen.geometry.tables import empty_arcs
+
+
+def curve_path() -> Path:
+    """A line, a cubic of three spans with weights, and a line."""
+    points = np.array([[0, 0, 0], [3, 4, 0], [6, -2, 1], [9, 5, 0], [12, 1, 2], [15, 0, 0]], float)
+    table = nurbs.single(3, [0, 0, 0, 0, 1, 2, 3, 3, 3, 3], points, [1, 1, 2, 0.5, 1, 1])
+    end = [[0, 0, 0], [15, 0, 0], [20, 0, 0]]
+    return Path("XYZ", [-5.0, 0, 0], [0, NURBS, 0], end, [-1, 0, -1], empty_arcs(), table)
+
+
+@pytest.mark.parametrize("tolerance", [0.1, 0.01, 0.001])
+def test_pieces_miss_a_curve_by_their_share_of_the_tolerance(tolerance: float) -> None:
+    path = curve_path()
+    pieces = pieces_of(path, np.full(3, tolerance), np.ones(3))
+    h = np.diff(pieces.t)
+    assert np.all(h > 0)
+    np.testing.assert_allclose(pieces.row_t, path.row_s, atol=1e-9)
+    for part in (0.0, 0.3, 0.5, 0.8, 1.0):
+        u = (part * h)[:, None]
+        y = pieces.y
+        at = y[:, 0] + u * (y[:, 1] + u * (y[:, 2] + u * y[:, 3]))
+        x = path.evaluate(pieces.t[:-1] + part * h)[0]
+        assert np.linalg.norm(at - x, axis=1).max() <= 2.0 * NURBS_SHARE * tolerance
+        second = np.linalg.norm(2.0 * y[:, 2] + 6.0 * u * y[:, 3], axis=1)
+        assert np.all(second <= pieces.bend * (1 + 1e-9))
+
+
+def test_cells_cover_a_curve_from_end_to_end() -> None:
+    path = curve_path()
+    of, begin, width = path.cells(np.array([1]))
+    assert set(of.tolist()) == {0}
+    assert begin[0] == 0.0
+    np.testing.assert_allclose(begin[1:], (begin + width)[:-1], atol=1e-12)
+    assert begin[-1] + width[-1] == pytest.approx(path.row_length[1], rel=1e-12)
