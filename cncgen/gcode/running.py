@@ -7,7 +7,7 @@ walked, until it is again where it has not been.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 
 from cncgen.diagnostics import Diagnostics, Severity
@@ -23,6 +23,7 @@ from cncgen.gcode.interpreter import Interpreter, Plan
 from cncgen.gcode.labels import Cursor
 from cncgen.gcode.lanes import PlainBlocks, comment_of
 from cncgen.gcode.leads import lead_of
+from cncgen.gcode.nodes import Node
 from cncgen.gcode.parameters import write_parameters
 from cncgen.gcode.sink import Sink
 from cncgen.gcode.source import MAX_LINE, Source
@@ -33,35 +34,6 @@ from cncgen.toolpath.reading import ReadOptions
 _PAUSE = 1024
 #: Lines kept as nodes; a loop is rarely longer.
 _MAX_NODES = 65_536
-
-
-class _Node:
-    """A line that was read: what it does or where it leads, and the line after it.
-
-    Attributes:
-        offset: Where it stands in the main program; -1 in other texts.
-        following: Node of the next line, once it was needed.
-        target, landing: Where it led last, and the node of that place.
-    """
-
-    __slots__ = ("after", "block", "cursor", "following", "landing", "lead", "offset", "run", "target")
-
-    def __init__(
-        self,
-        cursor: Cursor,
-        after: Cursor,
-        run: Callable[[], None] | None = None,
-        lead: Callable[[], Cursor | None] | None = None,
-    ) -> None:
-        self.cursor = cursor
-        self.after = after
-        self.run = run
-        self.lead = lead
-        self.block = Block({}, source=cursor.source, line=cursor.line, offset=cursor.offset)
-        self.offset = -1 if cursor.source else cursor.offset
-        self.following: _Node | None = None
-        self.target: Cursor | None = None
-        self.landing: _Node | None = None
 
 
 class Runner:
@@ -99,7 +71,7 @@ class Runner:
         self._percent = False
         self._seen = False
         self._parsed: dict[str, Parsed] = {}
-        self._nodes: dict[Cursor, _Node] = {}
+        self._nodes: dict[Cursor, Node] = {}
         self._failed: set[Cursor] = set()
         self._reached = Cursor(0, 0, 1)
 
@@ -380,7 +352,7 @@ class Runner:
             node = following
         self._count(count)
 
-    def _after(self, node: _Node, target: Cursor | None) -> _Node | None:
+    def _after(self, node: Node, target: Cursor | None) -> Node | None:
         """Return the node of the place where a node led, or of the next line; a node remembers both.
 
         None where the stream goes on from there: `_reached` is then that place.
@@ -401,7 +373,7 @@ class Runner:
             node.landing, node.target = found, target
         return found
 
-    def _node(self, cursor: Cursor) -> _Node:
+    def _node(self, cursor: Cursor) -> Node:
         """Return the node of a line, read now or before."""
         node = self._nodes.get(cursor)
         if node is None:
@@ -410,7 +382,7 @@ class Runner:
             node = self._nodes[cursor] = self._read_node(cursor)
         return node
 
-    def _read_node(self, cursor: Cursor) -> _Node:
+    def _read_node(self, cursor: Cursor) -> Node:
         """Read a line as a node; one that is wrong says so when it is run."""
         source = self.sources[cursor.source]
         if cursor.offset >= len(source):
@@ -420,27 +392,27 @@ class Runner:
             text = self._text(cursor)
             bare = text.strip()
             if not bare:
-                return _Node(cursor, after)
+                return Node(cursor, after)
             if bare.startswith("%"):
                 run = None if cursor.source else lambda: self._percent_line(text)
-                return _Node(cursor, after, run=run)
+                return Node(cursor, after, run=run)
             parsed = self._parse(text)
             if parsed.deletable and self.options.block_delete:
-                return _Node(cursor, after)
+                return Node(cursor, after)
             if parsed.flow is not None:
                 if parsed.flow.then is not None:
-                    return _Node(cursor, after, run=self._compiler.then(parsed.flow, cursor))
-                return _Node(cursor, after, lead=lead_of(self.flow, parsed.flow, cursor, after))
-            return _Node(cursor, after, run=self._compiler.action(parsed, cursor))
+                    return Node(cursor, after, run=self._compiler.then(parsed.flow, cursor))
+                return Node(cursor, after, lead=lead_of(self.flow, parsed.flow, cursor, after))
+            return Node(cursor, after, run=self._compiler.action(parsed, cursor))
         except BlockError as error:
             fault = error
 
             def fail() -> None:
                 raise fault
 
-            return _Node(cursor, after, run=fail)
+            return Node(cursor, after, run=fail)
 
-    def _end_node(self, cursor: Cursor) -> _Node:
+    def _end_node(self, cursor: Cursor) -> Node:
         """Return what the end of a text does: the main program ends, a subroutine is not finished."""
 
         def run() -> None:
@@ -451,7 +423,7 @@ class Runner:
                 )
             self.ip.state.ended = True
 
-        return _Node(cursor, cursor, run=run)
+        return Node(cursor, cursor, run=run)
 
     def _execute(self, block: Block, plans: dict[int, Plan] | None = None) -> None:
         """Execute a block; `plans` are those of a line that runs again, by the modal motion."""

@@ -1,0 +1,38 @@
+"""Lines that run again: what was read of a line, kept with what it does and where it leads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from cncgen.gcode.block import Block
+from cncgen.gcode.labels import Cursor
+from cncgen.gcode.leads import Lead
+
+
+class Node:
+    """A line that was read: what it does or where it leads, and the line after it.
+
+    Attributes:
+        offset: Where it stands in the main program; -1 in other texts.
+        following: Node of the next line, once it was needed.
+        target, landing: Where it led last, and the node of that place.
+    """
+
+    __slots__ = ("after", "block", "cursor", "following", "landing", "lead", "offset", "run", "target")
+
+    def __init__(
+        self,
+        cursor: Cursor,
+        after: Cursor,
+        run: Callable[[], None] | None = None,
+        lead: Lead | None = None,
+    ) -> None:
+        self.cursor = cursor
+        self.after = after
+        self.run = run
+        self.lead = lead
+        self.block = Block({}, source=cursor.source, line=cursor.line, offset=cursor.offset)
+        self.offset = -1 if cursor.source else cursor.offset
+        self.following: Node | None = None
+        self.target: Cursor | None = None
+        self.landing: Node | None = None
