@@ -285,7 +285,7 @@ class ToolCentre:
             return self._settle(strict=False)
         turn = self.side * cmath.phase(new.heading_in / old.heading_out)
         if self._rolls(old, new, turn):
-            done = self._settle(strict=old.centre is None and new.centre is None)
+            done = self._settle(strict=new.centre is None)
             centre, turns = (None, 0) if rapid else (old.corner, -self.side)
             new.start = start
             return [*done, self._shifted(Piece(start, centre, turns, block, rapid, corner=True))]
