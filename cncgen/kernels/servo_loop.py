@@ -110,6 +110,8 @@ def _flow_with_friction(
     i: cython.Py_ssize_t
     force: cython.double
     agrees: cython.bint
+    changes: cython.Py_ssize_t = 0
+    trembling: cython.Py_ssize_t = 64
     while done < whole:
         while (whole >> level) > whole - done or (done & ((whole >> level) - 1)) != 0:
             level += 1
@@ -119,7 +121,7 @@ def _flow_with_friction(
             for i in range(order):
                 result[i] = z[axis, i]
             force = _standing_force(stick_law, stick_inputs, axis, held, order, result, u[0], u[2])
-            memory[axis, 1] = 1.0 if -coulomb <= force <= coulomb else 0.0
+            memory[axis, 1] = 1.0 if -coulomb <= force <= coulomb or changes >= trembling else 0.0
             memory[axis, 2] = 1.0 if force > 0.0 else -1.0
         elif memory[axis, 1] == 0.0:
             memory[axis, 2] = 1.0 if z[axis, velocity] > 0.0 else -1.0
@@ -127,7 +129,7 @@ def _flow_with_friction(
             u[3] = 0.0
             _transit(phi, inputs, axis, held + 2, level, order, z, u, result)
             force = _standing_force(stick_law, stick_inputs, axis, held, order, result, u[1], u[2])
-            agrees = -coulomb <= force <= coulomb
+            agrees = -coulomb <= force <= coulomb or changes >= trembling
         else:
             u[3] = -coulomb * memory[axis, 2]
             _transit(phi, inputs, axis, held, level, order, z, u, result)
@@ -138,6 +140,7 @@ def _flow_with_friction(
         for i in range(order):
             z[axis, i] = result[i]
         if not agrees:
+            changes += 1
             if memory[axis, 1] == 0.0:
                 z[axis, velocity] = 0.0
             memory[axis, 1] = 0.0

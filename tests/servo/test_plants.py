@@ -250,3 +250,16 @@ def test_what_cannot_be_joined_is_said():
         plants.transfer_function([1.0, 1.0], [1.0, 2.0])
     with pytest.raises(ValueError, match="whole number"):
         follow_transfer_function([1.0], [1.0, -0.5], T, 0.5 * T, discrete=True)
+
+
+@pytest.mark.timeout(30)
+def test_an_axis_that_trembles_about_standing_ends_its_period():
+    """Forces below the rounding of the states make friction change sides at every step; the period must end all the same."""
+    values = {
+        "motor_inertia_kg_m2": 6774.754967302561, "load_inertia_kg_m2": 58922.06771967757,
+        "stiffness_n_m_rad": 0.01126152250025007, "load_viscous_n_m_s_rad": 0.002823230572085219,
+        "travel_mm_rad": 0.0002608269795164493, "position_gain_n_m_mm": 1917.7368029085048,
+        "derivative_gain_n_m_s_mm": 0.0006481325871104532, "coulomb_n_m": 0.0013937899367195458,
+    }  # fmt: skip
+    command = 5.0 * np.sin(9.0 * np.arange(300) * T)
+    assert np.isfinite(run(command[:, None], {"X": Servo("two-mass", values)}, axes="X").position).all()

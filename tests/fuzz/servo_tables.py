@@ -1,0 +1,93 @@
+"""Random servo tables through every scheme, by hand: python tests/fuzz/servo_tables.py [SEED] [TABLES].
+
+Whatever a table says, it ends in a simulation or in a diagnostic. Printed are the diagnostics by code, every other exception
+with its table, and tables that take longer than two seconds.
+"""
+
+from __future__ import annotations
+
+import random
+import sys
+import time
+import warnings
+from collections import Counter
+
+import numpy as np
+
+from cncgen.diagnostics import CncgenError
+from cncgen.machine.reading import servos_from_toml
+from cncgen.machine.servo_parameters import MODELS, Parameter
+from cncgen.servo.named_schemes import NAMES, scheme_maker
+from cncgen.servo.simulate import simulate_scheme
+from cncgen.setpoints.record import Setpoints
+
+SLOW_S = 2.0
+
+
+def number(rng: random.Random) -> float:
+    """Return a number of usual size, sometimes zero or extreme."""
+    if rng.random() < 0.05:
+        return rng.choice([0.0, 1e-300, 1e300, -1.0, 1e-12, 1e9])
+    return 10.0 ** rng.uniform(-4, 5)
+
+
+def value(parameter: Parameter, rng: random.Random) -> str:
+    """Return a value of a parameter as TOML."""
+    if parameter.name == "control_period_s":
+        return rng.choice(["0.001", "0.0005", "0.00025"])
+    if parameter.name == "sample_time_s":
+        return "0.001"
+    if parameter.name == "delay_s":
+        return rng.choice(["0.0", "0.001", "0.0013"])
+    kinds = {
+        "word": f'"{rng.choice(parameter.choices or ("",))}"',
+        "flag": "true",
+        "text": '"V"',
+        "integer": "3",
+    }
+    if parameter.kind == "numbers":
+        return str([number(rng) * rng.choice([1, 1, 1, -1]) for _ in range(rng.randint(1, 4))])
+    return kinds.get(parameter.kind, repr(number(rng)))
+
+
+def table(rng: random.Random) -> str:
+    """Return servo tables of X and Y of one model."""
+    name = rng.choice(list(MODELS))
+    lines = []
+    for letter in "XY":
+        lines += [f"[axes.{letter.lower()}.servo]", f'model = "{name}"']
+        lines += [
+            f"{p.key(letter)} = {value(p, rng)}"
+            for p in MODELS[name].parameters
+            if p.required or rng.random() < 0.35
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    """Run them."""
+    seed, count = (int(text) for text in (*sys.argv[1:3], "0", "500")[:2]) if len(sys.argv) > 2 else (0, 500)
+    rng, codes, faults = random.Random(seed), Counter[str](), 0
+    t = np.arange(300) * 0.001
+    rows = np.column_stack([5.0 * np.sin(9.0 * t), 5.0 * np.cos(9.0 * t) - 5.0])
+    for _ in range(count):
+        text, scheme, start = table(rng), rng.choice(NAMES), time.perf_counter()
+        try:
+            with warnings.catch_warnings(), np.errstate(all="ignore"):
+                warnings.simplefilter("ignore")
+                maker = scheme_maker(scheme, servos_from_toml(text.encode(), "table"))
+                for _ in simulate_scheme([Setpoints("XY", 0.001, 0, rows)], maker):
+                    pass
+            codes["simulated"] += 1
+        except CncgenError as error:
+            codes[error.diagnostics[0].code] += 1
+        except Exception as error:
+            faults += 1
+            print(f"{type(error).__name__}: {error} under {scheme} with\n{text}")
+        if time.perf_counter() - start > SLOW_S:
+            print(f"{time.perf_counter() - start:.1f} s under {scheme} with\n{text}")
+    print(f"{count} tables from seed {seed}: {dict(codes)}, {faults} other exceptions")
+
+
+if __name__ == "__main__":
+    main()
