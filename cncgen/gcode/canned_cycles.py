@@ -324,16 +324,25 @@ def _check_block(ip: Interpreter, block: Block, number: int) -> None:
         raise BlockError("cycle-feed-mode", f"{name} needs G94 or G95, and G93 is in force", name)
     check_feed(ip, block, name)
     words = state.cycle.words if isinstance(state.cycle, Sticky) else {}
-    depth = AXES[state.plane_axes()[2]]
-    needs = "r" + depth + CYCLES[number].needs + ("ijk" if number == 870 else "")
+    _demand(words, "r" + AXES[state.plane_axes()[2]] + ("ijk" if number == 870 else ""), name)
+
+
+def _demand(words: dict[str, float], needs: str, name: str) -> None:
+    """Raise where words are missing."""
     missing = [letter.upper() for letter in needs if letter not in words]
     if missing:
         raise BlockError(
             "cycle-words", f"{name} has no {' and no '.join(missing)}", name, hint=words_hint(missing)
         )
+
+
+def _check_cut(number: int, words: dict[str, float]) -> None:
+    """Raise where a word of the cut itself is missing or wrong; LinuxCNC finds that when the tool is at R."""
+    name, needs = f"G{number / 10:g}", CYCLES[number].needs
+    _demand(words, needs, name)
     if words.get("p", 0.0) < 0.0:
         raise BlockError("dwell-negative", f"P{words['p']:g} of {name} is negative", "P")
-    if "q" in CYCLES[number].needs and words["q"] <= 0.0:
+    if "q" in needs and words["q"] <= 0.0:
         raise BlockError("cycle-peck", f"Q{words['q']:g} of {name} must be greater than 0", "Q")
 
 
@@ -368,6 +377,7 @@ def _make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> N
     exact = state.path_mode is PathMode.EXACT_PATH
     if not exact:
         ip.sink.set_motion_control_mode(PathMode.EXACT_PATH, None, None)
+    _check_cut(number, sticky.words)
     step = Block({k: v for k, v in block.words.items() if AXIS_INDEX.get(k) != normal}, block.g)
     for _ in range(count):
         end = ip.end_point(step)
