@@ -16,7 +16,7 @@ from cncgen.planner.optimal.blocks import blocks
 from cncgen.planner.optimal.caps import SpeedCap
 from cncgen.planner.optimal.limits import Bounds
 from cncgen.planner.optimal.track import Track, end_derivatives, track_of
-from cncgen.planner.optimal.window import Window
+from cncgen.planner.optimal.window import MARGIN, Window
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Trajectory
 from cncgen.planner.smoothing import smooth
@@ -75,7 +75,7 @@ def _solved(
                 yield _standing(track, window.t_s if window else 0.0)
                 continue
             if window is None:
-                window = Window(bounds_of(track.toolpath.axes))
+                window = Window(bounds_of(track.toolpath.axes), MARGIN[effort])
             window.tracks.append(track)
             yield from window.advance(last)
 

@@ -20,8 +20,8 @@ Floats = NDArray[np.float64]
 
 #: Intervals that a window holds before it is planned: more cost iterations, fewer cost what is planned twice.
 SIZE = 1600
-#: Part of the limits of acceleration and jerk that is planned with: what the method may pass between nodes.
-MARGIN = 0.9993
+#: By effort, the part of the limits of acceleration and jerk that is planned with: what may be passed between nodes.
+MARGIN = {"best": 0.9993, "fast": 0.9965}
 #: Sharp corners that are handed on one by one; beyond them they are counted.
 MAX_CORNERS = 10_000
 #: A window's end is felt where the motion brakes for it, and so many ramps of acceleration before.
@@ -34,6 +34,7 @@ class Window:
 
     Attributes:
         bounds: Limits.
+        margin: Part of the limits of acceleration and jerk that is planned with.
         tracks: In order; of the first, the intervals from `used` on are still open.
         t_s: Time at the first open interval.
         state: q there and the middle ordinate of q on it, where the motion is under way; None at rest.
@@ -43,6 +44,7 @@ class Window:
     """
 
     bounds: Bounds
+    margin: float = MARGIN["best"]
     tracks: list[Track] = field(default_factory=list)
     used: int = 0
     t_s: float = 0.0
@@ -105,7 +107,7 @@ class Window:
             top_limit=column("top_limit"),
             factor=column("factor"),
             node_top=column("node_top"),
-            limits=np.stack([axes.acceleration, axes.jerk]) * MARGIN,
+            limits=np.stack([axes.acceleration, axes.jerk]) * self.margin,
         )
 
     def _solved(self, given: Intervals) -> Solution:
