@@ -50,7 +50,7 @@ def _balanced(matrix: Floats) -> tuple[Floats, Floats]:
             column = sum(line[i] for line in size) - size[i][i]
             if not (0.0 < column < math.inf and 0.0 < row < math.inf):
                 continue
-            factor = 2.0 ** round(0.5 * math.log2(row / column))
+            factor = 2.0 ** round(0.5 * (math.log2(row) - math.log2(column)))
             if factor != 1.0:
                 size[i] = [value / factor for value in size[i]]
                 for line in size:
