@@ -23,7 +23,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Windows of 150 intervals."""
     monkeypatch.setattr(window, "SIZE", 150)
     make = window.Window.__init__
-    monkeypatch.setattr(window.Window, "__init__", lambda self, bounds: make(self, bounds, wanted=150))
+    monkeypatch.setattr(window.Window, "__init__", lambda self, *given: make(self, *given, wanted=150))
 
 
 def positions(chunks: Iterator[Toolpath], machine: Machine, **options: str) -> np.ndarray:
