@@ -2,15 +2,18 @@
 
     python benchmarks/planner_properties.py                      # every property, 300 paths each
     python benchmarks/planner_properties.py limits 5000 --seed 3
+    python benchmarks/planner_properties.py limits 5000 --seed 3 --shrink
 
-The properties, one function each, say in their docstrings what they ask. A failure is shrunk by hypothesis and printed
-as a program and the machine's limits. `tests/planner/test_properties.py` runs a small fixed set of the same.
+The properties, one function each, say in their docstrings what they ask. A failure is printed as a program and the
+machine's limits; with --shrink the first one is made smaller. `tests/planner/test_properties.py` runs a small fixed set of the same.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import math
+import signal
 import sys
 import time
 import traceback
@@ -19,7 +22,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
-from hypothesis import HealthCheck, given, seed, settings
+from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -39,6 +42,8 @@ PERIOD = 1e-3
 LETTERS = "XYZA"
 #: Setpoints may pass a limit by a thousandth (rounding of the setpoints themselves is far below).
 HELD = 1.001
+#: Cases that take longer, s of CPU, are printed.
+SLOW_S = 10.0
 
 
 @dataclass(frozen=True)
@@ -563,16 +568,35 @@ PROPERTIES: dict[str, tuple[Callable[[Case], None], dict[str, object]]] = {
 }
 
 
-def run(name: str, count: int, number: int) -> str | None:
-    """Try a property on so many paths; return the smallest failure found, or None."""
+class TooSlow(Exception):
+    """A case took longer than it may."""
+
+
+def _alarm(*_: object) -> None:
+    raise TooSlow("stopped")
+
+
+def run(name: str, count: int, number: int, most_s: int = 60, shrink: bool = False) -> int:
+    """Try a property on so many paths, print what happens as it happens, and return how many failed.
+
+    Args:
+        name: Of the property.
+        count: Paths.
+        number: Seed.
+        most_s: Seconds that a case may take; one that takes longer counts as a failure.
+        shrink: Stop at the first failure and look for a smaller one, which is printed last.
+    """
     check, kinds = PROPERTIES[name]
     seconds: list[float] = []
+    failed: list[int] = []
+    start = time.monotonic()
 
     @settings(
         max_examples=count,
         deadline=None,
         database=None,
         print_blob=False,
+        phases=[Phase.generate, Phase.shrink] if shrink else [Phase.generate],
         suppress_health_check=list(HealthCheck),
         report_multiple_bugs=False,
     )
@@ -580,29 +604,39 @@ def run(name: str, count: int, number: int) -> str | None:
     @given(cases(**kinds))  # type: ignore[arg-type]
     def tried(case: Case) -> None:
         begin = time.process_time()
+        signal.alarm(most_s)
         try:
             check(case)
         except Exception as fault:
-            fault.add_note(repr(case))
-            raise
+            failed.append(len(seconds))
+            print(_described(name, len(seconds), fault, case), flush=True)
+            if shrink:
+                raise
         finally:
+            signal.alarm(0)
             seconds.append(time.process_time() - begin)
+            if seconds[-1] > SLOW_S:
+                print(f"{name} #{len(seconds) - 1}: slow, {seconds[-1]:.1f} s\n{case!r}", flush=True)
+            if len(seconds) % 50 == 0:
+                print(_progress(name, seconds, failed, start), flush=True)
 
-    begin = time.process_time()
-    try:
+    signal.signal(signal.SIGALRM, _alarm)
+    with contextlib.suppress(AssertionError, TooSlow) if shrink else contextlib.nullcontext():
         tried()
-    except Exception as fault:
-        notes = "\n".join(note for note in getattr(fault, "__notes__", []) if note.startswith("Case"))
-        where = (
-            "" if isinstance(fault, AssertionError) else "".join(traceback.format_tb(fault.__traceback__, -3))
-        )
-        return f"{type(fault).__name__}: {fault}\n{where}{notes}"
-    finally:
-        print(
-            f"{name}: {len(seconds)} paths, {time.process_time() - begin:.1f} s, the slowest {max(seconds):.2f} s",
-            flush=True,
-        )
-    return None
+    print("end of", _progress(name, seconds, failed, start), flush=True)
+    return len(failed)
+
+
+def _progress(name: str, seconds: list[float], failed: list[int], start: float) -> str:
+    return (
+        f"{name}: {len(seconds)} paths, {len(failed)} failed, {sum(seconds):.0f} s of CPU, "
+        f"{time.monotonic() - start:.0f} s, median {np.median(seconds):.3f} s, slowest {max(seconds):.1f} s"
+    )
+
+
+def _described(name: str, number: int, fault: Exception, case: Case) -> str:
+    where = "" if isinstance(fault, AssertionError) else "".join(traceback.format_tb(fault.__traceback__, -3))
+    return f"FAILED {name} #{number}: {type(fault).__name__}: {fault}\n{where}{case!r}"
 
 
 def main() -> None:
@@ -613,14 +647,13 @@ def main() -> None:
     parser.add_argument("name", nargs="?", default="all", choices=["all", *PROPERTIES])
     parser.add_argument("count", nargs="?", type=int, default=300)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--most", type=int, default=60, help="seconds that a case may take")
+    parser.add_argument("--shrink", action="store_true", help="stop at the first failure and make it smaller")
     asked = parser.parse_args()
-    failures = 0
-    for name in PROPERTIES if asked.name == "all" else [asked.name]:
-        found = run(name, asked.count, asked.seed)
-        if found:
-            failures += 1
-            print(f"FAILED {name}\n{found}\n", flush=True)
-    sys.exit(1 if failures else 0)
+    names = list(PROPERTIES) if asked.name == "all" else [asked.name]
+    sys.exit(
+        1 if sum([run(name, asked.count, asked.seed, asked.most, asked.shrink) for name in names]) else 0
+    )
 
 
 if __name__ == "__main__":

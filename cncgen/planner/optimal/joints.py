@@ -94,19 +94,28 @@ def joints_of(
     return Joints(s, stop, corner, speed, taken, zone)
 
 
-def distinct(s: Floats, bounds: Bounds) -> tuple[Floats, Floats]:
-    """Return the first and the last of each cluster of breakpoints that no setpoint can tell apart.
+def distinct(
+    s: Floats, sides: tuple[Floats, Floats], bounds: Bounds
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return which breakpoints are the first and which the last of a cluster that no setpoint can tell apart.
 
     Members of a cluster follow each other within a thousandth of J T³: what lies between shows in a third difference
     by at most some thousandths of J. The ends of the block stay.
+
+    Args:
+        s: Shape (n,), path coordinate.
+        sides: Derivatives on the left and on the right of each, shape (4, n, axes) each.
+        bounds: Limits.
     """
-    near = 0.05 * resolution(bounds)
-    apart = np.diff(s) > near
-    if not apart.all() and not apart.any():
-        return s[[0, -1]], s[[0, -1]]
-    first = s[np.concatenate([[True], apart])]
-    last = s[np.concatenate([apart, [True]])]
-    first[-1], last[0] = s[-1], s[0]
+    apart = np.diff(s) > 0.05 * np.minimum(
+        resolution(bounds, sides[1][1])[:-1], resolution(bounds, sides[0][1])[1:]
+    )
+    if not apart.any():
+        ends = np.array([0, len(s) - 1])
+        return ends, ends
+    first = np.flatnonzero(np.concatenate([[True], apart]))
+    last = np.flatnonzero(np.concatenate([apart, [True]]))
+    first[-1], last[0] = len(s) - 1, 0
     return first, last
 
 

@@ -95,10 +95,21 @@ def least(values: Floats) -> Floats:
     return reduce(np.minimum, np.moveaxis(values, -1, 0))
 
 
-def resolution(bounds: Bounds) -> float:
-    """Return a fiftieth of J T³, mm: a bend of the path shorter than that does not show in the setpoints."""
-    jerk = bounds.axes.jerk
-    return 0.02 * float(jerk[np.isfinite(jerk)].min()) * bounds.period_s**3
+def resolution(bounds: Bounds, x1: Floats) -> Floats:
+    """Return a fiftieth of J T³ along the path, shape (n,): a bend shorter than that does not show in the setpoints.
+
+    X Y Z may turn to any direction within the bend; further axes follow at the ratio that they have at the place. Axes
+    that do not move do not count.
+
+    Args:
+        bounds: Limits.
+        x1: Shape (n, axes), dx/ds at places of the path.
+    """
+    gain = np.abs(x1)
+    gain[:, :3] = gain[:, :3].any(axis=0)
+    with np.errstate(divide="ignore"):
+        found = 0.02 * least(bounds.axes.jerk / gain) * bounds.period_s**3
+    return np.where(np.isfinite(found), found, 0.0)
 
 
 def speed_within(linear: Floats, square: Floats, share: float) -> Floats:

@@ -61,10 +61,11 @@ def place(
         density: How close they stand.
     """
     probes, cells = _probes(path, joints)
-    spacing = _spacing(bounds, path.evaluate(probes, 3), probes, joints, top_at, density)
+    x = path.evaluate(probes, 3)
+    spacing = _spacing(bounds, x, probes, joints, top_at, density)
     spacing = np.minimum(spacing, density.cell * np.append(np.repeat(cells, 4), cells[-1]))
     first = _first(bounds, joints, sides, lines, top_at)
-    spacing = np.maximum(spacing, resolution(bounds))
+    spacing = np.maximum(spacing, resolution(bounds, x[1]))
     tight = np.flatnonzero((joints.stop & np.isfinite(first)) | (joints.zone > 0))
     at = np.searchsorted(probes, joints.s[tight])
     spacing[at] = np.minimum(spacing[at], np.where(joints.stop, first, _beside(bounds, joints, sides))[tight])
@@ -144,8 +145,9 @@ def _first(
             # From rest full jerk reaches v after √(2 v/j) and so (2 v)^(3/2)/(6 √j).
             slow = (2.0 * np.sqrt(top_at(joints.s[rest], side[:, rest]))) ** 1.5 / (6.0 * np.sqrt(jerk))
             candidates += [_FIRST * acceleration**3 / (6.0 * jerk**2), _SLOW * slow, _BEND / bend]
+    seen = np.minimum(*(resolution(bounds, side[1])[rest] for side in sides))
     out[rest] = np.minimum(
-        np.maximum(np.minimum.reduce(candidates[4:]), resolution(bounds)), np.minimum.reduce(candidates[:4])
+        np.maximum(np.minimum.reduce(candidates[4:]), seen), np.minimum.reduce(candidates[:4])
     )
     return out
 

@@ -112,10 +112,12 @@ def track_of(
         q, limit = bounds.top(feeds.speed[row], feeds.limit[row], x[1], x[2])
         return (cap.lower(s, q) if cap else q), limit
 
-    first, last = distinct(_seams(toolpath, path, feeds), bounds)
-    sides = (path.evaluate(first, 3, -1), path.evaluate(last, 3, 1))
-    top = np.minimum(top_at(first, sides[0], -1)[0], top_at(last, sides[1])[0])
-    joints = joints_of(toolpath, path, bounds, first, sides, top, before, after)
+    seams = _seams(toolpath, path, feeds)
+    sides = (path.evaluate(seams, 3, -1), path.evaluate(seams, 3, 1))
+    first, last = distinct(seams, sides, bounds)
+    sides = (sides[0][:, first], sides[1][:, last])
+    top = np.minimum(top_at(seams[first], sides[0], -1)[0], top_at(seams[last], sides[1])[0])
+    joints = joints_of(toolpath, path, bounds, seams[first], sides, top, before, after)
     lines = _lines(path, joints)
     if cap:
         lines[:] = False
