@@ -24,10 +24,11 @@ from pathlib import Path
 from typing import BinaryIO
 
 from cncgen.diagnostics import Diagnostics, ProgramError
+from cncgen.gcode.axes import moving_axes
 from cncgen.gcode.counting import CountingSink
 from cncgen.gcode.running import Runner
-from cncgen.gcode.source import Source, open_source
-from cncgen.kernels import gcode_scan
+from cncgen.gcode.search import search_path
+from cncgen.gcode.source import open_source
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import Program, Toolpath
 from cncgen.units import AXIS_LETTERS
@@ -51,7 +52,7 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
     text = open_source(source, name)
     diagnostics = Diagnostics()
     path = source if isinstance(source, Path) else None
-    moving = moving_axes(text)
+    moving = moving_axes(text, search_path(path, options.include))
     if options.kinematics is not None and text.data.find(b"43.4") >= 0:
         # The rotary axes move the others.
         moving = "XYZ" + moving.strip("XYZ")
@@ -61,7 +62,7 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
         builder = ToolpathBuilder(axes, np.zeros(len(axes)), [name])
         sink = ColumnsSink(builder, options.tolerance_mm)
         handed = False
-        runner = Runner(text, options, sink, diagnostics, path=path)
+        runner = Runner(text, options, sink, diagnostics, path=path, axes=moving)
         for _ in runner.run():
             builder.sources = [source.name for source in runner.sources]
             if builder.count >= options.chunk_rows:
@@ -105,18 +106,6 @@ def check(
     if diagnostics is None and found.has_errors:
         raise ProgramError(list(found))
     return sink.count
-
-
-def moving_axes(text: Source) -> str:
-    """Return the letters of the axes that a program names, in the order of ``XYZABCUVW``.
-
-    I and J name X and Y (a full circle may name no axis at all).
-    """
-    bits = gcode_scan.axis_letters(text.bytes)
-    named = {chr(65 + k) for k in range(26) if bits >> k & 1}
-    if named & {"I", "J"}:
-        named |= {"X", "Y"}
-    return "".join(letter for letter in AXIS_LETTERS if letter in named)
 
 
 def canon(

@@ -13,10 +13,12 @@ from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity, UsageError
 from cncgen.gcode import descent, macros
+from cncgen.gcode.axes import moving_axes
 from cncgen.gcode.block import Flow, Value, nearest
 from cncgen.gcode.errors import BlockError, Stop
 from cncgen.gcode.expressions import evaluate
 from cncgen.gcode.labels import Cursor, Label, Labels, Marked, line_matches
+from cncgen.gcode.search import candidates, leaves_path, search_path
 from cncgen.gcode.source import Source, open_source
 
 if TYPE_CHECKING:
@@ -48,7 +50,9 @@ class Frame:
 class FlowControl:
     """Calls in progress, and where the labels of each source are."""
 
-    def __init__(self, ip: Interpreter, sources: list[Source], program: Path | None) -> None:
+    def __init__(
+        self, ip: Interpreter, sources: list[Source], program: Path | None, axes: str | None
+    ) -> None:
         self.ip = ip
         self.sources = sources
         self.frames: list[Frame] = []
@@ -61,7 +65,8 @@ class FlowControl:
         self._files: dict[str, int] = {}
         #: Where a label of a branch or loop was met first, and its keyword, by the subroutine that it is local to.
         self._first: dict[tuple[Label, int, Label], tuple[Cursor, str]] = {}
-        self._folders = ([program.parent] if program else []) + list(ip.options.include)
+        self._folders = search_path(program, ip.options.include)
+        self._axes = axes
 
     #: Arguments that a call may have.
     argument_room = LOCALS
@@ -381,16 +386,18 @@ class FlowControl:
             name = f"O{int(label):04d}"
         if name in self._files:
             return self._files[name]
-        if "/" in name or "\\" in name or name.startswith("."):
+        if leaves_path(name):
             raise Stop(
                 BlockError("sub-path", f"the subroutine name <{name}> leads out of the search path", "O")
             )
         for folder in self._folders:
-            for path in _candidates(folder, name):
+            for path in candidates(folder, name):
                 try:
-                    self.sources.append(open_source(path, str(path)))
+                    source = open_source(path, str(path))
                 except UsageError:
                     continue
+                self._check_axes(source)
+                self.sources.append(source)
                 self._files[name] = len(self.sources) - 1
                 return self._files[name]
         places = ", ".join(str(folder) for folder in self._folders) or "the search path, which is empty"
@@ -403,19 +410,19 @@ class FlowControl:
             )
         )
 
-
-def _candidates(folder: Path, name: str) -> list[Path]:
-    """Return the files of a folder that hold a subroutine of that name (names are case-insensitive)."""
-    exact = folder / f"{name}.ngc"
-    try:
-        if exact.is_file():
-            return [exact]
-        if not folder.is_dir():
-            return []
-        wanted = {f"{name}{suffix}".lower() for suffix in (".ngc", ".nc", ".tap")}
-        return sorted(path for path in folder.iterdir() if path.name.lower() in wanted and path.is_file())
-    except (OSError, ValueError):  # no name of a file: too long, or with a NUL
-        return []
+    def _check_axes(self, source: Source) -> None:
+        """Refuse a file that moves axes which were not foreseen: their column cannot be added under way."""
+        late = "" if self._axes is None else "".join(a for a in moving_axes(source) if a not in self._axes)
+        if late:
+            raise Stop(
+                BlockError(
+                    "late-axis",
+                    f"{source.name} names {' and '.join(late)}, which neither the program nor a file that it calls by"
+                    " its name does",
+                    "O",
+                    hint=f"name {' and '.join(late)} in the program, or call the file by its name or number",
+                )
+            )
 
 
 def _whole(label: Label, source: int) -> Marked:

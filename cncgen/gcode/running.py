@@ -39,7 +39,8 @@ _MAX_NODES = 65_536
 class Runner:
     """One run of a program on a sink.
 
-    Without `batches` every block goes through its handlers one by one, which is slower and gives the same.
+    Without `batches` every block goes through its handlers one by one, which is slower and gives the same. `axes` are
+    those that the sink has room for, where it is not for all.
     """
 
     def __init__(
@@ -51,6 +52,7 @@ class Runner:
         *,
         path: Path | None = None,
         batches: bool = True,
+        axes: str | None = None,
     ) -> None:
         self.sources = [source]
         self.options = options
@@ -60,7 +62,7 @@ class Runner:
             choose(source) if options.dialect == "auto" else Choice(options.dialect, "", 1)
         )
         self.ip = Interpreter(sink, options, self.remark, self.dialect)
-        self.flow = self.ip.flow = FlowControl(self.ip, self.sources, path)
+        self.flow = self.ip.flow = FlowControl(self.ip, self.sources, path, axes)
         self._increments = self.dialect == "fanuc" and options.least_increment is not None
         #: Whether the scanner cannot read the dialect's plain blocks.
         self._by_line = self._increments or self.dialect == "heidenhain"

@@ -214,12 +214,33 @@ def scan(
         line += 1
 
 
-#: A bit a letter of `axis_letters`, and of I and J, which move axes too.
+#: Bit of `axis_letters` for a call: M98, G65, G66, or an O-word with a name.
+CALLS = 1 << 26
+
+
+@cython.cfunc
+@cython.inline
+@cython.exceptval(check=False)
+def _is_code(
+    text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t, tens: cython.int, units: cython.int
+) -> cython.bint:
+    """Tell whether the number at i is the code of those two digits."""
+    length: cython.Py_ssize_t = text.shape[0]
+    while i < length and (text[i] == 48 or text[i] == 32 or text[i] == 9):
+        i += 1
+    return (
+        i + 1 < length
+        and text[i] == tens
+        and text[i + 1] == units
+        and (i + 2 >= length or not (48 <= text[i + 2] <= 57 or text[i + 2] == 46))
+    )
+
+
 def axis_letters(text: cython.const[cython.uchar][::1]) -> int:
-    """Return which of A to Z stand before a value outside comments, as bits (A is bit 0).
+    """Return which of A to Z stand before a value outside comments, as bits (A is bit 0), and `CALLS`.
 
     A value begins with a digit, sign, point, ``#`` or ``[``; letters of function names and keywords (two letters in
-    a row) and of ``#<names>`` do not count.
+    a row) and of ``#<names>`` do not count, nor do the arguments behind G65 and G66.
     """
     length: cython.Py_ssize_t = text.shape[0]
     i: cython.Py_ssize_t = 0
@@ -227,20 +248,14 @@ def axis_letters(text: cython.const[cython.uchar][::1]) -> int:
     found: cython.uint = 0
     letter: cython.int = -1
     run: cython.int = 0
+    closing: cython.int
     while i < length:
         c = cython.cast(cython.int, text[i])
-        if c == 40:
-            while i < length and text[i] != 41 and text[i] != 10:
-                i += 1
-            letter = -1
-            run = 0
-        elif c == 59:
-            while i < length and text[i] != 10:
-                i += 1
-            letter = -1
-            run = 0
-        elif c == 60:
-            while i < length and text[i] != 62 and text[i] != 10:
+        if c == 40 or c == 59 or c == 60:  # a comment, or a name in <>
+            if c == 60 and run == 1 and letter == 14:
+                found |= CALLS
+            closing = 41 if c == 40 else (10 if c == 59 else 62)
+            while i < length and text[i] != closing and text[i] != 10:
                 i += 1
             letter = -1
             run = 0
@@ -250,6 +265,12 @@ def axis_letters(text: cython.const[cython.uchar][::1]) -> int:
         elif c != 32 and c != 9:
             if run == 1 and (48 <= c <= 57 or c == 45 or c == 43 or c == 46 or c == 35 or c == 91):
                 found |= cython.cast(cython.uint, 1) << letter
+                if letter == 12 and _is_code(text, i, 57, 56):
+                    found |= CALLS
+                elif letter == 6 and (_is_code(text, i, 54, 53) or _is_code(text, i, 54, 54)):
+                    found |= CALLS
+                    while i < length and text[i] != 10:
+                        i += 1
             if c == 64 or c == 94:  # @ and ^ move X and Y
                 found |= (1 << 23) | (1 << 24)
             letter = -1

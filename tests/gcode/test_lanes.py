@@ -129,11 +129,30 @@ def test_numbers_are_the_nearest_doubles(text: str) -> None:
         ("G0 @5 ^90", "GXY"),
         ("a-1b+2c.5", "ABC"),
         ("sin[1] tan[2]", ""),
+        ("G65 P1 A2 B3\nX1", "GX"),
+        ("g 0 66 p1 c4\nG6.5 A1", "AG"),
+        ("G65.1 A1", "AG"),
     ],
 )
 def test_axis_letters_stand_before_values(text: str, letters: str) -> None:
     bits = gcode_scan.axis_letters(np.frombuffer(text.encode(), np.uint8))
     assert "".join(chr(65 + k) for k in range(26) if bits >> k & 1) == "".join(sorted(letters))
+
+
+@pytest.mark.parametrize(
+    ("text", "calls"),
+    [
+        ("M98 P1", True),
+        ("m 098P1", True),
+        ("M980", False),
+        ("o<a> call", True),
+        ("to<a>", False),
+        ("G66 P1", True),
+    ],
+)
+def test_calls_are_told(text: str, calls: bool) -> None:
+    bits = gcode_scan.axis_letters(np.frombuffer(text.encode(), np.uint8))
+    assert bool(bits & gcode_scan.CALLS) == calls
 
 
 @pytest.mark.parametrize("blank", ["", " ", "\t", "\x0b", "\u00a0"])
