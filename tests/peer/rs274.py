@@ -141,7 +141,8 @@ def run_once(program: Path, setup: Setup, timeout_s: float = 20.0) -> Output:
             check=False,
             encoding="latin-1",
         )
-    return read_output(done.stdout, done.stderr, done.returncode)
+    # What the peer says must not tell where the checkout lies.
+    return read_output(done.stdout, done.stderr.replace(f"{program.parent}{os.sep}", ""), done.returncode)
 
 
 def _command(setup: Setup, scratch: Path) -> list[str]:
