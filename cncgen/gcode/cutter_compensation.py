@@ -20,7 +20,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.modal import PLANE_AXES, Stage
 from cncgen.gcode.sink import Curve, MotionBatch, Point, Sink
 from cncgen.gcode.tool_centre import CompensationError, Piece, ToolCentre
-from cncgen.gcode.tools import whole
+from cncgen.gcode.tools import tell_unknown, whole
 from cncgen.toolpath.record import Event, PathMode
 from cncgen.units import INCH
 
@@ -373,6 +373,7 @@ def _of_the_tool(ip: Interpreter, block: Block, name: str) -> tuple[float, int]:
     tool = ip.tools.find(number or ip.state.tool)
     if tool is None:
         raise BlockError("unknown-tool", f"tool {number} is not in the tool table", "D")
+    tell_unknown(ip, tool.number, "D")
     return tool.diameter * ip.table_scale() / 2.0, tool.orientation
 
 

@@ -42,6 +42,8 @@ class ToolTable:
     def __init__(self, tools: dict[int, Tool] | None = None) -> None:
         self.given = tools is not None
         self.tools: dict[int, Tool] = dict(tools or {})
+        #: Whether it was said that a tool's sizes are not known.
+        self.told = False
 
     def find(self, number: int) -> Tool | None:
         """Return a tool, or None where the table has no such tool."""
@@ -50,6 +52,10 @@ class ToolTable:
         if number == 0 or not self.given:
             return Tool(number, number)
         return None
+
+    def invents(self, number: int) -> bool:
+        """Tell whether nothing gives the sizes of a tool, which was not said yet."""
+        return not (self.given or self.told or number in self.tools)
 
     def entry(self, number: int) -> Tool | None:
         """Return a tool to be changed, which then stays in the table; None where there is no such tool."""

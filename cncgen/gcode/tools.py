@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.codes import Code
 from cncgen.gcode.errors import BlockError
@@ -37,6 +38,21 @@ def _tool(ip: Interpreter, number: int, letter: str) -> Tool:
     if tool is None:
         raise BlockError("unknown-tool", f"tool {number} is not in the tool table", letter)
     return tool
+
+
+def tell_unknown(ip: Interpreter, number: int, letter: str) -> None:
+    """Say, once in a program, that the sizes of a tool are not known where no table gives them."""
+    if number and ip.tools.invents(number):
+        ip.tools.told = True
+        ip.warn(
+            BlockError(
+                "no-tool-table",
+                f"without a tool table, tool {number} has no length and no radius",
+                letter,
+                hint="--tool-table names a table in LinuxCNC's format",
+            ),
+            Severity.NOTE,
+        )
 
 
 def load_tool_parameters(ip: Interpreter) -> None:
@@ -102,6 +118,7 @@ def _use(ip: Interpreter, offset: list[float]) -> None:
 
 def table_offset(ip: Interpreter, number: int) -> list[float]:
     """Return the offset of a tool in program units."""
+    tell_unknown(ip, number, "H")
     return [value * ip.scale_of(index) for index, value in enumerate(_tool(ip, number, "H").offset)]
 
 

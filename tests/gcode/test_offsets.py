@@ -145,3 +145,11 @@ def test_inverse_rotation(run: Any) -> None:
     """Turning a system and turning the point back is no turn."""
     out = machine(run(f"G10 L2 P1 R30\nG0 X{math.cos(math.pi / 6):.12f} Y-0.5\nM2"))
     np.testing.assert_allclose(out, [[1, 0, 0]], atol=1e-11)
+
+
+@pytest.mark.parametrize("dialect", ["linuxcnc", "fanuc"])
+def test_sizes_that_no_table_gives_are_told_once(run: Any, dialect: str) -> None:
+    out = run("G43 H3 G0 Z5\nG43 H4 Z6\nG41 D5 G1 X10 F100\nG40 X20\nM30", dialect=dialect)
+    assert [(d.code, d.severity, d.span.line) for d in out.diagnostics if d.span] == [
+        ("no-tool-table", "note", 1)
+    ]
