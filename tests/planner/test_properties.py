@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 
 from cncgen.machine import load
-from cncgen.pipeline import read
+from cncgen.pipeline import read, read_text, sound
 from cncgen.planner import plan
 from cncgen.planner.motion import motion_at
 from cncgen.planner.paths import path_of
@@ -96,3 +96,65 @@ def test_the_limit_that_is_named_is_reached(program: str, machine: str) -> None:
         reached = np.concatenate(parts)
         assert not len(reached) or np.mean(reached > 0.95) > 0.9, name
     assert sum(map(len, ratio[Limit.JERK])) > 100
+
+
+_SLOW_AND_FAST = """G21 G17 G90 G93 G61
+G1 X0 Y0 Z0 A1.12202 F11.310600000000001
+G2 X-1.327215874513501 Y0.348321735771135 Z1 I-0.551781759820867 J0.600253938277782 F11.310600000000001
+G2 X-2.654431749027002 Y0.69664347154227 Z2 I-0.551781759820867 J0.600253938277782 F11.310600000000001
+G1 X-2.654431749027002 Y0.69664347154227 Z2 A1.12448028 F11.310600000000001
+G1 X-1.096271749027002 Y0.69664347154227 Z2.467448 A1.12448028 F11.310600000000001
+G1 X-2.654431749027002 Y0.69664347154227 Z2 A1.12448028 F11.310600000000001
+G3 X-7.331023510048968 Y-11.98176257588654 Z3 I-19.524100000000001 J-0 F11.310600000000001
+G4 P0.050000
+G3 X39.991762921732786 Y-0.294051191707172 Z3 I25.104700000000001 J-0.000000000000003 F11.310600000000001
+G1 X39.991763021732787 Y-0.294051191707172 Z3.00000003 A1.12448028 F11.310600000000001
+M2
+"""
+
+
+def test_slow_rows_beside_fast_ones_find_a_plan() -> None:
+    """Inverse time asks for 1e-6 mm/s beside rows a million times as fast (once no plan was found)."""
+    strong, weak = (85.1256, 328.881, 7191.06), (8.51256, 32.8881, 719.106)
+    machine = properties.Case((), 1.0, True, "G61", (strong, strong, weak, strong)).machine
+    chunks = [chunk for chunk in sound(read_text(_SLOW_AND_FAST, "slow.nc")) if len(chunk)]
+    time = max(float(each.profile.t[-1]) for each in plan(chunks, machine))
+    # Nine moves of 1/11.3 min each and the dwell, and what starts and stops add.
+    assert 9 * 60.0 / 11.3106 + 0.05 <= time < 1.02 * (9 * 60.0 / 11.3106 + 0.05)
+
+
+def test_an_axis_that_starts_in_a_tiny_move_after_a_curve() -> None:
+    """One degree within 1e-7 mm is not moved to the end of the curve before it (once A passed its limit by 62 %)."""
+    curve = properties.Curve(
+        ((13.0, -2.0, 1.6), (1.0, 5.0, -3.0), (1.0, 5.0, -3.0)), (1.0, 2.0, 1.0, 1.0), ()
+    )
+    moves = (
+        properties.Line((0.0, 0.0, 0.0, 1.0)),
+        curve,
+        properties.Line((8.7152109e-08, -4.9035803e-08, 3e-8, -1.0)),
+        curve,
+    )
+    weak, strong = (10.4024, 45.3243, 3012.24), (104.024, 453.243, 30122.4)
+    properties.limits(properties.Case(moves, 50_424.4, False, "G64 P0.001", (strong, weak, weak, strong)))
+
+
+def test_axes_that_rest_do_not_count() -> None:
+    """A rotary axis of the machine that never moves changes nothing of a plan in another unit (once 0.7 %)."""
+    circle = (properties.Line((1e-7, 0.0, 0.0, 0.0)), properties.Arc(1.0, 0.0, -2.0 * math.pi, 0.0))
+    weak = (0.3, 1.0, 10.0)
+    for inverse, feed in ((False, 6000.0), (True, 60.0)):
+        properties.units(properties.Case(circle, feed, inverse, "G61", (*ALIKE[:3], weak)))
+
+
+def test_a_curve_that_ends_in_four_equal_points() -> None:
+    """The derivative by the parameter is 0 at the end of the path (once an IndexError)."""
+    curve = properties.Curve(((0.0, 0.0, 0.2),) * 4, (1.0,) * 5, (0.1,))
+    case = properties.Case((properties.Line((1.0, 0.0, 0.0, 0.0)), curve, curve), 100.0, False, "G61", ALIKE)
+    properties.limits(case)
+    properties.reversing(case)
+
+
+def test_helices_reversed() -> None:
+    """Full turns with a rise, from their other end."""
+    turn = properties.Arc(1.0, 0.0, -2.0 * math.pi, 1.0)
+    properties.reversing(properties.Case((turn, turn), 100.0, False, "G61", ALIKE))

@@ -107,9 +107,9 @@ def distinct(
         sides: Derivatives on the left and on the right of each, shape (4, n, axes) each.
         bounds: Limits.
     """
-    apart = np.diff(s) > 0.05 * np.minimum(
-        resolution(bounds, sides[1][1])[:-1], resolution(bounds, sides[0][1])[1:]
-    )
+    # The rows that meet at a cluster count too: what is short for one may be long for axes that only the other moves.
+    seen = np.minimum(*(resolution(bounds, side[1]) for side in sides))
+    apart = np.diff(s) > 0.05 * np.minimum(seen[:-1], seen[1:])
     if not apart.any():
         ends = np.array([0, len(s) - 1])
         return ends, ends

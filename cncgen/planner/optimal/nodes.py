@@ -62,6 +62,7 @@ def place(
     """
     probes, cells = _probes(path, joints)
     x = path.evaluate(probes, 3)
+    x[:, -1] = sides[0][:, -1]
     spacing = _spacing(bounds, x, probes, joints, top_at, density)
     spacing = np.minimum(spacing, density.cell * np.append(np.repeat(cells, 4), cells[-1]))
     first = _first(bounds, joints, sides, lines, top_at)

@@ -18,12 +18,15 @@ Floats = NDArray[np.float64]
 GAP, SLACK = 1e-4, 5e-4
 #: Iterations at most.
 MOST = 120
-#: The starts tried one after the other, as parts of q of the profile that rises and falls with full jerk.
-_STARTS = (0.8, 0.1, 0.9, 0.01)
+#: The starts tried one after the other, as parts of q of the profile that rises and falls with full jerk. From rest, a
+#: small enough part holds every limit, whatever the intervals.
+_STARTS = (0.8, 0.1, 0.9, 0.01, 1e-4, 1e-7)
 #: A jump of the acceleration of an axis, as a part of its limit, for which both sides of a node are looked at.
 _JUMP = 1e-4
 #: Times that the profile to start from is averaged over three neighbours.
 _ROUNDINGS = 16
+#: Dual residual, as a part of the time, above which what holds the limits is no plan: it may take a thousand times as long.
+_STALLED = 0.1
 #: Slack of a row, as a part of its limit, below which it is said to bind.
 _NEAR = 0.02
 
@@ -63,7 +66,7 @@ class Solution:
             (first and last column).
         limit: Shape (n,), int8, the `Limit` that is nearest on the interval.
         time: Time of all, s.
-        converged: Whether every limit is held.
+        converged: Whether every limit is held, in a time near the least.
         fallback: Whether it is what an earlier plan left in reserve.
     """
 
@@ -162,10 +165,10 @@ def _improved(given: Intervals, columns: _Columns, c: Floats, moving: bool) -> t
         c, 2 if moving else 1, h, ends, columns.extra, rows, offset, kind, axis, *columns.shape,
         np.ones((n, 2, axes)), GAP, SLACK, MOST, report,
     )  # fmt: skip
-    held = status >= 0 or bool(report[2] < SLACK and 0.0 < report[5] < 1.0 + SLACK)
+    held = bool(report[2] < SLACK and 0.0 < report[5] < 1.0 + SLACK and report[4] < _STALLED * report[0])
     q = _ordinates(given, columns.at, ends, c)
     limit = _binding(given, columns, c, (rows, offset, kind))
-    return Solution(q, limit, float(report[0]), held), status >= 0
+    return Solution(q, limit, float(report[0]), status >= 0 or held), status >= 0
 
 
 def _spline(given: Intervals, spline: NDArray[np.int64], moving: bool) -> tuple[Floats, Floats, Floats]:

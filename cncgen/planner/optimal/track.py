@@ -114,6 +114,8 @@ def track_of(
 
     seams = _seams(toolpath, path, feeds)
     sides = (path.evaluate(seams, 3, -1), path.evaluate(seams, 3, 1))
+    # Beyond its ends a path is what it is within; a curve that ends in a cusp has no direction there.
+    sides[0][:, 0], sides[1][:, -1] = sides[1][:, 0], sides[0][:, -1]
     first, last = distinct(seams, sides, bounds)
     sides = (sides[0][:, first], sides[1][:, last])
     top = np.minimum(top_at(seams[first], sides[0], -1)[0], top_at(seams[last], sides[1])[0])

@@ -111,22 +111,28 @@ class Window:
         )
 
     def _solved(self, given: Intervals) -> Solution:
-        """Solve, and fall back on the stop that the last plan left in reserve where that fails.
+        """Solve; where that fails, fall back on the stop that the last plan left in reserve, or plan less of the path.
 
         Raises:
-            NoPlanError: There is none in reserve.
+            NoPlanError: There is none in reserve, and no part of the path can be planned.
         """
-        solution = solve(given, self.state, self.reserve[0][:, 1] if self.reserve else None)
-        if solution.converged:
-            return solution
-        if self.reserve is None:
-            raise NoPlanError(
-                Diagnostic(
-                    "no-plan", f"no motion within the limits was found on {len(given)} intervals of the path"
+        given_count = len(given)
+        while True:
+            solution = solve(given, self.state, self.reserve[0][:, 1] if self.reserve else None)
+            if solution.converged:
+                return solution
+            if self.reserve is not None:
+                q, limit = self.reserve
+                return Solution(q, limit, 0.0, True, fallback=True)
+            half = _stop_before(given.kind, len(given) // 2)
+            if not half:
+                raise NoPlanError(
+                    Diagnostic(
+                        "no-plan",
+                        f"no motion within the limits was found on {given_count} intervals of the path",
+                    )
                 )
-            )
-        q, limit = self.reserve
-        return Solution(q, limit, 0.0, True, fallback=True)
+            given = _head(given, half)
 
     def _final(self, given: Intervals, solution: Solution) -> int:
         """Return how many intervals come before the place from which the stop at the window's end is felt."""
@@ -162,7 +168,9 @@ class Window:
             self.state = (float(solution.q[final, 0]), float(solution.q[final, 1]))
             self.reserve = (solution.q[final:].copy(), solution.limit[final:].copy())
         elif final == n and self.tracks and self.tracks[0].kind[self.used] == SPLINE:
+            # The end of a window that could not be planned further.
             self.tracks[0].kind[self.used] = LEAVE
+            self.tracks[0].corner[self.used] = True
 
     def _trajectory(
         self, track: Track, count: int, whole: bool, pieces: Pieces, solution: Solution, part: slice
@@ -208,12 +216,23 @@ def _cut_short(given: Intervals) -> Intervals:
     n = len(given)
     while n > 3 and (given.kind[n - 2] != SPLINE or given.kind[n - 1] == LEAVE):
         n -= 1
-    if n == len(given):
-        return given
+    return given if n == len(given) else _head(given, n)
+
+
+def _head(given: Intervals, n: int) -> Intervals:
+    """Return the first `n` intervals, the last of which enters rest."""
     kind = given.kind[:n].copy()
     kind[-1] = ENTER
     names = ("h", "x1", "x2", "x3", "top", "top_limit", "factor", "node_top")
     return replace(given, kind=kind, **{name: getattr(given, name)[:n] for name in names})
+
+
+def _stop_before(kind: NDArray[np.int8], most: int) -> int:
+    """Return how many intervals, at most `most`, can end at a stop amid the spline; 0 for none."""
+    spline = kind == SPLINE
+    amid = np.flatnonzero(spline[:-3] & spline[1:-2] & spline[2:-1] & spline[3:]) + 2
+    amid = amid[amid <= most]
+    return int(amid[-1]) if len(amid) else 0
 
 
 def corners_of(
