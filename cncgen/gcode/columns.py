@@ -199,7 +199,8 @@ class ColumnsSink:
         motion = batch.motion
         arcs = motion >= 2
         rapid = motion == 0
-        feed = self._inside_feed(batch.feed, self._rotary_only(start, end))
+        # A full circle ends where it starts, and yet moves linear axes.
+        feed = self._inside_feed(batch.feed, self._rotary_only(start, end) & ~arcs)
         feed[rapid] = np.nan
         curve = np.full(len(motion), -1, np.int64)
         table = None

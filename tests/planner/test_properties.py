@@ -139,10 +139,10 @@ def test_an_axis_that_starts_in_a_tiny_move_after_a_curve() -> None:
 
 
 def test_axes_that_rest_do_not_count() -> None:
-    """A rotary axis of the machine that never moves changes nothing of a plan in another unit (once 0.7 %)."""
+    """A rotary axis of the machine that never moves changes nothing of a plan in another unit (once 3e-8)."""
     circle = (properties.Line((1e-7, 0.0, 0.0, 0.0)), properties.Arc(1.0, 0.0, -2.0 * math.pi, 0.0))
     weak = (0.3, 1.0, 10.0)
-    for inverse, feed in ((False, 6000.0), (True, 60.0)):
+    for inverse, feed in ((False, 600.0), (True, 60.0)):
         properties.units(properties.Case(circle, feed, inverse, "G61", (*ALIKE[:3], weak)))
 
 
@@ -158,3 +158,10 @@ def test_helices_reversed() -> None:
     """Full turns with a rise, from their other end."""
     turn = properties.Arc(1.0, 0.0, -2.0 * math.pi, 1.0)
     properties.reversing(properties.Case((turn, turn), 100.0, False, "G61", ALIKE))
+
+
+def test_full_circles_beside_a_rotary_axis_have_their_feed_in_mm() -> None:
+    """A circle that ends where it starts, in a program with A: 538 mm/min (once taken for degrees, a 57th)."""
+    chunks = list(sound(read_text("G21 G94\nG2 X0 Y0 I-1 F538\nG1 A90\nM2\n", "circle.nc")))
+    feeds = np.concatenate([chunk.feed for chunk in chunks])
+    np.testing.assert_allclose(feeds[:2], [538.0 / 60.0, math.radians(538.0) / 60.0])
