@@ -42,7 +42,7 @@ PERIOD = 1e-3
 LETTERS = "XYZA"
 #: Setpoints may pass a limit by a thousandth (rounding of the setpoints themselves is far below).
 HELD = 1.001
-#: Setpoints beyond which a plan is not sampled: the time goes into sampling, and nothing is near a limit.
+#: Setpoints (five minutes) beyond which `limits` does not sample a plan, and so says nothing of it: it takes too long.
 LONGEST = 300_000
 #: Cases that take longer, s of CPU, are printed.
 SLOW_S = 10.0
