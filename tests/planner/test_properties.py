@@ -165,3 +165,12 @@ def test_full_circles_beside_a_rotary_axis_have_their_feed_in_mm() -> None:
     chunks = list(sound(read_text("G21 G94\nG2 X0 Y0 I-1 F538\nG1 A90\nM2\n", "circle.nc")))
     feeds = np.concatenate([chunk.feed for chunk in chunks])
     np.testing.assert_allclose(feeds[:2], [538.0 / 60.0, math.radians(538.0) / 60.0])
+
+
+def test_jerk_between_nodes_of_a_curve_whose_third_derivative_bends() -> None:
+    """x''' of the NURBS falls by a third over an interval, no parabola (once 1.0039 of the limit of Z)."""
+    curve = properties.Curve(((13.0, -10.0, -2.8), (-6.0, 10.0, -1.8), (-9.0, 10.0, 2.6)), (1.0,) * 4, ())
+    strong, weak = (100.002, 794.328, 6969.63), (30.0006, 238.298, 2090.89)
+    limits = (strong, weak, (3.00006, 23.8298, 209.089), strong)
+    moves = (properties.Line((0.0, 0.0, 0.0, 1.0)), curve)
+    properties.limits(properties.Case(moves, 794.328, False, "G61", limits))

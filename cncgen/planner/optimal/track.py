@@ -23,6 +23,12 @@ Ints = NDArray[np.int64]
 SPLINE, LEAVE, ENTER, LINE = range(4)
 #: Turn of the direction below which a straight line goes on: that of coordinates rounded in their last places.
 _STRAIGHT = 1e-9
+#: Second difference of the jerk by x''' over an interval, as a part of the limit, from which it is looked at more closely.
+_BEND = 0.06
+#: What is held back of the jerk limit, by what the quarter points find hidden (x'' hides as much again), and at most.
+_HIDDEN, _MOST_HIDDEN = 2.5, 0.3
+#: Values at a quarter and three quarters of an interval of the parabola through those at its start, middle and end.
+_QUARTERS = np.array([[0.375, 0.75, -0.125], [-0.125, 0.75, 0.375]])
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,7 +169,7 @@ def track_of(
         top=top3,
         top_limit=which[np.arange(n), top3.argmin(axis=1)],
         node_top=node_top,
-        factor=_factors(s, joints, x.shape[-1]),
+        factor=_factors(s, joints, x.shape[-1]) * _between(path, s, x[3], top3, bounds.axes.jerk),
         stop=stop,
         corner=corner,
         events=_events(toolpath, path, s),
@@ -213,6 +219,39 @@ def _factors(s: Floats, joints: Joints, axes: int) -> Floats:
     np.add.at(change, np.maximum(first, 0), joints.taken[near])
     np.add.at(change, np.minimum(last, len(s) - 1), -joints.taken[near])
     return np.maximum(1.0 - np.cumsum(change, axis=0)[:-1], 1.0 - JUMP_SHARE)
+
+
+def _between(path: Path, s: Floats, x3: Floats, top: Floats, jerk: Floats) -> Floats:
+    """Return the part of the jerk limits, shape (n, axes), that is left beside what three values of x''' do not show.
+
+    The kernel takes x''' as a quadratic over an interval. Where it bends, the quarter points tell how far it is from
+    that. At the largest speed, at which x''' v³ is the jerk limit (or the feed), this much jerk is held back.
+
+    Args:
+        path: The path.
+        s: Shape (n + 1,), nodes.
+        x3: Shape (n, 3, axes), third derivatives at the start, middle and end of each interval.
+        top: Shape (n, 3), largest v² there.
+        jerk: Shape (axes,), limits.
+    """
+    out = np.ones((len(x3), x3.shape[2]))
+    size = np.abs(x3).max(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        cube = np.minimum(
+            top.max(axis=1)[:, None] ** 1.5, np.where(size > 0.0, jerk / size, np.inf).min(axis=1)[:, None]
+        )
+        bend = np.abs(x3[:, 0] - 2.0 * x3[:, 1] + x3[:, 2]) * cube / jerk
+    at = np.flatnonzero((bend > _BEND).any(axis=1))
+    if not len(at):
+        return out
+    quarters = s[at, None] + np.diff(s)[at, None] * (0.25, 0.75)
+    there = path.evaluate(quarters.ravel(), 3)[3].reshape(len(at), 2, -1)
+    shown = np.einsum("pe,nea->npa", _QUARTERS, x3[at])
+    hidden = np.abs(there - shown).max(axis=1) * cube[at] / jerk
+    # Without a limit, or at a cusp, there is nothing to compare.
+    hidden = np.nan_to_num(hidden, nan=0.0, posinf=0.0)
+    out[at] = 1.0 / (1.0 + np.minimum(_HIDDEN * hidden, _MOST_HIDDEN))
+    return out
 
 
 def _events(toolpath: Toolpath, path: Path, s: Floats) -> list[tuple[int, int, Event]]:
