@@ -8,13 +8,6 @@ import pytest
 from comparison import CHOICES, PEER_FAULTS, difference, ours
 from rs274 import EXPECTED, Output, installed, programs, run
 
-PENDING = {
-    name: reason.strip()
-    for line in (Path(__file__).parent / "pending.txt").read_text().splitlines()
-    if line and not line.startswith("#")
-    for name, _, reason in [line.partition(":")]
-}
-
 
 def ids(path: Path) -> str:
     """Name a case by its program."""
@@ -22,13 +15,11 @@ def ids(path: Path) -> str:
 
 
 def expect(program: Path, peer: Output) -> None:
-    """Compare, and let programs that wait for a feature fail as they are expected to."""
+    """Compare; what differs by choice or by a fault of the peer must differ still."""
     found = difference(program, ours(program), peer)
     if program.stem in PEER_FAULTS or program.stem in CHOICES:
         assert found, f"{program.stem} agrees: remove it from the table of differences"
         return
-    if found and program.stem in PENDING:
-        pytest.xfail(PENDING[program.stem])
     assert found is None, found
 
 
@@ -47,9 +38,8 @@ def test_stored_output_is_what_the_peer_prints_now(program: Path) -> None:
 
 
 def test_every_program_has_its_output_and_every_output_its_program() -> None:
-    """No file is left over on either side; pending names exist."""
+    """No file is left over on either side."""
     names = {p.stem for p in programs()}
     assert {p.stem for p in EXPECTED.glob("*.canon")} == names
-    assert set(PENDING) <= names
     assert set(PEER_FAULTS) | set(CHOICES) <= names
     assert len(names) >= 150
