@@ -43,10 +43,21 @@ class BlockError(Exception):
 
 
 class Stop(Exception):
-    """The program can not go on (a bound is reached, a jump has no target); carries the diagnostic's fault."""
+    """The run ends here: a bound is reached, or the program aborts itself; carries the diagnostic's fault."""
 
     def __init__(self, error: BlockError) -> None:
         super().__init__(error.message)
+        self.error = error
+
+
+class Astray(Exception):
+    """The calls and loops in progress lead nowhere; reading goes on at the first line that was not reached yet.
+
+    Carries the diagnostic's fault, or None where it was reported before.
+    """
+
+    def __init__(self, error: BlockError | None = None) -> None:
+        super().__init__(error.message if error else "")
         self.error = error
 
 
@@ -57,6 +68,12 @@ def locate(text: str, word: str) -> tuple[int, int]:
     """Return 1-based column and length of a word (``X`` or ``G5.1``) in a line's text, or of its first character."""
     if word == "#":
         return text.find("#") + 1 or 1, 1
+    if len(word) > 1 and word.isalpha():
+        keyword = re.search(rf"(?<![A-Za-z]){word}", text, re.IGNORECASE) or re.search(
+            word, text, re.IGNORECASE
+        )
+        if keyword:
+            return keyword.start() + 1, len(word)
     letter, number = word[:1].upper(), word[1:]
     fallback: tuple[int, int] | None = None
     for match in _TOKEN.finditer(text):

@@ -15,9 +15,9 @@ from cncgen.diagnostics import Severity, UsageError
 from cncgen.gcode import descent, macros
 from cncgen.gcode.axes import moving_axes
 from cncgen.gcode.block import Flow, Value, nearest
-from cncgen.gcode.errors import BlockError, Stop
-from cncgen.gcode.expressions import evaluate
-from cncgen.gcode.labels import Cursor, Label, Labels, Marked, line_matches
+from cncgen.gcode.errors import Astray, BlockError
+from cncgen.gcode.expressions import EQUAL, evaluate
+from cncgen.gcode.labels import LOOP_END, Cursor, Label, Labels, Marked, line_matches
 from cncgen.gcode.search import candidates, leaves_path, search_path
 from cncgen.gcode.source import Source, open_source
 
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 #: Local numbered parameters: the arguments of a subroutine, #1 to #30, of a macro, #1 to #33.
 LOCALS = 30
 MACRO_LOCALS = 33
+#: Values in brackets that an O-word takes at most, where it has a bound.
+_MOST_ARGUMENTS = {"sub": 0, **dict.fromkeys(("if", "elseif", "while", "repeat", "return", "endsub"), 1)}
 
 
 @dataclass(slots=True)
@@ -63,6 +65,8 @@ class FlowControl:
         self._lines: dict[int, dict[int, list[Cursor]]] = {}
         self._locals = MACRO_LOCALS if ip.dialect == "fanuc" else LOCALS
         self._files: dict[str, int] = {}
+        #: Labels of subroutines that were found without an end.
+        self._unclosed: set[Label] = set()
         #: Where a label of a branch or loop was met first, and its keyword, by the subroutine that it is local to.
         self._first: dict[tuple[Label, int, Label], tuple[Cursor, str]] = {}
         self._folders = search_path(program, ip.options.include)
@@ -82,7 +86,16 @@ class FlowControl:
             return macros.run(self, flow, here)
         method = _METHODS.get(flow.keyword)
         if method is None or (self.ip.dialect == "fanuc" and flow.keyword != "program"):
-            raise BlockError("unsupported-flow", f"{flow.keyword.upper()} is not of this dialect")
+            other = "linuxcnc" if self.ip.dialect == "fanuc" else "fanuc"
+            raise BlockError(
+                "unsupported-flow",
+                f"{flow.keyword.upper()} is not of the {self.ip.dialect} dialect",
+                hint=f"--dialect {other} has it",
+            )
+        if len(flow.arguments) > _MOST_ARGUMENTS.get(flow.keyword, len(flow.arguments)):
+            raise BlockError(
+                "oword-arguments", f"{flow.keyword.upper()} has {len(flow.arguments)} values in brackets", "O"
+            )
         return method(self, flow, here, after)
 
     # Branches and loops.
@@ -165,22 +178,22 @@ class FlowControl:
     def _break(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         label = self._label(flow)
         ends = ("endwhile", "endrepeat", "while")
-        mark = self.next_mark(here, label, ends, "the loop's end")
+        mark = self.next_mark(here, label, ends, LOOP_END)
         self.frame.doing.discard(label)
         return mark.after
 
     def _continue(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
-        return self.next_mark(
-            here, self._label(flow), ("endwhile", "endrepeat", "while"), "the loop's end"
-        ).cursor
+        return self.next_mark(here, self._label(flow), ("endwhile", "endrepeat", "while"), LOOP_END).cursor
 
     # Subroutines.
 
     def _sub(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         """Skip a definition."""
         label = self._label(flow)
-        end = self.next_mark(here, label, ("endsub",), "endsub")
         labels = self.labels(here.source)
+        end = labels.next(here.offset, label, ("endsub",), self._resolved, over_borders=True)
+        if end is None:
+            return self._unclosed_sub(label, here)
         first = labels.first(label, ("sub",), self._resolved)
         if first is not None and first.cursor != here:
             raise BlockError(
@@ -190,26 +203,54 @@ class FlowControl:
                 hint="give it another name",
             )
         if labels.has_sub_between(here.offset, end.cursor.offset):
-            error = BlockError("oword-nested-sub", "a subroutine is defined within a subroutine", "O")
+            error = BlockError(
+                "oword-nested-sub",
+                "a subroutine is defined within a subroutine",
+                "O",
+                hint="close the outer one first; it may call the inner one all the same",
+            )
             self.ip.warn(error, Severity.ERROR)
         return end.after
+
+    def _unclosed_sub(self, label: Label, here: Cursor) -> Cursor | None:
+        """Report a definition without its end, and skip what another label's ENDSUB closes."""
+        self._unclosed.add(label)
+        border = self.labels(here.source).border(here.offset)
+        end = border if border is not None and border.keyword == "endsub" else None
+        hint = f"it must stand below, with the label o{_shown(label)}"
+        if end is not None:
+            hint += f"; line {end.cursor.line} has the ENDSUB of another label"
+        self.ip.warn(
+            BlockError("oword-unmatched", f"o{_shown(label)} has no ENDSUB", "O", hint=hint), Severity.ERROR
+        )
+        return end.after if end is not None else None
 
     def _endsub(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         label = self._label(flow)
         if not self.frames or self.frame.label != label:
-            raise BlockError("oword-unmatched", f"o{_shown(label)} ENDSUB with no SUB that was called", "O")
+            raise BlockError(
+                "oword-unmatched",
+                f"o{_shown(label)} ENDSUB with no SUB that was called",
+                "O",
+                hint="SUB and ENDSUB have the same label",
+            )
         return self.leave(flow.arguments)
 
     def _return(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         if not self.frames:
-            raise BlockError("oword-unmatched", "RETURN outside a subroutine", "O")
+            raise BlockError(
+                "oword-unmatched", "RETURN outside a subroutine", "O", hint="M2 or M30 end the main program"
+            )
         return self.leave(flow.arguments)
 
     def _call(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         label = self._label(flow)
         if len(flow.arguments) > LOCALS:
             raise BlockError(
-                "oword-arguments", f"{len(flow.arguments)} arguments; a call takes {LOCALS}", "O"
+                "oword-arguments",
+                f"{len(flow.arguments)} arguments; a call takes {LOCALS}",
+                "O",
+                hint="pass more in global parameters: #<_name>, or #31 and above",
             )
         values = [evaluate(value, self.ip.parameters) for value in flow.arguments]
         target = self.sub_of(label, here)
@@ -228,9 +269,9 @@ class FlowControl:
     _begun = False
 
     def enter(self, label: Label, target: Cursor, back: Cursor, values: list[float] | None) -> Frame:
-        """Begin a call with these local parameters (None: those of the caller go on)."""
+        """Begin a call with these local parameters (None: the numbered ones of the caller go on)."""
         if len(self.frames) >= self.ip.options.max_call_depth:
-            raise Stop(
+            raise Astray(
                 BlockError(
                     "call-depth",
                     f"subroutine calls are nested more than {self.ip.options.max_call_depth} deep",
@@ -240,9 +281,9 @@ class FlowControl:
         parameters = self.ip.parameters
         frame = Frame(back, label, parameters.numbers[1 : self._locals + 1], parameters.local, values=values)
         self.frames.append(frame)
+        parameters.local = {}
         if values is not None:
             parameters.numbers[1 : self._locals + 1] = values
-            parameters.local = {}
         return frame
 
     def leave(self, returned: tuple[Value, ...] = ()) -> Cursor:
@@ -256,8 +297,8 @@ class FlowControl:
                 parameters.numbers[1 : self._locals + 1] = frame.values
             return frame.again[0]
         self.frames.pop()
-        if frame.values is not None or self.ip.dialect != "fanuc":
-            # A program called by M98 of FANUC has the local parameters of its caller.
+        if frame.values is not None:
+            # A program that M98 calls has the numbered local parameters of its caller.
             parameters.numbers[1 : self._locals + 1] = frame.numbers
         parameters.local = frame.named
         if not frame.by_number:
@@ -267,15 +308,27 @@ class FlowControl:
             self.ip.restore(frame.saved)
         return frame.back
 
+    def give_up(self) -> None:
+        """End all calls in progress; the main program has its local parameters back."""
+        if self.frames:
+            first = self.frames[0]
+            self.ip.parameters.numbers[1 : self._locals + 1] = first.numbers
+            self.ip.parameters.local = first.named
+            self.frames.clear()
+
     def call_number(
         self, number: int, times: int, here: Cursor, after: Cursor, values: list[float] | None = None
     ) -> Cursor:
         """M98 P L, G65 P L: run the program of that number `times` times, with these local parameters."""
         label = float(number)
-        target = self.sub_of(label, here, ("program", "sub"))
+        try:
+            target = self.sub_of(label, here, ("program", "sub"))
+        except BlockError as error:
+            error.word = "P"
+            raise
         if target.keyword == "sub" and self.ip.dialect == "linuxcnc":
             hint = f"use o{number} CALL"
-            raise Stop(BlockError("sub-kind", f"o{number} is a SUB, which M98 cannot run", "P", hint=hint))
+            raise BlockError("sub-kind", f"o{number} is a SUB, which M98 cannot run", "P", hint=hint)
         frame = self.enter(label, target.after, after, values)
         frame.by_number = True
         frame.again = (target.after, times - 1)
@@ -288,11 +341,20 @@ class FlowControl:
         if isinstance(label, str | float):
             return label
         assert callable(label)
-        return float(nearest(label(self.ip.parameters), "the label"))
+        value = label(self.ip.parameters)
+        whole = nearest(value, "the label")
+        if abs(value - whole) > EQUAL:
+            raise BlockError("oword-label", f"a label of {value:g}, which is no whole number", "O")
+        return float(whole)
 
     def _value(self, flow: Flow, index: int) -> float:
         if len(flow.arguments) <= index:
-            raise BlockError("oword-arguments", f"{flow.keyword.upper()} needs a value in brackets", "O")
+            raise BlockError(
+                "oword-arguments",
+                f"{flow.keyword.upper()} needs a value in brackets",
+                "O",
+                hint=f"o{_shown(self._label(flow))} {flow.keyword} [#1 LT 10]",
+            )
         return evaluate(flow.arguments[index], self.ip.parameters)
 
     def program_range(self, here: Cursor) -> tuple[int, int]:
@@ -331,13 +393,29 @@ class FlowControl:
     def next_mark(self, here: Cursor, label: Label, keywords: tuple[str, ...], wanted: str) -> Marked:
         """Return the first later line of the subroutine with this label and one of the keywords."""
         labels = self.labels(here.source)
-        over_borders = wanted == "endsub"
-        mark = labels.next(here.offset, label, keywords, self._resolved, over_borders=over_borders)
+        mark = labels.next(here.offset, label, keywords, self._resolved, over_borders=False)
         if mark is not None:
             return mark
+        if wanted == LOOP_END:
+            raise BlockError(
+                "oword-unmatched",
+                f"o{_shown(label)} stands in no loop",
+                "O",
+                hint="BREAK and CONTINUE have the label of the loop around them",
+            )
         if wanted == "END":
-            raise Stop(BlockError("loop-unmatched", f"DO {_shown(label)} has no END {_shown(label)}", "DO"))
-        raise Stop(BlockError("oword-unmatched", f"o{_shown(label)} has no {wanted.upper()}", "O"))
+            raise BlockError(
+                "loop-unmatched",
+                f"DO {_shown(label)} has no END {_shown(label)}",
+                "DO",
+                hint=f"a loop ends with a block END {_shown(label)}",
+            )
+        raise BlockError(
+            "oword-unmatched",
+            f"o{_shown(label)} has no {wanted.upper()}",
+            "O",
+            hint=f"it must stand below, with the label o{_shown(label)}, in the same subroutine",
+        )
 
     def previous_mark(self, here: Cursor, label: Label, keywords: tuple[str, ...], word: str) -> Marked:
         """Return the last earlier line of the subroutine with this label and one of the keywords."""
@@ -345,9 +423,17 @@ class FlowControl:
         if mark is not None:
             return mark
         if word == "END":
-            raise BlockError("loop-unmatched", f"END {_shown(label)} has no DO {_shown(label)}", "")
+            raise BlockError(
+                "loop-unmatched",
+                f"END {_shown(label)} has no DO {_shown(label)}",
+                "END",
+                hint=f"a loop begins with WHILE[…] DO {_shown(label)}, or DO {_shown(label)}",
+            )
         raise BlockError(
-            "oword-unmatched", f"o{_shown(label)} {word.upper()} with no {keywords[0].upper()}", "O"
+            "oword-unmatched",
+            f"o{_shown(label)} {word.upper()} with no {keywords[0].upper()}",
+            "O",
+            hint=f"it must stand above, with the label o{_shown(label)}, in the same subroutine",
         )
 
     def find_previous(self, here: Cursor, label: Label, keywords: tuple[str, ...]) -> Marked | None:
@@ -360,6 +446,10 @@ class FlowControl:
 
     def sub_of(self, label: Label, here: Cursor, keywords: tuple[str, ...] = ("sub",)) -> Marked:
         """Return the line that begins a subroutine: in this file, or in the file of its name."""
+        if label in self._unclosed:
+            raise BlockError(
+                "sub-unfinished", f"o{_shown(label)} has no ENDSUB: it is not run", "O", hint="see its SUB"
+            )
         key = label, here.source, keywords
         if key in self._subs:
             return self._subs[key]
@@ -377,7 +467,12 @@ class FlowControl:
         if found is not None:
             return found
         name = self.sources[source].name
-        raise Stop(BlockError("sub-missing", f"{name} has no o{_shown(label)} SUB", "O"))
+        raise BlockError(
+            "sub-missing",
+            f"{name} has no o{_shown(label)} SUB",
+            "O",
+            hint="the file of a subroutine holds the subroutine of its name",
+        )
 
     def _file(self, label: Label) -> int:
         """Return the source of the file that holds a subroutine; it must lie in a folder of the search path."""
@@ -387,8 +482,11 @@ class FlowControl:
         if name in self._files:
             return self._files[name]
         if leaves_path(name):
-            raise Stop(
-                BlockError("sub-path", f"the subroutine name <{name}> leads out of the search path", "O")
+            raise BlockError(
+                "sub-path",
+                f"the subroutine name <{name}> leads out of the search path",
+                "O",
+                hint="give the bare name, and the folder with --include",
             )
         for folder in self._folders:
             for path in candidates(folder, name):
@@ -401,27 +499,24 @@ class FlowControl:
                 self._files[name] = len(self.sources) - 1
                 return self._files[name]
         places = ", ".join(str(folder) for folder in self._folders) or "the search path, which is empty"
-        raise Stop(
-            BlockError(
-                "sub-missing",
-                f"there is no subroutine o{_shown(label)}, and no file {name}.ngc in {places}",
-                "O",
-                hint="--include adds a folder to the search path",
-            )
+        what = f"program {name}" if self.ip.dialect == "fanuc" else f"subroutine o{_shown(label)}"
+        raise BlockError(
+            "sub-missing",
+            f"there is no {what} in the text, and no file {name}.ngc in {places}",
+            "O",
+            hint="--include adds a folder to the search path",
         )
 
     def _check_axes(self, source: Source) -> None:
         """Refuse a file that moves axes which were not foreseen: their column cannot be added under way."""
         late = "" if self._axes is None else "".join(a for a in moving_axes(source) if a not in self._axes)
         if late:
-            raise Stop(
-                BlockError(
-                    "late-axis",
-                    f"{source.name} names {' and '.join(late)}, which neither the program nor a file that it calls by"
-                    " its name does",
-                    "O",
-                    hint=f"name {' and '.join(late)} in the program, or call the file by its name or number",
-                )
+            raise BlockError(
+                "late-axis",
+                f"{source.name} names {' and '.join(late)}, which neither the program nor a file that it calls by its"
+                " name does",
+                "O",
+                hint=f"name {' and '.join(late)} in the program, or call the file by its name or number",
             )
 
 

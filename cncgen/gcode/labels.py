@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from cncgen.gcode import descent
-from cncgen.gcode.block import Value
+from cncgen.gcode.block import Flow, Value
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.source import Source
 
@@ -24,6 +24,11 @@ _LINE = re.compile(
 _LEAVING = ("call", "return", "break", "continue")
 _NO_TARGET = re.compile(
     rb"o[ \t]*(?:\d+|<[^>\n]*>)[ \t]*(?:%s)\b" % "|".join(_LEAVING).encode(), re.IGNORECASE
+)
+#: What BREAK and CONTINUE look for.
+LOOP_END = "the loop's end"
+_OPENING = re.compile(
+    rb"o[ \t]*(?:\d+|<[^>\n]*>)[ \t]*(?:endsub|sub|elseif|else|endif|endwhile|while|do|endrepeat)", re.IGNORECASE
 )
 Label = float | str
 #: Tells the number of a computed label now.
@@ -63,7 +68,8 @@ class Labels:
             if not callable(mark.label):
                 self._written.setdefault((mark.label, mark.keyword), []).append(mark)
         self._subs = [mark.cursor.offset for mark in self.marks if mark.keyword == "sub"]
-        self._borders = [mark.cursor.offset for mark in self.marks if mark.keyword in ("sub", "endsub")]
+        self._border_marks = [mark for mark in self.marks if mark.keyword in ("sub", "endsub")]
+        self._borders = [mark.cursor.offset for mark in self._border_marks]
 
     def first(self, label: Label, keywords: tuple[str, ...], resolve: Resolve) -> Marked | None:
         """Return the first line with a label and one of the keywords."""
@@ -107,6 +113,11 @@ class Labels:
             return nearest
         return nearest if nearest.cursor.offset >= self._borders[border - 1] else None
 
+    def border(self, offset: int) -> Marked | None:
+        """Return the first SUB or ENDSUB behind an offset."""
+        index = bisect_right(self._borders, offset)
+        return self._border_marks[index] if index < len(self._borders) else None
+
     def has_sub_between(self, begin: int, end: int) -> bool:
         """Tell whether a subroutine begins between two offsets."""
         return bisect_right(self._subs, begin) < bisect_left(self._subs, end)
@@ -133,7 +144,14 @@ def _find_marks(source: Source, index: int, dialect: str) -> Iterator[Marked]:
         try:
             flow = descent.parse(source.text_at(begin), dialect).flow
         except BlockError:
-            continue
+            # What stands behind the keyword is wrong, which is said where the line runs; jumps lead to it all the same.
+            flow = _opening(match[1], dialect)
         if flow is not None and flow.label is not None and flow.keyword not in _LEAVING:
             after = Cursor(index, source.line_end(begin) + 1, line + 1)
             yield Marked(flow.label, flow.keyword, Cursor(index, begin, line), after)
+
+
+def _opening(line: bytes, dialect: str) -> Flow | None:
+    """Return the O-word that a line begins with, without what stands behind its keyword."""
+    opening = _OPENING.match(line)
+    return descent.parse(opening[0].decode(), dialect).flow if opening else None

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 
 from cncgen.gcode import descent, macros
 from cncgen.gcode.block import Computed, Flow, Value, nearest
-from cncgen.gcode.errors import BlockError, Stop
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.labels import LOOP_END
 
 if TYPE_CHECKING:
     from cncgen.gcode.flow import FlowControl
@@ -34,7 +35,7 @@ def lead_of(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Le
                 lead = make(control, flow, flow.label, here, after)
                 if lead is not None:
                     return lead
-        except (Stop, BlockError):
+        except BlockError:
             pass
     return lambda: control.run(flow, here, after)
 
@@ -55,11 +56,11 @@ def _if(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cur
     while mark.keyword == "elseif":
         text = control.sources[mark.cursor.source].text_at(mark.cursor.offset)
         other = descent.parse(text, control.ip.dialect).flow
-        if other is None or not other.arguments:
+        if other is None or len(other.arguments) != 1:
             return None
         branches.append((_computed(other.arguments[0]), mark.after))
         mark = control.next_mark(mark.cursor, label, ("elseif", "else", "endif"), "endif")
-    if not flow.arguments:
+    if len(flow.arguments) != 1:
         return None
     parameters, condition, otherwise = control.ip.parameters, _computed(flow.arguments[0]), mark.after
     if not branches:
@@ -89,7 +90,7 @@ def _endif(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: 
 
 def _while(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead | None:
     """WHILE: the head of a loop with ENDWHILE, or the foot of one that DO begins."""
-    if not flow.arguments:
+    if len(flow.arguments) != 1:
         return None
     parameters, condition = control.ip.parameters, _computed(flow.arguments[0])
     begin = control.find_previous(here, label, ("do",))
@@ -118,7 +119,7 @@ def _do(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cur
 
 
 def _repeat(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead | None:
-    if not flow.arguments:
+    if len(flow.arguments) != 1:
         return None
     end = control.next_mark(here, label, ("endrepeat",), "endrepeat").after
     parameters, times = control.ip.parameters, _computed(flow.arguments[0])
@@ -145,7 +146,7 @@ def _endrepeat(control: FlowControl, flow: Flow, label: Label, here: Cursor, aft
 
 
 def _break(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
-    end = control.next_mark(here, label, ("endwhile", "endrepeat", "while"), "the loop's end").after
+    end = control.next_mark(here, label, ("endwhile", "endrepeat", "while"), LOOP_END).after
 
     def lead() -> Cursor | None:
         control.frame.doing.discard(label)
@@ -155,7 +156,7 @@ def _break(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: 
 
 
 def _continue(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
-    return _to(control.next_mark(here, label, ("endwhile", "endrepeat", "while"), "the loop's end").cursor)
+    return _to(control.next_mark(here, label, ("endwhile", "endrepeat", "while"), LOOP_END).cursor)
 
 
 def _call(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead | None:

@@ -125,7 +125,12 @@ def line_numbered(flow: FlowControl, here: Cursor, number: int) -> Cursor:
     found = [c for c in lines.get(number, []) if begin <= c.offset < end]
     later = [c for c in found if c.offset > here.offset]
     if not found:
-        raise Stop(BlockError("goto-target", f"there is no line N{number} to go to", "GOTO"))
+        raise BlockError(
+            "goto-target",
+            f"there is no line N{number} to go to in this program",
+            "GOTO",
+            hint="GOTO and M99 P name the N word of a line of their own program",
+        )
     return (later or found)[0]
 
 

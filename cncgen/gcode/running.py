@@ -16,7 +16,7 @@ from cncgen.gcode.batches import Batches
 from cncgen.gcode.block import AXIS_INDEX, Block, Parsed
 from cncgen.gcode.compiling import Compiler
 from cncgen.gcode.dialects import Choice, choose
-from cncgen.gcode.errors import BlockError, Reporter, Stop
+from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
 from cncgen.gcode.expressions import too_deep
 from cncgen.gcode.flow import FlowControl
 from cncgen.gcode.interpreter import Interpreter, Plan
@@ -34,6 +34,8 @@ from cncgen.toolpath.reading import ReadOptions
 _PAUSE = 1024
 #: Lines kept as nodes; a loop is rarely longer.
 _MAX_NODES = 65_536
+#: Faults of lines that failed before, after which the loops they stand in count as endless.
+_MAX_FAILURES = 1000
 
 
 class Runner:
@@ -74,7 +76,9 @@ class Runner:
         self._seen = False
         self._parsed: dict[str, Parsed] = {}
         self._nodes: dict[Cursor, Node] = {}
-        self._failed: set[Cursor] = set()
+        #: Lines that failed, and how; each is said once.
+        self._failed: set[tuple[Cursor, str]] = set()
+        self._failures = 0
         self._reached = Cursor(0, 0, 1)
 
     # The loop.
@@ -97,6 +101,18 @@ class Runner:
             self._fault(Cursor(block.source, block.offset, max(block.line, 1)), stop.error)
 
     def _run(self, source: Source) -> Iterator[None]:
+        """Run until the program ends; where it leads nowhere, go on at the first line not reached yet."""
+        while not self.ip.state.ended:
+            try:
+                yield from self._run_on(source)
+                return
+            except Astray as astray:
+                if astray.error is not None:
+                    block = self.sink.block
+                    self._fault(Cursor(block.source, block.offset, max(block.line, 1)), astray.error)
+                self.flow.give_up()
+
+    def _run_on(self, source: Source) -> Iterator[None]:
         target: Cursor | None = None
         state = self.ip.state
         while not state.ended:
@@ -180,7 +196,11 @@ class Runner:
             if self.ip.jump is not None:
                 after = Cursor(0, source.line_end(here.offset) + 1, here.line + 1)
                 self._reached = after
-                return self._jump(here, after)
+                try:
+                    return self._jump(here, after)
+                except BlockError as error:
+                    self._fail(here, error)
+                    return None
             index = done + 1
         return None
 
@@ -199,7 +219,7 @@ class Runner:
             block.comment = comment
             self._execute(block)
         except BlockError as error:
-            self._fault(here, error)
+            self._fail(here, error)
 
     # Any other line, as it comes.
 
@@ -224,8 +244,7 @@ class Runner:
             if self.ip.jump is not None:
                 return self._jump(here, after)
         except BlockError as error:
-            self._fault(here, error)
-            self._failed.add(here)
+            self._fail(here, error)
         return None
 
     def _run_flow(self, parsed: Parsed, here: Cursor, after: Cursor) -> Cursor | None:
@@ -341,13 +360,7 @@ class Runner:
                     target = node.lead()
                 following = self._after(node, target)
             except (BlockError, RecursionError) as error:
-                here = node.cursor
-                if here in self._failed:
-                    # The same line failed before: what it should have changed will never change.
-                    state.ended = True
-                    break
-                self._fault(here, error if isinstance(error, BlockError) else too_deep())
-                self._failed.add(here)
+                self._fail(node.cursor, error if isinstance(error, BlockError) else too_deep())
                 following = self._node(node.after)
             if following is None:
                 break
@@ -420,7 +433,7 @@ class Runner:
         def run() -> None:
             if self.flow.frames:
                 name = self.sources[cursor.source].name
-                raise Stop(
+                raise Astray(
                     BlockError("sub-unfinished", f"{name} ends within a subroutine", hint="ENDSUB or M99?")
                 )
             self.ip.state.ended = True
@@ -464,6 +477,20 @@ class Runner:
             self.ip.guard(self.ip, block)
         except BlockError as error:
             self._fault(Cursor(block.source, block.offset, block.line), error)
+
+    def _fail(self, here: Cursor, error: BlockError) -> None:
+        """Say that a line failed, once for each kind of fault; the line is left there.
+
+        Raises:
+            Astray: Lines failed so often that a loop, whose condition their effects would have ended, counts as endless.
+        """
+        if (here, error.code) not in self._failed:
+            self._failed.add((here, error.code))
+            self._fault(here, error)
+            return
+        self._failures += 1
+        if self._failures % _MAX_FAILURES == 0:
+            raise Astray
 
     def _fault(self, here: Cursor, error: BlockError) -> None:
         self.reporter.report(self.sources[here.source], here.line, here.offset, error)

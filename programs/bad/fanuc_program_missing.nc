@@ -1,3 +1,3 @@
-; expect fanuc 2:1:sub-missing
+; expect fanuc 2:5:sub-missing
 M98 P1234
 M30

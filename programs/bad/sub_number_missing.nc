@@ -1,3 +1,3 @@
-; expect 2:1:sub-missing
+; expect 2:5:sub-missing
 M98 P77
 M2
