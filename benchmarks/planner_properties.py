@@ -150,8 +150,8 @@ class Case:
 
 
 def _number(x: float) -> str:
-    """Write a number to a few units of its last place, or 1e-15."""
-    return f"{x:.15f}".rstrip("0").rstrip(".")
+    """Write a number with all its digits."""
+    return np.format_float_positional(x, trim="-")
 
 
 def _words(x: Sequence[float]) -> str:

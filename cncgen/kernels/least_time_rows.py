@@ -11,6 +11,10 @@ p1 b1 + p2 b2, hence one of the unknowns c[k], c[k+1], c[k+2] of `cncgen.kernels
 import cython
 from cython.cimports.libc.math import cbrt, fabs, sqrt
 
+#: Parts by which numbers that are alike differ by rounding, and below which one beside another is rounding alone.
+_ALIKE = cython.declare(cython.double, 1e-9)
+_NOTHING = cython.declare(cython.double, 1e-13)
+
 
 @cython.cfunc
 @cython.nogil
@@ -34,6 +38,24 @@ def _put(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
+def _moves(d: cython.double[:, :, ::1], k: cython.Py_ssize_t, a: cython.Py_ssize_t) -> cython.int:
+    """Tell whether a derivative in interval `k` is there for axis `a` (2), for others alone (1), or for none (0)."""
+    b: cython.Py_ssize_t
+    e: cython.Py_ssize_t
+    mine: cython.double = 0.0
+    most: cython.double = 0.0
+    for e in range(3):
+        mine = max(mine, fabs(d[k, e, a]))
+        for b in range(d.shape[2]):
+            most = max(most, fabs(d[k, e, b]))
+    if mine > _NOTHING * most:
+        return 2
+    return 1 if most > 0.0 else 0
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
 def _idle(
     d1: cython.double[:, :, ::1],
     d2: cython.double[:, :, ::1],
@@ -43,25 +65,27 @@ def _idle(
     k: cython.Py_ssize_t,
     a: cython.Py_ssize_t,
 ) -> cython.bint:
-    """Tell whether axis `a` can never bind in interval `k`: it stands, or on a straight interval another binds first."""
+    """Tell whether axis `a` can never bind in interval `k`: it stands, or on a straight interval another binds first.
+
+    What differs by less than `_ALIKE` is alike, lest rounding say how many rows a problem has.
+    """
     b: cython.Py_ssize_t
-    e: cython.Py_ssize_t
-    moves: cython.bint = False
-    for e in range(3):
-        if d1[k, e, a] != 0.0 or d2[k, e, a] != 0.0 or d3[k, e, a] != 0.0:
-            moves = True
-    if not moves:
+    bend: cython.int = _moves(d2, k, a)
+    twist: cython.int = _moves(d3, k, a)
+    acc: cython.double
+    jerk: cython.double
+    if _moves(d1, k, a) < 2 and bend < 2 and twist < 2:
         return True
+    if bend > 0 or twist > 0:
+        return False
     for b in range(d1.shape[2]):
-        for e in range(3):
-            if d2[k, e, b] != 0.0 or d3[k, e, b] != 0.0:
-                return False
-    for b in range(d1.shape[2]):
-        if (
-            fabs(d1[k, 0, b]) * limits[0, a] > fabs(d1[k, 0, a]) * limits[0, b]
-            and fabs(d1[k, 0, b]) * limits[1, a] * factor[k, a]
-            > fabs(d1[k, 0, a]) * limits[1, b] * factor[k, b]
-        ):
+        if b == a:
+            continue
+        # The part of its limits that b takes, by the part that a takes of its own.
+        acc = fabs(d1[k, 0, b]) * limits[0, a] / (fabs(d1[k, 0, a]) * limits[0, b])
+        jerk = limits[1, a] * factor[k, a] / (fabs(d1[k, 0, a]) * limits[1, b] * factor[k, b])
+        jerk *= fabs(d1[k, 0, b])
+        if min(acc, jerk) > 1.0 - _ALIKE and (b < a or max(acc, jerk) > 1.0 + _ALIKE):
             return True
     return False
 

@@ -218,9 +218,11 @@ def _boxes(given: Intervals, spline: NDArray[np.int64], rest: Floats) -> tuple[F
     middle = np.maximum(middle, 0.5 * top.min(axis=1))
     box = np.stack([edge[:, 0], middle[spline], np.full(len(spline), np.inf)], 1)
     # With the same bound on both sides, the ordinate between two bounded ones is bounded.
+    # Alike but for rounding, which no choice of units may turn into another problem.
+    level = 1e-9 * edge[:, 0]
     same = (
-        (middle[spline] == edge[:, 0])
-        & (middle[spline - 1] == edge[:, 0])
+        (np.abs(middle[spline] - edge[:, 0]) <= level)
+        & (np.abs(middle[spline - 1] - edge[:, 0]) <= level)
         & (given.kind[spline - 1] == SPLINE)
     )
     same[0] = False
