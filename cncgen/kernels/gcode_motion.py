@@ -2,6 +2,8 @@
 
 What the loop does not take for certain it leaves: it stops before the block, and the interpreter, which knows the
 whole language and every error, executes that one.
+
+    words of a block ──► `_Block` (which words, the codes) ──► end point ──► centre of an arc ──► a row
 """
 
 import cython
@@ -25,28 +27,191 @@ CENTRE_RELATIVE = 3
 CENTRE_LIMIT = 4
 LEVELS = 5
 
+#: Flags of a block (`gcode_scan`).
+_SLASH = cython.declare(cython.int, 1)
+_COMMENT = cython.declare(cython.int, 2)
+_ACTIVE = cython.declare(cython.int, 4)
+
 #: Larger numbers are faults (`cncgen.gcode.block.LARGEST`).
-_LARGEST: cython.double = 1e9
-_QUARTER: cython.double = 1.5707963267948966
+_LARGEST = cython.declare(cython.double, 1e9)
+_QUARTER = cython.declare(cython.double, 1.5707963267948966)
 #: A radius this much (relative) above half the chord is a semicircle.
-_SEMICIRCLE: cython.double = 1e-7
+_SEMICIRCLE = cython.declare(cython.double, 1e-7)
+
+#: Slots of the words of a block: the nine axes X Y Z A B C U V W, I J K, R, F.
+_AXES = cython.declare(cython.int, 9)
+_I = cython.declare(cython.int, 9)
+_R = cython.declare(cython.int, 12)
+_F = cython.declare(cython.int, 13)
+#: The same as sets of slots, a bit each.
+_ANY_AXIS = cython.declare(cython.uint, 0x1FF)
+_ANY_OFFSET = cython.declare(cython.uint, 0xE00)
+_RADIUS = cython.declare(cython.uint, 1 << 12)
+_FEED = cython.declare(cython.uint, 1 << 13)
+#: What a letter is other than the slot of its word.
+_CODE = cython.declare(cython.int, 14)
+_OTHER = cython.declare(cython.int, -1)
+
+#: Slot of the word of each letter from a to z: an axis, I J K, R or F; `_CODE` for G; `_OTHER` else.
+_SLOT = cython.declare(cython.schar[26])
+_letter: cython.int
+for _letter in range(26):
+    _SLOT[_letter] = b"xyzabcuvwijkrfg".find(97 + _letter)
+
+#: What is in force, from `modes` and `levels`; `first` and `second` are the columns of the plane's axes, `offsets` the
+#: slots of the offsets that an arc in it may have, `silent` is TAKE_COMMENTS.
+_Modes = cython.struct(
+    motion=cython.int,
+    absolute=cython.bint,
+    arc_absolute=cython.bint,
+    plane=cython.double,
+    first=cython.int,
+    second=cython.int,
+    offsets=cython.uint,
+    inverse_time=cython.bint,
+    silent=cython.bint,
+    feed=cython.double,
+    radius_tolerance=cython.double,
+    centre_tolerance=cython.double,
+    centre_relative=cython.double,
+    centre_limit=cython.double,
+)
+
+#: The words of a block: whether it is plain, which slots they fill, and what its G words say (-1: nothing).
+_Block = cython.struct(
+    plain=cython.bint, given=cython.uint, motion=cython.int, absolute=cython.int, plane_said=cython.bint
+)
+
+#: A centre in the plane, and whether it is certain.
+_Centre = cython.struct(x=cython.double, y=cython.double, certain=cython.bint)
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _modes_in_force(modes: cython.longlong[::1], levels: cython.double[::1]) -> _Modes:
+    """Return `modes` and `levels` as a record."""
+    force: _Modes = cython.declare(_Modes)
+    force.motion = modes[MOTION]
+    force.absolute = modes[ABSOLUTE]
+    force.arc_absolute = modes[ARC_ABSOLUTE]
+    force.plane = modes[PLANE]
+    force.first = 2 if modes[PLANE] == 18 else (1 if modes[PLANE] == 19 else 0)
+    force.second = (force.first + 1) % 3
+    force.offsets = (1 << (_I + force.first)) | (1 << (_I + force.second))
+    force.inverse_time = modes[INVERSE_TIME]
+    force.silent = modes[TAKE_COMMENTS]
+    force.feed = levels[FEED]
+    force.radius_tolerance = levels[RADIUS_TOLERANCE]
+    force.centre_tolerance = levels[CENTRE_TOLERANCE]
+    force.centre_relative = levels[CENTRE_RELATIVE]
+    force.centre_limit = levels[CENTRE_LIMIT]
+    return force
 
 
 @cython.cfunc
 @cython.inline
+@cython.nogil
 @cython.exceptval(check=False)
-def _axis_of(c: cython.int) -> cython.int:
-    """Column of an axis letter, or -1."""
-    if 120 <= c <= 122:
-        return c - 120
-    if 97 <= c <= 99:
-        return c - 94
-    if 117 <= c <= 119:
-        return c - 111
-    return -1
+def _with_code(block: _Block, code: cython.double, force: _Modes) -> _Block:
+    """Return the block with a G word taken in: a motion, and where nobody has to be told also distance and plane."""
+    if code == 0.0 or code == 1.0 or code == 2.0 or code == 3.0:
+        block.plain = block.motion < 0
+        block.motion = cython.cast(cython.int, code)
+    elif force.silent and (code == 90.0 or code == 91.0):
+        block.plain = block.absolute < 0
+        block.absolute = code == 90.0
+    elif force.silent and code == force.plane:
+        # The plane in force, said again.
+        block.plain = not block.plane_said
+        block.plane_said = True
+    else:
+        block.plain = False
+    return block
 
 
-@cython.ccall
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _words(
+    letters: cython.const[cython.uchar][::1],
+    values: cython.const[cython.double][::1],
+    begin: cython.Py_ssize_t,
+    end: cython.Py_ssize_t,
+    force: _Modes,
+    word: cython.p_double,
+) -> _Block:
+    """Write words `begin` to `end` to their slots of `word`; a block with any other word, or one twice, is not plain."""
+    block: _Block = _Block(plain=True, given=0, motion=-1, absolute=-1, plane_said=False)
+    w: cython.Py_ssize_t
+    slot: cython.int
+    bit: cython.uint
+    value: cython.double
+    for w in range(begin, end):
+        slot = _SLOT[letters[w] - 97]
+        value = values[w]
+        if slot == _CODE:
+            block = _with_code(block, value, force)
+        elif slot == _OTHER:
+            block.plain = False
+        else:
+            bit = cython.cast(cython.uint, 1) << slot
+            block.plain = not block.given & bit and -_LARGEST <= value <= _LARGEST
+            block.given |= bit
+            word[slot] = value
+        if not block.plain:
+            return block
+    return block
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _may_move(block: _Block, motion: cython.int, feed: cython.double, force: _Modes) -> cython.bint:
+    """Tell whether the words of a block are those of its motion, and a feed is in force where it wants one."""
+    if motion < 0 or motion > 3:
+        return False
+    if motion >= 1 and (feed <= 0.0 or (force.inverse_time and not block.given & _FEED)):
+        return False
+    if motion < 2:
+        return block.given & _ANY_AXIS != 0 and not block.given & (_ANY_OFFSET | _RADIUS)
+    # Offsets along the plane's normal, and centre and radius together, are the interpreter's to judge.
+    if force.arc_absolute or block.given & _ANY_OFFSET & ~force.offsets:
+        return False
+    if block.given & _RADIUS:
+        return block.given & _ANY_AXIS != 0 and not block.given & _ANY_OFFSET
+    return block.given & _ANY_OFFSET != 0
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _centre_from_radius(
+    x0: cython.double,
+    y0: cython.double,
+    x1: cython.double,
+    y1: cython.double,
+    radius: cython.double,
+    clockwise: cython.bint,
+    tolerance: cython.double,
+) -> _Centre:
+    """See `centre_from_radius`."""
+    mx: cython.double = (x0 + x1) / 2.0
+    my: cython.double = (y0 + y1) / 2.0
+    half: cython.double = hypot(mx - x1, my - y1)
+    r: cython.double = fabs(radius)
+    if half - r > tolerance or half == 0.0:
+        return _Centre(x=mx, y=my, certain=False)
+    if r / half < 1.0 + _SEMICIRCLE:
+        r = half
+    # The centre lies left of the chord for a counter-clockwise arc of less than half a turn.
+    normal: cython.double = atan2(y1 - y0, x1 - x0)
+    normal += -_QUARTER if clockwise == (radius > 0.0) else _QUARTER
+    distance: cython.double = r * cos(asin(half / r))
+    return _Centre(x=mx + distance * cos(normal), y=my + distance * sin(normal), certain=True)
+
+
 def centre_from_radius(
     x0: cython.double,
     y0: cython.double,
@@ -61,19 +226,63 @@ def centre_from_radius(
     A negative radius asks for the arc of more than half a turn (RS274/NGC, 3.5.3.1). A radius shorter than half the
     chord by at most `tolerance` counts as half the chord.
     """
-    mx: cython.double = (x0 + x1) / 2.0
-    my: cython.double = (y0 + y1) / 2.0
-    half: cython.double = hypot(mx - x1, my - y1)
-    r: cython.double = fabs(radius)
-    if half - r > tolerance or half == 0.0:
-        return mx, my, False
-    if r / half < 1.0 + _SEMICIRCLE:
-        r = half
-    # The centre lies left of the chord for a counter-clockwise arc of less than half a turn.
-    normal: cython.double = atan2(y1 - y0, x1 - x0)
-    normal += -_QUARTER if clockwise == (radius > 0.0) else _QUARTER
-    distance: cython.double = r * cos(asin(half / r))
-    return mx + distance * cos(normal), my + distance * sin(normal), True
+    centre: _Centre = _centre_from_radius(x0, y0, x1, y1, radius, clockwise, tolerance)
+    return centre.x, centre.y, centre.certain
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _centre_from_offsets(
+    x0: cython.double,
+    y0: cython.double,
+    x1: cython.double,
+    y1: cython.double,
+    cx: cython.double,
+    cy: cython.double,
+    force: _Modes,
+) -> _Centre:
+    """Return a programmed centre; it is certain where start and end are on one circle about it, within tolerance."""
+    start: cython.double = hypot(cx - x0, cy - y0)
+    end: cython.double = hypot(cx - x1, cy - y1)
+    gap: cython.double = fabs(start - end)
+    certain: cython.bint = start >= force.radius_tolerance and end >= force.radius_tolerance
+    if gap > force.centre_limit or (
+        gap > force.centre_tolerance and gap > force.centre_relative * max(start, end)
+    ):
+        certain = False
+    return _Centre(x=cx, y=cy, certain=certain)
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _centre(
+    block: _Block,
+    motion: cython.int,
+    position: cython.double[::1],
+    end: cython.p_double,
+    word: cython.p_double,
+    force: _Modes,
+) -> _Centre:
+    """Return the centre of an arc from `position` to `end`, by its radius or its offsets (0 where not given)."""
+    x0: cython.double = position[force.first]
+    y0: cython.double = position[force.second]
+    x1: cython.double = end[force.first]
+    y1: cython.double = end[force.second]
+    if block.given & _RADIUS:
+        if word[_R] == 0.0 or (x1 == x0 and y1 == y0):
+            return _Centre(x=x0, y=y0, certain=False)
+        return _centre_from_radius(x0, y0, x1, y1, word[_R], motion == 2, force.radius_tolerance)
+    cx: cython.double = x0
+    cy: cython.double = y0
+    if block.given & (cython.cast(cython.uint, 1) << (_I + force.first)):
+        cx += word[_I + force.first]
+    if block.given & (cython.cast(cython.uint, 1) << (_I + force.second)):
+        cy += word[_I + force.second]
+    return _centre_from_offsets(x0, y0, x1, y1, cx, cy, force)
 
 
 def advance(
@@ -105,200 +314,77 @@ def advance(
         modes: Shape (`MODES`,): modal motion 0 to 3 (else nothing is taken), flags, plane 17 to 19; changed.
         levels: Shape (`LEVELS`,): feed, then the tolerances of arcs (`cncgen.gcode.arcs`); changed.
         out_line, out_offset, out_motion, out_end, out_feed, out_feed_set, out_centre, out_turns: Filled, a row a
-            motion: line and offset of its block, 0 to 3, end point, feed in force, whether this block gave F, centre in the two axes of the
-            plane, turns (signed, positive counter-clockwise; 0 for lines).
+            motion: line and offset of its block, 0 to 3, end point, feed in force, whether this block gave F, centre in
+            the two axes of the plane, turns (signed, positive counter-clockwise; 0 for lines).
 
     Returns:
         The first block not taken, and the number of rows.
     """
+    force: _Modes = _modes_in_force(modes, levels)
+    passed_over: cython.int = _SLASH if modes[SKIP_SLASH] else 0
+    left: cython.int = _ACTIVE if force.silent else _ACTIVE | _COMMENT
+    block: _Block
+    centre: _Centre
+    word = cython.declare(cython.double[14])
+    end = cython.declare(cython.double[9])
+    done: cython.Py_ssize_t = last
     rows: cython.Py_ssize_t = 0
-    b: cython.Py_ssize_t
-    w: cython.Py_ssize_t
     begin: cython.Py_ssize_t
-    end: cython.Py_ssize_t
+    b: cython.Py_ssize_t
     k: cython.int
-    c: cython.int
-    axis: cython.int
-    seen: cython.uint
-    bit: cython.uint
     motion: cython.int
-    given: cython.int
-    distance: cython.int
-    moves: cython.uint
-    flags: cython.int
-    moved: cython.bint
-    plane_said: cython.bint
-    taken: cython.bint
-    value: cython.double
+    absolute: cython.bint
     feed: cython.double
-    offset = cython.declare(cython.double[3])
-    has_offset: cython.uint
-    radius: cython.double
-    turns: cython.longlong
-    target = cython.declare(cython.double[9])
-    first_axis: cython.int = 0
-    second_axis: cython.int = 1
-    cx: cython.double
-    cy: cython.double
-    start_radius: cython.double
-    end_radius: cython.double
-    gap: cython.double
-    if modes[PLANE] == 18:
-        first_axis = 2
-        second_axis = 0
-    elif modes[PLANE] == 19:
-        first_axis = 1
-        second_axis = 2
     for b in range(first, last):
-        flags = block_flags[b]
-        if flags & 1 and modes[SKIP_SLASH]:
+        if block_flags[b] & passed_over:
             continue
-        if flags & 4 or (flags & 2 and not modes[TAKE_COMMENTS]):
-            return b, rows
+        done = b
+        if block_flags[b] & left:
+            break
         begin = word_end[b - 1] if b > 0 else 0
-        end = word_end[b]
-        if begin == end:
+        if begin == word_end[b]:
             continue
-        for k in range(9):
-            target[k] = position[k]
-        offset[0] = 0.0
-        offset[1] = 0.0
-        offset[2] = 0.0
-        has_offset = 0
-        seen = 0
-        given = -1
-        distance = -1
-        plane_said = False
-        moves = 0
-        moved = False
-        feed = levels[FEED]
-        radius = 0.0
-        turns = 1
-        taken = True
-        for w in range(begin, end):
-            c = cython.cast(cython.int, letters[w])
-            value = values[w]
-            bit = cython.cast(cython.uint, 1) << (c - 97)
-            if c == 103:  # g
-                if value == 0.0 or value == 1.0 or value == 2.0 or value == 3.0:
-                    taken = given < 0
-                    given = cython.cast(cython.int, value)
-                elif (value == 90.0 or value == 91.0) and modes[TAKE_COMMENTS]:
-                    # A sink that prints is told of the change, so the handler has to make it.
-                    taken = distance < 0
-                    distance = value == 90.0
-                elif value == modes[PLANE] and modes[TAKE_COMMENTS]:
-                    # The plane in force, said again.
-                    taken = not plane_said
-                    plane_said = True
-                else:
-                    taken = False
-                if not taken:
-                    break
-                continue
-            if seen & bit or value > _LARGEST or value < -_LARGEST:
-                taken = False
-                break
-            seen |= bit
-            axis = _axis_of(c)
-            if axis >= 0:
-                moved = True
-                moves |= cython.cast(cython.uint, 1) << axis
-                target[axis] = value
-            elif c == 102:  # f
-                if value < 0.0:
-                    taken = False
-                    break
-                feed = value
-            elif 105 <= c <= 107:  # i j k
-                offset[c - 105] = value
-                has_offset |= cython.cast(cython.uint, 1) << (c - 105)
-            elif c == 114:  # r
-                radius = value
-            else:
-                taken = False
-                break
-        if not taken:
-            return b, rows
-        if distance < 0:
-            distance = cython.cast(cython.int, modes[ABSOLUTE])
-        if given < 0 and not moved and has_offset == 0 and modes[TAKE_COMMENTS]:
+        block = _words(letters, values, begin, word_end[b], force, word)
+        feed = word[_F] if block.given & _FEED else force.feed
+        if not block.plain or feed < 0.0:
+            break
+        absolute = force.absolute if block.absolute < 0 else block.absolute
+        if force.silent and block.motion < 0 and not block.given & ~_FEED:
             # Only modes: nothing moves, and nobody needs to be told.
-            if seen & ~cython.cast(cython.uint, 1 << 5):
-                return b, rows
-            modes[ABSOLUTE] = distance
-            levels[FEED] = feed
+            force.absolute = absolute
+            force.feed = feed
             continue
-        if not distance and moved:
-            for k in range(9):
-                if moves & (1 << k):
-                    target[k] = position[k] + target[k]
-        motion = given if given >= 0 else cython.cast(cython.int, modes[MOTION])
-        if motion < 0 or motion > 3:
-            return b, rows
-        if motion < 2:
-            if not moved or has_offset or seen & (1 << 17):
-                return b, rows
-            turns = 0
-        if motion >= 1 and (feed <= 0.0 or (modes[INVERSE_TIME] and not seen & (1 << 5))):
-            return b, rows
-        cx = 0.0
-        cy = 0.0
+        motion = force.motion if block.motion < 0 else block.motion
+        if not _may_move(block, motion, feed, force):
+            break
+        for k in range(_AXES):
+            end[k] = position[k]
+            if block.given >> k & 1:
+                end[k] = word[k] if absolute else position[k] + word[k]
         if motion >= 2:
-            # Offsets along the plane's normal, and centre and radius together, are the interpreter's to judge.
-            if has_offset & ~((1 << first_axis) | (1 << second_axis)) or modes[ARC_ABSOLUTE]:
-                return b, rows
-            if seen & (1 << 17):
-                if has_offset or radius == 0.0 or not moved:
-                    return b, rows
-                if (
-                    target[first_axis] == position[first_axis]
-                    and target[second_axis] == position[second_axis]
-                ):
-                    return b, rows
-                centre = centre_from_radius(
-                    position[first_axis],
-                    position[second_axis],
-                    target[first_axis],
-                    target[second_axis],
-                    radius,
-                    motion == 2,
-                    levels[RADIUS_TOLERANCE],
-                )
-                if not centre[2]:
-                    return b, rows
-                cx = centre[0]
-                cy = centre[1]
-            else:
-                if not has_offset:
-                    return b, rows
-                cx = position[first_axis] + offset[first_axis]
-                cy = position[second_axis] + offset[second_axis]
-                start_radius = hypot(cx - position[first_axis], cy - position[second_axis])
-                end_radius = hypot(cx - target[first_axis], cy - target[second_axis])
-                gap = fabs(start_radius - end_radius)
-                if start_radius < levels[RADIUS_TOLERANCE] or end_radius < levels[RADIUS_TOLERANCE]:
-                    return b, rows
-                if gap > levels[CENTRE_LIMIT] or (
-                    gap > levels[CENTRE_TOLERANCE]
-                    and gap > levels[CENTRE_RELATIVE] * max(start_radius, end_radius)
-                ):
-                    return b, rows
-            if motion == 2:
-                turns = -1
-        modes[MOTION] = motion
-        modes[ABSOLUTE] = distance
-        levels[FEED] = feed
+            centre = _centre(block, motion, position, end, word, force)
+            if not centre.certain:
+                break
+        else:
+            centre = _Centre(x=0.0, y=0.0, certain=True)
+        force.motion = motion
+        force.absolute = absolute
+        force.feed = feed
         out_line[rows] = block_line[b]
         out_offset[rows] = block_offset[b]
         out_motion[rows] = motion
         out_feed[rows] = feed
-        out_feed_set[rows] = 1 if seen & (1 << 5) else 0
-        out_centre[rows, 0] = cx
-        out_centre[rows, 1] = cy
-        out_turns[rows] = turns
-        for k in range(9):
-            position[k] = target[k]
-            out_end[rows, k] = target[k]
+        out_feed_set[rows] = 1 if block.given & _FEED else 0
+        out_centre[rows, 0] = centre.x
+        out_centre[rows, 1] = centre.y
+        out_turns[rows] = 0 if motion < 2 else 2 * motion - 5
+        for k in range(_AXES):
+            position[k] = end[k]
+            out_end[rows, k] = end[k]
         rows += 1
-    return last, rows
+    else:
+        done = last
+    modes[MOTION] = force.motion
+    modes[ABSOLUTE] = force.absolute
+    levels[FEED] = force.feed
+    return done, rows
