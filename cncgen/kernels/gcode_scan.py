@@ -17,23 +17,128 @@ COMMENT = 2
 ACTIVE = 4
 NUMBERED = 8
 
-_POWERS = [10.0**k for k in range(23)]
+#: The same as numbers of C.
+_FULL = cython.declare(cython.int, FULL)
+_OTHER = cython.declare(cython.int, OTHER)
+_SLASH = cython.declare(cython.int, SLASH)
+_COMMENT = cython.declare(cython.int, COMMENT)
+_ACTIVE = cython.declare(cython.int, ACTIVE)
+_NUMBERED = cython.declare(cython.int, NUMBERED)
+
+#: What a byte begins where a word may begin; O-words and all that is not named here are the grammar's.
+_WORD = cython.declare(cython.int, 1)
+_BLANK = cython.declare(cython.int, 2)
+_LINE_END = cython.declare(cython.int, 3)
+_PARENTHESIS = cython.declare(cython.int, 4)
+_SEMICOLON = cython.declare(cython.int, 5)
+_DELETE = cython.declare(cython.int, 6)
+_LINE_NUMBER = cython.declare(cython.int, 7)
+_KIND = cython.declare(cython.schar[256])
+
+#: Powers of ten that are doubles without error.
+_POWERS = cython.declare(cython.double[23])
+
+#: Digits that a mantissa of 64 bits holds, and the integer up to which doubles have no gaps.
+_DIGITS = cython.declare(cython.int, 18)
+_EXACT = cython.declare(cython.ulonglong, 9007199254740992)
+
+
+@cython.cfunc
+def _fill_tables() -> cython.void:
+    """Fill the tables of bytes and powers, once."""
+    c: cython.int
+    for c in range(256):
+        _KIND[c] = 0
+    for c in b"abcdefghijklmpqrstuvwxyzABCDEFGHIJKLMPQRSTUVWXYZ":
+        _KIND[c] = _WORD
+    for c in b" \t\r":
+        _KIND[c] = _BLANK
+    for c in b"nN":
+        _KIND[c] = _LINE_NUMBER
+    _KIND[10] = _LINE_END
+    _KIND[40] = _PARENTHESIS
+    _KIND[59] = _SEMICOLON
+    _KIND[47] = _DELETE
+    for c in range(23):
+        _POWERS[c] = 10.0**c
+
+
+_fill_tables()
+
+#: A number and the offset after it; -1 where there is none, or none of so few digits that it is certain.
+_Number = cython.struct(value=cython.double, after=cython.Py_ssize_t)
+
+#: The offset after a comment, -1 where it does not close in its line or holds another; and whether it does something.
+_Remark = cython.struct(after=cython.Py_ssize_t, active=cython.bint)
+
+#: A line that was read: the offset of its end, the words in the columns then, its flags; and 0, or why it was left.
+_Line = cython.struct(end=cython.Py_ssize_t, words=cython.Py_ssize_t, flags=cython.int, why=cython.int)
 
 
 @cython.cfunc
 @cython.inline
+@cython.nogil
 @cython.exceptval(check=False)
-def _letter_of(c: cython.int) -> cython.int:
-    """Lower-case letter of a word, or 0; N, O and what is no letter are none."""
-    if 65 <= c <= 90:
-        c += 32
-    if 97 <= c <= 122 and c != 110 and c != 111:
-        return c
-    return 0
+def _line_end(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t) -> cython.Py_ssize_t:
+    """Return the offset of the end of the line."""
+    while i < text.shape[0] and text[i] != 10:
+        i += 1
+    return i
 
 
 @cython.cfunc
 @cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _number(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t, signed: cython.bint) -> _Number:
+    """Read the number at i: a sign where `signed`, digits with at most one point, blanks anywhere."""
+    length: cython.Py_ssize_t = text.shape[0]
+    mantissa: cython.ulonglong = 0
+    digits: cython.int = 0
+    decimals: cython.int = 0
+    dotted: cython.bint = False
+    negative: cython.bint = False
+    value: cython.double
+    c: cython.int
+    while i < length and (text[i] == 32 or text[i] == 9):
+        i += 1
+    if signed and i < length and (text[i] == 43 or text[i] == 45):
+        negative = text[i] == 45
+        i += 1
+    while i < length:
+        c = cython.cast(cython.int, text[i])
+        if 48 <= c <= 57:
+            mantissa = mantissa * 10 + cython.cast(cython.ulonglong, c - 48)
+            digits += 1
+            decimals += dotted
+            if digits > _DIGITS:
+                break
+        elif c == 46 and not dotted:
+            dotted = True
+        elif c != 32 and c != 9:
+            break
+        i += 1
+    if digits == 0 or digits > _DIGITS or mantissa > _EXACT:
+        return _Number(value=0.0, after=-1)
+    value = cython.cast(cython.double, mantissa)
+    if decimals > 0:
+        # Both are doubles without error, so that the quotient is rounded once.
+        value /= _POWERS[decimals]
+    return _Number(value=-value if negative else value, after=i)
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _is_letter(c: cython.int) -> cython.bint:
+    """Tell whether a byte is a letter."""
+    return 97 <= (c | 32) <= 122
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
 @cython.exceptval(check=False)
 def _is_active(initial: cython.int, length: cython.int) -> cython.bint:
     """Tell by first letter and length whether a comment's keyword may be one that does something.
@@ -45,6 +150,100 @@ def _is_active(initial: cython.int, length: cython.int) -> cython.bint:
     if initial == 108:
         return length == 3 or length == 7 or length == 9
     return initial == 109 and length == 3
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _past_unseen(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t) -> cython.Py_ssize_t:
+    """Return the offset after blanks, control characters and what is not ASCII, in the line."""
+    while i < text.shape[0] and (text[i] <= 32 or text[i] >= 128) and text[i] != 10:
+        i += 1
+    return i
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _remark(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t) -> _Remark:
+    """Read the comment whose parenthesis opens before i; ``(MSG,`` and its kin, and ``(LOGCLOSE)``, are active."""
+    length: cython.Py_ssize_t = text.shape[0]
+    active: cython.bint = False
+    begin: cython.Py_ssize_t = _past_unseen(text, i)
+    initial: cython.int
+    run: cython.int
+    i = begin
+    while i < length and _is_letter(text[i]):
+        i += 1
+    if i > begin:
+        initial = text[begin] | 32
+        run = i - begin
+        i = _past_unseen(text, i)
+        if i < length and text[i] == 44:
+            active = _is_active(initial, run)
+        elif i < length and text[i] == 41:
+            active = initial == 108 and run == 8
+    while i < length and text[i] != 41 and text[i] != 40 and text[i] != 10:
+        i += 1
+    return _Remark(after=i + 1 if i < length and text[i] == 41 else -1, active=active)
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _line(
+    text: cython.const[cython.uchar][::1],
+    i: cython.Py_ssize_t,
+    first: cython.Py_ssize_t,
+    letters: cython.uchar[::1],
+    values: cython.double[::1],
+) -> _Line:
+    """Read the line at i, its words into the columns from `first` on."""
+    words: cython.Py_ssize_t = first
+    flags: cython.int = 0
+    kind: cython.int
+    number: _Number
+    remark: _Remark
+    while True:
+        kind = _KIND[text[i]] if i < text.shape[0] else _LINE_END
+        if kind == _BLANK:
+            i += 1
+        elif kind == _WORD:
+            number = _number(text, i + 1, True)
+            if number.after < 0:
+                break
+            if words >= letters.shape[0]:
+                return _Line(end=i, words=words, flags=flags, why=_FULL)
+            letters[words] = text[i] | 32
+            values[words] = number.value
+            words += 1
+            i = number.after
+        elif kind == _LINE_END:
+            return _Line(end=i, words=words, flags=flags, why=0)
+        elif kind == _PARENTHESIS:
+            remark = _remark(text, i + 1)
+            if remark.after < 0:
+                break
+            flags |= _COMMENT | _ACTIVE if remark.active else _COMMENT
+            i = remark.after
+        elif kind == _SEMICOLON:  # what follows it is never passed on
+            flags |= _COMMENT
+            i = _line_end(text, i)
+        elif kind == _DELETE and words == first and flags == 0:
+            flags = _SLASH
+            i += 1
+        elif kind == _LINE_NUMBER and words == first and not flags & ~_SLASH:
+            number = _number(text, i + 1, False)
+            if number.after < 0:
+                break
+            flags |= _NUMBERED
+            i = number.after
+        else:
+            break
+    return _Line(end=i, words=words, flags=flags, why=_OTHER)
 
 
 def scan(
@@ -72,154 +271,43 @@ def scan(
     Returns:
         Blocks read, words read, offset and line of the first line not read, and why: `END`, `FULL`, `OTHER`.
     """
-    powers = cython.declare(cython.double[23])
-    k: cython.int
-    for k in range(23):
-        powers[k] = _POWERS[k]
-    length: cython.Py_ssize_t = text.shape[0]
-    block_room: cython.Py_ssize_t = block_line.shape[0]
-    word_room: cython.Py_ssize_t = letters.shape[0]
     blocks: cython.Py_ssize_t = 0
     words: cython.Py_ssize_t = 0
     i: cython.Py_ssize_t = offset
-    begin: cython.Py_ssize_t
-    first: cython.Py_ssize_t
-    c: cython.int
-    letter: cython.int
-    flags: cython.int
-    digits: cython.int
-    decimals: cython.int
-    negative: cython.bint
-    dotted: cython.bint
-    phase: cython.int
-    run: cython.int
-    initial: cython.int = 0
-    plain: cython.bint
-    mantissa: cython.ulonglong
-    number: cython.double
-    while True:
-        if i >= length:
-            return blocks, words, i, line, END
-        if blocks >= block_room:
+    found: _Line
+    while i < text.shape[0]:
+        if blocks >= block_line.shape[0]:
             return blocks, words, i, line, FULL
-        begin = i
-        first = words
-        flags = 0
-        plain = True
-        while True:
-            # Between words: blanks, the end of the line, a comment, a slash, a letter.
-            while i < length and (text[i] == 32 or text[i] == 9 or text[i] == 13):
-                i += 1
-            c = cython.cast(cython.int, text[i]) if i < length else 10
-            if c == 10:
-                break
-            if c == 40:  # (
-                i += 1
-                # "(MSG," and its kin: blanks, letters, blanks, a comma.
-                phase = 0
-                run = 0
-                while i < length:
-                    c = cython.cast(cython.int, text[i])
-                    if c == 41 or c == 40 or c == 10:
-                        break
-                    if phase < 3:
-                        if (c | 32) >= 97 and (c | 32) <= 122 and phase < 2:
-                            if phase == 0:
-                                initial = c | 32
-                                phase = 1
-                            run += 1
-                        elif c <= 32 or c >= 128:
-                            if phase == 1:
-                                phase = 2
-                        else:
-                            if c == 44 and phase > 0 and _is_active(initial, run):
-                                flags |= ACTIVE
-                            phase = 3
-                    i += 1
-                if phase > 0 and phase < 3 and initial == 108 and run == 8:  # (LOGCLOSE)
-                    flags |= ACTIVE
-                if i >= length or text[i] != 41:
-                    plain = False
-                    break
-                i += 1
-                flags |= COMMENT
-                continue
-            if c == 59:  # ; and what follows it is never passed on
-                while i < length and text[i] != 10:
-                    i += 1
-                flags |= COMMENT
-                break
-            if c == 47 and flags == 0 and words == first:  # /
-                flags |= SLASH
-                i += 1
-                continue
-            letter = _letter_of(c)
-            if letter == 0:
-                if (c == 78 or c == 110) and words == first and (flags & ~SLASH) == 0:
-                    flags |= NUMBERED
-                else:
-                    plain = False
-                    break
-            i += 1
-            # The number: sign, digits with at most one point, blanks anywhere.
-            negative = False
-            dotted = False
-            mantissa = 0
-            digits = 0
-            decimals = 0
-            while i < length and (text[i] == 32 or text[i] == 9):
-                i += 1
-            if i < length and (text[i] == 43 or text[i] == 45) and letter != 0:
-                negative = text[i] == 45
-                i += 1
-            while i < length:
-                c = cython.cast(cython.int, text[i])
-                if 48 <= c <= 57:
-                    mantissa = mantissa * 10 + cython.cast(cython.ulonglong, c - 48)
-                    digits += 1
-                    if dotted:
-                        decimals += 1
-                    if digits > 18:
-                        break
-                elif c == 46 and not dotted:
-                    dotted = True
-                elif c != 32 and c != 9:
-                    break
-                i += 1
-            if digits == 0 or digits > 18 or mantissa > 9007199254740992:
-                plain = False
-                break
-            if letter == 0:
-                continue
-            if words >= word_room:
-                if blocks == 0:
-                    plain = False
-                    break
-                return blocks, first, begin, line, FULL
-            number = cython.cast(cython.double, mantissa)
-            if decimals > 0:
-                number /= powers[decimals]
-            letters[words] = letter
-            values[words] = -number if negative else number
-            words += 1
-        if not plain:
-            return blocks, first, begin, line, OTHER
-        if words > first or flags & COMMENT:
+        found = _line(text, i, words, letters, values)
+        if found.why == _FULL and blocks > 0:
+            return blocks, words, i, line, FULL
+        if found.why != 0:
+            return blocks, words, i, line, OTHER
+        if found.words > words or found.flags & _COMMENT:
             block_line[blocks] = line
-            block_offset[blocks] = begin
-            block_flags[blocks] = flags
-            word_end[blocks] = words
+            block_offset[blocks] = i
+            block_flags[blocks] = found.flags
+            word_end[blocks] = words = found.words
             blocks += 1
-        i += 1
+        i = found.end + 1
         line += 1
+    return blocks, words, i, line, END
 
 
 #: Bit of `axis_letters` for a call: M98, G65, G66, or an O-word with a name.
 CALLS = 1 << 26
 
+#: Bits of the letters that ``@`` and ``^`` move, X and Y; the numbers of letters that call, from 0 for A.
+_POLAR = cython.declare(cython.uint, 1 << 23 | 1 << 24)
+_CALLS = cython.declare(cython.uint, CALLS)
+_G = cython.declare(cython.int, 6)
+_M = cython.declare(cython.int, 12)
+_O = cython.declare(cython.int, 14)
+
 
 @cython.cfunc
 @cython.inline
+@cython.nogil
 @cython.exceptval(check=False)
 def _is_code(
     text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t, tens: cython.int, units: cython.int
@@ -236,44 +324,70 @@ def _is_code(
     )
 
 
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _calls_macro(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t) -> cython.bint:
+    """Tell whether the number at i, of a G word, calls a macro: 65 or 66."""
+    return _is_code(text, i, 54, 53) or _is_code(text, i, 54, 54)
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _closing(c: cython.int) -> cython.int:
+    """Return what closes the comment or the name that a byte opens (it ends with its line too), or 0."""
+    if c == 40:
+        return 41
+    if c == 59:
+        return 10
+    return 62 if c == 60 else 0
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _begins_value(c: cython.int) -> cython.bint:
+    """Tell whether a value may begin with a byte: digit, sign, point, ``#`` or ``[``."""
+    return 48 <= c <= 57 or c == 43 or c == 45 or c == 46 or c == 35 or c == 91
+
+
 def axis_letters(text: cython.const[cython.uchar][::1]) -> int:
     """Return which of A to Z stand before a value outside comments, as bits (A is bit 0), and `CALLS`.
 
     A value begins with a digit, sign, point, ``#`` or ``[``; letters of function names and keywords (two letters in
     a row) and of ``#<names>`` do not count, nor do the arguments behind G65 and G66.
     """
-    length: cython.Py_ssize_t = text.shape[0]
     i: cython.Py_ssize_t = 0
     c: cython.int
+    closing: cython.int
     found: cython.uint = 0
     letter: cython.int = -1
     run: cython.int = 0
-    closing: cython.int
-    while i < length:
+    while i < text.shape[0]:
         c = cython.cast(cython.int, text[i])
-        if c == 40 or c == 59 or c == 60:  # a comment, or a name in <>
-            if c == 60 and run == 1 and letter == 14:
-                found |= CALLS
-            closing = 41 if c == 40 else (10 if c == 59 else 62)
-            while i < length and text[i] != closing and text[i] != 10:
-                i += 1
-            letter = -1
-            run = 0
-        elif (c | 32) >= 97 and (c | 32) <= 122:
+        if _is_letter(c):
             letter = (c | 32) - 97
             run += 1
         elif c != 32 and c != 9:
-            if run == 1 and (48 <= c <= 57 or c == 45 or c == 43 or c == 46 or c == 35 or c == 91):
+            closing = _closing(c)
+            if closing:
+                if c == 60 and run == 1 and letter == _O:
+                    found |= _CALLS
+                while i < text.shape[0] and text[i] != closing and text[i] != 10:
+                    i += 1
+            elif run == 1 and _begins_value(c):
                 found |= cython.cast(cython.uint, 1) << letter
-                if letter == 12 and _is_code(text, i, 57, 56):
-                    found |= CALLS
-                elif letter == 6 and (_is_code(text, i, 54, 53) or _is_code(text, i, 54, 54)):
-                    found |= CALLS
-                    while i < length and text[i] != 10:
-                        i += 1
-            if c == 64 or c == 94:  # @ and ^ move X and Y
-                found |= (1 << 23) | (1 << 24)
-            letter = -1
+                if letter == _M and _is_code(text, i, 57, 56):
+                    found |= _CALLS
+                elif letter == _G and _calls_macro(text, i):
+                    found |= _CALLS
+                    i = _line_end(text, i)
+            elif c == 64 or c == 94:  # @ and ^ move X and Y
+                found |= _POLAR
             run = 0
         i += 1
     return found
