@@ -6,7 +6,7 @@ import errno
 import os
 import stat
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -164,17 +164,25 @@ class OutputFile:
         """Hand what is buffered to the system."""
         self._guard(self.file.flush)
 
+    def finish(self) -> None:
+        """Close the file: all of it is in the system's hands, and only its name is missing."""
+        try:
+            self._guard(self.file.close)
+        except BaseException:
+            self.discard()
+            raise
+
     def commit(self) -> None:
         """Close the file and give it its name."""
+        self.finish()
 
-        def finish() -> None:
-            self.file.close()
+        def name() -> None:
             if self._temporary is not None:
                 os.replace(self._temporary, self.path.resolve())
                 self._temporary = None
 
         try:
-            self._guard(finish)
+            self._guard(name)
         finally:
             self.discard()
 
@@ -234,6 +242,28 @@ def silence(stream: Any) -> None:
 #: Where bytes go.
 Sink = OutputFile | StandardOutput
 
+#: Files that wait for the end of `together`; None: each appears when it is done.
+_waiting: list[OutputFile] | None = None
+
+
+@contextmanager
+def together() -> Iterator[None]:
+    """Let the files that are written in a with block appear when it ends well: all of them, or none.
+
+    It is the process's own (files of other threads wait too), made for the run of a command.
+    """
+    global _waiting
+    outer, _waiting = _waiting, []
+    files = _waiting
+    try:
+        yield
+        for file in files:
+            file.commit()
+    finally:
+        _waiting = outer
+        for file in files:
+            file.discard()
+
 
 @contextmanager
 def open_output(path: str | os.PathLike[str] | None, *, outlives_reader: bool = False) -> Iterator[Sink]:
@@ -252,7 +282,11 @@ def open_output(path: str | os.PathLike[str] | None, *, outlives_reader: bool = 
     except BaseException:
         file.discard()
         raise
-    file.commit()
+    if _waiting is None:
+        file.commit()
+    else:
+        file.finish()
+        _waiting.append(file)
 
 
 def write_text(path: str | os.PathLike[str] | None, text: str) -> None:
@@ -266,17 +300,17 @@ def encoded(text: str) -> bytes:
     return text.encode(errors="backslashreplace")
 
 
-def check_distinct(program: str | os.PathLike[str], outputs: Mapping[str, str | None]) -> None:
-    """Refuse outputs that would overwrite each other or the program.
+def check_distinct(inputs: Iterable[tuple[str, str]], outputs: Mapping[str, str | None]) -> None:
+    """Refuse outputs that would overwrite each other or what is read.
 
     Args:
-        program: The file that is read.
-        outputs: File, or None, by the option that names it.
+        inputs: Names of what is read, each with what it is (``the program``); one that is no file does not count.
+        outputs: The files that are written, by the option that names each.
 
     Raises:
         UsageError: Naming the two.
     """
-    taken = {os.path.realpath(program): "the program"}
+    taken = {os.path.realpath(path): what for path, what in inputs if os.path.isfile(path)}
     for option, path in outputs.items():
         if path is None or path == STANDARD or (os.path.exists(path) and not os.path.isfile(path)):
             continue

@@ -16,8 +16,8 @@ from typing import Any
 import click
 
 from cncgen.cli import messages
-from cncgen.diagnostics import CncgenError
-from cncgen.files import silence
+from cncgen.diagnostics import CncgenError, Diagnostic
+from cncgen.files import silence, together
 
 #: Commands in the order of ``--help``, each a module of this package with a click command `command`.
 COMMANDS = (
@@ -100,18 +100,21 @@ def run(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: Sequence[str] | None) -> int:
+    words = list(sys.argv[1:] if arguments is None else arguments)
     try:
         if "_CNCGEN_COMPLETE" in os.environ:  # click's completion in the shell
             cli.main(prog_name="cncgen")
         # Not `cli.main`, which would turn a broken pipe into exit code 1.
-        words = list(sys.argv[1:] if arguments is None else arguments)
-        with cli.make_context("cncgen", words) as context:
+        with cli.make_context("cncgen", list(words)) as context, together():
             outcome: Any = cli.invoke(context)
         return outcome if isinstance(outcome, int) else 0
     except click.exceptions.Exit as error:
         return error.exit_code
     except click.ClickException as error:
-        error.show()
+        if "--json" in words:
+            messages.show([Diagnostic("usage", error.format_message())], as_json=True)
+        else:
+            error.show()
         return 2
     except (click.Abort, KeyboardInterrupt):
         messages.error("interrupted")

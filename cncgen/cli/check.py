@@ -23,14 +23,16 @@ def command(programs: tuple[str, ...], tree: bool, reading: dict[str, Any]) -> i
     Nothing is planned or written. With --json the diagnostics go to standard output.
     """
     from cncgen.diagnostics import CncgenError
+    from cncgen.files import together
 
     messages.json_to_standard_output()
     code = 0
     for name in programs:
         try:
-            _check(name, reading)
-            if tree:
-                _show_tree(name, reading)
+            with together():
+                _check(name, reading)
+                if tree:
+                    _show_tree(name, reading)
         except CncgenError as error:
             messages.show(error.diagnostics)
             code = max(code, error.exit_code)

@@ -50,10 +50,10 @@ def is_quiet() -> bool:
     return _Style.quiet
 
 
-def show(diagnostics: Iterable[Diagnostic] | Diagnostics) -> None:
-    """Print diagnostics, once each."""
+def show(diagnostics: Iterable[Diagnostic] | Diagnostics, *, as_json: bool = False) -> None:
+    """Print diagnostics, once each; `as_json` where ``--json`` stands in arguments that could not be read."""
     for diagnostic in diagnostics:
-        if _Style.json:
+        if _Style.json or as_json:
             text = json.dumps(diagnostic.as_json(), default=str)
             if _Style.json_stream:
                 print(text, file=_Style.json_stream)

@@ -31,6 +31,51 @@ def _all_of(*decorators: Callable[[Command], Command]) -> Callable[[Command], Co
     return lambda function: functools.reduce(lambda f, decorate: decorate(f), reversed(decorators), function)
 
 
+#: Parameters of commands that name files which are read, with what these are; and options that name files written.
+_INPUTS = {
+    "program": "the program",
+    "programs": "a program",
+    "source": "what is read",
+    "setpoints": "the setpoints",
+    "log": "the log",
+    "machine": "the machine file",
+    "axis_params": "the servo data",
+    "tool_table": "the tool table",
+}
+_OUTPUTS = ("output", "summary", "events", "report", "save_parameters")
+
+
+def check_outputs(values: dict[str, Any]) -> None:
+    """Refuse options of a command that would overwrite what it reads, or each other's file.
+
+    Args:
+        values: Its parameters by name. (`--save-parameters` may name the file of `--parameters`.)
+
+    Raises:
+        UsageError: Naming the two.
+    """
+    from cncgen.files import check_distinct
+
+    read = []
+    for key, what in _INPUTS.items():
+        names = values.get(key) or ()
+        read += [(name, what) for name in (names if isinstance(names, tuple) else (names,))]
+    written = {f"--{key.replace('_', '-')}": values.get(key) for key in _OUTPUTS}
+    check_distinct(read, written)
+
+
+def _checked(function: Command) -> Command:
+    """Let a command check its files before it begins."""
+
+    @functools.wraps(function)
+    def checked(*args: Any, **values: Any) -> Any:
+        check_outputs(click.get_current_context().params)
+        return function(*args, **values)
+
+    return checked
+
+
+#: Options of every command, which then checks its files before it begins.
 message_options = _all_of(
     click.option(
         "--json",
@@ -49,6 +94,7 @@ message_options = _all_of(
         callback=messages.set_quiet,
         help="Print diagnostics alone: no progress, no summary.",
     ),
+    _checked,
 )
 
 _reading_options = (

@@ -54,17 +54,17 @@ def command(
 ) -> None:
     """Turn a program into setpoints.
 
-    With --feedrate optimal the plan keeps every limit of the machine; ild and the baselines do as their papers say, and the summary shows what they ask of each axis. Setpoints go to standard output, or to the file of -o (whole or not at all); all else goes to standard error.
-    Where standard output is a terminal and there is no -o, only the summary is printed.
+    With --feedrate optimal the plan keeps every limit of the machine; ild and the baselines do as their papers say, and
+    the summary shows what they ask of each axis. Setpoints go to standard output, or to the file of -o (whole or not at
+    all); all else goes to standard error. Where standard output is a terminal and there is no -o, only the summary is
+    printed.
     """
     from cncgen.cli.progress import with_progress
     from cncgen.cli.reading import opened, plan_options
-    from cncgen.files import check_distinct
     from cncgen.pipeline import plan_with_summary
     from cncgen.report.summary import as_text
     from cncgen.setpoints.columns import Layout
 
-    check_distinct(program, {"--output": output, "--summary": summary, "--events": events})
     names = tuple(name.strip() for name in signals.split(",") if name.strip())
     kind = _format(output, format)
     with opened(program, reading, planning["path_tolerance"], machine) as read:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Diagnostic, Span, UsageError
+from cncgen.files import read_bytes, write_text
 from cncgen.gcode.block import nearest
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.predefined import NAMED, POSITION, position_parameter
@@ -26,9 +26,13 @@ G92_ON, G92 = 5210, 5211
 SYSTEM, SYSTEMS, SYSTEM_STEP, SYSTEM_COUNT = 5220, 5221, 20, 9
 #: FANUC's additional systems, G54.1 P1 to P48; they count from `SYSTEM_COUNT` + 1.
 MORE_SYSTEMS, MORE_COUNT = 7001, 48
+#: FANUC's common variables that keep their values when the control is switched off.
+KEPT_FANUC = range(500, 1000)
 PROBE, PROBE_HIT = 5061, 5070
 INPUT = 5399
 TOOL = 5400
+#: Bytes that are read of a parameter file; a full one has some 120 kB.
+MAX_FILE_BYTES = 16_000_000
 
 
 class Parameters:
@@ -38,6 +42,7 @@ class Parameters:
         numbers: By number; #1 to #30 are those of the innermost subroutine.
         local: Named parameters of the innermost subroutine.
         named: Global ones (their names begin with ``_``).
+        listed: Numbers that the parameter file names: those are kept, beside the ones that are kept anyway.
     """
 
     def __init__(self, interpreter: Interpreter) -> None:
@@ -53,18 +58,35 @@ class Parameters:
         self.numbers[SYSTEM] = 1.0
         self.local: dict[str, float] = {}
         self.named: dict[str, float] = {}
+        self.listed: set[int] = set()
 
-    def _index(self, index: float) -> int:
+    def _whole(self, index: float) -> int:
         whole = nearest(index, "the number of a parameter")
         if abs(index - whole) > 1e-4:
             raise BlockError("parameter-number", f"#{index:g} is no parameter: its number is not whole", "#")
+        return whole
+
+    def _index(self, index: float) -> int:
+        whole = self._whole(index)
         if not (0 < whole <= self.last or (whole == 0 and self.vacant)):
             raise BlockError("parameter-number", f"there is no parameter #{whole} (1 to {self.last})", "#")
         return whole
 
     def number(self, index: float) -> float:
-        """Return a numbered parameter; the index may come from an expression."""
+        """Return a numbered parameter for an expression, which may have computed its index."""
         whole = self._index(index)
+        if whole in POSITION and not self.vacant and self.interpreter.state.compensation != 40:
+            raise BlockError(
+                "comp-refused",
+                f"#{whole} is the position, which cannot be read while cutter compensation is on",
+                "#",
+                hint="read it before G41 or G42",
+            )
+        return self.shown(whole)
+
+    def shown(self, index: int) -> float:
+        """Return a numbered parameter for a message, which may show the position at any time, and #0."""
+        whole = self._index(index) if index else 0
         return position_parameter(self.interpreter, whole) if whole in POSITION else self.numbers[whole]
 
     def set_number(self, index: float, value: float) -> None:
@@ -102,6 +124,10 @@ class Parameters:
         """Tell whether a named parameter has a value."""
         return name in self.local or name in self.named or name in NAMED
 
+    def has_number(self, index: float) -> bool:
+        """Tell whether there is a parameter of that number."""
+        return 0 < self._whole(index) <= self.last
+
     # Tables that live in parameters, in program units.
 
     def offset(self, first: int, scale: float) -> list[float]:
@@ -123,10 +149,7 @@ def read_parameters(path: Path, parameters: Parameters) -> None:
     Raises:
         UsageError: Where it cannot be read or a line is wrong; all of them are named.
     """
-    try:
-        lines = path.read_text("utf-8", "replace").splitlines()
-    except OSError as error:
-        raise UsageError(Diagnostic("unreadable-file", f"cannot read {path}: {error.strerror}")) from error
+    lines = read_bytes(path, at_most=MAX_FILE_BYTES).decode("utf-8", "replace").splitlines()
     faults = []
     for count, line in enumerate(lines, 1):
         words = line.split()
@@ -134,13 +157,14 @@ def read_parameters(path: Path, parameters: Parameters) -> None:
             continue
         try:
             number, value = int(words[0]), float(words[1])
-            if not 0 < number <= parameters.last:
+            if not (0 < number <= parameters.last and math.isfinite(value)):
                 raise ValueError
         except (ValueError, IndexError):
             message = f"{line.strip()[:60]!r} is no parameter number (1 to {parameters.last}) and value"
             faults.append(Diagnostic("parameter-file", message, span=Span(str(path), count)))
             continue
         parameters.numbers[number] = value
+        parameters.listed.add(number)
     if faults:
         raise UsageError(faults)
 
@@ -149,7 +173,7 @@ def read_parameters(path: Path, parameters: Parameters) -> None:
 def persistent() -> list[int]:
     """Return the numbers of the parameters that are kept in a file."""
     kept = [n for first in (HOME_28, HOME_30) for n in range(first, first + 9)]
-    kept += [*range(31, 33), *range(G92_ON, G92 + 9), SYSTEM]
+    kept += [*range(G92_ON, G92 + 9), SYSTEM]
     for system in range(SYSTEM_COUNT):
         kept += range(SYSTEMS + SYSTEM_STEP * system, SYSTEMS + SYSTEM_STEP * system + 10)
     return sorted(kept)
@@ -158,16 +182,12 @@ def persistent() -> list[int]:
 def write_parameters(path: Path, parameters: Parameters) -> None:
     """Write the parameters that are kept, whole or not at all.
 
+    Beside those of `persistent` they are what the file that was read names (LinuxCNC manual, "Parameter file format":
+    a line in the file makes a parameter persistent), and FANUC's #500 to #999. One without a value has no line.
+
     Raises:
         UsageError: Where it cannot be written.
     """
-    import tempfile
-
-    text = "".join(f"{number}\t{parameters.numbers[number]:.6f}\n" for number in persistent())
-    try:
-        handle, scratch = tempfile.mkstemp(dir=path.parent, prefix=path.name)
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        os.replace(scratch, path)
-    except OSError as error:
-        raise UsageError(Diagnostic("unwritable-file", f"cannot write {path}: {error.strerror}")) from error
+    numbers = {*persistent(), *parameters.listed, *(KEPT_FANUC if parameters.vacant else ())}
+    values = {number: parameters.numbers[number] for number in sorted(numbers)}
+    write_text(path, "".join(f"{n}\t{value:.6f}\n" for n, value in values.items() if not math.isnan(value)))

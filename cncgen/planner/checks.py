@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, Span
+from cncgen.diagnostics import Diagnostic, Diagnostics, NoPlanError, ProgramError, Span
 from cncgen.geometry.arcs import spirals
 from cncgen.geometry.extents import arc_extents, hulls, nurbs_extents
 from cncgen.geometry.tables import ArcTable
@@ -27,8 +27,9 @@ def checked(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) 
     """Yield the chunks with their tolerances filled in (the option's, the program's, else the machine's).
 
     Raises:
-        ProgramError: A chunk moves an axis that the machine lacks, or leaves its travel, at the end of a motion or
-            along a curve; every such fault of the chunk is named.
+        ProgramError: A chunk moves an axis that the machine lacks.
+        NoPlanError: A chunk leaves the travel of an axis, at the end of a motion or along a curve. Either names all
+            such faults of the chunk.
     """
     started = False
     for chunk in chunks:
@@ -36,11 +37,12 @@ def checked(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) 
             continue
         found = Diagnostics()
         _missing_axes(chunk, machine, found)
+        error = ProgramError if found.has_errors else NoPlanError
         if not started:
             _start_beyond_travel(chunk, machine, found)
         _beyond_travel(chunk, machine, found)
         if found.has_errors:
-            raise ProgramError(found)
+            raise error(found)
         started = True
         yield _with_tolerance(chunk, machine, options)
 

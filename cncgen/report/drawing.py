@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, UsageError
-from cncgen.files import open_output
+from cncgen.files import file_fault, open_output
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 FORMATS = (".png", ".svg", ".pdf")
+#: Suffixes of files that are not written, so that a name with one is no folder's.
+_OTHER_FORMATS = (".jpg", ".jpeg", ".gif", ".bmp", ".tif", ".tiff", ".webp", ".ps", ".eps", ".html", ".csv")
 #: Points a line is thinned to, keeping the extremes of each stretch.
 MAX_POINTS = 20_000
 #: Colours that differ for the colour-blind too (Okabe and Ito), in the order lines take them.
@@ -72,6 +74,26 @@ def save(figure: Figure, path: str | Path) -> None:
     figure.savefig(picture, format=suffix[1:], dpi=130)
     with open_output(path) as sink:
         sink.write(picture.getvalue())
+
+
+def folder(path: str | Path) -> Path:
+    """Return a folder for pictures, made where there is none.
+
+    Raises:
+        UsageError: The name is that of a file in a format that is not written (``plot-format``), or it cannot be made.
+    """
+    target = Path(path)
+    if target.suffix.lower() in _OTHER_FORMATS:
+        raise UsageError(Diagnostic("plot-format", f"{path}: pictures are written as {', '.join(FORMATS)}"))
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise UsageError(
+            Diagnostic("file-write", f"cannot write pictures into {path}: it is a file")
+        ) from None
+    except OSError as error:
+        raise file_fault(path, "write", error) from error
+    return target
 
 
 def line(part: Any, x: Floats, y: Floats, **style: Any) -> None:

@@ -17,6 +17,7 @@ from cncgen.report.drawing import (
     ORANGE,
     RED,
     bound,
+    folder,
     legend,
     line,
     map_size,
@@ -227,7 +228,7 @@ def draw(data: PlotData, kinds: Sequence[str], output: str) -> list[str]:
     """Draw pictures: one to the file `output`, or each to ``<output>/<kind>.png``; return the files.
 
     Raises:
-        UsageError: A kind is unknown (``plot-kind``) or needs what the data lack.
+        UsageError: A kind is unknown (``plot-kind``) or needs what the data lack; see `drawing.folder` and `save`.
     """
     unknown = [kind for kind in kinds if kind not in KINDS]
     if unknown:
@@ -244,7 +245,7 @@ def draw(data: PlotData, kinds: Sequence[str], output: str) -> list[str]:
             )
         save(KINDS[kinds[0]](data), target)
         return [output]
-    target.mkdir(parents=True, exist_ok=True)
+    folder(target)
     files = []
     for kind in kinds:
         file = target / f"{kind}.png"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from cncgen.report.drawing import (
     ORANGE,
     RED,
     bound,
+    folder,
     legend,
     line,
     new_figure,
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 Figures = Iterator[tuple[str, Any]]
 
 
-def draw_papers(folder: str, name: str | None = None, programs: str | None = None) -> list[str]:
+def draw_papers(output: str, name: str | None = None, programs: str | None = None) -> list[str]:
     """Draw the figures of one paper, or of all, as PNG into a folder; return the files.
 
     Raises:
@@ -49,8 +49,7 @@ def draw_papers(folder: str, name: str | None = None, programs: str | None = Non
         raise UsageError(
             Diagnostic("reproduce-name", f"no paper is called {name!r}; there are {', '.join(NAMES)}")
         )
-    target = Path(folder)
-    target.mkdir(parents=True, exist_ok=True)
+    target = folder(output)
     files = []
     for paper in [name] if name else NAMES:
         for title, figure in _PAPERS[paper](programs):

@@ -40,6 +40,13 @@ def small(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.fixture
+def in_folder(small: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return the folder of `small`, which commands run in."""
+    monkeypatch.chdir(small.parent)
+    return small.parent
+
+
 #: A strategy is named so that these tests stay quick and stand for the command line alone.
 PLAN = ("plan", "--feedrate", "ild")
 
@@ -323,6 +330,89 @@ def test_a_summary_that_cannot_be_written_leaves_no_setpoints(
     refused(cncgen(*PLAN, small, "-o", "out.csv", "--summary", late), 2, late)
     assert (tmp_path / "out.csv").read_text() == "before"
     assert sorted(p.name for p in tmp_path.iterdir()) == ["out.csv", "small.nc"]
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("simulate", "small.nc", "--feedrate", "ild", "-m", "xy-table"),
+        ("tune", "--bandwidth", "10", "-m", "xy-table"),
+        ("compare", "small.nc", "--feedrates", "ild", "-m", "xy-table"),
+    ],
+    ids=lambda command: command[0],
+)
+def test_files_of_one_run_appear_together(
+    in_folder: Path, capsys: pytest.CaptureFixture[str], command: tuple[str, ...]
+) -> None:
+    """A summary that finds no room takes the result with it, whichever is written first."""
+    assert app.run([*command, "-o", "out.txt", "--summary", "/dev/full"]) == 2
+    assert "/dev/full: no space" in capsys.readouterr().err
+    assert [p.name for p in in_folder.iterdir()] == ["small.nc"]
+
+
+def test_parameters_are_kept_of_a_run_that_goes_well(in_folder: Path) -> None:
+    (in_folder / "bad.nc").write_text("#5221=7\nG1 X= F1\nM2\n")
+    assert app.run(["check", "bad.nc", "--save-parameters", "out.var"]) == 1
+    assert app.run([*PLAN, "bad.nc", "-o", "out.csv", "--save-parameters", "out.var"]) == 1
+    assert not (in_folder / "out.var").exists()
+    assert app.run(["check", "bad.nc", "small.nc", "--save-parameters", "out.var"]) == 1
+    assert "5221\t0.000000" in (in_folder / "out.var").read_text()
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        (("convert", "small.nc", "-o", "small.nc"), "--output small.nc would overwrite the program"),
+        (("canon", "small.nc", "-o", "./small.nc"), "would overwrite the program"),
+        (("simulate", "small.nc", "-o", "small.nc"), "would overwrite what is read"),
+        (("check", "x.nc", "small.nc", "--save-parameters", "small.nc"), "would overwrite a program"),
+        (("verify", "small.nc", "-p", "p.nc", "--report", "small.nc"), "would overwrite the setpoints"),
+        (("plan", "p.nc", "-m", "small.nc", "--summary", "small.nc"), "would overwrite the machine file"),
+        (("tune", "-o", "a", "--summary", "a"), "--summary a would overwrite what --output writes"),
+    ],
+    ids=lambda part: part[0] if isinstance(part, tuple) else "",
+)
+def test_no_command_overwrites_what_it_reads(
+    in_folder: Path, capsys: pytest.CaptureFixture[str], command: tuple[str, ...], words: str
+) -> None:
+    assert app.run(list(command)) == 2
+    assert words in capsys.readouterr().err
+    assert (in_folder / "small.nc").read_bytes() == SMALL
+
+
+def test_parameters_may_go_back_to_their_file(in_folder: Path) -> None:
+    (in_folder / "p.var").write_text("5221 3\n")
+    assert app.run(["check", "small.nc", "--parameters", "p.var", "--save-parameters", "p.var"]) == 0
+    assert "5221\t3.000000" in (in_folder / "p.var").read_text()
+
+
+def test_wrong_usage_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+    for arguments in (["plan", "--nonsense", "--json"], ["check", "--json"], ["--json"]):
+        assert app.run(arguments) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert json.loads(line)["code"] == "usage"
+
+
+def test_beyond_the_travel_there_is_no_plan(in_folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The program is sound, and the machine does not reach: exit 3; without the axis it is the wrong program: 1."""
+    (in_folder / "far.nc").write_text("G21 G90\nG1 X600 F1000\nM2\n")
+    assert app.run(["check", "far.nc"]) == 0
+    assert app.run([*PLAN, "far.nc", "-m", "xy-table", "-o", "out.csv"]) == 3
+    assert "far.nc:2:1: error[travel-exceeded]" in capsys.readouterr().err
+    (in_folder / "far.nc").write_text("G21 G90\nG1 X600 Z1 F1000\nM2\n")
+    assert app.run([*PLAN, "far.nc", "-m", "xy-table", "-o", "out.csv"]) == 1
+    assert not (in_folder / "out.csv").exists()
+
+
+@pytest.mark.parametrize("name", ["a.jpg", "/dev/null/a", "small.nc"])
+def test_pictures_have_their_formats_and_folders(
+    in_folder: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    assert app.run(["plot", "small.nc", "--feedrate", "ild", "-m", "xy-table", "-o", name]) == 2
+    said = capsys.readouterr().err
+    assert name in said
+    assert said.startswith("error[")
+    assert [p.name for p in in_folder.iterdir()] == ["small.nc"]
 
 
 def test_outputs_do_not_overwrite_each_other_or_the_program(cncgen: Run, tmp_path: Path, small: Path) -> None:

@@ -130,6 +130,32 @@ def test_parameter_file_is_read_and_written(run: Any, tmp_path: Any) -> None:
     assert table.read_text() == "5221 10.5\n5222\t-2\n31 4\n"
 
 
+def test_parameters_that_the_file_lists_are_kept(run: Any, tmp_path: Any) -> None:
+    """A line in LinuxCNC's file makes a parameter persistent; FANUC keeps #500 to #999, where they have a value."""
+    table, kept = tmp_path / "in.var", tmp_path / "out.var"
+    table.write_text("500 7.5\n")
+    run("#500=9 #501=4\nM2", parameters=table, save_parameters=kept)
+    again = dict(line.split() for line in kept.read_text().splitlines())
+    assert (float(again["500"]), "501" in again, "31" in again) == (9.0, False, False)
+    run("O1\n#501=4\nM30", parameters=kept, save_parameters=kept, dialect="fanuc")
+    again = dict(line.split() for line in kept.read_text().splitlines())
+    assert (float(again["500"]), float(again["501"]), "502" in again) == (9.0, 4.0, False)
+
+
+def test_parameters_do_not_replace_a_device(run: Any, tmp_path: Any) -> None:
+    import os
+
+    from cncgen.diagnostics import UsageError
+
+    os.mkfifo(tmp_path / "pipe")
+    reader = os.open(tmp_path / "pipe", os.O_RDONLY | os.O_NONBLOCK)
+    run("M2", save_parameters=tmp_path / "pipe")
+    assert os.read(reader, 100_000).startswith(b"5161\t0.000000\n")
+    os.close(reader)
+    with pytest.raises(UsageError, match="it is a directory"):
+        run("M2", save_parameters=tmp_path)
+
+
 def test_a_wrong_parameter_file_names_every_fault(run: Any, tmp_path: Any) -> None:
     from cncgen.diagnostics import UsageError
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cncgen.diagnostics import ProgramError
+from cncgen.diagnostics import NoPlanError
 from cncgen.geometry import nurbs
 from cncgen.geometry.tables import ArcTable
 from cncgen.machine import Machine
@@ -32,7 +32,7 @@ def test_travel_is_checked_along_curves(lines: Callable[..., Toolpath], table: M
         (as_curve(lines([(-5, 0), (5, 0)]), Kind.ARC, arcs=half), 5.0),
         (as_curve(lines([(0, 0), (2, 0)]), Kind.NURBS, nurbs=parabola), 1.0),
     ):
-        with pytest.raises(ProgramError) as caught:
+        with pytest.raises(NoPlanError) as caught:
             next(checked([chunk], machine, PlanOptions()))
         (fault,) = caught.value.diagnostics
         assert fault.code == "travel-exceeded"
@@ -45,6 +45,6 @@ def test_travel_is_checked_along_curves(lines: Callable[..., Toolpath], table: M
 
 def test_a_start_beyond_the_travel(lines: Callable[..., Toolpath], table: Machine) -> None:
     machine = replace(table, axes={**table.axes, "X": replace(table.axes["X"], travel=(5.0, 100.0))})
-    with pytest.raises(ProgramError, match=r"axis X starts at 0\.0000 mm, beyond its travel of 5 to 100 mm"):
+    with pytest.raises(NoPlanError, match=r"axis X starts at 0\.0000 mm, beyond its travel of 5 to 100 mm"):
         next(checked([lines([(0, 0), (10, 0)], 10.0)], machine, PlanOptions()))
     assert len(next(checked([lines([(6, 0), (10, 0)], 10.0)], machine, PlanOptions()))) == 1
