@@ -14,7 +14,14 @@ UNTERMINATED = 8
 BIG_ID = 16
 NO_EQUALS = 32
 
-_ID_LIMIT: cython.longlong = 1_000_000_000_000_000_000
+_ID_LIMIT = cython.declare(cython.longlong, 1_000_000_000_000_000_000)
+
+#: The digits of an id as a number (no more of them than fit), the offset after them, and whether all fitted.
+_Id = cython.struct(value=cython.longlong, after=cython.Py_ssize_t, fits=cython.bint)
+
+#: A number and the offset after it, -1 where none stands there.
+_Number = cython.struct(value=cython.double, after=cython.Py_ssize_t)
+_Exponent = cython.struct(value=cython.int, after=cython.Py_ssize_t)
 
 
 def keyword_hash(word: bytes) -> int:
@@ -27,24 +34,32 @@ def keyword_hash(word: bytes) -> int:
 
 @cython.cfunc
 @cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
 def _is_space(c: cython.int) -> cython.bint:
     return c == 32 or 9 <= c <= 13
 
 
 @cython.cfunc
 @cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
 def _is_digit(c: cython.int) -> cython.bint:
     return 48 <= c <= 57
 
 
 @cython.cfunc
 @cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
 def _is_word(c: cython.int) -> cython.bint:
     return (65 <= c <= 90) or (97 <= c <= 122) or (48 <= c <= 57) or c == 95 or c == 45 or c == 33
 
 
 @cython.cfunc
 @cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
 def _opens_comment(
     data: cython.const[cython.uchar][::1], p: cython.Py_ssize_t, end: cython.Py_ssize_t
 ) -> cython.bint:
@@ -53,6 +68,8 @@ def _opens_comment(
 
 @cython.cfunc
 @cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
 def _past_comment(
     data: cython.const[cython.uchar][::1], p: cython.Py_ssize_t, end: cython.Py_ssize_t
 ) -> cython.Py_ssize_t:
@@ -67,6 +84,8 @@ def _past_comment(
 
 @cython.cfunc
 @cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
 def _past_string(
     data: cython.const[cython.uchar][::1], p: cython.Py_ssize_t, end: cython.Py_ssize_t
 ) -> cython.Py_ssize_t:
@@ -81,6 +100,8 @@ def _past_string(
 
 @cython.cfunc
 @cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
 def _past_blank(
     data: cython.const[cython.uchar][::1], p: cython.Py_ssize_t, end: cython.Py_ssize_t
 ) -> cython.Py_ssize_t:
@@ -90,6 +111,8 @@ def _past_blank(
 
 
 @cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
 def _past_blank_and_comments(
     data: cython.const[cython.uchar][::1], p: cython.Py_ssize_t, end: cython.Py_ssize_t
 ) -> cython.Py_ssize_t:
@@ -105,6 +128,25 @@ def _past_blank_and_comments(
 
 
 @cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _id(data: cython.const[cython.uchar][::1], p: cython.Py_ssize_t, end: cython.Py_ssize_t) -> _Id:
+    """Read the digits after the ``#`` at p."""
+    value: cython.longlong = 0
+    fits: cython.bint = True
+    p += 1
+    while p < end and _is_digit(data[p]):
+        if value < _ID_LIMIT:
+            value = value * 10 + (data[p] - 48)
+        else:
+            fits = False
+        p += 1
+    return _Id(value=value, after=p, fits=fits)
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
 def _head(
     data: cython.const[cython.uchar][::1],
     p: cython.Py_ssize_t,
@@ -114,20 +156,13 @@ def _head(
     flags: cython.int[::1],
 ) -> cython.Py_ssize_t:
     """Read ``#id =`` at p into row n; return the offset of the body."""
-    q: cython.Py_ssize_t = p + 1
-    ident: cython.longlong = 0
-    while q < size and _is_digit(data[q]):
-        if ident < _ID_LIMIT:
-            ident = ident * 10 + (data[q] - 48)
-        else:
-            flags[n] |= BIG_ID
-        q += 1
-    ids[n] = ident
-    p = q
-    q = _past_blank_and_comments(data, q, size)
+    ident: _Id = _id(data, p, size)
+    q: cython.Py_ssize_t = _past_blank_and_comments(data, ident.after, size)
+    ids[n] = ident.value
+    if not ident.fits:
+        flags[n] |= BIG_ID
     if q < size and data[q] == 61:
-        p = q + 1
-        q = _past_blank_and_comments(data, p, size)
+        q = _past_blank_and_comments(data, q + 1, size)
     else:
         flags[n] |= NO_EQUALS
     if q > size:
@@ -137,6 +172,7 @@ def _head(
 
 
 @cython.cfunc
+@cython.exceptval(check=False)
 def _keyword(
     data: cython.const[cython.uchar][::1],
     p: cython.Py_ssize_t,
@@ -166,6 +202,7 @@ def _keyword(
 
 
 @cython.cfunc
+@cython.exceptval(check=False)
 def _body(
     data: cython.const[cython.uchar][::1],
     p: cython.Py_ssize_t,
@@ -297,7 +334,7 @@ def references(
     p: cython.Py_ssize_t
     end: cython.Py_ssize_t
     total: cython.Py_ssize_t = 0
-    value: cython.longlong
+    ident: _Id
     c: cython.int
     if not cython.compiled:
         data = memoryview(data)  # its elements are Python's integers
@@ -312,16 +349,12 @@ def references(
             elif c == 47 and _opens_comment(data, p, end):
                 p = _past_comment(data, p, end)
             elif c == 35 and p + 1 < end and _is_digit(data[p + 1]):
-                value = 0
-                p += 1
-                while p < end and _is_digit(data[p]):
-                    if value < _ID_LIMIT:
-                        value = value * 10 + (data[p] - 48)
-                    p += 1
                 if total == targets.shape[0]:
                     raise ValueError("there is no room for all references")
-                targets[total] = value
+                ident = _id(data, p, end)
+                targets[total] = ident.value
                 total += 1
+                p = ident.after
             else:
                 p += 1
         offsets[i + 1] = total
@@ -329,65 +362,109 @@ def references(
 
 
 @cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _exponent(
+    data: cython.const[cython.uchar][::1], p: cython.Py_ssize_t, end: cython.Py_ssize_t
+) -> _Exponent:
+    """Read the exponent of a number that may stand at p: 0 where there is none."""
+    value: cython.int = 0
+    negative: cython.bint
+    first: cython.Py_ssize_t
+    if p >= end or (data[p] != 69 and data[p] != 101):
+        return _Exponent(value=0, after=p)
+    p += 1
+    negative = p < end and data[p] == 45
+    if negative or (p < end and data[p] == 43):
+        p += 1
+    first = p
+    while p < end and _is_digit(data[p]) and value < 1000:
+        value = value * 10 + (data[p] - 48)
+        p += 1
+    return _Exponent(value=-value if negative else value, after=p if p > first else -1)
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _scaled(mantissa: cython.double, power: cython.int, powers: cython.double[::1]) -> cython.double:
+    """Return mantissa · 10^power, rounded once."""
+    if mantissa == 0.0:
+        return 0.0
+    return mantissa / powers[-power] if power < 0 else mantissa * powers[power]
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
 def _number(
     data: cython.const[cython.uchar][::1],
     p: cython.Py_ssize_t,
     end: cython.Py_ssize_t,
     powers: cython.double[::1],
-    coordinates: cython.double[:, ::1],
-    i: cython.Py_ssize_t,
-    k: cython.Py_ssize_t,
-) -> cython.Py_ssize_t:
-    """Read the number at p into coordinates[i, k]; return the offset after it, −1 where this is no short number."""
-    negative: cython.bint = data[p] == 45
+) -> _Number:
+    """Read the number at p, of at most 15 digits and powers of ten up to 22."""
+    none: _Number = _Number(value=0.0, after=-1)
+    negative: cython.bint = p < end and data[p] == 45
     mantissa: cython.longlong = 0
     digits: cython.int = 0
-    shift: cython.int = 0
-    exponent: cython.int = 0
+    decimals: cython.int = 0
     seen: cython.bint = False
     point: cython.bint = False
     value: cython.double
-    if negative or data[p] == 43:
+    exponent: _Exponent
+    if negative or (p < end and data[p] == 43):
         p += 1
     while p < end and (_is_digit(data[p]) or (data[p] == 46 and not point)):
         if data[p] == 46:
             point = True
         else:
             mantissa = mantissa * 10 + (data[p] - 48)
-            if mantissa > 0:
-                digits += 1
+            seen = True
+            digits += mantissa > 0
+            decimals += point
             if digits > 15:
-                return -1
-            shift += point
-            seen = True
+                return none
         p += 1
-    if not seen:
-        return -1
-    if p < end and (data[p] == 69 or data[p] == 101):
-        p += 1
-        point = p < end and data[p] == 45
-        if point or (p < end and data[p] == 43):
-            p += 1
-        seen = False
-        while p < end and _is_digit(data[p]) and exponent < 1000:
-            exponent = exponent * 10 + (data[p] - 48)
-            seen = True
-            p += 1
-        if not seen:
-            return -1
-        shift += exponent if point else -exponent
-    value = mantissa
-    if mantissa != 0 and (shift > 22 or shift < -22):
-        return -1
-    if mantissa != 0 and shift > 0:
-        value = value / powers[shift]
-    elif mantissa != 0:
-        value = value * powers[-shift]
-    coordinates[i, k] = -value if negative else value
-    return p
+    exponent = _exponent(data, p, end)
+    exponent.value -= decimals
+    if not seen or exponent.after < 0 or (mantissa != 0 and not -22 <= exponent.value <= 22):
+        return none
+    value = _scaled(cython.cast(cython.double, mantissa), exponent.value, powers)
+    return _Number(value=-value if negative else value, after=exponent.after)
 
 
 @cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _past_mark(
+    data: cython.const[cython.uchar][::1], p: cython.Py_ssize_t, end: cython.Py_ssize_t, mark: cython.int
+) -> cython.Py_ssize_t:
+    """Return the offset after blanks and a mark; end + 1 where another stands there."""
+    p = _past_blank(data, p, end)
+    return p + 1 if p < end and data[p] == mark else end + 1
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _past_name(
+    data: cython.const[cython.uchar][::1], p: cython.Py_ssize_t, end: cython.Py_ssize_t
+) -> cython.Py_ssize_t:
+    """Return the offset after blanks and a string or ``$``, which may be missing."""
+    p = _past_blank(data, p, end)
+    if p < end and data[p] == 39:
+        return _past_string(data, p, end)
+    return p + 1 if p < end and data[p] == 36 else p
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
 def _point(
     data: cython.const[cython.uchar][::1],
     p: cython.Py_ssize_t,
@@ -398,39 +475,26 @@ def _point(
 ) -> cython.int:
     """Read ``WORD('name',(x,y,z))`` at p into coordinates[i]; return how many numbers, −1 where it is no such text."""
     k: cython.int = 0
+    number: _Number
     while p < end and _is_word(data[p]):
         p += 1
-    p = _past_blank(data, p, end)
-    if p >= end or data[p] != 40:
-        return -1
-    p = _past_blank(data, p + 1, end)
-    if p < end and data[p] == 39:
-        p = _past_string(data, p, end)
-    elif p < end and data[p] == 36:
-        p += 1
-    p = _past_blank(data, p, end)
-    if p >= end or data[p] != 44:
-        return -1
-    p = _past_blank(data, p + 1, end)
-    if p >= end or data[p] != 40:
-        return -1
-    while k < 3:
-        p = _past_blank(data, p + 1, end)
-        if p >= end:
+    p = _past_mark(data, p, end, 40)
+    p = _past_name(data, p, end)
+    p = _past_mark(data, p, end, 44)
+    p = _past_mark(data, p, end, 40)
+    while True:
+        number = _number(data, _past_blank(data, p, end), end, powers)
+        if number.after < 0:
             return -1
-        p = _number(data, p, end, powers, coordinates, i, k)
-        if p < 0:
-            return -1
+        coordinates[i, k] = number.value
         k += 1
-        p = _past_blank(data, p, end)
-        if p >= end or data[p] != 44:
+        p = _past_blank(data, number.after, end)
+        if k == 3 or p >= end or data[p] != 44:
             break
-    if p >= end or data[p] != 41:
-        return -1
-    p = _past_blank(data, p + 1, end)
-    if p >= end or data[p] != 41:
-        return -1
-    return k if _past_blank(data, p + 1, end) == end else -1
+        p += 1
+    p = _past_mark(data, p, end, 41)
+    p = _past_mark(data, p, end, 41)
+    return k if _past_blank(data, p, end) == end else -1
 
 
 def points(
