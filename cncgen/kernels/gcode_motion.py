@@ -185,6 +185,25 @@ def _may_move(block: _Block, motion: cython.int, feed: cython.double, force: _Mo
 
 
 @cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _go_to(
+    block: _Block,
+    absolute: cython.bint,
+    position: cython.double[::1],
+    word: cython.p_double,
+    end: cython.p_double,
+) -> cython.void:
+    """Write the end point: axes that the block names go there, or so far where it is incremental; the others stay."""
+    k: cython.int
+    for k in range(_AXES):
+        end[k] = position[k]
+        if block.given >> k & 1:
+            end[k] = word[k] if absolute else position[k] + word[k]
+
+
+@cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
 def _centre_from_radius(
@@ -267,7 +286,12 @@ def _centre(
     word: cython.p_double,
     force: _Modes,
 ) -> _Centre:
-    """Return the centre of an arc from `position` to `end`, by its radius or its offsets (0 where not given)."""
+    """Return the centre of an arc from `position` to `end`, by its radius or its offsets (0 where not given).
+
+    That of a line is certain, and 0.
+    """
+    if motion < 2:
+        return _Centre(x=0.0, y=0.0, certain=True)
     x0: cython.double = position[force.first]
     y0: cython.double = position[force.second]
     x1: cython.double = end[force.first]
@@ -330,21 +354,23 @@ def advance(
     done: cython.Py_ssize_t = last
     rows: cython.Py_ssize_t = 0
     begin: cython.Py_ssize_t
+    finish: cython.Py_ssize_t = word_end[first - 1] if first > 0 else 0
     b: cython.Py_ssize_t
     k: cython.int
     motion: cython.int
     absolute: cython.bint
     feed: cython.double
     for b in range(first, last):
+        begin = finish
+        finish = word_end[b]
         if block_flags[b] & passed_over:
             continue
         done = b
         if block_flags[b] & left:
             break
-        begin = word_end[b - 1] if b > 0 else 0
-        if begin == word_end[b]:
+        if begin == finish:
             continue
-        block = _words(letters, values, begin, word_end[b], force, word)
+        block = _words(letters, values, begin, finish, force, word)
         feed = word[_F] if block.given & _FEED else force.feed
         if not block.plain or feed < 0.0:
             break
@@ -357,16 +383,10 @@ def advance(
         motion = force.motion if block.motion < 0 else block.motion
         if not _may_move(block, motion, feed, force):
             break
-        for k in range(_AXES):
-            end[k] = position[k]
-            if block.given >> k & 1:
-                end[k] = word[k] if absolute else position[k] + word[k]
-        if motion >= 2:
-            centre = _centre(block, motion, position, end, word, force)
-            if not centre.certain:
-                break
-        else:
-            centre = _Centre(x=0.0, y=0.0, certain=True)
+        _go_to(block, absolute, position, word, end)
+        centre = _centre(block, motion, position, end, word, force)
+        if not centre.certain:
+            break
         force.motion = motion
         force.absolute = absolute
         force.feed = feed
