@@ -129,7 +129,7 @@ def canon(
         UsageError: Where the file cannot be read.
         ProgramError: Where the program has errors and `diagnostics` is not given.
     """
-    from cncgen.gcode.standalone import StandAloneSink
+    from cncgen.gcode.standalone import CALL_LEVELS, StandAloneSink
 
     text = open_source(source, name)
     found = Diagnostics() if diagnostics is None else diagnostics
@@ -142,7 +142,7 @@ def canon(
     sink = StandAloneSink(text_at)
     runner = Runner(
         text,
-        replace(options, stand_alone=True),
+        replace(options, stand_alone=True, max_call_depth=min(options.max_call_depth, CALL_LEVELS)),
         sink,
         found,
         path=source if isinstance(source, Path) else None,

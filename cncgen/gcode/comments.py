@@ -97,7 +97,7 @@ def expand(ip: Interpreter, text: str) -> str:
             style = _STYLES.get(form, form[1:]) if form else style
             return ""
         try:
-            value = ip.parameters.number(int(number)) if number else ip.parameters.name(_folded(name))
+            value = ip.parameters.shown(int(number)) if number else ip.parameters.name(_folded(name))
         except BlockError:
             return "######"
         return f"{0.0 if abs(value) < _LEAST else value:{style}}"

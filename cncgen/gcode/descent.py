@@ -18,7 +18,7 @@ _NUMBER = re.compile(r"[0-9]+\.?[0-9]*|\.[0-9]+")
 _WORD = re.compile(r"([a-mp-z@^$])([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))")
 _COMMENT = re.compile(r"\(([^()\n]*)\)|;([^\n]*)")
 _NAME = re.compile(r"<([^>\n]*)>")
-_LABEL = re.compile(r"<([^>\n]*)>|([0-9]+)")
+_LABEL = re.compile(r"<[^>\n]*>|[0-9]+")
 _FUNCTION = re.compile(r"(abs|acos|asin|cos|exp|fix|fup|ln|round|sin|sqrt|tan|bin|bcd)\[")
 _OPERATOR = re.compile(r"and|xor|or|eq|ne|gt|ge|lt|le|mod|\*\*|[*/+-]")
 _KEYWORD = re.compile(
@@ -79,7 +79,7 @@ class _Reader:
             parsed.number = number[1]
             self.at = number.end()
         if self.text[self.at] == "o":
-            parsed.flow = self._o_word()
+            self._o_word(parsed)
         elif _MACRO.match(self.text, self.at):
             parsed.flow = self._macro()
         if parsed.flow is None:
@@ -214,23 +214,27 @@ class _Reader:
 
     # Order of execution.
 
-    def _o_word(self) -> Flow:
+    def _o_word(self, parsed: Parsed) -> None:
         self.at += 1
         label: Value | str
         written = _LABEL.match(self.text, self.at)
         if written:
-            label = written[1] if written[2] is None else float(written[2])
+            label = grammar.o_label(written[0])
             self.at = written.end()
         else:
             label = self._value()
         keyword = _KEYWORD.match(self.text, self.at)
         if not keyword:
-            return Flow("program", label)
+            parsed.flow = Flow("program", label)
+            return
         self.at = keyword.end()
         arguments = []
-        while self.text[self.at] == "[":
-            arguments.append(self._bracket())
-        return Flow(keyword[0], label, tuple(arguments))
+        while self.at < self.end:
+            if self.text[self.at] == "[":
+                arguments.append(self._bracket())
+            else:
+                parsed.comments.append(self._comment())
+        parsed.flow = Flow(keyword[0], label, tuple(arguments))
 
     def _macro(self) -> Flow:
         keyword = _MACRO.match(self.text, self.at)

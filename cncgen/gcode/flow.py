@@ -134,6 +134,8 @@ class FlowControl:
         """Handle ELSE or ELSEIF at the end of the branch that was taken: go behind ENDIF."""
         label = self._label(flow)
         self.previous_mark(here, label, ("if",), flow.keyword)
+        if flow.keyword == "elseif":
+            self.condition(flow)  # not asked for, but it must have a value: LinuxCNC computes it on the way
         return self.next_mark(here, label, ("endif",), "endif").after
 
     def _endif(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
@@ -338,10 +340,10 @@ class FlowControl:
 
     def _label(self, flow: Flow) -> Label:
         label = flow.label
-        if isinstance(label, str | float):
+        if isinstance(label, str):
             return label
-        assert callable(label)
-        value = label(self.ip.parameters)
+        assert label is not None
+        value = evaluate(label, self.ip.parameters)
         whole = nearest(value, "the label")
         if abs(value - whole) > EQUAL:
             raise BlockError("oword-label", f"a label of {value:g}, which is no whole number", "O")

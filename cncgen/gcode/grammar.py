@@ -145,8 +145,7 @@ class _Reader:
         return children[0]
 
     def o_label(self, children: list[Any]) -> Value | str:
-        token = str(children[0])
-        return token[2:-1] if token[1] == "<" else float(token[1:])
+        return o_label(children[0][1:])
 
     def computed_label(self, children: list[Any]) -> Value:
         return children[0]
@@ -155,7 +154,9 @@ class _Reader:
         return "flow", Flow("program", children[0])
 
     def o_word(self, children: list[Any]) -> Any:
-        return "flow", Flow(str(children[1]), children[0], tuple(children[2:]))
+        arguments = tuple(child for child in children[2:] if not isinstance(child, str))
+        comments = [_bare(child) for child in children[2:] if isinstance(child, str)]
+        return "o_word", (Flow(str(children[1]), children[0], arguments), comments)
 
     def if_goto(self, children: list[Any]) -> Any:
         return "flow", Flow("goto", children[1], (children[0],))
@@ -188,6 +189,12 @@ def word_value(letter: str, number: str, increments: bool) -> Value:
     return value
 
 
+def o_label(text: str) -> float | str:
+    """Return the label of an O-word; ``o<100>`` is ``o100``."""
+    name = text.strip("<>")
+    return float(name) if name.isdecimal() else name
+
+
 def _bare(token: str) -> str:
     """Return a comment without its parentheses or semicolon."""
     return token[1:-1] if token[0] == "(" else token[1:]
@@ -205,6 +212,8 @@ def _parsed(children: list[Any]) -> Parsed:
                 parsed.settings.append(value)
             elif kind == "comment":
                 parsed.comments.append(value)
+            elif kind == "o_word":
+                parsed.flow, parsed.comments = value
             else:
                 parsed.flow = value
         elif child.type == "DELETE":

@@ -34,6 +34,8 @@ _AXIS_LETTERS = frozenset("xyzabcuvw@^")
 #: Plans kept; a program uses some dozens.
 _MAX_PLANS = 4096
 _G53 = 530
+#: G0 and G1.
+_STRAIGHT = (0, 10)
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,6 +159,8 @@ class Interpreter:
         motion = self._motion_of(block, codes)
         if motion is not None and motion not in codes:
             codes.append(motion)
+        if _G53 in block.g and (motion is None or motion.number not in _STRAIGHT):
+            raise BlockError("g53-motion", "G53 goes with G0 and G1 only", "G53")
         allowed = set().union(*(code.words for code in codes), *(code.named for code in codes))
         for letter in block.words:
             if letter not in allowed:
@@ -250,8 +254,6 @@ class Interpreter:
     def _in_machine(self, block: Block, end: list[float]) -> list[float]:
         """Return where axis words in machine coordinates (G53) lead."""
         state = self.state
-        if state.motion not in (0, 10):
-            raise BlockError("g53-motion", "G53 goes with G0 and G1 only", "G53")
         if not state.absolute:
             raise BlockError("g53-motion", "G53 does not go with G91: its coordinates are absolute", "G53")
         machine = self.machine_position()

@@ -28,7 +28,8 @@ _NO_TARGET = re.compile(
 #: What BREAK and CONTINUE look for.
 LOOP_END = "the loop's end"
 _OPENING = re.compile(
-    rb"o[ \t]*(?:\d+|<[^>\n]*>)[ \t]*(?:endsub|sub|elseif|else|endif|endwhile|while|do|endrepeat)", re.IGNORECASE
+    rb"o[ \t]*(?:\d+|<[^>\n]*>)[ \t]*(?:endsub|sub|elseif|else|endif|endwhile|while|do|endrepeat)",
+    re.IGNORECASE,
 )
 Label = float | str
 #: Tells the number of a computed label now.

@@ -27,7 +27,7 @@ _OPENERS = ("if", "while", "do", "repeat")
 def lead_of(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Lead:
     """Return what a line with an O-word does each time: it gives where to go on, or None for the next line."""
     make = _MAKERS.get(control.ip.dialect, {}).get(flow.keyword)
-    if make is not None and isinstance(flow.label, str | float):
+    if make is not None and _is_written(flow.label):
         try:
             if control.has_written_labels(here.source):
                 if flow.keyword in _OPENERS:
@@ -38,6 +38,11 @@ def lead_of(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Le
         except BlockError:
             pass
     return lambda: control.run(flow, here, after)
+
+
+def _is_written(label: Value | str | None) -> bool:
+    """Tell whether a label is a name or a whole number."""
+    return isinstance(label, str) or (isinstance(label, float) and label.is_integer())
 
 
 def _computed(value: Value) -> Computed:
@@ -77,10 +82,21 @@ def _if(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cur
     return lead
 
 
-def _leave_if(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
-    """ELSE or ELSEIF at the end of the branch that was taken."""
+def _leave_if(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead | None:
+    """ELSE or ELSEIF at the end of the branch that was taken; the condition of the latter must have a value."""
     control.previous_mark(here, label, ("if",), flow.keyword)
-    return _to(control.next_mark(here, label, ("endif",), "endif").after)
+    target = control.next_mark(here, label, ("endif",), "endif").after
+    if flow.keyword == "else":
+        return _to(target)
+    if len(flow.arguments) != 1:
+        return None
+    parameters, condition = control.ip.parameters, _computed(flow.arguments[0])
+
+    def lead() -> Cursor:
+        condition(parameters)
+        return target
+
+    return lead
 
 
 def _endif(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:

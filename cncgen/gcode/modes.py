@@ -29,7 +29,10 @@ def _units(inches: bool) -> Handler:
         if state.inches != inches:
             state.inches = inches
             factor = 1.0 / INCH if inches else INCH
-            for vector in (state.position, state.origin, state.g92, state.tool_offset):
+            vectors = [state.position, state.origin, state.g92]
+            if not ip.options.stand_alone:
+                vectors.append(state.tool_offset)
+            for vector in vectors:
                 for index in LENGTHS:
                     vector[index] *= factor
 

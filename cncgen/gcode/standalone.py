@@ -9,7 +9,9 @@ calls of a run on this machine; a toolpath is read without it. What it does was 
 - where no table is given it has the tools of `rs274`'s manual page;
 - it follows motions and changes of origin, turns nothing by the rotation of a coordinate system and knows no tool
   offset, and the interpreter takes its position at the end of a block with M6 and after a probe;
+- calls are nested nine deep at most;
 - a probe trips 0.01 inch before the programmed point;
+- a tool offset in force keeps its number when the units change;
 - T0 M6 and M61 leave the tool in its spindle as it was.
 """
 
@@ -24,6 +26,8 @@ from cncgen.gcode.sink import Curve, Point
 from cncgen.toolpath.record import Event
 from cncgen.units import INCH
 
+#: Calls within one another.
+CALL_LEVELS = 9
 #: How far before the programmed point the probe trips (mm and inch).
 _SHORT = {False: 0.01 * INCH, True: 0.01}
 #: Columns that are lengths: X Y Z and U V W.

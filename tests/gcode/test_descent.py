@@ -35,6 +35,9 @@ class Values:
     def has(self, name: str) -> bool:
         return len(name) % 2 == 1
 
+    def has_number(self, index: float) -> bool:
+        return 0 < index < 5000
+
     def increment(self) -> float:
         return 0.001
 

@@ -20,7 +20,6 @@ PEER_FAULTS: dict[str, str] = {
     "cycle_g74_repeats_refused": "the manual has L of G74; it refuses it",
     "cycle_g84_planes": "it mixes up the axes of the feed moves of G84 outside of G17",
     "oword_do_after_break": "a break out of a while loop ends the next do loop after its first round",
-    "tool_length_after_units": "it does not convert the tool offset in force when the units change",
     "g10_p_not_whole": "the manual wants a whole P; it takes G10 P1.5 as P1",
     "digital_output_negative": "it switches output -1",
 }
