@@ -15,7 +15,8 @@ the interval, b the ordinate there.
 
 The function r is convex, so its tangent lies below it: a step along which the linearised constraint holds keeps the
 constraint itself (Hunter and Lange, *A tutorial on MM algorithms*, 2004), and slacks may be reset to the constraint's
-value wherever that is larger. Steps follow Mehrotra (*SIAM J. Optim.* 2, 1992).
+value wherever that is larger. Steps follow Mehrotra (*SIAM J. Optim.* 2, 1992), those
+of slacks and of multipliers each as long as they may be.
 """
 
 import cython
@@ -109,6 +110,7 @@ def _gather(
     offset: cython.longlong[::1],
     kind: cython.char[::1],
     step: cython.double,
+    rise: cython.double,
     mu: cython.double,
     grad: cython.double[::1],
     dual: cython.double[::1],
@@ -116,7 +118,7 @@ def _gather(
     band: cython.double[:, ::1],
     out: cython.double[::1],
 ) -> cython.void:
-    """Move slacks and multipliers by `step`, and add the rows' share to the predictor's Newton matrix and right side.
+    """Move slacks by `step`, multipliers by `rise`; add the rows' share to the predictor's Newton matrix and right side.
 
     Slacks are raised to the value g of their constraint where that is larger. Where `mu` is positive, the rows are set
     up: slacks to g, r at least, multipliers on the central path. `dual` becomes the residual ∇F − Σ λ ∇g, ``out[0]``
@@ -197,8 +199,8 @@ def _gather(
             else:
                 w0 = max(rows[i, 4] + step * rows[i, 8], r - value)
                 w1 = max(rows[i, 5] + step * rows[i, 9], r + value)
-                y0 = rows[i, 6] + step * rows[i, 10]
-                y1 = rows[i, 7] + step * rows[i, 11]
+                y0 = rows[i, 6] + rise * rows[i, 10]
+                y1 = rows[i, 7] + rise * rows[i, 11]
             if kind[i] == 0:
                 w1 = 1.0
                 y1 = 0.0
@@ -458,8 +460,9 @@ def _correct(
     offset: cython.longlong[::1],
     kind: cython.char[::1],
     mu: cython.double,
-) -> cython.double:
-    """Fill the corrector's Δw and Δλ; return the reciprocal of the longest step to the boundary."""
+    out: cython.double[::1],
+) -> cython.void:
+    """Fill the corrector's Δw and Δλ, and `out` with the reciprocals of the longest primal and dual step to the boundary."""
     i: cython.Py_ssize_t
     k: cython.Py_ssize_t
     n: cython.Py_ssize_t = ends.shape[0]
@@ -471,7 +474,8 @@ def _correct(
     dw: cython.double
     dy: cython.double
     inverse: cython.double
-    worst: cython.double = 0.0
+    primal: cython.double = 0.0
+    dual: cython.double = 0.0
     for k in range(n):
         for i in range(offset[k], offset[k + 1]):
             r = rows[i, 3]
@@ -495,9 +499,9 @@ def _correct(
             dy = (mu - rows[i, 8] - rows[i, 6] * dw) * w1 * inverse - rows[i, 6]
             rows[i, 8] = dw
             rows[i, 10] = dy
-            worst = max(worst, -dw * w1 * inverse)
-            if -dy > worst * rows[i, 6]:
-                worst = -dy / rows[i, 6]
+            primal = max(primal, -dw * w1 * inverse)
+            if -dy > dual * rows[i, 6]:
+                dual = -dy / rows[i, 6]
             if kind[i] == 0:
                 rows[i, 9] = 0.0
                 rows[i, 11] = 0.0
@@ -506,10 +510,11 @@ def _correct(
             dy = (mu - rows[i, 9] - rows[i, 7] * dw) * w0 * inverse - rows[i, 7]
             rows[i, 9] = dw
             rows[i, 11] = dy
-            worst = max(worst, -dw * w0 * inverse)
-            if -dy > worst * rows[i, 7]:
-                worst = -dy / rows[i, 7]
-    return worst
+            primal = max(primal, -dw * w0 * inverse)
+            if -dy > dual * rows[i, 7]:
+                dual = -dy / rows[i, 7]
+    out[0] = primal
+    out[1] = dual
 
 
 @cython.cfunc
@@ -574,8 +579,8 @@ def _tighten(
     The largest values inside, estimated from three inner points, are compared with those at the ends, where the rows
     hold them. While the iterates are far from the optimum (`fresh`), ``share[k, 0]`` (acceleration) and ``share[k, 1]``
     (jerk) become the ratio of the largest value at the ends to the largest inside; later they are only lowered, where a
-    limit is passed. The largest part of a limit that was found inside is returned. `value` has room for 10 doubles an
-    axis.
+    limit is passed, and by half of `slack` more, lest the next iterate pass it again. The largest part of a limit that
+    was found inside is returned. `value` has room for 10 doubles an axis.
     """
     n: cython.Py_ssize_t = h.shape[0]
     axes: cython.Py_ssize_t = d1.shape[2]
@@ -604,6 +609,7 @@ def _tighten(
     acc_in: cython.double
     jerk_in: cython.double
     bulge: cython.double
+    margin: cython.double = 1.0 if fresh else 1.0 - 0.5 * slack
     worst: cython.double = 0.0
     if fresh:
         for k in range(n):
@@ -639,12 +645,12 @@ def _tighten(
             jerk = jerk_in / (limits[1, a] * factor[k, a])
             worst = max(worst, max(acc, jerk))
             if acc > (0.9 if fresh else 1.0 + slack) and acc_in > acc_end:
-                bulge = acc_end / acc_in
+                bulge = margin * acc_end / acc_in
                 share[k, 0, a] = min(share[k, 0, a], bulge)
                 if k + 1 < n:
                     share[k + 1, 0, a] = min(share[k + 1, 0, a], bulge)
             if jerk > (0.9 if fresh else 1.0 + slack) and jerk_in > jerk_end:
-                share[k, 1, a] = min(share[k, 1, a], jerk_end / jerk_in)
+                share[k, 1, a] = min(share[k, 1, a], margin * jerk_end / jerk_in)
     return worst
 
 
@@ -738,6 +744,7 @@ def solve(
     primal: cython.double = 0.0
     sigma: cython.double
     step: cython.double = 0.0
+    rise: cython.double = 0.0
     ahead: cython.double
     kept: cython.double = 1e300
     near: cython.double[::1] = numpy.zeros(n + 2)
@@ -747,13 +754,14 @@ def solve(
             sides += 1 if kind[i] == 0 else 2
         for iteration in range(most):
             f = _objective(c, h, ends, extra, grad, band, root)
-            if iteration > 2 and gap < 0.3 * f:
+            # Far from the optimum the shares may lag by an iteration.
+            if iteration > 2 and (gap < 0.012 * f or (gap < 0.3 * f and iteration % 2 == 0)):
                 fresh = gap > 0.006 * f
                 report[5] = _tighten(c, h, ends, d1, d2, d3, limits, factor, share, slack, fresh, value)
                 if fresh or report[5] > 1.0 + slack:
                     _apply(rows, offset, kind, axis, share)
             mu = 3.0 * f / sides if iteration == 0 else 0.0
-            _gather(c, ends, root, rows, offset, kind, step, mu, grad, dual, right, band, out)
+            _gather(c, ends, root, rows, offset, kind, step, rise, mu, grad, dual, right, band, out)
             primal = out[0]
             gap = out[1]
             residual = 0.0
@@ -780,8 +788,9 @@ def solve(
             for k in range(n + 2):
                 right[k] += second[k] + mu * centre[k]
             _substitute(band, free, n + 1, right, dc)
-            step = _correct(c, dc, ends, root, rows, offset, kind, mu)
-            step = 1.0 / max(1.0, max(step / 0.99, _positive(c, dc, ends) / 0.9))
+            _correct(c, dc, ends, root, rows, offset, kind, mu, out)
+            step = 1.0 / max(1.0, max(out[0] / 0.99, _positive(c, dc, ends) / 0.9))
+            rise = 1.0 / max(1.0, out[1] / 0.99)
             for k in range(n + 2):
                 c[k] += step * dc[k]
         if status < 0 and kept < 1e300:
