@@ -69,6 +69,14 @@ class Entity:
         """
         return None if self.get(name) is None else self.number(name)
 
+    def ratio(self, name: str, value: float) -> float:
+        """Return a ratio of a value that should be one; where it is above 1 it is percent, with a warning."""
+        if value <= 1.0:
+            return value
+        text = f"{name} is {value:g}, which is no ratio; it is taken as {value:g} percent"
+        self.warn("stepnc-ratio", text)
+        return value / 100.0
+
     def text(self, name: str) -> str:
         """Return a string, empty where it is missing or no string."""
         value = self.get(name)

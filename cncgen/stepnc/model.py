@@ -19,6 +19,11 @@ from cncgen.stepnc.geometry.pieces import Piece
 
 Vector = NDArray[np.float64]
 
+#: Values of operations and strategies that must lie between 0 and 1.
+RATIOS = frozenset(
+    ["overlap", "reduced_cut_at_start", "reduced_feed_at_start", "reduced_cut_at_end", "reduced_feed_at_end"]
+)
+
 
 def _empty() -> Mapping[str, Any]:
     return MappingProxyType({})
@@ -110,6 +115,7 @@ class Path:
         ratio: Factor of the feed.
         technology, functions: Its own, or None for the operation's.
         seconds: Of a dwell.
+        turns: Of a dwell that waits for so many turns of the spindle.
     """
 
     ident: int
@@ -120,6 +126,7 @@ class Path:
     technology: Technology | None = None
     functions: Functions | None = None
     seconds: float = 0.0
+    turns: float = 0.0
 
 
 class Paths(Sequence[Path]):
@@ -221,6 +228,7 @@ class Shape:
         diameter: Of a hole.
         bottom: ``through``, ``flat``, ``conical``, ``spherical``, ``radiused`` … or "".
         bottom_angle: Full angle of a conical bottom, rad, or None.
+        bottom_radius: Of a spherical bottom, mm, or None.
         outline: Closed boundary as pieces, or None.
         bosses: What stays standing inside.
         course: Open path of a slot or step, or None.
@@ -238,6 +246,7 @@ class Shape:
     diameter: float | None = None
     bottom: str = ""
     bottom_angle: float | None = None
+    bottom_radius: float | None = None
     outline: list[Piece] | None = None
     bosses: tuple[Boss, ...] = ()
     course: list[Piece] | None = None

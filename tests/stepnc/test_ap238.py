@@ -1,88 +1,14 @@
 """The AP238 AIM: its graph of properties, units, frames, order, technology, and what real writers get wrong."""
 
-import io
 import math
 
 import numpy as np
 import pytest
 
-from cncgen.stepnc.ap238.aim_file import AimFile
-from cncgen.stepnc.part21 import DERIVED, Enumeration, Typed
+from cncgen.stepnc.part21 import Typed
 from cncgen.toolpath.record import FeedMode
+from tests.stepnc.aim import Aim, E, Shaped
 from tests.stepnc.building import codes, motions, run
-
-E = Enumeration
-
-
-class Aim:
-    """A small AIM file."""
-
-    def __init__(self, inches=False):
-        self.stream = io.StringIO()
-        self.file = AimFile(self.stream, inches)
-        self.places = {}
-
-    def polyline(self, *points):
-        return self.file.add("POLYLINE", "", tuple(self.file.points(np.array(points, float))))
-
-    def sequence(self, keyword, owner, member, place=None):
-        self.places[owner] = self.places.get(owner, 0) + 1
-        self.file.relate(keyword, owner, member, place or self.places[owner])
-
-    def path(self, owner, curve, technology=None, rapid=False, place=None, **words):
-        path = self.file.method("MACHINING_TOOLPATH", "", "cutter location trajectory")
-        self.sequence("MACHINING_TOOLPATH_SEQUENCE_RELATIONSHIP", owner, path, place)
-        self.file.property(path, "basic curve", "REPRESENTATION", "basic curve", curve)
-        if rapid:
-            words["speed_profile"] = "rapid"
-        for name, text in words.items():
-            self.file.words(path, name.replace("_", " "), text)
-        if technology:
-            self.file.add("MACHINING_TECHNOLOGY_RELATIONSHIP", "", "", path, technology)
-        return path
-
-    def technology(self, feed=250.0, unit=None, name="feed speed", spindle=None, spindle_unit=None):
-        technology = self.file.method("MACHINING_TECHNOLOGY", "", "milling")
-        item = self.file.measure("feed", feed, unit or self.per_minute())
-        self.file.property(technology, "feedrate", "MACHINING_FEED_SPEED_REPRESENTATION", name, item)
-        if spindle is not None:
-            item = self.file.measure("rotational speed", spindle, spindle_unit or self.file.spindle_unit)
-            keyword = "MACHINING_SPINDLE_SPEED_REPRESENTATION"
-            self.file.property(technology, "spindle", keyword, "spindle speed", item)
-        return technology
-
-    def per_minute(self):
-        minute = self.file.complex_minute if hasattr(self.file, "complex_minute") else self.minute()
-        return self.file._product((self.file.length, 1.0), (minute, -1.0))
-
-    def minute(self):
-        exponents = self.file.add("DIMENSIONAL_EXPONENTS", 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0)
-        measure = self.file.add("MEASURE_WITH_UNIT", Typed("TIME_MEASURE", 60.0), self.file.second)
-        return self.file.add_complex(
-            ("CONVERSION_BASED_UNIT", ("MINUTE", measure)), ("NAMED_UNIT", (exponents,)), ("TIME_UNIT", ())
-        )
-
-    def step(self, keyword="FREEFORM_MILLING_OPERATION", description=""):
-        step = self.file.method("MACHINING_WORKINGSTEP", "ws")
-        operation = self.file.method(keyword, "op", description)
-        self.file.add("MACHINING_OPERATION_RELATIONSHIP", "", "", step, operation)
-        return step, operation
-
-    def plan(self, *children, name="plan"):
-        plan = self.file.method("MACHINING_WORKPLAN", name)
-        for child in children:
-            self.sequence("MACHINING_PROCESS_SEQUENCE_RELATIONSHIP", plan, child)
-        return plan
-
-    def read(self, plan):
-        self.file.project(plan, "p")
-        head = "ISO-10303-21;\n/* (START, X0 Y0 Z0) */\nHEADER;\nFILE_SCHEMA(('X'));\nENDSEC;\nDATA;\n"
-        return run(head + self.stream.getvalue() + "ENDSEC;\nEND-ISO-10303-21;\n")
-
-    def one_path(self, curve, technology=None, **words):
-        step, operation = self.step()
-        self.path(operation, curve, technology or self.technology(), **words)
-        return self.read(self.plan(step))
 
 
 def test_feed_per_minute_and_rapid():
@@ -301,7 +227,7 @@ def test_short_names():
     assert path.end[motions(path)].tolist() == [[5, 0, 0]]
 
 
-@pytest.mark.parametrize("keyword", ["MACHINING_TOUCH_PROBING", "CONTOURING_TURNING_OPERATION"])
+@pytest.mark.parametrize("keyword", ["EXTENDED_TYPE_OPERATION", "CONTOURING_TURNING_OPERATION"])
 def test_operations_that_cannot_be_done_are_refused(keyword):
     aim = Aim()
     step, operation = aim.step(keyword)
@@ -326,188 +252,6 @@ def test_a_plan_within_itself():
     aim.sequence("MACHINING_PROCESS_SEQUENCE_RELATIONSHIP", plan, plan)
     _, found = aim.read(plan)
     assert "part21-cycle" in codes(found, "error")
-
-
-# Features
-
-
-def hole(aim, depth, convention):
-    """Add a drilling of a round hole of 10 mm at (20, 30): placement at the bottom (ISO 10303) or top (14649)."""
-    z, x = np.array([0, 0, 1.0]), np.array([1.0, 0, 0])
-    step, operation = aim.step("DRILLING_OPERATION", "drilling")
-    aim.file.add("MACHINING_TECHNOLOGY_RELATIONSHIP", "", "", operation, aim.technology(120.0))
-    kind = aim.file.add("ACTION_RESOURCE_TYPE", "drilling cutting tool")
-    aim.file.add("MACHINING_TOOL", "3", "twist drill", (operation,), kind)
-    feature = aim.file.add_complex(
-        ("CHARACTERIZED_OBJECT", ("hole", "")), ("FEATURE_DEFINITION", ()), ("INSTANCED_FEATURE", ()),
-        ("ROUND_HOLE", ()), ("SHAPE_ASPECT", ("hole", "", None, E("T"))),
-    )  # fmt: skip
-    process = aim.file.method("MACHINING_FEATURE_PROCESS")
-    aim.file.add("MACHINING_FEATURE_RELATIONSHIP", "", "", step, process)
-    action = aim.file.add("PROPERTY_PROCESS", "machining", "", process, "")
-    aim.file.add("PROCESS_PROPERTY_ASSOCIATION", "", "", action, feature)
-    shape = aim.file.add("PRODUCT_DEFINITION_SHAPE", "", "", feature)
-    height = -depth if convention == "bottom" else 0.0
-    place = aim.file.placement(np.array([20.0, 30.0, height]), z, x, "orientation")
-    representation = aim.file.add("SHAPE_REPRESENTATION_WITH_PARAMETERS", "", (place,), aim.file.context)
-    aim.file.add("SHAPE_DEFINITION_REPRESENTATION", shape, representation)
-    limit = depth if convention == "bottom" else -depth
-    plane = aim.file.add("PLANE", "", aim.file.placement(np.array([0, 0, limit]), z, x))
-    bound = aim.file.add("SHAPE_REPRESENTATION", "maximum feature limit", (plane,), aim.file.context)
-    aim.file.add("SHAPE_DEFINITION_REPRESENTATION", shape, bound)
-    return step
-
-
-@pytest.mark.parametrize("convention", ["bottom", "top"])
-def test_a_hole_is_drilled_in_either_convention(convention):
-    aim = Aim()
-    step = hole(aim, 12.0, convention)
-    path, found = aim.read(aim.plan(step))
-    assert codes(found) == []
-    assert path.end[motions(path), 2].min() == -12.0
-    assert path.end[motions(path)][-1].tolist() == [20, 30, 5]
-
-
-class Shaped(Aim):
-    """A file with one feature that is milled."""
-
-    def mill(self, kind, place, components, operation="BOTTOM_AND_SIDE_MILLING_OPERATION", limit=None):
-        """Add a workingstep: `components` are (name, entity, sizes) of profiles and paths, `limit` the depth plane."""
-        step, op = self.step(operation, "finish")
-        self.file.add("MACHINING_TECHNOLOGY_RELATIONSHIP", "", "", op, self.technology(600.0))
-        self.tool(op, "endmill")
-        feature = self.file.add_complex(
-            *sorted([("CHARACTERIZED_OBJECT", ("f", "")), ("FEATURE_DEFINITION", ()), ("INSTANCED_FEATURE", ()),
-            (kind, ()), ("SHAPE_ASPECT", ("f", "", None, E("T")))])
-        )  # fmt: skip
-        process = self.file.method("MACHINING_FEATURE_PROCESS")
-        self.file.add("MACHINING_FEATURE_RELATIONSHIP", "", "", step, process)
-        action = self.file.add("PROPERTY_PROCESS", "machining", "", process, "")
-        self.file.add("PROCESS_PROPERTY_ASSOCIATION", "", "", action, feature)
-        shape = self.file.add("PRODUCT_DEFINITION_SHAPE", "", "", feature)
-        self.describe(shape, "SHAPE_REPRESENTATION_WITH_PARAMETERS", "", place)
-        if limit is not None:
-            z, x = np.array([0, 0, 1.0]), np.array([1.0, 0, 0])
-            plane = self.file.add("PLANE", "", self.file.placement(np.array([0, 0, limit]), z, x))
-            self.describe(shape, "SHAPE_REPRESENTATION", "maximum feature limit", plane)
-        for name, keyword, sizes in components:
-            occurrence = self.file.add("SHAPE_ASPECT", "", f"{name} occurrence", shape, E("T"))
-            entity = self.file.add(keyword, "", "linear", None, E("T"))
-            usage = "profile usage" if "PROFILE" in keyword else "path feature component usage"
-            self.file.add("SHAPE_DEFINING_RELATIONSHIP", name, usage, entity, occurrence)
-            items = [self.file.measure(n, v, self.degree if "angle" in n else self.file.mm) for n, v in sizes]
-            own = self.file.add("PRODUCT_DEFINITION_SHAPE", "", "", entity)
-            self.describe(own, "SHAPE_REPRESENTATION_WITH_PARAMETERS", "", *items)
-        return self.read(self.plan(step))
-
-    def tool(self, operation, kind):
-        """Add a tool of 8 mm that an operation uses."""
-        tool = self.file.add(
-            "MACHINING_TOOL", "T", kind, (operation,), self.file.add("ACTION_RESOURCE_TYPE", "mill")
-        )
-        prop = self.file.add("RESOURCE_PROPERTY", "effective cutting diameter", "", tool)
-        size = self.file.measure("effective cutting diameter", 8.0, self.file.mm)
-        held = self.file.add("REPRESENTATION", "", (size,), self.file.context)
-        self.file.add("RESOURCE_PROPERTY_REPRESENTATION", "", "", prop, held)
-
-    def describe(self, shape, keyword, name, *items):
-        representation = self.file.add(keyword, name, items, self.file.context)
-        self.file.add("SHAPE_DEFINITION_REPRESENTATION", shape, representation)
-
-    @property
-    def degree(self):
-        if not hasattr(self, "_degree"):
-            radian = self.file.add_complex(
-                ("NAMED_UNIT", (DERIVED,)), ("PLANE_ANGLE_UNIT", ()), ("SI_UNIT", (None, E("RADIAN")))
-            )
-            factor = self.file.add(
-                "PLANE_ANGLE_MEASURE_WITH_UNIT", Typed("PLANE_ANGLE_MEASURE", math.pi / 180), radian
-            )
-            exponents = self.file.add("DIMENSIONAL_EXPONENTS", *[0.0] * 7)
-            self._degree = self.file.add_complex(
-                ("CONVERSION_BASED_UNIT", ("DEGREE", factor)),
-                ("NAMED_UNIT", (exponents,)),
-                ("PLANE_ANGLE_UNIT", ()),
-            )
-        return self._degree
-
-
-def swept_place(aim, convention, depth, length):
-    """The placement of a slot or step whose top stands at (20, 30, 0) and that goes 40 mm along Y of the machine."""
-    x, y, z = np.eye(3)
-    if convention == "top":
-        return aim.file.placement(np.array([20.0, 30.0, 0.0]), z, x, "orientation")
-    # At the bottom of the other end, Z along the path (backwards along Y), Y out of the material.
-    return aim.file.placement(np.array([20.0, 30.0 + length, -depth]), -y, x, "orientation")
-
-
-@pytest.mark.parametrize("convention", ["bottom", "top"])
-def test_a_slot_in_either_convention(convention):
-    """12 mm wide, 5 deep, 40 long: cut by 8 mm from 26 to 44 less the radius in Y, 5 below 0."""
-    aim = Shaped()
-    path, found = aim.mill(
-        "SLOT",
-        swept_place(aim, convention, 5.0, 40.0),
-        [
-            ("course of travel", "PATH_FEATURE_COMPONENT", [("distance", 40.0)]),
-            ("swept shape", "SQUARE_U_PROFILE", [("width", 12.0), ("depth", 5.0), ("first angle", 90.0)]),
-        ],
-        limit=-5.0 if convention == "top" else None,
-    )
-    assert codes(found, "error") == []
-    cut = path.end[motions(path)]
-    cut = cut[cut[:, 2] == cut[:, 2].min()]
-    assert cut[0, 2] == pytest.approx(-5.0)
-    np.testing.assert_allclose(cut[:, :2].min(axis=0), [18.0, 34.0], atol=1e-3)
-    np.testing.assert_allclose(cut[:, :2].max(axis=0), [22.0, 66.0], atol=1e-3)
-
-
-@pytest.mark.parametrize("convention", ["bottom", "top"])
-def test_a_step_in_either_convention(convention):
-    """A wall at X 20, 15 mm wide to +X, 4 deep: the axis of the tool stays 4 mm from the wall and goes beyond the rest."""
-    aim = Shaped()
-    sizes = [
-        ("profile angle", 90.0),
-        ("tilt angle", 0.0),
-        ("first side length", 15.0),
-        ("second side length", 4.0),
-    ]
-    path, found = aim.mill(
-        "STEP",
-        swept_place(aim, convention, 4.0, 40.0),
-        [
-            ("course of travel", "PATH_FEATURE_COMPONENT", [("distance", 40.0)]),
-            ("wall boundary", "VEE_PROFILE", sizes),
-        ],
-        limit=-4.0 if convention == "top" else None,
-    )
-    assert codes(found, "error") == []
-    cut = path.end[motions(path)]
-    cut = cut[cut[:, 2] == cut[:, 2].min()]
-    assert cut[0, 2] == pytest.approx(-4.0)
-    assert cut[:, 0].min() == pytest.approx(24.0, abs=1e-3)
-    assert cut[:, 0].max() >= 35.0
-    assert cut[:, 1].min() <= 30.0
-    assert cut[:, 1].max() >= 70.0
-
-
-def test_an_outside_profile_from_its_bottom():
-    aim = Shaped()
-    place = aim.file.placement(np.array([20.0, 30.0, -6.0]), np.eye(3)[2], np.eye(3)[0], "orientation")
-    path, found = aim.mill(
-        "OUTSIDE_PROFILE",
-        place,
-        [
-            ("profile swept shape", "PATH_FEATURE_COMPONENT", [("distance", 6.0)]),
-            ("feature boundary", "CIRCULAR_CLOSED_PROFILE", [("diameter", 20.0)]),
-        ],
-        operation="SIDE_MILLING_OPERATION",
-        limit=6.0,
-    )
-    assert codes(found, "error") == []
-    assert path.end[motions(path), 2].min() == -6.0
-    radius = np.linalg.norm(path.arcs.centre[:, :2] - [20.0, 30.0], axis=1)
-    assert (radius < 1e-3).any()
 
 
 def test_a_contact_path_with_its_surface_normal():
@@ -542,3 +286,96 @@ def test_a_process_whose_number_is_another_entitys_is_a_diagnostic():
     )
     _, found = aim.read(plan)
     assert {"part21-duplicate", "part21-syntax"} <= set(codes(found, "error"))
+
+
+def test_probing_goes_along_its_toolpath_and_measures_nothing():
+    aim = Aim()
+    step, operation = aim.step("MACHINING_TOUCH_PROBING", "workpiece probing")
+    aim.path(operation, aim.polyline((0, 0, 0), (5, 0, 0)), aim.technology())
+    bare, _ = aim.step("MACHINING_TOUCH_PROBING", "tool length probing")
+    path, found = aim.read(aim.plan(step, bare))
+    assert path.end[motions(path)].tolist() == [[5, 0, 0]]
+    assert codes(found, "note") == ["probe-not-run"]
+    assert codes(found, "error") == ["stepnc-unsupported"]
+
+
+def test_what_is_disabled_is_not_executed():
+    aim = Aim()
+    steps = []
+    for k in (1, 2):
+        step, operation = aim.step()
+        aim.path(operation, aim.polyline((0, 0, 0), (k, 0, 0)), aim.technology())
+        steps.append(step)
+    aim.file.words(steps[0], "enabled", "disabled")
+    aim.file.words(steps[1], "enabled", "enabled")
+    path, found = aim.read(aim.plan(*steps))
+    assert path.end[motions(path)].tolist() == [[2, 0, 0]]
+    assert codes(found) == ["stepnc-disabled"]
+
+
+def test_a_tool_direction_tilts_the_tool():
+    """(1, 0, 1) is B 45°; the position is the tip's."""
+    aim = Aim()
+    step, operation = aim.step()
+    aim.path(operation, aim.polyline((0, 0, 0), (5, 0, 0)), aim.technology())
+    axis = aim.file.add("DIRECTION", "tool direction orientation", (1.0, 0.0, 1.0))
+    keyword = "MACHINING_TOOL_DIRECTION_REPRESENTATION"
+    aim.file.property(operation, "tool direction", keyword, "three axes tilted tool", axis)
+    path, found = aim.read(aim.plan(step))
+    assert codes(found) == []
+    assert path.axes == "XYZBC"
+    np.testing.assert_allclose(path.end[-2], [5, 0, 0, math.pi / 4, 0], atol=1e-12)
+
+
+@pytest.mark.parametrize("turning", [True, False])
+def test_a_dwell_in_turns_of_the_spindle(turning):
+    """Three turns at 600 rev/min are 0.3 s; with a spindle that stands there is no such time."""
+    aim = Aim()
+    step, operation = aim.step()
+    technology = aim.technology(spindle=-10.0) if turning else aim.technology()
+    aim.path(operation, aim.polyline((0, 0, 0), (5, 0, 0)), technology)
+    wait = aim.file.method("MACHINING_TOOLPATH", "", "feedstop")
+    aim.sequence("MACHINING_TOOLPATH_SEQUENCE_RELATIONSHIP", operation, wait)
+    count = Typed("COUNT_MEASURE", 3.0)
+    item = aim.file.add("MEASURE_REPRESENTATION_ITEM", "dwell revolution", count, aim.file.mm)
+    aim.file.property(wait, "dwell", "MACHINING_DWELL_TIME_REPRESENTATION", "dwell revolution", item)
+    path, found = aim.read(aim.plan(step))
+    assert codes(found) == ([] if turning else ["stepnc-no-spindle"])
+    assert [e.dwell_s for e in path.events if e.name == "dwell"] == pytest.approx([0.3] * turning)
+
+
+def test_functions_with_their_texts_and_tools():
+    aim = Aim()
+    load = aim.file.method("MACHINING_NC_FUNCTION", "", "load tool")
+    aim.file.add("MACHINING_TOOL", "7", "drill", (load,), aim.file.add("ACTION_RESOURCE_TYPE", "drill"))
+    unload = aim.file.method("MACHINING_NC_FUNCTION", "", "unload tool")
+    say = aim.file.method("MACHINING_NC_FUNCTION", "note", "display message")
+    aim.file.words(say, "message text", "Turn the Part")
+    path, found = aim.read(aim.plan(load, say, unload))
+    events = [(e.name, *e.values.values()) for e in path.events]
+    assert events == [("tool", "7"), ("message", "Turn the Part"), ("user", "unload tool", "7"), ("end",)]
+    assert codes(found) == []
+
+
+def test_a_setups_security_plane_and_its_workpiece():
+    """Between toolpaths the tool goes up to the setup's plane at 30 mm."""
+    aim = Aim()
+    steps = []
+    for x in (0, 20):
+        step, operation = aim.step()
+        aim.path(operation, aim.polyline((x, 0, 0), (x + 5, 0, 0)), aim.technology())
+        steps.append(step)
+    plan = aim.plan(*steps)
+    setup = aim.file.add("MACHINING_SETUP", "s", "", "", ())
+    formation = aim.file.add("PRODUCT_DEFINITION_FORMATION", "", "", setup)
+    definition = aim.file.add("PRODUCT_DEFINITION", "", "", formation, None)
+    process = aim.file.add("PRODUCT_DEFINITION_PROCESS", "setup", "", plan, "")
+    aim.file.add("PROCESS_PRODUCT_ASSOCIATION", "", "", definition, process)
+    prop = aim.file.add("PROPERTY_DEFINITION", "security plane", "", definition)
+    z, x = np.array([0, 0, 1.0]), np.array([1.0, 0, 0])
+    plane = aim.file.add("PLANE", "", aim.file.placement(np.array([0, 0, 30.0]), z, x))
+    held = aim.file.add("SHAPE_REPRESENTATION", "", (plane,), aim.file.context)
+    aim.file.add("PROPERTY_DEFINITION_REPRESENTATION", prop, held)
+    path, found = aim.read(plan)
+    assert codes(found) == []
+    assert path.end[motions(path)][1:4].tolist() == [[5, 0, 30], [20, 0, 30], [20, 0, 0]]

@@ -1,24 +1,28 @@
 """Features of the AIM: placement, depth and profiles, in the convention of ISO 14649 (top of the feature, Z out).
 
 ISO 10303 places a feature where its sweep begins: holes, pockets and outside profiles at the bottom with Z out of the
-material; slots and steps at the bottom with Z along the path and Y out of the material (ISO 10303-238, 5.2.2.3).
+material (at the top with Z into it where the bottom is at the path's end); slots and steps at the bottom with Z along the
+path and Y out of the material (ISO 10303-238, 5.2.2.3).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
-from cncgen.stepnc.ap238.graph import Graph, Item
-from cncgen.stepnc.ap238.technology import described
+from cncgen.stepnc.ap238.graph import Graph
+from cncgen.stepnc.ap238.groups import Groups
+from cncgen.stepnc.ap238.profiles import CLOSED, OPEN, Profiles, find, path_of, profile_of
+from cncgen.stepnc.ap238.shapes import Component, Shapes, flipped
 from cncgen.stepnc.ap238.units import Units
 from cncgen.stepnc.entities import Entity, Skip
-from cncgen.stepnc.geometry.curves import Curves
-from cncgen.stepnc.geometry.frames import Matrix, Placements, identity, translation
-from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
-from cncgen.stepnc.model import Feature, Shape
+from cncgen.stepnc.geometry import profiles
+from cncgen.stepnc.geometry.frames import Matrix, identity, translation
+from cncgen.stepnc.geometry.pieces import Piece
+from cncgen.stepnc.model import Boss, Feature, Shape
 
 _KINDS = {
     "ROUND_HOLE": "round hole",
@@ -28,8 +32,22 @@ _KINDS = {
     "STEP": "step",
     "OUTSIDE_PROFILE": "general outside profile",
     "BOSS": "boss",
+    "CIRCULAR_PATTERN": "circular pattern",
+    "RECTANGULAR_PATTERN": "rectangular pattern",
+    "FEATURE_PATTERN": "general pattern",
+    "COMPOSITE_HOLE": "compound feature",
+    "COMPOUND_FEATURE": "compound feature",
 }
-_DEPTHS = ("hole depth", "pocket depth", "depth", "course of travel", "removal depth")
+_GROUPS = (
+    "CIRCULAR_PATTERN",
+    "RECTANGULAR_PATTERN",
+    "FEATURE_PATTERN",
+    "COMPOSITE_HOLE",
+    "COMPOUND_FEATURE",
+)
+_DEPTHS = ("hole depth", "pocket depth", "depth", "profile swept shape", "boss height", "course of travel")
+_BOUNDARIES = ("closed boundary", "feature boundary", "boundary", "enclosed boundary")
+_Y = np.array([0.0, 1.0, 0.0])
 
 
 class Features:
@@ -38,7 +56,9 @@ class Features:
     def __init__(self, graph: Graph, units: Units) -> None:
         self.graph = graph
         self.entities = graph.entities
-        self.units = units
+        self.shapes = Shapes(graph, units)
+        self.profiles = Profiles(self.shapes)
+        self.groups = Groups(self.shapes, self.read)
 
     def of_workingstep(self, step: int) -> Feature | None:
         """Return the feature that a workingstep machines, None where it names none.
@@ -51,111 +71,70 @@ class Features:
                 for link in self.graph.index("PROCESS_PROPERTY_ASSOCIATION", 0).of(action):
                     ident = self.entities.get(link).ref("property_or_shape")
                     if ident is not None:
-                        return self._feature(ident)
+                        return self.read(ident)
         return None
 
-    def _feature(self, ident: int) -> Feature:
+    def read(self, ident: int) -> Feature:
+        """Return a feature.
+
+        Raises:
+            Skip: where it has a fault.
+        """
         entity = self.entities.get(ident)
         kind = next((k for k in _KINDS if entity.instance.part(k)), "")
-        items = self._shape_items(ident)
-        placement = identity()
-        for item in items:
-            if item.name == "orientation" and item.entity.keyword == "AXIS2_PLACEMENT_3D":
-                placement = self._placements(item).placement(item.entity.id)
-        name = entity.instance.part("CHARACTERIZED_OBJECT") or entity.instance.parts[0]
-        label = str(name.parameters[0]) if name.parameters else ""
+        frames = self.shapes.frames(ident, "orientation")
+        placement = frames[-1] if frames else identity()
+        named = entity.instance.part("CHARACTERIZED_OBJECT") or entity.instance.parts[0]
+        label = str(named.parameters[0]) if named.parameters else ""
+        depth, move = None, identity()
         if kind in ("SLOT", "STEP"):
             depth, move = self._swept(ident, entity, kind)
-            placement = placement @ move
-        else:
-            depth, at_top = self._depth(ident, entity)
-            if not at_top and depth is not None:
-                placement = placement @ translation(0.0, 0.0, depth)
-        return Feature(
-            ident, label, _KINDS.get(kind, kind), placement, lambda: self._shape(entity, kind, depth)
-        )
+        elif kind and kind not in _GROUPS:
+            depth, move = self._depth(ident, kind)
+        inside = np.asarray(np.linalg.inv(move), np.float64)
+        name = _KINDS.get(kind, kind)
+        if kind == "POCKET" and self._is_open(ident):
+            name = "open pocket"
+        if kind == "COMPOSITE_HOLE":
+            name = self.groups.hole_kind(entity)
+        return Feature(ident, label, name, placement @ move, lambda: self._shape(entity, kind, depth, inside))
 
-    def _placements(self, item: Item) -> Placements:
-        return Placements(self.entities, self.units.context(item.context)[0])
+    def _is_open(self, ident: int) -> bool:
+        components = self.shapes.components(ident)
+        return profile_of(components, CLOSED) is None and profile_of(components, OPEN) is not None
 
-    # The graph from a feature or profile to its values
+    # Where a feature stands, and how deep it is
 
-    def _shape_items(self, ident: int, name: str | None = None) -> list[Item]:
-        """Return the items of the shape representations of a feature or shape aspect."""
-        out: list[Item] = []
-        owners = [ident]
-        for keyword in ("PRODUCT_DEFINITION_SHAPE", "PROPERTY_DEFINITION"):
-            owners += self.graph.index(keyword, 0).of(ident)
-        for owner in owners:
-            for keyword in ("SHAPE_DEFINITION_REPRESENTATION", "PROPERTY_DEFINITION_REPRESENTATION"):
-                for link in self.graph.index(keyword, 0).of(owner):
-                    representation = self.entities.get(link).ref("used_representation")
-                    if representation is not None:
-                        items = self.graph.items(representation)
-                        out += [i for i in items if name is None or i.representation.strip().lower() == name]
-        return out
+    def _depth(self, ident: int, kind: str) -> tuple[float | None, Matrix]:
+        """Return the depth, and the way from the placement to that of ISO 14649.
 
-    def _aspects(self, feature: int) -> list[Entity]:
-        """Return the shape aspects of a feature's shape (its '… occurrence's)."""
-        out = []
-        for shape in self.graph.index("PRODUCT_DEFINITION_SHAPE", 0).of(feature):
-            for aspect in self.graph.index("SHAPE_ASPECT", 0).of(shape):
-                out.append(self.entities.get(aspect))
-        return out
-
-    def _components(self, feature: int) -> Iterator[tuple[str, Entity]]:
-        """Yield the profiles and paths of a feature under the names of their relationships."""
-        for aspect in self._aspects(feature):
-            for keyword in ("SHAPE_DEFINING_RELATIONSHIP", "FEATURE_COMPONENT_RELATIONSHIP"):
-                for relation in self.graph.index(keyword, 1).of(aspect.id):
-                    entity = self.entities.get(relation, keyword)
-                    yield entity.text("name").strip().lower(), entity.entity("relating_shape_aspect")
-
-    def _measures(self, ident: int) -> dict[str, float]:
-        out = {}
-        for item in self._shape_items(ident):
-            if described(item) or item.entity.keyword in ("AXIS2_PLACEMENT_3D", "PLANE", "DIRECTION"):
-                continue
-            try:
-                measure = self.units.measure(item.entity)
-            except Skip:
-                continue
-            if measure is not None:
-                out[item.name or measure.name] = measure.value
-        return out
-
-    def _limit(self, ident: int) -> float | None:
-        """Return the height of the plane 'maximum feature limit' in the feature's frame, None where there is none."""
-        for item in self._shape_items(ident):
-            if (
-                item.representation.strip().lower() == "maximum feature limit"
-                and item.entity.keyword == "PLANE"
-            ):
-                plane = self._placements(item).plane(item.entity.id)
-                if plane is not None:
-                    return float(plane[2, 3])
-        return None
-
-    def _depth(self, ident: int, entity: Entity) -> tuple[float | None, bool]:
-        """Return the depth, and whether the placement is at the top (ISO 14649) or the bottom (ISO 10303).
-
-        A plane 'maximum feature limit' with Z below the placement means the convention of ISO 14649.
+        A plane 'maximum feature limit' with Z below the placement means that it is there already.
         """
-        limit = self._limit(ident)
-        if limit is not None:
-            return abs(limit), limit < 0
-        for name, component in self._components(ident):
-            if name in _DEPTHS:
-                depth = self._length(component)
-                if depth is not None and not (
-                    name == "course of travel" and entity.instance.part("FLAT_FACE")
-                ):
-                    return depth, False
-        return None, True
+        limit = self.shapes.limit(ident)
+        components = self.shapes.components(ident)
+        if limit is not None and limit < 0:
+            return -limit, identity()
+        depth = abs(limit) if limit is not None else self._sweep(ident, kind, components)
+        if depth is None:
+            return None, identity()
+        if self._bottom_at_end(components):
+            return depth, flipped()
+        return depth, translation(0.0, 0.0, depth)
 
-    def _length(self, path: Entity) -> float | None:
-        measures = self._measures(path.id)
-        return measures.get("distance", measures.get("length"))
+    def _sweep(self, ident: int, kind: str, components: list[Component]) -> float | None:
+        """Return how far a feature's profile is swept, mm, None where it is not said."""
+        if kind == "FLAT_FACE":
+            return self.shapes.measures(ident).get("removal depth")
+        path = find(components, *_DEPTHS)
+        return self.profiles.length(path)
+
+    def _bottom_at_end(self, components: list[Component]) -> bool:
+        """Tell whether the bottom is at the end of the path: the placement is at the top, Z into the material."""
+        for component in components:
+            if "BOTTOM" in component.entity.keyword:
+                words = (component.role, *self.shapes.words(component.entity.id))
+                return any(w.endswith("depth end") for w in words)
+        return False
 
     def _swept(self, ident: int, entity: Entity, kind: str) -> tuple[float | None, Matrix]:
         """Return the depth of a slot or step, and the way from its placement to that of ISO 14649.
@@ -163,12 +142,12 @@ class Features:
         ISO 14649 has it at the top, the path along Y: Z becomes -Y and Y becomes Z, and the way goes to the other end
         of the path. A plane 'maximum feature limit' below the placement means that it is there already.
         """
-        limit = self._limit(ident)
+        limit = self.shapes.limit(ident)
         if limit is not None and limit < 0:
             return -limit, identity()
-        path, profile = self._path_and_profile(ident)
-        length = self._length(path) if path is not None else None
-        size = self._measures(profile.id) if profile is not None else {}
+        components = self.shapes.components(ident)
+        profile, length = profile_of(components, OPEN), self.profiles.length(path_of(components))
+        size = self.shapes.measures(profile.id) if profile is not None else {}
         depth = size.get("depth", size.get("profile depth"))
         if kind == "STEP" and "second side length" in size:
             depth = size["second side length"] * math.sin(size.get("profile angle", math.pi / 2))
@@ -178,60 +157,138 @@ class Features:
             )
         return depth, np.array([[1, 0, 0, 0], [0, 0, 1, depth], [0, -1, 0, length], [0, 0, 0, 1.0]])
 
-    def _path_and_profile(self, ident: int) -> tuple[Entity | None, Entity | None]:
-        """Return the path that a feature is swept along and the profile that is swept."""
-        path = profile = None
-        for name, component in self._components(ident):
-            if name == "course of travel" or "PATH" in component.keyword:
-                path = component
-            elif "PROFILE" in component.keyword:
-                profile = component
-        return path, profile
-
     # Shapes
 
-    def _shape(self, entity: Entity, kind: str, depth: float | None) -> Shape:
+    def _shape(self, entity: Entity, kind: str, depth: float | None, inside: Matrix) -> Shape:
+        """Return the shape of a feature; `inside` leads from its own placement to that of ISO 14649."""
         if kind not in _KINDS:
             text = "no toolpath can be made for this feature; give explicit toolpaths"
             raise entity.fault("stepnc-unsupported", text)
-        components = dict(self._components(entity.id))
+        components = self.shapes.components(entity.id)
+        if kind in _GROUPS:
+            return self.groups.shape(entity, kind)
         if kind == "ROUND_HOLE":
-            profile = components.get("diameter")
-            return Shape(depth, diameter=self._measures(profile.id).get("diameter") if profile else None)
+            return self._hole(entity, depth, components)
         if kind == "FLAT_FACE":
-            return self._face(entity, depth, components)
-        if kind in ("SLOT", "STEP"):
-            return self._along_path(entity, kind, depth)
-        names = ("closed boundary", "feature boundary", "removal boundary", "boundary", "enclosed boundary")
-        profile = next((components[n] for n in names if n in components), None)
-        profile = profile or self._path_and_profile(entity.id)[1]
+            return replace(self._face(entity, depth, components), bosses=self._bosses(entity, inside))
+        if kind == "SLOT":
+            return self._slot(entity, depth, components)
+        if kind == "STEP":
+            return self._step(entity, depth, components)
+        if kind == "POCKET":
+            return replace(self._pocket(entity, depth, components), bosses=self._bosses(entity, inside))
+        taper = self._taper(components, None, depth)
+        return Shape(depth, outline=self._boundary(entity, components), slope=abs(taper))
+
+    def _boundary(self, entity: Entity, components: list[Component]) -> list[Piece]:
+        """Return the closed boundary of a feature."""
+        profile = profile_of(components, CLOSED) or find(components, *_BOUNDARIES)
         if profile is None:
-            raise entity.fault("stepnc-missing", f"the {_KINDS[kind]} has no boundary")
-        own = self._measures(entity.id)
+            raise entity.fault("stepnc-missing", "the feature has no closed boundary")
+        return self.profiles.closed(profile)
+
+    def _bottom(self, components: list[Component]) -> tuple[str, dict[str, float]]:
+        """Return the kind of a hole's or pocket's bottom, and its measures."""
+        for component in components:
+            if component.entity.keyword in ("HOLE_BOTTOM", "POCKET_BOTTOM"):
+                kind = component.entity.text("description").strip().lower()
+                sizes = self.shapes.measures(component.entity.id)
+                return {"planar": "flat"}.get(kind, kind), sizes
+        return "", {}
+
+    def _taper(self, components: list[Component], diameter: float | None, depth: float | None) -> float:
+        """Return the angle between the wall and the axis, rad."""
+        taper = next((c.entity for c in components if c.entity.keyword == "TAPER"), None)
+        sizes = {} if taper is None else self.shapes.measures(taper.id)
+        if "taper angle" in sizes:
+            return sizes["taper angle"]
+        if "final diameter" in sizes and diameter is not None and depth:
+            return math.atan((diameter - sizes["final diameter"]) / 2 / depth)
+        return 0.0
+
+    def _hole(self, entity: Entity, depth: float | None, components: list[Component]) -> Shape:
+        profile = find(components, "diameter") or profile_of(components, ("CIRCULAR_CLOSED_PROFILE",))
+        diameter = self.shapes.measures(profile.id).get("diameter") if profile else None
+        bottom, sizes = self._bottom(components)
         return Shape(
             depth,
-            outline=self._profile(profile),
-            slope=own.get("slope", own.get("draft angle", 0.0)),
-            corner_radius=own.get("orthogonal radius"),
-            floor_radius=own.get("planar radius"),
+            diameter=diameter,
+            bottom=bottom,
+            bottom_angle=sizes.get("tip angle"),
+            bottom_radius=sizes.get("radius"),
+            floor_radius=sizes.get("corner radius"),
+            slope=self._taper(components, diameter, depth),
         )
 
-    def _along_path(self, entity: Entity, kind: str, depth: float | None) -> Shape:
-        """Return a slot or step whose path goes along Y from the origin."""
-        path, profile = self._path_and_profile(entity.id)
-        length = self._length(path) if path is not None else None
+    def _pocket(self, entity: Entity, depth: float | None, components: list[Component]) -> Shape:
+        own = self.shapes.measures(entity.id)
+        bottom, sizes = self._bottom(components)
+        open_sides: tuple[int, ...] = ()
+        if self._is_open(entity.id):
+            outline, open_sides = self._open_outline(entity, components)
+        else:
+            outline = self._boundary(entity, components)
+        return Shape(
+            depth,
+            bottom=bottom,
+            outline=outline,
+            open_sides=open_sides,
+            slope=own.get("slope", own.get("draft angle", abs(self._taper(components, None, depth)))),
+            corner_radius=own.get("orthogonal fillet radius", own.get("orthogonal radius")),
+            floor_radius=own.get("planar radius", sizes.get("radius")),
+        )
+
+    def _open_outline(
+        self, entity: Entity, components: list[Component]
+    ) -> tuple[list[Piece], tuple[int, ...]]:
+        wall = find(components, "wall boundary", "wall boundary usage")
+        boundary = next(
+            (c.entity for c in components if c.entity.keyword in OPEN and c.entity is not wall), wall
+        )
+        if boundary is None:
+            raise entity.fault("stepnc-missing", "the pocket has no boundary")
+        if wall is None or wall.id == boundary.id:
+            return profiles.closed_outline(boundary, self.profiles.open(boundary))
+        return profiles.closed_outline(boundary, self.profiles.open(wall), self.profiles.open(boundary))
+
+    def _bosses(self, entity: Entity, inside: Matrix) -> tuple[Boss, ...]:
+        """Return what stays standing within a pocket or face: bosses, placed within its own placement."""
+        out = []
+        for _, usage, ident in self.shapes.members(entity.id):
+            if usage != "uncut volume":
+                continue
+            feature = self.read(ident)
+            shape, place = feature.shape(), inside @ feature.placement
+            if abs(place[2, 2] - 1.0) > 1e-9:
+                text = "the boss does not stand along the feature's axis"
+                raise self.entities.get(ident).fault("stepnc-unsupported", text)
+            flat = place.copy()
+            flat[2, 3] = 0.0
+            outline = [p.moved(flat) for p in shape.outline or []]
+            out.append(Boss(outline, shape.slope, min(float(place[2, 3]), 0.0)))
+        return tuple(out)
+
+    def _step(self, entity: Entity, depth: float | None, components: list[Component]) -> Shape:
+        """Return a step whose path goes along Y from the origin."""
+        profile, length = profile_of(components, OPEN), self.profiles.length(path_of(components))
         if length is None or profile is None:
-            text = f"the {kind.lower()} has no straight path with a distance, or no profile"
+            text = "the step has no straight path with a distance, or no profile"
             raise entity.fault("stepnc-unsupported", text)
-        course: list[Piece] = [Polyline(np.array([[0.0, 0.0, 0.0], [0.0, length, 0.0]]))]
-        size = self._measures(profile.id)
-        if kind == "STEP":
-            if abs(size.get("tilt angle", 0.0)) > 1e-9 or "first side length" not in size:
-                text = "the step needs a profile with a level first side and its length"
-                raise profile.fault("stepnc-unsupported", text)
-            slope = size.get("profile angle", math.pi / 2) - math.pi / 2
-            slope = slope if abs(slope) > 1e-9 else 0.0
-            return Shape(depth, course=course, width=size["first side length"], slope=slope)
+        size = self.shapes.measures(profile.id)
+        if abs(size.get("tilt angle", 0.0)) > 1e-9 or "first side length" not in size:
+            text = "the step needs a profile with a level first side and its length"
+            raise profile.fault("stepnc-unsupported", text)
+        slope = size.get("profile angle", math.pi / 2) - math.pi / 2
+        slope = slope if abs(slope) > 1e-9 else 0.0
+        course: list[Piece] = [profiles.linear_path(length * _Y)]
+        return Shape(depth, course=course, width=size["first side length"], slope=slope)
+
+    def _slot(self, entity: Entity, depth: float | None, components: list[Component]) -> Shape:
+        """Return a slot along its path, which goes along Y where it is straight and says no direction."""
+        profile, path = profile_of(components, OPEN), path_of(components)
+        if path is None or profile is None:
+            raise entity.fault("stepnc-missing", "the slot has no path or no profile")
+        size = self.shapes.measures(profile.id)
         width = size.get("width", size.get("profile width"))
         if profile.keyword not in ("SQUARE_U_PROFILE", "ROUNDED_U_PROFILE") or width is None:
             raise profile.fault("stepnc-unsupported", "a slot of this profile cannot be made")
@@ -241,56 +298,48 @@ class Features:
                 raise profile.fault(
                     "stepnc-unsupported", "walls of a slot that are not upright cannot be made"
                 )
+        placed_at_top = (self.shapes.limit(entity.id) or 0.0) < 0
+        if not placed_at_top and self.profiles.length(path) is None:
+            raise path.fault("stepnc-unsupported", "a slot placed at its bottom needs a straight path")
+        length = self.profiles.length(path)
+        course = self.profiles.path(path, _Y) if placed_at_top else [profiles.linear_path((length or 0) * _Y)]
         floor = width / 2 if profile.keyword == "ROUNDED_U_PROFILE" else size.get("first radius")
-        return Shape(depth, course=course, width=width, floor_radius=floor, ends=self._slot_ends(entity.id))
+        ends = self._slot_ends(components, reverse=not placed_at_top)
+        return Shape(depth, course=list(course), width=width, floor_radius=floor, ends=ends)
 
-    def _slot_ends(self, ident: int) -> tuple[str, ...]:
-        """Return what the ends of a slot are, from the descriptions of its SLOT_ENDs."""
-        ends = [e for _, e in self._components(ident) if "SLOT_END" in e.keyword]
-        return tuple(e.text("description").strip().lower() for e in ends)
+    def _slot_ends(self, components: list[Component], reverse: bool) -> tuple[str, ...]:
+        """Return what the ends of a slot are, where its path begins and where it ends.
 
-    def _face(self, entity: Entity, depth: float | None, components: dict[str, Entity]) -> Shape:
-        course, boundary = components.get("course of travel"), components.get("removal boundary")
+        Args:
+            components: Of the slot.
+            reverse: Whether the course made here goes against the slot's own path.
+        """
+        ends = {c.role: c.entity for c in components if "SLOT_END" in c.entity.keyword}
+        first, last = ends.get("course of travel start"), ends.get("course of travel end")
+        given = [first, last] if first is not None and last is not None else list(ends.values())
+        if reverse and first is not None and last is not None:
+            given = given[::-1]
+        return tuple(e.text("description").strip().lower() for e in given if e is not None)
+
+    def _face(self, entity: Entity, depth: float | None, components: list[Component]) -> Shape:
+        """Return a face: what its profile sweeps along the course of travel, or its closed boundary."""
+        course, boundary = find(components, "course of travel"), find(components, "removal boundary")
         if course is None or boundary is None:
             raise entity.fault("stepnc-missing", "the face has no course of travel or no removal boundary")
-        length = self._measures(course.id)
-        width = self._measures(boundary.id).get("profile length", self._measures(boundary.id).get("length"))
-        distance = length.get("distance", length.get("length"))
+        size = self.shapes.measures(boundary.id)
+        width = size.get("profile length", size.get("length"))
+        distance = self.profiles.length(course)
         if width is None or distance is None:
             raise entity.fault("stepnc-missing", "the face has no length or no width")
-        path: list[Piece] = [Polyline(np.array([[0.0, 0.0, 0.0], [0.0, distance, 0.0]]))]
-        corners = np.array(
-            [[0, 0, 0], [width, 0, 0], [width, distance, 0], [0, distance, 0], [0, 0, 0]], float
-        )
-        return Shape(depth, outline=[Polyline(corners)], course=path, width=width)
-
-    def _profile(self, entity: Entity) -> list[Piece]:
-        values = self._measures(entity.id)
-        if entity.keyword == "CIRCULAR_CLOSED_PROFILE" and "diameter" in values:
-            start = np.array([values["diameter"] / 2, 0.0, 0.0])
-            return [Arc(start, start, np.zeros(3), np.array([0.0, 0.0, 1.0]), 2 * math.pi)]
-        if entity.keyword == "RECTANGULAR_CLOSED_PROFILE" and {"profile width", "profile length"} <= set(
-            values
-        ):
-            half = np.array([values["profile length"], values["profile width"]]) / 2
-            signs = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]])
-            return [Polyline(np.column_stack([signs * half, np.zeros(5)]))]
-        for item in self._shape_items(entity.id):
-            if "CURVE" in item.entity.keyword or item.entity.keyword == "POLYLINE":
-                return Curves(self.entities, *self.units.context(item.context)).read(
-                    item.entity.id, entity.id
-                )
-        raise entity.fault("stepnc-unsupported", "this is no closed profile that can be made")
-
-    # Setups and tilts
-
-    def setup_origins(self, process: int) -> Iterator[Matrix]:
-        """Yield the placements named 'orientation' of the setup that a process associates."""
-        for link in self.graph.index("PROCESS_PRODUCT_ASSOCIATION", 1).of(process):
-            product = self.entities.get(link).ref("defined_product")
-            for item in self._shape_items(product) if product is not None else ():
-                if item.entity.keyword == "AXIS2_PLACEMENT_3D" and item.name == "orientation":
-                    yield self._placements(item).placement(item.entity.id)
+        path = self.profiles.path(course, _Y)
+        enclosed = profile_of(components, CLOSED)
+        along = path[-1].end - path[0].start
+        side = np.array([width, 0.0, 0.0])
+        corners = [np.zeros(3), side, side + along, along]
+        outline: list[Piece] = [profiles.polygon(corners)]
+        if enclosed is not None:
+            outline = self.profiles.closed(enclosed)
+        return Shape(depth, outline=outline, course=path, width=width)
 
     def tilted(self) -> Iterator[bool]:
         """Yield for each feature whether its placement's Z leaves the machine's."""
@@ -299,7 +348,7 @@ class Features:
             if instance is None or instance.part("INSTANCED_FEATURE") is None:
                 continue
             try:
-                frame = self._feature(instance.id).placement
+                frame = self.read(instance.id).placement
             except Skip:
                 continue
             yield abs(frame[2, 2] - 1.0) > 1e-12

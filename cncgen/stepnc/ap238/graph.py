@@ -150,6 +150,13 @@ class Graph:
         where = int(context) if isinstance(context, int) else None
         return [Item(self.entities.get(i, owner=ident), self._name(i), name, where) for i in ids]
 
+    def context(self, ident: int) -> int | None:
+        """Return the context of a representation, None where it has none."""
+        instance = self.entities.exchange.instance(ident)
+        part = next((p for p in instance.parts if len(p.parameters) == 3), None) if instance else None
+        value = part.parameters[2] if part else None
+        return int(value) if isinstance(value, int) else None
+
     def _name(self, ident: int) -> str:
         instance = self.entities.exchange.instance(ident)
         if instance is None:

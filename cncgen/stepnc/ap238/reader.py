@@ -1,57 +1,37 @@
-"""The executables of an AIM file: workplans, workingsteps, rapid movements, functions, toolpaths."""
+"""The executables of an AIM file: workplans, workingsteps, rapid movements, functions."""
 
 from __future__ import annotations
 
-import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from cncgen.diagnostics import Severity
 from cncgen.stepnc.ap238.features import Features
-from cncgen.stepnc.ap238.graph import Graph, Item
-from cncgen.stepnc.ap238.technology import Resources, described
+from cncgen.stepnc.ap238.graph import Graph
+from cncgen.stepnc.ap238.operations import Operations
+from cncgen.stepnc.ap238.setups import Setups
+from cncgen.stepnc.ap238.technology import Resources, described, text_of
+from cncgen.stepnc.ap238.toolpaths import Properties, Toolpaths
 from cncgen.stepnc.ap238.units import Units
 from cncgen.stepnc.entities import Entities, Entity, Skip
-from cncgen.stepnc.execution.linearize import couple
-from cncgen.stepnc.geometry.contact import locations
-from cncgen.stepnc.geometry.curves import Curves
-from cncgen.stepnc.geometry.frames import Matrix, Placements, identity
-from cncgen.stepnc.geometry.pieces import Piece, Polyline, reverse
-from cncgen.stepnc.model import (
-    Block,
-    Executable,
-    NcFunction,
-    Operation,
-    Path,
-    Paths,
-    Strategy,
-    Tool,
-    Workingstep,
-)
+from cncgen.stepnc.geometry.frames import Matrix, identity
+from cncgen.stepnc.model import Block, Executable, NcFunction, Operation, Workingstep
 from cncgen.stepnc.part21 import Exchange
 
-_OPERATION_KINDS = {
-    "FREEFORM_MILLING_OPERATION": "freeform",
-    "MILLING_TYPE_OPERATION": "freeform",
-    "MACHINING_OPERATION": "freeform",
-    "PLANE_MILLING_OPERATION": "plane",
-    "SIDE_MILLING_OPERATION": "side",
-    "BOTTOM_AND_SIDE_MILLING_OPERATION": "bottom and side",
-    "DRILLING_OPERATION": "drilling",
-    "BORING_OPERATION": "boring",
-    "BACK_BORING_OPERATION": "back boring",
-    "TAPPING_OPERATION": "tapping",
-}
-#: Properties of operations whose names in ISO 14649 are not the same with underscores.
-_VALUE_NAMES = {
-    "overlap ratio": "overlap",
-    "feedrate on retract": "feed_on_retract",
-    "multiple passes": "allow_multiple_passes",
-    "plunge angle": "angle",
-    "plunge radius": "radius",
-}
-_CURVES = ("basic curve", "tool axis", "surface normal", "tool reference direction")
+
+class Setting(NamedTuple):
+    """What holds within a workplan.
+
+    Attributes:
+        frame: Of its toolpaths.
+        workpiece: Of the features, within `frame`.
+        security: The setup's security plane, or None.
+    """
+
+    frame: Matrix
+    workpiece: Matrix
+    security: Matrix | None
 
 
 class Ap238Reader:
@@ -64,22 +44,13 @@ class Ap238Reader:
         self.units = Units(self.entities)
         self.resources = Resources(self.graph, self.units)
         self.features = Features(self.graph, self.units)
-        self._curves: dict[tuple[float, float], Curves] = {}
+        self.setups = Setups(self.graph, self.features.shapes)
+        self.toolpaths = Toolpaths(self.graph, self.units, self.resources)
+        self.operations = Operations(self.graph, self.units, self.resources, self.toolpaths)
 
     def variables(self) -> dict[str, float]:
         """Return no variables: the AIM has none that are read here."""
         return {}
-
-    def curves(self, context: int | None) -> Curves:
-        """Return the reader of curves in the units of a context.
-
-        Raises:
-            Skip: where the units have a fault.
-        """
-        key = self.units.context(context)
-        if key not in self._curves:
-            self._curves[key] = Curves(self.entities, *key)
-        return self._curves[key]
 
     def roots(self) -> list[Executable]:
         """Return the workplans that a project's process chooses, else those that no other holds."""
@@ -103,55 +74,63 @@ class Ap238Reader:
         out = []
         for root in roots:
             try:
-                out.append(self.executable(root, identity()))
+                out.append(self.executable(root, Setting(identity(), identity(), None)))
             except Skip:
                 continue
         return out
 
     def executable(self, ident: int, context: Any) -> Executable:
-        """Return an executable within a block; `context` is the frame of its toolpaths.
+        """Return an executable within a block whose `Setting` is given.
 
         Raises:
             Skip: where it has a fault.
         """
         entity = self.entities.get(ident)
-        kind, label = entity.keyword, entity.text("name")
+        kind, label, properties = entity.keyword, entity.text("name"), self.graph.properties(ident)
+        if any(described(i) == "disabled" for i in properties.get("enabled", [])):
+            text = f"#{ident} {kind} {label!r} is disabled; it is not executed"
+            self.exchange.report(ident, "stepnc-disabled", text, severity=Severity.NOTE)
+            return Block(ident, label, "disabled", ())
         if kind == "MACHINING_WORKPLAN":
-            return self._workplan(entity, context)
+            return self._workplan(entity, properties, context)
         if kind == "MACHINING_WORKINGSTEP":
-            return self._workingstep(entity, context)
+            return self._workingstep(entity, properties, context)
         if kind == "MACHINING_RAPID_MOVEMENT":
-            properties = self.graph.properties(ident)
-            frame = self._frame(properties, context)
-            operation = Operation(ident, label, "rapid", self._paths(ident))
-            return Workingstep(
-                ident, label, operation, None, frame, self._security(properties, frame), rapid=True
-            )
+            return self._rapid(entity, properties, context)
+        if kind == "MACHINING_TOUCH_PROBING":
+            return self._probing(entity, properties, context)
         if kind == "MACHINING_NC_FUNCTION":
-            properties = self.graph.properties(ident)
-            texts = [described(i) for items in properties.values() for i in items]
-            name = entity.text("description").strip().lower()
-            return NcFunction(
-                ident, label, name, {"text": next((t for t in texts if t), label), "value": label}
-            )
+            return self._function(entity, properties)
         return self._process(entity, context)
 
-    def _workplan(self, entity: Entity, frame: Matrix) -> Block:
-        properties = self.graph.properties(entity.id)
+    def _function(self, entity: Entity, properties: Properties) -> NcFunction:
+        name = entity.text("description").strip().lower()
+        texts = [text_of(i) for items in properties.values() for i in items]
+        label = entity.text("name")
+        text = next((t for t in texts if t), label)
+        values: dict[str, Any] = {"text": text, "value": text if texts else label}
+        if name in ("load tool", "unload tool"):
+            values = {"tool": self.resources.tool(entity.id)}
+        return NcFunction(entity.id, label, name, values)
+
+    def _workplan(self, entity: Entity, properties: Properties, outer: Setting) -> Block:
         children = self.graph.related(entity.id, "MACHINING_PROCESS_SEQUENCE_RELATIONSHIP")
-        inner = self._frame(properties, frame)
-        self._note_setup(entity)
+        inner = outer._replace(frame=self.toolpaths.frame(properties, outer.frame))
+        for setup in self.setups.of_plan(entity.id):
+            self._note_origin(entity, setup)
+            workpiece, plane = self.setups.workpiece(setup), self.setups.security(setup)
+            if workpiece is not None:
+                inner = inner._replace(workpiece=workpiece)
+            if plane is not None:
+                inner = inner._replace(security=inner.frame @ plane)
         return Block(entity.id, entity.text("name"), "workplan", tuple(c.id for c in children), inner)
 
-    def _note_setup(self, plan: Entity) -> None:
-        for process in self.graph.index("PRODUCT_DEFINITION_PROCESS", 0).of(plan.id):
-            if self.entities.get(process).text("name").strip().lower() != "setup":
-                continue
-            for origin in self.features.setup_origins(process):
-                if not np.allclose(origin, np.eye(4), atol=1e-9):
-                    x, y, z = origin[:3, 3]
-                    text = f"#{plan.id}: the setup stands at ({x:g}, {y:g}, {z:g}) mm: a work offset, not applied"
-                    self.exchange.report(plan.id, "stepnc-work-offset", text, severity=Severity.NOTE)
+    def _note_origin(self, plan: Entity, setup: int) -> None:
+        for origin in self.setups.origins(setup):
+            if not np.allclose(origin, np.eye(4), atol=1e-9):
+                x, y, z = origin[:3, 3]
+                text = f"#{plan.id}: the setup stands at ({x:g}, {y:g}, {z:g}) mm: a work offset, not applied"
+                self.exchange.report(plan.id, "stepnc-work-offset", text, severity=Severity.NOTE)
 
     def _process(self, entity: Entity, context: Any) -> Executable:
         """Return an executable of several branches."""
@@ -167,33 +146,42 @@ class Ap238Reader:
             "stepnc-unsupported", f"this executable ({kind or 'of no kind'}) cannot be executed"
         )
 
-    # Frames
-
-    def _placement(
-        self, properties: dict[str, list[Item]], name: str, *kinds: str
-    ) -> tuple[Entity, Placements] | None:
-        for item in properties.get(name, []):
-            if item.entity.keyword in kinds:
-                return item.entity, self.curves(item.context).placements
-        return None
-
-    def _frame(self, properties: dict[str, list[Item]], outer: Matrix) -> Matrix:
-        found = self._placement(properties, "toolpath orientation", "AXIS2_PLACEMENT_3D")
-        return outer if found is None else outer @ found[1].placement(found[0].id)
-
-    def _security(self, properties: dict[str, list[Item]], frame: Matrix) -> Matrix | None:
-        found = self._placement(properties, "security plane", "PLANE", "ELEMENTARY_SURFACE")
+    def _security(self, properties: Properties, frame: Matrix, outer: Matrix | None) -> Matrix | None:
+        """Return the frame of the security plane: that of a property, else the one that holds outside."""
+        found = self.toolpaths.placed(properties, "security plane", "PLANE", "ELEMENTARY_SURFACE")
         if found is not None:
             plane = found[1].plane(found[0].id)
-            return None if plane is None else frame @ plane
-        bare = self._placement(properties, "security plane", "AXIS2_PLACEMENT_3D")
-        return None if bare is None else frame @ bare[1].placement(bare[0].id)
+            return outer if plane is None else frame @ plane
+        bare = self.toolpaths.placed(properties, "security plane", "AXIS2_PLACEMENT_3D")
+        return outer if bare is None else frame @ bare[1].placement(bare[0].id)
 
-    # Workingsteps
+    def _rapid(self, entity: Entity, properties: Properties, setting: Setting) -> Workingstep:
+        frame = self.toolpaths.frame(properties, setting.frame)
+        tilt = self.operations.tilt(entity, properties)
+        operation = Operation(
+            entity.id, entity.text("name"), "rapid", self.toolpaths.read(entity.id, tilt), tilt=tilt
+        )
+        security = self._security(properties, frame, setting.security)
+        return Workingstep(entity.id, operation.label, operation, None, frame, security, rapid=True)
 
-    def _workingstep(self, entity: Entity, outer: Matrix) -> Workingstep:
-        properties = self.graph.properties(entity.id)
-        frame = self._frame(properties, outer)
+    def _probing(self, entity: Entity, properties: Properties, setting: Setting) -> Workingstep:
+        """Return a probing that stands in a workplan without a workingstep."""
+        frame = self.toolpaths.frame(properties, setting.frame)
+        operation = self._probed(self.operations.read(entity), entity)
+        security = self._security(properties, frame, setting.security)
+        return Workingstep(entity.id, operation.label, operation, None, frame, security)
+
+    def _probed(self, operation: Operation, entity: Entity) -> Operation:
+        """Return a probing with a note: it goes all of its toolpath; there is nothing to touch."""
+        if operation.paths is None:
+            text = "without toolpaths neither the way nor the feed of the probe is known"
+            raise entity.fault("stepnc-unsupported", text)
+        text = f"#{entity.id} {entity.keyword}: planned to the end of its toolpath; nothing is measured"
+        self.exchange.report(entity.id, "probe-not-run", text, severity=Severity.NOTE)
+        return operation
+
+    def _workingstep(self, entity: Entity, properties: Properties, setting: Setting) -> Workingstep:
+        frame = self.toolpaths.frame(properties, setting.frame)
         operations = self.graph.related(entity.id, "MACHINING_OPERATION_RELATIONSHIP")
         if not operations:
             raise entity.fault("stepnc-missing", "the workingstep has no operation")
@@ -201,164 +189,33 @@ class Ap238Reader:
             raise entity.fault(
                 "stepnc-unsupported", f"the workingstep has {len(operations)} operations, not one"
             )
-        operation = self._operation(operations[0])
-        security = self._security(properties, frame)
+        operation = self.operations.read(operations[0])
+        if operation.kind == "probing" or operations[0].keyword == "MACHINING_TOUCH_PROBING":
+            operation = self._probed(operation, operations[0])
+        security = self._security(properties, frame, setting.security)
         feature = None
         if operation.paths is None:
             feature = self.features.of_workingstep(entity.id)
-            frame = frame if feature is None else frame @ feature.placement
+            frame = frame if feature is None else frame @ setting.workpiece @ feature.placement
         return Workingstep(entity.id, entity.text("name"), operation, feature, frame, security)
 
-    def _operation(self, entity: Entity) -> Operation:
-        if entity.keyword not in _OPERATION_KINDS:
-            raise entity.fault("stepnc-unsupported", "this operation cannot be executed")
-        paths = self._paths(entity.id)
-        properties = self.graph.properties(entity.id)
-        values = self._values(properties)
-        strategies = self._strategies(entity.id)
-        start = self._placement(properties, "cut start point", "CARTESIAN_POINT")
-        return Operation(
-            entity.id,
-            entity.text("name"),
-            self._kind(entity),
-            paths or None,
-            self.resources.tool(entity.id),
-            self.resources.technology(entity.id),
-            self.resources.functions(entity.id),
-            values.pop("retract_plane", None),
-            None if start is None else start[1].point(start[0].id),
-            values,
-            strategies.get("machining"),
-            strategies.get("approach"),
-            strategies.get("retract"),
-        )
-
-    def _kind(self, entity: Entity) -> str:
-        kind, detail = _OPERATION_KINDS[entity.keyword], entity.text("description").strip().lower()
-        if kind in ("plane", "side", "bottom and side"):
-            return f"{kind} {'finish' if 'finish' in detail else 'rough'}"
-        if kind in ("drilling", "boring", "tapping") and detail:
-            return detail
-        return kind
-
-    def _values(self, properties: dict[str, list[Item]]) -> dict[str, Any]:
-        """Return the measures, directions and words of properties under the names of ISO 14649."""
-        out: dict[str, Any] = {}
-        for name, items in properties.items():
-            key = _VALUE_NAMES.get(name, name.replace(" ", "_"))
-            for item in items:
-                if item.entity.keyword == "DIRECTION":
-                    out[key] = self.curves(item.context).placements.direction(item.entity.id)
-                elif described(item):
-                    out[key] = described(item)
-                elif item.entity.keyword not in ("CARTESIAN_POINT", "AXIS2_PLACEMENT_3D", "PLANE"):
-                    measure = self.units.measure(item.entity)
-                    if measure is not None:
-                        out[key] = measure.value
-        return out
-
-    def _strategies(self, operation: int) -> dict[str, Strategy]:
-        out = {}
-        for name, entity in self.graph.relation_names(operation, "MACHINING_STRATEGY_RELATIONSHIP"):
-            kind = entity.text("description").strip().lower()
-            kind = "drilling type strategy" if entity.keyword == "DRILLING_TYPE_STRATEGY" else kind
-            out[name.strip().lower()] = Strategy(
-                entity.id, kind, self._values(self.graph.properties(entity.id))
-            )
-        return out
-
-    # Toolpaths
-
-    def _paths(self, owner: int) -> Paths:
-        idents = self.graph.related_ids(owner, "MACHINING_TOOLPATH_SEQUENCE_RELATIONSHIP")
-        return Paths(idents, lambda k: self._path(self.entities.get(idents[k], owner=owner), owner))
-
-    def _path(self, entity: Entity, owner: int) -> Path:
-        properties = self.graph.properties(entity.id)
-        kind = entity.text("description").strip().lower()
-        rapid, ratio = self._speed(properties)
-        rapid = rapid or "connect" in {described(i) for i in properties.get("trajectory type", [])}
-        technology, functions = self.resources.technology(entity.id), self.resources.functions(entity.id)
-        if kind == "feedstop":
-            seconds = 0.0
-            for item in properties.get("dwell", []):
-                measure = self.units.measure(item.entity)
-                seconds = measure.value if measure is not None else seconds
-            return Path(entity.id, "dwell", technology=technology, functions=functions, seconds=seconds)
-        if kind in ("connect direct", "connect security plane"):
-            return Path(entity.id, kind)
-        if kind not in ("", "cutter location trajectory") and "basic curve" not in properties:
-            raise entity.fault("stepnc-unsupported", f"a toolpath of kind {kind!r} cannot be executed")
-        tool = self.resources.tool(owner) if kind == "cutter contact trajectory" else None
-        return Path(
-            entity.id,
-            "trajectory",
-            lambda: self._pieces(entity, properties, tool),
-            rapid,
-            ratio,
-            technology,
-            functions,
-        )
-
-    def _speed(self, properties: dict[str, list[Item]]) -> tuple[bool, float]:
-        ratio = 1.0
-        for item in properties.get("speed profile", []):
-            if described(item):
-                return described(item) == "rapid", 1.0
-            if "CURVE" in item.entity.keyword or item.entity.keyword == "POLYLINE":
-                text = "the speed profile along the path is not applied; the feed holds"
-                item.entity.warn("stepnc-speed-profile", text)
-                continue
-            measure = self.units.measure(item.entity)
-            ratio = measure.value if measure is not None and measure.value > 0 else ratio
-        return False, ratio
-
-    def _pieces(self, entity: Entity, properties: dict[str, list[Item]], tool: Tool | None) -> list[Piece]:
-        """Return the path of the tip; `tool` is given where the basic curve is the path of the contact point."""
-        basic = properties.get("basic curve", [])
-        if not basic:
-            raise entity.fault("stepnc-missing", "the toolpath has no property 'basic curve'")
-        curve = basic[0]
-        pieces = self.curves(curve.context).read(curve.entity.id, entity.id)
-        axes = self._directions(entity, properties, "tool axis")
-        if entity.text("description").strip().lower() == "cutter contact trajectory":
-            normals = self._directions(entity, properties, "surface normal")
-            if normals is None or tool is None or tool.diameter is None:
-                text = "a path of the contact point needs a 'surface normal' and a tool with a diameter"
-                raise entity.fault("stepnc-missing", text)
-            upright = np.array([0.0, 0.0, 1.0])
-            pieces = locations(pieces, normals, axes, upright, tool.diameter / 2, tool.edge)
-        elif axes is not None:
-            pieces = list[Piece](couple(pieces, axes))
-        backwards = any(described(i) == "end to beginning" for i in properties.get("direction", []))
-        return reverse(pieces) if backwards else pieces
-
-    def _directions(self, entity: Entity, properties: dict[str, list[Item]], name: str) -> list[Piece] | None:
-        """Return the curve of directions that a property gives (constant for one DIRECTION), None without it."""
-        for item in properties.get(name, []):
-            if item.entity.keyword == "DIRECTION":
-                direction = self.curves(item.context).placements.direction(item.entity.id)
-                return [Polyline(np.stack([direction, direction]))]
-            return Curves(self.entities, 1.0, math.pi / 180).read(item.entity.id, entity.id)
-        return None
-
     def needs_rotary(self) -> bool:
-        """Tell whether a tool axis may leave the machine's Z: by tool axes or tilted toolpath frames."""
+        """Tell whether a tool axis may leave the machine's Z: by tool axes, tool directions or tilted frames."""
         for instance in self.exchange.instances("ACTION_PROPERTY"):
             name = str(instance.parameters[0] if instance.parameters else "").strip().lower()
-            if name == "tool axis":
+            if name == "tool axis" or (name == "tool direction" and self._tilts(instance.id)):
                 return True
-            if name == "toolpath orientation" and self._is_tilted(instance.id):
+            if name == "toolpath orientation" and self.toolpaths.turns_frame(instance.id):
                 return True
         return any(self.features.tilted())
 
-    def _is_tilted(self, ident: int) -> bool:
-        for link in self.graph.index("ACTION_PROPERTY_REPRESENTATION", 0).of(ident):
+    def _tilts(self, action_property: int) -> bool:
+        """Tell whether a property gives a direction of the tool."""
+        for link in self.graph.index("ACTION_PROPERTY_REPRESENTATION", 0).of(action_property):
             try:
                 items = self.graph.items(self.entities.get(link).entity("representation").id)
-                frames = [self.curves(i.context).placements.placement(i.entity.id) for i in items]
             except Skip:
                 continue
-            if any(abs(f[2, 2] - 1.0) > 1e-12 for f in frames):
+            if any(i.entity.keyword == "DIRECTION" for i in items):
                 return True
         return False

@@ -158,8 +158,13 @@ class Resources:
         )
 
 
-def described(item: Item) -> str:
-    """Return the description of a DESCRIPTIVE_REPRESENTATION_ITEM, lower case, "" of anything else."""
+def text_of(item: Item) -> str:
+    """Return the description of a DESCRIPTIVE_REPRESENTATION_ITEM as it is written, "" of anything else."""
     part = item.entity.instance.part("DESCRIPTIVE_REPRESENTATION_ITEM")
     value = part.parameters[-1] if part and part.parameters else ""
-    return value.strip().lower() if isinstance(value, str) else ""
+    return value.strip() if isinstance(value, str) else ""
+
+
+def described(item: Item) -> str:
+    """Return the description of a DESCRIPTIVE_REPRESENTATION_ITEM, lower case, "" of anything else."""
+    return text_of(item).lower()

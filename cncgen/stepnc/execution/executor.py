@@ -175,10 +175,14 @@ class Executor:
             self._canon.stop(kind == "optional stop")
         elif kind == "display message":
             self._canon.message(str(values.get("text", "")))
-        elif kind == "load tool" and values.get("tool") is not None:
+        elif kind == "load tool":
+            if values.get("tool") is None:
+                raise self._fail(function.ident, "stepnc-missing", "its_tool must be given")
             self._machine.change_tool(self._measured(values["tool"]))
         elif kind == "unload tool":
+            tool = self._machine.tool
             self._machine.unload_tool()
+            self._canon.function(kind, tool.name if tool is not None else None)
         else:
             if kind in ("wait for mark", "set mark"):
                 self._warn(
@@ -243,7 +247,7 @@ class Executor:
         if path.functions is not None:
             machine.switch(path.functions)
         if path.kind == "dwell":
-            self._canon.dwell(path.seconds)
+            self._canon.dwell(self._seconds(path))
             return False
         if path.kind == "spindle stop":
             machine.stop_spindle()
@@ -265,6 +269,14 @@ class Executor:
         machine.follow(pieces, rapid)
         self._moved = True
         return True
+
+    def _seconds(self, path: Path) -> float:
+        """Return how long a dwell lasts, s; `Skip` where it counts turns of a spindle that stands."""
+        if not path.turns:
+            return path.seconds
+        if not self._machine.rpm:
+            raise self._fail(path.ident, "stepnc-no-spindle", "a dwell in turns needs a spindle that turns")
+        return path.turns * 60.0 / self._machine.rpm
 
     def _set_speeds(self, step: Workingstep, path: Path, technology: Technology | None, rapid: bool) -> None:
         if technology is not None and (not rapid or path.technology is not None):

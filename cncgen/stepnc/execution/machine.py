@@ -64,6 +64,11 @@ class Machine:
         seen = apply(self.kinematics.frame(self.angles, self._length), points)
         return np.concatenate([seen, np.tile(self.angles, (len(points), 1))], axis=1)
 
+    @property
+    def rpm(self) -> float:
+        """Return how fast the spindle turns, rev/min, 0 where it stands."""
+        return (self._rpm or 0.0) if self._direction else 0.0
+
     # Functions
 
     def change_tool(self, tool: Tool) -> None:

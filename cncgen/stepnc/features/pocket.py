@@ -20,7 +20,8 @@ from cncgen.stepnc.features.entry import DEFAULT_ANGLE, Entry, choose, plunge, r
 from cncgen.stepnc.features.job import Floats, Job, Moves, at_height, raised
 from cncgen.stepnc.features.offsets import Ring
 from cncgen.stepnc.features.walls import Layer, layers
-from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
+from cncgen.stepnc.geometry import profiles
+from cncgen.stepnc.geometry.pieces import Piece, Polyline
 from cncgen.stepnc.model import Path
 
 _RINGS = ("", "contour parallel", "contour bidirectional", "bidirectional contour")
@@ -53,8 +54,7 @@ def mill_hole(job: Job) -> tuple[Path, ...]:
         raise job.fault("stepnc-missing", "the hole has no diameter")
     if job.shape.bottom in ("conical", "spherical"):
         raise job.fault("stepnc-unsupported", f"a {job.shape.bottom} bottom cannot be milled flat")
-    start = np.array([job.shape.diameter / 2, 0.0, 0.0])
-    circle: list[Piece] = [Arc(start, start, np.zeros(3), np.array([0.0, 0.0, 1.0]), 2 * np.pi)]
+    circle: list[Piece] = [profiles.circle(job.shape.diameter)]
     bottom = "through" if job.shape.bottom == "through" else "flat"
     return mill(replace(job, shape=replace(job.shape, outline=circle, bottom=bottom)))
 

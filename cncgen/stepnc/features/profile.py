@@ -14,6 +14,7 @@ import numpy as np
 from cncgen.stepnc.features import offsets, outlines, pocket
 from cncgen.stepnc.features.job import Floats, Job, Moves, at_height, raised
 from cncgen.stepnc.features.walls import Layer, axis_distance, layers
+from cncgen.stepnc.geometry import profiles
 from cncgen.stepnc.geometry.approach import start_tangent
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
 from cncgen.stepnc.model import Boss, Path, Strategy
@@ -57,8 +58,7 @@ def _outline(job: Job) -> list[Piece]:
         return job.shape.outline
     if job.shape.diameter is None:
         raise job.fault("stepnc-missing", "the feature has no boundary")
-    start = np.array([job.shape.diameter / 2, 0.0, 0.0])
-    return [Arc(start, start, np.zeros(3), np.array([0.0, 0.0, 1.0]), 2 * math.pi)]
+    return [profiles.circle(job.shape.diameter)]
 
 
 def _mill(job: Job, outside: bool) -> tuple[Path, ...]:

@@ -11,7 +11,7 @@ from cncgen.stepnc.entities import Entities, Entity
 from cncgen.stepnc.geometry.frames import Placements, Vector
 from cncgen.stepnc.iso14649.technology import Resources
 from cncgen.stepnc.iso14649.toolpaths import Toolpaths
-from cncgen.stepnc.model import Operation, Strategy
+from cncgen.stepnc.model import RATIOS, Operation, Strategy
 from cncgen.stepnc.part21 import DERIVED, Enumeration, Ref, Typed
 from cncgen.stepnc.schema.tables import positions
 
@@ -48,10 +48,6 @@ _HEAD = frozenset(
         "retract",
         "its_machining_strategy",
     ]
-)
-#: Ratios that must lie between 0 and 1; old files give percents.
-_RATIOS = frozenset(
-    ["overlap", "reduced_cut_at_start", "reduced_feed_at_start", "reduced_cut_at_end", "reduced_feed_at_end"]
 )
 
 
@@ -117,7 +113,7 @@ class Operations:
                 if vector is not None:
                     out[name] = vector
             elif isinstance(value, int | float):
-                out[name] = self._ratio(entity, name, float(value)) if name in _RATIOS else float(value)
+                out[name] = entity.ratio(name, float(value)) if name in RATIOS else float(value)
         return out
 
     def _vector(self, entity: Entity, ident: int) -> Vector | None:
@@ -128,14 +124,6 @@ class Operations:
         if kind == "CARTESIAN_POINT":
             return self.placements.point(ident, entity.id)
         return None
-
-    def _ratio(self, entity: Entity, name: str, value: float) -> float:
-        if value > 1.0:
-            entity.warn(
-                "stepnc-ratio", f"{name} is {value:g}, which is no ratio; it is taken as {value:g} percent"
-            )
-            return value / 100.0
-        return value
 
     def _strategy(self, entity: Entity, name: str) -> Strategy | None:
         ident = entity.ref(name)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from cncgen.stepnc.entities import Entities, Entity
-from cncgen.stepnc.geometry.frames import Matrix, translation
+from cncgen.stepnc.geometry import profiles
+from cncgen.stepnc.geometry.frames import Matrix
 from cncgen.stepnc.model import Feature, Shape
 
 if TYPE_CHECKING:
@@ -48,9 +48,8 @@ class Patterns:
         step = entity.number("angle_increment") * self.features.curves.angle
         diameter = self.features.profiles.optional_length(entity, "base_feature_diameter")
         turn = entity.number("base_feature_rotation", 0.0) * self.features.curves.angle
-        arm = translation((diameter or 0.0) / 2, 0.0, 0.0) @ _about_z(turn)
         count = self._count(entity, "number_of_feature")
-        return self._copies(entity, [_about_z(k * step) @ arm for k in range(count)])
+        return self._copies(entity, profiles.circular_places(count, step, diameter or 0.0, turn))
 
     def rectangular(self, entity: Entity) -> Shape:
         """Return copies in rows: within a row along its_direction, row after row along row_layout_direction."""
@@ -63,8 +62,7 @@ class Patterns:
         across = self._direction(entity, "row_layout_direction", np.array([0.0, 1.0, 0.0]))
         spacing = length(entity, "spacing") * along
         row_spacing = (length(entity, "row_spacing") if rows > 1 else 0.0) * across
-        places = [translation(*(c * spacing + r * row_spacing)) for r in range(rows) for c in range(columns)]
-        return self._copies(entity, places)
+        return self._copies(entity, profiles.rectangular_places(rows, columns, row_spacing, spacing))
 
     def general(self, entity: Entity) -> Shape:
         """Return a copy at every given placement."""
@@ -74,9 +72,3 @@ class Patterns:
     def _direction(self, entity: Entity, name: str, default: np.ndarray) -> np.ndarray:
         ident = entity.ref(name)
         return default if ident is None else self.features.placements.direction(ident, entity.id)
-
-
-def _about_z(angle: float) -> Matrix:
-    frame = np.eye(4)
-    frame[:2, :2] = [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]
-    return frame

@@ -7,9 +7,10 @@ import math
 import numpy as np
 
 from cncgen.stepnc.entities import Entities, Entity
+from cncgen.stepnc.geometry import profiles
 from cncgen.stepnc.geometry.curves import Curves
 from cncgen.stepnc.geometry.frames import Matrix, identity, is_identity
-from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline, reverse
+from cncgen.stepnc.geometry.pieces import Piece, Polyline, reverse
 from cncgen.stepnc.part21 import Ref, Typed
 
 
@@ -79,12 +80,11 @@ class Profiles:
         entity = self.entities.get(ident, owner=owner.id)
         kind = entity.keyword
         if kind == "RECTANGULAR_CLOSED_PROFILE":
-            half = np.array([self.length(entity, "profile_length"), self.length(entity, "profile_width")]) / 2
-            pieces: list[Piece] = [_polygon(half * c for c in ([-1, -1], [1, -1], [1, 1], [-1, 1]))]
+            size = self.length(entity, "profile_length"), self.length(entity, "profile_width")
+            pieces: list[Piece] = [profiles.rectangle(*size)]
         elif kind == "CIRCULAR_CLOSED_PROFILE":
-            start = np.array([self.length(entity, "diameter") / 2, 0.0, 0.0])
-            pieces = [Arc(start, start, np.zeros(3), np.array([0.0, 0.0, 1.0]), 2 * math.pi)]
-        elif kind == "NGON_PROFILE":
+            pieces = [profiles.circle(self.length(entity, "diameter"))]
+        elif kind in ("NGON_PROFILE", "NGON_CLOSED_PROFILE"):
             pieces = [self._ngon(entity)]
         elif kind == "GENERAL_CLOSED_PROFILE":
             pieces = self._general(entity, "closed_profile_shape")
@@ -101,11 +101,8 @@ class Profiles:
         count = int(entity.number("number_of_sides"))
         if not 3 <= count <= 10_000:
             raise entity.fault("stepnc-geometry", f"a polygon of {count} sides")
-        radius = self.length(entity, "diameter") / 2
-        if entity.flag("circumscribed_or_across_flats") is False:
-            radius /= math.cos(math.pi / count)
-        angle = 2 * math.pi * np.arange(count) / count
-        return _polygon(radius * np.array([math.cos(a), math.sin(a)]) for a in angle)
+        across = entity.flag("circumscribed_or_across_flats") is False
+        return profiles.regular_polygon(count, self.length(entity, "diameter"), across)
 
     # Paths
 
@@ -121,8 +118,7 @@ class Profiles:
             along = np.array([1.0, 0.0, 0.0])
             if direction is not None:
                 along = self.curves.placements.direction(direction, entity.id)
-            end = self.length(entity, "distance") * along
-            pieces: list[Piece] = [Polyline(np.stack([np.zeros(3), end]))]
+            pieces: list[Piece] = [profiles.linear_path(self.length(entity, "distance") * along)]
         elif kind == "GENERAL_PATH":
             pieces = self._general(entity, "swept_path")
         elif kind in ("PARTIAL_CIRCULAR_PATH", "COMPLETE_CIRCULAR_PATH", "CIRCULAR_PATH"):
@@ -130,10 +126,7 @@ class Profiles:
             sweep = 2 * math.pi
             if kind == "PARTIAL_CIRCULAR_PATH":
                 sweep = entity.number("sweep_angle") * self.curves.angle
-            start = np.array([radius, 0.0, 0.0])
-            end = radius * np.array([math.cos(sweep), math.sin(sweep), 0.0])
-            normal = np.array([0.0, 0.0, 1.0 if sweep > 0 else -1.0])
-            pieces = [Arc(start, end, np.zeros(3), normal, abs(sweep))]
+            pieces = [profiles.circular_path(radius, sweep)]
         else:
             raise entity.fault("stepnc-unsupported", "this is no path that can be made")
         return self._placed(entity, pieces)
@@ -204,7 +197,7 @@ class Profiles:
             course[0].start + side + along,
             course[0].start + along,
         ]
-        return [_polygon(c[:2] for c in corners)]
+        return [profiles.polygon(corners)]
 
     def open_outline(
         self, boundary: Entity, wall: int | None, owner: Entity
@@ -221,24 +214,11 @@ class Profiles:
         if kind == "GENERAL_PROFILE":
             pieces = self._placed(entity, self._general(entity, "its_profile"))
         elif kind == "LINEAR_PROFILE":
-            end = np.array([self.length(entity, "profile_length"), 0.0, 0.0])
-            pieces = self._placed(entity, [Polyline(np.stack([np.zeros(3), end]))])
+            line = profiles.linear_path(np.array([self.length(entity, "profile_length"), 0.0, 0.0]))
+            pieces = self._placed(entity, [line])
         else:
             raise entity.fault("stepnc-unsupported", "an open pocket of this boundary cannot be made")
-        closing = Polyline(np.stack([pieces[-1].end, pieces[0].start]))
+        opening = None
         if wall is not None and boundary.keyword == "GENERAL_PROFILE":
             opening = self._placed(boundary, self._general(boundary, "its_profile"))
-            if np.linalg.norm(opening[0].start - pieces[-1].end) > 1e-6:
-                opening = [p.reversed() for p in reversed(opening)]
-            if np.linalg.norm(opening[0].start - pieces[-1].end) > 1e-6:
-                raise boundary.fault(
-                    "stepnc-geometry", "the open boundary does not begin where the wall ends"
-                )
-            return [*pieces, *opening], tuple(range(len(pieces), len(pieces) + len(opening)))
-        return [*pieces, closing], (len(pieces),)
-
-
-def _polygon(corners) -> Polyline:  # type: ignore[no-untyped-def]
-    """Return the closed polyline of corners, each shape (2,)."""
-    points = [np.array([c[0], c[1], 0.0]) for c in corners]
-    return Polyline(np.stack([*points, points[0]]))
+        return profiles.closed_outline(boundary, pieces, opening)

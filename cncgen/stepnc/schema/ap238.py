@@ -14,6 +14,7 @@ ACTION_PROPERTY_REPRESENTATION name:s description:s property:r representation:r
 ACTION_RESOURCE_TYPE name:s
 APPLICATION_CONTEXT application:s
 AXIS2_PLACEMENT_3D name:s location:r=CARTESIAN_POINT axis:r=DIRECTION ref_direction:r=DIRECTION
+BACK_BORING_OPERATION &METHOD
 BORING_OPERATION &METHOD
 BOSS name:s description:s
 BOTTOM_AND_SIDE_MILLING_OPERATION &METHOD
@@ -25,8 +26,11 @@ CHARACTERIZED_OBJECT name:s description:s
 CIRCLE name:s position:r radius:n
 CIRCULAR_CLOSED_PROFILE name:s description:s of_shape:r product_definitional:e
 CIRCULAR_PATTERN name:s description:s
+CLOSED_PATH_PROFILE name:s description:s of_shape:r product_definitional:e
 COMPOSITE_CURVE name:s segments:l self_intersect:e
 COMPOSITE_CURVE_SEGMENT transition:e same_sense:e parent_curve:r
+COMPOSITE_HOLE name:s description:s
+COMPOSITE_SHAPE_ASPECT name:s description:s of_shape:r product_definitional:e
 COMPOUND_FEATURE name:s description:s
 CONTEXT_DEPENDENT_SHAPE_REPRESENTATION representation_relation:r represented_product_relation:r
 CONTEXT_DEPENDENT_UNIT dimensions:* name:s
@@ -36,17 +40,20 @@ DERIVED_UNIT_ELEMENT unit:r exponent:n
 DESCRIPTIVE_REPRESENTATION_ITEM name:s description:s
 DIMENSIONAL_EXPONENTS length_exponent:n mass_exponent:n time_exponent:n electric_current_exponent:n thermodynamic_temperature_exponent:n amount_of_substance_exponent:n luminous_intensity_exponent:n
 DIRECTION name:s direction_ratios:l
+DIRECTION_SHAPE_REPRESENTATION name:s items:l context_of_items:r
 DRILLING_OPERATION &METHOD
 DRILLING_TYPE_STRATEGY &METHOD
 ELLIPSE name:s position:r semi_axis_1:n semi_axis_2:n
 FEATURE_COMPONENT_RELATIONSHIP name:s description:s relating_shape_aspect:r related_shape_aspect:r
 FEATURE_DEFINITION name:s description:s
+FEATURE_PATTERN name:s description:s
 FLAT_FACE name:s description:s
 FREEFORM_MILLING_OPERATION &METHOD
 FREEFORM_MILLING_STRATEGY &METHOD
 GEOMETRIC_REPRESENTATION_CONTEXT context_identifier:s context_type:s coordinate_space_dimension:n
 GEOMETRIC_REPRESENTATION_ITEM name:s
 GLOBAL_UNIT_ASSIGNED_CONTEXT context_identifier:s context_type:s units:l
+HOLE_BOTTOM name:s description:s of_shape:r product_definitional:e
 INSTANCED_FEATURE name:s description:s name:s description:s of_shape:r product_definitional:e
 ITEM_DEFINED_TRANSFORMATION name:s description:s transform_item_1:r transform_item_2:r
 LENGTH_MEASURE_WITH_UNIT value_component:* unit_component:r
@@ -110,13 +117,20 @@ MEASURE_WITH_UNIT value_component:* unit_component:r
 MILLING_TYPE_OPERATION &METHOD
 MILLING_TYPE_STRATEGY &METHOD
 NAMED_UNIT dimensions:*
+NGON_CLOSED_PROFILE name:s description:s of_shape:r product_definitional:e
+OPEN_PATH_PROFILE name:s description:s of_shape:r product_definitional:e
 OUTSIDE_PROFILE name:s description:s
 PARTIAL_CIRCULAR_PROFILE name:s description:s of_shape:r product_definitional:e
 PATH_FEATURE_COMPONENT name:s description:s of_shape:r product_definitional:e
+PATH_SHAPE_REPRESENTATION name:s items:l context_of_items:r
+PATTERN_OFFSET_MEMBERSHIP name:s description:s relating_shape_aspect:r related_shape_aspect:r
+PATTERN_OMIT_MEMBERSHIP name:s description:s relating_shape_aspect:r related_shape_aspect:r
+PLANAR_SHAPE_REPRESENTATION name:s items:l context_of_items:r
 PLANE name:s position:r=AXIS2_PLACEMENT_3D
 PLANE_ANGLE_MEASURE_WITH_UNIT value_component:* unit_component:r
 PLANE_MILLING_OPERATION &METHOD
 POCKET name:s description:s
+POCKET_BOTTOM name:s description:s of_shape:r product_definitional:e
 POLYLINE name:s points:l
 PROCESS_OPERATION &METHOD
 PROCESS_PRODUCT_ASSOCIATION name:s description:s defined_product:r process:r
@@ -153,7 +167,9 @@ SLOT name:s description:s
 SLOT_END name:s description:s of_shape:r product_definitional:e
 SQUARE_U_PROFILE name:s description:s of_shape:r product_definitional:e
 STEP name:s description:s
+TAPER name:s description:s of_shape:r product_definitional:e
 TAPPING_OPERATION &METHOD
+TEE_PROFILE name:s description:s of_shape:r product_definitional:e
 TRIMMED_CURVE name:s basis_curve:r trim_1:l trim_2:l sense_agreement:e master_representation:e
 VECTOR name:s orientation:r=DIRECTION magnitude:n
 VEE_PROFILE name:s description:s of_shape:r product_definitional:e

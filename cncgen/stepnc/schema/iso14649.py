@@ -201,6 +201,7 @@ MULTISTEP_DRILLING &DRI retract_distance:n first_depth:n depth_of_step:n dwell_t
 NC_CONSTANT its_name:s initial_value:n
 NC_FUNCTION its_id:s
 NC_VARIABLE its_name:s initial_value:n
+NGON_CLOSED_PROFILE placement:r=AXIS2_PLACEMENT_3D diameter:r=TOLERANCED_LENGTH_MEASURE number_of_sides:n circumscribed_or_across_flats:e
 NGON_PROFILE placement:r=AXIS2_PLACEMENT_3D diameter:r=TOLERANCED_LENGTH_MEASURE number_of_sides:n circumscribed_or_across_flats:e
 NON_SEQUENTIAL its_id:s its_elements:l
 NOT_EXPRESSION operand:r

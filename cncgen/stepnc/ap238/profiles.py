@@ -1,0 +1,150 @@
+"""Profiles and paths of the AIM as pieces, in the frame of their feature (ISO 10303-238, 5.1.4)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cncgen.stepnc.ap238.graph import Item
+from cncgen.stepnc.ap238.shapes import Component, Shapes
+from cncgen.stepnc.entities import Entity
+from cncgen.stepnc.geometry import profiles
+from cncgen.stepnc.geometry.curves import Curves
+from cncgen.stepnc.geometry.pieces import Piece, Polyline
+
+CLOSED = (
+    "CIRCULAR_CLOSED_PROFILE",
+    "CLOSED_PATH_PROFILE",
+    "NGON_CLOSED_PROFILE",
+    "RECTANGULAR_CLOSED_PROFILE",
+)
+OPEN = (
+    "LINEAR_PROFILE",
+    "OPEN_PATH_PROFILE",
+    "PARTIAL_CIRCULAR_PROFILE",
+    "ROUNDED_U_PROFILE",
+    "SQUARE_U_PROFILE",
+    "TEE_PROFILE",
+    "VEE_PROFILE",
+)
+
+
+def find(components: list[Component], *roles: str) -> Entity | None:
+    """Return the component with the first of some roles that there is (relationship or occurrence), None without."""
+    for role in roles:
+        for component in components:
+            if role in (component.role, component.usage, component.occurrence.removesuffix(" occurrence")):
+                return component.entity
+    return None
+
+
+def path_of(components: list[Component]) -> Entity | None:
+    """Return the path that a feature is swept along, None where there is none."""
+    named = find(components, "course of travel", "profile swept shape", "boss height")
+    return named or next((c.entity for c in components if "PATH_FEATURE" in c.entity.keyword), None)
+
+
+def profile_of(components: list[Component], kinds: tuple[str, ...]) -> Entity | None:
+    """Return the profile of one of some kinds, None where there is none."""
+    return next((c.entity for c in components if c.entity.keyword in kinds), None)
+
+
+class Profiles:
+    """Reads profiles and paths."""
+
+    def __init__(self, shapes: Shapes) -> None:
+        self.shapes = shapes
+
+    def length(self, path: Entity | None) -> float | None:
+        """Return the length of a straight path, mm, None where there is none."""
+        measures = {} if path is None else self.shapes.measures(path.id)
+        return measures.get("distance", measures.get("length"))
+
+    def closed(self, entity: Entity) -> list[Piece]:
+        """Return a closed profile, end to end.
+
+        Raises:
+            Skip: where it is none.
+        """
+        values, kind = self.shapes.measures(entity.id), entity.keyword
+        length = values.get("length", values.get("profile length"))
+        width = values.get("width", values.get("profile width"))
+        pieces: list[Piece]
+        if kind == "CIRCULAR_CLOSED_PROFILE" and "diameter" in values:
+            pieces = [profiles.circle(values["diameter"])]
+        elif kind == "RECTANGULAR_CLOSED_PROFILE" and length is not None and width is not None:
+            pieces = [profiles.rectangle(length, width)]
+        elif kind == "NGON_CLOSED_PROFILE" and "number of sides" in values:
+            pieces = [self._ngon(entity, values)]
+        else:
+            pieces = self._curve(entity)
+            if np.linalg.norm(pieces[0].start - pieces[-1].end) > 1e-6:
+                pieces = [*pieces, Polyline(np.stack([pieces[-1].end, pieces[0].start]))]
+        return self._placed(entity, pieces)
+
+    def _ngon(self, entity: Entity, values: dict[str, float]) -> Piece:
+        sides = round(values["number of sides"])
+        across = values.get("diameter across flats")
+        diameter = values.get("circumscribed diameter", across)
+        if not 3 <= sides <= 10_000 or diameter is None:
+            raise entity.fault("stepnc-geometry", f"a polygon of {sides} sides and no diameter that is known")
+        return profiles.regular_polygon(sides, diameter, across_flats="circumscribed diameter" not in values)
+
+    def _placed(self, entity: Entity, pieces: list[Piece]) -> list[Piece]:
+        frames = self.shapes.frames(entity.id, "orientation")
+        return [p.moved(frames[0]) for p in pieces] if frames else pieces
+
+    def _curve(self, entity: Entity) -> list[Piece]:
+        for item in self.shapes.items(entity.id):
+            if "CURVE" in item.entity.keyword or item.entity.keyword == "POLYLINE":
+                return self._read(item, entity)
+        raise entity.fault(
+            "stepnc-unsupported", "it has no sizes and no bounded curve that a profile can be made of"
+        )
+
+    def _read(self, item: Item, entity: Entity) -> list[Piece]:
+        context = self.shapes.units.context(item.context)
+        return Curves(self.shapes.entities, *context).read(item.entity.id, entity.id)
+
+    def open(self, entity: Entity) -> list[Piece]:
+        """Return an open profile in its plane: a straight line along X, or a curve.
+
+        Raises:
+            Skip: where it is none that lies in the plane of the feature.
+        """
+        if entity.keyword == "LINEAR_PROFILE":
+            values = self.shapes.measures(entity.id)
+            length = values.get("profile length", values.get("length"))
+            if length is None:
+                raise entity.fault("stepnc-missing", "the profile has no length")
+            pieces: list[Piece] = [profiles.linear_path(np.array([length, 0.0, 0.0]))]
+        elif entity.keyword == "OPEN_PATH_PROFILE":
+            pieces = self._curve(entity)
+        else:
+            raise entity.fault("stepnc-unsupported", "a pocket with this open boundary cannot be made")
+        return self._placed(entity, pieces)
+
+    def path(self, entity: Entity, along: np.ndarray) -> list[Piece]:
+        """Return a travel path.
+
+        Args:
+            entity: PATH_FEATURE_COMPONENT.
+            along: Shape (3,): where a straight one goes that has no direction.
+
+        Raises:
+            Skip: where it is none.
+        """
+        values, kind = self.shapes.measures(entity.id), entity.text("description").strip().lower()
+        if "circular" in kind and "radius" in values:
+            sweep = values.get("sweep angle", 2 * math.pi) if kind.startswith("partial") else 2 * math.pi
+            pieces: list[Piece] = [profiles.circular_path(values["radius"], sweep)]
+        elif kind == "complex":
+            pieces = self._curve(entity)
+        else:
+            distance = self.length(entity)
+            if distance is None:
+                raise entity.fault("stepnc-unsupported", "the path has no distance and is none that is known")
+            direction = self.shapes.direction(entity.id)
+            pieces = [profiles.linear_path(distance * (along if direction is None else direction))]
+        return self._placed(entity, pieces)

@@ -1,0 +1,85 @@
+"""What a workplan's setup says: where the workpiece stands in it, its security plane, its own place on the machine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from cncgen.stepnc.ap238.graph import Graph
+from cncgen.stepnc.ap238.shapes import Shapes
+from cncgen.stepnc.entities import Entity
+from cncgen.stepnc.geometry.frames import Matrix, Placements
+
+
+class Setups:
+    """Reads the setups of workplans (ISO 10303-238, 5.1.6: SETUP, WORKPIECE_SETUP, WORKPLAN)."""
+
+    def __init__(self, graph: Graph, shapes: Shapes) -> None:
+        self.graph = graph
+        self.entities = graph.entities
+        self.shapes = shapes
+
+    def of_plan(self, plan: int) -> list[int]:
+        """Return the product definitions that are the setups of a workplan."""
+        out = []
+        for process in self.graph.index("PRODUCT_DEFINITION_PROCESS", 0).of(plan):
+            if self.entities.get(process).text("name").strip().lower() == "setup":
+                for link in self.graph.index("PROCESS_PRODUCT_ASSOCIATION", 1).of(process):
+                    product = self.entities.get(link).ref("defined_product")
+                    out += [] if product is None else [product]
+        return out
+
+    def origins(self, setup: int) -> list[Matrix]:
+        """Return where a setup stands on the machine: a work offset.
+
+        Raises:
+            Skip: where a placement has a fault.
+        """
+        return self.shapes.frames(setup, "orientation")
+
+    def security(self, setup: int) -> Matrix | None:
+        """Return the frame of a setup's security plane, None where it has none.
+
+        Raises:
+            Skip: where it has a fault.
+        """
+        for link in self.graph.index("PROPERTY_DEFINITION", 0).of(setup):
+            if self.entities.get(link).text("name").strip().lower() != "security plane":
+                continue
+            for item in self.shapes.items(link):
+                if item.entity.keyword in ("PLANE", "ELEMENTARY_SURFACE"):
+                    return self.shapes.placements(item).plane(item.entity.id)
+        return None
+
+    def workpiece(self, setup: int) -> Matrix | None:
+        """Return where the workpiece stands in a setup, None where that is not said.
+
+        Raises:
+            Skip: where a placement has a fault.
+        """
+        for relation in self.graph.index("MACHINING_SETUP_WORKPIECE_RELATIONSHIP", 0).of(setup):
+            for shape in self.graph.index("PRODUCT_DEFINITION_SHAPE", 0).of(relation):
+                for link in self.graph.index("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION", 1).of(shape):
+                    related = self.entities.get(link).entity("representation_relation")
+                    for transformation in self._transformations(related):
+                        return self._frame(transformation, related)
+        return None
+
+    def _transformations(self, relation: Entity) -> Iterator[Entity]:
+        for part in relation.instance.parts:
+            for value in part.parameters:
+                if isinstance(value, int) and self.entities.keyword(value) == "ITEM_DEFINED_TRANSFORMATION":
+                    yield self.entities.get(value)
+
+    def _frame(self, transformation: Entity, relation: Entity) -> Matrix:
+        """Return the frame that takes a placement in the workpiece to one in the setup."""
+        rows = relation.instance.part("REPRESENTATION_RELATIONSHIP") or relation.instance.parts[0]
+        spaces = [v for v in rows.parameters if isinstance(v, int)][:2]
+        frames = []
+        for name, space in zip(("transform_item_1", "transform_item_2"), [*spaces, None, None], strict=False):
+            item = transformation.entity(name, "AXIS2_PLACEMENT_3D")
+            context = None if space is None else self.graph.context(int(space))
+            placements = Placements(self.entities, self.shapes.units.context(context)[0])
+            frames.append(placements.placement(item.id))
+        return np.asarray(frames[1] @ np.linalg.inv(frames[0]), np.float64)

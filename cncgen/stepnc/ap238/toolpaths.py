@@ -1,0 +1,161 @@
+"""The toolpaths of the AIM as records."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cncgen.stepnc.ap238.graph import Graph, Item
+from cncgen.stepnc.ap238.technology import Resources, described
+from cncgen.stepnc.ap238.units import Units
+from cncgen.stepnc.entities import Entities, Entity, Skip
+from cncgen.stepnc.execution.linearize import couple
+from cncgen.stepnc.geometry.contact import locations
+from cncgen.stepnc.geometry.curves import Curves
+from cncgen.stepnc.geometry.frames import Matrix, Placements, Vector
+from cncgen.stepnc.geometry.pieces import Piece, Polyline, reverse
+from cncgen.stepnc.model import Path, Paths, Tool
+
+#: Items of properties by the property's name.
+Properties = dict[str, list[Item]]
+
+
+class Toolpaths:
+    """Reads the toolpaths of operations, and the curves and placements of properties."""
+
+    def __init__(self, graph: Graph, units: Units, resources: Resources) -> None:
+        self.graph = graph
+        self.entities: Entities = graph.entities
+        self.units = units
+        self.resources = resources
+        self._curves: dict[tuple[float, float], Curves] = {}
+
+    def curves(self, context: int | None) -> Curves:
+        """Return the reader of curves in the units of a context.
+
+        Raises:
+            Skip: where the units have a fault.
+        """
+        key = self.units.context(context)
+        if key not in self._curves:
+            self._curves[key] = Curves(self.entities, *key)
+        return self._curves[key]
+
+    def placed(self, properties: Properties, name: str, *kinds: str) -> tuple[Entity, Placements] | None:
+        """Return an item of some kinds of a property, with the reader of its placements; None where there is none."""
+        for item in properties.get(name, []):
+            if item.entity.keyword in kinds:
+                return item.entity, self.curves(item.context).placements
+        return None
+
+    def frame(self, properties: Properties, outer: Matrix) -> Matrix:
+        """Return the frame of toolpaths within an outer one."""
+        found = self.placed(properties, "toolpath orientation", "AXIS2_PLACEMENT_3D")
+        return outer if found is None else outer @ found[1].placement(found[0].id)
+
+    def read(self, owner: int, tilt: Vector | None = None) -> Paths:
+        """Return the toolpaths of an operation or rapid movement, by their sequence.
+
+        Args:
+            owner: Its number.
+            tilt: Direction of the tool, shape (3,), where it is not Z.
+
+        Raises:
+            Skip: where a relationship has a fault.
+        """
+        idents = self.graph.related_ids(owner, "MACHINING_TOOLPATH_SEQUENCE_RELATIONSHIP")
+        return Paths(idents, lambda k: self._path(self.entities.get(idents[k], owner=owner), owner, tilt))
+
+    def _path(self, entity: Entity, owner: int, tilt: Vector | None) -> Path:
+        properties = self.graph.properties(entity.id)
+        kind = entity.text("description").strip().lower()
+        rapid, ratio = self._speed(properties)
+        rapid = rapid or "connect" in {described(i) for i in properties.get("trajectory type", [])}
+        technology, functions = self.resources.technology(entity.id), self.resources.functions(entity.id)
+        if kind == "feedstop":
+            seconds, turns = self._dwell(entity, properties)
+            return Path(
+                entity.id, "dwell", technology=technology, functions=functions, seconds=seconds, turns=turns
+            )
+        if kind in ("connect direct", "connect security plane"):
+            return Path(entity.id, kind)
+        if kind not in ("", "cutter location trajectory") and "basic curve" not in properties:
+            raise entity.fault("stepnc-unsupported", f"a toolpath of kind {kind!r} cannot be executed")
+        tool = self.resources.tool(owner) if kind == "cutter contact trajectory" else None
+        return Path(
+            entity.id,
+            "trajectory",
+            lambda: self._pieces(entity, properties, tool, tilt),
+            rapid,
+            ratio,
+            technology,
+            functions,
+        )
+
+    def _dwell(self, entity: Entity, properties: Properties) -> tuple[float, float]:
+        """Return how long a feedstop waits, s, and how many turns of the spindle: one of them is 0."""
+        for item in properties.get("dwell", []):
+            measure = self.units.measure(item.entity)
+            if measure is None:
+                continue
+            revolutions = "revolution" in item.representation.lower() or measure.unit.revolution
+            return (0.0, measure.value) if revolutions else (measure.value, 0.0)
+        entity.warn("stepnc-missing", "the feedstop has no property 'dwell': it does not wait")
+        return 0.0, 0.0
+
+    def _speed(self, properties: Properties) -> tuple[bool, float]:
+        ratio = 1.0
+        for item in properties.get("speed profile", []):
+            if described(item):
+                return described(item) == "rapid", 1.0
+            if "CURVE" in item.entity.keyword or item.entity.keyword == "POLYLINE":
+                text = "the speed profile along the path is not applied; the feed holds"
+                item.entity.warn("stepnc-speed-profile", text)
+                continue
+            measure = self.units.measure(item.entity)
+            ratio = measure.value if measure is not None and measure.value > 0 else ratio
+        return False, ratio
+
+    def _pieces(
+        self, entity: Entity, properties: Properties, tool: Tool | None, tilt: Vector | None
+    ) -> list[Piece]:
+        """Return the path of the tip; `tool` is given where the basic curve is the path of the contact point."""
+        basic = properties.get("basic curve", [])
+        if not basic:
+            raise entity.fault("stepnc-missing", "the toolpath has no property 'basic curve'")
+        curve = basic[0]
+        pieces = self.curves(curve.context).read(curve.entity.id, entity.id)
+        axes = self._directions(entity, properties, "tool axis")
+        if entity.text("description").strip().lower() == "cutter contact trajectory":
+            normals = self._directions(entity, properties, "surface normal")
+            if normals is None or tool is None or tool.diameter is None:
+                text = "a path of the contact point needs a 'surface normal' and a tool with a diameter"
+                raise entity.fault("stepnc-missing", text)
+            upright = np.array([0.0, 0.0, 1.0]) if tilt is None else tilt
+            pieces = locations(pieces, normals, axes, upright, tool.diameter / 2, tool.edge)
+        elif axes is not None:
+            pieces = list[Piece](couple(pieces, axes))
+        backwards = any(described(i) == "end to beginning" for i in properties.get("direction", []))
+        return reverse(pieces) if backwards else pieces
+
+    def _directions(self, entity: Entity, properties: Properties, name: str) -> list[Piece] | None:
+        """Return the curve of directions that a property gives (constant for one DIRECTION), None without it."""
+        for item in properties.get(name, []):
+            if item.entity.keyword == "DIRECTION":
+                direction = self.curves(item.context).placements.direction(item.entity.id)
+                return [Polyline(np.stack([direction, direction]))]
+            return Curves(self.entities, 1.0, math.pi / 180).read(item.entity.id, entity.id)
+        return None
+
+    def turns_frame(self, action_property: int) -> bool:
+        """Tell whether a property 'toolpath orientation' tilts what it holds for."""
+        for link in self.graph.index("ACTION_PROPERTY_REPRESENTATION", 0).of(action_property):
+            try:
+                items = self.graph.items(self.entities.get(link).entity("representation").id)
+                frames = [self.curves(i.context).placements.placement(i.entity.id) for i in items]
+            except Skip:
+                continue
+            if any(abs(f[2, 2] - 1.0) > 1e-12 for f in frames):
+                return True
+        return False

@@ -1,0 +1,107 @@
+"""Outlines and paths of fixed form at height 0, and where the copies of a pattern stand.
+
+The forms are those of ISO 14649-10 (profiles, travel paths, patterns); ISO 10303-238 has the same under other names.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.stepnc.entities import Entity
+from cncgen.stepnc.geometry.frames import Matrix, translation
+from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline, reverse
+
+Floats = NDArray[np.float64]
+
+
+def polygon(corners: Iterable[Floats]) -> Polyline:
+    """Return the closed polyline of corners, each with X and Y first, mm."""
+    points = [np.array([c[0], c[1], 0.0]) for c in corners]
+    return Polyline(np.stack([*points, points[0]]))
+
+
+def rectangle(length: float, width: float) -> Polyline:
+    """Return a rectangle about the origin against the clock, `length` along X and `width` along Y, mm."""
+    half = np.array([length, width]) / 2
+    return polygon(half * np.array(c) for c in ([-1, -1], [1, -1], [1, 1], [-1, 1]))
+
+
+def circle(diameter: float) -> Arc:
+    """Return the circle about the origin against the clock, mm."""
+    return circular_path(diameter / 2, 2 * math.pi)
+
+
+def regular_polygon(sides: int, diameter: float, across_flats: bool) -> Polyline:
+    """Return a regular polygon about the origin, its first corner on X.
+
+    Args:
+        sides: Three or more.
+        diameter: mm: of the circle through the corners, or between the flats.
+        across_flats: Which of the two.
+    """
+    radius = diameter / 2 / (math.cos(math.pi / sides) if across_flats else 1.0)
+    angles = 2 * math.pi * np.arange(sides) / sides
+    return polygon(radius * np.column_stack([np.cos(angles), np.sin(angles)]))
+
+
+def circular_path(radius: float, sweep: float) -> Arc:
+    """Return the arc about the origin that begins on X, `sweep` rad against the clock (negative: with it), mm."""
+    start = np.array([radius, 0.0, 0.0])
+    end = start if abs(sweep) == 2 * math.pi else radius * np.array([math.cos(sweep), math.sin(sweep), 0.0])
+    return Arc(start, end, np.zeros(3), np.array([0.0, 0.0, math.copysign(1.0, sweep)]), abs(sweep))
+
+
+def linear_path(vector: Floats) -> Polyline:
+    """Return the straight line from the origin along a vector, shape (3,), mm."""
+    return Polyline(np.stack([np.zeros(3), vector]))
+
+
+def about_z(angle: float) -> Matrix:
+    """Return the frame turned by an angle, rad, about Z."""
+    frame = np.eye(4)
+    frame[:2, :2] = [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]
+    return frame
+
+
+def circular_places(count: int, increment: float, diameter: float, rotation: float) -> list[Matrix]:
+    """Return the frames of copies round the pattern's Z axis.
+
+    Args:
+        count: How many.
+        increment: From one to the next, rad.
+        diameter: Of the circle that they stand on, mm.
+        rotation: Of each about itself, rad.
+    """
+    arm = translation(diameter / 2, 0.0, 0.0) @ about_z(rotation)
+    return [about_z(k * increment) @ arm for k in range(count)]
+
+
+def rectangular_places(rows: int, columns: int, row_step: Floats, column_step: Floats) -> list[Matrix]:
+    """Return the frames of copies row by row; `row_step` and `column_step`, shape (3,), lead to the next one, mm."""
+    return [translation(*(c * column_step + r * row_step)) for r in range(rows) for c in range(columns)]
+
+
+def closed_outline(
+    owner: Entity, wall: list[Piece], opening: list[Piece] | None = None
+) -> tuple[list[Piece], tuple[int, ...]]:
+    """Return the closed outline of an open pocket, and which of its pieces are open, by index.
+
+    Args:
+        owner: The boundary, for diagnostics.
+        wall: Where material stands, end to end.
+        opening: From one end of the wall to the other, either way; None: a straight line.
+
+    Raises:
+        Skip: where the opening does not begin where the wall ends.
+    """
+    if opening is None:
+        opening = [Polyline(np.stack([wall[-1].end, wall[0].start]))]
+    if np.linalg.norm(opening[0].start - wall[-1].end) > 1e-6:
+        opening = reverse(opening)
+    if np.linalg.norm(opening[0].start - wall[-1].end) > 1e-6:
+        raise owner.fault("stepnc-geometry", "the open boundary does not begin where the wall ends")
+    return [*wall, *opening], tuple(range(len(wall), len(wall) + len(opening)))

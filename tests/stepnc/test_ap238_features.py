@@ -1,0 +1,410 @@
+"""Features of the AIM: placed as ISO 10303 or ISO 14649 has them, with all their parts."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.stepnc.aim import Aim, E, Shaped
+from tests.stepnc.building import codes, motions
+
+
+def hole(aim, depth, convention):
+    """Add a drilling of a round hole of 10 mm at (20, 30): placement at the bottom (ISO 10303) or top (14649)."""
+    z, x = np.array([0, 0, 1.0]), np.array([1.0, 0, 0])
+    step, operation = aim.step("DRILLING_OPERATION", "drilling")
+    aim.file.add("MACHINING_TECHNOLOGY_RELATIONSHIP", "", "", operation, aim.technology(120.0))
+    kind = aim.file.add("ACTION_RESOURCE_TYPE", "drilling cutting tool")
+    aim.file.add("MACHINING_TOOL", "3", "twist drill", (operation,), kind)
+    feature = aim.file.add_complex(
+        ("CHARACTERIZED_OBJECT", ("hole", "")), ("FEATURE_DEFINITION", ()), ("INSTANCED_FEATURE", ()),
+        ("ROUND_HOLE", ()), ("SHAPE_ASPECT", ("hole", "", None, E("T"))),
+    )  # fmt: skip
+    process = aim.file.method("MACHINING_FEATURE_PROCESS")
+    aim.file.add("MACHINING_FEATURE_RELATIONSHIP", "", "", step, process)
+    action = aim.file.add("PROPERTY_PROCESS", "machining", "", process, "")
+    aim.file.add("PROCESS_PROPERTY_ASSOCIATION", "", "", action, feature)
+    shape = aim.file.add("PRODUCT_DEFINITION_SHAPE", "", "", feature)
+    height = -depth if convention == "bottom" else 0.0
+    place = aim.file.placement(np.array([20.0, 30.0, height]), z, x, "orientation")
+    representation = aim.file.add("SHAPE_REPRESENTATION_WITH_PARAMETERS", "", (place,), aim.file.context)
+    aim.file.add("SHAPE_DEFINITION_REPRESENTATION", shape, representation)
+    limit = depth if convention == "bottom" else -depth
+    plane = aim.file.add("PLANE", "", aim.file.placement(np.array([0, 0, limit]), z, x))
+    bound = aim.file.add("SHAPE_REPRESENTATION", "maximum feature limit", (plane,), aim.file.context)
+    aim.file.add("SHAPE_DEFINITION_REPRESENTATION", shape, bound)
+    return step
+
+
+@pytest.mark.parametrize("convention", ["bottom", "top"])
+def test_a_hole_is_drilled_in_either_convention(convention):
+    aim = Aim()
+    step = hole(aim, 12.0, convention)
+    path, found = aim.read(aim.plan(step))
+    assert codes(found) == []
+    assert path.end[motions(path), 2].min() == -12.0
+    assert path.end[motions(path)][-1].tolist() == [20, 30, 5]
+
+
+def swept_place(aim, convention, depth, length):
+    """The placement of a slot or step whose top stands at (20, 30, 0) and that goes 40 mm along Y of the machine."""
+    x, y, z = np.eye(3)
+    if convention == "top":
+        return aim.file.placement(np.array([20.0, 30.0, 0.0]), z, x, "orientation")
+    # At the bottom of the other end, Z along the path (backwards along Y), Y out of the material.
+    return aim.file.placement(np.array([20.0, 30.0 + length, -depth]), -y, x, "orientation")
+
+
+@pytest.mark.parametrize("convention", ["bottom", "top"])
+def test_a_slot_in_either_convention(convention):
+    """12 mm wide, 5 deep, 40 long: cut by 8 mm from 26 to 44 less the radius in Y, 5 below 0."""
+    aim = Shaped()
+    path, found = aim.mill(
+        "SLOT",
+        swept_place(aim, convention, 5.0, 40.0),
+        [
+            ("course of travel", "PATH_FEATURE_COMPONENT", [("distance", 40.0)]),
+            ("swept shape", "SQUARE_U_PROFILE", [("width", 12.0), ("depth", 5.0), ("first angle", 90.0)]),
+        ],
+        limit=-5.0 if convention == "top" else None,
+    )
+    assert codes(found, "error") == []
+    cut = path.end[motions(path)]
+    cut = cut[cut[:, 2] == cut[:, 2].min()]
+    assert cut[0, 2] == pytest.approx(-5.0)
+    np.testing.assert_allclose(cut[:, :2].min(axis=0), [18.0, 34.0], atol=1e-3)
+    np.testing.assert_allclose(cut[:, :2].max(axis=0), [22.0, 66.0], atol=1e-3)
+
+
+@pytest.mark.parametrize("convention", ["bottom", "top"])
+def test_a_step_in_either_convention(convention):
+    """A wall at X 20, 15 mm wide to +X, 4 deep: the axis of the tool stays 4 mm from the wall and goes beyond the rest."""
+    aim = Shaped()
+    sizes = [
+        ("profile angle", 90.0),
+        ("tilt angle", 0.0),
+        ("first side length", 15.0),
+        ("second side length", 4.0),
+    ]
+    path, found = aim.mill(
+        "STEP",
+        swept_place(aim, convention, 4.0, 40.0),
+        [
+            ("course of travel", "PATH_FEATURE_COMPONENT", [("distance", 40.0)]),
+            ("wall boundary", "VEE_PROFILE", sizes),
+        ],
+        limit=-4.0 if convention == "top" else None,
+    )
+    assert codes(found, "error") == []
+    cut = path.end[motions(path)]
+    cut = cut[cut[:, 2] == cut[:, 2].min()]
+    assert cut[0, 2] == pytest.approx(-4.0)
+    assert cut[:, 0].min() == pytest.approx(24.0, abs=1e-3)
+    assert cut[:, 0].max() >= 35.0
+    assert cut[:, 1].min() <= 30.0
+    assert cut[:, 1].max() >= 70.0
+
+
+def test_an_outside_profile_from_its_bottom():
+    aim = Shaped()
+    place = aim.file.placement(np.array([20.0, 30.0, -6.0]), np.eye(3)[2], np.eye(3)[0], "orientation")
+    path, found = aim.mill(
+        "OUTSIDE_PROFILE",
+        place,
+        [
+            ("profile swept shape", "PATH_FEATURE_COMPONENT", [("distance", 6.0)]),
+            ("feature boundary", "CIRCULAR_CLOSED_PROFILE", [("diameter", 20.0)]),
+        ],
+        operation="SIDE_MILLING_OPERATION",
+        limit=6.0,
+    )
+    assert codes(found, "error") == []
+    assert path.end[motions(path), 2].min() == -6.0
+    radius = np.linalg.norm(path.arcs.centre[:, :2] - [20.0, 30.0], axis=1)
+    assert (radius < 1e-3).any()
+
+
+# As the mapping tables of ISO 10303-238 (5.1.4) have them
+
+
+def drilled(aim, feature):
+    """Drill a feature; return the places that were drilled, and the faults."""
+    step, _ = aim.machine(feature, "DRILLING_OPERATION", "drilling", "twist drill")
+    path, found = aim.read(aim.plan(step))
+    low = path.end[motions(path)].reshape(-1, 3)
+    return np.unique(np.round(low[low[:, 2] == low[:, 2].min(initial=0)], 6), axis=0), codes(found, "error")
+
+
+def hole_of(aim, *place, end="start"):
+    """A blind hole of 8 mm, 6 deep: its placement at the bottom, or at the top with Z into the material."""
+    z = (0, 0, 1) if end == "start" else (0, 0, -1)
+    return aim.feature(
+        "ROUND_HOLE",
+        aim.place(*place, axis=z),
+        [
+            ("diameter", "CIRCULAR_CLOSED_PROFILE", [("diameter", 8.0)]),
+            ("hole depth", "PATH_FEATURE_COMPONENT", [("distance", 6.0)]),
+            (f"hole depth {end}", "HOLE_BOTTOM", [("tip angle", 118.0)], "conical", "hole bottom usage"),
+        ],
+    )
+
+
+@pytest.mark.parametrize(("end", "z"), [("start", -6.0), ("end", 0.0)])
+def test_the_end_of_the_path_at_which_the_bottom_is(end, z):
+    aim = Shaped()
+    places, errors = drilled(aim, hole_of(aim, 20, 30, z, end=end))
+    assert errors == []
+    assert places.tolist() == [[20, 30, -6]]
+
+
+def test_patterns_of_holes():
+    """Four on a circle of 20 mm, two rows of three, two anywhere: each within its pattern's placement."""
+    circular, rectangular, general = Shaped(), Shaped(), Shaped()
+    count = [("number of features", 4.0), ("angular spacing", 90.0), ("diameter", 20.0)]
+    pattern = circular.feature("CIRCULAR_PATTERN", circular.place(100, 0, 0), own=count)
+    base = hole_of(circular, 0, 0, -6)
+    circular.file.add("FEATURE_COMPONENT_RELATIONSHIP", "pattern basis", "", pattern, base)
+    places, errors = drilled(circular, pattern)
+    assert errors == []
+    expected = [[90, 0, -6], [100, -10, -6], [100, 10, -6], [110, 0, -6]]
+    np.testing.assert_allclose(places, expected, atol=1e-9)
+
+    count = [
+        ("number of rows", 2.0),
+        ("number of columns", 3.0),
+        ("row spacing", 7.0),
+        ("column spacing", 5.0),
+    ]
+    pattern = rectangular.feature("RECTANGULAR_PATTERN", rectangular.place(1, 2, 0), own=count)
+    shape = rectangular.file.add("PRODUCT_DEFINITION_SHAPE", "", "", pattern)
+    rectangular.describe(
+        shape,
+        "DIRECTION_SHAPE_REPRESENTATION",
+        "row layout direction",
+        rectangular.file.direction(-np.eye(3)[1]),
+    )
+    rectangular.relate("pattern basis", "", pattern, hole_of(rectangular, 0, 0, -6))
+    places, errors = drilled(rectangular, pattern)
+    assert errors == []
+    assert places[:, :2].tolist() == [[1 + 5 * c, 2 - 7 * r] for c in range(3) for r in (1, 0)]
+
+    spots = [general.place(x, 5, 0, name="base feature placement") for x in (3, 9)]
+    pattern = general.feature("FEATURE_PATTERN", general.place(0, 0, 0), own=[("", s) for s in spots])
+    general.relate("pattern basis", "", pattern, hole_of(general, 0, 0, -6))
+    places, errors = drilled(general, pattern)
+    assert errors == []
+    assert places.tolist() == [[3, 5, -6], [9, 5, -6]]
+
+
+def test_patterns_with_copies_left_out_are_refused():
+    aim = Shaped()
+    pattern = aim.feature(
+        "CIRCULAR_PATTERN", None, own=[("number of features", 4.0), ("angular spacing", 90.0)]
+    )
+    aim.relate("pattern basis", "", pattern, hole_of(aim, 0, 0, -6))
+    left_out = aim.file.add("SHAPE_ASPECT", "", "", None, E("T"))
+    aim.file.add("PATTERN_OMIT_MEMBERSHIP", "", "", pattern, left_out)
+    assert drilled(aim, pattern)[1] == ["stepnc-unsupported"]
+
+
+def test_a_counterbored_hole_takes_the_element_that_fits_the_tool():
+    """The tool of 8 mm drills the small hole, 6 deep, not the large one of 20 mm."""
+    aim = Shaped()
+    hole = aim.feature("COMPOSITE_HOLE", aim.place(20, 30, 0), text="counterbore")
+    sizes = [("diameter", "CIRCULAR_CLOSED_PROFILE", [("diameter", 20.0)])]
+    large = aim.feature("ROUND_HOLE", aim.place(0, 0, 0), sizes, limit=-2.0)
+    aim.relate("large hole", "", hole, large)
+    aim.relate("small hole", "", hole, hole_of(aim, 0, 0, -6))
+    places, errors = drilled(aim, hole)
+    assert errors == []
+    assert places.tolist() == [[20, 30, -6]]
+
+
+def extent(path):
+    """Return the lowest and highest X and Y at the lowest level, and that level; arcs count by their ends."""
+    cut = path.end[motions(path)]
+    cut = cut[np.isclose(cut[:, 2], cut[:, 2].min())]
+    return cut[:, :2].min(axis=0), cut[:, :2].max(axis=0), float(cut[0, 2])
+
+
+@pytest.mark.parametrize(
+    ("profile", "sizes"),
+    [
+        ("RECTANGULAR_CLOSED_PROFILE", [("length", 40.0), ("width", 30.0)]),
+        ("CLOSED_PATH_PROFILE", None),
+        ("NGON_CLOSED_PROFILE", [("number of sides", 4.0), ("diameter across flats", 30.0)]),
+    ],
+)
+@pytest.mark.parametrize("end", ["start", "end"])
+def test_pockets_by_their_profiles(profile, sizes, end):
+    """5 deep at (20, 30): the tool of 8 mm stays 4 mm from the walls."""
+    aim = Shaped()
+    outline = aim.polyline((-20, -15, 0), (20, -15, 0), (20, 15, 0), (-20, 15, 0), (-20, -15, 0))
+    z, height = ((0, 0, 1), -5.0) if end == "start" else ((0, 0, -1), 0.0)
+    if profile.startswith("NGON"):  # its flats at 45 degrees: turned back by its own placement
+        turned = aim.place(0, 0, 0, reference=(1, 1, 0))
+        sizes = [*sizes, ("", turned)]
+    path, found = aim.mill(
+        "POCKET",
+        aim.place(20, 30, height, axis=z),
+        [
+            ("boundary", profile, sizes or [("", outline)], "boundary"),
+            ("pocket depth", "PATH_FEATURE_COMPONENT", [("distance", 5.0)]),
+            (f"pocket depth {end}", "POCKET_BOTTOM", [("radius", 0.0)], "planar", "pocket bottom usage"),
+        ],
+    )
+    assert codes(found) == []
+    low, high, level = extent(path)
+    half = np.array([15.0, 15.0]) if profile.startswith("NGON") else np.array([20.0, 15.0])
+    assert level == pytest.approx(-5.0)
+    np.testing.assert_allclose(low, 4 - half + (20, 30), atol=1e-3)
+    np.testing.assert_allclose(high, half - 4 + (20, 30), atol=1e-3)
+
+
+def test_an_open_pocket_is_left_over_its_open_side():
+    """Its wall goes round three sides; the fourth, at Y 15, is open."""
+    aim = Shaped()
+    wall = aim.polyline((-20, 15, 0), (-20, -15, 0), (20, -15, 0), (20, 15, 0))
+    path, found = aim.mill(
+        "POCKET",
+        aim.place(0, 0, 0),
+        [("boundary", "OPEN_PATH_PROFILE", [("", wall)], "boundary")],
+        limit=-5.0,
+    )
+    assert codes(found) == []
+    low, high, _ = extent(path)
+    np.testing.assert_allclose(low, [-16, -11], atol=1e-3)
+    assert high[0] == pytest.approx(16, abs=1e-3)
+    assert high[1] >= 15
+
+
+def test_a_boss_stays_in_a_pocket():
+    """A round boss of 10 mm in the middle, as high as the pocket is deep: the tool's axis stays 9 mm from its centre."""
+    aim = Shaped()
+    pocket = aim.feature(
+        "POCKET",
+        aim.place(0, 0, -5),
+        [
+            ("boundary", "RECTANGULAR_CLOSED_PROFILE", [("length", 60.0), ("width", 60.0)], "boundary"),
+            ("pocket depth", "PATH_FEATURE_COMPONENT", [("distance", 5.0)]),
+        ],
+    )
+    boss = aim.feature(
+        "BOSS",
+        aim.place(0, 0, 0),
+        [
+            ("boundary", "CIRCULAR_CLOSED_PROFILE", [("diameter", 10.0)], "boundary"),
+            ("boss height", "PATH_FEATURE_COMPONENT", [("distance", 5.0)]),
+        ],
+    )
+    aim.relate("", "uncut volume", pocket, boss)
+    step, _ = aim.machine(pocket)
+    path, found = aim.read(aim.plan(step))
+    assert codes(found) == []
+    cut = path.end[motions(path)]
+    cut = cut[np.isclose(cut[:, 2], -5.0)]
+    assert np.linalg.norm(cut[:, :2], axis=1).min() == pytest.approx(9.0, abs=1e-3)
+
+
+def test_a_slot_along_an_arc():
+    """As wide as the tool: along the middle, a quarter circle of 30 mm, 3 below the top."""
+    aim = Shaped()
+    path, found = aim.mill(
+        "SLOT",
+        aim.place(0, 0, 0),
+        [
+            ("course of travel", "PATH_FEATURE_COMPONENT", [("radius", 30.0), ("sweep angle", 90.0)], "partial circular"),
+            ("swept shape", "SQUARE_U_PROFILE", [("width", 8.0)]),
+        ],
+        limit=-3.0,
+    )  # fmt: skip
+    assert codes(found) == []
+    assert path.arcs.sweep == pytest.approx([math.pi / 2])
+    np.testing.assert_allclose(path.end[motions(path)][-2], [0, 30, -3], atol=1e-9)
+
+
+def test_a_face_from_its_bottom_with_its_removal_depth():
+    """30 along X, 40 along the path's direction, 2 deep: the lines overrun it along the path."""
+    aim = Shaped()
+    along = aim.file.direction(np.array([0.0, 1.0, 0.0]))
+    path, found = aim.mill(
+        "FLAT_FACE",
+        aim.place(0, 0, -2),
+        [
+            ("course of travel", "PATH_FEATURE_COMPONENT", [("distance", 40.0), ("", along)]),
+            ("removal boundary", "LINEAR_PROFILE", [("profile length", 30.0)]),
+        ],
+        operation="PLANE_MILLING_OPERATION",
+        own=[("removal depth", 2.0)],
+    )
+    assert codes(found) == []
+    low, high, level = extent(path)
+    assert level == pytest.approx(-2.0)
+    assert low[1] < 0
+    assert high[1] > 40
+
+
+def test_a_hole_that_is_milled_with_its_taper():
+    """30 mm at the top, 20 mm at 10 deep; cut in one pass its walls stand where the bottom is: 10 - 4 mm."""
+    aim = Shaped()
+    path, found = aim.mill(
+        "ROUND_HOLE",
+        aim.place(0, 0, 0),
+        [
+            ("diameter", "CIRCULAR_CLOSED_PROFILE", [("diameter", 30.0)]),
+            ("change in diameter", "TAPER", [("final diameter", 20.0)], "diameter taper", "taper usage"),
+            ("hole depth start", "HOLE_BOTTOM", [("radius", 0.0)], "through", "hole bottom usage"),
+        ],
+        limit=-10.0,
+    )
+    assert codes(found, "error") == []
+    cut = path.end[motions(path)]
+    cut = cut[np.isclose(cut[:, 2], cut[:, 2].min())]
+    assert np.linalg.norm(cut[:, :2], axis=1).max() == pytest.approx(6.0, abs=1e-3)
+
+
+def test_a_workpiece_that_stands_elsewhere_in_its_setup():
+    """Features move with the workpiece, by (100, 0, 50)."""
+    aim = Shaped()
+    step, _ = aim.machine(hole_of(aim, 0, 0, -6), "DRILLING_OPERATION", "drilling", "twist drill")
+    plan = aim.plan(step)
+    setup = aim.file.add("PRODUCT_DEFINITION", "", "", aim.file.mm, None)
+    workpiece = aim.file.add("PRODUCT_DEFINITION", "", "", aim.file.mm, None)
+    process = aim.file.add("PRODUCT_DEFINITION_PROCESS", "setup", "", plan, "")
+    aim.file.add("PROCESS_PRODUCT_ASSOCIATION", "", "", setup, process)
+    relation = aim.file.add("MACHINING_SETUP_WORKPIECE_RELATIONSHIP", "", "", "", setup, workpiece)
+    shape = aim.file.add("PRODUCT_DEFINITION_SHAPE", "", "", relation)
+    places = [aim.place(*p, name="") for p in ((0, 0, 0), (100, 0, 50))]
+    spaces = [aim.file.add("SHAPE_REPRESENTATION", "", (p,), aim.file.context) for p in places]
+    move = aim.file.add("ITEM_DEFINED_TRANSFORMATION", "", "", *places)
+    link = aim.file.add_complex(
+        ("REPRESENTATION_RELATIONSHIP", ("", "", *spaces)),
+        ("REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION", (move,)),
+        ("SHAPE_REPRESENTATION_RELATIONSHIP", ()),
+    )
+    aim.file.add("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION", link, shape)
+    path, found = aim.read(plan)
+    assert codes(found, "error") == []
+    assert path.end[motions(path), 2].min() == pytest.approx(44.0)
+    assert path.end[motions(path)][-1, 0] == pytest.approx(100.0)
+
+
+def test_percents_for_ratios():
+    aim = Shaped()
+    face = aim.feature(
+        "FLAT_FACE",
+        aim.place(0, 0, -2),
+        [
+            ("course of travel", "PATH_FEATURE_COMPONENT", [("distance", 40.0)]),
+            ("removal boundary", "LINEAR_PROFILE", [("profile length", 30.0)]),
+        ],
+        own=[("removal depth", 2.0)],
+    )
+    step, operation = aim.machine(face, "PLANE_MILLING_OPERATION")
+    strategy = aim.file.method("MILLING_TYPE_STRATEGY", "", "bidirectional")
+    aim.file.add("MACHINING_STRATEGY_RELATIONSHIP", "machining", "", operation, strategy)
+    ratio = aim.file.add("MEASURE_REPRESENTATION_ITEM", "overlap", 50.0, aim.file.mm)
+    aim.file.property(strategy, "overlap ratio", "REPRESENTATION", "overlap ratio", ratio)
+    path, found = aim.read(aim.plan(step))
+    assert codes(found) == ["stepnc-ratio"]
+    assert len(np.unique(np.round(path.end[motions(path), 0], 3))) >= 7
