@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Coupling:
-    """What couples the axes over a block of n setpoints; one of the two, as `cncgen.kernels.servo_loop.run_coupled`.
+    """What couples the axes over a block of n setpoints; one of the two, as `Axes.run_coupled` of the kernel has it.
 
     Attributes:
         gains: (proportional, integral a control period) of cross coupling, or empty.
@@ -44,7 +44,7 @@ class LoopBank:
         axes = len(loops)
         self.loops = tuple(loops)
         self.feedthrough = np.array([loop.feedthrough for loop in loops])
-        self._tables = (
+        self._axes = servo_loop.Axes(
             _stacked([loop.phi for loop in loops], (4, levels, order, order)),
             _stacked([loop.inputs for loop in loops], (4, levels, 5, order)),
             _stacked([loop.output for loop in loops], (order,)),
@@ -57,12 +57,12 @@ class LoopBank:
             _stacked([loop.stick_inputs for loop in loops], (2, 2)),
             np.array([_numbers(loop) for loop in loops]),
             np.array([_switches(loop, period_s) for loop in loops], np.int64),
+            np.zeros((axes, order)),
+            np.zeros((axes, 3)),
+            np.zeros((2, max(order, 5))),
         )
         self._parts = [round(period_s / loop.period) for loop in loops]
-        self._state = np.zeros((axes, order))
-        self._memory = np.zeros((axes, 3))
         self._integral = np.zeros(axes)
-        self._work = np.zeros((3, max(order, 5)))
         self._noise = [np.random.default_rng([loop.imperfections.seed, i]) for i, loop in enumerate(loops)]
 
     def run(
@@ -82,21 +82,11 @@ class LoopBank:
         axes, count = len(rows), rows.shape[1] - 1
         position, force = np.empty((axes, count)), np.empty((axes, count))
         bounded = np.empty((axes, count), np.uint8)
-        common = (
-            *self._tables,
-            self._state,
-            self._memory,
-            rows,
-            self._draw(count),
-            position,
-            force,
-            bounded,
-            self._work,
-        )
+        common = (rows, self._draw(count), position, force, bounded)
         if coupling is None:
-            servo_loop.run_axes(*common)
+            self._axes.run(*common)
         else:
-            servo_loop.run_coupled(
+            self._axes.run_coupled(
                 *common,
                 rows if desired is None else np.ascontiguousarray(desired.T),
                 coupling.gains,
