@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from cncgen.geometry.tables import Floats, Ints, NurbsTable
 from cncgen.kernels import bspline
 
-#: mm (or rad): what the lengths of a curve and the place of a parameter on it are known to.
-LENGTH_TOLERANCE = 1e-11
+#: Part of the size of a curve that its lengths and the place of a parameter on it are known to.
+CLOSENESS = 2e-13
 
 
 def single(
@@ -152,6 +152,7 @@ class Lengths:
         low, high: Shape (m,): the columns of the control points over which length is measured.
         offset: Shape (m + 1,): the cells of curve c are rows ``offset[c]`` to ``offset[c + 1]``.
         cells: Shape (cells, 12), see `cncgen.kernels.bspline.CELL_COLUMNS`.
+        begins: Shape (cells,), int8: what begins with each, bits of `cncgen.kernels.bspline`.
         total: Shape (m,), mm or rad.
     """
 
@@ -160,6 +161,7 @@ class Lengths:
     high: Ints
     offset: Ints
     cells: Floats
+    begins: NDArray[np.int8]
     total: Floats
 
     def parameter(self, curve: Ints, s: Floats, side: int = 1, snap: float = 0.0) -> Floats:
@@ -188,20 +190,21 @@ def lengths(table: NurbsTable, low: Ints | None = None, high: Ints | None = None
     first = np.zeros(curves, np.int64) if low is None else low
     last = np.full(curves, table.control_points.shape[1], np.int64) if high is None else high
     offset = np.zeros(curves + 1, np.int64)
+    room = 4 * (len(table.knots) - int(np.sum(table.degree))) + 64 if curves else 0
+    cells, begins = np.empty((room, bspline.CELL_COLUMNS)), np.empty(room, np.int8)
     if not curves:
-        return Lengths(table, first, last, offset, np.zeros((0, bspline.CELL_COLUMNS)), np.zeros(0))
+        return Lengths(table, first, last, offset, cells, begins, np.zeros(0))
     columns = arrays(table)
-    cells = np.empty((4 * (len(table.knots) - int(np.sum(table.degree))) + 64, bspline.CELL_COLUMNS))
     done = 0
     while True:
-        done = bspline.cells(done, LENGTH_TOLERANCE, first, last, *columns, offset, cells)
+        done = bspline.cells(done, CLOSENESS, first, last, *columns, offset, cells, begins)
         if done == curves:
             break
         # No room for curve `done`: what stands is kept, in twice the room.
-        cells = np.concatenate([cells, np.empty_like(cells)])
-    cells = cells[: offset[-1]].copy()
+        cells, begins = np.concatenate([cells, np.empty_like(cells)]), np.tile(begins, 2)
+    cells, begins = cells[: offset[-1]].copy(), begins[: offset[-1]].copy()
     total = np.zeros(curves)
     some = offset[1:] > offset[:-1]
     ends = offset[1:][some] - 1
     total[some] = cells[ends, 1] + cells[ends, 2]
-    return Lengths(table, first, last, offset, cells, total)
+    return Lengths(table, first, last, offset, cells, begins, total)

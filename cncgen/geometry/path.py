@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from cncgen.geometry import nurbs as splines
 from cncgen.geometry.arcs import Spirals, spirals
 from cncgen.geometry.tables import ArcTable, Floats, Ints, NurbsTable
+from cncgen.kernels import bspline
 
 #: What a row is; the values of `cncgen.toolpath.record.Kind`.
 LINE, ARC, NURBS, EVENT = range(4)
@@ -26,6 +27,8 @@ STANDSTILL = 1e-9
 _SINGULAR = 1e-7
 #: Part of the parameter range by which they are taken beside it.
 _BESIDE = 1e-6
+#: Where it is below this part there, too, a stretch of the curve stands, and they are taken this part of its length on.
+_STANDS, _BEYOND = 1e-14, 1e-9
 
 _ROTARY = "ABC"
 
@@ -269,7 +272,8 @@ class Path:
             Shape (order + 1, n, axes): x, dx/ds, d²x/ds², d³x/ds³. With g = ds/du = |C'| over the row's measured axes,
             x' = C'/g, x'' = (C'' − x' g')/g², x''' = (C''' − 3 x'' g g' − x' g'')/g³ (docs/arc-length.md).
             Where C' vanishes (a cusp, coinciding control points) the derivatives are those a millionth of the
-            parameter range beside it, on the chosen side; on a row of length 0 they are 0.
+            parameter range beside it, on the chosen side, or a billionth of the length beyond a stretch that stands; on
+            a row of length 0 they are 0.
 
         Raises:
             ValueError: If the path has no rows, or `order` is not 0 to 3.
@@ -306,12 +310,26 @@ class Path:
         span = (last - first)[item]
         speed = _metric_norm(out[1, pick], self._low[rows[pick]], self._high[rows[pick]])
         low = speed * span <= _SINGULAR * self._nurbs.total[item]
-        if np.any(low):
-            pick, item, span = pick[low], item[low], span[low]
-            beside = np.where(u[pick] + side * _BESIDE * span > last[item], -1, side)
-            beside = np.where(u[pick] + beside * _BESIDE * span < first[item], 1, beside)
-            moved = u[pick] + beside * _BESIDE * span
-            out[1:, pick] = splines.evaluate(self._nurbs.table, item, moved, order, side)[1:]
+        if not np.any(low):
+            return
+        pick, item, span = pick[low], item[low], span[low]
+        beside = np.where(u[pick] + side * _BESIDE * span > last[item], -1, side)
+        beside = np.where(u[pick] + beside * _BESIDE * span < first[item], 1, beside)
+        moved = u[pick] + beside * _BESIDE * span
+        values = splines.evaluate(self._nurbs.table, item, moved, order, side)
+        speed = _metric_norm(values[1], self._low[rows[pick]], self._high[rows[pick]])
+        stands = np.flatnonzero(speed * span <= _STANDS * self._nurbs.total[item])
+        if stands.size:
+            values[:, stands] = self._beyond_rest(item[stands], u[pick[stands]], order, side)
+        out[1:, pick] = values[1:]
+
+    def _beyond_rest(self, item: Ints, u: Floats, order: int, side: int) -> Floats:
+        """Return the derivatives of curves where a stretch that stands ends: at its far end, or within the curve."""
+        total = self._nurbs.total[item]
+        at = self._nurbs.at(item, u)
+        step = side * _BEYOND * total
+        there = np.where((at + step < 0.0) | (at + step > total), at - step, at + step)
+        return splines.evaluate(self._nurbs.table, item, self._nurbs.parameter(item, there), order, side)
 
     def curvature(self, s: ArrayLike, side: int = 1) -> Floats:
         """Return the curvature in X Y Z (1/mm) at each s, shape (n,)."""
@@ -325,40 +343,44 @@ class Path:
 
     @cached_property
     def _breakpoints(self) -> Floats:
-        cells = self._nurbs.cells
-        item = np.repeat(np.arange(len(self._nurbs_rows)), np.diff(self._nurbs.offset))
-        base = self.row_s[self._nurbs_rows]
-        knots = np.isin(cells[:, 0], self._nurbs.table.knots) | (cells[:, 2] <= 10 * splines.LENGTH_TOLERANCE)
-        inner = base[item[knots]] + cells[knots, 1] if len(cells) else np.zeros(0)
+        return self._borders(bspline.KNOT | bspline.CUSP)
+
+    def _borders(self, begins: int) -> Floats:
+        """Return, ascending, the s of the ends of rows and of what begins with cells of NURBS rows, see `Lengths`."""
+        there = np.flatnonzero(self._nurbs.begins & begins)
+        item = np.searchsorted(self._nurbs.offset, there, side="right") - 1
+        inner = self.row_s[self._nurbs_rows[item]] + self._nurbs.cells[there, 1]
         found = np.unique(np.concatenate([self.row_s, inner]))
         # Places that differ by rounding are one place; the ends of rows are kept as they are.
-        return found[np.concatenate([[True], np.diff(found) > 2 * self._snap])] if len(found) else found
+        return found[np.concatenate([[True], np.diff(found) > 2 * self._snap])]
 
     def breakpoints(self) -> Floats:
         """Return, ascending, the s of the ends of rows, of NURBS knots and of cusps: where derivatives may jump."""
         return self._breakpoints
 
     def sample_borders(self) -> Floats:
-        """Return, ascending, the s of the ends of rows and of the cells of the arc-length table of NURBS rows.
+        """Return, ascending, the s of the breakpoints and of the panels of NURBS rows.
 
-        Cells are short where a curve changes fast: a polynomial of degree 7 carries each (docs/arc-length.md).
+        Panels are short where a curve changes fast (docs/arc-length.md). A larger or smaller copy of a curve has the same.
         """
-        item = np.repeat(np.arange(len(self._nurbs_rows)), np.diff(self._nurbs.offset))
-        cells = self.row_s[self._nurbs_rows][item] + self._nurbs.cells[:, 1]
-        found = np.unique(np.concatenate([self.row_s, cells]))
-        return found[np.concatenate([[True], np.diff(found) > 2 * self._snap])]
+        return self._borders(bspline.PANEL | bspline.KNOT | bspline.CUSP)
 
-    def cells(self, rows: Ints) -> tuple[Ints, Floats, Floats]:
-        """Return the cells of NURBS rows: which of `rows` each belongs to, its distance from their start, its length.
+    def panels(self, rows: Ints) -> tuple[Ints, Floats, Floats]:
+        """Return the panels of NURBS rows: which of `rows` each belongs to, its distance from their start, its length.
 
-        A cell is a stretch of a knot span that a polynomial of low degree carries, see `sample_borders`.
+        A panel is a stretch of a knot span that a polynomial of low degree carries, see `sample_borders`.
         """
         item = self._item[rows]
         first = self._nurbs.offset[item]
         count = self._nurbs.offset[item + 1] - first
         index = np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
-        cells = self._nurbs.cells[index]
-        return np.repeat(np.arange(len(rows)), count), cells[:, 1], cells[:, 2]
+        there = self._nurbs.begins[index] & bspline.PANEL != 0
+        of = np.repeat(np.arange(len(rows)), count)[there]
+        begin = self._nurbs.cells[index[there], 1]
+        end = np.append(begin[1:], 0.0)
+        last = np.diff(of, append=len(rows)) > 0
+        end[last] = self._nurbs.total[item[of[last]]]
+        return of, begin, end - begin
 
     def jumps(self) -> Jumps:
         """Return what changes at the breakpoints inside the path."""

@@ -97,7 +97,7 @@ def _cut(
 
 def _nurbs_cuts(path: Path, rows: Ints, tolerance: Floats) -> tuple[Ints, Floats, Floats]:
     """Cut NURBS rows; see `_cut`."""
-    of, begin, width = path.cells(rows)
+    of, begin, width = path.panels(rows)
     there = width > 0.0
     of, begin, width = of[there], begin[there], width[there]
     half = 0.5 * width

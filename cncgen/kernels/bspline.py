@@ -11,12 +11,23 @@ from cython.cimports.libc.math import sqrt
 
 #: Abscissae and weights of the Gauss-Legendre rule that integrates |C'| over a cell, on [0, 1].
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(7)
+#: What gives, of |C'| at the nodes, its Legendre coefficients of order 5 and 6 over the cell: (2n + 1) w P_n.
+_TAILS = np.stack(
+    [(2 * n + 1) * 0.5 * _WEIGHTS * np.polynomial.legendre.Legendre.basis(n)(_NODES) for n in (5, 6)]
+)
 _NODES = 0.5 + 0.5 * _NODES
 _WEIGHTS = 0.5 * _WEIGHTS
 
 #: Columns of a cell: u at its start, s at its start, its length in s, its width in u, and eight coefficients of the
 #: polynomial u(tau), tau = (s - s_start) / length.
 CELL_COLUMNS = 12
+#: What a cell begins, as bits: a panel (a stretch on which |C'| is close to a polynomial of degree 4), a knot span; and
+#: that it is so short that the curve has a cusp there, or stands.
+PANEL, KNOT, CUSP = 1, 2, 4
+#: Part of the mean of |C'| over a panel that its Legendre coefficients of order 5 and 6 reach at most.
+_TAIL = cython.declare(cython.double, 1e-8)
+#: Part of the size of a curve below which a panel is not cut further.
+_PANEL_LEAST = cython.declare(cython.double, 1e-10)
 
 
 @cython.cfunc
@@ -335,12 +346,17 @@ def _length(
     high: cython.Py_ssize_t,
     nodes: cython.const[cython.double][::1],
     weights: cython.const[cython.double][::1],
+    speed: cython.double[::1],
 ) -> cython.double:
-    """Arc length between a and b, in half widths from the middle of the span, by one Gauss-Legendre rule."""
+    """Arc length between a and b, in half widths from the middle of the span, by one Gauss-Legendre rule.
+
+    `speed` becomes |dC/dx| at its nodes.
+    """
     total: cython.double = 0.0
     n: cython.Py_ssize_t
     for n in range(nodes.shape[0]):
-        total += weights[n] * _taylor_speed(taylor, p, rational, a + (b - a) * nodes[n], low, high)
+        speed[n] = _taylor_speed(taylor, p, rational, a + (b - a) * nodes[n], low, high)
+        total += weights[n] * speed[n]
     return total * (b - a)
 
 
@@ -406,6 +422,27 @@ def _horner(cell: cython.const[cython.double][::1], tau: cython.double) -> cytho
 
 
 @cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _smooth(
+    speed: cython.double[::1], tails: cython.const[cython.double][:, ::1], mean: cython.double
+) -> cython.bint:
+    """Tell whether |C'| over a cell, given at the nodes of the rule, is close to a polynomial of degree 4.
+
+    Sixth and seventh Legendre coefficient stand for all that follow. They are far above rounding where they reach
+    `_TAIL`, so that two curves that differ in size or by rounding alone are cut alike.
+    """
+    n: cython.Py_ssize_t
+    odd: cython.double = 0.0
+    even: cython.double = 0.0
+    for n in range(speed.shape[0]):
+        odd += tails[0, n] * speed[n]
+        even += tails[1, n] * speed[n]
+    return abs(odd) + abs(even) <= _TAIL * mean
+
+
+@cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
 def _cell(
@@ -414,19 +451,24 @@ def _cell(
     rational: cython.bint,
     b: cython.double,
     tolerance: cython.double,
+    least: cython.double,
     low: cython.Py_ssize_t,
     high: cython.Py_ssize_t,
     knots: cython.const[cython.double][::1],
     q: cython.double[:, :, ::1],
     taylor: cython.double[:, ::1],
-    basis: cython.double[::1],
+    work: cython.double[:, ::1],
     value: cython.double[:, ::1],
-    slopes: cython.double[:, ::1],
     nodes: cython.const[cython.double][::1],
     weights: cython.const[cython.double][::1],
+    tails: cython.const[cython.double][:, ::1],
     cell: cython.double[::1],
-) -> cython.bint:
-    """Make the cell from ``cell[0]`` to u = b, s from ``cell[1]``; True where length and inverse are within tolerance."""
+) -> cython.int:
+    """Make the cell from ``cell[0]`` to u = b, s from ``cell[1]``.
+
+    Returns 2 where length and inverse are within tolerance, 1 where only |C'| is smooth (or the length below `least`),
+    else 0. `work` has room for basis functions, derivatives of u(s) at both ends, and |C'| at the nodes.
+    """
     a: cython.double = cell[0]
     middle: cython.double = 0.5 * (a + b)
     centre: cython.double = 0.5 * (knots[i] + knots[i + 1])
@@ -434,14 +476,19 @@ def _cell(
     start: cython.double = (a - centre) / width
     between: cython.double = (middle - centre) / width
     end: cython.double = (b - centre) / width
-    whole: cython.double = _length(taylor, p, rational, start, end, low, high, nodes, weights)
-    half: cython.double = _length(taylor, p, rational, start, between, low, high, nodes, weights)
-    length: cython.double = half + _length(taylor, p, rational, between, end, low, high, nodes, weights)
+    whole: cython.double
+    half: cython.double
+    length: cython.double
     regular: cython.bint
     k: cython.Py_ssize_t
     speed: cython.double
     share: cython.double
     slope: cython.double
+    whole = _length(taylor, p, rational, start, end, low, high, nodes, weights, work[3])
+    if whole > least and not _smooth(work[3, :7], tails, whole / (end - start)):
+        return 0
+    half = _length(taylor, p, rational, start, between, low, high, nodes, weights, work[3])
+    length = half + _length(taylor, p, rational, between, end, low, high, nodes, weights, work[3])
     cell[2] = length
     cell[3] = b - a
     cell[4] = a
@@ -449,28 +496,51 @@ def _cell(
     for k in range(6, 12):
         cell[k] = 0.0
     if length <= tolerance or not (a < middle and middle < b):
-        return True
-    _derivatives(i, p, 3, a, knots, q, basis, value)
-    regular = _inverse_derivatives(value, low, high, slopes[0])
-    _derivatives(i, p, 3, b, knots, q, basis, value)
-    regular = _inverse_derivatives(value, low, high, slopes[1]) and regular
+        return 2
+    _derivatives(i, p, 3, a, knots, q, work[0], value)
+    regular = _inverse_derivatives(value, low, high, work[1])
+    _derivatives(i, p, 3, b, knots, q, work[0], value)
+    regular = _inverse_derivatives(value, low, high, work[2]) and regular
     if not regular or abs(whole - length) > 10.0 * tolerance:
-        return False
-    _hermite(cell, b, slopes[0], slopes[1])
+        return 1
+    _hermite(cell, b, work[1], work[2])
     speed = _taylor_speed(taylor, p, rational, between, low, high) / width
     share = half / length
     slope = 0.0
     for k in range(7, 0, -1):
         slope = slope * share + k * cell[4 + k]
     # The slope is asked too: across a symmetric cusp the polynomial meets the middle, where nothing moves.
-    return (
-        abs(_horner(cell, share) - middle) * speed <= tolerance and abs(slope * speed / length - 1.0) < 1e-6
-    )
+    if abs(_horner(cell, share) - middle) * speed <= tolerance and abs(slope * speed / length - 1.0) < 1e-6:
+        return 2
+    return 1
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _size(
+    points: cython.const[cython.double][:, ::1],
+    first: cython.Py_ssize_t,
+    last: cython.Py_ssize_t,
+    low: cython.Py_ssize_t,
+    high: cython.Py_ssize_t,
+    far: cython.double[::1],
+) -> cython.double:
+    """Return how far control points are from the first one in the columns low … high; the largest of them in ``far[0]``."""
+    k: cython.Py_ssize_t
+    d: cython.Py_ssize_t
+    size: cython.double = 0.0
+    far[0] = 0.0
+    for k in range(first, last):
+        for d in range(low, high):
+            size = max(size, abs(points[k, d] - points[first, d]))
+            far[0] = max(far[0], abs(points[k, d]))
+    return size
 
 
 def cells(
     first_curve: cython.Py_ssize_t,
-    tolerance: cython.double,
+    closeness: cython.double,
     metric_low: cython.const[cython.longlong][::1],
     metric_high: cython.const[cython.longlong][::1],
     degree: cython.const[cython.longlong][::1],
@@ -481,13 +551,15 @@ def cells(
     knots: cython.const[cython.double][::1],
     cell_offset: cython.longlong[::1],
     out: cython.double[:, ::1],
+    begins: cython.char[::1],
 ):
-    """Cut curves from `first_curve` on into cells on which arc length and its inverse are known to `tolerance` (mm),
-    but for the rounding of the curve's largest coordinate.
+    """Cut curves from `first_curve` on into cells on which arc length and its inverse are known to `closeness` (a part
+    of the size of the curve), but for the rounding of its largest coordinate.
 
-    Within a knot span cells are halved until the Gauss rule agrees with itself on the halves, and the Hermite
-    polynomial of degree 7 for u(s) meets the middle. Length is taken over the columns ``metric_low[c]`` up to
-    ``metric_high[c]`` of curve c. Rows of `out` follow `CELL_COLUMNS`, s from 0 at the start of each curve;
+    Every knot span is cut into panels, by halves, until |C'| is smooth on each; panels are cut into cells until the
+    Gauss rule agrees with itself on the halves, and the Hermite polynomial of degree 7 for u(s) meets the middle.
+    Length is taken over the columns ``metric_low[c]`` up to ``metric_high[c]`` of curve c. Rows of `out` follow
+    `CELL_COLUMNS`, s from 0 at the start of each curve, `begins` has the bits of what begins with them;
     ``cell_offset[c + 1]`` becomes the number of rows after curve c. Returns the first curve that `out` had no room for.
     """
     curves: cython.Py_ssize_t = degree.shape[0]
@@ -496,59 +568,75 @@ def cells(
     q: cython.double[:, :, ::1] = np.zeros((max(largest, 3) + 1, largest + 1, axes + 1))
     taylor: cython.double[:, ::1] = np.zeros((largest + 1, axes + 1))
     rational: cython.bint = False
-    basis: cython.double[::1] = np.zeros(largest + 1)
+    work: cython.double[:, ::1] = np.zeros((4, max(largest + 1, 7)))
     value: cython.double[:, ::1] = np.zeros((4, axes + 1))
-    slopes: cython.double[:, ::1] = np.zeros((2, 3))
     nodes: cython.const[cython.double][::1] = _NODES
     gauss: cython.const[cython.double][::1] = _WEIGHTS
+    tails: cython.const[cython.double][:, ::1] = _TAILS
     capacity: cython.Py_ssize_t = out.shape[0]
     c: cython.Py_ssize_t = first_curve
     i: cython.Py_ssize_t
     p: cython.Py_ssize_t
     rows: cython.Py_ssize_t
     fits: cython.bint = True
+    grade: cython.int
+    begin: cython.char
+    look: cython.bint
     b: cython.double
+    start: cython.double
+    end: cython.double
     s: cython.double
     k: cython.Py_ssize_t
-    d: cython.Py_ssize_t
     within: cython.double = 0.0
+    least: cython.double
     coarse: cython.double
     first: cython.Py_ssize_t
+    far: cython.double[::1] = np.zeros(1)
     with cython.nogil:
         while c < curves:
             p = degree[c]
             rows = cell_offset[c]
             s = 0.0
-            within = 0.0
-            for k in range(point_offset[c], point_offset[c + 1]):
-                for d in range(metric_low[c], metric_high[c]):
-                    within = max(within, abs(points[k, d]))
-            coarse = tolerance + 4e-15 * within
+            least = _size(points, point_offset[c], point_offset[c + 1], metric_low[c], metric_high[c], far)
+            within = closeness * least
+            coarse = 4e-15 * far[0]
             # The Taylor form that lengths are taken from loses a bit a degree.
             for k in range(4, p):
-                coarse += coarse - tolerance
+                coarse += coarse
+            least = max(_PANEL_LEAST * least, 10.0 * coarse)
+            coarse += within
             for i in range(knot_offset[c] + p, knot_offset[c + 1] - p - 1):
                 if not knots[i] < knots[i + 1]:
                     continue
                 k = point_offset[c] + i - knot_offset[c] - p
                 _derivative_points(i, p, max(p, 3), k, points, weights, knots, q)
                 rational = _is_rational(weights, k, p)
+                _taylor(i, p, knots, q, work[0], taylor)
                 within = coarse
                 first = rows
-                _taylor(i, p, knots, q, basis, taylor)
-                b = knots[i + 1]
+                begin = 3
+                # The panel that is looked for, or that is cut into cells, and the end of the cell that is tried.
+                look = True
+                start = knots[i]
+                end = knots[i + 1]
+                b = end
                 if rows >= capacity:
                     fits = False
                     break
                 out[rows, 0] = knots[i]
                 while True:
                     out[rows, 1] = s
-                    if not _cell(
-                        i, p, rational, b, within, metric_low[c], metric_high[c], knots, q, taylor, basis, value, slopes,
-                        nodes, gauss, out[rows],
-                    ):  # fmt: skip
+                    grade = _cell(
+                        i, p, rational, b, within, least if look else 1e300, metric_low[c], metric_high[c], knots, q,
+                        taylor, work, value, nodes, gauss, tails, out[rows],
+                    )  # fmt: skip
+                    look = grade == 0
+                    if grade < 2:
                         b = 0.5 * (out[rows, 0] + b)
+                        if look:
+                            end = b
                         continue
+                    begins[rows] = begin + (4 if out[rows, 2] <= 10.0 * coarse else 0)
                     s += out[rows, 2]
                     rows += 1
                     if (rows - first) % 512 == 0:
@@ -561,9 +649,18 @@ def cells(
                         break
                     out[rows, 0] = b
                     # The next try is twice as wide as what was just accepted, so widths can grow again.
+                    begin = 0
                     b = b + 2.0 * out[rows - 1, 3]
-                    if b + 0.5 * out[rows - 1, 3] > knots[i + 1]:
-                        b = knots[i + 1]
+                    if not out[rows, 0] < end:
+                        begin = 1
+                        look = True
+                        end = end + 2.0 * (end - start)
+                        start = out[rows, 0]
+                        if end + 0.25 * (end - start) > knots[i + 1]:
+                            end = knots[i + 1]
+                        b = end
+                    elif b + 0.5 * out[rows - 1, 3] > end:
+                        b = end
                 if not fits:
                     break
             if not fits:
@@ -636,6 +733,7 @@ def lengths(
     basis: cython.double[::1] = np.zeros(largest + 1)
     nodes: cython.const[cython.double][::1] = _NODES
     gauss: cython.const[cython.double][::1] = _WEIGHTS
+    speed: cython.double[::1] = np.zeros(len(_NODES))
     n: cython.Py_ssize_t
     low: cython.Py_ssize_t
     high: cython.Py_ssize_t
@@ -681,4 +779,5 @@ def lengths(
                 metric_high[c],
                 nodes,
                 gauss,
+                speed,
             )

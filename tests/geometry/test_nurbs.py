@@ -122,6 +122,37 @@ def test_length_of_the_butterfly() -> None:
     assert total == pytest.approx(382.856583, abs=1e-6)
 
 
+@given(curves(max_degree=5), st.sampled_from([25.4, 1e-3, 1e3 / 7.0]))
+def test_panels_of_a_larger_copy_are_those_of_the_curve(table: NurbsTable, scale: float) -> None:
+    """A plan's nodes hang on panels: cells, as short as rounding allows, may differ."""
+    found = []
+    for size in (1.0, scale):
+        copy = nurbs.single(int(table.degree[0]), table.knots, size * table.control_points, table.weights)
+        measured = nurbs.lengths(copy)
+        begins = measured.begins & bspline.PANEL != 0
+        found.append(measured.cells[begins, :2] / [1.0, size])
+    np.testing.assert_allclose(found[0], found[1], rtol=0.0, atol=1e-9)
+
+
+def test_panels_carry_the_speed_as_a_polynomial_of_degree_four() -> None:
+    """|C'| between the nodes of a panel, by the recurrence, against the polynomial through five of its values."""
+    table = program_curve("butterfly")
+    measured = nurbs.lengths(table)
+    at = np.flatnonzero(measured.begins & bspline.PANEL)
+    u = measured.cells[at, 0]
+    ends = np.append(u[1:], table.knots[-1])
+    x = np.polynomial.chebyshev.chebpts1(5)
+    look = np.linspace(-0.95, 0.95, 9)
+    worst = []
+    for a, b in zip(u, ends, strict=True):
+        places = np.concatenate([x, look]) * 0.5 * (b - a) + 0.5 * (a + b)
+        speed = np.linalg.norm(nurbs.evaluate(table, 0, places, 1)[1], axis=1)
+        through = np.polynomial.Polynomial.fit(x, speed[:5], 4)
+        worst.append(np.abs(through(look) - speed[5:]).max() / speed.mean())
+    assert 1e-9 < max(worst) < 1e-7
+    assert len(at) < len(measured.cells)
+
+
 @given(curves(max_degree=5), st.integers(0, 1000))
 def test_parameter_at_a_length_gives_that_length(table: NurbsTable, seed: int) -> None:
     measured = nurbs.lengths(table)
@@ -144,13 +175,14 @@ def test_kernel_runs_uncompiled_alike() -> None:
     results = []
     for kernel in (bspline, source):
         offset, cells = np.zeros(2, np.int64), np.zeros((2000, kernel.CELL_COLUMNS))
-        assert kernel.cells(0, 1e-6, low, high, *columns, offset, cells) == 1
+        begins = np.zeros(2000, np.int8)
+        assert kernel.cells(0, 1e-8, low, high, *columns, offset, cells, begins) == 1
         s = np.linspace(0, 200, 30)
         curve = np.zeros(30, np.int64)
         u, back, out = np.zeros(30), np.zeros(30), np.zeros((4, 30, 3))
         kernel.invert(curve, s, 1, 1e-12, offset, cells, u)
         kernel.lengths(curve, u, low, high, *columns, offset, cells, back)
         kernel.evaluate(curve, u, -1, 3, *columns, out)
-        results.append((offset, cells[: offset[1]], u, back, out))
+        results.append((offset, cells[: offset[1]], begins, u, back, out))
     for ours, theirs in zip(*results, strict=True):
         np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-9)

@@ -38,7 +38,7 @@ def test_pieces_miss_a_curve_by_their_share_of_the_tolerance(tolerance: float) -
 
 def test_cells_cover_a_curve_from_end_to_end() -> None:
     path = curve_path()
-    of, begin, width = path.cells(np.array([1]))
+    of, begin, width = path.panels(np.array([1]))
     assert set(of.tolist()) == {0}
     assert begin[0] == 0.0
     np.testing.assert_allclose(begin[1:], (begin + width)[:-1], atol=1e-12)

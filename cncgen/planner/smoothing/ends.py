@@ -145,7 +145,7 @@ def _regular(rows: Toolpath, path: Path) -> Bools:
     """Tell which rows have no cusp at the borders of their cells."""
     out = np.ones(len(rows), bool)
     curves = np.flatnonzero(rows.kind == Kind.NURBS)
-    of, begin, width = path.cells(curves)
+    of, begin, width = path.panels(curves)
     row = curves[of]
     for at, side in ((begin, 1), (begin + width, -1)):
         u = path.parameter_after(row, at, side)
