@@ -277,7 +277,7 @@ def test_functions_between_workingsteps():
     ]
     assert names[:4] == [("message", "hello"), ("stop", "optional"), ("stop", "stop"), ("tool", "9")]
     assert [e.values["function"] for e in events(path, "user")] == [
-        "exchange pallet", "index table", "set mark", "wait for mark",
+        "unload tool", "exchange pallet", "index table", "set mark", "wait for mark",
     ]  # fmt: skip
     assert codes(found) == ["stepnc-channel"] * 2
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
@@ -42,6 +43,8 @@ MAX_STEPS = 2_000_000
 MAX_COORDINATE = 1e7
 #: Feeds (mm/s) and spindle speeds (rev/min) beyond this are no speeds of a machine.
 MAX_SPEED = 1e7
+#: A turn of the turning axis that is worth a warning where the tool hardly leans, rad.
+MAX_SWING = math.pi / 4
 
 
 class Executor:
@@ -268,7 +271,16 @@ class Executor:
         self._go_to(step, path, pieces[0].start, pieces, begun)
         machine.follow(pieces, rapid)
         self._moved = True
+        self._check_swing(path)
         return True
+
+    def _check_swing(self, path: Path) -> None:
+        """Warn where the turning axis had to swing round since the tool passed close by it."""
+        (swept, near), self._machine.swing = self._machine.swing, (0.0, 0.0)
+        if swept > MAX_SWING and self._machine.kinematics is not None:
+            text = f"the tool passes {math.degrees(near):.3g} degrees beside {self._machine.kinematics.turn}, which"
+            text += f" swings round by {math.degrees(swept):.0f} degrees there"
+            self._warn(path.ident, "stepnc-singular", text)
 
     def _seconds(self, path: Path) -> float:
         """Return how long a dwell lasts, s; `Skip` where it counts turns of a spindle that stands."""

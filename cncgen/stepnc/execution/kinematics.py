@@ -9,8 +9,10 @@ the other turns what is tilted. In a head the axis that carries the other one tu
     turn A, tilt B:  (sin B, -sin A cos B, cos A cos B)
     turn B, tilt A:  (sin B cos A, -sin A, cos B cos A)
 
-Of the two solutions the one nearer to where the axes stand is taken; where the tool is along the turning axis, that
-stays, or goes where it will be wanted next. Where a machine says how its axes carry table or head (``[kinematics]``), X Y Z are those of its slides; else they
+Of the two solutions the one nearer to where the axes stand is taken, by whole turns nearest too, so that the axes go on
+beyond 360 degrees and the tilt passes through the turning axis to its other side; where the tool is along the turning
+axis, that stays, or goes where it will be wanted next. Close by that axis a small turn of the tool needs a large one of
+the turning axis (`swing`), which no choice of solution avoids. Where a machine says how its axes carry table or head (``[kinematics]``), X Y Z are those of its slides; else they
 stay the tip of the tool in the workpiece (tool centre point programming) and the axes are B and C.
 """
 
@@ -30,8 +32,11 @@ Floats = NDArray[np.float64]
 Angles = tuple[float, float]
 Vector = tuple[float, float, float]
 
-#: Sine of the angle to the turning axis below which the tool is along it.
-ALONG = 1e-9
+#: Sine of the angle to the turning axis below which the tool is along it: 1 µm at 100 mm, the last digit of tool axes
+#: with five decimals, whose direction about the turning axis is chance.
+ALONG = 1e-5
+#: Angle to the turning axis below which it may have to swing round, rad.
+CLOSE = math.radians(5.0)
 
 
 class Mechanism(Protocol):
@@ -120,6 +125,29 @@ class Kinematics:
             before = self.angles_of(axis, before)
             out[k] = before
         return out
+
+    def swing(self, axes: Floats, angles: Floats) -> tuple[float, float]:
+        """Return the largest swing of the turning axis close by the pole, and the smallest angle to it there, rad.
+
+        A swing is how far it turns while the tool stays within `CLOSE` of the turning axis without being along it. Both
+        are 0 where there is none.
+
+        Args:
+            axes: Of the tool, shape (n, 3).
+            angles: Of `letters`, shape (n, 2), rad.
+        """
+        still = np.eye(3)["ABC".index(self.turn)]
+        sine = np.linalg.norm(np.cross(axes, still), axis=1)
+        close = (sine < math.sin(CLOSE)) & (sine > ALONG)
+        turned = angles[:, self.letters.index(self.turn)]
+        worst = (0.0, 0.0)
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], close, [False]]).astype(np.int8)))
+        for begin, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+            part = slice(max(begin - 1, 0), min(end + 1, len(axes)))
+            swept = float(np.ptp(turned[part]))
+            if swept > worst[0]:
+                worst = (swept, float(np.arcsin(sine[begin:end].min())))
+        return worst
 
     def slides(self, tip: Floats, angles: Angles, length: float) -> Floats:
         """Return where the slides stand, shape (3,), for a tip in the workpiece; where it is upright they are the tip.

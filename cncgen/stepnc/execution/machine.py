@@ -40,6 +40,7 @@ class Machine:
         angles: Of the rotary axes, rad.
         tool: In the spindle, or None.
         feed: mm/s, None until one is set.
+        swing: Of the turning axis close by the pole, and how close, rad (`Kinematics.swing`), since it was last taken.
     """
 
     def __init__(self, canon: Canon, start: Floats, kinematics: Kinematics | None) -> None:
@@ -49,6 +50,7 @@ class Machine:
         self.angles = (0.0, 0.0)
         self.tool: Tool | None = None
         self.feed: float | None = None
+        self.swing = (0.0, 0.0)
         self._direction = 0
         self._rpm: float | None = None
         self._coolant = (False, False, False)
@@ -203,6 +205,7 @@ class Machine:
                 break
             points, axes = with_axes(points, axes, counts)
             angles = kinematics.angles_along(axes, self.angles)
+        self.swing = max(self.swing, kinematics.swing(axes, angles))
         rows = np.concatenate([self._slides(kinematics, points, angles), angles], axis=1)
         if rapid or kinematics.mechanism is None or not self.feed:
             (self.canon.traverse if rapid else self.canon.lines)(rows)
