@@ -24,6 +24,8 @@ Floats = NDArray[np.float64]
 _MAX_DEPTH = 40
 #: Lines of a tree.
 MAX_LINES = 100_000
+#: A thousand years, s.
+ENDLESS = 3.2e10
 #: Feeds and speeds that a line names.
 _NAMED = 4
 
@@ -57,7 +59,9 @@ class Work:
 
 
 def duration(seconds: float) -> str:
-    """Return a time as ``48.3 s``, ``4:30 min`` or ``2:05:10 h``."""
+    """Return a time as ``48.3 s``, ``4:30 min`` or ``2:05:10 h``; what is over a thousand years as ``endless``."""
+    if not seconds < ENDLESS:
+        return "endless"
     if seconds < 120:
         return f"{seconds:.1f} s"
     whole = round(seconds)

@@ -45,6 +45,14 @@ def test_tree_adds_up_length_and_time():
     ]
 
 
+def test_a_feed_of_next_to_nothing_takes_endless():
+    """Found by fuzzing: the time of the ways is infinite."""
+    part = Part()
+    line = part.trajectory(part.polyline((0, 0, 0), (1e6, 0, 0)), technology=part.technology(feed=1e-307))
+    part.project(part.plan(part.step(part.freeform(line, line))))
+    assert next(iter(tree(part.text().encode(), "t.stp"))).endswith(", endless")
+
+
 def test_check_with_the_tree(capsys):
     assert run(["check", "--tree", str(NIST)]) == 0
     assert "workplan 'MAIN WORKPLAN'" in capsys.readouterr().out
