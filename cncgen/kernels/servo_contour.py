@@ -5,6 +5,9 @@ The path is a polyline without points that coincide; arc length along it tells h
 
 import cython
 
+#: The nearest that a search has found: distance, and index of the segment's first point.
+_Foot = cython.struct(distance=cython.double, segment=cython.Py_ssize_t)
+
 
 @cython.cfunc
 @cython.inline
@@ -52,6 +55,111 @@ def _to_segment(
     return total
 
 
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _last_up_to(
+    arc: cython.double[::1], i: cython.Py_ssize_t, last: cython.Py_ssize_t, bound: cython.double
+) -> cython.Py_ssize_t:
+    """Return the last point from i to `last` whose arc length is below `bound` (i where none is), by doubling steps."""
+    low: cython.Py_ssize_t = i
+    high: cython.Py_ssize_t = i + 1 if i < last else i
+    middle: cython.Py_ssize_t
+    while high < last and arc[high] < bound:
+        low = high
+        high = 2 * high - i if 2 * high - i < last else last
+    while low < high:
+        middle = (low + high + 1) // 2
+        if arc[middle] < bound:
+            low = middle
+        else:
+            high = middle - 1
+    return low
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _first_down_to(arc: cython.double[::1], i: cython.Py_ssize_t, bound: cython.double) -> cython.Py_ssize_t:
+    """Return the first point up to i whose arc length is above `bound` (i where none is), by doubling steps."""
+    high: cython.Py_ssize_t = i
+    low: cython.Py_ssize_t = i - 1 if i > 0 else 0
+    middle: cython.Py_ssize_t
+    while low > 0 and arc[low] > bound:
+        high = low
+        low = 2 * low - i if 2 * low > i else 0
+    while low < high:
+        middle = (low + high) // 2
+        if arc[middle] > bound:
+            high = middle
+        else:
+            low = middle + 1
+    return high
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _nearer(
+    path: cython.double[:, ::1],
+    segment: cython.Py_ssize_t,
+    position: cython.double[:, ::1],
+    k: cython.Py_ssize_t,
+    best: _Foot,
+) -> _Foot:
+    """Return the nearer of the best foot and that on a segment."""
+    d: cython.double = _to_segment(path, segment, position, k) ** 0.5
+    return _Foot(distance=d, segment=segment) if d < best.distance else best
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _search_back(
+    path: cython.double[:, ::1],
+    arc: cython.double[::1],
+    i: cython.Py_ssize_t,
+    window: cython.double,
+    position: cython.double[:, ::1],
+    k: cython.Py_ssize_t,
+    best: _Foot,
+) -> _Foot:
+    """Return the nearest foot on the segments before point i, as far back as the window."""
+    low: cython.double = arc[i] - window
+    d: cython.double
+    while i > 0 and arc[i] > low:
+        best = _nearer(path, i - 1, position, k, best)
+        d = _to_point(path, i, position, k) ** 0.5
+        i = _first_down_to(arc, i - 1, arc[i] - (d - best.distance))
+    return best
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _search_ahead(
+    path: cython.double[:, ::1],
+    arc: cython.double[::1],
+    i: cython.Py_ssize_t,
+    last: cython.Py_ssize_t,
+    window: cython.double,
+    position: cython.double[:, ::1],
+    k: cython.Py_ssize_t,
+    best: _Foot,
+) -> _Foot:
+    """Return the nearest foot on the segments after point i, as far ahead as the window and the last point."""
+    high: cython.double = arc[i] + window
+    d: cython.double
+    while i < last and arc[i] < high:
+        best = _nearer(path, i, position, k, best)
+        d = _to_point(path, i, position, k) ** 0.5
+        i = _last_up_to(arc, i + 1, last, arc[i] + (d - best.distance))
+    return best
+
+
 def distances(
     path: cython.double[:, ::1],
     arc: cython.double[::1],
@@ -75,69 +183,17 @@ def distances(
     A point at arc distance x from one that is d away is at least d − x away, so whatever lies nearer along the path
     than d − best is skipped.
     """
-    count: cython.Py_ssize_t = position.shape[0]
-    foot: cython.Py_ssize_t = 0
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
-    low: cython.Py_ssize_t
-    high: cython.Py_ssize_t
-    middle: cython.Py_ssize_t
-    best: cython.double
-    d: cython.double
     window: cython.double
-    bound: cython.double
-    for k in range(count):
-        best = _to_point(path, own[k], position, k) ** 0.5
-        window = reach * best + 1e-9
+    best: _Foot = _Foot(distance=0.0, segment=0)
+    for k in range(position.shape[0]):
+        best.distance = _to_point(path, own[k], position, k) ** 0.5
+        window = reach * best.distance + 1e-9
         # The segment of the position before is mostly near: a small best to start with makes the skips long.
-        for i in range(foot, foot + 2):
+        for i in range(best.segment, best.segment + 2):
             if i < last[k] and -window < arc[i] - arc[own[k]] < window:
-                d = _to_segment(path, i, position, k) ** 0.5
-                if d < best:
-                    best = d
-                    foot = i
-        i = own[k]
-        bound = arc[i] - window
-        while i > 0 and arc[i] > bound:
-            d = _to_segment(path, i - 1, position, k) ** 0.5
-            if d < best:
-                best = d
-                foot = i - 1
-            d = arc[i] - (_to_point(path, i, position, k) ** 0.5 - best)
-            i -= 1
-            if arc[i] > d:
-                high = i
-                low = i - 1 if i > 0 else 0
-                while low > 0 and arc[low] > d:
-                    high = low
-                    low = 2 * low - i if 2 * low > i else 0
-                while low < high:
-                    middle = (low + high) // 2
-                    if arc[middle] > d:
-                        high = middle
-                    else:
-                        low = middle + 1
-                i = high
-        i = own[k]
-        bound = arc[i] + window
-        while i < last[k] and arc[i] < bound:
-            d = _to_segment(path, i, position, k) ** 0.5
-            if d < best:
-                best = d
-                foot = i
-            d = arc[i] + (_to_point(path, i, position, k) ** 0.5 - best)
-            i += 1
-            if arc[i] < d:
-                low = i
-                high = i + 1 if i < last[k] else i
-                while high < last[k] and arc[high] < d:
-                    low = high
-                    high = 2 * high - i if 2 * high - i < last[k] else last[k]
-                while low < high:
-                    middle = (low + high + 1) // 2
-                    if arc[middle] < d:
-                        low = middle
-                    else:
-                        high = middle - 1
-                i = low
-        result[k] = best
+                best = _nearer(path, i, position, k, best)
+        best = _search_back(path, arc, own[k], window, position, k, best)
+        best = _search_ahead(path, arc, own[k], last[k], window, position, k, best)
+        result[k] = best.distance
