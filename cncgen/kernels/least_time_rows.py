@@ -173,6 +173,85 @@ def build(
     return i
 
 
+def thin(
+    c: cython.double[::1],
+    ends: cython.double[:, ::1],
+    rows: cython.double[:, ::1],
+    offset: cython.longlong[::1],
+    kind: cython.char[::1],
+    axis: cython.longlong[::1],
+    reach: cython.Py_ssize_t,
+    far: cython.double,
+    peak: cython.double[:, ::1],
+) -> int:
+    """Leave out the bounds and accelerations that a profile stays far from, and return how many rows are left.
+
+    Those of intervals beside a rest stay.
+
+    Args:
+        c: Shape (n + 2,), the profile.
+        ends, rows, offset, kind, axis: As `build` has left them; changed in place.
+        reach: A row stays where the profile comes near its limit within so many intervals.
+        far: The part of a limit from which it is near.
+        peak: Shape (n, axes + 1), zeros: room for the part that is used of each axis's acceleration, and of bounds.
+    """
+    n: cython.Py_ssize_t = peak.shape[0]
+    i: cython.Py_ssize_t
+    k: cython.Py_ssize_t
+    m: cython.Py_ssize_t
+    a: cython.Py_ssize_t
+    first: cython.Py_ssize_t = 0
+    last: cython.Py_ssize_t
+    count: cython.Py_ssize_t = 0
+    near: cython.double
+    with cython.nogil:
+        for k in range(n):
+            for i in range(offset[k], offset[k + 1]):
+                if kind[i] < 2:
+                    a = axis[i] if kind[i] == 1 else peak.shape[1] - 1
+                    near = fabs(rows[i, 0] * c[k] + rows[i, 1] * c[k + 1] + rows[i, 2] * c[k + 2])
+                    peak[k, a] = max(peak[k, a], near)
+        for k in range(n):
+            last = offset[k + 1]
+            for i in range(first, last):
+                if kind[i] < 2:
+                    a = axis[i] if kind[i] == 1 else peak.shape[1] - 1
+                    near = 0.0
+                    if ends[k, 0] == 0.0 or ends[k, 3] == 0.0:
+                        near = far
+                    for m in range(max(k - reach, 0), min(k + reach + 1, n)):
+                        near = max(near, peak[m, a])
+                    if near < far:
+                        continue
+                rows[count, 0] = rows[i, 0]
+                rows[count, 1] = rows[i, 1]
+                rows[count, 2] = rows[i, 2]
+                kind[count] = kind[i]
+                axis[count] = axis[i]
+                count += 1
+            first = last
+            offset[k + 1] = count
+    return count
+
+
+def used(
+    c: cython.double[::1],
+    rows: cython.double[:, ::1],
+    offset: cython.longlong[::1],
+    kind: cython.char[::1],
+) -> float:
+    """Return the largest part of a bound or of an acceleration limit that a profile uses; arguments as in `thin`."""
+    i: cython.Py_ssize_t
+    k: cython.Py_ssize_t
+    most: cython.double = 0.0
+    with cython.nogil:
+        for k in range(offset.shape[0] - 1):
+            for i in range(offset[k], offset[k + 1]):
+                if kind[i] < 2:
+                    most = max(most, fabs(rows[i, 0] * c[k] + rows[i, 1] * c[k + 1] + rows[i, 2] * c[k + 2]))
+    return most
+
+
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)

@@ -13,11 +13,16 @@ from cncgen.planner.optimal.track import ENTER, LEAVE, SPLINE
 from cncgen.planner.record import Limit
 
 Floats = NDArray[np.float64]
+#: Values, offsets, kinds and axes of rows, see `cncgen.kernels.least_time.solve`.
+_Rows = tuple[Floats, NDArray[np.int64], NDArray[np.int8], NDArray[np.int64]]
 
 #: Duality gap, as a part of the time, and part by which limits may be passed between nodes.
 GAP, SLACK = 1e-4, 5e-4
-#: Iterations at most.
-MOST = 120
+#: Iterations at most; with the rows alone that the profile to start from comes near to.
+MOST, MOST_THINNED = 120, 40
+#: Part of a limit on acceleration, or of a bound on q, from which the profile to start from is near it, and how many
+#: intervals around count.
+_FAR, _REACH = 0.45, 3
 #: The starts tried one after the other, as parts of q of the profile that rises and falls with full jerk. From rest, a
 #: small enough part holds every limit, whatever the intervals.
 _STARTS = (0.8, 0.1, 0.9, 0.01, 1e-4, 1e-7)
@@ -115,13 +120,15 @@ def solve(given: Intervals, state: tuple[float, float] | None, known: Floats | N
     shape = (given.x1[at], given.x2[at], given.x3[at], given.limits, given.factor[at])
     columns = _Columns(at, h, ends, extra, box, edge, shape)
     found: list[Solution] = []
-    for part in _STARTS:
+    # Most rows never bind; which ones is seen from the profile to start from, and made sure of afterwards.
+    for part, thinned in [(_STARTS[0], True), *((part, False) for part in _STARTS)]:
         c = _start(columns, state, known, part)
-        solution, optimal = _improved(given, columns, c, state is not None)
+        solution, optimal = _improved(given, columns, c, state is not None, thinned)
         if optimal:
             return solution
-        found.append(solution)
-        known = None
+        if not thinned:
+            found.append(solution)
+            known = None
     # A plan that holds every limit is a plan, though the method did not find the best one.
     return min(found, key=lambda each: (not each.converged, each.time))
 
@@ -148,27 +155,43 @@ def _start(columns: _Columns, state: tuple[float, float] | None, known: Floats |
     return c
 
 
-def _improved(given: Intervals, columns: _Columns, c: Floats, moving: bool) -> tuple[Solution, bool]:
-    """Run the interior-point method from `c`; return what it found, and whether that is the least time."""
-    x1, x2, x3, limits, factor = columns.shape
+def _improved(
+    given: Intervals, columns: _Columns, c: Floats, moving: bool, thinned: bool
+) -> tuple[Solution, bool]:
+    """Run the interior-point method from `c`; return what it found, and whether that is the least time.
+
+    Where the rows are `thinned`, those alone are looked at that `c` comes near to. What then breaks another one is no
+    solution.
+    """
+    x1 = columns.shape[0]
     n, axes = len(x1), x1.shape[2]
+    rows = _rows(given, columns, moving)
+    if thinned:
+        least_time_rows.thin(c, columns.ends, *rows, _REACH, _FAR, np.zeros((n, axes + 1)))
+    report = np.zeros(6)
+    status = least_time.solve(
+        c, 2 if moving else 1, columns.h, columns.ends, columns.extra, *rows, *columns.shape,
+        np.ones((n, 2, axes)), GAP, SLACK, MOST_THINNED if thinned else MOST, report,
+    )  # fmt: skip
+    held = bool(report[2] < SLACK and 0.0 < report[5] < 1.0 + SLACK and report[4] < _STALLED * report[0])
+    if thinned and not least_time_rows.used(c, *_rows(given, columns, moving)[:3]) < 1.0 + SLACK:
+        held, status = False, -1
+    q = _ordinates(given, columns.at, columns.ends, c)
+    limit = _binding(given, columns, c, rows[:3])
+    return Solution(q, limit, float(report[0]), status >= 0 or held), status >= 0
+
+
+def _rows(given: Intervals, columns: _Columns, moving: bool) -> _Rows:
+    """Return the rows of a problem: their values, where those of each interval begin, their kinds and axes."""
+    n, _, axes = columns.shape[0].shape
     room = n * (3 + 4 * axes)
     rows = np.empty((room, least_time.WIDTH))
     offset, kind, axis = np.empty(n + 1, np.int64), np.empty(room, np.int8), np.empty(room, np.int64)
-    h, ends = columns.h, columns.ends
     joint = _joints(given, columns.at)
     least_time_rows.build(
-        h, ends, x1, x2, x3, limits, factor, columns.box, joint, moving, rows, offset, kind, axis
+        columns.h, columns.ends, *columns.shape, columns.box, joint, moving, rows, offset, kind, axis
     )
-    report = np.zeros(6)
-    status = least_time.solve(
-        c, 2 if moving else 1, h, ends, columns.extra, rows, offset, kind, axis, *columns.shape,
-        np.ones((n, 2, axes)), GAP, SLACK, MOST, report,
-    )  # fmt: skip
-    held = bool(report[2] < SLACK and 0.0 < report[5] < 1.0 + SLACK and report[4] < _STALLED * report[0])
-    q = _ordinates(given, columns.at, ends, c)
-    limit = _binding(given, columns, c, (rows, offset, kind))
-    return Solution(q, limit, float(report[0]), status >= 0 or held), status >= 0
+    return rows, offset, kind, axis
 
 
 def _spline(given: Intervals, spline: NDArray[np.int64], moving: bool) -> tuple[Floats, Floats, Floats]:

@@ -173,3 +173,54 @@ def test_compiled_and_plain_agree(moving: bool, monkeypatch: pytest.MonkeyPatch)
     assert slow.q == pytest.approx(compiled.q, rel=1e-9)
     assert slow.limit.tolist() == compiled.limit.tolist()
     assert slow.time == pytest.approx(compiled.time, rel=1e-12)
+
+
+@pytest.mark.parametrize("feed", [20.0, 60.0, 1e4])
+def test_rows_left_out_change_nothing(feed: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    given = wave(80, feed=feed, axes=3)
+    counts: list[tuple[int, int]] = []
+    thin = least_time_rows.thin
+
+    def counted(*arguments: object) -> int:
+        offset = arguments[3]
+        assert isinstance(offset, np.ndarray)
+        counts.append((int(offset[-1]), thin(*arguments)))
+        return counts[-1][1]
+
+    monkeypatch.setattr(least_time_rows, "thin", counted)
+    some = solve(given, None)
+    monkeypatch.setattr(least_time_rows, "thin", lambda *_: 0)
+    whole = solve(given, None)
+    assert len(counts) == 1
+    assert counts[0][1] < 0.9 * counts[0][0]
+    # Both end at a duality gap of 2e-4 at most.
+    assert some.time == pytest.approx(whole.time, rel=2.0 * problem.GAP)
+    assert np.mean(some.limit == whole.limit) > 0.95
+
+
+def test_a_row_that_should_not_have_been_left_out_comes_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    given = wave(60)
+    whole = solve(given, None)
+    monkeypatch.setattr(problem, "_FAR", 1e6)
+    blind = solve(given, None)
+    assert blind.converged
+    acceleration, _ = motion(given, blind.q)
+    assert acceleration.max() < 1.0 + 1e-3
+    assert blind.time == pytest.approx(whole.time, rel=2.0 * problem.GAP)
+
+
+def test_thinning_keeps_what_is_near_and_what_is_beside_a_rest() -> None:
+    # One axis, three intervals: a bound and an acceleration each, the profile all ones.
+    rows = np.zeros((6, least_time.WIDTH))
+    rows[:, 1] = [0.1, 0.2, 0.1, 0.6, 0.1, 0.1]
+    kind, axis = np.array([0, 1] * 3, np.int8), np.array([-1, 0] * 3)
+    offset = np.array([0, 2, 4, 6])
+    ends = np.full((3, 4), 0.5)
+    ends[0, 0] = 0.0
+    c = np.ones(5)
+    assert least_time_rows.used(c, rows, offset, kind) == pytest.approx(0.6)
+    assert least_time_rows.thin(c, ends, rows, offset, kind, axis, 0, 0.5, np.zeros((3, 2))) == 3
+    # The first interval leaves a rest; of the others, only the acceleration of the second comes near.
+    assert offset.tolist() == [0, 2, 3, 3]
+    assert rows[:3, 1].tolist() == [0.1, 0.2, 0.6]
+    assert kind[:3].tolist() == [0, 1, 1]
