@@ -16,7 +16,6 @@ from cncgen.cli.options import (
     program_options,
     summary_option,
 )
-from cncgen.cli.simulate import SETPOINT_SUFFIXES
 from cncgen.cli.types import FiniteRange
 
 if TYPE_CHECKING:
@@ -75,9 +74,11 @@ def command(
     keep is refused with the place and the figure (exit 3), and nothing is written. A PROGRAM is planned first, with as
     much room under the machine's limits as its command needs.
     """
+    from cncgen.cli.reading import is_setpoint_file
+
     if machine is None and planning["axis_params"] is None:
         raise click.UsageError("give the servo data: -m MACHINE, or --axis-params NAME|FILE")
-    if source == "-" or source.lower().endswith(SETPOINT_SUFFIXES):
+    if source == "-" or is_setpoint_file(source):
         gained = _of_setpoints(
             source, machine, planning["axis_params"], passes, limits, settle, format, output
         )
@@ -122,7 +123,7 @@ def _of_setpoints(
     with open_setpoints(source) as stream:
         work = Compensation(stream.chunks, load_servos(servos), passes=passes, limits=bounds, settle_s=settle)
         rows = write_setpoints(work.chunks(), output, format)
-    messages.note(f"{rows} setpoints after {passes} {'pass' if passes == 1 else 'passes'}")
+    messages.note(_written_text(rows, passes))
     return work.gained()
 
 
@@ -149,13 +150,18 @@ def _of_program(
             toolpaths, where, servos, axes=pipeline.output_axes(read), options=plan_options(planning),
             passes=passes, settle_s=settle,
         )  # fmt: skip
-    rows = write_setpoints(iter(found.command), output, format)
-    messages.note(f"{rows} setpoints after {passes} {'pass' if passes == 1 else 'passes'}{_room_text(found)}")
+    rows = write_setpoints(found.command, output, format)
+    messages.note(f"{_written_text(rows, passes)}{_room_text(found)}")
     shares = {
         k.lower(): dict(zip(("velocity", "acceleration", "jerk"), v, strict=True))
         for k, v in found.shares.items()
     }
     return {**found.gained, "time_s": found.time_s, "full_time_s": found.full_time_s, "limit_shares": shares}
+
+
+def _written_text(rows: int, passes: int) -> str:
+    """Say what was written."""
+    return f"{rows} setpoints after {passes} {'pass' if passes == 1 else 'passes'}"
 
 
 def _room_text(found: Reserved) -> str:

@@ -61,12 +61,13 @@ def command(
     """
     from cncgen.cli.progress import with_progress
     from cncgen.cli.reading import opened, plan_options
+    from cncgen.cli.writing import setpoint_format
     from cncgen.pipeline import plan_with_summary
     from cncgen.report.summary import as_text
     from cncgen.setpoints.columns import Layout
 
     names = tuple(name.strip() for name in signals.split(",") if name.strip())
-    kind = _format(output, format)
+    kind = setpoint_format(output, format)
     with opened(program, reading, planning["path_tolerance"], machine) as read:
         stream, watch = plan_with_summary(read, machine, plan_options(planning), names)
         chunks = with_progress(stream.chunks, stream.name, stream.period_s)
@@ -85,20 +86,6 @@ def command(
             write_summary(result)
         messages.show(watch.remarks)
     messages.note(as_text(result))
-
-
-def _format(output: str | None, asked: str | None) -> str:
-    """Return the format of the setpoints; refuse to send binary to a terminal."""
-    from cncgen.diagnostics import Diagnostic, UsageError
-    from cncgen.files import STANDARD, is_terminal
-    from cncgen.setpoints.writers import BINARY, format_of
-
-    kind = format_of(output, asked)
-    if output == STANDARD and kind in BINARY and is_terminal(sys.stdout):
-        raise UsageError(
-            Diagnostic("binary-to-terminal", f"{kind} is binary and is not written to a terminal")
-        )
-    return kind
 
 
 def _writers(

@@ -8,9 +8,12 @@ import click
 
 from cncgen.cli import messages
 from cncgen.cli.options import machine_option, message_options, planning_options, program_options
-from cncgen.cli.simulate import SETPOINT_SUFFIXES
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from cncgen.pipeline import Plan
+    from cncgen.planner.record import SharpCorner, Trajectory
     from cncgen.report.plot_data import PlotData
 
 
@@ -80,21 +83,20 @@ def _planned_or_read(
     source: str, machine: str, planning: dict[str, Any], reading: dict[str, Any]
 ) -> PlotData:
     from cncgen import pipeline
-    from cncgen.cli.reading import opened, plan_options
+    from cncgen.cli.reading import is_setpoint_file, planned
     from cncgen.report.plot_data import of_response, of_setpoints
     from cncgen.setpoints.readers import open_setpoints
 
     found = pipeline.machine_of(machine)
-    corners: list[Any] = []
-    if source.lower().endswith(SETPOINT_SUFFIXES):
+    corners: list[SharpCorner] = []
+    if is_setpoint_file(source):
         servos = pipeline.servos_of(planning["axis_params"]) if planning["axis_params"] else {}
         with open_setpoints(source) as stream:
             chunks = list(stream.chunks)
     else:
         servos = pipeline.servos_of(planning["axis_params"] or found)
-        with opened(source, reading, planning["path_tolerance"], machine) as program:
-            planned = pipeline.plan(program, machine, plan_options(planning))
-            chunks = list(pipeline.sample(_noting(planned, corners)).chunks)
+        with planned(source, reading, planning, machine) as plan:
+            chunks = list(pipeline.sample(_noting(plan, corners)).chunks)
     title = _title(source, found.name)
     data = of_setpoints(iter(chunks), title, found.axes, corners)
     if not all(letter in servos for letter in data.axes):
@@ -104,13 +106,13 @@ def _planned_or_read(
     return of_response(simulate(iter(chunks), servos), title, found.axes, servos, data.corners)
 
 
-def _noting(planned: Any, corners: list[Any]) -> Any:
+def _noting(plan: Plan, corners: list[SharpCorner]) -> Plan:
     """Return the plan, whose sharp corners are gathered as it is drawn."""
     from dataclasses import replace
 
-    def over() -> Any:
-        for trajectory in planned.trajectories:
+    def over() -> Iterator[Trajectory]:
+        for trajectory in plan.trajectories:
             corners.extend(trajectory.corners)
             yield trajectory
 
-    return replace(planned, trajectories=over())
+    return replace(plan, trajectories=over())

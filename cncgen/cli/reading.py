@@ -10,9 +10,18 @@ from cncgen.cli import messages
 from cncgen.diagnostics import CncgenError
 
 if TYPE_CHECKING:
+    from cncgen.pipeline import Plan
     from cncgen.planner import PlanOptions
     from cncgen.toolpath.reading import ReadOptions
     from cncgen.toolpath.record import Program
+
+#: Suffixes of setpoint files; a file of any other name is a program.
+_SETPOINT_SUFFIXES = (".csv", ".jsonl", ".npy", ".npz", ".f64", ".hal", ".arrow")
+
+
+def is_setpoint_file(name: str) -> bool:
+    """Tell by its suffix whether a file holds setpoints."""
+    return name.lower().endswith(_SETPOINT_SUFFIXES)
 
 
 @contextmanager
@@ -42,6 +51,21 @@ def opened(
         messages.show(item for item in program.diagnostics if id(item) not in raised)
         raise
     messages.show(program.diagnostics)
+
+
+@contextmanager
+def planned(name: str, reading: dict[str, Any], planning: dict[str, Any], machine: str) -> Iterator[Plan]:
+    """Open a program and plan it on a machine, for the length of a with block in which the plan is drawn.
+
+    Args:
+        name: File, or ``-``.
+        reading, planning: What `cncgen.cli.options.program_options` and `planning_options` gathered.
+        machine: A profile's name or a TOML file.
+    """
+    from cncgen.pipeline import plan
+
+    with opened(name, reading, planning["path_tolerance"], machine) as program:
+        yield plan(program, machine, plan_options(planning))
 
 
 def read_options(

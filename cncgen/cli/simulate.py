@@ -26,9 +26,6 @@ from cncgen.cli.types import FiniteRange
 if TYPE_CHECKING:
     from cncgen.setpoints.stream import SetpointStream
 
-#: Suffixes of setpoint files; any other name is a program.
-SETPOINT_SUFFIXES = (".csv", ".jsonl", ".npy", ".npz", ".f64", ".hal", ".arrow")
-
 
 @click.command("simulate")
 @click.argument("source", metavar="[SETPOINTS|PROGRAM]", default="-")
@@ -114,14 +111,14 @@ def _setpoints(
     reading: dict[str, Any],
 ) -> Iterator[SetpointStream]:
     """Open setpoints, whose format, axes and period may be `given`, or plan the program that `source` names."""
-    from cncgen import pipeline
-    from cncgen.cli.reading import opened, plan_options
+    from cncgen.cli.reading import is_setpoint_file, planned
+    from cncgen.pipeline import sample
     from cncgen.setpoints.readers import open_setpoints
 
     format, axes, period = given
-    if format or source == "-" or source.lower().endswith(SETPOINT_SUFFIXES):
+    if format or source == "-" or is_setpoint_file(source):
         with open_setpoints(source, format=format, axes=axes, period_s=period) as stream:
             yield stream
         return
-    with opened(source, reading, planning["path_tolerance"], machine) as program:
-        yield pipeline.sample(pipeline.plan(program, machine, plan_options(planning)))
+    with planned(source, reading, planning, machine) as plan:
+        yield sample(plan)

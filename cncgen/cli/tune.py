@@ -91,7 +91,7 @@ def command(
     [axes.x.servo] tables (and a [coupling] table) for --axis-params; margins and Bode tables go to standard error.
     """
     from cncgen import pipeline
-    from cncgen.cli.reading import opened, plan_options
+    from cncgen.cli.reading import planned
     from cncgen.files import write_text
     from cncgen.machine import load_coupling
     from cncgen.report.tuned import gain_tables, loop_texts, search_text, summary_of
@@ -112,8 +112,8 @@ def command(
     axes = "".join(k for k in servos if controller == "p" or k in "XYZ")
     setpoints = []
     if program is not None:
-        with opened(program, reading, planning["path_tolerance"], machine) as read:
-            setpoints = list(pipeline.sample(pipeline.plan(read, where, plan_options(planning))).chunks)
+        with planned(program, reading, planning, machine) as plan:
+            setpoints = list(pipeline.sample(plan).chunks)
         if not setpoints:
             raise click.UsageError(f"{program} moves nothing")
         axes = setpoints[0].axes

@@ -1,4 +1,4 @@
-"""Setpoints to a file or standard output, for commands that make them from something else than a plan."""
+"""Setpoints to a file or standard output."""
 
 from __future__ import annotations
 
@@ -9,23 +9,36 @@ from itertools import chain
 from cncgen.setpoints.record import Setpoints
 
 
-def write_setpoints(chunks: Iterable[Setpoints], output: str | None, format: str | None) -> int:
-    """Write a stream whole or not at all; return its rows. Without a file a terminal receives none.
+def setpoint_format(output: str | None, asked: str | None) -> str:
+    """Return the format that setpoints are written in: the one asked for, else that of the suffix, else csv.
 
     Raises:
-        UsageError: The format is unknown, or binary output would go to a terminal; what drawing the stream raises.
+        UsageError: Binary output would go to a terminal, which is named as the output.
     """
     from cncgen.diagnostics import Diagnostic, UsageError
+    from cncgen.files import STANDARD, is_terminal
+    from cncgen.setpoints.writers import BINARY, format_of
+
+    kind = format_of(output, asked)
+    if output == STANDARD and kind in BINARY and is_terminal(sys.stdout):
+        raise UsageError(
+            Diagnostic("binary-to-terminal", f"{kind} is binary and is not written to a terminal")
+        )
+    return kind
+
+
+def write_setpoints(chunks: Iterable[Setpoints], output: str | None, format: str | None) -> int:
+    """Write a stream whole or not at all; return its rows. A terminal that is not named receives none.
+
+    Raises:
+        UsageError: As `setpoint_format`, and what drawing the stream raises.
+    """
     from cncgen.files import is_terminal, open_output
     from cncgen.setpoints.columns import Layout
-    from cncgen.setpoints.writers import BINARY, format_of, open_writer
+    from cncgen.setpoints.writers import open_writer
 
-    kind = format_of(output, format)
+    kind = setpoint_format(output, format)
     if output is None and is_terminal(sys.stdout):
-        if kind in BINARY:
-            raise UsageError(
-                Diagnostic("binary-to-terminal", f"{kind} is binary and is not written to a terminal")
-            )
         return sum(len(chunk) for chunk in chunks)
     stream = iter(chunks)
     # The first rows are drawn before anything is opened: what is refused leaves no trace.

@@ -193,6 +193,9 @@ def test_on_a_terminal_the_summary_stands_alone(part: Path, tmp_path: Path) -> N
     code, said = on_terminal(["plan", str(part), "-o", "-", "--format", "f64"], tmp_path)
     assert code == 2
     assert "binary" in said
+    code, said = on_terminal(["excite", "--axis", "x", "-o", "-", "--format", "f64"], tmp_path)
+    assert code == 2
+    assert "binary" in said
     code, said = on_terminal(["simulate", str(part), "-m", "xy-table"], tmp_path)
     assert code == 0
     assert "contour error" in said
