@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cncgen.stepnc.execution.linearize import polyline_of
 from cncgen.stepnc.geometry.pieces import Arc, Nurbs, Piece
-from cncgen.toolpath.record import Event, FeedMode, Kind, Toolpath
+from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
 from cncgen.units import is_rotary
 
 Floats = NDArray[np.float64]
@@ -72,7 +72,7 @@ class _Writer:
     _mode: int = -1
     _plane: int = 2
     _line: int = -1
-    _tolerance: float = math.nan
+    _closeness: str = "G64"
     _ended: bool = False
     _moved: bool = False
     _tools: dict[str, int] = field(default_factory=dict)
@@ -119,15 +119,17 @@ class _Writer:
             if kind == Kind.EVENT:
                 yield from self._event(path.events[int(path.curve[row])])
                 continue
-            yield from self._path_tolerance(float(path.tolerance[row]))
+            yield from self._path_mode(int(path.path_mode[row]), float(path.tolerance[row]))
             yield from self._motion(path, row, int(kind))
             self._position = path.end[row]
 
-    def _path_tolerance(self, tolerance: float) -> Iterator[str]:
-        if tolerance == self._tolerance or (math.isnan(tolerance) and math.isnan(self._tolerance)):
-            return
-        self._tolerance = tolerance
-        yield "G64" if math.isnan(tolerance) else f"G64 P{number(tolerance)}"
+    def _path_mode(self, mode: int, tolerance: float) -> Iterator[str]:
+        """Yield G61, G61.1 or G64 with its tolerance where it changes."""
+        word = {PathMode.EXACT_PATH: "G61", PathMode.EXACT_STOP: "G61.1"}.get(PathMode(mode))
+        word = word or ("G64" if math.isnan(tolerance) else f"G64 P{number(tolerance)}")
+        if word != self._closeness:
+            self._closeness = word
+            yield word
 
     def _motion(self, path: Toolpath, row: int, kind: int) -> Iterator[str]:
         mode, feed = int(path.feed_mode[row]), float(path.feed[row])

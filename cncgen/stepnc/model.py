@@ -116,6 +116,7 @@ class Path:
         technology, functions: Its own, or None for the operation's.
         seconds: Of a dwell.
         turns: Of a dwell that waits for so many turns of the spindle.
+        deviation: How far the machine may be from the path, mm, None where that is its own affair.
     """
 
     ident: int
@@ -127,6 +128,7 @@ class Path:
     functions: Functions | None = None
     seconds: float = 0.0
     turns: float = 0.0
+    deviation: float | None = None
 
 
 class Paths(Sequence[Path]):

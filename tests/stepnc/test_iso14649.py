@@ -187,6 +187,14 @@ def test_feedstop_waits():
     assert [e.dwell_s for e in events(path, "dwell")] == [1.5]
 
 
+@pytest.mark.parametrize("seconds", [-1.0, 1e300])
+def test_a_dwell_of_no_time_is_refused(seconds):
+    part = Part()
+    wait = part.add("FEEDSTOP", E("T"), E("CONTACT"), None, None, None, seconds)
+    part.project(part.plan(part.step(part.freeform(wait))))
+    assert codes(part.read()[1]) == ["stepnc-range"]
+
+
 def test_connect_by_the_security_plane_and_direct():
     def connected(kind):
         connector = (lambda p: p.add("CONNECT_SECPLANE", *HEAD, None, None)) if kind == "plane" else (

@@ -40,12 +40,42 @@ def motions(path):
     return path.kind[rows], path.end[rows], feed
 
 
+def in_force(path):
+    """Return, motion by motion, the tool, spindle and coolant in force and what happened since the motion before.
+
+    Tools are numbered as they come: STEP-NC names them by words, G-code by numbers.
+    """
+    tools: dict[str, int] = {}
+    tool, spindle, coolant, since, out = None, (0, 0.0), (False, False), [], []
+    for row in range(len(path)):
+        if path.kind[row] != Kind.EVENT:
+            out.append((tool, spindle, coolant, tuple(since)))
+            since = []
+            continue
+        event = path.events[int(path.curve[row])]
+        values = event.values
+        if event.name == "tool":
+            tool = tools.setdefault(str(values["tool"]), len(tools))
+        elif event.name == "spindle":
+            turning = values["direction"]
+            spindle = (turning, round(values["speed_rpm"], 6) if turning else 0.0)
+        elif event.name == "coolant":
+            coolant = (bool(values["flood"]), bool(values["mist"]))
+        else:
+            since.append((event.name, event.dwell_s, values.get("text"), values.get("kind")))
+    return out, since
+
+
 def same(a, b):
     kind_a, end_a, feed_a = motions(a)
     kind_b, end_b, feed_b = motions(b)
     np.testing.assert_array_equal(kind_a, kind_b)
     np.testing.assert_allclose(end_a[:, :3], end_b[:, :3], atol=1e-6)
     np.testing.assert_allclose(feed_a, feed_b, rtol=1e-7)
+    rows_a, rows_b = (np.flatnonzero(p.kind != Kind.EVENT) for p in (a, b))
+    np.testing.assert_array_equal(a.path_mode[rows_a], b.path_mode[rows_b])
+    np.testing.assert_allclose(a.tolerance[rows_a], b.tolerance[rows_b], atol=1e-9)
+    assert in_force(a) == in_force(b)
     np.testing.assert_allclose(a.start[:3], b.start[:3], atol=1e-6)
     np.testing.assert_allclose(a.arcs.centre, b.arcs.centre, atol=1e-6)
     np.testing.assert_allclose(a.arcs.normal, b.arcs.normal, atol=1e-9)
@@ -71,8 +101,36 @@ def test_gcode_to_ap238_to_gcode(path, inches):
     stepnc = one(read(io.BytesIO(stream.getvalue().encode()), "t.stp", WHOLE))
     same(original, stepnc)
     same(original, from_gcode("\n".join(gcode_lines([stepnc]))))
-    events = [(e.name, dict(e.values)) for e in original.events if e.name in ("dwell", "stop")]
-    assert [(e.name, dict(e.values)) for e in stepnc.events if e.name in ("dwell", "stop")] == events
+
+
+def test_tools_spindle_coolant_dwells_stops_and_modes_go_along():
+    """All that a program says between its motions, in three planes, modes of feed apart from G93 (a speed in AP238)."""
+    text = """(START, X0 Y0 Z50)
+        G21 G90 T3 M6 S1200 M3 M8
+        G0 X10 Z5
+        G61 G1 Z-1 F100
+        G64 P0.02 X50 F400
+        (MSG, Hello World)
+        G4 P0.5
+        G2 X50 Y20 I0 J10
+        G18 G3 X30 Z-1 I-10 K0 F200
+        G19 G2 Y40 Z-1 J10 K0
+        M0
+        G17 G64 G3 X30 Y40 Z-5 I5 J0 P3
+        S2000 M4 M9
+        M1
+        G20 G1 X1 F10
+        M5
+        T12 M6 M3 S500 M7
+        G95 G1 X2 F0.01
+        M30
+        """
+    original = from_gcode(text)
+    stream = io.StringIO()
+    write_ap238([original], stream)
+    stepnc = one(read(io.BytesIO(stream.getvalue().encode()), "t.stp", WHOLE))
+    same(original, stepnc)
+    same(original, from_gcode("\n".join(gcode_lines([stepnc]))))
 
 
 @pytest.mark.parametrize("path", STEPNC, ids=lambda p: p.stem)

@@ -91,7 +91,18 @@ class Toolpaths:
             ratio,
             technology,
             functions,
+            deviation=self._deviation(entity, properties),
         )
+
+    def _deviation(self, entity: Entity, properties: Properties) -> float | None:
+        """Return the property 'path maximum deviation', mm, None where there is none."""
+        for item in properties.get("path maximum deviation", []):
+            measure = self.units.measure(item.entity)
+            if measure is not None:
+                if not measure.value >= 0:
+                    raise entity.fault("stepnc-range", f"a path maximum deviation of {measure.value:g} mm")
+                return measure.value
+        return None
 
     def _dwell(self, entity: Entity, properties: Properties) -> tuple[float, float]:
         """Return how long a feedstop waits, s, and how many turns of the spindle: one of them is 0."""

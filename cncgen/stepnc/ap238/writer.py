@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.stepnc.ap238.aim_file import AimFile, E
 from cncgen.stepnc.part21 import Ref
-from cncgen.toolpath.record import Event, FeedMode, Kind, Toolpath
+from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
 
@@ -125,6 +125,8 @@ class _Writer:
             raise UsageError(Diagnostic("stepnc-axes", text))
         n = len(toolpath)
         feed = np.nan_to_num(toolpath.feed, nan=-1.0)
+        exact = toolpath.path_mode != PathMode.CONTINUOUS
+        deviation = np.where(exact, 0.0, np.nan_to_num(toolpath.tolerance, nan=-1.0))
         change = np.ones(n + 1, bool)
         change[1:n] = (
             (toolpath.kind[1:] != Kind.LINE)
@@ -132,6 +134,7 @@ class _Writer:
             | (feed[1:] != feed[:-1])
             | (toolpath.feed_mode[1:] != toolpath.feed_mode[:-1])
             | (toolpath.feed_mode[1:] == FeedMode.INVERSE_TIME)
+            | (deviation[1:] != deviation[:-1])
         )
         starts = toolpath.starts
         edges = np.flatnonzero(change)
@@ -139,9 +142,9 @@ class _Writer:
             if toolpath.kind[begin] == Kind.EVENT:
                 self._event(toolpath.events[int(toolpath.curve[begin])])
             else:
-                self._motion(toolpath, starts, begin, end)
+                self._motion(toolpath, starts, begin, end, float(deviation[begin]))
 
-    def _motion(self, toolpath: Toolpath, starts: Floats, begin: int, end: int) -> None:
+    def _motion(self, toolpath: Toolpath, starts: Floats, begin: int, end: int, deviation: float) -> None:
         kind = toolpath.kind[begin]
         points = np.concatenate([starts[begin : begin + 1], toolpath.end[begin:end]])
         if kind == Kind.LINE:
@@ -154,6 +157,10 @@ class _Writer:
         path = self._path("cutter location trajectory")
         self.file.property(path, "basic curve", "REPRESENTATION", "basic curve", curve)
         self._tool_axis(path, toolpath, points, kind)
+        if deviation >= 0:
+            name = "path maximum deviation"
+            item = self.file.measure(name, deviation / self.file.unit, self.file.length)
+            self.file.property(path, name, "REPRESENTATION", name, item)
         mode, feed = toolpath.feed_mode[begin], float(toolpath.feed[begin])
         if mode == FeedMode.RAPID:
             keyword = "MACHINING_TOOLPATH_SPEED_PROFILE_REPRESENTATION"

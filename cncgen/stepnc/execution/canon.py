@@ -45,6 +45,9 @@ class Canon:
     def feed(self, speed: float) -> None:
         """Set the feed, mm/s."""
 
+    def deviation(self, distance: float | None) -> None:
+        """Stay within a distance of the path from now on, mm; 0 is on it, None as close as the machine likes."""
+
     def traverse(self, points: Floats) -> None:
         """Move in rapid straight lines to points, shape (n, axes)."""
 
@@ -86,6 +89,7 @@ class Printer(Canon):
         self._tool = False
         self._position = np.zeros(len(axes))
         self._plane = "XY"
+        self._deviation: float | None = None
         self._print("USE_LENGTH_UNITS(CANON_UNITS_MM)")
         self._print(f"SET_ORIGIN_OFFSETS({self._numbers(np.zeros(len(axes)))})")
         self._print("SET_FEED_REFERENCE(CANON_XYZ)")
@@ -143,6 +147,14 @@ class Printer(Canon):
     def feed(self, speed: float) -> None:
         """Print the feed in mm/min."""
         self._print(f"SET_FEED_RATE({speed * 60.0:.4f})")
+
+    def deviation(self, distance: float | None) -> None:
+        """Print the mode of the motions that follow, where it changes."""
+        if distance == self._deviation:
+            return
+        self._deviation = distance
+        mode = "CANON_EXACT_PATH" if distance == 0 else f"CANON_CONTINUOUS, {distance or 0.0:.4f}"
+        self._print(f"SET_MOTION_CONTROL_MODE({mode})")
 
     def traverse(self, points: Floats) -> None:
         """Print a STRAIGHT_TRAVERSE a point."""

@@ -26,7 +26,8 @@ class Columns(Canon):
     ) -> None:
         self._builder = ToolpathBuilder(axes, np.zeros(len(axes)), [name])
         self._line_of = line_of
-        self._tolerance = math.nan if tolerance is None else tolerance
+        self._usual = self._tolerance = math.nan if tolerance is None else tolerance
+        self._mode = PathMode.CONTINUOUS
         self._line = 0
         self._feed = math.nan
         self._direction = 0
@@ -72,6 +73,11 @@ class Columns(Canon):
         """Move at this speed, mm/s, from now on."""
         self._feed = speed
 
+    def deviation(self, distance: float | None) -> None:
+        """Move within this distance of the path from now on: that of the options where it is None."""
+        self._mode = PathMode.EXACT_PATH if distance == 0 else PathMode.CONTINUOUS
+        self._tolerance = distance or self._usual
+
     def traverse(self, points: Floats) -> None:
         """Add rapid lines."""
         self._straight(points, True)
@@ -102,7 +108,7 @@ class Columns(Canon):
                 np.full(n, FeedMode.RAPID if rapid else FeedMode.SPEED, np.int8),
                 curve,
                 np.full(n, self._line, np.int64),
-                PathMode.CONTINUOUS,
+                self._mode,
                 self._tolerance,
                 0,
                 arcs,

@@ -43,6 +43,8 @@ MAX_STEPS = 2_000_000
 MAX_COORDINATE = 1e7
 #: Feeds (mm/s) and spindle speeds (rev/min) beyond this are no speeds of a machine.
 MAX_SPEED = 1e7
+#: Dwells beyond this are no dwells: eleven days, s.
+MAX_DWELL = 1e6
 #: A turn of the turning axis that is worth a warning where the tool hardly leans, rad.
 MAX_SWING = math.pi / 4
 
@@ -268,6 +270,7 @@ class Executor:
         self._set_speeds(step, path, technology, rapid)
         if not pieces:
             return False
+        self._canon.deviation(path.deviation)
         self._go_to(step, path, pieces[0].start, pieces, begun)
         machine.follow(pieces, rapid)
         self._moved = True
@@ -283,12 +286,18 @@ class Executor:
             self._warn(path.ident, "stepnc-singular", text)
 
     def _seconds(self, path: Path) -> float:
-        """Return how long a dwell lasts, s; `Skip` where it counts turns of a spindle that stands."""
-        if not path.turns:
-            return path.seconds
-        if not self._machine.rpm:
-            raise self._fail(path.ident, "stepnc-no-spindle", "a dwell in turns needs a spindle that turns")
-        return path.turns * 60.0 / self._machine.rpm
+        """Return how long a dwell lasts, s; `Skip` where it is no time, or in turns of a spindle that stands."""
+        seconds = path.seconds
+        if path.turns:
+            if not self._machine.rpm:
+                raise self._fail(
+                    path.ident, "stepnc-no-spindle", "a dwell in turns needs a spindle that turns"
+                )
+            seconds = path.turns * 60.0 / self._machine.rpm
+        if not 0.0 <= seconds <= MAX_DWELL:
+            text = f"a dwell of {seconds:g} s; it must be 0 to {MAX_DWELL:g}"
+            raise self._fail(path.ident, "stepnc-range", text)
+        return seconds
 
     def _set_speeds(self, step: Workingstep, path: Path, technology: Technology | None, rapid: bool) -> None:
         if technology is not None and (not rapid or path.technology is not None):
