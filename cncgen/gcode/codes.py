@@ -32,8 +32,10 @@ _MODULES = (
     "coolant",
     "program_end",
     "offsets",
+    "offsets_fanuc",
     "dwell",
     "macros",
+    "accepted",
     "comments",
     "overrides",
     "cutter_compensation",
@@ -78,6 +80,7 @@ class Code:
         title: How it is written, where that is not letter and number.
         named: Words of several letters that it uses.
         after: What it does when all else of the block is done, or None.
+        takes: Letters that it uses itself, which otherwise act by themselves.
     """
 
     letter: str
@@ -93,6 +96,7 @@ class Code:
     title: str = ""
     named: tuple[str, ...] = ()
     after: Handler | None = None
+    takes: str = ""
 
     @property
     def name(self) -> str:

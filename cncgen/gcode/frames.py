@@ -15,6 +15,7 @@ from cncgen.gcode.codes import Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.modal import PLANE_AXES, Stage
+from cncgen.gcode.polar import polar_from
 from cncgen.gcode.sink import Curve, MotionBatch, Point, Sink
 
 _FANUC = ("fanuc",)
@@ -232,12 +233,12 @@ def no_rotation(ip: Interpreter, block: Block) -> None:
 
 def polar_on(ip: Interpreter, block: Block) -> None:
     """G16: the plane's first axis word is a radius, the second an angle."""
-    ip.state.polar = True
+    ip.state.polar = polar_from(ip.state)
 
 
 def polar_off(ip: Interpreter, block: Block) -> None:
     """G15."""
-    ip.state.polar = False
+    ip.state.polar = None
 
 
 CODES = (

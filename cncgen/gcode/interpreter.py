@@ -53,6 +53,16 @@ def _run_under(ip: Interpreter, block: Block) -> None:
 _UNDER = Code("G", -1, "motion", Stage.MOTION, _run_under, "", "xyzabcuvwijkr", "motion")
 
 
+def _traverse_once(ip: Interpreter, block: Block) -> None:
+    """Traverse as G53 of FANUC does; the motion in force stays."""
+    motion = ip.state.motion
+    ip.codes["G", 0].run(ip, block)
+    ip.state.motion = motion
+
+
+_TRAVERSE_ONCE = Code("G", 0, "motion", Stage.MOTION, _traverse_once, "", "xyzabcuvw", "motion")
+
+
 class Interpreter:
     """State, parameters and sink of one run.
 
@@ -93,6 +103,8 @@ class Interpreter:
         #: Where the last SPL ended.
         self.ended: object | None = None
         self.beside: Callable[[list[float]], list[float]] | None = None
+        #: Whether blocks are passed over up to G11 of FANUC.
+        self.passing_over = False
         self._plans: dict[tuple[object, ...], Plan] = {}
         if options.parameters is not None:
             read_parameters(options.parameters, self.parameters)
@@ -153,12 +165,17 @@ class Interpreter:
         codes = [self._code("G", number) for number in block.g] + [
             self._code("M", number) for number in block.m
         ]
-        codes += [self.codes[letter, 0] for letter in map(str.upper, block.words) if letter in ALONE]
         codes = _without_cancel(codes)
         _check_groups(codes)
         motion = self._motion_of(block, codes)
         if motion is not None and motion not in codes:
             codes.append(motion)
+        taken = {letter for code in codes for letter in code.takes}
+        codes += [
+            self.codes[letter.upper(), 0]
+            for letter in block.words
+            if letter.upper() in ALONE and letter not in taken
+        ]
         if _G53 in block.g and (motion is None or motion.number not in _STRAIGHT):
             raise BlockError("g53-motion", "G53 goes with G0 and G1 only", "G53")
         allowed = set().union(*(code.words for code in codes), *(code.named for code in codes))
@@ -172,6 +189,10 @@ class Interpreter:
     def _code(self, letter: str, number: int) -> Code:
         """Return a code of the table, or raise."""
         code = self.codes.get((letter, number))
+        if code is None and letter == "M" and self.dialect == "fanuc":
+            from cncgen.gcode.subprograms import of_builder
+
+            return of_builder(number)
         if code is None:
             name = f"{letter}{number / 10:g}"
             hint = "`cncgen codes` lists all"
@@ -194,6 +215,8 @@ class Interpreter:
             )
         if own or motion:
             return motion
+        if moves and _G53 in block.g and self.dialect == "fanuc":
+            return _TRAVERSE_ONCE
         modal = self.codes.get(("G", self.state.motion))
         if any(code.group == "canned cycle" for code in codes):
             modal = _UNDER
@@ -222,7 +245,8 @@ class Interpreter:
             and (state.feed_mode != 95 or (state.speed > 0.0 and state.direction != 0))
             and self.guard is None
             and self.sink is self.base
-            and not state.polar
+            and state.polar is None
+            and not self.passing_over
             and not self.modal_macros
             # A printed rate in inverse time depends on the motion's length.
             and not (state.feed_mode == 93 and self.sink.wants_comments)
@@ -245,7 +269,7 @@ class Interpreter:
                     end[index] += value
         if "@" in words or "^" in words:
             polar_end(state, block, end)
-        if state.polar:
+        if state.polar is not None:
             plane_polar_end(state, words, end)
         if _G53 in block.g:
             return self._in_machine(block, end)
@@ -255,12 +279,17 @@ class Interpreter:
         """Return where axis words in machine coordinates (G53) lead."""
         state = self.state
         if not state.absolute:
-            raise BlockError("g53-motion", "G53 does not go with G91: its coordinates are absolute", "G53")
+            message = "G53 does not go with G91: its coordinates are absolute"
+            if self.dialect != "fanuc":
+                raise BlockError("g53-motion", message, "G53", hint="use G90")
+            hint = "the control passes the block over; use G90"
+            self.warn(BlockError("g53-motion", message, "G53", hint=hint), Severity.WARNING)
+            return state.position.copy()
         machine = self.machine_position()
         for letter in block.words:
             if letter in AXIS_INDEX:
                 machine[AXIS_INDEX[letter]] = end[AXIS_INDEX[letter]]
-        return to_program(machine, *state.offsets())
+        return self.from_machine(machine)
 
     def standing(self) -> list[float]:
         """Return where the tool stands as parameters tell it: beside the path under cutter compensation."""
@@ -310,11 +339,25 @@ class Interpreter:
 
     def machine_position(self) -> list[float]:
         """Return where the tool's reference point is, in machine coordinates and program units."""
-        return to_machine(self.state.position, *self.state.offsets())
+        return to_machine(self.to_work(self.state.position), *self.state.offsets())
+
+    def from_machine(self, machine: list[float]) -> list[float]:
+        """Return program coordinates of a position in machine coordinates and program units."""
+        return self.from_work(to_program(machine, *self.state.offsets()))
+
+    def to_work(self, point: list[float]) -> list[float]:
+        """Return work coordinates of a programmed point: another one under the frames of FANUC alone."""
+        frame = getattr(self.sink, "frame", None)
+        return point if frame is None else list(frame.to_work(point))
+
+    def from_work(self, point: list[float]) -> list[float]:
+        """Return the programmed point of work coordinates."""
+        frame = getattr(self.sink, "frame", None)
+        return point if frame is None else list(frame.to_programmed(point))
 
     def rebase(self, machine: list[float]) -> None:
         """Take program coordinates anew after an offset changed; the machine stays at `machine`."""
-        self.state.position = to_program(machine, *self.state.offsets())
+        self.state.position = self.from_machine(machine)
 
 
 def _without_cancel(codes: list[Code]) -> list[Code]:

@@ -76,7 +76,7 @@ def end_modal_call(ip: Interpreter, block: Block) -> None:
 def call_program(ip: Interpreter, block: Block) -> None:
     """M98 P L: run a program L times; P of more than four digits begins with the number of times."""
     if "p" not in block.words:
-        raise BlockError("sub-missing", "M98 has no program number P", "M98")
+        raise BlockError("sub-missing", "M98 has no program number P", "M98", hint="M98 P1000 runs O1000")
     number = round(block.words["p"])
     times = round(block.words.get("l", 1.0))
     if number > 9999 and "l" not in block.words:
@@ -87,10 +87,6 @@ def call_program(ip: Interpreter, block: Block) -> None:
 def back(ip: Interpreter, block: Block) -> None:
     """M99 P: back to where the program was called from, or to its line N."""
     ip.jump = ("return", round(block.words.get("p", -1.0)), 0)
-
-
-def nothing(ip: Interpreter, block: Block) -> None:
-    """Accept a look-ahead mode: every motion is planned with look-ahead anyway."""
 
 
 def run(flow: FlowControl, word: Flow, here: Cursor) -> Cursor | None:
@@ -144,18 +140,20 @@ def message(ip: Interpreter, value: float, text: str) -> None:
     ip.sink.call("PROGRAM_STOP()", Event("stop", True, values={"kind": "message", "text": text}))
 
 
-def programmable_data(ip: Interpreter, block: Block) -> None:
-    """Accept G11."""
-
-
-_LOOK_AHEAD = "look-ahead mode: accepted, motions are always planned ahead"
 CODES = (
     Code("G", 650, "macro", Stage.STOP, call, "call macro P, L times, with arguments", dialects=_FANUC),
     Code("G", 660, "macro", Stage.STOP, modal_call, "call macro P after each motion", dialects=_FANUC),
     Code("G", 670, "macro", Stage.STOP, end_modal_call, "end of G66", dialects=_FANUC),
     Code("M", 980, "subprogram", Stage.STOP, call_program, "run program P, L times", "pl", dialects=_FANUC),
     Code("M", 990, "subprogram", Stage.STOP, back, "end of a subprogram", "p", dialects=_FANUC),
-    Code("G", 50, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD, "pqr", dialects=_FANUC),
-    Code("G", 51, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD, "pqr", dialects=_FANUC),
-    Code("G", 80, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD, "pqr", dialects=_FANUC),
+    Code(
+        "M",
+        1980,
+        "subprogram",
+        Stage.STOP,
+        call_program,
+        "run program P of a file, L times",
+        "pl",
+        dialects=_FANUC,
+    ),
 )

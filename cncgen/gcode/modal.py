@@ -50,6 +50,19 @@ def zeros() -> list[float]:
 
 
 @dataclass(slots=True)
+class Polar:
+    """Polar coordinates of G16: what the next words of radius and angle (degrees) are taken from.
+
+    Attributes:
+        centre: In the plane's two axes: the origin, or where the tool was before an incremental radius.
+    """
+
+    centre: tuple[float, float]
+    radius: float
+    angle: float
+
+
+@dataclass(slots=True)
 class State:
     """What is in force. Lengths and positions are in program units, positions in program coordinates.
 
@@ -79,7 +92,12 @@ class State:
         spline: Open NURBS block (G5.2 or G6.2), or None.
         cycle: Words and level of the canned cycles in a row, or None.
         compensation: Cutter radius compensation (40, 41, 42) in force.
-        polar: G16 of FANUC.
+        polar: G16 of FANUC, or None.
+        pitch: Of the G33 of FANUC in force.
+        between: Where G28 or G30 of FANUC went by, or None.
+        local: Part of `g92` that G52 of FANUC set.
+        speed_limit: Largest speed of G96 that G92 S of FANUC set.
+        length_code, length_number: 43, 44 or 49 of FANUC, and the H in force.
     """
 
     position: list[float] = field(default_factory=zeros)
@@ -120,7 +138,13 @@ class State:
     cycle: object | None = None
     cubic: tuple[float, float, list[float]] | None = None
     compensation: int = 40
-    polar: bool = False
+    polar: Polar | None = None
+    pitch: float = 0.0
+    between: list[float] | None = None
+    local: list[float] = field(default_factory=zeros)
+    speed_limit: float | None = None
+    length_code: int = 49
+    length_number: int = 0
 
     def plane_axes(self) -> tuple[int, int, int]:
         """Return the columns of the plane's first and second axis and of its normal."""

@@ -29,7 +29,7 @@ def _units(inches: bool) -> Handler:
         if state.inches != inches:
             state.inches = inches
             factor = 1.0 / INCH if inches else INCH
-            vectors = [state.position, state.origin, state.g92]
+            vectors = [state.position, state.origin, state.g92, state.local]
             if not ip.options.stand_alone:
                 vectors.append(state.tool_offset)
             for vector in vectors:

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 
 from cncgen.gcode.block import AXIS_INDEX, Block
-from cncgen.gcode.codes import Code, Handler
+from cncgen.gcode.codes import BOTH, Code, Handler
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.modal import Stage, to_machine, zeros
 from cncgen.gcode.parameters import (
     G92,
     G92_ON,
-    MORE_COUNT,
     MORE_SYSTEMS,
     SYSTEM,
     SYSTEM_COUNT,
@@ -29,7 +28,7 @@ ROTATION = 9
 EXTERNAL = 5201
 
 
-def _first(system: int) -> int:
+def first_parameter(system: int) -> int:
     """Return the number of the first parameter of a system (1 to 9)."""
     if system > SYSTEM_COUNT:
         return MORE_SYSTEMS + SYSTEM_STEP * (system - SYSTEM_COUNT - 1)
@@ -42,11 +41,11 @@ def load_system(ip: Interpreter, system: int) -> None:
     state, parameters = ip.state, ip.parameters
     state.system = system
     parameters.numbers[SYSTEM] = float(system)
-    state.origin = parameters.offset(_first(system), ip.table_scale())
+    state.origin = parameters.offset(first_parameter(system), ip.table_scale())
     if ip.dialect == "fanuc":
         shift = parameters.offset(EXTERNAL, ip.table_scale())
         state.origin = [o + s for o, s in zip(state.origin, shift, strict=True)]
-    state.rotation = parameters.numbers[_first(system) + ROTATION]
+    state.rotation = parameters.numbers[first_parameter(system) + ROTATION]
     ip.rebase(machine)
 
 
@@ -63,71 +62,6 @@ def use_system(ip: Interpreter, system: int) -> None:
 
 def _select(system: int) -> Handler:
     return lambda ip, block: use_system(ip, system)
-
-
-def use_additional(ip: Interpreter, block: Block) -> None:
-    """G54.1 P of FANUC."""
-    number = whole(block, "p", "G54.1") if "p" in block.words else 1
-    if not 1 <= number <= MORE_COUNT:
-        raise BlockError(
-            "system-number", f"there is no coordinate system G54.1 P{number} (1 to {MORE_COUNT})", "P"
-        )
-    use_system(ip, SYSTEM_COUNT + number)
-
-
-def table_fanuc(ip: Interpreter, block: Block) -> None:
-    """G10 of FANUC: L2 P sets G54 to G59 or (P0) the shift of them all, L20 P sets G54.1 P, L10 to L13 a tool."""
-    for letter in "lp":
-        if letter not in block.words:
-            raise BlockError("g10-words", f"G10 has no {letter.upper()}", "G10")
-    kind, number = whole(block, "l", "G10"), whole(block, "p", "G10")
-    if kind in (2, 20):
-        first, last = (1, MORE_COUNT) if kind == 20 else (0, 6)
-        if not first <= number <= last:
-            raise BlockError(
-                "g10-words", f"P{number} of G10 L{kind} is no coordinate system ({first} to {last})", "P"
-            )
-        _set_origin_fanuc(ip, block, number + (SYSTEM_COUNT if kind == 20 else 0))
-    elif kind in (10, 11, 12, 13):
-        _set_tool_fanuc(ip, block, kind, number)
-    else:
-        raise BlockError("g10-words", f"L{kind} of G10 is none of 2, 10, 11, 12, 13, 20", "L")
-
-
-def _set_tool_fanuc(ip: Interpreter, block: Block, kind: int, number: int) -> None:
-    """G10 L10 and L11: length and its wear; L12 and L13: radius and its wear; incremental ones are added."""
-    if "r" not in block.words:
-        raise BlockError("g10-words", f"G10 L{kind} has no value R", "G10")
-    tool = ip.tools.entry(number)
-    if tool is None:
-        raise BlockError("unknown-tool", f"tool {number} is not in the tool table", "P")
-    value = block.words["r"] / ip.table_scale()
-    what, is_wear = divmod(kind - 10, 2)
-    sums = [tool.offset[2], tool.diameter / 2.0]
-    geometry, wear = sums[what] - tool.wear[what], tool.wear[what]
-    if is_wear:
-        wear = value if ip.state.absolute else wear + value
-    else:
-        geometry = value if ip.state.absolute else geometry + value
-    tool.wear[what] = wear
-    if what == 0:
-        tool.offset[2] = geometry + wear
-    else:
-        tool.diameter = 2.0 * (geometry + wear)
-
-
-def _set_origin_fanuc(ip: Interpreter, block: Block, system: int) -> None:
-    """Set an origin, or shift it in incremental mode; the machine stays where it is."""
-    scale = ip.table_scale()
-    first = _first(system) if system else EXTERNAL
-    origin = ip.parameters.offset(first, scale)
-    for index, value in given_axes(block):
-        origin[index] = value if ip.state.absolute else origin[index] + value
-    ip.parameters.set_offset(first, origin, scale)
-    if system in (0, ip.state.system):
-        system = ip.state.system
-        load_system(ip, system)
-        ip.sink.set_g5x_offset(system, ip.state.origin)
 
 
 def given_axes(block: Block) -> list[tuple[int, float]]:
@@ -167,12 +101,12 @@ def _set_system(ip: Interpreter, block: Block, kind: int) -> None:
     state, parameters = ip.state, ip.parameters
     system = number or state.system
     scale = ip.table_scale()
-    origin = parameters.offset(_first(system), scale)
+    origin = parameters.offset(first_parameter(system), scale)
     if "r" in block.words:
         if kind == 20:
             raise BlockError("g10-words", "G10 L20 takes no R", "R")
-        parameters.numbers[_first(system) + ROTATION] = block.words["r"]
-    rotation = parameters.numbers[_first(system) + ROTATION]
+        parameters.numbers[first_parameter(system) + ROTATION] = block.words["r"]
+    rotation = parameters.numbers[first_parameter(system) + ROTATION]
     axes = given_axes(block)
     if kind == 2:
         for index, value in axes:
@@ -185,7 +119,7 @@ def _set_system(ip: Interpreter, block: Block, kind: int) -> None:
         reached = to_machine(wanted, origin, rotation, state.g92, zeros())
         for index in _touched([index for index, _ in axes], rotation):
             origin[index] += machine[index] - reached[index]
-    parameters.set_offset(_first(system), origin, scale)
+    parameters.set_offset(first_parameter(system), origin, scale)
     if system != state.system:
         ip.sink.call('COMMENT("interpreter: setting coordinate system origin")')
         return
@@ -219,8 +153,8 @@ def _set_tool(ip: Interpreter, block: Block, kind: int) -> None:
     origin, rotation, g92 = state.origin, state.rotation, state.g92
     if kind == 11:
         # L11 measures in G59.3, whatever system is in force.
-        origin = ip.parameters.offset(_first(SYSTEM_COUNT), scale)
-        rotation, g92 = ip.parameters.numbers[_first(SYSTEM_COUNT) + ROTATION], zeros()
+        origin = ip.parameters.offset(first_parameter(SYSTEM_COUNT), scale)
+        rotation, g92 = ip.parameters.numbers[first_parameter(SYSTEM_COUNT) + ROTATION], zeros()
     axes = given_axes(block)
     bare = [m - t for m, t in zip(machine, state.tool_offset, strict=True)]
     if kind == 1:
@@ -263,7 +197,7 @@ def local(ip: Interpreter, block: Block) -> None:
     offset = ip.state.g92.copy()
     for index, value in axes:
         offset[index] = value
-    _set_g92(ip, offset)
+    set_g92(ip, offset)
 
 
 def name_position(ip: Interpreter, block: Block) -> None:
@@ -275,10 +209,10 @@ def name_position(ip: Interpreter, block: Block) -> None:
     offset = state.g92.copy()
     for index, value in axes:
         offset[index] += state.position[index] - value
-    _set_g92(ip, offset)
+    set_g92(ip, offset)
 
 
-def _set_g92(ip: Interpreter, offset: list[float]) -> None:
+def set_g92(ip: Interpreter, offset: list[float]) -> None:
     ip.parameters.set_offset(G92, offset, ip.table_scale())
     _apply_g92(ip, offset, True)
 
@@ -308,32 +242,18 @@ def resume_position(ip: Interpreter, block: Block) -> None:
 
 
 _NUMBERS = [540, 550, 560, 570, 580, 590, 591, 592, 593]
-_FANUC = ("fanuc",)
 CODES = (
     *(
-        Code("G", number, "coordinates", Stage.COORDINATES, _select(k + 1), f"work coordinate system {k + 1}")
+        Code(
+            "G",
+            number,
+            "coordinates",
+            Stage.COORDINATES,
+            _select(k + 1),
+            f"work coordinate system {k + 1}",
+            dialects=BOTH if k else ("linuxcnc",),
+        )
         for k, number in enumerate(_NUMBERS)
-    ),
-    Code(
-        "G",
-        541,
-        "coordinates",
-        Stage.COORDINATES,
-        use_additional,
-        "additional system P",
-        "p",
-        dialects=_FANUC,
-    ),
-    Code(
-        "G",
-        100,
-        "non-modal",
-        Stage.REFERENCE,
-        table_fanuc,
-        "set a coordinate system, or a tool's length or radius",
-        _AXES + "lpr",
-        "own",
-        dialects=_FANUC,
     ),
     Code(
         "G",
@@ -346,9 +266,39 @@ CODES = (
         "own",
         dialects=("linuxcnc",),
     ),
-    Code("G", 520, "non-modal", Stage.REFERENCE, local, "local coordinate system", _AXES, "own"),
-    Code("G", 920, "non-modal", Stage.REFERENCE, name_position, "name the position", _AXES, "own"),
-    Code("G", 921, "non-modal", Stage.REFERENCE, clear_position, "forget the offset of G92", "", "own"),
+    Code(
+        "G",
+        520,
+        "non-modal",
+        Stage.REFERENCE,
+        local,
+        "local coordinate system",
+        _AXES,
+        "own",
+        dialects=("linuxcnc",),
+    ),
+    Code(
+        "G",
+        920,
+        "non-modal",
+        Stage.REFERENCE,
+        name_position,
+        "name the position",
+        _AXES,
+        "own",
+        dialects=("linuxcnc",),
+    ),
+    Code(
+        "G",
+        921,
+        "non-modal",
+        Stage.REFERENCE,
+        clear_position,
+        "forget the offset of G92",
+        "",
+        "own",
+        dialects=("linuxcnc",),
+    ),
     Code("G", 922, "non-modal", Stage.REFERENCE, suspend_position, "suspend the offset of G92", "", "own"),
     Code("G", 923, "non-modal", Stage.REFERENCE, resume_position, "take up the offset of G92", "", "own"),
 )

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from cncgen.gcode.block import Block
+from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.modal import PLANE_AXES, State
+from cncgen.gcode.modal import Polar, State
 
 #: G17, G18, G19 and their kin.
 _PLANES = {170, 180, 190, 171, 181, 191}
@@ -39,18 +39,29 @@ def polar_end(state: State, block: Block, end: list[float]) -> None:
     end[0], end[1] = radius * math.cos(angle), radius * math.sin(angle)
 
 
-def plane_polar_end(state: State, words: dict[str, float], end: list[float]) -> None:
-    """Take the words of the plane's first and second axis as radius and angle (G16 of FANUC)."""
-    first, second, _ = PLANE_AXES[state.plane]
-    names = "xyzabcuvw"
-    radius_word, angle_word = names[first], names[second]
-    if radius_word not in words and angle_word not in words:
-        return
+def polar_from(state: State) -> Polar:
+    """Return the polar coordinates, about the origin, of where the tool is (G16 of FANUC)."""
+    first, second, _ = state.plane_axes()
     x, y = state.position[first], state.position[second]
-    radius, angle = math.hypot(x, y), math.degrees(math.atan2(y, x))
-    if state.absolute:
-        radius, angle = words.get(radius_word, radius), words.get(angle_word, angle)
-    else:
-        radius, angle = radius + words.get(radius_word, 0.0), angle + words.get(angle_word, 0.0)
-    end[first] = radius * math.cos(math.radians(angle))
-    end[second] = radius * math.sin(math.radians(angle))
+    return Polar((0.0, 0.0), math.hypot(x, y), math.degrees(math.atan2(y, x)))
+
+
+def plane_polar_end(state: State, words: dict[str, float], end: list[float]) -> None:
+    """Take the words of the plane's first and second axis as radius and angle (G16 of FANUC).
+
+    A radius in G90 is about the origin, in G91 about where the tool is; an angle in G91 is added to the last one. What
+    is not given stays.
+    """
+    assert state.polar is not None
+    first, second, _ = state.plane_axes()
+    radius, angle = words.get(AXES[first]), words.get(AXES[second])
+    if radius is None and angle is None:
+        return
+    polar = state.polar
+    if radius is not None:
+        polar.radius = radius
+        polar.centre = (0.0, 0.0) if state.absolute else (state.position[first], state.position[second])
+    if angle is not None:
+        polar.angle = angle if state.absolute else polar.angle + angle
+    end[first] = polar.centre[0] + polar.radius * math.cos(math.radians(polar.angle))
+    end[second] = polar.centre[1] + polar.radius * math.sin(math.radians(polar.angle))

@@ -34,6 +34,7 @@ from cncgen.toolpath.reading import ReadOptions
 _PAUSE = 1024
 #: Lines kept as nodes; a loop is rarely longer.
 _MAX_NODES = 65_536
+_G11 = 110
 #: Faults of lines that failed before, after which the loops they stand in count as endless.
 _MAX_FAILURES = 1000
 
@@ -443,6 +444,9 @@ class Runner:
     def _execute(self, block: Block, plans: dict[int, Plan] | None = None) -> None:
         """Execute a block; `plans` are those of a line that runs again, by the modal motion."""
         ip = self.ip
+        if ip.passing_over and not block.m:
+            ip.passing_over = _G11 not in block.g
+            return
         if ip.guard is not None:
             self._guarded(block)
         if block.comment is not None:

@@ -73,7 +73,8 @@ def orient(ip: Interpreter, block: Block) -> None:
 
 def constant_surface(ip: Interpreter, block: Block) -> None:
     """G96 D S: constant surface speed S, at most D rev/min."""
-    limit = block.words.get("d", _NO_LIMIT)
+    unless_given = _NO_LIMIT if ip.state.speed_limit is None else ip.state.speed_limit
+    limit = block.words.get("d", unless_given)
     if limit < 0.0:
         raise BlockError("negative-speed", f"D{limit:g} of G96 is negative", "D")
     if "s" not in block.words:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from functools import cache
+
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes import Code
+from cncgen.gcode.codes import BOTH, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.modal import Stage
@@ -11,6 +14,8 @@ from cncgen.gcode.tools import whole
 from cncgen.toolpath.record import Event
 
 USER_CODES = range(1000, 2000, 10)
+#: M198 of FANUC runs a program.
+_OF_A_FILE = 1980
 
 
 def call(ip: Interpreter, block: Block) -> None:
@@ -41,8 +46,38 @@ def user(ip: Interpreter, block: Block) -> None:
     )
 
 
+@cache
+def of_builder(number: int) -> Code:
+    """Return what stands for an M code, in tenths, that FANUC leaves to the machine's builder: an event, and a remark."""
+    name = f"M{number // 10}"
+
+    def run(ip: Interpreter, block: Block) -> None:
+        message = f"{name} is none of the control's own codes: taken as the machine builder's, an event"
+        ip.warn(
+            BlockError("builders-code", message, name, hint="check that it moves nothing"), Severity.WARNING
+        )
+        ip.sink.call(
+            f"USER_DEFINED_FUNCTION_{number // 10}(-1.000000, -1.000000)",
+            Event("user", True, values={"m": number // 10}),
+        )
+
+    return Code("M", number, name, Stage.USER, run, "the machine builder's: an event", "pq")
+
+
 CODES = (
     Code("M", 980, "subprogram", Stage.STOP, call, "run program P, L times", "pl", dialects=("linuxcnc",)),
     Code("M", 990, "subprogram", Stage.STOP, back, "end of a subprogram", dialects=("linuxcnc",)),
-    *(Code("M", number, "user", Stage.USER, user, "the user's own: an event", "pq") for number in USER_CODES),
+    *(
+        Code(
+            "M",
+            number,
+            "user",
+            Stage.USER,
+            user,
+            "the user's own: an event",
+            "pq",
+            dialects=BOTH if number != _OF_A_FILE else ("linuxcnc",),
+        )
+        for number in USER_CODES
+    ),
 )

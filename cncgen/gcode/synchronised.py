@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes import Code
 from cncgen.gcode.errors import BlockError
@@ -48,6 +50,26 @@ def _at_pitch(ip: Interpreter, pitch: float, end: list[float]) -> None:
     state.position = end
 
 
+def thread_fanuc(ip: Interpreter, block: Block) -> None:
+    """G33 F of FANUC: a line of F a revolution; F stays in force from thread to thread."""
+    state = ip.state
+    if state.motion != 330:
+        state.pitch = 0.0
+    state.motion = 330
+    words = block.words
+    state.pitch = words.get("f", words.get("k", state.pitch))
+    if not has_axis(block):
+        return
+    if state.pitch <= 0.0:
+        raise BlockError(
+            "pitch-missing",
+            f"G33 has no pitch: F is {state.pitch:g}",
+            "F" if "f" in words else "G33",
+            hint="F is the distance a revolution",
+        )
+    thread(ip, replace(block, words={**words, "k": state.pitch}))
+
+
 def tap(ip: Interpreter, block: Block) -> None:
     """G33.1 K: to the end and back, K a revolution, the spindle reversed at the end."""
     state = ip.state
@@ -74,6 +96,19 @@ CODES = (
         "line in step with the spindle, K a revolution",
         _WORDS,
         "motion",
+        dialects=("linuxcnc",),
+    ),
+    Code(
+        "G",
+        330,
+        "motion",
+        Stage.MOTION,
+        thread_fanuc,
+        "line in step with the spindle, F a revolution",
+        _WORDS + "fq",
+        "motion",
+        dialects=("fanuc",),
+        takes="f",
     ),
     Code("G", 331, "motion", Stage.MOTION, tap, "rigid tapping, K a revolution", _WORDS + "i", "motion"),
 )

@@ -263,6 +263,7 @@ def turn_off(ip: Interpreter) -> None:
 def length_off(ip: Interpreter, block: Block) -> None:
     """G49 of FANUC: no tool offset, no tool centre point control."""
     turn_off(ip)
+    ip.state.length_code, ip.state.length_number = 49, 0
     ip.codes["G", 431].run(ip, Block(dict.fromkeys("xyzabcuvw", 0.0)))
 
 

@@ -140,6 +140,7 @@ def length_back(ip: Interpreter, block: Block) -> None:
 
 def _length_fanuc(ip: Interpreter, block: Block, name: str, sign: float) -> None:
     number = whole(block, "h", name) if "h" in block.words else ip.state.tool
+    ip.state.length_code, ip.state.length_number = 43 if sign > 0.0 else 44, number
     _use(ip, [sign * value for value in table_offset(ip, number)] if number else zeros())
 
 
@@ -167,6 +168,7 @@ def length_added(ip: Interpreter, block: Block) -> None:
 
 def length_off(ip: Interpreter, block: Block) -> None:
     """G49."""
+    ip.state.length_code, ip.state.length_number = 49, 0
     _use(ip, zeros())
 
 

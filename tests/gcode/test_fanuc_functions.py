@@ -1,0 +1,115 @@
+"""Functions of FANUC beside macros and cycles: coordinate systems, reference points, polar coordinates, threads."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+
+def fanuc(run: Any, text: str, **options: Any) -> list[list[float]]:
+    """Return X Y Z of the motions, in machine coordinates, after asserting that all went well."""
+    out = run(text, dialect="fanuc", **options)
+    assert out.errors == []
+    kinds = zip(out.path.end[:, :3], out.path.kind, strict=True)
+    return [np.round(row, 9).tolist() for row, kind in kinds if kind != 3]
+
+
+def remarks(run: Any, text: str) -> list[tuple[str, str]]:
+    """Return severity and code of what was said."""
+    return [(d.severity.value, d.code) for d in run(text, dialect="fanuc").diagnostics]
+
+
+def test_g53_traverses_once(calls: Any) -> None:
+    """The motion in force stays; the coordinates are the machine's (B-63324EN, 7.1)."""
+    lines = calls("G10 L2 P1 X100\nG54 G1 X10 F100\nG53 Z-5\nX20\nM30", dialect="fanuc")
+    assert [line.split(", 0.0000, 0.0000, 0.0000)")[0] for line in lines if line.startswith("STRAIGHT")] == [
+        "STRAIGHT_FEED(10.0000, 0.0000, 0.0000",
+        "STRAIGHT_TRAVERSE(10.0000, 0.0000, -5.0000",
+        "STRAIGHT_FEED(20.0000, 0.0000, -5.0000",
+    ]
+
+
+def test_g53_in_incremental_mode_is_passed_over(run: Any) -> None:
+    assert fanuc(run, "G0 X5\nG91 G53 Z-5\nX1\nM30") == [[5, 0, 0], [6, 0, 0]]
+    assert ("warning", "g53-motion") in remarks(run, "G0 X5\nG91 G53 Z-5\nM30")
+
+
+def test_g54_with_p_is_an_additional_system(run: Any) -> None:
+    assert fanuc(run, "G10 L20 P3 X7\nG54 P3 G0 X1\nG54 X1\nM30") == [[8, 0, 0], [1, 0, 0]]
+
+
+def test_a_local_system_stands_beside_what_g92_shifts(run: Any) -> None:
+    """G52 is taken from the system that G92 moved, and G52 X0 leaves that one in force (B-63324EN, 7.3)."""
+    text = "G0 X10\nG92 X0\nG52 X5\nG0 X1\nG52 X0\nG0 X1\nG92.1 X0\nG0 X1\nM30"
+    assert fanuc(run, text) == [[10, 0, 0], [16, 0, 0], [11, 0, 0], [1, 0, 0]]
+
+
+def test_g92_1_takes_the_axes_of_its_block(run: Any) -> None:
+    assert fanuc(run, "G0 X10 Y10\nG92 X0 Y0\nG92.1 X0\nG0 X1 Y1\nM30")[-1] == [1, 11, 0]
+
+
+def test_g92_s_bounds_the_speed_and_does_not_set_it(calls: Any) -> None:
+    lines = calls("M3 S500\nG92 S2000\nG96 S100\nM30", dialect="fanuc")
+    assert "SET_SPINDLE_SPEED(0, 2000.0000)" not in lines
+    assert "SET_SPINDLE_MODE(0 2000.0000)" in lines
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("G91 G28 Z0\nM30", [[1, 2, 0]]),
+        ("G28 X5 Y6\nG90 G29 X7\nM30", [[5, 6, 3], [0, 0, 3], [5, 0, 3], [7, 0, 3]]),
+        ("G30 Z4\nM30", [[1, 2, 4], [1, 2, 0]]),
+    ],
+)
+def test_reference_points(run: Any, text: str, expected: list[list[float]]) -> None:
+    """The axes of the block alone go, by way of the point in the block; G29 comes back by that point."""
+    assert fanuc(run, "G0 X1 Y2 Z3\n" + text)[1:] == expected
+
+
+def test_reference_points_under_a_rotation(run: Any) -> None:
+    """Machine coordinates are not turned: X goes to its reference point, Y stays where the way led it."""
+    assert fanuc(run, "G68 X0 Y0 R90\nG0 X10 Y0\nG91 G28 X0\nM30")[-1] == [0, 10, 0]
+
+
+def test_polar_angles_add_up_in_incremental_mode(run: Any) -> None:
+    """The radius stays about the origin, as in the manual's hole circle (B-63324EN, 14.5)."""
+    found = fanuc(run, "G17 G90 G16\nG0 X100 Y30\nG91 Y120\nY120\nG90 G15\nM30")
+    angles = [math.radians(a) for a in (30, 150, 270)]
+    assert np.allclose(found, [[100 * math.cos(a), 100 * math.sin(a), 0] for a in angles], atol=1e-9)
+
+
+def test_an_incremental_polar_radius_is_about_the_tool(run: Any) -> None:
+    found = fanuc(run, "G0 X10 Y10\nG16 G91 X5 Y90\nM30")
+    angle = math.radians(45 + 90)
+    assert np.allclose(found[-1], [10 + 5 * math.cos(angle), 10 + 5 * math.sin(angle), 0])
+
+
+def test_polar_holes_with_repeats(run: Any) -> None:
+    """K repeats an incremental angle: a bolt circle in one block."""
+    found = fanuc(run, "G0 X10 Y0 Z5\nG16 G91 G99 G81 Y90 Z-3 R-4 K3 F100\nG15 G80\nM30")
+    corners = {(round(x), round(y)) for x, y, z in found if z < 0}
+    assert corners == {(0, 10), (-10, 0), (0, -10)}
+
+
+def test_thread_with_its_pitch_in_f(calls: Any) -> None:
+    lines = calls("G97 S500 M3\nG33 Z-10 F1.5\nZ-20\nM30", dialect="fanuc")
+    assert lines.count("START_SPEED_FEED_SYNC(1.500000,0)") == 2
+    assert "SET_FEED_RATE(1.5000)" not in lines
+
+
+def test_what_only_the_control_needs_is_passed_over(run: Any) -> None:
+    text = "G10 L50\nN1020 P1 R88\nN1020 P2 R89\nG11\nG22 X1 Y1 Z1 I0 J0 K0\nG23\nM29 S500\nG5.1 Q1 X0 Y0\nG0 X1\nM30"
+    assert fanuc(run, text) == [[1, 0, 0]]
+    assert {code for _, code in remarks(run, text)} == {"control-data", "zone-not-checked"}
+
+
+def test_other_m_codes_are_the_builders(run: Any) -> None:
+    """They are events, and a warning names each."""
+    text = "M31 M88\nG0 X1\nM30"
+    assert fanuc(run, text) == [[1, 0, 0]]
+    assert remarks(run, text) == [("warning", "builders-code")] * 2
+    assert [e.values["m"] for e in run(text, dialect="fanuc").path.events if e.name == "user"] == [31, 88]
