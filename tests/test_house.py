@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.machinery
+import os
 import re
 import shutil
 import subprocess
@@ -151,3 +152,60 @@ def test_layers_hold() -> None:
 def test_readme_begins_with_two_commands() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     assert text.index("make demo") < text.index("make test") < 1500
+
+
+def test_the_readmes_example_runs(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As it stands, from the top of the checkout; what it prints is the plan's time and the servo axes' error."""
+    pytest.importorskip("matplotlib")
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    monkeypatch.chdir(ROOT)
+    code = re.search(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.S)
+    assert code
+    names: dict[str, object] = {}
+    exec(compile(code.group(1), "README.md", "exec"), names)
+    first, second = capsys.readouterr().out.splitlines()
+    assert re.fullmatch(r"4\.\d{3} s, \d{4} setpoints of axes XY", first)
+    assert re.fullmatch(r"contour error at most \d+\.\d µm", second)
+    lines = names["plt"].gca().lines  # type: ignore[attr-defined]
+    assert [len(line.get_xdata()) for line in lines] == [len(names["setpoints"])] * 2  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "page", ["README.md", *sorted(f"docs/{p.name}" for p in (ROOT / "docs").glob("*.md"))]
+)
+def test_links_of_the_pages_lead_somewhere(page: str) -> None:
+    path = ROOT / page
+    for target in re.findall(r"\]\((?!https?:)([^)#]+)", path.read_text(encoding="utf-8")):
+        assert (path.parent / target).exists(), f"{page} links to {target}"
+
+
+def test_the_command_names_its_version() -> None:
+    run = subprocess.run(
+        [sys.executable, "-m", "cncgen", "--version"], capture_output=True, text=True, check=False
+    )
+    assert (run.returncode, run.stdout) == (0, f"cncgen, version {cncgen.__version__}\n")
+
+
+@pytest.mark.parametrize(
+    ("words", "found"),
+    [
+        ("cncgen pl", ["plain,plan", "plain,plot"]),
+        ("cncgen plan --feedrate a", ["plain,adaptive"]),
+        ("cncgen plan -m xy", ["plain,xy-table", "file,xy"]),
+        ("cncgen plan part", ["file,part"]),
+        ("cncgen machines show die", ["plain,die-bonder", "file,die"]),
+        ("cncgen check --include lib", ["dir,lib"]),
+    ],
+)
+def test_the_shell_completes_words_machines_and_files(words: str, found: list[str]) -> None:
+    asked = {
+        "COMP_WORDS": words,
+        "COMP_CWORD": str(len(words.split()) - 1),
+        "_CNCGEN_COMPLETE": "bash_complete",
+    }
+    run = subprocess.run(
+        [sys.executable, "-m", "cncgen"], env=os.environ | asked, capture_output=True, text=True, check=False
+    )
+    assert run.stdout.split() == found

@@ -7,10 +7,11 @@ from typing import Any
 import click
 
 from cncgen.cli.options import message_options, output_option, program_options
+from cncgen.cli.types import FILE
 
 
 @click.command("canon")
-@click.argument("program", metavar="PROGRAM")
+@click.argument("program", metavar="PROGRAM", type=FILE)
 @output_option
 @program_options
 @message_options

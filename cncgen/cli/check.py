@@ -8,10 +8,11 @@ import click
 
 from cncgen.cli import messages
 from cncgen.cli.options import message_options, program_options
+from cncgen.cli.types import FILE
 
 
 @click.command("check")
-@click.argument("programs", metavar="PROGRAM...", nargs=-1, required=True)
+@click.argument("programs", metavar="PROGRAM...", type=FILE, nargs=-1, required=True)
 @click.option(
     "--tree", is_flag=True, help="Print the workplan of STEP-NC programs with tools, feeds and times."
 )

@@ -15,6 +15,7 @@ from cncgen.cli.options import (
     program_options,
     summary_option,
 )
+from cncgen.cli.types import FILE
 
 if TYPE_CHECKING:
     from cncgen.machine import Machine
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 
 @click.command("compare")
-@click.argument("program", metavar="PROGRAM")
+@click.argument("program", metavar="PROGRAM", type=FILE)
 @machine_option
 @click.option(
     "--feedrates", metavar="LIST", help="Strategies, by commas [default: adaptive,curvature,ild,optimal]."

@@ -16,18 +16,19 @@ from cncgen.cli.options import (
     program_options,
     summary_option,
 )
-from cncgen.cli.types import FiniteRange
+from cncgen.cli.types import FILE, MACHINE, FiniteRange
 
 if TYPE_CHECKING:
     from cncgen.servo.reserve import Reserved
 
 
 @click.command("compensate")
-@click.argument("source", metavar="[SETPOINTS|PROGRAM]", default="-")
+@click.argument("source", metavar="[SETPOINTS|PROGRAM]", type=FILE, default="-")
 @click.option(
     "-m",
     "--machine",
     metavar="NAME|FILE",
+    type=MACHINE,
     help="Machine whose limits the command must keep, and that a program is planned for "
     "[default: that of --axis-params, if it has limits].",
 )

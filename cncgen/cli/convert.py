@@ -7,12 +7,12 @@ from typing import Any
 import click
 
 from cncgen.cli.options import message_options, program_options
-from cncgen.cli.types import FiniteRange
+from cncgen.cli.types import FILE, FiniteRange
 
 
 @click.command("convert")
-@click.argument("program", metavar="PROGRAM")
-@click.option("-o", "--output", metavar="FILE", help="Where to write [default: standard output].")
+@click.argument("program", metavar="PROGRAM", type=FILE)
+@click.option("-o", "--output", metavar="FILE", type=FILE, help="Where to write [default: standard output].")
 @click.option(
     "--to",
     type=click.Choice(("gcode", "stepnc")),

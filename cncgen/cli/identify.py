@@ -7,14 +7,14 @@ import click
 from cncgen.cli import messages
 from cncgen.cli.messages import write_summary
 from cncgen.cli.options import message_options, output_option, summary_option
-from cncgen.cli.types import FiniteRange
+from cncgen.cli.types import FILE, FiniteRange
 
 MODELS = ("velocity-loop", "first-order", "fourth-order", "etfe")
 _POSITIVE = FiniteRange(min=0, min_open=True)
 
 
 @click.command("identify")
-@click.argument("log", metavar="LOG.csv")
+@click.argument("log", metavar="LOG.csv", type=FILE)
 @click.option(
     "--model",
     type=click.Choice(MODELS),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cncgen.cli.options import message_options
+from cncgen.cli.types import MACHINE
 
 if TYPE_CHECKING:
     from cncgen.machine import Machine
@@ -38,7 +39,7 @@ def _described(machine: Machine) -> str:
 
 
 @command.command("show")
-@click.argument("name")
+@click.argument("name", metavar="NAME|FILE", type=MACHINE)
 @message_options
 def show(name: str) -> None:
     """Print a profile, or a machine file as it is understood, as TOML to copy and edit."""

@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from cncgen.cli import messages
-from cncgen.cli.types import FiniteRange
+from cncgen.cli.types import FILE, FOLDER, MACHINE, FiniteRange
 
 Command = Callable[..., Any]
 
@@ -110,18 +110,27 @@ _reading_options = (
         show_default=True,
         help="Whose G-code it is, where controls differ.",
     ),
-    click.option("--tool-table", metavar="FILE", help="Tool table in LinuxCNC's format."),
-    click.option("--parameters", metavar="FILE", help="Numbered parameters; read, never rewritten."),
+    click.option("--tool-table", metavar="FILE", type=FILE, help="Tool table in LinuxCNC's format."),
+    click.option(
+        "--parameters", metavar="FILE", type=FILE, help="Numbered parameters; read, never rewritten."
+    ),
     click.option(
         "--table-units",
         type=click.Choice(TABLE_UNITS),
         help="Lengths in the tool table and the parameters [default: mm; canon: inch, as rs274 has them].",
     ),
     click.option(
-        "--save-parameters", metavar="FILE", help="Write the numbered parameters here after the program."
+        "--save-parameters",
+        metavar="FILE",
+        type=FILE,
+        help="Write the numbered parameters here after the program.",
     ),
     click.option(
-        "--include", metavar="DIR", multiple=True, help="Search subprograms here too (may be repeated)."
+        "--include",
+        metavar="DIR",
+        type=FOLDER,
+        multiple=True,
+        help="Search subprograms here too (may be repeated).",
     ),
     click.option(
         "--block-delete/--no-block-delete",
@@ -182,6 +191,7 @@ machine_option = click.option(
     "-m",
     "--machine",
     metavar="NAME|FILE",
+    type=MACHINE,
     default="generic-mill",
     show_default=True,
     help="Machine profile, or a TOML file.",
@@ -190,6 +200,7 @@ machine_option = click.option(
 axis_params_option = click.option(
     "--axis-params",
     metavar="NAME|FILE",
+    type=MACHINE,
     help="Servo data of the axes: a profile or a TOML file [default: the machine's own].",
 )
 
@@ -296,9 +307,9 @@ format_option = click.option(
 )
 
 output_option = click.option(
-    "-o", "--output", metavar="FILE", help="Where the result goes [default: standard output]."
+    "-o", "--output", metavar="FILE", type=FILE, help="Where the result goes [default: standard output]."
 )
 
 summary_option = click.option(
-    "--summary", metavar="FILE", help="Write the summary as JSON (- for standard error)."
+    "--summary", metavar="FILE", type=FILE, help="Write the summary as JSON (- for standard error)."
 )

@@ -19,6 +19,7 @@ from cncgen.cli.options import (
     program_options,
     summary_option,
 )
+from cncgen.cli.types import FILE
 
 if TYPE_CHECKING:
     from cncgen.setpoints.columns import Layout
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 
 @click.command("plan")
-@click.argument("program", metavar="PROGRAM")
+@click.argument("program", metavar="PROGRAM", type=FILE)
 @machine_option
 @output_option
 @format_option
@@ -37,7 +38,9 @@ if TYPE_CHECKING:
     default="",
     help="Further columns: of vel,acc,jerk,feed,line,limit, by commas.",
 )
-@click.option("--events", metavar="FILE", help="Write events (spindle, tool, dwell ...) as JSON lines.")
+@click.option(
+    "--events", metavar="FILE", type=FILE, help="Write events (spindle, tool, dwell ...) as JSON lines."
+)
 @summary_option
 @program_options
 @message_options

@@ -8,6 +8,7 @@ import click
 
 from cncgen.cli import messages
 from cncgen.cli.options import machine_option, message_options, planning_options, program_options
+from cncgen.cli.types import FILE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @click.command("plot")
-@click.argument("source", metavar="PROGRAM|SETPOINTS|RESPONSE.csv")
+@click.argument("source", metavar="PROGRAM|SETPOINTS|RESPONSE.csv", type=FILE)
 @machine_option
 @click.option(
     "--kinds",
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     "-o",
     "--output",
     metavar="FILE|DIR",
+    type=FILE,
     required=True,
     help="One picture as .png, .svg or .pdf, or a folder for several.",
 )

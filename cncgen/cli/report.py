@@ -14,10 +14,11 @@ from cncgen.cli.options import (
     planning_options,
     program_options,
 )
+from cncgen.cli.types import FILE
 
 
 @click.command("report")
-@click.argument("program", metavar="PROGRAM")
+@click.argument("program", metavar="PROGRAM", type=FILE)
 @machine_option
 @output_option
 @planning_options

@@ -7,12 +7,20 @@ import click
 from cncgen.cli import messages
 from cncgen.cli.messages import write_summary
 from cncgen.cli.options import message_options, output_option, summary_option
+from cncgen.cli.types import FOLDER
 
 
 @click.command("reproduce")
 @click.argument("name", metavar="[NAME]", required=False)
-@click.option("--plots", metavar="DIR", help="Draw the papers' figures into this folder instead.")
-@click.option("--programs", metavar="DIR", help="Folder of the example programs [default: those that ship].")
+@click.option(
+    "--plots", metavar="DIR", type=FOLDER, help="Draw the papers' figures into this folder instead."
+)
+@click.option(
+    "--programs",
+    metavar="DIR",
+    type=FOLDER,
+    help="Folder of the example programs [default: those that ship].",
+)
 @output_option
 @summary_option
 @message_options

@@ -21,14 +21,14 @@ from cncgen.cli.options import (
     setpoint_options,
     summary_option,
 )
-from cncgen.cli.types import FiniteRange
+from cncgen.cli.types import FILE, FiniteRange
 
 if TYPE_CHECKING:
     from cncgen.setpoints.stream import SetpointStream
 
 
 @click.command("simulate")
-@click.argument("source", metavar="[SETPOINTS|PROGRAM]", default="-")
+@click.argument("source", metavar="[SETPOINTS|PROGRAM]", type=FILE, default="-")
 @machine_option
 @output_option
 @planning_options

@@ -16,14 +16,14 @@ from cncgen.cli.options import (
     program_options,
     summary_option,
 )
-from cncgen.cli.types import FiniteRange
+from cncgen.cli.types import FILE, FiniteRange
 
 #: Schemes with gains of their own.
 CONTROLLERS = ("p", "ccc", "zpetc+ccc", "tcf", "h-infinity")
 
 
 @click.command("tune")
-@click.argument("program", metavar="[PROGRAM]", required=False)
+@click.argument("program", metavar="[PROGRAM]", type=FILE, required=False)
 @machine_option
 @click.option(
     "--controller",

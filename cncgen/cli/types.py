@@ -1,11 +1,14 @@
-"""Types of option values that click does not have."""
+"""Types of values that click does not have; those of files say to a shell what may stand there."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
 
 
 class FiniteRange(click.FloatRange):
@@ -17,3 +20,40 @@ class FiniteRange(click.FloatRange):
         if not math.isfinite(number):
             self.fail(f"{value!r} is not a finite number.", param, ctx)
         return number
+
+
+class FileName(click.ParamType):
+    """The name of a file or folder, as it is given: what is wrong with it is found, and said, where it is opened."""
+
+    name = "file"
+
+    def __init__(self, kind: str = "file") -> None:
+        self._kind = kind
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """Let the shell complete names of files (or, of the kind ``dir``, folders)."""
+        from click.shell_completion import CompletionItem
+
+        return [CompletionItem(incomplete, type=self._kind)]
+
+
+class MachineName(FileName):
+    """A machine: one of the profiles that ship, or a file."""
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """Return the profiles that begin so; let the shell complete names of files beside them."""
+        from click.shell_completion import CompletionItem
+
+        from cncgen.machine import profile_names
+
+        names = [CompletionItem(name) for name in profile_names() if name.startswith(incomplete)]
+        return names + super().shell_complete(ctx, param, incomplete)
+
+
+FILE = FileName()
+FOLDER = FileName("dir")
+MACHINE = MachineName()

@@ -9,13 +9,18 @@ import click
 
 from cncgen.cli import messages
 from cncgen.cli.options import machine_option, message_options, program_options, setpoint_options
-from cncgen.cli.types import FiniteRange
+from cncgen.cli.types import FILE, FiniteRange
 
 
 @click.command("verify")
-@click.argument("setpoints", metavar="SETPOINTS")
+@click.argument("setpoints", metavar="SETPOINTS", type=FILE)
 @click.option(
-    "-p", "--program", metavar="PROGRAM", required=True, help="The program that they are to follow."
+    "-p",
+    "--program",
+    metavar="PROGRAM",
+    type=FILE,
+    required=True,
+    help="The program that they are to follow.",
 )
 @machine_option
 @setpoint_options
@@ -33,7 +38,7 @@ from cncgen.cli.types import FiniteRange
     show_default=True,
     help="What positions are rounded to, mm and degrees: limits may be over by what that makes.",
 )
-@click.option("--report", metavar="FILE", help="Write the verdict as JSON.")
+@click.option("--report", metavar="FILE", type=FILE, help="Write the verdict as JSON.")
 @program_options
 @message_options
 def command(
