@@ -108,8 +108,10 @@ def spirals(arcs: ArcTable, start: Floats, end: Floats) -> Spirals:
     height = np.einsum("ij,ij->i", end[:, :3] - start[:, :3], normal)
     outer = end[:, :3] - arcs.centre - height[:, None] * normal
     radius, last = np.linalg.norm(inward, axis=1), np.linalg.norm(outer, axis=1)
-    # Radii that agree to rounding are one radius: the arc is then exactly a helix.
-    growth = np.where(np.abs(last - radius) > 1e-12 * np.maximum(last, 1.0), (last - radius) / turn, 0.0)
+    # Radii that agree to the rounding of the coordinates are one radius: the arc is then exactly a helix.
+    reach = np.abs(np.concatenate([start[:, :3], end[:, :3], arcs.centre], axis=1)).max(axis=1)
+    alike = np.abs(last - radius) <= 1e-12 * last + 4e-15 * reach
+    growth = np.where(alike, 0.0, (last - radius) / turn)
     # An arc that starts on its axis takes its frame from the end, turned back.
     back = np.cos(sweep)[:, None] * outer - np.sin(sweep)[:, None] * np.cross(normal, outer)
     e1 = np.where((radius > 0)[:, None], inward, back)

@@ -14,8 +14,8 @@ from cncgen.kernels import smoothing
 END_POINT, END_DERIVATIVES = 1, 4
 #: Tries in which the smoothing length may grow.
 ROUNDS = 2
-#: An arc of this radius is not smoothed over more than what takes half the tolerance: bounds the smoothing length, mm.
-_WIDEST_RADIUS = 100.0
+#: Largest smoothing length, in tolerances (and a tenth of what is fitted): it bounds how far one place moves another.
+_WIDEST = 250.0
 #: Knot spans before an open end that the next window fits again: what comes after no longer moves the rest.
 OVERLAP = 24
 #: Parts of the tolerance that a fit may use: the first on new ground, the second where an earlier window has fitted.
@@ -76,9 +76,9 @@ def fit(pieces: Pieces, cuts: Floats, head: int, tail: int, seam: Seam | None = 
     t, axes, total = pieces.t, pieces.y.shape[2], pieces.t[-1]
     laid = 4 if seam is None else 8
     start = t[0] if seam is None else seam.knots[-1]
-    places = np.append(cuts[(cuts > start + 1e-9 * (1 + start)) & (cuts < total)], total)
+    places = np.append(cuts[(cuts > start + 1e-9 * (total - t[0])) & (cuts < total)], total)
     scale = first_scales(pieces)
-    longest = min(float(np.sqrt(pieces.tolerance.max() * _WIDEST_RADIUS)), 0.1 * float(total - t[0]))
+    longest = min(_WIDEST * float(pieces.tolerance.max()), 0.1 * float(total - t[0]))
     scale = np.minimum(scale, longest)
     share = np.where(t[:-1] < start, _OLD_GROUND, _NEW_GROUND) if seam is not None else _NEW_GROUND
     used = np.empty((len(pieces.y), 2))

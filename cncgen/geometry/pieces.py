@@ -118,7 +118,7 @@ def _arc_counts(path: Path, arcs: Ints, tolerance: Floats) -> Ints:
     length = path.row_length[arcs]
     # A spiral bends more at its inner end; radii differ by a tolerance, tiny arcs by more.
     looks = [path.curvature_after(arcs, share * length) for share in (0.0, 0.5, 1.0)]
-    kappa = np.maximum(np.max(looks, axis=0), 1e-12)
+    kappa = np.maximum(np.max(looks, axis=0), 1e-6 / length)
     widest = (384.0 * ARC_SHARE * tolerance / kappa**3) ** 0.25
     # At least eight to a turn, for the bound is one of small angles.
     widest = np.minimum(widest, 0.8 / kappa)

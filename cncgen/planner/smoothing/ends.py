@@ -21,11 +21,11 @@ from cncgen.units import DEGREE
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-#: A turn, and a step of curvature in 1/mm, up to which a joint is smooth: what an axis follows without slowing down.
-_TURN, _STEP = 2e-4, 1e-3
+#: A turn, and a step of curvature by the tolerance, up to which a joint is smooth: an axis hardly slows down for it.
+_TURN, _STEP = 2e-4, 1e-5
 #: Length of the end that is rounded, in smoothing lengths at the corner.
 _REACH = 20.0
-#: Largest smoothing length: as `cncgen.geometry.corridor` bounds it, mm by mm of tolerance.
+#: Largest smoothing length, in tolerances.
 _WIDEST = 100.0
 #: |dC/du| as a part of its mean below which a curve has a cusp, and is left as it is.
 _CUSP = 1e-4
@@ -121,13 +121,12 @@ def _joints(rows: Toolpath, path: Path, before: tuple[bool, float]) -> _Joints:
     left = path.evaluate(path.row_s[one + 1], 2, -1) * scale
     right = path.evaluate(path.row_s[two], 2, 1) * scale
     turn, step = (np.linalg.norm(right[k] - left[k], axis=1) for k in (1, 2))
-    corner = (turn > _TURN) | (step > _STEP)
     allowed = np.minimum(rows.tolerance[one], rows.tolerance[two])
+    corner = (turn > _TURN) | (step * allowed > _STEP)
     with np.errstate(divide="ignore"):
-        length = np.minimum(4.0 * allowed / turn, np.sqrt(allowed / (0.067 * step)))
-        length = np.minimum(length, np.sqrt(_WIDEST * allowed))
-        # In steps of a sixteenth of an octave: rounding must not tell.
-        away = _REACH * np.exp2(np.round(16.0 * np.log2(length)) / 16.0)
+        # In tolerances, and in steps of a sixteenth of an octave: rounding must not tell.
+        length = np.minimum(4.0 / turn, 1.0 / np.sqrt(0.067 * step * allowed)).clip(None, _WIDEST)
+        away = _REACH * allowed * np.exp2(np.round(16.0 * np.log2(length)) / 16.0)
     # The joint belongs to the row that follows it and to the one before; what lies between does not move.
     for where in (two, one + 1):
         rough[where] |= corner
