@@ -21,7 +21,7 @@ _CALLS = (65.0, 66.0)
 #: G7 and G8, in tenths.
 _DIAMETERS = frozenset((70, 80))
 #: Numbered parameters below this are plain storage.
-_STORED = 5000
+_STORED = 1000
 
 
 class Compiler:

@@ -345,7 +345,7 @@ def parameter(target: Value | str) -> Value:
         return _named(target)
     if isinstance(target, float):
         index = nearest(target, "the number of a parameter")
-        if index == target and 0 < index < 5000:
+        if index == target and 0 < index < 1000:
             return lambda p: p.numbers[index]
         number = target
         return lambda p: p.number(number)

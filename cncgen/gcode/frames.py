@@ -43,6 +43,10 @@ class Frame:
         """Tell whether nothing is changed."""
         return not self.mirror and self.scale == [1.0, 1.0, 1.0] and self.angle == 0.0
 
+    def has(self, part: str) -> bool:
+        """Tell whether a part (``mirror``, ``scale`` or ``angle``) changes anything."""
+        return bool(getattr(self, part) != getattr(Frame(), part))
+
     def to_work(self, point: Point) -> Point:
         """Return work coordinates of a programmed point."""
         out = list(point)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Diagnostic, Span, UsageError
 from cncgen.files import read_bytes, write_text
+from cncgen.gcode import macro_variables
 from cncgen.gcode.block import nearest
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.predefined import NAMED, POSITION, position_parameter
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 #: Numbered parameters are 1 to this (LinuxCNC's RS274NGC_MAX_PARAMETERS, less 1).
 LAST = 5601
-LAST_FANUC = 9999
+LAST_FANUC = 13400
 #: Parameters that begin without a value in FANUC's macros: local, common, kept common.
 VACANT_AT_START = (range(34), range(100, 200), range(500, 1000))
 #: Where the tables begin; offsets are X Y Z A B C U V W, work systems have their rotation after W.
@@ -87,6 +88,8 @@ class Parameters:
     def shown(self, index: int) -> float:
         """Return a numbered parameter for a message, which may show the position at any time, and #0."""
         whole = self._index(index) if index else 0
+        if self.vacant:
+            return macro_variables.read(self.interpreter, whole)
         return position_parameter(self.interpreter, whole) if whole in POSITION else self.numbers[whole]
 
     def set_number(self, index: float, value: float) -> None:
@@ -94,6 +97,9 @@ class Parameters:
         whole = self._index(index)
         if whole == 0:
             raise BlockError("parameter-read-only", "#0 never has a value: it cannot be set", "#")
+        if self.vacant:
+            macro_variables.store(self.interpreter, whole, value)
+            return
         if whole in POSITION or TOOL <= whole <= 5413:
             raise BlockError(
                 "parameter-read-only", f"#{whole} tells the machine's state: it cannot be set", "#"

@@ -113,3 +113,47 @@ def test_other_m_codes_are_the_builders(run: Any) -> None:
     assert fanuc(run, text) == [[1, 0, 0]]
     assert remarks(run, text) == [("warning", "builders-code")] * 2
     assert [e.values["m"] for e in run(text, dialect="fanuc").path.events if e.name == "user"] == [31, 88]
+
+
+def test_variables_tell_the_modal_state(run: Any) -> None:
+    """#4001 to #4130: codes by group, F, H, S, T (B-63324EN, 15.2)."""
+    text = "G91 G18 G20 G41.1 D0\nG40 F5 S300 T3\nG81 Z-1 R0 F5\n" + "\n".join(
+        f"#{100 + k}=#{n}"
+        for k, n in enumerate((4001, 4002, 4003, 4006, 4007, 4009, 4010, 4014, 4109, 4119, 4120))
+    )
+    text = text.replace("G41.1 D0", "").replace("Z-1", "Y-1") + "\nG80 G21 G17 G90\n"
+    text += "\n".join(f"G0 X#{100 + k}" for k in range(11)) + "\nM30"
+    found = [x for x, _, _ in fanuc(run, text)][-11:]
+    assert found == [0, 18, 91, 20, 40, 81, 98, 54, 5, 300, 3]
+
+
+def test_variables_tell_positions(run: Any) -> None:
+    """End of the block #5001, machine #5021, work #5041 (a rotation turns it), tool offset #5081."""
+    text = (
+        "G10 L2 P1 X100\nG54 G0 X3 Y0\n#1=#5001\n#2=#5021\nG68 X0 Y0 R90\nG0 X3 Y0\n#3=#5041\n#4=#5042\nG69\n"
+    )
+    text += "G0 X#1 Y#2\nX#3 Y#4\nM30"
+    assert fanuc(run, text)[-2:] == [[103, 103, 0], [100, 3, 0]]
+
+
+def test_an_origin_set_in_a_variable_counts_at_once(run: Any) -> None:
+    text = "G54 G0 X1\n#5221=50\nX2\n#5222=#5221/2\nG91 Y1\n#5201=1\nG90 X0 Y0\n#7001=9\nG54.1 P1 X0\nM30"
+    expected = [[1, 0, 0], [52, 0, 0], [52, 1, 0], [51, 25, 0], [10, 25, 0]]
+    assert fanuc(run, text) == expected
+
+
+def test_variables_hold_tool_data(run: Any) -> None:
+    """Length #11001 (#2201) and its wear #10001 (#2001), radius #13001 and its wear #12001 (offset memory C)."""
+    text = "#11002=10\n#10002=0.5\n#2201=7\n#13002=3\n#12002=0.25\nG43 H2 G0 Z0\nG0 X[#13002+#12002] Y#11001\nM30"
+    assert fanuc(run, text)[-1] == [3.25, 7, 10.5]
+
+
+def test_a_loop_that_waits_for_the_clock_ends(run: Any) -> None:
+    text = "#3001=0\nWHILE[#3001LT50]DO1\nEND1\nG0 X1\nM30"
+    assert fanuc(run, text) == [[1, 0, 0]]
+    assert remarks(run, text).count(("note", "timer")) == 1
+
+
+def test_variables_of_the_state_cannot_be_set(run: Any) -> None:
+    out = run("#5021=3\n#4001=1\nM30", dialect="fanuc")
+    assert out.errors == [("parameter-read-only", 1, 1), ("parameter-read-only", 2, 1)]
