@@ -10,6 +10,9 @@ import numpy as np
 from cncgen.stepnc.features.job import Job, Moves
 from cncgen.stepnc.model import Path, Technology, Tool
 
+#: Difference of a drill's point angle and its bottom's that is none, rad.
+SAME_TIP = math.radians(0.5)
+
 
 def tip_length(tool: Tool) -> float:
     """Return how far a drill's point stands out below its full diameter, mm.
@@ -72,6 +75,7 @@ def drill(job: Job) -> tuple[Path, ...]:
     """
     moves, technology = _begin(job), job.technology
     tip = tip_length(job.tool)
+    _check_point(job, tip)
     bottom = -(_bottom(job) + tip)
     start, end = job.strategy_value("depth_of_start", 0.0), job.strategy_value("depth_of_end", 0.0)
     reduced = job.strategy_value
@@ -89,6 +93,22 @@ def drill(job: Job) -> tuple[Path, ...]:
         moves.height(bottom)
     _lift(job, moves)
     return moves.paths()
+
+
+def _check_point(job: Job, tip: float) -> None:
+    """Warn of a point that is not the bottom's: below a flat one, of another angle, or of another radius."""
+    kind, wanted, angle = job.shape.bottom, job.shape.bottom_angle, job.tool.tip_angle
+    if kind.startswith("flat") and tip > 1e-6:
+        job.warn(
+            "stepnc-tip", f"the drill's point goes {tip:.3f} mm below the full diameter, the bottom is {kind}"
+        )
+    elif kind == "spherical":
+        job.warn("stepnc-tip", "a drill makes no spherical bottom; mill it with a rounded tool")
+    elif kind == "conical" and wanted is not None and angle is not None:
+        has = math.pi - 2 * angle
+        if abs(has - wanted) > SAME_TIP:
+            text = f"the drill's point has {math.degrees(has):.1f} degrees, the bottom {math.degrees(wanted):.1f}"
+            job.warn("stepnc-tip", text)
 
 
 def centre_drill(job: Job) -> tuple[Path, ...]:

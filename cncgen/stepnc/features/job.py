@@ -21,7 +21,9 @@ Floats = NDArray[np.float64]
 
 #: Height of the retract plane above the feature where none is given, mm (NIST's interpreter).
 DEFAULT_RETRACT = 5.0
-#: The highest that one may be, mm.
+#: Walls steeper than this against the vertical are floors, rad.
+MAX_SLOPE = math.radians(80.0)
+#: The highest that a retract plane may be, mm.
 MAX_HEIGHT = 1e5
 
 

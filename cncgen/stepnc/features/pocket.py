@@ -16,6 +16,7 @@ import numpy as np
 
 from cncgen.stepnc.execution.linearize import polyline_of
 from cncgen.stepnc.features import offsets, outlines
+from cncgen.stepnc.features.bottoms import bottom_of
 from cncgen.stepnc.features.entry import DEFAULT_ANGLE, Entry, choose, plunge, ramp
 from cncgen.stepnc.features.job import Floats, Job, Moves, at_height, raised
 from cncgen.stepnc.features.offsets import Ring
@@ -36,13 +37,17 @@ SPIRAL_PIECES = 360
 
 def mill(job: Job) -> tuple[Path, ...]:
     """Return the toolpaths of a closed or open pocket."""
-    if job.shape.bottom not in ("", "flat", "through"):
+    bottom = bottom_of(job)
+    flat = (
+        ("", "flat", "through") if job.shape.diameter is None else ("", "flat", "through", "flat with radius")
+    )
+    if bottom is None and job.shape.bottom not in flat:
         raise job.fault("stepnc-unsupported", f"a pocket with a {job.shape.bottom} bottom cannot be made")
     outline = job.shape.outline
     if outline is None:
         raise job.fault("stepnc-missing", "the pocket has no boundary")
-    check_radii(job)
-    total = job.depth - job.value("allowance_bottom", 0.0)
+    check_radii(job if bottom is None else replace(job, shape=replace(job.shape, floor_radius=None)))
+    total = bottom.lowest if bottom is not None else job.depth - job.value("allowance_bottom", 0.0)
     if job.shape.bottom == "through":
         total += job.value("overcut_length", 0.0)
     return _clear(job, offsets.polygon_of(outline), layers(job, total))
@@ -52,11 +57,8 @@ def mill_hole(job: Job) -> tuple[Path, ...]:
     """Return the toolpaths of a round hole that is milled as a pocket."""
     if job.shape.diameter is None:
         raise job.fault("stepnc-missing", "the hole has no diameter")
-    if job.shape.bottom in ("conical", "spherical"):
-        raise job.fault("stepnc-unsupported", f"a {job.shape.bottom} bottom cannot be milled flat")
     circle: list[Piece] = [profiles.circle(job.shape.diameter)]
-    bottom = "through" if job.shape.bottom == "through" else "flat"
-    return mill(replace(job, shape=replace(job.shape, outline=circle, bottom=bottom)))
+    return mill(replace(job, shape=replace(job.shape, outline=circle)))
 
 
 def mill_open(job: Job, outline: list[Piece]) -> tuple[Path, ...]:

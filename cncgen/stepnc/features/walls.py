@@ -18,10 +18,8 @@ from itertools import pairwise
 from typing import Any
 
 from cncgen.stepnc.features import offsets
-from cncgen.stepnc.features.job import Job
-
-#: Walls steeper than this against the vertical are floors, rad.
-MAX_SLOPE = math.radians(80.0)
+from cncgen.stepnc.features.bottoms import bottom_of
+from cncgen.stepnc.features.job import MAX_SLOPE, Job
 
 
 def axis_distance(job: Job, slope: float, depth: float) -> float:
@@ -64,14 +62,16 @@ def layers(job: Job, total: float) -> list[Layer]:
     """Return the passes of a feature down to `total` mm, those together that have the same region.
 
     Bosses lower than the feature's top stand in the way below their tops alone, where a pass ends (the allowance of
-    the bottom stays on them as well).
+    the bottom stays on them as well). Round bottoms narrow the way.
 
     Raises:
         Skip: where a wall cannot be cut or nothing is left.
     """
     side, bottom = job.value("allowance_side", 0.0), job.value("allowance_bottom", 0.0)
     bosses = [(offsets.polygon_of(b.outline), b.slope, b.top) for b in job.shape.bosses]
-    levels = job.levels(total, [top + bottom for _, _, top in bosses])
+    narrows = bottom_of(job)
+    stops = [top + bottom for _, _, top in bosses] + [-d for d in (narrows.stops() if narrows else ())]
+    levels = job.levels(total, stops)
     out: list[Layer] = []
     for above, level in pairwise([0.0, *levels]):
         standing = tuple(
@@ -80,6 +80,8 @@ def layers(job: Job, total: float) -> list[Layer]:
             if level < top + bottom - 1e-9
         )
         wall = axis_distance(job, job.shape.slope, -level) + side
+        if narrows is not None and -level > narrows.begins:
+            wall = max(wall, (job.shape.diameter or 0.0) / 2 - narrows.reach(-level))
         last = out[-1] if out else None
         if last is not None and (last.wall, last.bosses) == (wall, standing):
             out[-1] = Layer((*last.spans, (above, level)), wall, standing)

@@ -106,15 +106,15 @@ class Features:
             raise entity.fault("stepnc-unsupported", "the depth plane is not across the feature's axis")
         return float(-plane[2, 3])
 
-    def _bottom(self, entity: Entity) -> tuple[str, float | None]:
+    def _bottom(self, entity: Entity) -> tuple[str, Entity | None]:
+        """Return the kind of a hole's or pocket's bottom, and its entity."""
         ident = entity.ref("bottom_condition")
         if ident is None:
             return "", None
         bottom = self.entities.get(ident, owner=entity.id)
-        angle = bottom.optional("tip_angle")
         if bottom.keyword not in _BOTTOMS:
             raise bottom.fault("stepnc-unsupported", "this kind of bottom cannot be made")
-        return _BOTTOMS[bottom.keyword], None if angle is None else angle * self.curves.angle
+        return _BOTTOMS[bottom.keyword], bottom
 
     def _planar_face(self, entity: Entity) -> Shape:
         course, width = self.profiles.face_sweep(entity)
@@ -146,15 +146,17 @@ class Features:
         return tuple(out)
 
     def _round_hole(self, entity: Entity) -> Shape:
-        ident = entity.ref("bottom_condition")
-        bottom, angle = self._bottom(entity)
+        bottom, end = self._bottom(entity)
         diameter, depth = self.profiles.length(entity, "diameter"), self.depth(entity)
-        corner = None
-        if bottom == "flat with radius" and ident is not None:
-            corner = self.profiles.optional_length(self.entities.get(ident), "corner_radius")
-        slope = self._taper(entity, diameter, depth)
+        angle = end.optional("tip_angle") if end is not None else None
         return Shape(
-            depth, diameter=diameter, bottom=bottom, bottom_angle=angle, slope=slope, floor_radius=corner
+            depth,
+            diameter=diameter,
+            bottom=bottom,
+            bottom_angle=None if angle is None else angle * self.curves.angle,
+            bottom_radius=self.profiles.optional_length(end, "radius") if end is not None else None,
+            floor_radius=self.profiles.optional_length(end, "corner_radius") if end is not None else None,
+            slope=self._taper(entity, diameter, depth),
         )
 
     def _taper(self, entity: Entity, diameter: float, depth: float | None) -> float:

@@ -1,0 +1,300 @@
+"""Round holes: drilled, countersunk, pecked, bored, tapped, milled; in patterns and in steps."""
+
+import math
+
+import numpy as np
+import pytest
+import shapely
+
+from tests.stepnc.building import E, codes, motions
+from tests.stepnc.featured import GRID, ORIGIN, Features, cells, depths, hole_part, pocket_operation, tops
+
+
+def test_drilling_goes_deeper_by_the_point():
+    """118 degrees: the edge stands 31 degrees from the plane across; 5 mm tan 31 = 3.004303."""
+    moves, path = depths(hole_part("DRILLING", body="TWIST_DRILL", tip=31.0))
+    assert moves[-3:] == [(5.0, True), (-23.004303, False), (5.0, False)]
+    assert path.feed[motions(path)[-1]] == 10.0
+
+
+def test_drilling_with_overcut_dwell_and_feed_on_retract():
+    moves, path = depths(hole_part("DRILLING", drilling=(2.0, None, None, 0.5, 3.0)))
+    assert moves[-2:] == [(-22.0, False), (5.0, False)]
+    assert [e.dwell_s for e in path.events if e.name == "dwell"] == [0.5]
+    assert path.feed[motions(path)[-1]] == 30.0
+
+
+def test_percents_for_ratios_are_taken_with_a_warning():
+    part = hole_part("DRILLING", strategy=(75.0, 50.0, 2.0, 50.0, 75.0, 8.0))
+    path, found = part.read()
+    assert codes(found) == ["stepnc-ratio"] * len(codes(found))
+    speeds = [e.values["speed_rpm"] for e in path.events if e.name == "spindle"]
+    assert speeds == [450.0, 600.0, 300.0]
+
+
+def test_centre_drilling_and_countersinking():
+    moves, _ = depths(
+        hole_part("CENTER_DRILLING", drilling=(None, 3.0, None, None, None), body="CENTER_DRILL")
+    )
+    assert moves[-2:] == [(-3.0, False), (5.0, False)]
+    moves, _ = depths(hole_part("COUNTER_SINKING", body="COUNTERSINK", tip=45.0))
+    assert moves[-2:] == [(-5.0, False), (5.0, False)]
+
+
+@pytest.mark.parametrize("back", [1.0, 0.0])
+def test_pecking(back):
+    """First 8, then 5 a step: 8, 13, 18, 20; chips broken by 1 mm or cleared at the retract plane."""
+    moves, _ = depths(hole_part("MULTISTEP_DRILLING", back, 8.0, 5.0, None))
+    lows = [z for z, rapid in moves if not rapid and z < 0 and z not in (-7.0, -12.0, -17.0)]
+    assert lows == [-8.0, -13.0, -18.0, -20.0]
+    assert ((-7.0, False) in moves) == (back > 0)
+    assert ((5.0, True) in moves[3:]) == (back == 0)
+
+
+def test_boring_and_reaming_stop_the_spindle_if_asked():
+    for kind in ("BORING", "REAMING"):
+        moves, path = depths(hole_part(kind, E("T"), None, None))
+        assert moves[-2:] == [(-20.0, False), (5.0, False)]
+        assert [e.values["direction"] for e in path.events if e.name == "spindle"] == [1, 0]
+
+
+def test_tapping_turns_back():
+    moves, path = depths(hole_part("TAPPING", E("F"), body="TAP"))
+    assert moves[-2:] == [(-20.0, False), (5.0, False)]
+    assert [e.values["direction"] for e in path.events if e.name == "spindle"] == [1, -1]
+
+
+def test_patterns_repeat_the_feature():
+    for keyword, places in (
+        ("RECTANGULAR_PATTERN", [(0, 0), (15, 0), (0, 10), (15, 10)]),
+        ("CIRCULAR_PATTERN", [(12, 0), (0, 12), (-12, 0), (0, -12)]),
+        ("GENERAL_PATTERN", [(1, 2), (3, 4)]),
+    ):
+        part = Features()
+        base = part.add(
+            "ROUND_HOLE",
+            "h",
+            None,
+            (),
+            part.placement(),
+            part.plane(-5),
+            part.size(6),
+            None,
+            part.add("THROUGH_BOTTOM_CONDITION"),
+        )
+        head = part.head(None)[:4]
+        if keyword == "RECTANGULAR_PATTERN":
+            own = (
+                part.size(15),
+                part.direction(1, 0, 0),
+                2,
+                2,
+                part.size(10),
+                part.direction(0, 1, 0),
+                (),
+                (),
+            )
+        elif keyword == "CIRCULAR_PATTERN":
+            own = (90.0, 4, (), (), part.size(24), None)
+        else:
+            own = ((part.placement((1, 2, 0)), part.placement((3, 4, 0))),)
+        pattern = part.add(keyword, *head, base, *own)
+        operation = part.add(
+            "DRILLING",
+            None,
+            None,
+            "op",
+            5.0,
+            None,
+            part.tool("T", 6.0),
+            part.technology(),
+            None,
+            *(None,) * 6,
+        )
+        part.mill(pattern, operation)
+        path, found = part.read()
+        assert codes(found, "error") == []
+        bottoms = path.end[motions(path)]
+        bottoms = bottoms[np.abs(bottoms[:, 2] + 5) < 1e-9][:, :2] - ORIGIN[:2]
+        np.testing.assert_allclose(bottoms, places, atol=1e-9)
+
+
+def test_a_counterbored_hole_takes_the_element_that_fits_the_tool():
+    part = Features()
+    small = part.add(
+        "ROUND_HOLE",
+        "s",
+        None,
+        (),
+        part.placement(),
+        part.plane(-20),
+        part.size(6),
+        None,
+        part.add("THROUGH_BOTTOM_CONDITION"),
+    )
+    large = part.add(
+        "ROUND_HOLE",
+        "l",
+        None,
+        (),
+        part.placement(),
+        part.plane(-4),
+        part.size(11),
+        None,
+        part.add("FLAT_HOLE_BOTTOM"),
+    )
+    feature = part.add("COUNTERBORE_HOLE", *part.head(None)[:4], (small, large))
+    operation = part.add(
+        "DRILLING", None, None, "op", 5.0, None, part.tool("T", 11.0), part.technology(), None, *(None,) * 6
+    )
+    moves, _ = depths(part.mill(feature, operation))
+    assert moves[-2:] == [(-4.0, False), (5.0, False)]
+
+
+@pytest.mark.parametrize("taper", ["DIAMETER_TAPER", "ANGLE_TAPER"])
+def test_a_tapered_hole_is_milled_in_steps(taper):
+    """From 40 mm at the top to 28 mm at 6 mm below: 45 degrees."""
+    part = Features()
+    change = part.add(taper, part.size(28) if taper == "DIAMETER_TAPER" else 45.0)
+    hole = part.add("ROUND_HOLE", *part.head(), part.size(40), change, part.add("FLAT_HOLE_BOTTOM"))
+    operation = part.operation("BOTTOM_AND_SIDE_FINISH_MILLING", 0.5, 4.0, None, None)
+    part.mill(hole, operation)
+    heights, found = part.heights(4.0)
+    assert codes(found) == []
+    x, row = tops(heights)
+    wall = -np.clip(20 - np.abs(x), 0, 6)
+    assert (row >= wall - GRID).all()
+    assert (row <= wall + 0.5 + GRID).all()
+
+
+def test_a_countersunk_hole_is_drilled_and_countersunk():
+    """The drill takes the straight element, the countersink the tapered one: 6 mm of radius at 45 degrees, 6 mm deep."""
+    for kind, body, diameter, tip, bottom in (
+        ("DRILLING", "TWIST_DRILL", 6.0, None, -20.0),
+        ("COUNTER_SINKING", "COUNTERSINK", 20.0, 45.0, -6.0),
+    ):
+        part = Features()
+        through = part.add("THROUGH_BOTTOM_CONDITION")
+        place = part.placement()
+        straight = part.add("ROUND_HOLE", "s", None, (), place, part.plane(-20), part.size(6), None, through)
+        taper = part.add("ANGLE_TAPER", 45.0)
+        cone = part.add("ROUND_HOLE", "c", None, (), place, part.plane(-3), part.size(12), taper, through)
+        feature = part.add("COUNTERSUNK_HOLE", *part.head(None)[:4], (straight, cone))
+        tool = part.tool("T", diameter, body=body, tip=tip)
+        part.mill(
+            feature, part.add(kind, None, None, "op", 5.0, None, tool, part.technology(), None, *(None,) * 6)
+        )
+        moves, _ = depths(part)
+        assert moves[-2:] == [(bottom, False), (5.0, False)]
+
+
+def test_a_thread_is_tapped_to_its_own_depth():
+    part = Features()
+    hole = part.add(
+        "ROUND_HOLE", "h", None, (), part.placement(), part.plane(-20), part.size(5), None,
+        part.add("THROUGH_BOTTOM_CONDITION"),
+    )  # fmt: skip
+    own = (None, (hole,), E("T"), None, None, None, 6.0, None, None, None)
+    thread = part.add("CATALOGUE_THREAD", *part.head(12.0), *own)
+    head = (None, None, "op", 5.0, None, part.tool("T", 6.0, body="TAP"), part.technology(0.01, -10.0), None)
+    part.mill(thread, part.add("TAPPING", *head, *(None,) * 6, E("F")))
+    moves, path = depths(part)
+    assert moves[-2:] == [(-12.0, False), (5.0, False)]
+    assert [e.values["direction"] for e in path.events if e.name == "spindle"] == [1, -1]
+
+
+# Round bottoms: of a hole of 30 mm and 6 mm depth of its wall
+
+
+BOTTOMS = {
+    # 90 degrees: as deep as the way from the wall.
+    "cone": (("CONICAL_HOLE_BOTTOM", 90.0, None), lambda r: 6 + np.maximum(15 - r, 0)),
+    # 17 mm radius: its centre is 8 mm above the end of the wall.
+    "sphere": (("SPHERICAL_HOLE_BOTTOM", 17.0), lambda r: 6 - 8 + np.sqrt(np.maximum(17**2 - r**2, 0))),
+    # A corner of 4 mm about the circle of 11 mm, 2 mm deep.
+    "corner": (
+        ("FLAT_WITH_RADIUS_HOLE_BOTTOM", 4.0),
+        lambda r: 2 + np.sqrt(np.maximum(16 - np.maximum(r - 11, 0) ** 2, 0)),
+    ),
+}
+
+
+def round_bottom(shape, diameter=8.0, edge=None, kind="finish", **more):
+    """Return a part with a hole of that bottom, milled in passes of 3 mm, less where the bottom narrows."""
+    part = Features()
+    (keyword, *sizes), surface = BOTTOMS[shape]
+    values = [part.size(v) if keyword != "CONICAL_HOLE_BOTTOM" and v else v for v in sizes]
+    hole = part.add("ROUND_HOLE", *part.head(), part.size(30), None, part.add(keyword, *values))
+    operation = pocket_operation(part, finish=kind == "finish", radial=2.0, diameter=diameter, **more)
+    tool = part.instances[operation - 1].parts[0].parameters[5]
+    if edge is not None:
+        body = part.instances[tool - 1].parts[0].parameters[1]
+        size = part.instances[body - 1].parts[0].parameters[0]
+        part.fill(size, "MILLING_TOOL_DIMENSION", diameter, None, None, None, edge, None, None)
+    return part.mill(hole, operation), surface
+
+
+@pytest.mark.parametrize("shape", list(BOTTOMS))
+def test_round_bottoms_are_milled_in_steps_above_them(shape):
+    """What a flat tool leaves lies above the bottom everywhere, and by no more than a pass where the tool gets to."""
+    part, surface = round_bottom(shape)
+    heights, found = part.heights(4.0)
+    assert set(codes(found)) <= {"stepnc-uncut"}
+    points, size = cells()
+    r = np.hypot(shapely.get_x(points), shapely.get_y(points)).reshape(size)
+    inside = r < 15 - GRID
+    wanted = -surface(np.maximum(r - GRID, 0))  # the deepest within a cell
+    assert (heights[inside] >= wanted[inside] - 1e-6).all()
+    reached = inside & (r > 4 + GRID)
+    step = (surface(np.array([4.0]))[0] - 2) / 8 + GRID * 1.5
+    assert (heights[reached] + surface(r)[reached] <= step).all()
+    np.testing.assert_array_equal(heights[r > 15 + GRID], 0.0)
+
+
+@pytest.mark.parametrize("shape", list(BOTTOMS))
+@pytest.mark.parametrize("edge", [0.0, 1.5, 3.0])
+def test_a_rounded_tool_touches_a_round_bottom_and_no_more(shape, edge):
+    """The cutter's outline, turned about its axis, against the bottom's: it stays inside, and touches."""
+    part, surface = round_bottom(shape, diameter=6.0, edge=edge)
+    path, found = part.read()
+    assert codes(found, "error") == []
+    rows = motions(path)
+    place = path.end[rows][:, :2] - (50.0, 40.0)
+    depth, axis = -path.end[rows, 2], np.linalg.norm(place, axis=1)
+    t = np.linspace(0, math.pi / 2, 400)
+    out, up = 3.0 - edge + edge * np.sin(t), edge - edge * np.cos(t)
+    left = [
+        surface(a + out) - (d - up)
+        for a, d in zip(axis, depth, strict=True)
+        if d > 6.5 or (shape == "corner" and d > 3)
+    ]
+    assert min(x.min() for x in left) == pytest.approx(0.0, abs=2e-3)
+
+
+def test_an_allowance_lies_over_a_round_bottom():
+    """With 0.5 mm on the bottom the lowest point is 0.5 mm higher than without."""
+    low = []
+    for allowance in (None, 0.5):
+        part, _ = round_bottom("sphere", kind="rough", bottom=allowance, side=0.0)
+        path, _ = part.read()
+        low.append(path.end[motions(path), 2].min())
+    assert low[1] - low[0] == pytest.approx(0.5, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("bottom", "expected"),
+    [
+        (("FLAT_HOLE_BOTTOM",), ["stepnc-tip"]),
+        (("CONICAL_HOLE_BOTTOM", 90.0, None), ["stepnc-tip"]),
+        (("CONICAL_HOLE_BOTTOM", 120.0, None), []),
+        (("THROUGH_BOTTOM_CONDITION",), []),
+    ],
+)
+def test_a_drills_point_that_is_not_the_bottoms(bottom, expected):
+    """The drill's edges stand at 30 degrees: a point of 120."""
+    part = Features()
+    hole = part.add("ROUND_HOLE", *part.head(), part.size(10), None, part.add(*bottom))
+    tool = part.tool("T", 10.0, body="TWIST_DRILL", tip=30.0)
+    drilling = part.add("DRILLING", None, None, "op", 5.0, None, tool, part.technology(), None, *(None,) * 6)
+    _, found = part.mill(hole, drilling).read()
+    assert codes(found) == expected
