@@ -27,6 +27,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.machine.servo_parameters import is_number
 
 Vector = tuple[float, float, float]
 MODELS = ("table-table", "head-head")
@@ -107,11 +108,11 @@ def kinematics_of(table: Mapping[str, Any]) -> Kinematics:
     if len(letters) != 2 or letters[0] == letters[1] or not set(letters) <= set("abc"):
         faults.append(_fault("axes: must be two of a, b, c, the one that carries the other first"))
     centre = table.get("centre_mm", [0.0, 0.0, 0.0])
-    if not (isinstance(centre, list) and len(centre) == 3 and all(_is_number(v) for v in centre)):
+    if not (isinstance(centre, list) and len(centre) == 3 and all(is_number(v) for v in centre)):
         faults.append(_fault("centre_mm: must be three numbers"))
     for key in ("pivot_mm", "tolerance_mm"):
         value = table.get(key, 1.0)
-        if not _is_number(value) or value < 0.0 or (key == "tolerance_mm" and value == 0.0):
+        if not is_number(value) or value < 0.0 or (key == "tolerance_mm" and value == 0.0):
             faults.append(
                 _fault(f"{key}: must be a number {'above' if key == 'tolerance_mm' else 'of at least'} 0")
             )
@@ -124,10 +125,6 @@ def kinematics_of(table: Mapping[str, Any]) -> Kinematics:
         float(table.get("pivot_mm", 0.0)),
         float(table.get("tolerance_mm", _TOLERANCE_MM)),
     )
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def _fault(message: str, hint: str = "") -> Diagnostic:

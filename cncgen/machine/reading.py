@@ -109,6 +109,8 @@ def parse_toml(content: bytes, name: str) -> tuple[dict[str, Any], str]:
         return tomllib.loads(text), text
     except tomllib.TOMLDecodeError as error:
         raise UsageError(_syntax_fault(text, name, str(error))) from error
+    except ValueError as error:  # an integer of more digits than Python converts
+        raise UsageError(Diagnostic("machine-syntax", f"{name}: an integer has too many digits")) from error
     except RecursionError as error:
         message = f"{name}: tables or arrays are nested too deeply"
         raise UsageError(Diagnostic("machine-syntax", message)) from error

@@ -18,6 +18,7 @@ Models and where they come from (the papers' symbols in brackets):
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -90,8 +91,10 @@ class Parameter:
 
 
 def is_number(value: Any) -> bool:
-    """Tell a finite number from everything else, truth values included."""
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+    """Tell a number that is a finite double from everything else, truth values included."""
+    return (
+        isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
+    )
 
 
 def _positive(name: str, about: str, power: int = 0, **more: Any) -> Parameter:

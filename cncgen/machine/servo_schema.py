@@ -75,7 +75,7 @@ def _faults_of_degrees(
 def _faults_of_controller(table: Mapping[str, Any], letter: str) -> Iterator[tuple[str, str, str]]:
     """Yield what the chosen controller of a ``plant`` lacks."""
     unit = file_unit(letter)
-    choice = table.get("controller", "pid")
+    choice = str(table.get("controller", "pid"))
     needed = {
         "ratio": ("controller_numerator", "controller_denominator"),
         "h-infinity": ("sensitivity_bandwidth_rad_s", "robustness_crossover_rad_s"),

@@ -10,6 +10,7 @@ from typing import Any
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.machine.record import Servo
+from cncgen.machine.servo_parameters import is_number
 from cncgen.servo.controllers.base import Controller
 from cncgen.servo.controllers.ccc import CrossCoupling, coupling_of, fitted
 from cncgen.servo.controllers.feedforward import Feedforward, velocity_error
@@ -73,8 +74,7 @@ def settings_of(table: Mapping[str, Any]) -> Settings:
             hint = f"did you mean {near[0]}?" if near else f"known keys: {', '.join(COUPLING_KEYS)}"
             faults.append(Diagnostic("machine-key", f"coupling.{key}: unknown key", hint=hint))
             continue
-        number = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-        if not number or value < 0.0 or (value == 0.0 and "integral" not in key):
+        if not is_number(value) or value < 0.0 or (value == 0.0 and "integral" not in key):
             faults.append(
                 Diagnostic("machine-value", f"coupling.{key}: must be a positive number, is {value!r}")
             )
