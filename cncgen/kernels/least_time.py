@@ -26,6 +26,9 @@ from cython.cimports.libc.math import fabs, sqrt
 WIDTH = 12
 #: What a row bounds.
 BOX, ACCELERATION, JERK_LEFT, JERK_RIGHT = range(4)
+#: What limits are eased by at the start of a window in motion, by the slack, and on how many intervals.
+_EASE = cython.declare(cython.double, 2.0)
+_EASED = cython.declare(cython.Py_ssize_t, 3)
 
 
 @cython.cfunc
@@ -570,6 +573,7 @@ def _tighten(
     factor: cython.double[:, ::1],
     share: cython.double[:, :, ::1],
     slack: cython.double,
+    eased: cython.Py_ssize_t,
     fresh: cython.bint,
     value: cython.double[::1],
 ) -> cython.double:
@@ -580,7 +584,8 @@ def _tighten(
     hold them. While the iterates are far from the optimum (`fresh`), ``share[k, 0]`` (acceleration) and ``share[k, 1]``
     (jerk) become the ratio of the largest value at the ends to the largest inside; later they are only lowered, where a
     limit is passed, and by half of `slack` more, lest the next iterate pass it again. The largest part of a limit that
-    was found inside is returned. `value` has room for 10 doubles an axis.
+    was found inside is returned, of the first `eased` intervals without their ease (see `_apply`). `value` has room for
+    10 doubles an axis.
     """
     n: cython.Py_ssize_t = h.shape[0]
     axes: cython.Py_ssize_t = d1.shape[2]
@@ -643,6 +648,9 @@ def _tighten(
             jerk_in = _peak(value, 10 * a + 5)
             acc = acc_in / limits[0, a]
             jerk = jerk_in / (limits[1, a] * factor[k, a])
+            if k < eased:
+                acc /= 1.0 + _EASE * slack
+                jerk /= 1.0 + _EASE * slack
             worst = max(worst, max(acc, jerk))
             if acc > (0.9 if fresh else 1.0 + slack) and acc_in > acc_end:
                 bulge = margin * acc_end / acc_in
@@ -663,13 +671,21 @@ def _apply(
     kind: cython.char[::1],
     axis: cython.longlong[::1],
     share: cython.double[:, :, ::1],
+    slack: cython.double,
+    eased: cython.Py_ssize_t,
 ) -> cython.void:
-    """Set the part f of the limits that each row may use."""
+    """Set the part f of the limits that each row may use; on the first `eased` intervals `_EASE` times `slack` more.
+
+    A window that starts in motion has little choice there: the plan that gave the state may pass its rows by `slack`,
+    and rows of two axes that bind against each other would leave none.
+    """
     i: cython.Py_ssize_t
     k: cython.Py_ssize_t
+    ease: cython.double
     for k in range(share.shape[0]):
+        ease = _EASE * slack if k < eased else 0.0
         for i in range(offset[k], offset[k + 1]):
-            rows[i, 3] = share[k, 0 if kind[i] == 1 else 1, axis[i]] if kind[i] > 0 else 1.0
+            rows[i, 3] = share[k, 0 if kind[i] == 1 else 1, axis[i]] + ease if kind[i] > 0 else 1.0
 
 
 def solve(
@@ -737,6 +753,7 @@ def solve(
     fresh: cython.bint
     ready: cython.bint
     sides: cython.Py_ssize_t = 0
+    eased: cython.Py_ssize_t = _EASED if free > 1 else 0
     f: cython.double = 0.0
     mu: cython.double
     gap: cython.double = 0.0
@@ -749,7 +766,7 @@ def solve(
     kept: cython.double = 1e300
     near: cython.double[::1] = numpy.zeros(n + 2)
     with cython.nogil:
-        _apply(rows, offset, kind, axis, share)
+        _apply(rows, offset, kind, axis, share, slack, eased)
         for i in range(offset[n]):
             sides += 1 if kind[i] == 0 else 2
         for iteration in range(most):
@@ -757,9 +774,11 @@ def solve(
             # Far from the optimum the shares may lag by an iteration.
             if iteration > 2 and (gap < 0.012 * f or (gap < 0.3 * f and iteration % 2 == 0)):
                 fresh = gap > 0.006 * f
-                report[5] = _tighten(c, h, ends, d1, d2, d3, limits, factor, share, slack, fresh, value)
+                report[5] = _tighten(
+                    c, h, ends, d1, d2, d3, limits, factor, share, slack, eased, fresh, value
+                )
                 if fresh or report[5] > 1.0 + slack:
-                    _apply(rows, offset, kind, axis, share)
+                    _apply(rows, offset, kind, axis, share, slack, eased)
             mu = 3.0 * f / sides if iteration == 0 else 0.0
             _gather(c, ends, root, rows, offset, kind, step, rise, mu, grad, dual, right, band, out)
             primal = out[0]

@@ -224,3 +224,18 @@ def test_thinning_keeps_what_is_near_and_what_is_beside_a_rest() -> None:
     assert offset.tolist() == [0, 2, 3, 3]
     assert rows[:3, 1].tolist() == [0.1, 0.2, 0.6]
     assert kind[:3].tolist() == [0, 1, 1]
+
+
+@pytest.mark.parametrize("at", [11, 42, 50])
+def test_a_window_whose_start_binds_on_two_sides_goes_on(at: int) -> None:
+    # There, jerk of x from above and jerk of y from below leave the second ordinate no room but for the slack.
+    whole = wave(60, axes=3)
+    first = solve(whole, None)
+    names = ("h", "kind", "x1", "x2", "x3", "top", "top_limit", "factor", "node_top")
+    rest = replace(whole, **{name: getattr(whole, name)[at:].copy() for name in names})
+    rest.factor[:2] *= 1.0 - problem.SLACK
+    second = solve(rest, (float(first.q[at, 0]), float(first.q[at, 1])), first.q[at:, 1])
+    assert second.converged
+    acceleration, jerk = motion(rest, second.q)
+    assert acceleration.max() < 1.0 + 1e-3
+    assert jerk.max() < 1.0 + 3.0 * problem.SLACK
