@@ -236,6 +236,9 @@ class Shape:
         course: Open path of a slot or step, or None.
         width: Of a slot.
         open_sides: Of an open boundary: the pieces of the outline that are open, by index.
+        section: Of a slot across its course where it is no U: ``vee``, ``arc``; else "".
+        section_angle: Between the walls of a vee, or that of the arc, rad.
+        section_radius: Of the bottom of a vee, or of the arc, mm.
         ends: What the ends of a slot are: ``open``, ``radiused``, ``flat`` …
         slope: Draft of the walls, rad: a pocket or hole is narrower below, an outside profile wider.
         corner_radius: Of the walls' corners (orthogonal_radius), or None.
@@ -254,6 +257,9 @@ class Shape:
     course: list[Piece] | None = None
     width: float | None = None
     open_sides: tuple[int, ...] = ()
+    section: str = ""
+    section_angle: float = 0.0
+    section_radius: float = 0.0
     ends: tuple[str, ...] = ()
     slope: float = 0.0
     corner_radius: float | None = None

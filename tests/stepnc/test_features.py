@@ -559,3 +559,57 @@ def test_an_outline_of_no_part_is_refused():
     part = Features()
     part.mill(part.pocket(part.rectangle(1e200, 40)), pocket_operation(part))
     assert codes(part.read()[1], "error")
+
+
+def formed_slot(profile, tool, depth=5.0, operation="BOTTOM_AND_SIDE_FINISH_MILLING"):
+    """A slot of 40 mm along X whose section the tool has: `tool` are diameter, tip angle and edge radius."""
+    part = Features()
+    course = part.add("LINEAR_PATH", None, part.size(40), part.direction(1, 0, 0))
+    ends = tuple(part.add("OPEN_SLOT_END_TYPE") for _ in range(2))
+    slot = part.add("SLOT", *part.head(depth), course, part.add(*profile(part)), ends)
+    made = part.operation(operation, 2.0, None, None, None)
+    diameter, tip, edge = tool
+    cutter = part.tool("T", diameter, tip=tip, edge=edge)
+    values = list(part.instances[made - 1].parts[0].parameters)
+    values[5] = cutter
+    part.fill(made, operation, *values)
+    return part.mill(slot, made).read()
+
+
+@pytest.mark.parametrize(
+    ("profile", "tool", "depth"),
+    [
+        (lambda p: ("VEE_PROFILE", None, p.size(0), 90.0, 45.0), (12.0, 45.0, None), 5.0),
+        (lambda p: ("VEE_PROFILE", None, p.size(0.5), 60.0, 60.0), (12.0, 60.0, 0.5), 5.0),
+        (lambda p: ("PARTIAL_CIRCULAR_PROFILE", None, p.size(5), 180.0), (10.0, None, 5.0), 5.0),
+        (lambda p: ("PARTIAL_CIRCULAR_PROFILE", None, p.size(8), 120.0), (16.0, None, 8.0), 4.0),
+    ],
+)
+def test_a_slot_whose_section_is_the_tools_is_cut_along_its_middle(profile, tool, depth):
+    path, found = formed_slot(profile, tool, depth)
+    assert codes(found) == []
+    cut = path.end[motions(path)]
+    assert cut[:, 2].min() == pytest.approx(-depth)
+    cut = cut[cut[:, 2] < 0]
+    np.testing.assert_allclose(cut[:, 1], ORIGIN[1])
+    assert cut[:, 0].min() <= ORIGIN[0] - tool[0] / 2
+    assert cut[:, 0].max() >= ORIGIN[0] + 40 + tool[0] / 2
+
+
+@pytest.mark.parametrize(
+    ("profile", "tool"),
+    [
+        (
+            lambda p: ("VEE_PROFILE", None, p.size(0), 90.0, 45.0),
+            (12.0, 30.0, None),
+        ),  # a point of 120 degrees
+        (lambda p: ("VEE_PROFILE", None, p.size(0), 90.0, 45.0), (12.0, None, None)),  # a flat end
+        (lambda p: ("VEE_PROFILE", None, p.size(0), 90.0, 45.0), (8.0, 45.0, None)),  # 10 mm wide at the top
+        (lambda p: ("VEE_PROFILE", None, p.size(0), 90.0, 20.0), (12.0, 45.0, None)),  # it leans
+        (lambda p: ("PARTIAL_CIRCULAR_PROFILE", None, p.size(5), 180.0), (8.0, None, 4.0)),
+        (lambda p: ("PARTIAL_CIRCULAR_PROFILE", None, p.size(5), 200.0), (10.0, None, 5.0)),
+        (lambda p: ("TEE_PROFILE", None, *(None,) * 8), (10.0, None, 5.0)),
+    ],
+)
+def test_a_slot_whose_section_is_another_is_refused(profile, tool):
+    assert codes(formed_slot(profile, tool)[1], "error") in (["stepnc-unsupported"], ["stepnc-geometry"])

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -288,9 +289,24 @@ class Features:
         profile, path = profile_of(components, OPEN), path_of(components)
         if path is None or profile is None:
             raise entity.fault("stepnc-missing", "the slot has no path or no profile")
-        size = self.shapes.measures(profile.id)
+        placed_at_top = (self.shapes.limit(entity.id) or 0.0) < 0
+        if not placed_at_top and self.profiles.length(path) is None:
+            raise path.fault("stepnc-unsupported", "a slot placed at its bottom needs a straight path")
+        length = self.profiles.length(path)
+        course = self.profiles.path(path, _Y) if placed_at_top else [profiles.linear_path((length or 0) * _Y)]
+        ends = self._slot_ends(components, reverse=not placed_at_top)
+        return Shape(depth, course=list(course), ends=ends, **self._across(profile))
+
+    def _across(self, profile: Entity) -> dict[str, Any]:
+        """Return the values of `Shape` that a slot's profile gives."""
+        size, kind = self.shapes.measures(profile.id), profile.keyword
+        if kind == "VEE_PROFILE" and "profile angle" in size:
+            radius, tilt = size.get("profile radius", size.get("radius", 0.0)), size.get("tilt angle", 0.0)
+            return profiles.section(profile, "vee", size["profile angle"], radius, tilt)
+        if kind == "PARTIAL_CIRCULAR_PROFILE" and {"radius", "sweep angle"} <= set(size):
+            return profiles.section(profile, "arc", size["sweep angle"], size["radius"])
         width = size.get("width", size.get("profile width"))
-        if profile.keyword not in ("SQUARE_U_PROFILE", "ROUNDED_U_PROFILE") or width is None:
+        if kind not in ("SQUARE_U_PROFILE", "ROUNDED_U_PROFILE") or width is None:
             raise profile.fault("stepnc-unsupported", "a slot of this profile cannot be made")
         for name in ("first angle", "second angle"):
             angle = size.get(name, 0.0)
@@ -298,14 +314,10 @@ class Features:
                 raise profile.fault(
                     "stepnc-unsupported", "walls of a slot that are not upright cannot be made"
                 )
-        placed_at_top = (self.shapes.limit(entity.id) or 0.0) < 0
-        if not placed_at_top and self.profiles.length(path) is None:
-            raise path.fault("stepnc-unsupported", "a slot placed at its bottom needs a straight path")
-        length = self.profiles.length(path)
-        course = self.profiles.path(path, _Y) if placed_at_top else [profiles.linear_path((length or 0) * _Y)]
-        floor = width / 2 if profile.keyword == "ROUNDED_U_PROFILE" else size.get("first radius")
-        ends = self._slot_ends(components, reverse=not placed_at_top)
-        return Shape(depth, course=list(course), width=width, floor_radius=floor, ends=ends)
+        return {
+            "width": width,
+            "floor_radius": width / 2 if kind == "ROUNDED_U_PROFILE" else size.get("first radius"),
+        }
 
     def _slot_ends(self, components: list[Component], reverse: bool) -> tuple[str, ...]:
         """Return what the ends of a slot are, where its path begins and where it ends.

@@ -15,17 +15,26 @@ from cncgen.stepnc.model import Boss, Path
 
 #: Difference of slot width and tool diameter up to which one pass along the middle makes the slot, mm.
 SAME_WIDTH = 1e-6
+#: Difference of a vee and its tool that is none, rad.
+SAME_ANGLE = math.radians(0.1)
 
 
 def _course(job: Job) -> tuple[list[Piece], float]:
-    course, width = job.shape.course, job.shape.width
-    if course is None or width is None:
-        raise job.fault("stepnc-missing", "the slot has no course or no width")
+    course, width = _path(job), job.shape.width
+    if width is None:
+        raise job.fault("stepnc-missing", "the slot has no width")
+    return course, width
+
+
+def _path(job: Job) -> list[Piece]:
+    course = job.shape.course
+    if course is None:
+        raise job.fault("stepnc-missing", "the slot has no course")
     if any(abs(float(p.end[2] - p.start[2])) > 1e-9 for p in course):
         raise job.fault("stepnc-unsupported", "a slot whose course is not level cannot be made")
     if "woodruff" in job.shape.ends:
         raise job.fault("stepnc-unsupported", "a slot with a woodruff end cannot be made")
-    return course, width
+    return course
 
 
 def _is_loop(course: list[Piece]) -> bool:
@@ -48,6 +57,8 @@ def _extended(job: Job, course: list[Piece]) -> list[Piece]:
 
 def mill(job: Job) -> tuple[Path, ...]:
     """Return the toolpaths of a slot: along its middle where the tool is as wide, else as a pocket about its course."""
+    if job.shape.section:
+        return _formed(job)
     course, width = _course(job)
     free = width - 2 * job.radius - 2 * job.value("allowance_side", 0.0)
     if free < -SAME_WIDTH:
@@ -65,8 +76,38 @@ def mill(job: Job) -> tuple[Path, ...]:
     return _along(job, path, job.levels(job.depth - job.value("allowance_bottom", 0.0)))
 
 
+def _formed(job: Job) -> tuple[Path, ...]:
+    """Return the passes along the middle of a slot whose section is the tool's: a vee, or an arc cut by a ball."""
+    shape, tool = job.shape, job.tool
+    half, radius = shape.section_angle / 2, shape.section_radius
+    if shape.section == "vee":
+        point = math.nan if tool.tip_angle is None else math.pi - 2 * tool.tip_angle
+        fits = (
+            abs(point - shape.section_angle) <= SAME_ANGLE and abs((tool.edge_radius or 0.0) - radius) <= 1e-6
+        )
+        wanted = f"a point of {math.degrees(shape.section_angle):.1f} degrees rounded by {radius:g} mm"
+        width = 2 * (radius / math.cos(half) + (job.depth - radius) * math.tan(half))
+    else:
+        fits = abs(tool.edge - radius) <= 1e-6 and abs(job.radius - radius) <= 1e-6
+        wanted = f"a ball of {radius:g} mm radius"
+        width = 2 * radius * math.sin(min(half, math.pi / 2))
+        if abs(job.depth - radius * (1 - math.cos(half))) > 1e-3:
+            text = f"the arc is {radius * (1 - math.cos(half)):.3f} mm deep, the slot {job.depth:.3f}; the slot's counts"
+            job.warn("stepnc-depth", text)
+    if not fits or job.value("allowance_side", 0.0) or job.value("allowance_bottom", 0.0):
+        text = f"a slot of this section needs {wanted}, and no allowances"
+        raise job.fault("stepnc-unsupported", text)
+    if width > 2 * job.radius + 1e-6:
+        text = f"the slot is {width:.3f} mm wide at its top, the tool {2 * job.radius:g} mm"
+        raise job.fault("stepnc-geometry", text)
+    course = _path(job)
+    return _along(job, course if _is_loop(course) else _extended(job, course), job.levels(job.depth))
+
+
 def mill_walls(job: Job) -> tuple[Path, ...]:
     """Return the toolpaths along both walls of a slot."""
+    if job.shape.section:
+        raise job.fault("stepnc-unsupported", f"the walls of a slot with a section of {job.shape.section}")
     return profile.mill_inside(_as_pocket(job, *_course(job)))
 
 

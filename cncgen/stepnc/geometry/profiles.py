@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,3 +106,29 @@ def closed_outline(
     if np.linalg.norm(opening[0].start - wall[-1].end) > 1e-6:
         raise owner.fault("stepnc-geometry", "the open boundary does not begin where the wall ends")
     return [*wall, *opening], tuple(range(len(wall), len(wall) + len(opening)))
+
+
+def section(
+    entity: Entity, kind: str, angle: float, radius: float, tilt: float | None = None
+) -> dict[str, Any]:
+    """Return the values of `Shape` of a slot whose section is a vee or an arc.
+
+    Args:
+        entity: The profile, for diagnostics.
+        kind: ``vee`` or ``arc``.
+        angle: Between the walls, or of the arc, rad.
+        radius: Of the bottom, mm.
+        tilt: Of a vee's first wall from X, rad.
+
+    Raises:
+        Skip: where it is none that is open above, or leans.
+    """
+    if not 0 < angle <= math.pi + 1e-9 or not radius >= 0 or (kind == "arc" and not radius > 0):
+        raise entity.fault(
+            "stepnc-geometry", f"a {kind} of {math.degrees(angle):g} degrees and {radius:g} mm"
+        )
+    if tilt is not None and abs(tilt - (math.pi - angle) / 2) > math.radians(0.1):
+        upright = math.degrees((math.pi - angle) / 2)
+        text = f"a vee that leans (tilt_angle {math.degrees(tilt):g} degrees, upright it has {upright:g})"
+        raise entity.fault("stepnc-unsupported", text)
+    return {"section": kind, "section_angle": angle, "section_radius": radius}

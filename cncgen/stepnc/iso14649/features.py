@@ -204,12 +204,12 @@ class Features:
 
     def _slot(self, entity: Entity) -> Shape:
         course = self.profiles.path(entity.entity("course_of_travel"))
-        width, floor = self.profiles.slot_profile(entity.entity("swept_shape"))
+        profile = self.profiles.slot_profile(entity.entity("swept_shape"))
         ends = tuple(
             self.entities.keyword(i).lower().removesuffix("_slot_end_type")
             for i in entity.refs("end_conditions")
         )
-        return Shape(self.depth(entity), course=course, width=width, ends=ends, floor_radius=floor)
+        return Shape(self.depth(entity), course=course, ends=ends, **profile)
 
     def _step(self, entity: Entity) -> Shape:
         course = self.profiles.path(entity.entity("open_boundary"))

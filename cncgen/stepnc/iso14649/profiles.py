@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -133,15 +134,24 @@ class Profiles:
 
     # Profiles across a path
 
-    def slot_profile(self, entity: Entity) -> tuple[float, float | None]:
-        """Return the width of a slot's profile, and the radius between its floor and walls.
+    def slot_profile(self, entity: Entity) -> dict[str, Any]:
+        """Return the values of `Shape` that a slot's profile gives: its width, the radius of its floor, or its section.
 
         Raises:
             Skip: where passes from above cannot make it.
         """
         if entity.keyword == "ROUNDED_U_PROFILE":
             width = self.length(entity, "width")
-            return width, width / 2
+            return {"width": width, "floor_radius": width / 2}
+        if entity.keyword == "VEE_PROFILE":
+            angle = entity.number("profile_angle") * self.curves.angle
+            tilt = entity.number("tilt_angle", 0.0) * self.curves.angle
+            return profiles.section(
+                entity, "vee", angle, self.optional_length(entity, "profile_radius") or 0.0, tilt
+            )
+        if entity.keyword == "PARTIAL_CIRCULAR_PROFILE":
+            angle = entity.number("sweep_angle") * self.curves.angle
+            return profiles.section(entity, "arc", angle, self.length(entity, "radius"))
         if entity.keyword != "SQUARE_U_PROFILE":
             raise entity.fault("stepnc-unsupported", "a slot of this profile cannot be made")
         for name in ("first_angle", "second_angle"):
@@ -149,7 +159,10 @@ class Profiles:
             if min(abs(angle), abs(angle - math.pi / 2)) > 1e-6:
                 text = f"walls of a slot that are not upright ({name} {math.degrees(angle):g} degrees) cannot be made"
                 raise entity.fault("stepnc-unsupported", text)
-        return self.length(entity, "width"), self.optional_length(entity, "first_radius")
+        return {
+            "width": self.length(entity, "width"),
+            "floor_radius": self.optional_length(entity, "first_radius"),
+        }
 
     def step_wall(self, course: list[Piece], vee: Entity | None) -> tuple[list[Piece], float]:
         """Return the foot of a step's wall with what is removed on its right, and the draft of the wall, rad.
