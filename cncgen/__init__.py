@@ -1,9 +1,9 @@
 """cncgen: NC programs to servo setpoints within the machine's limits.
 
 The library in a line a stage: `read` a program (`read_text`: from memory), `plan` it on a machine, `sample` the
-trajectory, `simulate` the servo axes. Lengths are mm, times s, angles rad. What is wrong with a program or a machine
-file raises `CncgenError` with all its diagnostics. Names are imported when they are first used, so that ``import
-cncgen`` costs nothing.
+trajectory, `simulate` the servo axes. Lengths are mm, times s, angles rad. What is wrong with a program, a machine file
+or a call raises `CncgenError` with all its diagnostics. Names are imported when they are first used, so that
+``import cncgen`` costs nothing.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from cncgen.pipeline import sample as sample
     from cncgen.pipeline import simulate as simulate
     from cncgen.planner import PlanOptions as PlanOptions
+    from cncgen.setpoints.record import Setpoints as Setpoints
     from cncgen.toolpath.reading import ReadOptions as ReadOptions
 
 __version__ = "0.1.0"
@@ -36,6 +37,7 @@ _PUBLIC = {
     "Machine": "cncgen.machine",
     "PlanOptions": "cncgen.planner",
     "ReadOptions": "cncgen.toolpath.reading",
+    "Setpoints": "cncgen.setpoints.record",
     "Diagnostic": "cncgen.diagnostics",
     "CncgenError": "cncgen.diagnostics",
 }

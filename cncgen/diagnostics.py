@@ -6,11 +6,21 @@ carry what ends the work: `ProgramError` (exit 1), `UsageError` (exit 2), `NoPla
 
 from __future__ import annotations
 
+import copyreg
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from types import MappingProxyType
 from typing import Any
+
+
+def _read_only(values: dict[Any, Any]) -> MappingProxyType[Any, Any]:
+    """Return a read-only mapping: what one is pickled as."""
+    return MappingProxyType(values)
+
+
+# Records hold read-only mappings, which pickle does not know by itself.
+copyreg.pickle(MappingProxyType, lambda mapping: (_read_only, (dict(mapping),)))
 
 #: Diagnostics kept of one run; what comes after is counted only, so that a million bad lines stay bounded.
 MAX_KEPT = 1000
@@ -135,6 +145,10 @@ class Diagnostics:
     def __len__(self) -> int:
         return len(self._kept)
 
+    def __repr__(self) -> str:
+        counts = ", ".join(f"{n} {severity}{'s' * (n != 1)}" for severity, n in self.counts.items() if n)
+        return f"Diagnostics({counts or 'none'})"
+
 
 class CncgenError(Exception):
     """Base of what ends the work; `exit_code` is what the CLI exits with."""
@@ -145,6 +159,10 @@ class CncgenError(Exception):
         items = [diagnostics] if isinstance(diagnostics, Diagnostic) else list(diagnostics)
         self.diagnostics = items
         super().__init__("\n".join(d.render() for d in items))
+
+    def __reduce__(self) -> tuple[type[CncgenError], tuple[list[Diagnostic]]]:
+        """Pickle by the diagnostics, of which the text is made: errors come back from other processes whole."""
+        return type(self), (self.diagnostics,)
 
 
 class ProgramError(CncgenError):

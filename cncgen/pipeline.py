@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import importlib
 import io
+import math
 import os
 import re
 import stat
@@ -23,6 +24,7 @@ from pathlib import Path, PurePath
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, BinaryIO
 
+from cncgen.arguments import checked_setpoints, expect, expect_fields, expect_path, wrong
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, UsageError
 from cncgen.files import STANDARD, open_input
 from cncgen.toolpath.reading import ReadOptions
@@ -75,7 +77,7 @@ def read(
         UsageError: The file cannot be read.
     """
     with _opened(source, language) as (reader, file, name):
-        program: Program = reader.read(file, name, options or ReadOptions())
+        program: Program = reader.read(file, name, _reading(options))
     return program
 
 
@@ -116,14 +118,26 @@ def read_text(
     options: ReadOptions | None = None,
 ) -> Program:
     """Read a program from memory; see `read`."""
-    content = text.encode() if isinstance(text, str) else text
+    given = expect(text, (str, bytes, bytearray, memoryview), "text", "str or bytes")
+    content = given.encode(errors="replace") if isinstance(given, str) else bytes(given)
     reader = reader_of(language or language_of(name, content[:_HEAD_BYTES]))
-    program: Program = reader.read(io.BytesIO(content), name, options or ReadOptions())
+    program: Program = reader.read(io.BytesIO(content), name, _reading(options))
     return program
 
 
+def _reading(options: ReadOptions | None) -> ReadOptions:
+    """Return the options, or the usual ones for None."""
+    return ReadOptions() if options is None else expect(options, ReadOptions, "options", "cncgen.ReadOptions")
+
+
 def reader_of(language: str) -> ModuleType:
-    """Return the package that reads a language: it has `read`, and `check` and `canon` where it has a way of its own."""
+    """Return the package that reads a language: it has `read`, and `check` and `canon` where it has a way of its own.
+
+    Raises:
+        UsageError: There is no such language.
+    """
+    if language not in SUFFIXES:
+        raise wrong(f"language = {language!r} is not one of {', '.join(SUFFIXES)}")
     return importlib.import_module(f"cncgen.{language}")
 
 
@@ -132,8 +146,8 @@ def _opened(
     source: str | os.PathLike[str], language: str | None
 ) -> Iterator[tuple[ModuleType, Path | BinaryIO, str]]:
     """Open a program; give the package that reads it, what it reads (a path that can be mapped, or a stream), its name."""
-    name = os.fspath(source)
-    with open_input(source) as file:
+    name = expect_path(source, "the program", "the name of a file (cncgen.read_text reads a text)")
+    with open_input(name) as file:
         reader = reader_of(language or language_of(name, _head(file)))
         regular = name != STANDARD and stat.S_ISREG(os.fstat(file.fileno()).st_mode)
         yield reader, Path(name) if regular else file, name
@@ -195,7 +209,9 @@ def machine_of(machine: Machine | str | os.PathLike[str]) -> Machine:
     """Return a machine, loaded by its name or from its file where it is not one yet."""
     from cncgen.machine import Machine, load
 
-    return machine if isinstance(machine, Machine) else load(machine)
+    if isinstance(machine, Machine):
+        return machine
+    return load(expect_path(machine, "the machine", "a profile's name, a TOML file, or a Machine"))
 
 
 def options_on(machine: Machine, options: ReadOptions | None = None) -> ReadOptions:
@@ -240,6 +256,12 @@ def plan(
     where = machine_of(machine)
     if isinstance(program, str | os.PathLike):
         program = read(program, options=options_on(where))
+    from cncgen.toolpath.record import Program
+
+    expect(program, Program, "the program", "what cncgen.read returns, or the name of a file")
+    if options is not None:
+        expect(options, planner.PlanOptions, "options", "cncgen.PlanOptions (or its fields as keywords)")
+    expect_fields(planner.PlanOptions, asked)
     how = replace(options or planner.PlanOptions(), **asked)
     return Plan(program, where, planner.plan(sound(program), where, how))
 
@@ -254,8 +276,14 @@ def sample(planned: Plan, signals: Sequence[str] = ()) -> SetpointStream:
 
     Args:
         planned: From `plan`.
-        signals: Further columns: ``vel``, ``acc``, ``jerk``, ``feed``, ``line``, ``limit``.
+        signals: Further columns: ``vel``, ``acc``, ``jerk``, ``feed``, ``line``, ``limit`` (or their names by commas).
+
+    Raises:
+        UsageError: There is no such signal, or `planned` is no plan.
     """
+    expect(planned, Plan, "what is sampled", "what cncgen.plan returns")
+    if isinstance(signals, str):
+        signals = [name.strip() for name in signals.split(",") if name.strip()]
     from cncgen import setpoints
     from cncgen.setpoints.stream import SetpointStream
 
@@ -288,7 +316,7 @@ def plan_with_summary(
 
 
 def simulate(
-    setpoints: Iterable[Setpoints] | Setpoints,
+    setpoints: Iterable[Setpoints] | Setpoints | Plan,
     machine: Machine | Mapping[str, Servo] | str | os.PathLike[str],
     *,
     controller: str = "p",
@@ -297,20 +325,27 @@ def simulate(
     """Simulate the servo axes of a machine under setpoints.
 
     Args:
-        setpoints: From `sample` (as it is, or collected), or from a file (`cncgen.setpoints.readers.open_setpoints`).
+        setpoints: From `sample` (as it is, or collected), from a file (`cncgen.setpoints.readers.open_setpoints`), your
+            own (`Setpoints`), or a plan, which is sampled.
         machine: Gives the servo data: a machine, servos by letter, a profile's name, or a TOML file.
         controller: ``p`` (each axis's own) or another of `cncgen.servo.named_schemes.NAMES`, with the gains of the
             machine's ``[coupling]`` table, if it has one.
         settle_s: The last setpoint is held so long at the end.
 
     Raises:
-        UsageError: An axis has no servo data, or the controller cannot be had for the axes.
+        UsageError: An axis has no servo data, or the controller cannot be had for the axes; setpoints are wrong (as they
+            are drawn).
     """
     from cncgen.servo.named_schemes import scheme_maker, settings_of
     from cncgen.servo.simulate import simulate_scheme
     from cncgen.setpoints.record import Setpoints
 
-    chunks = (setpoints,) if isinstance(setpoints, Setpoints) else setpoints
+    if not 0.0 <= settle_s < math.inf:
+        raise wrong(f"settle_s = {settle_s} must be a finite time, not below 0")
+    given: Any = sample(setpoints) if isinstance(setpoints, Plan) else setpoints
+    if isinstance(given, Setpoints):
+        given = (given,)
+    chunks = checked_setpoints(expect(given, Iterable, "setpoints", "cncgen.Setpoints, or a stream of them"))
     made = scheme_maker(controller, servos_of(machine), settings_of(coupling_of(machine)))
     return simulate_scheme(chunks, made, settle_s=settle_s)
 

@@ -6,8 +6,8 @@ first local minimum. So a path that crosses itself, or goes back the way it came
 the nearest point of the whole path would not do. A place that is off by more than `NOISE` of the tolerance is given up
 for one further on in the window at less than half its distance: round a corner, or on the way back behind a tip.
 
-Where nothing within the window is within the tolerance, the nearest place of the window is the match (the point is
-beyond tolerance, and its distance says by how much). Points that are further from it than the window is long are lost
+Where nothing within the window is within the tolerance, nor on the few segments after it (a stroke that was left out),
+the nearest place is the match (the point is beyond tolerance, and its distance says by how much). Points that are further from it than the window is long are lost
 (the setpoints left a piece out, which a shorter piece would be seen by the window for): a run of them is looked for
 further and further ahead, after 1, 2, 4, 8 … of them, so that the work stays in proportion. A point that is nearer is
 off and not lost; looked for all along a path that crosses itself, it would be found on another branch.
@@ -18,6 +18,9 @@ from cython.cimports.libc.math import sqrt
 
 #: Part of the tolerance within which a place is the right one without looking further.
 NOISE = cython.declare(cython.double, 0.02)
+
+#: Segments that are searched though they begin beyond the window, where nothing in it is within the tolerance.
+_FEW = cython.declare(cython.Py_ssize_t, 16)
 
 
 @cython.cfunc
@@ -124,7 +127,7 @@ def follow(
             far = False
             k = at
             while k < m:
-                if not far and along[k] > end and k > at + 16:
+                if not far and along[k] > end and (found or k > at + _FEW):
                     if found or best_d <= reach[i] or lost != next_search:
                         break
                     far = True

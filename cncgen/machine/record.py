@@ -64,3 +64,6 @@ class Machine:
     max_contour_error_mm: float | None = None
     max_centripetal_mm_s2: float | None = None
     settings: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+
+    def __repr__(self) -> str:
+        return f"Machine({self.name!r}, axes {''.join(self.axes)}, every {1e3 * self.period_s:g} ms)"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import numbers
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -61,13 +63,17 @@ class PlanOptions:
         positive = ("path_tolerance_mm", "max_contour_error_mm", "kbar_per_mm", "lookahead_rows")
         for name in positive:
             value = getattr(self, name)
-            if value is not None and not value > 0:
-                faults.append(Diagnostic("option-value", f"{name} = {value} must be greater than 0"))
-        if not self.corner_distance_mm >= 0:
-            faults.append(
-                Diagnostic(
-                    "option-value", f"corner_distance_mm = {self.corner_distance_mm} must not be negative"
+            if value is not None and not (_is_number(value) and value > 0):
+                faults.append(
+                    Diagnostic("option-value", f"{name} = {value!r} must be a number greater than 0")
                 )
-            )
+        distance = self.corner_distance_mm
+        if not (_is_number(distance) and distance >= 0):
+            message = f"corner_distance_mm = {distance!r} must be a number that is not negative"
+            faults.append(Diagnostic("option-value", message))
         if faults:
             raise UsageError(faults)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, numbers.Real) and not isinstance(value, bool) and math.isfinite(value)

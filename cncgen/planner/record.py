@@ -32,7 +32,7 @@ class Limit(IntEnum):
     CURVATURE = 11
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Profile:
     """Motion along the path as pieces in time, each with the exact solution of s''' = j + c s'.
 
@@ -58,6 +58,9 @@ class Profile:
     def __len__(self) -> int:
         return len(self.v)
 
+    def __repr__(self) -> str:
+        return f"Profile({len(self)} pieces, {self.t[0]:.6g} to {self.t[-1]:.6g} s, {self.s[0]:.6g} to {self.s[-1]:.6g} mm)"
+
 
 @dataclass(frozen=True, slots=True)
 class SharpCorner:
@@ -70,7 +73,7 @@ class SharpCorner:
     t_s: float
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Trajectory:
     """A stretch of planned motion; chunks follow each other without a gap in time or position.
 
@@ -90,3 +93,6 @@ class Trajectory:
     events: tuple[tuple[float, int, Event], ...] = ()
     corners: tuple[SharpCorner, ...] = ()
     values: Mapping[str, Any] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return f"Trajectory({self.toolpath!r}, {self.profile!r})"

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Response:
     """A chunk of what the servo axes make of setpoints; row `i` holds at ``(first + i) * period_s``.
 
@@ -38,3 +38,6 @@ class Response:
 
     def __len__(self) -> int:
         return len(self.position)
+
+    def __repr__(self) -> str:
+        return f"Response({len(self)} rows from {self.first}, axes {self.axes}, every {1e3 * self.period_s:g} ms)"

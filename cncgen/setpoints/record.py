@@ -13,7 +13,7 @@ from cncgen.toolpath.record import Event
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Setpoints:
     """A chunk of the setpoint stream: row `i` holds at ``(first + i) * period_s``.
 
@@ -36,6 +36,11 @@ class Setpoints:
 
     def __len__(self) -> int:
         return len(self.position)
+
+    def __repr__(self) -> str:
+        more = f", signals {', '.join(self.signals)}" if self.signals else ""
+        rows = f"{len(self)} rows from {self.first}"
+        return f"Setpoints({rows}, axes {self.axes}, every {1e3 * self.period_s:g} ms{more})"
 
     @property
     def time_s(self) -> Floats:

@@ -29,6 +29,9 @@ class SetpointStream:
     def __iter__(self) -> Iterator[Setpoints]:
         return self.chunks
 
+    def __repr__(self) -> str:
+        return f"SetpointStream({self.name!r}, axes {self.axes}, every {1e3 * self.period_s:g} ms)"
+
     def collect(self) -> Setpoints:
         """Draw all rows; return them as one chunk."""
         chunks = list(self.chunks)

@@ -66,7 +66,7 @@ class Event:
     values: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Toolpath:
     """A stretch of a program, `n` rows, in machine coordinates. Frozen: a stage makes a new one.
 
@@ -110,6 +110,10 @@ class Toolpath:
     def __len__(self) -> int:
         return len(self.kind)
 
+    def __repr__(self) -> str:
+        lines = f", lines {self.line[0]} to {self.line[-1]}" if len(self) else ""
+        return f"Toolpath({len(self)} rows, axes {self.axes}{lines} of {self.sources[0] if self.sources else '?'})"
+
     @property
     def starts(self) -> Floats:
         """Shape (n, axes): the start point of each row."""
@@ -140,3 +144,6 @@ class Program:
     moving_axes: str
     chunks: Callable[[], Iterator[Toolpath]]
     diagnostics: Diagnostics
+
+    def __repr__(self) -> str:
+        return f"Program({self.name!r}, {self.language}, axes {self.moving_axes or 'none'}, {self.diagnostics!r})"

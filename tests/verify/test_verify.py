@@ -209,6 +209,19 @@ def test_a_corner_cut_within_and_beyond_its_tolerance() -> None:
         assert verdict.holds == good
 
 
+def test_a_corner_that_the_path_comes_back_to() -> None:
+    """A chamfer on the first of two laps is nearer to a leg of the second one, which is not yet its turn."""
+    corners = [[0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0], [0, 0, 0], [10, 0, 0], [7, 7, 0]]
+    cut = [[0, 0, 0], [9.99, 0, 0], [10, 0.01, 0], *corners[2:]]
+    steps = [np.linspace(a, b, 200, endpoint=False) for a, b in itertools.pairwise(np.array(cut, float))]
+    motion = np.concatenate([*steps, [corners[-1]]])
+    program = make.polyline(*[list(map(float, corner)) for corner in corners])
+    verdict = verify(make.stream(motion), [program], make.machine(1e9, 1e12, 1e15))
+    assert verdict.holds
+    # The middle of the chamfer is 5 µm from each leg; a place before it is matched with the first leg as far as it falls.
+    assert 0.005 <= verdict.setpoints_to_path_mm <= 0.01 / np.sqrt(2)
+
+
 def test_tolerance_in_force_row_by_row() -> None:
     """0.02 mm off is within G64 P0.05 and beyond G61 (the chord tolerance of 1 µm)."""
     motion = line_motion() + np.array([0, 0.02, 0])

@@ -1,0 +1,179 @@
+"""The library as scripts use it: wrong arguments, records that are printed, compared and sent to other processes, threads."""
+
+from __future__ import annotations
+
+import gc
+import multiprocessing
+import pickle
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+import pytest
+
+import cncgen
+from cncgen.diagnostics import Diagnostics, NoPlanError, ProgramError, Severity, UsageError
+
+SQUARE = "G21 G90 G61\nG0 X0 Y0\nG1 X10 F1200\nY10\nX0\nY0\nM2\n"
+
+
+def square() -> Any:
+    return cncgen.read_text(SQUARE, "square.nc")
+
+
+def planned(_: object = None) -> tuple[int, float]:
+    points = cncgen.sample(cncgen.plan(square(), "xy-table")).collect()
+    return len(points), float(points.position.max())
+
+
+def fails(_: object = None) -> None:
+    list(cncgen.plan(cncgen.read_text("G1 X= F1\nM2\n", "bad.nc"), "xy-table"))
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: cncgen.read(5), "the program is of type int; it is to be the name of a file"),
+        (lambda: cncgen.read("none.nc"), "cannot read none.nc: there is no such file"),
+        (lambda: cncgen.read(__file__, language="c"), "language = 'c' is not one of gcode, stepnc"),
+        (lambda: cncgen.read(__file__, options={}), "options is of type dict; it is to be cncgen.ReadOptions"),
+        (lambda: cncgen.read_text(5), "text is of type int; it is to be str or bytes"),
+        (lambda: cncgen.load_machine("mill"), "there is no machine profile 'mill'"),
+        (lambda: cncgen.plan(5), "the program is of type int"),
+        (lambda: cncgen.plan(square(), None), "the machine is of type NoneType"),
+        (lambda: cncgen.plan(square(), options="ild"), "options is of type str"),
+        (lambda: cncgen.plan(square(), feed_rate="ild"), "there is no option 'feed_rate'\n  help: did you mean feedrate"),
+        (lambda: cncgen.plan(square(), feedrate="fast"), "feedrate = 'fast' is not one of optimal"),
+        (lambda: cncgen.plan(square(), path_tolerance_mm="1"), "path_tolerance_mm = '1' must be a number"),
+        (lambda: cncgen.plan(square(), path_tolerance_mm=np.inf), "path_tolerance_mm = inf must be a number"),
+        (lambda: cncgen.sample([]), "what is sampled is of type list; it is to be what cncgen.plan returns"),
+        (lambda: cncgen.sample(cncgen.plan(square()), "vel,speed"), "signals speed: not one of vel"),
+        (lambda: cncgen.simulate(5, "xy-table"), "setpoints is of type int"),
+        (lambda: cncgen.simulate([], "xy-table", controller="pid"), "no controller is called 'pid'"),
+        (lambda: cncgen.simulate([], "xy-table", settle_s=-1), "settle_s = -1 must be a finite time"),
+        (lambda: list(cncgen.simulate([np.zeros((3, 2))], "xy-table")), "a chunk of setpoints is of type ndarray"),
+    ],
+)  # fmt: skip
+def test_a_wrong_argument_is_said(call: Callable[[], Any], words: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        call()
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("position", "words"),
+    [
+        (np.zeros((5, 3)), "setpoints of axes XY have an array of shape (5, 3), not (rows, axes)"),
+        (np.zeros(5), "of shape (5,)"),
+        ([["a", "b"]], "no array of numbers"),
+        (np.array([[0, 0], [0, np.nan]]), "setpoint 1, at 0.001 s, is not finite"),
+    ],
+)
+def test_setpoints_of_ones_own_are_looked_at(position: Any, words: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        list(cncgen.simulate(cncgen.Setpoints("XY", 0.001, 0, position), "xy-table"))
+    assert words in str(caught.value)
+
+
+def test_setpoints_of_ones_own_are_simulated() -> None:
+    """Lists, whole numbers and columns that do not lie together are the same motion as an array of doubles."""
+    rows = np.linspace(0, 1, 50)[:, None] * [10, 0]
+    (want,) = cncgen.simulate(cncgen.Setpoints("XY", 0.001, 0, rows), "xy-table")
+    for other in (rows.tolist(), np.asfortranarray(rows), np.repeat(rows, 2, axis=1)[:, ::2]):
+        (found,) = cncgen.simulate([cncgen.Setpoints("XY", 0.001, 0, other)], "xy-table")
+        np.testing.assert_array_equal(found.position, want.position)
+    (found,) = cncgen.simulate(cncgen.plan(square(), "xy-table"), "xy-table")
+    assert len(found) == planned()[0]
+
+
+def test_records_say_what_they_are_in_a_line() -> None:
+    plan = cncgen.plan(square(), "xy-table", feedrate="ild")
+    trajectory = next(iter(plan))
+    points = cncgen.sample(cncgen.plan(square(), "xy-table", feedrate="ild"), "vel").collect()
+    (response,) = cncgen.simulate(points, "xy-table")
+    found = Diagnostics(
+        cncgen.Diagnostic("a", "b", severity) for severity in (Severity.ERROR, *2 * [Severity.NOTE])
+    )
+    said = {
+        repr(found): "Diagnostics(1 error, 2 notes)",
+        repr(square()): "Program('square.nc', gcode, axes XY, Diagnostics(none))",
+        repr(plan.machine): "Machine('xy-table', axes XY, every 1 ms)",
+        repr(trajectory.toolpath): "Toolpath(5 rows, axes XYZ, lines 3 to 7 of square.nc)",
+        repr(points): f"Setpoints({len(points)} rows from 0, axes XY, every 1 ms, signals vel)",
+        repr(response): f"Response({len(points)} rows from 0, axes XY, every 1 ms)",
+    }
+    assert list(said) == list(said.values())
+    assert repr(trajectory).startswith("Trajectory(Toolpath(5 rows")
+    assert "\n" not in repr(trajectory)
+    assert points == points
+    assert points != response
+    assert len({points, response, trajectory, trajectory.profile, trajectory.toolpath}) == 5
+
+
+def test_records_are_pickled() -> None:
+    trajectory = next(iter(cncgen.plan(square(), "xy-table", feedrate="ild")))
+    points = cncgen.sample(cncgen.plan(square(), "xy-table", feedrate="ild"), "vel").collect()
+    machine = cncgen.load_machine("xy-table")
+    assert pickle.loads(pickle.dumps(machine)) == machine
+    for record in (
+        points,
+        trajectory,
+        trajectory.toolpath,
+        *cncgen.simulate(points, machine),
+        cncgen.PlanOptions(),
+    ):
+        assert repr(pickle.loads(pickle.dumps(record))) == repr(record)
+    for kind in (ProgramError, UsageError, NoPlanError, cncgen.CncgenError):
+        error = pickle.loads(pickle.dumps(kind(cncgen.Diagnostic("a", "b", values={"c": 1.0}))))
+        assert (type(error), str(error)) == (kind, "error[a]: b")
+        assert error.diagnostics[0].values["c"] == 1.0
+
+
+def test_other_processes_and_threads() -> None:
+    """The same rows everywhere, and an error of a worker comes back as it is."""
+    want = planned()
+    with ThreadPoolExecutor(2) as pool:
+        assert list(pool.map(planned, range(3))) == [want] * 3
+    with multiprocessing.get_context("spawn").Pool(1) as workers:
+        assert workers.map(planned, range(1)) == [want]
+        with pytest.raises(ProgramError, match=r"bad\.nc:1:5: error\[syntax\]"):
+            workers.map(fails, range(1))
+
+
+def test_stages_that_are_dropped_leave_no_thread() -> None:
+    before = threading.active_count()
+    text = (
+        "G21 G90 G64 P0.01\n" + "".join(f"G1 X{k % 7} Y{0.1 * k:.1f} F6000\n" for k in range(3000)) + "M2\n"
+    )
+    for stage in (iter, cncgen.sample, lambda plan: cncgen.simulate(plan, "xy-table")):
+        drawn = iter(stage(cncgen.plan(cncgen.read_text(text), "xy-table")))
+        next(drawn)
+        del drawn
+        gc.collect()
+    deadline = time.monotonic() + 10
+    while threading.active_count() > before and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert threading.active_count() == before
+
+
+def test_no_warnings_and_strict_arithmetic() -> None:
+    script = """
+import numpy, cncgen
+numpy.seterr(divide="raise", invalid="raise", over="raise")
+for text in ("G21\\nG1 X10 F1200\\nG2 Y10 J5\\nG1 Y20\\nX10.0000001\\nM2\\n", "G21\\nG1 X1 F0.1\\nM2\\n"):
+    plan = cncgen.plan(cncgen.read_text(text), "xy-table")
+    assert list(cncgen.simulate(plan, "xy-table"))
+"""
+    run = subprocess.run(
+        [sys.executable, "-W", "error", "-c", script],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
