@@ -574,3 +574,14 @@ def test_a_number_defined_twice_is_a_diagnostic(second):
     _, found = run(text)
     assert "part21-duplicate" in codes(found, "error")
     assert list(tree(text.encode(), "t.stp"))
+
+
+def test_a_feed_that_is_none_of_a_tool_is_asked_about():
+    """0.175 m/s at 350 rev/min are 30 mm a turn: 0.175 mm per revolution was meant (as in files of one writer)."""
+    part = Part()
+    line = part.trajectory(part.polyline((0, 0, 0), (5, 0, 0)))
+    technology = part.technology(feed=0.175, spindle=-5.8357)
+    part.project(
+        part.plan(part.step(part.freeform(line, technology=technology, tool=part.tool(diameter=6.0))))
+    )
+    assert codes(part.read()[1]) == ["stepnc-feed-unit"]

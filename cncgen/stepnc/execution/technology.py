@@ -16,6 +16,8 @@ Warn = Callable[[int, str, str], None]
 MAX_PLAUSIBLE_SPINDLE = 200_000 / 60
 #: Cutting speeds beyond this (mm/s) were hardly meant in m/s: 10 m/s are 600 m/min.
 MAX_PLAUSIBLE_CUTTING_SPEED = 10_000.0
+#: Feeds a turn beyond so many diameters of the tool were hardly meant.
+MAX_PLAUSIBLE_BITE = 0.5
 
 
 class SpeedRules(NamedTuple):
@@ -65,6 +67,8 @@ def speeds(technology: Technology, tool: Tool | None, ratio: float, warn: Warn) 
         rpm = abs(spindle) * 60.0
         direction = 0 if spindle == 0 else (1 if spindle < 0 else -1)
     feed = technology.feed
+    if feed is not None and rpm:
+        _check_feed(technology, feed * 60.0 / rpm, tool, warn)
     if feed is None and technology.feed_per_rev is not None and rpm:
         feed = technology.feed_per_rev * rpm / 60.0
     if feed is None and technology.feed_per_tooth is not None and rpm:
@@ -75,6 +79,16 @@ def speeds(technology: Technology, tool: Tool | None, ratio: float, warn: Warn) 
         else:
             feed = technology.feed_per_tooth * tool.teeth * rpm / 60.0
     return Speeds(None if feed is None else feed * ratio, direction, rpm)
+
+
+def _check_feed(technology: Technology, per_turn: float, tool: Tool | None, warn: Warn) -> None:
+    """Warn of a feed that no tool takes in a turn (mm): writers that give it per revolution as a speed."""
+    diameter = tool.diameter if tool is not None else None
+    if diameter is not None and per_turn > MAX_PLAUSIBLE_BITE * diameter:
+        text = (
+            f"the feed is {per_turn:.3g} mm a turn of a tool of {diameter:g} mm; is it meant per revolution?"
+        )
+        warn(technology.ident, "stepnc-feed-unit", text)
 
 
 def _spindle(technology: Technology, tool: Tool | None, warn: Warn) -> float | None:

@@ -87,7 +87,10 @@ class Statements:
             one, other = (self.condition(entity, entity.get(n), depth + 1) for n in ("operand1", "operand2"))
             return lambda variables: one(variables) != other(variables)
         if kind in ("AND_EXPRESSION", "OR_EXPRESSION"):
-            parts = [self.condition(entity, Ref(i), depth + 1) for i in entity.refs("operands")]
+            operands = entity.refs("operands")
+            if not operands:
+                raise entity.fault("stepnc-missing", "operands must be given")
+            parts = [self.condition(entity, Ref(i), depth + 1) for i in operands]
             every = all if kind == "AND_EXPRESSION" else any
             return lambda variables: every(p(variables) for p in parts)
         raise entity.fault("stepnc-unsupported", "this is no condition that can be evaluated")
