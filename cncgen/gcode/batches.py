@@ -57,7 +57,7 @@ class Batches:
         )
         self._take_modes(modes, levels)
         if rows:
-            self._hand_on(rows)
+            self._hand_on(rows, plain.source)
             state = self._ip.state
             state.position = position.tolist()
             state.motion = 10 * modes[gcode_motion.MOTION]
@@ -104,7 +104,7 @@ class Batches:
             if not sink.wants_comments:
                 sink.set_feed_rate(feed)
 
-    def _hand_on(self, rows: int) -> None:
+    def _hand_on(self, rows: int, source: int) -> None:
         """Give the rows to the sink."""
         self._ip.sink.motions(
             MotionBatch(
@@ -116,6 +116,6 @@ class Batches:
                 self._turns[:rows],
                 self._line[:rows],
                 self._offset[:rows],
-                0,
+                source,
             )
         )

@@ -12,6 +12,7 @@ import re
 from cncgen.gcode import expressions, grammar
 from cncgen.gcode.block import Flow, Parsed, Value
 from cncgen.gcode.errors import BlockError
+from cncgen.gcode.predefined import asks_state
 
 _LINE_NUMBER = re.compile(r"n([0-9]+(?:\.[0-9]*)?)")
 _NUMBER = re.compile(r"[0-9]+\.?[0-9]*|\.[0-9]+")
@@ -58,7 +59,7 @@ def parse(text: str, dialect: str = "linuxcnc", increments: bool = False) -> Par
 class _Reader:
     """A place in a normalised block; each method reads one rule of the grammar from there on."""
 
-    __slots__ = ("arithmetic", "at", "end", "fanuc", "increments", "text")
+    __slots__ = ("arithmetic", "asks_state", "at", "end", "fanuc", "increments", "text")
 
     def __init__(self, bare: str, fanuc: bool, increments: bool) -> None:
         # No block holds a newline: it stands for the end.
@@ -68,6 +69,8 @@ class _Reader:
         self.fanuc = fanuc
         self.increments = increments
         self.arithmetic = expressions.FANUC if fanuc else expressions.LINUXCNC
+        #: Whether a value that was read may tell the machine's state.
+        self.asks_state = False
 
     def start(self) -> Parsed:
         parsed = Parsed()
@@ -138,7 +141,9 @@ class _Reader:
         character = self.text[self.at]
         if character == "#":
             self.at += 1
-            return expressions.parameter(self._target())
+            target = self._target()
+            self.asks_state = self.asks_state or asks_state(target)
+            return expressions.parameter(target)
         if character == "[":
             return self._bracket()
         number = _NUMBER.match(self.text, self.at)
@@ -234,7 +239,7 @@ class _Reader:
                 arguments.append(self._bracket())
             else:
                 parsed.comments.append(self._comment())
-        parsed.flow = Flow(keyword[0], label, tuple(arguments))
+        parsed.flow = Flow(keyword[0], label, tuple(arguments), asks_state=self.asks_state)
 
     def _macro(self) -> Flow:
         keyword = _MACRO.match(self.text, self.at)

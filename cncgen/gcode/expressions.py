@@ -14,22 +14,13 @@ from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import Computed, Value, nearest
 from cncgen.gcode.errors import BlockError
-from cncgen.units import DEGREE
+from cncgen.kernels import gcode_values
 
 if TYPE_CHECKING:
     from cncgen.gcode.parameters import Parameters
 
 #: Numbers closer than this are equal.
 EQUAL = 1e-4
-#: Degrees beyond which an angle is none (its sine would be noise).
-_LARGEST_ANGLE = 1e12
-#: Tangents beyond this are left as they are.
-_STEEP = 1e6
-#: pi / 180 in two halves of 26 bits and what is left of it, and what splits a number so (2^27 + 1).
-_SPLIT = 134217729.0
-_DEGREE_HIGH = _SPLIT * DEGREE - (_SPLIT * DEGREE - DEGREE)
-_DEGREE_LOW = DEGREE - _DEGREE_HIGH
-_DEGREE_REST = 2.9486522708701687e-19
 
 
 def _divide(a: float, b: float) -> float:
@@ -72,49 +63,24 @@ def _checked(name: str, function: Callable[[float], float]) -> Callable[[float],
     return run
 
 
-def _radians(a: float) -> tuple[float, float]:
-    """Return an angle in degrees as radians and what their rounding left: Dekker's product (Numer. Math. 18, 1971).
-
-    With the latter, SIN[30] is 0.5 and TAN[45] is 1, which FIX, FUP and EQ must see.
-    """
-    if not abs(a) < _LARGEST_ANGLE:
-        raise BlockError("domain", f"{a:g} is no angle")
-    split = _SPLIT * a
-    high = split - (split - a)
-    low = a - high
-    angle = a * DEGREE
-    rest = (high * _DEGREE_HIGH - angle) + high * _DEGREE_LOW + low * _DEGREE_HIGH + low * _DEGREE_LOW
-    return angle, rest + a * _DEGREE_REST
-
-
-def _sin(a: float) -> float:
-    angle, rest = _radians(a)
-    return math.sin(angle) + rest * math.cos(angle)
-
-
-def _cos(a: float) -> float:
-    angle, rest = _radians(a)
-    return math.cos(angle) - rest * math.sin(angle)
-
-
-def _tan(a: float) -> float:
-    angle, rest = _radians(a)
-    tangent = math.tan(angle)
-    return tangent + rest * (1.0 + tangent * tangent) if abs(tangent) < _STEEP else tangent
-
-
-def _angle_of(
-    name: str, inverse: Callable[[float], float], function: Callable[[float], float]
-) -> Callable[[float], float]:
-    """Return an inverse function in degrees: the short number whose `function` is the argument, where there is one."""
+def _of_angle(name: str, function: Callable[[float], float]) -> Callable[[float], float]:
+    """Return a function of an angle in degrees, which must be of a size that it can be told from others."""
 
     def run(a: float) -> float:
-        try:
-            angle = math.degrees(inverse(a))
-        except ValueError:
-            raise BlockError("domain", f"{name.upper()}[{a:g}] has no finite real value") from None
-        short = round(angle, 10)
-        return short if function(short) == a else angle
+        if not abs(a) < gcode_values.LARGEST_ANGLE:
+            raise BlockError("domain", f"{name.upper()}[{a:g}]: that is no angle")
+        return function(a)
+
+    return run
+
+
+def _of_ratio(name: str, function: Callable[[float], float]) -> Callable[[float], float]:
+    """Return an inverse function, of -1 to 1."""
+
+    def run(a: float) -> float:
+        if not -1.0 <= a <= 1.0:
+            raise BlockError("domain", f"{name.upper()}[{a:g}] has no finite real value")
+        return function(a)
 
     return run
 
@@ -139,17 +105,17 @@ BINARY: dict[str, Callable[[float, float], float]] = {
 
 UNARY: dict[str, Callable[[float], float]] = {
     "abs": abs,
-    "acos": _angle_of("acos", math.acos, _cos),
-    "asin": _angle_of("asin", math.asin, _sin),
-    "cos": _cos,
+    "acos": _of_ratio("acos", gcode_values.arc_cosine),
+    "asin": _of_ratio("asin", gcode_values.arc_sine),
+    "cos": _of_angle("cos", gcode_values.cosine),
     "exp": _checked("exp", math.exp),
     "fix": _checked("fix", lambda a: float(math.floor(a))),
     "fup": _checked("fup", lambda a: float(math.ceil(a))),
     "ln": _checked("ln", math.log),
     "round": _checked("round", lambda a: float(math.floor(abs(a) + 0.5)) * (-1.0 if a < 0.0 else 1.0)),
-    "sin": _sin,
+    "sin": _of_angle("sin", gcode_values.sine),
     "sqrt": _checked("sqrt", math.sqrt),
-    "tan": _tan,
+    "tan": _of_angle("tan", gcode_values.tangent),
 }
 
 

@@ -29,7 +29,7 @@ def column(kind: str, count: int, width: int = 0) -> memoryview:
 
 @dataclass(slots=True)
 class PlainBlocks:
-    """Columns of `gcode_scan.scan`, used again for each stretch."""
+    """Columns of `gcode_scan.scan` and `gcode_values.Computer`, used again for each stretch; `count` blocks of a source."""
 
     line: memoryview = field(default_factory=lambda: column("q", BLOCKS))
     offset: memoryview = field(default_factory=lambda: column("q", BLOCKS))
@@ -38,6 +38,11 @@ class PlainBlocks:
     letters: memoryview = field(default_factory=lambda: column("B", WORDS))
     values: memoryview = field(default_factory=lambda: column("d", WORDS))
     count: int = 0
+    source: int = 0
+
+    def columns(self) -> tuple[memoryview, ...]:
+        """Return the columns in the order in which the kernels take them."""
+        return self.line, self.offset, self.flags, self.word_end, self.letters, self.values
 
     def scan(self, source: Source, start: Cursor) -> tuple[Cursor, int]:
         """Read plain blocks from a line on; return the first one not read, and why it was not."""
@@ -45,13 +50,9 @@ class PlainBlocks:
             source.bytes,
             start.offset,
             start.line,
-            self.line,
-            self.offset,
-            self.flags,
-            self.word_end,
-            self.letters,
-            self.values,
+            *self.columns(),
         )
+        self.source = start.source
         return Cursor(start.source, offset, line), why
 
     def pairs(self, index: int) -> list[tuple[str, float]]:
@@ -61,10 +62,14 @@ class PlainBlocks:
         letters = self.letters[begin:end].tobytes().decode("ascii")
         return list(zip(letters, self.values[begin:end].tolist(), strict=True))
 
-    def block(self, index: int, source: int) -> Block:
+    def cursor(self, index: int) -> Cursor:
+        """Return where a block stands."""
+        return Cursor(self.source, self.offset[index], self.line[index])
+
+    def block(self, index: int) -> Block:
         """Return a block as a record (without its comment)."""
         block = gather(self.pairs(index))
-        block.source, block.line, block.offset = source, self.line[index], self.offset[index]
+        block.source, block.offset, block.line = self.cursor(index)
         return block
 
 

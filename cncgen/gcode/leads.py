@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from cncgen.gcode import descent, macros
+from cncgen.gcode import descent, macro_loops, macros
 from cncgen.gcode.block import Computed, Flow, Value, nearest
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.labels import LOOP_END
@@ -18,6 +18,7 @@ from cncgen.gcode.labels import LOOP_END
 if TYPE_CHECKING:
     from cncgen.gcode.flow import FlowControl
     from cncgen.gcode.labels import Cursor, Label
+    from cncgen.gcode.parameters import Parameters
 
 Lead = Callable[[], "Cursor | None"]
 #: O-words that a branch or loop begins with.
@@ -50,6 +51,19 @@ def _computed(value: Value) -> Computed:
     return value if callable(value) else lambda p: value
 
 
+def _settled(control: FlowControl, flow: Flow) -> Computed:
+    """Return the condition of another line, which sees to it that the machine is where it says."""
+    condition = _computed(flow.arguments[0])
+    if not flow.asks_state:
+        return condition
+
+    def run(parameters: Parameters) -> float:
+        control.settle()
+        return condition(parameters)
+
+    return run
+
+
 def _to(target: Cursor | None) -> Lead:
     return lambda: target
 
@@ -63,7 +77,7 @@ def _if(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cur
         other = descent.parse(text, control.ip.dialect).flow
         if other is None or len(other.arguments) != 1:
             return None
-        branches.append((_computed(other.arguments[0]), mark.after))
+        branches.append((_settled(control, other), mark.after))
         mark = control.next_mark(mark.cursor, label, ("elseif", "else", "endif"), "endif")
     if len(flow.arguments) != 1:
         return None
@@ -203,7 +217,7 @@ def _goto(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: C
 
 
 def _while_do(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
-    end = control.next_mark(here, macros.loop_number(flow), ("end-do",), "END").after
+    end = macro_loops.end_of(control, flow, here)
     if not flow.arguments:
         return _to(None)
     parameters, condition = control.ip.parameters, _computed(flow.arguments[0])
@@ -211,7 +225,7 @@ def _while_do(control: FlowControl, flow: Flow, label: Label, here: Cursor, afte
 
 
 def _end_do(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
-    return _to(control.previous_mark(here, macros.loop_number(flow), ("while-do",), "END").cursor)
+    return _to(macro_loops.begin_of(control, flow, here))
 
 
 Maker = Callable[["FlowControl", Flow, "Label", "Cursor", "Cursor"], Lead | None]

@@ -2,7 +2,8 @@
 
 A program runs as a stream while it goes forward: plain blocks are scanned in runs, and runs of plain motions are
 interpreted in arrays. Where it goes back (a loop) or away (a subroutine), lines are read once, kept as nodes and
-walked, until it is again where it has not been.
+walked, until it is again where it has not been. Either way lines of plain words, expressions and settings are computed
+while they are read (`computing`); their blocks wait, and run before anything that needs to know where the machine is.
 """
 
 from __future__ import annotations
@@ -15,13 +16,14 @@ from cncgen.gcode import comments, descent, macros
 from cncgen.gcode.batches import Batches
 from cncgen.gcode.block import AXIS_INDEX, Block, Parsed
 from cncgen.gcode.compiling import Compiler
+from cncgen.gcode.computing import Computing
 from cncgen.gcode.dialects import Choice, choose
 from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
 from cncgen.gcode.expressions import too_deep
 from cncgen.gcode.flow import FlowControl
 from cncgen.gcode.interpreter import Interpreter, Plan
 from cncgen.gcode.labels import Cursor
-from cncgen.gcode.lanes import PlainBlocks, comment_of
+from cncgen.gcode.lanes import BLOCKS, PlainBlocks, comment_of
 from cncgen.gcode.leads import lead_of
 from cncgen.gcode.nodes import Node
 from cncgen.gcode.parameters import write_parameters
@@ -73,6 +75,12 @@ class Runner:
         self._plain = PlainBlocks()
         self._batches = Batches(self.ip) if batches else None
         self._compiler = Compiler(self.ip, self.flow, self._execute)
+        self._computing = (
+            Computing(self.ip.parameters, self.sources, self._plain)
+            if batches and self.dialect == "linuxcnc"
+            else None
+        )
+        self.flow.settle = self._settle
         self._percent = False
         self._seen = False
         self._parsed: dict[str, Parsed] = {}
@@ -108,6 +116,7 @@ class Runner:
                 yield from self._run_on(source)
                 return
             except Astray as astray:
+                self._settle()
                 if astray.error is not None:
                     block = self.sink.block
                     self._fault(Cursor(block.source, block.offset, max(block.line, 1)), astray.error)
@@ -128,7 +137,7 @@ class Runner:
                 if target is None and not state.ended:
                     if why == gcode_scan.END:
                         return
-                    if why == gcode_scan.OTHER:
+                    if why == gcode_scan.OTHER and not self._compute():
                         target = self._run_line(source)
                 if target is not None:
                     continue
@@ -182,7 +191,7 @@ class Runner:
 
     def _run_plain(self, source: Source) -> Cursor | None:
         """Run the blocks that were scanned: in arrays where they are plain motions, else one by one."""
-        count = self._plain.count
+        count, self._plain.count = self._plain.count, 0
         index = 0
         if count and self._plain.word_end[count - 1]:
             self._seen = True
@@ -191,7 +200,7 @@ class Runner:
             if done == count:
                 self._count(count - index)
                 break
-            here = Cursor(0, self._plain.offset[done], self._plain.line[done])
+            here = self._plain.cursor(done)
             self._run_one(source, done, here)
             self._count(done - index + 1)
             if self.ip.jump is not None:
@@ -216,11 +225,31 @@ class Runner:
                 comment = comment_of(source.text_at(here.offset))
             if self.dialect == "fanuc" and self._compiler.call_macro(self._plain.pairs(index)):
                 return
-            block = self._plain.block(index, 0)
+            block = self._plain.block(index)
             block.comment = comment
             self._execute(block)
         except BlockError as error:
             self._fail(here, error)
+
+    # Lines with values to compute.
+
+    def _compute(self) -> bool:
+        """Run lines from `_reached` on that are computed while they are read; tell whether there was one."""
+        if self._computing is None:
+            return False
+        after = self._computing.read(self._reached)
+        if after is self._reached:
+            return False
+        self._seen = True
+        self._count(after.line - self._reached.line - self._plain.count)
+        self._reached = after
+        self._settle()
+        return True
+
+    def _settle(self) -> None:
+        """Run the blocks that wait."""
+        if self._plain.count:
+            self._run_plain(self.sources[self._plain.source])
 
     # Any other line, as it comes.
 
@@ -236,7 +265,8 @@ class Runner:
                 return None
             self._seen = True
             self._count(1)
-            parsed = self._parse(text)
+            flow = self._computing.flow(here) if self._computing is not None else None
+            parsed = self._parse(text) if flow is None else Parsed(flow=flow)
             if parsed.deletable and self.options.block_delete:
                 return None
             if parsed.flow is not None:
@@ -336,8 +366,7 @@ class Runner:
 
     def _walk(self, cursor: Cursor) -> Generator[None, None, None]:
         """Run line by line from a place until the stream can go on; the stream's place is then `_reached`."""
-        ip, state, sink = self.ip, self.ip.state, self.sink
-        frames = self.flow.frames
+        state, frames = self.ip.state, self.flow.frames
         reached = self._reached.offset
         node = self._node(cursor)
         count = 0
@@ -350,23 +379,51 @@ class Runner:
                 self._count(count)
                 count = 0
                 yield
-            target: Cursor | None = None
             try:
-                if node.run is not None:
-                    node.run()
-                    if ip.jump is not None:
-                        target = self._jump(node.cursor, node.after)
-                elif node.lead is not None:
-                    sink.block = node.block
-                    target = node.lead()
-                following = self._after(node, target)
+                following = self._after(node, self._step(node))
             except (BlockError, RecursionError) as error:
+                self._settle()
                 self._fail(node.cursor, error if isinstance(error, BlockError) else too_deep())
                 following = self._node(node.after)
             if following is None:
                 break
             node = following
+        self._settle()
         self._count(count)
+
+    def _step(self, node: Node) -> Cursor | None:
+        """Run a line, and those behind it that are computed with it; return where that leads, None for the next line."""
+        if node.reads:
+            target = self._read_on(node)
+            if target is not None:
+                return target
+            self._read_whole(node)
+        if node.run is not None:
+            self._settle()
+            node.run()
+            return self._jump(node.cursor, node.after) if self.ip.jump is not None else None
+        if node.lead is None:
+            return None
+        if node.settles:
+            self._settle()
+        self.sink.block = node.block
+        return node.lead()
+
+    def _read_on(self, node: Node) -> Cursor | None:
+        """Compute lines from a node on; return the first one that is not computed, None where it is the node's own."""
+        assert self._computing is not None
+        plain = self._plain
+        if plain.count and (plain.source != node.cursor.source or plain.count == BLOCKS):
+            self._settle()
+        target = self._computing.read(node.cursor)
+        if target is node.cursor:
+            return None
+        return node.target if target == node.target else target
+
+    def _read_whole(self, node: Node) -> None:
+        """Read a line that is not computed while it is read."""
+        whole = self._read_node(node.cursor, alone=True)
+        node.run, node.lead, node.settles, node.reads = whole.run, whole.lead, whole.settles, False
 
     def _after(self, node: Node, target: Cursor | None) -> Node | None:
         """Return the node of the place where a node led, or of the next line; a node remembers both.
@@ -398,8 +455,8 @@ class Runner:
             node = self._nodes[cursor] = self._read_node(cursor)
         return node
 
-    def _read_node(self, cursor: Cursor) -> Node:
-        """Read a line as a node; one that is wrong says so when it is run."""
+    def _read_node(self, cursor: Cursor, *, alone: bool = False) -> Node:
+        """Read a line as a node; one that is wrong says so when it is run. Unless `alone`, it may be read as it runs."""
         source = self.sources[cursor.source]
         if cursor.offset >= len(source):
             return self._end_node(cursor)
@@ -412,13 +469,16 @@ class Runner:
             if bare.startswith("%"):
                 run = None if cursor.source else lambda: self._percent_line(text)
                 return Node(cursor, after, run=run)
+            if self._computing is not None and not alone and bare[0] not in "oO/":
+                return Node(cursor, after, reads=True)
             parsed = self._parse(text)
             if parsed.deletable and self.options.block_delete:
                 return Node(cursor, after)
             if parsed.flow is not None:
                 if parsed.flow.then is not None:
                     return Node(cursor, after, run=self._compiler.then(parsed.flow, cursor))
-                return Node(cursor, after, lead=lead_of(self.flow, parsed.flow, cursor, after))
+                lead = lead_of(self.flow, parsed.flow, cursor, after)
+                return Node(cursor, after, lead=lead, settles=parsed.flow.asks_state)
             return Node(cursor, after, run=self._compiler.action(parsed, cursor))
         except BlockError as error:
             fault = error

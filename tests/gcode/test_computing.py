@@ -1,0 +1,256 @@
+"""Lines that are computed while they are read give what descent and the compiler give, and wait for nobody who asks."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cncgen.diagnostics import Diagnostics
+from cncgen.gcode import canon, descent
+from cncgen.gcode.counting import CountingSink
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.expressions import evaluate
+from cncgen.gcode.lanes import PlainBlocks
+from cncgen.gcode.parameters import Parameters
+from cncgen.gcode.predefined import NAMED
+from cncgen.gcode.running import Runner
+from cncgen.gcode.source import Source
+from cncgen.kernels import gcode_values
+from cncgen.toolpath.reading import ReadOptions
+
+from .test_descent import BRACKETS, ITEMS, SIGNS, VALUES
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+
+
+def uncompiled() -> ModuleType:
+    """Load the kernel's source as plain Python."""
+    spec = importlib.util.spec_from_file_location("plain_gcode_values", gcode_source())
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def gcode_source() -> Path:
+    """Return where the kernel's source stands."""
+    return ROOT / "cncgen" / "kernels" / "gcode_values.py"
+
+
+def parameters() -> Parameters:
+    """Return parameters with some values, and no machine."""
+    made = Parameters(SimpleNamespace(dialect="linuxcnc"))  # type: ignore[arg-type]
+    made.numbers[:40] = [0.37 * k - 2.0 for k in range(40)]
+    made.numbers[9] = 12.0
+    made.local, made.named = {"a": 2.5, "longname": -1.0}, {"_g": 4.0, "_value": 3.0}
+    return made
+
+
+def computed(text: str, kernel: Any = gcode_values) -> tuple[Parameters, list[Any], int]:
+    """Run the kernel over lines; return the parameters, the words of each block, and where it stopped."""
+    data, plain, made = text.encode(), PlainBlocks(), parameters()
+    computer = kernel.Computer(
+        data, memoryview(data), made.numbers, made.named, frozenset(NAMED), plain.columns()
+    )
+    end = computer.run(0, 1, made.local)
+    blocks = [(plain.line[k], plain.flags[k], plain.pairs(k)) for k in range(computer.blocks)]
+    return made, blocks, end
+
+
+def described(line: str) -> tuple[Parameters, list[tuple[str, float]]]:
+    """Return the parameters after a line, and its words, by descent: all values are read before any is set."""
+    made = parameters()
+    parsed = descent.parse(line)
+    assert parsed.flow is None
+    words = [(letter, evaluate(value, made)) for letter, value in parsed.words]
+    settings = [
+        (target if isinstance(target, str) else evaluate(target, made), evaluate(value, made))
+        for target, value in parsed.settings
+    ]
+    for target, value in settings:
+        if isinstance(target, str):
+            made.set_name(target, value)
+        else:
+            made.set_number(target, value)
+    return made, words
+
+
+def agree(line: str) -> bool:
+    """Hold a line that the kernel takes against descent; tell whether it takes it."""
+    found, blocks, end = computed(line)
+    if end == 0:
+        assert found.numbers == parameters().numbers
+        assert not blocks
+        return False
+    wanted, words = described(line)
+    assert [pairs for *_, pairs in blocks] == ([words] if words or blocks else [])
+    assert (found.numbers, found.local, found.named) == (wanted.numbers, wanted.local, wanted.named)
+    return True
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "G1 X[#1 + 2] Y-#2 F[100 * 3] (pass 1)",
+        "n10 g1x[-2**2]y[2--3]z- - 3",
+        "#1 = 5 #2 = [#1 * 2] #<b> = #<a> X#1",
+        "##9 = 3",
+        "#[1 + 1] = [7 MOD -4]",
+        "#< Long Name > = [#<longname> / 3] ; tail",
+        "X[SIN[30] + COS[60] * TAN[45]] Y[ATAN[1]/[-1]] Z[ASIN[0.5] + ACOS[0.5]]",
+        "X[1 lt 2 and 3 ge 3 xor 1.00005 eq 1] Y[0 or 1 ne 2]",
+        "X[FIX[-1.5] + FUP[1.2] + ROUND[2.5] + ABS[-3] + SQRT[2] + LN[3] + EXP[0.5]]",
+        "#3 = #<_value> M3 G4 S100",
+        "  (a remark)",
+        "#31 = [2 ** 0.5 - 1 - 1 * 4 / 2]",
+    ],
+)
+def test_lines_that_are_computed(line: str) -> None:
+    assert agree(line)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        *("X[1 / 0]", "X#<none>", "X#<_x>", "X#5420", "#5221 = 1", "#<_x> = 1", "X[SQRT[-1]]", "X[LN[0]]", "X[0 ** -1]"),
+        *("X1 X2", "X1e3", "G10 L2 P1 X#1", "M6", "T1", "o1 sub", "%", "/X1", "(MSG, hi)", "X1 (debug,#1)", "(logclose)"),
+        *("X1 2.5.3", "X[1", "X[1]]", "#1 = ", "#1.5 = 2", "#0 = 1", "X@1", "X[EXP[1000]]", "X2000000000", "X[ASIN[2]]"),
+        *("N#1 X1", "X[BIN[3]]", "X[1 2]", "X" + "[" * 80 + "1" + "]" * 80, "X12345678901234567890", "M2", "G28 X#1"),
+    ],
+)  # fmt: skip
+def test_lines_that_are_left_to_others(line: str) -> None:
+    found, blocks, end = computed(line)
+    assert (end, blocks, found.numbers) == (0, [], parameters().numbers)
+
+
+WORDS = st.builds("{}{}{}".format, st.sampled_from("XYZFIJKRSg"), SIGNS, VALUES)
+SETTINGS = st.builds("#{} = {}{}".format, st.sampled_from(["1", "<a>", "#2", "[1+1]", "<_g>"]), SIGNS, VALUES)
+LINES = st.lists(st.one_of(WORDS, SETTINGS, ITEMS), min_size=1, max_size=4).map(" ".join)
+
+
+@given(LINES)
+def test_generated_lines_agree_with_descent(line: str) -> None:
+    try:
+        agree(line)
+    except BlockError as error:
+        raise AssertionError(f"the kernel takes a line that is wrong: {error.message}") from error
+
+
+@given(st.lists(LINES, min_size=1, max_size=4).map("\n".join))
+def test_the_kernel_runs_uncompiled(text: str) -> None:
+    compiled, plain = computed(text), computed(text, PLAIN)
+    assert compiled[1:] == plain[1:]
+    assert (compiled[0].numbers, compiled[0].local) == (plain[0].numbers, plain[0].local)
+
+
+PLAIN = uncompiled()
+
+
+def test_lines_of_programs_agree_with_descent() -> None:
+    lines = {
+        line for path in (ROOT / "tests/peer/programs").glob("*.ngc") for line in path.read_text().split("\n")
+    }
+    taken = sum(agree(line) for line in lines if line.strip())
+    assert taken > 500
+
+
+@given(
+    st.sampled_from(["100", "<a b>", "[#1]", "[1 + 2]"]),
+    st.sampled_from(["if", "WHILE", "call", "endsub", "elseif"]),
+    st.lists(BRACKETS, max_size=3),
+    st.sampled_from(["", "(note)", "; tail"]),
+)
+def test_o_words_agree_with_descent(label: str, keyword: str, values: list[str], tail: str) -> None:
+    line = f"o{label} {keyword} {' '.join(values)} {tail}"
+    data, made = line.encode(), parameters()
+    for kernel in (gcode_values, PLAIN):
+        computer = kernel.Computer(
+            data, memoryview(data), made.numbers, made.named, frozenset(NAMED), PlainBlocks().columns()
+        )
+        found = computer.o_word(0, made.local)
+        if found is None:
+            continue
+        flow = descent.parse(line).flow
+        assert flow is not None
+        assert flow.label is not None
+        wanted = flow.label if isinstance(flow.label, str) else evaluate(flow.label, made)
+        assert found[:2] == (wanted, flow.keyword)
+        assert found[2] == [evaluate(value, made) for value in flow.arguments]
+
+
+@pytest.mark.parametrize(
+    "degrees", [0, 30, 45, 60, 90, 120, 135, 150, 180, 210, 225, 270, 300, 315, 330, 360, -30]
+)
+def test_angles_of_known_values_are_exact(degrees: int) -> None:
+    sine = {0: 0.0, 30: 0.5, 90: 1.0, 150: 0.5, 180: 0.0, 210: -0.5, 270: -1.0, 330: -0.5}.get(degrees % 360)
+    cosine = {60: 0.5, 120: -0.5, 180: -1.0, 240: -0.5, 300: 0.5, 0: 1.0}.get(degrees % 360)
+    if sine is not None:
+        assert gcode_values.sine(degrees) == sine or (sine == 0.0 and abs(gcode_values.sine(degrees)) < 1e-30)
+    if cosine is not None:
+        assert gcode_values.cosine(degrees) == cosine
+    if degrees % 180 == 45:
+        assert gcode_values.tangent(degrees) == 1.0
+    assert gcode_values.arc_sine(gcode_values.sine(30)) == 30.0
+    assert gcode_values.arc_cosine(-0.5) == 120.0
+
+
+@given(st.floats(-1e6, 1e6))
+def test_angles_are_those_of_the_library_to_an_ulp_or_the_angle_s_rounding(a: float) -> None:
+    """The library's functions of the rounded radians are off by the rounding, half an ulp of them."""
+    slack = math.ulp(math.radians(a)) + 2.0 * math.ulp(1.0)
+    assert abs(gcode_values.sine(a) - math.sin(math.radians(a))) <= slack
+    assert abs(gcode_values.cosine(a) - math.cos(math.radians(a))) <= slack
+
+
+def count_of(text: str, *, batches: bool) -> tuple[int, list[str]]:
+    """Count the motions of a program and list what is said about it."""
+    sink, found = CountingSink(), Diagnostics()
+    runner = Runner(Source(text.encode(), "t"), ReadOptions(dialect="linuxcnc"), sink, found, batches=batches)
+    for _ in runner.run():
+        pass
+    return sink.count, [diagnostic.render() for diagnostic in found]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        # Where the machine is decides how often a loop runs.
+        "F100\no1 while [#5420 lt 5]\nG91 G1 X[1 + 0]\no1 endwhile\nM2\n",
+        "F100\no1 do\nG91 G1 X1\no2 if [0]\no2 elseif [#<_x> gt 3]\no1 break\no2 endif\no1 while [1]\nM2\n",
+        # A subroutine that puts the modal state back.
+        "F100\no1 sub\nM73\nG91\nG1 X#1\no1 endsub\no1 call [3]\no1 call [4]\nG1 X[1 + 1]\nM2\n",
+        # A wrong block among those that wait.
+        "F100\n#1 = 0\no1 while [#1 lt 3]\nG1 X[#1]\nG2 X[#1 + 1] R0.1\n#1 = [#1 + 1]\no1 endwhile\nM2\n",
+        # A value that is not there.
+        "F100\no1 repeat [3]\nG1 X[#1]\n#1 = [1 / [#1 - 1]]\no1 endrepeat\nG1 X#1\nM2\n",
+        # Arguments, values that come back, other words on the way.
+        "F100\no1 sub\nG1 X#1\nM8\no1 endsub [#1 * 2]\no1 call [1]\no1 call [#<_value> + 1]\nG1 Y#<_value>\nM2\n",
+    ],
+)
+def test_blocks_that_wait_change_nothing(text: str) -> None:
+    assert count_of(text, batches=True) == count_of(text, batches=False)
+
+
+def test_calls_come_in_the_order_of_the_program(tmp_path: Path) -> None:
+    """Of a loop with motions that wait, and blocks that let them go."""
+    text = "F100\n#1 = 0\no1 while [#1 lt 2]\nG1 X#1\n#1 = [#1 + 1]\nG1 Y[#1]\nM8\no1 endwhile\nM2\n"
+    program = tmp_path / "order.ngc"
+    program.write_text(text)
+    calls = [line.split(maxsplit=2)[-1] for line in canon(program, "order.ngc")]
+    begin = calls.index("SET_FEED_RATE(100.0000)")
+    assert calls[begin + 1 : begin + 7] == [
+        "STRAIGHT_FEED(0.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)",
+        "STRAIGHT_FEED(0.0000, 1.0000, 0.0000, 0.0000, 0.0000, 0.0000)",
+        "FLOOD_ON()",
+        "STRAIGHT_FEED(1.0000, 1.0000, 0.0000, 0.0000, 0.0000, 0.0000)",
+        "STRAIGHT_FEED(1.0000, 2.0000, 0.0000, 0.0000, 0.0000, 0.0000)",
+        "FLOOD_ON()",
+    ]
