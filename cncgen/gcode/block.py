@@ -19,6 +19,8 @@ AXES = "xyzabcuvw"
 AXIS_INDEX = {letter: index for index, letter in enumerate(AXES)}
 #: Number, in tenths, that BSPLINE of Siemens has among the G codes (no control has a G1060).
 BSPLINE = 10_600
+#: What begins the text of an output command of FANUC's macros, which is kept like a comment; no comment begins so.
+OUTPUT = "\x1f"
 #: Where a number stops being one: beyond it a double no longer holds a micrometre.
 LARGEST = 1e9
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
-from cncgen.gcode.block import AXIS_INDEX, Block
+from cncgen.gcode.block import AXIS_INDEX, OUTPUT, Block
 from cncgen.gcode.errors import BlockError, Stop
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.toolpath.record import Event
@@ -20,11 +20,16 @@ _SHOWN = re.compile(
 )
 #: Values nearer to 0 are shown as 0 (measured on LinuxCNC's interpreter).
 _LEAST = 1e-4
+#: A variable of DPRNT and its digits.
+_DIGITS = re.compile(r"#\[?(?P<number>\d+)\]?\s*\[(?P<whole>\d)(?P<decimals>\d)\]")
 _STYLES = {"%d": ".0f", "%f": ".4f"}
 
 
 def comment(ip: Interpreter, block: Block, text: str) -> None:
     """Do what a comment says, or pass it on."""
+    if text[:1] == OUTPUT:
+        output(ip, text[1:])
+        return
     match = _ACTIVE.match(text)
     keyword = match.group(1).upper() if match else ""
     act = _ACTS.get(keyword)
@@ -69,6 +74,30 @@ def _log_file(action: str) -> Callable[[Interpreter, str], None]:
 def _abort(ip: Interpreter, rest: str) -> None:
     """End the program with a message."""
     raise Stop(BlockError("program-abort", f"the program aborts itself: {expand(ip, rest).strip()}"))
+
+
+def output(ip: Interpreter, text: str) -> None:
+    """Do what an output command of FANUC's macros says: POPEN, PCLOS, or DPRNT[X#1[53]] with its text.
+
+    Of DPRNT, a value has as many digits before and after the point as its bracket says, and * is a blank.
+    """
+    keyword, _, inner = text.partition("[")
+    if not inner:
+        ip.sink.call(f'COMMENT("{keyword.strip()}")')
+        return
+
+    def shown(match: re.Match[str]) -> str:
+        try:
+            value = ip.parameters.shown(int(match["number"]))
+        except BlockError:
+            return "######"
+        whole, decimals = int(match["whole"]), int(match["decimals"])
+        width = whole + decimals + (1 if decimals else 0)
+        sign = "-" if value < 0.0 else " "
+        return sign + (f"{abs(value):{width}.{decimals}f}" if value == value else " " * width)
+
+    text = _DIGITS.sub(shown, inner.rstrip().removesuffix("]")).replace("*", " ")
+    ip.sink.call(f'COMMENT("{text}")', Event("message", values={"text": text, "print": True}))
 
 
 _ACTS: dict[str, Callable[[Interpreter, str], None]] = {

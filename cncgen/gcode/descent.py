@@ -20,7 +20,8 @@ _WORD = re.compile(r"([a-mp-z@^$])([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))")
 _COMMENT = re.compile(r"\(([^()\n]*)\)|;([^\n]*)")
 _NAME = re.compile(r"<([^>\n]*)>")
 _LABEL = re.compile(r"<[^>\n]*>|[0-9]+")
-_FUNCTION = re.compile(r"(abs|acos|asin|cos|exp|fix|fup|ln|round|sin|sqrt|tan|bin|bcd)\[")
+_FUNCTION = re.compile(r"(abs|acos|asin|cos|exp|fix|fup|ln|round|sin|sqrt|tan|bin|bcd|sqr|rnd)\[")
+_ARC_TANGENT = re.compile(r"atan\[|atn\[")
 _OPERATOR = re.compile(r"and|xor|or|eq|ne|gt|ge|lt|le|mod|\*\*|[*/+-]")
 _KEYWORD = re.compile(
     "endsub|sub|call|return|elseif|else|endif|if|endwhile|while|do|endrepeat|repeat|break|continue"
@@ -48,6 +49,9 @@ def parse(text: str, dialect: str = "linuxcnc", increments: bool = False) -> Par
     Raises:
         BlockError: Where it is no block; the column is that of `text`.
     """
+    output = grammar.output_command(text) if dialect == "fanuc" else None
+    if output is not None:
+        return output
     bare = grammar.normalise(text)
     grammar.check_nesting(text, bare)
     try:
@@ -76,12 +80,12 @@ class _Reader:
         parsed = Parsed()
         if self.text[0] == "/":
             parsed.deletable = True
-            self.at = 1
+            self.at = 2 if self.fanuc and self.text[1] in "123456789" else 1
         number = _LINE_NUMBER.match(self.text, self.at)
         if number:
             parsed.number = number[1]
             self.at = number.end()
-        if self.text[self.at] == "o":
+        if self.text[self.at] == "o" or (self.fanuc and self.text[self.at] == ":"):
             self._o_word(parsed)
         elif _MACRO.match(self.text, self.at):
             parsed.flow = self._macro()
@@ -154,8 +158,11 @@ class _Reader:
         if function:
             self.at = function.end() - 1
             return expressions.unary(function[1], self._bracket(), self.arithmetic)
-        if self.text.startswith("atan[", self.at):
-            return self._arc_tangent()
+        arc_tangent = _ARC_TANGENT.match(self.text, self.at)
+        if arc_tangent:
+            return self._arc_tangent(arc_tangent[0])
+        if self.fanuc and self.text.startswith("pow[", self.at):
+            return self._power()
         return self._exists()
 
     def _target(self) -> Value | str:
@@ -173,8 +180,18 @@ class _Reader:
         self._expect("]")
         return value
 
-    def _arc_tangent(self) -> Value:
-        self._expect("atan[")
+    def _power(self) -> Value:
+        self._expect("pow[")
+        base = self._expression()
+        self._expect(",")
+        exponent = self._expression()
+        self._expect("]")
+        return expressions.binary("**", base, exponent, self.arithmetic)
+
+    def _arc_tangent(self, name: str) -> Value:
+        if name == "atn[" and not self.fanuc:
+            raise _Declined
+        self._expect(name)
         y = self._expression()
         x: Value | None
         if self.text[self.at] == ",":

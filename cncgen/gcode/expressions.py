@@ -171,6 +171,8 @@ FANUC = Arithmetic(
         "asin": _fill_one(lambda a: UNARY["asin"](a) % 360.0),
         "fix": _fill_one(_checked("fix", lambda a: float(math.trunc(a)))),
         "fup": _fill_one(_checked("fup", lambda a: math.copysign(math.ceil(abs(a)), a))),
+        "sqr": _fill_one(UNARY["sqrt"]),
+        "rnd": _fill_one(UNARY["round"]),
         "bin": _fill_one(_checked("bin", lambda a: float(int(f"{int(a):x}")))),
         "bcd": _fill_one(_checked("bcd", lambda a: float(int(f"{int(a):d}", 16)))),
     },

@@ -18,6 +18,7 @@ from cncgen.gcode.block import Flow, Value, nearest
 from cncgen.gcode.errors import Astray, BlockError
 from cncgen.gcode.expressions import EQUAL, evaluate
 from cncgen.gcode.labels import LOOP_END, Cursor, Label, Labels, Marked, line_matches
+from cncgen.gcode.macro_loops import Loops
 from cncgen.gcode.search import candidates, leaves_path, search_path
 from cncgen.gcode.source import Source, open_source
 
@@ -65,6 +66,8 @@ class FlowControl:
         self._lines: dict[int, dict[int, list[Cursor]]] = {}
         self._locals = MACRO_LOCALS if ip.dialect == "fanuc" else LOCALS
         self._files: dict[str, int] = {}
+        #: DO and END by source, for the macros of FANUC.
+        self.loops: dict[int, Loops] = {}
         #: Labels of subroutines that were found without an end.
         self._unclosed: set[Label] = set()
         #: Where a label of a branch or loop was met first, and its keyword, by the subroutine that it is local to.
@@ -410,13 +413,6 @@ class FlowControl:
                 "O",
                 hint="BREAK and CONTINUE have the label of the loop around them",
             )
-        if wanted == "END":
-            raise BlockError(
-                "loop-unmatched",
-                f"DO {_shown(label)} has no END {_shown(label)}",
-                "DO",
-                hint=f"a loop ends with a block END {_shown(label)}",
-            )
         raise BlockError(
             "oword-unmatched",
             f"o{_shown(label)} has no {wanted.upper()}",
@@ -429,13 +425,6 @@ class FlowControl:
         mark = self.find_previous(here, label, keywords)
         if mark is not None:
             return mark
-        if word == "END":
-            raise BlockError(
-                "loop-unmatched",
-                f"END {_shown(label)} has no DO {_shown(label)}",
-                "END",
-                hint=f"a loop begins with WHILE[…] DO {_shown(label)}, or DO {_shown(label)}",
-            )
         raise BlockError(
             "oword-unmatched",
             f"o{_shown(label)} {word.upper()} with no {keywords[0].upper()}",

@@ -7,7 +7,7 @@ from functools import cache
 from typing import Any
 
 from cncgen.gcode import expressions
-from cncgen.gcode.block import BSPLINE, Flow, Parsed, Value
+from cncgen.gcode.block import BSPLINE, OUTPUT, Flow, Parsed, Value
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.syntax_hints import hint_for, missing_number
 
@@ -50,8 +50,19 @@ _NAMES = {
 }
 #: Words whose numbers without a decimal point count in least increments.
 _LENGTHS = "xyzabcuvwijkqr"
-#: The rule that FANUC's dialect has its own of.
-_ASSIGNED = "?assigned: signed"
+#: The rules that FANUC's dialect has its own of, and those.
+_FANUC_RULES = {
+    "?assigned: signed": "?assigned: expression",
+    'DELETE: "/"': r"DELETE: /\/[1-9]?/",
+    r"O_NUMBER: /o\d+/": r"O_NUMBER: /[o:]\d+/",
+    "|bin|bcd/": "|bin|bcd|sqr|rnd/",
+    '"atan"': '("atan" | "atn")',
+    '| "exists"': '| "pow" "[" expression "," expression "]" -> power_of\n      | "exists"',
+}
+#: Output commands of FANUC's macros.
+_OUTPUT = re.compile(
+    r"\s*(?P<slash>/[1-9]?)?\s*(?:N\d+)?\s*(?P<keyword>POPEN|PCLOS|[BD]PRNT)(?![A-Z])", re.IGNORECASE
+)
 _BLANKS = str.maketrans("", "", " \t\r")
 _PIECE = re.compile(r"\([^)]*\)?|;.*|[ \t\r]+")
 
@@ -140,6 +151,9 @@ class _Reader:
     def arc_tangent(self, children: list[Any]) -> Value:
         values = [child for child in children if child != "/["]
         return expressions.arc_tangent(values[0], values[1] if len(values) > 1 else None, self.arithmetic)
+
+    def power_of(self, children: list[Any]) -> Value:
+        return expressions.binary("**", children[0], children[1], self.arithmetic)
 
     def bracket(self, children: list[Any]) -> Value:
         return children[0]
@@ -237,7 +251,8 @@ def _lark(dialect: str, increments: bool) -> Any:
     reader = type("Reader", (_Reader, Transformer), {"arithmetic": arithmetic, "increments": increments})
     text = resources.files("cncgen.grammars").joinpath("gcode.lark").read_text("utf-8")
     if fanuc:
-        text = text.replace(_ASSIGNED, "?assigned: expression")
+        for rule, own in _FANUC_RULES.items():
+            text = text.replace(rule, own)
     return Lark(text, parser="lalr", lexer="contextual", transformer=reader(), maybe_placeholders=False)
 
 
@@ -249,6 +264,9 @@ def parse(text: str, dialect: str = "linuxcnc", increments: bool = False) -> Par
     """
     from lark.exceptions import UnexpectedInput, VisitError
 
+    output = output_command(text) if dialect == "fanuc" else None
+    if output is not None:
+        return output
     bare = normalise(text)
     check_nesting(text, bare)
     try:
@@ -259,6 +277,15 @@ def parse(text: str, dialect: str = "linuxcnc", increments: bool = False) -> Par
         if isinstance(error.orig_exc, BlockError):
             raise error.orig_exc from None
         raise
+
+
+def output_command(text: str) -> Parsed | None:
+    """Return a block of FANUC that writes to a device, else None: what it says is no words, it is done as comments are."""
+    match = _OUTPUT.match(text)
+    if match is None:
+        return None
+    command = match["keyword"].upper() + text[match.end() :].strip()
+    return Parsed(comments=[OUTPUT + command], deletable=match["slash"] is not None)
 
 
 def check_nesting(text: str, bare: str) -> None:

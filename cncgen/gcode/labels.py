@@ -11,14 +11,14 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
-from cncgen.gcode import descent
-from cncgen.gcode.block import Flow, Value
+from cncgen.gcode import descent, grammar
+from cncgen.gcode.block import Value
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.source import Source
 
 #: Lines that a jump may lead to.
 _LINE = re.compile(
-    rb"(?:\A|\n)[ \t]*(?:/[ \t]*)?(?:[nN][ \t\d.]*)?((?:[oO]|(?i:while|do[ \t]*\d|end[ \t]*\d))[^\n]*)"
+    rb"(?:\A|\n)[ \t]*(?:/[1-9]?[ \t]*)?(?:[nN][ \t\d.]*)?((?:[oO:]|(?i:while|do[ \t]*\d|end[ \t]*\d))[^\n]*)"
 )
 #: O-words that lead elsewhere and that nothing leads to.
 _LEAVING = ("call", "return", "break", "continue")
@@ -28,7 +28,8 @@ _NO_TARGET = re.compile(
 #: What BREAK and CONTINUE look for.
 LOOP_END = "the loop's end"
 _OPENING = re.compile(
-    rb"o[ \t]*(?:\d+|<[^>\n]*>)[ \t]*(?:endsub|sub|elseif|else|endif|endwhile|while|do|endrepeat)",
+    rb"o[ \t]*(\d+|<[^>\n]*>)[ \t]*"
+    rb"(endsub|sub|elseif|else|endif|if|endwhile|while|do|endrepeat|repeat)(?![ \t]*[a-z])",
     re.IGNORECASE,
 )
 Label = float | str
@@ -140,19 +141,20 @@ def line_matches(source: Source, pattern: re.Pattern[bytes]) -> Iterator[tuple[i
 
 def _find_marks(source: Source, index: int, dialect: str) -> Iterator[Marked]:
     for begin, line, match in line_matches(source, _LINE):
-        if _NO_TARGET.match(match[1]):
+        opening = _OPENING.match(match[1]) if dialect == "linuxcnc" else None
+        if opening:
+            # What stands behind the keyword may be wrong, which is said where the line runs; jumps lead to it all the same.
+            label: Value | str = grammar.o_label(grammar.normalise(opening[1].decode("utf-8", "replace")))
+            keyword = opening[2].decode("ascii").lower()
+        elif _NO_TARGET.match(match[1]):
             continue
-        try:
-            flow = descent.parse(source.text_at(begin), dialect).flow
-        except BlockError:
-            # What stands behind the keyword is wrong, which is said where the line runs; jumps lead to it all the same.
-            flow = _opening(match[1], dialect)
-        if flow is not None and flow.label is not None and flow.keyword not in _LEAVING:
-            after = Cursor(index, source.line_end(begin) + 1, line + 1)
-            yield Marked(flow.label, flow.keyword, Cursor(index, begin, line), after)
-
-
-def _opening(line: bytes, dialect: str) -> Flow | None:
-    """Return the O-word that a line begins with, without what stands behind its keyword."""
-    opening = _OPENING.match(line)
-    return descent.parse(opening[0].decode(), dialect).flow if opening else None
+        else:
+            try:
+                flow = descent.parse(source.text_at(begin), dialect).flow
+            except BlockError:
+                continue
+            if flow is None or flow.label is None or flow.keyword in _LEAVING:
+                continue
+            label, keyword = flow.label, flow.keyword
+        after = Cursor(index, source.line_end(begin) + 1, line + 1)
+        yield Marked(label, keyword, Cursor(index, begin, line), after)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from cncgen.gcode import descent, macros
+from cncgen.gcode import descent, macro_loops, macros
 from cncgen.gcode.block import Computed, Flow, Value, nearest
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.labels import LOOP_END
@@ -217,7 +217,7 @@ def _goto(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: C
 
 
 def _while_do(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
-    end = control.next_mark(here, macros.loop_number(flow), ("end-do",), "END").after
+    end = macro_loops.end_of(control, flow, here)
     if not flow.arguments:
         return _to(None)
     parameters, condition = control.ip.parameters, _computed(flow.arguments[0])
@@ -225,7 +225,7 @@ def _while_do(control: FlowControl, flow: Flow, label: Label, here: Cursor, afte
 
 
 def _end_do(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
-    return _to(control.previous_mark(here, macros.loop_number(flow), ("while-do",), "END").cursor)
+    return _to(macro_loops.begin_of(control, flow, here))
 
 
 Maker = Callable[["FlowControl", Flow, "Label", "Cursor", "Cursor"], Lead | None]

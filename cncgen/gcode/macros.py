@@ -10,6 +10,7 @@ import math
 import re
 from typing import TYPE_CHECKING
 
+from cncgen.gcode import macro_loops
 from cncgen.gcode.block import Block, Flow, nearest
 from cncgen.gcode.codes import Code
 from cncgen.gcode.errors import BlockError, Stop
@@ -28,7 +29,7 @@ LOCALS = 33
 ARGUMENTS = dict(
     zip("abcijkdefhmqrstuvwxyz", (1, 2, 3, 4, 5, 6, 7, 8, 9, 11, *range(13, 14), *range(17, 27)), strict=True)
 )
-_NUMBERED = re.compile(rb"(?:\A|\n)[ \t]*/?[ \t]*[nN][ \t]*(\d+)")
+_NUMBERED = re.compile(rb"(?:\A|\n)[ \t]*(?:/[1-9]?)?[ \t]*[nN][ \t]*(\d+)")
 
 
 def arguments(pairs: list[tuple[str, float]]) -> tuple[int, int, list[float]]:
@@ -99,19 +100,10 @@ def run(flow: FlowControl, word: Flow, here: Cursor) -> Cursor | None:
         number = label(ip.parameters) if callable(label) else label
         assert isinstance(number, float)
         return line_numbered(flow, here, nearest(number, "the line of GOTO"))
-    loop_number(word)
     if word.keyword == "while-do":
-        end = flow.next_mark(here, loop_number(word), ("end-do",), "END").after
+        end = macro_loops.end_of(flow, word, here)
         return None if not word.arguments or flow.condition(word) else end
-    return flow.previous_mark(here, loop_number(word), ("while-do",), "END").cursor
-
-
-def loop_number(word: Flow) -> float:
-    """Return the number of DO or END."""
-    number = word.label
-    if number not in (1.0, 2.0, 3.0):
-        raise BlockError("loop-number", f"DO and END take 1, 2 or 3, not {number}", "")
-    return float(number)
+    return macro_loops.begin_of(flow, word, here)
 
 
 def line_numbered(flow: FlowControl, here: Cursor, number: int) -> Cursor:

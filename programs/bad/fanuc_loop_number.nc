@@ -1,4 +1,4 @@
-; expect fanuc 2:1:loop-number 3:1:loop-number
+; expect fanuc 2:12:loop-number 3:1:loop-number
 WHILE[1EQ1]DO7
 END7
 M30

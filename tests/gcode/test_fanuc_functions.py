@@ -157,3 +157,32 @@ def test_a_loop_that_waits_for_the_clock_ends(run: Any) -> None:
 def test_variables_of_the_state_cannot_be_set(run: Any) -> None:
     out = run("#5021=3\n#4001=1\nM30", dialect="fanuc")
     assert out.errors == [("parameter-read-only", 1, 1), ("parameter-read-only", 2, 1)]
+
+
+def test_other_spellings_of_functions(run: Any) -> None:
+    """SQR, RND and ATN are SQRT, ROUND and ATAN; POW has two values (B-63944EN, 16.3)."""
+    text = "#1=POW[2,3]+SQR[9]\n#2=RND[2.6]\n#3=ATN[1]/[1]\nG0 X#1 Y#2 Z#3\nM30"
+    assert fanuc(run, text) == [[11, 3, 45]]
+    assert run("#1=SQR[9]\nM2", dialect="linuxcnc").errors[0][0] == "syntax"
+
+
+def test_numbered_block_skip_and_colons(run: Any) -> None:
+    text = ":1\n/2 G0 X9\n/G0 X8\nM98 P2\nM30\n:0002\n/3N5 X7\nN6 G0 X1\nM99"
+    assert fanuc(run, text) == [[1, 0, 0]]
+    assert fanuc(run, text, block_delete=False) == [[9, 0, 0], [8, 0, 0], [7, 0, 0], [1, 0, 0]]
+
+
+def test_output_commands_show_values(run: Any) -> None:
+    text = "#1=-12.3456\nPOPEN\nDPRNT[X#1[53]*T#2[20]]\nN9 DPRNT[DONE]\nPCLOS\nG0 X1\nM30"
+    out = run(text, dialect="fanuc")
+    assert out.errors == []
+    assert [e.values["text"] for e in out.path.events if e.name == "message"] == ["X-   12.346 T   ", "DONE"]
+
+
+def test_a_loop_ends_in_its_own_program(run: Any) -> None:
+    """The END of another program closes nothing."""
+    out = run(
+        "O1\nDO1\nG0 X1\nM98 P2\nM30\nO2\n#1=0\nWHILE[#1LT2]DO1\n#1=#1+1\nY#1\nEND1\nM99", dialect="fanuc"
+    )
+    assert out.errors == [("loop-unmatched", 2, 1)]
+    assert out.path.end[:, :2].tolist()[:3] == [[1, 0], [1, 1], [1, 2]]
