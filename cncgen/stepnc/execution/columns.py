@@ -32,14 +32,18 @@ class Columns(Canon):
         self._feed = math.nan
         self._direction = 0
         self._rpm = 0.0
+        # Straight lines wait to be added together: many toolpaths have few of them.
+        self._waiting: list[tuple[Floats, bool, float, int]] = []
+        self._waiting_rows = 0
 
     @property
     def count(self) -> int:
         """Return the rows collected since the last chunk."""
-        return self._builder.count
+        return self._builder.count + self._waiting_rows
 
     def take(self) -> Toolpath:
         """Return what was collected as a chunk."""
+        self._flush()
         return self._builder.take()
 
     def source(self, ident: int) -> None:
@@ -48,9 +52,11 @@ class Columns(Canon):
 
     def begin(self, position: Floats) -> None:
         """Start there."""
+        self._flush()
         self._builder.place(position)
 
     def _event(self, name: str, rest: bool = False, dwell: float = 0.0, **values: object) -> None:
+        self._flush()
         self._builder.event(Event(name, rest, dwell, values), self._line, 0)
 
     def change_tool(self, tool: Tool) -> None:
@@ -75,8 +81,11 @@ class Columns(Canon):
 
     def deviation(self, distance: float | None) -> None:
         """Move within this distance of the path from now on: that of the options where it is None."""
-        self._mode = PathMode.EXACT_PATH if distance == 0 else PathMode.CONTINUOUS
-        self._tolerance = distance or self._usual
+        mode = PathMode.EXACT_PATH if distance == 0 else PathMode.CONTINUOUS
+        tolerance = distance or self._usual
+        if (mode, tolerance) != (self._mode, self._tolerance):
+            self._flush()
+            self._mode, self._tolerance = mode, tolerance
 
     def traverse(self, points: Floats) -> None:
         """Add rapid lines."""
@@ -87,27 +96,44 @@ class Columns(Canon):
         self._straight(points, False)
 
     def _straight(self, points: Floats, rapid: bool) -> None:
-        n = len(points)
-        self._add(np.full(n, Kind.LINE, np.int8), points, rapid, np.full(n, -1, np.int64))
+        self._waiting.append((points, rapid, math.nan if rapid else self._feed, self._line))
+        self._waiting_rows += len(points)
 
-    def _add(
-        self,
-        kind: NDArray[np.int8],
-        end: Floats,
-        rapid: bool,
-        curve: NDArray[np.int64],
-        arcs: ArcTable | None = None,
-        nurbs: NurbsTable | None = None,
-    ) -> None:
-        n = len(kind)
+    def _flush(self) -> None:
+        """Add the lines that wait."""
+        if not self._waiting:
+            return
+        points, rapid, feed, line = zip(*self._waiting, strict=True)
+        counts = [len(p) for p in points]
+        modes = np.where(rapid, FeedMode.RAPID, FeedMode.SPEED).astype(np.int8)
+        n = self._waiting_rows
+        self._waiting, self._waiting_rows = [], 0
         self._builder.add(
             Rows(
-                kind,
+                np.full(n, Kind.LINE, np.int8),
+                np.concatenate(points),
+                np.repeat(np.array(feed), counts),
+                np.repeat(modes, counts),
+                np.full(n, -1, np.int64),
+                np.repeat(np.array(line, np.int64), counts),
+                self._mode,
+                self._tolerance,
+                0,
+            )
+        )
+
+    def _curve(
+        self, kind: Kind, end: Floats, rapid: bool, arcs: ArcTable | None, nurbs: NurbsTable | None
+    ) -> None:
+        self._flush()
+        self._builder.add(
+            Rows(
+                np.array([kind], np.int8),
                 end,
-                np.full(n, math.nan if rapid else self._feed),
-                np.full(n, FeedMode.RAPID if rapid else FeedMode.SPEED, np.int8),
-                curve,
-                np.full(n, self._line, np.int64),
+                np.array([math.nan if rapid else self._feed]),
+                np.array([FeedMode.RAPID if rapid else FeedMode.SPEED], np.int8),
+                np.zeros(1, np.int64),
+                np.array([self._line], np.int64),
                 self._mode,
                 self._tolerance,
                 0,
@@ -119,7 +145,7 @@ class Columns(Canon):
     def arc(self, arc: Arc, end: Floats, rapid: bool) -> None:
         """Add an arc."""
         table = ArcTable(arc.centre[None, :], arc.normal[None, :], np.array([arc.sweep]))
-        self._add(np.array([Kind.ARC], np.int8), end[None, :], rapid, np.zeros(1, np.int64), arcs=table)
+        self._curve(Kind.ARC, end[None, :], rapid, table, None)
 
     def nurbs(self, curve: Nurbs, control: Floats, rapid: bool) -> None:
         """Add a spline."""
@@ -131,7 +157,7 @@ class Columns(Canon):
             curve.weights,
             curve.knots,
         )
-        self._add(np.array([Kind.NURBS], np.int8), control[-1:], rapid, np.zeros(1, np.int64), nurbs=table)
+        self._curve(Kind.NURBS, control[-1:], rapid, None, table)
 
     def dwell(self, seconds: float) -> None:
         """Add a dwell."""
