@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.diagnostics import Diagnostic, NoPlanError, Span, UsageError
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
 from cncgen.planner.motion import Motion, motion_at
@@ -27,6 +27,9 @@ SIGNALS = ("vel", "acc", "jerk", "feed", "line", "limit")
 
 #: Rows of one chunk of setpoints.
 CHUNK_ROWS = 65_536
+
+#: Setpoints after which a motion counts as endless: at a millisecond eleven days.
+MOST_ROWS = 1_000_000_000
 
 #: Part of a period by which the end of the motion may miss a sample through rounding alone.
 _ROUNDING = 1e-6
@@ -52,6 +55,8 @@ def sample(
 
     Raises:
         UsageError: A signal has an unknown name.
+        NoPlanError: The motion takes more than `MOST_ROWS` periods (a feed or limit of next to nothing, a dwell in the
+            wrong unit); raised as the setpoints are drawn.
     """
     unknown = [name for name in signals if name not in SIGNALS]
     if unknown:
@@ -74,7 +79,10 @@ def _sample(
         current = trajectory
         waiting += trajectory.events
         # The last tick is left to what follows: a stretch that ends on a tick hands that tick on.
-        ticks = int(np.ceil(trajectory.profile.t[-1] / period_s - _ROUNDING))
+        periods = float(np.ceil(trajectory.profile.t[-1] / period_s - _ROUNDING))
+        if not periods <= MOST_ROWS:
+            raise NoPlanError(_too_long(trajectory, period_s))
+        ticks = int(periods)
         while first < ticks:
             stop = min(ticks, first + CHUNK_ROWS)
             chunk, waiting = _chunk(current, path, first, stop, period_s, axes, signals, waiting)
@@ -84,6 +92,25 @@ def _sample(
         rest = _at_rest(current)
         chunk, waiting = _chunk(rest, path, first, first + 1, period_s, axes, signals, waiting, last=True)
         yield chunk
+
+
+def _too_long(trajectory: Trajectory, period_s: float) -> Diagnostic:
+    """Say that a motion takes too long, and on which line most of it."""
+    profile, toolpath = trajectory.profile, trajectory.toolpath
+    longest = int(np.argmax(np.diff(profile.t)))
+    middle = 0.5 * (profile.s[longest] + profile.s[longest + 1])
+    row = int(np.clip(np.searchsorted(trajectory.row_s, middle, "right") - 1, 0, len(toolpath) - 1))
+    dwell = max(trajectory.events, key=lambda event: event[2].dwell_s, default=None)
+    waits = dwell is not None and dwell[2].dwell_s >= profile.t[longest + 1] - profile.t[longest]
+    line = dwell[1] if dwell is not None and waits else int(toolpath.line[row])
+    end = float(profile.t[-1])
+    return Diagnostic(
+        "motion-endless",
+        f"the motion takes {end:.4g} s, which is more than {MOST_ROWS:.0e} setpoints every {1e3 * period_s:g} ms",
+        span=Span(toolpath.sources[int(toolpath.source[row])], line),
+        hint="look at feed and dwell there (G4 P is in seconds or milliseconds), and at the machine's limits",
+        values={"time_s": end},
+    )
 
 
 def _at_rest(trajectory: Trajectory) -> Trajectory:

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cncgen.diagnostics import UsageError
+import cncgen
+from cncgen.diagnostics import NoPlanError, UsageError
 from cncgen.geometry.tables import NurbsTable, empty_arcs, empty_nurbs
 from cncgen.machine import Machine, load
 from cncgen.planner.cutting import cut
@@ -176,3 +177,15 @@ def test_nothing_gives_nothing_and_faults_are_named(machine: Machine) -> None:
     assert list(sample([], machine)) == []
     with pytest.raises(UsageError, match="speed, thrust"):
         sample([], machine, signals=["vel", "speed", "thrust"])
+
+
+@pytest.mark.parametrize(("block", "line"), [("G4 P10000000", 3), ("G1 X3 F0.00001", 3)])
+def test_a_motion_that_never_ends_is_refused_at_its_line(block: str, line: int) -> None:
+    """Ten million seconds of dwell, or 2 mm at 10 nm a minute: at a millisecond more than 10^9 setpoints."""
+    text = f"G21 G90 G61\nG1 X1 F600\n{block}\nG1 X0 F600\nM2\n"
+    with pytest.raises(NoPlanError) as caught:
+        cncgen.sample(cncgen.plan(cncgen.read_text(text, "slow.nc"), "xy-table")).collect()
+    (fault,) = caught.value.diagnostics
+    assert fault.code == "motion-endless"
+    assert fault.span is not None
+    assert (fault.span.file, fault.span.line) == ("slow.nc", line)
