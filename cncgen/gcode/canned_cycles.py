@@ -9,7 +9,7 @@ Source: RS274/NGC Interpreter Version 3 (NISTIR 6556), 3.5.16, and LinuxCNC's ma
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Set
 from dataclasses import dataclass, field
 
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
@@ -37,12 +37,14 @@ class Sticky:
         words: Its words as programmed, by letter.
         level: Where the tool was along the normal when the first of a row of cycles began.
         dwell: The last P of any cycle; the tapping cycles, which need none, wait for it.
+        relative: Of FANUC's cycles, letters of `words` that were given in incremental mode.
     """
 
     number: int = 0
     words: dict[str, float] = field(default_factory=dict)
     level: float = 0.0
     dwell: float = 0.0
+    relative: Set[str] = frozenset()
 
 
 @dataclass(slots=True)

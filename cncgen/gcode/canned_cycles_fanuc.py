@@ -156,9 +156,9 @@ def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
     if sticky is None:
         state.under = state.motion if state.motion in (0, 10, 20, 30) else 0
         sticky = Sticky(level=state.position[normal])
-    letters = _LETTERS + AXES[normal]
-    words = {**sticky.words, **{k: v for k, v in block.words.items() if k in letters}}
-    state.cycle = Sticky(number, words, sticky.level)
+    given = {k: v for k, v in block.words.items() if k in _LETTERS + AXES[normal]}
+    relative = sticky.relative - given.keys() if state.absolute else sticky.relative | given.keys()
+    state.cycle = Sticky(number, {**sticky.words, **given}, sticky.level, relative=relative)
     state.motion = number
     return state.cycle
 
@@ -196,9 +196,9 @@ def _make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> N
     first, second, normal = state.plane_axes()
     depth = AXES[normal]
     words = {**sticky.words, "p": sticky.words.get("p", 0.0) / 1000.0}
-    base = 0.0 if state.absolute else sticky.level
-    retract = base + words["r"]
-    bottom = words[depth] if state.absolute else retract + words[depth]
+    # R and the depth mean what they meant in the block that gave them, whatever mode is in force now.
+    retract = words["r"] + (sticky.level if "r" in sticky.relative else 0.0)
+    bottom = words[depth] + (retract if depth in sticky.relative else 0.0)
     if (bottom > retract) != (number == _BACK) and bottom != retract:
         raise BlockError(
             "cycle-depth",

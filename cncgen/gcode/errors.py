@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import Any
 
 from cncgen.diagnostics import Diagnostic, Diagnostics, Severity, Span, excerpt_of
+from cncgen.gcode.hints import HINTS
 from cncgen.gcode.source import Source
 
 
@@ -129,7 +130,7 @@ class Reporter:
                 Span(source.name, line, column, length),
                 excerpt,
                 cut,
-                error.hint,
+                error.hint or HINTS.get(error.code, ""),
                 error.values,
             )
         )

@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.codes import Code
 from cncgen.gcode.errors import BlockError
@@ -19,7 +20,8 @@ from cncgen.gcode.polar import polar_from
 from cncgen.gcode.sink import Curve, MotionBatch, Point, Sink
 
 _FANUC = ("fanuc",)
-Matrix = list[list[float]]
+#: Factors of scaling from here on are in thousandths.
+_THOUSANDTHS = 100.0
 
 
 @dataclass(slots=True)
@@ -84,10 +86,14 @@ class Frame:
                 "arc-scaled",
                 f"an arc under unequal scaling ({self.scale[first]:g}, {self.scale[second]:g}) is none",
                 "",
+                hint="scale both axes of the plane alike, or write lines",
             )
         if self.angle and normal != PLANE_AXES[self.plane][2]:
             raise BlockError(
-                "arc-turned", f"an arc of G{plane} under a rotation in G{self.plane} leaves its plane", ""
+                "arc-turned",
+                f"an arc of G{plane} under a rotation in G{self.plane} leaves its plane",
+                "",
+                hint="G69 ends the rotation",
             )
         sign = math.copysign(1.0, self.scale[first]) * math.copysign(1.0, self.scale[second])
         for axis in (first, second):
@@ -180,14 +186,29 @@ def _point(ip: Interpreter, block: Block) -> list[float]:
     return [block.words.get(letter, ip.state.position[k]) for k, letter in enumerate("xyz")]
 
 
+def _factor(ip: Interpreter, letter: str, value: float) -> float:
+    """Return a factor of G51: from 100 on it is in thousandths, as controls count that take no decimal point in it."""
+    if abs(value) < _THOUSANDTHS:
+        return value
+    message = f"{letter.upper()}{value:g} of G51 is read as thousandths: a factor of {value / 1000.0:g}"
+    ip.warn(
+        BlockError("scale-thousandths", message, letter.upper(), hint="factors below 100 are as written"),
+        Severity.NOTE,
+    )
+    return value / 1000.0
+
+
 def scaling(ip: Interpreter, block: Block) -> None:
     """G51 X Y Z P, or I J K: scale about a point, in all axes or each by its own factor."""
-    words = block.words
+    words = {letter: _factor(ip, letter, value) for letter, value in block.words.items() if letter in "pijk"}
     factors = [words.get(letter, words.get("p", 1.0)) for letter in "ijk"]
-    if not {"p", "i", "j", "k"} & words.keys():
-        raise BlockError("scale-missing", "G51 has no factor P (or I J K)", "G51")
+    if not words:
+        raise BlockError(
+            "scale-missing", "G51 has no factor P (or I J K)", "G51", hint="G51 X0 Y0 P2 doubles"
+        )
     if 0.0 in factors:
-        raise BlockError("scale-missing", "G51 with a factor of 0", "P" if words.get("p") == 0.0 else "I")
+        zero = next(letter for letter in "pijk" if words.get(letter) == 0.0)
+        raise BlockError("scale-missing", "G51 with a factor of 0", zero.upper(), hint="G50 ends the scaling")
     frame = _current(ip)
     frame.scale, frame.scale_centre = factors, _point(ip, block)
     _change(ip, frame)
@@ -205,7 +226,7 @@ def mirror(ip: Interpreter, block: Block) -> None:
     frame = _current(ip)
     axes = [(AXIS_INDEX[letter], value) for letter, value in block.words.items() if letter in "xyz"]
     if not axes:
-        raise BlockError("axis-missing", "G51.1 has no axis word", "G51.1")
+        raise BlockError("axis-missing", "G51.1 has no axis word", "G51.1", hint="G51.1 X0 mirrors X about 0")
     frame.mirror.update(axes)
     _change(ip, frame)
 
@@ -222,7 +243,7 @@ def no_mirror(ip: Interpreter, block: Block) -> None:
 def rotation(ip: Interpreter, block: Block) -> None:
     """G68 X Y R: turn the plane about a point."""
     if "r" not in block.words:
-        raise BlockError("rotation-angle", "G68 has no angle R", "G68")
+        raise BlockError("rotation-angle", "G68 has no angle R", "G68", hint="G68 X0 Y0 R30, in degrees")
     frame = _current(ip)
     frame.angle, frame.turn_centre, frame.plane = block.words["r"], _point(ip, block), ip.state.plane
     _change(ip, frame)

@@ -24,6 +24,7 @@ from cncgen.gcode.parameters import (
 from cncgen.gcode.polar import plane_polar_end, polar_end
 from cncgen.gcode.sink import Sink
 from cncgen.gcode.tool_table import ToolTable, tools_of
+from cncgen.gcode.unsupported import shown
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.units import INCH
 
@@ -195,11 +196,13 @@ class Interpreter:
             return of_builder(number)
         if code is None:
             name = f"{letter}{number / 10:g}"
-            hint = "`cncgen codes` lists all"
+            hint = "`cncgen codes` lists all that are read"
             other = next((d for d in BOTH if d != self.dialect and (letter, number) in table(d)), None)
             if other:
                 hint = f"it is a code of the {other} dialect: --dialect {other}"
-            raise BlockError("unknown-code", f"{name} is not supported", name, hint=hint)
+            raise BlockError(
+                "unknown-code", f"{shown(letter, number, name)} is not supported", name, hint=hint
+            )
         return code
 
     def _motion_of(self, block: Block, codes: list[Code]) -> Code | None:

@@ -9,6 +9,12 @@ _HINTS = tuple(
     (re.compile(before + r"\Z"), re.compile(there), text)
     for before, there, text in (
         (r"[0-9.]", r",[0-9]", "the decimal sign is a point"),
+        (
+            r"",
+            r",[rc]",
+            "chamfers ,C and roundings ,R are not read: write the line or arc as a block of its own",
+        ),
+        (r"c", r"r=", "CR= is a radius on Siemens' controls; here it is R"),
         (r"[0-9]\.[0-9]*", r"\.", "a number has one decimal point"),
         (r"[0-9.]", r"o", "is the letter O meant as a zero?"),
         (r"[0-9]", r"[il]", "is the letter meant as a one?"),

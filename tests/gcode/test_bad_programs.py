@@ -30,6 +30,7 @@ def test_a_bad_program_gives_its_errors(path: Path) -> None:
     errors = [d for d in program.diagnostics if d.severity == "error"]
     assert [f"{d.span.line}:{d.span.column}:{d.code}" for d in errors if d.span] == expected
     for error in errors:
+        assert error.hint, error.render()
         # The caret stands within the line that is shown.
         text, caret = error.render().splitlines()[1:3]
         assert caret.index("^") <= len(text)

@@ -78,6 +78,14 @@ def test_rotation_mirror_and_scaling(run: Any) -> None:
     assert fanuc(run, "G51 X10 Y0 P2\nG0 X20 Y1\nG50\nX0\nM30") == [[30, 2, 0], [0, 2, 0]]
 
 
+def test_a_factor_of_scaling_in_thousandths(run: Any) -> None:
+    """G51 P2000 and I2000 double, as on controls that take no decimal point there; a note says so."""
+    text = "G51 X0 Y0 P{}\nG0 X3\nM30"
+    assert fanuc(run, text.format(2000)) == fanuc(run, text.format(2)) == [[6, 0, 0]]
+    notes = [d.code for d in run(text.format(2000), dialect="fanuc").diagnostics]
+    assert notes == ["scale-thousandths"]
+
+
 def test_a_mirrored_arc_turns_the_other_way(run: Any) -> None:
     out = run("G51.1 X0\nG0 X10\nG2 X20 I5 F100\nM30", dialect="fanuc")
     assert out.errors == []

@@ -31,6 +31,14 @@ def test_drilling_goes_to_r_and_back_to_where_it_began(run: Any) -> None:
     assert moves(run, "G99 G81 X1 Y1 Z-5 R2") == [*expected[:3], [1, 1, 2, 0]]
 
 
+def test_levels_stay_where_they_were_given(run: Any) -> None:
+    """R and Z given in G90 hold in G91 (the manual's hole circle changes the mode between its holes), and back."""
+    down = moves(run, "G81 X1 Y1 Z-5 R2\nG91 X5")
+    assert down[4:] == [[6, 1, 10, 0], [6, 1, 2, 0], [6, 1, -5, 1], [6, 1, 10, 0]]
+    back = moves(run, "G91 G81 X1 Z-4 R-8\nG90 X5")
+    assert back[4:] == [[5, 0, 10, 0], [5, 0, 2, 0], [5, 0, -2, 1], [5, 0, 10, 0]]
+
+
 def test_k_and_l_repeat_and_k0_only_keeps_the_words(run: Any) -> None:
     holes = moves(run, "G91 G81 X5 Z-4 R-8 K3")
     assert [row[0] for row in holes if row[2] == -2] == [5, 10, 15]

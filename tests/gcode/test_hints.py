@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import ast
+from pathlib import Path
 from typing import Any
 
 import pytest
+
+from cncgen import gcode
+from cncgen.gcode.hints import HINTS
 
 
 @pytest.mark.parametrize(
@@ -30,3 +35,22 @@ def test_what_was_meant(run: Any, block: str, hint: str) -> None:
     out = run(f"{block}\nM2", dialect="linuxcnc")
     (error,) = [d for d in out.diagnostics if d.severity == "error"]
     assert (error.code, error.hint) == ("syntax", hint)
+
+
+def faults_without_hint() -> list[tuple[str, int, str]]:
+    """Return file, line and code of the faults that the reader raises with no help of their own."""
+    found = []
+    for path in sorted(Path(gcode.__file__).parent.glob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "BlockError":
+                code = node.args[0]
+                if isinstance(code, ast.Constant) and not any(k.arg == "hint" for k in node.keywords):
+                    found.append((path.name, node.lineno, code.value))
+    return found
+
+
+def test_every_fault_has_help() -> None:
+    """Its own, or that of its kind; and no kind has help that nothing asks for."""
+    bare = faults_without_hint()
+    assert [fault for fault in bare if fault[2] not in HINTS] == []
+    assert set(HINTS) == {code for _, _, code in bare}

@@ -1,0 +1,37 @@
+"""What codes mean on controls that are not read here, so that a diagnostic can name what is missing."""
+
+from __future__ import annotations
+
+#: Meaning by letter and number in tenths.
+MEANING: dict[tuple[str, int], str] = {
+    **dict.fromkeys((("G", 22), ("G", 32)), "involute interpolation"),
+    **dict.fromkeys((("G", 23), ("G", 33)), "exponential interpolation"),
+    **dict.fromkeys((("G", 24), ("G", 34)), "circular interpolation in space"),
+    ("G", 54): "high-speed cycle machining",
+    **dict.fromkeys((("G", 71), ("G", 1070)), "cylindrical interpolation"),
+    **dict.fromkeys((("G", 121), ("G", 131), ("G", 1120), ("G", 1130)), "polar coordinate interpolation"),
+    **dict.fromkeys((("G", 120), ("G", 130)), "a circular pocket cycle"),
+    ("G", 320): "thread cutting of lathes",
+    ("G", 340): "thread cutting with a variable lead",
+    ("G", 370): "automatic tool length measurement",
+    **dict.fromkeys((("G", 412), ("G", 422)), "three-dimensional cutter compensation"),
+    ("G", 435): "tool centre point control with tool vectors",
+    **dict.fromkeys((("G", n) for n in (450, 460, 470, 480)), "a tool offset added to a motion"),
+    **dict.fromkeys((("G", 502), ("G", 512)), "polygon turning"),
+    ("G", 531): "turning the tool axis along a tilted plane",
+    ("G", 542): "dynamic fixture offset",
+    ("G", 544): "workpiece setting error compensation",
+    ("G", 600): "single direction positioning",
+    ("G", 661): "a modal macro called in each block",
+    **dict.fromkeys((("G", 682), ("G", 683), ("G", 684)), "a tilted working plane"),
+    **dict.fromkeys((("G", n) for n in (700, 710, 720)), "a turning cycle of lathes"),
+    **dict.fromkeys((("G", n) for n in (750, 770, 780, 790)), "a grinding cycle"),
+    ("G", 811): "chopping",
+    ("G", 1500): "a general pocket cycle",
+}
+
+
+def shown(letter: str, number: int, name: str) -> str:
+    """Return a code's name with what it means, where that is known: ``G68.2 (a tilted working plane)``."""
+    meaning = MEANING.get((letter, number))
+    return f"{name} ({meaning})" if meaning else name
