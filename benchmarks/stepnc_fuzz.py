@@ -85,6 +85,7 @@ def samples(files: list[str]) -> list[bytes]:
         return [Path(f).read_bytes() for f in files]
     nist = (ROOT / "programs" / "stepnc" / "nist_ex1.stp").read_bytes()
     features = (ROOT / "programs" / "stepnc" / "features.stp").read_bytes()
+    plate = (ROOT / "programs" / "stepnc" / "plate_ap238.stp").read_bytes()
     explicit = (ROOT / "programs" / "stepnc" / "nist_ex1E.stp").read_bytes()
     program = read(nist, "x")
     stream = io.StringIO()
@@ -95,7 +96,20 @@ def samples(files: list[str]) -> list[bytes]:
     small_aim = aim[: aim.index("\n", 12_000)] + aim[aim.index("\n#", len(aim) - 3000) :]
     head = explicit[explicit.index(b"ISO-10303") :]
     small = head[: head.index(b"#1101=")] + b"ENDSEC;\nEND-ISO-10303-21;\n"
-    return [small, small_aim.encode()] * 20 + [nist] * 2 + [features] + [explicit, aim.encode()]
+    small_ones = [small, small_aim.encode(), *_parts(plate)]
+    return small_ones * 10 + [nist] * 2 + [features, plate] + [explicit, aim.encode()]
+
+
+def _parts(plate: bytes) -> list[bytes]:
+    """Return files that have one of the workingsteps of the plate each: the others are taken out of its plan."""
+    links = [m[0] for m in re.finditer(rb"#\d+=MACHINING_PROCESS_SEQUENCE_RELATIONSHIP[^;]*;", plate)]
+    out = []
+    for kept in links:
+        data = plate
+        for link in links:
+            data = data if link == kept else data.replace(link, b"")
+        out.append(data)
+    return out
 
 
 def main() -> int:

@@ -86,7 +86,7 @@ class Aim:
 class Shaped(Aim):
     """A file with one feature that is milled."""
 
-    def feature(self, kind, place, components=(), limit=None, own=(), text=""):
+    def feature(self, kind, place, components=(), limit=None, own=(), text="", name="f"):
         """Add a feature.
 
         Args:
@@ -95,11 +95,11 @@ class Shaped(Aim):
             components: (name, entity, sizes) of profiles, paths, bottoms …, a description and a usage after them.
             limit: Height of the depth plane.
             own: (name, number) of the feature itself.
-            text: Its description.
+            text, name: Its description and name.
         """
         feature = self.file.add_complex(
-            *sorted([("CHARACTERIZED_OBJECT", ("f", text)), ("FEATURE_DEFINITION", ()), ("INSTANCED_FEATURE", ()),
-            (kind, ()), ("SHAPE_ASPECT", ("f", "", None, E("T")))])
+            *sorted([("CHARACTERIZED_OBJECT", (name, text)), ("FEATURE_DEFINITION", ()), ("INSTANCED_FEATURE", ()),
+            (kind, ()), ("SHAPE_ASPECT", (name, "", None, E("T")))])
         )  # fmt: skip
         shape = self.file.add("PRODUCT_DEFINITION_SHAPE", "", "", feature)
         items = [] if place is None else [place]

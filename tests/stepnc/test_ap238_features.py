@@ -1,12 +1,15 @@
 """Features of the AIM: placed as ISO 10303 or ISO 14649 has them, with all their parts."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from cncgen.stepnc import read
 from tests.stepnc.aim import Aim, E, Shaped
 from tests.stepnc.building import codes, motions
+from tests.stepnc.heightfield import removed
 
 
 def hole(aim, depth, convention):
@@ -408,3 +411,27 @@ def test_percents_for_ratios():
     path, found = aim.read(aim.plan(step))
     assert codes(found) == ["stepnc-ratio"]
     assert len(np.unique(np.round(path.end[motions(path), 0], 3))) >= 7
+
+
+def test_the_plate():
+    """The plate of programs/stepnc/plate_ap238.stp, by heights."""
+    program = read(Path(__file__).parents[2] / "programs" / "stepnc" / "plate_ap238.stp", "plate_ap238.stp")
+    path = next(iter(program.chunks()))
+    assert [d.code for d in program.diagnostics] == []
+    radius = {"MILL 20": 10.0, "MILL 10": 5.0, "MILL 6": 3.0, "BALL 6": 3.0, "DRILL 5": 2.5}
+    heights = removed([path], (160.0, 100.0), 0.0, 0.5, radius)[1]
+
+    def at(x, y):
+        return pytest.approx(heights[int(x / 0.5), int(y / 0.5)], abs=1e-6)
+
+    assert at(5, 5) == at(80, 50) == at(105, 50) == -1.0  # the face
+    assert at(30, 30) == at(45, 20) == at(60, 80) == -9.0  # the pocket
+    assert at(45, 55) == at(50, 55) == -3.0  # its boss
+    assert at(105, 90) == at(105, 99) == -5.0 - 1.0  # the bay, out to its open side
+    assert at(105, 56) == -1.0
+    assert at(123, 26) == at(87, 26) == at(105, 43) == -4.0  # the groove
+    assert at(105, 25) == -1.0
+    for x, y in ((113, 25), (97, 25), (140, 20), (150, 50), (145, 80)):
+        assert heights[int(x / 0.5), int(y / 0.5)] < -13.0  # through
+    assert at(150, 80) == -5.0  # the counterbore
+    assert heights[260, 100] == pytest.approx(-10.0, abs=0.01)  # the middle of the round bottom
