@@ -25,10 +25,8 @@ STANDSTILL = 1e-9
 
 #: Where |dC/du| is below this part of its mean over the curve, derivatives are taken beside the point.
 _SINGULAR = 1e-7
-#: Part of the parameter range by which they are taken beside it.
-_BESIDE = 1e-6
-#: Where it is below this part there, too, a stretch of the curve stands, and they are taken this part of its length on.
-_STANDS, _BEYOND = 1e-14, 1e-9
+#: Parts of its length by which the first and the further ones are taken beside it: far enough to keep their digits.
+_BESIDE = ((1, 1e-10), (2, 1e-8))
 
 _ROTARY = "ABC"
 
@@ -271,9 +269,8 @@ class Path:
         Returns:
             Shape (order + 1, n, axes): x, dx/ds, d²x/ds², d³x/ds³. With g = ds/du = |C'| over the row's measured axes,
             x' = C'/g, x'' = (C'' − x' g')/g², x''' = (C''' − 3 x'' g g' − x' g'')/g³ (docs/arc-length.md).
-            Where C' vanishes (a cusp, coinciding control points) the derivatives are those a millionth of the
-            parameter range beside it, on the chosen side, or a billionth of the length beyond a stretch that stands; on
-            a row of length 0 they are 0.
+            Where C' vanishes (a cusp, coinciding control points) the derivatives are those beside it, on the
+            chosen side (the first by 1e-10 of the curve's length, further ones by 1e-8); on a row of length 0 they are 0.
 
         Raises:
             ValueError: If the path has no rows, or `order` is not 0 to 3.
@@ -293,43 +290,37 @@ class Path:
             out[1, straight], length, out=np.zeros_like(out[1, straight]), where=length > 0
         )
         if curved.size:
-            self._beside_singular(out, rows, u, order, side)
+            singular = self._singular(out, rows)
             values = out[:, curved] if curved.size < len(rows) else out
             _by_arc_length(values, self._low[rows[curved]], self._high[rows[curved]])
             if curved.size < len(rows):
                 out[:, curved] = values
+            if singular.size:
+                self._beside_singular(out, singular, rows, u, side)
         return out
 
-    def _beside_singular(self, out: Floats, rows: Ints, u: Floats, order: int, side: int) -> None:
-        """Replace derivatives of NURBS at which C' vanishes by those a little beside."""
+    def _singular(self, derivatives: Floats, rows: Ints) -> Ints:
+        """Return which places, on these rows and with these derivatives by the rows' parameters, have C' = 0."""
         if not self._nurbs_rows.size:
-            return
+            return self._nurbs_rows
         pick = np.flatnonzero(self.kind[rows] == NURBS)
         first, last = splines.parameter_range(self._nurbs.table)
         item = self._item[rows[pick]]
-        span = (last - first)[item]
-        speed = _metric_norm(out[1, pick], self._low[rows[pick]], self._high[rows[pick]])
-        low = speed * span <= _SINGULAR * self._nurbs.total[item]
-        if not np.any(low):
-            return
-        pick, item, span = pick[low], item[low], span[low]
-        beside = np.where(u[pick] + side * _BESIDE * span > last[item], -1, side)
-        beside = np.where(u[pick] + beside * _BESIDE * span < first[item], 1, beside)
-        moved = u[pick] + beside * _BESIDE * span
-        values = splines.evaluate(self._nurbs.table, item, moved, order, side)
-        speed = _metric_norm(values[1], self._low[rows[pick]], self._high[rows[pick]])
-        stands = np.flatnonzero(speed * span <= _STANDS * self._nurbs.total[item])
-        if stands.size:
-            values[:, stands] = self._beyond_rest(item[stands], u[pick[stands]], order, side)
-        out[1:, pick] = values[1:]
+        speed = _metric_norm(derivatives[1, pick], self._low[rows[pick]], self._high[rows[pick]])
+        return pick[speed * (last - first)[item] <= _SINGULAR * self._nurbs.total[item]]
 
-    def _beyond_rest(self, item: Ints, u: Floats, order: int, side: int) -> Floats:
-        """Return the derivatives of curves where a stretch that stands ends: at its far end, or within the curve."""
+    def _beside_singular(self, out: Floats, pick: Ints, rows: Ints, u: Floats, side: int) -> None:
+        """Replace derivatives by s where C' vanishes by those a little beside, or within where the curve ends."""
+        order, item = len(out) - 1, self._item[rows[pick]]
         total = self._nurbs.total[item]
-        at = self._nurbs.at(item, u)
-        step = side * _BEYOND * total
-        there = np.where((at + step < 0.0) | (at + step > total), at - step, at + step)
-        return splines.evaluate(self._nurbs.table, item, self._nurbs.parameter(item, there), order, side)
+        at = self._nurbs.at(item, u[pick])
+        for first_order, part in _BESIDE:
+            step = side * part * total
+            beside = np.where((at + step < 0.0) | (at + step > total), at - step, at + step)
+            there = self._nurbs.parameter(item, beside)
+            values = splines.evaluate(self._nurbs.table, item, there, order, side)
+            _by_arc_length(values, self._low[rows[pick]], self._high[rows[pick]])
+            out[first_order:, pick] = values[first_order:]
 
     def curvature(self, s: ArrayLike, side: int = 1) -> Floats:
         """Return the curvature in X Y Z (1/mm) at each s, shape (n,)."""

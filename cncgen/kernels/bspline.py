@@ -21,8 +21,8 @@ _WEIGHTS = 0.5 * _WEIGHTS
 #: Columns of a cell: u at its start, s at its start, its length in s, its width in u, and eight coefficients of the
 #: polynomial u(tau), tau = (s - s_start) / length.
 CELL_COLUMNS = 12
-#: What a cell begins, as bits: a panel (a stretch on which |C'| is close to a polynomial of degree 4), a knot span; and
-#: that it is so short that the curve has a cusp there, or stands.
+#: What a cell begins, as bits: a panel (a stretch on which |C'| is close to a polynomial of degree 4); a knot span; a row
+#: of cells so short that the curve has a cusp there, or stands, and what comes after them.
 PANEL, KNOT, CUSP = 1, 2, 4
 #: Part of the mean of |C'| over a panel that its Legendre coefficients of order 5 and 6 reach at most.
 _TAIL = cython.declare(cython.double, 1e-8)
@@ -76,16 +76,29 @@ def _derivative_points(
 ) -> cython.void:
     """Fill ``q[k, j]`` with the homogeneous control points of the k-th derivative on span i (NURBS Book, eq. 3.8).
 
-    `point` is the index of the first of the span's p + 1 control points.
+    `point` is the index of the first of the span's p + 1 control points. They are taken from one of them, two that
+    coincide if there are such, which goes into ``q[p + 1, 0]``: where the curve stands nearly, derivatives keep their
+    digits whatever the weights.
     """
     axes: cython.Py_ssize_t = points.shape[1]
     j: cython.Py_ssize_t
     k: cython.Py_ssize_t
     d: cython.Py_ssize_t
+    origin: cython.Py_ssize_t = point
+    alike: cython.bint
     factor: cython.double
+    for j in range(p - 1, -1, -1):
+        alike = True
+        for d in range(axes):
+            if points[point + j, d] != points[point + j + 1, d]:
+                alike = False
+        if alike:
+            origin = point + j
+    for d in range(axes):
+        q[p + 1, 0, d] = points[origin, d]
     for j in range(p + 1):
         for d in range(axes):
-            q[0, j, d] = points[point + j, d] * weights[point + j]
+            q[0, j, d] = (points[point + j, d] - points[origin, d]) * weights[point + j]
         q[0, j, axes] = weights[point + j]
     for k in range(1, order + 1):
         if k > p:
@@ -143,7 +156,7 @@ def _derivatives(
                     term += basis[j] * q[k, j, d]
                 out[k, d] = term
     for d in range(axes):
-        out[0, d] /= out[0, axes]
+        out[0, d] = out[0, d] / out[0, axes]
         if order > 0:
             out[1, d] = (out[1, d] - out[1, axes] * out[0, d]) / out[0, axes]
         if order > 1:
@@ -155,6 +168,7 @@ def _derivatives(
                 - 3.0 * out[2, axes] * out[1, d]
                 - out[3, axes] * out[0, d]
             ) / out[0, axes]
+        out[0, d] += q[p + 1, 0, d]
 
 
 def evaluate(
@@ -178,7 +192,7 @@ def evaluate(
     count: cython.Py_ssize_t = u.shape[0]
     axes: cython.Py_ssize_t = points.shape[1]
     largest: cython.Py_ssize_t = int(np.max(degree)) if degree.shape[0] else 0
-    q: cython.double[:, :, ::1] = np.zeros((4, largest + 1, axes + 1))
+    q: cython.double[:, :, ::1] = np.zeros((max(largest, 3) + 2, largest + 1, axes + 1))
     basis: cython.double[::1] = np.zeros(largest + 1)
     value: cython.double[:, ::1] = np.zeros((4, axes + 1))
     n: cython.Py_ssize_t
@@ -565,7 +579,7 @@ def cells(
     curves: cython.Py_ssize_t = degree.shape[0]
     axes: cython.Py_ssize_t = points.shape[1]
     largest: cython.Py_ssize_t = int(np.max(degree)) if curves else 0
-    q: cython.double[:, :, ::1] = np.zeros((max(largest, 3) + 1, largest + 1, axes + 1))
+    q: cython.double[:, :, ::1] = np.zeros((max(largest, 3) + 2, largest + 1, axes + 1))
     taylor: cython.double[:, ::1] = np.zeros((largest + 1, axes + 1))
     rational: cython.bint = False
     work: cython.double[:, ::1] = np.zeros((4, max(largest + 1, 7)))
@@ -582,6 +596,7 @@ def cells(
     grade: cython.int
     begin: cython.char
     look: cython.bint
+    tiny: cython.bint
     b: cython.double
     start: cython.double
     end: cython.double
@@ -597,6 +612,7 @@ def cells(
             p = degree[c]
             rows = cell_offset[c]
             s = 0.0
+            tiny = False
             least = _size(points, point_offset[c], point_offset[c + 1], metric_low[c], metric_high[c], far)
             within = closeness * least
             coarse = 4e-15 * far[0]
@@ -636,7 +652,10 @@ def cells(
                         if look:
                             end = b
                         continue
-                    begins[rows] = begin + (4 if out[rows, 2] <= 10.0 * coarse else 0)
+                    if tiny != (out[rows, 2] <= 10.0 * coarse):
+                        tiny = not tiny
+                        begin += 4
+                    begins[rows] = begin
                     s += out[rows, 2]
                     rows += 1
                     if (rows - first) % 512 == 0:
@@ -728,7 +747,7 @@ def lengths(
     """Fill `out` with the arc length from the start of curve ``curve[n]`` to its parameter ``u[n]``."""
     axes: cython.Py_ssize_t = points.shape[1]
     largest: cython.Py_ssize_t = int(np.max(degree)) if degree.shape[0] else 0
-    q: cython.double[:, :, ::1] = np.zeros((max(largest, 3) + 1, largest + 1, axes + 1))
+    q: cython.double[:, :, ::1] = np.zeros((max(largest, 3) + 2, largest + 1, axes + 1))
     taylor: cython.double[:, ::1] = np.zeros((largest + 1, axes + 1))
     basis: cython.double[::1] = np.zeros(largest + 1)
     nodes: cython.const[cython.double][::1] = _NODES

@@ -191,6 +191,18 @@ def test_cusp_is_a_breakpoint_with_a_tangent_on_each_side() -> None:
     assert path.length == pytest.approx(exact, abs=1e-9)
 
 
+def test_a_straight_curve_that_ends_in_equal_points_of_other_weights_stays_straight() -> None:
+    """C' ~ (1 − u)² at its end, where differences of weighted points once left rounding alone: x''' of 1e13."""
+    points = [[0, 0, 0], [9, 15, -0.4], [9, 15, -0.4], [9, 15, -0.4]]
+    path = path_of_curve(nurbs.single(3, [0] * 4 + [1] * 4, points, [1.0, 0.5, 2.0, 1.0]))
+    length = np.linalg.norm(points[1])
+    s = length - np.array([3.0, 1e-3, 1e-6, 0.0])
+    _, x1, x2, x3 = path.evaluate(s, 3, -1)
+    np.testing.assert_allclose(x1, np.tile(points[1] / length, (4, 1)), atol=1e-9)
+    assert np.abs(x2).max() < 1e-6
+    assert np.abs(x3).max() < 1.0
+
+
 def test_curve_that_starts_with_coinciding_points_has_its_tangent() -> None:
     table = nurbs.single(3, [0] * 4 + [1] * 4, [[0, 0, 0], [0, 0, 0], [3, 0, 0], [3, 4, 0]])
     path = path_of_curve(table)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.path import Path
-from cncgen.planner.optimal.joints import Joints
+from cncgen.planner.optimal.joints import Joints, nearest
 from cncgen.planner.optimal.limits import Bounds, least, most, resolution
 from cncgen.toolpath.record import Kind
 
@@ -21,12 +21,12 @@ TopAt = Callable[[Floats, Floats], Floats]
 @dataclass(frozen=True, slots=True)
 class Density:
     """Spacing of the nodes: as a part of the radius of curvature, of |x'''|^-1/2, of the distance that a ramp of the
-    acceleration from 0 to its limit takes, of the length of a cell of the path, and its growth along the path."""
+    acceleration from 0 to its limit takes, of the length of a panel of the path, and its growth along the path."""
 
     bend: float
     twist: float
     ramp: float
-    cell: float
+    panel: float
     growth: float
 
 
@@ -38,6 +38,8 @@ _FIRST, _SLOW, _BEND, _PART = 0.5, 0.15, 0.02, 1.0 / 24.0
 #: Part of the limits that following the path at top speed takes at most where the path counts as straight: there the
 #: motion cruises, further from everything else than it needs to reach that speed.
 _CALM = 0.01
+#: Part by which bounds of q that are taken for one differ.
+_ALIKE = 1e-6
 
 
 def place(
@@ -60,11 +62,13 @@ def place(
         top_at: Gives the largest q.
         density: How close they stand.
     """
-    probes, cells = _probes(path, joints)
+    seen = min(float(resolution(bounds, side[1]).min()) for side in sides)
+    probes, panels = _probes(path, joints, seen)
     x = path.evaluate(probes, 3)
+    x[:, np.searchsorted(probes, joints.s)] = sides[1]
     x[:, -1] = sides[0][:, -1]
     spacing = _spacing(bounds, x, probes, joints, top_at, density)
-    spacing = np.minimum(spacing, density.cell * np.append(np.repeat(cells, 4), cells[-1]))
+    spacing = np.minimum(spacing, density.panel * np.append(np.repeat(panels, 4), panels[-1]))
     first = _first(bounds, joints, sides, lines, top_at)
     spacing = np.maximum(spacing, resolution(bounds, x[1]))
     tight = np.flatnonzero((joints.stop & np.isfinite(first)) | (joints.zone > 0))
@@ -103,8 +107,8 @@ def _spacing(bounds: Bounds, x: Floats, s: Floats, joints: Joints, top_at: TopAt
         speed = np.sqrt(np.minimum(top, acceleration / bend))
         fastest = acceleration * ramp + np.sqrt(acceleration * (s[-1] - s[0]))
         calm = (bend * top < _CALM * acceleration) & (twist * top * speed < _CALM * jerk)
-        # Alike but for rounding, which no choice of units may turn into another plan.
-        level = np.abs(np.diff(top)) <= 1e-9 * top[1:]
+        # Alike but for rounding, and what a fit makes of it, which no choice of units may turn into another plan.
+        level = np.abs(np.diff(top)) <= _ALIKE * top[1:]
         calm[1:-1] &= level[:-1] & level[1:]
         calm[np.searchsorted(s, joints.s[joints.stop | np.isfinite(joints.speed)])] = False
         rise = np.where(
@@ -163,10 +167,16 @@ def _beside(bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats]) -> Flo
         return np.fmin(0.7 * joints.zone, 0.5 * joints.speed * ramp)
 
 
-def _probes(path: Path, joints: Joints) -> tuple[Floats, Floats]:
-    """Return places to look at the path, four a cell: borders of its cells, its breakpoints, and points between; and the
-    lengths of the cells, each of which a polynomial of low degree carries (infinite on lines)."""
-    borders = np.union1d(path.sample_borders(), joints.s)
+def _probes(path: Path, joints: Joints, seen: float) -> tuple[Floats, Floats]:
+    """Return places to look at the path, four a panel: borders of its panels, its breakpoints, and points between; and the
+    lengths of the panels, each of which a polynomial of low degree carries (infinite on lines).
+
+    Panels that begin nearer to a breakpoint than `seen` are too small to be seen: about a cusp their derivatives are
+    rounding alone.
+    """
+    borders = path.sample_borders()
+    near = nearest(joints.s, borders)
+    borders = np.union1d(borders[np.abs(joints.s[near] - borders) > seen], joints.s)
     length = np.diff(borders)
     inner = borders[:-1, None] + length[:, None] * np.array([0.0, 0.25, 0.5, 0.75])
     straight = path.kind[path.row_of(borders[:-1])] != Kind.NURBS

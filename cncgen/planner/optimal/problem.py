@@ -26,6 +26,8 @@ _FAR, _REACH = 0.45, 3
 #: The starts tried one after the other, as parts of q of the profile that rises and falls with full jerk. From rest, a
 #: small enough part holds every limit, whatever the intervals.
 _STARTS = (0.8, 0.1, 0.9, 0.01, 1e-4, 1e-7)
+#: Part of a bound of q by which two that are taken for one differ.
+_ALIKE = 1e-6
 #: A jump of the acceleration of an axis, as a part of its limit, for which both sides of a node are looked at.
 _JUMP = 1e-4
 #: Times that the profile to start from is averaged over three neighbours.
@@ -241,8 +243,8 @@ def _boxes(given: Intervals, spline: NDArray[np.int64], rest: Floats) -> tuple[F
     middle = np.maximum(middle, 0.5 * top.min(axis=1))
     box = np.stack([edge[:, 0], middle[spline], np.full(len(spline), np.inf)], 1)
     # With the same bound on both sides, the ordinate between two bounded ones is bounded.
-    # Alike but for rounding, which no choice of units may turn into another problem.
-    level = 1e-9 * edge[:, 0]
+    # Alike but for rounding, and what a fit makes of it, which no choice of units may turn into another problem.
+    level = _ALIKE * edge[:, 0]
     same = (
         (np.abs(middle[spline] - edge[:, 0]) <= level)
         & (np.abs(middle[spline - 1] - edge[:, 0]) <= level)
