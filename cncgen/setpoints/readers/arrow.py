@@ -1,9 +1,9 @@
-"""arrow: an Arrow IPC file or stream with the CSV's columns (needs pyarrow)."""
+"""arrow: an Arrow IPC file with the CSV's columns (needs pyarrow)."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -27,9 +27,14 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
         raise UsageError(Diagnostic("missing-package", "format arrow needs pyarrow", hint=hint)) from error
     try:
         with reading_faults(name):
-            reader = pa.ipc.open_file(file.read())
-    except pa.ArrowInvalid as error:
+            content = file.read()
+        yield from _batches(pa.ipc.open_file(content), name, axes)
+    except (pa.ArrowException, OSError, ValueError, TypeError, LookupError) as error:
         raise UsageError(Diagnostic("setpoints-header", f"{name} is no Arrow file: {error}")) from error
+
+
+def _batches(reader: Any, name: str, axes: str | None) -> Iterator[Block]:
+    """Yield the record batches of an open file; what pyarrow says of a damaged one is raised as it is."""
     names = [n for n in reader.schema.names if n in POSITION_COLUMNS]
     names = [n for n in names if axes is None or POSITION_COLUMNS[n] in axes.upper()]
     if "t_s" not in reader.schema.names or not names:
@@ -38,6 +43,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     row = 0
     for index in range(reader.num_record_batches):
         batch = reader.get_batch(index)
+        batch.validate(full=True)
         columns = [batch.column(n).to_numpy(zero_copy_only=False) for n in ("t_s", *names)]
         matrix = np.stack(columns, axis=1).astype(np.float64)
         check_rows(matrix, name, row)

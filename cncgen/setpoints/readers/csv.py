@@ -74,6 +74,16 @@ def line_blocks(file: BinaryIO, name: str) -> Iterator[bytes]:
         yield rest + b"\n"
 
 
+def _header_fault(names: list[str], any_axis: bool) -> str:
+    """Return what is wrong with the columns of a file, or ""."""
+    twice = next((n for n in names if n in ("t_s", *POSITION_COLUMNS) and names.count(n) > 1), "")
+    if twice:
+        return f"names {twice} twice"
+    if "t_s" not in names:
+        return "names no time t_s"
+    return "" if any_axis else "names no axis position"
+
+
 class _Table:
     """The columns of a CSV file, and how far it has been read."""
 
@@ -83,13 +93,13 @@ class _Table:
         self.width = len(names)
         found = [(POSITION_COLUMNS[n], k) for k, n in enumerate(names) if n in POSITION_COLUMNS]
         self.columns = [(letter, k) for letter, k in found if axes is None or letter in axes.upper()]
-        if "t_s" not in names or not self.columns:
+        fault = _header_fault(names, bool(self.columns))
+        if fault:
             excerpt, cut = excerpt_of(header.decode("utf-8", "replace"), 1)
             raise UsageError(
                 Diagnostic(
                     "setpoints-header",
-                    f"{name} is no setpoint file: its first line names no "
-                    + ("time t_s" if "t_s" not in names else "axis position"),
+                    f"{name} is no setpoint file: its first line {fault}",
                     span=Span(name, max(line, 1)),
                     excerpt=excerpt,
                     excerpt_offset=cut,

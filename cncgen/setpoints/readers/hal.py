@@ -27,12 +27,9 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     """
     lines = line_blocks(file, name)
     first = next(lines, b"")
-    named = re.match(rb"# ([a-z_ ]+) every ([0-9.e+-]+) s\r?\n", first)
-    if named:
-        letters = "".join(POSITION_COLUMNS.get(word, "") for word in named[1].decode().split())
-        period_s = period_s or float(named[2])
-    else:
-        letters = letters_or_fault(axes, name, "hal")
+    letters, stated = _stated(first)
+    period_s = period_s or stated
+    letters = letters or letters_or_fault(axes, name, "hal")
     faults, number, row = Diagnostics(), 0, 0
     for text in chain([first], lines):
         rows = []
@@ -52,6 +49,16 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
             yield Block(letters, time_s, np.array(rows, np.float64))
     if faults.has_errors:
         raise UsageError(faults)
+
+
+def _stated(line: bytes) -> tuple[str, float | None]:
+    """Return the axes and the period that the comment of a file of ours names; none where it is no such comment."""
+    named = re.match(rb"# ([a-z_ ]+) every ([0-9]*\.?[0-9]+(?:e[+-]?[0-9]+)?) s\r?\n", line)
+    words = named[1].decode().split() if named else []
+    period = float(named[2]) if named else 0.0
+    if not 0.0 < period < np.inf or not all(word in POSITION_COLUMNS for word in words):
+        return "", None
+    return "".join(POSITION_COLUMNS[word] for word in words), period
 
 
 def _numbers(line: bytes, count: int) -> list[float] | None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
+from tokenize import TokenError
 from typing import BinaryIO
 
 import numpy as np
@@ -18,21 +20,27 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     """Yield the rows of an npy file, whose columns after the time are those of `axes` (and signals after them).
 
     Raises:
-        UsageError: `axes` is missing, or the array is no table of doubles with as many columns.
+        UsageError: `axes` is missing, the array is no table of doubles with as many columns, or the file ends early.
     """
     letters = letters_or_fault(axes, name, "npy")
     shape = table_shape(file, name)
     if shape[1] < 1 + len(letters):
         message = f"{name}: the array has {shape[1]} columns, the time and {len(letters)} axes need more"
         raise UsageError(Diagnostic("setpoints-columns", message))
+    rows = 0
     for matrix in matrices(file, name, shape[1]):
+        rows += len(matrix)
         yield Block(letters, matrix[:, 0].copy(), matrix[:, 1 : 1 + len(letters)])
+    if rows != shape[0]:
+        message = f"{name} has {rows} rows, and its header says {shape[0]}: it is cut off or damaged"
+        raise UsageError(Diagnostic("setpoints-length", message))
 
 
 def table_shape(file: BinaryIO, name: str) -> tuple[int, int]:
     """Read the header of an npy file of little-endian doubles in C order with two dimensions; return its shape."""
     try:
-        with reading_faults(name):
+        with reading_faults(name), warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of a header as Python 2 wrote it
             version = np.lib.format.read_magic(file)
             read = (
                 np.lib.format.read_array_header_1_0
@@ -40,7 +48,7 @@ def table_shape(file: BinaryIO, name: str) -> tuple[int, int]:
                 else np.lib.format.read_array_header_2_0
             )
             shape, fortran, dtype = read(file)
-    except (ValueError, EOFError) as error:
+    except (ValueError, EOFError, SyntaxError, TokenError) as error:
         raise UsageError(Diagnostic("setpoints-header", f"{name} is no npy file: {error}")) from error
     if len(shape) != 2 or fortran or dtype != np.dtype("<f8"):
         message = f"{name}: an array of {dtype} with shape {shape}; a table of float64 in C order is wanted"

@@ -5,7 +5,9 @@ from __future__ import annotations
 import shutil
 import tempfile
 import zipfile
+import zlib
 from collections.abc import Iterator
+from tokenize import TokenError
 from typing import IO, BinaryIO
 
 import numpy as np
@@ -15,6 +17,21 @@ from cncgen.files import reading_faults
 from cncgen.setpoints.columns import POSITION_COLUMNS
 from cncgen.setpoints.readers.blocks import Block
 from cncgen.setpoints.readers.f64 import check_rows
+
+#: What zipfile and numpy raise of a damaged archive: RuntimeError of one that is encrypted (NotImplementedError of a
+#: method they do not know), MemoryError of an array whose header says more than there can be.
+_FAULTS = (
+    ValueError,
+    TypeError,
+    EOFError,
+    KeyError,
+    RuntimeError,
+    MemoryError,
+    SyntaxError,
+    TokenError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
 
 
 def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[Block]:
@@ -32,7 +49,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
                 message = f"{name} is no setpoint file: it has no array t_s, or none of an axis position"
                 raise UsageError(Diagnostic("setpoints-header", message))
             columns = [np.asarray(archive[n], np.float64) for n in ("t_s", *names)]
-    except (ValueError, EOFError, zipfile.BadZipFile, TypeError) as error:
+    except _FAULTS as error:
         # What is no archive is taken for a pickle, whose message is about trust.
         why = "" if "pickle" in str(error) else f": {error}"
         raise UsageError(Diagnostic("setpoints-header", f"{name} is no npz file{why}")) from error
