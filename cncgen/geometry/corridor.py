@@ -14,8 +14,9 @@ from cncgen.kernels import smoothing
 END_POINT, END_DERIVATIVES = 1, 4
 #: Tries in which the smoothing length may grow.
 ROUNDS = 2
-#: Largest smoothing length, in tolerances (and a tenth of what is fitted): it bounds how far one place moves another.
-_WIDEST = 250.0
+#: Largest smoothing length, in tolerances, and in mean lengths of the rows around, of which so many on both sides count:
+#: facets and noise are gone by then, and what is longer is the curve itself, which a longer one makes no faster.
+_WIDEST, _FACETS, _AROUND = 45.0, 1.5, 4
 #: Knot spans before an open end that the next window fits again: what comes after no longer moves the rest.
 OVERLAP = 24
 #: Parts of the tolerance that a fit may use: the first on new ground, the second where an earlier window has fitted.
@@ -78,7 +79,7 @@ def fit(pieces: Pieces, cuts: Floats, head: int, tail: int, seam: Seam | None = 
     start = t[0] if seam is None else seam.knots[-1]
     places = np.append(cuts[(cuts > start + 1e-9 * (total - t[0])) & (cuts < total)], total)
     scale = first_scales(pieces)
-    longest = min(_WIDEST * float(pieces.tolerance.max()), 0.1 * float(total - t[0]))
+    longest = _longest(pieces)
     scale = np.minimum(scale, longest)
     share = np.where(t[:-1] < start, _OLD_GROUND, _NEW_GROUND) if seam is not None else _NEW_GROUND
     used = np.empty((len(pieces.y), 2))
@@ -112,6 +113,19 @@ def fit(pieces: Pieces, cuts: Floats, head: int, tail: int, seam: Seam | None = 
     if not worst <= 1.0:
         raise CorridorError(worst, last - 4)
     return Spline(knots[: last + 5].copy(), points[:last].copy(), worst)
+
+
+def _longest(pieces: Pieces) -> Floats:
+    """Return the largest smoothing length at the ends of pieces, shape (n + 1,), mm."""
+    length = np.diff(pieces.row_t)[pieces.row]
+    n = len(length)
+    summed = np.concatenate([[0.0], np.cumsum(length)])
+    first = np.maximum(np.arange(n + 1) - _AROUND, 0)
+    last = np.minimum(np.arange(n + 1) + _AROUND, n)
+    facets = _FACETS * (summed[last] - summed[first]) / (last - first)
+    tolerance = np.maximum(np.append(pieces.tolerance, 0.0), np.append(0.0, pieces.tolerance))
+    out: Floats = np.minimum(np.maximum(_WIDEST * tolerance, facets), 0.1 * (pieces.t[-1] - pieces.t[0]))
+    return out
 
 
 def split(spline: Spline, span: int, origin: float) -> tuple[Spline, Seam]:

@@ -493,7 +493,7 @@ def _adjust(
     t: cython.const[cython.double][::1],
     scale: cython.double[::1],
     used: cython.double[:, ::1],
-    longest: cython.double,
+    longest: cython.const[cython.double][::1],
     grow: cython.bint,
     change: cython.double[::1],
 ) -> cython.void:
@@ -527,7 +527,7 @@ def _adjust(
         elif grow and most < 0.85:
             change[k] = min(1.6, sqrt(0.92 / max(most, 1e-3)))
     for k in range(n + 1):
-        scale[k] = min(scale[k] * change[k], longest)
+        scale[k] = min(scale[k] * change[k], longest[k])
     _grade(t, scale)
 
 
@@ -538,7 +538,7 @@ def fit(
     tolerance: cython.const[cython.double][::1],
     cuts: cython.const[cython.double][::1],
     scale: cython.double[::1],
-    longest: cython.double,
+    longest: cython.const[cython.double][::1],
     rounds: cython.Py_ssize_t,
     knots: cython.double[::1],
     laid: cython.Py_ssize_t,
@@ -561,7 +561,7 @@ def fit(
         tolerance: Shape (n,), mm.
         cuts: Places that become knots, ascending, after ``knots[laid]``, the last one t[n].
         scale: Shape (n + 1,): smoothing length at the ends of pieces, to start from; updated.
-        longest: Largest smoothing length there.
+        longest: Shape (n + 1,): largest smoothing length there.
         rounds: Tries in which the smoothing length may grow; after them it only shrinks.
         knots: Room for the knots, the given ones in place.
         laid: Index of the last given knot.
