@@ -8,6 +8,7 @@ path and Y out of the material (ISO 10303-238, 5.2.2.3).
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -24,6 +25,7 @@ from cncgen.stepnc.geometry import profiles
 from cncgen.stepnc.geometry.frames import Matrix, identity, translation
 from cncgen.stepnc.geometry.pieces import Piece
 from cncgen.stepnc.model import Boss, Feature, Shape
+from cncgen.stepnc.schema.short_names import SHORT_NAMES
 
 _KINDS = {
     "ROUND_HOLE": "round hole",
@@ -49,6 +51,8 @@ _GROUPS = (
 _DEPTHS = ("hole depth", "pocket depth", "depth", "profile swept shape", "boss height", "course of travel")
 _BOUNDARIES = ("closed boundary", "feature boundary", "boundary", "enclosed boundary")
 _Y = np.array([0.0, 1.0, 0.0])
+_NAMES = ["INSTANCED_FEATURE", *(short for short, name in SHORT_NAMES.items() if name == "INSTANCED_FEATURE")]
+_INSTANCED = re.compile("|".join(_NAMES).encode(), re.IGNORECASE)
 
 
 class Features:
@@ -355,8 +359,12 @@ class Features:
 
     def tilted(self) -> Iterator[bool]:
         """Yield for each feature whether its placement's Z leaves the machine's."""
-        for row in self.entities.exchange.complex_rows().tolist():
-            instance = self.entities.exchange.at_row(row)
+        exchange = self.entities.exchange
+        for row in exchange.complex_rows().tolist():
+            begin, end = int(exchange.rows.bodies[row]), int(exchange.rows.ends[row])
+            if _INSTANCED.search(exchange.data, begin, end) is None:  # splines and units: not parsed for this
+                continue
+            instance = exchange.at_row(row)
             if instance is None or instance.part("INSTANCED_FEATURE") is None:
                 continue
             try:
