@@ -29,7 +29,7 @@ _NO_TARGET = re.compile(
 LOOP_END = "the loop's end"
 _OPENING = re.compile(
     rb"o[ \t]*(\d+|<[^>\n]*>)[ \t]*"
-    rb"(endsub|sub|elseif|else|endif|if|endwhile|while|do|endrepeat|repeat)(?![ \t]*[a-z])",
+    rb"(endsub|sub|elseif|else|endif|if|endwhile|while|do|endrepeat|repeat)",
     re.IGNORECASE,
 )
 Label = float | str

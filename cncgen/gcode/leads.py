@@ -205,6 +205,21 @@ def _call(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: C
     return lead
 
 
+def _leave(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead | None:
+    """ENDSUB and RETURN: back to the caller, where the call in progress is of this subroutine."""
+    if len(flow.arguments) > 1:
+        return None
+    anywhere, arguments = flow.keyword == "return", flow.arguments
+
+    def lead() -> Cursor | None:
+        frames = control.frames
+        if frames and (anywhere or frames[-1].label == label):
+            return control.leave(arguments)
+        return control.run(flow, here, after)
+
+    return lead
+
+
 def _goto(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead | None:
     """GOTO of a macro, and IF … GOTO."""
     if isinstance(label, str):
@@ -243,6 +258,8 @@ _MAKERS: dict[str, dict[str, Maker]] = {
         "break": _break,
         "continue": _continue,
         "call": _call,
+        "endsub": _leave,
+        "return": _leave,
     },
     "fanuc": {"goto": _goto, "while-do": _while_do, "end-do": _end_do},
 }

@@ -14,7 +14,7 @@ from pathlib import Path
 from cncgen.diagnostics import Diagnostics, Severity
 from cncgen.gcode import comments, descent, macros
 from cncgen.gcode.batches import Batches
-from cncgen.gcode.block import AXIS_INDEX, Block, Parsed
+from cncgen.gcode.block import AXIS_INDEX, Block, Flow, Parsed
 from cncgen.gcode.compiling import Compiler
 from cncgen.gcode.computing import Computing
 from cncgen.gcode.dialects import Choice, choose
@@ -126,25 +126,29 @@ class Runner:
         target: Cursor | None = None
         state = self.ip.state
         while not state.ended:
-            if target is None:
-                plain = self._plain
-                if self._by_line:
-                    # The scanner does not tell 10 from 10. so every line goes through the grammar.
-                    why = gcode_scan.OTHER if self._reached.offset < len(source) else gcode_scan.END
-                else:
-                    self._reached, why = plain.scan(source, self._reached)
-                    target = self._run_plain(source)
+            if target is not None:
+                yield from self._walk(target)
+                target = None
+            elif self._plain.count:
+                # Blocks wait: the scanner would write over them.
+                if not self._compute():
+                    target = self._run_line(source)
+            else:
+                why, target = self._scan(source)
                 if target is None and not state.ended:
                     if why == gcode_scan.END:
                         return
                     if why == gcode_scan.OTHER and not self._compute():
                         target = self._run_line(source)
-                if target is not None:
-                    continue
                 yield
-            else:
-                yield from self._walk(target)
-                target = None
+
+    def _scan(self, source: Source) -> tuple[int, Cursor | None]:
+        """Run plain blocks; return why the scanner stopped, and where they lead, None for the line where it did."""
+        if self._by_line:
+            # The scanner does not tell 10 from 10. so every line goes through the grammar.
+            return (gcode_scan.OTHER if self._reached.offset < len(source) else gcode_scan.END), None
+        self._reached, why = self._plain.scan(source, self._reached)
+        return why, self._run_plain(source)
 
     def _say_dialect(self, source: Source) -> None:
         """Note which dialect was chosen, where something in the text decided it."""
@@ -234,16 +238,18 @@ class Runner:
     # Lines with values to compute.
 
     def _compute(self) -> bool:
-        """Run lines from `_reached` on that are computed while they are read; tell whether there was one."""
+        """Read on from `_reached` lines that are computed while they are read; tell whether there was one."""
         if self._computing is None:
             return False
-        after = self._computing.read(self._reached)
-        if after is self._reached:
+        plain, here = self._plain, self._reached
+        if plain.count and (plain.source != 0 or plain.count == BLOCKS):
+            self._settle()
+        waiting = plain.count
+        self._reached = self._computing.read(here)
+        if self._reached is here:
             return False
         self._seen = True
-        self._count(after.line - self._reached.line - self._plain.count)
-        self._reached = after
-        self._settle()
+        self._count(self._reached.line - here.line - (plain.count - waiting))
         return True
 
     def _settle(self) -> None:
@@ -256,21 +262,29 @@ class Runner:
     def _run_line(self, source: Source) -> Cursor | None:
         """Run the line that the scanner did not take; return where it leads, None for the next line."""
         here = self._reached
+        flow = self._computing.flow(here) if self._computing is not None else None
+        if flow is None:
+            self._settle()
+            if here.offset >= len(source) or self.ip.state.ended:
+                return None
         self._reached = after = Cursor(0, source.line_end(here.offset) + 1, here.line + 1)
         self.sink.block = Block({}, line=here.line, offset=here.offset)
         try:
+            if flow is not None:
+                self._seen = True
+                self._count(1)
+                return self._run_flow(flow, here, after)
             text = self._text(here)
             if text.lstrip().startswith("%"):
                 self._percent_line(text)
                 return None
             self._seen = True
             self._count(1)
-            flow = self._computing.flow(here) if self._computing is not None else None
-            parsed = self._parse(text) if flow is None else Parsed(flow=flow)
+            parsed = self._parse(text)
             if parsed.deletable and self.options.block_delete:
                 return None
             if parsed.flow is not None:
-                return self._run_flow(parsed, here, after)
+                return self._run_flow(parsed.flow, here, after)
             self._compiler.action(parsed, here)()
             if self.ip.jump is not None:
                 return self._jump(here, after)
@@ -278,13 +292,12 @@ class Runner:
             self._fail(here, error)
         return None
 
-    def _run_flow(self, parsed: Parsed, here: Cursor, after: Cursor) -> Cursor | None:
+    def _run_flow(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         """Run an O-word (a comment behind it says nothing to the machine)."""
-        assert parsed.flow is not None
-        if parsed.flow.then is not None:
-            self._compiler.then(parsed.flow, here)()
+        if flow.then is not None:
+            self._compiler.then(flow, here)()
             return self._jump(here, after) if self.ip.jump is not None else None
-        target = self.flow.run(parsed.flow, here, after)
+        target = self.flow.run(flow, here, after)
         if (
             target is not None
             and not self.flow.frames
@@ -382,13 +395,11 @@ class Runner:
             try:
                 following = self._after(node, self._step(node))
             except (BlockError, RecursionError) as error:
-                self._settle()
                 self._fail(node.cursor, error if isinstance(error, BlockError) else too_deep())
                 following = self._node(node.after)
             if following is None:
                 break
             node = following
-        self._settle()
         self._count(count)
 
     def _step(self, node: Node) -> Cursor | None:
@@ -548,6 +559,7 @@ class Runner:
         Raises:
             Astray: Lines failed so often that a loop, whose condition their effects would have ended, counts as endless.
         """
+        self._settle()
         if (here, error.code) not in self._failed:
             self._failed.add((here, error.code))
             self._fault(here, error)
@@ -562,6 +574,7 @@ class Runner:
     def remark(self, error: BlockError, severity: Severity) -> None:
         """Add a warning or note about the block that is executed."""
         block = self.sink.block
+        self._settle()
         self.reporter.report(self.sources[block.source], max(block.line, 1), block.offset, error, severity)
 
 

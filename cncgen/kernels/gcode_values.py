@@ -233,6 +233,7 @@ class Computer:
     depth = cython.declare(cython.int)
     certain = cython.declare(cython.bint)
     name = cython.declare(object)
+    everywhere = cython.declare(cython.bint)
     settings = cython.declare(list)
 
     def __init__(self, data, text, numbers, named, reserved, columns):
@@ -251,6 +252,7 @@ class Computer:
         self.depth = 0
         self.certain = True
         self.name = None
+        self.everywhere = False
         self.settings = []
 
     def run(self, offset: cython.Py_ssize_t, line: cython.longlong, local: dict) -> cython.Py_ssize_t:
@@ -424,28 +426,36 @@ class Computer:
         if not bit & _LETTERS or twice or not -_LARGEST <= value <= _LARGEST:
             return False
         if letter == 103:
-            return 0.0 <= value < 100.0 and value == floor(value) and _G_TAKEN[cython.cast(cython.int, value)] != 0
+            return (
+                0.0 <= value < 100.0
+                and value == floor(value)
+                and _G_TAKEN[cython.cast(cython.int, value)] != 0
+            )
         if letter == 109:
-            return 0.0 <= value < 10.0 and value == floor(value) and _M_TAKEN[cython.cast(cython.int, value)] != 0
+            return (
+                0.0 <= value < 10.0
+                and value == floor(value)
+                and _M_TAKEN[cython.cast(cython.int, value)] != 0
+            )
         return True
 
     # Parameters.
 
     @cython.cfunc
     def _read_name(self) -> cython.void:
-        """Read the rest of ``<name>`` into `name`: lower case, without blanks."""
-        begin: cython.Py_ssize_t = self.i
+        """Read the rest of ``<name>`` into `name`: lower case, without blanks; and whether it is global."""
+        begin: cython.Py_ssize_t
+        self.everywhere = self._byte() == 95
+        begin = self.i
         while self.i < self.text.shape[0] and self.text[self.i] != 62 and self.text[self.i] != 10:
             self.i += 1
-        key = self.data[begin : self.i]
+        key: bytes = self.data[begin : self.i]
         self._take(62)
         name = self.names.get(key)
         if name is None and self.certain:
-            self.certain = key.isascii()
+            self.certain = key.isascii() and b"(" not in key and b";" not in key
             if self.certain:
-                name = key.translate(None, b" \t\r").lower().decode("ascii")
-                self.certain = b"(" not in key and b";" not in key
-                self.names[key] = name
+                name = self.names[key] = key.translate(None, b" \t\r").lower().decode("ascii")
         self.name = name
 
     @cython.cfunc
@@ -493,7 +503,8 @@ class Computer:
         if not self.certain:
             return 0.0
         # What tells the machine's state is not stored, so it is not found.
-        value = (self.named if self.name.startswith("_") else self.local).get(self.name)
+        stored: dict = self.named if self.everywhere else self.local
+        value = stored.get(self.name)
         if value is None:
             self.certain = False
             return 0.0
