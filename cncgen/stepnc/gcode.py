@@ -120,6 +120,10 @@ class _Writer:
                 yield from self._event(path.events[int(path.curve[row])])
                 continue
             yield from self._path_mode(int(path.path_mode[row]), float(path.tolerance[row]))
+            if not self._moved and (kind != Kind.LINE or path.feed_mode[row] != FeedMode.RAPID):
+                # A cut begins where it stands: not every reader knows where that is.
+                self._moved = True
+                yield " ".join(["G0", *self._words(self._position, None)])
             yield from self._motion(path, row, int(kind))
             self._position = path.end[row]
 

@@ -150,17 +150,21 @@ def test_lines_alone_stay_within_the_tolerance(path):
     np.testing.assert_allclose(lines.end[-1, :3], original.end[-1, :3], atol=1e-6)
 
 
+def rs274(text, folder):
+    """Return what LinuxCNC's interpreter prints for a program."""
+    target = folder / "part.ngc"
+    target.write_text(text + "\n")
+    command = ["rs274", "-g", "-n", "0", target]
+    return subprocess.run(command, capture_output=True, text=True, check=True, timeout=60).stdout
+
+
 @pytest.mark.peer
 @pytest.mark.skipif(shutil.which("rs274") is None, reason="LinuxCNC's rs274 is not installed")
 @pytest.mark.parametrize("path", STEPNC, ids=lambda p: p.stem)
 def test_linuxcnc_reads_the_same_motions(path, tmp_path):
     """Against NIST's own output for its files, else ours: rs274 prints four decimals, rounded once more."""
     program = one(read(path, path.name, WHOLE))
-    target = tmp_path / "part.ngc"
-    target.write_text("\n".join(gcode_lines([program])) + "\n")
-    done = subprocess.run(
-        ["rs274", "-g", "-n", "0", target], capture_output=True, text=True, check=True, timeout=60
-    )
+    printed = rs274("\n".join(gcode_lines([program])), tmp_path)
     number = re.compile(r"-?\d+\.\d+|-?\d+")
 
     def calls(text):
@@ -175,7 +179,7 @@ def test_linuxcnc_reads_the_same_motions(path, tmp_path):
         expected = (PROGRAMS / "stepnc" / "nist_ex1.can").read_text()
     else:
         expected = "\n".join(canon(path, path.name))
-    mine, theirs = calls(done.stdout), calls(expected)
+    mine, theirs = calls(printed), calls(expected)
     motions = {"nist_ex1": 490, "nist_ex1E": 490, "features": 1015, "plate_ap238": 835}[path.stem]
     assert len(mine) == len(theirs) == motions
     for a, b in zip(mine, theirs, strict=True):
@@ -184,6 +188,31 @@ def test_linuxcnc_reads_the_same_motions(path, tmp_path):
         np.testing.assert_allclose(
             [float(v) for v in number.findall(a)][: len(expected)], expected, atol=1.01e-4
         )
+
+
+@pytest.mark.peer
+@pytest.mark.skipif(shutil.which("rs274") is None, reason="LinuxCNC's rs274 is not installed")
+@pytest.mark.parametrize("linearize", [None, 0.01])
+@pytest.mark.parametrize("path", GCODE, ids=lambda p: p.stem)
+def test_linuxcnc_reads_programs_that_went_through_ap238(path, linearize, tmp_path):
+    """Where no spline is left, to the ends that are ours; the start is a rapid of its own before a cut."""
+    stream = io.StringIO()
+    write_ap238([one(read_gcode(path, path.name, WHOLE))], stream, path.name)
+    stepnc = one(read(io.BytesIO(stream.getvalue().encode()), "t.stp", WHOLE))
+    if linearize is None and len(stepnc.nurbs):
+        pytest.skip("LinuxCNC has no G6.2")
+    text = "\n".join(gcode_lines([stepnc], linearize=linearize))
+    printed = rs274(text, tmp_path)
+    calls = re.findall(r"(STRAIGHT_\w+|ARC_FEED)\(([^)]*)\)", printed)
+    numbers = [[float(v) for v in values.split(",")] for _, values in calls]
+    theirs = np.array(
+        [n[:3] if c != "ARC_FEED" else (n[0], n[1], n[5]) for (c, _), n in zip(calls, numbers, strict=True)]
+    )
+    ours = from_gcode(text)
+    ends = ours.end[ours.kind != Kind.EVENT][:, :3]
+    begun = len(theirs) - len(ends)
+    assert begun in (0, 1)
+    np.testing.assert_allclose(theirs[begun:], ends, atol=1.01e-4)
 
 
 def test_tool_axes_survive_ap238():
