@@ -98,6 +98,8 @@ def tenths(letter: str, value: float) -> int:
 
 def nearest(value: float, what: str) -> int:
     """Return the whole number next to a value; raise where it is vacant or too large to be one."""
+    if value != value:
+        raise BlockError("number-range", f"{what} has no value", hint="set its parameter before")
     if not -LARGEST <= value <= LARGEST:
         raise BlockError("number-range", f"{what} is no number within ±{LARGEST:g}")
     return round(value)

@@ -36,7 +36,7 @@ _REFUSED_G = {
     **dict.fromkeys((280, 281, 300, 301), "goes by way of a reference point"),
     **dict.fromkeys((330, 331, 760), "is synchronised with the spindle"),
     **dict.fromkeys((382, 383, 384, 385), "probes"),
-    **dict.fromkeys((410, 411, 420, 421), "turns cutter compensation on while it is on"),
+    **dict.fromkeys((410, 411, 420, 421), "begins cutter compensation"),
     **dict.fromkeys((430, 431, 432, 490), "changes the tool's offset"),
     **dict.fromkeys((50, 51, 52, 53, 62), "is a spline"),
     **dict.fromkeys((520, 920), "changes the origin"),

@@ -276,7 +276,7 @@ def arc_tangent(y: Value, x: Value | None, arithmetic: Arithmetic = LINUXCNC) ->
     if x is None:
         if not macro:
             raise BlockError(
-                "syntax", "ATAN needs two values: ATAN[y]/[x]", hint="ATAN[y]/[1] for the slope y"
+                "syntax", "ATAN needs two values: ATAN[y]/[x]", "ATAN", hint="ATAN[y]/[1] for the slope y"
             )
         return lambda p: math.degrees(math.atan(_plain(evaluate(y, p))))
     over = x

@@ -113,7 +113,7 @@ class FlowControl:
         if first.offset != here.offset and not keyword == flow.keyword == "do":
             raise BlockError(
                 "oword-duplicate",
-                f"o{_shown(label)} begins a {keyword.upper()} in line {first.line} already",
+                f"o{_shown(label)} begins {_with_article(keyword)} in line {first.line} already",
                 "O",
                 hint="give each branch and loop of a subroutine a label of its own",
             )
@@ -205,12 +205,14 @@ class FlowControl:
             return self._unclosed_sub(label, here)
         first = labels.first(label, ("sub",), self._resolved)
         if first is not None and first.cursor != here:
-            raise BlockError(
+            error = BlockError(
                 "oword-duplicate",
                 f"subroutine o{_shown(label)} is defined in line {first.cursor.line} already",
                 "O",
                 hint="give it another name",
             )
+            self.ip.warn(error, Severity.ERROR)
+            return end.after
         if labels.has_sub_between(here.offset, end.cursor.offset):
             error = BlockError(
                 "oword-nested-sub",
@@ -261,7 +263,10 @@ class FlowControl:
                 "O",
                 hint="pass more in global parameters: #<_name>, or #31 and above",
             )
-        values = [evaluate(value, self.ip.parameters) for value in flow.arguments]
+        values = [
+            value if isinstance(value, float) else evaluate(value, self.ip.parameters)
+            for value in flow.arguments
+        ]
         target = self.sub_of(label, here)
         values += [0.0] * (LOCALS - len(values))
         self.enter(label, target.after, after, values)
@@ -520,6 +525,11 @@ def _whole(label: Label, source: int) -> Marked:
     """Return the beginning of a file that is one program without a number."""
     first = Cursor(source, 0, 1)
     return Marked(label, "program", first, first)
+
+
+def _with_article(keyword: str) -> str:
+    """Return ``a WHILE``, ``an IF``."""
+    return f"{'an' if keyword == 'if' else 'a'} {keyword.upper()}"
 
 
 def _shown(label: Label) -> str:

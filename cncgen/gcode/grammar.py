@@ -9,7 +9,7 @@ from typing import Any
 from cncgen.gcode import expressions
 from cncgen.gcode.block import BSPLINE, OUTPUT, Flow, Parsed, Value
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.syntax_hints import hint_for, missing_number
+from cncgen.gcode.syntax_hints import hint_for, missing_number, number_hint
 
 #: Brackets, or parameters of parameters, within one another.
 MAX_NESTING = 100
@@ -38,7 +38,7 @@ _NAMES = {
     "LSQB": "[",
     "RSQB": "]",
     "SLASH": "/",
-    "COMMA": ",",
+    "COMMA": "a comma",
     "OVER": "/[",
     "DELETE": "/",
     "LINE_NUMBER": "a line number N",
@@ -46,8 +46,13 @@ _NAMES = {
     "O_NAME": "an O-word",
     "O_NUMBER": "an O-word",
     **dict.fromkeys(("IF", "GOTO", "WHILE", "DO", "END"), "a jump or loop of a macro"),
+    **dict.fromkeys(("ATN", "POW"), "a function"),
     "$END": "the end of the block",
 }
+#: Keywords that stand behind a condition.
+_FOLLOWERS = {"GOTO", "THEN", "DO"}
+#: Tokens that never stand within brackets (a comma does in ATAN alone).
+_OUTSIDE = ("WORD", "LETTER", "NAMED", "BSPLINE", "COMMENT", "KEYWORD", "EQUAL", "COMMA", "$END")
 #: Words whose numbers without a decimal point count in least increments.
 _LENGTHS = "xyzabcuvwijkqr"
 #: The rules that FANUC's dialect has its own of, and those.
@@ -329,13 +334,17 @@ def _syntax_error(text: str, bare: str, error: Any) -> BlockError:
     if rest.startswith(")"):
         return BlockError("syntax", "a ) with no comment to close", column=column)
     found = f"'{rest[0]}'" if rest else "the end of the block"
-    names = list(dict.fromkeys(_NAMES.get(name, name.lower()) for name in expected))
+    if bare.count("[", 0, index) > bare.count("]", 0, index):
+        # The parser's states do not tell how a value ends; what cannot stand within brackets is left out.
+        expected = [name for name in expected if name not in _OUTSIDE]
+    named = {} if set(expected) <= _FOLLOWERS else _NAMES
+    names = list(dict.fromkeys(named.get(name, name) for name in expected))
     if rest and not rest[0].isprintable():
         found = f"byte 0x{ord(rest[0]) & 0xFF:02x}"
     letter = missing_number(bare[:index], rest)
     if letter:
         return BlockError(
-            "syntax", f"{letter} has no number", column=column, hint=f"write {letter} with its value"
+            "syntax", f"{letter} has no number", column=column, hint=number_hint(letter, bare[:index], rest)
         )
     return BlockError(
         "syntax",

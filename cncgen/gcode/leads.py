@@ -224,7 +224,7 @@ def _goto(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: C
     """GOTO of a macro, and IF … GOTO."""
     if isinstance(label, str):
         return None
-    target = macros.line_numbered(control, here, nearest(label, "the line of GOTO"))
+    target = macros.line_numbered(control, here, macros.line_of(label))
     if not flow.arguments:
         return _to(target)
     parameters, condition = control.ip.parameters, _computed(flow.arguments[0])

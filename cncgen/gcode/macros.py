@@ -16,6 +16,7 @@ from cncgen.gcode.codes import Code
 from cncgen.gcode.errors import BlockError, Stop
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.modal import Stage
+from cncgen.gcode.tools import whole
 from cncgen.toolpath.record import Event
 
 if TYPE_CHECKING:
@@ -29,6 +30,8 @@ LOCALS = 33
 ARGUMENTS = dict(
     zip("abcijkdefhmqrstuvwxyz", (1, 2, 3, 4, 5, 6, 7, 8, 9, 11, *range(13, 14), *range(17, 27)), strict=True)
 )
+#: How far a computed line number may be from a whole one.
+_WHOLE = 1e-4
 _NUMBERED = re.compile(rb"(?:\A|\n)[ \t]*(?:/[1-9]?)?[ \t]*[nN][ \t]*(\d+)")
 
 
@@ -78,8 +81,8 @@ def call_program(ip: Interpreter, block: Block) -> None:
     """M98 P L: run a program L times; P of more than four digits begins with the number of times."""
     if "p" not in block.words:
         raise BlockError("sub-missing", "M98 has no program number P", "M98", hint="M98 P1000 runs O1000")
-    number = round(block.words["p"])
-    times = round(block.words.get("l", 1.0))
+    number = whole(block, "p", "M98")
+    times = whole(block, "l", "M98") if "l" in block.words else 1
     if number > 9999 and "l" not in block.words:
         times, number = divmod(number, 10_000)
     ip.jump = ("call", number, times)
@@ -87,7 +90,7 @@ def call_program(ip: Interpreter, block: Block) -> None:
 
 def back(ip: Interpreter, block: Block) -> None:
     """M99 P: back to where the program was called from, or to its line N."""
-    ip.jump = ("return", round(block.words.get("p", -1.0)), 0)
+    ip.jump = ("return", whole(block, "p", "M99") if "p" in block.words else -1, 0)
 
 
 def run(flow: FlowControl, word: Flow, here: Cursor) -> Cursor | None:
@@ -99,14 +102,23 @@ def run(flow: FlowControl, word: Flow, here: Cursor) -> Cursor | None:
         label = word.label
         number = label(ip.parameters) if callable(label) else label
         assert isinstance(number, float)
-        return line_numbered(flow, here, nearest(number, "the line of GOTO"))
+        return line_numbered(flow, here, line_of(number))
     if word.keyword == "while-do":
         end = macro_loops.end_of(flow, word, here)
         return None if not word.arguments or flow.condition(word) else end
     return macro_loops.begin_of(flow, word, here)
 
 
-def line_numbered(flow: FlowControl, here: Cursor, number: int) -> Cursor:
+def line_of(value: float) -> int:
+    """Return the line number that GOTO is followed by; raise where it is not whole."""
+    number = nearest(value, "the line of GOTO")
+    if abs(number - value) > _WHOLE:
+        hint = "round it, or compute it from whole numbers"
+        raise BlockError("not-whole", f"GOTO {value:g} is not a whole number", "GOTO", hint=hint)
+    return number
+
+
+def line_numbered(flow: FlowControl, here: Cursor, number: int, word: str = "GOTO") -> Cursor:
     """Return the line with that N word in the same program: after this line, else from the program's beginning."""
     lines = flow.numbered(here.source, _NUMBERED)
     begin, end = flow.program_range(here)
@@ -116,7 +128,7 @@ def line_numbered(flow: FlowControl, here: Cursor, number: int) -> Cursor:
         raise BlockError(
             "goto-target",
             f"there is no line N{number} to go to in this program",
-            "GOTO",
+            word,
             hint="GOTO and M99 P name the N word of a line of their own program",
         )
     return (later or found)[0]

@@ -96,7 +96,12 @@ class Parameters:
         """Set a numbered parameter."""
         whole = self._index(index)
         if whole == 0:
-            raise BlockError("parameter-read-only", "#0 never has a value: it cannot be set", "#")
+            raise BlockError(
+                "parameter-read-only",
+                "#0 never has a value: it cannot be set",
+                "#",
+                hint="#0 takes the value from another parameter: #1=#0",
+            )
         if self.vacant:
             macro_variables.store(self.interpreter, whole, value)
             return

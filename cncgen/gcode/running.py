@@ -324,7 +324,7 @@ class Runner:
             return target
         if self.flow.frames:
             back = self.flow.leave()
-            return macros.line_numbered(self.flow, back, number) if number > 0 else back
+            return macros.line_numbered(self.flow, back, number, "P") if number > 0 else back
         self.ip.end_program()
         return None
 

@@ -18,31 +18,113 @@ _HINTS = tuple(
         (r"[0-9]\.[0-9]*", r"\.", "a number has one decimal point"),
         (r"[0-9.]", r"o", "is the letter O meant as a zero?"),
         (r"[0-9]", r"[il]", "is the letter meant as a one?"),
-        (r"o[0-9]+", r"[a-z]", "a program number stands alone on its line"),
+        (r"[0-9]", r"['_`’]", "numbers have no separators"),
+        (r"o", r"<", "is the > of the name missing?"),
         (r"[a-mp-z]", r"=", "a word is a letter and its number (X5); = sets parameters (#5=3)"),
-        (r"#", r"[a-z]", "the name of a parameter stands in < >: #<depth>"),
+        (
+            r"#",
+            r"[a-z]",
+            "the name of a parameter stands in < >: #<depth>; a comment stands in ( ) or behind ;",
+        ),
+        (r"#", r"[-+=]", "the number of a parameter is whole, or computed in [ ]: #5, #[#1+1]"),
+        (r"=", r"[a-z]", "a parameter is set to a value, not to a word: #1=5"),
+        (r"#(?:[0-9]+|<[^>]*>)(?:=|[0-9])?", r"\Z", "a parameter is set with = and a value: #1=5"),
         (r"[0-9.\]>]", r"[+*-]", "a sum stands in brackets: X[10-5]"),
+        (r"(?:if|while|do|end)", r"[#0-9]", "the condition stands in brackets: IF[#1 EQ 2] GOTO 10"),
+        (r"if\[.*\]", r"", "IF[…] is followed by GOTO and a line number, or by THEN"),
+        (r"while\[.*\]", r"", "WHILE[…] is followed by DO and the number of its loop"),
+        (r"do|end", r"\Z", "DO and END have the number of their loop: END 1"),
+        (r"goto", r"", "GOTO is followed by the N word of a line: GOTO 10 goes to N10"),
+        (r".", r"n[0-9]", "the line number N stands first in a block"),
+        (r"", r"//|[{*]", "a comment stands in ( ) or behind ;"),
+        (r"/", r"/", "a comment stands in ( ) or behind ;"),
         (r"", r"/", "/ stands first in a block (block delete), or divides within brackets"),
+        (r"", r"[\u2010-\u2015\u2212]", "this is a dash, not the minus sign -"),
+        (r"", r"[\"'“”„‘’]", "there is no text in quotes; a comment stands in ( ) or behind ;"),
+        (r"", r"[°º]", "angles are in degrees, without a sign for it"),
     )
+)
+#: The same within open brackets.
+_IN_BRACKETS = tuple(
+    (re.compile(there), text)
+    for there, text in (
+        (r"[<>=!]", "comparisons are words: EQ NE GT GE LT LE"),
+        (r"\^", "a power is **: [2**3]"),
+        (r"%", "the remainder is MOD: [5 MOD 2]"),
+        (r"[&|]", "logic is words: AND OR XOR"),
+        (r"\(", "brackets of expressions are [ ]; ( ) is a comment"),
+        (r",", "only ATAN has two values"),
+        (r"\Z|[a-z]", "is a ] missing?"),
+    )
+)
+_KEYWORDS = (
+    *("sub", "endsub", "call", "return", "if", "elseif", "else", "endif", "while", "endwhile", "do"),
+    *("repeat", "endrepeat", "break", "continue"),
+)
+_FUNCTIONS = (
+    "abs",
+    "acos",
+    "asin",
+    "atan",
+    "cos",
+    "exists",
+    "exp",
+    "fix",
+    "fup",
+    "ln",
+    "round",
+    "sin",
+    "sqrt",
+    "tan",
 )
 _STARTS_WITH_NUMBER = re.compile(r"\A[0-9]")
 _WORDLESS = re.compile(r"(?:\A|[^a-z])([a-mp-z])[+-]?\Z")
 _VALUE = re.compile(r"\Z|[a-z(;]")
-_FUNCTION = re.compile(r"(abs|acos|asin|cos|exp|fix|fup|ln|round|sin|sqrt|tan|atan)\Z")
+_LETTERS = re.compile(r"[a-z]+")
+_LABEL = re.compile(r"o(?:[0-9]+|<[^>]*>)\Z")
+_FUNCTION = re.compile(rf"({'|'.join(_FUNCTIONS)})\Z")
+_UNIT = re.compile(r"[0-9.](?:m\Z|i\Z)")
 
 
 def hint_for(before: str, there: str) -> str:
     """Return a line of help for a place in a normalised block: what stands before it and from it on."""
     if not before and _STARTS_WITH_NUMBER.match(there):
         return "a block begins with a letter: is N missing before the number?"
-    if _FUNCTION.search(before) and not there.startswith("["):
-        return "the argument of a function stands in brackets: SIN[30]"
+    if _LABEL.search(before) and _LETTERS.match(there):
+        return (
+            _meant(there, _KEYWORDS)
+            or "an O-word is SUB, CALL, IF, WHILE …; a program number stands alone on its line"
+        )
+    name = _FUNCTION.search(before)
+    if name and not there.startswith("["):
+        return _meant(name[1] + there, _FUNCTIONS) or "the argument of a function stands in brackets: SIN[30]"
+    meant = _meant(there, _FUNCTIONS) if re.match(r"[a-z]+\[", there) else ""
+    if meant:
+        return meant
     if before.count("[") > before.count("]") and not there.startswith("]"):
-        return "is a ] missing?" if not there or there[0].isalpha() else ""
+        return next((text for pattern, text in _IN_BRACKETS if pattern.match(there)), "")
     for left, right, text in _HINTS:
         if left.search(before) and right.match(there):
             return text
     return ""
+
+
+def _meant(there: str, known: tuple[str, ...]) -> str:
+    """Return a guess which of the known words was meant by the letters that stand there, or ""."""
+    import difflib
+
+    letters = _LETTERS.match(there)
+    if letters is None or letters[0] in known:
+        return ""
+    near = difflib.get_close_matches(letters[0], known, 1)
+    return f"is {near[0].upper()} meant?" if near else ""
+
+
+def number_hint(letter: str, before: str, there: str) -> str:
+    """Return the help for a letter without its number."""
+    if _UNIT.search(before) and re.match(r"m|n(?![0-9])", there):
+        return "numbers have no units: G21 says that they are mm, G20 inches"
+    return f"write {letter} with its value"
 
 
 def missing_number(before: str, there: str) -> str:

@@ -64,7 +64,7 @@ def load_tool_parameters(ip: Interpreter) -> None:
 
 def select(ip: Interpreter, block: Block) -> None:
     """T."""
-    number = whole(block, "t", "the tool")
+    number = whole(block, "t", "a tool number")
     _tool(ip, number, "T")
     ip.state.selected = number
     ip.sink.call(f"SELECT_TOOL({number})")

@@ -99,7 +99,11 @@ def _prepare(ip: Interpreter, block: Block, name: str, swap: bool) -> Job:
     end = ip.end_point(Block({k: v for k, v in block.words.items() if k in "xz"}))
     ip.sink.straight_traverse(end)
     state.position = end
-    profile = read_profile(ip, block, float(number))[1:]
+    try:
+        profile = read_profile(ip, block, float(number))[1:]
+    except BlockError as error:
+        error.word = "Q" if error.code == "sub-missing" else error.word
+        raise
     start = complex(end[_Z], end[_X])
     across = _frame(start, profile, swap)
     profile = [segment.seen(across, swap) for segment in profile]

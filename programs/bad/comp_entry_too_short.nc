@@ -1,0 +1,7 @@
+; expect 4:1:comp-entry
+G10 L1 P1 R5
+G0 X0 Y0
+G41 D1 G1 X1 F100
+X30
+G40 Y30
+M2

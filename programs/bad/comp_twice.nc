@@ -1,0 +1,6 @@
+; expect 4:1:comp-refused
+G10 L1 P1 R2
+F100 G41 D1 G1 X10
+G42 D1 X20
+G40 X30
+M2

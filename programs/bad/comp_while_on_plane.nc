@@ -1,0 +1,8 @@
+; expect 5:1:comp-refused
+G10 L1 P1 R2
+F100 G41 D1 G1 X10
+X20
+G18
+G17
+G40 G0 X30
+M2

@@ -1,0 +1,8 @@
+; expect 5:1:comp-radius
+G10 L1 P1 R5
+F100
+G41 D1 G1 X10
+G3 X12 Y2 I0 J2
+G1 Y20
+G40 X30
+M2

@@ -1,0 +1,6 @@
+; expect fanuc 2:1:axis-missing 3:5:reference-point 4:1:axis-missing 5:1:reference-point
+G28
+G30 P3 Z0
+G30
+G29 X5
+M30

@@ -1,0 +1,3 @@
+; expect 2:2:syntax
+o<drill call [1]
+M2

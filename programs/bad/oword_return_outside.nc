@@ -1,0 +1,3 @@
+; expect 2:1:oword-unmatched
+o1 return [3]
+M2

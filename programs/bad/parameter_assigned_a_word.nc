@@ -1,0 +1,3 @@
+; expect 2:4:syntax
+#1=X5
+M2

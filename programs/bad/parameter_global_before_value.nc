@@ -1,0 +1,3 @@
+; expect 2:5:unknown-parameter
+G0 X#<_width>
+M2

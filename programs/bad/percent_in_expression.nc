@@ -1,0 +1,3 @@
+; expect 2:7:syntax
+#1=[5 % 2]
+M2

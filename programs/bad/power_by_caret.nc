@@ -1,0 +1,3 @@
+; expect 2:6:syntax
+#1=[2^3]
+M2

@@ -1,0 +1,6 @@
+; expect 4:1:oword-duplicate
+o1 sub
+o1 endsub
+o1 sub
+o1 endsub
+M2
