@@ -272,10 +272,10 @@ class Interpreter:
                     end[index] += value
         if "@" in words or "^" in words:
             polar_end(state, block, end)
-        if state.polar is not None:
-            plane_polar_end(state, words, end)
         if _G53 in block.g:
             return self._in_machine(block, end)
+        if state.polar is not None:
+            plane_polar_end(state, words, end)
         return end
 
     def _in_machine(self, block: Block, end: list[float]) -> list[float]:

@@ -210,7 +210,7 @@ CODES = (
         Stage.REFERENCE,
         set_data,
         "set a coordinate system, or a tool's length or radius",
-        AXES + "lprnq",
+        AXES + "lprq",
         "own",
         dialects=_FANUC,
     ),

@@ -186,3 +186,7 @@ def test_a_loop_ends_in_its_own_program(run: Any) -> None:
     )
     assert out.errors == [("loop-unmatched", 2, 1)]
     assert out.path.end[:, :2].tolist()[:3] == [[1, 0], [1, 1], [1, 2]]
+
+
+def test_machine_coordinates_are_not_polar(run: Any) -> None:
+    assert fanuc(run, "G16 G0 X10 Y90\nG53 X3 Y4\nM30")[-1] == [3, 4, 0]
