@@ -170,6 +170,14 @@ class Lengths:
         bspline.invert(curve, np.ascontiguousarray(s), side, snap, self.offset, self.cells, out)
         return out
 
+    def cell_length(self, curve: Ints, u: Floats) -> Floats:
+        """Return the lengths of the cells at parameters `u` of curves: few, for each is looked for by itself."""
+        out = np.empty(len(u))
+        for k, (c, at) in enumerate(zip(curve.tolist(), u.tolist(), strict=True)):
+            mine = self.cells[self.offset[c] : self.offset[c + 1]]
+            out[k] = mine[max(int(np.searchsorted(mine[:, 0], at, side="right")) - 1, 0), 2]
+        return out
+
     def at(self, curve: Ints, u: Floats) -> Floats:
         """Return the arc lengths from the start of curves to parameters `u`."""
         out = np.empty(len(u))

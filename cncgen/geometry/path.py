@@ -23,8 +23,9 @@ LINE, ARC, NURBS, EVENT = range(4)
 #: mm or rad: a row that moves X Y Z (U V W) by less does not move them, as far as its path coordinate goes.
 STANDSTILL = 1e-9
 
-#: Where |dC/du| is below this part of its mean over the curve, derivatives are taken beside the point.
-_SINGULAR = 1e-7
+#: Where |dC/du| is below this part of its mean over the curve, it is asked whether it vanishes: whether the cell of the
+#: arc-length table is shorter than this part of the curve.
+_SLOW, _SINGULAR = 1e-4, 1e-9
 #: Parts of its length by which the first and the further ones are taken beside it: far enough to keep their digits.
 _BESIDE = ((1, 1e-10), (2, 1e-8))
 
@@ -290,7 +291,7 @@ class Path:
             out[1, straight], length, out=np.zeros_like(out[1, straight]), where=length > 0
         )
         if curved.size:
-            singular = self._singular(out, rows)
+            singular = self._singular(out, rows, u)
             values = out[:, curved] if curved.size < len(rows) else out
             _by_arc_length(values, self._low[rows[curved]], self._high[rows[curved]])
             if curved.size < len(rows):
@@ -299,15 +300,17 @@ class Path:
                 self._beside_singular(out, singular, rows, u, side)
         return out
 
-    def _singular(self, derivatives: Floats, rows: Ints) -> Ints:
-        """Return which places, on these rows and with these derivatives by the rows' parameters, have C' = 0."""
+    def _singular(self, derivatives: Floats, rows: Ints, u: Floats) -> Ints:
+        """Return at which parameters of rows C' vanishes, given the derivatives there: where cells are tiny."""
         if not self._nurbs_rows.size:
             return self._nurbs_rows
         pick = np.flatnonzero(self.kind[rows] == NURBS)
         first, last = splines.parameter_range(self._nurbs.table)
         item = self._item[rows[pick]]
         speed = _metric_norm(derivatives[1, pick], self._low[rows[pick]], self._high[rows[pick]])
-        return pick[speed * (last - first)[item] <= _SINGULAR * self._nurbs.total[item]]
+        slow = speed * (last - first)[item] <= _SLOW * self._nurbs.total[item]
+        pick, item = pick[slow], item[slow]
+        return pick[self._nurbs.cell_length(item, u[pick]) <= _SINGULAR * self._nurbs.total[item]]
 
     def _beside_singular(self, out: Floats, pick: Ints, rows: Ints, u: Floats, side: int) -> None:
         """Replace derivatives by s where C' vanishes by those a little beside, or within where the curve ends."""

@@ -136,7 +136,9 @@ def track_of(
     node = nearest(s, joints.s)
     left = np.empty_like(right)
     left[:, :-1] = right[:, 1:]
+    # Breakpoints that no setpoint can tell apart are one node, whose sides are those of the first and of the last.
     left[:, node[1:] - 1] = sides[0][:, 1:]
+    right[:, node[:-1]] = sides[1][:, :-1]
     x = np.stack([right, path.evaluate(middle, 3), left], axis=2)
     row = path.row_of(middle)
     tops = [
@@ -246,6 +248,8 @@ def _between(path: Path, s: Floats, x3: Floats, top: Floats, jerk: Floats) -> Fl
         return out
     quarters = s[at, None] + np.diff(s)[at, None] * (0.25, 0.75)
     there = path.evaluate(quarters.ravel(), 3)[3].reshape(len(at), 2, -1)
+    bound = 0.3 / np.diff(s)[at, None, None] ** 2
+    there = np.clip(there, -bound, bound)
     shown = np.einsum("pe,nea->npa", _QUARTERS, x3[at])
     hidden = np.abs(there - shown).max(axis=1) * cube[at] / jerk
     # Without a limit, or at a cusp, there is nothing to compare.
