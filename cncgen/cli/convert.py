@@ -10,6 +10,10 @@ from cncgen.cli.options import message_options, program_options
 from cncgen.cli.types import FILE, FiniteRange
 
 
+#: Tolerances below it are finer than any position, and make a file of millions of lines out of an arc.
+_LEAST_MM = 1e-9
+
+
 @click.command("convert")
 @click.argument("program", metavar="PROGRAM", type=FILE)
 @click.option("-o", "--output", metavar="FILE", type=FILE, help="Where to write [default: standard output].")
@@ -21,13 +25,13 @@ from cncgen.cli.types import FILE, FiniteRange
 @click.option(
     "--linearize",
     metavar="TOL",
-    type=FiniteRange(min=0.0, min_open=True),
+    type=FiniteRange(min=_LEAST_MM),
     help="Write splines and arcs as lines within TOL mm.",
 )
 @click.option(
     "--fit",
     metavar="TOL",
-    type=FiniteRange(min=0.0, min_open=True),
+    type=FiniteRange(min=_LEAST_MM),
     help="Write runs of short lines as curves (G6.2) within TOL mm.",
 )
 @program_options

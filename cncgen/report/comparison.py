@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.diagnostics import CncgenError, Diagnostic
+from cncgen.diagnostics import CncgenError, Diagnostic, UsageError
 from cncgen.machine.record import Machine, Servo
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.checks import checked
@@ -90,7 +90,11 @@ def compare_strategies(
 
     Returns:
         Figures of each, in that order. A strategy that finds no plan says so in `fault`.
+
+    Raises:
+        UsageError: There is no strategy of a name.
     """
+    _check_names("feedrate", names or (), available())
     chosen = names or [n for n in ("adaptive", "curvature", "ild", "optimal") if n in available()]
     moved = axes or moving_axes(toolpaths)
     figures = []
@@ -101,6 +105,17 @@ def compare_strategies(
         except CncgenError as problem:
             figures.append(StrategyFigures(name, fault=problem.diagnostics[0]))
     return figures
+
+
+def _check_names(what: str, names: Sequence[str], known: Sequence[str]) -> None:
+    """Raise `UsageError` that names every one of the names that is not known."""
+    faults = [
+        Diagnostic("option-value", f"{what} = {name!r} is not one of {', '.join(known)}")
+        for name in names
+        if name not in known
+    ]
+    if faults:
+        raise UsageError(faults)
 
 
 def moving_axes(toolpaths: Iterable[Toolpath]) -> str:
@@ -176,7 +191,11 @@ def feed_fluctuations(
     Commanded is what the plan travels in a period from the place where the tool is; travelled is the length of the
     path between two setpoints, measured from the curve's parameter at each. Periods that the end of a stretch cuts
     short are left out.
+
+    Raises:
+        UsageError: There is no interpolator of a name.
     """
+    _check_names("interpolator", names, ("arclength", *STEPPERS))
     planned = list(strategy(options.feedrate)(checked(toolpaths, machine, options), machine, options))
     return [_fluctuation(planned, machine.period_s, name) for name in names]
 
@@ -189,7 +208,9 @@ def _fluctuation(planned: Sequence[Trajectory], period_s: float, name: str) -> F
         end = float(moved.profile.t[-1])
         late = end - float(trajectory.profile.t[-1])
         parts += _parts(trajectory, moved, period_s)
-    error = np.concatenate(parts) if parts else np.zeros(1)
+    error = np.concatenate(parts) if parts else np.empty(0)
+    if not error.size:  # nothing moves
+        return Fluctuation(name, 0.0, 0.0, end)
     return Fluctuation(name, float(np.abs(error).max()), float(np.sqrt(np.mean(error**2))), end)
 
 
