@@ -379,3 +379,33 @@ def test_a_setups_security_plane_and_its_workpiece():
     path, found = aim.read(plan)
     assert codes(found) == []
     assert path.end[motions(path)][1:4].tolist() == [[5, 0, 30], [20, 0, 30], [20, 0, 0]]
+
+
+def test_upright_tool_axes_and_features_that_are_not_machined_add_no_rotary_axes():
+    """Tool axes that are all Z, and a feature that leans beside explicit toolpaths: the program has X, Y and Z."""
+    aim = Shaped()
+    hole = aim.feature("ROUND_HOLE", aim.place(0, 0, 0, axis=(1, 0, 0), reference=(0, 1, 0)))
+    step, operation = aim.machine(hole, "FREEFORM_MILLING_OPERATION", "")
+    path = aim.path(operation, aim.polyline((0, 0, 0), (5, 0, 0)), aim.technology())
+    axes = aim.polyline((0, 0, 1), (0, 0, 1))
+    aim.file.property(path, "tool axis", "REPRESENTATION", "tool axis", axes)
+    toolpath, found = aim.read(aim.plan(step))
+    assert codes(found) == []
+    assert toolpath.axes == "XYZ"
+    assert toolpath.end[motions(toolpath)].tolist() == [[5, 0, 0]]
+
+
+def test_a_feature_that_leans_is_machined_with_a_leaning_tool():
+    """A hole into X from (0, 30, 10): the tool goes along -X, B stands at 90 degrees."""
+    aim = Shaped()
+    place = aim.place(0, 30, 10, axis=(-1, 0, 0), reference=(0, 1, 0))
+    sizes = [("diameter", "CIRCULAR_CLOSED_PROFILE", [("diameter", 8.0)])]
+    step, _ = aim.machine(
+        aim.feature("ROUND_HOLE", place, sizes, limit=-6.0), "DRILLING_OPERATION", "drilling"
+    )
+    toolpath, found = aim.read(aim.plan(step))
+    assert toolpath.axes == "XYZBC"
+    low = toolpath.end[motions(toolpath)][-2]
+    np.testing.assert_allclose(low[:3], [6, 30, 10], atol=1e-9)
+    assert abs(low[3]) == pytest.approx(math.pi / 2)
+    assert codes(found, "error") == []

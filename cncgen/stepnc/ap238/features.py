@@ -8,8 +8,6 @@ path and Y out of the material (ISO 10303-238, 5.2.2.3).
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -20,12 +18,11 @@ from cncgen.stepnc.ap238.groups import Groups
 from cncgen.stepnc.ap238.profiles import CLOSED, OPEN, Profiles, find, path_of, profile_of
 from cncgen.stepnc.ap238.shapes import Component, Shapes, flipped
 from cncgen.stepnc.ap238.units import Units
-from cncgen.stepnc.entities import Entity, Skip
+from cncgen.stepnc.entities import Entity
 from cncgen.stepnc.geometry import profiles
 from cncgen.stepnc.geometry.frames import Matrix, identity, translation
 from cncgen.stepnc.geometry.pieces import Piece
 from cncgen.stepnc.model import Boss, Feature, Shape
-from cncgen.stepnc.schema.short_names import SHORT_NAMES
 
 _KINDS = {
     "ROUND_HOLE": "round hole",
@@ -51,8 +48,6 @@ _GROUPS = (
 _DEPTHS = ("hole depth", "pocket depth", "depth", "profile swept shape", "boss height", "course of travel")
 _BOUNDARIES = ("closed boundary", "feature boundary", "boundary", "enclosed boundary")
 _Y = np.array([0.0, 1.0, 0.0])
-_NAMES = ["INSTANCED_FEATURE", *(short for short, name in SHORT_NAMES.items() if name == "INSTANCED_FEATURE")]
-_INSTANCED = re.compile("|".join(_NAMES).encode(), re.IGNORECASE)
 
 
 class Features:
@@ -357,18 +352,13 @@ class Features:
             outline = self.profiles.closed(enclosed)
         return Shape(depth, outline=outline, course=path, width=width)
 
-    def tilted(self) -> Iterator[bool]:
-        """Yield for each feature whether its placement's Z leaves the machine's."""
-        exchange = self.entities.exchange
-        for row in exchange.complex_rows().tolist():
-            begin, end = int(exchange.rows.bodies[row]), int(exchange.rows.ends[row])
-            if _INSTANCED.search(exchange.data, begin, end) is None:  # splines and units: not parsed for this
-                continue
-            instance = exchange.at_row(row)
-            if instance is None or instance.part("INSTANCED_FEATURE") is None:
-                continue
-            try:
-                frame = self.read(instance.id).placement
-            except Skip:
-                continue
-            yield abs(frame[2, 2] - 1.0) > 1e-12
+    def tilted(self, feature: Feature) -> bool:
+        """Tell whether the Z of a feature, or of one that belongs to it, leaves that of the part.
+
+        Raises:
+            Skip: where one has a fault.
+        """
+        if abs(feature.placement[2, 2] - 1.0) > 1e-12:
+            return True
+        groups = feature.kind.endswith(("pattern", "feature")) or feature.kind.startswith("counter")
+        return groups and any(self.tilted(e) for e in feature.shape().elements)

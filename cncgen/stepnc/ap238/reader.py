@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -203,19 +204,22 @@ class Ap238Reader:
         """Tell whether a tool axis may leave the machine's Z: by tool axes, tool directions or tilted frames."""
         for instance in self.exchange.instances("ACTION_PROPERTY"):
             name = str(instance.parameters[0] if instance.parameters else "").strip().lower()
-            if name == "tool axis" or (name == "tool direction" and self._tilts(instance.id)):
+            if name in ("tool axis", "tool direction") and self.toolpaths.leans(instance.id):
                 return True
             if name == "toolpath orientation" and self.toolpaths.turns_frame(instance.id):
                 return True
-        return any(self.features.tilted())
+        return any(self._tilted_features())
 
-    def _tilts(self, action_property: int) -> bool:
-        """Tell whether a property gives a direction of the tool."""
-        for link in self.graph.index("ACTION_PROPERTY_REPRESENTATION", 0).of(action_property):
+    def _tilted_features(self) -> Iterator[bool]:
+        """Yield for each workingstep that is made of its feature whether that is tilted."""
+        for row in self.exchange.rows_of_type("MACHINING_WORKINGSTEP").tolist():
+            step = int(self.exchange.rows.ids[row])
             try:
-                items = self.graph.items(self.entities.get(link).entity("representation").id)
+                operations = self.graph.related_ids(step, "MACHINING_OPERATION_RELATIONSHIP")
+                paths = "MACHINING_TOOLPATH_SEQUENCE_RELATIONSHIP"
+                if any(self.graph.related_ids(o, paths) for o in operations):
+                    continue
+                feature = self.features.of_workingstep(step)
+                yield feature is not None and self.features.tilted(feature)
             except Skip:
                 continue
-            if any(i.entity.keyword == "DIRECTION" for i in items):
-                return True
-        return False

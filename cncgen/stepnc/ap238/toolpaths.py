@@ -159,6 +159,23 @@ class Toolpaths:
             return Curves(self.entities, 1.0, math.pi / 180).read(item.entity.id, entity.id)
         return None
 
+    def leans(self, action_property: int) -> bool:
+        """Tell whether a property 'tool axis' or 'tool direction' has a direction that leaves Z."""
+        for link in self.graph.index("ACTION_PROPERTY_REPRESENTATION", 0).of(action_property):
+            try:
+                items = self.graph.items(self.entities.get(link).entity("representation").id)
+                if any(map(self._item_leans, items)):
+                    return True
+            except Skip:
+                continue
+        return False
+
+    def _item_leans(self, item: Item) -> bool:
+        curves, kind = self.curves(item.context), item.entity.keyword
+        if kind == "DIRECTION":
+            return bool(curves.placements.direction(item.entity.id)[2] < 1.0 - 1e-12)
+        return ("CURVE" in kind or kind == "POLYLINE") and curves.leans(item.entity.id)
+
     def turns_frame(self, action_property: int) -> bool:
         """Tell whether a property 'toolpath orientation' tilts what it holds for."""
         for link in self.graph.index("ACTION_PROPERTY_REPRESENTATION", 0).of(action_property):

@@ -84,6 +84,15 @@ class Curves:
         finally:
             self._open.pop()
 
+    def leans(self, ident: int) -> bool:
+        """Tell whether a curve of directions leaves Z anywhere; of other curves than polylines it is not looked up."""
+        exchange = self.entities.exchange
+        if self.entities.keyword(ident) != "POLYLINE":
+            return True
+        points, plain = exchange.coordinates_of(exchange.links_of(exchange.row_of(ident)))
+        length = np.linalg.norm(points, axis=1)
+        return not plain.all() or bool((points[:, 2] < length * (1.0 - 1e-12)).any())
+
     def _unsupported(self, entity: Entity) -> list[Piece]:
         kind = (
             "is not bounded: it needs a TRIMMED_CURVE"

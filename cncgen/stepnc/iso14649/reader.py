@@ -235,7 +235,8 @@ class Iso14649Reader:
         if len(self.exchange.rows_of_type("THREE_AXES_TILTED_TOOL")):
             return True
         for instance in self.exchange.instances("CUTTER_LOCATION_TRAJECTORY", "CUTTER_CONTACT_TRAJECTORY"):
-            if len(instance.parameters) > 7 and instance.parameters[7] is not None:
+            axis = instance.parameters[7] if len(instance.parameters) > 7 else None
+            if isinstance(axis, int) and self.curves.leans(int(axis)):
                 return True
         for instance in self.exchange.instances("AXIS2_PLACEMENT_3D"):
             axis = instance.parameters[2] if len(instance.parameters) > 2 else None
