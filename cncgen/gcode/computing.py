@@ -47,10 +47,10 @@ class Computing:
         plain.count, plain.source = computer.blocks, here.source
         return here if offset == here.offset else Cursor(here.source, offset, computer.line)
 
-    def flow(self, here: Cursor) -> Flow | None:
-        """Return the O-word of a line with its values, or None where there is none for certain."""
+    def flow(self, here: Cursor) -> tuple[Flow, Cursor] | None:
+        """Return the O-word of a line with its values, and the next line; None where there is none for certain."""
         found = self._computer(here.source).o_word(here.offset, self._parameters.local)
         if found is None or found[1] not in _WORDS:
             return None
-        label, keyword, arguments, _ = found
-        return Flow(keyword, label, tuple(arguments))
+        label, keyword, arguments, end = found
+        return Flow(keyword, label, tuple(arguments)), Cursor(here.source, end + 1, here.line + 1)

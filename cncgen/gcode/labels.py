@@ -16,17 +16,17 @@ from cncgen.gcode.block import Value
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.source import Source
 
-#: Lines that a jump may lead to.
-_LINE = re.compile(
-    rb"(?:\A|\n)[ \t]*(?:/[1-9]?[ \t]*)?(?:[nN][ \t\d.]*)?((?:[oO:]|(?i:while|do[ \t]*\d|end[ \t]*\d))[^\n]*)"
-)
 #: O-words that lead elsewhere and that nothing leads to.
 _LEAVING = ("call", "return", "break", "continue")
-_NO_TARGET = re.compile(
-    rb"o[ \t]*(?:\d+|<[^>\n]*>)[ \t]*(?:%s)\b" % "|".join(_LEAVING).encode(), re.IGNORECASE
+#: Lines that a jump may lead to.
+_LINE = re.compile(
+    rb"(?:\A|\n)[ \t]*(?:/[1-9]?[ \t]*)?(?:[nN][ \t\d.]*)?"
+    rb"((?:[oO:](?![ \t]*(?:\d+|<[^>\n]*>)[ \t]*(?i:%s)\b)|(?i:while|do[ \t]*\d|end[ \t]*\d))[^\n]*)"
+    % "|".join(_LEAVING).encode()
 )
 #: What BREAK and CONTINUE look for.
 LOOP_END = "the loop's end"
+#: An O-word that a jump may lead to, its label and its keyword.
 _OPENING = re.compile(
     rb"o[ \t]*(\d+|<[^>\n]*>)[ \t]*"
     rb"(endsub|sub|elseif|else|endif|if|endwhile|while|do|endrepeat|repeat)",
@@ -144,10 +144,9 @@ def _find_marks(source: Source, index: int, dialect: str) -> Iterator[Marked]:
         opening = _OPENING.match(match[1]) if dialect == "linuxcnc" else None
         if opening:
             # What stands behind the keyword may be wrong, which is said where the line runs; jumps lead to it all the same.
-            label: Value | str = grammar.o_label(grammar.normalise(opening[1].decode("utf-8", "replace")))
+            written = opening[1].decode("utf-8", "replace")
+            label: Value | str = grammar.o_label(grammar.normalise(written) if written[0] == "<" else written)
             keyword = opening[2].decode("ascii").lower()
-        elif _NO_TARGET.match(match[1]):
-            continue
         else:
             try:
                 flow = descent.parse(source.text_at(begin), dialect).flow

@@ -81,6 +81,8 @@ class Runner:
             else None
         )
         self.flow.settle = self._settle
+        #: Whether the last line in the stream was an O-word.
+        self._branched = False
         self._percent = False
         self._seen = False
         self._parsed: dict[str, Parsed] = {}
@@ -129,10 +131,9 @@ class Runner:
             if target is not None:
                 yield from self._walk(target)
                 target = None
-            elif self._plain.count:
-                # Blocks wait: the scanner would write over them.
-                if not self._compute():
-                    target = self._run_line(source)
+            elif self._plain.count or self._branched:
+                # Blocks wait, which the scanner would write over, or few are likely to follow.
+                target = self._go_on()
             else:
                 why, target = self._scan(source)
                 if target is None and not state.ended:
@@ -245,12 +246,23 @@ class Runner:
         if plain.count and (plain.source != 0 or plain.count == BLOCKS):
             self._settle()
         waiting = plain.count
-        self._reached = self._computing.read(here)
-        if self._reached is here:
+        self._reached = after = self._computing.read(here)
+        if after is here:
             return False
         self._seen = True
-        self._count(self._reached.line - here.line - (plain.count - waiting))
+        self._count(after.line - here.line - (plain.count - waiting))
         return True
+
+    def _go_on(self) -> Cursor | None:
+        """Read on lines that are computed, and run the O-word that ends them; else nothing waits any longer."""
+        assert self._computing is not None
+        self._compute()
+        found = self._computing.flow(self._reached)
+        if found is not None:
+            return self._run_o_word(*found, self._reached)
+        self._settle()
+        self._branched = False
+        return None
 
     def _settle(self) -> None:
         """Run the blocks that wait."""
@@ -260,20 +272,14 @@ class Runner:
     # Any other line, as it comes.
 
     def _run_line(self, source: Source) -> Cursor | None:
-        """Run the line that the scanner did not take; return where it leads, None for the next line."""
+        """Run the line that nobody took; return where it leads, None for the next line."""
         here = self._reached
-        flow = self._computing.flow(here) if self._computing is not None else None
-        if flow is None:
-            self._settle()
-            if here.offset >= len(source) or self.ip.state.ended:
-                return None
+        found = self._computing.flow(here) if self._computing is not None else None
+        if found is not None:
+            return self._run_o_word(*found, here)
         self._reached = after = Cursor(0, source.line_end(here.offset) + 1, here.line + 1)
         self.sink.block = Block({}, line=here.line, offset=here.offset)
         try:
-            if flow is not None:
-                self._seen = True
-                self._count(1)
-                return self._run_flow(flow, here, after)
             text = self._text(here)
             if text.lstrip().startswith("%"):
                 self._percent_line(text)
@@ -288,6 +294,18 @@ class Runner:
             self._compiler.action(parsed, here)()
             if self.ip.jump is not None:
                 return self._jump(here, after)
+        except BlockError as error:
+            self._fail(here, error)
+        return None
+
+    def _run_o_word(self, flow: Flow, after: Cursor, here: Cursor) -> Cursor | None:
+        """Run an O-word whose values are computed; as `_run_line`."""
+        self._reached = after
+        self._seen = self._branched = True
+        self.sink.block = Block({}, line=here.line, offset=here.offset)
+        try:
+            self._count(1)
+            return self._run_flow(flow, here, after)
         except BlockError as error:
             self._fail(here, error)
         return None
