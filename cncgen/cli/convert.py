@@ -9,7 +9,6 @@ import click
 from cncgen.cli.options import message_options, program_options
 from cncgen.cli.types import FILE, FiniteRange
 
-
 #: Tolerances below it are finer than any position, and make a file of millions of lines out of an arc.
 _LEAST_MM = 1e-9
 
