@@ -7,6 +7,7 @@ faster; what it does not take goes to the grammar. Both give the same values.
 
 from __future__ import annotations
 
+import math
 import re
 from functools import cache
 from typing import Any
@@ -65,10 +66,10 @@ def number(text: str) -> int | float:
     """
     if len(text) > MAX_DIGITS:
         raise ValueError(f"a number of {len(text)} characters")
-    if text.lstrip("+-").isdigit():
+    if "." not in text and text.lstrip("+-").isdigit():
         return int(text)
     value = float(text)
-    if value in (float("inf"), float("-inf")):
+    if math.isinf(value):
         raise ValueError(f"{text} is beyond the range of a double")
     return value
 
