@@ -84,8 +84,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     """Run a command; print what went wrong; return the exit code of interface.md."""
     messages.reset()
     warnings.showwarning = _show_warning
-    with suppress(ValueError):  # not in the main thread
-        signal.signal(signal.SIGTERM, _terminate)
+    _clean_up_on_signals()
     try:
         code = _run(arguments)
         if sys.stdout is not None:
@@ -145,8 +144,17 @@ def _origin(error: Exception) -> str:
     return f"{os.path.basename(frames[-1].filename)}:{frames[-1].lineno}: "
 
 
+def _clean_up_on_signals() -> None:
+    """Let the signals that end a process end it as an exception does; where one is ignored (nohup) it stays so."""
+    for name in ("SIGTERM", "SIGHUP"):
+        with suppress(ValueError, AttributeError):  # not in the main thread; a system without the signal
+            number = getattr(signal, name)
+            if signal.getsignal(number) is signal.SIG_DFL:
+                signal.signal(number, _terminate)
+
+
 def _terminate(number: int, frame: Any) -> None:
-    """Leave on SIGTERM as on an exception, so that half-written files are removed."""
+    """Leave on a signal as on an exception, so that half-written files are removed."""
     raise SystemExit(128 + number)
 
 

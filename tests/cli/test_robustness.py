@@ -205,7 +205,7 @@ def test_closed_standard_output(tmp_path: Path, small: Path) -> None:
     refused(run, 2, "standard output")
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_stopped_in_the_middle(tmp_path: Path, number: signal.Signals) -> None:
     """The program comes through a pipe that stays open, so the command is at work when the signal arrives."""
     process = subprocess.Popen(
@@ -213,8 +213,8 @@ def test_stopped_in_the_middle(tmp_path: Path, number: signal.Signals) -> None:
         stdin=subprocess.PIPE,
         stderr=subprocess.PIPE,
         cwd=tmp_path,
-        # A test run in the background ignores SIGINT, and its children inherit that.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+        # A test run in the background ignores SIGINT (and SIGHUP, under nohup), and its children inherit that.
+        preexec_fn=lambda: [signal.signal(s, signal.SIG_DFL) for s in (signal.SIGINT, signal.SIGHUP)],
     )
     assert process.stdin is not None
     rows = "".join(f"{k / 1000:.3f},0.0\n" for k in range(200_000))
