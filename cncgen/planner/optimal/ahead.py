@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterable
 from queue import SimpleQueue
-from threading import Semaphore, Thread
+from threading import Semaphore, Thread, current_thread
 from typing import TypeVar
 
 Item = TypeVar("Item")
+
+#: How long closing waits for the thread, s: it ends with the item that it draws, which may have to wait for input.
+_PATIENCE_S = 2.0
 
 
 def ahead(source: Iterable[Item], depth: int) -> Generator[Item, None, None]:
     """Yield the items of an iterable, which are drawn in another thread while the last ones are worked on.
 
     The order is that of the source, so the result does not depend on timing. What the source raises is raised here,
-    after the items before it. When this generator is closed, the thread ends with the item that it is drawing.
+    after the items before it. When this generator is closed, or dropped half way, the thread ends with the item that it
+    is drawing and closes the source, which is waited for (two seconds at most: the item may have to wait for input).
 
     Args:
         source: Drawn by that thread alone.
@@ -40,7 +44,8 @@ def ahead(source: Iterable[Item], depth: int) -> Generator[Item, None, None]:
                 source.close()
 
     # A daemon: one that waits for more of its input must not keep the process.
-    Thread(target=draw, name="ahead", daemon=True).start()
+    thread = Thread(target=draw, name="ahead", daemon=True)
+    thread.start()
     try:
         while True:
             got = done.get()
@@ -53,3 +58,6 @@ def ahead(source: Iterable[Item], depth: int) -> Generator[Item, None, None]:
     finally:
         wanted = False
         room.release()
+        # What is collected as garbage may be closed by any thread, by its own too.
+        if thread is not current_thread():
+            thread.join(_PATIENCE_S)

@@ -78,3 +78,17 @@ def test_closing_reaches_a_thread_behind_a_thread() -> None:
     next(items)
     items.close()
     assert closed.wait(5.0)
+
+
+def test_dropping_it_half_way_waits_for_its_threads() -> None:
+    before = threading.active_count()
+
+    def passed_on() -> Iterator[int]:
+        with closing(ahead(iter(int, 1), 2)) as inner:
+            yield from inner
+
+    items = ahead(passed_on(), 2)
+    next(items)
+    assert threading.active_count() == before + 2
+    del items
+    assert threading.active_count() == before
