@@ -825,3 +825,50 @@ def solve(
     report[3] = iteration
     report[4] = residual
     return status
+
+
+def response(
+    c: cython.double[::1],
+    free: cython.Py_ssize_t,
+    h: cython.double[::1],
+    ends: cython.double[:, ::1],
+    extra: cython.double[:, ::1],
+    rows: cython.double[:, ::1],
+    offset: cython.longlong[::1],
+    kind: cython.char[::1],
+    out: cython.double[::1],
+) -> int:
+    """Tell how the solution follows where its last unknown is pushed: the last column of the inverse Newton matrix.
+
+    Args:
+        c, free, h, ends, extra, rows, offset, kind: As `solve` has left them.
+        out: Shape (n + 2,), zeros: becomes dc/dc[n], a change of q by the change of q at the end.
+
+    Returns:
+        0, or −2 where the matrix lost its positive diagonal by rounding.
+    """
+    n: cython.Py_ssize_t = h.shape[0]
+    k: cython.Py_ssize_t
+    end: cython.double
+    positive: cython.bint
+    import numpy
+
+    grad: cython.double[::1] = numpy.zeros(n + 2)
+    dual: cython.double[::1] = numpy.zeros(n + 2)
+    right: cython.double[::1] = numpy.zeros(n + 2)
+    band: cython.double[:, ::1] = numpy.zeros((n + 2, 3))
+    root: cython.double[:, ::1] = numpy.zeros((n, 2))
+    found: cython.double[::1] = numpy.zeros(6)
+    with cython.nogil:
+        _objective(c, h, ends, extra, grad, band, root)
+        _gather(c, ends, root, rows, offset, kind, 0.0, 0.0, 0.0, grad, dual, right, band, found)
+        positive = _factor(band, free, n + 1)
+        if positive:
+            for k in range(n + 2):
+                right[k] = 0.0
+            right[n] = 1.0
+            _substitute(band, free, n + 1, right, out)
+            end = out[n]
+            for k in range(n + 2):
+                out[k] /= end
+    return 0 if positive else -2

@@ -14,24 +14,26 @@ from cncgen.planner.optimal.limits import Bounds, least, most, resolution
 from cncgen.toolpath.record import Kind
 
 Floats = NDArray[np.float64]
-#: Largest q at path coordinates, given the derivatives there.
-TopAt = Callable[[Floats, Floats], Floats]
+#: Largest q at path coordinates, given the derivatives there, and whether the row before (-1) or after (1) is meant.
+TopAt = Callable[[Floats, Floats, int], Floats]
 
 
 @dataclass(frozen=True, slots=True)
 class Density:
-    """Spacing of the nodes: as a part of the radius of curvature, of |x'''|^-1/2, of the distance that a ramp of the
-    acceleration from 0 to its limit takes, of the length of a panel of the path, and its growth along the path."""
+    """Spacing of the nodes: as a part of the radius of curvature, of |x'''|^-1/2, of the distance on which x''' v³ changes
+    by the jerk limit, of the distance that a ramp of the acceleration from 0 to its limit takes, of the length of a panel
+    of the path, and its growth along the path."""
 
     bend: float
     twist: float
+    change: float
     ramp: float
     panel: float
     growth: float
 
 
 #: By effort.
-DENSITY = {"best": Density(0.08, 0.3, 0.2, 1.1, 0.2), "fast": Density(0.15, 0.45, 0.35, 1.1, 0.35)}
+DENSITY = {"best": Density(0.08, 0.3, 2.0, 0.2, 1.1, 0.2), "fast": Density(0.15, 0.45, 3.0, 0.35, 1.1, 0.35)}
 #: First interval from rest, as a part of the distance in which full jerk from rest reaches full acceleration, of that in
 #: which it reaches the largest speed there, of the radius of curvature there, and of the distance to the next rest.
 _FIRST, _SLOW, _BEND, _PART = 0.5, 0.15, 0.02, 1.0 / 24.0
@@ -40,6 +42,8 @@ _FIRST, _SLOW, _BEND, _PART = 0.5, 0.15, 0.02, 1.0 / 24.0
 _CALM = 0.01
 #: Part by which bounds of q that are taken for one differ.
 _ALIKE = 1e-6
+#: Least distance of nodes, as a part of the length of the block: rounding is a thousandth of it.
+_ROUNDING = 2.0**-42
 
 
 def place(
@@ -67,15 +71,18 @@ def place(
     x = path.evaluate(probes, 3)
     x[:, np.searchsorted(probes, joints.s)] = sides[1]
     x[:, -1] = sides[0][:, -1]
-    spacing = _spacing(bounds, x, probes, joints, top_at, density)
-    spacing = np.minimum(spacing, density.panel * np.append(np.repeat(panels, 4), panels[-1]))
-    first = _first(bounds, joints, sides, lines, top_at)
-    spacing = np.maximum(spacing, resolution(bounds, x[1]))
+    shape = _shape(bounds, x, probes, joints, sides, top_at)
+    spacing = _spacing(shape, probes, joints, density)
+    spacing = np.minimum(spacing, _change(bounds, x[3], probes, shape, density.change))
+    spacing = np.minimum(spacing, density.panel * panels)
+    before, after = _first(bounds, joints, sides, lines, top_at)
+    first = np.minimum(before, after)
+    spacing = np.maximum(spacing, _seen(bounds, x[1], probes))
     tight = np.flatnonzero((joints.stop & np.isfinite(first)) | (joints.zone > 0))
     at = np.searchsorted(probes, joints.s[tight])
     spacing[at] = np.minimum(spacing[at], np.where(joints.stop, first, _beside(bounds, joints, sides))[tight])
     fine, spacing = _refined(probes, spacing, density.growth)
-    borders = _borders(joints, first, lines)
+    borders = _borders(joints, before, after, lines)
     stretch = np.searchsorted(joints.s, borders[:-1], side="right") - 1
     return _spread(fine, _graded(fine, spacing, density.growth), borders, lines[stretch])
 
@@ -98,11 +105,47 @@ def along(bounds: Bounds, x: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         return 1.0 / steep, jerk, np.nan_to_num(bend / steep), np.nan_to_num(twist / steep)
 
 
-def _spacing(bounds: Bounds, x: Floats, s: Floats, joints: Joints, top_at: TopAt, density: Density) -> Floats:
+def _shape(
+    bounds: Bounds, x: Floats, s: Floats, joints: Joints, sides: tuple[Floats, Floats], top_at: TopAt
+) -> tuple[Floats, ...]:
+    """Return what `along` does at the places `s`, and the largest q there; at breakpoints the worse of both sides."""
+    found = (*along(bounds, x), top_at(s, x, 1))
+    at = np.searchsorted(s, joints.s[1:])
+    left = sides[0][:, 1:]
+    before = (*along(bounds, left), top_at(joints.s[1:], left, -1))
+    worst = (np.minimum, np.minimum, np.maximum, np.maximum, np.minimum)
+    for mine, other, worse in zip(found, before, worst, strict=True):
+        mine[at] = worse(mine[at], other)
+    return found
+
+
+def _seen(bounds: Bounds, x1: Floats, s: Floats) -> Floats:
+    """Return the least distance of nodes at the places `s`: by what setpoints can tell, and by rounding."""
+    return np.maximum(resolution(bounds, x1), _ROUNDING * (s[-1] - s[0]))
+
+
+def _change(bounds: Bounds, x3: Floats, s: Floats, shape: tuple[Floats, ...], part: float) -> Floats:
+    """Return the distance on which x''' v³ of an axis changes by so large a `part` of its jerk limit.
+
+    At the places `s`, four a cell, v the largest speed by acceleration and jerk of steady motion. Differences are taken
+    within a cell, as x''' may jump at its borders; there the larger one counts.
+    """
+    acceleration, _, bend, _, top = shape
+    jerk = bounds.axes.jerk
+    with np.errstate(divide="ignore", invalid="ignore"):
+        cube = np.minimum(np.minimum(top, acceleration / bend) ** 1.5, 1.0 / most(np.abs(x3) / jerk))
+        x3, cube, s = (each[:-1].reshape(-1, 4, *each.shape[1:]) for each in (x3, cube, s))
+        change = most(np.abs(np.diff(x3, axis=1)) / jerk) * np.minimum(cube[:, :-1], cube[:, 1:])
+        rate = np.nan_to_num(change / np.diff(s, axis=1))
+        there = np.maximum(rate[:, [0, 0, 1, 2]], rate[:, [0, 1, 2, 2]])
+        there[1:, 0] = np.maximum(there[1:, 0], rate[:-1, 2])
+        return part / np.append(there.ravel(), rate[-1, 2])
+
+
+def _spacing(shape: tuple[Floats, ...], s: Floats, joints: Joints, density: Density) -> Floats:
     """Return the largest spacing at the places `s` by the shape of the path and the speed that it allows there."""
-    acceleration, jerk, bend, twist = along(bounds, x)
+    acceleration, jerk, bend, twist, top = shape
     ramp = acceleration / jerk
-    top = top_at(s, x)
     with np.errstate(divide="ignore"):
         speed = np.sqrt(np.minimum(top, acceleration / bend))
         fastest = acceleration * ramp + np.sqrt(acceleration * (s[-1] - s[0]))
@@ -134,27 +177,27 @@ def _from_others(s: Floats, mine: NDArray[np.bool_]) -> Floats:
 
 def _first(
     bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats], lines: NDArray[np.bool_], top_at: TopAt
-) -> Floats:
-    """Return the length of the first interval beside each breakpoint where the motion rests; infinite elsewhere."""
+) -> tuple[Floats, Floats]:
+    """Return the lengths of the intervals before and after each breakpoint where the motion rests.
+
+    They are infinite where it does not rest, and where nothing but straight lines from rest to rest meets.
+    """
     curved = ~(np.concatenate([[True], lines]) & np.concatenate([lines, [True]]))
     rest = np.flatnonzero(joints.stop & curved)
-    out = np.full(len(joints.s), np.inf)
-    if not len(rest):
-        return out
     room = np.diff(joints.s[rest], prepend=-np.inf, append=np.inf) * _PART
     gap = np.diff(joints.s, prepend=-np.inf, append=np.inf) / 3.0
-    candidates = [room[:-1], room[1:], gap[:-1][rest], gap[1:][rest]]
-    for side in sides:
-        acceleration, jerk, bend, _ = along(bounds, side[:, rest])
+    found = []
+    for x, far, near, side in ((sides[0], room[:-1], gap[:-1], -1), (sides[1], room[1:], gap[1:], 1)):
+        acceleration, jerk, bend, _ = along(bounds, x[:, rest])
         with np.errstate(divide="ignore"):
             # From rest full jerk reaches v after √(2 v/j) and so (2 v)^(3/2)/(6 √j).
-            slow = (2.0 * np.sqrt(top_at(joints.s[rest], side[:, rest]))) ** 1.5 / (6.0 * np.sqrt(jerk))
-            candidates += [_FIRST * acceleration**3 / (6.0 * jerk**2), _SLOW * slow, _BEND / bend]
-    seen = np.minimum(*(resolution(bounds, side[1])[rest] for side in sides))
-    out[rest] = np.minimum(
-        np.maximum(np.minimum.reduce(candidates[4:]), seen), np.minimum.reduce(candidates[:4])
-    )
-    return out
+            slow = (2.0 * np.sqrt(top_at(joints.s[rest], x[:, rest], side))) ** 1.5 / (6.0 * np.sqrt(jerk))
+            wanted = [_FIRST * acceleration**3 / (6.0 * jerk**2), _SLOW * slow, _BEND / bend]
+        seen = _seen(bounds, x[1], joints.s)[rest]
+        out = np.full(len(joints.s), np.inf)
+        out[rest] = np.minimum.reduce([np.maximum(np.minimum.reduce(wanted), seen), far, near[rest]])
+        found.append(out)
+    return found[0], found[1]
 
 
 def _beside(bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats]) -> Floats:
@@ -169,7 +212,7 @@ def _beside(bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats]) -> Flo
 
 def _probes(path: Path, joints: Joints, seen: float) -> tuple[Floats, Floats]:
     """Return places to look at the path, four a panel: borders of its panels, its breakpoints, and points between; and the
-    lengths of the panels, each of which a polynomial of low degree carries (infinite on lines).
+    length of the panel there, which a polynomial of low degree carries (infinite on lines and arcs).
 
     Panels that begin nearer to a breakpoint than `seen` are too small to be seen: about a cusp their derivatives are
     rounding alone.
@@ -180,7 +223,10 @@ def _probes(path: Path, joints: Joints, seen: float) -> tuple[Floats, Floats]:
     length = np.diff(borders)
     inner = borders[:-1, None] + length[:, None] * np.array([0.0, 0.25, 0.5, 0.75])
     straight = path.kind[path.row_of(borders[:-1])] != Kind.NURBS
-    return np.append(inner.ravel(), borders[-1]), np.where(straight, np.inf, length)
+    cells = np.where(straight, np.inf, length)
+    there = np.append(np.repeat(cells, 4), cells[-1])
+    there[4:-1:4] = np.minimum(cells[:-1], cells[1:])
+    return np.append(inner.ravel(), borders[-1]), there
 
 
 def _refined(s: Floats, spacing: Floats, growth: float) -> tuple[Floats, Floats]:
@@ -213,12 +259,12 @@ def _graded(s: Floats, spacing: Floats, growth: float) -> Floats:
     return np.minimum(np.minimum(forward, backward), spacing)
 
 
-def _borders(joints: Joints, first: Floats, lines: NDArray[np.bool_]) -> Floats:
+def _borders(joints: Joints, before: Floats, after: Floats, lines: NDArray[np.bool_]) -> Floats:
     """Return the places that must be nodes: breakpoints, and the first interval on the curved sides of a rest."""
     leaves = np.flatnonzero(joints.stop[:-1] & ~lines)
     enters = np.flatnonzero(joints.stop[1:] & ~lines) + 1
     return np.unique(
-        np.concatenate([joints.s, joints.s[leaves] + first[leaves], joints.s[enters] - first[enters]])
+        np.concatenate([joints.s, joints.s[leaves] + after[leaves], joints.s[enters] - before[enters]])
     )
 
 

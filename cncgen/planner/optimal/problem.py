@@ -34,6 +34,8 @@ _JUMP = 1e-4
 _ROUNDINGS = 16
 #: Dual residual, as a part of the time, above which what holds the limits is no plan: it may take a thousand times as long.
 _STALLED = 0.1
+#: Change of q, as a part of the largest that a push at the end causes anywhere, from which the end is felt.
+_FELT = 1e-4
 #: Slack of a row, as a part of its limit, below which it is said to bind.
 _NEAR = 0.02
 
@@ -73,6 +75,7 @@ class Solution:
             (first and last column).
         limit: Shape (n,), int8, the `Limit` that is nearest on the interval.
         time: Time of all, s.
+        unfelt: Intervals at the start whose solution does not depend on where the row ends.
         converged: Whether every limit is held, in a time near the least.
         fallback: Whether it is what an earlier plan left in reserve.
     """
@@ -80,6 +83,7 @@ class Solution:
     q: Floats
     limit: NDArray[np.int8]
     time: float
+    unfelt: int
     converged: bool
     fallback: bool = False
 
@@ -114,7 +118,9 @@ def solve(given: Intervals, state: tuple[float, float] | None, known: Floats | N
     """
     at = np.flatnonzero(given.kind == SPLINE)
     if not len(at):
-        return Solution(np.zeros((len(given), 3)), np.full(len(given), Limit.JERK, np.int8), 0.0, True)
+        return Solution(
+            np.zeros((len(given), 3)), np.full(len(given), Limit.JERK, np.int8), 0.0, len(given), True
+        )
     h, ends, extra = _spline(given, at, state is not None)
     box, edge = _boxes(given, at, _rest_tops(given))
     if state is not None:
@@ -180,7 +186,12 @@ def _improved(
         held, status = False, -1
     q = _ordinates(given, columns.at, columns.ends, c)
     limit = _binding(given, columns, c, rows[:3])
-    return Solution(q, limit, float(report[0]), status >= 0 or held), status >= 0
+    unfelt = 0
+    if status >= 0 or held:
+        change = np.zeros(n + 2)
+        least_time.response(c, 2 if moving else 1, columns.h, columns.ends, columns.extra, *rows[:3], change)
+        unfelt = _unfelt(columns.at, np.abs(change[1:-1]))
+    return Solution(q, limit, float(report[0]), unfelt, status >= 0 or held), status >= 0
 
 
 def _rows(given: Intervals, columns: _Columns, moving: bool) -> _Rows:
@@ -194,6 +205,16 @@ def _rows(given: Intervals, columns: _Columns, moving: bool) -> _Rows:
         columns.h, columns.ends, *columns.shape, columns.box, joint, moving, rows, offset, kind, axis
     )
     return rows, offset, kind, axis
+
+
+def _unfelt(spline: NDArray[np.int64], change: Floats) -> int:
+    """Return how many intervals come before those that change where the end of the row is pushed.
+
+    A motion that brakes for the end passes the push on whole, interval by interval, as far as it brakes; before that
+    something else holds the speed, and the push dies out within a few intervals (docs/least-time.md).
+    """
+    largest = change.max()
+    return int(spline[np.argmax(change > _FELT * largest)]) if largest > 0.0 else 0
 
 
 def _spline(given: Intervals, spline: NDArray[np.int64], moving: bool) -> tuple[Floats, Floats, Floats]:
@@ -217,18 +238,26 @@ def _spline(given: Intervals, spline: NDArray[np.int64], moving: bool) -> tuple[
 def _rest_tops(given: Intervals) -> Floats:
     """Return the largest q at the moving end of the intervals that leave or enter rest, shape (n,); infinite elsewhere.
 
-    With constant jerk j from rest, s = j t³/6: over the length h, q = (9/2 j h²)^(2/3), and an axis has at most the
-    acceleration |x'| (6 j² h)^(1/3) + |x''| q and the jerk j (|x'| + 9 |x''| h + 9/2 |x'''| h²).
+    With constant jerk j from rest, s = j t³/6: q = (9/2 j s²)^(2/3), and an axis has at most the acceleration
+    |x'| (6 j² s)^(1/3) + |x''| q and the jerk j (|x'| + 9 |x''| s + 9/2 |x'''| s²). Held in the middle and at the moving
+    end: at the rest itself, where a curve may be infinitely sharp, |x'| alone counts.
     """
-    rest = np.flatnonzero((given.kind == LEAVE) | (given.kind == ENTER))
-    h = given.h[rest, None]
-    x1, x2, x3 = (np.abs(column[rest]).max(axis=1) for column in (given.x1, given.x2, given.x3))
-    with np.errstate(divide="ignore"):
-        jerk = given.limits[1] * given.factor[rest] / (x1 + 9.0 * x2 * h + 4.5 * x3 * h * h)
-        slow = (given.limits[0] / (x1 * np.cbrt(6.0 * h) + x2 * np.cbrt(4.5 * h * h) ** 2)) ** 1.5
-    j = np.minimum(jerk, slow).min(axis=1)
+    leaves = given.kind == LEAVE
+    rest = np.flatnonzero(leaves | (given.kind == ENTER))
+    moving = np.where(leaves[rest], 2, 0)
+    h = given.h[rest]
+    steep = np.abs(given.x1[rest]).max(axis=1)
+    j, top = np.full(len(rest), np.inf), np.full(len(rest), np.inf)
+    for at, part in ((np.ones_like(moving), 0.5), (moving, 1.0)):
+        s = part * h[:, None]
+        x2, x3 = np.abs(given.x2[rest, at]), np.abs(given.x3[rest, at])
+        with np.errstate(divide="ignore"):
+            jerk = given.limits[1] * given.factor[rest] / (steep + 9.0 * x2 * s + 4.5 * x3 * s * s)
+            slow = (given.limits[0] / (steep * np.cbrt(6.0 * s) + x2 * np.cbrt(4.5 * s * s) ** 2)) ** 1.5
+        j = np.minimum(j, np.minimum(jerk, slow).min(axis=1))
+        top = np.minimum(top, given.top[rest, at] / part ** (4.0 / 3.0))
     out = np.full(len(given), np.inf)
-    out[rest] = np.minimum(np.cbrt(4.5 * j * given.h[rest] ** 2) ** 2, given.top[rest].min(axis=1))
+    out[rest] = np.minimum(np.cbrt(4.5 * j * h**2) ** 2, top)
     return out
 
 

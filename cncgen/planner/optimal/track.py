@@ -129,7 +129,7 @@ def track_of(
     lines = _lines(path, joints)
     if cap:
         lines[:] = False
-    s = place(path, bounds, joints, sides, lines, lambda at, x: top_at(at, x)[0], DENSITY[effort])
+    s = place(path, bounds, joints, sides, lines, lambda at, x, side: top_at(at, x, side)[0], DENSITY[effort])
     n = len(s) - 1
     middle = 0.5 * (s[:-1] + s[1:])
     right = path.evaluate(s[:-1], 3)

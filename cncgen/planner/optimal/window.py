@@ -24,8 +24,6 @@ SIZE = 1600
 MARGIN = {"best": 0.9993, "fast": 0.9965}
 #: Sharp corners that are handed on one by one; beyond them they are counted.
 MAX_CORNERS = 10_000
-#: A window's end is felt where the motion brakes for it, and so many ramps of acceleration before.
-_RAMPS = 3.0
 
 
 @dataclass(slots=True)
@@ -73,7 +71,7 @@ class Window:
                 given = self._intervals(len(solution.q))
                 final = len(given)
             elif not (rest or whole):
-                final = self._final(given, solution)
+                final = solution.unfelt
                 if final < count // 8 and count < 16 * SIZE:
                     self.wanted = 2 * count
                     continue
@@ -123,7 +121,7 @@ class Window:
                 return solution
             if self.reserve is not None:
                 q, limit = self.reserve
-                return Solution(q, limit, 0.0, True, fallback=True)
+                return Solution(q, limit, 0.0, 0, True, fallback=True)
             half = _stop_before(given.kind, len(given) // 2)
             if not half:
                 raise NoPlanError(
@@ -133,17 +131,6 @@ class Window:
                     )
                 )
             given = _head(given, half)
-
-    def _final(self, given: Intervals, solution: Solution) -> int:
-        """Return how many intervals come before the place from which the stop at the window's end is felt."""
-        q = solution.q[:, 0]
-        rising = np.flatnonzero(q[1:] >= q[:-1] * (1.0 + 1e-9))
-        peak = int(rising[-1]) + 1 if len(rising) else 0
-        axes = self.bounds.axes
-        there = np.isfinite(axes.jerk)
-        ramp = (axes.acceleration[there] / axes.jerk[there]).max()
-        s = np.concatenate([[0.0], np.cumsum(given.h)])
-        return int(np.searchsorted(s, s[peak] - _RAMPS * ramp * np.sqrt(q[peak]), side="right")) - 1
 
     def _hand_on(self, given: Intervals, solution: Solution, final: int) -> Iterator[Trajectory]:
         """Turn the first `final` intervals into trajectories, and take them out of the window."""
