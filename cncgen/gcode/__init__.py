@@ -148,6 +148,8 @@ def canon(
         path=source if isinstance(source, Path) else None,
     )
     runner.reporter.on_error = sink.stop
+    ip = runner.ip
+    sink.outermost = lambda: ip.sink
     for _ in runner.run():
         yield from sink.take()
     # The peer resets twice, but once only with an INI file, which is how it gets a search path.

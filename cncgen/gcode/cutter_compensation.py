@@ -391,8 +391,10 @@ def end(ip: Interpreter) -> None:
     sink = ip.sink
     ip.state.compensation = 40
     if isinstance(sink, CompensatedSink):
-        ip.sink, ip.beside = sink.inner, None
-        sink.finish()
+        try:
+            sink.finish()
+        finally:
+            ip.sink, ip.beside = sink.inner, None
 
 
 def _leave_straight(ip: Interpreter, block: Block) -> None:

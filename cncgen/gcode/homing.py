@@ -21,14 +21,20 @@ def _go(first: int) -> Handler:
 
 
 def _by_way(ip: Interpreter, block: Block, axes: set[int], first: int) -> None:
-    """Traverse to the point in the block, then these axes to the reference point that begins at a parameter."""
+    """Traverse to the point in the block, then these axes to the reference point that begins at a parameter.
+
+    In a rotated coordinate system the axes are the machine's on a FANUC control, the program's in LinuxCNC.
+    """
     state = ip.state
     between = ip.end_point(block)
     ip.sink.straight_traverse(between)
     state.position = between
     home = ip.parameters.offset(first, ip.table_scale())
-    machine = ip.machine_position()
-    end = ip.from_machine([home[k] if k in axes else value for k, value in enumerate(machine)])
+    if ip.dialect == "fanuc":
+        machine = ip.machine_position()
+        end = ip.from_machine([home[k] if k in axes else value for k, value in enumerate(machine)])
+    else:
+        end = [home_k if k in axes else between[k] for k, home_k in enumerate(ip.from_machine(home))]
     ip.sink.straight_traverse(end)
     state.position, state.moved = end, True
 

@@ -46,7 +46,7 @@ class PrintingSink:
 
     def _number(self) -> str:
         """Return the N word of the line that the block stands in, as it is printed."""
-        block = self.block
+        block = self._numbered_by()
         if block.line == 0:
             return "N..... "
         if self._label_of != (block.source, block.offset):
@@ -54,6 +54,10 @@ class PrintingSink:
             match = _NUMBER.match(self._text_at(block.source, block.offset))
             self._label = f"N{match.group(1):<6}" if match else "N..... "
         return self._label
+
+    def _numbered_by(self) -> Block:
+        """Return the block whose N word calls are printed with."""
+        return self.block
 
     def motions(self, batch: MotionBatch) -> None:
         """Print a run of motions."""

@@ -20,9 +20,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from cncgen.gcode.block import Block
 from cncgen.gcode.modal import zeros
 from cncgen.gcode.printing import PrintingSink
-from cncgen.gcode.sink import Curve, Point
+from cncgen.gcode.sink import Curve, Point, Sink
 from cncgen.toolpath.record import Event
 from cncgen.units import INCH
 
@@ -44,6 +45,12 @@ class StandAloneSink(PrintingSink):
         self._g92 = zeros()
         self._inches = False
         self._stopped = False
+        #: The sink that the interpreter calls: this one, or one before it that holds calls back.
+        self.outermost: Callable[[], Sink] = lambda: self
+
+    def _numbered_by(self) -> Block:
+        """Return the block that is executed: the peer prints its N word with calls that waited for it, too."""
+        return self.outermost().block
 
     def stop(self) -> None:
         """Print nothing more: the peer ends at the first error, while the other errors are still looked for."""
@@ -57,6 +64,8 @@ class StandAloneSink(PrintingSink):
     def reset(self, count: int) -> None:
         """Print that the interpreter is reset, as at the end of every run."""
         self._stopped = False
+        self.outermost = lambda: self
+        self.block = Block({})  # no line's
         for _ in range(count):
             self.call("ON_RESET()")
 

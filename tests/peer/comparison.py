@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from rs274 import CALL, Output, Setup, setup_of
+from rs274 import Output, Setup, calls_of, setup_of
 
 from cncgen.diagnostics import Diagnostics, Severity
 from cncgen.gcode import canon
@@ -66,8 +66,9 @@ def ours(program: Path, setup: Setup | None = None) -> Ours:
     lines = list(canon(program, program.name, options, found))
     errors = [d for d in found if d.severity is Severity.ERROR]
     first = errors[0] if errors else None
-    calls = [match[1] for line in lines if (match := CALL.match(line))]
-    return Ours(calls, first.render() if first else None, first.span.line if first and first.span else 0)
+    return Ours(
+        calls_of(lines), first.render() if first else None, first.span.line if first and first.span else 0
+    )
 
 
 MINUS_ZERO = re.compile(r"-(0\.0+)(?!\d)")

@@ -11,6 +11,7 @@ import re
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -20,7 +21,7 @@ EXPECTED = Path(__file__).parent / "expected"
 SUBPROGRAMS = frozenset({"beside"})
 
 OPTIONS = re.compile(r"^; peer: (.*)$", re.M)
-CALL = re.compile(r"^ *\d+ +N\S+ +(.*)$")
+CALL = re.compile(r"^ *\d+ +N(\.+|\d*) +(.*)$")
 
 
 @dataclass(frozen=True)
@@ -107,6 +108,12 @@ def run(program: Path, setup: Setup | None = None) -> Output:
     return result
 
 
+def calls_of(lines: Iterable[str]) -> list[str]:
+    """Return the canonical calls among printed lines, without their count, behind the N word of their line if any."""
+    found = [match for line in lines if (match := CALL.match(line))]
+    return [match[2] if match[1].startswith(".") else f"N{match[1]} {match[2]}" for match in found]
+
+
 def without_reset(calls: list[str]) -> list[str]:
     """Drop what the peer prints when it is reset at the end of a run."""
     count = len(calls)
@@ -163,7 +170,7 @@ def _command(setup: Setup, scratch: Path) -> list[str]:
 
 def read_output(stdout: str, stderr: str, status: int) -> Output:
     """Take the calls from standard output and the error (its last two lines) from standard error."""
-    calls = [found[1] for line in stdout.splitlines() if (found := CALL.match(line))]
+    calls = calls_of(stdout.splitlines())
     if status == 0:
         return Output(calls)
     remarks = [line for line in stderr.splitlines() if line and line != "executing"]
