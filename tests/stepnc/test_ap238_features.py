@@ -435,3 +435,19 @@ def test_the_plate():
         assert heights[int(x / 0.5), int(y / 0.5)] < -13.0  # through
     assert at(150, 80) == -5.0  # the counterbore
     assert heights[260, 100] == pytest.approx(-10.0, abs=0.01)  # the middle of the round bottom
+
+
+@pytest.mark.parametrize("kind", ["COMPOUND_FEATURE", "CIRCULAR_PATTERN", "POCKET"])
+def test_features_that_hold_themselves_end_in_a_diagnostic(kind):
+    aim = Shaped()
+    own = [("number of features", 3.0), ("angular spacing", 10.0)]
+    sizes = [("boundary", "RECTANGULAR_CLOSED_PROFILE", [("length", 40.0), ("width", 30.0)], "boundary")]
+    feature = aim.feature(kind, aim.place(0, 0, 0), sizes, limit=-5.0, own=own)
+    aim.relate("pattern basis", "uncut volume", feature, feature)
+    step, _ = aim.machine(feature)
+    path, found = aim.read(aim.plan(step))
+    if kind == "POCKET":  # what is no boss does not stand in it
+        assert codes(found) == []
+        assert len(motions(path))
+    else:
+        assert codes(found, "error") == ["stepnc-geometry"]

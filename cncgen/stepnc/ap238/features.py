@@ -45,6 +45,8 @@ _GROUPS = (
     "COMPOSITE_HOLE",
     "COMPOUND_FEATURE",
 )
+#: Features within a feature that are looked at for one that leans.
+MAX_ASKED = 500
 _DEPTHS = ("hole depth", "pocket depth", "depth", "profile swept shape", "boss height", "course of travel")
 _BOUNDARIES = ("closed boundary", "feature boundary", "boundary", "enclosed boundary")
 _Y = np.array([0.0, 1.0, 0.0])
@@ -255,7 +257,7 @@ class Features:
         """Return what stays standing within a pocket or face: bosses, placed within its own placement."""
         out = []
         for _, usage, ident in self.shapes.members(entity.id):
-            if usage != "uncut volume":
+            if usage != "uncut volume" or self.entities.get(ident).instance.part("BOSS") is None:
                 continue
             feature = self.read(ident)
             shape, place = feature.shape(), inside @ feature.placement
@@ -355,10 +357,18 @@ class Features:
     def tilted(self, feature: Feature) -> bool:
         """Tell whether the Z of a feature, or of one that belongs to it, leaves that of the part.
 
+        Of features within features no more are asked than toolpaths are made of.
+
         Raises:
             Skip: where one has a fault.
         """
-        if abs(feature.placement[2, 2] - 1.0) > 1e-12:
-            return True
-        groups = feature.kind.endswith(("pattern", "feature")) or feature.kind.startswith("counter")
-        return groups and any(self.tilted(e) for e in feature.shape().elements)
+        waiting, asked = [feature], 0
+        while waiting and asked < MAX_ASKED:
+            one, asked = waiting.pop(), asked + 1
+            if abs(one.placement[2, 2] - 1.0) > 1e-12:
+                return True
+            if one.kind in ("circular pattern", "rectangular pattern"):
+                waiting += one.shape().elements[:1]  # the others lean as it does
+            elif one.kind in ("general pattern", "compound feature") or one.kind.startswith("counter"):
+                waiting += one.shape().elements
+        return False
