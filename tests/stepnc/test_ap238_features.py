@@ -451,3 +451,22 @@ def test_features_that_hold_themselves_end_in_a_diagnostic(kind):
         assert len(motions(path))
     else:
         assert codes(found, "error") == ["stepnc-geometry"]
+
+
+def test_features_in_inches_are_the_same():
+    """Geometry in the unit of its context, sizes in their own."""
+    ends = []
+    for inches in (False, True):
+        aim = Shaped(inches)
+        corners = ((-20, -15, 0), (20, -15, 0), (20, 15, 0), (-20, 15, 0), (-20, -15, 0))
+        path, found = aim.mill(
+            "POCKET",
+            aim.place(20, 30, -5),
+            [
+                ("boundary", "CLOSED_PATH_PROFILE", [("", aim.polyline(*corners))], "boundary"),
+                ("pocket depth", "PATH_FEATURE_COMPONENT", [("distance", 5.0)]),
+            ],
+        )
+        assert codes(found) == []
+        ends.append(path.end[motions(path)])
+    np.testing.assert_allclose(ends[0], ends[1], atol=1e-6)
