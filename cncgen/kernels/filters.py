@@ -10,9 +10,14 @@ def recursive(
     y: cython.double[::1],
     state: cython.double[::1],
 ) -> cython.void:
-    """Filter x into y by Σ a_i y[k−i] = Σ b_i x[k−i], a_0 = 1 (transposed direct form II).
+    """Filter x into y by Σ a_i y[k−i] = Σ b_i x[k−i], a_0 = 1.
 
-    `a` and `b` have the same length m + 1, `state` m: zero at the start, and left ready for the samples that follow.
+    The transposed direct form II (A. V. Oppenheim and R. W. Schafer, Discrete-Time Signal Processing, section 6.4).
+
+    Args:
+        b, a: Shape (m + 1,).
+        x, y: Shape (n,); y may be x.
+        state: Shape (m,): zero at the start, and left ready for the samples that follow.
     """
     n: cython.Py_ssize_t = x.shape[0]
     m: cython.Py_ssize_t = state.shape[0]

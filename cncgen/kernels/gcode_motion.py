@@ -1,5 +1,8 @@
 """Interpret runs of plain motion blocks (G0 to G3, axis words, F) from the columns of `gcode_scan` into motions.
 
+Source: T. R. Kramer, F. M. Proctor and E. Messina, The NIST RS274NGC Interpreter, version 3, NISTIR 6556 (2000), sections
+3.5.1 to 3.5.3.
+
 What the loop does not take for certain it leaves: it stops before the block, and the interpreter, which knows the
 whole language and every error, executes that one.
 

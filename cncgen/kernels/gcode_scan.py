@@ -122,7 +122,7 @@ def _number(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t, signed:
         return _Number(value=0.0, after=-1)
     value = cython.cast(cython.double, mantissa)
     if decimals > 0:
-        # Both are doubles without error, so that the quotient is rounded once.
+        # Both are doubles without error, so the quotient is rounded once (Clinger, as in `part21_scan.points`).
         value /= _POWERS[decimals]
     return _Number(value=-value if negative else value, after=i)
 

@@ -508,7 +508,7 @@ def points(
     """Read ``KEYWORD('name',(x,y,z))`` with 1 to 3 numbers of at most 15 digits, exactly.
 
     A decimal of up to 15 digits and a power of ten up to 22 are doubles without error, so one division or product
-    gives the correctly rounded number (W. D. Clinger, "How to read floating point numbers accurately", 1990).
+    gives the correctly rounded number (W. D. Clinger, How to read floating point numbers accurately, PLDI (1990) 92).
 
     Args:
         data: The file.

@@ -1,6 +1,8 @@
 """Distance of positions to a path through points, searched near the point that was commanded.
 
-The path is a polyline without points that coincide; arc length along it tells how far a search may go.
+The path is a polyline without points that coincide; arc length along it tells how far a search may go. Points within an
+arc length are found by doubling steps and bisection (J. L. Bentley and A. C. Yao, An almost optimal algorithm for
+unbounded searching, Information Processing Letters 5 (1976) 82), since most lie near.
 """
 
 import cython

@@ -91,7 +91,7 @@ def _response(a: Floats, b: Floats, c: Floats, frequencies: Floats, period: floa
 
 @dataclass(frozen=True, slots=True)
 class Margins:
-    """Stability margins of an open loop.
+    """Stability margins of an open loop (K. J. Åström and R. M. Murray, Feedback Systems (2008), section 9.3).
 
     Attributes:
         gain: Factor that the gain may grow by; inf where the phase never reaches −180°.

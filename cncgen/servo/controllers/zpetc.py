@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.kernels import servo_filter
+from cncgen.kernels.filters import recursive
 from cncgen.servo.frequency import ratio_in_z
 from cncgen.servo.loop import AxisLoop
 from cncgen.servo.stream import Block
@@ -96,6 +96,9 @@ def _filtered(block: Block, axis: int, origin: float, design: AxisFilter, memory
     first = block.before + design.ahead - (len(design.taps) - 1)
     moving = np.convolve(rows[first : first + len(block) + len(design.taps)], design.taps, "valid")
     if len(memory):
-        servo_filter.all_pole(moving[: len(block)], design.poles, memory)
-        servo_filter.all_pole(moving[len(block) :], design.poles, memory.copy())
+        above, below = np.zeros(len(memory) + 1), np.concatenate([[1.0], design.poles])
+        above[0] = 1.0
+        # What the margin behind the block becomes is no part of the memory: it comes again in the next block.
+        for part, state in ((moving[: len(block)], memory), (moving[len(block) :], memory.copy())):
+            recursive(above, below, part, part, state)
     return moving

@@ -29,6 +29,8 @@ def swept_sine(
 ) -> Floats:
     """Return positions of a logarithmic sweep, shape (n,), at rest at both ends.
 
+    Its phase is ω1 (eʳᵗ − 1)/r with r = ln(ω2/ω1)/duration: A. Farina, Simultaneous measurement of impulse response and
+    distortion with a swept-sine technique, 108th AES Convention, Paris (2000).
     The amplitude at a frequency is the largest that keeps within `amplitude`, V/ω, A/ω² and J/ω³; the whole is scaled so
     that its finite differences reach `share` of no limit more than once. Ends swell from and fade to nothing over a
     twentieth of the time each.
