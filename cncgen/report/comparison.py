@@ -170,14 +170,15 @@ def _peaks(position: Floats, order: int, period_s: float) -> Floats:
 def _contour_errors(
     setpoints: Sequence[Setpoints], machine: Machine, options: PlanOptions, axes: str
 ) -> Floats | None:
-    """Return the contour errors of the simulated axes; None where an axis has no servo data."""
+    """Return the contour errors of the simulated axes; None where an axis has no servo data or none is linear."""
     servos: dict[str, Servo] = {}
     for letter in axes:
         servo = servo_of(machine, options, letter)
         if servo is None:
             return None
         servos[letter] = servo
-    return np.concatenate([chunk.contour_error_mm for chunk in simulate(iter(setpoints), servos)])
+    errors = np.concatenate([chunk.contour_error_mm for chunk in simulate(iter(setpoints), servos)])
+    return None if np.isnan(errors).all() else errors
 
 
 def feed_fluctuations(

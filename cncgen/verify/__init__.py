@@ -49,13 +49,13 @@ def verify(
         Peaks of each axis and both distances, with a diagnostic for each limit that is broken.
 
     Raises:
-        ProgramError: Nothing moves in the program.
+        ProgramError: The program has neither motions nor events.
         UsageError: The setpoints have none of its axes.
     """
     path = flatten(toolpaths, machine, tolerance_mm)
     if path is None:
         raise ProgramError(
-            Diagnostic("no-motion", "the program moves nothing, so there is no path to verify against")
+            Diagnostic("no-motion", "the program has nothing to run, so there is no path to verify against")
         )
     given = setpoints.collect()
     axes, position = given.axes, file_units(given.position, given.axes)

@@ -59,7 +59,7 @@ class Polyline:
 def flatten(
     toolpaths: Iterable[Toolpath], machine: Machine, tolerance_mm: float | None = None
 ) -> Polyline | None:
-    """Flatten a program; None where nothing in it moves.
+    """Flatten a program; one that only waits is a segment of no length, None is said of one without a row.
 
     Args:
         toolpaths: Consecutive stretches of the program.
@@ -74,6 +74,7 @@ def flatten(
     axes = ""
     for toolpath in toolpaths:
         if not pieces and len(toolpath):
+            first = toolpath
             pieces.append(_scaled(toolpath.start[None, :], toolpath.axes))
         points, rows = _flatten_rows(toolpath)
         pieces.append(_scaled(points, toolpath.axes))
@@ -81,8 +82,12 @@ def flatten(
         sources.append(toolpath.source[rows])
         tolerances.append(_tolerance(toolpath, machine, tolerance_mm)[rows])
         axes, names = toolpath.axes, toolpath.sources
-    if not lines or not sum(map(len, lines)):
+    if not pieces:
         return None
+    if not sum(map(len, lines)):
+        pieces.append(pieces[0])
+        lines, sources = [np.array([first.line[0]])], [np.array([first.source[0]])]
+        tolerances = [np.array([machine.chord_tolerance_mm])]
     return Polyline(
         axes,
         np.ascontiguousarray(np.concatenate(pieces)),

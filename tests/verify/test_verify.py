@@ -12,6 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import cncgen
+from cncgen import pipeline
 from cncgen.diagnostics import ProgramError, Severity, UsageError
 from cncgen.geometry.tables import ArcTable, NurbsTable
 from cncgen.kernels import nearest_ahead
@@ -209,6 +211,20 @@ def test_a_corner_cut_within_and_beyond_its_tolerance() -> None:
         assert verdict.holds == good
 
 
+def test_a_program_that_only_waits_stands_still() -> None:
+    """Its setpoints are one place; others leave it."""
+    machine = cncgen.load_machine("xy-table")
+    for text in ("G21\nG4 P0.02\nM2\n", "M3 S100\nM2\n"):
+        points = cncgen.sample(cncgen.plan(cncgen.read_text(text), machine)).collect()
+        still = make.stream(np.repeat(points.position, 5, axis=0), points.axes)
+        verdict = pipeline.verify(still, cncgen.read_text(text), machine)
+        assert verdict.holds
+        assert verdict.path_to_setpoints_mm == verdict.setpoints_to_path_mm == 0.0
+    moved = pipeline.verify(make.stream(line_motion()), cncgen.read_text(text), machine)
+    assert "verify-distance" in codes(moved)
+    assert moved.setpoints_to_path_mm == pytest.approx(10.0)
+
+
 def test_a_corner_that_the_path_comes_back_to() -> None:
     """A chamfer on the first of two laps is nearer to a leg of the second one, which is not yet its turn."""
     corners = [[0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0], [0, 0, 0], [10, 0, 0], [7, 7, 0]]
@@ -248,7 +264,7 @@ def test_axes_that_do_not_match() -> None:
     assert "verify-axis" in codes(verify(make.stream(tilted), [make.polyline([0, 0, 0], [10, 3, 0])], only_x))
     with pytest.raises(UsageError, match="none is common"):
         verify(make.stream(line_motion()[:, :1], "A"), [program], make.machine())
-    with pytest.raises(ProgramError, match="moves nothing"):
+    with pytest.raises(ProgramError, match="nothing to run"):
         verify(make.stream(line_motion()), [], make.machine())
 
 
