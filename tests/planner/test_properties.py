@@ -14,10 +14,11 @@ from hypothesis import given, settings
 
 from cncgen.machine import load
 from cncgen.pipeline import read, read_text, sound
-from cncgen.planner import plan
+from cncgen.planner import PlanOptions, plan
 from cncgen.planner.motion import motion_at
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit
+from cncgen.setpoints import sample
 
 ROOT = Path(__file__).resolve().parents[2]
 _spec = importlib.util.spec_from_file_location(
@@ -174,3 +175,33 @@ def test_jerk_between_nodes_of_a_curve_whose_third_derivative_bends() -> None:
     limits = (strong, weak, (3.00006, 23.8298, 209.089), strong)
     moves = (properties.Line((0.0, 0.0, 0.0, 1.0)), curve)
     properties.limits(properties.Case(moves, 794.328, False, "G61", limits))
+
+
+def test_chords_of_a_long_period_stay_at_shallow_corners() -> None:
+    """At 10 ms a corner of 0.02 rad that is passed, and a polyline of 10 µm steps: the chord tolerance of 1 µm (once 12)."""
+    machine = replace(properties.Case((), 6000.0, False, "G61", ALIKE).machine, period_s=0.01)
+    turn = 0.02 * np.arange(5)
+    zigzag = 20.0 * np.cumsum(np.column_stack([np.cos(turn), np.sin(turn)]), axis=0)
+    angle = 1e-3 * np.arange(1, 301)
+    arc = 10.0 * np.column_stack([np.sin(angle), 1.0 - np.cos(angle)])
+    for corners in (zigzag, arc):
+        blocks = "".join(f"G1 X{x:.9f} Y{y:.9f}\n" for x, y in corners)
+        chunks = [c for c in sound(read_text(f"G61 F6000\n{blocks}M2\n", "chords.nc")) if len(c)]
+        trajectories = plan(chunks, machine, PlanOptions(feedrate="optimal"))
+        x = np.concatenate([chunk.position for chunk in sample(trajectories, machine, axes="XY")])
+        along = np.diff(x, axis=0)
+        away = corners[:-1, None] - x[:-1]
+        share = np.einsum("cij,ij->ci", away, along) / np.maximum(np.einsum("ij,ij->i", along, along), 1e-30)
+        cut = np.linalg.norm(away - share.clip(0.0, 1.0)[..., None] * along, axis=2).min(axis=1)
+        assert cut.max() <= 1.1e-3
+
+
+@pytest.mark.parametrize("scale", [25.4, 1.0 / 25.4])
+def test_other_units_leave_the_time_of_curves(scale: float) -> None:
+    """A NURBS that stands at a double knot, a helix, lines a micrometre long (once 1e-5 apart, by cells of 1e-11 mm)."""
+    points = ((9.0, 15.0, -0.4),) * 3 + ((-2.0, 10.0, -0.8), (-15.0, -4.0, 0.8), (14.0, 12.0, -2.2))
+    curve = properties.Curve(points, (1.0, 0.5, 2.0, 1.0, 1.0, 2.0, 1.0), (0.1, 0.1, 0.5))
+    moves = (curve, properties.Arc(1.0, 0.2, 6.0, 1.0), properties.Line((1e-6, 0.0, 0.0, 0.0)))
+    case = properties.Case(moves, 1000.0, False, "G61", ALIKE)
+    time = properties.planned(case).time
+    assert properties.planned(replace(case, scale=scale)).time == pytest.approx(time, rel=1e-9)

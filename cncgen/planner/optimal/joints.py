@@ -17,6 +17,7 @@ from cncgen.planner.optimal.limits import (
     resolution,
     speed_within,
 )
+from cncgen.planner.rows import chord_speed
 from cncgen.toolpath.record import Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -79,10 +80,11 @@ def joints_of(
     linear, square = bounds.jump(right[1] - left[1], right[2] - left[2])
     speed = speed_within(linear, square, JUMP_SHARE)
     corner = speed < STOP_SPEED * _pulse(bounds, left[1], right[1])
-    speed[stop | corner] = 0.0
+    chord = _chord_speed(bounds, s, right[1] - left[1])
+    speed = np.where(stop | corner, 0.0, np.minimum(speed, chord))
     v = np.minimum(speed, np.sqrt(top))[:, None]
     taken = linear * v + square * v**2
-    felt = most(taken) > _NEGLIGIBLE
+    felt = (most(taken) > _NEGLIGIBLE) | (chord < np.sqrt(top))
     corner |= felt & (speed < np.sqrt(top))
     speed[~felt & ~corner & ~stop] = np.inf
     reach = 1.5 * bounds.period_s
@@ -92,6 +94,25 @@ def joints_of(
     stop |= speed <= 0.0
     taken[~felt | stop] = 0.0
     return Joints(s, stop, corner, speed, taken, zone)
+
+
+def _chord_speed(bounds: Bounds, s: Floats, turn: Floats) -> Floats:
+    """Return the speed, shape (n,), at which the chord of a period cuts corners by the chord tolerance δ at most.
+
+    A step over a turn of the tangent by Δ cuts the corner by v T |Δ|/4; one over several turns of a polyline cuts as it
+    would an arc of their mean curvature.
+
+    Args:
+        bounds: Limits.
+        s: Shape (n,), where the corners are.
+        turn: Shape (n, axes), Δ there.
+    """
+    size = np.sqrt(np.einsum("ij,ij->i", turn[:, :3], turn[:, :3]))
+    apart = np.diff(s, prepend=s[0], append=s[-1])
+    with np.errstate(divide="ignore"):
+        single = 4.0 * bounds.chord_mm / (bounds.period_s * size)
+        curvature = 2.0 * size / (apart[1:] + apart[:-1])
+    return np.minimum(single, chord_speed(curvature, bounds.chord_mm, bounds.period_s))
 
 
 def distinct(

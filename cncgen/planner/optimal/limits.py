@@ -96,7 +96,8 @@ def least(values: Floats) -> Floats:
 
 
 def resolution(bounds: Bounds, x1: Floats) -> Floats:
-    """Return a fiftieth of J T³ along the path, shape (n,): a bend shorter than that does not show in the setpoints.
+    """Return a fiftieth of J T³ along the path, shape (n,), the chord tolerance at most: a bend shorter than that does
+    not show in the setpoints.
 
     X Y Z may turn to any direction within the bend; further axes follow at the ratio that they have at the place. Axes
     that do not move do not count.
@@ -109,7 +110,7 @@ def resolution(bounds: Bounds, x1: Floats) -> Floats:
     gain[:, :3] = gain[:, :3].any(axis=0)
     with np.errstate(divide="ignore"):
         found = 0.02 * least(bounds.axes.jerk / gain) * bounds.period_s**3
-    return np.where(np.isfinite(found), found, 0.0)
+    return np.where(np.isfinite(found), np.minimum(found, bounds.chord_mm), 0.0)
 
 
 def speed_within(linear: Floats, square: Floats, share: float) -> Floats:
