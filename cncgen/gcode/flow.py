@@ -238,7 +238,8 @@ class FlowControl:
 
     def _endsub(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
         label = self._label(flow)
-        if not self.frames or self.frame.label != label:
+        # A computed label may have changed by the parameters that the subroutine has of its own.
+        if not self.frames or (self.frame.label != label and not callable(flow.label)):
             raise BlockError(
                 "oword-unmatched",
                 f"o{_shown(label)} ENDSUB with no SUB that was called",

@@ -11,7 +11,7 @@ from cncgen.files import read_bytes, write_text
 from cncgen.gcode import macro_variables
 from cncgen.gcode.block import nearest
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.predefined import NAMED, POSITION, position_parameter
+from cncgen.gcode.predefined import NAMED, POSITION, TOOL_CHANGER, position_parameter
 
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
@@ -90,6 +90,8 @@ class Parameters:
         whole = self._index(index) if index else 0
         if self.vacant:
             return macro_variables.read(self.interpreter, whole)
+        if whole in TOOL_CHANGER:
+            return 0.0
         return position_parameter(self.interpreter, whole) if whole in POSITION else self.numbers[whole]
 
     def set_number(self, index: float, value: float) -> None:

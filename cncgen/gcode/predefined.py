@@ -11,6 +11,8 @@ if TYPE_CHECKING:
 
 #: Current position in program coordinates and units.
 POSITION = range(5420, 5429)
+#: Faults of the tool changer, of which there are none.
+TOOL_CHANGER = (5600, 5601)
 
 
 def position_parameter(ip: Interpreter, number: int) -> float:

@@ -272,13 +272,13 @@ def _send(tool: ToolCentre, segment: Segment) -> list[Any]:
     return tool.arc(segment.end, segment.centre, segment.spin, None)
 
 
-def moved_aside(profile: list[Segment], distance: float) -> list[Segment]:
-    """Return a profile moved up by a distance: rolled around outer corners, cut short at inner ones."""
+def moved_aside(profile: list[Segment], distance: float, left: bool) -> list[Segment]:
+    """Return a profile moved by a distance to its left or right: rolled around outer corners, cut short at inner ones."""
     if distance <= 0.0:
         return [half for segment in profile for half in segment.halves()]
     first = profile[0]
     into = first.heading(first.start)
-    tool = ToolCentre(distance, True, first.start - into * (2.0 * distance))
+    tool = ToolCentre(distance, left, first.start - into * (2.0 * distance))
     pieces = tool.line(first.start, None)
     try:
         for segment in profile:

@@ -365,7 +365,7 @@ class Runner:
                 column=text.index("%") + 1,
                 hint="put the rest in a line",
             )
-        if not self._seen and not self._percent:
+        if not self._seen and not self._percent and not self._is_late():
             self._percent = True
         elif self._percent:
             self.ip.state.ended = True
@@ -374,6 +374,12 @@ class Runner:
             raise BlockError(
                 "stray-percent", "a % that ends a program that no % began", column=text.index("%") + 1
             )
+
+    def _is_late(self) -> bool:
+        """Tell whether comments stand before the first %: LinuxCNC's interpreter has then begun without it."""
+        if not self.options.stand_alone or self.dialect != "linuxcnc":
+            return False
+        return bool(self.sources[0].data[: self._reached.offset].strip().strip(b"%").strip())
 
     def _read(self, text: str) -> Parsed:
         """Read a block in the program's dialect."""

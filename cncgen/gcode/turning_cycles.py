@@ -67,24 +67,24 @@ class Lathe:
         self.ip.state.position = there
 
 
-def _frame(start: complex, profile: list[Segment], swap: bool) -> complex:
-    """Return the signs that turn travel to the right and put the start above the profile."""
-    begin, end = profile[0].start, profile[-1].end
-    gap = start - begin
-    travel, depth = (end.imag - begin.imag, gap.real) if swap else (end.real - begin.real, gap.imag)
-    if depth == 0.0:
-        middle = end - begin
-        depth = -(middle.real if swap else middle.imag)
-    return complex(1.0 if travel >= 0.0 else -1.0, 1.0 if depth >= 0.0 else -1.0)
+def _frame(profile: list[Segment], swap: bool, rough: bool) -> complex:
+    """Return the signs that turn travel to the right and, for roughing, the profile so that it rises along it.
+
+    The tool comes from above: from outside where the profile opens to the outside, else from inside, as in a bore.
+    """
+    way = profile[-1].end - profile[0].start
+    travel, rise = (way.imag, way.real) if swap else (way.real, way.imag)
+    return complex(1.0 if travel > 0.0 else -1.0, 1.0 if rise >= 0.0 or not rough else -1.0)
 
 
 @dataclass(slots=True)
 class Job:
-    """A profile in its frame and the point that the cuts start from."""
+    """A profile in its frame, the point that the cuts start from, and whether that is left of the first segment."""
 
     lathe: Lathe
     start: complex
     profile: list[Segment]
+    left: bool
 
 
 def _prepare(ip: Interpreter, block: Block, name: str, swap: bool) -> Job:
@@ -105,15 +105,17 @@ def _prepare(ip: Interpreter, block: Block, name: str, swap: bool) -> Job:
         error.word = "Q" if error.code == "sub-missing" else error.word
         raise
     start = complex(end[_Z], end[_X])
-    across = _frame(start, profile, swap)
+    across = _frame(profile, swap, rough=name != "G70")
     profile = [segment.seen(across, swap) for segment in profile]
     start = Segment(start, start).seen(across, swap).start
     if name != "G70":
         _check_monotonic(profile, name)
     lathe = Lathe(ip, across, swap)
     start = complex(min(start.real, profile[0].start.real), start.imag)
+    heading, way = profile[0].heading(profile[0].start), start - profile[0].start
+    left = heading.real * way.imag - heading.imag * way.real > -TINY
     lathe.rapid(start)
-    return Job(lathe, start, profile)
+    return Job(lathe, start, profile, left)
 
 
 def _check_monotonic(profile: list[Segment], name: str) -> None:
@@ -137,7 +139,7 @@ def finish(ip: Interpreter, block: Block) -> None:
         raise BlockError("profile-passes", f"P{count} of G70 must be from 1 to {MAX_CUTS}", "P")
     job = _prepare(ip, block, "G70", swap=False)
     for index in range(count, 0, -1):
-        path = moved_aside(job.profile, (index - 1) * (first - last) / count + last)
+        path = moved_aside(job.profile, (index - 1) * (first - last) / count + last, job.left)
         if index < count:
             job.lathe.rapid(job.start)
         job.lathe.rapid(path[0].start)
@@ -158,7 +160,7 @@ def _rough(swap: bool, kind: int) -> Handler:
                 "profile-step", f"I and R of {name} must be above 0", "I" if step <= 0.0 else "R"
             )
         job = _prepare(ip, block, name, swap)
-        path = moved_aside(job.profile, aside)
+        path = moved_aside(job.profile, aside, job.left)
         if (job.start.imag - min(p.imag for s in path for p in s.extremes())) / step > MAX_CUTS:
             raise BlockError("profile-step", f"I{step:g} of {name} makes more than {MAX_CUTS} cuts", "I")
         end = path[-1].end
@@ -192,7 +194,7 @@ class Roughing:
                 continue
             if (approach if index == 0 else pockets) and not last:
                 self._cuts(index, at, rapid=index == 0)
-            if index == 0:
+            if index == 0 and segment.end.imag < at.imag - TINY:
                 self.lathe.rapid(segment.end)
             else:
                 self.lathe.follow(segment, segment.end)
@@ -253,7 +255,7 @@ class Roughing:
         return at, -1
 
 
-_WORDS = "qxzdirep"
+_WORDS = "qxzdir"
 CODES = (
     Code(
         "G",
@@ -262,7 +264,7 @@ CODES = (
         Stage.MOTION,
         finish,
         "finish the profile of o-Q",
-        _WORDS,
+        "qxzdep",
         "own",
         dialects=("linuxcnc",),
     ),

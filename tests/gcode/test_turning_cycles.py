@@ -63,7 +63,7 @@ def test_moving_aside_keeps_the_distance(steps: list[tuple[float, float]], dista
     """Ends of the moved profile are that far from the nearest line of the profile."""
     points = [complex(p) for p in np.cumsum([0j, *(complex(a, b) for a, b in steps)])]
     profile = [Segment(a, b) for a, b in pairwise(points)]
-    for segment in moved_aside(profile, distance):
+    for segment in moved_aside(profile, distance, left=True):
         gaps = []
         for line in profile:
             along = np.clip(
