@@ -21,6 +21,8 @@ _WIDEST, _FACETS, _AROUND = 45.0, 1.5, 4
 OVERLAP = 24
 #: Parts of the tolerance that a fit may use: the first on new ground, the second where an earlier window has fitted.
 _NEW_GROUND, _OLD_GROUND = 0.985, 0.9985
+#: Part of the tolerance below which a coordinate is 0.
+_NOTHING = 1e-13
 
 
 class CorridorError(RuntimeError):
@@ -112,7 +114,10 @@ def fit(pieces: Pieces, cuts: Floats, head: int, tail: int, seam: Seam | None = 
         room *= 2
     if not worst <= 1.0:
         raise CorridorError(worst, last - 4)
-    return Spline(knots[: last + 5].copy(), points[:last].copy(), worst)
+    points = points[:last].copy()
+    # A step of an axis that stands at 0 dies away to numbers whose reciprocals overflow.
+    points[np.abs(points) < _NOTHING * pieces.tolerance.min()] = 0.0
+    return Spline(knots[: last + 5].copy(), points, worst)
 
 
 def _longest(pieces: Pieces) -> Floats:

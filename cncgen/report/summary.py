@@ -98,12 +98,13 @@ class Summary:
         if len(profile.t):
             self._end_s = float(profile.t[-1])
             self._length_mm += float(profile.s[-1] - profile.s[0])
-        self._corner_count += len(trajectory.corners)
         self._corners.extend(trajectory.corners[: MAX_CORNERS - len(self._corners)])
         self._slow.add(trajectory)
         if self.line_times is not None:
             self.line_times.add(trajectory)
         values = dict(trajectory.values)
+        # A plan hands on so many corners at most, and counts the others.
+        self._corner_count = values.pop("corners_total", self._corner_count + len(trajectory.corners))
         self.remarks.extend(values.pop("diagnostics", ()))
         self._values.update(values)
 

@@ -96,6 +96,7 @@ class _Columns:
         at: Shape (n,), their numbers among the intervals.
         h, ends, extra, box: See `cncgen.kernels.least_time` and `cncgen.kernels.least_time_rows`.
         edge: Shape (n, 2), largest q at both ends.
+        joint: Shape (n,), where acceleration must be held at the right end too.
         shape: Derivatives of the path (x1, x2, x3), limits and the part of the jerk limit that may be used.
     """
 
@@ -105,6 +106,7 @@ class _Columns:
     extra: Floats
     box: Floats
     edge: Floats
+    joint: NDArray[np.int8]
     shape: tuple[Floats, Floats, Floats, Floats, Floats]
 
 
@@ -126,7 +128,7 @@ def solve(given: Intervals, state: tuple[float, float] | None, known: Floats | N
     if state is not None:
         edge[0, 0] = state[0]
     shape = (given.x1[at], given.x2[at], given.x3[at], given.limits, given.factor[at])
-    columns = _Columns(at, h, ends, extra, box, edge, shape)
+    columns = _Columns(at, h, ends, extra, box, edge, _joints(given, at), shape)
     found: list[Solution] = []
     # Most rows never bind; which ones is seen from the profile to start from, and made sure of afterwards.
     for part, thinned in [(_STARTS[0], True), *((part, False) for part in _STARTS)]:
@@ -200,9 +202,8 @@ def _rows(given: Intervals, columns: _Columns, moving: bool) -> _Rows:
     room = n * (3 + 4 * axes)
     rows = np.empty((room, least_time.WIDTH))
     offset, kind, axis = np.empty(n + 1, np.int64), np.empty(room, np.int8), np.empty(room, np.int64)
-    joint = _joints(given, columns.at)
     least_time_rows.build(
-        columns.h, columns.ends, *columns.shape, columns.box, joint, moving, rows, offset, kind, axis
+        columns.h, columns.ends, *columns.shape, columns.box, columns.joint, moving, rows, offset, kind, axis
     )
     return rows, offset, kind, axis
 

@@ -179,15 +179,16 @@ class Window:
             waits,
         )
         self.t_s = float(profile.t[-1])
-        corners = corners_of(track, first, solution.q[part], solution.limit[part], arrival)
+        slow = slow_nodes(track, first, solution.q[part, 0], solution.limit[part])
         room = max(0, MAX_CORNERS - self.corners)
-        self.corners += len(corners)
+        self.corners += len(slow)
+        corners = corners_at(slow[:room], track, first, solution.q[part, 0], solution.limit[part], arrival)
         return Trajectory(
             toolpath=track.toolpath,
             row_s=np.asarray(track.path.row_s),
             profile=profile,
             events=timed(events, arrival, first),
-            corners=tuple(corners[:room]),
+            corners=corners,
             values={"corners_total": self.corners},
         )
 
@@ -222,10 +223,8 @@ def _stop_before(kind: NDArray[np.int8], most: int) -> int:
     return int(amid[-1]) if len(amid) else 0
 
 
-def corners_of(
-    track: Track, first: int, q: Floats, limit: NDArray[np.int8], arrival: Floats
-) -> list[SharpCorner]:
-    """Name the places among nodes `first` … where the motion slows for a corner.
+def slow_nodes(track: Track, first: int, q: Floats, limit: NDArray[np.int8]) -> NDArray[np.int64]:
+    """Return the nodes, counted from `first`, at which the motion slows for a corner.
 
     Those are jumps of the path's derivatives, and minima of the speed between maxima a tenth higher that curvature
     (acceleration, jerk, chord error) causes.
@@ -233,26 +232,31 @@ def corners_of(
     Args:
         track: The intervals.
         first: Number of the first one.
-        q, limit: Shape (count, 3) and (count,), their solution.
-        arrival: Shape (count + 1,), time at the nodes.
+        q, limit: Shape (count,), their solution: v² at their left ends, and what binds.
     """
-    at = np.union1d(np.flatnonzero(track.corner[first : first + len(q)]), _minima(q[:, 0], limit))
+    return np.union1d(np.flatnonzero(track.corner[first : first + len(q)]), _minima(q, limit))
+
+
+def corners_at(
+    at: NDArray[np.int64], track: Track, first: int, q: Floats, limit: NDArray[np.int8], arrival: Floats
+) -> tuple[SharpCorner, ...]:
+    """Name the corners at nodes that `slow_nodes` found; `arrival` has the time at the nodes from `first` on."""
     if not len(at):
-        return []
+        return ()
     s = track.s[first + at]
     position = track.path.evaluate(s, 0)[0]
     line = track.toolpath.line[track.path.row_of(s)]
     which = np.where(track.corner[first + at], np.int8(Limit.CORNER), limit[at])
-    return [
+    return tuple(
         SharpCorner(
             int(line[i]),
             tuple(position[i].tolist()),
-            float(np.sqrt(q[k, 0])),
+            float(np.sqrt(q[k])),
             Limit(int(which[i])),
             float(arrival[k]),
         )
         for i, k in enumerate(at)
-    ]
+    )
 
 
 def _minima(q: Floats, limit: NDArray[np.int8]) -> NDArray[np.int64]:

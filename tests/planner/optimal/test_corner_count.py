@@ -1,0 +1,25 @@
+"""A summary counts every corner, though a plan hands on a bounded number of them."""
+
+from __future__ import annotations
+
+import pytest
+
+from cncgen import pipeline
+from cncgen.planner.optimal import window
+
+
+def summary_of(text: str) -> dict:
+    stream, summary = pipeline.plan_with_summary(pipeline.read_text(text), "generic-mill")
+    stream.collect()
+    return summary.as_json()
+
+
+def test_corners_beyond_the_most_that_are_handed_on_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    teeth = "".join(f"G1 X{5 * (k + 1)} Y{8 * ((k + 1) % 2)}\n" for k in range(9))
+    text = f"(START, X0 Y0)\nG21 G90 G61 F3000\n{teeth}M2\n"
+    whole = summary_of(text)
+    assert whole["sharp_corner_count"] == len(whole["sharp_corners"]) == 8
+    monkeypatch.setattr(window, "MAX_CORNERS", 3)
+    some = summary_of(text)
+    assert some["sharp_corner_count"] == 8
+    assert some["sharp_corners"] == whole["sharp_corners"][:3]
