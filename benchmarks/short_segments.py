@@ -108,13 +108,94 @@ def corners(count: int) -> Floats:
     return (vertices[edge] + part[:, None] * np.diff(vertices, axis=0)[edge])[: count + 1]
 
 
+def zigzag(count: int) -> Floats:
+    """Return finishing passes: lines of 60 mm, 0.3 mm apart, square at their ends."""
+    k = np.arange(count + 1)
+    return np.stack([60.0 * ((k + 1) // 2 % 2), 0.3 * (k // 2)], axis=1)
+
+
+def teeth(count: int) -> Floats:
+    """Return a zigzag of 0.3 mm: a turn of 127° at every point."""
+    k = np.arange(count + 1)
+    return np.stack([0.13 * k, 0.27 * (k % 2)], axis=1)
+
+
+def infill(count: int) -> Floats:
+    """Return layers of a printed part: rings about a lobed outline, then diagonal lines 0.4 mm apart across it."""
+    layer: list[Floats] = []
+    angle = np.linspace(0.0, 2.0 * np.pi, 240, endpoint=False)
+    for inset in (0.2, 0.6, 1.0):
+        r = 14.0 + 2.0 * np.cos(5.0 * angle) - inset
+        layer.append(np.stack([r * np.cos(angle), r * np.sin(angle)], axis=1))
+    across = np.arange(-13.0, 13.0, 0.4)
+    half = np.sqrt(11.0**2 - (across.clip(-10.9, 10.9)) ** 2)
+    ends = np.where(np.arange(len(across)) % 2 == 0, half, -half)
+    lines = np.stack([np.repeat(across, 2), np.stack([-ends, ends], axis=1).ravel()], axis=1)
+    layer.append(lines @ np.array([[0.7071, 0.7071], [-0.7071, 0.7071]]))
+    once = np.concatenate(layer)
+    times = count // len(once) + 1
+    height = 0.2 * np.repeat(np.arange(times), len(once))
+    return np.column_stack([np.tile(once, (times, 1)), height])[: count + 1]
+
+
 KINDS: dict[str, Callable[[int], Floats]] = {
-    f.__name__: f for f in (butterfly, surface, spiral, wander, noisy, corners)
+    f.__name__: f for f in (butterfly, surface, spiral, wander, noisy, corners, zigzag, teeth, infill)
 }
+
+
+def adaptive(count: int) -> list[str]:
+    """Return adaptive clearing: an arc that cuts, another back, a line ahead; 200 times in a lane, then deeper."""
+    rows = ["G0 X0 Y0"]
+    for k in range(count // 3):
+        if k % 200 == 0:
+            rows += ["G0 Z5", "G0 X0 Y0", f"G1 Z{-0.5 * (k // 200 % 20):.3f}"]
+        x = 0.35 * (k % 200)
+        rows += [f"G3 X{x:.3f} Y5 R2.6", f"G3 X{x:.3f} Y0 R4", f"G1 X{x + 0.35:.3f} Y0"]
+    return rows
+
+
+def rounded_square(x: float, y: float, half: float, radius: float) -> list[str]:
+    """Return the rows of a square with round corners, from its lower right corner on."""
+    a, b = half, half - radius
+    ends = [(a, b), (b, a), (-b, a), (-a, b), (-a, -b), (-b, -a), (b, -a), (a, -b)]
+    words = ["G1", "G3"] * 4
+    return [
+        f"{word} X{x + dx:.3f} Y{y + dy:.3f}" + (f" R{radius:.3f}" if word == "G3" else "")
+        for word, (dx, dy) in zip(words, ends, strict=True)
+    ]
+
+
+def pockets(count: int) -> list[str]:
+    """Return pockets cut from the middle by rounded squares, 2 mm apart, with rapids between the pockets."""
+    rows: list[str] = []
+    for k in range(count // 66 + 1):
+        x, y = 40.0 * (k % 10), 40.0 * (k // 10 % 10)
+        rows += ["G0 Z5", f"G0 X{x:.3f} Y{y:.3f}", "G1 Z-2"]
+        for n in range(7):
+            half, radius = 1.5 + 2.0 * n, 1.0 + 0.5 * n
+            rows.append(f"G1 X{x + half:.3f} Y{y - half + radius:.3f}")
+            rows += rounded_square(x, y, half, radius)
+    return rows[:count]
+
+
+def drilling(count: int) -> list[str]:
+    """Return holes: rapids there, a plunge and a rapid out, three rows a hole."""
+    rows: list[str] = []
+    for k in range(count // 3):
+        rows += [f"G0 X{4.0 * (k % 100):.3f} Y{4.0 * (k // 100 % 100):.3f} Z2", "G1 Z-6", "G0 Z2"]
+    return rows
+
+
+#: Kinds that are no polylines: their rows as they are written.
+ROWS: dict[str, Callable[[int], list[str]]] = {f.__name__: f for f in (adaptive, pockets, drilling)}
 
 
 def write(kind: str, count: int, path: str | os.PathLike[str]) -> None:
     """Write a program of `count` segments of a kind, coordinates with three decimals."""
+    if kind in ROWS:
+        rows = "\n".join(ROWS[kind](count))
+        Path(path).write_text(f"(START, X0 Y0 Z5)\nG21 G17 G90 G94 G64 P0.01\nF{FEED}\n{rows}\nM2\n")
+        return
     points = np.round(KINDS[kind](count), 3) + 0.0
     names = "XYZ"[: points.shape[1]]
     row = "G1 " + " ".join(f"{name}%.3f" for name in names)
@@ -182,7 +263,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("kind", nargs="?", default="all", choices=["all", *KINDS])
+    parser.add_argument("kind", nargs="?", default="all", choices=["all", *KINDS, *ROWS])
     parser.add_argument("counts", nargs="*", type=int, help="segments (10000 100000)")
     parser.add_argument("-m", "--machine", default="generic-mill")
     parser.add_argument("--write", metavar="FILE", help="write the program of that kind and size instead")
@@ -190,7 +271,11 @@ def main() -> None:
     if asked.write:
         write(asked.kind, asked.counts[0], asked.write)
         return
-    table([*KINDS] if asked.kind == "all" else [asked.kind], asked.counts or [10_000, 100_000], asked.machine)
+    table(
+        [*KINDS, *ROWS] if asked.kind == "all" else [asked.kind],
+        asked.counts or [10_000, 100_000],
+        asked.machine,
+    )
 
 
 if __name__ == "__main__":
