@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -17,6 +15,7 @@ from cncgen.gcode.labels import Cursor
 from cncgen.gcode.lanes import PlainBlocks
 from cncgen.gcode.source import Source
 from cncgen.kernels import gcode_scan
+from tests.kernels.plain import uncompiled
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 
@@ -178,17 +177,6 @@ def test_comments_that_do_something_are_told_from_others(blank: str) -> None:
         ((_, _, flags),) = scanned(f"G1 X1 ({blank}{text})")
         assert not flags & gcode_scan.ACTIVE, text
         assert flags & gcode_scan.COMMENT
-
-
-def uncompiled(name: str) -> ModuleType:
-    """Load a kernel's source under another name, so that it runs as plain Python."""
-    path = ROOT / "cncgen" / "kernels" / f"{name}.py"
-    spec = importlib.util.spec_from_file_location(f"uncompiled_{name}", path)
-    assert spec
-    assert spec.loader
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @given(st.lists(blocks(), min_size=1, max_size=5))

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import importlib.util
 import io
 import math
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -23,6 +21,7 @@ from cncgen.kernels import gcode_motion
 from cncgen.toolpath.building import ToolpathBuilder
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
+from tests.kernels.plain import uncompiled
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 
@@ -124,24 +123,13 @@ def test_the_batch_kernel_agrees_on_every_program(path: Path) -> None:
     assert len(fast) > 0
 
 
-def uncompiled() -> ModuleType:
-    """Load the kernel's source as plain Python."""
-    path = ROOT / "cncgen" / "kernels" / "gcode_motion.py"
-    spec = importlib.util.spec_from_file_location("uncompiled_gcode_motion", path)
-    assert spec
-    assert spec.loader
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 @settings(max_examples=30)
 @given(st.lists(motion_lines(), min_size=1, max_size=15))
 def test_the_batch_kernel_runs_uncompiled(lines: list[str]) -> None:
     text = "F100 G1 X0 Y0\n" + "\n".join(lines) + "\n"
     compiled, said = toolpath(text, batches=True)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(gcode_motion, "advance", uncompiled().advance)
+        patch.setattr(gcode_motion, "advance", uncompiled("gcode_motion").advance)
         plain, plain_said = toolpath(text, batches=True)
     same(compiled, plain)
     assert said == plain_said

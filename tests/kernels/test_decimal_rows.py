@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 from pathlib import Path
 from types import ModuleType
@@ -13,21 +12,9 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from cncgen.kernels import decimal_rows
+from tests.kernels.plain import uncompiled
 
-SOURCE = Path(decimal_rows.__file__).parent / "decimal_rows.py"
-
-
-def plain() -> ModuleType:
-    """Load the kernel's source under another name, uncompiled."""
-    spec = importlib.util.spec_from_file_location("plain_decimal_rows", SOURCE)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-PLAIN = plain()
+PLAIN = uncompiled("decimal_rows")
 
 
 def written(kernel: ModuleType, values: list[list[float]], decimals: int) -> str:

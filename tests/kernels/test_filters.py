@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
 from cncgen.kernels import filters
+from tests.kernels.plain import uncompiled
 
 RNG = np.random.default_rng(5)
 
@@ -35,13 +33,7 @@ def test_parts_go_on_where_the_last_one_ended() -> None:
     filters.recursive(b, a, x[:37], halves[:37], state)
     filters.recursive(b, a, x[37:], halves[37:], state)
     assert (halves == whole).all()
-    source = Path(filters.__file__).parent / "filters.py"
-    spec = importlib.util.spec_from_file_location("plain_filters", source)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    module.recursive(b, a, x, plain, np.zeros(2))
+    uncompiled("filters").recursive(b, a, x, plain, np.zeros(2))
     np.testing.assert_allclose(plain, whole, rtol=1e-14)
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-from pathlib import Path
 from types import ModuleType
 
 import numpy as np
@@ -13,19 +11,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from cncgen.kernels import profile
+from tests.kernels.plain import uncompiled
 
 RNG = np.random.default_rng(3)
-
-
-def plain() -> ModuleType:
-    """Load the kernel's source under another name, uncompiled."""
-    source = Path(profile.__file__).parent / "profile.py"
-    spec = importlib.util.spec_from_file_location("plain_profile", source)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def one(tau: float, v: float, a: float, j: float, c: float, kernel: ModuleType = profile) -> np.ndarray:
@@ -103,4 +91,4 @@ def test_compiled_and_plain_agree(tau: float, v: float, a: float, j: float, c: f
     np.testing.assert_allclose(one(tau, v, a, j, c), one(tau, v, a, j, c, PLAIN), rtol=1e-13, atol=1e-12)
 
 
-PLAIN = plain()
+PLAIN = uncompiled("profile")

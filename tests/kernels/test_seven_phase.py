@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
 from math import exp
-from pathlib import Path
 from types import ModuleType
 
 import numpy as np
@@ -14,23 +12,13 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from cncgen.kernels import seven_phase
+from tests.kernels.plain import uncompiled
 
 K = 1.0 / (1.0 - exp(-4.0))
 BELL, LINEAR, EXPONENTIAL = 0, 1, 2
 
 
-def plain() -> ModuleType:
-    """Load the kernel's source under another name, uncompiled."""
-    source = Path(seven_phase.__file__).parent / "seven_phase.py"
-    spec = importlib.util.spec_from_file_location("plain_seven_phase", source)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-PLAIN = plain()
+PLAIN = uncompiled("seven_phase")
 
 
 def ramp(kind: int, v1: float, v2: float, acc: float, jerk: float) -> float:

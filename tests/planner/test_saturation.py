@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from math import exp
-from pathlib import Path
 from types import ModuleType
 
 import numpy as np
@@ -22,6 +20,7 @@ from cncgen.planner.saturation import pd_plus_axes
 from cncgen.servo import simulate
 from cncgen.setpoints import sample
 from cncgen.toolpath.record import Event, Toolpath
+from tests.kernels.plain import uncompiled
 
 T = 1e-3
 UNIFORM = PlanOptions(feedrate="constant", interpolator="uniform")
@@ -144,18 +143,7 @@ def reference(steps: int, nominal: float, values: dict[str, float]) -> np.ndarra
     return np.array(places)
 
 
-def plain() -> ModuleType:
-    """Load the kernel's source under another name, uncompiled."""
-    source = Path(step_limit.__file__).parent / "step_limit.py"
-    spec = importlib.util.spec_from_file_location("plain_step_limit", source)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-@pytest.mark.parametrize("kernel", [step_limit, plain()], ids=["compiled", "plain"])
+@pytest.mark.parametrize("kernel", [step_limit, uncompiled("step_limit")], ids=["compiled", "plain"])
 def test_kernel_is_the_papers_loop(kernel: ModuleType, bonder: Machine) -> None:
     """On a straight line at 200 mm/s from a step start, against the loop written out with scalars."""
     axis = pd_plus_axes(bonder, PlanOptions())["X"]

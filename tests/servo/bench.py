@@ -1,6 +1,5 @@
 """What the servo tests share: setpoints from arrays, whole responses as arrays, profiles of the shipped machines."""
 
-import importlib.util
 from functools import cache
 from pathlib import Path
 
@@ -56,12 +55,3 @@ def circle(radius, speed, period=0.001, turns=2.0, ramp=0.2):
     t = np.arange(0.0, 2 * np.pi * turns * radius / speed + ramp, period)
     s = np.where(t < ramp, speed * t**2 / (2 * ramp), speed * (t - ramp / 2))
     return radius * np.column_stack([np.cos(s / radius), np.sin(s / radius)])
-
-
-def uncompiled(name):
-    """A kernel's source loaded as plain Python, under another name."""
-    path = ROOT / "cncgen" / "kernels" / f"{name}.py"
-    spec = importlib.util.spec_from_file_location(f"plain_{name}", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module

@@ -15,8 +15,9 @@ from cncgen.servo.contour import AHEAD, contour_error
 from cncgen.servo.simulate import own_scheme, simulate
 from cncgen.servo.summary import summarize
 from cncgen.setpoints.record import Setpoints
+from tests.kernels.plain import uncompiled
 
-from .bench import circle, joined, profile, run, stream, uncompiled
+from .bench import circle, joined, profile, run, stream
 
 
 def first_order(gain, **more):

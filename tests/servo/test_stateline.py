@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from cncgen.kernels import servo_stateline
 from cncgen.servo.controllers import stateline
 from cncgen.servo.controllers.stateline import Rule, StatelineAxis, interpolate, run_stateline
-
-from .bench import uncompiled
+from tests.kernels.plain import uncompiled
 
 AXES = (StatelineAxis(60.0, 0.004), StatelineAxis(60.0, 0.004))
 

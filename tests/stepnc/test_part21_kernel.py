@@ -1,6 +1,5 @@
 """The scanning kernel against regular expressions, and compiled against uncompiled."""
 
-import importlib.util
 import re
 from pathlib import Path
 
@@ -10,17 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cncgen.kernels import part21_graph, part21_scan
+from tests.kernels.plain import uncompiled
 
 ROOT = Path(__file__).parents[2]
 PROGRAMS = sorted((ROOT / "programs" / "stepnc").glob("*.stp"))
-
-
-def uncompiled(name: str):
-    """Load the source of a kernel under another name, so that it runs as plain Python."""
-    spec = importlib.util.spec_from_file_location(f"plain_{name}", ROOT / "cncgen" / "kernels" / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def scan_all(kernel, data: bytes):

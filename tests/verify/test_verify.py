@@ -21,6 +21,7 @@ from cncgen.machine import Machine
 from cncgen.toolpath.record import Kind, PathMode
 from cncgen.verify import Verdict, verify
 from cncgen.verify.flatten import CHORD_MM, flatten
+from tests.kernels.plain import uncompiled
 
 spec = importlib.util.spec_from_file_location("verify_fixtures", FilePath(__file__).parent / "conftest.py")
 assert spec is not None
@@ -342,13 +343,7 @@ def test_the_kernel_is_never_nearer_than_the_whole_search_and_equal_on_a_smooth_
     points = (50 + rng.uniform(-0.02, 0.02, 60))[:, None] * np.column_stack([np.cos(at), np.sin(at)])
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     results = []
-    source = FilePath(nearest_ahead.__file__).parent / "nearest_ahead.py"
-    plain_spec = importlib.util.spec_from_file_location("plain_nearest_ahead", source)
-    assert plain_spec is not None
-    assert plain_spec.loader is not None
-    plain = importlib.util.module_from_spec(plain_spec)
-    plain_spec.loader.exec_module(plain)
-    for kernel in (nearest_ahead, plain):
+    for kernel in (nearest_ahead, uncompiled("nearest_ahead")):
         segment, fraction, distance = np.zeros(60, np.int64), np.zeros(60), np.zeros(60)
         kernel.follow(
             points,
