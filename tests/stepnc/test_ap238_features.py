@@ -470,3 +470,93 @@ def test_features_in_inches_are_the_same():
         assert codes(found) == []
         ends.append(path.end[motions(path)])
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-6)
+
+
+def test_a_pocket_with_the_placement_of_one_standard_and_the_depth_plane_of_the_other():
+    """As in the annotated example of ISO 10303-238: Z into the material, the plane 30 mm below all the same.
+
+    The outline goes from the corner to +Y and -X of the placement, whose X is -X of the part: X 45 to 95, Y 110 to 190.
+    """
+    aim = Shaped()
+    outline = aim.polyline((0, 0, 0), (0, 80, 0), (-50, 80, 0), (-50, 0, 0), (0, 0, 0))
+    path, found = aim.mill(
+        "POCKET",
+        aim.place(45, 110, 0, axis=(0, 0, -1), reference=(-1, 0, 0)),
+        [
+            ("boundary", "CLOSED_PATH_PROFILE", [("", outline)]),
+            ("pocket depth", "PATH_FEATURE_COMPONENT", [("distance", 30.0)]),
+            ("pocket depth end", "POCKET_BOTTOM", [("radius", 0.0)], "planar", "pocket bottom usage"),
+        ],
+        limit=-30.0,
+    )
+    assert codes(found) == []
+    low, high, level = extent(path)
+    assert level == pytest.approx(-30.0)
+    np.testing.assert_allclose([low, high], [[49, 114], [91, 186]], atol=1e-3)
+
+
+def test_an_outline_given_at_the_top_is_not_mirrored():
+    """A triangle seen from above: flipped placements see it from below."""
+    for z, axis, end in ((-5.0, (0, 0, 1), "start"), (0.0, (0, 0, -1), "end")):
+        aim = Shaped()
+        up = 1 if end == "start" else -1  # Y of a placement whose Z goes down is -Y
+        corners = [(0, 0, 0), (60, 0, 0), (0, 60 * up, 0), (0, 0, 0)]
+        path, found = aim.mill(
+            "POCKET",
+            aim.place(10, 20, z, axis=axis),
+            [
+                ("boundary", "CLOSED_PATH_PROFILE", [("", aim.polyline(*corners))], "boundary"),
+                ("pocket depth", "PATH_FEATURE_COMPONENT", [("distance", 5.0)]),
+                (f"pocket depth {end}", "POCKET_BOTTOM", [("radius", 0.0)], "planar", "pocket bottom usage"),
+            ],
+        )
+        assert codes(found) == []
+        low, _, level = extent(path)
+        assert level == pytest.approx(-5.0)
+        np.testing.assert_allclose(low, [14, 24], atol=1e-3)
+
+
+def test_a_drilling_strategy_with_its_names_and_percents():
+    """As in the annotated example: relative speeds of 75 and 50, a feed on retract of 0."""
+    aim = Shaped()
+    step, operation = aim.machine(hole_of(aim, 0, 0, -6), "DRILLING_OPERATION", "drilling", "twist drill")
+    strategy = aim.file.method("DRILLING_TYPE_STRATEGY")
+    aim.file.add("MACHINING_STRATEGY_RELATIONSHIP", "machining", "", operation, strategy)
+    percents = {
+        "reduced cut at start": 75.0,
+        "reduced feedrate at start": 50.0,
+        "reduced feedrate at end": 25.0,
+    }
+    for owner, name, value in [
+        *((strategy, n, v) for n, v in percents.items()),
+        (strategy, "depth of start", 2.0),
+        (strategy, "depth of end", 4.0),
+        (operation, "feedrate on retract", 0.0),
+    ]:
+        item = aim.file.add("MEASURE_REPRESENTATION_ITEM", "relative speed", value, aim.file.mm)
+        aim.file.property(owner, name, "REPRESENTATION", "relative speed", item)
+    path, found = aim.read(aim.plan(step))
+    assert codes(found) == ["stepnc-ratio"] * 4
+    rows = motions(path)[-4:]
+    assert path.end[rows, 2].tolist() == pytest.approx([-2, -4, -6, 5])
+    np.testing.assert_allclose(path.feed[rows] * 60, [300, 600, 150, 600])
+
+
+def test_arcs_of_no_angle_are_refused():
+    """Found by fuzzing: an infinite sweep."""
+    aim = Shaped()
+    components = [
+        ("course of travel", "PATH_FEATURE_COMPONENT", [("radius", 30.0), ("sweep angle", 1e300)], "partial circular"),
+        ("swept shape", "SQUARE_U_PROFILE", [("width", 8.0)]),
+    ]  # fmt: skip
+    _, found = aim.mill("SLOT", aim.place(0, 0, 0), components, limit=-3.0)
+    assert codes(found, "error") == ["stepnc-geometry"]
+
+
+def test_patterns_of_no_angle_are_refused():
+    """Found by fuzzing."""
+    aim = Shaped()
+    size = [("number of features", 4.0), ("angular spacing", 1e300)]
+    pattern = aim.feature("CIRCULAR_PATTERN", aim.place(0, 0, 0), own=size)
+    aim.relate("pattern basis", "", pattern, hole_of(aim, 0, 0, -6))
+    assert drilled(aim, pattern)[1] == ["stepnc-geometry"]

@@ -86,13 +86,12 @@ class Features:
         kind = next((k for k in _KINDS if entity.instance.part(k)), "")
         frames = self.shapes.frames(ident, "orientation")
         placement = frames[-1] if frames else identity()
-        named = entity.instance.part("CHARACTERIZED_OBJECT") or entity.instance.parts[0]
-        label = str(named.parameters[0]) if named.parameters else ""
+        label = self._label(entity)
         depth, move = None, identity()
         if kind in ("SLOT", "STEP"):
             depth, move = self._swept(ident, entity, kind)
         elif kind and kind not in _GROUPS:
-            depth, move = self._depth(ident, kind)
+            depth, move = self._depth(ident, kind, placement)
         inside = np.asarray(np.linalg.inv(move), np.float64)
         name = _KINDS.get(kind, kind)
         if kind == "POCKET" and self._is_open(ident):
@@ -101,21 +100,32 @@ class Features:
             name = self.groups.hole_kind(entity)
         return Feature(ident, label, name, placement @ move, lambda: self._shape(entity, kind, depth, inside))
 
+    def _label(self, entity: Entity) -> str:
+        """Return the name of a feature: as a characterized object, or as a shape aspect."""
+        for keyword in ("CHARACTERIZED_OBJECT", "SHAPE_ASPECT", entity.instance.parts[0].keyword):
+            part = entity.instance.part(keyword)
+            if part is not None and part.parameters and part.parameters[0]:
+                return str(part.parameters[0])
+        return ""
+
     def _is_open(self, ident: int) -> bool:
         components = self.shapes.components(ident)
         return profile_of(components, CLOSED) is None and profile_of(components, OPEN) is not None
 
     # Where a feature stands, and how deep it is
 
-    def _depth(self, ident: int, kind: str) -> tuple[float | None, Matrix]:
+    def _depth(self, ident: int, kind: str, placement: Matrix) -> tuple[float | None, Matrix]:
         """Return the depth, and the way from the placement to that of ISO 14649.
 
-        A plane 'maximum feature limit' with Z below the placement means that it is there already.
+        A plane 'maximum feature limit' with Z below the placement means that it is there already; not so where the
+        bottom is at the path's end and the placement's Z goes down: files have both the plane of ISO 14649 and the placement
+        of ISO 10303.
         """
         limit = self.shapes.limit(ident)
         components = self.shapes.components(ident)
         if limit is not None and limit < 0:
-            return -limit, identity()
+            into = self._bottom_at_end(components) and placement[2, 2] < 1e-9
+            return -limit, flipped() if into else identity()
         depth = abs(limit) if limit is not None else self._sweep(ident, kind, components)
         if depth is None:
             return None, identity()
@@ -177,10 +187,14 @@ class Features:
             return self._slot(entity, depth, components)
         if kind == "STEP":
             return self._step(entity, depth, components)
+        turned = inside.copy()
+        turned[:3, 3] = 0.0  # outlines are those of the top, whichever end of the path they are given at
         if kind == "POCKET":
-            return replace(self._pocket(entity, depth, components), bosses=self._bosses(entity, inside))
-        taper = self._taper(components, None, depth)
-        return Shape(depth, outline=self._boundary(entity, components), slope=abs(taper))
+            shape = replace(self._pocket(entity, depth, components), bosses=self._bosses(entity, inside))
+        else:
+            taper = self._taper(components, None, depth)
+            shape = Shape(depth, outline=self._boundary(entity, components), slope=abs(taper))
+        return replace(shape, outline=[p.moved(turned) for p in shape.outline or []])
 
     def _boundary(self, entity: Entity, components: list[Component]) -> list[Piece]:
         """Return the closed boundary of a feature."""

@@ -72,7 +72,7 @@ class Groups:
             step = self._needed(entity, size, "angular spacing")
             count = self._count(entity, size, "number of features")
             rotation = size.get("base feature rotation", 0.0)
-            return profiles.circular_places(count, step, size.get("diameter", 0.0), rotation)
+            return profiles.circular_places(entity, count, step, size.get("diameter", 0.0), rotation)
         rows, columns = (self._count(entity, size, f"number of {n}") for n in ("rows", "columns"))
         if rows * columns > MAX_COPIES:
             raise entity.fault("stepnc-geometry", f"{rows} x {columns} copies, more than {MAX_COPIES}")

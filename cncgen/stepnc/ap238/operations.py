@@ -33,6 +33,8 @@ _VALUE_NAMES = {
     "overlap ratio": "overlap",
     "feedrate on retract": "feed_on_retract",
     "multiple passes": "allow_multiple_passes",
+    "reduced feedrate at start": "reduced_feed_at_start",
+    "reduced feedrate at end": "reduced_feed_at_end",
     "plunge angle": "angle",
     "plunge radius": "radius",
     "plunge width": "width",

@@ -138,7 +138,7 @@ class Profiles:
         values, kind = self.shapes.measures(entity.id), entity.text("description").strip().lower()
         if "circular" in kind and "radius" in values:
             sweep = values.get("sweep angle", 2 * math.pi) if kind.startswith("partial") else 2 * math.pi
-            pieces: list[Piece] = [profiles.circular_path(values["radius"], sweep)]
+            pieces: list[Piece] = [profiles.arc_path(entity, values["radius"], sweep)]
         elif kind == "complex":
             pieces = self._curve(entity)
         else:

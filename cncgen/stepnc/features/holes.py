@@ -60,7 +60,7 @@ def _scaled(technology: Technology, cut: float, feed: float) -> Technology:
 def _lift(job: Job, moves: Moves) -> None:
     """Wait at the bottom as long as asked, and go up at the feed times feed_on_retract; the spindle stays as it is."""
     moves.dwell(job.value("dwell_time_bottom", 0.0))
-    technology = _scaled(job.technology, 1.0, job.value("feed_on_retract", 1.0))
+    technology = _scaled(job.technology, 1.0, _ratio(job))
     moves.at(
         replace(technology, spindle=None, cutting_speed=None) if technology.feed is not None else technology
     )
@@ -185,7 +185,12 @@ def bore(job: Job) -> tuple[Path, ...]:
 
 
 def _ratio(job: Job) -> float:
-    return job.value("feed_on_retract", 1.0)
+    """Return the factor of the feed on the way out; 0, which some files have, is none and stands for 1."""
+    ratio = job.value("feed_on_retract", 1.0)
+    if ratio > 0:
+        return ratio
+    job.warn("stepnc-ratio", f"feed_on_retract is {ratio:g}; the tool goes out at the feed")
+    return 1.0
 
 
 def tap(job: Job) -> tuple[Path, ...]:

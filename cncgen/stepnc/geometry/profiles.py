@@ -56,6 +56,18 @@ def circular_path(radius: float, sweep: float) -> Arc:
     return Arc(start, end, np.zeros(3), np.array([0.0, 0.0, math.copysign(1.0, sweep)]), abs(sweep))
 
 
+def arc_path(entity: Entity, radius: float, sweep: float) -> Arc:
+    """Return `circular_path` of an entity's radius (mm) and angle (rad).
+
+    Raises:
+        Skip: where they are none of an arc.
+    """
+    if not (radius > 0 and 0 < abs(sweep) <= 2 * math.pi + 1e-9):
+        text = f"an arc of {radius:g} mm radius and {math.degrees(sweep):g} degrees"
+        raise entity.fault("stepnc-geometry", text)
+    return circular_path(radius, sweep)
+
+
 def linear_path(vector: Floats) -> Polyline:
     """Return the straight line from the origin along a vector, shape (3,), mm."""
     return Polyline(np.stack([np.zeros(3), vector]))
@@ -68,15 +80,24 @@ def about_z(angle: float) -> Matrix:
     return frame
 
 
-def circular_places(count: int, increment: float, diameter: float, rotation: float) -> list[Matrix]:
+def circular_places(
+    owner: Entity, count: int, increment: float, diameter: float, rotation: float
+) -> list[Matrix]:
     """Return the frames of copies round the pattern's Z axis.
 
     Args:
+        owner: The pattern, for diagnostics.
         count: How many.
         increment: From one to the next, rad.
         diameter: Of the circle that they stand on, mm.
         rotation: Of each about itself, rad.
+
+    Raises:
+        Skip: where an angle is more than a turn.
     """
+    if not max(abs(increment), abs(rotation)) <= 2 * math.pi + 1e-9:
+        angles = f"{math.degrees(increment):g} and {math.degrees(rotation):g}"
+        raise owner.fault("stepnc-geometry", f"a pattern with angles of {angles} degrees, more than a turn")
     arm = translation(diameter / 2, 0.0, 0.0) @ about_z(rotation)
     return [about_z(k * increment) @ arm for k in range(count)]
 

@@ -49,7 +49,7 @@ class Patterns:
         diameter = self.features.profiles.optional_length(entity, "base_feature_diameter")
         turn = entity.number("base_feature_rotation", 0.0) * self.features.curves.angle
         count = self._count(entity, "number_of_feature")
-        return self._copies(entity, profiles.circular_places(count, step, diameter or 0.0, turn))
+        return self._copies(entity, profiles.circular_places(entity, count, step, diameter or 0.0, turn))
 
     def rectangular(self, entity: Entity) -> Shape:
         """Return copies in rows: within a row along its_direction, row after row along row_layout_direction."""

@@ -127,7 +127,7 @@ class Profiles:
             sweep = 2 * math.pi
             if kind == "PARTIAL_CIRCULAR_PATH":
                 sweep = entity.number("sweep_angle") * self.curves.angle
-            pieces = [profiles.circular_path(radius, sweep)]
+            pieces = [profiles.arc_path(entity, radius, sweep)]
         else:
             raise entity.fault("stepnc-unsupported", "this is no path that can be made")
         return self._placed(entity, pieces)
