@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
@@ -37,6 +38,7 @@ _MAX_PLANS = 4096
 _G53 = 530
 #: G0 and G1.
 _STRAIGHT = (0, 10)
+_PLAIN_MOTIONS = (0, 10, 20, 30)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +61,16 @@ def _traverse_once(ip: Interpreter, block: Block) -> None:
     motion = ip.state.motion
     ip.codes["G", 0].run(ip, block)
     ip.state.motion = motion
+
+
+@cache
+def _only_modal(number: int) -> Code:
+    """Return what a motion code of FANUC does beside a one-shot code that takes the axis words: it is in force then."""
+
+    def run(ip: Interpreter, block: Block) -> None:
+        ip.state.motion = number
+
+    return Code("G", number, "motion", Stage.MOTION, run, "")
 
 
 _TRAVERSE_ONCE = Code("G", 0, "motion", Stage.MOTION, _traverse_once, "", "xyzabcuvw", "motion")
@@ -168,6 +180,8 @@ class Interpreter:
         ]
         codes = _without_cancel(codes)
         _check_groups(codes)
+        if self.dialect == "fanuc":
+            codes = _one_mover(codes)
         motion = self._motion_of(block, codes)
         if motion is not None and motion not in codes:
             codes.append(motion)
@@ -220,6 +234,10 @@ class Interpreter:
             return motion
         if moves and _G53 in block.g and self.dialect == "fanuc":
             return _TRAVERSE_ONCE
+        return self._motion_in_force(block, codes, moves)
+
+    def _motion_in_force(self, block: Block, codes: list[Code], moves: bool) -> Code | None:
+        """Return the modal motion that a block without a motion code goes on with."""
         modal = self.codes.get(("G", self.state.motion))
         if any(code.group == "canned cycle" for code in codes):
             modal = _UNDER
@@ -368,6 +386,16 @@ def _without_cancel(codes: list[Code]) -> list[Code]:
     if sum(code.group == "motion" for code in codes) < 2:
         return codes
     return [code for code in codes if (code.letter, code.number) != ("G", NO_MOTION)]
+
+
+def _one_mover(codes: list[Code]) -> list[Code]:
+    """Leave the axis words to a one-shot code of FANUC (``G0 G28 Z0``) that stands beside G0 to G3."""
+    if not any(code.axes == "own" and code.group == "non-modal" for code in codes):
+        return codes
+    return [
+        _only_modal(code.number) if code.letter == "G" and code.number in _PLAIN_MOTIONS else code
+        for code in codes
+    ]
 
 
 def _check_groups(codes: list[Code]) -> None:

@@ -8,7 +8,7 @@ faults come when the line runs, not when it is read.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeGuard
 
 from cncgen.gcode import descent, macro_loops, macros
 from cncgen.gcode.block import Computed, Flow, Value, nearest
@@ -41,7 +41,7 @@ def lead_of(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Le
     return lambda: control.run(flow, here, after)
 
 
-def _is_written(label: Value | str | None) -> bool:
+def _is_written(label: Value | str | None) -> TypeGuard[Label]:
     """Tell whether a label is a name or a whole number."""
     return isinstance(label, str) or (isinstance(label, float) and label.is_integer())
 

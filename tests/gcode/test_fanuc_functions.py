@@ -190,3 +190,12 @@ def test_a_loop_ends_in_its_own_program(run: Any) -> None:
 
 def test_machine_coordinates_are_not_polar(run: Any) -> None:
     assert fanuc(run, "G16 G0 X10 Y90\nG53 X3 Y4\nM30")[-1] == [3, 4, 0]
+
+
+def test_one_shot_codes_beside_a_motion_code(run: Any) -> None:
+    """G0 G91 G28 Z0 goes to the reference point, and G0 is in force after it."""
+    text = "G1 X5 Z5 F100\nG0 G91 G28 Z0\nG90 Y7\nG1 G4 X2.\nG0 G92 X0\nX1\nM30"
+    out = run(text, dialect="fanuc")
+    assert out.errors == []
+    assert out.path.end[out.path.kind != 3, :3].tolist() == [[5, 0, 5], [5, 0, 0], [5, 7, 0], [6, 7, 0]]
+    assert [np.isfinite(f) for f in out.path.feed[out.path.kind != 3]] == [True, False, False, False]
