@@ -316,9 +316,8 @@ class FlowControl:
             # A program that M98 calls has the numbered local parameters of its caller.
             parameters.numbers[1 : self._locals + 1] = frame.numbers
         parameters.local = frame.named
-        if not frame.by_number:
-            parameters.named["_value"] = value
-            parameters.named["_value_returned"] = 1.0 if returned else 0.0
+        parameters.named["_value"] = value
+        parameters.named["_value_returned"] = 1.0 if returned else 0.0
         if frame.restore and frame.saved is not None:
             self.settle()
             self.ip.restore(frame.saved)

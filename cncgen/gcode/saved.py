@@ -101,9 +101,11 @@ def restore(ip: Interpreter, saved: Saved) -> None:
     So a tool length comes back as G43, of the tool in the spindle, and compensation as G41 or G42 with its diameter.
     """
     here = ip.sink.block
+    # The peer's calls have no N word here.
+    line = 0 if ip.options.stand_alone else here.line
 
     def run(words: dict[str, float], g: list[int], m: list[int]) -> None:
-        ip.execute(Block(words, tuple(g), tuple(m), None, here.source, here.line, here.offset))
+        ip.execute(Block(words, tuple(g), tuple(m), None, here.source, line, here.offset))
 
     now = snapshot(ip)
     if now.inches != saved.inches:
@@ -116,6 +118,7 @@ def restore(ip: Interpreter, saved: Saved) -> None:
         run(words, g, m)
     _restore_coolant(saved, changed, run)
     _restore_overrides(ip, saved, changed, run)
+    ip.sink.block = here
 
 
 def _words(ip: Interpreter, now: Saved, saved: Saved, changed: set[str]) -> dict[str, float]:

@@ -15,8 +15,21 @@ from pathlib import Path
 
 from hypothesis import strategies as st
 
-Draw = Callable[[st.SearchStrategy], object]
 Lines = list[str]
+
+
+class Labels:
+    """Numbers for labels, and the lines that go behind the program's end."""
+
+    def __init__(self) -> None:
+        self.numbers = count(100)
+        self.tail: Lines = []
+
+    def __next__(self) -> int:
+        return next(self.numbers)
+
+
+Draw = Callable[[st.SearchStrategy], object]
 
 AXES = "XYZABC"
 PLANES = {
@@ -329,7 +342,7 @@ def values(draw: Draw) -> Lines:
 
 
 @st.composite
-def conditions(draw: Draw, labels: object) -> Lines:
+def conditions(draw: Draw, labels: Labels) -> Lines:
     """An if with its branches."""
     label = f"o{next(labels)}"
     out = [f"{label} if [{draw(expression(1))} GT 1]", *draw(lines())]
@@ -341,7 +354,7 @@ def conditions(draw: Draw, labels: object) -> Lines:
 
 
 @st.composite
-def loops(draw: Draw, labels: object) -> Lines:
+def loops(draw: Draw, labels: Labels) -> Lines:
     """A loop of a few rounds."""
     label, counter = f"o{next(labels)}", draw(st.sampled_from(["#20", "#<n>"]))
     rounds = draw(st.integers(0, 4))
@@ -360,7 +373,7 @@ def loops(draw: Draw, labels: object) -> Lines:
 
 
 @st.composite
-def calls(draw: Draw, labels: object) -> Lines:
+def calls(draw: Draw, labels: Labels) -> Lines:
     """A subroutine and calls of it."""
     label = draw(st.sampled_from([f"o{next(labels)}", f"o<part{next(labels)}>"]))
     body = ["G0 X#1 Y[#2 + #3]", "#<a> = #1", *draw(st.one_of(lines(), arcs(), incremental()))]
@@ -374,6 +387,104 @@ def calls(draw: Draw, labels: object) -> Lines:
         arguments = " ".join(f"[{text(draw(COORDINATE))}]" for _ in range(draw(st.integers(0, 4))))
         out.append(f"{label} call {arguments}")
     return [*out, "(debug, #<_value> #<_value_returned>)", "G0 Z#<_value>"]
+
+
+@st.composite
+def computed_word(draw: Draw, letters: str = "XYZ") -> str:
+    """Return a word whose value is computed."""
+    value = draw(
+        st.one_of(
+            expression(1),
+            st.sampled_from(
+                ["#5420", "#<_y>", "-#1", "- -#2", "##31", "#[30 + 1]", "[#<a>**2]", "[SIN[30]*9]"]
+            ),
+            number(-9, 9).map(lambda a: f"[{text(a)} + #1]"),
+        )
+    )
+    return f"{draw(st.sampled_from(letters))}{value}"
+
+
+@st.composite
+def computed(draw: Draw) -> Lines:
+    """Motions and settings with values to compute, some of them where the machine is."""
+    pool = st.one_of(
+        computed_word().map(lambda word: f"G1 {word} F[100 + 1]"),
+        computed_word().map(lambda word: f"{word} (remark)"),
+        number(-9, 9).map(lambda a: f"#2 = {text(a)} #1 = #2"),
+        st.sampled_from(
+            ["#1 = [#1 / 2 + 1]", "#<a> = #<_x>", "#2 = [ABS[#5421] MOD 7]", "M8", "S[#31 * 100]"]
+        ),
+        st.sampled_from(["G[0 + 1] X1", "#<b c> = [#<a> + 1]\nG0 Y#<BC>", "G4 P[0.5]", "F[200] X#1 ; end"]),
+    )
+    body = draw(st.lists(pool, min_size=1, max_size=6))
+    return ["#31 = 2", "G1", *"\n".join(body).split("\n")]
+
+
+@st.composite
+def nested_loops(draw: Draw, labels: Labels) -> Lines:
+    """Loops within loops, left and gone on with from inside branches; conditions ask counters or the position."""
+    outer, inner, leave = (f"o{next(labels)}" for _ in range(3))
+    at, rounds = draw(st.integers(0, 4)), draw(st.integers(1, 4))
+    act = draw(
+        st.sampled_from(
+            [f"{inner} break", f"{inner} continue", f"{outer} break", f"{outer} continue", "G0 Z1"]
+        )
+    )
+    condition = draw(
+        st.sampled_from([f"#22 EQ {at}", f"#21 GE {at}", f"#22 GT {at} OR #21 EQ 1", "#5420 GT 30"])
+    )
+    return [
+        "G0 X0", "#21 = 0", f"{outer} while [#21 LT {rounds}]", "#21 = [#21 + 1]", "#22 = 0",
+        f"{inner} while [#22 LT 3]", "#22 = [#22 + 1]", *draw(st.one_of(lines(), computed(), incremental())),
+        f"{leave} if [{condition}]", act, f"{leave} endif", "G1 Y[#21 * 10 + #22]", f"{inner} endwhile",
+        f"{outer} endwhile",
+    ]  # fmt: skip
+
+
+@st.composite
+def deep_calls(draw: Draw, labels: Labels) -> Lines:
+    """A subroutine that calls itself, with locals of its own, and gives a value back out of a loop."""
+    name, branch, loop, out = (f"o<{word}{next(labels)}>" for word in ("Deep", "b", "l", "r"))
+    depth = draw(st.integers(0, 4))
+    return [
+        f"{name} sub", "#<mine> = [#1 * 2]", f"{branch} if [#1 GT 0]", f"{name} call [#1 - 1] [#2 + 1]",
+        f"{branch} endif", "G1 X[#<mine> + #2] Y#<_value>", "#3 = 0", f"{loop} while [#3 LT 3]", "#3 = [#3 + 1]",
+        f"{out} if [#3 + #1 EQ 3]", f"{name.lower()} return [#3]", f"{out} endif", *draw(lines()), f"{loop} endwhile",
+        f"{name} endsub", f"{name} call [{depth}] [#1]", "(debug, #1 #3 #<_value> #<_value_returned>)",
+    ]  # fmt: skip
+
+
+@st.composite
+def programs_by_number(draw: Draw, labels: Labels) -> Lines:
+    """M98 of a program behind the end, which shares the numbered parameters."""
+    number_of = next(labels)
+    labels.tail += [
+        f"o{number_of}",
+        "G91 G1 X[#1 / 10] F100",
+        "G90",
+        *draw(computed()),
+        "#1 = [#1 + 1]",
+        "M99",
+    ]
+    times = draw(st.sampled_from(["", " L2", " L0"]))
+    return [f"M98 P{number_of}{times}", "(debug, #1)", f"G0 {draw(axis_words())}"]
+
+
+@st.composite
+def turning(draw: Draw, labels: Labels) -> Lines:
+    """Roughing and finishing of a profile that grows towards the chuck."""
+    label = next(labels)
+    radii = sorted(draw(number(2, 18)) for _ in range(draw(st.integers(2, 5))))
+    lengths = sorted((draw(number(-20, -1)) for _ in radii), reverse=True)
+    # No move stays where it is: there would be too few.
+    steps = enumerate(zip(radii, lengths, strict=True), 1)
+    profile = [f"G1 X{text(r + 0.1 * k)} Z{text(z - 0.1 * k)}" for k, (r, z) in steps]
+    words = f"D{text(draw(number(0.5, 2)))} I{text(draw(number(1, 3)))} R{text(draw(number(0.2, 1)))}"
+    finish = [f"G70 Q{label}"] if draw(st.booleans()) else []
+    return [
+        "G18 G8", "G0 X1 Z0", f"o{label} sub", *profile, f"o{label} endsub", "G0 X20 Z2 F100",
+        f"G71 Q{label} X20 Z2 {words}", *finish, "G17 G0 X30 Z9",
+    ]  # fmt: skip
 
 
 @st.composite
@@ -448,7 +559,7 @@ def remarks(draw: Draw) -> Lines:
 
 
 @st.composite
-def saving_calls(draw: Draw, labels: object) -> Lines:
+def saving_calls(draw: Draw, labels: Labels) -> Lines:
     """A subroutine that saves the modal state and has it put back at its end."""
     label = f"o{next(labels)}"
     change = draw(st.sampled_from([["G20"], ["G91"], ["G18"], ["F77"], ["G91", "G19"]]))
@@ -470,7 +581,7 @@ FILES = {
     "o1 endif\nG0 Z#3\no<random_part> endsub [5]\nM2\n"
 }
 
-STAGES: dict[str, Callable[[object], st.SearchStrategy[Lines]]] = {
+STAGES: dict[str, Callable[[Labels], st.SearchStrategy[Lines]]] = {
     "lines": lambda labels: lines(),
     "incremental": lambda labels: incremental(),
     "arcs": lambda labels: st.one_of(arcs(), arcs_by_radius(), circles()),
@@ -488,7 +599,11 @@ STAGES: dict[str, Callable[[object], st.SearchStrategy[Lines]]] = {
     "values": lambda labels: values(),
     "conditions": lambda labels: conditions(labels),
     "loops": lambda labels: loops(labels),
-    "calls": lambda labels: st.one_of(calls(labels), saving_calls(labels)),
+    "nested": lambda labels: nested_loops(labels),
+    "computed": lambda labels: computed(),
+    "calls": lambda labels: st.one_of(calls(labels), saving_calls(labels), deep_calls(labels)),
+    "numbered": lambda labels: programs_by_number(labels),
+    "turning": lambda labels: turning(labels),
     "files": lambda labels: file_calls(),
     "probes": lambda labels: probes(),
     "splines": lambda labels: splines(),
@@ -507,9 +622,18 @@ def write_files(folder: Path) -> None:
 @st.composite
 def programs(draw: Draw, stages: tuple[str, ...] = tuple(STAGES)) -> str:
     """Return a program made of stretches of these stages."""
-    labels = count(100)
+    labels = Labels()
     body: Lines = []
     for _ in range(draw(st.integers(1, 7))):
         body += draw(STAGES[draw(st.sampled_from(stages))](labels))
     setting = ["#1 = 2 #2 = 3.5", "#<a> = 1.5", "#<_shared> = -2", "#<n> = 0"]
-    return "\n".join([f"{draw(st.sampled_from(['G21', 'G20']))} F200 S300", *setting, *body, "M2", ""])
+    out = [f"{draw(st.sampled_from(['G21', 'G20']))} F200 S300", *setting, *body, "M2", *labels.tail]
+    # The peer's calls of G71 carry the N word of the profile's end, ours their own.
+    if draw(st.integers(0, 3)) == 0 and not any(line.startswith("G71") for line in out):
+        out = [line if _has_number(line) else f"N{10 * k} {line}" for k, line in enumerate(out, 1)]
+    return "\n".join([*out, ""])
+
+
+def _has_number(line: str) -> bool:
+    """Tell whether a line has an N word, or can have none."""
+    return not line.strip() or line.strip()[0] in "nN/;("
