@@ -25,12 +25,16 @@ _SIGNS = (
     ("linuxcnc", "a named parameter", rb"[^(;\n]*#<"),
     ("fanuc", "a jump of a macro", rb"[^(;\n]*\bGOTO[ \t\d#\[]"),
     ("fanuc", "a loop of a macro", rb"(?:WHILE[ \t]*\[[^\n]*\][ \t]*DO|END[ \t]*[123]\b)"),
+    ("fanuc", "a condition of a macro", rb"IF[ \t]*\[[^\n]*\][ \t]*THEN"),
+    ("fanuc", "a sum without brackets", rb"#\d+[ \t]*=[ \t]*[#\d.][#\d.]*[ \t]*[-+*/][ \t]*[#\d\[]"),
+    ("fanuc", "an output command of a macro", rb"(?:POPEN|PCLOS|[BD]PRNT)\b"),
     ("fanuc", "a macro call", rb"[^(;\n]*\bG6[56][ \t]*P"),
     (
         "fanuc",
         "a mirror, rotation, scaling or polar code",
         rb"[^(;\n]*\bG(?:50\.1|51\.1|68|69|51|1[56])(?![\d.])",
     ),
+    ("fanuc", "a code of FANUC alone", rb"[^(;\n]*\bG(?:43\.4(?!\d)|54\.1[ \t]*P|10[ \t]*L1[23](?![\d.]))"),
     ("fanuc", "a look-ahead code", rb"[^(;\n]*\bG0?(?:5\.1[ \t]*Q|5[ \t]*P(?:10000|0)[ \t]*\r?$|8[ \t]*P)"),
     ("fanuc", "a program number", rb"[oO:]\d{1,8}[ \t]*(?:\([^)\n]*\))?[ \t]*\r?$"),
 )

@@ -133,6 +133,10 @@ def test_an_alarm_ends_the_program(run: Any) -> None:
     [
         ("G0 X1\nIF[#1EQ1]GOTO10\nN10 M30", "fanuc", 2),
         ("%\nO1234 (PART)\nG0 X1\nM30\n%", "fanuc", 2),
+        ("#1=#2+1\nM30", "fanuc", 1),
+        ("G0 X1\nN5 IF [#1 EQ 1] THEN #2=3\nM30", "fanuc", 2),
+        ("G54.1 P3\nM30", "fanuc", 1),
+        ("DPRNT[X#1[33]]\nM30", "fanuc", 1),
         ("G0 X1\no100 if [1]\no100 endif\nM2", "linuxcnc", 2),
         ("G68 X0 Y0 R10\nM30", "fanuc", 1),
         ("#<depth>=1\nM2", "linuxcnc", 1),
@@ -148,7 +152,16 @@ def test_auto_says_what_it_chose_and_why(run: Any, text: str, dialect: str, line
     assert out.errors == []
 
 
-@pytest.mark.parametrize("text", ["G0 X1\nM2", "G5 P0 Q-3 I1 J1 X1 Y1 F100\nM2", "(IF GOTO)\nG0 X1\nM2"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "G0 X1\nM2",
+        "#1=5 #2=-6 (a-b)\nM2",
+        "#1=[2+3] ; x-1\nG10 L1 P2 Z3\nM2",
+        "G5 P0 Q-3 I1 J1 X1 Y1 F100\nM2",
+        "(IF GOTO)\nG0 X1\nM2",
+    ],
+)
 def test_auto_without_a_sign_is_silent(run: Any, text: str) -> None:
     assert run(text).diagnostics == []
 
