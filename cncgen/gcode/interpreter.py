@@ -139,6 +139,7 @@ class Interpreter:
         sink.set_g5x_offset(state.system, state.origin)
         sink.set_g92_offset(state.g92)
         sink.set_xy_rotation(state.rotation)
+        state.position = sink.where(state.position)
         sink.call("SET_FEED_REFERENCE(CANON_XYZ)")
         sink.call("ON_RESET()")
 
