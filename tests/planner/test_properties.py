@@ -205,3 +205,14 @@ def test_other_units_leave_the_time_of_curves(scale: float) -> None:
     case = properties.Case(moves, 1000.0, False, "G61", ALIKE)
     time = properties.planned(case).time
     assert properties.planned(replace(case, scale=scale)).time == pytest.approx(time, rel=1e-9)
+
+
+def test_ramps_that_no_setpoint_shows_need_no_nodes() -> None:
+    """Full acceleration after a quarter of a period (once ten nodes a period, and twice the time)."""
+    curve = properties.Curve(((15.0, -10.0, 2.4), (-11.0, -13.0, -1.4), (15.0, 6.0, 2.0)), (1.0,) * 4, ())
+    slow, fast = (13.9072, 6.94455, 30_000.0), (139.072, 69.4455, 300_000.0)
+    case = properties.Case((curve,), 5038.5, False, "G61", (slow, slow, fast, fast))
+    properties.limits(case)
+    plan = properties.planned(case)
+    pieces = sum(len(each.profile.t) for each in plan.trajectories)
+    assert pieces < 4.0 * plan.time / properties.PERIOD

@@ -72,7 +72,7 @@ def place(
     x[:, np.searchsorted(probes, joints.s)] = sides[1]
     x[:, -1] = sides[0][:, -1]
     shape = _shape(bounds, x, probes, joints, sides, top_at)
-    spacing = _spacing(shape, probes, joints, density)
+    spacing = _spacing(shape, probes, joints, density, bounds.period_s)
     spacing = np.minimum(spacing, _change(bounds, x[3], probes, shape, density.change))
     spacing = np.minimum(spacing, density.panel * panels)
     before, after = _first(bounds, joints, sides, lines, top_at)
@@ -142,7 +142,9 @@ def _change(bounds: Bounds, x3: Floats, s: Floats, shape: tuple[Floats, ...], pa
         return part / np.append(there.ravel(), rate[-1, 2])
 
 
-def _spacing(shape: tuple[Floats, ...], s: Floats, joints: Joints, density: Density) -> Floats:
+def _spacing(
+    shape: tuple[Floats, ...], s: Floats, joints: Joints, density: Density, period_s: float
+) -> Floats:
     """Return the largest spacing at the places `s` by the shape of the path and the speed that it allows there."""
     acceleration, jerk, bend, twist, top = shape
     ramp = acceleration / jerk
@@ -157,11 +159,14 @@ def _spacing(shape: tuple[Floats, ...], s: Floats, joints: Joints, density: Dens
         rise = np.where(
             speed > acceleration * ramp, 0.5 * (speed / acceleration + ramp), np.sqrt(speed / jerk)
         )
+        step = density.ramp * np.minimum(ramp, np.sqrt(speed / jerk))
+        # Third differences are at most 2 A/T: where J is more, no setpoint shows how long a ramp takes.
+        unseen = 0.5 * period_s
+        step = np.where(ramp <= unseen, np.maximum(step, unseen), step)
         beyond = np.maximum(_from_others(s, calm) - 1.1 * rise * speed, 0.0)
         return np.minimum.reduce(
             [
-                density.ramp * np.minimum(ramp, np.sqrt(speed / jerk)) * np.minimum(speed, fastest)
-                + density.growth * beyond,
+                step * np.minimum(speed, fastest) + density.growth * beyond,
                 density.bend / bend,
                 density.twist / np.sqrt(twist),
             ]
