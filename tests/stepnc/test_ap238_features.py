@@ -264,6 +264,18 @@ def test_pockets_by_their_profiles(profile, sizes, end):
     np.testing.assert_allclose(high, half - 4 + (20, 30), atol=1e-3)
 
 
+def test_a_profile_that_repeats_its_features_placement_is_not_moved_twice():
+    """As in the example of ISO 10303-238, annex J.6."""
+    aim = Shaped()
+    place = aim.place(20, 30, 0)
+    sizes = [("length", 40.0), ("width", 30.0), ("", place)]
+    boundary = ("boundary", "RECTANGULAR_CLOSED_PROFILE", sizes, "boundary")
+    path, found = aim.mill("POCKET", place, [boundary], limit=-5.0)
+    assert codes(found) == ["stepnc-placement"]
+    low, high, _ = extent(path)
+    np.testing.assert_allclose([low, high], [[4, 19], [36, 41]], atol=1e-3)
+
+
 def test_an_open_pocket_is_left_over_its_open_side():
     """Its wall goes round three sides; the fourth, at Y 15, is open."""
     aim = Shaped()

@@ -58,6 +58,12 @@ def test_boring_and_reaming_stop_the_spindle_if_asked():
         assert [e.values["direction"] for e in path.events if e.name == "spindle"] == [1, 0]
 
 
+def test_a_test_cut_is_left_out_with_a_warning():
+    path, found = hole_part("BORING", E("F"), 2.0, None).read()
+    assert codes(found) == ["stepnc-testcut"]
+    assert path.end[motions(path)][:, 2].min() == -20.0
+
+
 def test_tapping_turns_back():
     moves, path = depths(hole_part("TAPPING", E("F"), body="TAP"))
     assert moves[-2:] == [(-20.0, False), (5.0, False)]

@@ -98,7 +98,12 @@ class Features:
             name = "open pocket"
         if kind == "COMPOSITE_HOLE":
             name = self.groups.hole_kind(entity)
-        return Feature(ident, label, name, placement @ move, lambda: self._shape(entity, kind, depth, inside))
+
+        def shape() -> Shape:
+            self.profiles.feature_placement = placement
+            return self._shape(entity, kind, depth, inside)
+
+        return Feature(ident, label, name, placement @ move, shape)
 
     def _label(self, entity: Entity) -> str:
         """Return the name of a feature: as a characterized object, or as a shape aspect."""

@@ -35,6 +35,7 @@ _VALUE_NAMES = {
     "multiple passes": "allow_multiple_passes",
     "reduced feedrate at start": "reduced_feed_at_start",
     "reduced feedrate at end": "reduced_feed_at_end",
+    "testcut depth": "depth_of_testcut",
     "plunge angle": "angle",
     "plunge radius": "radius",
     "plunge width": "width",

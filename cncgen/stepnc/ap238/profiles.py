@@ -11,6 +11,7 @@ from cncgen.stepnc.ap238.shapes import Component, Shapes
 from cncgen.stepnc.entities import Entity
 from cncgen.stepnc.geometry import profiles
 from cncgen.stepnc.geometry.curves import Curves
+from cncgen.stepnc.geometry.frames import identity, is_identity
 from cncgen.stepnc.geometry.pieces import Piece, Polyline
 
 CLOSED = (
@@ -55,6 +56,7 @@ class Profiles:
 
     def __init__(self, shapes: Shapes) -> None:
         self.shapes = shapes
+        self.feature_placement = identity()  # of the feature that profiles are read for
 
     def length(self, path: Entity | None) -> float | None:
         """Return the length of a straight path, mm, None where there is none."""
@@ -92,8 +94,13 @@ class Profiles:
         return profiles.regular_polygon(sides, diameter, across_flats="circumscribed diameter" not in values)
 
     def _placed(self, entity: Entity, pieces: list[Piece]) -> list[Piece]:
-        frames = self.shapes.frames(entity.id, "orientation")
-        return [p.moved(frames[0]) for p in pieces] if frames else pieces
+        place = next(iter(self.shapes.frames(entity.id, "orientation")), identity())
+        if is_identity(place):
+            return pieces
+        if np.allclose(place, self.feature_placement, atol=1e-9):
+            entity.warn("stepnc-placement", "the placement repeats that of the feature; it is taken as none")
+            return pieces
+        return [p.moved(place) for p in pieces]
 
     def _curve(self, entity: Entity) -> list[Piece]:
         for item in self.shapes.items(entity.id):
