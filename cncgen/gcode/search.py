@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-_SUFFIXES = (".ngc", ".nc", ".tap")
+#: Suffixes of files with subprograms; FANUC's have often none.
+_SUFFIXES = (".ngc", ".nc", ".tap", ".cnc", "")
 
 
 def search_path(program: Path | None, include: Sequence[Path]) -> list[Path]:

@@ -199,3 +199,10 @@ def test_one_shot_codes_beside_a_motion_code(run: Any) -> None:
     assert out.errors == []
     assert out.path.end[out.path.kind != 3, :3].tolist() == [[5, 0, 5], [5, 0, 0], [5, 7, 0], [6, 7, 0]]
     assert [np.isfinite(f) for f in out.path.feed[out.path.kind != 3]] == [True, False, False, False]
+
+
+@pytest.mark.parametrize("name", ["O0012", "o0012.nc", "O0012.cnc"])
+def test_files_of_subprograms(tmp_path: Any, run: Any, name: str) -> None:
+    """FANUC's files are named by their program number, often without a suffix."""
+    (tmp_path / name).write_text("O0012\nG0 X3\nM99\n")
+    assert fanuc(run, "M98 P12\nM198 P12\nM30", include=(tmp_path,)) == [[3, 0, 0]]
