@@ -144,7 +144,10 @@ def _words(
     force: _Modes,
     word: cython.p_double,
 ) -> _Block:
-    """Write words `begin` to `end` to their slots of `word`; a block with any other word, or one twice, is not plain."""
+    """Write words `begin` to `end` to their slots of `word`.
+
+    A block with any other word, with one twice or with a negative feed is not plain.
+    """
     block: _Block = _Block(plain=True, given=0, motion=-1, absolute=-1, plane_said=False)
     w: cython.Py_ssize_t
     slot: cython.int
@@ -164,7 +167,18 @@ def _words(
             word[slot] = value
         if not block.plain:
             return block
+    if block.given & _FEED and word[_F] < 0.0:
+        block.plain = False
     return block
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _only_modes(block: _Block, force: _Modes) -> cython.bint:
+    """Tell whether a block changes modes or the feed alone, and nobody needs to be told."""
+    return force.silent and block.motion < 0 and not block.given & ~_FEED
 
 
 @cython.cfunc
@@ -374,12 +388,11 @@ def advance(
         if begin == finish:
             continue
         block = _words(letters, values, begin, finish, force, word)
-        feed = word[_F] if block.given & _FEED else force.feed
-        if not block.plain or feed < 0.0:
+        if not block.plain:
             break
+        feed = word[_F] if block.given & _FEED else force.feed
         absolute = force.absolute if block.absolute < 0 else block.absolute
-        if force.silent and block.motion < 0 and not block.given & ~_FEED:
-            # Only modes: nothing moves, and nobody needs to be told.
+        if _only_modes(block, force):
             force.absolute = absolute
             force.feed = feed
             continue
