@@ -53,6 +53,8 @@ def command(
     from cncgen.files import write_text
     from cncgen.report.identified import identified
 
+    if (counts_per_mm is None) != (counts_per_rad is None):
+        raise click.UsageError("--counts-per-mm and --counts-per-rad go together")
     scale = counts_per_mm / counts_per_rad if counts_per_mm and counts_per_rad else None
     result = identified(log, model, axis.upper() if axis else None, friction, scale)
     messages.note(result.text)
