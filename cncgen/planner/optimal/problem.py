@@ -32,6 +32,8 @@ _ALIKE = 1e-6
 _JUMP = 1e-4
 #: Times that the profile to start from is averaged over three neighbours.
 _ROUNDINGS = 16
+#: Factor by which that may raise q: beside rows a million times as fast it would be far above every limit of a slow one.
+_RAISED = 2.0
 #: Dual residual, as a part of the time, above which what holds the limits is no plan: it may take a thousand times as long.
 _STALLED = 0.1
 #: Change of q, as a part of the largest that a push at the end causes anywhere, from which the end is felt.
@@ -156,8 +158,10 @@ def _start(columns: _Columns, state: tuple[float, float] | None, known: Floats |
     )
     # Edges of the profile break the jerk limit by far; rounded, they cost fewer iterations.
     x = c[free:-1]
+    most_there = _RAISED * x
     for _ in range(_ROUNDINGS):
         x[1:-1] = 0.25 * (x[:-2] + x[2:]) + 0.5 * x[1:-1]
+    np.minimum(x, most_there, out=x)
     if known is not None:
         ahead = columns.at[columns.at < len(known)]
         first = free - 1

@@ -66,17 +66,19 @@ class Window:
             elif not whole:
                 given = _cut_short(given)
             solution = self._solved(given)
-            final = len(given)
-            if len(solution.q) != final or solution.fallback:
+            cut = len(solution.q) < len(given)
+            if cut:
                 given = self._intervals(len(solution.q))
-                final = len(given)
-            elif not (rest or whole):
+            final = len(given)
+            if not solution.fallback and (cut or not (rest or whole)):
                 final = solution.unfelt
-                if final < count // 8 and count < 16 * SIZE:
+                if final < count // 8 and count < 16 * SIZE and not cut:
                     self.wanted = 2 * count
                     continue
-                final = max(final, count // 4)
-            self.wanted = SIZE
+                final = max(final, len(given) // 4)
+                final += int(given.kind[final] == ENTER)
+            # From here the motion can stop where the last plan did, and maybe not before.
+            self.wanted = max(SIZE, 3 * (len(given) - final) // 2)
             yield from self._hand_on(given, solution, final)
 
     def _intervals(self, count: int) -> Intervals:
@@ -109,28 +111,28 @@ class Window:
         )
 
     def _solved(self, given: Intervals) -> Solution:
-        """Solve; where that fails, fall back on the stop that the last plan left in reserve, or plan less of the path.
+        """Solve; where that fails, plan less of the path, at last down to the stop that the last plan left in reserve.
 
         Raises:
             NoPlanError: There is none in reserve, and no part of the path can be planned.
         """
         given_count = len(given)
+        q, limit = self.reserve or (np.zeros((0, 3)), np.zeros(0, np.int8))
         while True:
-            solution = solve(given, self.state, self.reserve[0][:, 1] if self.reserve else None)
+            solution = solve(given, self.state, q[:, 1] if self.reserve else None)
             if solution.converged:
                 return solution
-            if self.reserve is not None:
-                q, limit = self.reserve
-                return Solution(q, limit, 0.0, 0, True, fallback=True)
-            half = _stop_before(given.kind, len(given) // 2)
-            if not half:
+            fewer = _stop_before(given.kind, (len(given) + len(q)) // 2)
+            if fewer <= len(q):
+                if self.reserve:
+                    return Solution(q, limit, 0.0, 0, True, fallback=True)
                 raise NoPlanError(
                     Diagnostic(
                         "no-plan",
                         f"no motion within the limits was found on {given_count} intervals of the path",
                     )
                 )
-            given = _head(given, half)
+            given = _head(given, fewer)
 
     def _hand_on(self, given: Intervals, solution: Solution, final: int) -> Iterator[Trajectory]:
         """Turn the first `final` intervals into trajectories, and take them out of the window."""
