@@ -7,6 +7,7 @@ carry what ends the work: `ProgramError` (exit 1), `UsageError` (exit 2), `NoPla
 from __future__ import annotations
 
 import copyreg
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -97,8 +98,21 @@ class Diagnostic:
             "line": place.line if place else None,
             "column": place.column if place else None,
             "hint": self.hint or None,
-            "values": dict(self.values),
+            "values": json_values(self.values),
         }
+
+
+def json_values(value: Any) -> Any:
+    """Return values as JSON has them: numpy's as Python's, and null for what is not finite (JSON has no NaN)."""
+    if isinstance(value, Mapping):
+        return {str(key): json_values(item) for key, item in value.items()}
+    if isinstance(value, list | tuple | set | frozenset):
+        return [json_values(item) for item in value]
+    if hasattr(value, "tolist"):
+        return json_values(value.tolist())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if isinstance(value, str | int | None) else str(value)
 
 
 def excerpt_of(line: str, column: int) -> tuple[str, int]:

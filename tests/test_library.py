@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import json
 import multiprocessing
 import pickle
 import subprocess
@@ -17,7 +18,7 @@ import numpy as np
 import pytest
 
 import cncgen
-from cncgen.diagnostics import Diagnostics, NoPlanError, ProgramError, Severity, UsageError
+from cncgen.diagnostics import Diagnostics, NoPlanError, ProgramError, Severity, UsageError, json_values
 
 SQUARE = "G21 G90 G61\nG0 X0 Y0\nG1 X10 F1200\nY10\nX0\nY0\nM2\n"
 
@@ -177,3 +178,17 @@ for text in ("G21\\nG1 X10 F1200\\nG2 Y10 J5\\nG1 Y20\\nX10.0000001\\nM2\\n", "G
         check=False,
     )
     assert run.returncode == 0, run.stderr
+
+
+def test_values_as_json() -> None:
+    """What strict readers of JSON take: no NaN, no types of numpy."""
+    values = {
+        "a": np.float64("nan"),
+        "b": (np.int64(3), np.arange(2.0)),
+        5: [True, None, Severity.NOTE],
+        "c": 1j,
+    }
+    want = {"a": None, "b": [3, [0.0, 1.0]], "5": [True, None, "note"], "c": "1j"}
+    assert json_values(values) == want
+    said = cncgen.Diagnostic("a", "b", values={"limit": np.inf}).as_json()
+    assert json.loads(json.dumps(said, allow_nan=False))["values"] == {"limit": None}

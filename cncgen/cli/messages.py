@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
 
-from cncgen.diagnostics import Diagnostic, Diagnostics
+from cncgen.diagnostics import Diagnostic, Diagnostics, json_values
 from cncgen.files import STANDARD, open_output, silence
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def show(diagnostics: Iterable[Diagnostic] | Diagnostics, *, as_json: bool = Fal
     """Print diagnostics, once each; `as_json` where ``--json`` stands in arguments that could not be read."""
     for diagnostic in diagnostics:
         if _Style.json or as_json:
-            text = json.dumps(diagnostic.as_json(), default=str)
+            text = json.dumps(diagnostic.as_json())
             if _Style.json_stream:
                 print(text, file=_Style.json_stream)
             else:
@@ -99,12 +99,12 @@ def write_summary(path: str | None, values: dict[str, Any]) -> None:
 def open_summary(path: str | None) -> Iterator[Callable[[dict[str, Any]], None]]:
     """Open what ``--summary`` names before the work is done for it; yield what writes the summary there."""
     if path is None or path == STANDARD:
-        yield lambda values: plain(json.dumps(values, indent=2)) if path else None
+        yield lambda values: plain(json.dumps(json_values(values), indent=2)) if path else None
         return
     with open_output(path) as file:
 
         def write(values: dict[str, Any]) -> None:
-            file.write(json.dumps(values, indent=2).encode() + b"\n")
+            file.write(json.dumps(json_values(values), indent=2).encode() + b"\n")
             file.flush()
 
         yield write

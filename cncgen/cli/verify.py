@@ -60,6 +60,7 @@ def command(
     """
     from cncgen import pipeline
     from cncgen.cli.reading import opened
+    from cncgen.diagnostics import json_values
     from cncgen.files import STANDARD, write_text
     from cncgen.report.verdict import as_text
     from cncgen.setpoints.readers import open_setpoints
@@ -74,7 +75,7 @@ def command(
     ):
         verdict = pipeline.verify(stream, read, machine, tolerance_mm=path_tolerance, resolution=resolution)
     if report:
-        write_text(report, json.dumps(verdict.as_json(), indent=2) + "\n")
+        write_text(report, json.dumps(json_values(verdict.as_json()), indent=2) + "\n")
     messages.show(verdict.breaches)
     messages.note(as_text(verdict))
     return 0 if verdict.holds else 1

@@ -7,11 +7,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from cncgen.diagnostics import Diagnostic, Span, UsageError
+from cncgen.files import read_bytes
 from cncgen.gcode.modal import zeros
 from cncgen.toolpath.reading import ReadOptions
 
 _WORD = re.compile(r"([A-Za-z])\s*([+-]?(?:\d+\.?\d*|\.\d+))")
 _AXES = "XYZABCUVW"
+#: Bytes that are read of a tool table: some 100 000 tools.
+MAX_FILE_BYTES = 16_000_000
 
 
 @dataclass(slots=True)
@@ -101,10 +104,7 @@ def read_tool_table(path: Path) -> ToolTable:
     Raises:
         UsageError: Where it cannot be read or a line is wrong; all of them are named.
     """
-    try:
-        lines = path.read_text("utf-8", "replace").splitlines()
-    except OSError as error:
-        raise UsageError(Diagnostic("unreadable-file", f"cannot read {path}: {error.strerror}")) from error
+    lines = read_bytes(path, at_most=MAX_FILE_BYTES).decode("utf-8", "replace").splitlines()
     tools: dict[int, Tool] = {}
     faults = []
     for count, line in enumerate(lines, 1):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+from cncgen.diagnostics import json_values
 from cncgen.files import Sink
 from cncgen.setpoints.record import Setpoints
 
@@ -19,7 +20,7 @@ class EventWriter:
         for t_s, line, event in chunk.events:
             wait = {"dwell_s": event.dwell_s} if event.dwell_s else {}
             record = {"t_s": round(t_s, 9), "line": line, "event": event.name, **wait, **event.values}
-            self._sink.write((json.dumps(record, default=str) + "\n").encode())
+            self._sink.write((json.dumps(json_values(record)) + "\n").encode())
 
     def close(self) -> None:
         """Nothing follows the last event."""

@@ -47,7 +47,7 @@ def open_setpoints(
         period_s: Time between rows; None: as the file's times say. Needed for hal.
 
     Raises:
-        UsageError: The file cannot be read, or is no setpoint file of that format.
+        UsageError: The file cannot be read, is no setpoint file of that format, or has not the axes that are wanted.
     """
     name = os.fspath(path)
     with open_input(path) as file:
@@ -60,7 +60,12 @@ def open_setpoints(
         module = importlib.import_module(f"cncgen.setpoints.readers.{kind}")
         letters = axes or (None if kind in _NAMED else unnamed_axes) or None
         blocks: Iterator[Block] = module.blocks(file, name, letters, period_s)
-        yield stream_of(blocks, name, period_s)
+        stream = stream_of(blocks, name, period_s)
+        missing = [letter for letter in (axes or "").upper() if letter not in stream.axes]
+        if missing:
+            message = f"{name} has no axis {', '.join(missing)}; it has {', '.join(stream.axes)}"
+            raise UsageError(Diagnostic("setpoints-axes", message))
+        yield stream
 
 
 def _peek(file: BinaryIO) -> bytes:
