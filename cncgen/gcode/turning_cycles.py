@@ -24,6 +24,8 @@ from cncgen.gcode.tools import whole
 
 #: Cuts of one cycle beyond which I counts as a mistake.
 MAX_CUTS = 100_000
+#: Segments of a profile that is too short for the side of its start to count.
+_FEW = 2
 _X, _Z = 0, 2
 
 
@@ -67,14 +69,14 @@ class Lathe:
         self.ip.state.position = there
 
 
-def _frame(profile: list[Segment], swap: bool, rough: bool) -> complex:
-    """Return the signs that turn travel to the right and, for roughing, the profile so that it rises along it.
+def _frame(profile: list[Segment], swap: bool) -> complex:
+    """Return the signs that turn travel to the right, and the profile so that it rises along it.
 
     The tool comes from above: from outside where the profile opens to the outside, else from inside, as in a bore.
     """
     way = profile[-1].end - profile[0].start
     travel, rise = (way.imag, way.real) if swap else (way.real, way.imag)
-    return complex(1.0 if travel > 0.0 else -1.0, 1.0 if rise >= 0.0 or not rough else -1.0)
+    return complex(1.0 if travel > 0.0 else -1.0, 1.0 if rise >= 0.0 else -1.0)
 
 
 @dataclass(slots=True)
@@ -105,17 +107,26 @@ def _prepare(ip: Interpreter, block: Block, name: str, swap: bool) -> Job:
         error.word = "Q" if error.code == "sub-missing" else error.word
         raise
     start = complex(end[_Z], end[_X])
-    across = _frame(profile, swap, rough=name != "G70")
+    across = _frame(profile, swap)
     profile = [segment.seen(across, swap) for segment in profile]
     start = Segment(start, start).seen(across, swap).start
     if name != "G70":
         _check_monotonic(profile, name)
     lathe = Lathe(ip, across, swap)
     start = complex(min(start.real, profile[0].start.real), start.imag)
-    heading, way = profile[0].heading(profile[0].start), start - profile[0].start
-    left = heading.real * way.imag - heading.imag * way.real > -TINY
     lathe.rapid(start)
-    return Job(lathe, start, profile, left)
+    return Job(lathe, start, profile, _is_left(start, profile))
+
+
+def _is_left(start: complex, profile: list[Segment]) -> bool:
+    """Tell whether an allowance lies left of a profile: where the cuts start from, or straight on from there.
+
+    A profile that begins upright has no such side; what is done then was measured on LinuxCNC's interpreter.
+    """
+    heading, way = profile[0].heading(profile[0].start), start - profile[0].start
+    if abs(heading.real) < TINY:
+        return way.imag > -TINY if len(profile) > _FEW else heading.imag > 0.0
+    return heading.real * way.imag - heading.imag * way.real > -TINY
 
 
 def _check_monotonic(profile: list[Segment], name: str) -> None:
