@@ -16,6 +16,7 @@ from cncgen.machine import load
 from cncgen.pipeline import read, read_text, sound
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.motion import motion_at
+from cncgen.planner.optimal import window
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit
 from cncgen.setpoints import sample
@@ -216,3 +217,58 @@ def test_ramps_that_no_setpoint_shows_need_no_nodes() -> None:
     plan = properties.planned(case)
     pieces = sum(len(each.profile.t) for each in plan.trajectories)
     assert pieces < 4.0 * plan.time / properties.PERIOD
+
+
+def test_a_line_of_three_equal_points_at_its_end() -> None:
+    """Its derivatives are rounding there, and bounded the first interval of the way back (once 67 % longer)."""
+    curve = properties.Curve(((11.0, 0.0, -0.8),) * 3, (1.0, 1.0, 1.0, 2.0), ())
+    back = properties.Line((-1.00231, 0.0, 0.0, 0.0))
+    limits = (
+        (0.71952, 568.0, 3190.0),
+        (24.0, 18900.0, 106_000.0),
+        (7.2, 5680.0, 31_900.0),
+        (24.0, 18900.0, 106_000.0),
+    )
+    properties.reversing(properties.Case((curve, back), 3036.21, False, "G61.1", limits))
+
+
+def test_tiny_curves_that_are_lines_take_no_days() -> None:
+    """Two ways of 0.2 mm in Z with three equal points (once 17 days: the end was infinitely sharp)."""
+    curve = properties.Curve(((0.0, 0.0, 0.2),) * 3, (1.0, 2.0, 1.0, 0.5), ())
+    case = properties.Case((curve, curve), 100.0, False, "G61.1", ((20.0, 200.0, 5000.0),) * 4)
+    # At v = 100 mm/min 0.24 s, and twice 2 √(v/J) for starts and stops that do not reach the acceleration limit.
+    least = 0.24 + 4.0 * math.sqrt(100.0 / 60.0 / 5000.0)
+    assert least * 0.999 < properties.planned(case).time < least * 1.01
+
+
+def test_crawling_rows_beside_fast_ones_reversed() -> None:
+    """A rotary axis turns 13 degrees within 1e-7 mm, after 130 mm at feed (once a stop amid them, 5 %)."""
+    strong, weak = (20.0, 429.956, 5000.0), (0.6, 12.8987, 150.0)
+    moves = (
+        properties.Line((0.0, 1.0, 0.0, -0.027623)),
+        properties.Arc(20.0, 0.998, -2.0 * math.pi, -3.0),
+        properties.Line((-1.0, 0.0, 0.3, 0.0)),
+        properties.Line((-1e-07, 0.0, 0.0, 1.0)),
+        properties.Line((0.0, 1e-07, 0.0, 12.7153)),
+        properties.Arc(1.0, 0.0, -2.0 * math.pi, 0.0),
+    )
+    properties.reversing(properties.Case(moves, 100.0, False, "G61", (strong, strong, strong, weak)))
+
+
+def test_windows_take_the_time_of_one_beside_a_weak_axis(monkeypatch: pytest.MonkeyPatch) -> None:
+    """X brakes for long where the path turns and the speed rises (windows once took 7 % more than one wide window)."""
+    points = ((9.0, 4.0, -1.8), (-9.0, 12.0, -2.0), (2.0, 1.0, -0.6), (0.0, 4.0, 1.4), (10.0, 6.0, 1.6))
+    curve = properties.Curve(
+        (*points, (15.0, -15.0, -1.8), (15.0, -15.0, -1.8)),
+        (1.0, 0.5, 1.0, 1.0, 1.0, 1.0, 0.5, 0.5),
+        (0.3, 0.7, 0.9, 0.9),
+    )
+    weak, strong = (27.0, 6.0, 2158.0), (900.0, 200.0, 72_000.0)
+    case = properties.Case((curve,), 11489.0, False, "G61", (weak, strong, strong, strong))
+    windows = properties.planned(case).time
+    monkeypatch.setattr(
+        window.Window.__init__,
+        "__defaults__",
+        tuple(20_000 if value == window.SIZE else value for value in window.Window.__init__.__defaults__),
+    )
+    assert windows == pytest.approx(properties.planned(case).time, rel=1e-3)

@@ -157,6 +157,20 @@ def test_a_window_in_motion_goes_on_as_the_plan_that_it_is_cut_from() -> None:
     assert np.allclose(second.q[:, 1], first.q[at:, 1], rtol=0.02)
 
 
+@pytest.mark.parametrize(("feed", "count"), [(20.0, 250), (60.0, 250), (1e4, 250), (1e4, 310)])
+def test_what_does_not_feel_the_end_is_what_a_longer_row_has(feed: float, count: int) -> None:
+    whole = wave(400, length=100.0, feed=feed)
+    names = ("h", "kind", "x1", "x2", "x3", "top", "top_limit", "factor", "node_top")
+    part = replace(whole, **{name: getattr(whole, name)[:count].copy() for name in names})
+    part.kind[-1] = ENTER
+    found, longer = solve(part, None), solve(whole, None)
+    away = np.abs(found.q[:, 1] / np.maximum(longer.q[:count, 1], 1e-9) - 1.0)
+    assert found.unfelt > 100
+    assert np.all(away[1 : found.unfelt] < 2e-3)
+    # Soon after, the motion does brake.
+    assert away[min(found.unfelt + 60, count - 2)] > 0.01
+
+
 @pytest.mark.parametrize("moving", [False, True])
 def test_compiled_and_plain_agree(moving: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     given = wave(24, axes=3)
@@ -173,6 +187,7 @@ def test_compiled_and_plain_agree(moving: bool, monkeypatch: pytest.MonkeyPatch)
     assert slow.q == pytest.approx(compiled.q, rel=1e-9)
     assert slow.limit.tolist() == compiled.limit.tolist()
     assert slow.time == pytest.approx(compiled.time, rel=1e-12)
+    assert slow.unfelt == compiled.unfelt
 
 
 @pytest.mark.parametrize("feed", [20.0, 60.0, 1e4])
