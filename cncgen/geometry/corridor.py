@@ -63,7 +63,9 @@ class Spline:
         return len(self.points) - smoothing.DEGREE
 
 
-def fit(pieces: Pieces, cuts: Floats, head: int, tail: int, seam: Seam | None = None) -> Spline:
+def fit(
+    pieces: Pieces, cuts: Floats, head: int, tail: int, seam: Seam | None = None, widest: float = _WIDEST
+) -> Spline:
     """Fit the smoothest spline to pieces that stays within their tolerance.
 
     Args:
@@ -72,6 +74,7 @@ def fit(pieces: Pieces, cuts: Floats, head: int, tail: int, seam: Seam | None = 
         head: `END_POINT` or `END_DERIVATIVES` at the start; not used with a seam.
         tail: The same at the end, or 0 where the curve will go on.
         seam: What the curve goes on from.
+        widest: Largest smoothing length, in tolerances: a longer one takes fewer knots, a shorter one is faster.
 
     Raises:
         CorridorError: If the tolerance cannot be held.
@@ -81,7 +84,7 @@ def fit(pieces: Pieces, cuts: Floats, head: int, tail: int, seam: Seam | None = 
     start = t[0] if seam is None else seam.knots[-1]
     places = np.append(cuts[(cuts > start + 1e-9 * (total - t[0])) & (cuts < total)], total)
     scale = first_scales(pieces)
-    longest = _longest(pieces)
+    longest = _longest(pieces, widest)
     scale = np.minimum(scale, longest)
     share = np.where(t[:-1] < start, _OLD_GROUND, _NEW_GROUND) if seam is not None else _NEW_GROUND
     used = np.empty((len(pieces.y), 2))
@@ -120,7 +123,7 @@ def fit(pieces: Pieces, cuts: Floats, head: int, tail: int, seam: Seam | None = 
     return Spline(knots[: last + 5].copy(), points, worst)
 
 
-def _longest(pieces: Pieces) -> Floats:
+def _longest(pieces: Pieces, widest: float) -> Floats:
     """Return the largest smoothing length at the ends of pieces, shape (n + 1,), mm."""
     length = np.diff(pieces.row_t)[pieces.row]
     n = len(length)
@@ -129,7 +132,7 @@ def _longest(pieces: Pieces) -> Floats:
     last = np.minimum(np.arange(n + 1) + _AROUND, n)
     facets = _FACETS * (summed[last] - summed[first]) / (last - first)
     tolerance = np.maximum(np.append(pieces.tolerance, 0.0), np.append(0.0, pieces.tolerance))
-    out: Floats = np.minimum(np.maximum(_WIDEST * tolerance, facets), 0.1 * (pieces.t[-1] - pieces.t[0]))
+    out: Floats = np.minimum(np.maximum(widest * tolerance, facets), 0.1 * (pieces.t[-1] - pieces.t[0]))
     return out
 
 
