@@ -31,6 +31,22 @@ def _all_of(*decorators: Callable[[Command], Command]) -> Callable[[Command], Co
     return lambda function: functools.reduce(lambda f, decorate: decorate(f), reversed(decorators), function)
 
 
+def _gathering(
+    into: str, names: tuple[str, ...], options: tuple[Callable[[Command], Command], ...]
+) -> Callable[[Command], Command]:
+    """Join options into one decorator; the command receives their values as one mapping under the name `into`."""
+
+    def decorate(function: Command) -> Command:
+        @functools.wraps(function)
+        def gathered(*args: Any, **values: Any) -> Any:
+            together = {name: values.pop(name) for name in names}
+            return function(*args, **{into: together}, **values)
+
+        return _all_of(*options)(gathered)
+
+    return decorate
+
+
 #: Parameters of commands that name files which are read, with what these are; and options that name files written.
 _INPUTS = {
     "program": "the program",
@@ -176,16 +192,8 @@ _READING_NAMES = (
 )
 
 
-def program_options(function: Command) -> Command:
-    """Add the options of reading a program; the command receives them together as `reading`."""
-
-    @functools.wraps(function)
-    def gathered(*args: Any, **values: Any) -> Any:
-        reading = {name: values.pop(name) for name in _READING_NAMES}
-        return function(*args, reading=reading, **values)
-
-    return _all_of(*_reading_options)(gathered)
-
+#: Options of reading a program; the command receives them together as `reading`.
+program_options = _gathering("reading", _READING_NAMES, _reading_options)
 
 machine_option = click.option(
     "-m",
@@ -267,15 +275,8 @@ _PLANNING_NAMES = (
 )
 
 
-def planning_options(function: Command) -> Command:
-    """Add the options of planning; the command receives them together as `planning`."""
-
-    @functools.wraps(function)
-    def gathered(*args: Any, **values: Any) -> Any:
-        planning = {name: values.pop(name) for name in _PLANNING_NAMES}
-        return function(*args, planning=planning, **values)
-
-    return _all_of(*_planning_options)(gathered)
+#: Options of planning; the command receives them together as `planning`.
+planning_options = _gathering("planning", _PLANNING_NAMES, _planning_options)
 
 
 #: How a file of setpoints is read that does not say it itself; `format` is None for its content and suffix.
