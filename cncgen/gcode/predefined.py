@@ -92,4 +92,4 @@ def asks_state(target: object) -> bool:
     """Tell whether a parameter (number, name or what computes the number) may tell the machine's state."""
     if isinstance(target, str):
         return target in NAMED and target not in _RETURNED
-    return not isinstance(target, float) or round(target) in POSITION
+    return not isinstance(target, float) or POSITION.start - 1 < target < POSITION.stop

@@ -29,6 +29,11 @@ _CODES = {0: 10, 10: 10, 20: 20, 30: 30, 900: 900, 910: 910, 901: 901, 911: 911}
 MAX_MOVES = 10_000
 #: Lengths below this are nothing.
 TINY = 1e-9
+#: Turns of a profile (rad) that are none; any other one has its corner, as LinuxCNC's turning cycles have it.
+_SMOOTH = 1e-9
+#: How far along the travel an arc around an outside corner leads at least (program units; measured on LinuxCNC's
+#: interpreter); shorter ones are left out.
+_LEAST_ROLL = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -275,10 +280,12 @@ def _send(tool: ToolCentre, segment: Segment) -> list[Any]:
 def moved_aside(profile: list[Segment], distance: float, left: bool) -> list[Segment]:
     """Return a profile moved by a distance to its left or right: rolled around outer corners, cut short at inner ones."""
     if distance <= 0.0:
-        return [half for segment in profile for half in segment.halves()]
+        return profile
     first = profile[0]
     into = first.heading(first.start)
-    tool = ToolCentre(distance, left, first.start - into * (2.0 * distance))
+    tool = ToolCentre(
+        distance, left, first.start - into * (2.0 * distance), smooth=_SMOOTH, least_roll=_LEAST_ROLL
+    )
     pieces = tool.line(first.start, None)
     try:
         for segment in profile:
@@ -291,8 +298,7 @@ def moved_aside(profile: list[Segment], distance: float, left: bool) -> list[Seg
     moves = [piece for piece in pieces if isinstance(piece, Piece)]
     ends = [move.end for move in moves]
     return [
-        half
+        Segment(a, b, move.centre, move.turns)
         for a, b, move in zip(ends, ends[1:], moves[1:], strict=False)
         if abs(b - a) > TINY
-        for half in Segment(a, b, move.centre, move.turns).halves()
     ]

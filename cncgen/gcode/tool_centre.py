@@ -107,13 +107,25 @@ class ToolCentre:
         start: Where the tool stands, programmed.
         orientation: Lathe tool orientation 0 to 9 (0 and 9: the controlled point is the centre of the nose).
         unit: Name of the unit of all lengths, for messages.
+        smooth: Turns of the path up to this angle (rad) count as smooth.
+        least_roll: Outside corners around which the tool would roll by less than this along the real axis are cut
+            straight on instead, to where the offset paths cross.
     """
 
     def __init__(
-        self, radius: float, left: bool, start: complex, orientation: int = 0, unit: str = "mm"
+        self,
+        radius: float,
+        left: bool,
+        start: complex,
+        orientation: int = 0,
+        unit: str = "mm",
+        smooth: float = SMOOTH_TURN,
+        least_roll: float = 0.0,
     ) -> None:
         self.radius = abs(radius)
         self.unit = unit
+        self._smooth = smooth
+        self._least_roll = least_roll
         self.side = 1 if left == (radius >= 0.0) else -1
         self._shift = -self.radius * NOSE.get(orientation, 0j)
         self._programmed = start
@@ -284,19 +296,23 @@ class ToolCentre:
             new.start = start
             return self._settle(strict=False)
         turn = self.side * cmath.phase(new.heading_in / old.heading_out)
-        if self._rolls(old, new, turn):
+        rolls = self._rolls(old, new, turn)
+        blunt = rolls and abs((start - old.point).real) < self._least_roll
+        if rolls and not blunt:
             done = self._settle(strict=new.centre is None)
             centre, turns = (None, 0) if rapid else (old.corner, -self.side)
             new.start = start
             return [*done, self._shifted(Piece(start, centre, turns, block, rapid, corner=True))]
-        shared = old.point if abs(turn) <= SMOOTH_TURN else meeting(old, new, self.side)
+        shared = (
+            old.point if abs(turn) <= self._smooth else meeting(old, new, -self.side if blunt else self.side)
+        )
         if shared is None:
             raise self._gouge("the offset paths do not meet in this inside corner")
         old.point = new.start = shared
         for piece in self._queue:
             if isinstance(piece, Piece):
                 piece.end = shared
-        return self._settle(strict=abs(turn) > SMOOTH_TURN)
+        return self._settle(strict=abs(turn) > self._smooth)
 
     def _rolls(self, old: Curve, new: Curve, turn: float) -> bool:
         """Tell whether a corner is an outside one.
@@ -307,7 +323,7 @@ class ToolCentre:
         if abs(turn) > math.pi - SMOOTH_TURN:
             arc = new if new.centre is not None else old
             return arc.centre is None or (arc.turns > 0) == (self.side > 0)
-        return turn < -SMOOTH_TURN
+        return turn < -self._smooth
 
     def _check(self, curve: Curve | None) -> CompensationError | None:
         """Return what is wrong where a move, cut short at its ends, goes backward; the entry move may."""

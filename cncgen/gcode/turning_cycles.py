@@ -171,7 +171,8 @@ def _rough(swap: bool, kind: int) -> Handler:
                 "profile-step", f"I and R of {name} must be above 0", "I" if step <= 0.0 else "R"
             )
         job = _prepare(ip, block, name, swap)
-        path = moved_aside(job.profile, aside, job.left)
+        aside_path = moved_aside(job.profile, aside, job.left)
+        path = [half for segment in aside_path for half in segment.halves()]
         if (job.start.imag - min(p.imag for s in path for p in s.extremes())) / step > MAX_CUTS:
             raise BlockError("profile-step", f"I{step:g} of {name} makes more than {MAX_CUTS} cuts", "I")
         end = path[-1].end
