@@ -37,6 +37,10 @@ DENSITY = {"best": Density(0.08, 0.3, 2.0, 0.2, 1.4, 0.22), "fast": Density(0.15
 #: First interval from rest, as a part of the distance in which full jerk from rest reaches full acceleration, of that in
 #: which it reaches the largest speed there, of the radius of curvature there, and of the distance to the next rest.
 _FIRST, _SLOW, _BEND, _PART = 0.5, 0.15, 0.02, 1.0 / 24.0
+#: Spacing beside the first interval, as a part of it: there v, and so the jerk of a constant q'', changes fastest.
+_NEXT = 0.25
+#: Largest spacing as a part of the distance of two rests, between which the jerk changes its sign three times.
+_STRETCH = 1.0 / 40.0
 #: Part of the limits that following the path at top speed takes at most where the path counts as straight: there the
 #: motion cruises, further from everything else than it needs to reach that speed.
 _CALM = 0.01
@@ -75,16 +79,23 @@ def place(
     spacing = _spacing(shape, probes, joints, density, bounds.period_s)
     spacing = np.minimum(spacing, _change(bounds, x[3], probes, shape, density.change))
     spacing = np.minimum(spacing, density.panel * panels)
+    rests = joints.s[joints.stop]
+    if len(rests) > 1:
+        between = np.clip(np.searchsorted(rests, probes, side="right") - 1, 0, len(rests) - 2)
+        spacing = np.minimum(spacing, _STRETCH * np.diff(rests)[between])
     before, after = _first(bounds, joints, sides, lines, top_at)
     first = np.minimum(before, after)
     spacing = np.maximum(spacing, _seen(bounds, x[1], probes))
     tight = np.flatnonzero((joints.stop & np.isfinite(first)) | (joints.zone > 0))
     at = np.searchsorted(probes, joints.s[tight])
-    spacing[at] = np.minimum(spacing[at], np.where(joints.stop, first, _beside(bounds, joints, sides))[tight])
+    spacing[at] = np.minimum(
+        spacing[at], np.where(joints.stop, _NEXT * first, _beside(bounds, joints, sides))[tight]
+    )
     fine, spacing = _refined(probes, spacing, density.growth)
     borders = _borders(joints, before, after, lines)
     stretch = np.searchsorted(joints.s, borders[:-1], side="right") - 1
-    return _spread(fine, _graded(fine, spacing, density.growth), borders, lines[stretch])
+    whole = lines[stretch] | _beside_rest(joints, borders)
+    return _spread(fine, _graded(fine, spacing, density.growth), borders, whole)
 
 
 def along(bounds: Bounds, x: Floats) -> tuple[Floats, Floats, Floats, Floats]:
@@ -271,6 +282,13 @@ def _borders(joints: Joints, before: Floats, after: Floats, lines: NDArray[np.bo
     return np.unique(
         np.concatenate([joints.s, joints.s[leaves] + after[leaves], joints.s[enters] - before[enters]])
     )
+
+
+def _beside_rest(joints: Joints, borders: Floats) -> NDArray[np.bool_]:
+    """Tell which stretches between borders leave or enter a rest."""
+    rest = np.zeros(len(borders), bool)
+    rest[np.searchsorted(borders, joints.s[joints.stop])] = True
+    return rest[:-1] | rest[1:]
 
 
 def _spread(s: Floats, spacing: Floats, borders: Floats, whole: NDArray[np.bool_]) -> Floats:

@@ -38,6 +38,8 @@ _RAISED = 2.0
 _STALLED = 0.1
 #: Change of q, as a part of the largest that a push at the end causes anywhere, from which the end is felt.
 _FELT = 1e-4
+#: Duality gap, as a part of the time, up to which what has stalled beside the optimum is taken for it.
+_STALLED_GAP = 4e-4
 #: Slack of a row, as a part of its limit, below which it is said to bind.
 _NEAR = 0.02
 
@@ -138,8 +140,8 @@ def solve(given: Intervals, state: tuple[float, float] | None, known: Floats | N
         solution, optimal = _improved(given, columns, c, state is not None, thinned)
         if optimal:
             return solution
+        found.append(solution)
         if not thinned:
-            found.append(solution)
             known = None
     # A plan that holds every limit is a plan, though the method did not find the best one.
     return min(found, key=lambda each: (not each.converged, each.time))
@@ -197,7 +199,8 @@ def _improved(
         change = np.zeros(n + 2)
         least_time.response(c, 2 if moving else 1, columns.h, columns.ends, columns.extra, *rows[:3], change)
         unfelt = _unfelt(columns.at, np.abs(change[1:-1]))
-    return Solution(q, limit, float(report[0]), unfelt, status >= 0 or held), status >= 0
+    optimal = status == 0 or (status == 1 and report[1] < _STALLED_GAP * report[0])
+    return Solution(q, limit, float(report[0]), unfelt, status >= 0 or held), optimal
 
 
 def _rows(given: Intervals, columns: _Columns, moving: bool) -> _Rows:
