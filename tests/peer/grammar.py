@@ -471,23 +471,6 @@ def programs_by_number(draw: Draw, labels: Labels) -> Lines:
 
 
 @st.composite
-def turning(draw: Draw, labels: Labels) -> Lines:
-    """Roughing and finishing of a profile that grows towards the chuck."""
-    label = next(labels)
-    radii = sorted(draw(number(2, 18)) for _ in range(draw(st.integers(2, 5))))
-    lengths = sorted((draw(number(-20, -1)) for _ in radii), reverse=True)
-    # No move stays where it is: there would be too few.
-    steps = enumerate(zip(radii, lengths, strict=True), 1)
-    profile = [f"G1 X{text(r + 0.1 * k)} Z{text(z - 0.1 * k)}" for k, (r, z) in steps]
-    words = f"D{text(draw(number(0.5, 2)))} I{text(draw(number(1, 3)))} R{text(draw(number(0.2, 1)))}"
-    finish = [f"G70 Q{label}"] if draw(st.booleans()) else []
-    return [
-        "G18 G8", "G0 X1 Z0", f"o{label} sub", *profile, f"o{label} endsub", "G0 X20 Z2 F100",
-        f"G71 Q{label} X20 Z2 {words}", *finish, "G17 G0 X30 Z9",
-    ]  # fmt: skip
-
-
-@st.composite
 def probes(draw: Draw) -> Lines:
     """Probing, and what it leaves in parameters."""
     code = draw(st.sampled_from(["G38.2", "G38.3", "G38.4", "G38.5"]))
@@ -603,7 +586,6 @@ STAGES: dict[str, Callable[[Labels], st.SearchStrategy[Lines]]] = {
     "computed": lambda labels: computed(),
     "calls": lambda labels: st.one_of(calls(labels), saving_calls(labels), deep_calls(labels)),
     "numbered": lambda labels: programs_by_number(labels),
-    "turning": lambda labels: turning(labels),
     "files": lambda labels: file_calls(),
     "probes": lambda labels: probes(),
     "splines": lambda labels: splines(),
@@ -628,8 +610,7 @@ def programs(draw: Draw, stages: tuple[str, ...] = tuple(STAGES)) -> str:
         body += draw(STAGES[draw(st.sampled_from(stages))](labels))
     setting = ["#1 = 2 #2 = 3.5", "#<a> = 1.5", "#<_shared> = -2", "#<n> = 0"]
     out = [f"{draw(st.sampled_from(['G21', 'G20']))} F200 S300", *setting, *body, "M2", *labels.tail]
-    # The peer's calls of G71 carry the N word of the profile's end, ours their own.
-    if draw(st.integers(0, 3)) == 0 and not any(line.startswith("G71") for line in out):
+    if draw(st.integers(0, 3)) == 0:
         out = [line if _has_number(line) else f"N{10 * k} {line}" for k, line in enumerate(out, 1)]
     return "\n".join([*out, ""])
 
