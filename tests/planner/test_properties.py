@@ -179,7 +179,7 @@ def test_jerk_between_nodes_of_a_curve_whose_third_derivative_bends() -> None:
 
 
 def test_chords_of_a_long_period_stay_at_shallow_corners() -> None:
-    """At 10 ms a corner of 0.02 rad that is passed, and a polyline of 10 µm steps: the chord tolerance of 1 µm (once 12)."""
+    """At 10 ms a corner of 0.02 rad that is passed, and a polyline of 10 µm steps: the chord tolerance of 1 µm (once 5 and 11)."""
     machine = replace(properties.Case((), 6000.0, False, "G61", ALIKE).machine, period_s=0.01)
     turn = 0.02 * np.arange(5)
     zigzag = 20.0 * np.cumsum(np.column_stack([np.cos(turn), np.sin(turn)]), axis=0)
