@@ -33,7 +33,7 @@ class Density:
 
 
 #: By effort.
-DENSITY = {"best": Density(0.08, 0.3, 2.0, 0.2, 1.4, 0.22), "fast": Density(0.15, 0.45, 3.0, 0.35, 1.6, 0.35)}
+DENSITY = {"best": Density(0.08, 0.3, 2.0, 0.2, 1.3, 0.2), "fast": Density(0.15, 0.45, 3.0, 0.35, 1.6, 0.35)}
 #: First interval from rest, as a part of the distance in which full jerk from rest reaches full acceleration, of that in
 #: which it reaches the largest speed there, of the radius of curvature there, and of the distance to the next rest.
 _FIRST, _SLOW, _BEND, _PART = 0.5, 0.15, 0.02, 1.0 / 24.0
