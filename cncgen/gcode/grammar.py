@@ -66,7 +66,7 @@ _FANUC_RULES = {
 }
 #: Output commands of FANUC's macros.
 _OUTPUT = re.compile(
-    r"\s*(?P<slash>/[1-9]?)?\s*(?:N\d+)?\s*(?P<keyword>POPEN|PCLOS|[BD]PRNT)(?![A-Z])", re.IGNORECASE
+    r"\s*(?:(?P<slash>/[1-9]?)\s*)?(?:N\d+\s*)?(?P<keyword>POPEN|PCLOS|[BD]PRNT)(?![A-Z])", re.IGNORECASE
 )
 _BLANKS = str.maketrans("", "", " \t\r")
 _PIECE = re.compile(r"\([^)]*\)?|;.*|[ \t\r]+")

@@ -32,7 +32,7 @@ ARGUMENTS = dict(
 )
 #: How far a computed line number may be from a whole one.
 _WHOLE = 1e-4
-_NUMBERED = re.compile(rb"(?:\A|\n)[ \t]*(?:/[1-9]?)?[ \t]*[nN][ \t]*(\d+)")
+_NUMBERED = re.compile(rb"(?:\A|\n)[ \t]*(?:/[1-9]?[ \t]*)?[nN][ \t]*(\d+)")
 
 
 def arguments(pairs: list[tuple[str, float]]) -> tuple[int, int, list[float]]:

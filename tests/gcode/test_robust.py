@@ -329,3 +329,17 @@ def test_a_stream_is_read_like_a_file(tmp_path: Path) -> None:
     (tmp_path / "p.nc").write_bytes(text)
     chunks = [next(iter(read(source, "p").chunks())) for source in (tmp_path / "p.nc", io.BytesIO(text))]
     assert chunks[0].end.tolist() == chunks[1].end.tolist()
+
+
+def test_a_parameter_of_infinite_number(run: Any) -> None:
+    """Digits enough for a number that is none."""
+    nines = "9" * 400
+    for text in (f"G0 X#{nines}", f"#{nines}=1", f"G0 X[#{nines}+1]"):
+        for dialect in ("linuxcnc", "fanuc"):
+            assert [code for code, _, _ in run(f"{text}\nM2", dialect=dialect).errors] == ["number-range"]
+
+
+@pytest.mark.parametrize("text", ["{blanks}G0 X1", "{blanks}/{blanks}N5{blanks}X1", "GOTO 5\n{blanks}x"])
+def test_many_blanks_take_no_time(run: Any, text: str) -> None:
+    """Patterns that look for words of macros must not try each way to share the blanks out (20,000 of them)."""
+    assert run(text.format(blanks=" " * 20_000) + "\nN5 M30", dialect="fanuc").errors == []
