@@ -198,6 +198,41 @@ def _is_letter(c: cython.int) -> cython.bint:
     return 97 <= (c | 32) <= 122
 
 
+@cython.cfunc
+@cython.exceptval(check=False)
+def _operator_of_letters(
+    c: cython.int, second: cython.int, third: cython.int, at: cython.Py_ssize_t
+) -> _Operator:
+    """Return the operator that these letters begin with, which stand at an offset; its level is 0 where there is none."""
+    if c == 109 and second == 111 and third == 100:
+        return _Operator(name=_MODULO, level=_LEVEL_PRODUCT, after=at + 3)
+    if c == 97 and second == 110 and third == 100:
+        return _Operator(name=_AND, level=_LEVEL_LOGIC, after=at + 3)
+    if c == 120 and second == 111 and third == 114:
+        return _Operator(name=_XOR, level=_LEVEL_LOGIC, after=at + 3)
+    if c == 111 and second == 114:
+        return _Operator(name=_OR, level=_LEVEL_LOGIC, after=at + 2)
+    return _Operator(
+        name=_relation(c, second), level=_LEVEL_RELATION if _relation(c, second) else 0, after=at + 2
+    )
+
+
+@cython.cfunc
+@cython.inline
+@cython.exceptval(check=False)
+def _relation(c: cython.int, second: cython.int) -> cython.int:
+    """Return the relation that two letters name, 0 where they name none."""
+    if c == 101:
+        return _EQ if second == 113 else 0
+    if c == 110:
+        return _NE if second == 101 else 0
+    if c == 103:
+        return _GT if second == 116 else (_GE if second == 101 else 0)
+    if c == 108:
+        return _LT if second == 116 else (_LE if second == 101 else 0)
+    return 0
+
+
 @cython.cclass
 class Computer:
     """A place in a text, and the columns that its lines go to.
@@ -261,7 +296,6 @@ class Computer:
         Settings are done, blocks go to the columns, behind those that stand there. `local` are the named parameters of the
         subroutine in force. Returns the offset of the first line not read.
         """
-        end: cython.Py_ssize_t
         words: cython.Py_ssize_t = self.word_end[self.blocks - 1] if self.blocks > 0 else 0
         self.local = local
         while offset < self.text.shape[0] and self.blocks < self.block_line.shape[0]:
@@ -642,26 +676,9 @@ class Computer:
             if second == 42:
                 return _Operator(name=_POWER, level=_LEVEL_POWER, after=at + 2)
             return _Operator(name=_MULTIPLY, level=_LEVEL_PRODUCT, after=at + 1)
-        c |= 32
-        second |= 32
-        third |= 32
-        if c == 109 and second == 111 and third == 100:
-            return _Operator(name=_MODULO, level=_LEVEL_PRODUCT, after=at + 3)
-        if c == 97 and second == 110 and third == 100:
-            return _Operator(name=_AND, level=_LEVEL_LOGIC, after=at + 3)
-        if c == 120 and second == 111 and third == 114:
-            return _Operator(name=_XOR, level=_LEVEL_LOGIC, after=at + 3)
-        if c == 111 and second == 114:
-            return _Operator(name=_OR, level=_LEVEL_LOGIC, after=at + 2)
-        if c == 101 and second == 113:
-            return _Operator(name=_EQ, level=_LEVEL_RELATION, after=at + 2)
-        if c == 110 and second == 101:
-            return _Operator(name=_NE, level=_LEVEL_RELATION, after=at + 2)
-        if c == 103 and (second == 116 or second == 101):
-            return _Operator(name=_GT if second == 116 else _GE, level=_LEVEL_RELATION, after=at + 2)
-        if c == 108 and (second == 116 or second == 101):
-            return _Operator(name=_LT if second == 116 else _LE, level=_LEVEL_RELATION, after=at + 2)
-        return _Operator(name=0, level=0, after=at)
+        if c == 10:
+            return _Operator(name=0, level=0, after=at)
+        return _operator_of_letters(c | 32, second | 32, third | 32, at)
 
     @cython.cfunc
     @cython.exceptval(check=False)
