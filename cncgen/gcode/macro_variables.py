@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from cncgen.diagnostics import Severity
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.modal import NO_MOTION
+from cncgen.gcode.systems import load_system
 from cncgen.toolpath.record import PathMode
 
 if TYPE_CHECKING:
@@ -192,8 +193,6 @@ def _set_tool(ip: Interpreter, radius: int, wear: int, number: int, value: float
 
 def _set_origin(ip: Interpreter, index: int, value: float) -> None:
     """Set a coordinate of an origin (vacant: 0), as the program's units have it; it takes effect at once."""
-    from cncgen.gcode.offsets import load_system
-
     axis = (index - 1) % 20
     ip.parameters.numbers[index] = (value if value == value else 0.0) / ip.scale_of(axis)
     load_system(ip, ip.state.system)

@@ -9,44 +9,13 @@ from cncgen.gcode.codes import BOTH, Code, Handler
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.modal import Stage, to_machine, zeros
-from cncgen.gcode.parameters import (
-    G92,
-    G92_ON,
-    MORE_SYSTEMS,
-    SYSTEM,
-    SYSTEM_COUNT,
-    SYSTEM_STEP,
-    SYSTEMS,
-)
+from cncgen.gcode.parameters import G92, G92_ON, SYSTEM_COUNT
+from cncgen.gcode.systems import ROTATION, first_parameter, load_system
 from cncgen.gcode.tool_table import Tool, tools_of
 from cncgen.gcode.tools import load_tool_parameters, whole
 
 _AXES = "xyzabcuvw"
 _TABLE_WORDS = _AXES + "plrijq"
-ROTATION = 9
-#: Where FANUC's shift of all work coordinate systems begins.
-EXTERNAL = 5201
-
-
-def first_parameter(system: int) -> int:
-    """Return the number of the first parameter of a system (1 to 9)."""
-    if system > SYSTEM_COUNT:
-        return MORE_SYSTEMS + SYSTEM_STEP * (system - SYSTEM_COUNT - 1)
-    return SYSTEMS + SYSTEM_STEP * (system - 1)
-
-
-def load_system(ip: Interpreter, system: int) -> None:
-    """Take origin and rotation of a system from its parameters; the machine stays where it is."""
-    machine = ip.machine_position()
-    state, parameters = ip.state, ip.parameters
-    state.system = system
-    parameters.numbers[SYSTEM] = float(system)
-    state.origin = parameters.offset(first_parameter(system), ip.table_scale())
-    if ip.dialect == "fanuc":
-        shift = parameters.offset(EXTERNAL, ip.table_scale())
-        state.origin = [o + s for o, s in zip(state.origin, shift, strict=True)]
-    state.rotation = parameters.numbers[first_parameter(system) + ROTATION]
-    ip.rebase(machine)
 
 
 def use_system(ip: Interpreter, system: int) -> None:

@@ -8,8 +8,8 @@ from cncgen.gcode.codes import Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.modal import Stage
-from cncgen.gcode.offsets import EXTERNAL, first_parameter, given_axes, load_system, set_g92, use_system
-from cncgen.gcode.parameters import MORE_COUNT, SYSTEM_COUNT
+from cncgen.gcode.offsets import given_axes, set_g92, use_system
+from cncgen.gcode.systems import EXTERNAL, MORE_COUNT, SYSTEM_COUNT, first_parameter, load_system
 from cncgen.gcode.tools import whole
 
 #: What G10 L sets that is of no use without the control.

@@ -12,6 +12,7 @@ from cncgen.gcode import macro_variables
 from cncgen.gcode.block import nearest
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.predefined import NAMED, POSITION, TOOL_CHANGER, position_parameter
+from cncgen.gcode.systems import SYSTEM, SYSTEM_COUNT, SYSTEM_STEP, SYSTEMS
 
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
@@ -24,9 +25,6 @@ VACANT_AT_START = (range(34), range(100, 200), range(500, 1000))
 #: Where the tables begin; offsets are X Y Z A B C U V W, work systems have their rotation after W.
 HOME_28, HOME_30 = 5161, 5181
 G92_ON, G92 = 5210, 5211
-SYSTEM, SYSTEMS, SYSTEM_STEP, SYSTEM_COUNT = 5220, 5221, 20, 9
-#: FANUC's additional systems, G54.1 P1 to P48; they count from `SYSTEM_COUNT` + 1.
-MORE_SYSTEMS, MORE_COUNT = 7001, 48
 #: FANUC's common variables that keep their values when the control is switched off.
 KEPT_FANUC = range(500, 1000)
 PROBE, PROBE_HIT = 5061, 5070

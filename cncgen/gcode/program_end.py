@@ -6,7 +6,7 @@ from cncgen.gcode.block import Block
 from cncgen.gcode.codes import Code, Handler
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.modal import Stage
-from cncgen.gcode.offsets import load_system
+from cncgen.gcode.systems import load_system
 from cncgen.toolpath.record import Event
 
 

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from functools import cache
+from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes import BOTH, Code
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.modal import Stage
 from cncgen.gcode.tools import whole
 from cncgen.toolpath.record import Event
+
+if TYPE_CHECKING:
+    from cncgen.gcode.interpreter import Interpreter
 
 USER_CODES = range(1000, 2000, 10)
 #: M198 of FANUC runs a program.

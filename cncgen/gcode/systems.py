@@ -1,0 +1,37 @@
+"""Coordinate systems as they stand in the parameters: where each begins, and how one is taken up."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from cncgen.gcode.interpreter import Interpreter
+
+#: The parameter that holds the system in force, the first one of G54, from system to system, and how many they are.
+SYSTEM, SYSTEMS, SYSTEM_STEP, SYSTEM_COUNT = 5220, 5221, 20, 9
+#: FANUC's additional systems, G54.1 P1 to P48; they count from `SYSTEM_COUNT` + 1.
+MORE_SYSTEMS, MORE_COUNT = 7001, 48
+ROTATION = 9
+#: Where FANUC's shift of all work coordinate systems begins.
+EXTERNAL = 5201
+
+
+def first_parameter(system: int) -> int:
+    """Return the number of the first parameter of a system (1 to 9)."""
+    if system > SYSTEM_COUNT:
+        return MORE_SYSTEMS + SYSTEM_STEP * (system - SYSTEM_COUNT - 1)
+    return SYSTEMS + SYSTEM_STEP * (system - 1)
+
+
+def load_system(ip: Interpreter, system: int) -> None:
+    """Take origin and rotation of a system from its parameters; the machine stays where it is."""
+    machine = ip.machine_position()
+    state, parameters = ip.state, ip.parameters
+    state.system = system
+    parameters.numbers[SYSTEM] = float(system)
+    state.origin = parameters.offset(first_parameter(system), ip.table_scale())
+    if ip.dialect == "fanuc":
+        shift = parameters.offset(EXTERNAL, ip.table_scale())
+        state.origin = [o + s for o, s in zip(state.origin, shift, strict=True)]
+    state.rotation = parameters.numbers[first_parameter(system) + ROTATION]
+    ip.rebase(machine)
