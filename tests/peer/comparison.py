@@ -22,6 +22,7 @@ PEER_FAULTS: dict[str, str] = {
     "oword_do_after_break": "a break out of a while loop ends the next do loop after its first round",
     "g10_p_not_whole": "the manual wants a whole P; it takes G10 P1.5 as P1",
     "digital_output_negative": "it switches output -1",
+    "sub_definition_returns_value": "a definition that is passed over gives #<_value> the value of its ENDSUB",
 }
 
 #: Programs in which we go beyond the peer or are stricter, and why.

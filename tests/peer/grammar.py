@@ -444,11 +444,12 @@ def nested_loops(draw: Draw, labels: Labels) -> Lines:
 @st.composite
 def deep_calls(draw: Draw, labels: Labels) -> Lines:
     """A subroutine that calls itself, with locals of its own, and gives a value back out of a loop."""
+    # It asks for no value before its first call: the peer's is that of the last definition passed over.
     name, branch, loop, out = (f"o<{word}{next(labels)}>" for word in ("Deep", "b", "l", "r"))
     depth = draw(st.integers(0, 4))
     return [
         f"{name} sub", "#<mine> = [#1 * 2]", f"{branch} if [#1 GT 0]", f"{name} call [#1 - 1] [#2 + 1]",
-        f"{branch} endif", "G1 X[#<mine> + #2] Y#<_value>", "#3 = 0", f"{loop} while [#3 LT 3]", "#3 = [#3 + 1]",
+        f"{branch} endif", "G1 X[#<mine> + #2] Y#1", "#3 = 0", f"{loop} while [#3 LT 3]", "#3 = [#3 + 1]",
         f"{out} if [#3 + #1 EQ 3]", f"{name.lower()} return [#3]", f"{out} endif", *draw(lines()), f"{loop} endwhile",
         f"{name} endsub", f"{name} call [{depth}] [#1]", "(debug, #1 #3 #<_value> #<_value_returned>)",
     ]  # fmt: skip
