@@ -185,6 +185,12 @@ def test_bytes_that_are_no_utf_8_are_read_as_latin_1_with_a_warning():
     assert [d.code for d in file.reporter.diagnostics] == ["part21-encoding"]
 
 
+def test_a_byte_order_mark_is_no_statement():
+    file = Exchange.load(b"\xef\xbb\xbf" + exchange("#1=A('x');").data, "t")
+    assert file.instance(1).parameters == ("x",)
+    assert not file.reporter.diagnostics.has_errors
+
+
 def test_aliases_of_entities():
     file = exchange(
         "#1=CRTPNT('',(1.,2.,3.));\n#2=(X()CRTPNT('',()));", aliases={"CRTPNT": "CARTESIAN_POINT"}

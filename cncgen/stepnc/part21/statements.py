@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,10 +41,14 @@ class Statements:
 
 
 def split(data: bytes) -> Statements:
-    """Find all statements. After a string or comment without an end the next line is where it goes on."""
+    """Find all statements, behind a byte order mark.
+
+    After a string or comment without an end the next line is where it goes on.
+    """
     buffer = np.frombuffer(data, np.uint8)
     columns: list[list[np.ndarray]] = [[] for _ in range(6)]
-    position = restarts = 0
+    position = len(codecs.BOM_UTF8) if data.startswith(codecs.BOM_UTF8) else 0
+    restarts = 0
     while position < len(data):
         chunk: list[np.ndarray] = [np.empty(_ROOM, np.int64) for _ in range(5)]
         chunk.append(np.empty(_ROOM, np.int32))
