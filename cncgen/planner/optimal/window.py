@@ -22,6 +22,8 @@ Floats = NDArray[np.float64]
 SIZE = 1600
 #: By effort, the part of the limits of acceleration and jerk that is planned with: what may be passed between nodes.
 MARGIN = {"best": 0.9993, "fast": 0.9965}
+#: Part of q by which neighbours on a plateau may differ.
+_LEVEL = 1e-6
 #: Sharp corners that are handed on one by one; beyond them they are counted.
 MAX_CORNERS = 10_000
 
@@ -71,7 +73,7 @@ class Window:
                 given = self._intervals(len(solution.q))
             final = len(given)
             if not solution.fallback and (cut or not (rest or whole)):
-                final = solution.unfelt
+                final = _last_top(solution.q[:, 1], solution.unfelt)
                 if final < count // 8 and count < 16 * SIZE and not cut:
                     self.wanted = 2 * count
                     continue
@@ -199,6 +201,18 @@ def _last_rest(kind: NDArray[np.int8], least: int) -> int:
     """Return after how many intervals, at least `least`, the path rests for the last time; 0 for nowhere."""
     rests = np.flatnonzero((kind[:-1] == ENTER) | (kind[:-1] == LINE)) + 1
     return int(rests[-1]) if len(rests) and rests[-1] >= least else 0
+
+
+def _last_top(q: Floats, last: int) -> int:
+    """Return the interval of the last top or plateau of q up to `last`; `last` where there is none.
+
+    A state amid the braking for something, or amid the rise before it, has hardly another way on than the one that it
+    comes from, and that only where the next plan may use the limits to the same last digit.
+    """
+    before, here, after = q[:last], q[1 : last + 1], q[2 : last + 2]
+    n = len(after)
+    level = np.flatnonzero((here[:n] >= (1.0 - _LEVEL) * before[:n]) & (after <= (1.0 + _LEVEL) * here[:n]))
+    return int(level[-1]) + 1 if len(level) else last
 
 
 def _cut_short(given: Intervals) -> Intervals:

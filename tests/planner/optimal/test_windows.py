@@ -9,13 +9,13 @@ import pytest
 
 from cncgen.machine import Machine, load
 from cncgen.planner import PlanOptions, plan
-from cncgen.planner.optimal import window
+from cncgen.planner.optimal import problem, window
 from cncgen.planner.optimal.pieces import _seven, _stretched
 from cncgen.planner.optimal.problem import Intervals
 from cncgen.planner.optimal.track import LINE
 from cncgen.setpoints import sample
 from cncgen.toolpath.record import Toolpath
-from tests.planner.smoothing.programs import chunked, facets
+from tests.planner.smoothing.programs import chunked, facets, toolpath
 
 
 @pytest.fixture
@@ -55,6 +55,27 @@ def test_small_windows_take_hardly_longer(request: pytest.FixtureRequest) -> Non
     whole = len(positions(chunked(rows, 1500), machine))
     request.getfixturevalue("small")
     assert len(positions(chunked(rows, 1500), machine)) <= 1.003 * whole + 1
+
+
+def test_windows_begin_where_there_is_more_than_one_way_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rows of a surface: wherever a window ends, the next one is solved from the first start."""
+    runs: list[bool] = []
+    improved = problem._improved
+
+    def counted(*given: object) -> tuple[problem.Solution, bool]:
+        solution, optimal = improved(*given)
+        runs.append(optimal)
+        return solution, optimal
+
+    monkeypatch.setattr(problem, "_improved", counted)
+    monkeypatch.setattr(window, "SIZE", 400)
+    x = np.arange(0.0, 12.0, 0.2)
+    rows = [np.stack([x[:: 1 - 2 * (k % 2)], np.full_like(x, 0.3 * k)], 1) for k in range(60)]
+    flat = np.concatenate(rows)
+    points = np.column_stack([flat, 2.0 * np.sin(flat[:, 0] / 5.0) * np.cos(flat[:, 1] / 4.0)]).round(3)
+    positions(iter([toolpath(points[0], points[1:])]), load("generic-mill"))
+    assert len(runs) > 20
+    assert all(runs)
 
 
 @pytest.mark.usefixtures("small")
