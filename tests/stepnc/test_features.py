@@ -9,6 +9,8 @@ import shapely
 from shapely import Point, Polygon, box
 
 from cncgen.stepnc import read
+from cncgen.stepnc.features.offsets import polygon_of, strip
+from cncgen.stepnc.geometry.pieces import Polyline
 from cncgen.toolpath.record import FeedMode, Kind
 from tests.stepnc.building import E, codes, motions
 from tests.stepnc.featured import GRID, ORIGIN, SIZE, Features, cells, check_cut, pocket_operation, tops
@@ -470,6 +472,15 @@ def test_layers_of_side_roughing_begin_at_the_farthest_corner_of_the_raw_piece()
     radius = [np.linalg.norm(path.starts[k, :2] - path.arcs.centre[path.curve[k], :2]) for k in round_it]
     radius = list(dict.fromkeys(np.round(radius, 3)))
     np.testing.assert_allclose(radius, [42, 35, 28, 21, 14], atol=1e-3)
+
+
+def test_no_slot_is_wider_than_its_arc_lets_it_be():
+    """A quarter of a ring: its area is (R² − r²) π/4; wider than its radius allows it is nothing in one piece."""
+    turn = np.linspace(0.0, 0.5 * np.pi, 200)
+    arc = [Polyline(30.0 * np.column_stack([np.cos(turn), np.sin(turn), np.zeros(200)]))]
+    (outline,) = strip(arc, 5.0, ())
+    assert polygon_of(outline).area == pytest.approx((35.0**2 - 25.0**2) * np.pi / 4.0, rel=1e-3)
+    assert strip(arc, 180.0, ()) == []
 
 
 @pytest.mark.parametrize(("width", "kind"), [(8.0, "BOTTOM"), (12.0, "BOTTOM"), (12.0, "SIDE")])

@@ -335,7 +335,10 @@ def within_stock(corners: Floats, stock: list[Piece] | None) -> tuple[list[Piece
 
 
 def strip(path: list[Piece], half: float, rounded: tuple[bool, ...]) -> list[list[Piece]]:
-    """Return the outlines of what lies within `half` mm of a path, the outer one first; ends rounded or square."""
+    """Return the outlines of what lies within `half` mm of a path, the outer one first; ends rounded or square.
+
+    Nothing where that is not in one piece: no path is so wide.
+    """
     from shapely import LineString, Point
 
     points = np.concatenate([_chords_of(p)[:, :2] for p in path])
@@ -345,4 +348,5 @@ def strip(path: list[Piece], half: float, rounded: tuple[bool, ...]) -> list[lis
     for end, round_it in zip((points[0], points[-1]), rounded, strict=False):
         if round_it:
             body = body.union(grown(Point(end), half, quad_segs=QUARTER))
-    return boundary_curves(body, clockwise=False)
+    parts = polygons(body)
+    return boundary_curves(parts[0], clockwise=False) if len(parts) == 1 else []

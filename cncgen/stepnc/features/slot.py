@@ -113,14 +113,14 @@ def mill_walls(job: Job) -> tuple[Path, ...]:
 
 def _as_pocket(job: Job, course: list[Piece], width: float) -> Job:
     """Return the slot as a pocket: what lies within half its width of the course; a loop leaves its middle standing."""
-    if _is_loop(course):
-        outline, *inner = offsets.strip(course, width / 2, ())
-        shape = replace(job.shape, outline=outline, bosses=tuple(Boss(b) for b in inner))
-    else:
-        rounded = tuple(end == "radiused" for end in (*job.shape.ends, "", "")[:2])
-        (outline, *_) = offsets.strip(_extended(job, course), width / 2, rounded)
-        shape = replace(job.shape, outline=outline)
-    return replace(job, shape=shape)
+    loop = _is_loop(course)
+    rounded = () if loop else tuple(end == "radiused" for end in (*job.shape.ends, "", "")[:2])
+    outlines = offsets.strip(course if loop else _extended(job, course), width / 2, rounded)
+    if not outlines:
+        raise job.fault("stepnc-geometry", f"no slot {width:g} mm wide follows the course in one piece")
+    outline, *inner = outlines
+    bosses = tuple(Boss(b) for b in inner) if loop else job.shape.bosses
+    return replace(job, shape=replace(job.shape, outline=outline, bosses=bosses))
 
 
 def _along(job: Job, path: list[Piece], levels: list[float]) -> tuple[Path, ...]:
