@@ -19,11 +19,12 @@ Lines = list[str]
 
 
 class Labels:
-    """Numbers for labels, and the lines that go behind the program's end."""
+    """Numbers for labels, the lines that go behind the program's end, and whether a loop may have been left by BREAK."""
 
     def __init__(self) -> None:
         self.numbers = count(100)
         self.tail: Lines = []
+        self.broken = False
 
     def __next__(self) -> int:
         return next(self.numbers)
@@ -359,7 +360,8 @@ def loops(draw: Draw, labels: Labels) -> Lines:
     label, counter = f"o{next(labels)}", draw(st.sampled_from(["#20", "#<n>"]))
     rounds = draw(st.integers(0, 4))
     body = [*draw(st.one_of(lines(), incremental(), values(), arcs())), f"{counter} = [{counter} + 1]"]
-    kind = draw(st.integers(0, 3))
+    # After a BREAK the peer ends the next DO after one round (docs/language.md).
+    kind = draw(st.sampled_from([0, 1, 3] if labels.broken else [0, 1, 2, 3]))
     if kind == 0:
         return [f"{label} repeat [{rounds}]", *body[:-1], f"{label} endrepeat"]
     if kind == 1:
@@ -430,6 +432,7 @@ def nested_loops(draw: Draw, labels: Labels) -> Lines:
             [f"{inner} break", f"{inner} continue", f"{outer} break", f"{outer} continue", "G0 Z1"]
         )
     )
+    labels.broken |= act.endswith("break")
     condition = draw(
         st.sampled_from([f"#22 EQ {at}", f"#21 GE {at}", f"#22 GT {at} OR #21 EQ 1", "#5420 GT 30"])
     )
