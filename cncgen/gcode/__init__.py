@@ -4,7 +4,9 @@
 the same interpreter, on a sink that builds columns (`columns`), prints (`printing`) or only counts (`counting`).
 
 The way of a block: `source` holds the bytes; `lanes` cuts them into plain blocks (a scanner) and others (`descent`,
-`grammar`, `expressions`); `running` has them executed in order; `interpreter` finds the codes of a block in `codes`, checks that
+`grammar`, `expressions`). `running` has them executed in order: `stream` as long as the program goes forward, `walking`
+where it goes back or away; O-words and calls (`flow`, `branches`, `sub_words`, `calls`) lead to lines by their `labels`,
+in the texts and files that `subroutines` knows. `interpreter` finds the codes of a block in `codes`, checks that
 they go together, and calls their handlers in the order of `modal.Stage`; handlers change `modal.State` and call the
 `sink`.
 

@@ -30,7 +30,8 @@ from cncgen.toolpath.reading import ReadOptions
 from cncgen.units import INCH
 
 if TYPE_CHECKING:
-    from cncgen.gcode.flow import FlowControl, Frame
+    from cncgen.gcode.calls import Frame
+    from cncgen.gcode.flow import FlowControl
 
 _AXIS_LETTERS = frozenset("xyzabcuvw@^")
 #: Plans kept; a program uses some dozens.
@@ -334,11 +335,11 @@ class Interpreter:
     def frame(self) -> Frame:
         """Return the record of the innermost subroutine call."""
         assert self.flow is not None
-        return self.flow.frame
+        return self.flow.calls.frame
 
     def call_level(self) -> int:
         """Return how many calls are in progress."""
-        return len(self.flow.frames) if self.flow else 0
+        return len(self.flow.calls.frames) if self.flow else 0
 
     def restore(self, saved: object) -> None:
         """Bring back a modal state that M73 saved."""

@@ -1,4 +1,4 @@
-"""The lines of a text that jumps may lead to, found by label: O-words, program numbers, loops of macros.
+"""The lines of a text that jumps may lead to: O-words by label, program numbers, loops of macros, N words.
 
 Nothing is nested here: a jump's target is the next or the last line with the same label and a fitting keyword, as in
 LinuxCNC ("O Codes"), whose labels are local to the subroutine that they stand in.
@@ -9,11 +9,13 @@ from __future__ import annotations
 import re
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator
+from functools import cached_property
 from typing import NamedTuple
 
 from cncgen.gcode import descent, grammar
 from cncgen.gcode.block import Value
 from cncgen.gcode.errors import BlockError
+from cncgen.gcode.macro_loops import Loops
 from cncgen.gcode.source import Source
 
 #: O-words that lead elsewhere and that nothing leads to.
@@ -24,6 +26,8 @@ _LINE = re.compile(
     rb"((?:[oO:](?![ \t]*(?:\d+|<[^>\n]*>)[ \t]*(?i:%s)\b)|(?i:while|do[ \t]*\d|end[ \t]*\d))[^\n]*)"
     % "|".join(_LEAVING).encode()
 )
+#: Lines with an N word.
+_NUMBERED = re.compile(rb"(?:\A|\n)[ \t]*(?:/[1-9]?[ \t]*)?[nN][ \t]*(\d+)")
 #: What BREAK and CONTINUE look for.
 LOOP_END = "the loop's end"
 #: An O-word that a jump may lead to, its label and its keyword.
@@ -63,6 +67,7 @@ class Labels:
     """
 
     def __init__(self, source: Source, index: int, dialect: str) -> None:
+        self._source, self._index = source, index
         self.marks = list(_find_marks(source, index, dialect))
         self.computed = [mark for mark in self.marks if callable(mark.label)]
         self._written: dict[tuple[Label, str], list[Marked]] = {}
@@ -120,16 +125,44 @@ class Labels:
         index = bisect_right(self._borders, offset)
         return self._border_marks[index] if index < len(self._borders) else None
 
+    def program_range(self, offset: int) -> tuple[int, int]:
+        """Return the offsets between which the program of a line stands in its file."""
+        begin, end = 0, len(self._source)
+        for mark in self.marks:
+            if mark.keyword == "program":
+                if mark.cursor.offset > offset:
+                    return begin, mark.cursor.offset
+                begin = mark.cursor.offset
+        return begin, end
+
+    @cached_property
+    def loops(self) -> Loops:
+        """The loops of FANUC's macros."""
+        return Loops(self.marks)
+
+    @cached_property
+    def numbered(self) -> dict[int, list[Cursor]]:
+        """Lines by their N word."""
+        lines: dict[int, list[Cursor]] = {}
+        for begin, line, match in _line_matches(self._source, _NUMBERED):
+            lines.setdefault(int(match.group(1)), []).append(Cursor(self._index, begin, line))
+        return lines
+
     def has_sub_between(self, begin: int, end: int) -> bool:
         """Tell whether a subroutine begins between two offsets."""
         return bisect_right(self._subs, begin) < bisect_left(self._subs, end)
+
+
+def shown(label: Label) -> str:
+    """Return how a label is written."""
+    return f"<{label}>" if isinstance(label, str) else f"{label:g}"
 
 
 def _offset(mark: Marked) -> int:
     return mark.cursor.offset
 
 
-def line_matches(source: Source, pattern: re.Pattern[bytes]) -> Iterator[tuple[int, int, re.Match[bytes]]]:
+def _line_matches(source: Source, pattern: re.Pattern[bytes]) -> Iterator[tuple[int, int, re.Match[bytes]]]:
     """Yield offset, number and match of the lines that a pattern (which may take the newline before) fits."""
     line, counted = 1, 0
     for match in pattern.finditer(source.data):
@@ -140,7 +173,7 @@ def line_matches(source: Source, pattern: re.Pattern[bytes]) -> Iterator[tuple[i
 
 
 def _find_marks(source: Source, index: int, dialect: str) -> Iterator[Marked]:
-    for begin, line, match in line_matches(source, _LINE):
+    for begin, line, match in _line_matches(source, _LINE):
         opening = _OPENING.match(match[1]) if dialect == "linuxcnc" else None
         if opening:
             # What stands behind the keyword may be wrong, which is said where the line runs; jumps lead to it all the same.

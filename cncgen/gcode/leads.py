@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, TypeGuard
 
 from cncgen.gcode import descent, macro_loops, macros
 from cncgen.gcode.block import Computed, Flow, Value, nearest
+from cncgen.gcode.calls import LOCALS
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.labels import LOOP_END
 
@@ -73,8 +74,7 @@ def _if(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cur
     branches: list[tuple[Computed, Cursor]] = []
     mark = control.next_mark(here, label, ("elseif", "else", "endif"), "endif")
     while mark.keyword == "elseif":
-        text = control.sources[mark.cursor.source].text_at(mark.cursor.offset)
-        other = descent.parse(text, control.ip.dialect).flow
+        other = descent.parse(control.text_of(mark), control.ip.dialect).flow
         if other is None or len(other.arguments) != 1:
             return None
         branches.append((_settled(control, other), mark.after))
@@ -130,11 +130,11 @@ def _while(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: 
     start = begin.after
 
     def lead() -> Cursor | None:
-        if label not in control.frame.doing:
+        if label not in control.calls.frame.doing:
             return control.run(flow, here, after)
         if condition(parameters):
             return start
-        control.frame.doing.discard(label)
+        control.calls.frame.doing.discard(label)
         return None
 
     return lead
@@ -145,7 +145,7 @@ def _endwhile(control: FlowControl, flow: Flow, label: Label, here: Cursor, afte
 
 
 def _do(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
-    return lambda: control.frame.doing.add(label)
+    return lambda: control.calls.frame.doing.add(label)
 
 
 def _repeat(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead | None:
@@ -158,7 +158,7 @@ def _repeat(control: FlowControl, flow: Flow, label: Label, here: Cursor, after:
         count = nearest(times(parameters), "the count of REPEAT")
         if count <= 0:
             return end
-        control.frame.left[label] = count
+        control.calls.frame.left[label] = count
         return None
 
     return lead
@@ -168,7 +168,7 @@ def _endrepeat(control: FlowControl, flow: Flow, label: Label, here: Cursor, aft
     start = control.previous_mark(here, label, ("repeat",), "endrepeat").after
 
     def lead() -> Cursor | None:
-        left = control.frame.left
+        left = control.calls.frame.left
         count = left[label] = left.get(label, 0) - 1
         return start if count > 0 else None
 
@@ -179,7 +179,7 @@ def _break(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: 
     end = control.next_mark(here, label, ("endwhile", "endrepeat", "while"), LOOP_END).after
 
     def lead() -> Cursor | None:
-        control.frame.doing.discard(label)
+        control.calls.frame.doing.discard(label)
         return end
 
     return lead
@@ -192,14 +192,14 @@ def _continue(control: FlowControl, flow: Flow, label: Label, here: Cursor, afte
 def _call(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead | None:
     """CALL: the subroutine stays where it is; its arguments are computed each time."""
     arguments = [_computed(value) for value in flow.arguments]
-    vacant = [0.0] * (control.argument_room - len(arguments))
-    if len(arguments) > control.argument_room:
+    vacant = [0.0] * (LOCALS - len(arguments))
+    if len(arguments) > LOCALS:
         return None
-    target = control.sub_of(label, here).after
+    target = control.subroutines.find(label, here).after
     parameters = control.ip.parameters
 
     def lead() -> Cursor | None:
-        control.enter(label, target, after, [value(parameters) for value in arguments] + vacant)
+        control.calls.enter(label, after, [value(parameters) for value in arguments] + vacant)
         return target
 
     return lead
@@ -212,9 +212,9 @@ def _leave(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: 
     anywhere, arguments = flow.keyword == "return", flow.arguments
 
     def lead() -> Cursor | None:
-        frames = control.frames
+        frames = control.calls.frames
         if frames and (anywhere or frames[-1].label == label):
-            return control.leave(arguments)
+            return control.calls.leave(arguments)
         return control.run(flow, here, after)
 
     return lead

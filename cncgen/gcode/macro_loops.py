@@ -73,7 +73,7 @@ class Loops:
         self.partner[begin.cursor.offset], self.partner[end.cursor.offset] = end, begin
 
 
-def end_of(flow: FlowControl, word: Flow, here: Cursor) -> Cursor:
+def end_of(control: FlowControl, word: Flow, here: Cursor) -> Cursor:
     """Return the line behind the END of a DO.
 
     Raises:
@@ -82,10 +82,10 @@ def end_of(flow: FlowControl, word: Flow, here: Cursor) -> Cursor:
     number = _number(_checked(word))
     hint = f"a loop ends with a block END {number} in the same program"
     missing = BlockError("loop-unmatched", f"DO {number} has no END {number}", "DO", hint=hint)
-    return _partner(flow, here, missing).after
+    return _partner(control, here, missing).after
 
 
-def begin_of(flow: FlowControl, word: Flow, here: Cursor) -> Cursor:
+def begin_of(control: FlowControl, word: Flow, here: Cursor) -> Cursor:
     """Return the line of the DO of an END.
 
     Raises:
@@ -94,14 +94,12 @@ def begin_of(flow: FlowControl, word: Flow, here: Cursor) -> Cursor:
     number = _number(_checked(word))
     hint = f"a loop begins with WHILE[…] DO {number}, or DO {number}"
     missing = BlockError("loop-unmatched", f"END {number} has no DO {number}", "END", hint=hint)
-    return _partner(flow, here, missing).cursor
+    return _partner(control, here, missing).cursor
 
 
-def _partner(flow: FlowControl, here: Cursor, missing: BlockError) -> Marked:
+def _partner(control: FlowControl, here: Cursor, missing: BlockError) -> Marked:
     """Return the other end of the loop whose DO or END stands here."""
-    loops = flow.loops.get(here.source)
-    if loops is None:
-        loops = flow.loops[here.source] = Loops(flow.labels(here.source).marks)
+    loops = control.subroutines.labels(here.source).loops
     fault = loops.faults.get(here.offset)
     if fault is None and here.offset not in loops.partner:
         fault = missing

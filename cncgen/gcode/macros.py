@@ -7,11 +7,11 @@ is vacant: NaN inside, which counts as 0 in arithmetic and as no word where a wo
 from __future__ import annotations
 
 import math
-import re
 from typing import TYPE_CHECKING
 
 from cncgen.gcode import macro_loops
 from cncgen.gcode.block import Block, Flow, nearest
+from cncgen.gcode.calls import MACRO_LOCALS
 from cncgen.gcode.codes import Code
 from cncgen.gcode.errors import BlockError, Stop
 from cncgen.gcode.interpreter import Interpreter
@@ -20,25 +20,23 @@ from cncgen.gcode.tools import whole
 from cncgen.toolpath.record import Event
 
 if TYPE_CHECKING:
-    from cncgen.gcode.flow import Cursor, FlowControl
+    from cncgen.gcode.flow import FlowControl
+    from cncgen.gcode.labels import Cursor
 
 _FANUC = ("fanuc",)
 VACANT = math.nan
-#: Local parameters of a macro.
-LOCALS = 33
 #: Parameter of each argument letter (argument specification I).
 ARGUMENTS = dict(
     zip("abcijkdefhmqrstuvwxyz", (1, 2, 3, 4, 5, 6, 7, 8, 9, 11, *range(13, 14), *range(17, 27)), strict=True)
 )
 #: How far a computed line number may be from a whole one.
 _WHOLE = 1e-4
-_NUMBERED = re.compile(rb"(?:\A|\n)[ \t]*(?:/[1-9]?[ \t]*)?[nN][ \t]*(\d+)")
 
 
 def arguments(pairs: list[tuple[str, float]]) -> tuple[int, int, list[float]]:
     """Return program number, repeats and local parameters of a G65 or G66 block."""
     number, times = -1, 1
-    values = [VACANT] * LOCALS
+    values = [VACANT] * MACRO_LOCALS
     sets = {"i": 0, "j": 0, "k": 0}
     for letter, value in pairs:
         if letter == "p":
@@ -49,7 +47,7 @@ def arguments(pairs: list[tuple[str, float]]) -> tuple[int, int, list[float]]:
             # I J K may repeat: the n-th set goes to #(3n+1), #(3n+2), #(3n+3).
             index = 3 * sets[letter] + ARGUMENTS[letter]
             sets[letter] += 1
-            if index > LOCALS:
+            if index > MACRO_LOCALS:
                 raise BlockError(
                     "macro-arguments", f"{letter.upper()} stands more than ten times", letter.upper()
                 )
@@ -64,7 +62,7 @@ def arguments(pairs: list[tuple[str, float]]) -> tuple[int, int, list[float]]:
 
 
 def call(ip: Interpreter, block: Block) -> None:
-    """G65: call a macro (its words are read before, `Runner`)."""
+    """G65: call a macro (its words are read before, `Compiler.call_macro`)."""
 
 
 def modal_call(ip: Interpreter, block: Block) -> None:
@@ -93,20 +91,19 @@ def back(ip: Interpreter, block: Block) -> None:
     ip.jump = ("return", whole(block, "p", "M99") if "p" in block.words else -1, 0)
 
 
-def run(flow: FlowControl, word: Flow, here: Cursor) -> Cursor | None:
+def run(control: FlowControl, word: Flow, here: Cursor) -> Cursor | None:
     """Execute a jump or loop of a macro; return where to go on, or None for the next line."""
-    ip = flow.ip
     if word.keyword == "goto":
-        if word.arguments and not flow.condition(word):
+        if word.arguments and not control.condition(word):
             return None
         label = word.label
-        number = label(ip.parameters) if callable(label) else label
+        number = label(control.ip.parameters) if callable(label) else label
         assert isinstance(number, float)
-        return line_numbered(flow, here, line_of(number))
+        return line_numbered(control, here, line_of(number))
     if word.keyword == "while-do":
-        end = macro_loops.end_of(flow, word, here)
-        return None if not word.arguments or flow.condition(word) else end
-    return macro_loops.begin_of(flow, word, here)
+        end = macro_loops.end_of(control, word, here)
+        return None if not word.arguments or control.condition(word) else end
+    return macro_loops.begin_of(control, word, here)
 
 
 def line_of(value: float) -> int:
@@ -118,11 +115,11 @@ def line_of(value: float) -> int:
     return number
 
 
-def line_numbered(flow: FlowControl, here: Cursor, number: int, word: str = "GOTO") -> Cursor:
+def line_numbered(control: FlowControl, here: Cursor, number: int, word: str = "GOTO") -> Cursor:
     """Return the line with that N word in the same program: after this line, else from the program's beginning."""
-    lines = flow.numbered(here.source, _NUMBERED)
-    begin, end = flow.program_range(here)
-    found = [c for c in lines.get(number, []) if begin <= c.offset < end]
+    labels = control.subroutines.labels(here.source)
+    begin, end = labels.program_range(here.offset)
+    found = [c for c in labels.numbered.get(number, []) if begin <= c.offset < end]
     later = [c for c in found if c.offset > here.offset]
     if not found:
         raise BlockError(

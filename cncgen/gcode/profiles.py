@@ -17,8 +17,8 @@ from cncgen.gcode import grammar
 from cncgen.gcode.block import Block, gather
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.expressions import evaluate
-from cncgen.gcode.flow import Cursor
 from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.labels import Cursor
 from cncgen.gcode.modal import PLANE_AXES
 from cncgen.gcode.sink import Point
 from cncgen.gcode.tool_centre import CompensationError, Curve, Piece, ToolCentre, meeting
@@ -160,7 +160,7 @@ def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
         BlockError: The subroutine is missing or holds O-words, or a move is wrong.
     """
     assert ip.flow is not None
-    mark = ip.flow.sub_of(number, Cursor(block.source, block.offset, block.line))
+    mark = ip.flow.subroutines.find(number, Cursor(block.source, block.offset, block.line))
     state, sink, guard = replace(ip.state, position=ip.state.position.copy()), ip.sink, ip.guard
     recorder = _Recorder(ip.state.position)
     corners: list[tuple[float, bool]] = []
@@ -185,7 +185,7 @@ def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
 def _lines(ip: Interpreter, source: int, offset: int) -> Iterator[list[tuple[str, float]]]:
     """Yield the words of each line up to the end of the subroutine, values computed."""
     assert ip.flow is not None
-    text = ip.flow.sources[source]
+    text = ip.flow.subroutines.sources[source]
     while offset < len(text):
         parsed = grammar.parse(text.text_at(offset), ip.dialect)
         if parsed.flow is not None:
