@@ -93,16 +93,16 @@ def test_compiled_kernels_are_not_older_than_their_source() -> None:
     suffixes = tuple(importlib.machinery.EXTENSION_SUFFIXES)
     stale = []
     for built in folder.iterdir():
-        source = folder / f"{built.name.split('.')[0]}.py"
-        if built.name.endswith(suffixes) and source.stat().st_mtime > built.stat().st_mtime + 1:
-            stale.append(source.name)
+        for source in folder.glob(f"{built.name.split('.')[0]}.p*"):
+            if built.name.endswith(suffixes) and source.stat().st_mtime > built.stat().st_mtime + 1:
+                stale.append(source.name)
     assert not stale, f"run `make kernels`: {', '.join(stale)} changed since the last build"
 
 
-def test_kernels_import_nothing_of_ours() -> None:
+def test_kernels_import_nothing_of_ours_but_kernels() -> None:
     for path in (ROOT / "cncgen" / "kernels").glob("*.py"):
         text = path.read_text(encoding="utf-8")
-        assert not re.search(r"^\s*(from|import) cncgen", text, re.M), path.name
+        assert not re.search(r"^\s*(from|import) cncgen(?!\.kernels\.)", text, re.M), path.name
         assert "from __future__ import annotations" not in text, path.name
 
 

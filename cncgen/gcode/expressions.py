@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import Computed, Value, nearest
 from cncgen.gcode.errors import BlockError
-from cncgen.kernels import gcode_values
+from cncgen.kernels import gcode_arithmetic
 
 if TYPE_CHECKING:
     from cncgen.gcode.parameters import Parameters
@@ -67,7 +67,7 @@ def _of_angle(name: str, function: Callable[[float], float]) -> Callable[[float]
     """Return a function of an angle in degrees, which must be of a size that it can be told from others."""
 
     def run(a: float) -> float:
-        if not abs(a) < gcode_values.LARGEST_ANGLE:
+        if not abs(a) < gcode_arithmetic.LARGEST_ANGLE:
             raise BlockError("domain", f"{name.upper()}[{a:g}]: that is no angle")
         return function(a)
 
@@ -105,17 +105,17 @@ BINARY: dict[str, Callable[[float, float], float]] = {
 
 UNARY: dict[str, Callable[[float], float]] = {
     "abs": abs,
-    "acos": _of_ratio("acos", gcode_values.arc_cosine),
-    "asin": _of_ratio("asin", gcode_values.arc_sine),
-    "cos": _of_angle("cos", gcode_values.cosine),
+    "acos": _of_ratio("acos", gcode_arithmetic.arc_cosine),
+    "asin": _of_ratio("asin", gcode_arithmetic.arc_sine),
+    "cos": _of_angle("cos", gcode_arithmetic.cosine),
     "exp": _checked("exp", math.exp),
     "fix": _checked("fix", lambda a: float(math.floor(a))),
     "fup": _checked("fup", lambda a: float(math.ceil(a))),
     "ln": _checked("ln", math.log),
     "round": _checked("round", lambda a: float(math.floor(abs(a) + 0.5)) * (-1.0 if a < 0.0 else 1.0)),
-    "sin": _of_angle("sin", gcode_values.sine),
+    "sin": _of_angle("sin", gcode_arithmetic.sine),
     "sqrt": _checked("sqrt", math.sqrt),
-    "tan": _of_angle("tan", gcode_values.tangent),
+    "tan": _of_angle("tan", gcode_arithmetic.tangent),
 }
 
 

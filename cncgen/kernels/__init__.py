@@ -1,4 +1,6 @@
-"""The hot loops, in Cython's pure-Python mode: plain arrays in, plain arrays out, nothing imported from cncgen.
+"""The hot loops, in Cython's pure-Python mode: plain arrays in, plain arrays out, nothing imported from other rooms.
+
+What one kernel calls of another as C stands in a ``.pxd`` beside it.
 
 Each module runs compiled or not. `warn_if_uncompiled` says once, when a command starts work, that it is the slow way.
 """

@@ -9,30 +9,19 @@ The language is LinuxCNC's (``grammars/gcode.lark``); what operators and functio
 """
 
 import cython
-from cython.cimports.libc.math import (
-    acos,
-    asin,
-    atan2,
-    ceil,
-    cos,
-    exp,
-    fabs,
-    floor,
-    fmod,
-    isfinite,
-    log,
-    pow,
-    sin,
-    sqrt,
-    tan,
-)
+from cython.cimports.libc.math import fabs, floor, isfinite
+
+if cython.compiled:
+    from cython.cimports.cncgen.kernels.gcode_arithmetic import arc_tangent, function_of, joined, operator_at
+else:
+    from cncgen.kernels.gcode_arithmetic import arc_tangent, function_of, joined, operator_at
 
 #: Flags of a block (`gcode_scan`).
 _COMMENT = cython.declare(cython.int, 2)
 _NUMBERED = cython.declare(cython.int, 8)
 
-#: Equal in comparisons, and whole as the number of a parameter (`expressions.EQUAL`).
-_EQUAL = cython.declare(cython.double, 1e-4)
+#: How far from a whole number the number of a parameter may be (`expressions.EQUAL`).
+_WHOLE = cython.declare(cython.double, 1e-4)
 #: Larger numbers in words are faults (`block.LARGEST`).
 _LARGEST = cython.declare(cython.double, 1e9)
 #: Parameters below this are plain storage; the others belong to the machine.
@@ -42,17 +31,6 @@ _DEPTH = cython.declare(cython.int, 60)
 #: Digits of a number that is read here: its integer and its power of ten are doubles without error.
 _DIGITS = cython.declare(cython.int, 15)
 
-#: pi / 180 in two halves of 26 bits and what is left of it, and what splits a number so (2^27 + 1).
-_DEGREE = cython.declare(cython.double, 0.017453292519943295)
-_SPLIT = cython.declare(cython.double, 134217729.0)
-_DEGREE_HIGH = cython.declare(cython.double, 0.01745329238474369)
-_DEGREE_LOW = cython.declare(cython.double, 1.3519960498364902e-10)
-_DEGREE_REST = cython.declare(cython.double, 2.9486522708701687e-19)
-_PER_RADIAN = cython.declare(cython.double, 57.29577951308232)
-#: Degrees beyond which an angle is none (its sine would be noise); tangents beyond the other are left as they are.
-LARGEST_ANGLE = 1e12
-_LARGEST_ANGLE = cython.declare(cython.double, LARGEST_ANGLE)
-_STEEP = cython.declare(cython.double, 1e6)
 #: Letters of words that are taken, as bits (A is bit 0): not D E H N O T, which tools, parameters and jumps hang on.
 _LETTERS = cython.declare(cython.uint, 0)
 #: Letters that may stand more than once in a block: G and M.
@@ -61,59 +39,11 @@ _CODES = cython.declare(cython.uint, 1 << 6 | 1 << 12)
 _G_TAKEN = cython.declare(cython.uchar[100])
 _M_TAKEN = cython.declare(cython.uchar[10])
 
-_LEVEL_LOGIC = cython.declare(cython.int, 1)
-_LEVEL_RELATION = cython.declare(cython.int, 2)
-_LEVEL_SUM = cython.declare(cython.int, 3)
-_LEVEL_PRODUCT = cython.declare(cython.int, 4)
-_LEVEL_POWER = cython.declare(cython.int, 5)
-
-#: Operators: what `_Operator.name` says.
-_ADD = cython.declare(cython.int, 1)
-_SUBTRACT = cython.declare(cython.int, 2)
-_MULTIPLY = cython.declare(cython.int, 3)
-_DIVIDE = cython.declare(cython.int, 4)
-_MODULO = cython.declare(cython.int, 5)
-_POWER = cython.declare(cython.int, 6)
-_AND = cython.declare(cython.int, 7)
-_OR = cython.declare(cython.int, 8)
-_XOR = cython.declare(cython.int, 9)
-_EQ = cython.declare(cython.int, 10)
-_NE = cython.declare(cython.int, 11)
-_GT = cython.declare(cython.int, 12)
-_GE = cython.declare(cython.int, 13)
-_LT = cython.declare(cython.int, 14)
-_LE = cython.declare(cython.int, 15)
-
-#: An operator, how tight it binds (0: there is none) and the offset after it.
-_Operator = cython.struct(name=cython.int, level=cython.int, after=cython.Py_ssize_t)
-
-#: An angle in radians, and what its rounding left.
-_Angle = cython.struct(value=cython.double, rest=cython.double)
-
-
-@cython.cfunc
-def _packed(name: bytes) -> cython.uint:
-    """Return the letters of a word of at most six as a number."""
-    code: cython.uint = 0
-    c: cython.int
-    for c in name:
-        code = (code << 5) | (c & 31)
-    return code
-
-
-_ABS = cython.declare(cython.uint, _packed(b"abs"))
-_ACOS = cython.declare(cython.uint, _packed(b"acos"))
-_ASIN = cython.declare(cython.uint, _packed(b"asin"))
-_ATAN = cython.declare(cython.uint, _packed(b"atan"))
-_COS = cython.declare(cython.uint, _packed(b"cos"))
-_EXP = cython.declare(cython.uint, _packed(b"exp"))
-_FIX = cython.declare(cython.uint, _packed(b"fix"))
-_FUP = cython.declare(cython.uint, _packed(b"fup"))
-_LN = cython.declare(cython.uint, _packed(b"ln"))
-_ROUND = cython.declare(cython.uint, _packed(b"round"))
-_SIN = cython.declare(cython.uint, _packed(b"sin"))
-_SQRT = cython.declare(cython.uint, _packed(b"sqrt"))
-_TAN = cython.declare(cython.uint, _packed(b"tan"))
+#: How tight the operators bind that bind the least (`gcode_arithmetic`).
+_LOGIC = cython.declare(cython.int, 1)
+#: Letters of a function of two arguments, ATAN, five bits each; longer names than this many letters are none.
+_ATAN = cython.declare(cython.uint, 1 << 15 | 20 << 10 | 1 << 5 | 14)
+_LONGEST = cython.declare(cython.int, 6)
 
 
 @cython.cfunc
@@ -132,105 +62,12 @@ def _fill_tables() -> cython.void:
 _fill_tables()
 
 
-# Angles.
-
-
-@cython.cfunc
-@cython.inline
-@cython.exceptval(check=False)
-def _radians(a: cython.double) -> _Angle:
-    """Return an angle in degrees as radians and what their rounding left: Dekker's product (Numer. Math. 18, 1971).
-
-    With the latter, SIN[30] is 0.5 and TAN[45] is 1, which FIX, FUP and EQ must see.
-    """
-    split: cython.double = _SPLIT * a
-    high: cython.double = split - (split - a)
-    low: cython.double = a - high
-    angle: cython.double = a * _DEGREE
-    rest: cython.double = high * _DEGREE_HIGH - angle
-    rest = ((rest + high * _DEGREE_LOW) + low * _DEGREE_HIGH) + low * _DEGREE_LOW
-    return _Angle(value=angle, rest=rest + a * _DEGREE_REST)
-
-
-@cython.ccall
-def sine(a: cython.double) -> cython.double:
-    """Return the sine of an angle in degrees, within `LARGEST_ANGLE`."""
-    angle: _Angle = _radians(a)
-    return sin(angle.value) + angle.rest * cos(angle.value)
-
-
-@cython.ccall
-def cosine(a: cython.double) -> cython.double:
-    """Return the cosine of an angle in degrees, within `LARGEST_ANGLE`."""
-    angle: _Angle = _radians(a)
-    return cos(angle.value) - angle.rest * sin(angle.value)
-
-
-@cython.ccall
-def tangent(a: cython.double) -> cython.double:
-    """Return the tangent of an angle in degrees, within `LARGEST_ANGLE`."""
-    angle: _Angle = _radians(a)
-    value: cython.double = tan(angle.value)
-    return value + angle.rest * (1.0 + value * value) if fabs(value) < _STEEP else value
-
-
-@cython.ccall
-def arc_sine(a: cython.double) -> cython.double:
-    """Return the angle in degrees whose sine is `a`, -1 to 1: a short number where its sine is `a` to the bit."""
-    angle: cython.double = asin(a) * _PER_RADIAN
-    short: cython.double = round(angle, 10)
-    return short if sine(short) == a else angle
-
-
-@cython.ccall
-def arc_cosine(a: cython.double) -> cython.double:
-    """Return the angle in degrees whose cosine is `a`, -1 to 1, as `arc_sine`."""
-    angle: cython.double = acos(a) * _PER_RADIAN
-    short: cython.double = round(angle, 10)
-    return short if cosine(short) == a else angle
-
-
 @cython.cfunc
 @cython.inline
 @cython.exceptval(check=False)
 def _is_letter(c: cython.int) -> cython.bint:
     """Tell whether a byte is a letter."""
     return 97 <= (c | 32) <= 122
-
-
-@cython.cfunc
-@cython.exceptval(check=False)
-def _operator_of_letters(
-    c: cython.int, second: cython.int, third: cython.int, at: cython.Py_ssize_t
-) -> _Operator:
-    """Return the operator that these letters begin with, which stand at an offset; its level is 0 where there is none."""
-    if c == 109 and second == 111 and third == 100:
-        return _Operator(name=_MODULO, level=_LEVEL_PRODUCT, after=at + 3)
-    if c == 97 and second == 110 and third == 100:
-        return _Operator(name=_AND, level=_LEVEL_LOGIC, after=at + 3)
-    if c == 120 and second == 111 and third == 114:
-        return _Operator(name=_XOR, level=_LEVEL_LOGIC, after=at + 3)
-    if c == 111 and second == 114:
-        return _Operator(name=_OR, level=_LEVEL_LOGIC, after=at + 2)
-    return _Operator(
-        name=_relation(c, second), level=_LEVEL_RELATION if _relation(c, second) else 0, after=at + 2
-    )
-
-
-@cython.cfunc
-@cython.inline
-@cython.exceptval(check=False)
-def _relation(c: cython.int, second: cython.int) -> cython.int:
-    """Return the relation that two letters name, 0 where they name none."""
-    if c == 101:
-        return _EQ if second == 113 else 0
-    if c == 110:
-        return _NE if second == 101 else 0
-    if c == 103:
-        return _GT if second == 116 else (_GE if second == 101 else 0)
-    if c == 108:
-        return _LT if second == 116 else (_LE if second == 101 else 0)
-    return 0
 
 
 @cython.cclass
@@ -520,7 +357,7 @@ class Computer:
             return -1
         value = self._value()
         whole = floor(value + 0.5)
-        if not self.certain or fabs(value - whole) > _EQUAL or not 0.0 < whole < _STORED:
+        if not self.certain or fabs(value - whole) > _WHOLE or not 0.0 < whole < _STORED:
             self.certain = False
             return -1
         return cython.cast(cython.int, whole)
@@ -643,7 +480,7 @@ class Computer:
         """Read an expression in brackets."""
         value: cython.double
         self._take(91)
-        value = self._expression(_LEVEL_LOGIC)
+        value = self._expression(_LOGIC)
         self._take(93)
         return value
 
@@ -652,141 +489,50 @@ class Computer:
         """Read operands and operators that bind at least so tight, from the left."""
         value: cython.double = self._signed()
         other: cython.double
-        found: _Operator = self._operator()
-        while self.certain and found.level >= level:
-            self.i = found.after
-            other = self._expression(found.level + 1)
-            value = self._joined(found.name, value, other)
-            found = self._operator()
-        return value
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _operator(self) -> _Operator:
-        """Return the operator that stands here; its level is 0 where none does."""
-        c: cython.int = self._byte()
-        at: cython.Py_ssize_t = self.i
-        second: cython.int = cython.cast(cython.int, self.text[at + 1]) if at + 1 < self.text.shape[0] else 10
-        third: cython.int = cython.cast(cython.int, self.text[at + 2]) if at + 2 < self.text.shape[0] else 10
-        if c == 43 or c == 45:
-            return _Operator(name=_ADD if c == 43 else _SUBTRACT, level=_LEVEL_SUM, after=at + 1)
-        if c == 47:
-            return _Operator(name=_DIVIDE, level=_LEVEL_PRODUCT, after=at + 1)
-        if c == 42:
-            if second == 42:
-                return _Operator(name=_POWER, level=_LEVEL_POWER, after=at + 2)
-            return _Operator(name=_MULTIPLY, level=_LEVEL_PRODUCT, after=at + 1)
-        if c == 10:
-            return _Operator(name=0, level=0, after=at)
-        return _operator_of_letters(c | 32, second | 32, third | 32, at)
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _joined(self, name: cython.int, a: cython.double, b: cython.double) -> cython.double:
-        """Return ``a name b``; not certain where it is a fault."""
-        if name == _ADD:
-            return a + b
-        if name == _SUBTRACT:
-            return a - b
-        if name == _MULTIPLY:
-            return a * b
-        if name == _DIVIDE or name == _MODULO or name == _POWER:
-            return self._divided(name, a, b)
-        return 1.0 if self._holds(name, a, b) else 0.0
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _divided(self, name: cython.int, a: cython.double, b: cython.double) -> cython.double:
-        """Return ``a / b``, ``a MOD b`` or ``a ** b``."""
-        value: cython.double = 0.0
-        if name == _POWER:
-            if (a < 0.0 and b != floor(b)) or (a == 0.0 and b < 0.0):
+        operator: cython.int = self._operator()
+        while self.certain and operator >> 8 >= level:
+            self.i += operator >> 4 & 15
+            other = self._expression((operator >> 8) + 1)
+            value = joined(operator, value, other)
+            if value != value:
                 self.certain = False
-            else:
-                value = pow(a, b)
-        elif b == 0.0:
-            self.certain = False
-        elif name == _DIVIDE:
-            return a / b
-        else:
-            value = fmod(a, b)
-            value = value + fabs(b) if value < 0.0 else value
-        if not isfinite(value):
-            self.certain = False
+            operator = self._operator()
         return value
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def _holds(self, name: cython.int, a: cython.double, b: cython.double) -> cython.bint:
-        """Tell whether a relation or a connection of truth values holds."""
-        if name == _LT:
-            return a < b
-        if name == _LE:
-            return a <= b
-        if name == _GT:
-            return a > b
-        if name == _GE:
-            return a >= b
-        if name == _EQ:
-            return fabs(a - b) < _EQUAL
-        if name == _NE:
-            return not fabs(a - b) < _EQUAL
-        if name == _AND:
-            return a != 0.0 and b != 0.0
-        if name == _OR:
-            return a != 0.0 or b != 0.0
-        return (a != 0.0) != (b != 0.0)
+    def _operator(self) -> cython.int:
+        """Return the operator that stands here, 0 where none does (`gcode_arithmetic.operator_at`)."""
+        c: cython.int = self._byte()
+        i: cython.Py_ssize_t = self.i
+        length: cython.Py_ssize_t = self.text.shape[0]
+        if c == 10 or c == 93:
+            return 0
+        return operator_at(
+            c,
+            cython.cast(cython.int, self.text[i + 1]) if i + 1 < length else 10,
+            cython.cast(cython.int, self.text[i + 2]) if i + 2 < length else 10,
+        )
 
     @cython.cfunc
     def _function(self) -> cython.double:
         """Read a function and its argument."""
-        code: cython.uint = 0
+        name: cython.uint = 0
         letters: cython.int = 0
-        a: cython.double
-        b: cython.double
-        while self.i < self.text.shape[0] and _is_letter(self.text[self.i]) and letters < 6:
-            code = (code << 5) | (self.text[self.i] & 31)
-            self.i += 1
+        value: cython.double
+        c: cython.int = self._byte()
+        while _is_letter(c) and letters < _LONGEST:
+            name = (name << 5) | (c & 31)
             letters += 1
-        a = self._bracket()
+            self.i += 1
+            c = cython.cast(cython.int, self.text[self.i]) if self.i < self.text.shape[0] else 10
+        value = self._bracket()
         if not self.certain:
             return 0.0
-        if code == _ATAN:
+        if name == _ATAN:
             self._take(47)
-            b = self._bracket()
-            return atan2(a, b) * _PER_RADIAN
-        return self._of(code, a)
-
-    @cython.cfunc
-    def _of(self, code: cython.uint, a: cython.double) -> cython.double:
-        """Return a function's value; not certain where it has none, or there is no such function."""
-        value: cython.double = 0.0
-        if code == _ABS:
-            value = fabs(a)
-        elif code == _FIX:
-            value = floor(a)
-        elif code == _FUP:
-            value = ceil(a)
-        elif code == _ROUND:
-            value = floor(fabs(a) + 0.5) * (-1.0 if a < 0.0 else 1.0)
-        elif code == _SQRT and a >= 0.0:
-            value = sqrt(a)
-        elif code == _EXP:
-            value = exp(a)
-        elif code == _LN and a > 0.0:
-            value = log(a)
-        elif (code == _ASIN or code == _ACOS) and -1.0 <= a <= 1.0:
-            value = arc_sine(a) if code == _ASIN else arc_cosine(a)
-        elif not fabs(a) < _LARGEST_ANGLE:
-            self.certain = False
-        elif code == _SIN:
-            value = sine(a)
-        elif code == _COS:
-            value = cosine(a)
-        elif code == _TAN:
-            value = tangent(a)
-        else:
-            self.certain = False
+            return arc_tangent(value, self._bracket())
+        value = function_of(name, value)
         if not isfinite(value):
             self.certain = False
         return value

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -22,27 +21,13 @@ from cncgen.gcode.parameters import Parameters
 from cncgen.gcode.predefined import NAMED
 from cncgen.gcode.running import Runner
 from cncgen.gcode.source import Source
-from cncgen.kernels import gcode_values
+from cncgen.kernels import gcode_arithmetic, gcode_values
 from cncgen.toolpath.reading import ReadOptions
 
+from ..kernels.plain import uncompiled
 from .test_descent import BRACKETS, ITEMS, SIGNS, VALUES
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-
-
-def uncompiled() -> ModuleType:
-    """Load the kernel's source as plain Python."""
-    spec = importlib.util.spec_from_file_location("plain_gcode_values", gcode_source())
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-def gcode_source() -> Path:
-    """Return where the kernel's source stands."""
-    return ROOT / "cncgen" / "kernels" / "gcode_values.py"
 
 
 def parameters() -> Parameters:
@@ -151,7 +136,7 @@ def test_the_kernel_runs_uncompiled(text: str) -> None:
     assert (compiled[0].numbers, compiled[0].local) == (plain[0].numbers, plain[0].local)
 
 
-PLAIN = uncompiled()
+PLAIN = uncompiled("gcode_values")
 
 
 def test_lines_of_programs_agree_with_descent() -> None:
@@ -193,21 +178,23 @@ def test_angles_of_known_values_are_exact(degrees: int) -> None:
     sine = {0: 0.0, 30: 0.5, 90: 1.0, 150: 0.5, 180: 0.0, 210: -0.5, 270: -1.0, 330: -0.5}.get(degrees % 360)
     cosine = {60: 0.5, 120: -0.5, 180: -1.0, 240: -0.5, 300: 0.5, 0: 1.0}.get(degrees % 360)
     if sine is not None:
-        assert gcode_values.sine(degrees) == sine or (sine == 0.0 and abs(gcode_values.sine(degrees)) < 1e-30)
+        assert gcode_arithmetic.sine(degrees) == sine or (
+            sine == 0.0 and abs(gcode_arithmetic.sine(degrees)) < 1e-30
+        )
     if cosine is not None:
-        assert gcode_values.cosine(degrees) == cosine
+        assert gcode_arithmetic.cosine(degrees) == cosine
     if degrees % 180 == 45:
-        assert gcode_values.tangent(degrees) == 1.0
-    assert gcode_values.arc_sine(gcode_values.sine(30)) == 30.0
-    assert gcode_values.arc_cosine(-0.5) == 120.0
+        assert gcode_arithmetic.tangent(degrees) == 1.0
+    assert gcode_arithmetic.arc_sine(gcode_arithmetic.sine(30)) == 30.0
+    assert gcode_arithmetic.arc_cosine(-0.5) == 120.0
 
 
 @given(st.floats(-1e6, 1e6))
 def test_angles_are_those_of_the_library_to_an_ulp_or_the_angle_s_rounding(a: float) -> None:
     """The library's functions of the rounded radians are off by the rounding, half an ulp of them."""
     slack = math.ulp(math.radians(a)) + 2.0 * math.ulp(1.0)
-    assert abs(gcode_values.sine(a) - math.sin(math.radians(a))) <= slack
-    assert abs(gcode_values.cosine(a) - math.cos(math.radians(a))) <= slack
+    assert abs(gcode_arithmetic.sine(a) - math.sin(math.radians(a))) <= slack
+    assert abs(gcode_arithmetic.cosine(a) - math.cos(math.radians(a))) <= slack
 
 
 def count_of(text: str, *, batches: bool) -> tuple[int, list[str]]:

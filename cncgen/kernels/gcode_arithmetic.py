@@ -1,0 +1,293 @@
+"""Arithmetic of G-code's expressions: operators and functions of numbers, angles in degrees.
+
+The language is LinuxCNC's (``grammars/gcode.lark``); what operators and functions mean stands in
+`cncgen.gcode.expressions`. What has no value (a division by zero, a root of a negative number) is NaN here, and the
+interpreter says what is wrong.
+
+`gcode_values` calls these functions as C, by ``gcode_arithmetic.pxd``.
+"""
+
+import cython
+from cython.cimports.libc.math import (
+    acos,
+    asin,
+    atan2,
+    ceil,
+    cos,
+    exp,
+    fabs,
+    floor,
+    fmod,
+    isfinite,
+    log,
+    pow,
+    sin,
+    sqrt,
+    tan,
+)
+
+#: Equal in comparisons (`expressions.EQUAL`).
+_EQUAL = cython.declare(cython.double, 1e-4)
+_NAN = cython.declare(cython.double, float("nan"))
+
+#: pi / 180 in two halves of 26 bits and what is left of it, and what splits a number so (2^27 + 1).
+_DEGREE = cython.declare(cython.double, 0.017453292519943295)
+_SPLIT = cython.declare(cython.double, 134217729.0)
+_DEGREE_HIGH = cython.declare(cython.double, 0.01745329238474369)
+_DEGREE_LOW = cython.declare(cython.double, 1.3519960498364902e-10)
+_DEGREE_REST = cython.declare(cython.double, 2.9486522708701687e-19)
+_PER_RADIAN = cython.declare(cython.double, 57.29577951308232)
+#: Degrees beyond which an angle is none (its sine would be noise); tangents beyond the other are left as they are.
+LARGEST_ANGLE = 1e12
+_LARGEST_ANGLE = cython.declare(cython.double, LARGEST_ANGLE)
+_STEEP = cython.declare(cython.double, 1e6)
+
+#: Operators: how tight one binds (1 to 5) in the upper byte, then how many bytes its text has, then which it is.
+_AND = cython.declare(cython.int, 0x131)
+_OR = cython.declare(cython.int, 0x122)
+_XOR = cython.declare(cython.int, 0x133)
+_EQ = cython.declare(cython.int, 0x221)
+_NE = cython.declare(cython.int, 0x222)
+_GT = cython.declare(cython.int, 0x223)
+_GE = cython.declare(cython.int, 0x224)
+_LT = cython.declare(cython.int, 0x225)
+_LE = cython.declare(cython.int, 0x226)
+_ADD = cython.declare(cython.int, 0x311)
+_SUBTRACT = cython.declare(cython.int, 0x312)
+_MULTIPLY = cython.declare(cython.int, 0x411)
+_DIVIDE = cython.declare(cython.int, 0x412)
+_MODULO = cython.declare(cython.int, 0x433)
+_POWER = cython.declare(cython.int, 0x521)
+
+#: An angle in radians, and what its rounding left.
+_Angle = cython.struct(value=cython.double, rest=cython.double)
+
+
+@cython.cfunc
+def _packed(name: bytes) -> cython.uint:
+    """Return the letters of a word as a number, five bits each."""
+    code: cython.uint = 0
+    c: cython.int
+    for c in name:
+        code = (code << 5) | (c & 31)
+    return code
+
+
+_ABS = cython.declare(cython.uint, _packed(b"abs"))
+_ACOS = cython.declare(cython.uint, _packed(b"acos"))
+_ASIN = cython.declare(cython.uint, _packed(b"asin"))
+_COS = cython.declare(cython.uint, _packed(b"cos"))
+_EXP = cython.declare(cython.uint, _packed(b"exp"))
+_FIX = cython.declare(cython.uint, _packed(b"fix"))
+_FUP = cython.declare(cython.uint, _packed(b"fup"))
+_LN = cython.declare(cython.uint, _packed(b"ln"))
+_ROUND = cython.declare(cython.uint, _packed(b"round"))
+_SIN = cython.declare(cython.uint, _packed(b"sin"))
+_SQRT = cython.declare(cython.uint, _packed(b"sqrt"))
+_TAN = cython.declare(cython.uint, _packed(b"tan"))
+
+
+# Angles.
+
+
+@cython.cfunc
+@cython.inline
+@cython.exceptval(check=False)
+def _radians(a: cython.double) -> _Angle:
+    """Return an angle in degrees as radians and what their rounding left: Dekker's product (Numer. Math. 18, 1971).
+
+    With the latter, SIN[30] is 0.5 and TAN[45] is 1, which FIX, FUP and EQ must see.
+    """
+    split: cython.double = _SPLIT * a
+    high: cython.double = split - (split - a)
+    low: cython.double = a - high
+    angle: cython.double = a * _DEGREE
+    rest: cython.double = high * _DEGREE_HIGH - angle
+    rest = ((rest + high * _DEGREE_LOW) + low * _DEGREE_HIGH) + low * _DEGREE_LOW
+    return _Angle(value=angle, rest=rest + a * _DEGREE_REST)
+
+
+@cython.ccall
+def sine(a: cython.double) -> cython.double:
+    """Return the sine of an angle in degrees, within `LARGEST_ANGLE`."""
+    angle: _Angle = _radians(a)
+    return sin(angle.value) + angle.rest * cos(angle.value)
+
+
+@cython.ccall
+def cosine(a: cython.double) -> cython.double:
+    """Return the cosine of an angle in degrees, within `LARGEST_ANGLE`."""
+    angle: _Angle = _radians(a)
+    return cos(angle.value) - angle.rest * sin(angle.value)
+
+
+@cython.ccall
+def tangent(a: cython.double) -> cython.double:
+    """Return the tangent of an angle in degrees, within `LARGEST_ANGLE`."""
+    angle: _Angle = _radians(a)
+    value: cython.double = tan(angle.value)
+    return value + angle.rest * (1.0 + value * value) if fabs(value) < _STEEP else value
+
+
+@cython.ccall
+def arc_sine(a: cython.double) -> cython.double:
+    """Return the angle in degrees whose sine is `a`, -1 to 1: a short number where its sine is `a` to the bit."""
+    angle: cython.double = asin(a) * _PER_RADIAN
+    short: cython.double = round(angle, 10)
+    return short if sine(short) == a else angle
+
+
+@cython.ccall
+def arc_cosine(a: cython.double) -> cython.double:
+    """Return the angle in degrees whose cosine is `a`, -1 to 1, as `arc_sine`."""
+    angle: cython.double = acos(a) * _PER_RADIAN
+    short: cython.double = round(angle, 10)
+    return short if cosine(short) == a else angle
+
+
+@cython.ccall
+@cython.exceptval(check=False)
+def arc_tangent(y: cython.double, x: cython.double) -> cython.double:
+    """Return the angle in degrees of the direction (x, y), -180 to 180."""
+    return atan2(y, x) * _PER_RADIAN
+
+
+# Functions.
+
+
+@cython.ccall
+@cython.exceptval(check=False)
+def function_of(name: cython.uint, a: cython.double) -> cython.double:
+    """Return the value of a function of one argument, its name packed; NaN where there is none."""
+    value: cython.double = _NAN
+    if name == _ABS:
+        value = fabs(a)
+    elif name == _FIX:
+        value = floor(a)
+    elif name == _FUP:
+        value = ceil(a)
+    elif name == _ROUND:
+        value = floor(fabs(a) + 0.5) * (-1.0 if a < 0.0 else 1.0)
+    elif name == _SQRT and a >= 0.0:
+        value = sqrt(a)
+    elif name == _EXP:
+        value = exp(a)
+    elif name == _LN and a > 0.0:
+        value = log(a)
+    elif name == _ASIN or name == _ACOS:
+        if -1.0 <= a <= 1.0:
+            value = arc_sine(a) if name == _ASIN else arc_cosine(a)
+    elif fabs(a) < _LARGEST_ANGLE:
+        if name == _SIN:
+            value = sine(a)
+        elif name == _COS:
+            value = cosine(a)
+        elif name == _TAN:
+            value = tangent(a)
+    return value if isfinite(value) else _NAN
+
+
+# Operators.
+
+
+@cython.ccall
+@cython.exceptval(check=False)
+def operator_at(first: cython.int, second: cython.int, third: cython.int) -> cython.int:
+    """Return the operator that three bytes begin with, 0 where they begin with none."""
+    if first == 43:
+        return _ADD
+    if first == 45:
+        return _SUBTRACT
+    if first == 47:
+        return _DIVIDE
+    if first == 42:
+        return _POWER if second == 42 else _MULTIPLY
+    return _operator_of_letters(first | 32, second | 32, third | 32)
+
+
+@cython.cfunc
+@cython.inline
+@cython.exceptval(check=False)
+def _operator_of_letters(first: cython.int, second: cython.int, third: cython.int) -> cython.int:
+    """Return the operator that three letters begin with, 0 where they begin with none."""
+    if first == 109 and second == 111 and third == 100:
+        return _MODULO
+    if first == 97 and second == 110 and third == 100:
+        return _AND
+    if first == 120 and second == 111 and third == 114:
+        return _XOR
+    if first == 111 and second == 114:
+        return _OR
+    return _relation(first, second)
+
+
+@cython.cfunc
+@cython.inline
+@cython.exceptval(check=False)
+def _relation(first: cython.int, second: cython.int) -> cython.int:
+    """Return the relation that two letters name, 0 where they name none."""
+    if first == 101:
+        return _EQ if second == 113 else 0
+    if first == 110:
+        return _NE if second == 101 else 0
+    if first == 103:
+        return _GT if second == 116 else (_GE if second == 101 else 0)
+    if first == 108:
+        return _LT if second == 116 else (_LE if second == 101 else 0)
+    return 0
+
+
+@cython.ccall
+@cython.exceptval(check=False)
+def joined(operator: cython.int, a: cython.double, b: cython.double) -> cython.double:
+    """Return ``a operator b``; NaN where it has no value."""
+    if operator == _ADD:
+        return a + b
+    if operator == _SUBTRACT:
+        return a - b
+    if operator == _MULTIPLY:
+        return a * b
+    if operator == _DIVIDE or operator == _MODULO or operator == _POWER:
+        return _divided(operator, a, b)
+    return 1.0 if _holds(operator, a, b) else 0.0
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _divided(operator: cython.int, a: cython.double, b: cython.double) -> cython.double:
+    """Return ``a / b``, ``a MOD b`` or ``a ** b``."""
+    value: cython.double
+    if operator == _POWER:
+        if (a < 0.0 and b != floor(b)) or (a == 0.0 and b < 0.0):
+            return _NAN
+        value = pow(a, b)
+        return value if isfinite(value) else _NAN
+    if b == 0.0:
+        return _NAN
+    if operator == _DIVIDE:
+        return a / b
+    value = fmod(a, b)
+    return value + fabs(b) if value < 0.0 else value
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _holds(operator: cython.int, a: cython.double, b: cython.double) -> cython.bint:
+    """Tell whether a relation or a connection of truth values holds."""
+    if operator == _LT:
+        return a < b
+    if operator == _LE:
+        return a <= b
+    if operator == _GT:
+        return a > b
+    if operator == _GE:
+        return a >= b
+    if operator == _EQ:
+        return fabs(a - b) < _EQUAL
+    if operator == _NE:
+        return not fabs(a - b) < _EQUAL
+    if operator == _AND:
+        return a != 0.0 and b != 0.0
+    if operator == _OR:
+        return a != 0.0 or b != 0.0
+    return (a != 0.0) != (b != 0.0)
