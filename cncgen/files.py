@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, BinaryIO
 
 from cncgen.diagnostics import Diagnostic, UsageError
@@ -84,6 +85,13 @@ def open_input(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
             raise IsADirectoryError(errno.EISDIR, "is a directory")
     with file:
         yield file
+
+
+def check_folder(path: str | os.PathLike[str]) -> None:
+    """Raise `UsageError` where `path` is no folder that can be searched."""
+    with reading_faults(path):
+        if not stat.S_ISDIR(os.stat(path).st_mode):
+            raise NotADirectoryError(errno.ENOTDIR, "it is not a directory")
 
 
 def is_terminal(stream: Any) -> bool:
@@ -300,12 +308,17 @@ def encoded(text: str) -> bytes:
     return text.encode(errors="backslashreplace")
 
 
-def check_distinct(inputs: Iterable[tuple[str, str]], outputs: Mapping[str, str | None]) -> None:
+def check_distinct(
+    inputs: Iterable[tuple[str, str]],
+    outputs: Mapping[str, str | None],
+    replaces: Mapping[str, str] = MappingProxyType({}),
+) -> None:
     """Refuse outputs that would overwrite each other or what is read.
 
     Args:
         inputs: Names of what is read, each with what it is (``the program``); one that is no file does not count.
         outputs: The files that are written, by the option that names each.
+        replaces: What of the inputs an option may overwrite.
 
     Raises:
         UsageError: Naming the two.
@@ -315,7 +328,7 @@ def check_distinct(inputs: Iterable[tuple[str, str]], outputs: Mapping[str, str 
         if path is None or path == STANDARD or (os.path.exists(path) and not os.path.isfile(path)):
             continue
         place = os.path.realpath(path)
-        if place in taken:
+        if place in taken and taken[place] != replaces.get(option):
             message = f"{option} {path} would overwrite {taken[place]}"
             raise UsageError(Diagnostic("option-value", message, hint="give each its own file"))
         taken[place] = f"what {option} writes"

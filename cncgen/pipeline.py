@@ -87,6 +87,7 @@ def check(
     *,
     language: str | None = None,
     options: ReadOptions | None = None,
+    content: bytes | None = None,
 ) -> int:
     """Read and interpret a program, and keep nothing of it; return how many motions and events it has.
 
@@ -95,11 +96,12 @@ def check(
         diagnostics: Takes all that is found.
         language: ``gcode`` or ``stepnc``; None: by content and suffix.
         options: How it is read.
+        content: What the file holds, where that is known already.
 
     Raises:
         UsageError: The file cannot be read.
     """
-    with _opened(source, language) as (reader, file, name):
+    with _opened(source, language, content) as (reader, file, name):
         if hasattr(reader, "check"):
             found: int = reader.check(file, name, options or ReadOptions(), diagnostics)
             return found
@@ -143,10 +145,16 @@ def reader_of(language: str) -> ModuleType:
 
 @contextmanager
 def _opened(
-    source: str | os.PathLike[str], language: str | None
+    source: str | os.PathLike[str], language: str | None, content: bytes | None = None
 ) -> Iterator[tuple[ModuleType, Path | BinaryIO, str]]:
-    """Open a program; give the package that reads it, what it reads (a path that can be mapped, or a stream), its name."""
+    """Open a program; give the package that reads it, what it reads (a path that can be mapped, or a stream), its name.
+
+    It is not opened where its `content` is at hand.
+    """
     name = expect_path(source, "the program", "the name of a file (cncgen.read_text reads a text)")
+    if content is not None:
+        yield reader_of(language or language_of(name, content[:_HEAD_BYTES])), io.BytesIO(content), name
+        return
     with open_input(name) as file:
         reader = reader_of(language or language_of(name, _head(file)))
         regular = name != STANDARD and stat.S_ISREG(os.fstat(file.fileno()).st_mode)

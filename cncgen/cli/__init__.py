@@ -10,9 +10,12 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command that the arguments (default: the process's own) name, and exit with its code."""
     import sys
 
-    from cncgen.cli.app import run
+    try:
+        from cncgen.cli.app import run
 
-    code = run(arguments)
+        code = run(arguments)
+    except KeyboardInterrupt:  # before `run` could say so
+        code = 130
     _leave_threads(code)
     sys.exit(code)
 

@@ -24,23 +24,25 @@ def command(programs: tuple[str, ...], tree: bool, reading: dict[str, Any]) -> i
     Nothing is planned or written. With --json the diagnostics go to standard output.
     """
     from cncgen.diagnostics import CncgenError
-    from cncgen.files import together
+    from cncgen.files import read_bytes, together
 
     messages.json_to_standard_output()
     code = 0
     for name in programs:
         try:
             with together():
-                _check(name, reading)
-                if tree:
-                    _show_tree(name, reading)
+                # A tree is made from the text again, which standard input has once.
+                content = read_bytes(name) if tree else None
+                _check(name, reading, content)
+                if content is not None:
+                    _show_tree(name, content, reading)
         except CncgenError as error:
             messages.show(error.diagnostics)
             code = max(code, error.exit_code)
     return code
 
 
-def _check(name: str, reading: dict[str, Any]) -> None:
+def _check(name: str, reading: dict[str, Any], content: bytes | None) -> None:
     from cncgen.cli.reading import read_options
     from cncgen.diagnostics import CncgenError, Diagnostics, ProgramError
     from cncgen.kernels import warn_if_uncompiled
@@ -50,7 +52,7 @@ def _check(name: str, reading: dict[str, Any]) -> None:
     language, options = read_options(reading)
     found = Diagnostics()
     try:
-        count = check(name, found, language=language, options=options)
+        count = check(name, found, language=language, options=options, content=content)
     except CncgenError as error:
         raised = {id(item) for item in error.diagnostics}
         messages.show(item for item in found if id(item) not in raised)
@@ -61,18 +63,14 @@ def _check(name: str, reading: dict[str, Any]) -> None:
     messages.note(f"{name}: no errors, {count} motions and events")
 
 
-def _show_tree(name: str, reading: dict[str, Any]) -> None:
-    from pathlib import Path
-
+def _show_tree(name: str, content: bytes, reading: dict[str, Any]) -> None:
     from cncgen.cli.reading import read_options
-    from cncgen.files import open_input, write_text
+    from cncgen.files import write_text
     from cncgen.pipeline import language_of
 
-    with open_input(name) as file:
-        content = file.read() if name == "-" else Path(name).read_bytes()
-    if language_of(name, content[:4096]) != "stepnc":
+    language, options = read_options(reading)
+    if (language or language_of(name, content)) != "stepnc":
         return
     from cncgen.stepnc import tree
 
-    _, options = read_options(reading)
     write_text(None, "".join(f"{line}\n" for line in tree(content, name, options)))

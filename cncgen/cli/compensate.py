@@ -15,6 +15,7 @@ from cncgen.cli.options import (
     planning_options,
     program_options,
     summary_option,
+    unnamed_options,
 )
 from cncgen.cli.types import FILE, MACHINE, FiniteRange
 
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
     show_default=True,
     help="Hold the last position so long, for the command to come to rest there.",
 )
+@unnamed_options
 @format_option
 @output_option
 @summary_option
@@ -63,6 +65,8 @@ def command(
     passes: int,
     limits: bool,
     settle: float,
+    axes: str | None,
+    period: float | None,
     format: str | None,
     output: str | None,
     summary: str | None,
@@ -81,7 +85,7 @@ def command(
         raise click.UsageError("give the servo data: -m MACHINE, or --axis-params NAME|FILE")
     if source == "-" or is_setpoint_file(source):
         gained = _of_setpoints(
-            source, machine, planning["axis_params"], passes, limits, settle, format, output
+            source, machine, planning["axis_params"], (axes, period), passes, limits, settle, format, output
         )
     elif machine is None:
         raise click.UsageError("a program is planned for a machine: give it with -m")
@@ -106,6 +110,7 @@ def _of_setpoints(
     source: str,
     machine: str | None,
     axis_params: str | None,
+    given: tuple[str | None, float | None],
     passes: int,
     limits: bool,
     settle: float,
@@ -121,7 +126,8 @@ def _of_setpoints(
     bounds = limits_of(machine or servos, required=machine is not None) if limits else None
     if limits and bounds is None:
         messages.note(f"{servos} has no limits: none are checked; give the machine with -m")
-    with open_setpoints(source) as stream:
+    letters, period = given
+    with open_setpoints(source, axes=letters, period_s=period) as stream:
         work = Compensation(stream.chunks, load_servos(servos), passes=passes, limits=bounds, settle_s=settle)
         rows = write_setpoints(work.chunks(), output, format)
     messages.note(_written_text(rows, passes))

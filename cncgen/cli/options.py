@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from cncgen.cli import messages
-from cncgen.cli.types import FILE, FOLDER, MACHINE, FiniteRange
+from cncgen.cli.types import AXES, FILE, FOLDER, MACHINE, FiniteRange
 
 Command = Callable[..., Any]
 
@@ -57,6 +57,7 @@ _INPUTS = {
     "machine": "the machine file",
     "axis_params": "the servo data",
     "tool_table": "the tool table",
+    "parameters": "the parameter file",
 }
 _OUTPUTS = ("output", "summary", "events", "report", "save_parameters")
 
@@ -64,8 +65,10 @@ _OUTPUTS = ("output", "summary", "events", "report", "save_parameters")
 def check_outputs(values: dict[str, Any]) -> None:
     """Refuse options of a command that would overwrite what it reads, or each other's file.
 
+    `--save-parameters` alone may name what it replaces, the file of `--parameters`.
+
     Args:
-        values: Its parameters by name. (`--save-parameters` may name the file of `--parameters`.)
+        values: Its parameters by name.
 
     Raises:
         UsageError: Naming the two.
@@ -77,7 +80,7 @@ def check_outputs(values: dict[str, Any]) -> None:
         names = values.get(key) or ()
         read += [(name, what) for name in (names if isinstance(names, tuple) else (names,))]
     written = {f"--{key.replace('_', '-')}": values.get(key) for key in _OUTPUTS}
-    check_distinct(read, written)
+    check_distinct(read, written, {"--save-parameters": "the parameter file"})
 
 
 def _checked(function: Command) -> Command:
@@ -279,17 +282,12 @@ _PLANNING_NAMES = (
 planning_options = _gathering("planning", _PLANNING_NAMES, _planning_options)
 
 
-#: How a file of setpoints is read that does not say it itself; `format` is None for its content and suffix.
-setpoint_options = _all_of(
-    click.option(
-        "--format",
-        "format",
-        type=click.Choice(FORMATS),
-        help="Format of the setpoints [default: by content and suffix, else csv].",
-    ),
+#: What a file of setpoints holds that does not say it itself.
+unnamed_options = _all_of(
     click.option(
         "--axes",
         metavar="LETTERS",
+        type=AXES,
         help="Axes of setpoints in a format that does not name them; else those that are wanted.",
     ),
     click.option(
@@ -298,6 +296,17 @@ setpoint_options = _all_of(
         type=FiniteRange(min=0, min_open=True),
         help="Period of the setpoints [default: from their times].",
     ),
+)
+
+#: How a file of setpoints is read; `format` is None for its content and suffix.
+setpoint_options = _all_of(
+    click.option(
+        "--format",
+        "format",
+        type=click.Choice(FORMATS),
+        help="Format of the setpoints [default: by content and suffix, else csv].",
+    ),
+    unnamed_options,
 )
 
 format_option = click.option(

@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cncgen.cli import messages
-from cncgen.cli.options import machine_option, message_options, planning_options, program_options
+from cncgen.cli.options import (
+    machine_option,
+    message_options,
+    planning_options,
+    program_options,
+    setpoint_options,
+)
 from cncgen.cli.types import FILE
 
 if TYPE_CHECKING:
@@ -35,6 +41,7 @@ if TYPE_CHECKING:
     help="One picture as .png, .svg or .pdf, or a folder for several.",
 )
 @planning_options
+@setpoint_options
 @program_options
 @message_options
 def command(
@@ -42,6 +49,9 @@ def command(
     machine: str,
     kinds: str | None,
     output: str,
+    format: str | None,
+    axes: str | None,
+    period: float | None,
     planning: dict[str, Any],
     reading: dict[str, Any],
 ) -> None:
@@ -52,7 +62,8 @@ def command(
     """
     from cncgen.report.plots import available, draw
 
-    data = _response_file(source, machine) or _planned_or_read(source, machine, planning, reading)
+    given = (format, axes, period)
+    data = _response_file(source, machine) or _planned_or_read(source, machine, planning, given, reading)
     names = [name.strip() for name in kinds.split(",") if name.strip()] if kinds else available(data)
     for file in draw(data, names, output):
         messages.note(file)
@@ -82,8 +93,13 @@ def _title(source: str, machine: str) -> str:
 
 
 def _planned_or_read(
-    source: str, machine: str, planning: dict[str, Any], reading: dict[str, Any]
+    source: str,
+    machine: str,
+    planning: dict[str, Any],
+    given: tuple[str | None, str | None, float | None],
+    reading: dict[str, Any],
 ) -> PlotData:
+    """Return the data of setpoints, whose format, axes and period may be `given`, or of the plan of a program."""
     from cncgen import pipeline
     from cncgen.cli.reading import is_setpoint_file, planned
     from cncgen.report.plot_data import of_response, of_setpoints
@@ -91,9 +107,12 @@ def _planned_or_read(
 
     found = pipeline.machine_of(machine)
     corners: list[SharpCorner] = []
-    if is_setpoint_file(source):
+    format, letters, period = given
+    if format or is_setpoint_file(source):
         servos = pipeline.servos_of(planning["axis_params"]) if planning["axis_params"] else {}
-        with open_setpoints(source) as stream:
+        with open_setpoints(
+            source, format=format, axes=letters, period_s=period, default_period_s=found.period_s
+        ) as stream:
             chunks = list(stream.chunks)
     else:
         servos = pipeline.servos_of(planning["axis_params"] or found)

@@ -74,9 +74,13 @@ def read_options(
     """Return language and options of reading from what `cncgen.cli.options.program_options` gathered.
 
     What is not given is as LinuxCNC's stand-alone interpreter has it where `as_rs274` says so.
+
+    Raises:
+        UsageError: A folder to search is none.
     """
     from pathlib import Path
 
+    from cncgen.files import check_folder
     from cncgen.toolpath.reading import ReadOptions
 
     values = dict(reading)
@@ -86,7 +90,9 @@ def read_options(
     if values["block_delete"] is None:
         values["block_delete"] = not as_rs274
     values["inch_tables"] = (values.pop("table_units") or ("inch" if as_rs274 else "mm")) == "inch"
-    values["include"] = tuple(Path(path) for path in values["include"])
+    for folder in values["include"]:
+        check_folder(folder)
+    values["include"] = tuple(Path(folder) for folder in values["include"])
     return language, ReadOptions(**values, tolerance_mm=tolerance_mm)
 
 

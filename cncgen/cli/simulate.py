@@ -112,12 +112,15 @@ def _setpoints(
 ) -> Iterator[SetpointStream]:
     """Open setpoints, whose format, axes and period may be `given`, or plan the program that `source` names."""
     from cncgen.cli.reading import is_setpoint_file, planned
-    from cncgen.pipeline import sample
+    from cncgen.pipeline import machine_of, sample
     from cncgen.setpoints.readers import open_setpoints
 
     format, axes, period = given
     if format or source == "-" or is_setpoint_file(source):
-        with open_setpoints(source, format=format, axes=axes, period_s=period) as stream:
+        usual = machine_of(machine).period_s
+        with open_setpoints(
+            source, format=format, axes=axes, period_s=period, default_period_s=usual
+        ) as stream:
             yield stream
         return
     with planned(source, reading, planning, machine) as plan:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cncgen.units import AXIS_LETTERS
+
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
@@ -20,6 +22,19 @@ class FiniteRange(click.FloatRange):
         if not math.isfinite(number):
             self.fail(f"{value!r} is not a finite number.", param, ctx)
         return number
+
+
+class AxisLetters(click.ParamType):
+    """Letters of axes, each once, as a word or by commas or blanks: ``XYZ``, ``x,y``; in the order given."""
+
+    name = "letters"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return the letters as a word of capitals, or fail as click does."""
+        letters = "".join(str(value).replace(",", " ").split()).upper()
+        if not letters or set(letters) - set(AXIS_LETTERS) or len(set(letters)) < len(letters):
+            self.fail(f"{value!r} does not name axes, of {' '.join(AXIS_LETTERS)}, once each.", param, ctx)
+        return letters
 
 
 class FileName(click.ParamType):
@@ -54,6 +69,7 @@ class MachineName(FileName):
         return names + super().shell_complete(ctx, param, incomplete)
 
 
+AXES = AxisLetters()
 FILE = FileName()
 FOLDER = FileName("dir")
 MACHINE = MachineName()

@@ -67,13 +67,19 @@ def command(
 
     if setpoints == program == STANDARD:
         raise click.UsageError("SETPOINTS and --program cannot both come from standard input.")
+    where = pipeline.machine_of(machine)
     with (
         opened(program, reading, machine=machine) as read,
         open_setpoints(
-            setpoints, format=format, axes=axes, unnamed_axes=read.moving_axes, period_s=period
+            setpoints,
+            format=format,
+            axes=axes,
+            unnamed_axes=pipeline.output_axes(read),
+            period_s=period,
+            default_period_s=where.period_s,
         ) as stream,
     ):
-        verdict = pipeline.verify(stream, read, machine, tolerance_mm=path_tolerance, resolution=resolution)
+        verdict = pipeline.verify(stream, read, where, tolerance_mm=path_tolerance, resolution=resolution)
     if report:
         write_text(report, json.dumps(json_values(verdict.as_json()), indent=2) + "\n")
     messages.show(verdict.breaches)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from cncgen.machine.record import Machine
 from cncgen.report.line_times import LineTimes
 from cncgen.report.svg import chart, path_picture
+from cncgen.report.tables import duration
 from cncgen.setpoints.columns import file_units, position_column
 from cncgen.setpoints.record import Setpoints
 from cncgen.units import file_unit, to_file
@@ -87,9 +88,9 @@ def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 def _figures(summary: dict[str, Any]) -> str:
     rows = [
         ("feedrate strategy", str(summary["feedrate"])),
-        ("cycle time", f"{summary['motion_time_s'] + summary['dwell_time_s']:.4f} s"),
-        ("motion time", f"{summary['motion_time_s']:.4f} s"),
-        ("dwell time", f"{summary['dwell_time_s']:.4f} s"),
+        ("cycle time", duration(summary["motion_time_s"] + summary["dwell_time_s"])),
+        ("motion time", duration(summary["motion_time_s"])),
+        ("dwell time", duration(summary["dwell_time_s"])),
         ("path length", f"{summary['path_length_mm']:.4f} mm"),
         ("motions", str(summary["motions"])),
         ("setpoints", f"{summary['samples']} every {1000 * summary['period_s']:g} ms"),

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+from cncgen.report.tables import counted
 from cncgen.units import file_unit
 
 
 def as_text(summary: dict[str, Any]) -> str:
     """Return the lines of a summary (`cncgen.servo.summary.Summary.as_dict`, with ``axis_params``)."""
-    lines = [f"{summary['samples']} samples simulated with {summary['axis_params']}"]
+    lines = [f"{counted(summary['samples'], 'sample')} simulated with {summary['axis_params']}"]
     for letter, axis in summary["axes"].items():
         unit = file_unit(letter)
         thousandth = "µm" if unit == "mm" else "mdeg"
@@ -17,7 +18,7 @@ def as_text(summary: dict[str, Any]) -> str:
             f"  {letter.upper()}: tracking error rms {1000 * axis[f'tracking_rms_{unit}']:.3f}, "
             f"max {1000 * axis[f'tracking_max_{unit}']:.3f} {thousandth} at {axis['tracking_max_t_s']:.4f} s; "
             f"force up to {axis['force_max']:.4g} {axis['force_unit']}, "
-            f"{axis['saturated_samples']} saturated samples"
+            f"{counted(axis['saturated_samples'], 'saturated sample')}"
         )
     if summary["contour_error_max_mm"] is not None:
         lines.append(

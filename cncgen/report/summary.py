@@ -13,6 +13,7 @@ from cncgen.planner.record import Profile, SharpCorner, Trajectory
 from cncgen.report.differences import DifferencePeaks
 from cncgen.report.line_times import LineTimes
 from cncgen.report.slow_places import SlowPlaces
+from cncgen.report.tables import counted, duration
 from cncgen.setpoints.columns import position_column
 from cncgen.setpoints.record import Setpoints
 from cncgen.toolpath.record import Kind, Program, Toolpath
@@ -183,10 +184,10 @@ def as_text(summary: dict[str, Any]) -> str:
     """Return the summary as the lines that a person reads."""
     feed = summary["feed_mm_s"]
     lines = [
-        f"{summary['program']} on {summary['machine']}: {_seconds(summary['motion_time_s'])} of motion"
-        + (f" and {_seconds(summary['dwell_time_s'])} of dwell" if summary["dwell_time_s"] else "")
-        + f", {summary['path_length_mm']:.4f} mm, {_count(summary['motions'], 'motion')}, {_count(summary['samples'], 'setpoint')}",
-        f"feed: mean {feed['mean']:.2f}, max {feed['max']:.2f} mm/s; {_count(summary['sharp_corner_count'], 'sharp corner')}",
+        f"{summary['program']} on {summary['machine']}: {duration(summary['motion_time_s'])} of motion"
+        + (f" and {duration(summary['dwell_time_s'])} of dwell" if summary["dwell_time_s"] else "")
+        + f", {summary['path_length_mm']:.4f} mm, {counted(summary['motions'], 'motion')}, {counted(summary['samples'], 'setpoint')}",
+        f"feed: mean {feed['mean']:.2f}, max {feed['max']:.2f} mm/s; {counted(summary['sharp_corner_count'], 'sharp corner')}",
     ]
     for letter, peak in summary["peak"].items():
         parts = []
@@ -205,15 +206,3 @@ def as_text(summary: dict[str, Any]) -> str:
             )
         )
     return "\n".join(lines)
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}" + ("" if number == 1 else "s")
-
-
-def _seconds(value: float) -> str:
-    if value < 60:
-        return f"{value:.4f} s"
-    minutes, seconds = divmod(value, 60)
-    hours, minutes = divmod(int(minutes), 60)
-    return f"{hours}:{minutes:02d}:{seconds:06.3f} h" if hours else f"{minutes}:{seconds:06.3f} min"

@@ -1,4 +1,4 @@
-"""Tables of text: columns in line, numbers to the right, as Markdown writes them too."""
+"""Tables of text, columns in line as Markdown writes them too; numbers, counts and times as people read them."""
 
 from __future__ import annotations
 
@@ -33,3 +33,18 @@ def _table(header: Sequence[str], rows: Sequence[Sequence[str]], left: Sequence[
 def number(value: float | None, scale: float = 1.0, digits: int = 4) -> str:
     """Return a number with that many significant digits, a dash for None."""
     return "-" if value is None else f"{value * scale:.{digits}g}"
+
+
+def counted(number: int, noun: str) -> str:
+    """Return a number with its noun: ``1 motion``, ``2 motions``."""
+    return f"{number} {noun}" + ("" if number == 1 else "s")
+
+
+def duration(seconds: float) -> str:
+    """Return a time: ``59.1234 s``, ``1:02.345 min``, ``1:02:03.456 h``."""
+    if seconds < 59.99995:
+        return f"{seconds:.4f} s"
+    minutes, thousandths = divmod(round(1000.0 * seconds), 60_000)
+    hours, minutes = divmod(minutes, 60)
+    rest = f"{thousandths / 1000.0:06.3f}"
+    return f"{hours}:{minutes:02d}:{rest} h" if hours else f"{minutes}:{rest} min"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import groupby
 
 from cncgen.diagnostics import Severity
+from cncgen.report.tables import counted, duration
 from cncgen.units import file_unit
 from cncgen.verify.verdict import ORDERS, Verdict
 
@@ -12,7 +13,9 @@ from cncgen.verify.verdict import ORDERS, Verdict
 def as_text(verdict: Verdict) -> str:
     """Return peaks of each axis, distances, and what is broken."""
     seconds = (verdict.samples - 1) * verdict.period_s
-    lines = [f"{verdict.samples} setpoints every {1000 * verdict.period_s:g} ms, {seconds:.4f} s"]
+    lines = [
+        f"{counted(verdict.samples, 'setpoint')} every {1000 * verdict.period_s:g} ms, {duration(seconds)}"
+    ]
     powers = {order: power.translate({0x32: "²", 0x33: "³"}) for order, power in ORDERS}
     for letter, peaks in groupby(verdict.peaks, key=lambda peak: peak.axis):
         parts = (

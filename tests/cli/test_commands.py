@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cncgen.cli.app import run
 from cncgen.gcode.codes import table
 
 Run = Callable[..., "subprocess.CompletedProcess[bytes]"]
@@ -222,3 +223,47 @@ def test_rounding_is_no_broken_limit(cncgen: Run, part: Path, tmp_path: Path) ->
     (tmp_path / "tiny.nc").write_text("G21 G61\n(START, X20 Y20)\nG1 X20.00001 F1000\nM2\n")
     run = cncgen("plan", "tiny.nc", "-m", "slow.toml", "-q", "-o", "o.csv")
     assert (run.returncode, run.stderr) == (0, b"")
+
+
+@pytest.mark.parametrize("kind", ["csv", "jsonl", "npy", "npz", "f64", "hal", "arrow"])
+def test_a_program_without_motion_has_one_setpoint(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], kind: str
+) -> None:
+    """A single row tells no period: the file states it, or the machine has it."""
+    (tmp_path / "still.nc").write_text("M2\n")
+    program, setpoints = str(tmp_path / "still.nc"), str(tmp_path / f"s.{kind}")
+    assert run(["plan", program, "-q", "-o", setpoints]) == 0
+    assert run(["verify", setpoints, "-p", program]) == 0
+    assert run(["simulate", setpoints, "--axes", "x,y,z"]) == 0
+    out, err = capsys.readouterr()
+    assert "1 setpoint every 1 ms" in err
+    header, row = out.splitlines()
+    assert header.startswith("t_s,x_cmd_mm,")
+    assert set(row.split(",")) == {"0.000000000", "0"}
+
+
+def test_strategies_are_compared_on_a_program_without_motion(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "still.nc").write_text("G4 P0.5\nM2\n")
+    assert run(["compare", str(tmp_path / "still.nc")]) == 0
+    rows = [line.split("|") for line in capsys.readouterr().out.splitlines() if line.startswith("| optimal")]
+    assert [cell.strip() for cell in rows[0][2:5]] == ["0.5000", "0", "0"]
+
+
+def test_a_tree_of_standard_input(cncgen: Run, programs: Path) -> None:
+    file = programs / "stepnc" / "features.stp"
+    of_file, of_stream = (
+        cncgen("check", "--tree", file),
+        cncgen("check", "--tree", "-", stdin=file.read_bytes()),
+    )
+    assert (of_stream.returncode, of_stream.stdout) == (0, of_file.stdout)
+    assert of_stream.stdout.startswith(b"workplan 'plan' (#168)")
+
+
+def test_setpoints_that_do_not_name_their_axes_are_drawn(tmp_path: Path, part: Path) -> None:
+    setpoints, picture = str(tmp_path / "s.npy"), tmp_path / "p.svg"
+    assert run(["plan", str(part), "--feedrate", "ild", "-q", "-o", setpoints]) == 0
+    assert run(["plot", setpoints, "--kinds", "path", "-o", str(picture)]) == 2
+    assert run(["plot", setpoints, "--axes", "XY", "--kinds", "path", "-o", str(picture)]) == 0
+    assert b"<svg" in picture.read_bytes()

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from cncgen.cli import app
+from cncgen.cli import app, main
 
 Run = Callable[..., "subprocess.CompletedProcess[bytes]"]
 
@@ -368,6 +368,7 @@ def test_parameters_are_kept_of_a_run_that_goes_well(in_folder: Path) -> None:
         (("check", "x.nc", "small.nc", "--save-parameters", "small.nc"), "would overwrite a program"),
         (("verify", "small.nc", "-p", "p.nc", "--report", "small.nc"), "would overwrite the setpoints"),
         (("plan", "p.nc", "-m", "small.nc", "--summary", "small.nc"), "would overwrite the machine file"),
+        (("plan", "p.nc", "--parameters", "small.nc", "-o", "small.nc"), "overwrite the parameter file"),
         (("tune", "-o", "a", "--summary", "a"), "--summary a would overwrite what --output writes"),
     ],
     ids=lambda part: part[0] if isinstance(part, tuple) else "",
@@ -384,6 +385,16 @@ def test_parameters_may_go_back_to_their_file(in_folder: Path) -> None:
     (in_folder / "p.var").write_text("5221 3\n")
     assert app.run(["check", "small.nc", "--parameters", "p.var", "--save-parameters", "p.var"]) == 0
     assert "5221\t3.000000" in (in_folder / "p.var").read_text()
+
+
+def test_an_interrupt_while_commands_are_imported(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(arguments: object) -> int:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(app, "run", interrupted)
+    with pytest.raises(SystemExit) as left:
+        main([])
+    assert left.value.code == 130
 
 
 def test_wrong_usage_as_json(capsys: pytest.CaptureFixture[str]) -> None:

@@ -15,9 +15,29 @@ from cncgen.planner.record import Limit, Profile
 from cncgen.report.differences import DifferencePeaks
 from cncgen.report.slow_places import _valley_cuts
 from cncgen.report.summary import as_text, largest_speed
-from cncgen.report.tables import number, text_table
+from cncgen.report.tables import counted, duration, number, text_table
 
 Run = Callable[..., "subprocess.CompletedProcess[bytes]"]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        (0.0, "0.0000 s"),
+        (59.9999, "59.9999 s"),
+        (59.99996, "1:00.000 min"),
+        (62.3454, "1:02.345 min"),
+        (119.9999, "2:00.000 min"),
+        (3599.9996, "1:00:00.000 h"),
+        (90_061.5, "25:01:01.500 h"),
+    ],
+)
+def test_times_carry_into_minutes_and_hours(seconds: float, text: str) -> None:
+    assert duration(seconds) == text
+
+
+def test_one_thing_has_no_plural() -> None:
+    assert [counted(n, "motion") for n in (0, 1, 2)] == ["0 motions", "1 motion", "2 motions"]
 
 
 def test_columns_stand_in_line() -> None:

@@ -14,7 +14,7 @@ from typing import BinaryIO
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import open_input
-from cncgen.setpoints.readers.blocks import Block, stream_of
+from cncgen.setpoints.readers.blocks import Block, only, stream_of
 from cncgen.setpoints.stream import SetpointStream
 from cncgen.setpoints.writers import FORMATS
 
@@ -22,9 +22,6 @@ __all__ = ["SetpointStream", "open_setpoints"]
 
 #: What the formats with a signature begin with.
 _SIGNATURES = ((b"\x93NUMPY", "npy"), (b"PK\x03\x04", "npz"), (b"ARROW1", "arrow"), (b"{", "jsonl"))
-
-#: Formats whose files always name their axes.
-_NAMED = ("csv", "jsonl", "npz", "arrow")
 
 
 @contextmanager
@@ -35,6 +32,7 @@ def open_setpoints(
     axes: str | None = None,
     unnamed_axes: str | None = None,
     period_s: float | None = None,
+    default_period_s: float | None = None,
 ) -> Iterator[SetpointStream]:
     """Open a setpoint file, or standard input for ``-``, for the length of a with block.
 
@@ -44,7 +42,8 @@ def open_setpoints(
         axes: Letters of the columns that are wanted, of those that the file names; what its columns are where it does
             not name them (npy and f64: columns after the time; hal: all columns). None: all.
         unnamed_axes: What they are where neither the file nor `axes` says.
-        period_s: Time between rows; None: as the file's times say. Needed for hal.
+        period_s: Time between rows; None: as the file's times say. Needed for hal that does not state it.
+        default_period_s: What it is where a file has a single row and does not state it.
 
     Raises:
         UsageError: The file cannot be read, is no setpoint file of that format, or has not the axes that are wanted.
@@ -58,14 +57,9 @@ def open_setpoints(
                 Diagnostic("option-value", f"format {kind!r} is not one of {', '.join(FORMATS)}")
             )
         module = importlib.import_module(f"cncgen.setpoints.readers.{kind}")
-        letters = axes or (None if kind in _NAMED else unnamed_axes) or None
-        blocks: Iterator[Block] = module.blocks(file, name, letters, period_s)
-        stream = stream_of(blocks, name, period_s)
-        missing = [letter for letter in (axes or "").upper() if letter not in stream.axes]
-        if missing:
-            message = f"{name} has no axis {', '.join(missing)}; it has {', '.join(stream.axes)}"
-            raise UsageError(Diagnostic("setpoints-axes", message))
-        yield stream
+        blocks: Iterator[Block] = module.blocks(file, name, axes or unnamed_axes or None, period_s)
+        stream = stream_of(blocks, name, period_s, default_period_s)
+        yield only(stream, axes.upper()) if axes else stream
 
 
 def _peek(file: BinaryIO) -> bytes:

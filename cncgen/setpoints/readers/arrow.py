@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -28,18 +29,18 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     try:
         with reading_faults(name):
             content = file.read()
-        yield from _batches(pa.ipc.open_file(content), name, axes)
+        yield from _batches(pa.ipc.open_file(content), name)
     except (pa.ArrowException, OSError, ValueError, TypeError, LookupError) as error:
         raise UsageError(Diagnostic("setpoints-header", f"{name} is no Arrow file: {error}")) from error
 
 
-def _batches(reader: Any, name: str, axes: str | None) -> Iterator[Block]:
+def _batches(reader: Any, name: str) -> Iterator[Block]:
     """Yield the record batches of an open file; what pyarrow says of a damaged one is raised as it is."""
     names = [n for n in reader.schema.names if n in POSITION_COLUMNS]
-    names = [n for n in names if axes is None or POSITION_COLUMNS[n] in axes.upper()]
     if "t_s" not in reader.schema.names or not names:
         message = f"{name} is no setpoint file: it has no column t_s, or none of an axis position"
         raise UsageError(Diagnostic("setpoints-header", message))
+    letters, stated = "".join(POSITION_COLUMNS[n] for n in names), _stated(reader.schema.metadata)
     row = 0
     for index in range(reader.num_record_batches):
         batch = reader.get_batch(index)
@@ -48,4 +49,13 @@ def _batches(reader: Any, name: str, axes: str | None) -> Iterator[Block]:
         matrix = np.stack(columns, axis=1).astype(np.float64)
         check_rows(matrix, name, row)
         row += len(matrix)
-        yield Block("".join(POSITION_COLUMNS[n] for n in names), matrix[:, 0].copy(), matrix[:, 1:])
+        yield Block(letters, matrix[:, 0].copy(), matrix[:, 1:], stated)
+
+
+def _stated(metadata: Mapping[bytes, bytes] | None) -> float | None:
+    """Return the period that a file states, or None."""
+    try:
+        period = float((metadata or {}).get(b"period_s", b"nan"))
+    except ValueError:
+        return None
+    return period if 0.0 < period < math.inf else None

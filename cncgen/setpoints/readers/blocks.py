@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,15 +30,25 @@ class Block:
         axes: Letters of the columns of `position`.
         time_s: Shape (n,), or None where the format has no times.
         position: Shape (n, axes), mm and degrees.
+        period_s: Time between rows where the file states it, or None.
     """
 
     axes: str
     time_s: Floats | None
     position: Floats
+    period_s: float | None = None
 
 
-def stream_of(blocks: Iterator[Block], name: str, period_s: float | None) -> SetpointStream:
+def stream_of(
+    blocks: Iterator[Block], name: str, period_s: float | None, default_period_s: float | None = None
+) -> SetpointStream:
     """Take the axes and the period from the first block, and check each block against them as it is drawn.
+
+    Args:
+        blocks: The file's rows.
+        name: The file, for messages.
+        period_s: The period; None: what the times say, of a single row what the file states.
+        default_period_s: The period of a single row in a file that states none.
 
     Raises:
         UsageError: There are no rows, no period, or one that is not constant.
@@ -46,8 +56,26 @@ def stream_of(blocks: Iterator[Block], name: str, period_s: float | None) -> Set
     first = _first(blocks)
     if first is None:
         raise UsageError(Diagnostic("setpoints-empty", f"{name} holds no setpoints"))
+    if period_s is None and len(first.position) == 1:
+        period_s = first.period_s or default_period_s
     period = period_s if period_s is not None else _period(first, name)
     return SetpointStream(name, first.axes, period, _chunks(first, blocks, name, period))
+
+
+def only(stream: SetpointStream, letters: str) -> SetpointStream:
+    """Return a stream of some of its axes, in its own order.
+
+    Raises:
+        UsageError: It has not all of them.
+    """
+    missing = [letter for letter in letters if letter not in stream.axes]
+    if missing:
+        message = f"{stream.name} has no axis {', '.join(missing)}; it has {', '.join(stream.axes)}"
+        raise UsageError(Diagnostic("setpoints-axes", message))
+    columns = [k for k, letter in enumerate(stream.axes) if letter in letters]
+    axes = "".join(stream.axes[k] for k in columns)
+    chunks = (replace(chunk, axes=axes, position=chunk.position[:, columns]) for chunk in stream.chunks)
+    return replace(stream, axes=axes, chunks=chunks)
 
 
 def _first(blocks: Iterator[Block]) -> Block | None:
@@ -61,7 +89,8 @@ def _first(blocks: Iterator[Block]) -> Block | None:
     if len(taken) < 2:
         return taken[0] if taken else None
     times = [block.time_s for block in taken if block.time_s is not None]
-    return Block(taken[0].axes, np.concatenate(times), np.concatenate([b.position for b in taken]))
+    positions = np.concatenate([block.position for block in taken])
+    return Block(taken[0].axes, np.concatenate(times), positions, taken[0].period_s)
 
 
 def _period(block: Block, name: str) -> float:

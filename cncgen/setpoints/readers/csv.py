@@ -28,7 +28,7 @@ _POWERS = 10.0 ** np.arange(23)
 
 
 def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[Block]:
-    """Yield the rows of a CSV file.
+    """Yield the rows of a CSV file; it names its axes itself.
 
     Raises:
         UsageError: The header names no positions or no time; a row has another number of columns, or something that
@@ -40,7 +40,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     while text and (not header or header.startswith(b"#")):
         head, _, text = text.partition(b"\n")
         header, number = head.strip(), number + 1
-    table = _Table(name, header, number, axes)
+    table = _Table(name, header, number)
     faults = Diagnostics()
     while text or (text := next(lines, b"")):
         matrix = table.parse(text, faults)
@@ -87,12 +87,11 @@ def _header_fault(names: list[str], any_axis: bool) -> str:
 class _Table:
     """The columns of a CSV file, and how far it has been read."""
 
-    def __init__(self, name: str, header: bytes, line: int, axes: str | None) -> None:
+    def __init__(self, name: str, header: bytes, line: int) -> None:
         self.name, self.line = name, line
         names = [cell.strip().strip('"').lower() for cell in header.decode("utf-8-sig", "replace").split(",")]
         self.width = len(names)
-        found = [(POSITION_COLUMNS[n], k) for k, n in enumerate(names) if n in POSITION_COLUMNS]
-        self.columns = [(letter, k) for letter, k in found if axes is None or letter in axes.upper()]
+        self.columns = [(POSITION_COLUMNS[n], k) for k, n in enumerate(names) if n in POSITION_COLUMNS]
         fault = _header_fault(names, bool(self.columns))
         if fault:
             excerpt, cut = excerpt_of(header.decode("utf-8", "replace"), 1)

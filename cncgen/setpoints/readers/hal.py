@@ -46,7 +46,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
                 None if period_s is None else np.arange(row, row + len(rows), dtype=np.float64) * period_s
             )
             row += len(rows)
-            yield Block(letters, time_s, np.array(rows, np.float64))
+            yield Block(letters, time_s, np.array(rows, np.float64), period_s)
     if faults.has_errors:
         raise UsageError(faults)
 

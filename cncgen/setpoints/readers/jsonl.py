@@ -30,7 +30,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
                 continue
             record = _record(line)
             if not keys and record is not None:
-                keys = _keys(record, axes)
+                keys = _keys(record)
             values = _values(record, keys) if record is not None else None
             if values is None:
                 faults.add(_fault(line, name, number))
@@ -51,10 +51,8 @@ def _record(line: bytes) -> dict[str, Any] | None:
     return record if isinstance(record, dict) else None
 
 
-def _keys(record: dict[str, Any], axes: str | None) -> tuple[str, ...]:
-    positions = [
-        k for k in record if k in POSITION_COLUMNS and (not axes or POSITION_COLUMNS[k] in axes.upper())
-    ]
+def _keys(record: dict[str, Any]) -> tuple[str, ...]:
+    positions = [k for k in record if k in POSITION_COLUMNS]
     return ("t_s", *positions) if positions and "t_s" in record else ()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 import tempfile
 import zipfile
@@ -42,13 +43,12 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     """
     try:
         with reading_faults(name), np.load(_seekable(file), allow_pickle=False) as archive:
-            names = [
-                n for n in POSITION_COLUMNS if n in archive.files and (not axes or _letter(n) in axes.upper())
-            ]
+            names = [n for n in POSITION_COLUMNS if n in archive.files]
             if "t_s" not in archive.files or not names:
                 message = f"{name} is no setpoint file: it has no array t_s, or none of an axis position"
                 raise UsageError(Diagnostic("setpoints-header", message))
             columns = [np.asarray(archive[n], np.float64) for n in ("t_s", *names)]
+            stated = float(archive["period_s"]) if "period_s" in archive.files else math.nan
     except _FAULTS as error:
         # What is no archive is taken for a pickle, whose message is about trust.
         why = "" if "pickle" in str(error) else f": {error}"
@@ -58,7 +58,9 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
         raise UsageError(Diagnostic("setpoints-columns", f"{name}: columns differ in shape: {shapes}"))
     matrix = np.stack(columns, axis=1)
     check_rows(matrix, name, 0)
-    yield Block("".join(map(_letter, names)), matrix[:, 0].copy(), matrix[:, 1:])
+    period = stated if 0.0 < stated < math.inf else None
+    letters = "".join(POSITION_COLUMNS[n] for n in names)
+    yield Block(letters, matrix[:, 0].copy(), matrix[:, 1:], period)
 
 
 def _seekable(file: BinaryIO) -> IO[bytes]:
@@ -69,7 +71,3 @@ def _seekable(file: BinaryIO) -> IO[bytes]:
     shutil.copyfileobj(file, copy, 1 << 20)
     copy.seek(0)
     return copy
-
-
-def _letter(column: str) -> str:
-    return POSITION_COLUMNS[column]
