@@ -10,9 +10,10 @@ from cncgen.gcode.block import LARGEST, Block, Computed, Flow, Parsed, Value, ga
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.expressions import evaluate, too_deep
 from cncgen.gcode.flow import FlowControl
-from cncgen.gcode.interpreter import Interpreter, Plan
+from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.labels import Cursor
 from cncgen.gcode.parameters import Parameters
+from cncgen.gcode.plans import Plan
 from cncgen.gcode.predefined import NAMED
 
 Action = Callable[[], None]

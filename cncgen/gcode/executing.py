@@ -7,8 +7,9 @@ from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.calls import Calls
 from cncgen.gcode.errors import BlockError, Stop
 from cncgen.gcode.faults import Faults
-from cncgen.gcode.interpreter import Interpreter, Plan
+from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.labels import Cursor
+from cncgen.gcode.plans import Plan
 
 _G11 = 110
 

@@ -315,43 +315,50 @@ def check_nesting(text: str, bare: str) -> None:
 
 def _syntax_error(text: str, bare: str, error: Any) -> BlockError:
     """Say what stands there and what could."""
-    index = error.pos_in_stream if error.pos_in_stream is not None else len(bare)
     token = getattr(error, "token", None)
-    if token is not None and token.type == "$END":
+    index = error.pos_in_stream
+    if index is None or (token is not None and token.type == "$END"):
         index = len(bare)
-    expected = sorted(
-        getattr(error, "accepts", None) or getattr(error, "expected", None) or error.allowed or ()
-    )
+    before, rest = bare[:index], bare[index:]
     column = column_of(text, index)
-    rest = bare[index:]
-    if rest.startswith("("):
-        nested = "(" in rest[1 : rest.find(")")] if ")" in rest else False
-        if nested:
-            return BlockError("nested-comment", "a comment in a comment", column=column)
-        return BlockError(
-            "open-comment", "a comment ( without its )", column=column, hint="close it on its line"
-        )
+    if rest.startswith(("(", ")")):
+        return _comment_error(rest, column)
+    letter = missing_number(before, rest)
+    if letter:
+        hint = number_hint(letter, before, rest)
+        return BlockError("syntax", f"{letter} has no number", column=column, hint=hint)
+    expected = getattr(error, "accepts", None) or getattr(error, "expected", None) or error.allowed or ()
+    return BlockError(
+        "syntax",
+        f"{_found(rest)} where {_any_of(_expected_names(before, sorted(expected)))} was expected",
+        column=column,
+        hint=hint_for(before, rest),
+    )
+
+
+def _comment_error(rest: str, column: int) -> BlockError:
+    """Say what is wrong with the parenthesis that begins the rest of a block."""
     if rest.startswith(")"):
         return BlockError("syntax", "a ) with no comment to close", column=column)
-    found = f"'{rest[0]}'" if rest else "the end of the block"
-    if bare.count("[", 0, index) > bare.count("]", 0, index):
+    if "(" in rest[1 : rest.find(")")] and ")" in rest:
+        return BlockError("nested-comment", "a comment in a comment", column=column)
+    return BlockError("open-comment", "a comment ( without its )", column=column, hint="close it on its line")
+
+
+def _found(rest: str) -> str:
+    """Return what is called the first character of the rest of a block."""
+    if not rest:
+        return "the end of the block"
+    return f"'{rest[0]}'" if rest[0].isprintable() else f"byte 0x{ord(rest[0]) & 0xFF:02x}"
+
+
+def _expected_names(before: str, expected: list[str]) -> list[str]:
+    """Return what people call the tokens that could stand behind the text before."""
+    if before.count("[") > before.count("]"):
         # The parser's states do not tell how a value ends; what cannot stand within brackets is left out.
         expected = [name for name in expected if name not in _OUTSIDE]
     named = {} if set(expected) <= _FOLLOWERS else _NAMES
-    names = list(dict.fromkeys(named.get(name, name) for name in expected))
-    if rest and not rest[0].isprintable():
-        found = f"byte 0x{ord(rest[0]) & 0xFF:02x}"
-    letter = missing_number(bare[:index], rest)
-    if letter:
-        return BlockError(
-            "syntax", f"{letter} has no number", column=column, hint=number_hint(letter, bare[:index], rest)
-        )
-    return BlockError(
-        "syntax",
-        f"{found} where {_any_of(names)} was expected",
-        column=column,
-        hint=hint_for(bare[:index], rest),
-    )
+    return list(dict.fromkeys(named.get(name, name) for name in expected))
 
 
 def _any_of(names: list[str]) -> str:

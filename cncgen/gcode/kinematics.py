@@ -102,28 +102,27 @@ def kinematics_of(table: Mapping[str, Any]) -> Kinematics:
         _fault(f"{key}: unknown key", f"known keys: {', '.join(_KEYS)}") for key in table if key not in _KEYS
     ]
     model, axes = table.get("model"), table.get("axes")
+    centre = table.get("centre_mm", [0.0, 0.0, 0.0])
+    pivot, tolerance = table.get("pivot_mm", 0.0), table.get("tolerance_mm", _TOLERANCE_MM)
+    letters = [str(letter).lower() for letter in axes] if isinstance(axes, list) else []
     if model not in MODELS:
         faults.append(_fault(f"model: must be one of {', '.join(MODELS)}"))
-    letters = [str(letter).lower() for letter in axes] if isinstance(axes, list) else []
     if len(letters) != 2 or letters[0] == letters[1] or not set(letters) <= set("abc"):
         faults.append(_fault("axes: must be two of a, b, c, the one that carries the other first"))
-    centre = table.get("centre_mm", [0.0, 0.0, 0.0])
     if not (isinstance(centre, list) and len(centre) == 3 and all(is_number(v) for v in centre)):
         faults.append(_fault("centre_mm: must be three numbers"))
-    for key in ("pivot_mm", "tolerance_mm"):
-        value = table.get(key, 1.0)
-        if not is_number(value) or value < 0.0 or (key == "tolerance_mm" and value == 0.0):
-            faults.append(
-                _fault(f"{key}: must be a number {'above' if key == 'tolerance_mm' else 'of at least'} 0")
-            )
+    if not (is_number(pivot) and pivot >= 0.0):
+        faults.append(_fault("pivot_mm: must be a number of at least 0"))
+    if not (is_number(tolerance) and tolerance > 0.0):
+        faults.append(_fault("tolerance_mm: must be a number above 0"))
     if faults:
         raise UsageError(faults)
     return Kinematics(
         model == "head-head",
         (3 + "abc".index(letters[0]), 3 + "abc".index(letters[1])),
         (float(centre[0]), float(centre[1]), float(centre[2])),
-        float(table.get("pivot_mm", 0.0)),
-        float(table.get("tolerance_mm", _TOLERANCE_MM)),
+        float(pivot),
+        float(tolerance),
     )
 
 

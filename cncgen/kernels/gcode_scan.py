@@ -90,6 +90,17 @@ def _line_end(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t) -> cy
 @cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
+def _past_blanks(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t) -> cython.Py_ssize_t:
+    """Return the offset after spaces and tabs."""
+    while i < text.shape[0] and (text[i] == 32 or text[i] == 9):
+        i += 1
+    return i
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
 def _number(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t, signed: cython.bint) -> _Number:
     """Read the number at i: a sign where `signed`, digits with at most one point, blanks anywhere."""
     length: cython.Py_ssize_t = text.shape[0]
@@ -100,8 +111,7 @@ def _number(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t, signed:
     negative: cython.bint = False
     value: cython.double
     c: cython.int
-    while i < length and (text[i] == 32 or text[i] == 9):
-        i += 1
+    i = _past_blanks(text, i)
     if signed and i < length and (text[i] == 43 or text[i] == 45):
         negative = text[i] == 45
         i += 1
@@ -350,6 +360,19 @@ def _closing(c: cython.int) -> cython.int:
 @cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
+def _past_closing(
+    text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t, closing: cython.int
+) -> cython.Py_ssize_t:
+    """Return the offset of the byte that closes, or of the end of the line."""
+    while i < text.shape[0] and text[i] != closing and text[i] != 10:
+        i += 1
+    return i
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
 def _begins_value(c: cython.int) -> cython.bint:
     """Tell whether a value may begin with a byte: digit, sign, point, ``#`` or ``[``."""
     return 48 <= c <= 57 or c == 43 or c == 45 or c == 46 or c == 35 or c == 91
@@ -377,8 +400,7 @@ def axis_letters(text: cython.const[cython.uchar][::1]) -> int:
             if closing:
                 if c == 60 and run == 1 and letter == _O:
                     found |= _CALLS
-                while i < text.shape[0] and text[i] != closing and text[i] != 10:
-                    i += 1
+                i = _past_closing(text, i, closing)
             elif run == 1 and _begins_value(c):
                 found |= cython.cast(cython.uint, 1) << letter
                 if letter == _M and _is_code(text, i, 57, 56):

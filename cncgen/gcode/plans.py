@@ -1,0 +1,219 @@
+"""What a block does, worked out from its codes and letters: which codes, whether they go together, in which order.
+
+The order of execution is that of `modal.Stage` (RS274/NGC, 3.8); axis words belong to one code of a block, its own or
+the motion in force (3.7).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING
+
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes import ALONE, BOTH, Code, Codes, Handler, table
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.modal import NO_MOTION, Stage
+from cncgen.gcode.unsupported import shown
+
+if TYPE_CHECKING:
+    from cncgen.gcode.interpreter import Interpreter
+
+_AXIS_LETTERS = frozenset("xyzabcuvw@^")
+#: Plans kept; a program uses some dozens.
+_MAX_PLANS = 4096
+G53 = 530
+#: G0 and G1.
+_STRAIGHT = (0, 10)
+_PLAIN_MOTIONS = (0, 10, 20, 30)
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What a block with these codes and letters does in this modal motion, in order."""
+
+    steps: tuple[Handler, ...]
+
+
+def _run_under(ip: Interpreter, block: Block) -> None:
+    """Make the motion that is in force again after G80 of FANUC."""
+    ip.codes["G", ip.state.motion].run(ip, block)
+
+
+_UNDER = Code("G", -1, "motion", Stage.MOTION, _run_under, "", "xyzabcuvwijkr", "motion")
+
+
+def _traverse_once(ip: Interpreter, block: Block) -> None:
+    """Traverse as G53 of FANUC does; the motion in force stays."""
+    motion = ip.state.motion
+    ip.codes["G", 0].run(ip, block)
+    ip.state.motion = motion
+
+
+@cache
+def _only_modal(number: int) -> Code:
+    """Return what a motion code of FANUC does beside a one-shot code that takes the axis words: it is in force then."""
+
+    def run(ip: Interpreter, block: Block) -> None:
+        ip.state.motion = number
+
+    return Code("G", number, "motion", Stage.MOTION, run, "")
+
+
+_TRAVERSE_ONCE = Code("G", 0, "motion", Stage.MOTION, _traverse_once, "", "xyzabcuvw", "motion")
+
+
+class Plans:
+    """The plans of a dialect's blocks; `codes` is its table."""
+
+    def __init__(self, dialect: str) -> None:
+        self.dialect = dialect
+        self.codes: Codes = table(dialect)
+        self._plans: dict[tuple[object, ...], Plan] = {}
+
+    def of(self, block: Block, motion: int) -> Plan:
+        """Return what a block does where `motion` is in force.
+
+        Raises:
+            BlockError: Its codes do not go together, or a word belongs to none of them.
+        """
+        key = (motion, block.g, block.m, *block.words)
+        plan = self._plans.get(key)
+        if plan is None:
+            if len(self._plans) >= _MAX_PLANS:
+                self._plans.clear()
+            plan = self._plans[key] = self._made(block, motion)
+        return plan
+
+    def _made(self, block: Block, in_force: int) -> Plan:
+        """Find the codes of a block, check that they go together, and order them."""
+        codes = self._named(block)
+        motion = self._motion_of(block, codes, in_force)
+        if motion is not None and motion not in codes:
+            codes.append(motion)
+        if G53 in block.g and (motion is None or motion.number not in _STRAIGHT):
+            raise BlockError("g53-motion", "G53 goes with G0 and G1 only", "G53")
+        codes += self._of_lone_words(block, codes)
+        allowed = set().union(*(code.words for code in codes), *(code.named for code in codes))
+        for letter in block.words:
+            if letter not in allowed:
+                raise _unused(letter, self.codes)
+        steps = [code.run for code in sorted(codes, key=lambda code: code.stage)]
+        steps += [code.after for code in codes if code.after is not None]
+        return Plan(tuple(steps))
+
+    def _named(self, block: Block) -> list[Code]:
+        """Return the codes of the G and M words of a block; raise where they do not go together."""
+        codes = [self._code("G", number) for number in block.g]
+        codes += [self._code("M", number) for number in block.m]
+        codes = _without_cancel(codes)
+        _check_groups(codes)
+        return _one_mover(codes) if self.dialect == "fanuc" else codes
+
+    def _of_lone_words(self, block: Block, codes: list[Code]) -> list[Code]:
+        """Return the codes of words that mean something by themselves (F S T), unless a code of the block takes them."""
+        taken = {letter for code in codes for letter in code.takes}
+        return [
+            self.codes[letter.upper(), 0]
+            for letter in block.words
+            if letter.upper() in ALONE and letter not in taken
+        ]
+
+    def _code(self, letter: str, number: int) -> Code:
+        """Return a code of the table, or raise."""
+        code = self.codes.get((letter, number))
+        if code is None and letter == "M" and self.dialect == "fanuc":
+            from cncgen.gcode.subprograms import of_builder
+
+            return of_builder(number)
+        if code is None:
+            name = f"{letter}{number / 10:g}"
+            hint = "`cncgen codes` lists all that are read"
+            other = next((d for d in BOTH if d != self.dialect and (letter, number) in table(d)), None)
+            if other:
+                hint = f"it is a code of the {other} dialect: --dialect {other}"
+            raise BlockError(
+                "unknown-code", f"{shown(letter, number, name)} is not supported", name, hint=hint
+            )
+        return code
+
+    def _motion_of(self, block: Block, codes: list[Code], in_force: int) -> Code | None:
+        """Return the motion that the block's axis words belong to: its own, or the modal one."""
+        own = [code for code in codes if code.axes == "own"]
+        motion = next((code for code in codes if code.axes == "motion"), None)
+        moves = not _AXIS_LETTERS.isdisjoint(block.words)
+        moving = motion if motion and motion.number != NO_MOTION else None
+        if own and (moving or len(own) > 1) and moves:
+            other = moving or own[1]
+            raise BlockError(
+                "axis-words-twice", f"{own[0].name} and {other.name} both need the axis words", own[0].name
+            )
+        if own or motion:
+            return motion
+        if moves and G53 in block.g and self.dialect == "fanuc":
+            return _TRAVERSE_ONCE
+        return self._motion_in_force(block, codes, in_force, moves)
+
+    def _motion_in_force(self, block: Block, codes: list[Code], in_force: int, moves: bool) -> Code | None:
+        """Return the modal motion that a block without a motion code goes on with."""
+        modal = self.codes.get(("G", in_force))
+        if any(code.group == "canned cycle" for code in codes):
+            modal = _UNDER
+        if modal is not None and modal.number != NO_MOTION and not set(modal.summons).isdisjoint(block.words):
+            return modal
+        if moves:
+            letter = next(letter for letter in block.words if letter in _AXIS_LETTERS)
+            raise BlockError(
+                "no-motion-mode",
+                f"{letter.upper()} stands in a block with no motion code, and none is in force",
+                letter.upper(),
+                hint="begin with G0, G1, G2 or G3",
+            )
+        return None
+
+
+def _without_cancel(codes: list[Code]) -> list[Code]:
+    """Drop G80 where its block has another motion code, which ends a canned cycle as well."""
+    if sum(code.group == "motion" for code in codes) < 2:
+        return codes
+    return [code for code in codes if (code.letter, code.number) != ("G", NO_MOTION)]
+
+
+def _one_mover(codes: list[Code]) -> list[Code]:
+    """Leave the axis words to a one-shot code of FANUC (``G0 G28 Z0``) that stands beside G0 to G3."""
+    if not any(code.axes == "own" and code.group == "non-modal" for code in codes):
+        return codes
+    return [
+        _only_modal(code.number) if code.letter == "G" and code.number in _PLAIN_MOTIONS else code
+        for code in codes
+    ]
+
+
+def _check_groups(codes: list[Code]) -> None:
+    """Raise where two codes of one modal group stand in one block."""
+    seen: dict[str, Code] = {}
+    for code in codes:
+        other = seen.get(code.group)
+        if other is not None:
+            raise BlockError(
+                "modal-conflict",
+                f"{other.name} and {code.name} are of one modal group ({code.group})",
+                code.name,
+                hint="write them in two blocks",
+            )
+        seen[code.group] = code
+
+
+def _unused(letter: str, codes: Codes) -> BlockError:
+    """Return the fault of a word that no code of its block uses."""
+    users = sorted({code.number: code.name for code in codes.values() if letter in code.words}.items())
+    names = ", ".join(name for _, name in users[:8])
+    hint = f"it belongs to {names}" if names else ""
+    if letter == "e":
+        hint = "numbers have no exponent in G-code" + (f"; E {hint[3:]}" if hint else "")
+    return BlockError(
+        "unused-word",
+        f"{letter.upper()} stands in a block with no code that uses it",
+        letter.upper(),
+        hint=hint,
+    )
