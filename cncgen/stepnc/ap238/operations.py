@@ -78,20 +78,20 @@ class Operations:
         strategies = self._strategies(entity.id)
         start = self.toolpaths.placed(properties, "cut start point", "CARTESIAN_POINT")
         return Operation(
-            entity.id,
-            entity.text("name"),
-            self._kind(entity),
-            paths or None,
-            self.resources.tool(entity.id),
-            self.resources.technology(entity.id),
-            self.resources.functions(entity.id),
-            values.pop("retract_plane", None),
-            None if start is None else start[1].point(start[0].id),
-            values,
-            strategies.get("machining"),
-            strategies.get("approach"),
-            strategies.get("retract"),
-            tilt,
+            ident=entity.id,
+            label=entity.text("name"),
+            kind=self._kind(entity),
+            paths=paths or None,
+            tool=self.resources.tool(entity.id),
+            technology=self.resources.technology(entity.id),
+            functions=self.resources.functions(entity.id),
+            retract_plane=values.pop("retract_plane", None),
+            start_point=None if start is None else start[1].point(start[0].id),
+            values=values,
+            strategy=strategies.get("machining"),
+            approach=strategies.get("approach"),
+            retract=strategies.get("retract"),
+            tilt=tilt,
         )
 
     def _kind(self, entity: Entity) -> str:

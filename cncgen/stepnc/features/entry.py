@@ -10,15 +10,21 @@ import numpy as np
 
 from cncgen.stepnc.execution.linearize import polyline_of
 from cncgen.stepnc.features.job import Floats, Job, Moves
-from cncgen.stepnc.features.offsets import clearance
+from cncgen.stepnc.features.offsets import OffsetError, clearance
 from cncgen.stepnc.geometry.pieces import Piece
 
 #: Angle of helices and ramps where none is given (NIST's interpreter).
 DEFAULT_ANGLE = math.radians(10.0)
 #: Radius of a helix in diameters of the tool (the same).
 HELIX_RADIUS = 0.4
-#: The smallest helix worth it, in diameters.
+#: The smallest helix worth it, and the shortest line to ramp along, in diameters.
 SMALLEST_HELIX = 0.1
+SHORTEST_RAMP = 0.1
+#: Ways to and fro that a line shorter than that is good for.
+MAX_WAYS = 100
+#: Turns of a helix, and lines of a ramp, on one level.
+MAX_TURNS = 10_000
+MAX_RAMP_LINES = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +57,7 @@ def choose(job: Job, place: Floats, direction: Floats, path: list[Piece], region
     if kind == "plunge toolaxis":
         return plunge(place)
     if kind in ("plunge ramp", "plunge zigzag", "plunge zig zag"):
-        return ramp(place, path, angle)
+        return ramp(job, place, path, angle)
     if kind not in ("", "plunge helix", "plunge helical"):
         job.warn(
             "stepnc-approach",
@@ -61,7 +67,7 @@ def choose(job: Job, place: Floats, direction: Floats, path: list[Piece], region
     fits = min(wanted, clearance(region, place))
     if fits < wanted - 1e-6:
         if fits < SMALLEST_HELIX * 2 * job.radius:
-            return ramp(place, path, angle)
+            return ramp(job, place, path, angle)
         if "radius" in values:
             job.warn("stepnc-approach", f"a helix of {wanted:g} mm does not fit; it has {fits:g} mm")
     return helix(place, direction, fits, angle, clockwise=not job.climb)
@@ -101,6 +107,9 @@ def helix(place: Floats, direction: Floats, radius: float, angle: float, clockwi
 
     def descend(moves: Moves, z: float) -> None:
         sweep = 2 * math.pi * (moves.position[2] - z) / pitch
+        if sweep > 2 * math.pi * MAX_TURNS:
+            text = f"a helix of {sweep / (2 * math.pi):.0f} turns, more than {MAX_TURNS}: {math.degrees(angle):g} degrees"
+            raise OffsetError(text)
         moves.arc(np.array([last[0], last[1], z]), place, clockwise, sweep)
         middle = place + radius / 2 * side
         moves.arc(np.array([place[0], place[1], z]), middle, clockwise, math.pi)
@@ -108,20 +117,33 @@ def helix(place: Floats, direction: Floats, radius: float, angle: float, clockwi
     return Entry(start, descend)
 
 
-def ramp(place: Floats, path: list[Piece], angle: float) -> Entry:
-    """Return a ramp to and fro along the first cut, so steep as the angle, that ends at the place."""
-    line = np.concatenate([polyline_of(p, 1e-3).points for p in path])[:, :2] if path else place[None, :2]
+def ramp(job: Job, place: Floats, path: list[Piece], angle: float = DEFAULT_ANGLE) -> Entry:
+    """Return a ramp to and fro along the way to the first cut and the cut, so steep as the angle, that ends at the place.
+
+    Where the cut is so short that the tool would do little but turn round, it goes straight down, with a warning.
+    """
+    line = np.concatenate([place[None, :], *(polyline_of(p, 1e-3).points for p in path)])[:, :2]
     line = line[np.concatenate([[True], np.abs(np.diff(line, axis=0)).max(axis=1) > 1e-9])]
     lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    total = float(lengths[-1])
 
     def descend(moves: Moves, z: float) -> None:
         drop = moves.position[2] - z
-        total = float(lengths[-1])
-        if total < 1e-6 or drop <= 0:
+        if drop <= 0 or total < 1e-6:
             moves.height(z)
             return
         # There and back as often as needed, so that the last way back ends at the place.
         pairs = max(1, math.ceil(drop / math.tan(angle) / (2 * total)))
+        if total < SHORTEST_RAMP * 2 * job.radius and 2 * pairs > MAX_WAYS:
+            job.warn(
+                "stepnc-approach",
+                f"the first cut of {total:.3g} mm is too short for a ramp; the tool plunges",
+            )
+            moves.height(z)
+            return
+        if 2 * pairs * len(line) > MAX_RAMP_LINES:
+            text = f"a ramp of {2 * pairs} ways at {math.degrees(angle):g} degrees has more than {MAX_RAMP_LINES} lines"
+            raise OffsetError(text)
         reach = min(total, drop / math.tan(angle) / (2 * pairs))
         s = np.concatenate([lengths[lengths < reach], [reach]])
         out = np.column_stack([np.interp(s, lengths, line[:, k]) for k in (0, 1)])

@@ -23,6 +23,8 @@ CHORD = 2e-5
 CENTRE = 1e-6
 #: Rings from a wall to the middle, and lines across a pocket.
 MAX_RINGS = 2000
+#: What a circle may have at the most that no cut reaches, by the reach of the tool.
+UNCUT = 1e-3
 #: The largest coordinates of outlines, and the farthest that they are offset, mm.
 MAX_OFFSET = 1e5
 
@@ -33,13 +35,18 @@ class Ring:
 
     Attributes:
         polygon: shapely Polygon.
+        inset: How far inside the outermost ring it lies, mm.
         children: Further in.
         core: Of a leaf: the line (2, 3) or point (1, 3) that its middle shrinks to.
+        missed: Places inside it, shape (3,), beside which neither it nor a ring farther in cuts: the tool goes there
+            and back.
     """
 
     polygon: Any
+    inset: float = 0.0
     children: list[Ring] = field(default_factory=list)
     core: Floats | None = None
+    missed: list[Floats] = field(default_factory=list)
 
 
 class OffsetError(ValueError):
@@ -106,6 +113,14 @@ def region(
     return polygons(inside)
 
 
+def not_swept(regions: Sequence[Any], axis: Sequence[Any], reach: float) -> list[Any]:
+    """Return the polygons of regions that a tool leaves whose axis goes everywhere in other polygons."""
+    from shapely import union_all
+
+    swept = union_all([grown(p, reach + CHORD, quad_segs=QUARTER) for p in axis])
+    return [p for region in regions for p in polygons(region.difference(swept))]
+
+
 def polygons(geometry: Any) -> list[Any]:
     """Return the polygons of a geometry that are no slivers."""
     parts = getattr(geometry, "geoms", [geometry])
@@ -120,14 +135,18 @@ def inradius(polygon: Any) -> tuple[float, Floats]:
     return float(np.linalg.norm(line[1] - line[0])), line[0]
 
 
-def nested(shrink: Callable[[float], list[Any]], step: float) -> list[Ring]:
+def nested(shrink: Callable[[float], list[Any]], step: float, reach: float) -> list[Ring]:
     """Return the trees of offsets of a region, the outermost rings as roots.
 
-    The distance between rings is the step or less, so that a whole number of them leads to the middle.
+    The distance between rings is the step or less, so that a whole number of them leads to the middle. That leaves
+    nothing between straight sides a step apart; in corners rings are farther from each other, and the middle of a leaf
+    need not be a line or point that one more cut goes along. What lies there beyond `reach` of all cuts gets another
+    ring, or is noted as `missed` (where the step is no wider than two reaches: else it is meant to stay).
 
     Args:
         shrink: Function from the distance inwards of the outermost ring (mm) to the polygons there.
         step: Largest distance between rings, mm.
+        reach: How far from its axis the tool cuts, mm.
     """
     roots = [Ring(p) for p in shrink(0.0)]
     if not roots:
@@ -138,7 +157,7 @@ def nested(shrink: Callable[[float], list[Any]], step: float) -> list[Ring]:
         raise OffsetError(f"{count} rings {step:g} mm apart, more than {MAX_RINGS}")
     outer = roots
     for k in range(1, count):
-        inner = [Ring(p) for p in shrink(k * deepest / count)]
+        inner = [Ring(p, k * deepest / count) for p in shrink(k * deepest / count)]
         for ring in inner:
             point = ring.polygon.representative_point()
             parent = next((o for o in outer if o.polygon.covers(point)), outer[0])
@@ -146,17 +165,64 @@ def nested(shrink: Callable[[float], list[Any]], step: float) -> list[Ring]:
         outer = inner
     for root in roots:
         _add_cores(root)
+        if step <= 2 * reach + 1e-9:
+            for leaf in [r for r in rings_of(root) if not r.children]:
+                _fill(leaf, shrink, reach)
+            _note_missed(root, reach)
     return roots
 
 
-def _add_cores(ring: Ring) -> None:
+def rings_of(root: Ring) -> list[Ring]:
+    """Return a ring and all within it."""
+    out = [root]
+    for ring in out:
+        out.extend(ring.children)
+    return out
+
+
+def _add_cores(root: Ring) -> None:
     """Give every leaf the line or point that its middle shrinks to."""
-    stack = [ring]
-    while stack:
-        node = stack.pop()
-        stack.extend(node.children)
-        if not node.children:
-            node.core = _core(node.polygon)
+    for ring in rings_of(root):
+        if not ring.children:
+            ring.core = _core(ring.polygon)
+
+
+def _beyond(rings: Sequence[Ring], polygon: Any, reach: float) -> list[Any]:
+    """Return the parts of a polygon that the tool does not cut on its way along rings and their cores."""
+    from shapely import LineString, Point, union_all
+
+    lines = [r.polygon.boundary for r in rings]
+    lines += [
+        LineString(r.core) if len(r.core) > 1 else Point(r.core[0]) for r in rings if r.core is not None
+    ]
+    cut = union_all([grown(line, reach, quad_segs=QUARTER) for line in lines])
+    # Polygons that stand for circles reach less far by the height of their chords.
+    return [p for p in polygons(polygon.difference(cut)) if inradius(p)[0] > UNCUT * reach]
+
+
+def _fill(leaf: Ring, shrink: Callable[[float], list[Any]], reach: float) -> None:
+    """Give a leaf rings half way to its middle where its core leaves material there."""
+    if not _beyond([leaf], leaf.polygon, reach):
+        return
+    inset = leaf.inset + inradius(leaf.polygon)[0] / 2
+    leaf.children = [Ring(p, inset) for p in shrink(inset) if leaf.polygon.covers(p.representative_point())]
+    if leaf.children:
+        leaf.core = None
+        _add_cores(leaf)
+
+
+def _note_missed(root: Ring, reach: float) -> None:
+    """Note the places between rings that none of them reaches, each with the innermost ring round it."""
+    rings = rings_of(root)
+    for part in _beyond(rings, root.polygon, reach):
+        left = [part]
+        while left:
+            _, (x, y) = inradius(left[0])
+            place = np.array([x, y, 0.0])
+            around = max((r for r in rings if distance_to(r.polygon, place) == 0.0), key=lambda r: r.inset)
+            around.missed.append(place)
+            rest = left.pop(0).difference(grown(_point(place), reach, quad_segs=QUARTER))
+            left += [p for p in polygons(rest) if inradius(p)[0] > UNCUT * reach]
 
 
 def _core(polygon: Any) -> Floats | None:
@@ -242,17 +308,19 @@ def piece_inside(polygon: Any, piece: Piece, outside: bool) -> bool:
 
 def clearance(polygon: Any, point: Floats) -> float:
     """Return how far a point within a polygon is from its boundary, mm; 0 outside."""
-    from shapely import Point
-
-    place = Point(point[0], point[1])
+    place = _point(point)
     return float(polygon.boundary.distance(place)) if polygon.covers(place) else 0.0
 
 
 def distance_to(polygon: Any, point: Floats) -> float:
     """Return how far a point is from a polygon, mm; 0 inside."""
+    return float(polygon.distance(_point(point)))
+
+
+def _point(point: Floats) -> Any:
     from shapely import Point
 
-    return float(polygon.distance(Point(point[0], point[1])))
+    return Point(point[0], point[1])
 
 
 def farthest(outline: list[Piece], around: list[Piece]) -> float:

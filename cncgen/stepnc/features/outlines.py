@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -148,15 +149,40 @@ def starting_near(curve: list[Piece], point: Floats, ahead: Floats | None = None
 
     Of several as near the one that lies ahead, in the direction `ahead`, is taken.
     """
-    best = (math.inf, 0, 0.0, curve[0].start)
-    index = 0
+    split = _split(curve)
+    index, t, place = _nearest(split, point, ahead)
+    first, last = _divide(split[index], t, place)
+    return _joined([*last, *split[index + 1 :], *split[:index], *first])
+
+
+def with_detours(curves: list[list[Piece]], places: Sequence[Floats]) -> list[list[Piece]]:
+    """Return curves that go from their point nearest to each place to that place and back."""
+    out = list(curves)
+    for place in places:
+        near = [(_split(c), _nearest(_split(c), place, None)) for c in out]
+        k = min(range(len(out)), key=lambda i: float(np.linalg.norm(near[i][1][2] - place)))
+        split, (index, t, begin) = near[k]
+        first, last = _divide(split[index], t, begin)
+        detour = Polyline(np.stack([begin, place, begin]))
+        out[k] = _joined([*split[:index], *first, detour, *last, *split[index + 1 :]])
+    return out
+
+
+def _split(curve: list[Piece]) -> list[Piece]:
+    """Return a curve's arcs and single lines."""
     split: list[Piece] = []
     for piece in curve:
         if isinstance(piece, Polyline):
             split += [Polyline(piece.points[k : k + 2]) for k in range(len(piece.points) - 1)]
         else:
             split.append(piece)
-    for index, piece in enumerate(split):
+    return split
+
+
+def _nearest(pieces: list[Piece], point: Floats, ahead: Floats | None) -> tuple[int, float, Floats]:
+    """Return the piece with the point nearest to `point`, its parameter there (0 to 1), and that point."""
+    best = (math.inf, 0, 0.0, pieces[0].start)
+    for index, piece in enumerate(pieces):
         t, place = _nearest_on(piece, point)
         way = place[:2] - point[:2]
         distance = float(np.linalg.norm(way))
@@ -164,9 +190,7 @@ def starting_near(curve: list[Piece], point: Floats, ahead: Floats | None = None
             distance -= 1e-4 * float(way @ ahead[:2]) / distance
         if distance < best[0] - 1e-9:
             best = (distance, index, t, place)
-    _, index, t, place = best
-    first, last = _divide(split[index], t, place)
-    return _joined([*last, *split[index + 1 :], *split[:index], *first])
+    return best[1:]
 
 
 def _nearest_on(piece: Piece, point: Floats) -> tuple[float, Floats]:

@@ -17,7 +17,7 @@ import numpy as np
 from cncgen.stepnc.execution.linearize import polyline_of
 from cncgen.stepnc.features import offsets, outlines
 from cncgen.stepnc.features.bottoms import bottom_of
-from cncgen.stepnc.features.entry import DEFAULT_ANGLE, Entry, choose, plunge, ramp
+from cncgen.stepnc.features.entry import Entry, choose, plunge, ramp
 from cncgen.stepnc.features.job import Floats, Job, Moves, at_height, raised
 from cncgen.stepnc.features.offsets import Ring
 from cncgen.stepnc.features.walls import Layer, layers
@@ -31,6 +31,8 @@ _LINES = ("bidirectional", "unidirectional")
 #: Regions times depths, and lines of all depths, of one pocket.
 MAX_PASSES = 100_000
 MAX_LINES = 5_000_000
+#: Width of what the tool leaves from which on it is no rounded corner, in radii: corners of 39 degrees leave as much.
+NARROW = 1.0
 #: Lines of a turn of a spiral, at least.
 SPIRAL_PIECES = 360
 
@@ -118,7 +120,7 @@ def _clear(job: Job, closed: Any, passes: list[Layer]) -> tuple[Path, ...]:
     moves: Moves | None = None
     fitted = False
     for layer in passes:
-        rings = offsets.nested(partial(layer.region, whole, corner), step)
+        rings = offsets.nested(partial(layer.region, whole, corner), step, job.radius)
         if len(rings) * len(layer.spans) > MAX_PASSES:
             raise job.fault(
                 "stepnc-geometry", f"{len(rings)} regions in {len(layer.spans)} depths are too many"
@@ -137,7 +139,19 @@ def _clear(job: Job, closed: Any, passes: list[Layer]) -> tuple[Path, ...]:
         fitted = True
         for ring in rings:
             moves = _descend_levels(job, _cuts(job, ring, step, closed), layer.spans, moves)
+        _check_reach(job, closed, layer, rings, corner)
     return moves.paths() if moves else ()
+
+
+def _check_reach(job: Job, closed: Any, layer: Layer, rings: list[Ring], corner: float) -> None:
+    """Warn of places too narrow for the tool, others than the corners that it rounds: a necking, a gap at a boss."""
+    wall = layer.moved(-job.radius).region(closed, corner, 0.0)
+    left = offsets.not_swept(wall, [r.polygon for r in rings], job.radius)
+    widths = [2 * offsets.inradius(p)[0] for p in left]
+    narrow = [w for w in widths if w > NARROW * job.radius]
+    if narrow:
+        text = f"the tool of {2 * job.radius:g} mm does not reach {len(narrow)} places up to {max(narrow):.3g} mm wide"
+        job.warn("stepnc-uncut", f"{text}; material stays there")
 
 
 def _cuts(job: Job, ring: Ring, step: float, closed: Any) -> list[Cut]:
@@ -193,36 +207,23 @@ def _descend_levels(
 
 def _ring_cuts(job: Job, root: Ring, spiral: bool) -> list[Cut]:
     """Return the cuts of a tree of rings: one for every leaf, with the rings around it that no leaf before had."""
-    order: list[tuple[Ring, list[Ring]]] = []
-
-    def leaves(ring: Ring, around: list[Ring]) -> None:
-        for child in ring.children:
-            leaves(child, [ring, *around])
-        if not ring.children:
-            order.append((ring, around))
-
-    leaves(root, [])
-    remaining = {id(r): _count_leaves(r) for r in _all(root)}
-    cuts = []
-    for leaf, around in order:
-        rings = [leaf]
-        for ring in around:
-            remaining[id(ring)] -= 1
-            if remaining[id(ring)] == 0:
-                rings.append(ring)
+    parent = {id(child): ring for ring in offsets.rings_of(root) for child in ring.children}
+    left = {id(ring): len(ring.children) for ring in offsets.rings_of(root)}  # children not yet cut
+    cuts: list[Cut] = []
+    stack = [root]
+    while stack:
+        ring = stack.pop()
+        stack.extend(reversed(ring.children))
+        if ring.children:
+            continue
+        rings = [ring]
+        while (outer := parent.get(id(rings[-1]))) is not None:
+            left[id(outer)] -= 1
+            if left[id(outer)]:
+                break
+            rings.append(outer)
         cuts += _chain(job, root, rings, spiral)
     return cuts
-
-
-def _all(ring: Ring) -> list[Ring]:
-    out = [ring]
-    for child in ring.children:
-        out += _all(child)
-    return out
-
-
-def _count_leaves(ring: Ring) -> int:
-    return sum(_count_leaves(c) for c in ring.children) if ring.children else 1
 
 
 def _chain(job: Job, root: Ring, rings: list[Ring], spiral: bool) -> list[Cut]:
@@ -237,10 +238,14 @@ def _chain(job: Job, root: Ring, rings: list[Ring], spiral: bool) -> list[Cut]:
     curves: list[list[Piece]] = [] if line is None else [[Polyline(line)]]
     position = None if core is None else core[-1]
     ahead = None if line is None else _unit(line[1] - line[0])
-    winds = [spiral and k > 0 and _follows(job, rings[k - 1], ring) for k, ring in enumerate(rings)]
+    winds = [
+        spiral and k > 0 and not ring.missed and _follows(job, rings[k - 1], ring)
+        for k, ring in enumerate(rings)
+    ]
     alone: list[Cut] = []
     for k, ring in enumerate(rings):
-        for curve in offsets.boundary_curves(ring.polygon, clockwise=not job.climb):
+        contours = offsets.boundary_curves(ring.polygon, clockwise=not job.climb)
+        for curve in outlines.with_detours(contours, ring.missed):
             near = outlines.starting_near(curve, position, ahead) if position is not None else curve
             if winds[k] and position is not None:
                 curves.append([offsets.spiral_turn(rings[k - 1].polygon, near, position, SPIRAL_PIECES)])
@@ -282,7 +287,7 @@ def _unit(vector: Floats) -> Floats:
 
 
 def _ramp_on(job: Job, curve: list[Piece]) -> Entry:
-    return ramp(curve[0].start, curve, DEFAULT_ANGLE)
+    return ramp(job, curve[0].start, curve)
 
 
 def _line_cuts(job: Job, root: Ring, step: float, closed: Any) -> list[Cut]:
@@ -290,7 +295,8 @@ def _line_cuts(job: Job, root: Ring, step: float, closed: Any) -> list[Cut]:
 
     A cut that begins beside the material (`closed`, the outline as it is given) begins with a plunge.
     """
-    runs = _runs(job, root, step)
+    all_open = len(job.shape.open_sides) == len(job.shape.outline or ())
+    runs = _runs(job, root, step, contoured=not all_open)
     cuts: list[Cut] = []
     for run in runs:
         path: list[Piece] = [Polyline(np.stack(run))]
@@ -298,14 +304,17 @@ def _line_cuts(job: Job, root: Ring, step: float, closed: Any) -> list[Cut]:
         entry = plunge(run[0]) if free else choose(job, run[0], _unit(run[1] - run[0]), path, root.polygon)
         cuts.append((entry, [path]))
     contours = offsets.boundary_curves(root.polygon, not job.climb)
-    for curve in contours[1:] if len(job.shape.open_sides) == len(job.shape.outline or ()) else contours:
+    for curve in contours[1:] if all_open else contours:
         near_curve = outlines.starting_near(curve, runs[-1][-1]) if runs else curve
         cuts.append((_ramp_on(job, near_curve), [near_curve]))
     return cuts
 
 
-def _runs(job: Job, root: Ring, step: float) -> list[list[Floats]]:
-    """Return the points of lines across a region that follow each other without leaving it, to and fro or one way."""
+def _runs(job: Job, root: Ring, step: float, contoured: bool) -> list[list[Floats]]:
+    """Return the points of lines across a region that follow each other without leaving it, to and fro or one way.
+
+    Where the region's contour is cut too (`contoured`), lines shorter than the tool's radius are left to it.
+    """
     strategy = job.operation.strategy
     values = strategy.values if strategy else {}
     one_way = strategy is not None and strategy.kind == "unidirectional"
@@ -321,6 +330,8 @@ def _runs(job: Job, root: Ring, step: float) -> list[list[Floats]]:
     for row in offsets.chords(root.polygon, along, across, step):
         for stretch in row if forward else row[::-1]:
             a, b = stretch if forward else stretch[::-1]
+            if contoured and float(np.linalg.norm(b - a)) < job.radius:
+                continue  # between two walls so close that going along them cuts it
             near = runs and not one_way and offsets.line_inside(root.polygon, runs[-1][-1], a)
             if near and len(row) == 1:
                 runs[-1] += [a, b]

@@ -13,7 +13,7 @@ that times tan φ: what the tool leaves, it never cuts into the wall.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -52,10 +52,15 @@ class Layer:
     wall: float
     bosses: tuple[tuple[Any, float], ...]
 
+    def moved(self, outwards: float) -> Layer:
+        """Return the layer of a tool whose axis stays farther from the material by so much (negative: nearer), mm."""
+        bosses = tuple((polygon, distance + outwards) for polygon, distance in self.bosses)
+        return replace(self, wall=self.wall + outwards, bosses=bosses)
+
     def region(self, outline: Any, corner_radius: float, further: float) -> list[Any]:
         """Return where the tool's axis may go, less a margin of `further` mm, as shapely polygons."""
-        bosses = [(polygon, distance + further) for polygon, distance in self.bosses]
-        return offsets.region(outline, bosses, self.wall + further, corner_radius)
+        inner = self.moved(further)
+        return offsets.region(outline, inner.bosses, inner.wall, corner_radius)
 
 
 def layers(job: Job, total: float) -> list[Layer]:

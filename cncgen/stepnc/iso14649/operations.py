@@ -81,20 +81,20 @@ class Operations:
         toolpath, start = entity.ref("its_toolpath"), entity.ref("start_point")
         tool, tilt = self.resources.tool(entity.ref("its_tool")), self.tilt(entity)
         return Operation(
-            entity.id,
-            entity.text("its_id"),
-            kind_of(entity.keyword),
-            None if toolpath is None else self.toolpaths.read(toolpath, tool, tilt),
-            tool,
-            self.resources.technology(entity.ref("its_technology")),
-            self.resources.functions(entity.ref("its_machine_functions")),
-            entity.optional("retract_plane"),
-            None if start is None else self.placements.point(start, entity.id),
-            self._values(entity),
-            self._strategy(entity, "its_machining_strategy"),
-            self._strategy(entity, "approach"),
-            self._strategy(entity, "retract"),
-            tilt,
+            ident=entity.id,
+            label=entity.text("its_id"),
+            kind=kind_of(entity.keyword),
+            paths=None if toolpath is None else self.toolpaths.read(toolpath, tool, tilt),
+            tool=tool,
+            technology=self.resources.technology(entity.ref("its_technology")),
+            functions=self.resources.functions(entity.ref("its_machine_functions")),
+            retract_plane=entity.optional("retract_plane"),
+            start_point=None if start is None else self.placements.point(start, entity.id),
+            values=self._values(entity),
+            strategy=self._strategy(entity, "its_machining_strategy"),
+            approach=self._strategy(entity, "approach"),
+            retract=self._strategy(entity, "retract"),
+            tilt=tilt,
         )
 
     def _values(self, entity: Entity) -> dict[str, Any]:

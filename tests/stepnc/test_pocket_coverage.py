@@ -1,0 +1,161 @@
+"""Every strategy on pockets that are hard to clear: no wall is touched, no place is left, no rapid goes through material.
+
+What is removed is found by an independent simulation of the tool (`tests.stepnc.heightfield.swept`), and what can be
+removed by growing and shrinking the pocket's region by the tool's radius.
+"""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from shapely import Polygon, box
+
+from tests.stepnc.building import E, codes
+from tests.stepnc.featured import GRID, ORIGIN, SIZE, Features, check_cut
+from tests.stepnc.heightfield import swept
+
+#: Corners whose largest circle is not in one place; corners of 50 degrees; a necking wider than the tool.
+U_SHAPE = ((-35, -25), (35, -25), (35, 25), (20, 25), (20, -10), (-20, -10), (-20, 25), (-35, 25))
+STAR = tuple(
+    (r * math.cos(math.pi * k / 5), r * math.sin(math.pi * k / 5))
+    for k, r in zip(range(10), itertools.cycle((28, 14)), strict=False)
+)
+NECK = (
+    (-35, -20), (-5, -20), (-5, -5), (5, -5), (5, -20), (35, -20),
+    (35, 20), (5, 20), (5, 5), (-5, 5), (-5, 20), (-35, 20),
+)  # fmt: skip
+OUTLINES = {"U": U_SHAPE, "star": STAR, "neck": NECK}
+STRATEGIES = {
+    "CONTOUR_PARALLEL": (E("T"), E("CCW"), E("CLIMB")),
+    "CONTOUR_SPIRAL": (E("T"), E("CCW"), E("CONVENTIONAL")),
+    "BIDIRECTIONAL_MILLING": (E("T"), None, E("LEFT"), None),
+    "UNIDIRECTIONAL_MILLING": (E("T"), None, E("CLIMB")),
+    "BIDIRECTIONAL_CONTOUR": (E("T"), None, E("LEFT"), E("CW"), None),
+    "CONTOUR_BIDIRECTIONAL": (E("T"), None, E("RIGHT"), E("CCW"), None),
+}
+APPROACHES = [
+    None,
+    ("PLUNGE_TOOLAXIS",),
+    ("PLUNGE_RAMP", 8.0),
+    ("PLUNGE_HELIX", 2.0, 5.0),
+    ("PLUNGE_ZIGZAG", 8.0, 5.0),
+]
+
+
+def milled(boundary, strategy, overlap, bosses=(), approach=None, along=None, diameter=8.0, kind="FINISH"):
+    """Return the path of a pocket 6 mm deep, and its diagnostics; `boundary` makes the outline of a part."""
+    part = Features()
+    values = list(STRATEGIES[strategy])
+    if along is not None and strategy.endswith("DIRECTIONAL_MILLING"):
+        values[1] = part.direction(*along)
+    way = None if approach is None else part.add(approach[0], None, *approach[1:])
+    plan = part.add(strategy, overlap, *values)
+    operation = part.operation(
+        f"BOTTOM_AND_SIDE_{kind}_MILLING",
+        3.0,
+        None,
+        None,
+        None,
+        approach=way,
+        strategy=plan,
+        diameter=diameter,
+    )
+    standing = tuple(part.boss(part.polygon(*corners)) for corners in bosses)
+    part.mill(part.pocket(boundary(part), standing), operation)
+    return part.read()
+
+
+@pytest.mark.parametrize("overlap", [0.0, 0.4])
+@pytest.mark.parametrize("outline", OUTLINES)
+@pytest.mark.parametrize("strategy", STRATEGIES)
+def test_all_that_a_tool_reaches_is_cut_and_nothing_else(strategy, outline, overlap):
+    """An overlap of 0 sets passes a diameter apart: in corners that leaves ridges, where the tool must go too."""
+    corners = OUTLINES[outline]
+    approach = APPROACHES[
+        (list(STRATEGIES).index(strategy) + list(OUTLINES).index(outline)) % len(APPROACHES)
+    ]
+    path, found = milled(lambda p: p.polygon(*corners), strategy, overlap, approach=approach)
+    assert codes(found, "error") == []
+    heights, crashes = swept(path, SIZE, GRID, 4.0)
+    assert crashes == []
+    check_cut(heights, Polygon(corners), 4.0, 6.0)
+
+
+BOSSES = {
+    "at a wall": [((-30, -5), (-20, -5), (-20, 5), (-30, 5))],
+    "through a wall": [((-40, -5), (-20, -5), (-20, 5), (-40, 5))],
+    "outside": [((60, 0), (70, 0), (70, 10))],
+    "one in the other": [((-8, -6), (8, -6), (8, 6), (-8, 6)), ((0, 0), (15, 0), (15, 10), (0, 10))],
+    "too near": [((-24, -5), (-15, -5), (-15, 5), (-24, 5))],
+}
+
+
+@pytest.mark.parametrize("where", BOSSES)
+@pytest.mark.parametrize("strategy", ["CONTOUR_PARALLEL", "CONTOUR_SPIRAL", "UNIDIRECTIONAL_MILLING"])
+def test_bosses_stand_wherever_they_are(strategy, where):
+    path, found = milled(lambda p: p.rectangle(60, 40), strategy, 0.3, BOSSES[where], along=(1, 1, 0))
+    assert codes(found, "error") == []
+    assert ("stepnc-uncut" in codes(found, "warning")) == (where == "too near")
+    heights, crashes = swept(path, SIZE, GRID, 4.0)
+    assert crashes == []
+    region = box(-30, -20, 30, 20)
+    for corners in BOSSES[where]:
+        region = region - Polygon(corners)
+    check_cut(heights, region, 4.0, 6.0)
+
+
+def test_a_boss_that_fills_the_pocket_is_an_error():
+    everywhere = [((-40, -30), (40, -30), (40, 30), (-40, 30))]
+    _, found = milled(lambda p: p.rectangle(60, 40), "CONTOUR_PARALLEL", 0.3, everywhere)
+    assert codes(found, "error") == ["stepnc-geometry"]
+
+
+def test_a_first_line_of_no_length_is_no_ramp():
+    """Lines across a rectangle by 45 degrees begin in its corner; ramping there went to and fro without an end."""
+    path, found = milled(
+        lambda p: p.rectangle(60, 40),
+        "UNIDIRECTIONAL_MILLING",
+        0.3,
+        approach=("PLUNGE_RAMP", 10.0),
+        along=(1, 1, 0),
+    )
+    assert codes(found) == []
+    assert len(path) < 200
+    heights, crashes = swept(path, SIZE, GRID, 4.0)
+    assert crashes == []
+    check_cut(heights, box(-30, -20, 30, 20), 4.0, 6.0)
+
+
+def test_where_nothing_else_fits_the_tool_plunges_and_says_so():
+    """In a hole 0.002 mm wider than the tool neither helix nor ramp has room."""
+    path, found = milled(
+        lambda p: p.add("CIRCULAR_CLOSED_PROFILE", None, p.size(8.002)),
+        "CONTOUR_PARALLEL",
+        0.4,
+        approach=("PLUNGE_RAMP", 1.0),
+    )
+    assert codes(found) == ["stepnc-approach"]
+    assert path.end[:, 2].min() == -6.0
+    assert len(path) < 100
+
+
+@pytest.mark.parametrize(
+    "approach", [("PLUNGE_RAMP", 1e-7), ("PLUNGE_HELIX", 2.0, 1e-7), ("PLUNGE_ZIGZAG", 1e-7, 5.0)]
+)
+def test_ways_down_without_an_end_are_refused(approach):
+    _, found = milled(lambda p: p.rectangle(60, 40), "CONTOUR_PARALLEL", 0.4, approach=approach)
+    assert codes(found, "error") == ["stepnc-geometry"]
+
+
+def test_rings_beyond_pythons_depth_of_calls():
+    """A pocket of 1,200 rings."""
+    part = Features()
+    plan = part.add("CONTOUR_PARALLEL", None, E("T"), E("CCW"), E("CLIMB"))
+    operation = part.operation("BOTTOM_AND_SIDE_ROUGH_MILLING", None, 0.0133, None, None, strategy=plan)
+    part.mill(part.pocket(part.rectangle(60, 40)), operation)
+    path, found = part.read()
+    assert codes(found) == []
+    assert len(path) > 4800
+    deep = path.end[path.end[:, 2] < 0.0, :2] - ORIGIN[:2]
+    np.testing.assert_allclose([deep.min(axis=0), deep.max(axis=0)], [[-26, -16], [26, 16]], atol=1e-6)
