@@ -6,16 +6,17 @@ from typing import Any
 
 import click
 
-from cncgen.cli.options import message_options, output_option, program_options
+from cncgen.cli.options import control_option, message_options, output_option, program_options
 from cncgen.cli.types import FILE
 
 
 @click.command("canon")
 @click.argument("program", metavar="PROGRAM", type=FILE)
 @output_option
+@control_option
 @program_options
 @message_options
-def command(program: str, output: str | None, reading: dict[str, Any]) -> None:
+def command(program: str, output: str | None, machine: str | None, reading: dict[str, Any]) -> None:
     """Print the canonical motions of a program, one call a line.
 
     The notation is that of NIST's canonical machining functions (NISTIR 6556) as LinuxCNC's rs274 -g prints them, and
@@ -26,7 +27,7 @@ def command(program: str, output: str | None, reading: dict[str, Any]) -> None:
     from cncgen.files import open_output
     from cncgen.pipeline import canon
 
-    language, options = read_options(reading, as_rs274=True)
+    language, options = read_options(reading, machine=machine, as_rs274=True)
     lines = canon(program, language=language, options=options)
     head = next(lines, None)
     with open_output(output) as sink:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from cncgen.cli import messages
-from cncgen.cli.options import message_options, program_options
+from cncgen.cli.options import control_option, message_options, program_options
 from cncgen.cli.types import FILE
+
+if TYPE_CHECKING:
+    from cncgen.toolpath.reading import ReadOptions
 
 
 @click.command("check")
@@ -16,40 +19,41 @@ from cncgen.cli.types import FILE
 @click.option(
     "--tree", is_flag=True, help="Print the workplan of STEP-NC programs with tools, feeds and times."
 )
+@control_option
 @program_options
 @message_options
-def command(programs: tuple[str, ...], tree: bool, reading: dict[str, Any]) -> int:
+def command(programs: tuple[str, ...], tree: bool, machine: str | None, reading: dict[str, Any]) -> int:
     """Read programs and name what is wrong with them.
 
     Nothing is planned or written. With --json the diagnostics go to standard output.
     """
+    from cncgen.cli.reading import read_options
     from cncgen.diagnostics import CncgenError
     from cncgen.files import read_bytes, together
 
     messages.json_to_standard_output()
     code = 0
+    language, options = read_options(reading, machine=machine)
     for name in programs:
         try:
             with together():
                 # A tree is made from the text again, which standard input has once.
                 content = read_bytes(name) if tree else None
-                _check(name, reading, content)
+                _check(name, language, options, content)
                 if content is not None:
-                    _show_tree(name, content, reading)
+                    _show_tree(name, language, options, content)
         except CncgenError as error:
             messages.show(error.diagnostics)
             code = max(code, error.exit_code)
     return code
 
 
-def _check(name: str, reading: dict[str, Any], content: bytes | None) -> None:
-    from cncgen.cli.reading import read_options
+def _check(name: str, language: str | None, options: ReadOptions, content: bytes | None) -> None:
     from cncgen.diagnostics import CncgenError, Diagnostics, ProgramError
     from cncgen.kernels import warn_if_uncompiled
     from cncgen.pipeline import check
 
     warn_if_uncompiled()
-    language, options = read_options(reading)
     found = Diagnostics()
     try:
         count = check(name, found, language=language, options=options, content=content)
@@ -63,12 +67,10 @@ def _check(name: str, reading: dict[str, Any], content: bytes | None) -> None:
     messages.note(f"{name}: no errors, {count} motions and events")
 
 
-def _show_tree(name: str, content: bytes, reading: dict[str, Any]) -> None:
-    from cncgen.cli.reading import read_options
+def _show_tree(name: str, language: str | None, options: ReadOptions, content: bytes) -> None:
     from cncgen.files import write_text
     from cncgen.pipeline import language_of
 
-    language, options = read_options(reading)
     if (language or language_of(name, content)) != "stepnc":
         return
     from cncgen.stepnc import tree

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from cncgen.cli.options import message_options, program_options
+from cncgen.cli.options import control_option, message_options, program_options
 from cncgen.cli.types import FILE, FiniteRange
 
 #: Tolerances below it are finer than any position, and make a file of millions of lines out of an arc.
@@ -33,6 +33,7 @@ _LEAST_MM = 1e-9
     type=FiniteRange(min=_LEAST_MM),
     help="Write runs of short lines as curves (G6.2) within TOL mm.",
 )
+@control_option
 @program_options
 @message_options
 def command(
@@ -41,6 +42,7 @@ def command(
     to: str | None,
     linearize: float | None,
     fit: float | None,
+    machine: str | None,
     reading: dict[str, Any],
 ) -> None:
     """Rewrite a program: STEP-NC to G-code, G-code to STEP-NC, curves to lines, short lines to curves.
@@ -52,7 +54,7 @@ def command(
     from cncgen.pipeline import language_of, sound
 
     target = to or (language_of(output, b"") if output else "gcode")
-    with opened(program, reading) as source:
+    with opened(program, reading, machine=machine) as source:
         chunks = sound(source)
         if fit is not None:
             from cncgen.planner.smoothing.fitted import fit_runs

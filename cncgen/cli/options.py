@@ -208,6 +208,15 @@ machine_option = click.option(
     help="Machine profile, or a TOML file.",
 )
 
+#: For commands that need a program's motions alone; None: no machine says how they are read.
+control_option = click.option(
+    "-m",
+    "--machine",
+    metavar="NAME|FILE",
+    type=MACHINE,
+    help="Machine whose control reads the program: its tables [interpreter] and [kinematics].",
+)
+
 axis_params_option = click.option(
     "--axis-params",
     metavar="NAME|FILE",

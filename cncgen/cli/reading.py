@@ -37,12 +37,10 @@ def opened(
         machine: The machine whose settings say how the program is read, where options do not.
     """
     from cncgen.kernels import warn_if_uncompiled
-    from cncgen.pipeline import machine_of, options_on, read
+    from cncgen.pipeline import read
 
     warn_if_uncompiled()
-    language, options = read_options(reading, tolerance_mm)
-    if machine is not None:
-        options = options_on(machine_of(machine), options)
+    language, options = read_options(reading, tolerance_mm, machine)
     program = read(name, language=language, options=options)
     try:
         yield program
@@ -69,14 +67,19 @@ def planned(name: str, reading: dict[str, Any], planning: dict[str, Any], machin
 
 
 def read_options(
-    reading: dict[str, Any], tolerance_mm: float | None = None, *, as_rs274: bool = False
+    reading: dict[str, Any],
+    tolerance_mm: float | None = None,
+    machine: str | None = None,
+    *,
+    as_rs274: bool = False,
 ) -> tuple[str | None, ReadOptions]:
     """Return language and options of reading from what `cncgen.cli.options.program_options` gathered.
 
-    What is not given is as LinuxCNC's stand-alone interpreter has it where `as_rs274` says so.
+    What is not given is as the machine's tables have it, and as LinuxCNC's stand-alone interpreter has it where
+    `as_rs274` says so.
 
     Raises:
-        UsageError: A folder to search is none.
+        UsageError: A folder to search is none; the machine cannot be read.
     """
     from pathlib import Path
 
@@ -93,7 +96,12 @@ def read_options(
     for folder in values["include"]:
         check_folder(folder)
     values["include"] = tuple(Path(folder) for folder in values["include"])
-    return language, ReadOptions(**values, tolerance_mm=tolerance_mm)
+    options = ReadOptions(**values, tolerance_mm=tolerance_mm)
+    if machine is not None:
+        from cncgen.pipeline import machine_of, options_on
+
+        options = options_on(machine_of(machine), options)
+    return language, options
 
 
 def plan_options(planning: dict[str, Any]) -> PlanOptions:

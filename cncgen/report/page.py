@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from cncgen.machine.record import Machine
 from cncgen.report.line_times import LineTimes
+from cncgen.report.source_lines import source_lines
 from cncgen.report.svg import chart, path_picture
 from cncgen.report.tables import duration
 from cncgen.setpoints.columns import file_units, position_column
@@ -33,6 +34,7 @@ svg { width: 100%; height: auto } svg text { font: 11px system-ui, sans-serif; f
 svg .title { font-weight: 600 } svg .grid { stroke: #e4e4e4 } svg .limit { stroke: #b00; stroke-dasharray: 5 4 }
 svg .curve { fill: none; stroke-width: 1.2 } svg .path { fill: none; stroke-width: 2; stroke-linejoin: round }
 svg .mark { fill: none; stroke: #b00; stroke-width: 1.5 }
+.lines td:last-child, .lines th:last-child { text-align: left; font-family: monospace; white-space: pre }
 .broken { color: #b00; font-weight: 600 } .good { color: #060; font-weight: 600 }
 """
 
@@ -189,6 +191,7 @@ def _line_times(times: LineTimes, program: str) -> str:
     longest, total = times.longest(MOST_LINES), times.total_s
     if not longest or not total > 0:
         return ""
+    texts = source_lines((item.source, item.line) for item in longest)
     rows = [
         [
             str(item.line) if item.source == program else f"{item.source}:{item.line}",
@@ -196,14 +199,16 @@ def _line_times(times: LineTimes, program: str) -> str:
             f"{100 * item.time_s / total:.2f}",
             f"{item.length_mm:.4f}",
             f"{item.length_mm / item.time_s:.2f}" if item.time_s > 0 else "",
+            texts.get((item.source, item.line), ""),
         ]
         for item in longest
     ]
     others = times.lines - len(longest)
     if others > 0:
         rest = total - sum(item.time_s for item in longest)
-        rows.append([f"{others} others", f"{rest:.4f}", f"{100 * rest / total:.2f}", "", ""])
-    return "<h2>Time by line</h2>" + _table(("line", "time, s", "share, %", "path, mm", "mean, mm/s"), rows)
+        rows.append([f"{others} others", f"{rest:.4f}", f"{100 * rest / total:.2f}", "", "", ""])
+    header = ("line", "time, s", "share, %", "path, mm", "mean, mm/s", "block")
+    return '<div class="lines"><h2>Time by line</h2>' + _table(header, rows) + "</div>"
 
 
 def _diagnostics(summary: dict[str, Any]) -> str:

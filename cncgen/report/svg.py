@@ -10,18 +10,25 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.units import file_unit
+
 Floats = NDArray[np.float64]
 
 #: Size of a chart and of the picture of a path, in the units of their view boxes.
 WIDTH, HEIGHT, PICTURE = 900, 220, 900
 _LEFT, _RIGHT, _TOP, _BOTTOM = 64, 12, 22, 26
+#: Room round the picture of a path, and below it.
+_MARGIN, _FOOT = 40, 50
 #: Points of the picture of a path at most: a page stays some hundred kilobytes however long the program is.
 MOST_POINTS = 20_000
 
+#: Part of the time in motion that the colours of a path tell apart.
+_USUAL = 0.95
+
 #: Colours of curves that can be told apart with any colour vision (Okabe and Ito 2008).
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f", "#000000", "#b8a800")
-#: Speed from slow to fast (samples of the viridis map).
-SPEEDS = ("#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725")
+#: Speed from slow to fast: slow places stand out (samples of the inferno map, without its ends that white paper hides).
+SPEEDS = ("#fca50a", "#f8850f", "#ec6824", "#d94d3d", "#bf3952", "#a12a62", "#7f1e6c", "#5c126e", "#390963")
 
 
 def envelope(x: Floats, y: Floats, columns: int) -> tuple[Floats, Floats]:
@@ -79,7 +86,8 @@ def chart(title: str, time_s: Floats, curves: Mapping[str, Floats], limits: Sequ
         parts.append(f'<text x="{_LEFT - 6}" y="{y + 4:.1f}" text-anchor="end">{value:g}</text>')
     for value in ticks(0.0, end, 8):
         x = float(across(np.asarray(value)))
-        parts.append(f'<text x="{x:.1f}" y="{HEIGHT - 8}" text-anchor="middle">{value:g}</text>')
+        unit = " s" if value == 0.0 else ""
+        parts.append(f'<text x="{x:.1f}" y="{HEIGHT - 8}" text-anchor="middle">{value:g}{unit}</text>')
     for limit in shown:
         for signed in (limit, -limit) if low < 0 else (limit,):
             y = float(down(signed))
@@ -96,26 +104,31 @@ def chart(title: str, time_s: Floats, curves: Mapping[str, Floats], limits: Sequ
     return _svg(WIDTH, HEIGHT, parts)
 
 
-def path_picture(points: Floats, names: Sequence[str], speed: Floats, marks: Floats) -> str:
+def path_picture(points: Floats, axes: Sequence[str], speed: Floats, marks: Floats) -> str:
     """Draw a path in the plane of its two longest extents, coloured by speed, with marks at some places.
 
+    Linear axes go before rotary ones. Colours run up to the speed that `_USUAL` of the time in motion keeps below, so
+    that rapids do not make all cutting look alike.
+
     Args:
-        points: Shape (n, axes).
-        names: Of the axes.
+        points: Shape (n, axes), mm and degrees.
+        axes: Their letters.
         speed: Shape (n,), mm/s.
         marks: Shape (m, axes).
     """
-    first, second = _plane(points)
-    low, high = points.min(axis=0), points.max(axis=0)
-    scale = (PICTURE - 80) / max(float((high - low).max()), 1e-9)
-    height = float(high[second] - low[second]) * scale + 80
+    columns = _plane(points, axes)
+    low, high = points.min(axis=0)[columns], points.max(axis=0)[columns]
+    units = [file_unit(axes[c]) for c in columns]
+    scale, height = _scale(high - low, alike=units[0] == units[1])
 
     def place(p: Floats) -> tuple[Floats, Floats]:
-        return 40 + (p[:, first] - low[first]) * scale, height - 40 - (p[:, second] - low[second]) * scale
+        x, y = ((p[:, columns] - low) * scale).T
+        return _MARGIN + x, height - _FOOT - y
 
     x, y = place(points)
     keep = _visible(x, y)
-    x, y, colour = x[keep], y[keep], _speed_class(speed[keep])
+    usual = _usual_speed(speed)
+    x, y, colour = x[keep], y[keep], _speed_class(speed[keep], usual)
     parts = []
     for begin, end in _runs(colour[:-1] if len(colour) > 1 else colour):
         path = _path(x[begin : end + 1], y[begin : end + 1])
@@ -123,25 +136,58 @@ def path_picture(points: Floats, names: Sequence[str], speed: Floats, marks: Flo
     parts += [
         f'<circle cx="{a:.1f}" cy="{b:.1f}" r="4" class="mark"/>' for a, b in zip(*place(marks), strict=True)
     ]
-    parts.append(
-        f'<text x="40" y="{height - 12:.0f}">{escape(names[first])} across, {escape(names[second])} up</text>'
-    )
-    parts.append(
-        f'<text x="{PICTURE - 40}" y="{height - 12:.0f}" text-anchor="end">dark: slow; bright: {speed.max(initial=0.0):.1f} mm/s</text>'
-    )
+    extents = [
+        f"{escape(axes[c])} {round(a, 3) + 0.0:.9g} to {round(b, 3) + 0.0:.9g} {unit}"
+        for c, a, b, unit in zip(columns, low, high, units, strict=True)
+    ]
+    parts.append(f'<text x="{_MARGIN}" y="{height - 14:.0f}">across {extents[0]}, up {extents[1]}</text>')
+    parts += _speed_scale(height - 14, usual, float(speed.max(initial=0.0)))
     return _svg(PICTURE, height, parts)
 
 
-def _plane(points: Floats) -> tuple[int, int]:
-    """Return the columns of the two longest extents, in their order."""
-    longest = np.argsort(-np.ptp(points, axis=0), kind="stable")[:2]
-    first, second = sorted(int(k) for k in longest) if len(longest) > 1 else (0, 0)
-    return first, second
+def _plane(points: Floats, axes: Sequence[str]) -> list[int]:
+    """Return the columns of the two longest extents in their order, of linear axes where two of them move."""
+    extent = np.ptp(points, axis=0)
+    linear = [c for c, axis in enumerate(axes) if file_unit(axis) == "mm" and extent[c] > 0.0]
+    choice = linear if len(linear) > 1 else list(range(len(axes)))
+    longest = sorted(sorted(choice, key=lambda c: -extent[c])[:2])
+    return longest if len(longest) > 1 else [0, 0]
 
 
-def _speed_class(speed: Floats) -> NDArray[np.int64]:
-    top = max(float(speed.max(initial=0.0)), 1e-12)
-    return np.minimum((speed / top * len(SPEEDS)).astype(np.int64), len(SPEEDS) - 1)
+def _scale(extent: Floats, alike: bool) -> tuple[Floats, float]:
+    """Return the scale of both directions and the height of a picture: one scale for all where units are alike."""
+    room = PICTURE - 2 * _MARGIN
+    if alike:
+        scale = np.full(2, room / max(float(extent.max()), 1e-9))
+        return scale, float(extent[1] * scale[1]) + _MARGIN + _FOOT
+    return np.array([room, room / 2]) / np.maximum(extent, 1e-9), room / 2 + _MARGIN + _FOOT
+
+
+def _usual_speed(speed: Floats) -> float:
+    """Return the speed that `_USUAL` of the samples in motion keep below, 0 where nothing moves."""
+    moving = speed[speed > 1e-6 * speed.max(initial=0.0)]
+    return float(np.quantile(moving, _USUAL, method="higher")) if len(moving) else 0.0
+
+
+def _speed_class(speed: Floats, usual: float) -> NDArray[np.int64]:
+    return np.minimum((speed / max(usual, 1e-12) * len(SPEEDS)).astype(np.int64), len(SPEEDS) - 1)
+
+
+def _speed_scale(y: float, usual: float, top: float) -> list[str]:
+    """Return what the colours mean, as a strip of them with its ends named, in the lower right corner."""
+    right, width = PICTURE - _MARGIN, 14
+    name = f"{usual:.4g} mm/s" + (f" (up to {top:.4g})" if top > 1.01 * usual else "")
+    left = right - 170 - width * len(SPEEDS)
+    strip = [
+        f'<rect x="{left + width * k}" y="{y - 9:.0f}" width="{width}" height="10" fill="{colour}"/>'
+        for k, colour in enumerate(SPEEDS)
+    ]
+    end = left + width * len(SPEEDS)
+    return [
+        f'<text x="{left - 6}" y="{y:.0f}" text-anchor="end">0</text>',
+        *strip,
+        f'<text x="{end + 6}" y="{y:.0f}">{name}</text>',
+    ]
 
 
 def _visible(x: Floats, y: Floats) -> NDArray[np.int64]:

@@ -13,7 +13,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cncgen.report.svg import chart, envelope, path_picture, ticks
+from cncgen.report.svg import SPEEDS, chart, envelope, path_picture, ticks
 
 Run = Callable[..., "subprocess.CompletedProcess[bytes]"]
 
@@ -48,7 +48,7 @@ def test_a_path_is_drawn_in_its_longest_plane() -> None:
     angle = np.linspace(0, 2 * np.pi, 3000)
     points = np.column_stack([0 * angle, 30 * np.cos(angle), 20 * np.sin(angle)])
     svg = path_picture(points, ["X", "Y", "Z"], 10 + 5 * np.sin(angle), points[:1])
-    assert "Y across, Z up" in svg
+    assert "across Y -30 to 30 mm, up Z -20 to 20 mm" in svg
     root = ET.fromstring(svg)
     _, _, width, height = map(float, (root.get("viewBox") or "").split())
     numbers = [
@@ -59,7 +59,30 @@ def test_a_path_is_drawn_in_its_longest_plane() -> None:
     ]
     assert min(numbers) >= 39.9
     assert max(numbers) <= width - 39.9
-    assert abs(height - (80 + 820 * 40 / 60)) <= 1.0
+    assert abs(height - (90 + 820 * 40 / 60)) <= 1.0
+
+
+def test_linear_axes_are_drawn_before_rotary_ones() -> None:
+    """An axis that turns ten times round has the longest extent in degrees; where one axis alone is linear it is up."""
+    t = np.linspace(0, 1, 100)
+    points = np.column_stack([75 * t, 0 * t, np.sin(t), 3600 * t])
+    assert "across X 0 to 75 mm, up Z 0 to 0.841 mm" in path_picture(points, "XYZA", 1 + t, points[:0])
+    svg = path_picture(points[:, [0, 3]], "XA", t, points[:0, :2])
+    assert "across X 0 to 75 mm, up A 0 to 3600 deg" in svg
+    (d,) = {e.get("d") or "" for e in ET.fromstring(svg).iter() if e.get("stroke") == SPEEDS[0]}
+    assert d.startswith("M40.0 450.0L")
+
+
+def test_a_rapid_does_not_hide_differences_of_speed() -> None:
+    """Cutting at 10 and 20 mm/s with 2 % of rapids at 500: the colours run to 20."""
+    t = np.arange(1000.0)
+    speed = np.where(t < 20, 500.0, np.where(t < 500, 10.0, 20.0))
+    svg = path_picture(np.column_stack([t, t]), "XY", speed, np.zeros((0, 2)))
+    assert ">20 mm/s (up to 500)<" in svg
+    colours = {e.get("stroke") for e in ET.fromstring(svg).iter() if e.get("class") == "path"}
+    assert len(colours) == 2
+    still = path_picture(np.column_stack([t, t]), "XY", 0.0 * t, np.zeros((0, 2)))
+    assert ">0 mm/s<" in still
 
 
 def test_a_single_point() -> None:
