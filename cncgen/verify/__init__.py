@@ -1,27 +1,35 @@
 """Verifying: setpoints, ours or anyone's, judged against the programmed path and the machine's limits.
 
 Nothing here is shared with the planner beyond reading the program: the path is flattened by other means (`flatten`),
-speeds are finite differences of the setpoints (`limits`), distances those of the polylines (`distance`).
+speeds are finite differences of the setpoints (`limits`), and both are matched as two polylines (`matching`). Program and
+setpoints are drawn side by side, so that memory does not grow with either.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, UsageError
 from cncgen.machine.record import Machine
 from cncgen.setpoints.columns import file_units
 from cncgen.setpoints.stream import SetpointStream
 from cncgen.toolpath.record import Toolpath
-from cncgen.units import file_unit
-from cncgen.verify.distance import Distances, path_to_setpoints, setpoints_to_path
-from cncgen.verify.flatten import Floats, Polyline, flatten
-from cncgen.verify.limits import RESOLUTION, judge_limits
-from cncgen.verify.verdict import Peak, Verdict, breach
+from cncgen.units import file_unit, to_file
+from cncgen.verify.flatten import Polyline, flatten
+from cncgen.verify.limits import RESOLUTION, AxisJudge
+from cncgen.verify.matching import Fault, Matching, Worst
+from cncgen.verify.verdict import Peak, Verdict, breach, on_line
+from cncgen.verify.window import Window
 
 __all__ = ["Peak", "Verdict", "verify"]
+
+Floats = NDArray[np.float64]
+
+#: Segments of the path are cut to this many of the longest chords that the machine's speed allows.
+_CHORDS = 4.0
 
 
 def verify(
@@ -36,14 +44,14 @@ def verify(
     """Judge setpoints against a program and a machine.
 
     Args:
-        setpoints: What is judged; drawn whole (memory: some 100 bytes a sample and axis, and as much a segment of the path).
-        toolpaths: The program, as it is read.
+        setpoints: What is judged; drawn chunk by chunk.
+        toolpaths: The program, as it is read; drawn as the setpoints come to it, and to its end.
         machine: Limits, travel, tolerances.
         tolerance_mm: Tolerance of every continuous motion, over what the program says.
         named: Axes that the program names; None: all of its toolpath's. Where another one stands is not known: it has
             to stand still.
-        resolution: What the positions are rounded to, mm and degrees: a difference may be over its limit by what that
-            makes of it.
+        resolution: What the positions are rounded to, mm and degrees: a difference, and a distance, may be over its
+            limit by what that makes of it.
 
     Returns:
         Peaks of each axis and both distances, with a diagnostic for each limit that is broken.
@@ -52,14 +60,8 @@ def verify(
         ProgramError: The program has neither motions nor events.
         UsageError: The setpoints have none of its axes.
     """
-    path = flatten(toolpaths, machine, tolerance_mm)
-    if path is None:
-        raise ProgramError(
-            Diagnostic("no-motion", "the program has nothing to run, so there is no path to verify against")
-        )
-    given = setpoints.collect()
-    axes, position = given.axes, file_units(given.position, given.axes)
-    breaches = _missing_axes(path, axes)
+    path = _Observed(flatten(toolpaths, machine, tolerance_mm))
+    axes = setpoints.axes
     shared = [letter for letter in path.axes if letter in axes and letter in (named or path.axes)]
     if not shared:
         raise UsageError(
@@ -67,84 +69,175 @@ def verify(
                 "verify-axes", f"the setpoints have axes {axes}, the program {path.axes}: none is common"
             )
         )
-    points = np.ascontiguousarray(position[:, [axes.index(letter) for letter in shared]])
-    _moving_unasked(position, axes, shared, machine, breaches)
-    there = _restricted(path, [path.axes.index(letter) for letter in shared])
-    out, back = setpoints_to_path(points, there), path_to_setpoints(points, there)
-    lines = there.line[out.segment]
-    peaks, over = judge_limits(position, axes, given.period_s, machine, lines, resolution)
-    breaches.extend(over)
-    _judge_distance(out, back, there, given.period_s, breaches)
+    columns = [path.axes.index(letter) for letter in shared]
+    longest = max(_CHORDS * setpoints.period_s * _speed(shared, machine), machine.chord_tolerance_mm)
+    rounding = 0.5 * resolution * float(np.sqrt(len(shared)))
+    matching = Matching(Window((piece.restricted(columns) for piece in path), longest, rounding))
+    judges = {
+        k: AxisJudge(machine.axes[k], setpoints.period_s, resolution) for k in axes if k in machine.axes
+    }
+    count, travelled = _draw(setpoints, matching, [axes.index(letter) for letter in shared], judges)
+    breaches = Diagnostics()
+    _judge_axes(path, axes, shared, travelled, machine, resolution, breaches)
+    peaks: list[Peak] = []
+    for judge in judges.values():
+        found, over = judge.finish()
+        peaks += found
+        breaches.extend(over)
+    _judge_distance(matching.out, setpoints.period_s, breaches)
+    _judge_coverage(matching.back, shared, setpoints.period_s, breaches)
+    _judge_order(matching, setpoints.period_s, breaches)
     return Verdict(
-        len(points),
-        given.period_s,
-        tuple(peaks),
-        out.largest,
-        back.largest,
-        breaches,
+        count, setpoints.period_s, tuple(peaks), matching.out.largest, matching.back.largest, breaches
     )
 
 
-def _missing_axes(path: Polyline, axes: str) -> Diagnostics:
-    """Name the axes that the program moves and the setpoints do not have."""
-    found = Diagnostics()
-    for column, letter in enumerate(path.axes):
-        if letter not in axes and np.ptp(path.points[:, column]) > 0:
-            found.add(
-                breach(
-                    "axis", f"axis {letter} moves in the program, and the setpoints have none", axis=letter
+class _Observed:
+    """Pieces of the path on their way, with the range of each axis that they have shown."""
+
+    def __init__(self, pieces: Iterator[Polyline]) -> None:
+        first = next(pieces, None)
+        if first is None:
+            raise ProgramError(
+                Diagnostic(
+                    "no-motion", "the program has nothing to run, so there is no path to verify against"
                 )
             )
-    return found
+        self.axes = first.axes
+        self.low = self.high = first.points[0]
+        self._first, self._rest = first, pieces
+
+    def __iter__(self) -> Iterator[Polyline]:
+        yield self._seen(self._first)
+        for piece in self._rest:
+            yield self._seen(piece)
+
+    def _seen(self, piece: Polyline) -> Polyline:
+        self.low = np.minimum(self.low, piece.points.min(axis=0))
+        self.high = np.maximum(self.high, piece.points.max(axis=0))
+        return piece
 
 
-def _moving_unasked(
-    position: Floats, axes: str, shared: list[str], machine: Machine, breaches: Diagnostics
+def _speed(letters: Iterable[str], machine: Machine) -> float:
+    """Return the largest speed of axes together, mm/s and degrees/s."""
+    limits = [to_file(k) * machine.axes[k].max_velocity for k in letters if k in machine.axes]
+    return float(np.linalg.norm(limits))
+
+
+def _draw(
+    setpoints: SetpointStream, matching: Matching, columns: list[int], judges: dict[str, AxisJudge]
+) -> tuple[int, Floats]:
+    """Draw the setpoints through matching and judges; return how many there are, and how far each axis travels.
+
+    Positions wait for the judges until their place on the path, and so their line, is known.
+    """
+    axes = setpoints.axes
+    waiting = np.zeros((0, len(axes)))
+    low, high = np.full(len(axes), np.inf), np.full(len(axes), -np.inf)
+    count = 0
+
+    def judge(lines: NDArray[np.int64]) -> None:
+        for letter, each in judges.items():
+            each.feed(waiting[: len(lines), axes.index(letter)], lines)
+
+    for chunk in setpoints:
+        position = file_units(chunk.position, axes)
+        if not len(position):
+            continue
+        count += len(position)
+        low, high = np.minimum(low, position.min(axis=0)), np.maximum(high, position.max(axis=0))
+        waiting = np.concatenate([waiting, position])
+        lines = matching.feed(np.ascontiguousarray(position[:, columns]))
+        judge(lines)
+        waiting = waiting[len(lines) :]
+    judge(matching.finish())
+    return count, high - low if count else np.zeros(len(axes))
+
+
+def _judge_axes(
+    path: _Observed,
+    axes: str,
+    shared: list[str],
+    travelled: Floats,
+    machine: Machine,
+    resolution: float,
+    breaches: Diagnostics,
 ) -> None:
-    """Name the axes that the setpoints move and the program does not name."""
-    for column, letter in enumerate(axes):
-        travelled = float(np.ptp(position[:, column]))
-        if letter not in shared and travelled > machine.chord_tolerance_mm:
-            message = f"axis {letter} moves by {travelled:.6f} {file_unit(letter)}, and the program does not name it"
-            breaches.add(breach("axis", message, axis=letter, value=travelled))
-
-
-def _restricted(path: Polyline, columns: list[int]) -> Polyline:
-    points = np.ascontiguousarray(path.points[:, columns])
-    axes = "".join(path.axes[column] for column in columns)
-    return Polyline(axes, points, path.line, path.tolerance, path.source, path.sources)
-
-
-def _judge_distance(
-    out: Distances, back: Distances, path: Polyline, period_s: float, breaches: Diagnostics
-) -> None:
-    if out.broken:
-        t_s, line = out.worst_place * period_s, int(path.line[out.worst_segment])
-        breaches.add(
-            breach(
-                "distance",
-                f"the setpoints are {out.worst:.6f} mm from the programmed path at t = {t_s:.4f} s "
-                f"(line {line}), over the tolerance of {out.tolerance:g} mm; so are {out.over} samples in all",
-                value=out.worst,
-                limit=out.tolerance,
-                t_s=t_s,
-                line=line,
-                samples=out.over,
+    """Name the axes that move in the program alone, in the setpoints alone, or on no machine."""
+    for letter, span in zip(path.axes, path.high - path.low, strict=True):
+        if letter not in axes and span > 0:
+            message = f"axis {letter} moves in the program, and the setpoints have none"
+            breaches.add(breach("axis", message, axis=letter))
+    for letter, span in zip(axes, travelled.tolist(), strict=True):
+        if letter not in shared and span > machine.chord_tolerance_mm:
+            message = (
+                f"axis {letter} moves by {span:.6f} {file_unit(letter)}, and the program does not name it"
             )
+            breaches.add(breach("axis", message, axis=letter, value=span))
+        if letter not in machine.axes and span > resolution:
+            message = f"axis {letter} moves, and machine {machine.name} has none"
+            breaches.add(breach("axis", message, axis=letter))
+
+
+def _judge_distance(out: Worst, period_s: float, breaches: Diagnostics) -> None:
+    if not out.broken:
+        return
+    t_s, first_s = out.time * period_s, out.first * period_s
+    so = f"; so are {out.over} samples in all, the first at t = {first_s:.4f} s" if out.over > 1 else ""
+    breaches.add(
+        breach(
+            "distance",
+            f"the setpoints are {out.value:.6f} mm from the programmed path at t = {t_s:.4f} s "
+            f"{on_line(out.line)}, over the tolerance of {out.tolerance:g} mm{so}",
+            value=out.value,
+            limit=out.tolerance,
+            t_s=t_s,
+            first_t_s=first_s,
+            line=out.line,
+            samples=out.over,
         )
-    if back.broken:
-        line = int(path.line[back.worst_place])
-        end = path.points[back.worst_place + 1]
-        where = ", ".join(f"{axis}{value:.4f}" for axis, value in zip(path.axes, end, strict=True))
-        t_s = back.worst_segment * period_s
-        breaches.add(
-            breach(
-                "coverage",
-                f"the setpoints pass {back.worst:.6f} mm from the programmed path near {where} (line {line}), "
-                f"over the tolerance of {back.tolerance:g} mm; they are nearest at t = {t_s:.4f} s",
-                value=back.worst,
-                limit=back.tolerance,
-                t_s=t_s,
-                line=line,
-            )
+    )
+
+
+def _judge_coverage(back: Worst, axes: list[str], period_s: float, breaches: Diagnostics) -> None:
+    if not back.broken:
+        return
+    where = ", ".join(f"{axis}{value:.4f}" for axis, value in zip(axes, back.place, strict=True))
+    t_s = back.time * period_s
+    breaches.add(
+        breach(
+            "coverage",
+            f"the setpoints pass {back.value:.6f} mm from the programmed path near {where} {on_line(back.line)}, "
+            f"over the tolerance of {back.tolerance:g} mm; in their order they are nearest at t = {t_s:.4f} s",
+            value=back.value,
+            limit=back.tolerance,
+            t_s=t_s,
+            line=back.line,
         )
+    )
+
+
+def _judge_order(matching: Matching, period_s: float, breaches: Diagnostics) -> None:
+    """Name the worst fault that no distance tells of: every place is near the other, and not in the program's order."""
+    told = matching.out.broken or matching.back.broken
+    untold: list[Fault] = [fault for fault in matching.faults if fault.lost or not (fault.plain and told)]
+    if not untold:
+        return
+    worst = max(untold, key=lambda fault: (fault.lost, fault.leash))
+    t_s = worst.time * period_s
+    how = (
+        f"no way on along it is nearer than {worst.leash:.6f} mm; nothing after that is judged"
+        if worst.lost
+        else f"going along both, they are {worst.leash:.6f} mm apart at least"
+    )
+    breaches.add(
+        breach(
+            "order",
+            f"the setpoints do not go along the programmed path in its order: at t = {t_s:.4f} s {on_line(worst.line)} "
+            f"{how}; the tolerance is {worst.tolerance:g} mm",
+            value=worst.leash,
+            limit=worst.tolerance,
+            t_s=t_s,
+            line=worst.line,
+        )
+    )

@@ -1,13 +1,13 @@
 """The programmed path as a polyline, by the verifier's own means: no line of the planner's geometry is used here.
 
 Arcs are rotated vectors, NURBS go through scipy's BSpline in homogeneous coordinates; both are cut until the chord
-is within `CHORD_MM` of the curve. Rotary axes count one degree as one millimetre, as controls do.
+is within `chord_mm` of the curve. Rotary axes count one degree as one millimetre, as controls do.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,8 +19,11 @@ from cncgen.units import to_file
 
 Floats = NDArray[np.float64]
 
-#: Distance of the polyline from the curve.
-CHORD_MM = 1e-6
+#: Distance of the polyline from the curve, at least, and as a part of the tolerance.
+CHORD_MM, CHORD_PART = 1e-6, 1e-4
+
+#: Turn of an arc's piece at most.
+_TURN = np.pi / 8
 
 #: Halvings of a NURBS piece at most; a piece of a metre is then 1e-6 mm long.
 _MAX_HALVINGS = 30
@@ -28,74 +31,68 @@ _MAX_HALVINGS = 30
 
 @dataclass(frozen=True, slots=True)
 class Polyline:
-    """The programmed path, `m` segments.
+    """A stretch of the programmed path, `m` segments.
 
     Attributes:
         axes: Letters of the columns.
         points: Shape (m + 1, axes), mm and degrees.
         line: Shape (m,), source line of each segment.
         tolerance: Shape (m,), mm: how far setpoints may be from the segment.
-        source: Shape (m,), index into `sources`.
-        sources: Names of the files that lines refer to.
     """
 
     axes: str
     points: Floats
     line: NDArray[np.int64]
     tolerance: Floats
-    source: NDArray[np.int16]
-    sources: tuple[str, ...]
 
     def __len__(self) -> int:
         return len(self.line)
 
-    @property
-    def lengths(self) -> Floats:
-        """Shape (m + 1,): length up to each point."""
-        steps = np.linalg.norm(np.diff(self.points, axis=0), axis=1)
-        return np.concatenate([[0.0], np.cumsum(steps)])
+    def restricted(self, columns: list[int]) -> Polyline:
+        """Return some columns of it."""
+        points = np.ascontiguousarray(self.points[:, columns])
+        return Polyline("".join(self.axes[k] for k in columns), points, self.line, self.tolerance)
+
+
+def chord_mm(tolerance: Floats | float) -> Floats:
+    """Return how far the polyline is from the curve where the tolerance is this, mm."""
+    return np.maximum(CHORD_PART * np.asarray(tolerance), CHORD_MM)
 
 
 def flatten(
     toolpaths: Iterable[Toolpath], machine: Machine, tolerance_mm: float | None = None
-) -> Polyline | None:
-    """Flatten a program; one that only waits is a segment of no length, None is said of one without a row.
+) -> Iterator[Polyline]:
+    """Flatten a program, stretch by stretch; one that only waits is a segment of no length.
 
     Args:
         toolpaths: Consecutive stretches of the program.
         machine: Gives the tolerance where the program gives none, and the chord tolerance.
         tolerance_mm: Tolerance of every continuous motion, over what the program says.
+
+    Yields:
+        Stretches of one segment at least, each from where the one before it ends; none of a program without a row.
     """
-    pieces: list[Floats] = []
-    lines: list[NDArray] = []
-    tolerances: list[Floats] = []
-    sources: list[NDArray] = []
-    names: tuple[str, ...] = ()
-    axes = ""
+    waiting: Polyline | None = None
+    moved = False
     for toolpath in toolpaths:
-        if not pieces and len(toolpath):
-            first = toolpath
-            pieces.append(_scaled(toolpath.start[None, :], toolpath.axes))
-        points, rows = _flatten_rows(toolpath)
-        pieces.append(_scaled(points, toolpath.axes))
-        lines.append(toolpath.line[rows])
-        sources.append(toolpath.source[rows])
-        tolerances.append(_tolerance(toolpath, machine, tolerance_mm)[rows])
-        axes, names = toolpath.axes, toolpath.sources
-    if not pieces:
-        return None
-    if not sum(map(len, lines)):
-        pieces.append(pieces[0])
-        lines, sources = [np.array([first.line[0]])], [np.array([first.source[0]])]
-        tolerances = [np.array([machine.chord_tolerance_mm])]
-    return Polyline(
-        axes,
-        np.ascontiguousarray(np.concatenate(pieces)),
-        np.concatenate(lines),
-        np.concatenate(tolerances),
-        np.concatenate(sources),
-        names,
-    )
+        if not len(toolpath):
+            continue
+        allowed = _tolerance(toolpath, machine, tolerance_mm)
+        points, rows = _flatten_rows(toolpath, allowed)
+        points = _scaled(np.concatenate([toolpath.start[None, :], points]), toolpath.axes)
+        if len(rows):
+            moved = True
+            yield Polyline(toolpath.axes, points, toolpath.line[rows].astype(np.int64), allowed[rows])
+        elif waiting is None:
+            still = np.repeat(points, 2, axis=0)
+            waiting = Polyline(
+                toolpath.axes,
+                still,
+                toolpath.line[:1].astype(np.int64),
+                np.array([machine.chord_tolerance_mm]),
+            )
+    if waiting is not None and not moved:
+        yield waiting
 
 
 def _scaled(points: Floats, axes: str) -> Floats:
@@ -111,7 +108,7 @@ def _tolerance(toolpath: Toolpath, machine: Machine, tolerance_mm: float | None)
     return np.maximum(np.where(continuous, given, 0.0), machine.chord_tolerance_mm)
 
 
-def _flatten_rows(toolpath: Toolpath) -> tuple[Floats, NDArray[np.int64]]:
+def _flatten_rows(toolpath: Toolpath, tolerance: Floats) -> tuple[Floats, NDArray[np.int64]]:
     """Return the points after the start, and the row of each."""
     curved = np.flatnonzero((toolpath.kind == Kind.ARC) | (toolpath.kind == Kind.NURBS))
     starts = toolpath.starts
@@ -124,14 +121,14 @@ def _flatten_rows(toolpath: Toolpath) -> tuple[Floats, NDArray[np.int64]]:
         rows.append(straight)
         if row < len(toolpath):
             shape = _arc if toolpath.kind[row] == Kind.ARC else _nurbs
-            cut = shape(toolpath, row, starts[row])
+            cut = shape(toolpath, row, starts[row], float(chord_mm(tolerance[row])))
             points.append(cut)
             rows.append(np.full(len(cut), row))
         after = row + 1
     return np.concatenate(points), np.concatenate(rows)
 
 
-def _arc(toolpath: Toolpath, row: int, start: Floats) -> Floats:
+def _arc(toolpath: Toolpath, row: int, start: Floats, chord: float) -> Floats:
     """Cut an arc or helix: the radius vector turned about the axis, the rest linear in the angle."""
     arcs, curve, end = toolpath.arcs, toolpath.curve[row], toolpath.end[row]
     centre, normal, sweep = arcs.centre[curve], arcs.normal[curve], float(arcs.sweep[curve])
@@ -142,8 +139,8 @@ def _arc(toolpath: Toolpath, row: int, start: Floats) -> Floats:
     last_height = last @ normal
     last = last - last_height * normal
     r0, r1 = float(np.linalg.norm(first)), float(np.linalg.norm(last))
-    radius = max(r0, r1, CHORD_MM)
-    step = 2.0 * np.arccos(max(1.0 - CHORD_MM / radius, -1.0))
+    radius = max(r0, r1, chord)
+    step = min(2.0 * np.arccos(max(1.0 - chord / radius, -1.0)), _TURN)
     count = max(int(np.ceil(abs(sweep) / step)), 1)
     f = np.linspace(0.0, 1.0, count + 1)[1:, None]
     u = first / r0 if r0 > 0 else first
@@ -156,7 +153,7 @@ def _arc(toolpath: Toolpath, row: int, start: Floats) -> Floats:
     return points
 
 
-def _nurbs(toolpath: Toolpath, row: int, start: Floats) -> Floats:
+def _nurbs(toolpath: Toolpath, row: int, start: Floats, chord: float) -> Floats:
     """Cut a rational B-spline: halve every piece whose middle is too far from its chord."""
     from scipy.interpolate import BSpline
 
@@ -184,7 +181,7 @@ def _nurbs(toolpath: Toolpath, row: int, start: Floats) -> Floats:
         middle = 0.5 * (u[index] + u[index + 1])
         point = at(middle)
         # Half-way along a smooth piece the curve is farthest from its chord, or nearly so.
-        bad = _chord_distance(point, x[index], x[index + 1]) > 0.5 * CHORD_MM
+        bad = _chord_distance(point, x[index], x[index + 1]) > 0.5 * chord
         open_ = np.zeros(len(u) - 1, bool)
         open_[index[bad]] = True
         u, x, open_ = _insert(u, x, open_, index[bad], middle[bad], point[bad])

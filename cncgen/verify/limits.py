@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostics, Severity
-from cncgen.machine.record import Axis, Machine
+from cncgen.machine.record import Axis
 from cncgen.units import file_unit, to_file
-from cncgen.verify.verdict import ORDERS, Peak, breach
+from cncgen.verify.verdict import ORDERS, Peak, breach, on_line
 
 Floats = NDArray[np.float64]
+Lines = NDArray[np.int64]
 
 #: A difference is over its limit beyond this part of it.
 MARGIN = 1.001
@@ -23,132 +24,149 @@ _SUPERSCRIPT = {"": "", "2": "²", "3": "³"}
 RESOLUTION = 1e-9
 
 
-def judge_limits(
-    position: Floats,
-    axes: str,
-    period_s: float,
-    machine: Machine,
-    lines: NDArray[np.int64],
-    resolution: float = RESOLUTION,
-) -> tuple[list[Peak], Diagnostics]:
-    """Judge finite differences of orders 1 to 3, and travel.
+@dataclass(slots=True)
+class _Order:
+    """One order of difference of one axis: its limit, what rounding may add, the worst one so far."""
 
-    Args:
-        position: Shape (n, axes), mm and degrees.
-        axes: Letters of the columns.
-        period_s: Time between rows.
-        machine: Limits.
-        lines: Shape (n,), source line at each sample.
-        resolution: What positions are rounded to, mm and degrees.
+    name: str
+    limit: float
+    rounding: float
+    value: float = 0.0
+    sample: int = 0
+    line: int = 0
+    over: int = 0
 
-    Returns:
-        Three peaks an axis, and a diagnostic for each order and axis that is over its limit, and for travel. A k-th
-        difference may be over by what rounding can make of it, 2ᵏ (resolution / 2) / Tᵏ.
+
+class AxisJudge:
+    """The finite differences of one axis, and its travel, as its positions come in.
+
+    A k-th difference may be over its limit by what rounding can make of it, 2ᵏ (resolution / 2) / Tᵏ.
     """
-    peaks: list[Peak] = []
-    breaches = Diagnostics()
-    for column, letter in enumerate(axes):
-        x = position[:, column]
-        axis = machine.axes.get(letter)
-        if axis is None:
-            if np.ptp(x) > resolution:
-                message = f"axis {letter} moves, and machine {machine.name} has none"
-                breaches.add(breach("axis", message, axis=letter))
-            continue
-        peaks += _differences(x, axis, period_s, lines, breaches, resolution)
-        _judge_travel(x, axis, period_s, lines, breaches, resolution)
-    return peaks, breaches
 
+    def __init__(self, axis: Axis, period_s: float, resolution: float) -> None:
+        """Begin.
 
-def _differences(
-    x: Floats,
-    axis: Axis,
-    period_s: float,
-    lines: NDArray[np.int64],
-    breaches: Diagnostics,
-    resolution: float,
-) -> list[Peak]:
-    unit, factor = file_unit(axis.letter), to_file(axis.letter)
-    limits = (axis.max_velocity, axis.max_acceleration, axis.max_jerk)
-    padded = np.concatenate([np.repeat(x[:1], 3), x, np.repeat(x[-1:], 3)])
-    peaks = []
-    difference = padded
-    for k, ((order, power), limit) in enumerate(zip(ORDERS, limits, strict=True), start=1):
-        limit *= factor
-        difference = np.diff(difference)
-        size = np.abs(difference) / period_s**k
-        worst = int(np.argmax(size))
-        # Row `r` of a k-th difference spans samples r - 3 to r - 3 + k of the stream; its middle is the place.
-        sample = int(np.clip(worst - 3 + (k + 1) // 2, 0, len(x) - 1))
-        rounding = 2.0**k * 0.5 * resolution / period_s**k
-        over = size > limit * MARGIN + rounding
-        peak = Peak(
-            axis.letter,
-            order,
-            float(size[worst]),
-            limit,
-            sample * period_s,
-            int(lines[sample]),
-            int(over.sum()),
-        )
-        peaks.append(peak)
-        if rounding > limit:
+        Args:
+            axis: Limits.
+            period_s: Time between rows.
+            resolution: What positions are rounded to, mm or degrees.
+        """
+        factor = to_file(axis.letter)
+        self._axis, self._period, self._resolution = axis, period_s, resolution
+        limits = (axis.max_velocity, axis.max_acceleration, axis.max_jerk)
+        self._orders = [
+            _Order(name, limit * factor, 2.0**k * 0.5 * resolution / period_s**k)
+            for k, ((name, _), limit) in enumerate(zip(ORDERS, limits, strict=True), start=1)
+        ]
+        self._travel = None if axis.travel is None else tuple(factor * end for end in axis.travel)
+        self._outside = (0.0, 0.0, 0, 0)  # By how much; position, sample, line.
+        self._decimals = list(range(2, 9))
+        self._count = 0
+        self._before: Floats = np.zeros(0)
+        self._lines: Lines = np.zeros(0, np.int64)
+
+    def feed(self, x: Floats, lines: Lines) -> None:
+        """Add positions, in mm or degrees, and the source line of each."""
+        if not len(x):
+            return
+        if not self._count:
+            self._before, self._lines = np.repeat(x[:1], 3), np.repeat(lines[:1], 3)
+        self._differences(x, lines)
+        self._look_outside(x, lines)
+        for decimals in self._decimals[:]:
+            unit = 10.0**-decimals
+            if unit <= 1.5 * self._resolution or np.any(np.abs(x - np.round(x, decimals)) >= 1e-3 * unit):
+                self._decimals.remove(decimals)
+        self._count += len(x)
+
+    def finish(self) -> tuple[list[Peak], Diagnostics]:
+        """Come to rest; return a peak an order, and a diagnostic for each limit that is broken."""
+        if self._count:
+            self._differences(np.repeat(self._before[-1:], 3), np.repeat(self._lines[-1:], 3))
+        breaches = Diagnostics()
+        peaks = []
+        for order, (_, power) in zip(self._orders, ORDERS, strict=True):
+            peaks.append(self._peak(order))
+            self._report(order, _SUPERSCRIPT[power], peaks[-1], breaches)
+        self._report_travel(breaches)
+        return peaks, breaches
+
+    def _differences(self, x: Floats, lines: Lines) -> None:
+        difference = np.concatenate([self._before, x])
+        around = np.concatenate([self._lines, lines])
+        for k, order in enumerate(self._orders, start=1):
+            difference = np.diff(difference)
+            # Those that end with a new sample: row r ends with row r + k of `around`.
+            size = np.abs(difference[3 - k :]) / self._period**k
+            worst = int(np.argmax(size))
+            if size[worst] > order.value:
+                # The middle of samples g - k … g is the place.
+                back = k - (k + 1) // 2
+                order.value, order.sample = float(size[worst]), self._count + worst - back
+                order.line = int(around[3 + worst - back])
+            order.over += int(np.count_nonzero(size > order.limit * MARGIN + order.rounding))
+        self._before, self._lines = np.concatenate([self._before, x])[-3:], around[-3:]
+
+    def _look_outside(self, x: Floats, lines: Lines) -> None:
+        if self._travel is None:
+            return
+        outside = np.maximum(self._travel[0] - x, x - self._travel[1])
+        worst = int(np.argmax(outside))
+        if outside[worst] > self._outside[0]:
+            self._outside = (float(outside[worst]), float(x[worst]), self._count + worst, int(lines[worst]))
+
+    def _peak(self, order: _Order) -> Peak:
+        sample = min(max(order.sample, 0), max(self._count - 1, 0))
+        time_s = sample * self._period
+        return Peak(self._axis.letter, order.name, order.value, order.limit, time_s, order.line, order.over)
+
+    def _report(self, order: _Order, power: str, peak: Peak, breaches: Diagnostics) -> None:
+        letter, unit = self._axis.letter, file_unit(self._axis.letter)
+        if order.rounding > order.limit:
             message = (
-                f"axis {axis.letter}: {order} is not judged: rounding positions to {resolution:g} {unit} alone makes up to "
-                f"{rounding:.3g} {unit}/s{_SUPERSCRIPT[power]} of it at this period"
+                f"axis {letter}: {order.name} is not judged: rounding positions to {self._resolution:g} {unit} alone "
+                f"makes up to {order.rounding:.3g} {unit}/s{power} of it at this period"
             )
-            breaches.add(replace(breach("rounding", message, axis=axis.letter), severity=Severity.NOTE))
+            breaches.add(replace(breach("rounding", message, axis=letter), severity=Severity.NOTE))
         if peak.broken:
             found = breach(
-                order,
-                f"axis {axis.letter}: {order} {peak.value:.6g} {unit}/s{_SUPERSCRIPT[power]} at t = {peak.t_s:.4f} s "
-                f"(line {peak.line}), {100 * (peak.of_limit - 1):.3g} % over the limit of {limit:.6g}; "
+                order.name,
+                f"axis {letter}: {order.name} {peak.value:.6g} {unit}/s{power} at t = {peak.t_s:.4f} s "
+                f"{on_line(peak.line)}, {100 * (peak.of_limit - 1):.3g} % over the limit of {order.limit:.6g}; "
                 f"{peak.broken} samples are over it",
-                axis=axis.letter,
+                axis=letter,
                 value=peak.value,
-                limit=limit,
+                limit=order.limit,
                 t_s=peak.t_s,
                 line=peak.line,
                 samples=peak.broken,
             )
-            breaches.add(replace(found, hint=_rounding_hint(x, resolution)))
-    return peaks
+            breaches.add(replace(found, hint=self._rounding_hint()))
 
-
-def _rounding_hint(x: Floats, resolution: float) -> str:
-    """Say where positions have fewer decimals than the resolution they are judged with."""
-    for decimals in range(2, 9):
+    def _rounding_hint(self) -> str:
+        """Say where positions have fewer decimals than the resolution they are judged with."""
+        if not self._decimals:
+            return ""
+        decimals = self._decimals[0]
         unit = 10.0**-decimals
-        if unit > 1.5 * resolution and np.all(np.abs(x - np.round(x, decimals)) < 1e-3 * unit):
-            return f"the positions have {decimals} decimals: --resolution {unit:g} allows for their rounding"
-    return ""
+        return f"the positions have {decimals} decimals: --resolution {unit:g} allows for their rounding"
 
-
-def _judge_travel(
-    x: Floats,
-    axis: Axis,
-    period_s: float,
-    lines: NDArray[np.int64],
-    breaches: Diagnostics,
-    resolution: float,
-) -> None:
-    if axis.travel is None:
-        return
-    unit, factor = file_unit(axis.letter), to_file(axis.letter)
-    low, high = axis.travel[0] * factor, axis.travel[1] * factor
-    outside = np.maximum(low - x, x - high)
-    worst = int(np.argmax(outside))
-    if outside[worst] > resolution:
+    def _report_travel(self, breaches: Diagnostics) -> None:
+        outside, position, sample, line = self._outside
+        if self._travel is None or not outside > self._resolution:
+            return
+        unit, (low, high) = file_unit(self._axis.letter), self._travel
+        t_s = sample * self._period
         breaches.add(
             breach(
                 "travel",
-                f"axis {axis.letter}: position {x[worst]:.6f} {unit} at t = {worst * period_s:.4f} s "
-                f"(line {lines[worst]}) is outside the travel of {low:g} to {high:g} {unit}",
-                axis=axis.letter,
-                value=float(x[worst]),
+                f"axis {self._axis.letter}: position {position:.6f} {unit} at t = {t_s:.4f} s "
+                f"{on_line(line)} is outside the travel of {low:g} to {high:g} {unit}",
+                axis=self._axis.letter,
+                value=position,
                 low=low,
                 high=high,
-                t_s=worst * period_s,
-                line=int(lines[worst]),
+                t_s=t_s,
+                line=line,
             )
         )

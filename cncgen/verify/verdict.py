@@ -92,3 +92,8 @@ class Verdict:
 def breach(code: str, message: str, **values: Any) -> Diagnostic:
     """Return the diagnostic of a broken limit."""
     return Diagnostic(f"verify-{code}", message, values=values)
+
+
+def on_line(line: int) -> str:
+    """Return the source line for a message; 0 is none that is known."""
+    return f"(line {line})" if line else "(line unknown)"

@@ -1,0 +1,105 @@
+"""The part of the programmed path that is being gone along: drawn as it is needed, dropped behind."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.verify.flatten import Polyline, chord_mm
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+#: A distance is over its tolerance beyond this part of it (and beyond what flattening and rounding add).
+MARGIN = 1.001
+
+#: Segments that are drawn at a time at least, as far as there are any.
+_AT_LEAST = 4096
+
+
+class Window:
+    """Segments of the path, `m` of them, with what the matching notes at their vertices.
+
+    A segment of no length stands before the path and one after it: places where both ends may be waited at.
+
+    Attributes:
+        points: Shape (m + 1, axes), mm and degrees.
+        line: Shape (m,), source lines.
+        tolerance: Shape (m,), mm.
+        allowed: Shape (m,), mm: the tolerance with its margin.
+        distance: Shape (m + 1,), the least distance of each vertex, infinite where it has not been reached.
+        at: Shape (m + 1,), the chord that it was reached on.
+        ended: The last segment is the path's last.
+        dropped: How many segments have been forgotten.
+    """
+
+    def __init__(self, pieces: Iterator[Polyline], longest: float = np.inf, rounding: float = 0.0) -> None:
+        """Begin with the first piece.
+
+        Args:
+            pieces: Consecutive stretches of the path, one at least.
+            longest: Segments are cut to this length, mm.
+            rounding: How far the rounding of positions may move a setpoint, mm.
+        """
+        self._pieces, self._longest, self._rounding = pieces, longest, rounding
+        first = next(pieces)
+        self.points = first.points[:1]
+        self.line = np.zeros(0, np.int64)
+        self.tolerance = self.allowed = np.zeros(0)
+        self.distance, self.at = np.array([np.inf]), np.zeros(1, np.int64)
+        self.ended = False
+        self.dropped = 0
+        self._append(first.points[:1], first.line[:1], first.tolerance[:1])
+        self._add(first)
+        if len(self) < _AT_LEAST:
+            self.extend()
+
+    def __len__(self) -> int:
+        return len(self.line)
+
+    def extend(self) -> bool:
+        """Draw more of the path; return False where it has ended before."""
+        if self.ended:
+            return False
+        enough = len(self) + _AT_LEAST
+        for piece in self._pieces:
+            self._add(piece)
+            if len(self) >= enough:
+                return True
+        self._append(self.points[-1:], self.line[-1:], self.tolerance[-1:])
+        self.ended = True
+        return True
+
+    def drop(self, count: int) -> None:
+        """Forget the first segments."""
+        self.dropped += count
+        for name in ("points", "line", "tolerance", "allowed", "distance", "at"):
+            setattr(self, name, getattr(self, name)[count:].copy())
+
+    def vertex_allowed(self) -> Floats:
+        """Return how far each vertex may be, shape (m + 1,): the wider of its two segments counts."""
+        own = self.allowed
+        return np.maximum(np.append(own, 0.0), np.insert(own, 0, 0.0))
+
+    def _add(self, piece: Polyline) -> None:
+        """Append a piece, cut where its segments are long."""
+        lengths = np.linalg.norm(np.diff(piece.points, axis=0), axis=1)
+        parts = np.maximum(np.ceil(lengths / self._longest), 1).astype(np.int64)
+        owner = np.repeat(np.arange(len(parts)), parts)
+        within = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts) + 1
+        f = (within / parts[owner])[:, None]
+        begin, end = piece.points[:-1][owner], piece.points[1:][owner]
+        points = np.where(f == 1.0, end, begin + f * (end - begin))
+        self._append(points, piece.line[owner], piece.tolerance[owner])
+
+    def _append(self, points: Floats, line: Ints, tolerance: Floats) -> None:
+        count = len(line)
+        allowed = tolerance * MARGIN + 2.0 * chord_mm(tolerance) + self._rounding
+        self.points = np.ascontiguousarray(np.concatenate([self.points, points]))
+        self.line = np.concatenate([self.line, line])
+        self.tolerance = np.concatenate([self.tolerance, tolerance])
+        self.allowed = np.concatenate([self.allowed, allowed])
+        self.distance = np.concatenate([self.distance, np.full(count, np.inf)])
+        self.at = np.concatenate([self.at, np.zeros(count, np.int64)])
