@@ -25,8 +25,8 @@ class Faults:
         self._sink = sink
         self._reporter = reporter
         self.settle: Callable[[], None] = lambda: None
-        #: Lines that failed, and how.
-        self._failed: set[tuple[Cursor, str]] = set()
+        #: What was said of which line.
+        self._said: set[tuple[Cursor, str]] = set()
         self._failures = 0
 
     def at(self, here: Cursor, error: BlockError) -> None:
@@ -45,8 +45,8 @@ class Faults:
             Astray: Lines failed so often that a loop, whose condition their effects would have ended, counts as endless.
         """
         self.settle()
-        if (here, error.code) not in self._failed:
-            self._failed.add((here, error.code))
+        if (here, error.code) not in self._said:
+            self._said.add((here, error.code))
             self.at(here, error)
             return
         self._failures += 1
@@ -54,8 +54,10 @@ class Faults:
             raise Astray
 
     def remark(self, error: BlockError, severity: Severity) -> None:
-        """Add a warning or note about the block that is executed."""
+        """Add a remark on the block that is executed, once for each kind of remark; the block runs."""
         block = self._sink.block
         self.settle()
-        source = self._sources[block.source]
-        self._reporter.report(source, max(block.line, 1), block.offset, error, severity)
+        here = Cursor(block.source, block.offset, max(block.line, 1))
+        if (here, error.code) not in self._said:
+            self._said.add((here, error.code))
+            self._reporter.report(self._sources[here.source], here.line, here.offset, error, severity)

@@ -291,6 +291,9 @@ def moved_aside(profile: list[Segment], distance: float, left: bool) -> list[Seg
         for segment in profile:
             pieces += _send(tool, segment)
         pieces += tool.finish()
+        for gouge in tool.take_remarks():
+            if gouge.refused:
+                raise gouge
     except CompensationError as error:
         raise BlockError(
             "profile-corner", f"the profile cannot be moved aside by {distance:g}: {error}", "D"

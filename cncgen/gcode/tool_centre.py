@@ -41,11 +41,16 @@ NOSE = {
 
 
 class CompensationError(ValueError):
-    """The tool cannot follow: `code` is the diagnostic's, `values` are the numbers of the message."""
+    """The tool cannot follow: `code` is the diagnostic's, `values` are the numbers of the message.
 
-    def __init__(self, code: str, message: str, hint: str = "", **values: float) -> None:
+    `refused` says whether LinuxCNC refuses it too.
+    """
+
+    def __init__(
+        self, code: str, message: str, hint: str = "", *, refused: bool = True, **values: float
+    ) -> None:
         super().__init__(message)
-        self.code, self.hint, self.values = code, hint, values
+        self.code, self.hint, self.values, self.refused = code, hint, values, refused
 
 
 @dataclass(slots=True)
@@ -108,6 +113,8 @@ class ToolCentre:
         orientation: Lathe tool orientation 0 to 9 (0 and 9: the controlled point is the centre of the nose).
         unit: Name of the unit of all lengths, for messages.
         smooth: Turns of the path up to this angle (rad) count as smooth.
+        growth: How much farther than programmed (rad) an arc may sweep before it counts as cut to less than nothing;
+            None: as far as a smooth turn at its start can bring it.
         least_roll: Outside corners around which the tool would roll by less than this along the real axis are cut
             straight on instead, to where the offset paths cross.
     """
@@ -120,11 +127,13 @@ class ToolCentre:
         orientation: int = 0,
         unit: str = "mm",
         smooth: float = SMOOTH_TURN,
+        growth: float | None = None,
         least_roll: float = 0.0,
     ) -> None:
         self.radius = abs(radius)
         self.unit = unit
         self._smooth = smooth
+        self._growth = growth
         self._least_roll = least_roll
         self.side = 1 if left == (radius >= 0.0) else -1
         self._shift = -self.radius * NOSE.get(orientation, 0j)
@@ -135,7 +144,7 @@ class ToolCentre:
         self._remarks: list[CompensationError] = []
 
     def take_remarks(self) -> list[CompensationError]:
-        """Return the gouges found since the last call that were let pass."""
+        """Return what was found wrong since the last call with moves that were made all the same."""
         remarks, self._remarks = self._remarks, []
         return remarks
 
@@ -148,7 +157,8 @@ class ToolCentre:
         """Take a straight move to `end` (programmed).
 
         Raises:
-            CompensationError: ``comp-entry`` (the first move is not longer than the radius), ``comp-gouge``.
+            CompensationError: ``comp-entry`` (the first move is not longer than the radius), ``comp-gouge`` (the offset
+                paths do not meet).
         """
         step = end - self._programmed
         length = abs(step)
@@ -165,7 +175,7 @@ class ToolCentre:
         """Take an arc (or, where other axes move along, a helix) to `end` about `centre`, `turns` as in `Piece`.
 
         Raises:
-            CompensationError: ``comp-entry``, ``comp-gouge``, ``comp-radius`` (the tool does not fit in the arc).
+            CompensationError: As `line`; ``comp-radius`` (the tool does not fit in the arc).
         """
         spin = 1 if turns > 0 else -1
         spoke_in, spoke_out = self._programmed - centre, end - centre
@@ -267,6 +277,7 @@ class ToolCentre:
                     "comp-entry",
                     "the entry arc begins on the wrong side of its end: the tool turns back on itself there",
                     "enter on an arc of less than half a turn, or on a straight line",
+                    refused=False,
                 )
             )
         heading = -1j * spin * inwards
@@ -325,8 +336,12 @@ class ToolCentre:
             return arc.centre is None or (arc.turns > 0) == (self.side > 0)
         return turn < -self._smooth
 
-    def _check(self, curve: Curve | None) -> CompensationError | None:
-        """Return what is wrong where a move, cut short at its ends, goes backward; the entry move may."""
+    def _check(self, curve: Curve | None, strict: bool) -> CompensationError | None:
+        """Return what is wrong where a move, cut short at its ends, goes backward; the entry move may.
+
+        Of an arc that does, the sweep is more than programmed: nearly a full turn. Where it starts a little off the
+        tangent of the move before, it is more as well, by a little.
+        """
         if curve is None or curve.entry:
             return None
         if curve.centre is None:
@@ -335,10 +350,22 @@ class ToolCentre:
             return None
         spin = 1 if curve.turns > 0 else -1
         sweep = _sweep(curve.start - curve.centre, curve.point - curve.centre, spin)
-        slack = SMOOTH_TURN * max(1.0, self.radius / curve.radius)
-        if sweep > _sweep(curve.heading_in, curve.heading_out, spin) + slack:
+        programmed = _sweep(curve.heading_in, curve.heading_out, spin)
+        growth = SMOOTH_TURN * max(1.0, self.radius / curve.radius)
+        if strict and self._growth is not None:
+            growth = self._growth
+        if sweep <= programmed + growth:
+            return None
+        if sweep - programmed > math.pi:
             return self._gouge("an arc at an inside corner is too short for the tool")
-        return None
+        return CompensationError(
+            "comp-gouge",
+            f"the tool would sweep {math.degrees(sweep - programmed):.3f}° more than the {math.degrees(programmed):.3f}°"
+            f" of this arc: more than {math.degrees(growth):.3f}° count as a gouge",
+            "let the arc begin tangent to the move before it: more decimals in its end and centre",
+            sweep_deg=math.degrees(sweep),
+            programmed_deg=math.degrees(programmed),
+        )
 
     def _gouge(self, what: str) -> CompensationError:
         return CompensationError(
@@ -349,14 +376,10 @@ class ToolCentre:
         )
 
     def _settle(self, strict: bool = True) -> list[Piece | Any]:
-        """Check the move that waits and return it with what waits behind it.
-
-        Where LinuxCNC looks for gouges (`strict`) one is an error; elsewhere it is a remark, and the move is made.
-        """
-        gouge = self._check(self._curve)
-        if gouge is not None and strict:
-            raise gouge
+        """Check the move that waits and return it with what waits behind it; `strict` where LinuxCNC looks for gouges."""
+        gouge = self._check(self._curve, strict)
         if gouge is not None:
+            gouge.refused = strict
             self._remarks.append(gouge)
         done = [self._shifted(item) if isinstance(item, Piece) else item for item in self._queue]
         self._queue = []

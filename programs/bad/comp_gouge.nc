@@ -1,4 +1,4 @@
-; expect 7:1:comp-gouge 8:1:comp-gouge 9:1:comp-gouge
+; expect 7:1:comp-gouge 8:1:comp-gouge
 T1 M6
 G10 L1 P1 R5
 G0 X0 Y0

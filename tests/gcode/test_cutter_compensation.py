@@ -122,24 +122,42 @@ def test_deferred_blocks_come_out_behind_the_moves_before_them() -> None:
     assert [item if isinstance(item, str) else item.block for item in out] == ["a", "waits"]
 
 
-@pytest.mark.parametrize(
-    ("code", "moves"),
-    [
-        ("comp-entry", [1 + 0j]),
-        ("comp-gouge", [20 + 0j, 40 + 0j, 40 + 1j, 0 + 1j, 0 + 30j]),
-    ],
-)
-def test_a_tool_that_cannot_follow_is_refused(code: str, moves: list[complex]) -> None:
-    centre = ToolCentre(4.0, True, 0j)
-
-    def run() -> None:
-        for end in moves:
-            centre.line(end, None)
-        centre.finish()
-
+def test_an_entry_no_longer_than_the_radius_is_refused() -> None:
     with pytest.raises(CompensationError) as caught:
-        run()
-    assert caught.value.code == code
+        ToolCentre(4.0, True, 0j).line(1 + 0j, None)
+    assert caught.value.code == "comp-entry"
+
+
+def test_a_move_too_short_for_its_corners_is_said_once_and_made() -> None:
+    centre = ToolCentre(4.0, True, 0j)
+    found = []
+    for end in [20 + 0j, 40 + 0j, 40 + 1j, 0 + 1j, 0 + 30j]:
+        centre.line(end, None)
+        found += [(end, remark.code, remark.refused) for remark in centre.take_remarks()]
+    # The move of length 1 into the narrow slot is judged when the next one is known.
+    assert found == [(0 + 1j, "comp-gouge", True)]
+    centre.finish()
+    assert centre.take_remarks() == []
+
+
+@pytest.mark.parametrize("left", [True, False])
+@pytest.mark.parametrize("radius", [1.5, 5.0])
+@pytest.mark.parametrize("angle", [0.2, 1.4])
+def test_an_arc_may_sweep_a_thousandth_more_than_programmed(left: bool, radius: float, angle: float) -> None:
+    """Closed form: off the tangent by d, the arc's sweep grows by d r / R' (R' its offset radius); LinuxCNC's limit is 0.001."""
+    tool = 1.0
+    offset = radius - tool if left else radius + tool
+    for growth, refused in ((0.00095, []), (0.00105, ["comp-gouge"]), (-0.00105, [])):
+        centre = ToolCentre(tool, left, -20 + 0j, growth=0.001)
+        turn = growth * offset / tool * (-1.0 if left else 1.0)
+        heading = cmath.exp(1j * turn)
+        middle = 1j * radius * heading
+        end = middle - 1j * radius * heading * cmath.exp(1j * angle)
+        centre.line(0j, None)
+        centre.arc(end, middle, 1, None)
+        out = heading * cmath.exp(1j * (angle + (-1.0 if left else 1.0)))  # away from the tool
+        centre.line(end + 50.0 * out, None)
+        assert [remark.code for remark in centre.take_remarks() if remark.refused] == refused
 
 
 def test_an_arc_smaller_than_the_tool_is_refused() -> None:
