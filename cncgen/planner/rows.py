@@ -115,7 +115,7 @@ def rows_of(toolpath: Toolpath, path: Path, machine: Machine, bends: bool = True
     return Rows(index, start, end, top, top_limit, acceleration, jerk, centripetal, *ends)
 
 
-def chord_speed(curvature: Floats, tolerance_mm: float, period_s: float) -> Floats:
+def chord_speed(curvature: Floats, tolerance_mm: Floats | float, period_s: float) -> Floats:
     """Return the speed whose chord over a period stays within the tolerance of the arc (paper 003, eq. 24).
 
     V_af = (2/T_s) √(ρ² − (ρ − δ)²) = (2/T_s) √(2δ/κ − δ²) with ρ = 1/κ. Where the radius is below δ/2 the chord of a

@@ -18,8 +18,8 @@ from cncgen.planner.optimal.limits import Bounds
 from cncgen.planner.optimal.track import Track, end_derivatives, track_of
 from cncgen.planner.optimal.window import MARGIN, Window
 from cncgen.planner.paths import path_of
-from cncgen.planner.record import Trajectory
-from cncgen.planner.smoothing import smooth
+from cncgen.planner.record import Limit, Trajectory
+from cncgen.planner.smoothing import chord_speed_within, smooth
 from cncgen.toolpath.record import Kind, Toolpath
 from cncgen.toolpath.slicing import join
 
@@ -29,10 +29,15 @@ ROWS = 2048
 AHEAD = 2
 
 
-def smooth_blocks(chunks: Iterable[Toolpath], machine: Machine) -> Iterator[tuple[Toolpath, None]]:
-    """Yield consecutive stretches of a program, smoothed within their tolerances, in blocks that have no cap."""
-    for block in blocks(smooth(chunks, machine.chord_tolerance_mm), ROWS):
-        yield block, None
+def smooth_blocks(chunks: Iterable[Toolpath], machine: Machine) -> Iterator[tuple[Toolpath, SpeedCap | None]]:
+    """Yield consecutive stretches of a program, smoothed within their tolerances, in blocks.
+
+    They have a cap only where the tolerance is so narrow that smoothing and chords have to share it.
+    """
+    chord = machine.chord_tolerance_mm
+    for block in blocks(smooth(chunks, chord), ROWS):
+        speed = chord_speed_within(block, chord, machine.period_s)
+        yield block, SpeedCap(speed, Limit.CHORD) if speed else None
 
 
 def plan_blocks(

@@ -4,6 +4,7 @@
 leaves the programmed path by the tolerance at most, and does not depend on how the input is cut into chunks.
 """
 
+from cncgen.planner.smoothing.chords import chord_speed_within
 from cncgen.planner.smoothing.stream import ROTARY_RADIUS, smooth
 
-__all__ = ["ROTARY_RADIUS", "smooth"]
+__all__ = ["ROTARY_RADIUS", "chord_speed_within", "smooth"]

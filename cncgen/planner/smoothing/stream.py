@@ -11,6 +11,7 @@ from cncgen.diagnostics import Diagnostic, NoPlanError, Span
 from cncgen.geometry.corridor import END_DERIVATIVES, END_POINT, OVERLAP, CorridorError, Seam, fit, split
 from cncgen.geometry.path import Path, metric_columns
 from cncgen.geometry.pieces import pieces_of
+from cncgen.planner.smoothing.chords import fit_tolerance
 from cncgen.planner.smoothing.ends import opened
 from cncgen.planner.smoothing.output import rows_of
 from cncgen.planner.smoothing.runs import TANGENT, Classes, classify
@@ -155,7 +156,7 @@ class _Smoother:
         """Fit a window of the run at the front; return the row from which to go on, None if it needs more rows."""
         scale = axis_scale(rows.axes)
         allowed = rows.tolerance[window]
-        pieces = pieces_of(path, np.maximum(allowed - self.reserve_mm, 0.5 * allowed), scale, window)
+        pieces = pieces_of(path, fit_tolerance(allowed, self.reserve_mm), scale, window)
         row_t = pieces.row_t
         head = END_DERIVATIVES if _tangent(self.before, classes.entry[window[0]]) else END_POINT
         tail = 0

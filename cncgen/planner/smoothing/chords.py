@@ -1,0 +1,50 @@
+"""What the chords between setpoints may add where the tolerance is not much wider than they are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.planner.paths import path_of
+from cncgen.planner.rows import chord_speed
+from cncgen.toolpath.record import PathMode, Toolpath
+
+Floats = NDArray[np.float64]
+
+
+def fit_tolerance(tolerance: Floats, chord_mm: float) -> Floats:
+    """Return what a smoothed curve may leave its path by, so that the chords between setpoints have room: half at least."""
+    out: Floats = np.maximum(tolerance - chord_mm, 0.5 * tolerance)
+    return out
+
+
+def chord_speed_within(
+    toolpath: Toolpath, chord_mm: float, period_s: float
+) -> Callable[[Floats], Floats] | None:
+    """Return the speed along a smoothed toolpath at which smoothing and chords together keep its tolerance.
+
+    A tolerance P below 2 δ leaves the chords less than the chord tolerance δ: max(P, δ) − P/2.
+
+    Args:
+        toolpath: A stretch, smoothed by `fit_tolerance`.
+        chord_mm: δ.
+        period_s: Time between setpoints.
+
+    Returns:
+        Takes path coordinates, shape (n,), and gives mm/s; infinite where δ itself is what bounds. None: everywhere.
+    """
+    left = np.maximum(toolpath.tolerance, chord_mm) - fit_tolerance(toolpath.tolerance, chord_mm)
+    left[(toolpath.path_mode != PathMode.CONTINUOUS) | np.isnan(left)] = chord_mm
+    if not np.any(left < chord_mm):
+        return None
+    path = path_of(toolpath)
+
+    def speed(s: Floats) -> Floats:
+        allowed = left[path.row_of(s, 1)]
+        bend = path.evaluate(s, 2)[2][:, :3]
+        top = chord_speed(np.sqrt(np.einsum("ij,ij->i", bend, bend)), allowed, period_s)
+        return np.where(allowed < chord_mm, top, np.inf)
+
+    return speed

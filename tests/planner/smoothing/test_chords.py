@@ -1,0 +1,68 @@
+"""Tolerances hardly wider than the chords between setpoints: smoothing and chords share them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cncgen import pipeline
+from cncgen.machine.record import Axis, Machine
+from cncgen.planner.smoothing import chord_speed_within, smooth
+from cncgen.planner.smoothing.chords import fit_tolerance
+from cncgen.toolpath.record import PathMode
+from cncgen.verify import verify
+from tests.planner.smoothing.programs import facets, path_of
+
+PROGRAM = """G21 G17 G90 G94 F3000 G64 P{p}
+G1 X-10
+G2 X-10 Y0 I{r} J0
+G1 Y10
+G3 X-10.2 Y10.3 I0.05 J0.25
+G1 X5
+M2
+"""
+CHORD = 0.001
+
+
+def machine(period_s: float) -> Machine:
+    """Return one that is so fast that the chords bound the speed."""
+    axes = {letter: Axis(letter, 500.0, 20_000.0, 4e6) for letter in "XYZ"}
+    return Machine("fast", axes, period_s=period_s, chord_tolerance_mm=CHORD)
+
+
+@pytest.mark.parametrize("p", [0.0005, 0.001, 0.0013, 0.002, 0.01])
+@pytest.mark.parametrize("r", [0.3, 2.0])
+def test_smoothing_and_chords_together_keep_the_tolerance(p: float, r: float) -> None:
+    """P below twice the chord tolerance: once P/2 of the one and all of the other went over it by up to a sixth."""
+    text = PROGRAM.format(p=p, r=r)
+    where = machine(0.004)
+    stream = pipeline.sample(pipeline.plan(pipeline.read_text(text), where))
+    verdict = verify(stream, pipeline.read_text(text).chunks(), where, named="XY")
+    assert not {item.code for item in verdict.breaches} & {
+        "verify-distance",
+        "verify-coverage",
+        "verify-order",
+    }
+    assert verdict.setpoints_to_path_mm <= max(p, CHORD) * 1.001
+    assert verdict.path_to_setpoints_mm <= max(p, CHORD) * 1.001
+
+
+def test_the_parts_add_up_to_the_tolerance() -> None:
+    tolerance = np.array([1e-5, 0.0005, 0.001, 0.0015, 0.002, 0.01, 1.0])
+    fit = fit_tolerance(tolerance, CHORD)
+    assert (fit >= 0.5 * tolerance).all()
+    np.testing.assert_allclose(fit[4:], tolerance[4:] - CHORD)
+
+
+@pytest.mark.parametrize(("tolerance", "left"), [(0.0004, 0.0008), (0.001, 0.0005), (0.0015, 0.00075)])
+def test_the_speed_is_that_of_the_chord_that_is_left(tolerance: float, left: float) -> None:
+    """v = (2/T) √(2 δ/κ − δ²) with what is left for δ; nothing where the chord tolerance itself is left, or under G61."""
+    rows = facets(60, tolerance=tolerance)
+    (made,) = smooth([rows], CHORD)
+    speed = chord_speed_within(made, CHORD, 0.004)
+    assert speed is not None
+    s = np.linspace(0.1, 0.9, 9) * path_of(made).length
+    bend = np.linalg.norm(path_of(made).evaluate(s, 2)[2][:, :3], axis=1)
+    np.testing.assert_allclose(speed(s), 500.0 * np.sqrt(2 * left / bend - left**2), rtol=1e-9)
+    assert chord_speed_within(facets(5, tolerance=0.002), CHORD, 0.004) is None
+    assert chord_speed_within(facets(5, tolerance=0.001, path_mode=PathMode.EXACT_PATH), CHORD, 0.004) is None
