@@ -54,10 +54,11 @@ class Faults:
             raise Astray
 
     def remark(self, error: BlockError, severity: Severity) -> None:
-        """Add a remark on the block that is executed, once for each kind of remark; the block runs."""
+        """Add a remark on a word of the block that is executed, once for each kind of remark; the block runs."""
         block = self._sink.block
         self.settle()
         here = Cursor(block.source, block.offset, max(block.line, 1))
-        if (here, error.code) not in self._said:
-            self._said.add((here, error.code))
+        what = f"{error.code} {error.word}"
+        if (here, what) not in self._said:
+            self._said.add((here, what))
             self._reporter.report(self._sources[here.source], here.line, here.offset, error, severity)
