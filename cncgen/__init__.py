@@ -1,9 +1,10 @@
 """cncgen: NC programs to servo setpoints within the machine's limits.
 
 The library in a line a stage: `read` a program (`read_text`: from memory), `plan` it on a machine, `sample` the
-trajectory, `simulate` the servo axes. Lengths are mm, times s, angles rad. What is wrong with a program, a machine file
-or a call raises `CncgenError` with all its diagnostics. Names are imported when they are first used, so that
-``import cncgen`` costs nothing.
+trajectory, `write` the setpoints (`read_setpoints` reads those of any origin), `simulate` the servo axes, `judge` them
+against program and machine. Lengths are mm, times s, angles rad. What is wrong with a program, a machine file or a call
+raises `CncgenError` with all its diagnostics. Names are imported when they are first used, so that ``import cncgen``
+costs nothing.
 """
 
 from __future__ import annotations
@@ -16,11 +17,14 @@ if TYPE_CHECKING:
     from cncgen.diagnostics import Diagnostic as Diagnostic
     from cncgen.machine import Machine as Machine
     from cncgen.machine import load_machine as load_machine
+    from cncgen.pipeline import judge as judge
     from cncgen.pipeline import plan as plan
     from cncgen.pipeline import read as read
+    from cncgen.pipeline import read_setpoints as read_setpoints
     from cncgen.pipeline import read_text as read_text
     from cncgen.pipeline import sample as sample
     from cncgen.pipeline import simulate as simulate
+    from cncgen.pipeline import write as write
     from cncgen.planner import PlanOptions as PlanOptions
     from cncgen.setpoints.record import Setpoints as Setpoints
     from cncgen.toolpath.reading import ReadOptions as ReadOptions
@@ -33,6 +37,9 @@ _PUBLIC = {
     "plan": "cncgen.pipeline",
     "sample": "cncgen.pipeline",
     "simulate": "cncgen.pipeline",
+    "judge": "cncgen.pipeline",
+    "write": "cncgen.pipeline",
+    "read_setpoints": "cncgen.pipeline",
     "load_machine": "cncgen.machine",
     "Machine": "cncgen.machine",
     "PlanOptions": "cncgen.planner",

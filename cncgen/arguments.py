@@ -5,13 +5,10 @@ from __future__ import annotations
 import difflib
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import fields, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import fields
+from typing import Any
 
 from cncgen.diagnostics import Diagnostic, UsageError
-
-if TYPE_CHECKING:
-    from cncgen.setpoints.record import Setpoints
 
 
 def wrong(message: str, hint: str = "") -> UsageError:
@@ -52,30 +49,14 @@ def expect_fields(options: Any, asked: Iterable[str]) -> None:
         raise UsageError(faults)
 
 
-def checked_setpoints(chunks: Iterable[Any]) -> Iterator[Setpoints]:
-    """Yield chunks of setpoints as they are drawn, each looked at: its axes, its array (made one of doubles), its numbers.
+def undrawn(chunks: Iterator[Any], what: str) -> Iterator[Any]:
+    """Return a stream, which can be drawn once.
 
     Raises:
-        UsageError: A chunk is no `Setpoints`, its `position` is not of shape (n, axes), or a number is not finite.
+        UsageError: It has been drawn to its end: what comes after would look like an empty one.
     """
-    import numpy as np
-
-    from cncgen.setpoints.record import Setpoints
-
-    for chunk in chunks:
-        points: Setpoints = expect(chunk, Setpoints, "a chunk of setpoints", "cncgen.Setpoints")
-        if not (0.0 < points.period_s < np.inf):
-            raise wrong(f"setpoints have a period of {points.period_s} s")
-        try:
-            position = np.ascontiguousarray(points.position, np.float64)
-        except (TypeError, ValueError) as error:
-            raise wrong(f"positions of setpoints are no array of numbers: {error}") from None
-        if position.ndim != 2 or position.shape[1] != len(points.axes):
-            raise wrong(
-                f"setpoints of axes {points.axes} have an array of shape {position.shape}, not (rows, axes)"
-            )
-        finite = np.isfinite(position).all(axis=1)
-        if not finite.all():
-            row = points.first + int(np.argmin(finite))
-            raise wrong(f"setpoint {row}, at {row * points.period_s:.9g} s, is not finite")
-        yield points if position is points.position else replace(points, position=position)
+    if getattr(chunks, "gi_frame", chunks) is None:  # of a generator that has ended
+        raise wrong(
+            f"{what} was drawn already, and can be drawn once", hint="make it again, or keep what it gave"
+        )
+    return chunks

@@ -1,4 +1,4 @@
-"""The stages in order: read, plan, sample, simulate, verify. The command line and the library both call this.
+"""The stages in order: read, plan, sample, write, simulate, judge. The command line and the library both call this.
 
     import cncgen
     program = cncgen.read("programs/butterfly.nc")
@@ -20,11 +20,12 @@ import stat
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path, PurePath
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, BinaryIO
 
-from cncgen.arguments import checked_setpoints, expect, expect_fields, expect_path, wrong
+from cncgen.arguments import expect, expect_fields, expect_path, undrawn, wrong
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, UsageError
 from cncgen.files import STANDARD, open_input
 from cncgen.toolpath.reading import ReadOptions
@@ -103,9 +104,9 @@ def check(
     """
     with _opened(source, language, content) as (reader, file, name):
         if hasattr(reader, "check"):
-            found: int = reader.check(file, name, options or ReadOptions(), diagnostics)
+            found: int = reader.check(file, name, _reading(options), diagnostics)
             return found
-        program = reader.read(file, name, options or ReadOptions())
+        program = reader.read(file, name, _reading(options))
     try:
         return sum(len(chunk) for chunk in program.chunks())
     finally:
@@ -128,8 +129,16 @@ def read_text(
 
 
 def _reading(options: ReadOptions | None) -> ReadOptions:
-    """Return the options, or the usual ones for None."""
-    return ReadOptions() if options is None else expect(options, ReadOptions, "options", "cncgen.ReadOptions")
+    """Return the options, or the usual ones for None.
+
+    Raises:
+        UsageError: They are none, or a value is wrong.
+    """
+    if options is None:
+        return ReadOptions()
+    how: ReadOptions = expect(options, ReadOptions, "options", "cncgen.ReadOptions")
+    how.check()
+    return how
 
 
 def reader_of(language: str) -> ModuleType:
@@ -179,7 +188,7 @@ def canon(
     with _opened(source, language) as (reader, file, name):
         if not hasattr(reader, "canon"):
             raise UsageError(Diagnostic("no-canon", f"{name}: canonical motions are printed of G-code alone"))
-        yield from reader.canon(file, name, options or ReadOptions())
+        yield from reader.canon(file, name, _reading(options))
 
 
 def sound(program: Program) -> Iterator[Toolpath]:
@@ -210,7 +219,10 @@ class Plan:
     trajectories: Iterator[Trajectory]
 
     def __iter__(self) -> Iterator[Trajectory]:
-        return self.trajectories
+        return undrawn(self.trajectories, repr(self))
+
+    def __repr__(self) -> str:
+        return f"Plan({self.program!r}, {self.machine!r})"
 
 
 def machine_of(machine: Machine | str | os.PathLike[str]) -> Machine:
@@ -296,7 +308,7 @@ def sample(planned: Plan, signals: Sequence[str] = ()) -> SetpointStream:
     from cncgen.setpoints.stream import SetpointStream
 
     axes, machine = output_axes(planned.program), planned.machine
-    chunks = setpoints.sample(planned.trajectories, machine, axes=axes, signals=signals)
+    chunks = setpoints.sample(iter(planned), machine, axes=axes, signals=signals)
     return SetpointStream(planned.program.name, axes, machine.period_s, chunks)
 
 
@@ -346,16 +358,42 @@ def simulate(
     """
     from cncgen.servo.named_schemes import scheme_maker, settings_of
     from cncgen.servo.simulate import simulate_scheme
-    from cncgen.setpoints.record import Setpoints
 
     if not 0.0 <= settle_s < math.inf:
         raise wrong(f"settle_s = {settle_s} must be a finite time, not below 0")
+    chunks = _chunks_of(setpoints)
+    made = scheme_maker(controller, servos_of(machine), settings_of(coupling_of(machine)))
+    return simulate_scheme(chunks, made, settle_s=settle_s)
+
+
+def _chunks_of(setpoints: Iterable[Setpoints] | Setpoints | Plan) -> Iterator[Setpoints]:
+    """Return setpoints of any form as a stream of chunks, each checked as it is drawn."""
+    from cncgen.setpoints.checking import checked_setpoints
+    from cncgen.setpoints.record import Setpoints
+
     given: Any = sample(setpoints) if isinstance(setpoints, Plan) else setpoints
     if isinstance(given, Setpoints):
         given = (given,)
-    chunks = checked_setpoints(expect(given, Iterable, "setpoints", "cncgen.Setpoints, or a stream of them"))
-    made = scheme_maker(controller, servos_of(machine), settings_of(coupling_of(machine)))
-    return simulate_scheme(chunks, made, settle_s=settle_s)
+    return checked_setpoints(
+        iter(expect(given, Iterable, "setpoints", "cncgen.Setpoints, or a stream of them"))
+    )
+
+
+def _stream_of(setpoints: Iterable[Setpoints] | Setpoints | Plan) -> SetpointStream:
+    """Return setpoints of any form with what the first chunk says of them."""
+    from cncgen.setpoints.stream import SetpointStream
+
+    first, chunks = _first_of(setpoints)
+    return SetpointStream(getattr(setpoints, "name", "setpoints"), first.axes, first.period_s, chunks)
+
+
+def _first_of(setpoints: Iterable[Setpoints] | Setpoints | Plan) -> tuple[Setpoints, Iterator[Setpoints]]:
+    """Return the first chunk of setpoints of any form, and the stream of all."""
+    chunks = _chunks_of(setpoints)
+    first = next(chunks, None)
+    if first is None:
+        raise wrong("there are no setpoints")
+    return first, chain((first,), chunks)
 
 
 def servos_of(machine: Machine | Mapping[str, Servo] | str | os.PathLike[str]) -> Mapping[str, Servo]:
@@ -377,22 +415,96 @@ def coupling_of(machine: Machine | Mapping[str, Servo] | str | os.PathLike[str])
     return load_coupling(machine) if isinstance(machine, str | os.PathLike) else {}
 
 
-def verify(
-    setpoints: SetpointStream,
-    program: Program,
+def read_setpoints(
+    source: str | os.PathLike[str],
+    *,
+    format: str | None = None,
+    axes: str | None = None,
+    period_s: float | None = None,
+) -> Setpoints:
+    """Read a setpoint file of any origin whole; `cncgen.setpoints.readers.open_setpoints` streams it.
+
+    Args:
+        source: A file, or ``-`` for standard input.
+        format: One of `cncgen.setpoints.writers.FORMATS`; None: by content and suffix.
+        axes: Letters of the columns that are wanted, or that npy, f64 and hal have after the time.
+        period_s: Time between rows; None: as the file's times say.
+
+    Raises:
+        UsageError: The file cannot be read, or is no setpoint file; all its faulty rows are named.
+    """
+    from cncgen.setpoints.readers import open_setpoints
+
+    name = expect_path(source, "the setpoint file", "the name of a file")
+    with open_setpoints(name, format=format, axes=axes, period_s=period_s) as stream:
+        return stream.collect()
+
+
+def write(
+    setpoints: Iterable[Setpoints] | Setpoints | Plan,
+    target: str | os.PathLike[str],
+    *,
+    format: str | None = None,
+) -> int:
+    """Write setpoints to a file, whole or not at all, with the signals that they have; return the number of rows.
+
+    Args:
+        setpoints: As for `simulate`.
+        target: The file, or ``-`` for standard output.
+        format: One of `cncgen.setpoints.writers.FORMATS`; None: by the suffix, else csv.
+
+    Raises:
+        UsageError: The file cannot be written, there is no such format, or setpoints are wrong; what drawing a plan
+            raises comes as it is.
+    """
+    from cncgen.files import open_output
+    from cncgen.setpoints.columns import Layout
+    from cncgen.setpoints.writers import format_of, open_writer
+
+    name = expect_path(target, "the target", "the name of a file")
+    # The first rows are drawn before anything is opened: what is refused leaves no trace.
+    first, chunks = _first_of(setpoints)
+    rows = 0
+    with open_output(name) as sink:
+        layout = Layout(first.axes, first.period_s, tuple(first.signals))
+        writer = open_writer(format_of(name, format), sink, layout)
+        for chunk in chunks:
+            writer.write(chunk)
+            rows += len(chunk)
+        writer.close()
+    return rows
+
+
+def judge(
+    setpoints: Iterable[Setpoints] | Setpoints | Plan,
+    program: Program | str | os.PathLike[str],
     machine: Machine | str | os.PathLike[str],
     *,
     tolerance_mm: float | None = None,
     resolution: float = 1e-9,
 ) -> Verdict:
-    """Judge setpoints against a program and a machine; see `cncgen.verify.verify`."""
-    from cncgen import verify as judge
+    """Judge setpoints against a program and a machine, as ``cncgen verify`` does; see `cncgen.verify.verify`.
 
-    toolpaths: Iterable[Toolpath] = sound(program)
-    return judge.verify(
-        setpoints,
-        toolpaths,
-        machine_of(machine),
+    Args:
+        setpoints: As for `simulate`.
+        program: From `read`, or a file.
+        machine: A profile's name, a TOML file, or a machine.
+        tolerance_mm: Tolerance of every continuous motion, over what the program says.
+        resolution: What positions are rounded to, mm and degrees.
+
+    Raises:
+        UsageError: Setpoints are wrong, or a file cannot be read.
+        ProgramError: The program has errors.
+    """
+    from cncgen.verify import verify
+
+    where = machine_of(machine)
+    if isinstance(program, str | os.PathLike):
+        program = read(program, options=options_on(where))
+    return verify(
+        _stream_of(setpoints),
+        sound(program),
+        where,
         tolerance_mm=tolerance_mm,
         named=program.moving_axes or None,
         resolution=resolution,
@@ -413,7 +525,6 @@ def report_page(
     """
     from cncgen.report.line_times import LineTimes
     from cncgen.report.page import page
-    from cncgen.setpoints.stream import SetpointStream
 
     where, times = machine_of(machine), LineTimes()
     stream, summary = plan_with_summary(program, where, options, line_times=times)
@@ -421,7 +532,5 @@ def report_page(
     verdict = None
     if os.path.isfile(program.name) and len(points):
         again = read(program.name, language=language, options=options_on(where, reading))
-        verdict = verify(
-            SetpointStream(stream.name, stream.axes, stream.period_s, iter((points,))), again, where
-        )
+        verdict = judge(points, again, where)
     return page(points, where, summary.as_json(), verdict, times), summary.remarks

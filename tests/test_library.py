@@ -12,6 +12,7 @@ import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,10 @@ SQUARE = "G21 G90 G61\nG0 X0 Y0\nG1 X10 F1200\nY10\nX0\nY0\nM2\n"
 
 def square() -> Any:
     return cncgen.read_text(SQUARE, "square.nc")
+
+
+def read_with(**options: Any) -> Any:
+    return cncgen.read_text(SQUARE, options=cncgen.ReadOptions(**options))
 
 
 def planned(_: object = None) -> tuple[int, float]:
@@ -45,6 +50,12 @@ def fails(_: object = None) -> None:
         (lambda: cncgen.read(__file__, options={}), "options is of type dict; it is to be cncgen.ReadOptions"),
         (lambda: cncgen.read_text(5), "text is of type int; it is to be str or bytes"),
         (lambda: cncgen.load_machine("mill"), "there is no machine profile 'mill'"),
+        (lambda: cncgen.load_machine(None), "the machine is of type NoneType; it is to be a profile's name"),
+        (lambda: read_with(dialect="fanu"), "dialect = 'fanu' is not one of auto, linuxcnc, fanuc, heidenhain"),
+        (lambda: read_with(max_steps=-1), "max_steps = -1 is not a whole number greater than 0"),
+        (lambda: read_with(include="sub"), "include = 'sub' is not a sequence of names of folders"),
+        (lambda: read_with(tolerance_mm=np.nan), "tolerance_mm = nan is not a number greater than 0"),
+        (lambda: read_with(tool_table=3), "tool_table = 3 is not the name of a file"),
         (lambda: cncgen.plan(5), "the program is of type int"),
         (lambda: cncgen.plan(square(), None), "the machine is of type NoneType"),
         (lambda: cncgen.plan(square(), options="ild"), "options is of type str"),
@@ -54,6 +65,12 @@ def fails(_: object = None) -> None:
         (lambda: cncgen.plan(square(), path_tolerance_mm=np.inf), "path_tolerance_mm = inf must be a number"),
         (lambda: cncgen.sample([]), "what is sampled is of type list; it is to be what cncgen.plan returns"),
         (lambda: cncgen.sample(cncgen.plan(square()), "vel,speed"), "signals speed: not one of vel"),
+        (lambda: cncgen.write([], "a.csv"), "there are no setpoints"),
+        (lambda: cncgen.write(5, "a.csv"), "setpoints is of type int"),
+        (lambda: cncgen.write(cncgen.plan(square()), "a", format="xls"), "format 'xls' is not one of csv"),
+        (lambda: cncgen.write(cncgen.plan(square()), None), "the target is of type NoneType"),
+        (lambda: cncgen.judge(cncgen.plan(square()), "none.nc", "xy-table"), "cannot read none.nc"),
+        (lambda: cncgen.read_setpoints("none.csv"), "cannot read none.csv"),
         (lambda: cncgen.simulate(5, "xy-table"), "setpoints is of type int"),
         (lambda: cncgen.simulate([], "xy-table", controller="pid"), "no controller is called 'pid'"),
         (lambda: cncgen.simulate([], "xy-table", settle_s=-1), "settle_s = -1 must be a finite time"),
@@ -92,6 +109,32 @@ def test_setpoints_of_ones_own_are_simulated() -> None:
     assert len(found) == planned()[0]
 
 
+def test_setpoints_to_a_file_and_back(tmp_path: Path) -> None:
+    """With signals and without, whole and as a stream; what is written is judged as what is planned."""
+    points = cncgen.sample(cncgen.plan(square(), "xy-table"), "vel,line").collect()
+    assert cncgen.write(points, tmp_path / "a.csv") == len(points)
+    assert (tmp_path / "a.csv").read_text().startswith("t_s,x_mm,y_mm,x_vel_mm_s,y_vel_mm_s,line\n")
+    assert cncgen.write(cncgen.plan(square(), "xy-table"), tmp_path / "b", format="f64") == len(points)
+    for found in (cncgen.read_setpoints(tmp_path / "a.csv"),
+                  cncgen.read_setpoints(tmp_path / "b", format="f64", axes="XY")):  # fmt: skip
+        assert (found.axes, found.period_s) == ("XY", 0.001)
+        np.testing.assert_allclose(found.position, points.position, rtol=0, atol=5.1e-10)
+        assert cncgen.judge(found, square(), "xy-table").holds
+    late = cncgen.Setpoints("XY", 0.001, 0, points.position[::2])
+    codes = {item.code for item in cncgen.judge(late, square(), "xy-table").breaches}
+    assert {"verify-acceleration", "verify-jerk"} <= codes
+
+
+def test_a_stream_is_drawn_once() -> None:
+    """A second time it would look like a program that moves nothing."""
+    plan, stream = cncgen.plan(square()), cncgen.sample(cncgen.plan(square()))
+    list(plan), stream.collect()
+    for again in (lambda: list(plan), lambda: cncgen.sample(plan), stream.collect,
+                  lambda: list(cncgen.simulate(stream, "xy-table"))):  # fmt: skip
+        with pytest.raises(UsageError, match="was drawn already, and can be drawn once"):
+            again()
+
+
 def test_records_say_what_they_are_in_a_line() -> None:
     plan = cncgen.plan(square(), "xy-table", feedrate="ild")
     trajectory = next(iter(plan))
@@ -103,6 +146,7 @@ def test_records_say_what_they_are_in_a_line() -> None:
     said = {
         repr(found): "Diagnostics(1 error, 2 notes)",
         repr(square()): "Program('square.nc', gcode, axes XY, Diagnostics(none))",
+        repr(plan): f"Plan({square()!r}, {plan.machine!r})",
         repr(plan.machine): "Machine('xy-table', axes XY, every 1 ms)",
         repr(trajectory.toolpath): "Toolpath(5 rows, axes XYZ, lines 3 to 7 of square.nc)",
         repr(points): f"Setpoints({len(points)} rows from 0, axes XY, every 1 ms, signals vel)",

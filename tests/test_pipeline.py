@@ -13,7 +13,7 @@ import pytest
 
 import cncgen
 from cncgen.diagnostics import ProgramError, UsageError
-from cncgen.pipeline import canon, language_of, plan_with_summary, read_text, verify
+from cncgen.pipeline import canon, judge, language_of, plan_with_summary, read_text
 from cncgen.planner import PlanOptions
 
 SQUARE = "G21 G90 G61\nG0 X0 Y0\nG1 X10 F1200\nY10\nX0\nY0\nM2\n"
@@ -128,7 +128,7 @@ def test_verify_in_the_library() -> None:
     program = "G21 G90 G61\nG1 X10 F600\nM2\n"
     machine = cncgen.load_machine("xy-table")
     stream = cncgen.sample(cncgen.plan(read_text(program), machine, feedrate="ild"))
-    verdict = verify(stream, read_text(program), machine)
+    verdict = judge(stream, read_text(program), machine)
     assert verdict.holds
     assert verdict.as_json()["holds"] is True
 

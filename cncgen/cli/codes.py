@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import click
 
-from cncgen.cli.options import DIALECTS, message_options
+from cncgen.cli.options import message_options
+from cncgen.toolpath.reading import DIALECTS
 
 
 @click.command("codes")

@@ -10,14 +10,13 @@ import click
 
 from cncgen.cli import messages
 from cncgen.cli.types import AXES, FILE, FOLDER, MACHINE, FiniteRange
+from cncgen.toolpath.reading import DIALECTS, SPEED_UNITS, SPINDLE_SIGNS
 
 Command = Callable[..., Any]
 
-LANGUAGES = ("gcode", "stepnc")
-DIALECTS = ("auto", "linuxcnc", "fanuc", "heidenhain")
 TABLE_UNITS = ("mm", "inch")
-SPEED_UNITS = ("m/s", "m/min")
-SPINDLE_SIGNS = ("speed", "tool")
+# As the rooms have them whose import takes numpy; a test holds both together.
+LANGUAGES = ("gcode", "stepnc")
 FORMATS = ("csv", "jsonl", "npy", "npz", "f64", "hal", "arrow")
 FEEDRATES = ("optimal", "ild", "constant", "adaptive", "curvature")
 INTERPOLATORS = ("arclength", "taylor1", "taylor2", "uniform")

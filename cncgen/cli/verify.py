@@ -79,7 +79,7 @@ def command(
             default_period_s=where.period_s,
         ) as stream,
     ):
-        verdict = pipeline.verify(stream, read, where, tolerance_mm=path_tolerance, resolution=resolution)
+        verdict = pipeline.judge(stream, read, where, tolerance_mm=path_tolerance, resolution=resolution)
     if report:
         write_text(report, json.dumps(json_values(verdict.as_json()), indent=2) + "\n")
     messages.show(verdict.breaches)

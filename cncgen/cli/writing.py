@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable
-from itertools import chain
 
 from cncgen.setpoints.record import Setpoints
 
@@ -33,23 +32,10 @@ def write_setpoints(chunks: Iterable[Setpoints], output: str | None, format: str
     Raises:
         UsageError: As `setpoint_format`, and what drawing the stream raises.
     """
-    from cncgen.files import is_terminal, open_output
-    from cncgen.setpoints.columns import Layout
-    from cncgen.setpoints.writers import open_writer
+    from cncgen.files import STANDARD, is_terminal
+    from cncgen.pipeline import write
 
     kind = setpoint_format(output, format)
     if output is None and is_terminal(sys.stdout):
         return sum(len(chunk) for chunk in chunks)
-    stream = iter(chunks)
-    # The first rows are drawn before anything is opened: what is refused leaves no trace.
-    head = next(stream, None)
-    if head is None:
-        return 0
-    rows = 0
-    with open_output(output) as sink:
-        writer = open_writer(kind, sink, Layout(head.axes, head.period_s))
-        for chunk in chain((head,), stream):
-            writer.write(chunk)
-            rows += len(chunk)
-        writer.close()
-    return rows
+    return write(chunks, STANDARD if output is None else output, format=kind)

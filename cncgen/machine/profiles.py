@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from cncgen.arguments import expect_path
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import read_bytes
 from cncgen.machine.reading import MAX_BYTES, coupling_from_toml, machine_from_toml, servos_from_toml
@@ -63,7 +64,7 @@ def load_coupling(name_or_path: str | os.PathLike[str]) -> Mapping[str, Any]:
 
 
 def _content(name_or_path: str | os.PathLike[str]) -> tuple[bytes, str]:
-    text = os.fspath(name_or_path)
+    text = expect_path(name_or_path, "the machine", "a profile's name or a TOML file")
     if text in profile_names():
         return (_DIRECTORY / f"{text}.toml").read_bytes(), text
     if not (text.endswith(".toml") or os.sep in text or os.path.exists(text)):

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cncgen.arguments import undrawn
 from cncgen.setpoints.record import Setpoints
 
 
@@ -27,14 +28,18 @@ class SetpointStream:
     chunks: Iterator[Setpoints]
 
     def __iter__(self) -> Iterator[Setpoints]:
-        return self.chunks
+        return undrawn(self.chunks, repr(self))
 
     def __repr__(self) -> str:
         return f"SetpointStream({self.name!r}, axes {self.axes}, every {1e3 * self.period_s:g} ms)"
 
     def collect(self) -> Setpoints:
-        """Draw all rows; return them as one chunk."""
-        chunks = list(self.chunks)
+        """Draw all rows; return them as one chunk.
+
+        Raises:
+            UsageError: They were drawn already.
+        """
+        chunks = list(self)
         if not chunks:
             return Setpoints(self.axes, self.period_s, 0, np.zeros((0, len(self.axes))))
         signals = {name: np.concatenate([c.signals[name] for c in chunks]) for name in chunks[0].signals}

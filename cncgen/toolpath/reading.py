@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
+import math
+import numbers
+import os
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+
+from cncgen.diagnostics import Diagnostic, UsageError
+
+DIALECTS = ("auto", "linuxcnc", "fanuc", "heidenhain")
+SPEED_UNITS = ("m/s", "m/min")
+SPINDLE_SIGNS = ("speed", "tool")
 
 
 @dataclass(frozen=True, slots=True)
@@ -12,7 +22,7 @@ class ReadOptions:
     """How a program is read.
 
     Attributes:
-        dialect: ``auto``, ``linuxcnc`` or ``fanuc`` (G-code only).
+        dialect: One of `DIALECTS` (G-code only).
         tool_table: LinuxCNC tool table, or None.
         parameters: File of numbered parameters, read and never rewritten, or None.
         kinematics: How the rotary axes carry table or head (`cncgen.gcode.kinematics.Kinematics`), or None.
@@ -50,3 +60,48 @@ class ReadOptions:
     max_call_depth: int = 100
     chunk_rows: int = 65_536
     tolerance_mm: float | None = None
+
+    def check(self) -> None:
+        """Raise `UsageError` that names every option whose value is not one of those it may have."""
+        faults = [
+            Diagnostic("option-value", f"{name} = {getattr(self, name)!r} is not {wanted}")
+            for names, holds, wanted in _RULES
+            for name in names
+            if not holds(getattr(self, name))
+        ]
+        if faults:
+            raise UsageError(faults)
+
+
+def _is_count(value: object) -> bool:
+    return isinstance(value, numbers.Integral) and not isinstance(value, bool) and int(value) > 0
+
+
+def _is_positive_or_none(value: object) -> bool:
+    if value is None:
+        return True
+    return isinstance(value, numbers.Real) and not isinstance(value, bool) and 0.0 < float(value) < math.inf
+
+
+def _is_file_or_none(value: object) -> bool:
+    return isinstance(value, str | os.PathLike | None)
+
+
+def _are_folders(value: object) -> bool:
+    return isinstance(value, tuple | list) and all(isinstance(folder, str | os.PathLike) for folder in value)
+
+
+def _is_of(choices: tuple[str, ...]) -> tuple[Callable[[object], bool], str]:
+    return choices.__contains__, f"one of {', '.join(choices)}"
+
+
+#: Options with what tells a right value, and what that is.
+_RULES: tuple[tuple[tuple[str, ...], Callable[[object], bool], str], ...] = (
+    (("dialect",), *_is_of(DIALECTS)),
+    (("speed_unit",), *_is_of(SPEED_UNITS)),
+    (("spindle_sign",), *_is_of(SPINDLE_SIGNS)),
+    (("tool_table", "parameters", "save_parameters"), _is_file_or_none, "the name of a file, or None"),
+    (("include",), _are_folders, "a sequence of names of folders"),
+    (("max_steps", "max_call_depth", "chunk_rows"), _is_count, "a whole number greater than 0"),
+    (("least_increment", "tolerance_mm"), _is_positive_or_none, "a number greater than 0, or None"),
+)

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cncgen.cli import options
 from cncgen.cli.app import run
 from cncgen.gcode.codes import table
 
@@ -282,3 +283,17 @@ def test_a_machine_says_how_programs_are_read(tmp_path: Path, capsys: pytest.Cap
         assert run([command, str(five), "-m", str(machine)]) == 0
         capsys.readouterr()
     assert run(["check", str(five), "-m", "none.toml"]) == 2
+
+
+def test_choices_are_those_of_the_rooms() -> None:
+    """They stand in `cncgen.cli.options` a second time, so that help needs no numpy."""
+    from cncgen import pipeline
+    from cncgen.planner import options as planning
+    from cncgen.planner.strategies import available
+    from cncgen.setpoints import writers
+
+    assert tuple(pipeline.SUFFIXES) == options.LANGUAGES
+    assert options.FORMATS == writers.FORMATS
+    assert available() == options.FEEDRATES
+    for name in ("INTERPOLATORS", "SATURATIONS", "PROFILES", "EFFORTS"):
+        assert getattr(options, name) == getattr(planning, name)
