@@ -49,6 +49,29 @@ class Joints:
     zone: Floats
 
 
+@dataclass(frozen=True, slots=True)
+class Beyond:
+    """What a block meets at one of its ends.
+
+    Attributes:
+        derivatives: Shape (4, axes), position and derivatives of the block there, on its side of the border.
+        rest: Whether its program asks for rest there: the exact stop of its last motion, or an event.
+    """
+
+    derivatives: Floats
+    rest: bool
+
+
+def ends_of(toolpath: Toolpath, path: Path) -> tuple[Beyond, Beyond]:
+    """Return what neighbours meet at the start and at the end of a block."""
+    rests = _rests(toolpath, path)
+    first, last = path.row_s[:1], path.row_s[-1:]
+    return (
+        Beyond(path.evaluate(first, 3, 1)[:, 0], bool(np.any(rests == first))),
+        Beyond(path.evaluate(last, 3, -1)[:, 0], bool(np.any(rests == last))),
+    )
+
+
 def joints_of(
     toolpath: Toolpath,
     path: Path,
@@ -56,8 +79,8 @@ def joints_of(
     s: Floats,
     sides: tuple[Floats, Floats],
     top: Floats,
-    before: Floats | None,
-    after: Floats | None,
+    before: Beyond | None,
+    after: Beyond | None,
 ) -> Joints:
     """Classify the breakpoints of a block.
 
@@ -67,16 +90,17 @@ def joints_of(
         s: Shape (n,), the breakpoints.
         sides: Derivatives on the left and on the right of each breakpoint, shape (4, n, axes) each.
         top: Shape (n,), the largest q there by everything else.
-        before: Derivatives (4, axes) at the end of the block before, or None where the motion starts here.
-        after: Derivatives at the start of the next block, or None where it ends.
+        before, after: The end of the block before and the start of the next; None where the motion starts or ends here.
     """
     left, right = sides[0].copy(), sides[1].copy()
-    stop = _asked(toolpath, path, s)
+    stop = np.zeros(len(s), bool)
+    stop[nearest(s, _rests(toolpath, path))] = True
     for end, beyond, mine in ((0, before, left), (-1, after, right)):
         if beyond is None:
             stop[end] = True
         else:
-            mine[:, end] = beyond
+            mine[:, end] = beyond.derivatives
+            stop[end] |= beyond.rest
     linear, square = bounds.jump(right[1] - left[1], right[2] - left[2])
     speed = speed_within(linear, square, JUMP_SHARE)
     corner = speed < STOP_SPEED * _pulse(bounds, left[1], right[1])
@@ -147,21 +171,16 @@ def _pulse(bounds: Bounds, left: Floats, right: Floats) -> Floats:
         return least(bounds.axes.jerk / share) * bounds.period_s**2
 
 
-def _asked(toolpath: Toolpath, path: Path, s: Floats) -> Bools:
-    """Tell at which breakpoints the program asks for rest: G61.1, and events that need it."""
+def _rests(toolpath: Toolpath, path: Path) -> Floats:
+    """Return where the program asks for rest: at the ends of motions under G61.1, and at events that need it."""
     row_s = path.row_s
-    stop = np.zeros(len(s), bool)
-    moving = np.diff(row_s) > 0
-    ends = np.flatnonzero(moving & (toolpath.path_mode == PathMode.EXACT_STOP))
+    exact = np.flatnonzero((np.diff(row_s) > 0) & (toolpath.path_mode == PathMode.EXACT_STOP))
     waits = [
         row
         for row in np.flatnonzero(toolpath.kind == Kind.EVENT)
         if toolpath.events[toolpath.curve[row]].rest or toolpath.events[toolpath.curve[row]].dwell_s > 0
     ]
-    at = np.concatenate([row_s[ends + 1], row_s[np.array(waits, np.int64)]])
-    if len(at):
-        stop[nearest(s, at)] = True
-    return stop
+    return np.concatenate([row_s[exact + 1], row_s[np.array(waits, np.int64)]])
 
 
 def nearest(s: Floats, at: Floats) -> NDArray[np.int64]:

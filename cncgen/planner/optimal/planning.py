@@ -14,8 +14,9 @@ from cncgen.planner.assembly import assemble, timed, waits_of
 from cncgen.planner.optimal.ahead import ahead
 from cncgen.planner.optimal.blocks import blocks
 from cncgen.planner.optimal.caps import SpeedCap
+from cncgen.planner.optimal.joints import Beyond, ends_of
 from cncgen.planner.optimal.limits import Bounds
-from cncgen.planner.optimal.track import Track, end_derivatives, track_of
+from cncgen.planner.optimal.track import Track, track_of
 from cncgen.planner.optimal.window import MARGIN, Window
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit, Trajectory
@@ -90,7 +91,7 @@ def _tracks(
 ) -> Iterator[tuple[Track | Toolpath, bool]]:
     """Yield the tracks of a program and whether each is the last one; after it, maybe, a toolpath that stands still."""
     held: tuple[Toolpath, Path, SpeedCap | None] | None = None
-    before: NDArray[np.float64] | None = None
+    before: Beyond | None = None
     still: list[Toolpath] = []
     bounds: Bounds | None = None
 
@@ -102,8 +103,8 @@ def _tracks(
         still = []
         path = path_of(toolpath)
         if held is not None and bounds is not None:
-            yield track_of(*held[:2], bounds, before, end_derivatives(path)[0], effort, held[2]), False
-            before = end_derivatives(held[1])[1]
+            yield track_of(*held[:2], bounds, before, ends_of(toolpath, path)[0], effort, held[2]), False
+            before = ends_of(*held[:2])[1]
         bounds = bounds or bounds_of(toolpath.axes)
         held = toolpath, path, cap
     if held is not None and bounds is not None:

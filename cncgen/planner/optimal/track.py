@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cncgen.geometry.path import Path
 from cncgen.planner.optimal.caps import SpeedCap
-from cncgen.planner.optimal.joints import Joints, distinct, joints_of, nearest
+from cncgen.planner.optimal.joints import Beyond, Joints, distinct, joints_of, nearest
 from cncgen.planner.optimal.limits import JUMP_SHARE, Bounds, most
 from cncgen.planner.optimal.nodes import DENSITY, place
 from cncgen.planner.record import Limit
@@ -86,18 +86,12 @@ class Feeds:
         return cls(np.where(rapid, np.inf, speed), limit)
 
 
-def end_derivatives(path: Path) -> tuple[Floats, Floats]:
-    """Return position and derivatives at the start and at the end of a path, shape (4, axes) each."""
-    first, last = path.row_s[:1], path.row_s[-1:]
-    return path.evaluate(first, 3, 1)[:, 0], path.evaluate(last, 3, -1)[:, 0]
-
-
 def track_of(
     toolpath: Toolpath,
     path: Path,
     bounds: Bounds,
-    before: Floats | None,
-    after: Floats | None,
+    before: Beyond | None,
+    after: Beyond | None,
     effort: str,
     cap: SpeedCap | None = None,
 ) -> Track:
@@ -106,8 +100,8 @@ def track_of(
     Args:
         toolpath, path: The block, of a length greater than 0.
         bounds: Limits.
-        before, after: Derivatives at the end of the block before and at the start of the next; None where the motion
-            starts or ends at this block's border.
+        before, after: The end of the block before and the start of the next; None where the motion starts or ends at
+            this block's border.
         effort: Density of the nodes.
         cap: A largest speed along the path, beside the bounds.
     """

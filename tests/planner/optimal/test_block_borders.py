@@ -1,0 +1,84 @@
+"""Borders of blocks: nothing that the program asks for, and no limit, is lost where one block of rows ends."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cncgen.machine import Machine, load
+from cncgen.pipeline import read_text
+from cncgen.planner import PlanOptions, plan
+from cncgen.planner.optimal import planning
+from cncgen.setpoints import sample
+
+MODES = ("G61", "G61.1", "G64 P0.01")
+
+
+def moved(text: str, machine: Machine, rows: int) -> np.ndarray:
+    """Return the setpoints of a program, shape (n, 3), planned in blocks of so many rows."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(planning, "ROWS", rows)
+        trajectories = plan(read_text(text).chunks(), machine, PlanOptions(feedrate="optimal"))
+        return np.concatenate([chunk.position for chunk in sample(trajectories, machine)])
+
+
+def used(x: np.ndarray, machine: Machine) -> float:
+    """Return the largest part of a limit among the differences of setpoints, rest before and after included."""
+    limits = np.array(
+        [[a.max_velocity, a.max_acceleration, a.max_jerk] for a in map(machine.axes.get, "XYZ")]
+    )
+    padded = np.concatenate([np.repeat(x[:1], 3, 0), x, np.repeat(x[-1:], 3, 0)])
+    peaks = [np.abs(np.diff(padded, k, axis=0)).max(axis=0) / machine.period_s**k for k in (1, 2, 3)]
+    return float((np.array(peaks).T / limits).max())
+
+
+@pytest.mark.parametrize("rest", ["", "G4 P0.01", "M3 S100", "M0"])
+@pytest.mark.parametrize("rows", [1, 2, 3, 4])
+def test_a_stop_on_a_straight_line_is_one_whichever_block_asks_for_it(rest: str, rows: int) -> None:
+    machine = load("generic-mill")
+    mode = "G61" if rest else "G61.1"
+    steps = [f"G1 X{i}" for i in range(1, 7)]
+    text = "\n".join(["G21 G90 " + mode, "F6000", *steps[:3], rest, *steps[3:], "M2"]) + "\n"
+    x = moved(text, machine, rows)
+    assert used(x, machine) <= 1.001
+    # In one block the line is in closed form; cut, it is a spline.
+    whole = len(moved(text, machine, 100))
+    assert whole - 1 <= len(x) <= 1.1 * whole
+
+
+word = st.one_of(
+    st.tuples(st.just("G1"), st.sampled_from((1e-3, 0.02, 0.3, 4.0)), st.integers(-4, 4)),
+    st.tuples(st.sampled_from(("G2", "G3")), st.sampled_from((0.02, 0.3, 4.0)), st.integers(-4, 4)),
+    st.tuples(st.sampled_from(("G4 P0.003", "M3 S100", "M7", *MODES)), st.just(0.0), st.just(0)),
+)
+
+
+def program(words: list[tuple[str, float, int]]) -> str:
+    """Return lines, half circles, dwells, events and changes of the path mode, in increments."""
+    out = ["G21 G91 F6000"]
+    for code, size, turn in words:
+        way = f" X{size * np.cos(0.4 * turn):.6f} Y{size * np.sin(0.4 * turn):.6f}" if size else ""
+        centre = (
+            f" I{size * np.cos(0.4 * turn) / 2:.7f} J{size * np.sin(0.4 * turn) / 2:.7f}"
+            if code in ("G2", "G3")
+            else ""
+        )
+        out.append(code + way + centre)
+    return "\n".join([*out, "M2"]) + "\n"
+
+
+@settings(max_examples=15)
+@given(st.lists(word, min_size=3, max_size=20), st.integers(1, 6))
+def test_limits_hold_however_the_program_is_cut_into_blocks(
+    words: list[tuple[str, float, int]], rows: int
+) -> None:
+    machine = load("generic-mill")
+    text = program(words)
+    x = moved(text, machine, rows)
+    assert used(x, machine) <= 1.001
+    whole = moved(text, machine, 10_000)
+    assert used(whole, machine) <= 1.001
+    # What a block does not know is how far the next rest is, which nodes depend on.
+    assert len(x) <= 1.1 * len(whole) + 3
