@@ -81,8 +81,9 @@ def place(
     spacing = np.minimum(spacing, density.panel * panels)
     rests = joints.s[joints.stop]
     if len(rests) > 1:
-        between = np.clip(np.searchsorted(rests, probes, side="right") - 1, 0, len(rests) - 2)
-        spacing = np.minimum(spacing, _STRETCH * np.diff(rests)[between])
+        # Beyond the outermost ones it is the distance to a rest in another block.
+        apart = np.concatenate([[np.inf], np.diff(rests), [np.inf]])
+        spacing = np.minimum(spacing, _STRETCH * apart[np.searchsorted(rests, probes, side="right")])
     before, after = _first(bounds, joints, sides, lines, top_at)
     first = np.minimum(before, after)
     spacing = np.maximum(spacing, _seen(bounds, x[1], probes))
