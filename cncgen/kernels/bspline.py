@@ -9,8 +9,10 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import sqrt
 
-#: Abscissae and weights of the Gauss-Legendre rule that integrates |C'| over a cell, on [0, 1].
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(7)
+#: Points of the Gauss-Legendre rule.
+_POINTS = cython.declare(cython.Py_ssize_t, 7)
+#: Abscissae and weights of the rule that integrates |C'| over a cell, on [0, 1].
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(_POINTS)
 #: What gives, of |C'| at the nodes, its Legendre coefficients of order 5 and 6 over the cell: (2n + 1) w P_n.
 _TAILS = np.stack(
     [(2 * n + 1) * 0.5 * _WEIGHTS * np.polynomial.legendre.Legendre.basis(n)(_NODES) for n in (5, 6)]
@@ -112,6 +114,46 @@ def _derivative_points(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
+def _homogeneous(
+    i: cython.Py_ssize_t,
+    p: cython.Py_ssize_t,
+    order: cython.Py_ssize_t,
+    u: cython.double,
+    knots: cython.const[cython.double][::1],
+    q: cython.double[:, :, ::1],
+    basis: cython.double[::1],
+    out: cython.double[:, ::1],
+) -> cython.void:
+    """Fill ``out[k]``, k up to `order` and p, with the k-th homogeneous derivative at u of the curve on span i.
+
+    Basis functions by the Cox-de Boor recurrence (NURBS Book, A2.2): at degree p - k they meet the points of the
+    k-th derivative.
+    """
+    r: cython.Py_ssize_t
+    j: cython.Py_ssize_t
+    d: cython.Py_ssize_t
+    saved: cython.double
+    term: cython.double
+    basis[0] = 1.0
+    for r in range(p + 1):
+        if r > 0:
+            saved = 0.0
+            for j in range(r):
+                term = basis[j] / (knots[i + 1 + j] - knots[i + 1 + j - r])
+                basis[j] = saved + (knots[i + 1 + j] - u) * term
+                saved = (u - knots[i + 1 + j - r]) * term
+            basis[r] = saved
+        if p - r <= order:
+            for d in range(q.shape[2]):
+                term = 0.0
+                for j in range(r + 1):
+                    term += basis[j] * q[p - r, j, d]
+                out[p - r, d] = term
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
 def _derivatives(
     i: cython.Py_ssize_t,
     p: cython.Py_ssize_t,
@@ -124,37 +166,15 @@ def _derivatives(
 ) -> cython.void:
     """Fill ``out[k]`` with the k-th derivative at u of the curve on span i, with its weight in the last column.
 
-    Basis functions by the Cox-de Boor recurrence (NURBS Book, A2.2): at degree p - k they meet the points of the
-    k-th derivative. Then the quotient rule (eq. 4.8).
+    The quotient rule (NURBS Book, eq. 4.8) on the homogeneous ones.
     """
     axes: cython.Py_ssize_t = q.shape[2] - 1
-    r: cython.Py_ssize_t
-    j: cython.Py_ssize_t
     k: cython.Py_ssize_t
     d: cython.Py_ssize_t
-    right: cython.double
-    saved: cython.double
-    term: cython.double
     for k in range(p + 1, order + 1):
         for d in range(axes + 1):
             out[k, d] = 0.0
-    basis[0] = 1.0
-    for r in range(p + 1):
-        if r > 0:
-            saved = 0.0
-            for j in range(r):
-                right = knots[i + 1 + j] - u
-                term = basis[j] / (knots[i + 1 + j] - knots[i + 1 + j - r])
-                basis[j] = saved + right * term
-                saved = (u - knots[i + 1 + j - r]) * term
-            basis[r] = saved
-        k = p - r
-        if k <= order:
-            for d in range(axes + 1):
-                term = 0.0
-                for j in range(r + 1):
-                    term += basis[j] * q[k, j, d]
-                out[k, d] = term
+    _homogeneous(i, p, order, u, knots, q, basis, out)
     for d in range(axes):
         out[0, d] = out[0, d] / out[0, axes]
         if order > 0:
@@ -191,10 +211,7 @@ def evaluate(
     """
     count: cython.Py_ssize_t = u.shape[0]
     axes: cython.Py_ssize_t = points.shape[1]
-    largest: cython.Py_ssize_t = int(np.max(degree)) if degree.shape[0] else 0
-    q: cython.double[:, :, ::1] = np.zeros((max(largest, 3) + 2, largest + 1, axes + 1))
-    basis: cython.double[::1] = np.zeros(largest + 1)
-    value: cython.double[:, ::1] = np.zeros((4, axes + 1))
+    span: _Span = _Span(int(np.max(degree)) if degree.shape[0] else 0, axes, knots)
     n: cython.Py_ssize_t
     k: cython.Py_ssize_t
     d: cython.Py_ssize_t
@@ -214,179 +231,13 @@ def evaluate(
                 i = _span(knots, first, last, u[n], side)
                 if i != at:
                     at = i
-                    _derivative_points(i, p, order, point_offset[c] + i - first, points, weights, knots, q)
-            _derivatives(at, p, order, u[n], knots, q, basis, value)
+                    _derivative_points(
+                        i, p, order, point_offset[c] + i - first, points, weights, knots, span.q
+                    )
+            _derivatives(at, p, order, u[n], knots, span.q, span.basis, span.value)
             for k in range(order + 1):
                 for d in range(axes):
-                    out[k, n, d] = value[k, d]
-
-
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
-def _speed(value: cython.double[:, ::1], low: cython.Py_ssize_t, high: cython.Py_ssize_t) -> cython.double:
-    """|C'| over the columns from `low` up to `high`."""
-    total: cython.double = 0.0
-    d: cython.Py_ssize_t
-    for d in range(low, high):
-        total += value[1, d] * value[1, d]
-    return sqrt(total)
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _inverse_derivatives(
-    value: cython.double[:, ::1],
-    low: cython.Py_ssize_t,
-    high: cython.Py_ssize_t,
-    out: cython.double[::1],
-) -> cython.bint:
-    """Fill `out` with du/ds, d²u/ds², d³u/ds³ from C', C'', C'''; False where C' vanishes.
-
-    With g = ds/du = |C'|: g g' = C'.C'', g g'' + g'² = C''.C'' + C'.C'''.
-    """
-    g: cython.double = _speed(value, low, high)
-    c12: cython.double = 0.0
-    c22: cython.double = 0.0
-    c13: cython.double = 0.0
-    d: cython.Py_ssize_t
-    g1: cython.double
-    g2: cython.double
-    if not g > 0.0:
-        return False
-    for d in range(low, high):
-        c12 += value[1, d] * value[2, d]
-        c22 += value[2, d] * value[2, d]
-        c13 += value[1, d] * value[3, d]
-    g1 = c12 / g
-    g2 = (c22 + c13 - g1 * g1) / g
-    out[0] = 1.0 / g
-    out[1] = -g1 / (g * g * g)
-    out[2] = (3.0 * g1 * g1 - g * g2) / (g * g * g * g * g)
-    return True
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _taylor(
-    i: cython.Py_ssize_t,
-    p: cython.Py_ssize_t,
-    knots: cython.const[cython.double][::1],
-    q: cython.double[:, :, ::1],
-    basis: cython.double[::1],
-    taylor: cython.double[:, ::1],
-) -> cython.void:
-    """Fill ``taylor[k]`` with the k-th homogeneous Taylor coefficient of span i about its middle, in half widths."""
-    middle: cython.double = 0.5 * (knots[i] + knots[i + 1])
-    half: cython.double = 0.5 * (knots[i + 1] - knots[i])
-    factor: cython.double
-    saved: cython.double
-    term: cython.double
-    r: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    d: cython.Py_ssize_t
-    basis[0] = 1.0
-    for r in range(p + 1):
-        if r > 0:
-            saved = 0.0
-            for j in range(r):
-                term = basis[j] / (knots[i + 1 + j] - knots[i + 1 + j - r])
-                basis[j] = saved + (knots[i + 1 + j] - middle) * term
-                saved = (middle - knots[i + 1 + j - r]) * term
-            basis[r] = saved
-        k = p - r
-        factor = 1.0
-        for j in range(1, k + 1):
-            factor *= half / j
-        for d in range(q.shape[2]):
-            term = 0.0
-            for j in range(r + 1):
-                term += basis[j] * q[k, j, d]
-            taylor[k, d] = term * factor
-
-
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
-def _taylor_speed(
-    taylor: cython.double[:, ::1],
-    p: cython.Py_ssize_t,
-    rational: cython.bint,
-    x: cython.double,
-    low: cython.Py_ssize_t,
-    high: cython.Py_ssize_t,
-) -> cython.double:
-    """|dC/dx| at x in half widths from the middle of the span."""
-    axes: cython.Py_ssize_t = taylor.shape[1] - 1
-    weight: cython.double = taylor[0, axes]
-    change: cython.double = 0.0
-    value: cython.double
-    slope: cython.double
-    total: cython.double = 0.0
-    d: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    if rational:
-        weight = taylor[p, axes]
-        for k in range(p - 1, -1, -1):
-            change = change * x + weight
-            weight = weight * x + taylor[k, axes]
-    for d in range(low, high):
-        value = taylor[p, d]
-        slope = 0.0
-        for k in range(p - 1, -1, -1):
-            slope = slope * x + value
-            value = value * x + taylor[k, d]
-        if rational:
-            slope -= change * value / weight
-        total += slope * slope
-    return sqrt(total) / weight
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _length(
-    taylor: cython.double[:, ::1],
-    p: cython.Py_ssize_t,
-    rational: cython.bint,
-    a: cython.double,
-    b: cython.double,
-    low: cython.Py_ssize_t,
-    high: cython.Py_ssize_t,
-    nodes: cython.const[cython.double][::1],
-    weights: cython.const[cython.double][::1],
-    speed: cython.double[::1],
-) -> cython.double:
-    """Arc length between a and b, in half widths from the middle of the span, by one Gauss-Legendre rule.
-
-    `speed` becomes |dC/dx| at its nodes.
-    """
-    total: cython.double = 0.0
-    n: cython.Py_ssize_t
-    for n in range(nodes.shape[0]):
-        speed[n] = _taylor_speed(taylor, p, rational, a + (b - a) * nodes[n], low, high)
-        total += weights[n] * speed[n]
-    return total * (b - a)
-
-
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
-def _is_rational(
-    weights: cython.const[cython.double][::1], first: cython.Py_ssize_t, p: cython.Py_ssize_t
-) -> cython.bint:
-    """Tell whether the weights of a span's control points differ."""
-    j: cython.Py_ssize_t
-    for j in range(1, p + 1):
-        if weights[first + j] != weights[first]:
-            return True
-    return False
+                    out[k, n, d] = span.value[k, d]
 
 
 @cython.cfunc
@@ -435,14 +286,141 @@ def _horner(cell: cython.const[cython.double][::1], tau: cython.double) -> cytho
     return u
 
 
+@cython.final
+@cython.cclass
+class _Span:
+    """The knot span that is worked on, and room for it.
+
+    Attributes:
+        i, p: Its index and degree,
+        rational: whether its weights differ,
+        low, high: and the columns that length is taken over.
+        knots: Of all curves.
+        q: Homogeneous control points of its derivatives, see `_derivative_points`.
+        taylor: Its Taylor coefficients, see `_taylor`.
+        value: The curve and its derivatives at a place.
+        basis: Basis functions.
+        left, right: Derivatives of u(s) at both ends of a cell.
+        speed: |C'| at the nodes of the rule,
+        nodes, weights, tails: and the rule.
+    """
+
+    i: cython.Py_ssize_t
+    p: cython.Py_ssize_t
+    rational: cython.bint
+    low: cython.Py_ssize_t
+    high: cython.Py_ssize_t
+    knots: cython.const[cython.double][::1]
+    q: cython.double[:, :, ::1]
+    taylor: cython.double[:, ::1]
+    value: cython.double[:, ::1]
+    basis: cython.double[::1]
+    left: cython.double[::1]
+    right: cython.double[::1]
+    speed: cython.double[::1]
+    nodes: cython.const[cython.double][::1]
+    weights: cython.const[cython.double][::1]
+    tails: cython.const[cython.double][:, ::1]
+
+    def __init__(
+        self, degree: cython.Py_ssize_t, axes: cython.Py_ssize_t, knots: cython.const[cython.double][::1]
+    ) -> None:
+        """Make room for curves up to a degree."""
+        self.knots = knots
+        self.q = np.zeros((max(degree, 3) + 2, degree + 1, axes + 1))
+        self.taylor = np.zeros((degree + 1, axes + 1))
+        self.value = np.zeros((4, axes + 1))
+        self.basis = np.zeros(degree + 1)
+        self.left = np.zeros(3)
+        self.right = np.zeros(3)
+        self.speed = np.zeros(_POINTS)
+        self.nodes = _NODES
+        self.weights = _WEIGHTS
+        self.tails = _TAILS
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def enter(
+        self,
+        i: cython.Py_ssize_t,
+        p: cython.Py_ssize_t,
+        low: cython.Py_ssize_t,
+        high: cython.Py_ssize_t,
+        point: cython.Py_ssize_t,
+        points: cython.const[cython.double][:, ::1],
+        weights: cython.const[cython.double][::1],
+    ) -> cython.void:
+        """Take span `i` of degree p, whose control points begin at `point`; length is over the columns low … high."""
+        j: cython.Py_ssize_t
+        self.i = i
+        self.p = p
+        self.low = low
+        self.high = high
+        self.rational = False
+        for j in range(1, p + 1):
+            self.rational = self.rational or weights[point + j] != weights[point]
+        _derivative_points(i, p, max(p, 3), point, points, weights, self.knots, self.q)
+        _taylor(self)
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _taylor(span: _Span) -> cython.void:
+    """Fill ``span.taylor[k]`` with the k-th homogeneous Taylor coefficient about its middle, in half widths."""
+    a: cython.double = span.knots[span.i]
+    b: cython.double = span.knots[span.i + 1]
+    half: cython.double = 0.5 * (b - a)
+    factor: cython.double = 1.0
+    k: cython.Py_ssize_t
+    d: cython.Py_ssize_t
+    _homogeneous(span.i, span.p, span.p, 0.5 * (a + b), span.knots, span.q, span.basis, span.taylor)
+    for k in range(1, span.p + 1):
+        factor *= half / k
+        for d in range(span.taylor.shape[1]):
+            span.taylor[k, d] *= factor
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _inverse_derivatives(span: _Span, out: cython.double[::1]) -> cython.bint:
+    """Fill `out` with du/ds, d²u/ds², d³u/ds³ from C', C'', C''' in ``span.value``; False where C' vanishes.
+
+    With g = ds/du = |C'|: g g' = C'.C'', g g'' + g'² = C''.C'' + C'.C'''.
+    """
+    value: cython.double[:, ::1] = span.value
+    g: cython.double
+    c11: cython.double = 0.0
+    c12: cython.double = 0.0
+    c22: cython.double = 0.0
+    c13: cython.double = 0.0
+    d: cython.Py_ssize_t
+    g1: cython.double
+    g2: cython.double
+    for d in range(span.low, span.high):
+        c11 += value[1, d] * value[1, d]
+        c12 += value[1, d] * value[2, d]
+        c22 += value[2, d] * value[2, d]
+        c13 += value[1, d] * value[3, d]
+    g = sqrt(c11)
+    if not g > 0.0:
+        return False
+    g1 = c12 / g
+    g2 = (c22 + c13 - g1 * g1) / g
+    out[0] = 1.0 / g
+    out[1] = -g1 / (g * g * g)
+    out[2] = (3.0 * g1 * g1 - g * g2) / (g * g * g * g * g)
+    return True
+
+
 @cython.cfunc
 @cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _smooth(
-    speed: cython.double[::1], tails: cython.const[cython.double][:, ::1], mean: cython.double
-) -> cython.bint:
-    """Tell whether |C'| over a cell, given at the nodes of the rule, is close to a polynomial of degree 4.
+def _smooth(span: _Span, mean: cython.double) -> cython.bint:
+    """Tell whether |C'| over a cell, in ``span.speed``, is close to a polynomial of degree 4.
 
     Sixth and seventh Legendre coefficient stand for all that follow. They are far above rounding where they reach
     `_TAIL`, so that two curves that differ in size or by rounding alone are cut alike.
@@ -450,43 +428,88 @@ def _smooth(
     n: cython.Py_ssize_t
     odd: cython.double = 0.0
     even: cython.double = 0.0
-    for n in range(speed.shape[0]):
-        odd += tails[0, n] * speed[n]
-        even += tails[1, n] * speed[n]
+    for n in range(_POINTS):
+        odd += span.tails[0, n] * span.speed[n]
+        even += span.tails[1, n] * span.speed[n]
     return abs(odd) + abs(even) <= _TAIL * mean
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _taylor_speed(
+    taylor: cython.double[:, ::1],
+    p: cython.Py_ssize_t,
+    rational: cython.bint,
+    x: cython.double,
+    low: cython.Py_ssize_t,
+    high: cython.Py_ssize_t,
+) -> cython.double:
+    """|dC/dx| at x in half widths from the middle of the span."""
+    axes: cython.Py_ssize_t = taylor.shape[1] - 1
+    weight: cython.double = taylor[0, axes]
+    change: cython.double = 0.0
+    value: cython.double
+    slope: cython.double
+    total: cython.double = 0.0
+    d: cython.Py_ssize_t
+    k: cython.Py_ssize_t
+    if rational:
+        weight = taylor[p, axes]
+        for k in range(p - 1, -1, -1):
+            change = change * x + weight
+            weight = weight * x + taylor[k, axes]
+    for d in range(low, high):
+        value = taylor[p, d]
+        slope = 0.0
+        for k in range(p - 1, -1, -1):
+            slope = slope * x + value
+            value = value * x + taylor[k, d]
+        if rational:
+            slope -= change * value / weight
+        total += slope * slope
+    return sqrt(total) / weight
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _length(span: _Span, a: cython.double, b: cython.double) -> cython.double:
+    """Arc length between a and b, in half widths from the middle of the span, by one Gauss-Legendre rule.
+
+    ``span.speed`` becomes |dC/dx| at its nodes.
+    """
+    taylor: cython.double[:, ::1] = span.taylor
+    p: cython.Py_ssize_t = span.p
+    rational: cython.bint = span.rational
+    low: cython.Py_ssize_t = span.low
+    high: cython.Py_ssize_t = span.high
+    total: cython.double = 0.0
+    n: cython.Py_ssize_t
+    for n in range(_POINTS):
+        span.speed[n] = _taylor_speed(taylor, p, rational, a + (b - a) * span.nodes[n], low, high)
+        total += span.weights[n] * span.speed[n]
+    return total * (b - a)
 
 
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
 def _cell(
-    i: cython.Py_ssize_t,
-    p: cython.Py_ssize_t,
-    rational: cython.bint,
-    b: cython.double,
-    tolerance: cython.double,
-    least: cython.double,
-    low: cython.Py_ssize_t,
-    high: cython.Py_ssize_t,
-    knots: cython.const[cython.double][::1],
-    q: cython.double[:, :, ::1],
-    taylor: cython.double[:, ::1],
-    work: cython.double[:, ::1],
-    value: cython.double[:, ::1],
-    nodes: cython.const[cython.double][::1],
-    weights: cython.const[cython.double][::1],
-    tails: cython.const[cython.double][:, ::1],
-    cell: cython.double[::1],
+    span: _Span, b: cython.double, tolerance: cython.double, least: cython.double, cell: cython.double[::1]
 ) -> cython.int:
     """Make the cell from ``cell[0]`` to u = b, s from ``cell[1]``.
 
     Returns 2 where length and inverse are within tolerance, 1 where only |C'| is smooth (or the length below `least`),
-    else 0. `work` has room for basis functions, derivatives of u(s) at both ends, and |C'| at the nodes.
+    else 0.
     """
     a: cython.double = cell[0]
     middle: cython.double = 0.5 * (a + b)
-    centre: cython.double = 0.5 * (knots[i] + knots[i + 1])
-    width: cython.double = 0.5 * (knots[i + 1] - knots[i])
+    left: cython.double = span.knots[span.i]
+    right: cython.double = span.knots[span.i + 1]
+    centre: cython.double = 0.5 * (left + right)
+    width: cython.double = 0.5 * (right - left)
     start: cython.double = (a - centre) / width
     between: cython.double = (middle - centre) / width
     end: cython.double = (b - centre) / width
@@ -498,11 +521,11 @@ def _cell(
     speed: cython.double
     share: cython.double
     slope: cython.double
-    whole = _length(taylor, p, rational, start, end, low, high, nodes, weights, work[3])
-    if whole > least and not _smooth(work[3, :7], tails, whole / (end - start)):
+    whole = _length(span, start, end)
+    if whole > least and not _smooth(span, whole / (end - start)):
         return 0
-    half = _length(taylor, p, rational, start, between, low, high, nodes, weights, work[3])
-    length = half + _length(taylor, p, rational, between, end, low, high, nodes, weights, work[3])
+    half = _length(span, start, between)
+    length = half + _length(span, between, end)
     cell[2] = length
     cell[3] = b - a
     cell[4] = a
@@ -511,14 +534,14 @@ def _cell(
         cell[k] = 0.0
     if length <= tolerance or not (a < middle and middle < b):
         return 2
-    _derivatives(i, p, 3, a, knots, q, work[0], value)
-    regular = _inverse_derivatives(value, low, high, work[1])
-    _derivatives(i, p, 3, b, knots, q, work[0], value)
-    regular = _inverse_derivatives(value, low, high, work[2]) and regular
+    _derivatives(span.i, span.p, 3, a, span.knots, span.q, span.basis, span.value)
+    regular = _inverse_derivatives(span, span.left)
+    _derivatives(span.i, span.p, 3, b, span.knots, span.q, span.basis, span.value)
+    regular = _inverse_derivatives(span, span.right) and regular
     if not regular or abs(whole - length) > 10.0 * tolerance:
         return 1
-    _hermite(cell, b, work[1], work[2])
-    speed = _taylor_speed(taylor, p, rational, between, low, high) / width
+    _hermite(cell, b, span.left, span.right)
+    speed = _taylor_speed(span.taylor, span.p, span.rational, between, span.low, span.high) / width
     share = half / length
     slope = 0.0
     for k in range(7, 0, -1):
@@ -552,6 +575,73 @@ def _size(
     return size
 
 
+#: Where `cells` is: rows done, arc length of the curve up to them, whether the last one is tiny, whether there is room.
+_Progress = cython.struct(rows=cython.Py_ssize_t, s=cython.double, tiny=cython.bint, fits=cython.bint)
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _cut_span(
+    span: _Span,
+    coarse: cython.double,
+    least: cython.double,
+    out: cython.double[:, ::1],
+    begins: cython.char[::1],
+    done: _Progress,
+) -> _Progress:
+    """Cut a span into panels, and these into cells on which length and inverse are known to `coarse`."""
+    rows: cython.Py_ssize_t = done.rows
+    s: cython.double = done.s
+    tiny: cython.bint = done.tiny
+    within: cython.double = coarse
+    begin: cython.char = 3
+    grade: cython.int
+    # The panel that is looked for, or that is cut into cells, and both ends of the cell that is tried.
+    look: cython.bint = True
+    start: cython.double = span.knots[span.i]
+    last: cython.double = span.knots[span.i + 1]
+    end: cython.double = last
+    a: cython.double = start
+    b: cython.double = end
+    while rows < out.shape[0]:
+        out[rows, 0] = a
+        out[rows, 1] = s
+        grade = _cell(span, b, within, least if look else 1e300, out[rows])
+        look = grade == 0
+        if grade < 2:
+            b = 0.5 * (a + b)
+            if look:
+                end = b
+            continue
+        if tiny != (out[rows, 2] <= 10.0 * coarse):
+            tiny = not tiny
+            begin += 4
+        begins[rows] = begin
+        s += out[rows, 2]
+        rows += 1
+        if (rows - done.rows) % 512 == 0:
+            # No curve needs that many cells: rounding keeps it from its tolerance.
+            within *= 8.0
+        if not b < last:
+            return _Progress(rows=rows, s=s, tiny=tiny, fits=True)
+        a = b
+        # The next try is twice as wide as what was just accepted, so widths can grow again.
+        begin = 0
+        b = b + 2.0 * out[rows - 1, 3]
+        if not a < end:
+            begin = 1
+            look = True
+            end = end + 2.0 * (end - start)
+            start = a
+            if end + 0.25 * (end - start) > last:
+                end = last
+            b = end
+        elif b + 0.5 * out[rows - 1, 3] > end:
+            b = end
+    return _Progress(rows=rows, s=s, tiny=tiny, fits=False)
+
+
 def cells(
     first_curve: cython.Py_ssize_t,
     closeness: cython.double,
@@ -577,114 +667,36 @@ def cells(
     ``cell_offset[c + 1]`` becomes the number of rows after curve c. Returns the first curve that `out` had no room for.
     """
     curves: cython.Py_ssize_t = degree.shape[0]
-    axes: cython.Py_ssize_t = points.shape[1]
-    largest: cython.Py_ssize_t = int(np.max(degree)) if curves else 0
-    q: cython.double[:, :, ::1] = np.zeros((max(largest, 3) + 2, largest + 1, axes + 1))
-    taylor: cython.double[:, ::1] = np.zeros((largest + 1, axes + 1))
-    rational: cython.bint = False
-    work: cython.double[:, ::1] = np.zeros((4, max(largest + 1, 7)))
-    value: cython.double[:, ::1] = np.zeros((4, axes + 1))
-    nodes: cython.const[cython.double][::1] = _NODES
-    gauss: cython.const[cython.double][::1] = _WEIGHTS
-    tails: cython.const[cython.double][:, ::1] = _TAILS
-    capacity: cython.Py_ssize_t = out.shape[0]
+    span: _Span = _Span(int(np.max(degree)) if curves else 0, points.shape[1], knots)
+    far: cython.double[::1] = np.zeros(1)
+    done: _Progress = _Progress(rows=0, s=0.0, tiny=False, fits=True)
     c: cython.Py_ssize_t = first_curve
     i: cython.Py_ssize_t
-    p: cython.Py_ssize_t
-    rows: cython.Py_ssize_t
-    fits: cython.bint = True
-    grade: cython.int
-    begin: cython.char
-    look: cython.bint
-    tiny: cython.bint
-    b: cython.double
-    start: cython.double
-    end: cython.double
-    s: cython.double
     k: cython.Py_ssize_t
-    within: cython.double = 0.0
+    p: cython.Py_ssize_t
     least: cython.double
     coarse: cython.double
-    first: cython.Py_ssize_t
-    far: cython.double[::1] = np.zeros(1)
     with cython.nogil:
         while c < curves:
             p = degree[c]
-            rows = cell_offset[c]
-            s = 0.0
-            tiny = False
+            done = _Progress(rows=cell_offset[c], s=0.0, tiny=False, fits=True)
             least = _size(points, point_offset[c], point_offset[c + 1], metric_low[c], metric_high[c], far)
-            within = closeness * least
             coarse = 4e-15 * far[0]
             # The Taylor form that lengths are taken from loses a bit a degree.
             for k in range(4, p):
                 coarse += coarse
-            least = max(_PANEL_LEAST * least, 10.0 * coarse)
-            coarse += within
+            coarse, least = coarse + closeness * least, max(_PANEL_LEAST * least, 10.0 * coarse)
             for i in range(knot_offset[c] + p, knot_offset[c + 1] - p - 1):
                 if not knots[i] < knots[i + 1]:
                     continue
                 k = point_offset[c] + i - knot_offset[c] - p
-                _derivative_points(i, p, max(p, 3), k, points, weights, knots, q)
-                rational = _is_rational(weights, k, p)
-                _taylor(i, p, knots, q, work[0], taylor)
-                within = coarse
-                first = rows
-                begin = 3
-                # The panel that is looked for, or that is cut into cells, and the end of the cell that is tried.
-                look = True
-                start = knots[i]
-                end = knots[i + 1]
-                b = end
-                if rows >= capacity:
-                    fits = False
+                span.enter(i, p, metric_low[c], metric_high[c], k, points, weights)
+                done = _cut_span(span, coarse, least, out, begins, done)
+                if not done.fits:
                     break
-                out[rows, 0] = knots[i]
-                while True:
-                    out[rows, 1] = s
-                    grade = _cell(
-                        i, p, rational, b, within, least if look else 1e300, metric_low[c], metric_high[c], knots, q,
-                        taylor, work, value, nodes, gauss, tails, out[rows],
-                    )  # fmt: skip
-                    look = grade == 0
-                    if grade < 2:
-                        b = 0.5 * (out[rows, 0] + b)
-                        if look:
-                            end = b
-                        continue
-                    if tiny != (out[rows, 2] <= 10.0 * coarse):
-                        tiny = not tiny
-                        begin += 4
-                    begins[rows] = begin
-                    s += out[rows, 2]
-                    rows += 1
-                    if (rows - first) % 512 == 0:
-                        # No curve needs that many cells: rounding keeps it from its tolerance.
-                        within *= 8.0
-                    if not b < knots[i + 1]:
-                        break
-                    if rows >= capacity:
-                        fits = False
-                        break
-                    out[rows, 0] = b
-                    # The next try is twice as wide as what was just accepted, so widths can grow again.
-                    begin = 0
-                    b = b + 2.0 * out[rows - 1, 3]
-                    if not out[rows, 0] < end:
-                        begin = 1
-                        look = True
-                        end = end + 2.0 * (end - start)
-                        start = out[rows, 0]
-                        if end + 0.25 * (end - start) > knots[i + 1]:
-                            end = knots[i + 1]
-                        b = end
-                    elif b + 0.5 * out[rows - 1, 3] > end:
-                        b = end
-                if not fits:
-                    break
-            if not fits:
+            if not done.fits:
                 break
-            cell_offset[c + 1] = rows
+            cell_offset[c + 1] = done.rows
             c += 1
     return c
 
@@ -745,14 +757,7 @@ def lengths(
     out: cython.double[::1],
 ):
     """Fill `out` with the arc length from the start of curve ``curve[n]`` to its parameter ``u[n]``."""
-    axes: cython.Py_ssize_t = points.shape[1]
-    largest: cython.Py_ssize_t = int(np.max(degree)) if degree.shape[0] else 0
-    q: cython.double[:, :, ::1] = np.zeros((max(largest, 3) + 2, largest + 1, axes + 1))
-    taylor: cython.double[:, ::1] = np.zeros((largest + 1, axes + 1))
-    basis: cython.double[::1] = np.zeros(largest + 1)
-    nodes: cython.const[cython.double][::1] = _NODES
-    gauss: cython.const[cython.double][::1] = _WEIGHTS
-    speed: cython.double[::1] = np.zeros(len(_NODES))
+    span: _Span = _Span(int(np.max(degree)) if degree.shape[0] else 0, points.shape[1], knots)
     n: cython.Py_ssize_t
     low: cython.Py_ssize_t
     high: cython.Py_ssize_t
@@ -765,6 +770,8 @@ def lengths(
     at: cython.double
     centre: cython.double
     width: cython.double
+    start: cython.double
+    end: cython.double
     with cython.nogil:
         for n in range(u.shape[0]):
             c = curve[n]
@@ -784,19 +791,10 @@ def lengths(
             first = knot_offset[c] + p
             last = knot_offset[c + 1] - p - 1
             i = _span(knots, first, last, cell[low, 0], 1)
-            _derivative_points(i, p, p, point_offset[c] + i - first, points, weights, knots, q)
-            _taylor(i, p, knots, q, basis, taylor)
+            span.enter(i, p, metric_low[c], metric_high[c], point_offset[c] + i - first, points, weights)
+            span.rational = True
             centre = 0.5 * (knots[i] + knots[i + 1])
             width = 0.5 * (knots[i + 1] - knots[i])
-            out[n] = cell[low, 1] + _length(
-                taylor,
-                p,
-                True,
-                (cell[low, 0] - centre) / width,
-                (at - centre) / width,
-                metric_low[c],
-                metric_high[c],
-                nodes,
-                gauss,
-                speed,
-            )
+            start = (cell[low, 0] - centre) / width
+            end = (at - centre) / width
+            out[n] = cell[low, 1] + _length(span, start, end)
