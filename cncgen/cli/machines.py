@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 @message_options
 @click.pass_context
 def command(context: click.Context) -> None:
-    """List machine profiles; show one as TOML."""
+    """List machine profiles; show one as TOML, or the keys of such a file."""
     if context.invoked_subcommand is None:
         from cncgen.files import write_text
         from cncgen.machine import load, profile_names
@@ -48,3 +48,14 @@ def show(name: str) -> None:
     from cncgen.machine.profiles import profile_text
 
     write_text(None, profile_text(name) if name in profile_names() else to_toml(load(name)))
+
+
+@command.command("keys")
+@message_options
+def keys() -> None:
+    """List the keys of machine files, of an axis x; a rotary one has deg where they have mm."""
+    from cncgen.files import write_text
+    from cncgen.machine.keys import rows
+    from cncgen.report.tables import left_table
+
+    write_text(None, left_table(("key", "value", "default", "meaning"), list(rows())))

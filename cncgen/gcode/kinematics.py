@@ -26,12 +26,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from cncgen.diagnostics import Diagnostic, UsageError
-from cncgen.machine.servo_parameters import is_number
+from cncgen.machine.settings_schema import check
 
 Vector = tuple[float, float, float]
-MODELS = ("table-table", "head-head")
-_KEYS = ("model", "axes", "centre_mm", "pivot_mm", "tolerance_mm")
 _TOLERANCE_MM = 0.001
 
 
@@ -98,33 +95,13 @@ def kinematics_of(table: Mapping[str, Any]) -> Kinematics:
     Raises:
         UsageError: All that is wrong with it, by key.
     """
-    faults = [
-        _fault(f"{key}: unknown key", f"known keys: {', '.join(_KEYS)}") for key in table if key not in _KEYS
-    ]
-    model, axes = table.get("model"), table.get("axes")
-    centre = table.get("centre_mm", [0.0, 0.0, 0.0])
-    pivot, tolerance = table.get("pivot_mm", 0.0), table.get("tolerance_mm", _TOLERANCE_MM)
-    letters = [str(letter).lower() for letter in axes] if isinstance(axes, list) else []
-    if model not in MODELS:
-        faults.append(_fault(f"model: must be one of {', '.join(MODELS)}"))
-    if len(letters) != 2 or letters[0] == letters[1] or not set(letters) <= set("abc"):
-        faults.append(_fault("axes: must be two of a, b, c, the one that carries the other first"))
-    if not (isinstance(centre, list) and len(centre) == 3 and all(is_number(v) for v in centre)):
-        faults.append(_fault("centre_mm: must be three numbers"))
-    if not (is_number(pivot) and pivot >= 0.0):
-        faults.append(_fault("pivot_mm: must be a number of at least 0"))
-    if not (is_number(tolerance) and tolerance > 0.0):
-        faults.append(_fault("tolerance_mm: must be a number above 0"))
-    if faults:
-        raise UsageError(faults)
+    check("kinematics", table)
+    first, second = (3 + "abc".index(str(letter).lower()) for letter in table["axes"])
+    x, y, z = (float(value) for value in table.get("centre_mm", (0.0, 0.0, 0.0)))
     return Kinematics(
-        model == "head-head",
-        (3 + "abc".index(letters[0]), 3 + "abc".index(letters[1])),
-        (float(centre[0]), float(centre[1]), float(centre[2])),
-        float(pivot),
-        float(tolerance),
+        table["model"] == "head-head",
+        (first, second),
+        (x, y, z),
+        float(table.get("pivot_mm", 0.0)),
+        float(table.get("tolerance_mm", _TOLERANCE_MM)),
     )
-
-
-def _fault(message: str, hint: str = "") -> Diagnostic:
-    return Diagnostic("machine-kinematics", f"kinematics.{message}", hint=hint)

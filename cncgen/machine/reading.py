@@ -13,25 +13,25 @@ from typing import Any
 from cncgen.diagnostics import Diagnostic, Diagnostics, Span, UsageError, excerpt_of
 from cncgen.machine.record import Axis, Machine, Servo
 from cncgen.machine.servo_schema import faults as servo_faults
+from cncgen.machine.settings_schema import TABLES as SETTINGS
+from cncgen.machine.settings_schema import faults as settings_faults
 from cncgen.units import AXIS_LETTERS, file_unit, is_rotary, to_file
 
 #: A machine file is a page of text; more than this is something else.
 MAX_BYTES = 1_000_000
 
-#: Numbers at the top of a file (all of them positive), the fields of `Machine` by the same name.
-TOP_NUMBERS = (
-    "period_s",
-    "chord_tolerance_mm",
-    "path_tolerance_mm",
-    "max_contour_error_mm",
-    "max_centripetal_mm_s2",
-)
+#: Numbers at the top of a file (all of them positive), the fields of `Machine` by the same name, and what they are.
+TOP_NUMBERS = {
+    "period_s": "time between two setpoints",
+    "chord_tolerance_mm": "largest distance of the chord between two setpoints from the path",
+    "path_tolerance_mm": "how far G64 may leave the programmed path where the program gives no P",
+    "max_contour_error_mm": "what the predicted contour error is held under",
+    "max_centripetal_mm_s2": "limit of the acceleration across the path",
+}
 #: Setpoint files count time in nanoseconds, and a thousandth of a period has to be seen in them.
 SHORTEST_PERIOD_S = 1e-6
 #: Limits of an axis: field of `Axis` and power of the second in its unit.
 AXIS_LIMITS = (("max_velocity", ""), ("max_acceleration", "2"), ("max_jerk", "3"))
-#: Further tables, which `Machine.settings` hands to the rooms that read them.
-SETTINGS_TABLES = ("interpreter", "kinematics", "coupling")
 
 
 class _File:
@@ -146,7 +146,7 @@ def machine_from_toml(content: bytes, name: str) -> Machine:
     """
     table, text = parse_toml(content, name)
     file = _File(name, text)
-    known = ("name", "axes", *TOP_NUMBERS, *SETTINGS_TABLES)
+    known = ("name", "axes", *TOP_NUMBERS, *SETTINGS)
     _unknown_keys(file, table, "", known)
     numbers = {key: _positive(file, table, key, key) for key in TOP_NUMBERS if key in table}
     period = numbers.get("period_s")
@@ -159,7 +159,7 @@ def machine_from_toml(content: bytes, name: str) -> Machine:
     given = table.get("name", name)
     if not isinstance(given, str) or not given.strip():
         file.fault("machine-type", "name", f"name: must be a text, is {_shown(given)}")
-    settings = {key: _settings(file, table, key) for key in SETTINGS_TABLES if key in table}
+    settings = {key: _settings(file, table, key) for key in SETTINGS if key in table}
     file.raise_faults()
     values = {key: value for key, value in numbers.items() if value is not None}
     return Machine(name=given, axes=MappingProxyType(axes), settings=MappingProxyType(settings), **values)
@@ -310,6 +310,8 @@ def _settings(file: _File, table: Mapping[str, Any], key: str) -> Mapping[str, A
     if not isinstance(value, dict):
         file.fault("machine-type", key, f"{key}: must be a table, is {_shown(value)}")
         return {}
+    for code, inner, message, hint in settings_faults(key, value):
+        file.fault(code, f"{key}.{inner}", f"{key}.{inner}: {message}", hint)
     return MappingProxyType(value)
 
 

@@ -78,10 +78,27 @@ class Parameter:
         if not is_number(value) or (self.kind == "integer" and value != int(value)):
             return f"must be {'an integer' if self.kind == 'integer' else 'a finite number'}; is {value!r}"
         if value < self.low or value > self.high or (self.open_low and value == self.low):
-            sign = ">" if self.open_low else ">="
-            upper = f" and <= {self.high:g}" if math.isfinite(self.high) else ""
-            return f"must be {sign} {self.low:g}{upper}; is {value!r}"
+            return f"must be {self._range()}; is {value!r}"
         return ""
+
+    def _range(self) -> str:
+        sign = ">" if self.open_low else ">="
+        upper = f" and <= {self.high:g}" if math.isfinite(self.high) else ""
+        return f"{sign} {self.low:g}{upper}"
+
+    @property
+    def wanted(self) -> str:
+        """Return what a value must be, in words."""
+        kinds = {
+            "word": f"one of {', '.join(self.choices)}",
+            "text": "a text",
+            "flag": "true or false",
+            "numbers": "a list of numbers, not all 0",
+        }
+        if self.kind in kinds:
+            return kinds[self.kind]
+        kind = "an integer" if self.kind == "integer" else "a number"
+        return f"{kind} {self._range()}" if math.isfinite(self.low) else kind
 
     @staticmethod
     def _fault_of_list(value: Any) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
@@ -10,7 +9,7 @@ from typing import Any
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.machine.record import Servo
-from cncgen.machine.servo_parameters import is_number
+from cncgen.machine.settings_schema import check
 from cncgen.servo.controllers.base import Controller
 from cncgen.servo.controllers.ccc import CrossCoupling, coupling_of, fitted
 from cncgen.servo.controllers.feedforward import Feedforward, velocity_error
@@ -67,24 +66,7 @@ def settings_of(table: Mapping[str, Any]) -> Settings:
         UsageError: With a diagnostic for each key that is unknown (``machine-key``) or no positive number
             (``machine-value``; an integral gain may be 0).
     """
-    faults = []
-    for key, value in table.items():
-        if key not in COUPLING_KEYS:
-            near = difflib.get_close_matches(key, COUPLING_KEYS, 1)
-            hint = f"did you mean {near[0]}?" if near else f"known keys: {', '.join(COUPLING_KEYS)}"
-            faults.append(Diagnostic("machine-key", f"coupling.{key}: unknown key", hint=hint))
-            continue
-        if not is_number(value) or value < 0.0 or (value == 0.0 and "integral" not in key):
-            faults.append(
-                Diagnostic("machine-value", f"coupling.{key}: must be a positive number, is {value!r}")
-            )
-    ccc = {"ccc_proportional", "ccc_integral_1_s"} & set(table)
-    if len(ccc) == 1:
-        faults.append(
-            Diagnostic("machine-missing", f"coupling: {ccc.pop()} needs the other ccc gain beside it")
-        )
-    if faults:
-        raise UsageError(faults)
+    check("coupling", table)
     return replace(Settings(), **dict[str, Any]({key: float(value) for key, value in table.items()}))
 
 

@@ -29,8 +29,8 @@ def test_every_wrong_setting_is_named() -> None:
     messages = [d.message for d in caught.value.diagnostics]
     assert messages == [
         "interpreter.speed: unknown key",
-        "interpreter.dialect: must be one of linuxcnc, fanuc",
-        "interpreter.least_increment_mm: must be a number above 0, at most 1",
+        "interpreter.dialect: must be one of linuxcnc, fanuc, heidenhain; is 'heidi'",
+        "interpreter.least_increment_mm: must be a number above 0, at most 1; is -1",
     ]
 
 

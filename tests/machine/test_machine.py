@@ -10,8 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cncgen.diagnostics import CncgenError, UsageError
-from cncgen.machine import Axis, Machine, load, load_machine, load_servos, profile_names, to_toml
+from cncgen.machine import Axis, Machine, Servo, load, load_machine, load_servos, profile_names, to_toml
+from cncgen.machine.keys import rows
 from cncgen.machine.reading import machine_from_toml, servos_from_toml
+from cncgen.servo.named_schemes import COUPLING_KEYS
+from cncgen.units import file_unit
 
 GOOD = """
 name = "shop"
@@ -198,16 +201,74 @@ axes = st.sets(st.sampled_from("XYZABCUVW"), min_size=1)
 def test_print_then_read_is_the_same_machine(letters: set[str], numbers: list[float], name: str) -> None:
     name = name.encode("utf-8", "replace").decode()
     velocity, acceleration, jerk, period = numbers
+    servos = {
+        letter: Servo(
+            "plant",
+            {
+                "numerator": [1],
+                "denominator": [1.0, 0],
+                "drive_unit": 'a\x7f"b',
+                f"position_gain_1_{file_unit(letter)}": 1.0,
+            },
+        )
+        for letter in letters
+    }
     parts = {
-        letter: Axis(letter, velocity, acceleration, jerk, (-velocity, acceleration))
+        letter: Axis(letter, velocity, acceleration, jerk, (-velocity, acceleration), servos[letter])
         for letter in "XYZABCUVW"
         if letter in letters
     }
-    machine = Machine(
-        name, parts, period_s=period, settings={"kinematics": {"kind": 'a\x7f"b', "offset": [1.0, 2]}}
-    )
+    kinematics = {"model": "head-head", "axes": ["a", "c"], "centre_mm": [1.0, 2, period]}
+    machine = Machine(name, parts, period_s=period, settings={"kinematics": kinematics})
     again = machine_from_toml(to_toml(machine).encode(), "m.toml")
     assert (again.name, again.period_s, again.settings) == (name, period, machine.settings)
     for letter, axis in parts.items():
         assert again.axes[letter].max_velocity == pytest.approx(axis.max_velocity, rel=1e-15)
         assert again.axes[letter].travel == pytest.approx(axis.travel, rel=1e-15)
+        assert again.axes[letter].servo == servos[letter]
+
+
+def test_faults_of_further_tables_stand_at_their_lines_with_all_others() -> None:
+    text = (
+        "period_s = 0\n[axes.x]\nmax_velocity_mm_s = 1\nmax_acceleration_mm_s2 = 1\nmax_jerk_mm_s3 = 1\n"
+        '[interpreter]\ndialect = "fanuk"\n[kinematics]\naxes = ["a", "a"]\ncentre = 1\n'
+        "[coupling]\nccc_integral_1_s = 1\n"
+    )
+    with pytest.raises(UsageError) as caught:
+        machine_from_toml(text.encode(), "m.toml")
+    found = [(d.span.line, d.code, d.values["key"]) for d in caught.value.diagnostics if d.span]
+    assert found == [
+        (1, "machine-value", "period_s"),
+        (7, "machine-value", "interpreter.dialect"),
+        (8, "machine-missing", "kinematics.model"),
+        (9, "machine-value", "kinematics.axes"),
+        (10, "machine-key", "kinematics.centre"),
+        (12, "machine-missing", "coupling.ccc_integral_1_s"),
+    ]
+    assert caught.value.diagnostics[4].hint == "did you mean centre_mm?"
+
+
+def test_every_key_is_listed_and_read() -> None:
+    """A file with every key that is listed as a number, at its default or 1, is a machine."""
+    listed = {key: (wanted, default) for key, wanted, default, _ in rows()}
+    assert len(listed) == len(list(rows()))
+    assert all(about and "{" not in about for *_, about in rows())
+    lines = [
+        f"{key} = {default if default[0].isdigit() else 1}"
+        for key, (wanted, default) in listed.items()
+        if wanted == "a number > 0" and "axes" not in key and ":" not in key
+    ]
+    limits = [key.removeprefix("axes.x.") for key in listed if key.startswith("axes.x.max_")]
+    lines += ["[axes.x]", *(f"{key} = 1" for key in limits), "travel_mm = [0, 1]", "[axes.x.servo]"]
+    servo = [
+        key.split(": ")[1]
+        for key, row in listed.items()
+        if key.startswith("first-order") and row[0][:3] == "a n"
+    ]
+    lines += ['model = "first-order"', *(f"{key} = 1" for key in servo)]
+    lines += ["[interpreter]", "least_increment_mm = 1", "[coupling]"]
+    lines += [f"{key.removeprefix('coupling.')} = 1" for key in listed if key.startswith("coupling.")]
+    machine = machine_from_toml("\n".join(lines).encode(), "m.toml")
+    assert (machine.period_s, machine.max_centripetal_mm_s2) == (0.001, 1.0)
+    assert set(machine.axes["X"].servo.parameters) == set(servo)  # type: ignore[union-attr]
+    assert set(machine.settings["coupling"]) == set(COUPLING_KEYS)

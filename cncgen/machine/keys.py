@@ -1,0 +1,53 @@
+"""The keys of machine files as people read them, from the tables that files are checked by."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import fields
+from typing import Any
+
+from cncgen.machine.reading import AXIS_LIMITS, TOP_NUMBERS
+from cncgen.machine.record import Machine
+from cncgen.machine.servo_parameters import Parameter
+from cncgen.machine.servo_schema import MODELS
+from cncgen.machine.settings_schema import TABLES
+
+Row = tuple[str, str, str, str]
+
+_POSITIVE = "a number > 0"
+_REQUIRED = "required"
+
+
+def rows() -> Iterator[Row]:
+    """Yield key, what its value must be, its default, and what it is, for every key of a machine file.
+
+    Keys stand as those of a linear axis x: a rotary one has ``deg`` where they have ``mm``.
+    """
+    usual = {field.name: field.default for field in fields(Machine)}
+    yield "name", "a text", "the file's name", "what reports call the machine"
+    for name, about in TOP_NUMBERS.items():
+        yield name, _POSITIVE, _default(usual[name]), about
+    for limit, power in AXIS_LIMITS:
+        yield f"axes.x.{limit}_mm_s{power}", _POSITIVE, _REQUIRED, f"{limit.removeprefix('max_')} limit"
+    yield "axes.x.travel_mm", "[lowest, highest]", "not limited", "positions that the axis can take"
+    yield (
+        "axes.x.servo.model",
+        f"one of {', '.join(MODELS)}",
+        _REQUIRED,
+        "which keys follow in [axes.x.servo]",
+    )
+    for model, schema in MODELS.items():
+        for parameter in schema.parameters:
+            yield _servo_row(model, parameter)
+    for table, keys in TABLES.items():
+        for key in keys:
+            yield f"{table}.{key.name}", key.wanted, key.default or _REQUIRED, key.about
+
+
+def _servo_row(model: str, parameter: Parameter) -> Row:
+    default = _REQUIRED if parameter.required else _default(parameter.default)
+    return f"{model}: {parameter.key('X')}", parameter.wanted, default, parameter.about.replace("{l}", "mm")
+
+
+def _default(value: Any) -> str:
+    return "none" if value is None else str(value).lower() if isinstance(value, bool) else str(value)

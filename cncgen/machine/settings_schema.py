@@ -1,0 +1,130 @@
+"""The tables of a machine file that other rooms read: ``[interpreter]``, ``[kinematics]`` and ``[coupling]``.
+
+What they mean stands where they are used (`cncgen.gcode.settings`, `cncgen.gcode.kinematics`,
+`cncgen.servo.named_schemes`); what may stand in them stands here, so that one run names every fault of a file.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.machine.servo_parameters import is_number
+
+DIALECTS = ("linuxcnc", "fanuc", "heidenhain")
+KINEMATICS = ("table-table", "head-head")
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """One key of a table.
+
+    Attributes:
+        name: With its unit.
+        about: What it is.
+        wanted: What a value must be, in words.
+        holds: Tells a right value.
+        default: Where the file says nothing, in words; "": it must say it.
+    """
+
+    name: str
+    about: str
+    wanted: str
+    holds: Callable[[Any], bool]
+    default: str = ""
+
+
+def _is_of(choices: tuple[str, ...]) -> Callable[[Any], bool]:
+    return lambda value: isinstance(value, str) and value in choices
+
+
+def _is_length(value: Any) -> bool:
+    return is_number(value) and value >= 0.0
+
+
+def _is_positive(value: Any) -> bool:
+    return is_number(value) and value > 0.0
+
+
+def _are_two_letters(value: Any) -> bool:
+    letters = [str(letter).lower() for letter in value] if isinstance(value, list) else []
+    return len(letters) == 2 and letters[0] != letters[1] and set(letters) <= set("abc")
+
+
+def _is_point(value: Any) -> bool:
+    return isinstance(value, list) and len(value) == 3 and all(map(is_number, value))
+
+
+_POSITIVE = "a positive number"
+
+TABLES: Mapping[str, tuple[Key, ...]] = MappingProxyType(
+    {
+        "interpreter": (
+            Key("dialect", "the control's language, where --dialect does not say", f"one of {', '.join(DIALECTS)}",
+                _is_of(DIALECTS), "as the program looks"),
+            Key("least_increment_mm", "what a number without a decimal point counts in (degrees alike; inches: a tenth)",
+                "a number above 0, at most 1", lambda v: _is_positive(v) and v <= 1.0, "such numbers count like 10."),
+        ),
+        "kinematics": (
+            Key("model", "whether the rotary axes carry the table or the head", f"one of {', '.join(KINEMATICS)}",
+                _is_of(KINEMATICS)),
+            Key("axes", "the rotary axes", "two of a, b, c, the one that carries the other first", _are_two_letters),
+            Key("centre_mm", "where the axes of tables meet, machine coordinates", "three numbers", _is_point, "the origin"),
+            Key("pivot_mm", "of heads: from the spindle's gauge line to where their axes meet", "a number of at least 0",
+                _is_length, "0"),
+            Key("tolerance_mm", "how far lines of the machine's axes may be from the tool's path", "a number above 0",
+                _is_positive, "0.001"),
+        ),
+        "coupling": (
+            Key("ccc_proportional", "gain of cross coupling, a multiple of the axes' own", _POSITIVE, _is_positive,
+                "8, or what is stable"),
+            Key("ccc_integral_1_s", "its integral gain, 1/s", "a number of at least 0", _is_length,
+                "100, or what is stable"),
+            Key("tcf_tangential_rad_s", "task frame: natural frequency of the error along the path", _POSITIVE,
+                _is_positive, "295.8"),
+            Key("tcf_tangential_damping", "its damping", _POSITIVE, _is_positive, "1.0142"),
+            Key("tcf_normal_rad_s", "task frame: natural frequency of the error across the path", _POSITIVE, _is_positive,
+                "295.8"),
+            Key("tcf_normal_damping", "its damping", _POSITIVE, _is_positive, "1.0142"),
+        ),
+    }
+)  # fmt: skip
+
+
+def faults(name: str, table: Mapping[str, Any]) -> Iterator[tuple[str, str, str, str]]:
+    """Yield every fault of a table: diagnostic code, key, message and hint.
+
+    Args:
+        name: One of `TABLES`.
+        table: As tomllib gives it.
+    """
+    keys = {key.name: key for key in TABLES[name]}
+    for key in table:
+        if key not in keys:
+            near = difflib.get_close_matches(key, keys, 1)
+            hint = f"did you mean {near[0]}?" if near else f"known keys: {', '.join(keys)}"
+            yield "machine-key", key, "unknown key", hint
+    for key, known in keys.items():
+        if key not in table:
+            if not known.default:
+                yield "machine-missing", key, f"missing ({known.about})", f"it must be {known.wanted}"
+        elif not known.holds(table[key]):
+            yield "machine-value", key, f"must be {known.wanted}; is {table[key]!r}", ""
+    pair = ("ccc_proportional", "ccc_integral_1_s")
+    if name == "coupling" and len(set(pair) & set(table)) == 1:
+        given, other = sorted(pair, key=lambda key: key not in table)
+        yield "machine-missing", given, f"needs {other} beside it", ""
+
+
+def check(name: str, table: Mapping[str, Any]) -> None:
+    """Raise `UsageError` that names every fault of a table of a machine that no file described."""
+    found = [
+        Diagnostic(code, f"{name}.{key}: {message}", hint=hint)
+        for code, key, message, hint in faults(name, table)
+    ]
+    if found:
+        raise UsageError(found)
