@@ -19,6 +19,8 @@ class Choice(NamedTuple):
     line: int
 
 
+#: Nothing more on a line but a comment and the sign of its end.
+_ALONE = rb"[ \t]*(?:\([^)\n]*\))?[ \t]*;?[ \t]*\r?$"
 _SIGNS = (
     ("heidenhain", "plain language", rb"(?:\d+[ \t]+)?(?:BEGIN[ \t]+PGM\b|SPL[ \t]+I?[XYZ])"),
     ("linuxcnc", "an O-word", rb"[oO][ \t]*(?:\d+|<[^>\n]*>)[ \t]*(?:sub|call|if|while|do|repeat|return)\b"),
@@ -36,7 +38,8 @@ _SIGNS = (
     ),
     ("fanuc", "a code of FANUC alone", rb"[^(;\n]*\bG(?:43\.4(?!\d)|54\.1[ \t]*P|10[ \t]*L1[23](?![\d.]))"),
     ("fanuc", "a look-ahead code", rb"[^(;\n]*\bG0?(?:5\.1[ \t]*Q|5[ \t]*P(?:10000|0)[ \t]*\r?$|8[ \t]*P)"),
-    ("fanuc", "a program number", rb"[oO:]\d{1,8}[ \t]*(?:\([^)\n]*\))?[ \t]*\r?$"),
+    ("fanuc", "a program number", rb"[oO:]\d{1,8}" + _ALONE),
+    ("fanuc", "a program name", rb"[oO]<[^>\n]*>" + _ALONE),
 )
 _PATTERNS = [
     (dialect, reason, re.compile(rb"^[ \t]*(?:[nN][ \t]*\d+[ \t]*)?" + pattern, re.MULTILINE | re.IGNORECASE))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import string
 from functools import cache
 from typing import Any
 
@@ -59,16 +60,17 @@ _LENGTHS = "xyzabcuvwijkqr"
 _FANUC_RULES = {
     "?assigned: signed": "?assigned: expression",
     'DELETE: "/"': r"DELETE: /\/[1-9]?/",
-    r"O_NUMBER: /o\d+/": r"O_NUMBER: /[o:]\d+/",
+    "O_NUMBER: /o[0-9]+/": "O_NUMBER: /[o:][0-9]+/",
     "|bin|bcd/": "|bin|bcd|sqr|rnd/",
     '"atan"': '("atan" | "atn")',
     '| "exists"': '| "pow" "[" expression "," expression "]" -> power_of\n      | "exists"',
 }
 #: Output commands of FANUC's macros.
 _OUTPUT = re.compile(
-    r"\s*(?:(?P<slash>/[1-9]?)\s*)?(?:N\d+\s*)?(?P<keyword>POPEN|PCLOS|[BD]PRNT)(?![A-Z])", re.IGNORECASE
+    r"\s*(?:(?P<slash>/[1-9]?)\s*)?(?:N[0-9]+\s*)?(?P<keyword>POPEN|PCLOS|[BD]PRNT)(?![A-Z])", re.IGNORECASE
 )
-_BLANKS = str.maketrans("", "", " \t\r")
+#: What has no meaning outside comments: capital letters (of ASCII: no other character is a letter here) and blanks.
+_BARE = {**{ord(c): c.lower() for c in string.ascii_uppercase}, **dict.fromkeys(b" \t\r")}
 _PIECE = re.compile(r"\([^)]*\)?|;.*|[ \t\r]+")
 
 
@@ -76,15 +78,15 @@ def normalise(text: str) -> str:
     """Return the block without blanks and in lower case, comments as they are."""
 
     if "(" not in text and ";" not in text:
-        return text.translate(_BLANKS).lower()
+        return text.translate(_BARE)
     parts = []
     place = 0
     for match in _PIECE.finditer(text):
         piece = match.group()
-        parts.append(text[place : match.start()].lower())
+        parts.append(text[place : match.start()].translate(_BARE))
         parts.append(piece if piece[0] in "(;" else "")
         place = match.end()
-    parts.append(text[place:].lower())
+    parts.append(text[place:].translate(_BARE))
     return "".join(parts)
 
 
@@ -349,7 +351,13 @@ def _found(rest: str) -> str:
     """Return what is called the first character of the rest of a block."""
     if not rest:
         return "the end of the block"
-    return f"'{rest[0]}'" if rest[0].isprintable() else f"byte 0x{ord(rest[0]) & 0xFF:02x}"
+    first = rest[0]
+    if ord(first) < 0x80:
+        return f"'{first}'" if first.isprintable() else f"byte 0x{ord(first):02x}"
+    import unicodedata
+
+    shown = f"'{first}'" if first.isprintable() else "the character"
+    return f"{shown} U+{ord(first):04X} ({unicodedata.name(first, 'without a name').lower()})"
 
 
 def _expected_names(before: str, expected: list[str]) -> list[str]:

@@ -36,7 +36,7 @@ SPL = 10_610
 START_TOLERANCE_MM = 0.001
 KINK_DEGREES = 0.1
 
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:E[+-]?\d+)?"
+_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:E[+-]?[0-9]+)?"
 _WORD = re.compile(
     rf"\s*(?:(?P<coefficient>K[123][XYZABCUVW])|(?P<step>I)?(?P<axis>[XYZABCUVW])|(?P<letter>[FMS]))\s*(?P<value>{_NUMBER})"
     r"|\s*(?P<fast>FMAX)|\s*(?P<plain>R0)(?![\w.])",

@@ -1,4 +1,4 @@
-"""G38.2 to G38.5: probing, which here moves to the programmed point: there is nothing to touch."""
+"""G38.2 to G38.5: probing, which here moves to the programmed point, where contact is made if the code demands it."""
 
 from __future__ import annotations
 
@@ -17,6 +17,12 @@ from cncgen.toolpath.record import Event
 _WORDS = "xyzabcuvw@^"
 #: A probe that moves by less than this does not move (program units).
 _LEAST = 1e-9
+#: G38.2 and G38.4: an error where contact is not made, or not lost.
+_DEMANDING = (382, 384)
+_HINT = {
+    True: "it counts as touched there: parameters #5061 and after hold this point, #5070 is 1",
+    False: "nothing can be touched here: parameters #5061 and after hold this point, #5070 is 0",
+}
 
 
 def _probe(tenths: int) -> Handler:
@@ -35,15 +41,20 @@ def _probe(tenths: int) -> Handler:
         end = ip.end_point(block)
         if math.dist(end, state.position) < _LEAST:
             raise BlockError("probe-short", f"{name} starts where it ends", name)
+        # Where contact is demanded, the program goes on only after it was made; `rs274` says that there is none.
+        touched = tenths in _DEMANDING and not ip.options.stand_alone
         ip.warn(
-            BlockError("probe-not-run", f"{name} is planned to the programmed point", name), Severity.NOTE
+            BlockError(
+                "probe-not-run", f"{name} is planned to the programmed point", name, hint=_HINT[touched]
+            ),
+            Severity.NOTE,
         )
         ip.sink.call("TURN_PROBE_ON()")
         ip.sink.straight_probe(end)
         ip.sink.call("TURN_PROBE_OFF()", Event("probe"))
         state.position, state.moved = ip.base.where(end), True
         ip.parameters.numbers[PROBE : PROBE + 9] = end
-        ip.parameters.numbers[PROBE_HIT] = 0.0
+        ip.parameters.numbers[PROBE_HIT] = float(touched)
 
     return run
 

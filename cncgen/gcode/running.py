@@ -8,6 +8,7 @@ from pathlib import Path
 from cncgen.diagnostics import Diagnostics, Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.dialects import Choice, choose
+from cncgen.gcode.doubts import doubts
 from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
 from cncgen.gcode.labels import Cursor
 from cncgen.gcode.parameters import write_parameters
@@ -94,7 +95,7 @@ class Runner:
                 yield from self._walker.walk(target)
 
     def _say_dialect(self) -> None:
-        """Note which dialect was chosen, where something in the text decided it."""
+        """Note which dialect was chosen, where something in the text decided it, and what another control would read."""
         dialect, why, line = self._choice
         if why:
             error = BlockError("dialect", f"read as {dialect}: {why}", hint="--dialect overrides")
@@ -103,6 +104,8 @@ class Runner:
             for _ in range(line - 1):
                 offset = source.line_end(offset) + 1
             self.reporter.report(source, line, offset, error, Severity.NOTE)
+        for here, doubt in doubts(self.sources[0], dialect):
+            self.reporter.report(self.sources[0], here.line, here.offset, doubt, Severity.WARNING)
 
     def _finish(self) -> None:
         """Say what is missing at the end of the text, and keep the parameters where asked."""

@@ -36,7 +36,12 @@ class Source:
         """Return the line that begins at `offset` without its end, cut to `MAX_LINE` bytes."""
         end = self.data.find(b"\n", offset, offset + MAX_LINE + 1)
         stop = end if end >= 0 else min(len(self.data), offset + MAX_LINE)
-        return self.data[offset:stop].decode("utf-8", "replace").rstrip("\r")
+        line = self.data[offset:stop]
+        try:
+            return line.decode("utf-8").rstrip("\r")
+        except UnicodeDecodeError:
+            # An editor of Western Windows wrote it (a superset of Latin-1).
+            return line.decode("cp1252", "replace").rstrip("\r")
 
     def is_binary(self) -> bool:
         """Tell whether the head of the text holds bytes that no program has (NUL)."""

@@ -18,7 +18,7 @@ _HINTS = tuple(
         (r"[0-9]\.[0-9]*", r"\.", "a number has one decimal point"),
         (r"[0-9.]", r"o", "is the letter O meant as a zero?"),
         (r"[0-9]", r"[il]", "is the letter meant as a one?"),
-        (r"[0-9]", r"['_`’]", "numbers have no separators"),
+        (r"[0-9]", r"['_`’][0-9]", "numbers have no separators"),
         (r"o", r"<", "is the > of the name missing?"),
         (r"[a-mp-z]", r"=", "a word is a letter and its number (X5); = sets parameters (#5=3)"),
         (
@@ -40,6 +40,8 @@ _HINTS = tuple(
         (r"/", r"/", "a comment stands in ( ) or behind ;"),
         (r"", r"/", "/ stands first in a block (block delete), or divides within brackets"),
         (r"", r"[\u2010-\u2015\u2212]", "this is a dash, not the minus sign -"),
+        (r"", r"[\u00a0\u2000-\u200f\u202f\u3000\ufeff]", "a blank that only documents have: type it anew"),
+        (r"", r"[\x00-\x1f\x7f]", "a character that controls a line or a printer: delete it"),
         (r"", r"[\"'“”„‘’]", "there is no text in quotes; a comment stands in ( ) or behind ;"),
         (r"", r"[°º]", "angles are in degrees, without a sign for it"),
     )

@@ -106,6 +106,13 @@ def test_probing_goes_to_the_point_and_says_so(run: Any) -> None:
     np.testing.assert_allclose(machine(out), [[0, 0, -5], [-5, 0, -5]])
 
 
+def test_a_probe_that_must_touch_has_touched(run: Any, calls: Any) -> None:
+    """G38.2 goes on only after contact; G38.3 may find nothing; `rs274` says that there was none."""
+    text = "F60\nG38.2 Z-5\n#1=#5070\nG38.3 Z-8\n#2=#5070\nG38.4 Z0\n#3=#5070\nG0 X#1 Y[#2+5] Z#3\nM2"
+    assert machine(run(text))[-1].tolist() == [1, 5, 1]
+    assert "STRAIGHT_TRAVERSE(0.0000, 5.0000, 0.0000, 0.0000, 0.0000, 0.0000)" in calls(text)
+
+
 def test_tapping_where_the_tool_stands_is_no_motion(run: Any) -> None:
     """Neither at the start, where no row is that the way back could repeat, nor later."""
     assert (run("S120 M3\nG33.1 Z0 K2\nM2").path.kind == 0).sum() == 0

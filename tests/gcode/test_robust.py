@@ -343,3 +343,20 @@ def test_a_parameter_of_infinite_number(run: Any) -> None:
 def test_many_blanks_take_no_time(run: Any, text: str) -> None:
     """Patterns that look for words of macros must not try each way to share the blanks out (20,000 of them)."""
     assert run(text.format(blanks=" " * 20_000) + "\nN5 M30", dialect="fanuc").errors == []
+
+
+def test_a_line_that_is_not_utf_8_is_shown_as_western_windows_writes_it(run: Any) -> None:
+    out = run("G0 X1 (Ø 12 – groß) §\nM2\n".encode("cp1252"))
+    (error,) = out.diagnostics
+    assert error.excerpt == "G0 X1 (Ø 12 – groß) §"
+    assert error.span is not None
+    assert error.span.column == 21
+    assert "'§' U+00A7 (section sign)" in error.message
+
+
+@pytest.mark.parametrize("head", ["O0001;", "O<PART 1>(NAME)", "O<A>;", ":0001 (X) ;"])
+def test_a_program_number_or_name_alone_is_of_fanuc(run: Any, head: str) -> None:
+    """P of G4 is in milliseconds there."""
+    out = run(f"{head}\nG4 P500\nM30\n")
+    assert [d.code for d in out.diagnostics] == ["dialect"]
+    assert [event.dwell_s for event in out.path.events if event.name == "dwell"] == [0.5]

@@ -1,0 +1,69 @@
+"""What a text may mean on another control than the dialect's: said once, where it stands first.
+
+A control reads these lines without a fault, and so are they read here; but whoever wrote them may have meant another thing.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.labels import Cursor
+from cncgen.gcode.source import Source
+
+#: Bytes that are looked at for what is met early in a text, if at all.
+_HEAD = 65_536
+#: A line up to a word, without comments.
+_BEFORE = rb"^(?P<before>(?:[^(;\n]|\([^)\n]*\))*?)"
+
+
+class _Doubt(NamedTuple):
+    """A sign (its group ``word`` is the place), and what is said of it."""
+
+    sign: re.Pattern[bytes]
+    message: str
+    hint: str
+
+
+_FANUC = (
+    _Doubt(
+        re.compile(_BEFORE + rb"(?P<word>G50)[ \t]*S\d", re.MULTILINE | re.IGNORECASE),
+        "G50 ends scaling and S is the speed of the spindle; on lathes G50 S bounds the speed of G96",
+        "G92 S bounds it here; cycles and codes of lathes are not read",
+    ),
+    _Doubt(
+        re.compile(
+            _BEFORE + rb"G(?:0?[0-3]|28|30)(?![\d.])[^(;\nG]*?(?P<word>[UW])[ \t]*[-+.\d#\[]",
+            re.MULTILINE | re.IGNORECASE,
+        ),
+        "U and W are axes of their own; on lathes they are distances along X and Z",
+        "G91 makes X and Z distances; cycles and codes of lathes are not read",
+    ),
+)
+#: What ``;`` hides, where it stands for the end of a block as in FANUC's manuals.
+_BEHIND_SEMICOLON = _Doubt(
+    re.compile(rb"(?P<word>;)[ \t]*(?:[nN]\d+[ \t]*)?[gmxyzfstGMXYZFST][ \t]*[-+.\d#\[]"),
+    "what follows ; is a comment, and here it looks like a block",
+    "each block stands in a line of its own",
+)
+
+
+def doubts(source: Source, dialect: str) -> Iterator[tuple[Cursor, BlockError]]:
+    """Yield what is doubtful about a text, and the line where."""
+    if dialect != "fanuc":
+        return
+    head = source.data[:_HEAD]
+    found = [(doubt, doubt.sign.search(head)) for doubt in _FANUC]
+    found.append((_BEHIND_SEMICOLON, _BEHIND_SEMICOLON.sign.search(source.data)))
+    for doubt, match in found:
+        if match is not None:
+            at = match.start("word")
+            begin = source.data.rfind(b"\n", 0, at) + 1
+            line = source.data[:begin].count(b"\n") + 1
+            column = len(source.data[begin:at].decode("utf-8", "replace")) + 1
+            yield (
+                Cursor(0, begin, line),
+                BlockError("other-control", doubt.message, column=column, hint=doubt.hint),
+            )

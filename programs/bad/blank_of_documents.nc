@@ -1,0 +1,3 @@
+; expect 2:3:syntax
+G0 X1
+M2

@@ -1,0 +1,3 @@
+; expect 2:5:syntax
+G0 X１
+M2

@@ -1,0 +1,38 @@
+"""What another control would read: said once, at its first place, and only where it is doubtful."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from .conftest import Outcome
+
+
+def said(run: Callable[..., Outcome], text: str, dialect: str = "fanuc") -> list[tuple[int, int]]:
+    """Return line and column of the doubts about a text."""
+    out = run(text, dialect=dialect)
+    return [(d.span.line, d.span.column) for d in out.diagnostics if d.code == "other-control" and d.span]
+
+
+@pytest.mark.parametrize(
+    ("text", "places"),
+    [
+        ("G0 X1.\nG50 S3000\nG50 S2000\nM30", [(2, 1)]),
+        ("(G50 S1)\nG50\nG92 S3000\nM30", []),
+        ("N5 (Ü) G1 X1. U-2. F100\nM30", [(1, 15)]),
+        ("G28 U0 W0\nM30", [(1, 5)]),
+        ("G0 X1. (U5)\nG4 U1.\nG65 P1 U3.\nM30\nO1\nM99", []),
+        ("G0 X10.; G1 X20. F100.\nM30;", [(1, 8)]),
+        ("G0 X10. ; the wall\n; G2 is next\nM30;", [(2, 1)]),
+        ("G0 X10.;\nM30;", []),
+    ],
+)
+def test_doubts_about_a_program_of_fanuc(
+    run: Callable[..., Outcome], text: str, places: list[tuple[int, int]]
+) -> None:
+    assert said(run, text) == places
+
+
+def test_linuxcnc_has_axes_u_and_w_and_comments_behind_semicolons(run: Callable[..., Outcome]) -> None:
+    assert said(run, "G0 X1 U2 ; G1 X3\nM2", "linuxcnc") == []
