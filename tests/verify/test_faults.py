@@ -12,7 +12,7 @@ import pytest
 
 import cncgen
 from cncgen.cli.app import run
-from cncgen.pipeline import read_text, sample, verify
+from cncgen.pipeline import judge, read_text, sample
 from cncgen.setpoints.record import Setpoints
 from cncgen.setpoints.stream import SetpointStream
 
@@ -40,7 +40,7 @@ def broken(setpoints: Setpoints, position: np.ndarray, mode: str = "G61", axes: 
     """Return the kinds of breach that positions in the place of the planned ones have."""
     chunk = replace(setpoints, position=np.ascontiguousarray(position), axes=axes)
     stream = SetpointStream("test", axes, setpoints.period_s, iter([chunk]))
-    verdict = verify(stream, read_text(PROGRAM.format(mode=mode)), MACHINE)
+    verdict = judge(stream, read_text(PROGRAM.format(mode=mode)), MACHINE)
     return {item.code.removeprefix("verify-") for item in verdict.breaches}
 
 
@@ -77,7 +77,7 @@ def test_axes_in_another_order(exact: Setpoints) -> None:
 def test_another_program_or_another_feed(exact: Setpoints) -> None:
     stream = SetpointStream("test", "XY", exact.period_s, iter([exact]))
     other = read_text(PROGRAM.format(mode="G61").replace("I0 J10", "I2.5 J7.5"))
-    assert not verify(stream, other, MACHINE).holds
+    assert not judge(stream, other, MACHINE).holds
     assert {"velocity", "acceleration", "jerk"} <= broken(exact, exact.position[::20])
 
 
