@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from cncgen.machine.record import Machine
 from cncgen.planner.record import Limit
 from cncgen.planner.rows import AxisLimits, chord_speed
+from cncgen.planner.smoothing.runs import axis_scale
 
 Floats = NDArray[np.float64]
 
@@ -29,12 +30,14 @@ class Bounds:
         period_s: Time between setpoints.
         chord_mm: Largest distance of the chord of a period from the path.
         centripetal: Largest v²κ, mm/s², and the `Limit` that it stands for.
+        scale: Shape (axes,), what columns are multiplied by to be mm: chords are those of all axes, one degree a millimetre.
     """
 
     axes: AxisLimits
     period_s: float
     chord_mm: float
     centripetal: tuple[float, Limit]
+    scale: Floats
 
     @classmethod
     def of(cls, machine: Machine, letters: str, contour_centripetal: float = np.inf) -> Bounds:
@@ -43,7 +46,8 @@ class Bounds:
         centripetal = (given, Limit.CENTRIPETAL)
         if contour_centripetal < given:
             centripetal = (contour_centripetal, Limit.CONTOUR_ERROR)
-        return cls(AxisLimits.of(machine, letters), machine.period_s, machine.chord_tolerance_mm, centripetal)
+        axes, scale = AxisLimits.of(machine, letters), axis_scale(letters)
+        return cls(axes, machine.period_s, machine.chord_tolerance_mm, centripetal, scale)
 
     def top(
         self, feed: Floats, feed_limit: NDArray[np.int8], x1: Floats, x2: Floats
@@ -56,12 +60,13 @@ class Bounds:
             x1, x2: Shape (n, axes), dx/ds and d²x/ds².
         """
         curvature = np.sqrt(np.einsum("ij,ij->i", x2[:, :3], x2[:, :3]))
+        bend = np.sqrt(np.einsum("ij,ij,j->i", x2, x2, self.scale**2)) if x2.shape[1] > 3 else curvature
         with np.errstate(divide="ignore"):
             candidates = np.stack(
                 [
                     feed,
                     least(self.axes.velocity / np.abs(x1)),
-                    chord_speed(curvature, self.chord_mm, self.period_s),
+                    chord_speed(bend, self.chord_mm, self.period_s),
                     np.sqrt(self.centripetal[0] / curvature),
                 ]
             )

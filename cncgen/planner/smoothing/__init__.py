@@ -5,6 +5,7 @@ leaves the programmed path by the tolerance at most, and does not depend on how 
 """
 
 from cncgen.planner.smoothing.chords import chord_speed_within
-from cncgen.planner.smoothing.stream import ROTARY_RADIUS, smooth
+from cncgen.planner.smoothing.runs import ROTARY_RADIUS
+from cncgen.planner.smoothing.stream import smooth
 
 __all__ = ["ROTARY_RADIUS", "chord_speed_within", "smooth"]

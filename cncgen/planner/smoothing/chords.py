@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from cncgen.planner.paths import path_of
 from cncgen.planner.rows import chord_speed
+from cncgen.planner.smoothing.runs import axis_scale
 from cncgen.toolpath.record import PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -35,16 +36,17 @@ def chord_speed_within(
     Returns:
         Takes path coordinates, shape (n,), and gives mm/s; infinite where δ itself is what bounds. None: everywhere.
     """
-    left = np.maximum(toolpath.tolerance, chord_mm) - fit_tolerance(toolpath.tolerance, chord_mm)
-    left[(toolpath.path_mode != PathMode.CONTINUOUS) | np.isnan(left)] = chord_mm
-    if not np.any(left < chord_mm):
+    narrow = (toolpath.path_mode == PathMode.CONTINUOUS) & (toolpath.tolerance < 2.0 * chord_mm)
+    if not narrow.any():
         return None
-    path = path_of(toolpath)
+    given = toolpath.tolerance
+    left = np.where(narrow, np.maximum(given, chord_mm) - fit_tolerance(given, chord_mm), chord_mm)
+    path, scale = path_of(toolpath), axis_scale(toolpath.axes)
 
     def speed(s: Floats) -> Floats:
-        allowed = left[path.row_of(s, 1)]
-        bend = path.evaluate(s, 2)[2][:, :3]
-        top = chord_speed(np.sqrt(np.einsum("ij,ij->i", bend, bend)), allowed, period_s)
-        return np.where(allowed < chord_mm, top, np.inf)
+        row = path.row_of(s, 1)
+        bend = path.evaluate(s, 2)[2] * scale
+        top = chord_speed(np.sqrt(np.einsum("ij,ij->i", bend, bend)), left[row], period_s)
+        return np.where(narrow[row], top, np.inf)
 
     return speed

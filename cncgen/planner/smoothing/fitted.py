@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from cncgen.geometry.fitting import fit_run
 from cncgen.geometry.path import Path
 from cncgen.geometry.tables import empty_arcs
-from cncgen.planner.smoothing.runs import classify
-from cncgen.planner.smoothing.stream import axis_scale
+from cncgen.planner.smoothing.runs import axis_scale, classify
 from cncgen.toolpath.record import Kind, Toolpath
 from cncgen.toolpath.slicing import between, join
 

@@ -9,22 +9,19 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, NoPlanError, Span
 from cncgen.geometry.corridor import END_DERIVATIVES, END_POINT, OVERLAP, CorridorError, Seam, fit, split
-from cncgen.geometry.path import Path, metric_columns
+from cncgen.geometry.path import Path
 from cncgen.geometry.pieces import pieces_of
 from cncgen.planner.smoothing.chords import fit_tolerance
 from cncgen.planner.smoothing.ends import opened
 from cncgen.planner.smoothing.output import rows_of
-from cncgen.planner.smoothing.runs import TANGENT, Classes, classify
+from cncgen.planner.smoothing.runs import TANGENT, Classes, axis_scale, classify
 from cncgen.toolpath.record import Kind, Toolpath
 from cncgen.toolpath.slicing import between, join
-from cncgen.units import DEGREE
 
 Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-#: mm: at this radius, where one degree is one millimetre, as controls count it, rotary axes are held to the tolerance.
-ROTARY_RADIUS = 1.0 / DEGREE
 #: Rows that are fitted at a time.
 WINDOW = 2048
 #: Rows after which a run is ended where it stands, if they made too few knots to go on from.
@@ -207,13 +204,6 @@ class _Done:
             self._parts.append(between(self._rows, self._first, self._stop))
             self._first = self._stop
         return self._parts
-
-
-def axis_scale(axes: str) -> Floats:
-    """Return what the columns of axes are multiplied by to be mm: `ROTARY_RADIUS` for the rotary ones, 1 else."""
-    out = np.ones(len(axes))
-    out[metric_columns(axes)[2]] = ROTARY_RADIUS
-    return out
 
 
 def _cuts(rows: Toolpath, window: Ints, row_t: Floats) -> Floats:

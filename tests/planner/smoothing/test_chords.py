@@ -65,4 +65,20 @@ def test_the_speed_is_that_of_the_chord_that_is_left(tolerance: float, left: flo
     bend = np.linalg.norm(path_of(made).evaluate(s, 2)[2][:, :3], axis=1)
     np.testing.assert_allclose(speed(s), 500.0 * np.sqrt(2 * left / bend - left**2), rtol=1e-9)
     assert chord_speed_within(facets(5, tolerance=0.002), CHORD, 0.004) is None
+    # 0.01 − 0.009 is less than 0.001 by rounding.
+    assert chord_speed_within(facets(5, tolerance=0.01), CHORD, 0.004) is None
     assert chord_speed_within(facets(5, tolerance=0.001, path_mode=PathMode.EXACT_PATH), CHORD, 0.004) is None
+
+
+@pytest.mark.parametrize("p", [0.0008, 0.003])
+def test_chords_are_those_of_rotary_axes_too(p: float) -> None:
+    """X goes straight on, and A turns to and fro: one degree counts as a millimetre, in chords as in the tolerance."""
+    text = f"G21 G17 G90 G94 F20000 G64 P{p}\n" + "".join(
+        f"G1 X{0.4 * k} A{0.3 * (k % 3)}\n" for k in range(1, 40)
+    )
+    where = machine(0.01)
+    turning = Axis("A", 50.0, 5000.0, 1e6)
+    where = Machine("fast", {**where.axes, "A": turning}, period_s=0.01, chord_tolerance_mm=CHORD)
+    stream = pipeline.sample(pipeline.plan(pipeline.read_text(text), where))
+    verdict = verify(stream, pipeline.read_text(text).chunks(), where, named="XYZA")
+    assert not {item.code for item in verdict.breaches} & {"verify-distance", "verify-coverage", "verify-order"}
