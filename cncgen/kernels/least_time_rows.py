@@ -38,8 +38,13 @@ def _put(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-def _moves(d: cython.double[:, :, ::1], k: cython.Py_ssize_t, a: cython.Py_ssize_t) -> cython.int:
-    """Tell whether a derivative in interval `k` is there for axis `a` (2), for others alone (1), or for none (0)."""
+def _moves(
+    d: cython.double[:, :, ::1], k: cython.Py_ssize_t, a: cython.Py_ssize_t, rounding: cython.double
+) -> cython.int:
+    """Tell whether a derivative in interval `k` is there for axis `a` (2), for others alone (1), or for none (0).
+
+    What is below `rounding` is none.
+    """
     b: cython.Py_ssize_t
     e: cython.Py_ssize_t
     mine: cython.double = 0.0
@@ -48,15 +53,16 @@ def _moves(d: cython.double[:, :, ::1], k: cython.Py_ssize_t, a: cython.Py_ssize
         mine = max(mine, fabs(d[k, e, a]))
         for b in range(d.shape[2]):
             most = max(most, fabs(d[k, e, b]))
-    if mine > _NOTHING * most:
+    if mine > max(_NOTHING * most, rounding):
         return 2
-    return 1 if most > 0.0 else 0
+    return 1 if most > rounding else 0
 
 
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
 def _idle(
+    h: cython.double,
     d1: cython.double[:, :, ::1],
     d2: cython.double[:, :, ::1],
     d3: cython.double[:, :, ::1],
@@ -67,14 +73,19 @@ def _idle(
 ) -> cython.bint:
     """Tell whether axis `a` can never bind in interval `k`: it stands, or on a straight interval another binds first.
 
-    What differs by less than `_ALIKE` is alike, lest rounding say how many rows a problem has.
+    A derivative that changes the direction by rounding over the length `h` of the interval is none. What differs by less than `_ALIKE` is alike, lest rounding say how many rows a problem has.
     """
     b: cython.Py_ssize_t
-    bend: cython.int = _moves(d2, k, a)
-    twist: cython.int = _moves(d3, k, a)
+    size: cython.double = 0.0
+    bend: cython.int
+    twist: cython.int
     acc: cython.double
     jerk: cython.double
-    if _moves(d1, k, a) < 2 and bend < 2 and twist < 2:
+    for b in range(d1.shape[2]):
+        size = max(size, fabs(d1[k, 1, b]))
+    bend = _moves(d2, k, a, _NOTHING * size / h)
+    twist = _moves(d3, k, a, _NOTHING * size / (h * h))
+    if _moves(d1, k, a, 0.0) < 2 and bend < 2 and twist < 2:
         return True
     if bend > 0 or twist > 0:
         return False
@@ -140,7 +151,7 @@ def build(
                     axis[i] = -1
                     i += 1
             for a in range(d1.shape[2]):
-                if _idle(d1, d2, d3, limits, factor, k, a):
+                if _idle(h[k], d1, d2, d3, limits, factor, k, a):
                     continue
                 jerk = limits[1, a] * factor[k, a]
                 for e in range(0, 3, 2):
@@ -296,14 +307,18 @@ def _gain(
     _: cython.int
     acc: cython.double = 1e300
     jerk: cython.double = 1e300
+    most: cython.double = 0.0
     x: cython.double
     q: cython.double = state[0]
     v: cython.double = sqrt(q)
     rate: cython.double = state[1]
     t: cython.double
     for a in range(d1.shape[2]):
+        most = max(most, fabs(d1[k, e, a]))
+    for a in range(d1.shape[2]):
         x = fabs(d1[k, e, a])
-        if x > 0.0:
+        # An axis that turns about here asks for nothing; how much that is, would be rounding by rounding.
+        if x > _ALIKE * most:
             acc = min(acc, max(limits[0, a] - fabs(d2[k, e, a]) * q, 0.0) / x)
             jerk = min(jerk, limits[1, a] * factor[k, a] / x)
     t = cbrt(6.0 * length / jerk)
@@ -365,7 +380,7 @@ def start(
                     if ends[k, 1] > 0.0
                     else max(0.0, (c[1] - c[0]) / h[k])
                 )
-            elif q[k, 0] < state[0]:
+            elif q[k, 0] < (1.0 - _ALIKE) * state[0]:
                 state[0] = q[k, 0]
                 state[1] = 0.0
             q[k, 0] = state[0]
@@ -375,7 +390,7 @@ def start(
             if k == n - 1 or ends[k, 3] == 0.0:
                 state[0] = q[k, 1]
                 state[1] = q[k, 1] * (1.0 / ends[k, 2] - 1.0) / h[k]
-            elif q[k, 1] < state[0]:
+            elif q[k, 1] < (1.0 - _ALIKE) * state[0]:
                 state[0] = q[k, 1]
                 state[1] = 0.0
             q[k, 1] = state[0]

@@ -219,6 +219,57 @@ def test_ramps_that_no_setpoint_shows_need_no_nodes() -> None:
     assert pieces < 4.0 * plan.time / properties.PERIOD
 
 
+def test_ramps_of_four_fifths_of_a_period_need_few_nodes() -> None:
+    """Setpoints hardly show what such a ramp is made of (once five nodes a period)."""
+    curve = properties.Curve(((10.0, 14.0, -3.0), (-3.0, -6.0, 2.0), (-7.0, 11.0, 1.0)), (1.0,) * 4, ())
+    case = properties.Case((curve,), 64349.0, False, "G61", ((3.0, 6.0, 7437.0),) * 4)
+    properties.limits(case)
+    plan = properties.planned(case)
+    assert sum(len(each.profile.t) for each in plan.trajectories) < 3.0 * plan.time / properties.PERIOD
+
+
+def test_a_line_that_ends_in_a_tiny_one_split() -> None:
+    """Nodes grow back from a rest 1e-7 mm off (once 15 nodes a period, and 0.16 % apart)."""
+    moves = tuple(properties.Line((x, 0.0, 0.3 * x, 0.0)) for x in (24.9033, 1e-7, -1e-7))
+    weak, strong = (48.7386, 60.0, 102988.0), (162.462, 200.0, 343295.0)
+    case = properties.Case(moves, 138746.0, False, "G61", (weak, weak, strong, weak))
+    properties.splitting(case)
+    plan = properties.planned(case)
+    assert sum(len(each.profile.t) for each in plan.trajectories) < 3.0 * plan.time / properties.PERIOD
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_one_turn_from_rest_to_rest_split(number: int) -> None:
+    """All of it is a rise and a fall by jerk, by which nodes stand close (once 0.35 and 0.25 % apart)."""
+    helix = properties.Arc(1.0, 0.5 * math.pi, 2.0 * math.pi, -3.0)
+    circle = properties.Arc(0.11818, -1.19158, 2.0 * math.pi, 0.0)
+    slow = ((29.1172, 3000.0, 1500.0), *((97.0572, 10_000.0, 5000.0),) * 3)
+    fast = ((264.084, 1000.0, 97638.8), *((79.2252, 300.0, 29291.6),) * 3)
+    turn, feed, limits = ((helix, 757.138, slow), (circle, 113_377.0, fast))[number]
+    properties.splitting(properties.Case((turn,), feed, False, "G61", limits))
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_a_rest_at_a_cusp_takes_nothing_of_the_jerk(number: int) -> None:
+    """There x''' is rounding, and was held back beside it (once 0.2 % apart in other units)."""
+    back = properties.Curve(((1.0, 0.0, 0.4),) * 2 + ((0.0, 0.0, 0.0),), (1.0,) * 4, ())
+    away = properties.Curve(((0.0, 0.0, 0.0),) + ((0.0, 5.0, 1.6),) * 2, (1.0, 1.0, 2.0, 1.0), ())
+    strong, weak = (20.0, 200.0, 5000.0), (6.0, 60.0, 1500.0)
+    case = properties.Case(((back, away)[number],), 100.0, False, "G61", (strong, strong, weak, strong))
+    time = properties.planned(case).time
+    for scale in (25.4, 0.1, 3.0):
+        assert properties.planned(replace(case, scale=scale)).time == pytest.approx(time, rel=1e-9)
+
+
+def test_an_axis_that_turns_at_a_node_in_other_units() -> None:
+    """At a breakpoint x' of Z is 0 to the last digit or not, and a profile begins its rise there (once 3e-9 apart)."""
+    points = ((0.0, 8.0, 1.8), (-2.0, -7.0, -3.0), (7.0, -3.0, -0.6), (-1.0, 3.0, -3.0))
+    curve = properties.Curve(points, (2.0, 2.0, 1.0, 0.5, 0.5), (0.8,))
+    strong, weak = (966.259, 316.228, 5000.0), (28.9878, 9.48684, 150.0)
+    case = properties.Case((curve,), 605.538, False, "G61", (strong, strong, weak, strong))
+    properties.units(case)
+
+
 def test_a_line_of_three_equal_points_at_its_end() -> None:
     """Its derivatives are rounding there, and bounded the first interval of the way back (once 67 % longer)."""
     curve = properties.Curve(((11.0, 0.0, -0.8),) * 3, (1.0, 1.0, 1.0, 2.0), ())

@@ -36,16 +36,22 @@ class Density:
 DENSITY = {"best": Density(0.08, 0.3, 2.0, 0.2, 1.3, 0.2), "fast": Density(0.15, 0.45, 3.0, 0.35, 1.6, 0.35)}
 #: First interval from rest, as a part of the distance in which full jerk from rest reaches full acceleration, of that in
 #: which it reaches the largest speed there, of the radius of curvature there, and of the distance to the next rest.
-_FIRST, _SLOW, _BEND, _PART = 0.5, 0.15, 0.02, 1.0 / 24.0
+_FIRST, _SLOW, _BEND, _PART = 0.125, 0.075, 0.005, 1.0 / 24.0
 #: Spacing beside the first interval, as a part of it: there v, and so the jerk of a constant q'', changes fastest.
 _NEXT = 0.25
 #: Largest spacing as a part of the distance of two rests, between which the jerk changes its sign three times.
-_STRETCH = 1.0 / 40.0
+_STRETCH = 1.0 / 100.0
+#: Ramps of the acceleration, in periods, and the spacing in time, in periods, below which nothing shows of them. A third
+#: difference weighs the jerk by at most 3/(4 T), and so is at most 3/2 A/T: where J is more, no setpoint shows how long
+#: the ramp takes; where it is a little longer than that, setpoints hardly show what it is made of.
+_UNSEEN = (2.0 / 3.0, 1.25), (0.5, 0.25)
 #: Part of the limits that following the path at top speed takes at most where the path counts as straight: there the
 #: motion cruises, further from everything else than it needs to reach that speed.
 _CALM = 0.01
 #: Part by which bounds of q that are taken for one differ.
 _ALIKE = 1e-6
+#: Ratio of spacings at neighbouring places from which they are not taken for linear between.
+_STEEP = 1.5
 #: Least distance of nodes, as a part of the length of the block: rounding is a thousandth of it.
 _ROUNDING = 2.0**-42
 
@@ -82,7 +88,7 @@ def place(
     rests = joints.s[joints.stop]
     if len(rests) > 1:
         # Beyond the outermost ones it is the distance to a rest in another block.
-        apart = np.concatenate([[np.inf], np.diff(rests), [np.inf]])
+        apart = np.concatenate([[np.diff(rests)[0]], np.diff(rests), [np.diff(rests)[-1]]])
         spacing = np.minimum(spacing, _STRETCH * apart[np.searchsorted(rests, probes, side="right")])
     before, after = _first(bounds, joints, sides, lines, top_at)
     first = np.minimum(before, after)
@@ -92,11 +98,11 @@ def place(
     spacing[at] = np.minimum(
         spacing[at], np.where(joints.stop, _NEXT * first, _beside(bounds, joints, sides))[tight]
     )
-    fine, spacing = _refined(probes, spacing, density.growth)
     borders = _borders(joints, before, after, lines)
     stretch = np.searchsorted(joints.s, borders[:-1], side="right") - 1
     whole = lines[stretch] | _beside_rest(joints, borders)
-    return _spread(fine, _graded(fine, spacing, density.growth), borders, whole)
+    growth = _growth(shape, probes, joints, density.growth)
+    return _spread(*_graded(probes, spacing, growth), borders, whole)
 
 
 def along(bounds: Bounds, x: Floats) -> tuple[Floats, Floats, Floats, Floats]:
@@ -168,14 +174,11 @@ def _spacing(
         level = np.abs(np.diff(top)) <= _ALIKE * top[1:]
         calm[1:-1] &= level[:-1] & level[1:]
         calm[np.searchsorted(s, joints.s[joints.stop | np.isfinite(joints.speed)])] = False
-        rise = np.where(
-            speed > acceleration * ramp, 0.5 * (speed / acceleration + ramp), np.sqrt(speed / jerk)
+        step = np.maximum(
+            density.ramp * np.minimum(ramp, np.sqrt(speed / jerk)),
+            period_s * np.interp(ramp / period_s, *_UNSEEN, right=0.0),
         )
-        step = density.ramp * np.minimum(ramp, np.sqrt(speed / jerk))
-        # Third differences are at most 2 A/T: where J is more, no setpoint shows how long a ramp takes.
-        unseen = 0.5 * period_s
-        step = np.where(ramp <= unseen, np.maximum(step, unseen), step)
-        beyond = np.maximum(_from_others(s, calm) - 1.1 * rise * speed, 0.0)
+        beyond = np.maximum(_from_others(s, calm) - 1.1 * _rise(speed, acceleration, jerk) * speed, 0.0)
         return np.minimum.reduce(
             [
                 step * np.minimum(speed, fastest) + density.growth * beyond,
@@ -183,6 +186,12 @@ def _spacing(
                 density.twist / np.sqrt(twist),
             ]
         )
+
+
+def _rise(speed: Floats, acceleration: Floats, jerk: Floats) -> Floats:
+    """Return half the time in which acceleration and jerk lead from rest to a speed, s."""
+    ramp = acceleration / jerk
+    return np.where(speed > acceleration * ramp, 0.5 * (speed / acceleration + ramp), np.sqrt(speed / jerk))
 
 
 def _from_others(s: Floats, mine: NDArray[np.bool_]) -> Floats:
@@ -246,34 +255,50 @@ def _probes(path: Path, joints: Joints, seen: float) -> tuple[Floats, Floats]:
     return np.append(inner.ravel(), borders[-1]), there
 
 
-def _refined(s: Floats, spacing: Floats, growth: float) -> tuple[Floats, Floats]:
-    """Insert points at doubling distances beside places whose spacing is much less than at the next ones.
+def _growth(shape: tuple[Floats, ...], s: Floats, joints: Joints, growth: float) -> Floats:
+    """Return the growth of the spacing between neighbouring places: half of it where a motion from or to rest gains speed.
 
-    The inserted ones have the larger spacing of their two neighbours, to be graded.
+    A constant q'' has full jerk at the faster end of an interval alone, and v changes fastest there.
     """
-    more = [s]
-    for step, ahead in ((1, np.append(spacing[1:], 0.0)), (-1, np.insert(spacing[:-1], 0, 0.0))):
-        steep = np.flatnonzero(ahead > 1.5 * spacing)
-        room = np.abs(s[np.clip(steep + step, 0, len(s) - 1)] - s[steep])
-        distance, reach = spacing[steep].copy(), np.minimum(ahead[steep] / growth, room)
-        while np.any(distance < reach):
-            near = distance < reach
-            more.append(s[steep[near]] + step * distance[near])
-            distance *= 2.0
-    fine = np.unique(np.concatenate(more))
-    index = np.clip(np.searchsorted(s, fine, side="right") - 1, 0, len(s) - 2)
-    known = s[index] == fine
-    known[-1] = True
-    out = np.maximum(spacing[index], spacing[index + 1])
-    out[known] = spacing[np.searchsorted(s, fine[known])]
-    return fine, out
+    acceleration, jerk, _, _, top = shape
+    rests = joints.s[joints.stop]
+    if not len(rests):
+        return np.full(len(s) - 1, growth)
+    speed = np.sqrt(top)
+    near = np.abs(s - rests[nearest(rests, s)]) <= speed * _rise(speed, acceleration, jerk)
+    return np.where(near[:-1] | near[1:], 0.5 * growth, growth)
 
 
-def _graded(s: Floats, spacing: Floats, growth: float) -> Floats:
-    """Lower the spacing so that it grows by no more than `growth` per length along the path, in both directions."""
-    forward = np.minimum.accumulate(spacing - growth * s) + growth * s
-    backward = np.minimum.accumulate((spacing + growth * s)[::-1])[::-1] - growth * s
-    return np.minimum(np.minimum(forward, backward), spacing)
+def _graded(s: Floats, spacing: Floats, growth: Floats) -> tuple[Floats, Floats]:
+    """Lower the spacing so that it grows by no more than `growth` per length along the path, in both directions.
+
+    Between places whose spacing differs by much it grows from the smaller one as fast as it may, up to the larger one:
+    where it ends to grow or begins to shrink, places are inserted. Elsewhere it is linear.
+
+    Args:
+        s: Shape (n,), places, ascending.
+        spacing: Shape (n,), largest spacing there.
+        growth: Shape (n − 1,), between them.
+
+    Returns:
+        Places, those inserted among them, and the spacing there.
+    """
+    grown = np.concatenate([[0.0], np.cumsum(growth * np.diff(s))])
+    forward = np.minimum.accumulate(spacing - grown) + grown
+    backward = np.minimum.accumulate((spacing + grown)[::-1])[::-1] - grown
+    low = np.minimum(np.minimum(forward, backward), spacing)
+    top = np.maximum(spacing[:-1], spacing[1:])
+    steep = np.flatnonzero(top > _STEEP * np.minimum(low[:-1], low[1:]))
+    left, right, top, rate = s[steep], s[steep + 1], top[steep], growth[steep]
+    # Where growth from both ends meets, if it does so below the top.
+    met = 0.5 * (left + right + (low[steep + 1] - low[steep]) / rate)
+    up = np.minimum(left + (top - low[steep]) / rate, met)
+    down = np.maximum(right - (top - low[steep + 1]) / rate, met)
+    height = np.minimum(top, low[steep] + rate * (met - left))
+    at, values = np.concatenate([up, down]), np.concatenate([height, height])
+    inside = (at > np.tile(left, 2)) & (at < np.tile(right, 2))
+    fine, first = np.unique(np.concatenate([s, at[inside]]), return_index=True)
+    return fine, np.concatenate([low, values[inside]])[first]
 
 
 def _borders(joints: Joints, before: Floats, after: Floats, lines: NDArray[np.bool_]) -> Floats:

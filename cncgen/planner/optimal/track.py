@@ -165,7 +165,7 @@ def track_of(
         top=top3,
         top_limit=which[np.arange(n), top3.argmin(axis=1)],
         node_top=node_top,
-        factor=_factors(s, joints, x.shape[-1]) * _between(path, s, x[3], top3, bounds.axes.jerk),
+        factor=_factors(s, joints, x.shape[-1]) * _between(path, s, kind, x[3], top3, bounds.axes.jerk),
         stop=stop,
         corner=corner,
         events=_events(toolpath, path, s),
@@ -217,15 +217,17 @@ def _factors(s: Floats, joints: Joints, axes: int) -> Floats:
     return np.maximum(1.0 - np.cumsum(change, axis=0)[:-1], 1.0 - JUMP_SHARE)
 
 
-def _between(path: Path, s: Floats, x3: Floats, top: Floats, jerk: Floats) -> Floats:
+def _between(path: Path, s: Floats, kind: NDArray[np.int8], x3: Floats, top: Floats, jerk: Floats) -> Floats:
     """Return the part of the jerk limits, shape (n, axes), that is left beside what three values of x''' do not show.
 
     The kernel takes x''' as a quadratic over an interval. Where it bends, the quarter points tell how far it is from
-    that. At the largest speed, at which x''' v³ is the jerk limit (or the feed), this much jerk is held back.
+    that. At the largest speed, at which x''' v³ is the jerk limit (or the feed), this much jerk is held back. From rest
+    v³ grows as s², and nothing is taken from the rest itself, where x''' of a cusp is rounding alone.
 
     Args:
         path: The path.
         s: Shape (n + 1,), nodes.
+        kind: Shape (n,), what each interval is.
         x3: Shape (n, 3, axes), third derivatives at the start, middle and end of each interval.
         top: Shape (n, 3), largest v² there.
         jerk: Shape (axes,), limits.
@@ -237,7 +239,7 @@ def _between(path: Path, s: Floats, x3: Floats, top: Floats, jerk: Floats) -> Fl
             top.max(axis=1)[:, None] ** 1.5, np.where(size > 0.0, jerk / size, np.inf).min(axis=1)[:, None]
         )
         bend = np.abs(x3[:, 0] - 2.0 * x3[:, 1] + x3[:, 2]) * cube / jerk
-    at = np.flatnonzero((bend > _BEND).any(axis=1))
+    at = np.flatnonzero((bend > _BEND).any(axis=1) & (kind == SPLINE))
     if not len(at):
         return out
     quarters = s[at, None] + np.diff(s)[at, None] * (0.25, 0.75)
