@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine

@@ -82,3 +82,17 @@ def test_limits_hold_however_the_program_is_cut_into_blocks(
     assert used(whole, machine) <= 1.001
     # What a block does not know is how far the next rest is, which nodes depend on.
     assert len(x) <= 1.1 * len(whole) + 3
+
+
+def test_rests_close_together_need_no_nodes_far_from_them() -> None:
+    machine = load("generic-mill")
+    # In blocks of two, the second begins in motion; a rest follows after 80 mm, and another 20 µm further on.
+    lines = ["G2 X50 I25 J0", "G2 X100 I25 J0", "G1 Y-20", "G1 X100.02", "G1 Y-19.9", "G1 X100"]
+    text = "\n".join(["G21 G90 G61 F6000", *lines, "M2", ""])
+
+    def pieces(rows: int) -> int:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(planning, "ROWS", rows)
+            return sum(len(t.profile.t) for t in plan(read_text(text).chunks(), machine, PlanOptions()))
+
+    assert pieces(2) < 2 * pieces(100)
