@@ -73,9 +73,9 @@ def command(
     planning: dict[str, Any],
     reading: dict[str, Any],
 ) -> None:
-    """Shape setpoints so that the axes, as the model knows them, follow the wanted motion.
+    """Shape setpoints so that the axes follow better.
 
-    Writes the command to send to the machine and says what it gains. A command that would break a limit which the setpoints
+    The axes are as the model knows them. Writes the command to send to the machine and says what it gains. A command that would break a limit which the setpoints
     keep is refused with the place and the figure (exit 3), and nothing is written. A PROGRAM is planned first, with as
     much room under the machine's limits as its command needs.
     """

@@ -45,9 +45,9 @@ def command(
     machine: str | None,
     reading: dict[str, Any],
 ) -> None:
-    """Rewrite a program: STEP-NC to G-code, G-code to STEP-NC, curves to lines, short lines to curves.
+    """Rewrite a program in another form.
 
-    Splines of STEP-NC become G6.2, and the entity that a motion comes from stands before it in a comment.
+    STEP-NC to G-code, G-code to STEP-NC, curves to lines, short lines to curves. Splines of STEP-NC become G6.2, and the entity that a motion comes from stands before it in a comment.
     """
     from cncgen.cli.reading import opened
     from cncgen.files import write_text

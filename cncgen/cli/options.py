@@ -30,10 +30,13 @@ def _all_of(*decorators: Callable[[Command], Command]) -> Callable[[Command], Co
     return lambda function: functools.reduce(lambda f, decorate: decorate(f), reversed(decorators), function)
 
 
-def _gathering(
-    into: str, names: tuple[str, ...], options: tuple[Callable[[Command], Command], ...]
-) -> Callable[[Command], Command]:
+def _gathering(into: str, *options: Callable[[Command], Command]) -> Callable[[Command], Command]:
     """Join options into one decorator; the command receives their values as one mapping under the name `into`."""
+
+    def carrier() -> None:
+        pass
+
+    names = [parameter.name for parameter in getattr(_all_of(*options)(carrier), "__click_params__", ())]
 
     def decorate(function: Command) -> Command:
         @functools.wraps(function)
@@ -44,6 +47,14 @@ def _gathering(
         return _all_of(*options)(gathered)
 
     return decorate
+
+
+def _choice(
+    flag: str, choices: tuple[str, ...], help: str, default: bool = True
+) -> Callable[[Command], Command]:
+    """Return an option that takes one of some words; the first is the default, or there is none."""
+    usual = choices[0] if default else None
+    return click.option(flag, type=click.Choice(choices), default=usual, show_default=default, help=help)
 
 
 #: Parameters of commands that name files which are read, with what these are; and options that name files written.
@@ -115,27 +126,22 @@ message_options = _all_of(
     _checked,
 )
 
-_reading_options = (
-    click.option(
-        "--language",
-        type=click.Choice(LANGUAGES),
-        help="Language of the program [default: by suffix and content].",
+#: Options of reading a program; the command receives them together as `reading`.
+program_options = _gathering(
+    "reading",
+    _choice(
+        "--language", LANGUAGES, "Language of the program [default: by suffix and content].", default=False
     ),
-    click.option(
-        "--dialect",
-        type=click.Choice(DIALECTS),
-        default="auto",
-        show_default=True,
-        help="Whose G-code it is, where controls differ.",
-    ),
+    _choice("--dialect", DIALECTS, "Whose G-code it is, where controls differ."),
     click.option("--tool-table", metavar="FILE", type=FILE, help="Tool table in LinuxCNC's format."),
     click.option(
         "--parameters", metavar="FILE", type=FILE, help="Numbered parameters; read, never rewritten."
     ),
-    click.option(
+    _choice(
         "--table-units",
-        type=click.Choice(TABLE_UNITS),
-        help="Lengths in the tool table and the parameters [default: mm; canon: inch, as rs274 has them].",
+        TABLE_UNITS,
+        "Lengths in the tool table and the parameters [default: mm; canon: inch, as rs274 has them].",
+        default=False,
     ),
     click.option(
         "--save-parameters",
@@ -155,19 +161,15 @@ _reading_options = (
         default=None,
         help="Skip blocks that begin with / [default: skip; canon: run, as rs274 does].",
     ),
-    click.option(
+    _choice(
         "--speed-unit",
-        type=click.Choice(SPEED_UNITS),
-        default="m/s",
-        show_default=True,
-        help="What cutting speeds of ISO 14649 are in; in m/min they count before spindle speeds.",
+        SPEED_UNITS,
+        "What cutting speeds of ISO 14649 are in; in m/min they count before spindle speeds.",
     ),
-    click.option(
+    _choice(
         "--spindle-sign",
-        type=click.Choice(SPINDLE_SIGNS),
-        default="speed",
-        show_default=True,
-        help="What tells the sense of rotation in STEP-NC: the sign of the speed, or the hand of the tool.",
+        SPINDLE_SIGNS,
+        "What tells the sense of rotation in STEP-NC: the sign of the speed, or the hand of the tool.",
     ),
     click.option(
         "--max-steps",
@@ -178,24 +180,6 @@ _reading_options = (
         help="Blocks executed before a program counts as endless.",
     ),
 )
-
-_READING_NAMES = (
-    "language",
-    "dialect",
-    "tool_table",
-    "parameters",
-    "table_units",
-    "save_parameters",
-    "include",
-    "block_delete",
-    "speed_unit",
-    "spindle_sign",
-    "max_steps",
-)
-
-
-#: Options of reading a program; the command receives them together as `reading`.
-program_options = _gathering("reading", _READING_NAMES, _reading_options)
 
 machine_option = click.option(
     "-m",
@@ -223,41 +207,24 @@ axis_params_option = click.option(
     help="Servo data of the axes: a profile or a TOML file [default: the machine's own].",
 )
 
-_planning_options = (
-    click.option(
+#: Options of planning; the command receives them together as `planning`.
+planning_options = _gathering(
+    "planning",
+    _choice(
         "--feedrate",
-        type=click.Choice(FEEDRATES),
-        help="Feedrate strategy: jerk-limited per axis near the least time (optimal), sharp corners and jerk-limited "
+        FEEDRATES,
+        "Feedrate strategy: jerk-limited per axis near the least time (optimal), sharp corners and jerk-limited "
         "segments (ild), or a baseline of the papers [default: optimal].",
+        default=False,
     ),
-    click.option(
-        "--interpolator",
-        type=click.Choice(INTERPOLATORS),
-        default=INTERPOLATORS[0],
-        show_default=True,
-        help="How the next point on the path is found.",
-    ),
-    click.option(
+    _choice("--interpolator", INTERPOLATORS, "How the next point on the path is found."),
+    _choice(
         "--saturation",
-        type=click.Choice(SATURATIONS),
-        default=SATURATIONS[0],
-        show_default=True,
-        help="Keep the drives out of saturation: step by step (reactive) or in the look-ahead (predictive).",
+        SATURATIONS,
+        "Keep the drives out of saturation: step by step (reactive) or in the look-ahead (predictive).",
     ),
-    click.option(
-        "--profile",
-        type=click.Choice(PROFILES),
-        default=PROFILES[0],
-        show_default=True,
-        help="Acceleration and deceleration of ild.",
-    ),
-    click.option(
-        "--effort",
-        type=click.Choice(EFFORTS),
-        default=EFFORTS[0],
-        show_default=True,
-        help="Method of optimal: shortest motion or shortest computing.",
-    ),
+    _choice("--profile", PROFILES, "Acceleration and deceleration of ild."),
+    _choice("--effort", EFFORTS, "Method of optimal: shortest motion or shortest computing."),
     click.option(
         "--path-tolerance",
         metavar="MM",
@@ -273,22 +240,6 @@ _planning_options = (
     ),
     axis_params_option,
 )
-
-_PLANNING_NAMES = (
-    "feedrate",
-    "interpolator",
-    "saturation",
-    "profile",
-    "effort",
-    "path_tolerance",
-    "max_contour_error",
-    "axis_params",
-)
-
-
-#: Options of planning; the command receives them together as `planning`.
-planning_options = _gathering("planning", _PLANNING_NAMES, _planning_options)
-
 
 #: What a file of setpoints holds that does not say it itself.
 unnamed_options = _all_of(

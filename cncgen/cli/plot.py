@@ -55,9 +55,9 @@ def command(
     planning: dict[str, Any],
     reading: dict[str, Any],
 ) -> None:
-    """Draw a motion: path, feed, axes with their limits, curvature, force and errors.
+    """Draw a motion and what the axes make of it.
 
-    A program is planned and, where the machine has servo data, simulated; setpoints are simulated with --axis-params;
+    Its path, feed, axes with their limits, curvature, force and errors. A program is planned and, where the machine has servo data, simulated; setpoints are simulated with --axis-params;
     a response file is drawn as it is.
     """
     from cncgen.report.plots import available, draw

@@ -27,9 +27,9 @@ from cncgen.cli.types import FOLDER
 def command(
     name: str | None, plots: str | None, programs: str | None, output: str | None, summary: str | None
 ) -> int:
-    """Compute the papers' tables: printed value, ours, the difference.
+    """Compute what the papers print.
 
-    NAME is 000, 001, 002, 003 or 004; without it all are computed. Exit 1 where a stated tolerance is missed.
+    Each table has the printed value, ours and the difference. NAME is 000, 001, 002, 003 or 004; without it all are computed. Exit 1 where a stated tolerance is missed.
     """
     from cncgen.files import write_text
     from cncgen.report.reproduction import as_text, as_values, reproduce

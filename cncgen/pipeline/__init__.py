@@ -1,0 +1,55 @@
+"""The stages in order: read, plan, sample, write, simulate, judge. The command line and the library both call this.
+
+    import cncgen
+    program = cncgen.read("programs/butterfly.nc")
+    plan = cncgen.plan(program, "xy-table", feedrate="ild")
+    setpoints = cncgen.sample(plan)
+    response = cncgen.simulate(setpoints, "xy-table")
+
+Each stage draws from the one before it as it is drawn itself, so that a program of any length streams through.
+"""
+
+from cncgen.pipeline.planning import (
+    Plan,
+    machine_of,
+    options_on,
+    output_axes,
+    plan,
+    plan_with_summary,
+    sample,
+)
+from cncgen.pipeline.reading import SUFFIXES, canon, check, language_of, read, read_text, reader_of, sound
+from cncgen.pipeline.using import (
+    coupling_of,
+    judge,
+    read_setpoints,
+    report_page,
+    servos_of,
+    simulate,
+    write,
+)
+
+__all__ = [
+    "SUFFIXES",
+    "Plan",
+    "canon",
+    "check",
+    "coupling_of",
+    "judge",
+    "language_of",
+    "machine_of",
+    "options_on",
+    "output_axes",
+    "plan",
+    "plan_with_summary",
+    "read",
+    "read_setpoints",
+    "read_text",
+    "reader_of",
+    "report_page",
+    "sample",
+    "servos_of",
+    "simulate",
+    "sound",
+    "write",
+]

@@ -1,0 +1,151 @@
+"""Programs planned on a machine, and plans sampled."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from cncgen.arguments import expect, expect_fields, expect_path, undrawn
+from cncgen.pipeline.reading import read, sound
+from cncgen.toolpath.reading import ReadOptions
+
+if TYPE_CHECKING:
+    from cncgen.machine import Machine
+    from cncgen.planner import PlanOptions, Trajectory
+    from cncgen.report.line_times import LineTimes
+    from cncgen.report.summary import Summary
+    from cncgen.setpoints.stream import SetpointStream
+    from cncgen.toolpath.record import Program
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """A plan as it is drawn: iterate over it for its trajectories, once.
+
+    Attributes:
+        program: What is planned.
+        machine: On which machine.
+        trajectories: The motion, stretch by stretch.
+    """
+
+    program: Program
+    machine: Machine
+    trajectories: Iterator[Trajectory]
+
+    def __iter__(self) -> Iterator[Trajectory]:
+        return undrawn(self.trajectories, repr(self))
+
+    def __repr__(self) -> str:
+        return f"Plan({self.program!r}, {self.machine!r})"
+
+
+def machine_of(machine: Machine | str | os.PathLike[str]) -> Machine:
+    """Return a machine, loaded by its name or from its file where it is not one yet."""
+    from cncgen.machine import Machine, load
+
+    if isinstance(machine, Machine):
+        return machine
+    return load(expect_path(machine, "the machine", "a profile's name, a TOML file, or a Machine"))
+
+
+def options_on(machine: Machine, options: ReadOptions | None = None) -> ReadOptions:
+    """Return options of reading with what a machine's tables ``[interpreter]`` and ``[kinematics]`` say.
+
+    ``least_increment_mm`` is what a number without a decimal point counts in, ``dialect`` the control's language (an
+    option that names one goes first); `cncgen.gcode.kinematics` has the other table.
+
+    Raises:
+        UsageError: A setting is wrong.
+    """
+    how = options or ReadOptions()
+    if "kinematics" in machine.settings:
+        from cncgen.gcode.kinematics import kinematics_of
+
+        how = replace(how, kinematics=kinematics_of(machine.settings["kinematics"]))
+    if "interpreter" in machine.settings:
+        from cncgen.gcode.settings import interpreter_settings
+
+        how = interpreter_settings(machine.settings["interpreter"], how)
+    return how
+
+
+def plan(
+    program: Program | str | os.PathLike[str],
+    machine: Machine | str | os.PathLike[str] = "generic-mill",
+    options: PlanOptions | None = None,
+    **asked: Any,
+) -> Plan:
+    """Plan a program on a machine.
+
+    Args:
+        program: From `read`, or a file.
+        machine: A profile's name, a TOML file, or a machine.
+        options: How; or its fields as keywords (``feedrate="ild"``).
+
+    Raises:
+        UsageError, ProgramError, NoPlanError: See `cncgen.planner.plan`; those of the program come as it is drawn.
+    """
+    from cncgen import planner
+
+    where = machine_of(machine)
+    if isinstance(program, str | os.PathLike):
+        program = read(program, options=options_on(where))
+    from cncgen.toolpath.record import Program
+
+    expect(program, Program, "the program", "what cncgen.read returns, or the name of a file")
+    if options is not None:
+        expect(options, planner.PlanOptions, "options", "cncgen.PlanOptions (or its fields as keywords)")
+    expect_fields(planner.PlanOptions, asked)
+    how = replace(options or planner.PlanOptions(), **asked)
+    return Plan(program, where, planner.plan(sound(program), where, how))
+
+
+def output_axes(program: Program) -> str:
+    """Return the axes that setpoints of a program have: those that it names, X Y Z where it names none."""
+    return program.moving_axes or program.axes
+
+
+def sample(planned: Plan, signals: Sequence[str] = ()) -> SetpointStream:
+    """Sample a plan once a period of its machine.
+
+    Args:
+        planned: From `plan`.
+        signals: Further columns: ``vel``, ``acc``, ``jerk``, ``feed``, ``line``, ``limit`` (or their names by commas).
+
+    Raises:
+        UsageError: There is no such signal, or `planned` is no plan.
+    """
+    expect(planned, Plan, "what is sampled", "what cncgen.plan returns")
+    if isinstance(signals, str):
+        signals = [name.strip() for name in signals.split(",") if name.strip()]
+    from cncgen import setpoints
+    from cncgen.setpoints.stream import SetpointStream
+
+    axes, machine = output_axes(planned.program), planned.machine
+    chunks = setpoints.sample(iter(planned), machine, axes=axes, signals=signals)
+    return SetpointStream(planned.program.name, axes, machine.period_s, chunks)
+
+
+def plan_with_summary(
+    program: Program,
+    machine: Machine | str | os.PathLike[str],
+    options: PlanOptions | None = None,
+    signals: Sequence[str] = (),
+    line_times: LineTimes | None = None,
+) -> tuple[SetpointStream, Summary]:
+    """Plan and sample a program under the eyes of a summary, which is complete when the stream is drawn.
+
+    What each line takes is gathered into `line_times`, where it is given.
+    """
+    from cncgen import planner
+    from cncgen.planner.strategies import available
+    from cncgen.report.summary import Summary
+
+    where, how = machine_of(machine), options or planner.PlanOptions()
+    summary = Summary(program, where, how.feedrate or available()[0], line_times)
+    trajectories = planner.plan(summary.over_toolpaths(sound(program)), where, how)
+    stream = sample(Plan(program, where, summary.over_trajectories(trajectories)), signals)
+    watched = replace(stream, chunks=summary.over_setpoints(stream.chunks))
+    return watched, summary

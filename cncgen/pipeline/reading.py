@@ -1,0 +1,184 @@
+"""Programs opened: which language a file is, and the package that reads it."""
+
+from __future__ import annotations
+
+import importlib
+import io
+import os
+import re
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path, PurePath
+from types import ModuleType
+from typing import TYPE_CHECKING, BinaryIO
+
+from cncgen.arguments import expect, expect_path, wrong
+from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, UsageError
+from cncgen.files import STANDARD, open_input
+from cncgen.toolpath.reading import ReadOptions
+
+if TYPE_CHECKING:
+    from cncgen.toolpath.record import Program, Toolpath
+
+#: Suffixes by language.
+SUFFIXES = {
+    "gcode": (".nc", ".ngc", ".gcode", ".tap", ".cnc", ".txt"),
+    "stepnc": (".stp", ".step", ".stpnc", ".p21", ".238"),
+}
+#: What a Part 21 file begins with, whatever its name: blanks and comments may stand before and within it.
+_COMMENT = rb"/\*(?:[^*]|\*(?!/))*"
+_PART21 = re.compile(
+    rb"(?:\xef\xbb\xbf)?(?:\s|%b\*/)*(?:ISO-10303-21(?:\s|%b\*/)*;|%b\*?\Z)" % (_COMMENT, _COMMENT, _COMMENT),
+    re.IGNORECASE,
+)
+#: Bytes that are looked at for it.
+_HEAD_BYTES = 4096
+
+
+def language_of(name: str, head: bytes) -> str:
+    """Return ``stepnc`` or ``gcode``: by how the content begins, then by the suffix, else G-code."""
+    if _PART21.match(head):
+        return "stepnc"
+    suffix = PurePath(name).suffix.lower()
+    return "stepnc" if suffix in SUFFIXES["stepnc"] else "gcode"
+
+
+def read(
+    source: str | os.PathLike[str], *, language: str | None = None, options: ReadOptions | None = None
+) -> Program:
+    """Open a program; its toolpath is read as it is drawn (`Program.chunks`).
+
+    Args:
+        source: A file, or ``-`` for standard input.
+        language: ``gcode`` or ``stepnc``; None: by content and suffix.
+        options: How it is read.
+
+    Raises:
+        UsageError: The file cannot be read.
+    """
+    with _opened(source, language) as (reader, file, name):
+        program: Program = reader.read(file, name, _reading(options))
+    return program
+
+
+def check(
+    source: str | os.PathLike[str],
+    diagnostics: Diagnostics,
+    *,
+    language: str | None = None,
+    options: ReadOptions | None = None,
+    content: bytes | None = None,
+) -> int:
+    """Read and interpret a program, and keep nothing of it; return how many motions and events it has.
+
+    Args:
+        source: A file, or ``-`` for standard input.
+        diagnostics: Takes all that is found.
+        language: ``gcode`` or ``stepnc``; None: by content and suffix.
+        options: How it is read.
+        content: What the file holds, where that is known already.
+
+    Raises:
+        UsageError: The file cannot be read.
+    """
+    with _opened(source, language, content) as (reader, file, name):
+        if hasattr(reader, "check"):
+            found: int = reader.check(file, name, _reading(options), diagnostics)
+            return found
+        program = reader.read(file, name, _reading(options))
+    try:
+        return sum(len(chunk) for chunk in program.chunks())
+    finally:
+        diagnostics.extend(program.diagnostics)
+
+
+def read_text(
+    text: str | bytes,
+    name: str = "program",
+    *,
+    language: str | None = None,
+    options: ReadOptions | None = None,
+) -> Program:
+    """Read a program from memory; see `read`."""
+    given = expect(text, (str, bytes, bytearray, memoryview), "text", "str or bytes")
+    content = given.encode(errors="replace") if isinstance(given, str) else bytes(given)
+    reader = reader_of(language or language_of(name, content[:_HEAD_BYTES]))
+    program: Program = reader.read(io.BytesIO(content), name, _reading(options))
+    return program
+
+
+def _reading(options: ReadOptions | None) -> ReadOptions:
+    """Return the options, or the usual ones for None.
+
+    Raises:
+        UsageError: They are none, or a value is wrong.
+    """
+    if options is None:
+        return ReadOptions()
+    how: ReadOptions = expect(options, ReadOptions, "options", "cncgen.ReadOptions")
+    how.check()
+    return how
+
+
+def reader_of(language: str) -> ModuleType:
+    """Return the package that reads a language: it has `read`, and `check` and `canon` where it has a way of its own.
+
+    Raises:
+        UsageError: There is no such language.
+    """
+    if language not in SUFFIXES:
+        raise wrong(f"language = {language!r} is not one of {', '.join(SUFFIXES)}")
+    return importlib.import_module(f"cncgen.{language}")
+
+
+@contextmanager
+def _opened(
+    source: str | os.PathLike[str], language: str | None, content: bytes | None = None
+) -> Iterator[tuple[ModuleType, Path | BinaryIO, str]]:
+    """Open a program; give the package that reads it, what it reads (a path that can be mapped, or a stream), its name.
+
+    It is not opened where its `content` is at hand.
+    """
+    name = expect_path(source, "the program", "the name of a file (cncgen.read_text reads a text)")
+    if content is not None:
+        yield reader_of(language or language_of(name, content[:_HEAD_BYTES])), io.BytesIO(content), name
+        return
+    with open_input(name) as file:
+        reader = reader_of(language or language_of(name, _head(file)))
+        regular = name != STANDARD and stat.S_ISREG(os.fstat(file.fileno()).st_mode)
+        yield reader, Path(name) if regular else file, name
+
+
+def _head(file: BinaryIO) -> bytes:
+    """Return the first bytes of an open file and leave them to be read."""
+    peek = getattr(file, "peek", None)
+    return bytes(peek(_HEAD_BYTES)) if peek else b""
+
+
+def canon(
+    source: str | os.PathLike[str], *, language: str | None = None, options: ReadOptions | None = None
+) -> Iterator[str]:
+    """Yield the canonical motions of a program as text, a call a line; see `cncgen.gcode.canon`.
+
+    Raises:
+        UsageError: The file cannot be read, or its language has no such text.
+        ProgramError: The program has errors; raised when all calls are drawn.
+    """
+    with _opened(source, language) as (reader, file, name):
+        if not hasattr(reader, "canon"):
+            raise UsageError(Diagnostic("no-canon", f"{name}: canonical motions are printed of G-code alone"))
+        yield from reader.canon(file, name, _reading(options))
+
+
+def sound(program: Program) -> Iterator[Toolpath]:
+    """Yield a program's toolpaths; after an error, read on for the other errors, then raise them.
+
+    Raises:
+        ProgramError: With all that was found.
+    """
+    for chunk in program.chunks():
+        if not program.diagnostics.has_errors:
+            yield chunk
+    if program.diagnostics.has_errors:
+        raise ProgramError(program.diagnostics)

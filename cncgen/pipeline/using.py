@@ -1,0 +1,225 @@
+"""What is done with setpoints: written and read, simulated, judged, reported."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import chain
+from typing import TYPE_CHECKING, Any
+
+from cncgen.arguments import expect, expect_path, wrong
+from cncgen.pipeline.planning import Plan, machine_of, options_on, plan_with_summary, sample
+from cncgen.pipeline.reading import read, sound
+
+if TYPE_CHECKING:
+    from cncgen.diagnostics import Diagnostics
+    from cncgen.machine import Machine, Servo
+    from cncgen.planner import PlanOptions
+    from cncgen.servo.record import Response
+    from cncgen.setpoints.record import Setpoints
+    from cncgen.setpoints.stream import SetpointStream
+    from cncgen.toolpath.reading import ReadOptions
+    from cncgen.toolpath.record import Program
+    from cncgen.verify import Verdict
+
+
+def simulate(
+    setpoints: Iterable[Setpoints] | Setpoints | Plan,
+    machine: Machine | Mapping[str, Servo] | str | os.PathLike[str],
+    *,
+    controller: str = "p",
+    settle_s: float = 0.0,
+) -> Iterator[Response]:
+    """Simulate the servo axes of a machine under setpoints.
+
+    Args:
+        setpoints: From `sample` (as it is, or collected), from a file (`cncgen.setpoints.readers.open_setpoints`), your
+            own (`Setpoints`), or a plan, which is sampled.
+        machine: Gives the servo data: a machine, servos by letter, a profile's name, or a TOML file.
+        controller: ``p`` (each axis's own) or another of `cncgen.servo.named_schemes.NAMES`, with the gains of the
+            machine's ``[coupling]`` table, if it has one.
+        settle_s: The last setpoint is held so long at the end.
+
+    Raises:
+        UsageError: An axis has no servo data, or the controller cannot be had for the axes; setpoints are wrong (as they
+            are drawn).
+    """
+    from cncgen.servo.named_schemes import scheme_maker, settings_of
+    from cncgen.servo.simulate import simulate_scheme
+
+    if not 0.0 <= settle_s < math.inf:
+        raise wrong(f"settle_s = {settle_s} must be a finite time, not below 0")
+    chunks = _chunks_of(setpoints)
+    made = scheme_maker(controller, servos_of(machine), settings_of(coupling_of(machine)))
+    return simulate_scheme(chunks, made, settle_s=settle_s)
+
+
+def _chunks_of(setpoints: Iterable[Setpoints] | Setpoints | Plan) -> Iterator[Setpoints]:
+    """Return setpoints of any form as a stream of chunks, each checked as it is drawn."""
+    from cncgen.setpoints.checking import checked_setpoints
+    from cncgen.setpoints.record import Setpoints
+
+    given: Any = sample(setpoints) if isinstance(setpoints, Plan) else setpoints
+    if isinstance(given, Setpoints):
+        given = (given,)
+    return checked_setpoints(
+        iter(expect(given, Iterable, "setpoints", "cncgen.Setpoints, or a stream of them"))
+    )
+
+
+def _stream_of(setpoints: Iterable[Setpoints] | Setpoints | Plan) -> SetpointStream:
+    """Return setpoints of any form with what the first chunk says of them."""
+    from cncgen.setpoints.stream import SetpointStream
+
+    first, chunks = _first_of(setpoints)
+    return SetpointStream(getattr(setpoints, "name", "setpoints"), first.axes, first.period_s, chunks)
+
+
+def _first_of(setpoints: Iterable[Setpoints] | Setpoints | Plan) -> tuple[Setpoints, Iterator[Setpoints]]:
+    """Return the first chunk of setpoints of any form, and the stream of all."""
+    chunks = _chunks_of(setpoints)
+    first = next(chunks, None)
+    if first is None:
+        raise wrong("there are no setpoints")
+    return first, chain((first,), chunks)
+
+
+def servos_of(machine: Machine | Mapping[str, Servo] | str | os.PathLike[str]) -> Mapping[str, Servo]:
+    """Return servo data by axis letter."""
+    from cncgen.machine import Machine, load_servos
+
+    if isinstance(machine, Machine):
+        return {k: axis.servo for k, axis in machine.axes.items() if axis.servo is not None}
+    return load_servos(machine) if isinstance(machine, str | os.PathLike) else machine
+
+
+def coupling_of(machine: Machine | Mapping[str, Servo] | str | os.PathLike[str]) -> Mapping[str, Any]:
+    """Return the ``[coupling]`` table of what `servos_of` takes; {} where there is none."""
+    from cncgen.machine import Machine, load_coupling
+
+    if isinstance(machine, Machine):
+        found: Mapping[str, Any] = machine.settings.get("coupling", {})
+        return found
+    return load_coupling(machine) if isinstance(machine, str | os.PathLike) else {}
+
+
+def read_setpoints(
+    source: str | os.PathLike[str],
+    *,
+    format: str | None = None,
+    axes: str | None = None,
+    period_s: float | None = None,
+) -> Setpoints:
+    """Read a setpoint file of any origin whole; `cncgen.setpoints.readers.open_setpoints` streams it.
+
+    Args:
+        source: A file, or ``-`` for standard input.
+        format: One of `cncgen.setpoints.writers.FORMATS`; None: by content and suffix.
+        axes: Letters of the columns that are wanted, or that npy, f64 and hal have after the time.
+        period_s: Time between rows; None: as the file's times say.
+
+    Raises:
+        UsageError: The file cannot be read, or is no setpoint file; all its faulty rows are named.
+    """
+    from cncgen.setpoints.readers import open_setpoints
+
+    name = expect_path(source, "the setpoint file", "the name of a file")
+    with open_setpoints(name, format=format, axes=axes, period_s=period_s) as stream:
+        return stream.collect()
+
+
+def write(
+    setpoints: Iterable[Setpoints] | Setpoints | Plan,
+    target: str | os.PathLike[str],
+    *,
+    format: str | None = None,
+) -> int:
+    """Write setpoints to a file, whole or not at all, with the signals that they have; return the number of rows.
+
+    Args:
+        setpoints: As for `simulate`.
+        target: The file, or ``-`` for standard output.
+        format: One of `cncgen.setpoints.writers.FORMATS`; None: by the suffix, else csv.
+
+    Raises:
+        UsageError: The file cannot be written, there is no such format, or setpoints are wrong; what drawing a plan
+            raises comes as it is.
+    """
+    from cncgen.files import open_output
+    from cncgen.setpoints.columns import Layout
+    from cncgen.setpoints.writers import format_of, open_writer
+
+    name = expect_path(target, "the target", "the name of a file")
+    # The first rows are drawn before anything is opened: what is refused leaves no trace.
+    first, chunks = _first_of(setpoints)
+    rows = 0
+    with open_output(name) as sink:
+        layout = Layout(first.axes, first.period_s, tuple(first.signals))
+        writer = open_writer(format_of(name, format), sink, layout)
+        for chunk in chunks:
+            writer.write(chunk)
+            rows += len(chunk)
+        writer.close()
+    return rows
+
+
+def judge(
+    setpoints: Iterable[Setpoints] | Setpoints | Plan,
+    program: Program | str | os.PathLike[str],
+    machine: Machine | str | os.PathLike[str],
+    *,
+    tolerance_mm: float | None = None,
+    resolution: float = 1e-9,
+) -> Verdict:
+    """Judge setpoints against a program and a machine, as ``cncgen verify`` does; see `cncgen.verify.verify`.
+
+    Args:
+        setpoints: As for `simulate`.
+        program: From `read`, or a file.
+        machine: A profile's name, a TOML file, or a machine.
+        tolerance_mm: Tolerance of every continuous motion, over what the program says.
+        resolution: What positions are rounded to, mm and degrees.
+
+    Raises:
+        UsageError: Setpoints are wrong, or a file cannot be read.
+        ProgramError: The program has errors.
+    """
+    from cncgen.verify import verify
+
+    where = machine_of(machine)
+    if isinstance(program, str | os.PathLike):
+        program = read(program, options=options_on(where))
+    return verify(
+        _stream_of(setpoints),
+        sound(program),
+        where,
+        tolerance_mm=tolerance_mm,
+        named=program.moving_axes or None,
+        resolution=resolution,
+    )
+
+
+def report_page(
+    program: Program,
+    machine: Machine | str | os.PathLike[str],
+    options: PlanOptions | None = None,
+    *,
+    language: str | None = None,
+    reading: ReadOptions | None = None,
+) -> tuple[str, Diagnostics]:
+    """Plan a program, judge the plan, and return the HTML page on it with the planner's remarks.
+
+    A program from a file is read a second time for the verdict; one from standard input is not verified.
+    """
+    from cncgen.report.line_times import LineTimes
+    from cncgen.report.page import page
+
+    where, times = machine_of(machine), LineTimes()
+    stream, summary = plan_with_summary(program, where, options, line_times=times)
+    points = stream.collect()
+    verdict = None
+    if os.path.isfile(program.name) and len(points):
+        again = read(program.name, language=language, options=options_on(where, reading))
+        verdict = judge(points, again, where)
+    return page(points, where, summary.as_json(), verdict, times), summary.remarks
