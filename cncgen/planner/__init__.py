@@ -8,6 +8,9 @@ other than the exact one (`interpolators`) and keeps the drives out of saturatio
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from itertools import chain, islice
+from types import MappingProxyType
 
 from cncgen.machine.record import Machine
 from cncgen.planner.options import PlanOptions
@@ -44,6 +47,8 @@ def plan(
     asked = options or PlanOptions()
     asked.check()
     chosen, toolpaths = strategy(asked.feedrate), checked(chunks, machine, asked)
+    if asked.saturation != "off":
+        toolpaths, machine = _used(toolpaths, machine)
     if asked.saturation == "predictive":
         return _predictive(chosen, toolpaths, machine, asked)
     retimed = interpolators.retime(chosen(toolpaths, machine, asked), machine, asked)
@@ -52,6 +57,15 @@ def plan(
 
         return limit_reactive(retimed, machine, asked)
     return retimed
+
+
+def _used(toolpaths: Iterable[Toolpath], machine: Machine) -> tuple[Iterator[Toolpath], Machine]:
+    """Return the toolpaths, and the machine with no axes but theirs: the drives of others are not asked for anything."""
+    rest = iter(toolpaths)
+    begin = tuple(islice(rest, 1))
+    letters = begin[0].axes if begin else ""
+    axes = {letter: axis for letter, axis in machine.axes.items() if letter in letters}
+    return chain(begin, rest), replace(machine, axes=MappingProxyType(axes))
 
 
 def _predictive(

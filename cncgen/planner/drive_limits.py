@@ -34,6 +34,8 @@ _REST = 1e-10
 _LONGEST = 1 << 17
 #: Ways to share the force between acceleration and jerk that are looked at.
 _SHARES = 99
+#: Part of the force that speed alone may take.
+_CRUISE = 0.75
 #: Part of the bound left for the third differences' 0.1 % and for setpoints being rounded.
 _PLAY = 0.998
 
@@ -136,13 +138,13 @@ def _forces(axis: PdPlusAxis, period_s: float, position: Floats, push: Floats) -
 
 
 def drivable(machine: Machine, options: PlanOptions) -> Machine:
-    """Return the machine with its accelerations and jerks lowered to what its drives can follow.
+    """Return the machine with its speeds, accelerations and jerks lowered to what its drives can follow.
 
     Changes nothing unless ``options.saturation`` is `predictive`.
 
     Raises:
         UsageError: An axis has no `pd-plus` servo data with a `saturation_volt`.
-        NoPlanError: A drive is too weak to hold an axis at its largest speed, or its loop is unstable.
+        NoPlanError: Friction takes all that a drive has, or its loop is unstable.
     """
     if options.saturation != "predictive":
         return machine
@@ -159,19 +161,21 @@ def _drivable(letter: str, axis: Axis, model: PdPlusAxis, period_s: float) -> Ax
         raise NoPlanError(
             Diagnostic("saturation-limit", f"the force of axis {letter} cannot be bounded: {problem}")
         ) from None
-    moving = gains.velocity * axis.max_velocity
-    left = _PLAY * (model.bound - moving - gains.friction * model.coulomb)
-    if left <= 0.0:
+    force = _PLAY * (model.bound - gains.friction * model.coulomb)
+    if force <= 0.0:
         raise NoPlanError(
             Diagnostic(
                 "saturation-limit",
-                f"axis {letter} asks for {moving:.4g} V at its largest speed, and with friction nothing is left of the "
+                f"friction of axis {letter} takes {gains.friction * model.coulomb:.4g} V, and nothing is left of the "
                 f"{model.bound:.4g} V that its drive has",
-                hint="lower max_velocity of the axis",
+                hint="give the drive more voltage, or servo data with less friction",
             )
         )
-    acceleration, jerk = gains.within(left, axis.max_velocity, axis.max_acceleration, axis.max_jerk)
-    return replace(axis, max_acceleration=acceleration, max_jerk=jerk)
+    # A speed that takes nearly all of the force would leave nothing to reach it with.
+    velocity = min(axis.max_velocity, _CRUISE * force / gains.velocity)
+    left = force - _PLAY * gains.velocity * velocity
+    acceleration, jerk = gains.within(left, velocity, axis.max_acceleration, axis.max_jerk)
+    return replace(axis, max_velocity=velocity, max_acceleration=acceleration, max_jerk=jerk)
 
 
 def named(trajectories: Iterator[Trajectory], machine: Machine, lowered: Machine) -> Iterator[Trajectory]:
@@ -185,7 +189,7 @@ def named(trajectories: Iterator[Trajectory], machine: Machine, lowered: Machine
         profile = trajectory.profile
         limit = profile.limit.copy()
         letters = trajectory.toolpath.axes
-        for order, kind in ((1, Limit.ACCELERATION), (2, Limit.JERK)):
+        for order, kind in enumerate((Limit.VELOCITY, Limit.ACCELERATION, Limit.JERK)):
             at = np.flatnonzero(limit == kind)
             if not len(at):
                 continue
@@ -197,19 +201,21 @@ def named(trajectories: Iterator[Trajectory], machine: Machine, lowered: Machine
 
 
 def _limits(machine: Machine, letters: str, order: int) -> Floats:
-    """Return accelerations or jerks of the axes, infinite for those that the machine does not have."""
-    name = ("max_acceleration", "max_jerk")[order - 1]
+    """Return speeds, accelerations or jerks of the axes, infinite for those that the machine does not have."""
+    name = ("max_velocity", "max_acceleration", "max_jerk")[order]
     return np.array([getattr(machine.axes.get(letter), name, None) or np.inf for letter in letters])
 
 
 def _motion(trajectory: Trajectory, pieces: NDArray[np.int64], order: int) -> Floats:
-    """Return acceleration (order 1) or jerk (2) of each axis in the middle of some pieces, shape (n, axes)."""
+    """Return speed (order 0), acceleration (1) or jerk (2) of each axis in the middle of some pieces, shape (n, axes)."""
     t = trajectory.profile.t
     at = motion_at(trajectory.profile, 0.5 * (t[pieces] + t[pieces + 1]))
     x = path_of(trajectory.toolpath).evaluate(at.s, 3)
     v, a, j = at.v[:, None], at.a[:, None], at.j[:, None]
-    if order == 1:
-        out: Floats = x[2] * v**2 + x[1] * a
+    if order == 0:
+        out: Floats = x[1] * v
+    elif order == 1:
+        out = x[2] * v**2 + x[1] * a
     else:
         out = x[3] * v**3 + 3.0 * x[2] * v * a + x[1] * j
     return out

@@ -179,7 +179,46 @@ def test_drives_that_cannot(bonder: Machine, mill: Machine) -> None:
     """Axes of another model are named; a drive that friction takes whole has no plan."""
     with pytest.raises(UsageError, match="predictive"):
         drivable(mill, PREDICTIVE)
-    with pytest.raises(NoPlanError, match="largest speed"):
-        drivable(changed(bonder, coulomb_volt=9.9), PREDICTIVE)
+    with pytest.raises(NoPlanError, match=r"friction of axis X takes .* of the 9.99 V"):
+        drivable(changed(bonder, coulomb_volt=10.0), PREDICTIVE)
     with pytest.raises(NoPlanError, match="die away"):
         drivable(changed(bonder, derivative_gain_volt_s_rad=50.0), PREDICTIVE)
+
+
+@pytest.mark.parametrize("volt", [0.33, 0.2, 0.02])
+def test_a_drive_too_weak_for_the_largest_speed_is_planned_slower(
+    two_corners: Toolpath, bonder: Machine, volt: float
+) -> None:
+    """500 mm/s take 0.317 V on X (1/K_c a rad/s): less is a lower speed, not a refusal, and that limit is named."""
+    weak = changed(bonder, saturation_volt=volt)
+    lowered = drivable(weak, PREDICTIVE)
+    for letter, model in pd_plus_axes(weak, PREDICTIVE).items():
+        axis, gains = lowered.axes[letter], ForceGains.of(model, T)
+        asked = gains.asked(axis.max_velocity, axis.max_acceleration, axis.max_jerk)
+        assert asked <= model.bound
+        assert gains.velocity * axis.max_velocity <= 0.75 * model.bound
+    done = list(plan([two_corners], weak, PREDICTIVE))
+    saturated, force, _ = simulated(done, weak)
+    assert not saturated.any()
+    assert np.abs(force).max() > 0.4 * volt
+    if volt < 0.2:
+        assert Limit.SATURATION in done[0].profile.limit
+
+
+@pytest.mark.parametrize("how", ["predictive", "reactive"])
+def test_drives_of_axes_that_the_program_does_not_name_do_not_count(
+    two_corners: Toolpath, bonder: Machine, how: str
+) -> None:
+    """A machine with a turning table, whose drive is hopeless, and a program in X and Y."""
+    x = bonder.axes["X"]
+    assert x.servo is not None
+    parameters = {k: v for k, v in x.servo.parameters.items() if k != "counts_per_mm"}
+    hopeless = {**parameters, "counts_per_deg": 1000.0, "saturation_volt": 1e-6}
+    table = replace(x, letter="A", servo=replace(x.servo, parameters=hopeless))
+    with_table = replace(bonder, axes=MappingProxyType({**bonder.axes, "A": table}))
+    options = PlanOptions(saturation=how)
+    one, other = (list(plan([two_corners], machine, options)) for machine in (bonder, with_table))
+    assert one[-1].profile.t[-1] == other[-1].profile.t[-1]
+    without = replace(table, servo=None)
+    none = replace(bonder, axes=MappingProxyType({**bonder.axes, "A": without}))
+    assert list(plan([two_corners], none, options))[-1].profile.t[-1] == one[-1].profile.t[-1]
