@@ -173,10 +173,9 @@ def _basis(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-def _assemble(
+def _attract(
     t: cython.const[cython.double][::1],
     y: cython.const[cython.double][:, :, ::1],
-    scale: cython.double[::1],
     knots: cython.double[::1],
     first: cython.Py_ssize_t,
     last: cython.Py_ssize_t,
@@ -186,13 +185,10 @@ def _assemble(
     points: cython.double[:, ::1],
     b: cython.double[::1],
 ) -> cython.void:
-    """Build the normal equations: band ``matrix[i, d]`` = A[i, i + d], right side in `points` for unknowns 0 .. last − 1.
-
-    Control point i has the support ``knots[i] .. knots[i + 5]``.
-    """
+    """Add the integral of |x - y|² to the normal equations: each sample stands for half of the way to its neighbours."""
     axes: cython.Py_ssize_t = points.shape[1]
     n: cython.Py_ssize_t = t.shape[0] - 1
-    i: cython.Py_ssize_t
+    i: cython.Py_ssize_t = first
     j: cython.Py_ssize_t
     d: cython.Py_ssize_t
     m: cython.Py_ssize_t
@@ -200,13 +196,6 @@ def _assemble(
     weight: cython.double
     u: cython.double
     value: cython.double
-    length: cython.double
-    for i in range(last):
-        for j in range(_P + 1):
-            matrix[i, j] = 0.0
-        for d in range(axes):
-            points[i, d] = 0.0
-    i = first
     for m in range(samples):
         weight = 0.0
         if m > 0:
@@ -226,8 +215,29 @@ def _assemble(
         for j in range(_P + 1):
             for d in range(j, _P + 1):
                 matrix[i - _P + j, d - j] += weight * b[j] * b[d]
-    # Third differences: x''' has the control points sum_j b[j] c[i + j].
-    k = 0
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _penalise(
+    t: cython.const[cython.double][::1],
+    scale: cython.double[::1],
+    knots: cython.double[::1],
+    first: cython.Py_ssize_t,
+    last: cython.Py_ssize_t,
+    matrix: cython.double[:, ::1],
+    b: cython.double[::1],
+) -> cython.void:
+    """Add the integral of L⁶ |x'''|² to the normal equations: x''' has the control points sum_j b[j] c[i + j]."""
+    n: cython.Py_ssize_t = t.shape[0] - 1
+    i: cython.Py_ssize_t
+    j: cython.Py_ssize_t
+    d: cython.Py_ssize_t
+    k: cython.Py_ssize_t = 0
+    weight: cython.double
+    u: cython.double
+    length: cython.double
     for i in range(last - 3):
         if knots[i + 5] <= knots[first]:
             continue
@@ -240,6 +250,37 @@ def _assemble(
         for j in range(4):
             for d in range(j, 4):
                 matrix[i + j, d - j] += weight * b[j] * b[d]
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _assemble(
+    t: cython.const[cython.double][::1],
+    y: cython.const[cython.double][:, :, ::1],
+    scale: cython.double[::1],
+    knots: cython.double[::1],
+    first: cython.Py_ssize_t,
+    last: cython.Py_ssize_t,
+    at: cython.double[::1],
+    samples: cython.Py_ssize_t,
+    matrix: cython.double[:, ::1],
+    points: cython.double[:, ::1],
+    b: cython.double[::1],
+) -> cython.void:
+    """Build the normal equations: band ``matrix[i, d]`` = A[i, i + d], right side in `points` for unknowns 0 .. last − 1.
+
+    Control point i has the support ``knots[i] .. knots[i + 5]``.
+    """
+    i: cython.Py_ssize_t
+    j: cython.Py_ssize_t
+    for i in range(last):
+        for j in range(_P + 1):
+            matrix[i, j] = 0.0
+        for j in range(points.shape[1]):
+            points[i, j] = 0.0
+    _attract(t, y, knots, first, last, at, samples, matrix, points, b)
+    _penalise(t, scale, knots, first, last, matrix, b)
 
 
 @cython.cfunc
@@ -289,6 +330,41 @@ def _polar(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
+def _give(
+    matrix: cython.double[:, ::1],
+    points: cython.double[:, ::1],
+    fixed: cython.double[:, ::1],
+    count: cython.Py_ssize_t,
+    head: cython.Py_ssize_t,
+    tail: cython.Py_ssize_t,
+) -> cython.void:
+    """Take the first `head` and last `tail` unknowns out of a band system: they are given by `fixed`."""
+    i: cython.Py_ssize_t
+    j: cython.Py_ssize_t
+    d: cython.Py_ssize_t
+    given: cython.bint
+    other: cython.bint
+    for i in range(count):
+        given = i < head or i >= count - tail
+        for j in range(1, min(_P + 1, count - i)):
+            other = i + j < head or i + j >= count - tail
+            if not given and not other:
+                continue
+            for d in range(points.shape[1]):
+                if not other:
+                    points[i + j, d] -= matrix[i, j] * fixed[i, d]
+                elif not given:
+                    points[i, d] -= matrix[i, j] * fixed[i + j, d]
+            matrix[i, j] = 0.0
+        if given:
+            matrix[i, 0] = 1.0
+            for d in range(points.shape[1]):
+                points[i, d] = fixed[i, d]
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
 def _solve(
     matrix: cython.double[:, ::1],
     points: cython.double[:, ::1],
@@ -304,40 +380,19 @@ def _solve(
     d: cython.Py_ssize_t
     m: cython.Py_ssize_t
     factor: cython.double
-    given: cython.bint
+    _give(matrix, points, fixed, count, head, tail)
     for i in range(count):
-        given = i < head or i >= count - tail
-        for j in range(1, _P + 1):
-            if i + j >= count:
-                break
-            if given or i + j >= count - tail:
-                if given and not (i + j < head or i + j >= count - tail):
-                    for d in range(axes):
-                        points[i + j, d] -= matrix[i, j] * fixed[i, d]
-                if not given:
-                    for d in range(axes):
-                        points[i, d] -= matrix[i, j] * fixed[i + j, d]
-                matrix[i, j] = 0.0
-        if given:
-            matrix[i, 0] = 1.0
-            for d in range(axes):
-                points[i, d] = fixed[i, d]
-    for i in range(count):
-        for j in range(1, _P + 1):
-            if i + j >= count:
-                break
+        for j in range(1, min(_P + 1, count - i)):
             factor = matrix[i, j] / matrix[i, 0]
-            for m in range(j, _P + 1):
-                if i + m < count:
-                    matrix[i + j, m - j] -= factor * matrix[i, m]
+            for m in range(j, min(_P + 1, count - i)):
+                matrix[i + j, m - j] -= factor * matrix[i, m]
             for d in range(axes):
                 points[i + j, d] -= factor * points[i, d]
     for i in range(count - 1, -1, -1):
         for d in range(axes):
             factor = points[i, d]
-            for j in range(1, _P + 1):
-                if i + j < count:
-                    factor -= matrix[i, j] * points[i + j, d]
+            for j in range(1, min(_P + 1, count - i)):
+                factor -= matrix[i, j] * points[i + j, d]
             points[i, d] = factor / matrix[i, 0]
 
 
