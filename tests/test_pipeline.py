@@ -97,6 +97,21 @@ def test_summary_has_the_keys_of_the_interface() -> None:
     assert result["feed_mm_s"]["mean"] == pytest.approx(result["path_length_mm"] / result["motion_time_s"])
 
 
+def test_turning_is_no_length() -> None:
+    """Rotary axes alone move by radians: no length of path, no feed; with X it is X's."""
+    text = "G21 G90 G61\nG1 X10 F600\nG0 A90\nG1 X20 A0 F600\nG1 A180 F9000\nM2\n"
+    stream, summary = plan_with_summary(read_text(text), "generic-mill")
+    stream.collect()
+    result = summary.as_json()
+    assert result["path_length_mm"] == pytest.approx(20.0, abs=1e-9)
+    assert result["feed_mm_s"]["max"] == pytest.approx(10.0)
+    assert 9.0 < result["feed_mm_s"]["mean"] < 10.0
+    stream, summary = plan_with_summary(read_text("G0 A90\nM2\n"), "generic-mill")
+    stream.collect()
+    result = summary.as_json()
+    assert (result["path_length_mm"], result["feed_mm_s"]) == (0.0, {"mean": 0.0, "max": 0.0})
+
+
 def test_slowest_places_name_line_and_limit() -> None:
     """A right angle between two long lines costs the most in the middle; start and end are the other places."""
     program = read_text("G21 G90 G61\nG1 X50 F6000\nY50\nM2\n")

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.machine.record import Axis, Servo
 from cncgen.machine.servo_schema import resolve
 from cncgen.planner.record import SharpCorner
@@ -16,7 +17,7 @@ from cncgen.servo.identification.log import AxisLog
 from cncgen.servo.record import Response
 from cncgen.servo.response_csv import force_in_files
 from cncgen.servo.simulate import contour_axes
-from cncgen.setpoints.columns import file_units
+from cncgen.setpoints.columns import file_units, position_column
 from cncgen.setpoints.record import Setpoints
 from cncgen.units import to_file
 
@@ -124,16 +125,23 @@ def of_response(
         force,
         force_in_files(parts[0])[1],
         bounds,
-        joined["contour_error_mm"],
+        None if np.isnan(joined["contour_error_mm"]).all() else joined["contour_error_mm"],
         limits,
         corners,
     )
 
 
 def of_log(log: Mapping[str, AxisLog], title: str, limits: Mapping[str, Axis] | None = None) -> PlotData:
-    """Return the data of a response file; raises ValueError where an axis has no command."""
-    if any(axis.command is None for axis in log.values()):
-        raise ValueError(f"{title} has no commanded positions")
+    """Return the data of a response file.
+
+    Raises:
+        UsageError: An axis has no command.
+    """
+    bare = [position_column(letter) for letter, axis in log.items() if axis.command is None]
+    if bare:
+        message = f"{title}: no commanded positions stand beside {', '.join(bare)}"
+        hint = "a response has t_s, x_cmd_mm, x_mm, x_force, as cncgen simulate writes it"
+        raise UsageError(Diagnostic("plot-log", message, hint=hint))
     axes = "".join(log)
     command = np.column_stack([axis.command for axis in log.values()])  # type: ignore[misc]
     position = np.column_stack([axis.position for axis in log.values()])

@@ -140,10 +140,7 @@ def axes(data: PlotData) -> Figure:
 def curvature(data: PlotData) -> Figure:
     """Return the curvature of the commanded path over its length, on a logarithmic scale."""
     figure, ((part,),) = new_figure(data.title)
-    rows = data.command[:, _linear(data)]
-    step = np.sqrt((np.diff(rows, axis=0) ** 2).sum(axis=1))
-    keep = np.concatenate([[True], step > 1e-6])
-    points = rows[keep]
+    points = _distinct(data)
     if len(points) < 3:
         raise UsageError(Diagnostic("plot-empty", f"{data.title}: the path does not move"))
     a, b = np.diff(points, axis=0)[:-1], np.diff(points, axis=0)[1:]
@@ -155,6 +152,13 @@ def curvature(data: PlotData) -> Figure:
     part.set_ylabel("curvature (1/mm)")
     part.set_xlabel("length (mm)")
     return figure
+
+
+def _distinct(data: PlotData) -> Floats:
+    """Return the commanded points that are apart from the one before, shape (points, linear axes)."""
+    rows = data.command[:, _linear(data)]
+    step = np.sqrt((np.diff(rows, axis=0) ** 2).sum(axis=1))
+    return np.asarray(rows[np.concatenate([[True], step > 1e-6])], np.float64)
 
 
 def force(data: PlotData) -> Figure:
@@ -216,12 +220,15 @@ KINDS: dict[str, Callable[[PlotData], Any]] = {
 
 def available(data: PlotData) -> list[str]:
     """Return the pictures that the data allow."""
-    names = ["path", "feed", "axes", "curvature"]
-    return (
-        names
-        + (["force"] if data.force is not None else [])
-        + (["errors"] if data.position is not None else [])
-    )
+    possible = {
+        "path": True,
+        "feed": True,
+        "axes": True,
+        "curvature": len(_distinct(data)) > 2,
+        "force": data.force is not None,
+        "errors": data.position is not None,
+    }
+    return [name for name, holds in possible.items() if holds]
 
 
 def draw(data: PlotData, kinds: Sequence[str], output: str) -> list[str]:

@@ -6,8 +6,10 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Diagnostics, Severity
+from cncgen.geometry.path import metric_columns
 from cncgen.machine.record import Axis, Machine
 from cncgen.planner.record import Profile, SharpCorner, Trajectory
 from cncgen.report.differences import DifferencePeaks
@@ -18,6 +20,8 @@ from cncgen.setpoints.columns import position_column
 from cncgen.setpoints.record import Setpoints
 from cncgen.toolpath.record import Kind, Program, Toolpath
 from cncgen.units import file_unit, to_file
+
+Floats = NDArray[np.float64]
 
 SCHEMA_VERSION = 1
 
@@ -45,7 +49,7 @@ class Summary:
         self._differences = DifferencePeaks(len(self._axes), machine.period_s)
         self._corners: list[SharpCorner] = []
         self._corner_count = self._motions = 0
-        self._end_s = self._waited_s = self._length_mm = self._max_feed = 0.0
+        self._end_s = self._waited_s = self._turned_s = self._length_mm = self._max_feed = 0.0
         self._values: dict[str, Any] = {}
         self.remarks = Diagnostics()
 
@@ -94,11 +98,13 @@ class Summary:
         profile = trajectory.profile
         if len(profile):
             wait = (profile.v == 0) & (profile.a == 0) & (profile.j == 0) & (profile.c == 0)
+            turns = _turning(trajectory)
             self._waited_s += float(np.diff(profile.t)[wait].sum())
-            self._max_feed = max(self._max_feed, largest_speed(profile))
+            self._turned_s += float(np.diff(profile.t)[turns].sum())
+            self._length_mm += float(np.diff(profile.s)[~turns].sum())
+            self._max_feed = max(self._max_feed, float(_top_speeds(profile)[~turns].max(initial=0.0)))
         if len(profile.t):
             self._end_s = float(profile.t[-1])
-            self._length_mm += float(profile.s[-1] - profile.s[0])
         self._corners.extend(trajectory.corners[: MAX_CORNERS - len(self._corners)])
         self._slow.add(trajectory)
         if self.line_times is not None:
@@ -112,6 +118,7 @@ class Summary:
     def as_json(self) -> dict[str, Any]:
         """Return the keys of interface.md as plain values."""
         moving = self._end_s - self._waited_s
+        feeding = moving - self._turned_s
         diagnostics = [*self._program.diagnostics, *self.remarks]
         return {
             "schema_version": SCHEMA_VERSION,
@@ -125,7 +132,7 @@ class Summary:
             "samples": self._differences.samples,
             "period_s": self._machine.period_s,
             "peak": {letter.lower(): self._peak(k, letter) for k, letter in enumerate(self._axes)},
-            "feed_mm_s": {"mean": self._length_mm / moving if moving > 0 else 0.0, "max": self._max_feed},
+            "feed_mm_s": {"mean": self._length_mm / feeding if feeding > 0 else 0.0, "max": self._max_feed},
             "sharp_corners": [self._corner(corner) for corner in self._corners],
             "sharp_corner_count": self._corner_count,
             "slowest": [
@@ -170,14 +177,33 @@ class Summary:
         return found
 
 
-def largest_speed(profile: Profile) -> float:
-    """Return the largest speed of a profile: at the start of a piece, or where the acceleration of one ends."""
+def _turning(trajectory: Trajectory) -> NDArray[np.bool_]:
+    """Tell the pieces of a profile on which rotary axes move alone: their path is no length, shape (pieces,)."""
+    profile, rows = trajectory.profile, trajectory.toolpath
+    _, _, rotary = metric_columns(rows.axes)
+    if rotary.start == rotary.stop or not len(rows):
+        return np.zeros(len(profile), np.bool_)
+    linear = np.delete(np.arange(len(rows.axes)), rotary)
+    still = (rows.end[:, linear] == rows.starts[:, linear]).all(axis=1)
+    table = rows.nurbs
+    for closed in np.flatnonzero(still & (rows.kind == Kind.NURBS)):
+        curve = rows.curve[closed]
+        points = table.control_points[table.point_offset[curve] : table.point_offset[curve + 1], linear]
+        still[closed] = not np.ptp(points, axis=0).any()
+    turns = still & ((rows.kind == Kind.LINE) | (rows.kind == Kind.NURBS))
+    middle = 0.5 * (profile.s[:-1] + profile.s[1:])
+    row = np.minimum(np.searchsorted(trajectory.row_s[1:], middle, side="left"), len(rows) - 1)
+    moves: NDArray[np.bool_] = np.diff(profile.s) > 0.0
+    return turns[row] & moves
+
+
+def _top_speeds(profile: Profile) -> Floats:
+    """Return the largest speed of each piece of a profile: at its start, or where its acceleration ends."""
     v, a, j = profile.v, profile.a, profile.j
     falling = (a > 0) & (j < 0)
     turn = np.where(falling, -a / np.where(falling, j, 1.0), np.inf)
     inside = turn < np.diff(profile.t)
-    top = np.where(inside, v + 0.5 * a * np.where(inside, turn, 0.0), v)
-    return float(top.max())
+    return np.where(inside, v + 0.5 * a * np.where(inside, turn, 0.0), v)
 
 
 def as_text(summary: dict[str, Any]) -> str:

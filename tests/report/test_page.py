@@ -86,8 +86,12 @@ def test_a_rapid_does_not_hide_differences_of_speed() -> None:
 
 
 def test_a_single_point() -> None:
-    ET.fromstring(path_picture(np.zeros((1, 3)), ["X", "Y", "Z"], np.zeros(1), np.zeros((0, 3))))
-    ET.fromstring(chart("nothing", np.zeros(1), {"X": np.zeros(1)}))
+    svg = path_picture(np.zeros((1, 3)), ["X", "Y", "Z"], np.zeros(1), np.zeros((0, 3)))
+    paths = [e.get("d") for e in ET.fromstring(svg).iter() if e.get("class") == "path"]
+    assert paths == ["M40.0 40.0"]
+    assert "across X 0 to 0 mm" in svg
+    still = ET.fromstring(chart("nothing", np.zeros(1), {"X": np.zeros(1)}))
+    assert [e.get("d") for e in still.iter() if e.get("class") == "curve"] == ["M64.0 194.0"]
 
 
 class _Fetched(HTMLParser):

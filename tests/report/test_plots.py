@@ -8,9 +8,10 @@ import pytest
 from cncgen.diagnostics import UsageError
 from cncgen.machine.record import Axis
 from cncgen.report import drawing, plots
-from cncgen.report.plot_data import PlotData, of_log, of_setpoints
+from cncgen.report.plot_data import PlotData, of_log, of_response, of_setpoints
 from cncgen.report.plots_papers import draw_papers
 from cncgen.servo.identification.log import AxisLog
+from cncgen.servo.record import Response
 from cncgen.setpoints.record import Setpoints
 
 pytest.importorskip("matplotlib")
@@ -90,6 +91,7 @@ def test_what_is_missing_is_said(tmp_path):
     with pytest.raises(UsageError, match="plot-format"):
         plots.save(plots.feed(bare), tmp_path / "x.gif")
     still = of_setpoints([Setpoints("XY", 0.001, 0, np.zeros((5, 2)))], "still")
+    assert plots.available(still) == ["path", "feed", "axes"]
     with pytest.raises(UsageError, match="plot-empty"):
         plots.curvature(still)
 
@@ -101,6 +103,24 @@ def test_a_response_file_gives_its_own_contour_error():
         "Y": AxisLog("Y", 0.001, np.full(100, 0.02), np.zeros(100), x * 0),
     }
     assert of_log(log, "r.csv").contour == pytest.approx(np.full(100, 0.02))
+
+
+def test_a_log_without_commands_is_a_fault_of_the_file():
+    x = np.linspace(0.0, 5.0, 100)
+    log = {"X": AxisLog("X", 0.001, x, x, x * 0), "A": AxisLog("A", 0.001, x, None, x * 0)}
+    with pytest.raises(UsageError, match="no commanded positions stand beside a_deg"):
+        of_log(log, "r.csv")
+
+
+def test_axes_that_turn_have_no_contour_error(tmp_path):
+    rows = np.linspace(0.0, 1.0, 50)[:, None]
+    none = np.full(50, np.nan)
+    response = Response("A", 0.001, 0, rows, rows, 0.0 * rows, ("rad/s",), rows < 0, none)
+    data = of_response([response], "turning")
+    assert data.contour is None
+    assert plots.draw(data, ["path", "errors"], str(tmp_path)) == [
+        f"{tmp_path}/{k}.png" for k in ("path", "errors")
+    ]
 
 
 @pytest.mark.parametrize("paper", ["000", "001", "002", "003", "004"])

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from cncgen.planner.record import Limit, Profile
 from cncgen.report.differences import DifferencePeaks
 from cncgen.report.slow_places import _valley_cuts
-from cncgen.report.summary import as_text, largest_speed
+from cncgen.report.summary import _top_speeds, as_text
 from cncgen.report.tables import counted, duration, number, text_table
 
 Run = Callable[..., "subprocess.CompletedProcess[bytes]"]
@@ -74,7 +74,7 @@ def test_largest_speed_lies_within_a_piece() -> None:
     profile = Profile(
         np.array([0.0, 3.0]), np.zeros(2), one, 4 * one, -2 * one, 0 * one, np.zeros(1, np.int8)
     )
-    assert largest_speed(profile) == pytest.approx(5.0)
+    assert _top_speeds(profile) == pytest.approx([5.0])
 
 
 def test_valleys_are_cut_at_their_maxima_and_ripple_is_not() -> None:
