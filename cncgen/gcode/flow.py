@@ -113,7 +113,7 @@ class FlowControl:
 
     def has_written_labels(self, source: int) -> bool:
         """Tell whether no label of a source is computed, so that each means the same whenever it is looked up."""
-        return not self.subroutines.labels(source).computed
+        return not self.subroutines.labels(source).computes
 
     def text_of(self, mark: Marked) -> str:
         """Return the text of a line."""

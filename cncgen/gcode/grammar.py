@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import string
 from functools import cache
 from typing import Any
 
@@ -70,7 +69,7 @@ _OUTPUT = re.compile(
     r"\s*(?:(?P<slash>/[1-9]?)\s*)?(?:N[0-9]+\s*)?(?P<keyword>POPEN|PCLOS|[BD]PRNT)(?![A-Z])", re.IGNORECASE
 )
 #: What has no meaning outside comments: capital letters (of ASCII: no other character is a letter here) and blanks.
-_BARE = {**{ord(c): c.lower() for c in string.ascii_uppercase}, **dict.fromkeys(b" \t\r")}
+_BARE = {**{c: c + 32 for c in range(ord("A"), ord("Z") + 1)}, **dict.fromkeys(b" \t\r")}
 _PIECE = re.compile(r"\([^)]*\)?|;.*|[ \t\r]+")
 
 

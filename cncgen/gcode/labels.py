@@ -6,6 +6,7 @@ LinuxCNC ("O Codes"), whose labels are local to the subroutine that they stand i
 
 from __future__ import annotations
 
+import math
 import re
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator
@@ -63,17 +64,21 @@ class Labels:
 
     Attributes:
         marks: All of them, in order.
-        computed: Those whose label is computed: what they are called changes as the program runs.
+        computes: Whether the label of one is computed: what it is called changes as the program runs.
     """
 
     def __init__(self, source: Source, index: int, dialect: str) -> None:
         self._source, self._index = source, index
         self.marks = list(_find_marks(source, index, dialect))
-        self.computed = [mark for mark in self.marks if callable(mark.label)]
+        self._computed: dict[str, list[Marked]] = {}
         self._written: dict[tuple[Label, str], list[Marked]] = {}
         for mark in self.marks:
-            if not callable(mark.label):
+            if callable(mark.label):
+                self._computed.setdefault(mark.keyword, []).append(mark)
+            else:
                 self._written.setdefault((mark.label, mark.keyword), []).append(mark)
+        self.computes = bool(self._computed)
+        self._programs = [mark.cursor.offset for mark in self.marks if mark.keyword == "program"]
         self._subs = [mark.cursor.offset for mark in self.marks if mark.keyword == "sub"]
         self._border_marks = [mark for mark in self.marks if mark.keyword in ("sub", "endsub")]
         self._borders = [mark.cursor.offset for mark in self._border_marks]
@@ -86,39 +91,47 @@ class Labels:
         self, offset: int, label: Label, keywords: tuple[str, ...], resolve: Resolve, *, over_borders: bool
     ) -> Marked | None:
         """Return the first such line behind an offset; within its subroutine, unless `over_borders`."""
-        found = [
-            mark
-            for mark in self.computed
-            if mark.cursor.offset > offset and mark.keyword in keywords and resolve(mark.label) == label
-        ][:1]
+        border = len(self._borders) if over_borders else bisect_right(self._borders, offset)
+        last: float = self._borders[border] if border < len(self._borders) else math.inf
+        nearest = None
         for keyword in keywords:
             written = self._written.get((label, keyword), [])
             index = bisect_right(written, offset, key=_offset)
-            found += written[index : index + 1]
-        nearest = min(found, key=_offset, default=None)
-        border = bisect_right(self._borders, offset)
-        if nearest is None or over_borders or border == len(self._borders):
-            return nearest
-        return nearest if nearest.cursor.offset <= self._borders[border] else None
+            if index < len(written) and written[index].cursor.offset <= last:
+                nearest, last = written[index], written[index].cursor.offset
+        for keyword in keywords:
+            computed = self._computed.get(keyword, [])
+            for index in range(bisect_right(computed, offset, key=_offset), len(computed)):
+                mark = computed[index]
+                if mark.cursor.offset > last:
+                    break
+                if resolve(mark.label) == label:
+                    nearest, last = mark, mark.cursor.offset
+                    break
+        return nearest
 
     def previous(
         self, offset: int, label: Label, keywords: tuple[str, ...], resolve: Resolve
     ) -> Marked | None:
         """Return the last such line before an offset, within its subroutine."""
-        found = [
-            mark
-            for mark in self.computed
-            if mark.cursor.offset < offset and mark.keyword in keywords and resolve(mark.label) == label
-        ][-1:]
+        border = bisect_left(self._borders, offset)
+        first = self._borders[border - 1] if border else -1
+        nearest = None
         for keyword in keywords:
             written = self._written.get((label, keyword), [])
-            index = bisect_left(written, offset, key=_offset)
-            found += written[max(index - 1, 0) : index]
-        nearest = max(found, key=_offset, default=None)
-        border = bisect_left(self._borders, offset)
-        if nearest is None or border == 0:
-            return nearest
-        return nearest if nearest.cursor.offset >= self._borders[border - 1] else None
+            index = bisect_left(written, offset, key=_offset) - 1
+            if index >= 0 and written[index].cursor.offset >= first:
+                nearest, first = written[index], written[index].cursor.offset
+        for keyword in keywords:
+            computed = self._computed.get(keyword, [])
+            for index in range(bisect_left(computed, offset, key=_offset) - 1, -1, -1):
+                mark = computed[index]
+                if mark.cursor.offset < first:
+                    break
+                if resolve(mark.label) == label:
+                    nearest, first = mark, mark.cursor.offset
+                    break
+        return nearest
 
     def border(self, offset: int) -> Marked | None:
         """Return the first SUB or ENDSUB behind an offset."""
@@ -127,13 +140,9 @@ class Labels:
 
     def program_range(self, offset: int) -> tuple[int, int]:
         """Return the offsets between which the program of a line stands in its file."""
-        begin, end = 0, len(self._source)
-        for mark in self.marks:
-            if mark.keyword == "program":
-                if mark.cursor.offset > offset:
-                    return begin, mark.cursor.offset
-                begin = mark.cursor.offset
-        return begin, end
+        index = bisect_right(self._programs, offset)
+        begin = self._programs[index - 1] if index else 0
+        return begin, self._programs[index] if index < len(self._programs) else len(self._source)
 
     @cached_property
     def loops(self) -> Loops:

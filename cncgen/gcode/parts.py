@@ -58,6 +58,7 @@ def assemble(
     ip = Interpreter(sink, options, faults.remark, dialect)
     control = ip.flow = FlowControl(ip, sources, path, axes)
     executor = Executor(ip, control.calls, faults)
+    control.subroutines.count = executor.count
     compiler = Compiler(ip, control, executor.execute)
     waiting = Waiting(ip, sources, compiler, executor, faults, batches=batches)
     control.calls.settle = faults.settle = waiting.settle

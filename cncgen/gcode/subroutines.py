@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,6 +30,8 @@ class Subroutines:
     ) -> None:
         self.ip = ip
         self.sources = sources
+        #: Counts blocks that are executed.
+        self.count: Callable[[int], None] = lambda blocks: None
         #: Labels of subroutines that were found without an end.
         self.unclosed: set[Label] = set()
         self._labels: dict[int, Labels] = {}
@@ -45,8 +48,11 @@ class Subroutines:
         return self._labels[source]
 
     def resolved(self, label: Value | str) -> Value | str:
-        """Return a label as it is now (it may be computed)."""
-        return label(self.ip.parameters) if callable(label) else label
+        """Return a label as it is now; one that is computed counts as a block, so that looking for one has a bound."""
+        if not callable(label):
+            return label
+        self.count(1)
+        return label(self.ip.parameters)
 
     def find(self, label: Label, here: Cursor, keywords: tuple[str, ...] = ("sub",)) -> Marked:
         """Return the line that begins a subroutine: in the text of the call, in another, or in the file of its name.
@@ -64,7 +70,7 @@ class Subroutines:
         for source in dict.fromkeys((here.source, *range(len(self.sources)))):
             found = self.labels(source).first(label, keywords, self.resolved)
             if found is not None:
-                if not self._labels[source].computed:
+                if not self._labels[source].computes:
                     self._found[key] = found
                 return found
         return self._first_of_file(self._file(label), label, keywords)

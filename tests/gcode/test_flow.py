@@ -6,6 +6,11 @@ import time
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cncgen.gcode.labels import Labels
+from cncgen.gcode.source import Source
 
 
 def xs(out: Any) -> list[float]:
@@ -133,3 +138,56 @@ def test_percent_signs_bound_the_program(run: Any) -> None:
 def test_a_program_without_an_end_is_warned_of(run: Any) -> None:
     out = run("G0 X1\n")
     assert [(d.code, d.severity) for d in out.diagnostics] == [("no-program-end", "warning")]
+
+
+def test_looking_for_computed_labels_has_a_bound(run: Any) -> None:
+    """The next line that has the label ends the search; each that is computed on the way counts as a block."""
+    pairs = "".join(f"o[#1+{k}] if [0]\no[#1+{k}] endif\n" for k in range(300))
+    assert run(pairs + "M2", dialect="linuxcnc", max_steps=2000).errors == []
+    alone = "".join(f"o[#1+{k}] if [0]\no[#1-{k + 1}] endif\n" for k in range(100))
+    codes = {code for code, _, _ in run(alone + "M2", dialect="linuxcnc", max_steps=2000).errors}
+    assert codes == {"oword-unmatched", "too-many-steps"}
+
+
+LINES = st.lists(
+    st.tuples(
+        st.sampled_from(["1", "2", "[#1]", "[#1+1]"]),
+        st.sampled_from(["sub", "endsub", "if [1]", "else", "endif"]),
+    ),
+    max_size=12,
+)
+
+
+@given(LINES, st.integers(0, 11), st.sampled_from([1.0, 2.0]), st.booleans())
+def test_marks_are_the_nearest_of_their_label(
+    lines: list[tuple[str, str]], place: int, label: float, over: bool
+) -> None:
+    """A slow reference: from line to line, up to the next border of a subroutine (its line counts)."""
+    text = "".join(f"o{name} {keyword}\n" for name, keyword in lines)
+    labels = Labels(Source(text.encode(), "t"), 0, "linuxcnc")
+    wanted = ("else", "endif", "endsub")
+    value = {"1": 1.0, "2": 2.0, "[#1]": 1.0, "[#1+1]": 2.0}
+
+    def reference(order: range, stop: bool) -> int | None:
+        for k in order:
+            name, keyword = lines[k]
+            if value[name] == label and keyword in wanted:
+                return k
+            if stop and keyword in ("sub", "endsub"):
+                return None
+        return None
+
+    place = min(place, len(lines) - 1)
+    if place < 0:
+        return
+    offset = labels.marks[place].cursor.offset
+    names = {id(mark.label): name for mark, (name, _) in zip(labels.marks, lines, strict=True)}
+
+    def known(written: Any) -> Any:
+        return value[names[id(written)]] if callable(written) else written
+
+    after = labels.next(offset, label, wanted, known, over_borders=over)
+    before = labels.previous(offset, label, wanted, known)
+    at = {mark.cursor.offset: k for k, mark in enumerate(labels.marks)}
+    assert (at[after.cursor.offset] if after else None) == reference(range(place + 1, len(lines)), not over)
+    assert (at[before.cursor.offset] if before else None) == reference(range(place - 1, -1, -1), True)
