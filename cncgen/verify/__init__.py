@@ -72,7 +72,8 @@ def verify(
     columns = [path.axes.index(letter) for letter in shared]
     longest = max(_CHORDS * setpoints.period_s * _speed(shared, machine), machine.chord_tolerance_mm)
     rounding = 0.5 * resolution * float(np.sqrt(len(shared)))
-    matching = Matching(Window((piece.restricted(columns) for piece in path), longest, rounding))
+    window = Window((piece.restricted(columns) for piece in path), longest, rounding)
+    matching = Matching(window, setpoints.period_s, rounding)
     judges = {
         k: AxisJudge(machine.axes[k], setpoints.period_s, resolution) for k in axes if k in machine.axes
     }
@@ -87,6 +88,7 @@ def verify(
     _judge_distance(matching.out, setpoints.period_s, breaches)
     _judge_coverage(matching.back, shared, setpoints.period_s, breaches)
     _judge_order(matching, setpoints.period_s, breaches)
+    _judge_waits(matching, setpoints.period_s, breaches)
     return Verdict(
         count, setpoints.period_s, tuple(peaks), matching.out.largest, matching.back.largest, breaches
     )
@@ -239,5 +241,26 @@ def _judge_order(matching: Matching, period_s: float, breaches: Diagnostics) -> 
             limit=worst.tolerance,
             t_s=t_s,
             line=worst.line,
+        )
+    )
+
+
+def _judge_waits(matching: Matching, period_s: float, breaches: Diagnostics) -> None:
+    """Name the wait that is shortened most."""
+    if not matching.waits:
+        return
+    worst = max(matching.waits, key=lambda wait: wait.asked - wait.found)
+    t_s, count = worst.time * period_s, len(matching.waits)
+    so = f"; {count} waits are shortened in all" if count > 1 else ""
+    breaches.add(
+        breach(
+            "dwell",
+            f"the program waits {worst.asked * period_s:g} s on line {worst.line}, and the setpoints stand for "
+            f"{worst.found * period_s:g} s there, at t = {t_s:.4f} s{so}",
+            value=worst.found * period_s,
+            limit=worst.asked * period_s,
+            t_s=t_s,
+            line=worst.line,
+            samples=count,
         )
     )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,12 +38,14 @@ class Polyline:
         points: Shape (m + 1, axes), mm and degrees.
         line: Shape (m,), source line of each segment.
         tolerance: Shape (m,), mm: how far setpoints may be from the segment.
+        wait_s: Shape (m,): how long the axes have to stand at its end. A wait is a segment of no length.
     """
 
     axes: str
     points: Floats
     line: NDArray[np.int64]
     tolerance: Floats
+    wait_s: Floats
 
     def __len__(self) -> int:
         return len(self.line)
@@ -51,7 +53,8 @@ class Polyline:
     def restricted(self, columns: list[int]) -> Polyline:
         """Return some columns of it."""
         points = np.ascontiguousarray(self.points[:, columns])
-        return Polyline("".join(self.axes[k] for k in columns), points, self.line, self.tolerance)
+        axes = "".join(self.axes[k] for k in columns)
+        return replace(self, axes=axes, points=points)
 
 
 def chord_mm(tolerance: Floats | float) -> Floats:
@@ -82,15 +85,12 @@ def flatten(
         points = _scaled(np.concatenate([toolpath.start[None, :], points]), toolpath.axes)
         if len(rows):
             moved = True
-            yield Polyline(toolpath.axes, points, toolpath.line[rows].astype(np.int64), allowed[rows])
+            line, wait = toolpath.line[rows].astype(np.int64), _waits(toolpath)[rows]
+            yield Polyline(toolpath.axes, points, line, allowed[rows], wait)
         elif waiting is None:
             still = np.repeat(points, 2, axis=0)
-            waiting = Polyline(
-                toolpath.axes,
-                still,
-                toolpath.line[:1].astype(np.int64),
-                np.array([machine.chord_tolerance_mm]),
-            )
+            line, least = toolpath.line[:1].astype(np.int64), np.array([machine.chord_tolerance_mm])
+            waiting = Polyline(toolpath.axes, still, line, least, np.zeros(1))
     if waiting is not None and not moved:
         yield waiting
 
@@ -108,15 +108,29 @@ def _tolerance(toolpath: Toolpath, machine: Machine, tolerance_mm: float | None)
     return np.maximum(np.where(continuous, given, 0.0), machine.chord_tolerance_mm)
 
 
+def _waits(toolpath: Toolpath) -> Floats:
+    """Return how long the axes have to have stood by the end of each row: dwells after one another add up."""
+    out = np.zeros(len(toolpath))
+    total = 0.0
+    for row in np.flatnonzero(toolpath.kind == Kind.EVENT):
+        if row > 0 and toolpath.kind[row - 1] != Kind.EVENT:
+            total = 0.0
+        dwell = toolpath.events[toolpath.curve[row]].dwell_s
+        total += dwell
+        out[row] = total if dwell > 0 else 0.0
+    return out
+
+
 def _flatten_rows(toolpath: Toolpath, tolerance: Floats) -> tuple[Floats, NDArray[np.int64]]:
     """Return the points after the start, and the row of each."""
     curved = np.flatnonzero((toolpath.kind == Kind.ARC) | (toolpath.kind == Kind.NURBS))
+    straight_rows = (toolpath.kind == Kind.LINE) | (_waits(toolpath) > 0)
     starts = toolpath.starts
     points: list[Floats] = []
     rows: list[NDArray[np.int64]] = []
     after = 0
     for row in (*curved, len(toolpath)):
-        straight = np.arange(after, row)[toolpath.kind[after:row] == Kind.LINE]
+        straight = after + np.flatnonzero(straight_rows[after:row])
         points.append(toolpath.end[straight])
         rows.append(straight)
         if row < len(toolpath):

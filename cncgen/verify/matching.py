@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.kernels import free_space as kernel
+from cncgen.verify.standing import Stands, Wait
 from cncgen.verify.window import Window
 
 Floats = NDArray[np.float64]
@@ -108,10 +109,20 @@ class Matching:
         out: Distances of samples, and of the middles of the chords between them, from the path.
         back: Distances of the path's vertices from the chords.
         faults: In order.
+        waits: Of the program, that the setpoints do not make.
     """
 
-    def __init__(self, window: Window) -> None:
-        self._path = window
+    def __init__(self, window: Window, period_s: float = 1.0, still_mm: float = 0.0) -> None:
+        """Begin.
+
+        Args:
+            window: The path.
+            period_s: Time between setpoints.
+            still_mm: How far rounding may move a setpoint that stands.
+        """
+        self._path, self._period = window, period_s
+        self._stands = Stands(still_mm)
+        self.waits: list[Wait] = []
         self.out, self.back = Worst(), Worst()
         self.faults: list[Fault] = []
         self._rows = np.zeros((0, window.points.shape[1]))
@@ -137,6 +148,7 @@ class Matching:
             before = self._rows[-1:] if len(self._rows) else points[:1]
             begin = np.concatenate([before, points[:-1]])
             rows = np.stack([0.5 * (begin + points), points], axis=1).reshape(-1, points.shape[1])
+            self._stands.feed(rows, before)
             self._rows = np.concatenate([self._rows, rows])
         return self._go(final=False)
 
@@ -353,6 +365,7 @@ class Matching:
     def _judge_vertices(self, stop: int) -> None:
         """Note the distances of the vertices up to `stop`, and forget them: each is judged once."""
         path, back = self._path, self.back
+        self._judge_waits(stop)
         upto = slice(0, stop + 1)
         distance = np.where(np.isfinite(path.distance[upto]), path.distance[upto], 0.0)
         path.distance[upto] = np.inf
@@ -371,3 +384,19 @@ class Matching:
             back.first = back.first if back.broken else float(time[int(np.argmax(excess > 0))])
             back.over += int(np.count_nonzero(excess > 0))
             self._plain = True
+
+    def _judge_waits(self, stop: int) -> None:
+        """Look for the waits at the vertices up to `stop`.
+
+        A stand between two ticks shows as up to two periods less.
+        """
+        path = self._path
+        for k in np.flatnonzero(path.wait_s[:stop]).tolist():
+            asked, row = float(path.wait_s[k]) / self._period, int(path.at[k + 1])
+            if not np.isfinite(path.distance[k + 1]):
+                continue
+            found = self._stands.longest(row)
+            if found < asked - 2.0 - 1e-6:
+                self.waits.append(Wait(int(path.line[k]), asked, found, max(0.5 * row - 0.25, 0.0)))
+            path.wait_s[k] = 0.0
+        self._stands.forget(self._marks[0].row)

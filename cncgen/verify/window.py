@@ -29,6 +29,7 @@ class Window:
         line: Shape (m,), source lines.
         tolerance: Shape (m,), mm.
         allowed: Shape (m,), mm: the tolerance with its margin.
+        wait_s: Shape (m,), how long the axes have to stand at the end.
         distance: Shape (m + 1,), the least distance of each vertex, infinite where it has not been reached.
         at: Shape (m + 1,), the chord that it was reached on.
         ended: The last segment is the path's last.
@@ -47,11 +48,11 @@ class Window:
         first = next(pieces)
         self.points = first.points[:1]
         self.line = np.zeros(0, np.int64)
-        self.tolerance = self.allowed = np.zeros(0)
+        self.tolerance = self.allowed = self.wait_s = np.zeros(0)
         self.distance, self.at = np.array([np.inf]), np.zeros(1, np.int64)
         self.ended = False
         self.dropped = 0
-        self._append(first.points[:1], first.line[:1], first.tolerance[:1])
+        self._append(first.points[:1], first.line[:1], first.tolerance[:1], np.zeros(1))
         self._add(first)
         if len(self) < _AT_LEAST:
             self.extend()
@@ -68,14 +69,14 @@ class Window:
             self._add(piece)
             if len(self) >= enough:
                 return True
-        self._append(self.points[-1:], self.line[-1:], self.tolerance[-1:])
+        self._append(self.points[-1:], self.line[-1:], self.tolerance[-1:], np.zeros(1))
         self.ended = True
         return True
 
     def drop(self, count: int) -> None:
         """Forget the first segments."""
         self.dropped += count
-        for name in ("points", "line", "tolerance", "allowed", "distance", "at"):
+        for name in ("points", "line", "tolerance", "allowed", "wait_s", "distance", "at"):
             setattr(self, name, getattr(self, name)[count:].copy())
 
     def vertex_allowed(self) -> Floats:
@@ -92,14 +93,16 @@ class Window:
         f = (within / parts[owner])[:, None]
         begin, end = piece.points[:-1][owner], piece.points[1:][owner]
         points = np.where(f == 1.0, end, begin + f * (end - begin))
-        self._append(points, piece.line[owner], piece.tolerance[owner])
+        wait = np.where(f[:, 0] == 1.0, piece.wait_s[owner], 0.0)
+        self._append(points, piece.line[owner], piece.tolerance[owner], wait)
 
-    def _append(self, points: Floats, line: Ints, tolerance: Floats) -> None:
+    def _append(self, points: Floats, line: Ints, tolerance: Floats, wait_s: Floats) -> None:
         count = len(line)
         allowed = tolerance * MARGIN + 2.0 * chord_mm(tolerance) + self._rounding
         self.points = np.ascontiguousarray(np.concatenate([self.points, points]))
         self.line = np.concatenate([self.line, line])
         self.tolerance = np.concatenate([self.tolerance, tolerance])
         self.allowed = np.concatenate([self.allowed, allowed])
+        self.wait_s = np.concatenate([self.wait_s, wait_s])
         self.distance = np.concatenate([self.distance, np.full(count, np.inf)])
         self.at = np.concatenate([self.at, np.zeros(count, np.int64)])

@@ -141,3 +141,35 @@ def test_faults_of_a_file(
     (tmp_path / "s.csv").write_text("\n".join(fault(text_of(exact).splitlines())))
     assert run(["verify", str(tmp_path / "s.csv"), "-p", str(tmp_path / "part.nc"), "-m", MACHINE]) == code
     assert says in capsys.readouterr().err
+
+
+WAITS = "G21 G17 G90 {mode} F3000\nG4 P0.02\nG1 X10\nG4 P0.05\nG1 X20\nG1 X10\nG4 P0.03\nM8\nG4 P0.02\nG1 Y5\nG4 P0.1\nM2\n"
+
+
+@pytest.mark.parametrize("mode", ["G61", "G64 P0.05"])
+@pytest.mark.parametrize("period_s", [0.00025, 0.004])
+def test_waits_that_are_left_out_or_shortened(mode: str, period_s: float) -> None:
+    """Each stand of the plan in turn, cut to half: the line of its last wait is named, with what is left of it."""
+    machine = replace(cncgen.load_machine(MACHINE), period_s=period_s)
+
+    def waits(position: np.ndarray) -> list[dict[str, float]]:
+        chunk = replace(setpoints, position=np.ascontiguousarray(position))
+        stream = SetpointStream("test", "XY", period_s, iter([chunk]))
+        verdict = judge(stream, read_text(WAITS.format(mode=mode)), machine)
+        return [dict(item.values) for item in verdict.breaches if item.code == "verify-dwell"]
+
+    setpoints = sample(cncgen.plan(read_text(WAITS.format(mode=mode)), machine)).collect()
+    assert waits(setpoints.position) == []
+    still = np.flatnonzero((np.diff(setpoints.position, axis=0) == 0).all(axis=1))
+    stands = np.split(still, np.flatnonzero(np.diff(still) > 1) + 1)
+    long = [stand for stand in stands if len(stand) * period_s > 0.03]
+    assert len(long) == 3
+    for stand, line, seconds in zip(long, (4, 9, 11), (0.05, 0.05, 0.1), strict=True):
+        (found,) = waits(np.delete(setpoints.position, stand[: len(stand) // 2], axis=0))
+        assert found["line"] == line
+        assert found["limit"] == pytest.approx(seconds)
+        assert found["value"] == pytest.approx(seconds / 2, abs=2.5 * period_s)
+        assert found["t_s"] == pytest.approx(stand[0] * period_s, abs=2 * period_s + 0.001)
+    (found,) = waits(np.delete(setpoints.position, still, axis=0))
+    assert found["samples"] >= 4
+    assert found["limit"] == pytest.approx(0.1)

@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 def matched(points: Floats, line: Floats, tolerance: float, block: int = 10**6) -> Matching:
     """Match points with a polyline of one tolerance."""
     count = len(line) - 1
-    piece = Polyline("XY", line, np.arange(1, count + 1), np.full(count, tolerance))
+    piece = Polyline("XY", line, np.arange(1, count + 1), np.full(count, tolerance), np.zeros(count))
     out = Matching(Window(iter([piece])))
     for first in range(0, len(points), block):
         out.feed(points[first : first + block])
@@ -206,7 +206,9 @@ def test_two_faults_are_two() -> None:
     position = np.column_stack([x, 0 * x, 0 * x])
     position[200:240, 1] = 3.0
     position[700:705, 2] = 0.02
-    piece = Polyline("XYZ", np.array([[0.0, 0, 0], [20.0, 0, 0]]), np.ones(1, np.int64), np.full(1, 0.01))
+    piece = Polyline(
+        "XYZ", np.array([[0.0, 0, 0], [20.0, 0, 0]]), np.ones(1, np.int64), np.full(1, 0.01), np.zeros(1)
+    )
     found = Matching(Window(iter([piece]), longest=0.1))
     found.feed(position)
     found.finish()

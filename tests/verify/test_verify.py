@@ -216,10 +216,10 @@ def test_a_program_that_only_waits_stands_still() -> None:
     for text in ("G21\nG4 P0.02\nM2\n", "M3 S100\nM2\n"):
         points = cncgen.sample(cncgen.plan(cncgen.read_text(text), machine)).collect()
         still = make.stream(np.repeat(points.position, 5, axis=0), points.axes)
-        verdict = pipeline.verify(still, cncgen.read_text(text), machine)
+        verdict = pipeline.judge(still, cncgen.read_text(text), machine)
         assert verdict.holds
         assert verdict.path_to_setpoints_mm == verdict.setpoints_to_path_mm == 0.0
-    moved = pipeline.verify(make.stream(line_motion()), cncgen.read_text(text), machine)
+    moved = pipeline.judge(make.stream(line_motion()), cncgen.read_text(text), machine)
     assert "verify-distance" in codes(moved)
     assert moved.setpoints_to_path_mm == pytest.approx(10.0)
 
