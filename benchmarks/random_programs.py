@@ -12,26 +12,13 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "peer"))
 
-from comparison import difference, ours
-from grammar import STAGES, programs, write_files
+from comparison import disagreement
+from grammar import STAGES, programs
 from hypothesis import HealthCheck, given, seed, settings
-from rs274 import PROGRAMS, Setup, installed, run_once, without_reset
+from rs274 import installed
 
 #: Examples between two seeds: a run of them ends at its first disagreement.
 BATCH = 250
-
-
-def compare(text: str, folder: Path) -> str | None:
-    """Return what differs between the two on a program, or None."""
-    program = folder / "random.ngc"
-    program.write_text(text)
-    write_files(folder)
-    setup = Setup(tools=PROGRAMS / "mill.tbl")
-    peer = run_once(program, setup)
-    if peer.error is not None:
-        peer.calls = without_reset(peer.calls)
-        peer.partial = min(2, len(peer.calls))
-    return difference(program, ours(program, setup), peer)
 
 
 def batch(number: int, examples: int, stages: tuple[str, ...], folder: Path) -> tuple[int, str | None]:
@@ -45,7 +32,7 @@ def batch(number: int, examples: int, stages: tuple[str, ...], folder: Path) -> 
     def check(text: str) -> None:
         nonlocal ran
         ran += 1
-        found = compare(text, folder)
+        found = disagreement(text, folder)
         if found is not None:
             last[:] = [f"{text}\n  {found}"]
             raise AssertionError(found)

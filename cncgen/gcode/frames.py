@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
@@ -17,7 +16,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.modal import PLANE_AXES, Stage
 from cncgen.gcode.polar import polar_from
-from cncgen.gcode.sink import Curve, MotionBatch, Point, Sink
+from cncgen.gcode.sink import Curve, PassingSink, Point, Sink
 
 _FANUC = ("fanuc",)
 #: Factors of scaling from here on are in thousandths.
@@ -101,22 +100,12 @@ class Frame:
         return sign < 0.0
 
 
-class FramedSink:
+class FramedSink(PassingSink):
     """Passes calls on to `inner` with their positions in work coordinates."""
 
     def __init__(self, inner: Sink, frame: Frame) -> None:
-        self.inner = inner
+        super().__init__(inner)
         self.frame = frame
-        self.wants_comments = inner.wants_comments
-
-    @property
-    def block(self) -> Block:
-        """The block that calls come from."""
-        return self.inner.block
-
-    @block.setter
-    def block(self, block: Block) -> None:
-        self.inner.block = block
 
     def straight_traverse(self, end: Point) -> None:
         """Move."""
@@ -148,16 +137,9 @@ class FramedSink:
         points = [self.frame.to_work(list(point)) for point in curve.points]
         self.inner.nurbs_feed(Curve(curve.degree, points, curve.weights, curve.knots))
 
-    def motions(self, batch: MotionBatch) -> None:
-        """Refuse: runs of motions are not made while a frame is in force (`Interpreter.batchable`)."""
-        raise RuntimeError("a batch of motions under a frame")
-
     def place(self, position: Point) -> None:
         """Stand somewhere."""
         self.inner.place(self.frame.to_work(position))
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.inner, name)
 
 
 def _change(ip: Interpreter, frame: Frame) -> None:

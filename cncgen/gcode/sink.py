@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from cncgen.gcode.block import Block
 from cncgen.toolpath.record import Event, PathMode
@@ -125,3 +125,27 @@ class Sink(Protocol):
 
     def call(self, text: str, event: Event | None = None) -> None:
         """Take any other call: its text, and the event that it means to a machine."""
+
+
+class PassingSink:
+    """What stands before another sink for a while: passes calls on, but for those that a subclass has itself."""
+
+    def __init__(self, inner: Sink) -> None:
+        self.inner = inner
+        self.wants_comments = inner.wants_comments
+
+    @property
+    def block(self) -> Block:
+        """The block that calls come from."""
+        return self.inner.block
+
+    @block.setter
+    def block(self, block: Block) -> None:
+        self.inner.block = block
+
+    def motions(self, batch: MotionBatch) -> None:
+        """Refuse: runs of motions are not made meanwhile (`Interpreter.batchable`)."""
+        raise RuntimeError(f"a batch of motions went to a {type(self).__name__}")
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.inner, name)

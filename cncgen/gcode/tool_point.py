@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from typing import Any
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes import Code
@@ -19,7 +18,7 @@ from cncgen.gcode.frames import FramedSink
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.kinematics import Kinematics
 from cncgen.gcode.modal import PLANE_AXES, Stage, to_machine, to_program, zeros
-from cncgen.gcode.sink import Curve, MotionBatch, Point, Sink
+from cncgen.gcode.sink import Curve, PassingSink, Point, Sink
 from cncgen.gcode.tools import table_offset, whole
 from cncgen.units import INCH
 
@@ -44,14 +43,13 @@ _REFUSED = {
 Path = Callable[[float], Point]
 
 
-class ToolPointSink:
+class ToolPointSink(PassingSink):
     """Passes motions of the tip on as motions of the machine; other calls go through."""
 
     def __init__(self, inner: Sink, ip: Interpreter, kinematics: Kinematics) -> None:
-        self.inner = inner
+        super().__init__(inner)
         self.ip = ip
         self.kinematics = kinematics
-        self.wants_comments = inner.wants_comments
         self._at = ip.state.position.copy()
         self._rate = 0.0
 
@@ -71,9 +69,6 @@ class ToolPointSink:
                 )
         if 60 in block.m:
             raise BlockError("tcp-refused", "M6 changes the tool: not under G43.4", "M6", hint="use G49")
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.inner, name)
 
     # Between the tip and the machine.
 
@@ -142,10 +137,6 @@ class ToolPointSink:
         length = math.hypot(abs(spoke) * sweep, end[normal] - start[normal])
         self._follow(path, length, math.degrees(abs(sweep)))
         self._at = list(end)
-
-    def motions(self, batch: MotionBatch) -> None:
-        """Refuse: runs of motions are not made meanwhile (`Interpreter.batchable`)."""
-        raise RuntimeError("a batch of motions under tool centre point control")
 
     def straight_probe(self, end: Point) -> None:
         """Refuse."""

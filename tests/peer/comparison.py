@@ -6,7 +6,8 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from rs274 import Output, Setup, calls_of, setup_of
+from grammar import write_files
+from rs274 import PROGRAMS, Output, Setup, calls_of, run_once, setup_of, without_reset
 
 from cncgen.diagnostics import Diagnostics, Severity
 from cncgen.gcode import canon
@@ -19,6 +20,7 @@ PEER_FAULTS: dict[str, str] = {
     "cycle_g74_planes": "it mixes up the axes of the feed moves of G74 outside of G17",
     "cycle_g74_repeats_refused": "the manual has L of G74; it refuses it",
     "cycle_g84_planes": "it mixes up the axes of the feed moves of G84 outside of G17",
+    "oword_continue_before_break_in_do": "continue in a do loop goes to a break of the same label below it, and leaves",
     "oword_do_after_break": "a break out of a while loop ends the next do loop after its first round",
     "g10_p_not_whole": "the manual wants a whole P; it takes G10 P1.5 as P1",
     "digital_output_negative": "it switches output -1",
@@ -107,3 +109,17 @@ def _first_difference(mine: list[str], peer: list[str], *, whole: bool) -> str |
     if whole and len(mine) > len(peer):
         return f"after the peer's last call we have {mine[len(peer)]}"
     return None
+
+
+def disagreement(text: str, folder: Path) -> str | None:
+    """Return what differs between the two on the text of a random program, or None."""
+    program = folder / "random.ngc"
+    program.write_text(text)
+    write_files(folder)
+    setup = Setup(tools=PROGRAMS / "mill.tbl")
+    peer = run_once(program, setup)
+    if peer.error is not None:
+        # How many calls of the wrong block come before the error is not known here; no block makes more than these.
+        peer.calls = without_reset(peer.calls)
+        peer.partial = min(2, len(peer.calls))
+    return difference(program, ours(program, setup), peer)
