@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
 from dataclasses import replace
-from pathlib import Path
 from types import ModuleType
 
 import numpy as np
@@ -16,19 +14,17 @@ from cncgen.planner.optimal import problem
 from cncgen.planner.optimal.problem import Intervals, solve
 from cncgen.planner.optimal.track import ENTER, LEAVE, SPLINE
 from cncgen.planner.record import Limit
+from tests.kernels.plain import uncompiled
 
 
-def plain(kernel: ModuleType) -> ModuleType:
-    """Load a kernel's source under another name, uncompiled."""
-    name = kernel.__name__.rsplit(".", 1)[1]
-    spec = importlib.util.spec_from_file_location(
-        f"plain_{name}", Path(kernel.__file__).parent / f"{name}.py"
-    )
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+def plain() -> ModuleType:
+    """Load the kernel and those that it calls uncompiled."""
+    kernel = uncompiled("least_time")
+    for part in ("between", "matrix", "passes"):
+        for name, value in vars(uncompiled(f"least_time_{part}")).items():
+            if callable(value) and hasattr(kernel, name):
+                setattr(kernel, name, value)
+    return kernel
 
 
 def wave(
@@ -179,8 +175,8 @@ def test_compiled_and_plain_agree(moving: bool, monkeypatch: pytest.MonkeyPatch)
         given.kind[0] = SPLINE
         state = (100.0, 120.0)
     compiled = solve(given, state)
-    monkeypatch.setattr(problem, "least_time", plain(least_time))
-    monkeypatch.setattr(problem, "least_time_rows", plain(least_time_rows))
+    monkeypatch.setattr(problem, "least_time", plain())
+    monkeypatch.setattr(problem, "least_time_rows", uncompiled("least_time_rows"))
     slow = solve(given, state)
     assert compiled.converged
     assert slow.converged
