@@ -112,6 +112,15 @@ def test_turning_is_no_length() -> None:
     assert (result["path_length_mm"], result["feed_mm_s"]) == (0.0, {"mean": 0.0, "max": 0.0})
 
 
+def test_corners_are_counted_beyond_those_that_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cncgen.report.summary.MAX_CORNERS", 2)
+    text = "G21 G90 G61 F600\n" + "".join(f"G1 X{k} Y{k % 2}\n" for k in range(1, 7)) + "M2\n"
+    stream, summary = plan_with_summary(read_text(text), "xy-table", PlanOptions(feedrate="ild"))
+    stream.collect()
+    result = summary.as_json()
+    assert (len(result["sharp_corners"]), result["sharp_corner_count"]) == (2, 5)
+
+
 def test_slowest_places_name_line_and_limit() -> None:
     """A right angle between two long lines costs the most in the middle; start and end are the other places."""
     program = read_text("G21 G90 G61\nG1 X50 F6000\nY50\nM2\n")

@@ -13,6 +13,7 @@ from cncgen.diagnostics import CncgenError, UsageError
 from cncgen.machine import Axis, Machine, Servo, load, load_machine, load_servos, profile_names, to_toml
 from cncgen.machine.keys import rows
 from cncgen.machine.reading import machine_from_toml, servos_from_toml
+from cncgen.machine.writing import table_text
 from cncgen.servo.named_schemes import COUPLING_KEYS
 from cncgen.units import file_unit
 
@@ -272,3 +273,14 @@ def test_every_key_is_listed_and_read() -> None:
     assert (machine.period_s, machine.max_centripetal_mm_s2) == (0.001, 1.0)
     assert set(machine.axes["X"].servo.parameters) == set(servo)  # type: ignore[union-attr]
     assert set(machine.settings["coupling"]) == set(COUPLING_KEYS)
+
+
+def test_whole_degrees_are_written_as_they_were_read() -> None:
+    for degrees in range(1, 361):
+        text = f"[axes.c]\nmax_velocity_deg_s = {degrees}\nmax_acceleration_deg_s2 = 1\nmax_jerk_deg_s3 = 1\n"
+        written = to_toml(machine_from_toml(text.encode(), "m.toml"))
+        assert f"max_velocity_deg_s = {float(degrees)}\n" in written
+
+
+def test_a_table_begins_with_its_header() -> None:
+    assert table_text("coupling", {"a": 1.5, "b": [1, 2]}) == "[coupling]\na = 1.5\nb = [1, 2]\n"

@@ -10,6 +10,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -35,6 +36,20 @@ def test_ticks_are_round_and_inside(low: float, span: float, count: int) -> None
     assert len(marks) <= count + 1
     for mark in marks:
         assert low - 1e-6 * span - 1e-9 * abs(low) <= mark <= low + span * (1 + 1e-6) + 1e-9 * abs(low)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "count", "marks"),
+    [
+        (0.0, 8.0, 8, [0, 1, 2, 3, 4, 5, 6, 7, 8]),
+        (0.0, 97.0, 8, [0, 20, 40, 60, 80]),
+        (-525.0, 525.0, 4, [-500, 0, 500]),
+        (0.0, 0.042, 5, [0, 0.01, 0.02, 0.03, 0.04]),
+        (3.0, 3.0, 5, [3.0]),
+    ],
+)
+def test_ticks_are_a_decade_s_1_2_or_5_apart(low: float, high: float, count: int, marks: list[float]) -> None:
+    assert ticks(low, high, count) == pytest.approx(marks, abs=1e-12)
 
 
 def test_a_chart_is_xml_with_its_limits() -> None:
@@ -71,6 +86,10 @@ def test_linear_axes_are_drawn_before_rotary_ones() -> None:
     assert "across X 0 to 75 mm, up A 0 to 3600 deg" in svg
     (d,) = {e.get("d") or "" for e in ET.fromstring(svg).iter() if e.get("stroke") == SPEEDS[0]}
     assert d.startswith("M40.0 450.0L")
+    ends = [e.get("d") or "" for e in ET.fromstring(svg).iter() if e.get("class") == "path"]
+    assert ends[-1].endswith("L860.0 40.0")
+    alone = path_picture(points[:, :1], "X", t, points[:0, :1])
+    assert "across X 0 to 75 mm, up X 0 to 75 mm" in alone
 
 
 def test_a_rapid_does_not_hide_differences_of_speed() -> None:

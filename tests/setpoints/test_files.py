@@ -175,6 +175,29 @@ def test_faults_of_csv(tmp_path: Path, text: str, code: str, place: int | None) 
     assert str(path) in first.render()
 
 
+def test_comments_and_blank_lines_stand_anywhere(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("t_s,x_mm\n0,1\n\n# tool change\n0.001,2\n  \n0.002,4\n")
+    _, period, rows, _ = read(path)
+    assert (period, rows[:, 0].tolist()) == (0.001, [1.0, 2.0, 4.0])
+
+
+def test_a_fault_far_to_the_right_is_pointed_at(tmp_path: Path) -> None:
+    """A row of 400 columns: its excerpt is cut on the left, the caret stands under the cell."""
+    path = tmp_path / "a.csv"
+    names = ",".join(["t_s", "x_mm", *(f"c{k}" for k in range(398))])
+    cells = [f"{k:.3f}" for k in range(400)]
+    cells[300] = "oops"
+    path.write_text(names + "\n0" + ",1" * 399 + "\n" + ",".join(cells) + "\n")
+    with pytest.raises(UsageError) as caught:
+        read(path)
+    (fault,) = caught.value.diagnostics
+    excerpt, caret = fault.render().splitlines()[1:3]
+    assert fault.span is not None
+    assert fault.span.column == sum(len(cell) + 1 for cell in cells[:300]) + 1
+    assert excerpt[caret.index("^") :].startswith("oops,")
+
+
 def test_every_faulty_row_is_named(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     rows = [f"{k * 0.001:.3f},{k}" for k in range(100)]

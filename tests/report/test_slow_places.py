@@ -1,0 +1,59 @@
+"""Where time is lost: valleys of a speed that is made by hand, with known losses."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cncgen.pipeline import read_text
+from cncgen.planner.record import Limit, Profile, Trajectory
+from cncgen.report.slow_places import KEPT, SlowPlaces
+
+#: Lines of 10 mm at 10 mm/s, one a row from line 2 on.
+COUNT = 13
+
+
+def trajectory(losses: list[float], rapid: bool = False) -> Trajectory:
+    """Each row: half of it at 10 mm/s, half at 2 mm/s that takes the row's loss longer than the feed would."""
+    word = "G0" if rapid else "G1"
+    text = "G21 G90 F600\n" + "".join(f"{word} X{10 * (k + 1)}\n" for k in range(len(losses))) + "M2\n"
+    (toolpath,) = read_text(text).chunks()
+    pieces = 2 * len(losses)
+    time = np.full(pieces, 0.5)
+    time[1::2] += losses
+    v = np.where(np.arange(pieces) % 2, 2.0, 10.0)
+    limit = np.where(np.arange(pieces) % 2, Limit.JERK, Limit.FEED).astype(np.int8)
+    zero, slowing = np.zeros(pieces), np.full(pieces, -1.0)
+    profile = Profile(
+        np.concatenate([[0.0], np.cumsum(time)]), 5.0 * np.arange(pieces + 1.0), v, slowing, zero, zero, limit
+    )
+    row_s = np.append(10.0 * np.arange(len(losses) + 1.0), 10.0 * len(losses))
+    return Trajectory(toolpath, row_s[: len(toolpath) + 1], profile)
+
+
+def test_the_worst_ten_with_line_place_and_limit() -> None:
+    losses = [0.1 + 0.01 * ((5 * k) % COUNT) for k in range(COUNT)]
+    slow = SlowPlaces(500.0)
+    slow.add(trajectory(losses))
+    found = slow.worst()
+    order = sorted(range(COUNT), key=lambda k: -losses[k])[:10]
+    assert KEPT == 10
+    assert [place.line for place in found] == [k + 2 for k in order]
+    assert [place.lost_s for place in found] == pytest.approx([losses[k] for k in order], abs=1e-12)
+    assert [place.s_mm for place in found] == [10.0 * k for k in order]
+    assert [place.t_s for place in found] == pytest.approx([k + sum(losses[:k]) for k in order], abs=1e-12)
+    assert {(place.feed_mm_s, place.limit) for place in found} == {(2.0, Limit.JERK)}
+
+
+def test_rapids_lose_against_the_machine_s_own_speed() -> None:
+    """10 mm at 100 mm/s would take 0.1 s; the row takes 1.2 s."""
+    slow = SlowPlaces(100.0)
+    slow.add(trajectory([0.2], rapid=True))
+    (place,) = slow.worst()
+    assert place.lost_s == pytest.approx(1.1, abs=1e-12)
+
+
+def test_no_loss_is_no_place() -> None:
+    slow = SlowPlaces(100.0)
+    slow.add(trajectory([0.0, 0.0]))
+    assert slow.worst() == []
