@@ -19,6 +19,11 @@ from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
 
 #: Distance of the polygons that stand for arcs from them, mm.
 CHORD = 2e-5
+#: Distance of points along edges that are offset, mm, and how many of them an outline gets.
+SPACING = 0.2
+MAX_POINTS = 20_000
+#: Offsets below this are margins, mm: they are not checked.
+SMALL_OFFSET = 0.01
 #: Tolerance of the largest inscribed circle, mm.
 CENTRE = 1e-6
 #: Rings from a wall to the middle, and lines across a pocket.
@@ -56,12 +61,43 @@ class OffsetError(ValueError):
 def grown(geometry: Any, distance: float, **how: Any) -> Any:
     """Return a shapely geometry grown by a distance, mm (negative: shrunk); `how` as shapely's `buffer` takes it.
 
+    GEOS loses parts of what it makes from arcs of fine chords beside long edges: of one in seven circular slots, shrunk,
+    an end was missing. So each result is checked, and where it is wrong made from points closer to each other along the
+    edges, or from coarser chords.
+
     Raises:
-        OffsetError: where the distance is none that a part has.
+        OffsetError: where the distance is none that a part has, or no parallel outline results.
     """
     if not abs(distance) <= MAX_OFFSET:
         raise OffsetError(f"an offset of {distance:g} mm")
-    return geometry.buffer(distance, **how)
+    out = geometry.buffer(distance, **how)
+    simple = "join_style" in how or geometry.geom_type not in ("Polygon", "MultiPolygon")
+    if simple or abs(distance) < SMALL_OFFSET or _is_parallel(out, geometry, abs(distance)):
+        return out
+    spacing = max(SPACING, geometry.length / MAX_POINTS)
+    for coarse in (0.0, 5 * CHORD, 20 * CHORD):
+        dense = (geometry.simplify(coarse) if coarse else geometry).segmentize(spacing)
+        # From its lowest point on, a ring has no needless vertex where it begins.
+        out = dense.buffer(distance, **how).normalize().simplify(1e-7)
+        if _is_parallel(out, geometry, abs(distance)):
+            return out
+    raise OffsetError(f"no outline {distance:g} mm beside the given one can be made")
+
+
+def _is_parallel(parallel: Any, geometry: Any, distance: float) -> bool:
+    """Tell whether the boundary of one geometry is a distance from that of another everywhere."""
+    from shapely import dwithin, get_coordinates, points, prepare
+
+    if parallel.is_empty:
+        return True
+    fine = 1e-3
+    spacing = max(distance / 4, parallel.length / MAX_POINTS, SPACING)
+    places = points(get_coordinates(parallel.boundary.simplify(fine).segmentize(spacing)))
+    boundary = geometry.boundary.simplify(fine)
+    prepare(boundary)
+    allowed = 3 * fine + 3e-4 * distance
+    near, far = dwithin(boundary, places, distance - allowed), dwithin(boundary, places, distance + allowed)
+    return bool(far.all()) and not bool(near.any())
 
 
 def _chords_of(piece: Piece) -> Floats:
@@ -360,9 +396,18 @@ def grown_over(polygon: Any, sides: list[Piece], reach: float) -> Any:
     chains = _chains([_chords_of(p)[:, :2] for p in sides])
     if len(chains) == 1 and np.abs(chains[0][0] - chains[0][-1]).max() < 1e-9:
         return grown(polygon, reach, quad_segs=QUARTER, join_style="mitre")
-    strips = [grown(LineString(c), reach, cap_style="flat", join_style="mitre") for c in chains]
-    outside = [s.difference(polygon) for s in strips]
-    return unary_union([polygon, *(grown(o, 1e-7) for o in outside)]).buffer(-1e-7)
+    beyond = [part for c in chains for part in _beside(polygon, LineString(c), reach)]
+    return unary_union([polygon, *(grown(part, 1e-7) for part in beyond)]).buffer(-1e-7)
+
+
+def _beside(polygon: Any, side: Any, reach: float) -> list[Any]:
+    """Return what lies within `reach` mm of a side of a polygon, outside of it and reached over that side.
+
+    A strip as wide goes through a narrow polygon and comes out behind its other side: there it does not count.
+    """
+    strip = grown(side, reach, cap_style="flat", join_style="mitre")
+    parts = polygons(strip.difference(polygon))
+    return [p for p in parts if grown(p, 1e-6).intersection(side).length > 1e-5]
 
 
 def _chains(lines: list[Floats]) -> list[Floats]:

@@ -135,13 +135,10 @@ def _circle(points: Floats) -> tuple[Floats, float] | None:
 
 
 def _arc(points: Floats, centre: Floats) -> Arc:
-    u, v = points[0] - centre, points[1] - centre
-    turn = 1.0 if u[0] * v[1] - u[1] * v[0] > 0 else -1.0
-    w = points[-1] - centre
-    angle = math.atan2(u[0] * w[1] - u[1] * w[0], float(u @ w)) * turn % (2 * math.pi)
-    if np.abs(points[0] - points[-1]).max() < 1e-9:
-        angle = 2 * math.pi
-    return Arc(points[0], points[-1], centre, np.array([0.0, 0.0, turn]), angle)
+    """Return the arc through points on a circle, the way that all of them go round: single steps may go back a little."""
+    angles = np.unwrap(np.arctan2(points[:, 1] - centre[1], points[:, 0] - centre[0]))
+    swept = float(angles[-1] - angles[0])
+    return Arc(points[0], points[-1], centre, np.array([0.0, 0.0, math.copysign(1.0, swept)]), abs(swept))
 
 
 def starting_near(curve: list[Piece], point: Floats, ahead: Floats | None = None) -> list[Piece]:
