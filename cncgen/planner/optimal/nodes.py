@@ -88,7 +88,7 @@ def place(
     rests = joints.s[joints.stop]
     if len(rests) > 1:
         # Beyond the outermost ones it is the distance to a rest in another block.
-        apart = np.concatenate([[np.diff(rests)[0]], np.diff(rests), [np.diff(rests)[-1]]])
+        apart = np.concatenate([[np.inf], np.diff(rests), [np.inf]])
         spacing = np.minimum(spacing, _STRETCH * apart[np.searchsorted(rests, probes, side="right")])
     before, after = _first(bounds, joints, sides, lines, top_at)
     first = np.minimum(before, after)
