@@ -33,15 +33,34 @@ Floats = NDArray[np.float64]
 
 #: Part of the bound that is aimed at: the models and the simulated loops differ by some hundredths.
 _AIM = 0.93
-#: By which power of bound/error the speed is lowered in each plan after the first: the error follows with the square of
-#: the speed first (the steady state of a circle), then with less.
-_POWERS = (0.5, 0.7, 1.0, 1.2, 1.5, 2.0)
+#: In each plan after the first: by which power of bound/error the speed is lowered (the error follows with the square of
+#: the speed first, the steady state of a circle, then with less), and how far back in time, as a part of `_REACH`. Where
+#: the error itself stands is enough in most places; not at stops, where the loops overshoot after the motion (a stop whose
+#: speeds are scaled by k has k³ of the jerk).
+_ROUNDS = ((0.5, 0.0), (0.7, 0.0), (0.35, 1.0), (0.5, 1.0), (1.0, 1.0), (2.0, 1.0))
 #: Slower than this part of the speed is nothing asked for in one round.
 _LEAST = 0.2
 #: How far back in time a speed is lowered, in memories of the loops (`memory_of`).
 _REACH = 2
 #: Part of the bound over which the speed is lowered.
 _MET = 0.985
+
+
+@dataclass(frozen=True, slots=True)
+class _Rule:
+    """How speeds are lowered in one round.
+
+    Attributes:
+        bound: Of the error, mm.
+        power: Of the bound's part of the error, by which a speed is lowered.
+        slowest: The lowest cap, mm/s.
+        back: How many samples before an error it is lowered.
+    """
+
+    bound: float
+    power: float
+    slowest: float
+    back: int
 
 
 @dataclass(slots=True)
@@ -56,10 +75,14 @@ class _Block:
 
 
 class _Watch:
-    """Runs the loops along a plan, and says of each block how far they leave the path."""
+    """Runs the loops along a plan, and says of each block how far they leave the path.
+
+    Attributes:
+        memory: For how many samples the loops remember a speed, and as many again.
+    """
 
     def __init__(self, period_s: float, model: ContourPrediction) -> None:
-        self._period, self._model, self._memory = period_s, model, _REACH * memory_of(model)
+        self._period, self._model, self.memory = period_s, model, _REACH * memory_of(model)
         self._tracker = ContourTracker(len(model.letters))
         self._open: deque[_Block] = deque()
         self._tick = 0
@@ -71,7 +94,7 @@ class _Watch:
 
     def slowest(self, bound: float) -> float:
         """Return the lowest cap: at that speed the path covers the bound while the loops remember it."""
-        return _REACH * bound / (self._memory * self._period)
+        return _REACH * bound / (self.memory * self._period)
 
     def add(self, block: PlannedBlock) -> Iterator[tuple[_Block, Floats]]:
         """Take a further block of the plan; yield those whose errors are known, and the errors that follow from them."""
@@ -83,7 +106,7 @@ class _Watch:
         x = path_of(block.toolpath).evaluate(motion.s, 1)[:, :, columns]
         self._open.append(_Block(block.toolpath, motion.s, motion.v, np.zeros(len(motion.s))))
         self._known(self._measured(x[0], x[1] * motion.v[:, None]))
-        while len(self._open) > 1 and self._after_first() >= self._memory:
+        while len(self._open) > 1 and self._after_first() >= self.memory:
             yield self._first()
 
     def finish(self) -> Iterator[tuple[_Block, Floats]]:
@@ -93,7 +116,7 @@ class _Watch:
         last = self._open[-1].toolpath
         end = path_of(last).evaluate(path_of(last).row_s[-1:], 0)[0]
         columns = [last.axes.index(letter) for letter in self._model.letters]
-        hold = np.repeat(end[:, columns], 4 * self._memory, axis=0)
+        hold = np.repeat(end[:, columns], 4 * self.memory, axis=0)
         self._known(np.concatenate([self._measured(hold, np.zeros_like(hold)), self._tracker.finish()]))
         while self._open:
             yield self._first()
@@ -102,7 +125,7 @@ class _Watch:
         """Take out the first block, with the errors of the samples that follow it."""
         block = self._open.popleft()
         following = np.concatenate([np.zeros(0), *(other.error for other in self._open)])
-        return block, following[: self._memory]
+        return block, following[: self.memory]
 
     def _measured(self, x: Floats, speed: Floats) -> Floats:
         """Return the distances that are known once the loops have run over further samples."""
@@ -168,11 +191,12 @@ def plan_bounded(chunks: Iterable[Toolpath], machine: Machine, options: PlanOpti
     known: deque[_Slowness] = deque()
     # Below the speed that one period of full jerk gives, no setpoint tells a cap from rest.
     pulse = min(machine.axes[letter].max_jerk for letter in letters) * machine.period_s**2
-    for power in _POWERS:
+    for power, back in _ROUNDS:
         after: deque[_Slowness] = deque()
         watch = _Watch.of(machine, options, letters)
         floor = max(pulse, watch.slowest(bound))
-        caps = _lowered(plan, watch, (bound, power, floor), known, after)
+        rule = _Rule(bound, power, floor, round(back * watch.memory))
+        caps = _lowered(plan, watch, rule, known, after)
         plan = plan_blocks(caps, machine, options.effort, centripetal)
         known = after
     return _judged(plan, _Watch.of(machine, options, letters), bound)
@@ -181,7 +205,7 @@ def plan_bounded(chunks: Iterable[Toolpath], machine: Machine, options: PlanOpti
 def _lowered(
     plan: Iterator[Trajectory],
     watch: _Watch,
-    rule: tuple[float, float, float],
+    rule: _Rule,
     before: deque[_Slowness],
     after: deque[_Slowness],
 ) -> Iterator[tuple[Toolpath, SpeedCap]]:
@@ -190,7 +214,7 @@ def _lowered(
     Args:
         plan: The plan.
         watch: Gives its errors.
-        rule: The bound, the power of its part of the error by which speeds are lowered, and the lowest cap.
+        rule: How speeds are lowered.
         before: Caps that the plan was made under, block by block; empty for the first one. They are taken out.
         after: Takes the new ones.
     """
@@ -201,26 +225,25 @@ def _lowered(
         yield block.toolpath, SpeedCap(cap, Limit.CONTOUR_ERROR)
 
 
-def _cap(block: _Block, following: Floats, old: _Slowness, rule: tuple[float, float, float]) -> _Slowness:
+def _cap(block: _Block, following: Floats, old: _Slowness, rule: _Rule) -> _Slowness:
     """Return what the speed on a block must be lowered to.
 
     Args:
         block: Its samples.
-        following: Errors of as many samples after it as the loops remember.
+        following: Errors of as many samples after it as the loops remember, fewer at the program's end.
         old: What it was planned under.
-        rule: See `_lowered`.
+        rule: How speeds are lowered.
     """
-    bound, power, slowest = rule
-    n, memory = len(block.error), len(following)
+    n = len(block.error)
     if not n:
         return old
     error = np.concatenate([block.error, following])
-    part = np.maximum((_AIM * bound / np.maximum(error, bound)) ** power, _LEAST)
-    part = np.where(error > _MET * bound, part, 1.0)
+    part = np.maximum((_AIM * rule.bound / np.maximum(error, rule.bound)) ** rule.power, _LEAST)
+    part = np.where(error > _MET * rule.bound, part, 1.0)
     spread = part[:n].copy()
-    for back in range(1, memory + 1):
+    for back in range(1, min(rule.back, len(part) - 1) + 1):
         np.minimum(spread[: len(part) - back], part[back : back + n], out=spread[: len(part) - back])
-    asked = np.where(spread < 1.0, 1.0 / np.maximum(block.v * spread, slowest), 0.0)
+    asked = np.where(spread < 1.0, 1.0 / np.maximum(block.v * spread, rule.slowest), 0.0)
     if not asked.any():
         return old
     # All places of both: where nothing more is asked, the cap stays what it was to the bit.
@@ -258,6 +281,6 @@ def _remark(worst: float, bound: float, where: str) -> Diagnostic:
         f"the contour error is predicted to reach {1e3 * worst:.2f} µm near {where}, beyond the {1e3 * bound:.2f} µm "
         "asked for",
         severity=Severity.WARNING,
-        hint="loops that overshoot when they stop leave the path at any speed: tune them, or allow more",
+        hint="the speed was lowered as often as it is tried: tune the loops, or allow more",
         values={"predicted_mm": worst, "bound_mm": bound},
     )

@@ -48,6 +48,19 @@ def test_simulated_error_is_within_the_bound(
     assert not any(t.values.get("diagnostics") for t in held)
 
 
+@pytest.mark.parametrize("bound", [0.009, 0.004])
+def test_stops_keep_the_bound_too(lines: Callable[..., Toolpath], mill: Machine, bound: float) -> None:
+    """The mill's loops overshoot by 10.4 µm and more where it stops as fast as it may: the way to a stop is slower, then, and no bend."""
+    machine = replace(mill, axes={k: mill.axes[k] for k in "XYZ"})
+    for corners in ([(0, 0), (30, 0)], [(0, 0), (20, 0), (20, 20), (0, 5)]):
+        chunks = [lines(corners, 200.0)]
+        free, held = planned(chunks, machine, None), planned(chunks, machine, bound)
+        assert worst(free, machine) > 0.0103
+        assert worst(held, machine) <= bound
+        assert free[-1].profile.t[-1] < held[-1].profile.t[-1] < 1.35 * free[-1].profile.t[-1]
+        assert not any(t.values.get("diagnostics") for t in held)
+
+
 def test_circle_runs_at_the_static_speed(arc: Callable[..., Toolpath], table: Machine) -> None:
     """Round and round, v²κ is what the steady state allows: C v²κ is just under the bound (docs/ild.md, C = 2.85e-5)."""
     bound = 0.005
