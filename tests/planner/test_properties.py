@@ -270,6 +270,20 @@ def test_an_axis_that_turns_at_a_node_in_other_units() -> None:
     properties.units(case)
 
 
+def test_a_straight_curve_that_stands_at_its_end_is_passed_at_feed() -> None:
+    """Three equal points where two lines join: panels and x''' there are the parameter's (once 1.8 % longer, one way)."""
+    points = ((1.0, 0.0, 1.0),) * 3
+    curve = properties.Curve(points, (1.0, 0.5, 1.0, 0.5), ())
+    strong, weak = (20.0, 200.0, 5000.0), (0.6, 6.0, 150.0)
+    case = properties.Case((curve, curve), 100.0, False, "G61", (strong, weak, strong, strong))
+    properties.reversing(case)
+    # 2 √2 mm at feed, and √(v/J) along the diagonal at both ends.
+    v, jerk = 100.0 / 60.0, 5000.0 * math.sqrt(2.0)
+    assert properties.planned(case).time == pytest.approx(
+        2.0 * math.sqrt(2.0) / v + 2.0 * math.sqrt(v / jerk), rel=2e-3
+    )
+
+
 def test_a_line_of_three_equal_points_at_its_end() -> None:
     """Its derivatives are rounding there, and bounded the first interval of the way back (once 67 % longer)."""
     curve = properties.Curve(((11.0, 0.0, -0.8),) * 3, (1.0, 1.0, 1.0, 2.0), ())

@@ -50,6 +50,8 @@ _UNSEEN = (2.0 / 3.0, 1.25), (0.5, 0.25)
 _CALM = 0.01
 #: Part by which bounds of q that are taken for one differ.
 _ALIKE = 1e-6
+#: Turn of the direction over a panel, or part of one, below which the path is straight there but for rounding.
+_NO_TURN = 1e-9
 #: Ratio of spacings at neighbouring places from which they are not taken for linear between.
 _STEEP = 1.5
 #: Least distance of nodes, as a part of the length of the block: rounding is a thousandth of it.
@@ -84,7 +86,10 @@ def place(
     shape = _shape(bounds, x, probes, joints, sides, top_at)
     spacing = _spacing(shape, probes, joints, density, bounds.period_s)
     spacing = np.minimum(spacing, _change(bounds, x[3], probes, shape, density.change))
-    spacing = np.minimum(spacing, density.panel * panels)
+    # Panels follow the parameter, too: where a straight curve stands, they are tiny and tell nothing of the path.
+    with np.errstate(invalid="ignore"):
+        turns = shape[2] * panels + shape[3] * panels**2 > _NO_TURN
+    spacing = np.where(turns, np.minimum(spacing, density.panel * panels), spacing)
     rests = joints.s[joints.stop]
     if len(rests) > 1:
         # Beyond the outermost ones it is the distance to a rest in another block.
@@ -153,8 +158,11 @@ def _change(bounds: Bounds, x3: Floats, s: Floats, shape: tuple[Floats, ...], pa
     with np.errstate(divide="ignore", invalid="ignore"):
         cube = np.minimum(np.minimum(top, acceleration / bend) ** 1.5, 1.0 / most(np.abs(x3) / jerk))
         x3, cube, s = (each[:-1].reshape(-1, 4, *each.shape[1:]) for each in (x3, cube, s))
-        change = most(np.abs(np.diff(x3, axis=1)) / jerk) * np.minimum(cube[:, :-1], cube[:, 1:])
-        rate = np.nan_to_num(change / np.diff(s, axis=1))
+        step, apart = np.abs(np.diff(x3, axis=1)), np.diff(s, axis=1)
+        # About a place where a curve stands, x''' is rounding.
+        step[step * apart[..., None] ** 2 < _NO_TURN] = 0.0
+        change = most(step / jerk) * np.minimum(cube[:, :-1], cube[:, 1:])
+        rate = np.nan_to_num(change / apart)
         there = np.maximum(rate[:, [0, 0, 1, 2]], rate[:, [0, 1, 2, 2]])
         there[1:, 0] = np.maximum(there[1:, 0], rate[:-1, 2])
         return part / np.append(there.ravel(), rate[-1, 2])
