@@ -110,6 +110,7 @@ def build(
     limits: cython.double[:, ::1],
     factor: cython.double[:, ::1],
     box: cython.double[:, ::1],
+    sway: cython.double[:, ::1],
     joint: cython.char[::1],
     given: cython.bint,
     rows: cython.double[:, ::1],
@@ -125,10 +126,11 @@ def build(
         limits: Shape (2, axes): acceleration, jerk.
         factor: Shape (n, axes): part of the jerk limit that the interval may use.
         box: Shape (n, 3): largest q at the left end, for the middle ordinate, and at the right end (infinite: none).
+        sway: Shape (n, 2): largest |q′|/2 at the left and at the right end (infinite: none).
         joint: Shape (n,): 1 where acceleration must be held at the right end too (the next interval does not start
             with the same derivatives).
         given: Whether the state at the left end of the first interval is given (its rows there are left out).
-        rows, offset, kind, axis: As `cncgen.kernels.least_time.solve` takes them, with room for n (3 + 4 axes) rows.
+        rows, offset, kind, axis: As `cncgen.kernels.least_time.solve` takes them, with room for n (5 + 4 axes) rows.
     """
     n: cython.Py_ssize_t = h.shape[0]
     i: cython.Py_ssize_t = 0
@@ -149,6 +151,12 @@ def build(
                     _put(rows, i, ends, k, e == 0, e == 1, e == 2, box[k, e])
                     kind[i] = 0
                     axis[i] = -1
+                    i += 1
+            for e in range(2):
+                if sway[k, e] < 1e300 and not (given and k == 0 and e == 0):
+                    _put(rows, i, ends, k, (e - 1) * g, (1 - 2 * e) * g, e * g, sway[k, e])
+                    kind[i] = 1
+                    axis[i] = 0
                     i += 1
             for a in range(d1.shape[2]):
                 if _idle(h[k], d1, d2, d3, limits, factor, k, a):

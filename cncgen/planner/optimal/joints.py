@@ -11,6 +11,7 @@ from cncgen.geometry.path import Path
 from cncgen.planner.optimal.limits import (
     JUMP_SHARE,
     STOP_SPEED,
+    SWAY_SHARE,
     Bounds,
     least,
     most,
@@ -38,6 +39,7 @@ class Joints:
         speed: Shape (n,), mm/s: largest speed by the jump there; infinite for none, 0 for a stop.
         taken: Shape (n, axes): part of the jerk limit that the jump takes at that speed, or at the speed the path has
             there for other reasons where that is lower.
+        acceleration: Shape (n,), mm/s²: largest size of the acceleration along the path by the jump; infinite for none.
         zone: Shape (n,), mm: how far on both sides a setpoint's third difference can see the jump; 0 for none.
     """
 
@@ -46,6 +48,7 @@ class Joints:
     corner: Bools
     speed: Floats
     taken: Floats
+    acceleration: Floats
     zone: Floats
 
 
@@ -116,8 +119,12 @@ def joints_of(
         gain = least(bounds.axes.acceleration / np.abs(right[1]))
     zone = np.where(felt & (speed > 0.0), reach * (v[:, 0] + gain * reach), 0.0)
     stop |= speed <= 0.0
+    turns = np.abs(right[1] - left[1]) * (felt & ~stop)[:, None]
+    with np.errstate(divide="ignore"):
+        acceleration = least(SWAY_SHARE * 2.0 * bounds.period_s * bounds.axes.jerk / turns)
+    taken += SWAY_SHARE * (turns > 0.0)
     taken[~felt | stop] = 0.0
-    return Joints(s, stop, corner, speed, taken, zone)
+    return Joints(s, stop, corner, speed, taken, acceleration, zone)
 
 
 def _chord_speed(bounds: Bounds, s: Floats, turn: Floats) -> Floats:

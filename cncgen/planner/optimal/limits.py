@@ -17,6 +17,8 @@ Floats = NDArray[np.float64]
 
 #: Part of the jerk limit that a jump of tangent or curvature may take at most; the rest is for the motion around it.
 JUMP_SHARE = 0.75
+#: Part of the jerk limit, beside that, which the acceleration along the path may take where it is passed.
+SWAY_SHARE = 0.02
 #: Speed at a jump of the tangent, in J T², below which the path stops there.
 STOP_SPEED = 5.0
 

@@ -52,6 +52,7 @@ class Intervals:
         h: Shape (n,), lengths.
         kind, x1, x2, x3, top, top_limit, factor: As in `Track`.
         node_top: Shape (n,): largest q at the left end of each interval by jumps.
+        node_acceleration: Shape (n,): largest |q'| / 2 there by jumps.
         limits: Shape (2, axes): acceleration, jerk.
     """
 
@@ -64,6 +65,7 @@ class Intervals:
     top_limit: NDArray[np.int8]
     factor: Floats
     node_top: Floats
+    node_acceleration: Floats
     limits: Floats
 
     def __len__(self) -> int:
@@ -98,7 +100,7 @@ class _Columns:
 
     Attributes:
         at: Shape (n,), their numbers among the intervals.
-        h, ends, extra, box: See `cncgen.kernels.least_time` and `cncgen.kernels.least_time_rows`.
+        h, ends, extra, box, sway: See `cncgen.kernels.least_time` and `cncgen.kernels.least_time_rows`.
         edge: Shape (n, 2), largest q at both ends.
         joint: Shape (n,), where acceleration must be held at the right end too.
         shape: Derivatives of the path (x1, x2, x3), limits and the part of the jerk limit that may be used.
@@ -109,6 +111,7 @@ class _Columns:
     ends: Floats
     extra: Floats
     box: Floats
+    sway: Floats
     edge: Floats
     joint: NDArray[np.int8]
     shape: tuple[Floats, Floats, Floats, Floats, Floats]
@@ -132,7 +135,7 @@ def solve(given: Intervals, state: tuple[float, float] | None, known: Floats | N
     if state is not None:
         edge[0, 0] = state[0]
     shape = (given.x1[at], given.x2[at], given.x3[at], given.limits, given.factor[at])
-    columns = _Columns(at, h, ends, extra, box, edge, _joints(given, at), shape)
+    columns = _Columns(at, h, ends, extra, box, _sways(given, at), edge, _joints(given, at), shape)
     found: list[Solution] = []
     # Most rows never bind; which ones is seen from the profile to start from, and made sure of afterwards.
     for part, thinned in [(_STARTS[0], True), *((part, False) for part in _STARTS)]:
@@ -206,11 +209,11 @@ def _improved(
 def _rows(given: Intervals, columns: _Columns, moving: bool) -> _Rows:
     """Return the rows of a problem: their values, where those of each interval begin, their kinds and axes."""
     n, _, axes = columns.shape[0].shape
-    room = n * (3 + 4 * axes)
+    room = n * (5 + 4 * axes)
     rows = np.empty((room, least_time.WIDTH))
     offset, kind, axis = np.empty(n + 1, np.int64), np.empty(room, np.int8), np.empty(room, np.int64)
     least_time_rows.build(
-        columns.h, columns.ends, *columns.shape, columns.box, columns.joint, moving, rows, offset, kind, axis
+        columns.h, columns.ends, *columns.shape, columns.box, columns.sway, columns.joint, moving, rows, offset, kind, axis
     )
     return rows, offset, kind, axis
 
@@ -292,6 +295,13 @@ def _boxes(given: Intervals, spline: NDArray[np.int64], rest: Floats) -> tuple[F
     enters = given.kind[(spline + 1) % len(given)] == ENTER
     box[enters, 2] = edge[enters, 1]
     return box, np.ascontiguousarray(edge)
+
+
+def _sways(given: Intervals, spline: NDArray[np.int64]) -> Floats:
+    """Return the bounds of |q'| / 2 at both ends of the spline intervals, infinite where their neighbour has them."""
+    after = (spline + 1) % len(given)
+    right = np.where(given.kind[after] == ENTER, given.node_acceleration[after], np.inf)
+    return np.stack([given.node_acceleration[spline], right], 1)
 
 
 def _joints(given: Intervals, spline: NDArray[np.int64]) -> NDArray[np.int8]:

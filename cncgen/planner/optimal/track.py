@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from cncgen.geometry.path import Path
 from cncgen.planner.optimal.caps import SpeedCap
 from cncgen.planner.optimal.joints import Beyond, Joints, distinct, joints_of, nearest
-from cncgen.planner.optimal.limits import JUMP_SHARE, Bounds, most
+from cncgen.planner.optimal.limits import JUMP_SHARE, SWAY_SHARE, Bounds, most
 from cncgen.planner.optimal.nodes import DENSITY, place
 from cncgen.planner.record import Limit
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
@@ -43,6 +43,7 @@ class Track:
         top: Shape (n, 3): largest q = v² there.
         top_limit: Shape (n,), int8: the `Limit` behind the lowest of them.
         node_top: Shape (n + 1,): largest q at the nodes by jumps of the derivatives.
+        node_acceleration: Shape (n + 1,): largest |q'| / 2 at the nodes by such jumps.
         factor: Shape (n, axes): part of the jerk limit that is left beside the jumps near by.
         stop: Shape (n + 1,), bool: nodes of rest.
         corner: Shape (n + 1,), bool: nodes where the motion slows or rests because the derivatives jump.
@@ -59,6 +60,7 @@ class Track:
     top: Floats
     top_limit: NDArray[np.int8]
     node_top: Floats
+    node_acceleration: Floats
     factor: Floats
     stop: NDArray[np.bool_]
     corner: NDArray[np.bool_]
@@ -147,8 +149,8 @@ def track_of(
         capped = cap.on_intervals(s, stop[:-1], stop[1:])
         which[capped < top3] = cap.limit
         top3 = np.minimum(top3, capped)
-    node_top = np.full(n + 1, np.inf)
-    node_top[node] = joints.speed**2
+    node_top, node_acceleration = np.full((2, n + 1), np.inf)
+    node_top[node], node_acceleration[node] = joints.speed**2, joints.acceleration
     kind = np.full(n, SPLINE, np.int8)
     kind[stop[:-1]] = LEAVE
     kind[stop[1:]] = ENTER
@@ -165,6 +167,7 @@ def track_of(
         top=top3,
         top_limit=which[np.arange(n), top3.argmin(axis=1)],
         node_top=node_top,
+        node_acceleration=node_acceleration,
         factor=_factors(s, joints, x.shape[-1]) * _between(path, s, kind, x[3], top3, bounds.axes.jerk),
         stop=stop,
         corner=corner,
@@ -214,7 +217,7 @@ def _factors(s: Floats, joints: Joints, axes: int) -> Floats:
     change = np.zeros((len(s), axes))
     np.add.at(change, np.maximum(first, 0), joints.taken[near])
     np.add.at(change, np.minimum(last, len(s) - 1), -joints.taken[near])
-    return np.maximum(1.0 - np.cumsum(change, axis=0)[:-1], 1.0 - JUMP_SHARE)
+    return np.maximum(1.0 - np.cumsum(change, axis=0)[:-1], 1.0 - JUMP_SHARE - SWAY_SHARE)
 
 
 def _between(path: Path, s: Floats, kind: NDArray[np.int8], x3: Floats, top: Floats, jerk: Floats) -> Floats:

@@ -51,6 +51,7 @@ def wave(
         top_limit=np.full(count, Limit.FEED, np.int8),
         factor=np.ones((count, axes)),
         node_top=np.full(count, np.inf),
+        node_acceleration=np.full(count, np.inf),
         limits=np.array([[1000.0] * axes, [50_000.0] * axes]),
     )
 
@@ -145,7 +146,7 @@ def test_a_window_in_motion_goes_on_as_the_plan_that_it_is_cut_from() -> None:
     whole = wave(60)
     first = solve(whole, None)
     at = 25
-    names = ("h", "kind", "x1", "x2", "x3", "top", "top_limit", "factor", "node_top")
+    names = ("h", "kind", "x1", "x2", "x3", "top", "top_limit", "factor", "node_top", "node_acceleration")
     rest = replace(whole, **{name: getattr(whole, name)[at:] for name in names})
     second = solve(rest, (float(first.q[at, 0]), float(first.q[at, 1])), first.q[at:, 1])
     assert second.converged
@@ -156,7 +157,7 @@ def test_a_window_in_motion_goes_on_as_the_plan_that_it_is_cut_from() -> None:
 @pytest.mark.parametrize(("feed", "count"), [(20.0, 250), (60.0, 250), (1e4, 250), (1e4, 310)])
 def test_what_does_not_feel_the_end_is_what_a_longer_row_has(feed: float, count: int) -> None:
     whole = wave(400, length=100.0, feed=feed)
-    names = ("h", "kind", "x1", "x2", "x3", "top", "top_limit", "factor", "node_top")
+    names = ("h", "kind", "x1", "x2", "x3", "top", "top_limit", "factor", "node_top", "node_acceleration")
     part = replace(whole, **{name: getattr(whole, name)[:count].copy() for name in names})
     part.kind[-1] = ENTER
     found, longer = solve(part, None), solve(whole, None)
@@ -242,7 +243,7 @@ def test_a_window_whose_start_binds_on_two_sides_goes_on(at: int) -> None:
     # There, jerk of x from above and jerk of y from below leave the second ordinate no room but for the slack.
     whole = wave(60, axes=3)
     first = solve(whole, None)
-    names = ("h", "kind", "x1", "x2", "x3", "top", "top_limit", "factor", "node_top")
+    names = ("h", "kind", "x1", "x2", "x3", "top", "top_limit", "factor", "node_top", "node_acceleration")
     rest = replace(whole, **{name: getattr(whole, name)[at:].copy() for name in names})
     rest.factor[:2] *= 1.0 - problem.SLACK
     second = solve(rest, (float(first.q[at, 0]), float(first.q[at, 1])), first.q[at:, 1])

@@ -101,6 +101,7 @@ def test_a_line_from_rest_to_rest_takes_its_seven_phases(length: float) -> None:
         top_limit=np.ones(1, np.int8),
         factor=np.ones((1, 1)),
         node_top=np.full(1, np.inf),
+        node_acceleration=np.full(1, np.inf),
         limits=np.array([[a], [j]]),
     )
     count, (_, duration, *_) = _seven(given, np.array([0]))
