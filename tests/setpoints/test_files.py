@@ -198,6 +198,33 @@ def test_a_fault_far_to_the_right_is_pointed_at(tmp_path: Path) -> None:
     assert excerpt[caret.index("^") :].startswith("oops,")
 
 
+@pytest.mark.parametrize(
+    "comment",
+    [
+        "# x_mm tool every 0.001 s",
+        "# x_mm y_mm every 0 s",
+        "# x_mm y_mm every 1e999 s",
+        "# x_mm y_mm at 1 s",
+        "# XY",
+    ],
+)
+def test_other_comments_of_hal_say_nothing(tmp_path: Path, comment: str) -> None:
+    path = tmp_path / "a.hal"
+    path.write_text(f"{comment}\n1 2\n3 4\n")
+    with pytest.raises(UsageError, match="hal does not name its axes"):
+        read(path)
+    axes, period, rows, _ = read(path, axes="YZ", period_s=0.002)
+    assert (axes, period, rows.tolist()) == ("YZ", 0.002, [[1.0, 2.0], [3.0, 4.0]])
+
+
+def test_every_faulty_line_of_hal_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "a.hal"
+    path.write_text("# x_mm y_mm every 0.001 s\n1 2\n\n3\n4 5\nnan 1\n")
+    with pytest.raises(UsageError) as caught:
+        read(path)
+    assert [d.span.line for d in caught.value.diagnostics if d.span] == [4, 6]
+
+
 def test_every_faulty_row_is_named(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     rows = [f"{k * 0.001:.3f},{k}" for k in range(100)]

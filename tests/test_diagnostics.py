@@ -1,0 +1,66 @@
+"""Diagnostics: the text and the JSON of one, the excerpt of a long line, and a list that stays bounded."""
+
+from __future__ import annotations
+
+import pytest
+
+from cncgen.diagnostics import (
+    MAX_EXCERPT,
+    MAX_KEPT,
+    Diagnostic,
+    Diagnostics,
+    Severity,
+    Span,
+    excerpt_of,
+)
+
+
+def test_the_text_of_the_interface() -> None:
+    fault = Diagnostic(
+        "arc-radius",
+        "start and end are not on one circle",
+        span=Span("part.nc", 12, 7, 4),
+        excerpt="G2 X10 Y0 I5 J0",
+        hint="R is shorter",
+    )
+    assert fault.render() == (
+        "part.nc:12:7: error[arc-radius]: start and end are not on one circle\n"
+        "   12 | G2 X10 Y0 I5 J0\n"
+        "      |       ^^^^\n"
+        "  help: R is shorter"
+    )
+    assert Diagnostic("a", "b", Severity.NOTE).render() == "note[a]: b"
+
+
+@pytest.mark.parametrize(
+    ("column", "length", "marks"),
+    [(1, 1, "^"), (4, 3, "   ^^^"), (4, 99, "   ^^^"), (4, 0, "   ^"), (6, 9, "     ^"), (7, 1, "      ^")],
+)
+def test_marks_end_with_the_line(column: int, length: int, marks: str) -> None:
+    """Of a line of six characters; a place just behind it is shown too."""
+    fault = Diagnostic("a", "b", span=Span("f", 1, column, length), excerpt="G1 X10")
+    assert fault.render().splitlines()[2] == f"      | {marks}"
+
+
+@pytest.mark.parametrize("column", [1, 100, 101, 150, 500, 899, 900, 1000])
+def test_a_long_line_is_cut_around_its_fault(column: int) -> None:
+    line = "".join(chr(0x4E00 + k) for k in range(1000))
+    text, cut = excerpt_of(line + "\r\n", column)
+    assert len(text) == MAX_EXCERPT
+    assert text == line[cut : cut + MAX_EXCERPT]
+    assert text[column - 1 - cut] == line[column - 1]
+    assert cut == min(max(column - 1 - 100, 0), 800)
+
+
+def test_a_line_that_fits_is_whole() -> None:
+    assert excerpt_of("x" * MAX_EXCERPT + "\n", 150) == ("x" * MAX_EXCERPT, 0)
+    assert excerpt_of("G1\tX\x1b[1m\x00\x7f", 3) == ("G1 X␛[1m␀�", 0)
+
+
+def test_a_list_keeps_the_first_and_counts_all() -> None:
+    found = Diagnostics(Diagnostic(str(k), "", Severity.WARNING) for k in range(MAX_KEPT + 3))
+    assert (len(found), found.suppressed, found.has_errors) == (MAX_KEPT, 3, False)
+    found.add(Diagnostic("last", ""))
+    assert (len(found), found.suppressed, found.has_errors) == (MAX_KEPT, 4, True)
+    assert [item.code for item in found][-1] == str(MAX_KEPT - 1)
+    assert repr(found) == f"Diagnostics(1 error, {MAX_KEPT + 3} warnings)"
