@@ -86,7 +86,7 @@ def test_limits_hold_however_the_program_is_cut_into_blocks(
 
 def test_rests_close_together_need_no_nodes_far_from_them() -> None:
     machine = load("generic-mill")
-    # In blocks of two, the second begins in motion; a rest follows after 80 mm, and another 20 µm further on.
+    # In blocks of two, the second begins in motion; a rest follows after 20 mm, and another 20 µm further on.
     lines = ["G2 X50 I25 J0", "G2 X100 I25 J0", "G1 Y-20", "G1 X100.02", "G1 Y-19.9", "G1 X100"]
     text = "\n".join(["G21 G90 G61 F6000", *lines, "M2", ""])
 

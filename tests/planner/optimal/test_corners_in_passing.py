@@ -1,0 +1,64 @@
+"""Corners of the tangent that are passed in motion: the jerk of setpoints holds whatever the phase of the period."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cncgen.machine import load
+from cncgen.pipeline import read_text
+from cncgen.planner import PlanOptions, plan
+from cncgen.planner.motion import motion_at
+from cncgen.planner.optimal.limits import SWAY_SHARE
+from cncgen.planner.paths import path_of
+from cncgen.planner.record import Trajectory
+
+
+def wander(count: int) -> str:
+    """Return lines of 1 mm that turn at random, X Y Z and an axis that turns with them, on the exact path."""
+    rng = np.random.default_rng(4)
+    turn = np.cumsum(rng.normal(0.03, 0.05, count))
+    steps = [np.cos(turn), np.sin(turn), 0.1 * np.sin(2.0 * turn), rng.uniform(0.2, 0.4, count)]
+    points = np.cumsum(steps, axis=1).T
+    rows = [f"G1 X{x:.4f} Y{y:.4f} Z{z:.4f} A{a:.4f}" for x, y, z, a in points]
+    return "\n".join(["G21 G90 G61 F6000", *rows, "M2", ""])
+
+
+def planned() -> list[Trajectory]:
+    return list(plan(read_text(wander(150)).chunks(), load("generic-mill"), PlanOptions()))
+
+
+def test_the_acceleration_at_a_corner_takes_its_share_of_the_jerk_at_most() -> None:
+    """A step Δ of the tangent under the acceleration a is a step of acceleration: |Δ a|/(2 T) beside the peak of v Δ."""
+    machine = load("generic-mill")
+    largest = 0.0
+    for part in planned():
+        path = path_of(part.toolpath)
+        ends = part.profile.s[[0, -1]]
+        s = path.row_s[(path.row_s > ends[0]) & (path.row_s < ends[1])]
+        turn = np.abs(path.evaluate(s, 1, 1)[1] - path.evaluate(s, 1, -1)[1])
+        jerk = np.array([machine.axes[letter].max_jerk for letter in part.toolpath.axes])
+        piece = np.searchsorted(part.profile.s, s - 1e-9)
+        taken = turn * np.abs(part.profile.a[piece])[:, None] / (2.0 * machine.period_s * jerk)
+        largest = max(largest, float(taken[part.profile.v[piece] > 0.0].max()))
+    # Between the rows of the plan a limit may be passed by its slack.
+    assert 0.5 * SWAY_SHARE < largest <= 1.001 * SWAY_SHARE
+
+
+def test_third_differences_hold_at_every_phase() -> None:
+    machine = load("generic-mill")
+    parts = planned()
+    period = machine.period_s
+    count = int(parts[-1].profile.t[-1] / period)
+    for phase in np.linspace(0.0, 1.0, 50, endpoint=False):
+        t = (np.arange(-3, count + 5) + phase) * period
+        x = np.concatenate([_positions(part, t) for part in parts])
+        jerk = np.abs(np.diff(x, 3, axis=0)).max(axis=0) / period**3
+        for letter, found in zip(parts[0].toolpath.axes, jerk, strict=True):
+            assert found <= 1.001 * machine.axes[letter].max_jerk
+
+
+def _positions(part: Trajectory, t: np.ndarray) -> np.ndarray:
+    """Evaluate a trajectory at those of the times that are its own: it rests before the first and after the last."""
+    first, last = part.profile.t[[0, -1]]
+    mine = t[((t >= first) | (first == 0.0)) & (t < last)]
+    return path_of(part.toolpath).evaluate(motion_at(part.profile, mine).s, 0)[0]
