@@ -15,10 +15,14 @@ _MOTIONS = {0: 0, 10: 1, 20: 2, 30: 3}
 
 
 class Batches:
-    """Work columns of `gcode_motion.advance`, used again for each run."""
+    """The kernel on the columns of plain blocks, and work columns of its own, used again for each run."""
 
-    def __init__(self, ip: Interpreter) -> None:
+    def __init__(self, ip: Interpreter, plain: PlainBlocks) -> None:
         self._ip = ip
+        self._plain = plain
+        self._position = array("d", [0.0] * 9)
+        self._modes = array("q", [0] * gcode_motion.MODES)
+        self._levels = array("d", [0.0] * gcode_motion.LEVELS)
         self._line = column("q", BLOCKS)
         self._offset = column("q", BLOCKS)
         self._motion = column("b", BLOCKS)
@@ -27,47 +31,34 @@ class Batches:
         self._feed_set = column("B", BLOCKS)
         self._centre = column("d", BLOCKS, 2)
         self._turns = column("q", BLOCKS)
+        motions = (
+            *(self._line, self._offset, self._motion, self._end),
+            *(self._feed, self._feed_set, self._centre, self._turns),
+        )
+        self._kernel = gcode_motion.Advance(
+            plain.columns(), self._position, self._modes, self._levels, motions
+        )
 
-    def run(self, plain: PlainBlocks, index: int, count: int) -> int:
+    def run(self, index: int, count: int) -> int:
         """Run plain motions from a block on; return the first block that was not taken."""
         if not self._ip.batchable():
             return index
-        position = array("d", self._ip.state.position)
-        modes, levels = self._modes(), self._levels()
-        done, rows = gcode_motion.advance(
-            index,
-            count,
-            plain.line,
-            plain.offset,
-            plain.flags,
-            plain.word_end,
-            plain.letters,
-            plain.values,
-            position,
-            modes,
-            levels,
-            self._line,
-            self._offset,
-            self._motion,
-            self._end,
-            self._feed,
-            self._feed_set,
-            self._centre,
-            self._turns,
-        )
-        self._take_modes(modes, levels)
+        state = self._ip.state
+        self._position[:] = array("d", state.position)
+        self._give_modes()
+        done, rows = self._kernel.run(index, count)
+        self._take_modes()
         if rows:
-            self._hand_on(rows, plain.source)
-            state = self._ip.state
-            state.position = position.tolist()
-            state.motion = 10 * modes[gcode_motion.MOTION]
+            self._hand_on(rows, self._plain.source)
+            state.position = self._position.tolist()
+            state.motion = 10 * self._modes[gcode_motion.MOTION]
             state.moved = True
         return int(done)
 
-    def _modes(self) -> array[int]:
-        """Return the modes that the kernel begins with."""
-        state = self._ip.state
-        return array(
+    def _give_modes(self) -> None:
+        """Say what the kernel begins with: modes, feed and the tolerances of arcs."""
+        state, inches = self._ip.state, self._ip.state.inches
+        self._modes[:] = array(
             "q",
             (
                 _MOTIONS.get(state.motion, -1),
@@ -79,14 +70,10 @@ class Batches:
                 not self._ip.sink.wants_comments,
             ),
         )
-
-    def _levels(self) -> array[float]:
-        """Return the feed and the tolerances of arcs."""
-        inches = self._ip.state.inches
-        return array(
+        self._levels[:] = array(
             "d",
             (
-                self._ip.state.feed,
+                state.feed,
                 RADIUS_TOLERANCE[inches],
                 CENTRE_TOLERANCE[inches],
                 CENTRE_RELATIVE,
@@ -94,11 +81,11 @@ class Batches:
             ),
         )
 
-    def _take_modes(self, modes: array[int], levels: array[float]) -> None:
+    def _take_modes(self) -> None:
         """Take over what blocks without motion may have changed too."""
         state, sink = self._ip.state, self._ip.sink
-        state.absolute = bool(modes[gcode_motion.ABSOLUTE])
-        feed = levels[gcode_motion.FEED]
+        state.absolute = bool(self._modes[gcode_motion.ABSOLUTE])
+        feed = self._levels[gcode_motion.FEED]
         if feed != state.feed:
             state.feed = feed
             if not sink.wants_comments:

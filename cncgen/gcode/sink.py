@@ -17,7 +17,7 @@ Point = list[float]
 
 
 class MotionBatch(NamedTuple):
-    """Motions in columns, a row a motion, as `cncgen.kernels.gcode_motion.advance` gives them.
+    """Motions in columns, a row a motion, as `cncgen.kernels.gcode_motion.Advance` gives them.
 
     The columns are buffers that the next batch uses again: whoever keeps them, copies them.
 

@@ -41,7 +41,7 @@ class Waiting:
         self._executor = executor
         self._faults = faults
         self._plain = PlainBlocks()
-        self._batches = Batches(ip) if batches else None
+        self._batches = Batches(ip, self._plain) if batches else None
         self._computing = (
             Computing(ip.parameters, sources, self._plain) if batches and ip.dialect == "linuxcnc" else None
         )
@@ -95,7 +95,7 @@ class Waiting:
         count, plain.count = plain.count, 0
         index = 0
         while index < count and not ip.state.ended:
-            done = self._batches.run(plain, index, count) if self._batches else index
+            done = self._batches.run(index, count) if self._batches else index
             if done == count:
                 self._executor.count(count - index)
                 break

@@ -326,101 +326,125 @@ def _centre(
     return _centre_from_offsets(x0, y0, x1, y1, cx, cy, force)
 
 
-def advance(
-    first: cython.Py_ssize_t,
-    last: cython.Py_ssize_t,
-    block_line: cython.const[cython.longlong][::1],
-    block_offset: cython.const[cython.longlong][::1],
-    block_flags: cython.const[cython.uchar][::1],
-    word_end: cython.const[cython.longlong][::1],
-    letters: cython.const[cython.uchar][::1],
-    values: cython.const[cython.double][::1],
-    position: cython.double[::1],
-    modes: cython.longlong[::1],
-    levels: cython.double[::1],
-    out_line: cython.longlong[::1],
-    out_offset: cython.longlong[::1],
-    out_motion: cython.schar[::1],
-    out_end: cython.double[:, ::1],
-    out_feed: cython.double[::1],
-    out_feed_set: cython.uchar[::1],
-    out_centre: cython.double[:, ::1],
-    out_turns: cython.longlong[::1],
-) -> tuple:
-    """Interpret blocks `first` to `last` (not included) while they are plain motions.
+@cython.cclass
+class Advance:
+    """The columns of plain blocks and those of their motions, and what is in force between runs.
 
     Args:
-        block_line, block_offset, block_flags, word_end, letters, values: Columns of `gcode_scan.scan`.
+        blocks: Columns of `gcode_scan.scan`: line, offset, flags, end of the words, letters, values.
         position: Shape (9,), X Y Z A B C U V W in program units and coordinates; moved on.
         modes: Shape (`MODES`,): modal motion 0 to 3 (else nothing is taken), flags, plane 17 to 19; changed.
         levels: Shape (`LEVELS`,): feed, then the tolerances of arcs (`cncgen.gcode.arcs`); changed.
-        out_line, out_offset, out_motion, out_end, out_feed, out_feed_set, out_centre, out_turns: Filled, a row a
-            motion: line and offset of its block, 0 to 3, end point, feed in force, whether this block gave F, centre in
-            the two axes of the plane, turns (signed, positive counter-clockwise; 0 for lines).
-
-    Returns:
-        The first block not taken, and the number of rows.
+        motions: Columns that are filled, a row a motion: line and offset of its block; 0 to 3; end point, shape (n, 9);
+            feed in force; whether this block gave F; centre in the two axes of the plane, shape (n, 2); turns (signed,
+            positive counter-clockwise; 0 for lines).
     """
-    force: _Modes = _modes_in_force(modes, levels)
-    passed_over: cython.int = _SLASH if modes[SKIP_SLASH] else 0
-    left: cython.int = _ACTIVE if force.silent else _ACTIVE | _COMMENT
-    block: _Block
-    centre: _Centre
-    word = cython.declare(cython.double[14])
-    end = cython.declare(cython.double[9])
-    done: cython.Py_ssize_t = last
-    rows: cython.Py_ssize_t = 0
-    begin: cython.Py_ssize_t
-    finish: cython.Py_ssize_t = word_end[first - 1] if first > 0 else 0
-    b: cython.Py_ssize_t
-    k: cython.int
-    motion: cython.int
-    absolute: cython.bint
-    feed: cython.double
-    for b in range(first, last):
-        begin = finish
-        finish = word_end[b]
-        if block_flags[b] & passed_over:
-            continue
-        done = b
-        if block_flags[b] & left:
-            break
-        if begin == finish:
-            continue
-        block = _words(letters, values, begin, finish, force, word)
-        if not block.plain:
-            break
-        feed = word[_F] if block.given & _FEED else force.feed
-        absolute = force.absolute if block.absolute < 0 else block.absolute
-        if _only_modes(block, force):
+
+    block_line: cython.const[cython.longlong][::1]
+    block_offset: cython.const[cython.longlong][::1]
+    block_flags: cython.const[cython.uchar][::1]
+    word_end: cython.const[cython.longlong][::1]
+    letters: cython.const[cython.uchar][::1]
+    values: cython.const[cython.double][::1]
+    position: cython.double[::1]
+    modes: cython.longlong[::1]
+    levels: cython.double[::1]
+    line: cython.longlong[::1]
+    offset: cython.longlong[::1]
+    motion: cython.schar[::1]
+    end: cython.double[:, ::1]
+    feed: cython.double[::1]
+    feed_set: cython.uchar[::1]
+    centre: cython.double[:, ::1]
+    turns: cython.longlong[::1]
+
+    def __init__(self, blocks, position, modes, levels, motions):
+        self.block_line, self.block_offset, self.block_flags = blocks[:3]
+        self.word_end, self.letters, self.values = blocks[3:]
+        self.position, self.modes, self.levels = position, modes, levels
+        self.line, self.offset, self.motion, self.end = motions[:4]
+        self.feed, self.feed_set, self.centre, self.turns = motions[4:]
+
+    def run(self, first: cython.Py_ssize_t, last: cython.Py_ssize_t) -> tuple:
+        """Interpret blocks `first` to `last` (not included) while they are plain motions.
+
+        Returns the first block not taken, and the number of rows.
+        """
+        force: _Modes = _modes_in_force(self.modes, self.levels)
+        passed_over: cython.int = _SLASH if self.modes[SKIP_SLASH] else 0
+        left: cython.int = _ACTIVE if force.silent else _ACTIVE | _COMMENT
+        block: _Block
+        centre: _Centre
+        word = cython.declare(cython.double[14])
+        end = cython.declare(cython.double[9])
+        done: cython.Py_ssize_t = last
+        rows: cython.Py_ssize_t = 0
+        begin: cython.Py_ssize_t
+        finish: cython.Py_ssize_t = self.word_end[first - 1] if first > 0 else 0
+        b: cython.Py_ssize_t
+        motion: cython.int
+        absolute: cython.bint
+        feed: cython.double
+        for b in range(first, last):
+            begin = finish
+            finish = self.word_end[b]
+            if self.block_flags[b] & passed_over:
+                continue
+            done = b
+            if self.block_flags[b] & left:
+                break
+            if begin == finish:
+                continue
+            block = _words(self.letters, self.values, begin, finish, force, word)
+            if not block.plain:
+                break
+            feed = word[_F] if block.given & _FEED else force.feed
+            absolute = force.absolute if block.absolute < 0 else block.absolute
+            if _only_modes(block, force):
+                force.absolute = absolute
+                force.feed = feed
+                continue
+            motion = force.motion if block.motion < 0 else block.motion
+            if not _may_move(block, motion, feed, force):
+                break
+            _go_to(block, absolute, self.position, word, end)
+            centre = _centre(block, motion, self.position, end, word, force)
+            if not centre.certain:
+                break
+            force.motion = motion
             force.absolute = absolute
             force.feed = feed
-            continue
-        motion = force.motion if block.motion < 0 else block.motion
-        if not _may_move(block, motion, feed, force):
-            break
-        _go_to(block, absolute, position, word, end)
-        centre = _centre(block, motion, position, end, word, force)
-        if not centre.certain:
-            break
-        force.motion = motion
-        force.absolute = absolute
-        force.feed = feed
-        out_line[rows] = block_line[b]
-        out_offset[rows] = block_offset[b]
-        out_motion[rows] = motion
-        out_feed[rows] = feed
-        out_feed_set[rows] = 1 if block.given & _FEED else 0
-        out_centre[rows, 0] = centre.x
-        out_centre[rows, 1] = centre.y
-        out_turns[rows] = 0 if motion < 2 else 2 * motion - 5
+            self._put(rows, b, force, block.given & _FEED != 0, centre, end)
+            rows += 1
+        else:
+            done = last
+        self.modes[MOTION] = force.motion
+        self.modes[ABSOLUTE] = force.absolute
+        self.levels[FEED] = force.feed
+        return done, rows
+
+    @cython.cfunc
+    @cython.inline
+    @cython.exceptval(check=False)
+    def _put(
+        self,
+        row: cython.Py_ssize_t,
+        b: cython.Py_ssize_t,
+        force: _Modes,
+        feed_set: cython.bint,
+        centre: _Centre,
+        end: cython.p_double,
+    ) -> cython.void:
+        """Fill the row of the motion of block b, and stand at its end."""
+        k: cython.int
+        self.line[row] = self.block_line[b]
+        self.offset[row] = self.block_offset[b]
+        self.motion[row] = force.motion
+        self.feed[row] = force.feed
+        self.feed_set[row] = feed_set
+        self.centre[row, 0] = centre.x
+        self.centre[row, 1] = centre.y
+        self.turns[row] = 0 if force.motion < 2 else 2 * force.motion - 5
         for k in range(_AXES):
-            position[k] = end[k]
-            out_end[rows, k] = end[k]
-        rows += 1
-    else:
-        done = last
-    modes[MOTION] = force.motion
-    modes[ABSOLUTE] = force.absolute
-    levels[FEED] = force.feed
-    return done, rows
+            self.position[k] = end[k]
+            self.end[row, k] = end[k]

@@ -90,17 +90,6 @@ def _line_end(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t) -> cy
 @cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _past_blanks(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t) -> cython.Py_ssize_t:
-    """Return the offset after spaces and tabs."""
-    while i < text.shape[0] and (text[i] == 32 or text[i] == 9):
-        i += 1
-    return i
-
-
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
 def _number(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t, signed: cython.bint) -> _Number:
     """Read the number at i: a sign where `signed`, digits with at most one point, blanks anywhere."""
     length: cython.Py_ssize_t = text.shape[0]
@@ -111,7 +100,8 @@ def _number(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t, signed:
     negative: cython.bint = False
     value: cython.double
     c: cython.int
-    i = _past_blanks(text, i)
+    while i < length and (text[i] == 32 or text[i] == 9):
+        i += 1
     if signed and i < length and (text[i] == 43 or text[i] == 45):
         negative = text[i] == 45
         i += 1
