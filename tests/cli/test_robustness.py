@@ -505,3 +505,28 @@ def test_options_are_finite(
     """A tolerance that is no number would hold whatever the setpoints do, a wait without end would never end."""
     assert app.run([*command, number]) == 2
     assert command[-1] in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("error", "words"), [(ValueError("odd"), "ValueError: odd"), (MemoryError(), "out of memory")]
+)
+def test_a_fault_of_ours_is_one_line_and_its_own_exit_code(
+    in_folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    error: Exception,
+    words: str,
+) -> None:
+    def fails(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr("cncgen.pipeline.check", fails)
+    assert app.run(["check", "small.nc"]) == app.INTERNAL_ERROR
+    said = capsys.readouterr().err
+    assert words in said
+    assert "Traceback" not in said
+    monkeypatch.setenv("CNCGEN_TRACEBACK", "1")
+    assert app.run(["check", "small.nc", "--json"]) == app.INTERNAL_ERROR
+    said = capsys.readouterr()
+    assert ("Traceback" in said.err) == isinstance(error, ValueError)
+    assert json.loads(said.out)["code"] == "failed"

@@ -6,6 +6,7 @@ import re
 import subprocess
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
+from html import escape
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -14,6 +15,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cncgen.machine import load_machine
+from cncgen.pipeline import judge, plan_with_summary, read_text
+from cncgen.planner import PlanOptions
+from cncgen.report.line_times import LineTimes
+from cncgen.report.page import page
 from cncgen.report.svg import SPEEDS, chart, envelope, path_picture, ticks
 
 Run = Callable[..., "subprocess.CompletedProcess[bytes]"]
@@ -146,3 +152,23 @@ def test_the_picture_of_a_long_path_is_bounded() -> None:
     svg = path_picture(points, ["X", "Y"], 1 + np.sin(t / 50), points[:0])
     assert len(svg) < 1_000_000
     ET.fromstring(svg)
+
+
+def test_the_page_says_what_is_broken_and_what_the_plan_remarks() -> None:
+    """Setpoints that leave the path and ask too much, a program of more lines than the page lists."""
+    lines = "".join(f"G1 X{k % 3} Y{k % 7} F3000\n" for k in range(1, 150))
+    text = f"G21 G90 G61\n{lines}M2\n"
+    times = LineTimes()
+    options = PlanOptions(feedrate="constant")
+    stream, summary = plan_with_summary(read_text(text, "a<b>.nc"), "xy-table", options, line_times=times)
+    points = stream.collect()
+    machine = load_machine("xy-table")
+    verdict = judge(points, read_text(text), machine)
+    assert not verdict.holds
+    shown = page(points, machine, summary.as_json(), verdict, times)
+    assert "Limits are broken." in shown
+    assert all(f"<li>{escape(item.message)}</li>" in shown for item in verdict.breaches)
+    assert "a&lt;b&gt;.nc on xy-table" in shown
+    assert "<td>plan-over-limits</td>" in shown
+    assert re.search(r"<td>\d+ others</td>", shown)
+    assert "Verified" not in page(points, machine, summary.as_json(), None)

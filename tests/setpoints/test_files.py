@@ -198,6 +198,17 @@ def test_a_fault_far_to_the_right_is_pointed_at(tmp_path: Path) -> None:
     assert excerpt[caret.index("^") :].startswith("oops,")
 
 
+@pytest.mark.parametrize("kind", ["csv", "jsonl", "hal"])
+def test_numbers_that_decimals_cannot_hold_are_refused(tmp_path: Path, kind: str) -> None:
+    """Doubles of 2⁵³ and more are no longer told apart by one."""
+    whole = Setpoints("X", 0.001, 0, np.array([[2.0**53 - 1]]))
+    write(tmp_path / f"a.{kind}", kind, [whole])
+    assert "9007199254740991.000000000" in (tmp_path / f"a.{kind}").read_text()
+    with pytest.raises(UsageError, match="setpoint-range"):
+        write(tmp_path / f"b.{kind}", kind, [Setpoints("X", 0.001, 0, np.array([[-(2.0**53)]]))])
+    assert not (tmp_path / f"b.{kind}").exists()
+
+
 @pytest.mark.parametrize(
     "comment",
     [

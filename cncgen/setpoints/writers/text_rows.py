@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.kernels import decimal_rows as kernel
 
 
@@ -23,10 +24,14 @@ class RowText:
         """Return the text of a matrix, shape (n, columns), as bytes.
 
         Raises:
-            OverflowError: A number is 2⁵³ or more.
+            UsageError: A number is 2⁵³ or more (the jerk signal near a cusp can be).
         """
-        if np.abs(matrix).max(initial=0.0) >= kernel.MAX_VALUE:
-            raise OverflowError(f"a number of {np.abs(matrix).max():g} cannot be written with decimals")
+        largest = float(np.abs(matrix).max(initial=0.0))
+        if largest >= kernel.MAX_VALUE:
+            message = f"a number of {largest:g} cannot be written with decimals"
+            raise UsageError(
+                Diagnostic("setpoint-range", message, hint="--format npy, npz or f64 can hold it")
+            )
         n, columns = matrix.shape
         out = np.empty(n * (columns * kernel.MAX_WIDTH + len(self._literals)), np.uint8)
         size = kernel.write_rows(matrix, self._decimals, self._literals, self._ends, out)
