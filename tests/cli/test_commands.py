@@ -288,6 +288,8 @@ def test_a_machine_says_how_programs_are_read(tmp_path: Path, capsys: pytest.Cap
 def test_choices_are_those_of_the_rooms() -> None:
     """They stand in `cncgen.cli.options` a second time, so that help needs no numpy."""
     from cncgen import pipeline
+    from cncgen.gcode import reference
+    from cncgen.machine.settings_schema import DIALECTS
     from cncgen.planner import options as planning
     from cncgen.planner.strategies import available
     from cncgen.setpoints import writers
@@ -295,5 +297,6 @@ def test_choices_are_those_of_the_rooms() -> None:
     assert tuple(pipeline.SUFFIXES) == options.LANGUAGES
     assert options.FORMATS == writers.FORMATS
     assert available() == options.FEEDRATES
+    assert ("auto", *DIALECTS) == ("auto", *reference.DIALECTS) == options.DIALECTS
     for name in ("INTERPOLATORS", "SATURATIONS", "PROFILES", "EFFORTS"):
         assert getattr(options, name) == getattr(planning, name)
