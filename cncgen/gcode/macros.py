@@ -16,7 +16,7 @@ from cncgen.gcode.codes import Code
 from cncgen.gcode.errors import BlockError, Stop
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.modal import Stage
-from cncgen.gcode.tools import whole
+from cncgen.gcode.tools import whole, whole_of
 from cncgen.toolpath.record import Event
 
 if TYPE_CHECKING:
@@ -40,9 +40,9 @@ def arguments(pairs: list[tuple[str, float]]) -> tuple[int, int, list[float]]:
     sets = {"i": 0, "j": 0, "k": 0}
     for letter, value in pairs:
         if letter == "p":
-            number = nearest(value, "the program called")
+            number = whole_of(value, letter, "a macro call")
         elif letter == "l":
-            times = nearest(value, "the count of calls")
+            times = whole_of(value, letter, "a macro call")
         elif letter in sets:
             # I J K may repeat: the n-th set goes to #(3n+1), #(3n+2), #(3n+3).
             index = 3 * sets[letter] + ARGUMENTS[letter]

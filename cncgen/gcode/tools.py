@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import AXIS_INDEX, Block
+from cncgen.gcode.block import AXIS_INDEX, LARGEST, Block
 from cncgen.gcode.codes import Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.modal import Stage, zeros
@@ -21,7 +21,15 @@ _AXES = "xyzabcuvw"
 
 def whole(block: Block, letter: str, name: str) -> int:
     """Return a word that must be a whole number, not negative."""
-    value = block.words[letter]
+    return whole_of(block.words[letter], letter, name)
+
+
+def whole_of(value: float, letter: str, name: str) -> int:
+    """Return the value of a word of a code; raise where it is not a whole number, or negative."""
+    if not abs(value) <= LARGEST:
+        raise BlockError(
+            "number-range", f"{letter.upper()} of {name} is no number within ±{LARGEST:g}", letter.upper()
+        )
     if abs(value - round(value)) > 1e-4:
         raise BlockError(
             "not-whole", f"{letter.upper()}{value:g} of {name} is not a whole number", letter.upper()

@@ -231,3 +231,19 @@ def test_loops_and_jumps_that_run_often(run: Any) -> None:
     assert out.path.end[-1, :2].tolist() == [0.5 * 2 * (1 + 2 + 3 + 3 + 3), 10.0]
     missing = run("%\nO1\n#1=1\nN1 #1=#1-1\nIF[#1 GE 0]GOTO 1\nIF[#1 LT 0]GOTO 7\nM30\n%\n", dialect="fanuc")
     assert [(code, line) for code, line, _ in missing.errors] == [("goto-target", 6)]
+
+
+@pytest.mark.parametrize(
+    ("block", "said"),
+    [
+        ("G04 P1.", [("dwell-point", 1, 5)]),
+        ("(P1.) G4 P.5", [("dwell-point", 1, 10)]),
+        ("G04 P500 (P1.)", []),
+        ("G04 X1.", []),
+    ],
+)
+def test_a_dwell_in_milliseconds_has_no_decimal_point(
+    run: Any, block: str, said: list[tuple[str, int, int]]
+) -> None:
+    out = run(f"{block}\nM30", dialect="fanuc")
+    assert [(d.code, d.span.line, d.span.column) for d in out.diagnostics if d.span] == said
