@@ -1,0 +1,131 @@
+"""Random programs of thousands of motions, planned and judged: what small ones do not show is at the borders of blocks.
+
+    python benchmarks/long_programs.py                       # seeds 0 to 9, 7000 motions each, on generic-mill
+    python benchmarks/long_programs.py --seeds 40 60 --rotary
+    python benchmarks/long_programs.py --seeds 32 33 --write bad.nc
+
+Each is a row of wandering lines, straight runs, staircases, chains of arcs, drilled holes and zigzags, under changing feeds
+and path modes, with dwells and spindle and coolant events between them. A line is printed for each: seconds of planning,
+seconds of motion, and what `cncgen.judge` finds broken.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import random
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import cncgen
+
+MODES = ("G61", "G61.1", "G64 P0.01", "G64 P0.05 Q0.01", "G64 P0.001", "G64")
+EVENTS = ("G4 P0.05", "M3 S1000", "M8", "M9")
+#: How far from the start a stretch may begin, mm.
+ROOM = 150.0
+
+
+class Writer:
+    """A program that is written, and where it has led."""
+
+    def __init__(self, seed: int, rotary: bool) -> None:
+        self.random = random.Random(seed)
+        self.rotary = rotary
+        self.at = [0.0, 0.0, 0.0, 0.0]
+        self.motions = 0
+        self.lines = ["G21 G90 G17 G94", f"F{self.random.choice((800, 3000, 12000))}", "G61"]
+
+    def move(self, code: str = "G1", words: str = "", **step: float) -> None:
+        """Write a motion by so many mm (degrees) of the axes named."""
+        for letter, by in step.items():
+            place = "XYZA".index(letter)
+            self.at[place] = round(self.at[place] + by, 4)
+        ends = "".join(f" {letter}{self.at['XYZA'.index(letter)]:.4f}" for letter in step)
+        self.lines.append(f"{code}{ends}{words}")
+        self.motions += 1
+
+    def wander(self, step: float, count: int) -> None:
+        """Lines whose direction changes smoothly, with a little noise."""
+        heading, bend = self.random.uniform(0.0, 2.0 * math.pi), self.random.uniform(-0.15, 0.15)
+        for _ in range(count):
+            heading += bend * step + self.random.gauss(0.0, 0.01)
+            way = {"X": math.cos(heading), "Y": math.sin(heading), "Z": 0.1 * math.sin(2.0 * heading)}
+            if self.rotary:
+                way["A"] = self.random.uniform(0.2, 0.4)
+            self.move("G1", "", **{letter: step * part for letter, part in way.items()})
+
+    def straight(self, step: float, count: int) -> None:
+        for _ in range(count):
+            self.move(X=step)
+
+    def stairs(self, step: float, count: int) -> None:
+        for _ in range(count // 4):
+            self.move(X=step)
+            self.move(Y=self.random.choice((-step, step)))
+
+    def arcs(self, step: float, count: int) -> None:
+        """Half circles, left and right in turn."""
+        radius = 3.0 * step + 0.05
+        for k in range(count // 4):
+            self.move(f"G{2 + k % 2}", f" R{radius + 1e-4:.5f}", X=2.0 * radius, Y=0.0)
+
+    def holes(self, step: float, count: int) -> None:
+        for _ in range(count // 20 + 1):
+            self.move("G0", X=5.0 * step)
+            self.move("G0", Z=2.0)
+            self.move(Z=-2.0)
+
+    def zigzag(self, step: float, count: int) -> None:
+        for k in range(count // 4):
+            self.move(Y=0.3)
+            self.move(X=5.0 * (-1) ** k)
+
+    def written(self, motions: int) -> str:
+        """Write until there are so many motions, and return the program."""
+        shapes = (self.wander, self.wander, self.straight, self.stairs, self.arcs, self.holes, self.zigzag)
+        while self.motions < motions:
+            draw = self.random.random()
+            if draw < 0.12:
+                self.lines.append(self.random.choice(MODES))
+            elif draw < 0.2:
+                self.lines.append(self.random.choice((*EVENTS, "F500", "F2000", "F6000", "F20000")))
+            else:
+                step = self.random.choice((0.001, 0.01, 0.05, 0.2, 0.2, 1.0, 5.0))
+                self.random.choice(shapes)(step, self.random.randint(1, 400))
+            if max(map(abs, self.at[:3])) > ROOM:
+                self.at[:3] = [0.0, 0.0, 0.0]
+                self.move("G0", X=0.0, Y=0.0, Z=0.0)
+        return "\n".join([*self.lines, "M2", ""])
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", maxsplit=1)[0])
+    parser.add_argument("--seeds", type=int, nargs=2, default=(0, 10), metavar=("FIRST", "STOP"))
+    parser.add_argument("--motions", type=int, default=7000)
+    parser.add_argument("--machine", default="generic-mill")
+    parser.add_argument("--rotary", action="store_true", help="lines turn A as well")
+    parser.add_argument("--write", type=Path, help="keep the last program here")
+    given = parser.parse_args(arguments)
+    bad = 0
+    for seed in range(*given.seeds):
+        text = Writer(seed, given.rotary).written(given.motions)
+        if given.write:
+            given.write.write_text(text)
+        begun = time.process_time()
+        program = cncgen.read_text(text)
+        setpoints = cncgen.sample(cncgen.plan(program, given.machine)).collect()
+        spent = time.process_time() - begun
+        verdict = cncgen.judge(setpoints, program, given.machine)
+        bad += not verdict.holds
+        seconds = setpoints.time_s[-1]
+        print(f"seed {seed}: {spent:.1f} s of work for {seconds:.1f} s of motion", flush=True)
+        for breach in verdict.breaches:
+            print(f"  {breach.message}", flush=True)
+    print(f"{bad} of {len(range(*given.seeds))} broken")
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
