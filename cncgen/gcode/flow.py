@@ -87,7 +87,7 @@ class FlowControl:
                 "oword-arguments",
                 f"{flow.keyword.upper()} needs a value in brackets",
                 "O",
-                hint=f"o{shown(self.label_of(flow))} {flow.keyword} [#1 LT 10]",
+                hint=f"o{shown(self.label_of(flow))} {flow.keyword} [{'10' if flow.keyword == 'repeat' else '#1 LT 10'}]",
             )
         return evaluate(flow.arguments[0], self.ip.parameters)
 

@@ -30,6 +30,8 @@ KEPT_FANUC = range(500, 1000)
 PROBE, PROBE_HIT = 5061, 5070
 INPUT = 5399
 TOOL = 5400
+#: Names of pins and of entries of the INI file begin so.
+_OF_THE_MACHINE = ("_hal[", "_ini[")
 #: Bytes that are read of a parameter file; a full one has some 120 kB.
 MAX_FILE_BYTES = 16_000_000
 
@@ -121,7 +123,10 @@ class Parameters:
                 return float(known(self.interpreter))
         elif name in self.local:
             return self.local[name]
-        raise BlockError("unknown-parameter", f"#<{name}> has no value", "#", hint="set it before it is used")
+        hint = "set it before it is used"
+        if name.startswith(_OF_THE_MACHINE):
+            hint = "pins and INI entries are the running machine's: none is known here"
+        raise BlockError("unknown-parameter", f"#<{name}> has no value", "#", hint=hint)
 
     def set_name(self, name: str, value: float) -> None:
         """Set a named parameter: global where its name begins with ``_``."""

@@ -19,7 +19,14 @@ _HINTS = tuple(
         (r"[0-9.]", r"o", "is the letter O meant as a zero?"),
         (r"[0-9]", r"[il]", "is the letter meant as a one?"),
         (r"[0-9]", r"['_`’][0-9]", "numbers have no separators"),
-        (r"o", r"<", "is the > of the name missing?"),
+        (r"[o#]", r"<", "is the > of the name missing?"),
+        (r"o[0-9]+", r"\.", "a label is a whole number or a name: o100, o<pocket>"),
+        (r"call|return|endsub", r"[#0-9.+-]", "values stand in brackets: o100 call [#1] [2]"),
+        (
+            r"(?:[-+*/\[]|and|xor|or|eq|ne|gt|ge|lt|le|mod)",
+            r"\]",
+            "a value is missing before the ]",
+        ),
         (r"[a-mp-z]", r"=", "a word is a letter and its number (X5); = sets parameters (#5=3)"),
         (
             r"#",

@@ -30,6 +30,13 @@ from cncgen.gcode.hints import HINTS
         ("o1 whlie [1]", "is WHILE meant?"),
         ("#1=SINE[30]", "is SIN meant?"),
         ("o<name call", "is the > of the name missing?"),
+        ("G1 X#<name", "is the > of the name missing?"),
+        ("o100.5 sub", "a label is a whole number or a name: o100, o<pocket>"),
+        ("o100 call #1", "values stand in brackets: o100 call [#1] [2]"),
+        ("o100 call 5", "values stand in brackets: o100 call [#1] [2]"),
+        ("#1=[2+]", "a value is missing before the ]"),
+        ("#1=[#2 GT]", "a value is missing before the ]"),
+        ("#1=[]", "a value is missing before the ]"),
         ("o1 if [#1 > 3]", "comparisons are words: EQ NE GT GE LT LE"),
         ("#1=[2^3]", "a power is **: [2**3]"),
         ("#1=[5 % 2]", "the remainder is MOD: [5 MOD 2]"),
@@ -70,3 +77,21 @@ def test_every_fault_has_help() -> None:
     bare = faults_without_hint()
     assert [fault for fault in bare if fault[2] not in HINTS] == []
     assert set(HINTS) == {code for _, _, code in bare}
+
+
+@pytest.mark.parametrize(
+    ("block", "code", "hint"),
+    [
+        (
+            "#1=#<_hal[x]>",
+            "unknown-parameter",
+            "pins and INI entries are the running machine's: none is known here",
+        ),
+        ("#1=#<_x>", "unknown-parameter", "set it before it is used"),
+        ("o1 repeat", "oword-arguments", "o1 repeat [10]"),
+        ("o1 while", "oword-arguments", "o1 while [#1 LT 10]"),
+    ],
+)
+def test_faults_of_meaning_have_a_line_of_help(run: Any, block: str, code: str, hint: str) -> None:
+    out = run(f"{block}\nM2", dialect="linuxcnc")
+    assert [(d.code, d.hint) for d in out.diagnostics if d.severity == "error"] == [(code, hint)]
