@@ -532,7 +532,7 @@ def _cell(
     cell[5] = b - a
     for k in range(6, 12):
         cell[k] = 0.0
-    if length <= tolerance or not (a < middle and middle < b):
+    if not length > tolerance or not (a < middle and middle < b):
         return 2
     _derivatives(span.i, span.p, 3, a, span.knots, span.q, span.basis, span.value)
     regular = _inverse_derivatives(span, span.left)

@@ -24,6 +24,11 @@ _GRADE = cython.declare(cython.double, 0.4)
 _MESH = cython.declare(cython.double, 1.0)
 #: Part of the tolerance that may be lost to the bound between two points of comparison.
 _SLACK = cython.declare(cython.double, 0.02)
+#: Knot distance, as a part of what it would be, below which a cut makes no knot beside another: the equations would lose
+#: all digits, (L/h)⁶ is their condition.
+_LEAST = cython.declare(cython.double, 0.02)
+#: Part of the tolerance that a curve uses that is no number.
+_LOST = cython.declare(cython.double, 1e30)
 #: Most points of comparison on one stretch.
 _MOST = cython.declare(cython.Py_ssize_t, 400)
 
@@ -64,19 +69,27 @@ def _mesh(
     knots: cython.double[::1],
     laid: cython.Py_ssize_t,
 ) -> cython.Py_ssize_t:
-    """Lay knots from ``knots[laid]`` to the last cut, every cut a knot; returns the index of the last, −1 without room.
+    """Lay knots from ``knots[laid]`` to the last cut; returns the index of the last, −1 without room.
 
-    Knots stand a smoothing length apart, taken in the middle of the step.
+    Knots stand a smoothing length apart, taken in the middle of the step. Every cut is a knot, but where the one before
+    it or the last one of all is closer than `_LEAST` of that.
     """
     i: cython.Py_ssize_t = laid
     k: cython.Py_ssize_t = 0
     c: cython.Py_ssize_t
     n: cython.Py_ssize_t = t.shape[0] - 1
     at: cython.double = knots[laid]
+    end: cython.double = cuts[cuts.shape[0] - 1]
     step: cython.double
     middle: cython.double
-    m: cython.Py_ssize_t
+    m: cython.Py_ssize_t = 0
     for c in range(cuts.shape[0]):
+        m = k
+        while m < n - 1 and t[m + 1] <= cuts[c]:
+            m += 1
+        step = _LEAST * _MESH * _scale_at(t, scale, m, cuts[c])
+        if cuts[c] < end and (cuts[c] - at < step or end - cuts[c] < step):
+            continue
         while at < cuts[c]:
             while k < n - 1 and t[k + 1] <= at:
                 k += 1
@@ -518,6 +531,12 @@ def _compare(
     k = 0
     for i in range(first, last):
         turn = _power_form(knots, i, points, q, b, x)
+        if not turn < _LOST:
+            # No number, or as good as none: the equations have lost all digits, and shorter lengths are asked for.
+            for k in range(n):
+                used[k, 0] = _LOST
+                used[k, 1] = _LOST
+            return _LOST
         a = knots[i]
         while k < n - 1 and t[k + 1] <= a:
             k += 1

@@ -289,3 +289,19 @@ def test_tolerances_of_their_rows_hold() -> None:
     s = samples(fine)
     fine_part = fine.row_of(s) >= np.searchsorted(result.line, 101)
     assert distances(fine.evaluate(s[fine_part])[0], whole).max() <= 0.001 * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("tolerance", [20.956782, 1.0, 0.01])
+@pytest.mark.parametrize("short", [6e-7, 1e-5, 1e-3])
+@pytest.mark.parametrize("where", [0, 1, 2])
+def test_a_feed_of_its_own_on_next_to_nothing(tolerance: float, short: float, where: int) -> None:
+    """A change of feed makes a knot, and two of them 1e-7 smoothing lengths apart took all digits: no number came out."""
+    start, *ends = [[17.5088298, 0.0, 0.0], [14.7048651, 0.571741, 0.0], [13.1997164, 0.4114792, 0.0]]
+    before = (start, *ends)[where]
+    ends.insert(where, [before[0] - short, before[1] + short / 6.0, 0.0])
+    rows = toolpath(start, ends, feed=[20.0, 30.0, 40.0], tolerance=tolerance)
+    result = join(list(smooth([rows], 0.001)))
+    assert np.isfinite(result.nurbs.control_points).all()
+    assert deviation(rows, result) <= tolerance * (1 + 1e-9)
+    # Each row of some length is there with its feed.
+    assert set(np.delete(rows.feed, where)) <= set(result.feed)
