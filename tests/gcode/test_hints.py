@@ -87,7 +87,7 @@ def test_every_fault_has_help() -> None:
             "unknown-parameter",
             "pins and INI entries are the running machine's: none is known here",
         ),
-        ("#1=#<_x>", "unknown-parameter", "set it before it is used"),
+        ("#1=#<_depth>", "unknown-parameter", "set it before it is used"),
         ("o1 repeat", "oword-arguments", "o1 repeat [10]"),
         ("o1 while", "oword-arguments", "o1 while [#1 LT 10]"),
     ],
