@@ -161,8 +161,8 @@ def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
     """
     assert ip.flow is not None
     mark = ip.flow.subroutines.find(number, Cursor(block.source, block.offset, block.line))
-    state, sink, guard = replace(ip.state, position=ip.state.position.copy()), ip.sink, ip.guard
-    recorder = _Recorder(ip.state.position)
+    state, sink, guard = ip.state, ip.sink, ip.guard
+    recorder = _Recorder(state.position)
     corners: list[tuple[float, bool]] = []
     ip.state, ip.sink, ip.guard = (
         replace(state, feed=1.0, feed_mode=94, position=state.position.copy()),

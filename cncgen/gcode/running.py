@@ -85,13 +85,13 @@ class Runner:
                 self._parts.control.calls.give_up()
 
     def _run_on(self) -> Iterator[None]:
-        state, stream = self.ip.state, self._stream
-        while not state.ended:
+        ip, stream = self.ip, self._stream
+        while not ip.state.ended:
             target = stream.advance()
             if stream.exhausted:
                 return
             yield
-            if target is not None and not state.ended:
+            if target is not None and not ip.state.ended:
                 yield from self._walker.walk(target)
 
     def _say_dialect(self) -> None:

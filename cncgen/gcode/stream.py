@@ -28,14 +28,14 @@ class Stream:
 
     def advance(self) -> Cursor | None:
         """Run some lines; return where they lead back or away, None where the stream goes on at `reached`."""
-        state, waiting = self._parts.ip.state, self._parts.waiting
+        ip, waiting = self._parts.ip, self._parts.waiting
         while waiting.count or self._branched:
             # The scanner would write over the blocks that wait.
             target = self._go_on()
-            if target is not None or state.ended:
+            if target is not None or ip.state.ended:
                 return target
         why, target = self._scan()
-        if target is not None or state.ended:
+        if target is not None or ip.state.ended:
             return target
         self.exhausted = why == gcode_scan.END
         if why == gcode_scan.OTHER and not self._compute():

@@ -34,11 +34,11 @@ class Walker:
 
     def walk(self, cursor: Cursor) -> Generator[None, None, None]:
         """Run line by line from a place until the stream can go on; yields now and then, so that rows can be taken away."""
-        state, frames, parts = self._parts.ip.state, self._frames, self._parts
+        ip, frames, parts = self._parts.ip, self._frames, self._parts
         reached = self._stream.reached.offset
         node = self._node(cursor)
         count = 0
-        while not state.ended:
+        while not ip.state.ended:
             if node.offset >= reached and not frames:
                 self._stream.reached = node.cursor
                 break

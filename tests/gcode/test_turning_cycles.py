@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -93,3 +94,12 @@ def test_moving_aside_keeps_the_distance(steps: list[tuple[float, float]], dista
 def test_faults_have_their_code(run: Callable[..., object], program: str, code: str) -> None:
     out = run(f"{program}M2\n", dialect="linuxcnc")
     assert out.errors[0][0] == code  # type: ignore[attr-defined]
+
+
+def test_a_program_ends_behind_a_cycle_that_another_lane_follows(run: Any) -> None:
+    """The state is one object for the whole run: M2 ends it in the stream, behind a wrong line, and in a loop."""
+    profile = "G21 G18 G8 F200\no100 sub\nG0 X5 Z0\nG1 X5 Z-5\nG1 X8 Z-8\no100 endsub\nG0 X15 Z2\n"
+    cycle = "G71 Q100 X15 Z2 D0.5 I1 R0.5\n"
+    assert [error[0] for error in run(f"{profile}{cycle}G1 X\nM2\nG0 X99\n").errors] == ["syntax"]
+    looped = run(f"{profile}o1 while [1]\n{cycle}M2\no1 endwhile\n", max_steps=1000)
+    assert looped.errors == []
