@@ -107,12 +107,16 @@ def joints_of(
     linear, square = bounds.jump(right[1] - left[1], right[2] - left[2])
     speed = speed_within(linear, square, JUMP_SHARE)
     corner = speed < STOP_SPEED * _pulse(bounds, left[1], right[1])
-    chord = _chord_speed(bounds, s, right[1] - left[1])
+    with np.errstate(divide="ignore"):
+        jerk = np.maximum(*(least(bounds.axes.jerk / np.abs(side[1])) for side in (left, right)))
+    chord = _chord_speed(bounds, s, right[1] - left[1], jerk)
     speed = np.where(stop | corner, 0.0, np.minimum(speed, chord))
     v = np.minimum(speed, np.sqrt(top))[:, None]
     taken = linear * v + square * v**2
     felt = (most(taken) > _NEGLIGIBLE) | (chord < np.sqrt(top))
     corner |= felt & (speed < np.sqrt(top))
+    crawls = felt & _crawls(bounds, s, stop | (speed <= 0.0), left[1], right[1])
+    speed[crawls] = 0.0
     speed[~felt & ~corner & ~stop] = np.inf
     reach = 1.5 * bounds.period_s
     with np.errstate(divide="ignore"):
@@ -127,23 +131,27 @@ def joints_of(
     return Joints(s, stop, corner, speed, taken, acceleration, zone)
 
 
-def _chord_speed(bounds: Bounds, s: Floats, turn: Floats) -> Floats:
+def _chord_speed(bounds: Bounds, s: Floats, turn: Floats, jerk: Floats) -> Floats:
     """Return the speed, shape (n,), at which the chord of a period cuts corners by the chord tolerance δ at most.
 
-    A step over a turn of the tangent by Δ cuts the corner by v T |Δ|/4; one over several turns of a polyline cuts as it
-    would an arc of their mean curvature.
+    A step over a turn of the tangent by Δ that is passed at v half a period after the last setpoint goes v T/2 + j T³/48
+    on both sides at most, and cuts the corner by |Δ|/2 of that; one over several turns of a polyline cuts as it would an
+    arc of their mean curvature.
 
     Args:
         bounds: Limits.
         s: Shape (n,), where the corners are.
         turn: Shape (n, axes), Δ there.
+        jerk: Shape (n,), j, the jerk along the path there.
     """
     size = np.sqrt(np.einsum("ij,ij->i", turn[:, :3], turn[:, :3]))
     apart = np.diff(s, prepend=s[0], append=s[-1])
+    period = bounds.period_s
     with np.errstate(divide="ignore"):
-        single = 4.0 * bounds.chord_mm / (bounds.period_s * size)
+        single = np.maximum(4.0 * bounds.chord_mm / (period * size) - jerk * period**2 / 24.0, 0.0)
+        single[size == 0.0] = np.inf
         curvature = 2.0 * size / (apart[1:] + apart[:-1])
-    return np.minimum(single, chord_speed(curvature, bounds.chord_mm, bounds.period_s))
+    return np.minimum(single, chord_speed(curvature, bounds.chord_mm, period))
 
 
 def distinct(
@@ -176,6 +184,18 @@ def _pulse(bounds: Bounds, left: Floats, right: Floats) -> Floats:
     share = np.maximum(np.abs(left), np.abs(right))
     with np.errstate(divide="ignore"):
         return least(bounds.axes.jerk / share) * bounds.period_s**2
+
+
+def _crawls(bounds: Bounds, s: Floats, rests: Bools, left: Floats, right: Floats) -> Bools:
+    """Tell which breakpoints are so near to a rest that full jerk from there leaves less than the speed of a stop.
+
+    From rest v = (9/2 J d²)^(1/3), which is that speed, k J T², at d = √(2 k³/9) J T³.
+    """
+    if not rests.any():
+        return rests
+    at = s[rests]
+    away = np.abs(s - at[nearest(at, s)])
+    return away < np.sqrt(2.0 * STOP_SPEED**3 / 9.0) * bounds.period_s * _pulse(bounds, left, right)
 
 
 def _rests(toolpath: Toolpath, path: Path) -> Floats:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from cncgen.machine import load
@@ -62,3 +64,20 @@ def _positions(part: Trajectory, t: np.ndarray) -> np.ndarray:
     first, last = part.profile.t[[0, -1]]
     mine = t[((t >= first) | (first == 0.0)) & (t < last)]
     return path_of(part.toolpath).evaluate(motion_at(part.profile, mine).s, 0)[0]
+
+
+def test_the_chord_of_a_long_period_cuts_a_corner_by_the_tolerance_at_most() -> None:
+    machine = replace(load("generic-mill"), period_s=0.01)
+    corner = np.array([10.0, 0.0])
+    text = f"G21 G90 G61 F60000\nG1 X10\nG1 X{10.0 + 10.0 * np.cos(0.1)} Y{10.0 * np.sin(0.1)}\nM2\n"
+    (part,) = plan(read_text(text).chunks(), machine, PlanOptions())
+    largest = 0.0
+    for phase in np.linspace(0.0, 1.0, 50, endpoint=False):
+        t = (np.arange(int(part.profile.t[-1] / machine.period_s)) + phase) * machine.period_s
+        x = _positions(part, t)[:, :2]
+        last = np.searchsorted(x[:, 0], corner[0])
+        chord, from_start = x[last] - x[last - 1], corner - x[last - 1]
+        cut = abs(chord[0] * from_start[1] - chord[1] * from_start[0]) / np.hypot(*chord)
+        largest = max(largest, float(cut))
+    # It is passed, and the tolerance, 1 µm, is used.
+    assert 0.9 * machine.chord_tolerance_mm < largest <= machine.chord_tolerance_mm
