@@ -262,6 +262,22 @@ def test_a_tree_of_standard_input(cncgen: Run, programs: Path) -> None:
     assert of_stream.stdout.startswith(b"workplan 'plan' (#168)")
 
 
+def test_the_language_of_standard_input_can_be_said(cncgen: Run) -> None:
+    assert cncgen("check", "--tree", "-", stdin=PROGRAM).returncode == 0
+    wrong = cncgen("check", "--tree", "--language", "stepnc", "-", stdin=PROGRAM)
+    assert wrong.returncode == 1
+    assert b"error[part21-" in wrong.stderr
+
+
+def test_a_report_on_standard_input_has_no_verdict(cncgen: Run, part: Path) -> None:
+    """The verdict reads the program a second time."""
+    of_stream = cncgen("report", "-", "--feedrate", "ild", stdin=PROGRAM)
+    of_file = cncgen("report", part, "--feedrate", "ild")
+    assert (of_stream.returncode, of_file.returncode) == (0, 0)
+    assert b"<h2>Verified</h2>" not in of_stream.stdout
+    assert b"<h2>Verified</h2>" in of_file.stdout
+
+
 def test_setpoints_that_do_not_name_their_axes_are_drawn(tmp_path: Path, part: Path) -> None:
     setpoints, picture = str(tmp_path / "s.npy"), tmp_path / "p.svg"
     assert run(["plan", str(part), "--feedrate", "ild", "-q", "-o", setpoints]) == 0

@@ -284,3 +284,39 @@ def test_whole_degrees_are_written_as_they_were_read() -> None:
 
 def test_a_table_begins_with_its_header() -> None:
     assert table_text("coupling", {"a": 1.5, "b": [1, 2]}) == "[coupling]\na = 1.5\nb = [1, 2]\n"
+
+
+AXIS = "[axes.x]\nmax_velocity_mm_s = 1\nmax_acceleration_mm_s2 = 1\nmax_jerk_mm_s3 = 1\n"
+FORK = '[kinematics]\nmodel = "head-head"\naxes = ["c", "B"]\n'
+
+
+@pytest.mark.parametrize(
+    ("table", "key"),
+    [
+        ("[interpreter]\nleast_increment_mm = 0\n", "interpreter.least_increment_mm"),
+        ("[interpreter]\nleast_increment_mm = 1.001\n", "interpreter.least_increment_mm"),
+        ("[interpreter]\ndialect = 3\n", "interpreter.dialect"),
+        (f"{FORK}tolerance_mm = 0\n", "kinematics.tolerance_mm"),
+        (f"{FORK}pivot_mm = -1e-9\n", "kinematics.pivot_mm"),
+        (f"{FORK}pivot_mm = inf\n", "kinematics.pivot_mm"),
+        (f"{FORK}centre_mm = [0, 0]\n", "kinematics.centre_mm"),
+        (f"{FORK}centre_mm = [0, 0, nan]\n", "kinematics.centre_mm"),
+        ('[kinematics]\nmodel = "head-head"\naxes = ["a", "x"]\n', "kinematics.axes"),
+        ("[coupling]\ntcf_normal_damping = 0\n", "coupling.tcf_normal_damping"),
+        ("[coupling]\nccc_proportional = 0\nccc_integral_1_s = 1\n", "coupling.ccc_proportional"),
+    ],
+)
+def test_ranges_of_further_tables(table: str, key: str) -> None:
+    assert [found[:2] for found in faults_of(AXIS + table)] == [("machine-value", key)]
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        "[interpreter]\nleast_increment_mm = 1\n",
+        f"{FORK}pivot_mm = 0\ncentre_mm = [0, 0, -1]\n",
+        "[coupling]\nccc_proportional = 1\nccc_integral_1_s = 0\n",
+    ],
+)
+def test_bounds_of_further_tables_are_allowed(table: str) -> None:
+    assert machine_from_toml((AXIS + table).encode(), "m.toml").axes["X"].max_jerk == 1.0
