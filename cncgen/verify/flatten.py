@@ -25,6 +25,9 @@ CHORD_MM, CHORD_PART = 1e-6, 1e-4
 #: Turn of an arc's piece at most.
 _TURN = np.pi / 8
 
+#: Points of a stretch at least, as far as there are so many; a NURBS is cut whole.
+_AT_LEAST = 1 << 15
+
 #: Halvings of a NURBS piece at most; a piece of a metre is then 1e-6 mm long.
 _MAX_HALVINGS = 30
 
@@ -81,22 +84,42 @@ def flatten(
         if not len(toolpath):
             continue
         allowed = _tolerance(toolpath, machine, tolerance_mm)
-        points, rows = _flatten_rows(toolpath, allowed)
-        points = _scaled(np.concatenate([toolpath.start[None, :], points]), toolpath.axes)
-        if len(rows):
+        start = toolpath.start[None, :] * _scale(toolpath)
+        waits, lines = _waits(toolpath), toolpath.line.astype(np.int64)
+        for points, rows in _gathered(_flatten_rows(toolpath, allowed, waits > 0)):
             moved = True
-            line, wait = toolpath.line[rows].astype(np.int64), _waits(toolpath)[rows]
-            yield Polyline(toolpath.axes, points, line, allowed[rows], wait)
-        elif waiting is None:
-            still = np.repeat(points, 2, axis=0)
-            line, least = toolpath.line[:1].astype(np.int64), np.array([machine.chord_tolerance_mm])
-            waiting = Polyline(toolpath.axes, still, line, least, np.zeros(1))
+            joined = np.concatenate([start, points])
+            start = points[-1:]
+            last = np.append(np.diff(rows) != 0, True)
+            yield Polyline(
+                toolpath.axes, joined, lines[rows], allowed[rows], np.where(last, waits[rows], 0.0)
+            )
+        if waiting is None:
+            least = np.array([machine.chord_tolerance_mm])
+            waiting = Polyline(toolpath.axes, np.repeat(start, 2, axis=0), lines[:1], least, np.zeros(1))
     if waiting is not None and not moved:
         yield waiting
 
 
-def _scaled(points: Floats, axes: str) -> Floats:
-    return points * np.array([to_file(axis) for axis in axes])
+def _gathered(
+    parts: Iterator[tuple[Floats, NDArray[np.int64]]],
+) -> Iterator[tuple[Floats, NDArray[np.int64]]]:
+    """Join parts, points and the row of each, until they are `_AT_LEAST` points."""
+    held: list[tuple[Floats, NDArray[np.int64]]] = []
+    count = 0
+    for part in parts:
+        held.append(part)
+        count += len(part[1])
+        if count >= _AT_LEAST:
+            yield np.concatenate([p for p, _ in held]), np.concatenate([r for _, r in held])
+            held, count = [], 0
+    if count:
+        yield np.concatenate([p for p, _ in held]), np.concatenate([r for _, r in held])
+
+
+def _scale(toolpath: Toolpath) -> Floats:
+    """Return what columns are multiplied by to be mm and degrees."""
+    return np.array([to_file(axis) for axis in toolpath.axes])
 
 
 def _tolerance(toolpath: Toolpath, machine: Machine, tolerance_mm: float | None) -> Floats:
@@ -121,29 +144,26 @@ def _waits(toolpath: Toolpath) -> Floats:
     return out
 
 
-def _flatten_rows(toolpath: Toolpath, tolerance: Floats) -> tuple[Floats, NDArray[np.int64]]:
-    """Return the points after the start, and the row of each."""
+def _flatten_rows(
+    toolpath: Toolpath, tolerance: Floats, waits: NDArray[np.bool_]
+) -> Iterator[tuple[Floats, NDArray[np.int64]]]:
+    """Yield points after the start, mm and degrees, and the row of each; a row that waits is its place."""
     curved = np.flatnonzero((toolpath.kind == Kind.ARC) | (toolpath.kind == Kind.NURBS))
-    straight_rows = (toolpath.kind == Kind.LINE) | (_waits(toolpath) > 0)
-    starts = toolpath.starts
-    points: list[Floats] = []
-    rows: list[NDArray[np.int64]] = []
+    straight_rows = (toolpath.kind == Kind.LINE) | waits
+    starts, ends = toolpath.starts, toolpath.end * _scale(toolpath)
     after = 0
-    for row in (*curved, len(toolpath)):
+    for row in (*curved.tolist(), len(toolpath)):
         straight = after + np.flatnonzero(straight_rows[after:row])
-        points.append(toolpath.end[straight])
-        rows.append(straight)
+        yield ends[straight], straight
         if row < len(toolpath):
             shape = _arc if toolpath.kind[row] == Kind.ARC else _nurbs
-            cut = shape(toolpath, row, starts[row], float(chord_mm(tolerance[row])))
-            points.append(cut)
-            rows.append(np.full(len(cut), row))
+            for cut in shape(toolpath, row, starts[row], float(chord_mm(tolerance[row]))):
+                yield cut, np.full(len(cut), row)
         after = row + 1
-    return np.concatenate(points), np.concatenate(rows)
 
 
-def _arc(toolpath: Toolpath, row: int, start: Floats, chord: float) -> Floats:
-    """Cut an arc or helix: the radius vector turned about the axis, the rest linear in the angle."""
+def _arc(toolpath: Toolpath, row: int, start: Floats, chord: float) -> Iterator[Floats]:
+    """Cut an arc or helix, some turns at a time: the radius vector turned about the axis, the rest linear in the angle."""
     arcs, curve, end = toolpath.arcs, toolpath.curve[row], toolpath.end[row]
     centre, normal, sweep = arcs.centre[curve], arcs.normal[curve], float(arcs.sweep[curve])
     first = start[:3] - centre
@@ -156,19 +176,22 @@ def _arc(toolpath: Toolpath, row: int, start: Floats, chord: float) -> Floats:
     radius = max(r0, r1, chord)
     step = min(2.0 * np.arccos(max(1.0 - chord / radius, -1.0)), _TURN)
     count = max(int(np.ceil(abs(sweep) / step)), 1)
-    f = np.linspace(0.0, 1.0, count + 1)[1:, None]
     u = first / r0 if r0 > 0 else first
     w = np.cross(normal, u)
-    around = (r0 + f * (r1 - r0)) * (np.cos(f * sweep) * u + np.sin(f * sweep) * w)
-    along = (first_height + f * (last_height - first_height)) * normal
-    rest = start[3:] + f * (end[3:] - start[3:])
-    points = np.concatenate([centre + around + along, rest], axis=1)
-    points[-1] = end
-    return points
+    scale = _scale(toolpath)
+    for done in range(0, count, _AT_LEAST):
+        f = (np.arange(done + 1, min(done + _AT_LEAST, count) + 1) / count)[:, None]
+        around = (r0 + f * (r1 - r0)) * (np.cos(f * sweep) * u + np.sin(f * sweep) * w)
+        along = (first_height + f * (last_height - first_height)) * normal
+        rest = start[3:] + f * (end[3:] - start[3:])
+        points = np.concatenate([centre + around + along, rest], axis=1)
+        if f[-1, 0] == 1.0:
+            points[-1] = end
+        yield points * scale
 
 
-def _nurbs(toolpath: Toolpath, row: int, start: Floats, chord: float) -> Floats:
-    """Cut a rational B-spline: halve every piece whose middle is too far from its chord."""
+def _nurbs(toolpath: Toolpath, row: int, start: Floats, chord: float) -> Iterator[Floats]:
+    """Cut a rational B-spline, all at a time: halve every piece whose middle is too far from its chord."""
     from scipy.interpolate import BSpline
 
     table, i = toolpath.nurbs, toolpath.curve[row]
@@ -176,7 +199,8 @@ def _nurbs(toolpath: Toolpath, row: int, start: Floats, chord: float) -> Floats:
     knots = table.knots[table.knot_offset[i] : table.knot_offset[i + 1]]
     between = slice(table.point_offset[i], table.point_offset[i + 1])
     weights = table.weights[between]
-    homogeneous = np.column_stack([table.control_points[between] * weights[:, None], weights])
+    scale = _scale(toolpath)
+    homogeneous = np.column_stack([table.control_points[between] * scale * weights[:, None], weights])
     spline = BSpline(knots, homogeneous, degree)
 
     def at(u: Floats) -> Floats:
@@ -199,8 +223,8 @@ def _nurbs(toolpath: Toolpath, row: int, start: Floats, chord: float) -> Floats:
         open_ = np.zeros(len(u) - 1, bool)
         open_[index[bad]] = True
         u, x, open_ = _insert(u, x, open_, index[bad], middle[bad], point[bad])
-    x[-1] = toolpath.end[row]
-    return x[1:]
+    x[-1] = toolpath.end[row] * scale
+    yield x[1:]
 
 
 def _insert(

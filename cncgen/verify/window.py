@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,8 +45,8 @@ class Window:
             longest: Segments are cut to this length, mm.
             rounding: How far the rounding of positions may move a setpoint, mm.
         """
-        self._pieces, self._longest, self._rounding = pieces, longest, rounding
         first = next(pieces)
+        self._parts, self._rounding = _cut(chain((first,), pieces), longest), rounding
         self.points = first.points[:1]
         self.line = np.zeros(0, np.int64)
         self.tolerance = self.allowed = self.wait_s = np.zeros(0)
@@ -53,9 +54,7 @@ class Window:
         self.ended = False
         self.dropped = 0
         self._append(first.points[:1], first.line[:1], first.tolerance[:1], np.zeros(1))
-        self._add(first)
-        if len(self) < _AT_LEAST:
-            self.extend()
+        self.extend()
 
     def __len__(self) -> int:
         return len(self.line)
@@ -65,8 +64,8 @@ class Window:
         if self.ended:
             return False
         enough = len(self) + _AT_LEAST
-        for piece in self._pieces:
-            self._add(piece)
+        for part in self._parts:
+            self._append(*part)
             if len(self) >= enough:
                 return True
         self._append(self.points[-1:], self.line[-1:], self.tolerance[-1:], np.zeros(1))
@@ -84,18 +83,6 @@ class Window:
         own = self.allowed
         return np.maximum(np.append(own, 0.0), np.insert(own, 0, 0.0))
 
-    def _add(self, piece: Polyline) -> None:
-        """Append a piece, cut where its segments are long."""
-        lengths = np.linalg.norm(np.diff(piece.points, axis=0), axis=1)
-        parts = np.maximum(np.ceil(lengths / self._longest), 1).astype(np.int64)
-        owner = np.repeat(np.arange(len(parts)), parts)
-        within = np.arange(len(owner)) - np.repeat(np.cumsum(parts) - parts, parts) + 1
-        f = (within / parts[owner])[:, None]
-        begin, end = piece.points[:-1][owner], piece.points[1:][owner]
-        points = np.where(f == 1.0, end, begin + f * (end - begin))
-        wait = np.where(f[:, 0] == 1.0, piece.wait_s[owner], 0.0)
-        self._append(points, piece.line[owner], piece.tolerance[owner], wait)
-
     def _append(self, points: Floats, line: Ints, tolerance: Floats, wait_s: Floats) -> None:
         count = len(line)
         allowed = tolerance * MARGIN + 2.0 * chord_mm(tolerance) + self._rounding
@@ -106,3 +93,19 @@ class Window:
         self.wait_s = np.concatenate([self.wait_s, wait_s])
         self.distance = np.concatenate([self.distance, np.full(count, np.inf)])
         self.at = np.concatenate([self.at, np.zeros(count, np.int64)])
+
+
+def _cut(pieces: Iterable[Polyline], longest: float) -> Iterator[tuple[Floats, Ints, Floats, Floats]]:
+    """Cut segments to a length; yield ends, lines, tolerances and waits of some of the parts at a time."""
+    for piece in pieces:
+        lengths = np.linalg.norm(np.diff(piece.points, axis=0), axis=1)
+        parts = np.maximum(np.ceil(lengths / longest), 1).astype(np.int64)
+        upto = np.cumsum(parts)
+        for first in range(0, int(upto[-1]), _AT_LEAST):
+            index = np.arange(first, min(first + _AT_LEAST, upto[-1]))
+            owner = np.searchsorted(upto, index, side="right")
+            f = ((index - upto[owner] + parts[owner] + 1) / parts[owner])[:, None]
+            begin, end = piece.points[:-1][owner], piece.points[1:][owner]
+            points = np.where(f == 1.0, end, begin + f * (end - begin))
+            wait = np.where(f[:, 0] == 1.0, piece.wait_s[owner], 0.0)
+            yield points, piece.line[owner], piece.tolerance[owner], wait
