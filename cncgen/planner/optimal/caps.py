@@ -20,10 +20,12 @@ class SpeedCap:
     Attributes:
         speed: Gives mm/s at path coordinates, shape (n,), ascending; infinite where there is no cap.
         limit: What it stands for.
+        straight: Whether it may be finite on straight lines.
     """
 
     speed: Callable[[Floats], Floats]
     limit: Limit
+    straight: bool = True
 
     def lower(self, s: Floats, top: Floats) -> Floats:
         """Return the smaller of `top`, q = v² at ascending path coordinates, and the cap's."""

@@ -37,7 +37,7 @@ def smooth_blocks(chunks: Iterable[Toolpath], machine: Machine) -> Iterator[tupl
     chord = machine.chord_tolerance_mm
     for block in blocks(smooth(chunks, chord), ROWS):
         speed = chord_speed_within(block, chord, machine.period_s)
-        yield block, SpeedCap(speed, Limit.CHORD) if speed else None
+        yield block, SpeedCap(speed, Limit.CHORD, straight=False) if speed else None
 
 
 def plan_blocks(

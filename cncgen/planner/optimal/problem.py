@@ -213,7 +213,17 @@ def _rows(given: Intervals, columns: _Columns, moving: bool) -> _Rows:
     rows = np.empty((room, least_time.WIDTH))
     offset, kind, axis = np.empty(n + 1, np.int64), np.empty(room, np.int8), np.empty(room, np.int64)
     least_time_rows.build(
-        columns.h, columns.ends, *columns.shape, columns.box, columns.sway, columns.joint, moving, rows, offset, kind, axis
+        columns.h,
+        columns.ends,
+        *columns.shape,
+        columns.box,
+        columns.sway,
+        columns.joint,
+        moving,
+        rows,
+        offset,
+        kind,
+        axis,
     )
     return rows, offset, kind, axis
 

@@ -123,7 +123,7 @@ def track_of(
     top = np.minimum(top_at(seams[first], sides[0], -1)[0], top_at(seams[last], sides[1])[0])
     joints = joints_of(toolpath, path, bounds, seams[first], sides, top, before, after)
     lines = _lines(path, joints)
-    if cap:
+    if cap and cap.straight:
         lines[:] = False
     s = place(path, bounds, joints, sides, lines, lambda at, x, side: top_at(at, x, side)[0], DENSITY[effort])
     n = len(s) - 1

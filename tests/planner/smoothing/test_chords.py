@@ -81,4 +81,8 @@ def test_chords_are_those_of_rotary_axes_too(p: float) -> None:
     where = Machine("fast", {**where.axes, "A": turning}, period_s=0.01, chord_tolerance_mm=CHORD)
     stream = pipeline.sample(pipeline.plan(pipeline.read_text(text), where))
     verdict = verify(stream, pipeline.read_text(text).chunks(), where, named="XYZA")
-    assert not {item.code for item in verdict.breaches} & {"verify-distance", "verify-coverage", "verify-order"}
+    assert not {item.code for item in verdict.breaches} & {
+        "verify-distance",
+        "verify-coverage",
+        "verify-order",
+    }
