@@ -24,12 +24,15 @@ from cncgen.servo.plants import Imperfections, Plant
 
 Values = Mapping[str, Any]
 
+#: Control periods that a setpoint may have: drives have some tens, current loops some hundreds.
+MAX_CONTROL_PERIODS = 10_000
+
 
 def control_period(servo: Servo, letter: str, period_s: float) -> float:
     """Return the control period that fits an axis to setpoints of `period_s`.
 
     Raises:
-        UsageError: The setpoint period is no whole multiple of the control period (``servo-period``).
+        UsageError: The setpoint period is no whole multiple of the control period, or of very many (``servo-period``).
     """
     values = resolve(servo, letter)
     wanted = values.get("control_period_s") or values.get("sample_time_s") or period_s
@@ -40,6 +43,16 @@ def control_period(servo: Servo, letter: str, period_s: float) -> float:
                 "servo-period",
                 f"axis {letter}: the setpoint period {period_s:g} s is no whole multiple of the control period {wanted:g} s",
                 hint="give setpoints at a multiple of the control period, or change control_period_s",
+                values={"axis": letter, "period_s": period_s, "control_period_s": wanted},
+            )
+        )
+    if parts > MAX_CONTROL_PERIODS:
+        raise UsageError(
+            Diagnostic(
+                "servo-period",
+                f"axis {letter}: {parts:.3g} control periods of {wanted:g} s in a setpoint of {period_s:g} s; "
+                f"at most {MAX_CONTROL_PERIODS} are simulated",
+                hint="is control_period_s in seconds?",
                 values={"axis": letter, "period_s": period_s, "control_period_s": wanted},
             )
         )

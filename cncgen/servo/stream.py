@@ -15,6 +15,8 @@ Floats = NDArray[np.float64]
 
 #: Rows of a block, where the stream is long enough.
 BLOCK = 8192
+#: Setpoints beyond this are no positions of a machine, mm or rad: a hundred kilometres.
+MAX_POSITION = 1e8
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +62,8 @@ def blocks(chunks: Iterable[Setpoints], before: int, after: int, settle_s: float
         settle_s: The last row is held so long after the end.
 
     Raises:
-        UsageError: Chunks differ in axes or period, or a position is not finite (``setpoints-not-finite``).
+        UsageError: Chunks differ in axes or period, or a position is not finite (``setpoints-not-finite``) or where
+            no machine is (``setpoints-range``).
     """
     head: Setpoints | None = None
     waiting: list[Floats] = []
@@ -105,3 +108,11 @@ def _check(head: Setpoints, chunk: Setpoints) -> None:
             f"setpoint {chunk.first + int(row)} of axis {chunk.axes[axis]} is {chunk.position[row, axis]}"
         )
         raise UsageError(Diagnostic("setpoints-not-finite", message))
+    far = np.abs(chunk.position) > MAX_POSITION
+    if far.any():
+        row, axis = np.argwhere(far)[0]
+        message = (
+            f"setpoint {chunk.first + int(row)} of axis {chunk.axes[axis]} is {chunk.position[row, axis]:.6g}, "
+            f"beyond ±{MAX_POSITION:g}"
+        )
+        raise UsageError(Diagnostic("setpoints-range", message, hint="is the file in mm and degrees?"))

@@ -190,3 +190,36 @@ def test_a_log_is_read_by_its_columns():
     assert log.position.tolist() == list(range(20))
     assert log.command.tolist() == [2 * k for k in range(20)]
     assert log.drive.tolist() == [5.0] * 20
+
+
+@pytest.mark.parametrize(
+    ("row", "column", "text"),
+    [
+        ("0.02,nan,1", 6, "column 2 is 'nan'"),
+        ("0.02,1, 1e300", 8, "column 3 is '1e300'"),
+        ("0.02,x,1", 6, "column 2 is 'x'"),
+    ],
+)
+def test_a_value_that_is_no_number_is_pointed_at(row, column, text):
+    """Comments and blank lines count as lines of the file."""
+    rows = [f"{k / 1000:.3f},{k},0" for k in range(30)]
+    content = "\n".join(["# a log of ours", "t_s,x_mm,x_force", *rows[:19], "", "# pause", row, *rows[20:]])
+    with pytest.raises(UsageError) as caught:
+        parse_log(content.encode(), "log.csv")
+    fault = caught.value.diagnostics[0]
+    assert fault.code == "log-row"
+    assert text in fault.message
+    assert (fault.span.file, fault.span.line, fault.span.column) == ("log.csv", 24, column)
+    assert fault.excerpt == row
+
+
+def test_a_row_that_is_too_short_is_named():
+    rows = [f"{k / 1000:.3f},{k},0" for k in range(30)]
+    rows[10] = "0.010,1"
+    with pytest.raises(UsageError) as caught:
+        parse_log("\n".join(["t_s,x_mm,x_force", *rows]).encode(), "log.csv")
+    fault = caught.value.diagnostics[0]
+    assert (fault.span.line, fault.message) == (
+        12,
+        "the row has 2 columns, and a value stands in column 3 of the header",
+    )

@@ -139,10 +139,15 @@ def test_faults_are_diagnostics():
         run(rows, {"X": first_order(50.0)})
     with pytest.raises(UsageError, match="servo-period"):
         run(rows, {"X": first_order(50.0, control_period_s=0.0007), "Y": first_order(50.0)})
+    with pytest.raises(UsageError, match=r"1e\+09 control periods of 1e-12 s"):
+        run(rows, {"X": first_order(50.0, control_period_s=1e-12), "Y": first_order(50.0)})
     with pytest.raises(UsageError, match="servo-unstable"):
         run(circle(10.0, 50.0), {"X": first_order(5000.0), "Y": first_order(50.0)})
     rows[4, 1] = math.nan
     with pytest.raises(UsageError, match="setpoint 4 of axis Y is nan"):
+        run(rows, profile("xy-table"))
+    rows[4, 1] = 1e300  # no fault of the loop's
+    with pytest.raises(UsageError, match=r"setpoints-range.*setpoint 4 of axis Y is 1e\+300"):
         run(rows, profile("xy-table"))
     mixed = [Setpoints("XY", 0.001, 0, np.zeros((5, 2))), Setpoints("XZ", 0.001, 5, np.zeros((5, 2)))]
     with pytest.raises(UsageError, match="setpoints-mixed"):

@@ -290,3 +290,12 @@ def test_rows_that_come_one_by_one_tell_the_period(tmp_path: Path) -> None:
     (tmp_path / "two.csv").write_text("t_s,x_mm\n0,0\n0.002,1")
     with open_setpoints(tmp_path / "two.csv") as stream:
         assert (stream.period_s, len(stream.collect())) == (0.002, 2)
+
+
+def test_a_gap_is_named_where_it_is(tmp_path: Path) -> None:
+    """The period is that of most rows: the mean step would put the blame on the second one."""
+    path = tmp_path / "a.csv"
+    rows = [f"{k / 1000:.3f},0" for k in range(100) if not 40 <= k < 50]
+    path.write_text("t_s,x_mm\n" + "\n".join(rows) + "\n")
+    with pytest.raises(UsageError, match=r"row 41 \(t = 0.05 s\) comes 0.011 s .* the period is 0.001 s"):
+        read(path)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.diagnostics import Diagnostic, Span, UsageError
 from cncgen.files import read_bytes
 from cncgen.units import AXIS_LETTERS, DEGREE, is_rotary
 
@@ -22,6 +22,9 @@ Floats = NDArray[np.float64]
 
 #: A log is read whole; more than this is not a log of one excitation.
 MAX_BYTES = 1_000_000_000
+#: Numbers beyond this are none of a machine: their squares are still far from the largest double.
+MAX_VALUE = 1e30
+USUAL = "a log is a CSV file like the response file of cncgen simulate: t_s,x_cmd_mm,x_mm,x_force"
 #: Two sampling intervals may differ by this share.
 JITTER = 1e-3
 
@@ -74,7 +77,8 @@ def parse_log(content: bytes, name: str) -> dict[str, AxisLog]:
         )
     if not any(letter.lower() in places for letter in AXIS_LETTERS):
         raise _fault("log-columns", f"{name}: no column x_mm (or of another axis) with the measured position")
-    table = _table(body, separator, name, list(places.values()))
+    first_line = content.count(b"\n") - body.count("\n") + 1
+    table = _table(body, separator, _Place(name, first_line), list(places.values()))
     found = {key: table[:, i] * factors[key] for i, key in enumerate(places)}
     period = _period(found["t"], name)
     return {
@@ -152,7 +156,15 @@ def _split(content: bytes) -> tuple[str, str, str]:
     return head.strip("\r\n"), body.replace(",", ".") if separator == ";" else body, separator
 
 
-def _table(body: str, separator: str, name: str, columns: list[int]) -> Floats:
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """The file's name, and the line in it where the rows begin."""
+
+    name: str
+    first_line: int
+
+
+def _table(body: str, separator: str, place: _Place, columns: list[int]) -> Floats:
     """Return the numbers of some columns, shape (rows, len(columns)); what the others hold does not matter."""
     table: Floats = np.zeros((0, len(columns)))
     if body.strip():
@@ -161,26 +173,45 @@ def _table(body: str, separator: str, name: str, columns: list[int]) -> Floats:
                 io.StringIO(body), delimiter=separator, ndmin=2, dtype=np.float64, usecols=columns
             )
         except ValueError as error:
-            raise _fault("log-row", f"{name}: {_in_file_rows(str(error))}") from error
+            raise UsageError(_first_fault(body, separator, place, columns, str(error))) from error
+    if not (np.abs(table) <= MAX_VALUE).all():
+        raise UsageError(_first_fault(body, separator, place, columns, "a value is no number of a log"))
     if len(table) < 16:
-        raise _fault("log-row", f"{name}: {len(table)} rows; 16 are needed")
-    if not np.isfinite(table).all():
-        row, column = np.argwhere(~np.isfinite(table))[0]
-        count = int((~np.isfinite(table)).sum())
-        more = f", and so {'is one' if count == 2 else f'are {count - 1}'} more" if count > 1 else ""
-        raise _fault(
-            "log-row", f"{name}: row {row + 2}, column {columns[column] + 1} is {table[row, column]}{more}"
-        )
+        raise _fault("log-row", f"{place.name}: {len(table)} rows; 16 are needed")
     return table
 
 
-def _in_file_rows(message: str) -> str:
-    """Return numpy's message with rows counted as in the file, the header being row 1.
+def _first_fault(body: str, separator: str, place: _Place, columns: list[int], otherwise: str) -> Diagnostic:
+    """Return the first fault among the rows at its line and column; `otherwise` says it where none is found."""
+    for number, line in enumerate(body.split("\n"), place.first_line):
+        words = line.partition("#")[0].rstrip("\r").split(separator)
+        if words == [""] or not line.strip():
+            continue
+        for column in columns:
+            text = words[column].strip() if column < len(words) else ""
+            at = sum(len(w) + 1 for w in words[:column]) + 1
+            span = Span(place.name, number, at, max(len(words[column]), 1) if column < len(words) else 1)
+            if column >= len(words):
+                message = f"the row has {len(words)} columns, and a value stands in column {column + 1} of the header"
+                return Diagnostic(
+                    "log-row", message, span=Span(place.name, number), excerpt=line[:200], hint=USUAL
+                )
+            value = _float(text)
+            if value is None or not abs(value) <= MAX_VALUE:
+                message = f"column {column + 1} is {text!r}, no finite number up to {MAX_VALUE:g}"
+                cut = max(at - 100, 0)
+                shown = line[cut : cut + 200]
+                return Diagnostic(
+                    "log-row", message, span=span, excerpt=shown, excerpt_offset=cut, hint=USUAL
+                )
+    return Diagnostic("log-row", f"{place.name}: {otherwise}", hint=USUAL)
 
-    Numpy counts from 0 where it converts, and from 1 where it misses a column.
-    """
-    first = 1 if "column index" in message else 2
-    return re.sub(r"\brow (\d+)", lambda found: f"row {int(found[1]) + first}", message)
+
+def _float(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
 
 
 def _period(times: Floats, name: str) -> float:
@@ -203,6 +234,5 @@ def _period(times: Floats, name: str) -> float:
     return float(times[-1] - times[0]) / len(steps)
 
 
-def _fault(code: str, message: str, hint: str = "") -> UsageError:
-    usual = "a log is a CSV file like the response file of cncgen simulate: t_s,x_cmd_mm,x_mm,x_force"
-    return UsageError(Diagnostic(code, message, hint=hint or usual))
+def _fault(code: str, message: str, hint: str = USUAL) -> UsageError:
+    return UsageError(Diagnostic(code, message, hint=hint))

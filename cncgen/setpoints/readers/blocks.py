@@ -106,6 +106,9 @@ def _period(block: Block, name: str) -> float:
         raise UsageError(
             Diagnostic("setpoints-period", f"{name}: time does not grow, its mean step is {mean:g} s")
         )
+    usual = float(np.median(np.diff(block.time_s)))
+    if abs(mean - usual) > _JITTER * usual:  # a gap, or a row twice: the period is that of the other rows
+        return round(usual, 9)
     nanoseconds = round(mean, 9)
     return nanoseconds if abs(nanoseconds - mean) * steps <= 2e-9 else mean
 
