@@ -26,6 +26,8 @@ Bools = NDArray[np.bool_]
 
 #: Part of the jerk limit below which a jump is taken for none.
 _NEGLIGIBLE = 2e-4
+#: Least part of its speed that a jump keeps beside others, and in how many halvings the part is found.
+_SLOWER, _HALVINGS = 0.02, 14
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +113,10 @@ def joints_of(
         jerk = np.maximum(*(least(bounds.axes.jerk / np.abs(side[1])) for side in (left, right)))
     chord = _chord_speed(bounds, s, right[1] - left[1], jerk)
     speed = np.where(stop | corner, 0.0, np.minimum(speed, chord))
-    v = np.minimum(speed, np.sqrt(top))[:, None]
+    v = np.minimum(speed, np.sqrt(top))
+    together = _together(bounds, s, right[1] - left[1], v)
+    speed = np.where(together < v, together, speed)
+    v = together[:, None]
     taken = linear * v + square * v**2
     felt = (most(taken) > _NEGLIGIBLE) | (chord < np.sqrt(top))
     corner |= felt & (speed < np.sqrt(top))
@@ -129,6 +134,65 @@ def joints_of(
     taken += SWAY_SHARE * (turns > 0.0)
     taken[~felt | stop] = 0.0
     return Joints(s, stop, corner, speed, taken, acceleration, zone)
+
+
+def _together(bounds: Bounds, s: Floats, turn: Floats, speed: Floats) -> Floats:
+    """Return the speed, shape (n,), at which jumps of the tangent near each other keep to their share.
+
+    A third difference weighs a step Δ of the tangent at the distance d, passed at v, by B'(d/v) v, and those that lie
+    within its three periods together. |B'| is largest half a period before and after a step; the slower, the fewer lie
+    within.
+
+    Args:
+        bounds: Limits.
+        s: Shape (n,), where the steps are.
+        turn: Shape (n, axes), Δ there.
+        speed: Shape (n,), v, at which each step alone keeps to its share; taken for the speed of those around.
+    """
+    reach = 2.0 * bounds.period_s * speed
+    jump = turn / (bounds.axes.jerk * bounds.period_s**2)
+    close = np.flatnonzero(np.minimum(np.diff(s, prepend=-np.inf), np.diff(s, append=np.inf)) < reach)
+    close = close[most(np.abs(jump[close])) * speed[close] > _NEGLIGIBLE]
+
+    def kept(part: Floats, at: NDArray[np.int64]) -> Bools:
+        v = part * speed[at]
+        return _weighed(s, jump, at, v * bounds.period_s) * v <= JUMP_SHARE * (1.0 + _NEGLIGIBLE)
+
+    close = close[~kept(np.ones(len(close)), close)]
+    low, high = np.full(len(close), _SLOWER), np.ones(len(close))
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        good = kept(middle, close)
+        low, high = np.where(good, middle, low), np.where(good, high, middle)
+    out = speed.copy()
+    out[close] *= low
+    return out
+
+
+def _weighed(s: Floats, jump: Floats, at: NDArray[np.int64], step: Floats) -> Floats:
+    """Return the largest sum, over axes, of jumps weighed by B' half a period before and after those `at` some places.
+
+    Args:
+        s: Shape (n,), where the jumps are.
+        jump: Shape (n, axes).
+        at: Shape (k,), which of them.
+        step: Shape (k,), the way of a period there.
+    """
+    if not len(at):
+        return np.zeros(0)
+    first = np.searchsorted(s, s[at] - 2.0 * step)
+    last = np.searchsorted(s, s[at] + 2.0 * step, side="right")
+    count = last - first
+    begin = np.cumsum(count) - count
+    owner = np.repeat(np.arange(len(at)), count)
+    each = np.arange(len(owner)) + (first - begin)[owner]
+    away = (s[each] - s[at][owner]) / step[owner]
+    largest = np.zeros(len(at))
+    for phase in (-0.5, 0.5):
+        weight = np.interp(away - phase, [-1.5, -0.5, 0.5, 1.5], [0.0, 1.0, -1.0, 0.0])
+        total = np.add.reduceat(jump[each] * weight[:, None], begin)
+        largest = np.maximum(largest, most(np.abs(total)))
+    return largest
 
 
 def _chord_speed(bounds: Bounds, s: Floats, turn: Floats, jerk: Floats) -> Floats:

@@ -81,3 +81,18 @@ def test_the_chord_of_a_long_period_cuts_a_corner_by_the_tolerance_at_most() -> 
         largest = max(largest, float(cut))
     # It is passed, and the tolerance, 1 µm, is used.
     assert 0.9 * machine.chord_tolerance_mm < largest <= machine.chord_tolerance_mm
+
+
+def test_corners_within_three_periods_share_the_jerk() -> None:
+    """Turns of ±0.1 rad every 50 µm: at the speed that each alone allows, 5 ms see two that add up."""
+    machine = replace(load("generic-mill"), period_s=0.005)
+    turn = np.cumsum(np.tile([0.1, -0.1], 40)) - 0.05
+    points = np.cumsum(0.05 * np.stack([np.cos(turn), np.sin(turn)], axis=1), axis=0)
+    rows = [f"G1 X{x:.6f} Y{y:.6f}" for x, y in points]
+    (part,) = plan(
+        read_text("\n".join(["G21 G90 G61 F800", *rows, "M2", ""])).chunks(), machine, PlanOptions()
+    )
+    for phase in np.linspace(0.0, 1.0, 50, endpoint=False):
+        t = (np.arange(-3, int(part.profile.t[-1] / machine.period_s)) + phase) * machine.period_s
+        jerk = np.abs(np.diff(_positions(part, t), 3, axis=0)).max(axis=0) / machine.period_s**3
+        assert jerk[:2].max() <= 1.001 * machine.axes["X"].max_jerk
