@@ -99,6 +99,113 @@ def _within(
     return True
 
 
+#: Speeds V that every axis can follow, or none: then the nearest of those that are asked.
+_Range = cython.struct(low=cython.double, high=cython.double, empty=cython.bint)
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _range(
+    direction: cython.double[:, ::1],
+    g: cython.double,
+    nominal: cython.double,
+    period: cython.double,
+    axis: cython.double[:, ::1],
+    state: cython.double[:, ::1],
+    bound: cython.double[:, ::1],
+) -> _Range:
+    """Intersect [0, nominal] with what each axis's bounds leave (eqs 3.6 and 3.10); fills `bound`."""
+    low: cython.double = 0.0
+    high: cython.double = nominal
+    empty: cython.bint = False
+    i: cython.Py_ssize_t
+    last: cython.double = direction.shape[0] - 1
+    here: cython.Py_ssize_t = cython.cast(cython.Py_ssize_t, min(g, last))
+    v: cython.double
+    rate: cython.double
+    one: cython.double
+    other: cython.double
+    for i in range(axis.shape[0]):
+        v = (
+            axis[i, 1] * (state[i, 3] - state[i, 0])
+            - axis[i, 2] * (state[i, 0] - state[i, 1]) / (period * axis[i, 6])
+            - axis[i, 3] * state[i, 4]
+        )
+        bound[i, 0] = (-axis[i, 4] - v) / axis[i, 0]
+        bound[i, 1] = (axis[i, 4] - v) / axis[i, 0]
+        rate = direction[here, i] * axis[i, 5] / axis[i, 6]
+        if fabs(rate) < 1e-12:
+            empty = empty or bound[i, 0] > 0.0 or bound[i, 1] < 0.0
+            continue
+        one = bound[i, 0] / rate
+        other = bound[i, 1] / rate
+        low = max(low, min(one, other))
+        high = min(high, max(one, other))
+    if low > high:
+        # Nothing is feasible: the nearest speed of [0, nominal].
+        empty = True
+        high = max(nominal if low > nominal else high, 0.0)
+    return _Range(low=low, high=high, empty=empty)
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _shortened(
+    s: cython.double[::1],
+    x: cython.double[:, ::1],
+    direction: cython.double[:, ::1],
+    g: cython.double,
+    here: cython.double,
+    one: cython.double,
+    other: cython.double,
+    period: cython.double,
+    axis: cython.double[:, ::1],
+    state: cython.double[:, ::1],
+    bound: cython.double[:, ::1],
+) -> cython.double:
+    """Return the highest speed of [one, other] whose chord keeps the bounds, by bisection; negative where none does."""
+    v: cython.double
+    _round: cython.int
+    for _round in range(50):
+        v = 0.5 * (one + other)
+        if _within(s, x, direction, g, here + v * period, period, axis, state, bound):
+            one = v
+        else:
+            other = v
+    return one if _within(s, x, direction, g, here + one * period, period, axis, state, bound) else -1.0
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _drive(
+    i: cython.Py_ssize_t,
+    theta: cython.double,
+    period: cython.double,
+    axis: cython.double[:, ::1],
+    state: cython.double[:, ::1],
+    out: cython.double[::1],
+) -> cython.void:
+    """Move axis `i` on by a period with the command `theta`, counts; ``out[2]`` and ``out[3]`` become w_d and u."""
+    speed: cython.double = (theta - state[i, 3]) / (period * axis[i, 6])
+    force: cython.double = (
+        axis[i, 0] * speed
+        + axis[i, 1] * (state[i, 3] - state[i, 0])
+        - axis[i, 2] * (state[i, 0] - state[i, 1]) / (period * axis[i, 6])
+        - axis[i, 3] * state[i, 4]
+    )
+    out[2] = speed
+    out[3] = force
+    force = min(max(force, -axis[i, 4]), axis[i, 4])
+    state[i, 1] = state[i, 0]
+    state[i, 0] += axis[i, 9] * state[i, 2] + axis[i, 10] * force
+    state[i, 2] = axis[i, 7] * state[i, 2] + axis[i, 8] * force
+    state[i, 3] = theta
+    state[i, 4] = speed
+
+
 def limit_steps(
     s: cython.double[::1],
     x: cython.double[:, ::1],
@@ -124,101 +231,41 @@ def limit_steps(
     a chord and not a tangent, the step is then shortened by bisection until the chord keeps the bounds too.
     """
     n: cython.Py_ssize_t = steps.shape[0]
-    axes: cython.Py_ssize_t = axis.shape[0]
     k: cython.Py_ssize_t = 0
     i: cython.Py_ssize_t
-    _round: cython.int
     g: cython.double = start
     here: cython.double
     aim: cython.double
     nominal: cython.double
-    low: cython.double
-    high: cython.double
-    rate: cython.double
-    one: cython.double
-    other: cython.double
-    v: cython.double
-    part: cython.double
-    place: cython.double
-    theta: cython.double
     speed: cython.double
-    force: cython.double
-    empty: cython.bint
+    place: cython.double
+    can: _Range
     with cython.nogil:
         while k < n and g < end:
             here = _place(s, g)
             aim = _place(s, g + parts)
             nominal = (aim - here) / period
-            low = 0.0
-            high = nominal
-            empty = False
-            for i in range(axes):
-                v = (
-                    axis[i, 1] * (state[i, 3] - state[i, 0])
-                    - axis[i, 2] * (state[i, 0] - state[i, 1]) / (period * axis[i, 6])
-                    - axis[i, 3] * state[i, 4]
-                )
-                bound[i, 0] = (-axis[i, 4] - v) / axis[i, 0]
-                bound[i, 1] = (axis[i, 4] - v) / axis[i, 0]
-                part = g if g < s.shape[0] - 1 else s.shape[0] - 1
-                rate = direction[cython.cast(cython.Py_ssize_t, part), i] * axis[i, 5] / axis[i, 6]
-                if fabs(rate) < 1e-12:
-                    empty = empty or bound[i, 0] > 0.0 or bound[i, 1] < 0.0
-                    continue
-                one = bound[i, 0] / rate
-                other = bound[i, 1] / rate
-                if one > other:
-                    one, other = other, one
-                if one > low:
-                    low = one
-                if other < high:
-                    high = other
-            if low > high:
-                empty = True
-                # Nothing is feasible: the nearest speed of [0, nominal].
-                if low > nominal:
-                    high = nominal
-                if high < 0.0:
-                    high = 0.0
-            place = aim if high >= nominal else here + high * period
-            if not empty and not _within(s, x, direction, g, place, period, axis, state, bound):
-                one = low
-                other = high
-                for _round in range(50):
-                    v = 0.5 * (one + other)
-                    if _within(s, x, direction, g, here + v * period, period, axis, state, bound):
-                        one = v
-                    else:
-                        other = v
-                if _within(s, x, direction, g, here + one * period, period, axis, state, bound):
-                    place = here + one * period
-                else:
-                    empty = True
-            for i in range(axes):
-                theta = _position(s, x, direction, g, place, i) * axis[i, 5]
-                speed = (theta - state[i, 3]) / (period * axis[i, 6])
-                force = (
-                    axis[i, 0] * speed
-                    + axis[i, 1] * (state[i, 3] - state[i, 0])
-                    - axis[i, 2] * (state[i, 0] - state[i, 1]) / (period * axis[i, 6])
-                    - axis[i, 3] * state[i, 4]
-                )
+            can = _range(direction, g, nominal, period, axis, state, bound)
+            place = aim if can.high >= nominal else here + can.high * period
+            if not can.empty and not _within(s, x, direction, g, place, period, axis, state, bound):
+                speed = _shortened(s, x, direction, g, here, can.low, can.high, period, axis, state, bound)
+                can.empty = speed < 0.0
+                if speed >= 0.0:
+                    place = here + speed * period
+            for i in range(axis.shape[0]):
                 forces[k, i, 0] = bound[i, 0]
                 forces[k, i, 1] = bound[i, 1]
-                forces[k, i, 2] = speed
-                forces[k, i, 3] = force
-                if force > axis[i, 4]:
-                    force = axis[i, 4]
-                elif force < -axis[i, 4]:
-                    force = -axis[i, 4]
-                state[i, 1] = state[i, 0]
-                state[i, 0] += axis[i, 9] * state[i, 2] + axis[i, 10] * force
-                state[i, 2] = axis[i, 7] * state[i, 2] + axis[i, 8] * force
-                state[i, 3] = theta
-                state[i, 4] = speed
+                _drive(
+                    i,
+                    _position(s, x, direction, g, place, i) * axis[i, 5],
+                    period,
+                    axis,
+                    state,
+                    forces[k, i],
+                )
             g = g + parts if place >= aim else _index(s, g, place)
             steps[k, 0] = g
             steps[k, 1] = place
-            steps[k, 2] = 1.0 if empty else 0.0
+            steps[k, 2] = 1.0 if can.empty else 0.0
             k += 1
     return k
