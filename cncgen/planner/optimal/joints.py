@@ -208,7 +208,7 @@ def _chord_speed(bounds: Bounds, s: Floats, turn: Floats, jerk: Floats) -> Float
         turn: Shape (n, axes), Δ there.
         jerk: Shape (n,), j, the jerk along the path there.
     """
-    size = np.sqrt(np.einsum("ij,ij->i", turn[:, :3], turn[:, :3]))
+    size = np.sqrt(np.einsum("ij,ij,j->i", turn, turn, bounds.scale**2))
     apart = np.diff(s, prepend=s[0], append=s[-1])
     period = bounds.period_s
     with np.errstate(divide="ignore"):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from cncgen.machine import load
 from cncgen.pipeline import read_text
@@ -66,15 +67,19 @@ def _positions(part: Trajectory, t: np.ndarray) -> np.ndarray:
     return path_of(part.toolpath).evaluate(motion_at(part.profile, mine).s, 0)[0]
 
 
-def test_the_chord_of_a_long_period_cuts_a_corner_by_the_tolerance_at_most() -> None:
+@pytest.mark.parametrize("letter", "YA")
+def test_the_chord_of_a_long_period_cuts_a_corner_by_the_tolerance_at_most(letter: str) -> None:
+    """Of rotary axes, a degree counts as a millimetre."""
     machine = replace(load("generic-mill"), period_s=0.01)
     corner = np.array([10.0, 0.0])
-    text = f"G21 G90 G61 F60000\nG1 X10\nG1 X{10.0 + 10.0 * np.cos(0.1)} Y{10.0 * np.sin(0.1)}\nM2\n"
+    text = f"G21 G90 G61 F60000\nG1 X10\nG1 X{10.0 + 10.0 * np.cos(0.05)} {letter}{10.0 * np.sin(0.05)}\nM2\n"
     (part,) = plan(read_text(text).chunks(), machine, PlanOptions())
+    column = part.toolpath.axes.index(letter)
+    scale = np.degrees(1.0) if letter == "A" else 1.0
     largest = 0.0
     for phase in np.linspace(0.0, 1.0, 50, endpoint=False):
         t = (np.arange(int(part.profile.t[-1] / machine.period_s)) + phase) * machine.period_s
-        x = _positions(part, t)[:, :2]
+        x = _positions(part, t)[:, [0, column]] * [1.0, scale]
         last = np.searchsorted(x[:, 0], corner[0])
         chord, from_start = x[last] - x[last - 1], corner - x[last - 1]
         cut = abs(chord[0] * from_start[1] - chord[1] * from_start[0]) / np.hypot(*chord)
