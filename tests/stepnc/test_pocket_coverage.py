@@ -230,3 +230,38 @@ def test_circular_slots_are_cut_to_their_ends(width, turn, ends):
     heights, crashes = swept(path, SIZE, GRID, diameter / 2)
     assert crashes == []
     check_cut(heights, region.simplify(1e-3), diameter / 2, 6.0)
+
+
+def odd_pocket(boundary=None, sizes=(3.0, None, None, None), approach=None, retract=5.0, spindle=-50.0):
+    """The diagnostics of a pocket with sizes of no sense; `sizes` are axial and radial depth, and the allowances."""
+    part = Features()
+    way = None if approach is None else part.add(approach[0], None, *approach[1:])
+    plan = part.add("CONTOUR_PARALLEL", 0.4, *STRATEGIES["CONTOUR_PARALLEL"])
+    tool, technology = part.tool("T", 8.0), part.technology(spindle=spindle)
+    head = (None, None, "op", retract, None, tool, technology, None, None, way, None, plan)
+    operation = part.add("BOTTOM_AND_SIDE_FINISH_MILLING", *head, *sizes)
+    outline = part.rectangle(60, 40) if boundary is None else boundary(part)
+    return part.mill(part.pocket(outline), operation).read()[1]
+
+
+@pytest.mark.parametrize(
+    ("what", "code"),
+    [
+        ({"sizes": (-1.0, None, None, None)}, "stepnc-range"),
+        ({"sizes": (3.0, -1.0, None, None)}, "stepnc-range"),
+        ({"sizes": (3.0, None, -1.0, None)}, "stepnc-range"),  # it would cut 1 mm into the wall
+        ({"sizes": (3.0, None, None, -2.0)}, "stepnc-range"),
+        ({"retract": -3.0}, "stepnc-range"),  # rapid moves would go through the part
+        ({"approach": ("PLUNGE_HELIX", 0.0, 5.0)}, "stepnc-geometry"),
+        ({"approach": ("PLUNGE_HELIX", -2.0, 5.0)}, "stepnc-geometry"),
+        ({"boundary": lambda p: p.rectangle(-60, 40)}, "stepnc-geometry"),
+        ({"boundary": lambda p: p.add("CIRCULAR_CLOSED_PROFILE", None, p.size(-50))}, "stepnc-geometry"),
+        ({"boundary": lambda p: p.polygon((-20, -20), (20, 20), (20, -20), (-20, 20))}, "stepnc-geometry"),
+    ],
+)
+def test_sizes_of_no_sense_are_refused(what, code):
+    assert codes(odd_pocket(**what), "error") == [code]
+
+
+def test_a_spindle_that_stands_is_warned_of():
+    assert codes(odd_pocket(spindle=0.0)) == ["stepnc-no-spindle"]

@@ -72,6 +72,9 @@ class Profiles:
         values, kind = self.shapes.measures(entity.id), entity.keyword
         length = values.get("length", values.get("profile length"))
         width = values.get("width", values.get("profile width"))
+        for name in ("diameter", "length", "profile length", "width", "profile width"):
+            if not values.get(name, 1.0) > 0:
+                raise entity.fault("stepnc-geometry", f"{name} is {values[name]:g} mm; it must be positive")
         pieces: list[Piece]
         if kind == "CIRCULAR_CLOSED_PROFILE" and "diameter" in values:
             pieces = [profiles.circle(values["diameter"])]

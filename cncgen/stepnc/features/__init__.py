@@ -90,6 +90,7 @@ class _Maker:
         return tuple(replace(p, pieces=_moved(p.pieces, frame)) for p in made) if depth else made
 
     def _one(self, job: Job, kind: str) -> tuple[Path, ...]:
+        job.check_sizes()
         try:
             return _strategy(job, kind)(job)
         except OffsetError as error:

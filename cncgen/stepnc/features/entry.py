@@ -43,6 +43,8 @@ class Entry:
 def choose(job: Job, place: Floats, direction: Floats, path: list[Piece], region: object) -> Entry:
     """Return the entry that the operation's approach asks for, else a helix, or a ramp where no helix fits.
 
+    PLUNGE_TOOLAXIS, PLUNGE_RAMP, PLUNGE_HELIX and PLUNGE_ZIGZAG of ISO 14649-11.
+
     Args:
         job: The operation.
         place: Shape (3,), where the cut begins.
@@ -64,6 +66,8 @@ def choose(job: Job, place: Floats, direction: Floats, path: list[Piece], region
             f"approach {kind!r} is for the sides of a contour; the tool goes down in a helix",
         )
     wanted = float(values.get("radius", HELIX_RADIUS * 2 * job.radius))
+    if not wanted > 0:
+        raise job.fault("stepnc-geometry", f"a helix of {wanted:g} mm radius")
     fits = min(wanted, clearance(region, place))
     if fits < wanted - 1e-6:
         if fits < SMALLEST_HELIX * 2 * job.radius:

@@ -68,7 +68,7 @@ def _lift(job: Job, moves: Moves) -> None:
 
 
 def drill(job: Job) -> tuple[Path, ...]:
-    """Return the toolpaths of drilling.
+    """Return the toolpaths of drilling (DRILLING with a DRILLING_TYPE_STRATEGY, ISO 14649-11).
 
     A DRILLING_TYPE_STRATEGY reduces cutting speed and feed down to depth_of_start and again from depth_of_end on,
     depths of the tip beyond which the point stands out.
@@ -112,7 +112,7 @@ def _check_point(job: Job, tip: float) -> None:
 
 
 def centre_drill(job: Job) -> tuple[Path, ...]:
-    """Return the toolpaths of centre drilling: the tip goes to the cutting depth."""
+    """Return the toolpaths of centre drilling (CENTER_DRILLING, ISO 14649-11): the tip goes to the cutting depth."""
     depth = job.value("cutting_depth", 0.0)
     if not depth > 0:
         raise job.fault("stepnc-missing", "centre drilling needs cutting_depth")
@@ -123,7 +123,10 @@ def centre_drill(job: Job) -> tuple[Path, ...]:
 
 
 def countersink(job: Job) -> tuple[Path, ...]:
-    """Return the toolpaths of countersinking: to the cutting depth, else so deep that the cone has the diameter."""
+    """Return the toolpaths of countersinking (COUNTER_SINKING, ISO 14649-11).
+
+    It goes to the cutting depth, else so deep that the cone has the diameter.
+    """
     depth = job.value("cutting_depth", 0.0)
     if not depth > 0:
         angle, diameter = job.tool.tip_angle, job.shape.diameter
@@ -138,7 +141,7 @@ def countersink(job: Job) -> tuple[Path, ...]:
 
 
 def multistep(job: Job) -> tuple[Path, ...]:
-    """Return the toolpaths of pecking: first_depth, then depth_of_step each.
+    """Return the toolpaths of pecking (MULTISTEP_DRILLING, ISO 14649-11): first_depth, then depth_of_step each.
 
     Between the steps the tool goes up by retract_distance to break the chip; where that is not positive, out to the
     retract plane and back in rapid to where it was, less the distance of safety.
@@ -169,7 +172,10 @@ def multistep(job: Job) -> tuple[Path, ...]:
 
 
 def bore(job: Job) -> tuple[Path, ...]:
-    """Return the toolpaths of boring and reaming: down and up at the feed, the spindle stopped at the bottom if asked."""
+    """Return the toolpaths of BORING and REAMING (ISO 14649-11).
+
+    The tool goes down and up at the feed, with the spindle stopped at the bottom if asked.
+    """
     if job.value("depth_of_testcut", 0.0) > 0:
         job.warn("stepnc-testcut", "the test cut is left out: nothing here measures")
     moves = _begin(job)
@@ -194,7 +200,7 @@ def _ratio(job: Job) -> float:
 
 
 def tap(job: Job) -> tuple[Path, ...]:
-    """Return the toolpaths of tapping: the feed is pitch times speed, and the spindle turns back on the way out."""
+    """Return the toolpaths of TAPPING (ISO 14649-11): the feed is pitch times speed, the spindle turns back on the way out."""
     technology, pitch = job.technology, job.tool.pitch
     speed = technology.spindle
     if speed is None or speed == 0:

@@ -84,7 +84,22 @@ class Job:
         given = self.operation.retract_plane
         if given is not None and not abs(given) <= MAX_HEIGHT:
             raise self.fault("stepnc-range", f"a retract plane at {given:g} mm")
+        if given is not None and given < 0:
+            text = f"a retract plane {-given:g} mm below the feature's top: rapid moves would go through material"
+            raise self.fault("stepnc-range", text)
         return DEFAULT_RETRACT if given is None else given
+
+    def check_sizes(self) -> None:
+        """Raise `Skip` where a depth of cut or an allowance is negative: the tool would cut what is to stay."""
+        for name in ("axial_cutting_depth", "radial_cutting_depth", "allowance_side", "allowance_bottom"):
+            if self.value(name, 0.0) < 0:
+                raise self.fault(
+                    "stepnc-range", f"{name} is {self.value(name, 0.0):g} mm; it must not be negative"
+                )
+        if self.operation.technology is not None and self.operation.technology.spindle == 0.0:
+            self.warn(
+                "stepnc-no-spindle", "the feature is machined with the spindle standing: its speed is 0"
+            )
 
     def value(self, name: str, default: float) -> float:
         """Return a number among the operation's values."""

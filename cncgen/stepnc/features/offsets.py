@@ -117,7 +117,7 @@ def polygon_of(pieces: list[Piece]) -> Any:
     """Return the shapely polygon of a closed outline (arcs and splines as chords).
 
     Raises:
-        OffsetError: where it is larger than any part.
+        OffsetError: where it is larger than any part, or crosses itself.
     """
     from shapely import Polygon, make_valid
 
@@ -125,7 +125,15 @@ def polygon_of(pieces: list[Piece]) -> Any:
     if not np.abs(points).max() <= MAX_OFFSET:
         raise OffsetError(f"an outline with coordinates beyond {MAX_OFFSET:g} mm")
     polygon = Polygon(points)
-    return polygon if polygon.is_valid else make_valid(polygon).buffer(0)
+    if polygon.is_valid:
+        return polygon
+    mended = make_valid(polygon).buffer(0)
+    x, y = (points - points[0]).T
+    round_it = abs(0.5 * float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))))
+    if abs(mended.area - round_it) > 1e-6 * mended.area + 1e-3:
+        text = f"the outline crosses itself: it goes round {round_it:.6g} mm², and holds {mended.area:.6g}"
+        raise OffsetError(text)
+    return mended
 
 
 def region(
@@ -161,6 +169,11 @@ def polygons(geometry: Any) -> list[Any]:
     """Return the polygons of a geometry that are no slivers."""
     parts = getattr(geometry, "geoms", [geometry])
     return [p for p in parts if p.geom_type == "Polygon" and p.area > 1e-8]
+
+
+def holds_circle(polygon: Any, radius: float) -> bool:
+    """Tell whether a circle of a radius, mm, fits into a polygon (sooner known than the largest that does)."""
+    return bool(polygon.area > math.pi * radius**2) and not polygon.buffer(-radius).is_empty
 
 
 def inradius(polygon: Any) -> tuple[float, Floats]:
@@ -233,7 +246,7 @@ def _beyond(rings: Sequence[Ring], polygon: Any, reach: float) -> list[Any]:
     ]
     cut = union_all([grown(line, reach, quad_segs=QUARTER) for line in lines])
     # Polygons that stand for circles reach less far by the height of their chords.
-    return [p for p in polygons(polygon.difference(cut)) if inradius(p)[0] > UNCUT * reach]
+    return [p for p in polygons(polygon.difference(cut)) if holds_circle(p, UNCUT * reach)]
 
 
 def _fill(leaf: Ring, shrink: Callable[[float], list[Any]], reach: float) -> None:
@@ -258,7 +271,7 @@ def _note_missed(root: Ring, reach: float) -> None:
             around = max((r for r in rings if distance_to(r.polygon, place) == 0.0), key=lambda r: r.inset)
             around.missed.append(place)
             rest = left.pop(0).difference(grown(_point(place), reach, quad_segs=QUARTER))
-            left += [p for p in polygons(rest) if inradius(p)[0] > UNCUT * reach]
+            left += [p for p in polygons(rest) if holds_circle(p, UNCUT * reach)]
 
 
 def _core(polygon: Any) -> Floats | None:

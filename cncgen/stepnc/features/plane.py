@@ -20,7 +20,7 @@ _WAYS = ("bidirectional", "unidirectional", "")
 
 
 def mill(job: Job) -> tuple[Path, ...]:
-    """Return the toolpaths of facing."""
+    """Return the toolpaths of facing (PLANE_ROUGH_MILLING and PLANE_FINISH_MILLING of a PLANAR_FACE, ISO 14649-11)."""
     outline = job.shape.outline
     if outline is None:
         raise job.fault("stepnc-missing", "the face has no boundary")

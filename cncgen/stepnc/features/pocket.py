@@ -38,7 +38,7 @@ SPIRAL_PIECES = 360
 
 
 def mill(job: Job) -> tuple[Path, ...]:
-    """Return the toolpaths of a closed or open pocket."""
+    """Return the toolpaths of a closed or open pocket (BOTTOM_AND_SIDE_…_MILLING, ISO 14649-11; pockets, ISO 14649-10)."""
     bottom = bottom_of(job)
     flat = (
         ("", "flat", "through") if job.shape.diameter is None else ("", "flat", "through", "flat with radius")
@@ -147,8 +147,8 @@ def _check_reach(job: Job, closed: Any, layer: Layer, rings: list[Ring], corner:
     """Warn of places too narrow for the tool, others than the corners that it rounds: a necking, a gap at a boss."""
     wall = layer.moved(-job.radius).region(closed, corner, 0.0)
     left = offsets.not_swept(wall, [r.polygon for r in rings], job.radius)
-    widths = [2 * offsets.inradius(p)[0] for p in left]
-    narrow = [w for w in widths if w > NARROW * job.radius]
+    places = [p for p in left if offsets.holds_circle(p, NARROW * job.radius / 2)]
+    narrow = [2 * offsets.inradius(p)[0] for p in places]
     if narrow:
         text = f"the tool of {2 * job.radius:g} mm does not reach {len(narrow)} places up to {max(narrow):.3g} mm wide"
         job.warn("stepnc-uncut", f"{text}; material stays there")

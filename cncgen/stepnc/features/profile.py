@@ -26,7 +26,7 @@ SHORTEST_LEAD = 6
 
 
 def mill_outside(job: Job) -> tuple[Path, ...]:
-    """Return the toolpaths round the outside of a profile or boss: on its wall, and in layers where more is asked."""
+    """Return the toolpaths round a profile or boss (SIDE_…_MILLING, ISO 14649-11): on its wall, and in layers if asked."""
     return _mill(job, outside=True)
 
 
@@ -153,6 +153,8 @@ def _lead(
     job: Job, strategy: Strategy | None, point: Floats, along: Floats, side: Floats, free: Free
 ) -> list[Piece]:
     """Return the way onto a contour at a point: an arc of a radius, a line at an angle, else a quarter circle.
+
+    AP_RETRACT_TANGENT and AP_RETRACT_ANGLE of ISO 14649-11.
 
     Where it would run into material it is made shorter, with a warning where its size is given; where none fits there
     is none, and the tool plunges at the point.

@@ -56,7 +56,10 @@ def _extended(job: Job, course: list[Piece]) -> list[Piece]:
 
 
 def mill(job: Job) -> tuple[Path, ...]:
-    """Return the toolpaths of a slot: along its middle where the tool is as wide, else as a pocket about its course."""
+    """Return the toolpaths of a SLOT (ISO 14649-10).
+
+    They go along its middle where the tool is as wide, else as in a pocket about its course.
+    """
     if job.shape.section:
         return _formed(job)
     course, width = _course(job)
@@ -135,7 +138,7 @@ def _along(job: Job, path: list[Piece], levels: list[float]) -> tuple[Path, ...]
 
 
 def step(job: Job) -> tuple[Path, ...]:
-    """Return the toolpaths that clear a step from its wall to the end of its width, else of the raw piece."""
+    """Return the toolpaths that clear a STEP (ISO 14649-10) from its wall to the end of its width, else of the raw piece."""
     return pocket.mill(_step_as_pocket(job))
 
 

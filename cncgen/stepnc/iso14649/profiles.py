@@ -40,6 +40,13 @@ class Profiles:
             raise entity.fault("stepnc-missing", f"{name} must be given")
         return found
 
+    def _size(self, entity: Entity, name: str) -> float:
+        """Return a length as `length` does; raises `Skip` where it is not positive."""
+        found = self.length(entity, name)
+        if not found > 0:
+            raise entity.fault("stepnc-geometry", f"{name} is {found:g} mm; it must be positive")
+        return found
+
     def optional_length(self, entity: Entity, name: str) -> float | None:
         """Return a length as `length` does, None where it is missing."""
         value = entity.get(name)
@@ -81,10 +88,10 @@ class Profiles:
         entity = self.entities.get(ident, owner=owner.id)
         kind = entity.keyword
         if kind == "RECTANGULAR_CLOSED_PROFILE":
-            size = self.length(entity, "profile_length"), self.length(entity, "profile_width")
+            size = self._size(entity, "profile_length"), self._size(entity, "profile_width")
             pieces: list[Piece] = [profiles.rectangle(*size)]
         elif kind == "CIRCULAR_CLOSED_PROFILE":
-            pieces = [profiles.circle(self.length(entity, "diameter"))]
+            pieces = [profiles.circle(self._size(entity, "diameter"))]
         elif kind in ("NGON_PROFILE", "NGON_CLOSED_PROFILE"):
             pieces = [self._ngon(entity)]
         elif kind == "GENERAL_CLOSED_PROFILE":
@@ -103,7 +110,7 @@ class Profiles:
         if not 3 <= count <= 10_000:
             raise entity.fault("stepnc-geometry", f"a polygon of {count} sides")
         across = entity.flag("circumscribed_or_across_flats") is False
-        return profiles.regular_polygon(count, self.length(entity, "diameter"), across)
+        return profiles.regular_polygon(count, self._size(entity, "diameter"), across)
 
     # Paths
 
