@@ -18,8 +18,8 @@ from cncgen.toolpath.reading import DIALECTS
 def command(dialect: str | None) -> None:
     """List the codes that are understood."""
     from cncgen.files import write_text
-    from cncgen.gcode.reference import DIALECTS as ALL
-    from cncgen.gcode.reference import rows
+    from cncgen.gcode.codes.reference import DIALECTS as ALL
+    from cncgen.gcode.codes.reference import rows
     from cncgen.report.tables import left_table
 
     found = list(rows((dialect,) if dialect else ALL))

@@ -1,21 +1,28 @@
 """G-code: text to canonical motions.
 
 `read` gives the toolpath of a program, `canon` the text of its canonical calls, `check` what is wrong with it; all run
-the same interpreter, on a sink that builds columns (`columns`), prints (`printing`) or only counts (`counting`).
+the same interpreter, on a sink that builds columns, prints or only counts.
 
-The way of a block: `source` holds the bytes; `lanes` cuts them into plain blocks (a scanner) and others (`descent`,
-`grammar`, `expressions`). `running` has them executed in order: `stream` as long as the program goes forward, `walking`
-where it goes back or away; O-words and calls (`flow`, `branches`, `sub_words`, `calls`) lead to lines by their `labels`,
-in the texts and files that `subroutines` knows. `interpreter` finds the codes of a block in `codes`, checks that
-they go together, and calls their handlers in the order of `modal.Stage`; handlers change `modal.State` and call the
-`sink`.
+The rooms, each of which knows those before it:
 
-`canon` runs on the machine that LinuxCNC's `rs274` makes believe (`standalone`), so that its calls agree with it. What
-stands between the interpreter and its sink for a while passes calls on: `cutter_compensation`, `frames`, `tool_point`.
+- `state`: what stays in force from block to block: modes, parameters, coordinate systems, tools;
+- `text`: from text to blocks. `lanes` cuts plain blocks out of the bytes of a `source` (a scanner), `descent` and the
+  `grammar` read the others, `labels` tell what jumps may lead to;
+- `sinks`: what canonical calls become;
+- `codes`: a module a concern, with the handlers of its codes and its rows of the `table`;
+- `flow`: the order of execution. `running` has blocks executed: `stream` as long as the program goes forward, `walking`
+  where it goes back or away; O-words and macros lead to lines by their labels, in the texts that `subroutines` knows.
 
-To add a code: write a handler ``(Interpreter, Block) -> None`` in the module of its concern, which raises
-`errors.BlockError` where the block is wrong; add a `codes.Code` with its modal group, stage, words and one line of help
-to that module's `CODES`; name a new module in `codes._MODULES`; give it a test in ``tests/gcode``.
+Between codes and flow stands the `interpreter`: it finds the codes of a block, `plans` whether they go together and in
+which order (`modal.Stage`), and calls their handlers, which change `modal.State` and call the `sink`.
+
+`canon` runs on the machine that LinuxCNC's `rs274` makes believe (`sinks.standalone`), so that its calls agree with it.
+What stands between the interpreter and its sink for a while passes calls on: `cutter_compensation`, `frames`,
+`tool_point`.
+
+To add a code: write a handler ``(Interpreter, Block) -> None`` in the module of its concern in `codes`, which raises
+`errors.BlockError` where the block is wrong; add a `table.Code` with its modal group, stage, words and one line of help
+to that module's `CODES`; name a new module in `table._MODULES`; give it a test in ``tests/gcode``.
 """
 
 from __future__ import annotations
@@ -26,11 +33,11 @@ from pathlib import Path
 from typing import BinaryIO
 
 from cncgen.diagnostics import Diagnostics, ProgramError
-from cncgen.gcode.axes import moving_axes
-from cncgen.gcode.counting import CountingSink
-from cncgen.gcode.running import Runner
-from cncgen.gcode.search import search_path
+from cncgen.gcode.flow.running import Runner
+from cncgen.gcode.sinks.counting import CountingSink
 from cncgen.gcode.source import open_source
+from cncgen.gcode.text.axes import moving_axes
+from cncgen.gcode.text.search import search_path
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import Program, Toolpath
 from cncgen.units import AXIS_LETTERS
@@ -48,7 +55,7 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
     """
     import numpy as np
 
-    from cncgen.gcode.columns import ColumnsSink
+    from cncgen.gcode.sinks.columns import ColumnsSink
     from cncgen.toolpath.building import ToolpathBuilder
 
     text = open_source(source, name)
@@ -131,7 +138,7 @@ def canon(
         UsageError: Where the file cannot be read.
         ProgramError: Where the program has errors and `diagnostics` is not given.
     """
-    from cncgen.gcode.standalone import CALL_LEVELS, StandAloneSink
+    from cncgen.gcode.sinks.standalone import CALL_LEVELS, StandAloneSink
 
     text = open_source(source, name)
     found = Diagnostics() if diagnostics is None else diagnostics

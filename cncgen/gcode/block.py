@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from cncgen.gcode.errors import BlockError
 
 if TYPE_CHECKING:
-    from cncgen.gcode.parameters import Parameters
+    from cncgen.gcode.state.parameters import Parameters
 
 #: A value: known when the text is read, or computed from the parameters when the block runs. None is vacant.
 Computed = Callable[["Parameters"], float]

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.labels import Cursor
 from cncgen.gcode.source import Source
+from cncgen.gcode.text.labels import Cursor
 
 #: Bytes that are looked at for what is met early in a text, if at all.
 _HEAD = 65_536

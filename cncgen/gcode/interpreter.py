@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
-from cncgen.gcode.codes import Handler
+from cncgen.gcode.codes.polar import plane_polar_end, polar_end
+from cncgen.gcode.codes.table import Handler
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.modal import NO_MOTION, State, to_machine, to_program
-from cncgen.gcode.parameters import (
+from cncgen.gcode.plans import G53, Plan, Plans
+from cncgen.gcode.sinks.sink import Sink
+from cncgen.gcode.state.modal import NO_MOTION, State, to_machine, to_program
+from cncgen.gcode.state.parameters import (
     G92,
     G92_ON,
     SYSTEM,
@@ -21,16 +24,13 @@ from cncgen.gcode.parameters import (
     Parameters,
     read_parameters,
 )
-from cncgen.gcode.plans import G53, Plan, Plans
-from cncgen.gcode.polar import plane_polar_end, polar_end
-from cncgen.gcode.sink import Sink
-from cncgen.gcode.tool_table import ToolTable, tools_of
+from cncgen.gcode.state.tool_table import ToolTable, tools_of
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.units import INCH
 
 if TYPE_CHECKING:
-    from cncgen.gcode.calls import Frame
-    from cncgen.gcode.flow import FlowControl
+    from cncgen.gcode.flow.calls import Frame
+    from cncgen.gcode.flow.o_words import FlowControl
 
 
 class Interpreter:
@@ -213,7 +213,7 @@ class Interpreter:
 
     def restore(self, saved: object) -> None:
         """Bring back a modal state that M73 saved."""
-        from cncgen.gcode.saved import Saved, restore
+        from cncgen.gcode.codes.saved import Saved, restore
 
         assert isinstance(saved, Saved)
         restore(self, saved)
@@ -222,7 +222,7 @@ class Interpreter:
         """Let the motion go that cutter compensation holds back."""
         self.state.compensation = 40
         if self.sink is not self.base:
-            from cncgen.gcode.cutter_compensation import end
+            from cncgen.gcode.codes.cutter_compensation import end
 
             end(self)
 

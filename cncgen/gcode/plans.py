@@ -11,10 +11,10 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes import ALONE, BOTH, Code, Codes, Handler, table
+from cncgen.gcode.codes.table import ALONE, BOTH, Code, Codes, Handler, table
+from cncgen.gcode.codes.unsupported import shown
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.modal import NO_MOTION, Stage
-from cncgen.gcode.unsupported import shown
+from cncgen.gcode.state.modal import NO_MOTION, Stage
 
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
@@ -123,7 +123,7 @@ class Plans:
         """Return a code of the table, or raise."""
         code = self.codes.get((letter, number))
         if code is None and letter == "M" and self.dialect == "fanuc":
-            from cncgen.gcode.subprograms import of_builder
+            from cncgen.gcode.codes.subprograms import of_builder
 
             return of_builder(number)
         if code is None:

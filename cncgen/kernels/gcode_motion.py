@@ -334,7 +334,7 @@ class Advance:
         blocks: Columns of `gcode_scan.scan`: line, offset, flags, end of the words, letters, values.
         position: Shape (9,), X Y Z A B C U V W in program units and coordinates; moved on.
         modes: Shape (`MODES`,): modal motion 0 to 3 (else nothing is taken), flags, plane 17 to 19; changed.
-        levels: Shape (`LEVELS`,): feed, then the tolerances of arcs (`cncgen.gcode.arcs`); changed.
+        levels: Shape (`LEVELS`,): feed, then the tolerances of arcs (`cncgen.gcode.codes.arcs`); changed.
         motions: Columns that are filled, a row a motion: line and offset of its block; 0 to 3; end point, shape (n, 9);
             feed in force; whether this block gave F; centre in the two axes of the plane, shape (n, 2); turns (signed,
             positive counter-clockwise; 0 for lines).

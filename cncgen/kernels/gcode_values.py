@@ -5,7 +5,7 @@ while it is read. Like `gcode_scan` it judges nothing: a line that it does not t
 machine's state enters, an unknown name, a division by zero, any code but those of plain motions) is left untouched, and
 the interpreter reads it, which knows the whole language and every error.
 
-The language is LinuxCNC's (``grammars/gcode.lark``); what operators and functions mean stands in `cncgen.gcode.expressions`.
+The language is LinuxCNC's (``grammars/gcode.lark``); what operators and functions mean stands in `cncgen.gcode.text.expressions`.
 """
 
 import cython

@@ -54,18 +54,18 @@ def options_on(machine: Machine, options: ReadOptions | None = None) -> ReadOpti
     """Return options of reading with what a machine's tables ``[interpreter]`` and ``[kinematics]`` say.
 
     ``least_increment_mm`` is what a number without a decimal point counts in, ``dialect`` the control's language (an
-    option that names one goes first); `cncgen.gcode.kinematics` has the other table.
+    option that names one goes first); `cncgen.gcode.codes.kinematics` has the other table.
 
     Raises:
         UsageError: A setting is wrong.
     """
     how = options or ReadOptions()
     if "kinematics" in machine.settings:
-        from cncgen.gcode.kinematics import kinematics_of
+        from cncgen.gcode.codes.kinematics import kinematics_of
 
         how = replace(how, kinematics=kinematics_of(machine.settings["kinematics"]))
     if "interpreter" in machine.settings:
-        from cncgen.gcode.settings import interpreter_settings
+        from cncgen.gcode.state.settings import interpreter_settings
 
         how = interpreter_settings(machine.settings["interpreter"], how)
     return how

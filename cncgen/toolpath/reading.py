@@ -25,12 +25,12 @@ class ReadOptions:
         dialect: One of `DIALECTS` (G-code only).
         tool_table: LinuxCNC tool table, or None.
         parameters: File of numbered parameters, read and never rewritten, or None.
-        kinematics: How the rotary axes carry table or head (`cncgen.gcode.kinematics.Kinematics`), or None.
+        kinematics: How the rotary axes carry table or head (`cncgen.gcode.codes.kinematics.Kinematics`), or None.
         least_increment: What a number without a decimal point counts in where a FANUC control is set so, mm or degrees
             (inches: a tenth of it): 0.001 reads ``X10`` as 0.01 mm. None: it counts like ``X10.``.
         inch_tables: Whether lengths in the tool table and the parameter file are inches (else mm).
         stand_alone: Whether the machine is the one that LinuxCNC's stand-alone interpreter makes believe
-            (`cncgen.gcode.standalone`); so are the calls that `canon` prints.
+            (`cncgen.gcode.sinks.standalone`); so are the calls that `canon` prints.
         save_parameters: Where to write the parameters after the program, or None.
         include: Directories searched for subprograms, after the program's own.
         block_delete: Whether blocks that begin with ``/`` are skipped.

@@ -17,7 +17,7 @@ import pytest
 
 from cncgen.cli import options
 from cncgen.cli.app import run
-from cncgen.gcode.codes import table
+from cncgen.gcode.codes.table import table
 
 Run = Callable[..., "subprocess.CompletedProcess[bytes]"]
 
@@ -304,7 +304,7 @@ def test_a_machine_says_how_programs_are_read(tmp_path: Path, capsys: pytest.Cap
 def test_choices_are_those_of_the_rooms() -> None:
     """They stand in `cncgen.cli.options` a second time, so that help needs no numpy."""
     from cncgen import pipeline
-    from cncgen.gcode import reference
+    from cncgen.gcode.codes import reference
     from cncgen.machine.settings_schema import DIALECTS
     from cncgen.planner import options as planning
     from cncgen.planner.strategies import available

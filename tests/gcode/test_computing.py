@@ -12,15 +12,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cncgen.diagnostics import Diagnostics
-from cncgen.gcode import canon, descent
-from cncgen.gcode.counting import CountingSink
+from cncgen.gcode import canon
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.expressions import evaluate
-from cncgen.gcode.lanes import PlainBlocks
-from cncgen.gcode.parameters import Parameters
-from cncgen.gcode.predefined import NAMED
-from cncgen.gcode.running import Runner
+from cncgen.gcode.flow.running import Runner
+from cncgen.gcode.sinks.counting import CountingSink
 from cncgen.gcode.source import Source
+from cncgen.gcode.state.parameters import Parameters
+from cncgen.gcode.state.predefined import NAMED
+from cncgen.gcode.text import descent
+from cncgen.gcode.text.expressions import evaluate
+from cncgen.gcode.text.lanes import PlainBlocks
 from cncgen.kernels import gcode_arithmetic, gcode_values
 from cncgen.toolpath.reading import ReadOptions
 

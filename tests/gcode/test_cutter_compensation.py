@@ -14,7 +14,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from shapely import LinearRing, Point, Polygon
 
-from cncgen.gcode.tool_centre import SMOOTH_TURN, CompensationError, Piece, ToolCentre
+from cncgen.gcode.codes.tool_centre import SMOOTH_TURN, CompensationError, Piece, ToolCentre
 
 
 def follow(corners: list[complex], radius: float, left: bool) -> list[Piece]:

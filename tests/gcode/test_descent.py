@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cncgen.gcode import descent, expressions, grammar
 from cncgen.gcode.block import Flow, Parsed
 from cncgen.gcode.errors import BlockError
+from cncgen.gcode.text import descent, expressions, grammar
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 

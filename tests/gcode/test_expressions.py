@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cncgen.gcode import grammar
 from cncgen.gcode.errors import BlockError
+from cncgen.gcode.text import grammar
 
 
 def value(text: str, dialect: str = "linuxcnc") -> float:

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cncgen.gcode.labels import Labels
 from cncgen.gcode.source import Source
+from cncgen.gcode.text.labels import Labels
 
 
 def xs(out: Any) -> list[float]:

@@ -63,7 +63,7 @@ def test_what_was_meant(run: Any, block: str, hint: str) -> None:
 def faults_without_hint() -> list[tuple[str, int, str]]:
     """Return file, line and code of the faults that the reader raises with no help of their own."""
     found = []
-    for path in sorted(Path(gcode.__file__).parent.glob("*.py")):
+    for path in sorted(Path(gcode.__file__).parent.rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):
             if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "BlockError":
                 code = node.args[0]

@@ -9,11 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cncgen.gcode import comments, grammar
+from cncgen.gcode.codes import comments
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.labels import Cursor
-from cncgen.gcode.lanes import PlainBlocks
 from cncgen.gcode.source import Source
+from cncgen.gcode.text import grammar
+from cncgen.gcode.text.labels import Cursor
+from cncgen.gcode.text.lanes import PlainBlocks
 from cncgen.kernels import gcode_scan
 from tests.kernels.plain import uncompiled
 

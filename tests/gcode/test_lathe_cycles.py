@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cncgen.gcode.lathe_cycles import Thread
+from cncgen.gcode.codes.lathe_cycles import Thread
 
 Calls = Callable[..., list[str]]
 

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 from cncgen.diagnostics import Diagnostics
 from cncgen.gcode import moving_axes
-from cncgen.gcode.columns import ColumnsSink
-from cncgen.gcode.running import Runner
+from cncgen.gcode.flow.running import Runner
+from cncgen.gcode.sinks.columns import ColumnsSink
 from cncgen.gcode.source import Source
 from cncgen.kernels import gcode_motion
 from cncgen.toolpath.building import ToolpathBuilder

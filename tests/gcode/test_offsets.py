@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cncgen.gcode.modal import to_machine, to_program
+from cncgen.gcode.state.modal import to_machine, to_program
 
 
 def machine(out: Any) -> np.ndarray:

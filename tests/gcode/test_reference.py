@@ -6,14 +6,14 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from cncgen.gcode.codes import _MODULES, ALONE, Codes
-from cncgen.gcode.reference import DIALECTS, codes, markdown, rows
+from cncgen.gcode.codes.reference import DIALECTS, codes, markdown, rows
+from cncgen.gcode.codes.table import _MODULES, ALONE, Codes
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 
 
 def test_the_docs_hold_the_table() -> None:
-    """Where this fails: paste `cncgen.gcode.reference.markdown()` at the end of docs/language.md."""
+    """Where this fails: paste `cncgen.gcode.codes.reference.markdown()` at the end of docs/language.md."""
     text = (ROOT / "docs" / "language.md").read_text("utf-8")
     assert text.endswith("## Codes\n\n" + markdown())
 

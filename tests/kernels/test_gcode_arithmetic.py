@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.expressions import BINARY, UNARY
+from cncgen.gcode.text.expressions import BINARY, UNARY
 from cncgen.kernels import gcode_arithmetic
 
 from .plain import uncompiled

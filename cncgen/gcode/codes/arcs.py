@@ -1,0 +1,208 @@
+"""G2 and G3: arcs and helices by centre (I J K) or radius (R), with turns (P)."""
+
+from __future__ import annotations
+
+import cmath
+import math
+
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes.lines import check_feed
+from cncgen.gcode.codes.table import Code
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.state.modal import Stage
+from cncgen.kernels.gcode_motion import centre_from_radius
+
+#: Lengths are given for mm and inch programs, as LinuxCNC's interpreter has them (measured on it).
+#: Half a chord may exceed R by this, and no radius may be shorter.
+RADIUS_TOLERANCE = {False: 0.00127, True: 0.00005}
+#: The radii at start and end of an arc by centre may differ by this …
+CENTRE_TOLERANCE = {False: 0.02 * math.sqrt(2.0), True: 0.002 * math.sqrt(2.0)}
+#: … or by this part of the larger one …
+CENTRE_RELATIVE = 0.001
+#: … but never by more than this many times the tolerance.
+CENTRE_FACTOR = 100.0
+
+_LETTERS = "xyzabcuvw"
+_OFFSETS = "ijk"
+_POLAR = {"@", "^"}
+
+
+def clockwise(ip: Interpreter, block: Block) -> None:
+    """G2."""
+    _arc(ip, block, clockwise=True)
+
+
+def counter_clockwise(ip: Interpreter, block: Block) -> None:
+    """G3."""
+    _arc(ip, block, clockwise=False)
+
+
+def _arc(ip: Interpreter, block: Block, clockwise: bool) -> None:
+    state = ip.state
+    name = "G2" if clockwise else "G3"
+    state.motion = 20 if clockwise else 30
+    words = block.words
+    has_offset = not set(_OFFSETS).isdisjoint(words)
+    if not has_offset and "r" not in words:
+        raise BlockError(
+            "arc-centre",
+            f"{name} has neither a centre (I J K) nor a radius (R)",
+            name,
+            hint="I J K lead from the start to the centre; R does not make full circles",
+        )
+    if has_offset and "r" in words:
+        raise BlockError("arc-centre", f"{name} has both a centre (I J K) and a radius (R)", "R")
+    check_feed(ip, block, name)
+    turns = _turns(block, name)
+    end = ip.end_point(block)
+    if "r" in words:
+        x, y = _centre_by_radius(ip, block, end, clockwise, name)
+    else:
+        x, y = _centre_by_offset(ip, block, end, name)
+    if state.feed_mode == 93:
+        ip.sink.set_inverse_time(state.feed, _length(ip, end, (x, y), -turns if clockwise else turns))
+    ip.sink.arc_feed(end, x, y, -turns if clockwise else turns, state.plane)
+    state.position = end
+    state.moved = True
+
+
+def _length(ip: Interpreter, end: list[float], centre: tuple[float, float], turns: int) -> float:
+    """Return the length of an arc or helix."""
+    first, second, normal = ip.state.plane_axes()
+    start = ip.state.position
+    begin = complex(start[first] - centre[0], start[second] - centre[1])
+    finish = complex(end[first] - centre[0], end[second] - centre[1])
+    angle = cmath.phase(finish / begin) * (1 if turns > 0 else -1)
+    angle = (angle + 2 * math.pi if angle <= 0.0 else angle) + 2 * math.pi * (abs(turns) - 1)
+    return math.hypot(abs(begin) * angle, end[normal] - start[normal])
+
+
+def _turns(block: Block, name: str) -> int:
+    """Return P, the number of turns begun."""
+    value = block.words.get("p", 1.0)
+    if abs(value - round(value)) > 1e-4:
+        raise BlockError("not-whole", f"P{value:g} of {name} is not a whole number of turns", "P")
+    if round(value) < 1:
+        raise BlockError(
+            "arc-turns", f"P{value:g} of {name}: there is no arc of less than one turn begun", "P"
+        )
+    return round(value)
+
+
+def _centre_by_radius(
+    ip: Interpreter, block: Block, end: list[float], clockwise: bool, name: str
+) -> tuple[float, float]:
+    """Return the centre from R."""
+    state = ip.state
+    first, second, _ = state.plane_axes()
+    start = state.position
+    radius = block.words["r"]
+    letters = (_LETTERS[first], _LETTERS[second])
+    if not _POLAR & block.words.keys() and set(letters).isdisjoint(block.words):
+        both = " nor ".join(letter.upper() for letter in letters)
+        raise BlockError("arc-end", f"{name} with R has neither {both}: its end is not in the plane", name)
+    chord = math.hypot(end[first] - start[first], end[second] - start[second])
+    if chord == 0.0:
+        raise BlockError(
+            "arc-end",
+            f"{name} with R ends where it starts: every circle of that radius would do",
+            "R",
+            hint="a full circle needs its centre (I J K)",
+        )
+    x, y, found = centre_from_radius(
+        start[first],
+        start[second],
+        end[first],
+        end[second],
+        radius,
+        clockwise,
+        RADIUS_TOLERANCE[state.inches],
+    )
+    if not found:
+        raise BlockError(
+            "arc-radius",
+            f"R{radius:g} is too small: the end is {chord:.4f} away, and 2 R is {2 * abs(radius):.4f}",
+            "R",
+            hint=f"R must be at least {chord / 2:.4f}",
+            values={"radius": radius, "chord": chord},
+        )
+    return x, y
+
+
+def _centre_by_offset(ip: Interpreter, block: Block, end: list[float], name: str) -> tuple[float, float]:
+    """Return the centre from I J K, and check that both ends are on one circle."""
+    state = ip.state
+    first, second, normal = state.plane_axes()
+    start = state.position
+    # I, J and K belong to X, Y and Z (or U, V and W).
+    wrong = _OFFSETS[normal % 3]
+    if wrong in block.words:
+        plane = (_LETTERS[first] + _LETTERS[second]).upper()
+        raise BlockError(
+            "arc-plane",
+            f"{wrong.upper()} given for an arc in the {plane} plane",
+            wrong.upper(),
+            hint=f"leave {wrong.upper()} out, or choose the plane of the arc: G17 XY, G18 ZX, G19 YZ",
+        )
+    centre = []
+    for axis in (first, second):
+        letter = _OFFSETS[axis % 3]
+        if state.arc_absolute:
+            if letter not in block.words:
+                raise BlockError(
+                    "arc-centre", f"{letter.upper()} is missing: G90.1 needs the whole centre", name
+                )
+            centre.append(block.words[letter])
+        else:
+            centre.append(start[axis] + block.words.get(letter, 0.0))
+    x, y = centre
+    check_radii(
+        math.hypot(x - start[first], y - start[second]),
+        math.hypot(x - end[first], y - end[second]),
+        state.inches,
+        next(letter.upper() for letter in _OFFSETS if letter in block.words),
+    )
+    return x, y
+
+
+def check_radii(at_start: float, at_end: float, inches: bool, word: str) -> None:
+    """Raise where the start and end radius of an arc differ by more than is accepted, or one is nothing."""
+    unit = "inch" if inches else "mm"
+    if min(at_start, at_end) < RADIUS_TOLERANCE[inches]:
+        raise BlockError(
+            "arc-zero-radius",
+            f"the centre is at the arc's {'start' if at_start <= at_end else 'end'}: "
+            f"r1 = {at_start:.4f}, r2 = {at_end:.4f} {unit}",
+            word,
+        )
+    gap = abs(at_start - at_end)
+    tolerance = CENTRE_TOLERANCE[inches]
+    allowed = min(max(tolerance, CENTRE_RELATIVE * max(at_start, at_end)), CENTRE_FACTOR * tolerance)
+    if gap > allowed:
+        raise BlockError(
+            "arc-radius",
+            f"start and end are not on one circle: r1 = {at_start:.3f}, r2 = {at_end:.3f}, "
+            f"difference {gap:.3f} > {allowed:.3f} {unit}",
+            word,
+            hint="is I J K meant from the start point (G91.1) or as coordinates (G90.1)?",
+            values={"start_radius": at_start, "end_radius": at_end, "difference": gap, "allowed": allowed},
+        )
+
+
+_WORDS = "xyzabcuvwijkrp@^"
+_SUMMONS = "xyzabcuvwijk@^"
+CODES = (
+    Code("G", 20, "motion", Stage.MOTION, clockwise, "arc or helix, clockwise", _WORDS, "motion", _SUMMONS),
+    Code(
+        "G",
+        30,
+        "motion",
+        Stage.MOTION,
+        counter_clockwise,
+        "arc or helix the other way",
+        _WORDS,
+        "motion",
+        _SUMMONS,
+    ),
+)

@@ -1,0 +1,411 @@
+"""Canned cycles of LinuxCNC: G73, G74, G81 to G89 (FANUC's are in `canned_cycles_fanuc`).
+
+A cycle is a hole: the tool goes across to the hole's place, down to R, and then does what the cycle is for. Words stay
+in force from block to block of the same cycle; only L (repeats) does not. "Across" is in the plane, "down" along its
+normal: the cycles work in G17, G18 and G19.
+
+Source: RS274/NGC Interpreter Version 3 (NISTIR 6556), 3.5.16, and LinuxCNC's manual, "Canned cycles".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Set
+from dataclasses import dataclass, field
+
+from cncgen.gcode.block import AXES, AXIS_INDEX, Block
+from cncgen.gcode.codes.lines import check_feed
+from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.state.modal import Stage
+from cncgen.toolpath.record import Event, PathMode
+
+#: How far above the bottom of the last peck the next one begins, by inches (mm and inch units).
+PECK_CLEARANCE = {False: 0.254, True: 0.010}
+#: Repeats beyond which a cycle counts as a mistake.
+MAX_REPEATS = 100_000
+#: Pecks of one hole beyond which Q counts as a mistake.
+MAX_PECKS = 100_000
+
+
+@dataclass(slots=True)
+class Sticky:
+    """What stays in force between blocks of cycles.
+
+    Attributes:
+        number: The cycle, in tenths.
+        words: Its words as programmed, by letter.
+        level: Where the tool was along the normal when the first of a row of cycles began.
+        dwell: The last P of any cycle; the tapping cycles, which need none, wait for it.
+        relative: Of FANUC's cycles, letters of `words` that were given in incremental mode.
+    """
+
+    number: int = 0
+    words: dict[str, float] = field(default_factory=dict)
+    level: float = 0.0
+    dwell: float = 0.0
+    relative: Set[str] = frozenset()
+
+
+@dataclass(slots=True)
+class Hole:
+    """A hole along the normal of the plane, and the moves that make it.
+
+    Attributes:
+        ip, block: The run and the block that the hole comes from.
+        normal: Column of the axis to drill along.
+        retract, bottom, clear: R, the bottom, and where the tool goes when the hole is done.
+        words: Words in force.
+        spindle: Index of the spindle (``$``).
+    """
+
+    ip: Interpreter
+    block: Block
+    normal: int
+    retract: float
+    bottom: float
+    clear: float
+    words: dict[str, float]
+    spindle: int
+
+    def _moved(self, changes: dict[int, float]) -> list[float]:
+        end = self.ip.state.position.copy()
+        for column, value in changes.items():
+            end[column] = value
+        self.ip.state.position = end
+        return end
+
+    def across(self, changes: dict[int, float]) -> None:
+        """Traverse on the axes given by column."""
+        self.ip.sink.straight_traverse(self._moved(changes))
+
+    def traverse(self, level: float) -> None:
+        """Traverse along the normal."""
+        self.across({self.normal: level})
+
+    def feed(self, level: float) -> None:
+        """Feed along the normal."""
+        check_feed(self.ip, self.block, f"G{self.ip.state.motion / 10:g}")
+        self.ip.sink.straight_feed(self._moved({self.normal: level}))
+
+    def dwell(self) -> None:
+        """Wait for P seconds."""
+        seconds = self.words["p"]
+        self.ip.sink.call(f"DWELL({seconds:.4f})", Event("dwell", True, seconds))
+
+    def turn(self, direction: int) -> None:
+        """Start or stop the spindle; the direction in force before the cycle stays noted."""
+        name = {
+            1: "START_SPINDLE_CLOCKWISE",
+            -1: "START_SPINDLE_COUNTERCLOCKWISE",
+            0: "STOP_SPINDLE_TURNING",
+        }[direction]
+        speed = self.ip.state.speed
+        self.ip.sink.set_spindle(speed, direction)
+        event = Event("spindle", True, values={"speed_rpm": speed, "direction": direction})
+        self.ip.sink.call(f"{name}({self.spindle})", event)
+
+
+# What each cycle does from R on.
+
+
+def _drill(hole: Hole) -> None:
+    hole.feed(hole.bottom)
+    hole.traverse(hole.clear)
+
+
+def _drill_dwell(hole: Hole) -> None:
+    hole.feed(hole.bottom)
+    hole.dwell()
+    hole.traverse(hole.clear)
+
+
+def _peck(hole: Hole, between: Callable[[float], None]) -> None:
+    """Go down in steps of Q, with `between` after each but the last."""
+    step = hole.words["q"]
+    if (hole.retract - hole.bottom) / step > MAX_PECKS:
+        raise BlockError("cycle-peck", f"Q{step:g} makes more than {MAX_PECKS} steps of one hole", "Q")
+    level = hole.retract - step
+    while level > hole.bottom:
+        hole.feed(level)
+        between(level)
+        level -= step
+    hole.feed(hole.bottom)
+    hole.traverse(hole.clear)
+
+
+def _break_chips(hole: Hole) -> None:
+    clearance = PECK_CLEARANCE[hole.ip.state.inches]
+    _peck(hole, lambda level: hole.traverse(level + clearance))
+
+
+def _peck_out(hole: Hole) -> None:
+    clearance = PECK_CLEARANCE[hole.ip.state.inches]
+
+    def between(level: float) -> None:
+        hole.traverse(hole.retract)
+        hole.traverse(level + clearance)
+
+    _peck(hole, between)
+
+
+def _tap(direction: int) -> Callable[[Hole], None]:
+    """Return the tapping cycle of a thread that is cut with the spindle turning in a direction."""
+
+    def run(hole: Hole) -> None:
+        state, sink = hole.ip.state, hole.ip.sink
+        number = f"G{state.motion / 10:g}"
+        if state.direction != direction:
+            is_ = "stands still" if state.direction == 0 else "turns the other way"
+            needed = "M3" if direction > 0 else "M4"
+            raise BlockError("cycle-spindle", f"the spindle {is_}: {number} needs {needed}", number)
+        sink.call("DISABLE_FEED_OVERRIDE()")
+        sink.call("DISABLE_SPEED_OVERRIDE(0)")
+        hole.feed(hole.bottom)
+        hole.turn(0)
+        hole.turn(-direction)
+        hole.dwell()
+        hole.feed(hole.clear)
+        hole.turn(0)
+        hole.turn(direction)
+        if state.feed_override:
+            sink.call("ENABLE_FEED_OVERRIDE()")
+        if state.speed_override:
+            sink.call("ENABLE_SPEED_OVERRIDE(0)")
+
+    return run
+
+
+def _bore_out(hole: Hole) -> None:
+    hole.feed(hole.bottom)
+    hole.feed(hole.retract)
+    hole.traverse(hole.clear)
+
+
+def _check_turning(hole: Hole) -> int:
+    direction = hole.ip.state.direction
+    if direction == 0:
+        number = f"G{hole.ip.state.motion / 10:g}"
+        raise BlockError("cycle-spindle", f"the spindle stands still: {number} needs M3 or M4", number)
+    return direction
+
+
+def _bore_stop(hole: Hole) -> None:
+    direction = _check_turning(hole)
+    hole.feed(hole.bottom)
+    hole.dwell()
+    hole.turn(0)
+    hole.traverse(hole.clear)
+    hole.turn(direction)
+
+
+def _back_bore(hole: Hole) -> None:
+    """Go through the hole beside its centre, bore back up to K, and come out the same way (NISTIR 6556, 3.5.16.9)."""
+    direction = _check_turning(hole)
+    state = hole.ip.state
+    columns = state.plane_axes()
+    offset = [hole.words[letter] for letter in _OFFSET_WORDS[state.plane][:2]]
+    middle = hole.words[_OFFSET_WORDS[state.plane][2]]
+    if not state.absolute:
+        middle += hole.bottom
+    centre = {column: state.position[column] for column in columns[:2]}
+    beside = {column: state.position[column] + by for column, by in zip(columns[:2], offset, strict=True)}
+
+    def orient() -> None:
+        hole.turn(0)
+        way = 2 if direction > 0 else 3
+        hole.ip.sink.call(
+            f"ORIENT_SPINDLE({hole.spindle}, {0.0:.4f}, {way})",
+            Event("spindle", True, values={"orient_deg": 0.0}),
+        )
+
+    hole.across(beside)
+    orient()
+    hole.traverse(hole.bottom)
+    hole.across(centre)
+    hole.turn(direction)
+    hole.feed(middle)
+    hole.feed(hole.bottom)
+    orient()
+    hole.across(beside)
+    hole.traverse(hole.clear)
+    hole.across(centre)
+    hole.turn(direction)
+
+
+def _bore_by_hand(hole: Hole) -> None:
+    """Stop at the bottom: the operator takes the tool out, to where the next move is reckoned from."""
+    direction = _check_turning(hole)
+    hole.feed(hole.bottom)
+    hole.dwell()
+    hole.turn(0)
+    hole.ip.sink.call("PROGRAM_STOP()", Event("stop", True, values={"kind": "retract by hand"}))
+    hole.turn(direction)
+    hole.ip.state.position[hole.normal] = hole.clear
+
+
+def _bore_dwell_out(hole: Hole) -> None:
+    hole.feed(hole.bottom)
+    hole.dwell()
+    hole.feed(hole.clear)
+
+
+@dataclass(frozen=True, slots=True)
+class Cycle:
+    """A cycle: what it does, the words that it needs beside R and the depth, and a line of help."""
+
+    run: Callable[[Hole], None]
+    needs: str
+    help: str
+    takes: str = ""
+
+
+CYCLES = {
+    730: Cycle(_break_chips, "q", "drill, breaking chips every Q"),
+    740: Cycle(_tap(-1), "", "tap, left-hand, with a dwell of P", "p$"),
+    810: Cycle(_drill, "", "drill"),
+    820: Cycle(_drill_dwell, "p", "drill, dwell for P"),
+    830: Cycle(_peck_out, "q", "drill, out of the hole every Q"),
+    840: Cycle(_tap(1), "", "tap, right-hand, with a dwell of P", "p$"),
+    850: Cycle(_bore_out, "", "bore, feed out"),
+    860: Cycle(_bore_stop, "p", "bore, dwell for P, stop the spindle, traverse out", "$"),
+    870: Cycle(_back_bore, "", "back bore: I J beside the centre, up to K", "ijk$"),
+    880: Cycle(_bore_by_hand, "p", "bore, dwell for P, stop for the operator", "$"),
+    890: Cycle(_bore_dwell_out, "p", "bore, dwell for P, feed out"),
+}
+#: Words of G87 by plane: beside the centre on the two axes of the plane, up to along its normal.
+_OFFSET_WORDS = {17: "ijk", 18: "kij", 19: "jki"}
+
+
+def _cycle(number: int) -> Handler:
+    def run(ip: Interpreter, block: Block) -> None:
+        sticky = _words_in_force(ip, block, number)
+        _check_block(ip, block, number)
+        _make_holes(ip, block, number, sticky)
+
+    return run
+
+
+def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
+    """Return the words of this block and those kept from the blocks of the same cycle before it."""
+    state = ip.state
+    sticky = state.cycle if isinstance(state.cycle, Sticky) else Sticky()
+    normal = state.plane_axes()[2]
+    if state.motion not in CYCLES:
+        sticky = Sticky(level=state.position[normal], dwell=sticky.dwell)
+    kept = sticky.words if sticky.number == number else {}
+    letters = "rpqijk" + AXES[normal]
+    words = {**kept, **{k: v for k, v in block.words.items() if k in letters}}
+    state.cycle = Sticky(number, words, sticky.level, words.get("p", sticky.dwell))
+    state.motion = number
+    return state.cycle
+
+
+_MEANINGS = {
+    "R": "R is the height that the hole begins at",
+    "Q": "Q is the depth of a step, or the way off the wall",
+    "P": "P is the dwell",
+    **dict.fromkeys("IJK", "I, J and K of G87 are the way beside the centre and the end of the bore"),
+}
+
+
+def words_hint(missing: list[str]) -> str:
+    """Return what the first missing word of a cycle is."""
+    return _MEANINGS.get(missing[0], f"{missing[0]} is the bottom of the hole")
+
+
+def _check_block(ip: Interpreter, block: Block, number: int) -> None:
+    """Raise where the words of a cycle are missing or wrong."""
+    state, name = ip.state, f"G{number / 10:g}"
+    if block.words.keys().isdisjoint("xyzuvw@^"):
+        raise BlockError("cycle-words", f"{name} has no axis word", name)
+    rotary = next((letter for letter in "abc" if letter in block.words), None)
+    if rotary:
+        raise BlockError("cycle-rotary", f"{name} cannot turn an axis: {rotary.upper()}", rotary.upper())
+    if state.feed_mode == 93:
+        raise BlockError("cycle-feed-mode", f"{name} needs G94 or G95, and G93 is in force", name)
+    check_feed(ip, block, name)
+    words = state.cycle.words if isinstance(state.cycle, Sticky) else {}
+    _demand(words, "r" + AXES[state.plane_axes()[2]] + ("ijk" if number == 870 else ""), name)
+
+
+def _demand(words: dict[str, float], needs: str, name: str) -> None:
+    """Raise where words are missing."""
+    missing = [letter.upper() for letter in needs if letter not in words]
+    if missing:
+        raise BlockError(
+            "cycle-words", f"{name} has no {' and no '.join(missing)}", name, hint=words_hint(missing)
+        )
+
+
+def _check_cut(number: int, words: dict[str, float]) -> None:
+    """Raise where a word of the cut itself is missing or wrong; LinuxCNC finds that when the tool is at R."""
+    name, needs = f"G{number / 10:g}", CYCLES[number].needs
+    _demand(words, needs, name)
+    if words.get("p", 0.0) < 0.0:
+        raise BlockError("dwell-negative", f"P{words['p']:g} of {name} is negative", "P")
+    if "q" in needs and words["q"] <= 0.0:
+        raise BlockError("cycle-peck", f"Q{words['q']:g} of {name} must be greater than 0", "Q")
+
+
+def _repeats(block: Block) -> int:
+    value = block.words.get("l", 1.0)
+    count = round(value)
+    if abs(value - count) > 1e-4 or not 1 <= count <= MAX_REPEATS:
+        raise BlockError("cycle-repeats", f"L{value:g} must be a whole number from 1 to {MAX_REPEATS}", "L")
+    return count
+
+
+def _make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> None:
+    """Go to R where the tool is below it, then make the holes, with the path exact meanwhile."""
+    state = ip.state
+    first, second, normal = state.plane_axes()
+    words, level = {"p": sticky.dwell, **sticky.words}, sticky.level
+    depth = AXES[normal]
+    base = 0.0 if state.absolute else level
+    retract = base + words["r"]
+    bottom = words[depth] if state.absolute else retract + words[depth]
+    if bottom > retract:
+        raise BlockError(
+            "cycle-depth",
+            f"the bottom, {depth.upper()} {bottom:.4f}, is above R {retract:.4f}",
+            "R" if "r" in block.words else depth.upper(),
+        )
+    clear = max(level, retract) if state.retract_old else retract
+    hole = Hole(ip, block, normal, retract, bottom, clear, words, max(round(block.words.get("$", 0.0)), 0))
+    count = _repeats(block)
+    if level < retract:
+        hole.traverse(retract)
+    exact = state.path_mode is PathMode.EXACT_PATH
+    if not exact:
+        ip.sink.set_motion_control_mode(PathMode.EXACT_PATH, None, None)
+    _check_cut(number, sticky.words)
+    step = Block({k: v for k, v in block.words.items() if AXIS_INDEX.get(k) != normal}, block.g)
+    for _ in range(count):
+        end = ip.end_point(step)
+        high = max(state.position[normal], retract, level if state.retract_old else retract)
+        hole.across({first: end[first], second: end[second], normal: high})
+        if high != retract:
+            hole.traverse(retract)
+        CYCLES[number].run(hole)
+    state.moved = True
+    if not exact:
+        ip.sink.set_motion_control_mode(state.path_mode, state.tolerance, state.naive)
+        if state.path_mode is PathMode.EXACT_STOP:
+            ip.sink.call(f"SET_NAIVECAM_TOLERANCE({state.naive or 0.0:.4f})")
+
+
+CODES = tuple(
+    Code(
+        "G",
+        number,
+        "motion",
+        Stage.MOTION,
+        _cycle(number),
+        cycle.help,
+        AXES + "@^rl" + cycle.needs + cycle.takes,
+        "motion",
+        dialects=("linuxcnc",),
+    )
+    for number, cycle in CYCLES.items()
+)

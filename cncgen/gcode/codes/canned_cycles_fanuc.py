@@ -1,0 +1,233 @@
+"""Canned cycles with FANUC's words: G73, G74, G76, G81 to G89 (B-63324EN, 13.1).
+
+What differs from LinuxCNC's: P is milliseconds and may be left out; K counts the repeats (K0 keeps the words and makes
+no hole; L is taken too); the words of a hole stay in force from cycle to cycle until G80 or a motion code; the tool goes
+across at the height where it is and then to R; G76 and G87 move away from the wall by Q, in the direction of the
+plane's first axis (parameter 5148 of the control). A block without an axis word or R makes no hole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from cncgen.gcode.block import AXES, AXIS_INDEX, Block
+from cncgen.gcode.codes.canned_cycles import CYCLES, MAX_REPEATS, Hole, Sticky, words_hint
+from cncgen.gcode.codes.lines import check_feed
+from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.state.modal import Stage
+from cncgen.toolpath.record import Event
+
+_LETTERS = "rpq"
+
+
+def _wait(hole: Hole) -> None:
+    """Wait for P, where it is given."""
+    if hole.words["p"] > 0.0:
+        hole.dwell()
+
+
+def _orient(hole: Hole) -> None:
+    """Stop the spindle at its angle."""
+    hole.turn(0)
+    call = f"ORIENT_SPINDLE({hole.spindle}, {0.0:.4f}, 0)"
+    hole.ip.sink.call(call, Event("spindle", True, values={"orient_deg": 0.0}))
+
+
+def _counter_bore(hole: Hole) -> None:
+    """G82: wait at the bottom."""
+    hole.feed(hole.bottom)
+    _wait(hole)
+    hole.traverse(hole.clear)
+
+
+def _tap(direction: int) -> Callable[[Hole], None]:
+    """Return the tapping cycle: down turning one way, out turning the other way."""
+
+    def run(hole: Hole) -> None:
+        hole.feed(hole.bottom)
+        _wait(hole)
+        hole.turn(-direction)
+        hole.feed(hole.retract)
+        _wait(hole)
+        hole.turn(direction)
+        hole.traverse(hole.clear)
+
+    return run
+
+
+def _shift(hole: Hole) -> tuple[dict[int, float], dict[int, float]]:
+    """Return the places across of the tool beside the hole and in it."""
+    first = hole.ip.state.plane_axes()[0]
+    middle = hole.ip.state.position[first]
+    return {first: middle + hole.words["q"]}, {first: middle}
+
+
+def _fine_bore(hole: Hole) -> None:
+    """G76: stop at the bottom, step off the wall by Q, come out without a mark."""
+    beside, within = _shift(hole)
+    hole.feed(hole.bottom)
+    _wait(hole)
+    _orient(hole)
+    hole.across(beside)
+    hole.traverse(hole.clear)
+    hole.across(within)
+    hole.turn(1)
+
+
+def _bore_stop(hole: Hole) -> None:
+    """G86: stop the spindle at the bottom, traverse out."""
+    hole.feed(hole.bottom)
+    hole.turn(0)
+    hole.traverse(hole.clear)
+    hole.turn(1)
+
+
+def _back_bore(hole: Hole) -> None:
+    """G87: go down beside the hole to R, bore upward to Z, come out beside it."""
+    beside, within = _shift(hole)
+    level = hole.ip.state.position[hole.normal]
+    _orient(hole)
+    hole.across(beside)
+    hole.traverse(hole.retract)
+    hole.across(within)
+    hole.turn(1)
+    hole.feed(hole.bottom)
+    _wait(hole)
+    _orient(hole)
+    hole.across(beside)
+    hole.traverse(level)
+    hole.across(within)
+    hole.turn(1)
+
+
+def _bore_by_hand(hole: Hole) -> None:
+    """G88: wait, stop the spindle and let the operator take the tool out."""
+    hole.feed(hole.bottom)
+    _wait(hole)
+    hole.turn(0)
+    hole.ip.sink.call("PROGRAM_STOP()", Event("stop", True, values={"kind": "retract by hand"}))
+    hole.traverse(hole.clear)
+    hole.turn(1)
+
+
+def _bore_wait(hole: Hole) -> None:
+    """G89: wait at the bottom, feed out to R."""
+    hole.feed(hole.bottom)
+    _wait(hole)
+    hole.feed(hole.retract)
+    hole.traverse(hole.clear)
+
+
+#: What each cycle does from R on (G87: from the start), whether it needs Q, and its line of help.
+_CYCLES: dict[int, tuple[Callable[[Hole], None], bool, str]] = {
+    730: (CYCLES[730].run, True, "drill, breaking chips every Q"),
+    740: (_tap(-1), False, "tap, left-hand"),
+    760: (_fine_bore, True, "bore, step off the wall by Q, traverse out"),
+    810: (CYCLES[810].run, False, "drill"),
+    820: (_counter_bore, False, "drill, dwell for P"),
+    830: (CYCLES[830].run, True, "drill, out of the hole every Q"),
+    840: (_tap(1), False, "tap, right-hand"),
+    850: (CYCLES[850].run, False, "bore, feed out"),
+    860: (_bore_stop, False, "bore, stop the spindle, traverse out"),
+    870: (_back_bore, True, "back bore from R up to Z, Q beside the hole on the way"),
+    880: (_bore_by_hand, False, "bore, dwell for P, stop for the operator"),
+    890: (_bore_wait, False, "bore, dwell for P, feed out"),
+}
+_BACK = 870
+
+
+def _cycle(number: int) -> Handler:
+    def run(ip: Interpreter, block: Block) -> None:
+        sticky = _words_in_force(ip, block, number)
+        if not block.words.keys().isdisjoint("xyzuvwr"):
+            _check_words(ip, block, number, sticky.words)
+            _make_holes(ip, block, number, sticky)
+
+    return run
+
+
+def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
+    """Return the words of this block and those kept since the first cycle of the row."""
+    state = ip.state
+    normal = state.plane_axes()[2]
+    sticky = state.cycle if isinstance(state.cycle, Sticky) and state.motion in _CYCLES else None
+    if sticky is None:
+        state.under = state.motion if state.motion in (0, 10, 20, 30) else 0
+        sticky = Sticky(level=state.position[normal])
+    given = {k: v for k, v in block.words.items() if k in _LETTERS + AXES[normal]}
+    relative = sticky.relative - given.keys() if state.absolute else sticky.relative | given.keys()
+    state.cycle = Sticky(number, {**sticky.words, **given}, sticky.level, relative=relative)
+    state.motion = number
+    return state.cycle
+
+
+def _check_words(ip: Interpreter, block: Block, number: int, words: dict[str, float]) -> None:
+    """Raise where the words of a hole are missing or wrong."""
+    name = f"G{number // 10}"
+    check_feed(ip, block, name)
+    needs = "r" + AXES[ip.state.plane_axes()[2]] + ("q" if _CYCLES[number][1] else "")
+    missing = [letter.upper() for letter in needs if letter not in words]
+    if missing:
+        raise BlockError(
+            "cycle-words", f"{name} has no {' and no '.join(missing)}", name, hint=words_hint(missing)
+        )
+    if words.get("p", 0.0) < 0.0:
+        raise BlockError("dwell-negative", f"P{words['p']:g} of {name} is negative", "P")
+    if "q" in needs and words["q"] <= 0.0:
+        raise BlockError("cycle-peck", f"Q{words['q']:g} of {name} must be greater than 0", "Q")
+
+
+def _repeats(block: Block) -> int:
+    letter = "k" if "k" in block.words else "l"
+    value = block.words.get(letter, 1.0)
+    if value != round(value) or not 0 <= value <= MAX_REPEATS:
+        raise BlockError(
+            "cycle-repeats",
+            f"{letter.upper()}{value:g} must be a whole number from 0 to {MAX_REPEATS}",
+            letter.upper(),
+        )
+    return round(value)
+
+
+def _make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> None:
+    state = ip.state
+    first, second, normal = state.plane_axes()
+    depth = AXES[normal]
+    words = {**sticky.words, "p": sticky.words.get("p", 0.0) / 1000.0}
+    # R and the depth mean what they meant in the block that gave them, whatever mode is in force now.
+    retract = words["r"] + (sticky.level if "r" in sticky.relative else 0.0)
+    bottom = words[depth] + (retract if depth in sticky.relative else 0.0)
+    if (bottom > retract) != (number == _BACK) and bottom != retract:
+        raise BlockError(
+            "cycle-depth",
+            f"the bottom, {depth.upper()} {bottom:.4f}, is on the wrong side of R {retract:.4f}",
+            "R" if "r" in block.words else depth.upper(),
+        )
+    clear = max(sticky.level, retract) if state.retract_old else retract
+    hole = Hole(ip, block, normal, retract, bottom, clear, words, 0)
+    step = Block({k: v for k, v in block.words.items() if AXIS_INDEX.get(k) != normal}, block.g)
+    for _ in range(_repeats(block)):
+        end = ip.end_point(step)
+        hole.across({first: end[first], second: end[second]})
+        if number != _BACK:
+            hole.traverse(retract)
+        _CYCLES[number][0](hole)
+    state.moved = True
+
+
+CODES = tuple(
+    Code(
+        "G",
+        number,
+        "motion",
+        Stage.MOTION,
+        _cycle(number),
+        text,
+        AXES + "rpqkl",
+        "motion",
+        dialects=("fanuc",),
+    )
+    for number, (_, _, text) in _CYCLES.items()
+)

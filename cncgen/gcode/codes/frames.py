@@ -1,0 +1,280 @@
+"""FANUC's frames within a program: scaling G51, mirror images G51.1, rotation G68; polar coordinates G16.
+
+The interpreter goes on in programmed coordinates; a `FramedSink` between it and the sink turns what it calls into
+work coordinates: ``work = rotation (scaling (mirror (programmed)))``, the order of the manuals (B-63324EN, 14.6-14.9).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from cncgen.diagnostics import Severity
+from cncgen.gcode.block import AXIS_INDEX, Block
+from cncgen.gcode.codes.polar import polar_from
+from cncgen.gcode.codes.table import Code
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
+from cncgen.gcode.state.modal import PLANE_AXES, Stage
+
+_FANUC = ("fanuc",)
+#: Factors of scaling from here on are in thousandths.
+_THOUSANDTHS = 100.0
+
+
+@dataclass(slots=True)
+class Frame:
+    """What is in force, in programmed coordinates of X Y Z.
+
+    Attributes:
+        mirror: Coordinate of the mirror by column.
+        scale: Factor by column, about `scale_centre`.
+        angle: Degrees, about `turn_centre`, in the plane of `plane`.
+    """
+
+    mirror: dict[int, float] = field(default_factory=dict)
+    scale: list[float] = field(default_factory=lambda: [1.0, 1.0, 1.0])
+    scale_centre: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    angle: float = 0.0
+    turn_centre: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    plane: int = 17
+
+    def idle(self) -> bool:
+        """Tell whether nothing is changed."""
+        return not self.mirror and self.scale == [1.0, 1.0, 1.0] and self.angle == 0.0
+
+    def has(self, part: str) -> bool:
+        """Tell whether a part (``mirror``, ``scale`` or ``angle``) changes anything."""
+        return bool(getattr(self, part) != getattr(Frame(), part))
+
+    def to_work(self, point: Point) -> Point:
+        """Return work coordinates of a programmed point."""
+        out = list(point)
+        for axis, at in self.mirror.items():
+            out[axis] = 2.0 * at - out[axis]
+        for axis in range(3):
+            out[axis] = self.scale_centre[axis] + (out[axis] - self.scale_centre[axis]) * self.scale[axis]
+        self._turn(out, self.angle)
+        return out
+
+    def to_programmed(self, point: Point) -> Point:
+        """Return the programmed point of work coordinates: the inverse of `to_work`."""
+        out = list(point)
+        self._turn(out, -self.angle)
+        for axis in range(3):
+            out[axis] = self.scale_centre[axis] + (out[axis] - self.scale_centre[axis]) / self.scale[axis]
+        for axis, at in self.mirror.items():
+            out[axis] = 2.0 * at - out[axis]
+        return out
+
+    def _turn(self, point: Point, degrees: float) -> None:
+        if degrees == 0.0:
+            return
+        first, second, _ = PLANE_AXES[self.plane]
+        c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+        x, y = point[first] - self.turn_centre[first], point[second] - self.turn_centre[second]
+        point[first] = self.turn_centre[first] + c * x - s * y
+        point[second] = self.turn_centre[second] + s * x + c * y
+
+    def flips(self, plane: int) -> bool:
+        """Tell whether arcs of a plane turn the other way; raise where they are no arcs any more."""
+        first, second, normal = PLANE_AXES[plane]
+        if abs(self.scale[first]) != abs(self.scale[second]):
+            raise BlockError(
+                "arc-scaled",
+                f"an arc under unequal scaling ({self.scale[first]:g}, {self.scale[second]:g}) is none",
+                "",
+                hint="scale both axes of the plane alike, or write lines",
+            )
+        if self.angle and normal != PLANE_AXES[self.plane][2]:
+            raise BlockError(
+                "arc-turned",
+                f"an arc of G{plane} under a rotation in G{self.plane} leaves its plane",
+                "",
+                hint="G69 ends the rotation",
+            )
+        sign = math.copysign(1.0, self.scale[first]) * math.copysign(1.0, self.scale[second])
+        for axis in (first, second):
+            sign = -sign if axis in self.mirror else sign
+        return sign < 0.0
+
+
+class FramedSink(PassingSink):
+    """Passes calls on to `inner` with their positions in work coordinates."""
+
+    def __init__(self, inner: Sink, frame: Frame) -> None:
+        super().__init__(inner)
+        self.frame = frame
+
+    def straight_traverse(self, end: Point) -> None:
+        """Move."""
+        self.inner.straight_traverse(self.frame.to_work(end))
+
+    def straight_feed(self, end: Point) -> None:
+        """Move."""
+        self.inner.straight_feed(self.frame.to_work(end))
+
+    def straight_probe(self, end: Point) -> None:
+        """Move."""
+        self.inner.straight_probe(self.frame.to_work(end))
+
+    def rigid_tap(self, end: Point, pitch: float) -> None:
+        """Move."""
+        self.inner.rigid_tap(self.frame.to_work(end), pitch)
+
+    def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
+        """Move; a mirrored arc turns the other way."""
+        a, b, _ = PLANE_AXES[plane]
+        centre = list(end)
+        centre[a], centre[b] = first, second
+        centre = self.frame.to_work(centre)
+        turns = -turns if self.frame.flips(plane) else turns
+        self.inner.arc_feed(self.frame.to_work(end), centre[a], centre[b], turns, plane)
+
+    def nurbs_feed(self, curve: Curve) -> None:
+        """Move: control points are carried along, weights and knots stay."""
+        points = [self.frame.to_work(list(point)) for point in curve.points]
+        self.inner.nurbs_feed(Curve(curve.degree, points, curve.weights, curve.knots))
+
+    def place(self, position: Point) -> None:
+        """Stand somewhere."""
+        self.inner.place(self.frame.to_work(position))
+
+
+def _change(ip: Interpreter, frame: Frame) -> None:
+    """Put another frame in force; the tool stays where it is in work coordinates."""
+    if ip.state.compensation != 40:
+        raise BlockError(
+            "frame-compensation", "a frame cannot change under cutter compensation", "", hint="use G40"
+        )
+    old = ip.sink.frame if isinstance(ip.sink, FramedSink) else Frame()
+    inner = ip.sink.inner if isinstance(ip.sink, FramedSink) else ip.sink
+    work = old.to_work(ip.state.position)
+    ip.sink = inner if frame.idle() else FramedSink(inner, frame)
+    ip.state.position = frame.to_programmed(work)
+
+
+def _current(ip: Interpreter) -> Frame:
+    """Return a copy of the frame in force."""
+    if not isinstance(ip.sink, FramedSink):
+        return Frame()
+    f = ip.sink.frame
+    return Frame(dict(f.mirror), list(f.scale), list(f.scale_centre), f.angle, list(f.turn_centre), f.plane)
+
+
+def _point(ip: Interpreter, block: Block) -> list[float]:
+    """Return X Y Z of a block, the position where one is not given."""
+    return [block.words.get(letter, ip.state.position[k]) for k, letter in enumerate("xyz")]
+
+
+def _factor(ip: Interpreter, letter: str, value: float) -> float:
+    """Return a factor of G51: from 100 on it is in thousandths, as controls count that take no decimal point in it."""
+    if abs(value) < _THOUSANDTHS:
+        return value
+    message = f"{letter.upper()}{value:g} of G51 is read as thousandths: a factor of {value / 1000.0:g}"
+    ip.warn(
+        BlockError("scale-thousandths", message, letter.upper(), hint="factors below 100 are as written"),
+        Severity.NOTE,
+    )
+    return value / 1000.0
+
+
+def scaling(ip: Interpreter, block: Block) -> None:
+    """G51 X Y Z P, or I J K: scale about a point, in all axes or each by its own factor."""
+    words = {letter: _factor(ip, letter, value) for letter, value in block.words.items() if letter in "pijk"}
+    factors = [words.get(letter, words.get("p", 1.0)) for letter in "ijk"]
+    if not words:
+        raise BlockError(
+            "scale-missing", "G51 has no factor P (or I J K)", "G51", hint="G51 X0 Y0 P2 doubles"
+        )
+    if 0.0 in factors:
+        zero = next(letter for letter in "pijk" if words.get(letter) == 0.0)
+        raise BlockError("scale-missing", "G51 with a factor of 0", zero.upper(), hint="G50 ends the scaling")
+    frame = _current(ip)
+    frame.scale, frame.scale_centre = factors, _point(ip, block)
+    _change(ip, frame)
+
+
+def no_scaling(ip: Interpreter, block: Block) -> None:
+    """G50."""
+    frame = _current(ip)
+    frame.scale, frame.scale_centre = [1.0] * 3, [0.0] * 3
+    _change(ip, frame)
+
+
+def mirror(ip: Interpreter, block: Block) -> None:
+    """G51.1 X Y Z: mirror about these coordinates."""
+    frame = _current(ip)
+    axes = [(AXIS_INDEX[letter], value) for letter, value in block.words.items() if letter in "xyz"]
+    if not axes:
+        raise BlockError("axis-missing", "G51.1 has no axis word", "G51.1", hint="G51.1 X0 mirrors X about 0")
+    frame.mirror.update(axes)
+    _change(ip, frame)
+
+
+def no_mirror(ip: Interpreter, block: Block) -> None:
+    """G50.1 X Y Z: end the mirror images of these axes, or all of them."""
+    frame = _current(ip)
+    axes = [AXIS_INDEX[letter] for letter in block.words if letter in "xyz"] or list(frame.mirror)
+    for axis in axes:
+        frame.mirror.pop(axis, None)
+    _change(ip, frame)
+
+
+def rotation(ip: Interpreter, block: Block) -> None:
+    """G68 X Y R: turn the plane about a point."""
+    if "r" not in block.words:
+        raise BlockError("rotation-angle", "G68 has no angle R", "G68", hint="G68 X0 Y0 R30, in degrees")
+    frame = _current(ip)
+    frame.angle, frame.turn_centre, frame.plane = block.words["r"], _point(ip, block), ip.state.plane
+    _change(ip, frame)
+
+
+def no_rotation(ip: Interpreter, block: Block) -> None:
+    """G69."""
+    frame = _current(ip)
+    frame.angle, frame.turn_centre = 0.0, [0.0] * 3
+    _change(ip, frame)
+
+
+def polar_on(ip: Interpreter, block: Block) -> None:
+    """G16: the plane's first axis word is a radius, the second an angle."""
+    ip.state.polar = polar_from(ip.state)
+
+
+def polar_off(ip: Interpreter, block: Block) -> None:
+    """G15."""
+    ip.state.polar = None
+
+
+CODES = (
+    Code("G", 500, "scaling", Stage.COORDINATES, no_scaling, "no scaling", dialects=_FANUC),
+    Code(
+        "G",
+        510,
+        "scaling",
+        Stage.REFERENCE,
+        scaling,
+        "scaling by P, or I J K",
+        "xyzpijk",
+        "own",
+        dialects=_FANUC,
+    ),
+    Code("G", 501, "mirror", Stage.REFERENCE, no_mirror, "no mirror image", "xyz", "own", dialects=_FANUC),
+    Code("G", 511, "mirror", Stage.REFERENCE, mirror, "mirror image", "xyz", "own", dialects=_FANUC),
+    Code(
+        "G",
+        680,
+        "rotation",
+        Stage.REFERENCE,
+        rotation,
+        "rotation by R degrees",
+        "xyzr",
+        "own",
+        dialects=_FANUC,
+    ),
+    Code("G", 690, "rotation", Stage.COORDINATES, no_rotation, "no rotation", dialects=_FANUC),
+    Code("G", 160, "polar", Stage.DISTANCE, polar_on, "polar coordinates", dialects=_FANUC),
+    Code("G", 150, "polar", Stage.DISTANCE, polar_off, "no polar coordinates", dialects=_FANUC),
+)

@@ -1,0 +1,158 @@
+"""G28 and G30: to the reference points, by way of the point in the block; G28.1 and G30.1 set them; G29 leads back."""
+
+from __future__ import annotations
+
+from cncgen.gcode.block import AXES, Block
+from cncgen.gcode.codes.lines import has_axis
+from cncgen.gcode.codes.offsets import given_axes
+from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.state.modal import Stage
+from cncgen.gcode.state.parameters import HOME_28, HOME_30
+
+
+def _go(first: int) -> Handler:
+    def run(ip: Interpreter, block: Block) -> None:
+        axes = {index for index, _ in given_axes(block)} if has_axis(block) else set(range(len(AXES)))
+        _by_way(ip, block, axes, first)
+
+    return run
+
+
+def _by_way(ip: Interpreter, block: Block, axes: set[int], first: int) -> None:
+    """Traverse to the point in the block, then these axes to the reference point that begins at a parameter.
+
+    In a rotated coordinate system the axes are the machine's on a FANUC control, the program's in LinuxCNC.
+    """
+    state = ip.state
+    between = ip.end_point(block)
+    ip.sink.straight_traverse(between)
+    state.position = between
+    home = ip.parameters.offset(first, ip.table_scale())
+    if ip.dialect == "fanuc":
+        machine = ip.machine_position()
+        end = ip.from_machine([home[k] if k in axes else value for k, value in enumerate(machine)])
+    else:
+        end = [home_k if k in axes else between[k] for k, home_k in enumerate(ip.from_machine(home))]
+    ip.sink.straight_traverse(end)
+    state.position, state.moved = end, True
+
+
+def _set(first: int) -> Handler:
+    def run(ip: Interpreter, block: Block) -> None:
+        ip.parameters.set_offset(first, ip.machine_position(), ip.table_scale())
+
+    return run
+
+
+def first_point(ip: Interpreter, block: Block) -> None:
+    """G28 of FANUC: the axes of the block to the first reference point."""
+    _named_axes(ip, block, "G28", HOME_28)
+
+
+def other_point(ip: Interpreter, block: Block) -> None:
+    """G30 P of FANUC: the axes of the block to the second reference point (P3 and P4 are not described)."""
+    number = block.words.get("p", 2.0)
+    if number != 2.0:
+        raise BlockError(
+            "reference-point",
+            f"there is no reference point {number:g}: the second alone is known",
+            "P",
+            hint=f"its place is in parameters #{HOME_30} and after; use G30 P2, or G53",
+        )
+    _named_axes(ip, block, "G30", HOME_30)
+
+
+def _named_axes(ip: Interpreter, block: Block, name: str, first: int) -> None:
+    axes = {index for index, _ in given_axes(block)}
+    if not axes:
+        raise BlockError(
+            "axis-missing", f"{name} has no axis word", name, hint=f"G91 {name} Z0 moves Z alone"
+        )
+    ip.state.between = ip.end_point(block)
+    _by_way(ip, block, axes, first)
+
+
+def from_reference(ip: Interpreter, block: Block) -> None:
+    """G29 of FANUC: the axes of the block to the point where the last G28 or G30 went by, and on to their words."""
+    state = ip.state
+    axes = given_axes(block)
+    if state.between is None:
+        raise BlockError(
+            "reference-point",
+            "G29 with no G28 or G30 before it: the point on its way is not known",
+            "G29",
+            hint="use G0",
+        )
+    if not axes:
+        raise BlockError("axis-missing", "G29 has no axis word", "G29", hint="G29 X10 leads X back to 10")
+    between, end = state.position.copy(), state.position.copy()
+    for index, value in axes:
+        between[index] = state.between[index]
+        end[index] = value if state.absolute else between[index] + value
+    for point in (between, end):
+        ip.sink.straight_traverse(point)
+    state.position, state.moved = end, True
+
+
+_LINUXCNC, _FANUC = ("linuxcnc",), ("fanuc",)
+CODES = (
+    Code(
+        "G",
+        280,
+        "non-modal",
+        Stage.REFERENCE,
+        _go(HOME_28),
+        "to reference point 1",
+        AXES,
+        "own",
+        dialects=_LINUXCNC,
+    ),
+    Code(
+        "G",
+        280,
+        "non-modal",
+        Stage.REFERENCE,
+        first_point,
+        "to reference point 1",
+        AXES,
+        "own",
+        dialects=_FANUC,
+    ),
+    Code("G", 281, "non-modal", Stage.REFERENCE, _set(HOME_28), "set reference point 1"),
+    Code(
+        "G",
+        290,
+        "non-modal",
+        Stage.REFERENCE,
+        from_reference,
+        "by way of the point of the last G28 or G30",
+        AXES,
+        "own",
+        dialects=_FANUC,
+    ),
+    Code(
+        "G",
+        300,
+        "non-modal",
+        Stage.REFERENCE,
+        _go(HOME_30),
+        "to reference point 2",
+        AXES,
+        "own",
+        dialects=_LINUXCNC,
+    ),
+    Code(
+        "G",
+        300,
+        "non-modal",
+        Stage.REFERENCE,
+        other_point,
+        "to reference point P (2 where it is left out)",
+        AXES + "p",
+        "own",
+        dialects=_FANUC,
+    ),
+    Code("G", 301, "non-modal", Stage.REFERENCE, _set(HOME_30), "set reference point 2"),
+)

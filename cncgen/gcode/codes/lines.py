@@ -1,0 +1,112 @@
+"""G0 and G1: straight motions. G53 and G80."""
+
+from __future__ import annotations
+
+import math
+
+from cncgen.gcode.block import AXIS_INDEX, Block
+from cncgen.gcode.codes.table import Code
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.state.modal import NO_MOTION, Stage
+
+_WORDS = "xyzabcuvw@^"
+
+
+def check_feed(ip: Interpreter, block: Block, name: str) -> None:
+    """Raise where a feed motion has no feed."""
+    state = ip.state
+    if state.feed_mode == 93:
+        if "f" not in block.words:
+            raise BlockError(
+                "feed-missing", f"{name} in inverse time mode (G93) needs F in its own block", name
+            )
+        if state.feed == 0.0:
+            raise BlockError("feed-zero", "F0 in inverse time mode (G93) would take for ever", "F")
+    elif state.feed == 0.0:
+        raise BlockError(
+            "feed-missing", f"{name} with no feed rate: F was not given or is 0", name, hint="add an F word"
+        )
+    elif state.feed_mode == 95 and (
+        state.speed == 0.0 or (state.direction == 0 and not ip.options.stand_alone)
+    ):
+        raise BlockError(
+            "spindle-stopped", f"{name} with feed per revolution (G95), but the spindle does not turn", name
+        )
+
+
+def has_axis(block: Block) -> bool:
+    """Tell whether the block has an axis word."""
+    return not AXIS_INDEX.keys().isdisjoint(block.words) or "@" in block.words or "^" in block.words
+
+
+def traverse(ip: Interpreter, block: Block) -> None:
+    """G0."""
+    ip.state.motion = 0
+    end = ip.end_point(block)
+    ip.sink.straight_traverse(end)
+    ip.state.position = end
+    ip.state.moved = True
+
+
+def feed(ip: Interpreter, block: Block) -> None:
+    """G1."""
+    state = ip.state
+    state.motion = 10
+    if state.feed_mode != 94 or state.feed == 0.0:
+        check_feed(ip, block, "G1")
+    end = ip.end_point(block)
+    if state.feed_mode == 93:
+        ip.sink.set_inverse_time(state.feed, _length(state.position, end))
+    ip.sink.straight_feed(end)
+    state.position = end
+    state.moved = True
+
+
+def _length(start: list[float], end: list[float]) -> float:
+    """Return the length of a line in X Y Z, or of its rotary part where they stand still."""
+    return math.dist(start[:3], end[:3]) or math.dist(start[3:6], end[3:6])
+
+
+def cancel(ip: Interpreter, block: Block) -> None:
+    """G80."""
+    ip.state.motion = NO_MOTION
+    ip.sink.call('COMMENT("interpreter: motion mode set to none")')
+
+
+def cancel_cycle(ip: Interpreter, block: Block) -> None:
+    """G80 of FANUC: end of a canned cycle; the motion code before it is in force again."""
+    state = ip.state
+    if state.cycle is not None:
+        state.motion, state.cycle = state.under, None
+
+
+def machine_coordinates(ip: Interpreter, block: Block) -> None:
+    """G53: told to the motion by its presence (`Interpreter.end_point`)."""
+
+
+CODES = (
+    Code("G", 530, "non-modal", Stage.REFERENCE, machine_coordinates, "axis words are machine coordinates"),
+    Code("G", 0, "motion", Stage.MOTION, traverse, "traverse at the machine's own speed", _WORDS, "motion"),
+    Code("G", 10, "motion", Stage.MOTION, feed, "straight feed", _WORDS, "motion"),
+    Code(
+        "G",
+        800,
+        "motion",
+        Stage.MOTION,
+        cancel,
+        "no motion mode: end of a canned cycle",
+        "",
+        "motion",
+        dialects=("linuxcnc",),
+    ),
+    Code(
+        "G",
+        800,
+        "canned cycle",
+        Stage.REFERENCE,
+        cancel_cycle,
+        "end of a canned cycle: G0 to G3 before it is in force again",
+        dialects=("fanuc",),
+    ),
+)

@@ -1,0 +1,158 @@
+"""Modes that only change how later blocks are read: plane, units, distance, path, retraction."""
+
+from __future__ import annotations
+
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.state.modal import Stage
+from cncgen.toolpath.record import PathMode
+from cncgen.units import INCH
+
+#: Columns that are lengths: X Y Z and U V W.
+LENGTHS = (0, 1, 2, 6, 7, 8)
+
+
+def _plane(number: int) -> Handler:
+    def run(ip: Interpreter, block: Block) -> None:
+        ip.state.plane = number
+        ip.sink.select_plane(number)
+
+    return run
+
+
+def _units(inches: bool) -> Handler:
+    def run(ip: Interpreter, block: Block) -> None:
+        ip.sink.use_length_units(inches)
+        state = ip.state
+        if state.inches != inches:
+            state.inches = inches
+            factor = 1.0 / INCH if inches else INCH
+            vectors = [state.position, state.origin, state.g92, state.local]
+            if not ip.options.stand_alone:
+                vectors.append(state.tool_offset)
+            for vector in vectors:
+                for index in LENGTHS:
+                    vector[index] *= factor
+
+    return run
+
+
+def _distance(absolute: bool) -> Handler:
+    def run(ip: Interpreter, block: Block) -> None:
+        if ip.state.absolute != absolute:
+            ip.state.absolute = absolute
+            kind = "absolute" if absolute else "incremental"
+            ip.sink.call(f'COMMENT("interpreter: distance mode changed to {kind}")')
+
+    return run
+
+
+def _arc_distance(absolute: bool) -> Handler:
+    def run(ip: Interpreter, block: Block) -> None:
+        if ip.state.arc_absolute != absolute:
+            ip.state.arc_absolute = absolute
+            kind = "absolute" if absolute else "incremental"
+            ip.sink.call(f'COMMENT("interpreter: IJK distance mode changed to {kind}")')
+
+    return run
+
+
+def _exact(mode: PathMode) -> Handler:
+    def run(ip: Interpreter, block: Block) -> None:
+        ip.state.path_mode, ip.state.tolerance = mode, None
+        ip.sink.set_motion_control_mode(mode, None, None)
+
+    return run
+
+
+def continuous(ip: Interpreter, block: Block) -> None:
+    """G64: P is the path tolerance, Q that of joining collinear lines (P where it is not given)."""
+    tolerance, naive = block.words.get("p"), block.words.get("q")
+    for letter, value in (("P", tolerance), ("Q", naive)):
+        if value is not None and value < 0.0:
+            raise BlockError("negative-tolerance", f"{letter}{value:g} of G64 is negative", letter)
+    state = ip.state
+    state.path_mode, state.tolerance = PathMode.CONTINUOUS, tolerance
+    state.naive = tolerance if naive is None else naive
+    ip.sink.set_motion_control_mode(PathMode.CONTINUOUS, tolerance, naive)
+
+
+def cutting(ip: Interpreter, block: Block) -> None:
+    """G62 and G63 of FANUC: continuous, with the machine's tolerance; their overrides are not modelled."""
+    ip.state.path_mode, ip.state.tolerance = PathMode.CONTINUOUS, None
+    ip.sink.set_motion_control_mode(PathMode.CONTINUOUS, None, None)
+
+
+def stop_once(ip: Interpreter, block: Block) -> None:
+    """G9 of FANUC: stop exactly at the end of this block."""
+    ip.sink.set_motion_control_mode(PathMode.EXACT_STOP, None, None)
+
+
+def go_on(ip: Interpreter, block: Block) -> None:
+    """Take up the path mode in force after G9."""
+    state = ip.state
+    ip.sink.set_motion_control_mode(state.path_mode, state.tolerance, state.naive)
+
+
+def _retract(old: bool) -> Handler:
+    def run(ip: Interpreter, block: Block) -> None:
+        ip.state.retract_old = old
+        ip.sink.call(f'COMMENT("interpreter: retract mode set to {"old_z" if old else "r_plane"}")')
+
+    return run
+
+
+CODES = (
+    Code("G", 170, "plane", Stage.PLANE, _plane(17), "plane XY"),
+    Code("G", 180, "plane", Stage.PLANE, _plane(18), "plane ZX"),
+    Code("G", 190, "plane", Stage.PLANE, _plane(19), "plane YZ"),
+    Code("G", 171, "plane", Stage.PLANE, _plane(171), "plane UV"),
+    Code("G", 181, "plane", Stage.PLANE, _plane(181), "plane WU"),
+    Code("G", 191, "plane", Stage.PLANE, _plane(191), "plane VW"),
+    Code("G", 200, "units", Stage.UNITS, _units(True), "lengths in inches"),
+    Code("G", 210, "units", Stage.UNITS, _units(False), "lengths in millimetres"),
+    Code("G", 900, "distance", Stage.DISTANCE, _distance(True), "axis words are coordinates"),
+    Code(
+        "G", 910, "distance", Stage.DISTANCE, _distance(False), "axis words are distances from the last point"
+    ),
+    Code("G", 901, "arc distance", Stage.DISTANCE, _arc_distance(True), "I J K are coordinates"),
+    Code(
+        "G", 911, "arc distance", Stage.DISTANCE, _arc_distance(False), "I J K are distances from the start"
+    ),
+    Code("G", 610, "path", Stage.PATH, _exact(PathMode.EXACT_PATH), "exact path", dialects=("linuxcnc",)),
+    Code(
+        "G",
+        611,
+        "path",
+        Stage.PATH,
+        _exact(PathMode.EXACT_STOP),
+        "exact stop at the end of each motion",
+        dialects=("linuxcnc",),
+    ),
+    Code(
+        "G",
+        610,
+        "path",
+        Stage.PATH,
+        _exact(PathMode.EXACT_STOP),
+        "exact stop at the end of each motion",
+        dialects=("fanuc",),
+    ),
+    Code("G", 620, "path", Stage.PATH, cutting, "automatic corner override: as G64", dialects=("fanuc",)),
+    Code("G", 630, "path", Stage.PATH, cutting, "tapping mode: as G64", dialects=("fanuc",)),
+    Code(
+        "G",
+        90,
+        "exact stop",
+        Stage.PATH,
+        stop_once,
+        "exact stop at the end of this block",
+        dialects=("fanuc",),
+        after=go_on,
+    ),
+    Code("G", 640, "path", Stage.PATH, continuous, "continuous path within P", "pq"),
+    Code("G", 980, "retract", Stage.RETRACT, _retract(True), "canned cycles retract to where they began"),
+    Code("G", 990, "retract", Stage.RETRACT, _retract(False), "canned cycles retract to R"),
+)

@@ -1,0 +1,244 @@
+"""Coordinate systems and tool data of FANUC: G54.1, G10 and G11, G52, G92 and G92.1 (B-63324EN, 7.2, 7.3, 14.4)."""
+
+from __future__ import annotations
+
+from cncgen.diagnostics import Severity
+from cncgen.gcode.block import AXES, Block
+from cncgen.gcode.codes.offsets import given_axes, set_g92, use_system
+from cncgen.gcode.codes.table import Code
+from cncgen.gcode.codes.tools import whole
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.state.modal import Stage
+from cncgen.gcode.state.systems import EXTERNAL, MORE_COUNT, SYSTEM_COUNT, first_parameter, load_system
+
+#: What G10 L sets that is of no use without the control.
+_DATA = {3: "tool life data", 50: "parameters of the control", 52: "parameters of the control"}
+_KINDS = "L2 P1 to P6 set G54 to G59, L20 P sets G54.1 P, L10 to L13 P R set a tool's length, its wear, radius, its wear"
+
+
+def use_additional(ip: Interpreter, block: Block) -> None:
+    """G54.1 P, which may be written G54 P."""
+    number = whole(block, "p", "G54.1") if "p" in block.words else 1
+    if not 1 <= number <= MORE_COUNT:
+        raise BlockError(
+            "system-number",
+            f"there is no coordinate system G54.1 P{number} (1 to {MORE_COUNT})",
+            "P",
+            hint=f"the additional systems are G54.1 P1 to P{MORE_COUNT}",
+        )
+    use_system(ip, SYSTEM_COUNT + number)
+
+
+def first_system(ip: Interpreter, block: Block) -> None:
+    """G54; with P it is G54.1."""
+    if "p" in block.words:
+        use_additional(ip, block)
+    else:
+        use_system(ip, 1)
+
+
+def set_data(ip: Interpreter, block: Block) -> None:
+    """G10: L2 P sets G54 to G59 or (P0) the shift of them all, L20 P sets G54.1 P, L10 to L13 (L1 is L11) a tool.
+
+    L50 and other data of the control begin a table that G11 ends.
+    """
+    if "l" not in block.words:
+        raise BlockError("g10-words", "G10 has no L: what should be set?", "G10", hint=_KINDS)
+    kind = whole(block, "l", "G10")
+    if kind in _DATA:
+        _begin_data(ip, kind)
+        return
+    if kind not in (1, 2, 10, 11, 12, 13, 20):
+        raise BlockError(
+            "g10-words", f"L{kind} of G10 is none of 1, 2, 3, 10 to 13, 20, 50, 52", "L", hint=_KINDS
+        )
+    if "p" not in block.words:
+        raise BlockError("g10-words", "G10 has no P: which one should be set?", "G10", hint=_KINDS)
+    number = whole(block, "p", "G10")
+    if kind in (2, 20):
+        first, last = (1, MORE_COUNT) if kind == 20 else (0, 6)
+        if not first <= number <= last:
+            raise BlockError(
+                "g10-words",
+                f"P{number} of G10 L{kind} is no coordinate system ({first} to {last})",
+                "P",
+                hint="P1 is G54; those of G54.1 are set by L20",
+            )
+        _set_origin(ip, block, number + (SYSTEM_COUNT if kind == 20 else 0))
+    else:
+        _set_tool(ip, block, 11 if kind == 1 else kind, number)
+
+
+def _begin_data(ip: Interpreter, kind: int) -> None:
+    """Pass over the blocks up to G11: they set what this machine does not have."""
+    ip.warn(
+        BlockError(
+            "control-data",
+            f"G10 L{kind} sets {_DATA[kind]}: passed over up to G11",
+            "G10",
+            hint="the machine file says what cncgen knows of the machine",
+        ),
+        Severity.NOTE,
+    )
+    ip.passing_over = True
+
+
+def end_data(ip: Interpreter, block: Block) -> None:
+    """G11: the end of G10's data."""
+    ip.passing_over = False
+
+
+def _set_tool(ip: Interpreter, block: Block, kind: int, number: int) -> None:
+    """G10 L10 and L11: length and its wear; L12 and L13: radius and its wear; incremental ones are added."""
+    if "r" not in block.words:
+        raise BlockError(
+            "g10-words", f"G10 L{kind} has no value R", "G10", hint=f"G10 L{kind} P{number} R and the value"
+        )
+    tool = ip.tools.entry(number)
+    if tool is None:
+        raise BlockError(
+            "unknown-tool",
+            f"tool {number} is not in the tool table",
+            "P",
+            hint="the tools are those of the file that --tool-table names",
+        )
+    value = block.words["r"] / ip.table_scale()
+    what, is_wear = divmod(kind - 10, 2)
+    sums = [tool.offset[2], tool.diameter / 2.0]
+    geometry, wear = sums[what] - tool.wear[what], tool.wear[what]
+    if is_wear:
+        wear = value if ip.state.absolute else wear + value
+    else:
+        geometry = value if ip.state.absolute else geometry + value
+    tool.wear[what] = wear
+    if what == 0:
+        tool.offset[2] = geometry + wear
+    else:
+        tool.diameter = 2.0 * (geometry + wear)
+
+
+def _set_origin(ip: Interpreter, block: Block, system: int) -> None:
+    """Set an origin, or shift it in incremental mode; the machine stays where it is."""
+    scale = ip.table_scale()
+    first = first_parameter(system) if system else EXTERNAL
+    origin = ip.parameters.offset(first, scale)
+    for index, value in given_axes(block):
+        origin[index] = value if ip.state.absolute else origin[index] + value
+    ip.parameters.set_offset(first, origin, scale)
+    if system in (0, ip.state.system):
+        system = ip.state.system
+        load_system(ip, system)
+        ip.sink.set_g5x_offset(system, ip.state.origin)
+
+
+def local(ip: Interpreter, block: Block) -> None:
+    """G52: a local system within the work coordinate systems, beside what G92 shifts."""
+    axes = given_axes(block)
+    if not axes:
+        raise BlockError("axis-missing", "G52 has no axis word", "G52", hint="G52 X0 Y0 Z0 ends it")
+    state = ip.state
+    offset = state.g92.copy()
+    for index, value in axes:
+        offset[index] += value - state.local[index]
+        state.local[index] = value
+    set_g92(ip, offset)
+
+
+def name_position(ip: Interpreter, block: Block) -> None:
+    """G92: all work coordinate systems move so that the position gets these coordinates; the local system ends.
+
+    Without axes, S is the largest speed in G96.
+    """
+    state = ip.state
+    axes = given_axes(block)
+    if "s" in block.words:
+        limit = block.words["s"]
+        if limit < 0.0:
+            raise BlockError(
+                "negative-speed", f"S{limit:g} of G92 is negative", "S", hint="it is the largest speed"
+            )
+        state.speed_limit = limit
+        if state.constant_surface is not None:
+            state.constant_surface = limit
+            ip.sink.call(f"SET_SPINDLE_MODE(0 {limit:.4f})")
+    elif not axes:
+        raise BlockError("axis-missing", "G92 has no axis word", "G92", hint="G92 X0 names the position X0")
+    offset = state.g92.copy()
+    for index, value in axes:
+        offset[index] += state.position[index] - value
+        state.local[index] = 0.0
+    if axes:
+        set_g92(ip, offset)
+
+
+def preset(ip: Interpreter, block: Block) -> None:
+    """G92.1: forget what G92 and G52 shifted, in the axes of the block or in all."""
+    state = ip.state
+    offset = state.g92.copy()
+    for index in [index for index, _ in given_axes(block)] or range(len(AXES)):
+        offset[index] = state.local[index] = 0.0
+    set_g92(ip, offset)
+
+
+_FANUC = ("fanuc",)
+CODES = (
+    Code(
+        "G",
+        540,
+        "coordinates",
+        Stage.COORDINATES,
+        first_system,
+        "work coordinate system 1; with P as G54.1",
+        "p",
+        dialects=_FANUC,
+    ),
+    Code(
+        "G",
+        541,
+        "coordinates",
+        Stage.COORDINATES,
+        use_additional,
+        "additional system P",
+        "p",
+        dialects=_FANUC,
+    ),
+    Code(
+        "G",
+        100,
+        "non-modal",
+        Stage.REFERENCE,
+        set_data,
+        "set a coordinate system, or a tool's length or radius",
+        AXES + "lprq",
+        "own",
+        dialects=_FANUC,
+    ),
+    Code("G", 110, "non-modal", Stage.REFERENCE, end_data, "end of the data of G10", dialects=_FANUC),
+    Code(
+        "G", 520, "non-modal", Stage.REFERENCE, local, "local coordinate system", AXES, "own", dialects=_FANUC
+    ),
+    Code(
+        "G",
+        920,
+        "non-modal",
+        Stage.REFERENCE,
+        name_position,
+        "name the position; S is the largest speed of G96",
+        AXES + "s",
+        "own",
+        dialects=_FANUC,
+        takes="s",
+    ),
+    Code(
+        "G",
+        921,
+        "non-modal",
+        Stage.REFERENCE,
+        preset,
+        "forget the offsets of G92 and G52, of the axes given",
+        AXES,
+        "own",
+        dialects=_FANUC,
+    ),
+)

@@ -1,0 +1,46 @@
+"""Overrides: M48 to M53."""
+
+from __future__ import annotations
+
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes.spindle import spindle_of
+from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.state.modal import Stage
+from cncgen.toolpath.record import Event
+
+
+def _call(ip: Interpreter, what: str, on: bool) -> None:
+    """Switch one of them, and remember it in the state."""
+    setattr(ip.state, what.lower(), on)
+    argument = "0" if what == "SPEED_OVERRIDE" else ""
+    text = f"{'ENABLE' if on else 'DISABLE'}_{what}({argument})"
+    ip.sink.call(text, Event("override", values={"what": what.lower(), "on": on}))
+
+
+def _both(on: bool) -> Handler:
+    def run(ip: Interpreter, block: Block) -> None:
+        _call(ip, "FEED_OVERRIDE", on)
+        _call(ip, "SPEED_OVERRIDE", on)
+
+    return run
+
+
+def _one(what: str) -> Handler:
+    def run(ip: Interpreter, block: Block) -> None:
+        spindle_of(ip, block)
+        _call(ip, what, block.words.get("p", 1.0) != 0.0)
+
+    return run
+
+
+CODES = (
+    Code("M", 480, "override", Stage.OVERRIDE, _both(True), "feed and speed overrides on"),
+    Code("M", 490, "override", Stage.OVERRIDE, _both(False), "feed and speed overrides off"),
+    Code("M", 500, "override", Stage.OVERRIDE, _one("FEED_OVERRIDE"), "feed override on, off with P0", "p"),
+    Code(
+        "M", 510, "override", Stage.OVERRIDE, _one("SPEED_OVERRIDE"), "speed override on, off with P0", "p$"
+    ),
+    Code("M", 520, "override", Stage.OVERRIDE, _one("ADAPTIVE_FEED"), "adaptive feed on, off with P0", "p"),
+    Code("M", 530, "override", Stage.OVERRIDE, _one("FEED_HOLD"), "feed hold on, off with P0", "p"),
+)

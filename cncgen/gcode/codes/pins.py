@@ -1,0 +1,79 @@
+"""Inputs and outputs of the machine: M62 to M68."""
+
+from __future__ import annotations
+
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.codes.tools import whole
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.state.modal import Stage
+from cncgen.gcode.state.parameters import INPUT
+from cncgen.toolpath.record import Event
+
+_DIGITAL = {620: ("SET_MOTION", 1), 630: ("CLEAR_MOTION", 0), 640: ("SET_AUX", 1), 650: ("CLEAR_AUX", 0)}
+
+
+def _digital(tenths: int) -> Handler:
+    call, value = _DIGITAL[tenths]
+    name = f"M{tenths // 10}"
+
+    def run(ip: Interpreter, block: Block) -> None:
+        if "p" not in block.words:
+            raise BlockError("pin-missing", f"{name} has no output number P", name)
+        pin = whole(block, "p", name)
+        ip.sink.call(f"{call}_OUTPUT_BIT({pin})", Event("output", values={"pin": pin, "value": value}))
+
+    return run
+
+
+def _analog(tenths: int, call: str) -> Handler:
+    name = f"M{tenths // 10}"
+
+    def run(ip: Interpreter, block: Block) -> None:
+        for letter, what in (("e", "output number E"), ("q", "value Q")):
+            if letter not in block.words:
+                raise BlockError("pin-missing", f"{name} has no {what}", name)
+        pin, value = whole(block, "e", name), block.words["q"]
+        event = Event("output", values={"analog": pin, "value": value})
+        ip.sink.call(f"{call}_OUTPUT_VALUE({pin},{value:f})", event)
+
+    return run
+
+
+def wait(ip: Interpreter, block: Block) -> None:
+    """M66 P|E L Q: wait for an input; nothing answers here, so #5399 is 0 for an immediate look, else -1."""
+    words = block.words
+    if ("p" in words) == ("e" in words):
+        raise BlockError("pin-missing", "M66 needs a digital input P or an analog one E, and not both", "M66")
+    letter = "p" if "p" in words else "e"
+    pin = whole(block, letter, "M66")
+    mode = whole(block, "l", "M66") if "l" in words else 0
+    if mode > 4:
+        raise BlockError("wait-mode", f"L{mode} of M66 is none of 0 to 4", "L")
+    seconds = words.get("q", 0.0)
+    if letter == "e" and mode:
+        raise BlockError("wait-mode", "an analog input E can only be read at once (L0)", "L")
+    if mode and seconds <= 0.0:
+        raise BlockError("wait-time", "M66 that waits has no time limit Q above 0", "M66")
+    ip.parameters.numbers[INPUT] = 0.0
+    ip.sink.call("", Event("input", bool(mode), values={"pin": pin, "mode": mode, "timeout_s": seconds}))
+
+
+CODES = (
+    Code("M", 620, "pins", Stage.PINS, _digital(620), "set output P with the next motion", "p"),
+    Code("M", 630, "pins", Stage.PINS, _digital(630), "clear output P with the next motion", "p"),
+    Code("M", 640, "pins", Stage.PINS, _digital(640), "set output P at once", "p"),
+    Code("M", 650, "pins", Stage.PINS, _digital(650), "clear output P at once", "p"),
+    Code("M", 660, "pins", Stage.PINS, wait, "wait on input P or E", "pelq"),
+    Code(
+        "M",
+        670,
+        "pins",
+        Stage.PINS,
+        _analog(670, "SET_MOTION"),
+        "set analog output E with the next motion",
+        "eq",
+    ),
+    Code("M", 680, "pins", Stage.PINS, _analog(680, "SET_AUX"), "set analog output E at once", "eq"),
+)

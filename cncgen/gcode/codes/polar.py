@@ -1,0 +1,67 @@
+"""Polar words: @ is the distance from the origin, ^ the angle (degrees from the first axis) of a point in XY."""
+
+from __future__ import annotations
+
+import math
+
+from cncgen.gcode.block import AXES, Block
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.state.modal import Polar, State
+
+#: G17, G18, G19 and their kin.
+_PLANES = {170, 180, 190, 171, 181, 191}
+
+
+def polar_end(state: State, block: Block, end: list[float]) -> None:
+    """Put the point that @ and ^ name into X and Y of `end`; what is missing stays as it is at the position.
+
+    They go with the plane XY alone; LinuxCNC looks at the plane that is in force before the block.
+    """
+    words = block.words
+    if state.plane != 17 and _PLANES.isdisjoint(block.g):
+        letter = "@" if "@" in words else "^"
+        raise BlockError("polar-plane", "@ and ^ go with the plane XY (G17) only", letter, hint="use G17")
+    if "x" in words or "y" in words:
+        raise BlockError("polar-words", "X or Y in a block with @ or ^", "X" if "x" in words else "Y")
+    x, y = state.position[0], state.position[1]
+    radius = math.hypot(x, y)
+    if "@" in words and radius == 0.0 and "^" not in words:
+        raise BlockError("polar-angle", "@ at the origin needs an angle ^", "@")
+    angle = math.atan2(y, x)
+    if state.absolute:
+        radius = words.get("@", radius)
+        angle = math.radians(words["^"]) if "^" in words else angle
+    else:
+        if radius == 0.0 and "^" in words:
+            raise BlockError("polar-angle", "an incremental angle ^ at the origin has no meaning", "^")
+        radius += words.get("@", 0.0)
+        angle += math.radians(words.get("^", 0.0))
+    end[0], end[1] = radius * math.cos(angle), radius * math.sin(angle)
+
+
+def polar_from(state: State) -> Polar:
+    """Return the polar coordinates, about the origin, of where the tool is (G16 of FANUC)."""
+    first, second, _ = state.plane_axes()
+    x, y = state.position[first], state.position[second]
+    return Polar((0.0, 0.0), math.hypot(x, y), math.degrees(math.atan2(y, x)))
+
+
+def plane_polar_end(state: State, words: dict[str, float], end: list[float]) -> None:
+    """Take the words of the plane's first and second axis as radius and angle (G16 of FANUC).
+
+    A radius in G90 is about the origin, in G91 about where the tool is; an angle in G91 is added to the last one. What
+    is not given stays.
+    """
+    assert state.polar is not None
+    first, second, _ = state.plane_axes()
+    radius, angle = words.get(AXES[first]), words.get(AXES[second])
+    if radius is None and angle is None:
+        return
+    polar = state.polar
+    if radius is not None:
+        polar.radius = radius
+        polar.centre = (0.0, 0.0) if state.absolute else (state.position[first], state.position[second])
+    if angle is not None:
+        polar.angle = angle if state.absolute else polar.angle + angle
+    end[first] = polar.centre[0] + polar.radius * math.cos(math.radians(polar.angle))
+    end[second] = polar.centre[1] + polar.radius * math.sin(math.radians(polar.angle))

@@ -1,0 +1,97 @@
+"""G38.2 to G38.5: probing, which here moves to the programmed point, where contact is made if the code demands it."""
+
+from __future__ import annotations
+
+import math
+
+from cncgen.diagnostics import Severity
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes.lines import check_feed, has_axis
+from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.state.modal import Stage
+from cncgen.gcode.state.parameters import PROBE, PROBE_HIT
+from cncgen.toolpath.record import Event
+
+_WORDS = "xyzabcuvw@^"
+#: A probe that moves by less than this does not move (program units).
+_LEAST = 1e-9
+#: G38.2 and G38.4: an error where contact is not made, or not lost.
+_DEMANDING = (382, 384)
+_HINT = {
+    True: "it counts as touched there: parameters #5061 and after hold this point, #5070 is 1",
+    False: "nothing can be touched here: parameters #5061 and after hold this point, #5070 is 0",
+}
+
+
+def _probe(tenths: int) -> Handler:
+    name = f"G{tenths / 10:g}"
+
+    def run(ip: Interpreter, block: Block) -> None:
+        state = ip.state
+        state.motion = tenths
+        if not has_axis(block):
+            raise BlockError("axis-missing", f"{name} has no axis word", name)
+        if state.compensation != 40:
+            raise BlockError("probe-mode", f"{name} does not go with cutter compensation", name)
+        if state.feed_mode != 94:
+            raise BlockError("probe-mode", f"{name} does not go with G{state.feed_mode}", name)
+        check_feed(ip, block, name)
+        end = ip.end_point(block)
+        if math.dist(end, state.position) < _LEAST:
+            raise BlockError("probe-short", f"{name} starts where it ends", name)
+        # Where contact is demanded, the program goes on only after it was made; `rs274` says that there is none.
+        touched = tenths in _DEMANDING and not ip.options.stand_alone
+        ip.warn(
+            BlockError(
+                "probe-not-run", f"{name} is planned to the programmed point", name, hint=_HINT[touched]
+            ),
+            Severity.NOTE,
+        )
+        ip.sink.call("TURN_PROBE_ON()")
+        ip.sink.straight_probe(end)
+        ip.sink.call("TURN_PROBE_OFF()", Event("probe"))
+        state.position, state.moved = ip.base.where(end), True
+        ip.parameters.numbers[PROBE : PROBE + 9] = end
+        ip.parameters.numbers[PROBE_HIT] = float(touched)
+
+    return run
+
+
+def skip(ip: Interpreter, block: Block) -> None:
+    """G31 of FANUC: a line that the skip signal ends, here never; its end is in #5061 and after."""
+    state = ip.state
+    if not has_axis(block):
+        raise BlockError("axis-missing", "G31 has no axis word", "G31")
+    if state.compensation != 40:
+        raise BlockError("probe-mode", "G31 does not go with cutter compensation", "G31", hint="use G40")
+    check_feed(ip, block, "G31")
+    end = ip.end_point(block)
+    ip.warn(BlockError("probe-not-run", "G31 is planned to the programmed point", "G31"), Severity.NOTE)
+    ip.sink.straight_feed(end)
+    state.position, state.moved = end, True
+    ip.parameters.numbers[PROBE : PROBE + 9] = end
+
+
+_SKIP = Code(
+    "G",
+    310,
+    "non-modal",
+    Stage.MOTION,
+    skip,
+    "line that the skip signal ends",
+    "xyzabcuvwpq",
+    "own",
+    dialects=("fanuc",),
+)
+_PROBES = tuple(
+    Code("G", tenths, "motion", Stage.MOTION, _probe(tenths), f"probe {text}", _WORDS, "motion")
+    for tenths, text in (
+        (382, "towards the part, with an error where nothing is touched"),
+        (383, "towards the part"),
+        (384, "away from the part, with an error where contact is not lost"),
+        (385, "away from the part"),
+    )
+)
+CODES = (_SKIP, *_PROBES)

@@ -1,0 +1,307 @@
+"""Profiles of turned parts: read from a subroutine, and moved aside by what is left for a later cut.
+
+A profile is a chain of lines and arcs in the complex plane: real along the travel of the cut, imaginary the depth,
+turned so that the travel goes to the right and the tool comes from above.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+from cncgen.gcode.block import Block, gather
+from cncgen.gcode.codes.tool_centre import CompensationError, Curve, Piece, ToolCentre, meeting
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.sinks.sink import Point
+from cncgen.gcode.state.modal import PLANE_AXES
+from cncgen.gcode.text import grammar
+from cncgen.gcode.text.expressions import evaluate
+from cncgen.gcode.text.labels import Cursor
+
+#: Codes of a profile: all others are ignored.
+_CODES = {0: 10, 10: 10, 20: 20, 30: 30, 900: 900, 910: 910, 901: 901, 911: 911}
+#: Moves of a profile beyond which it counts as endless.
+MAX_MOVES = 10_000
+#: Lengths below this are nothing.
+TINY = 1e-9
+#: Turns of a profile (rad) that are none; any other one has its corner, as LinuxCNC's turning cycles have it.
+_SMOOTH = 1e-9
+#: How far along the travel an arc around an outside corner leads at least (program units; measured on LinuxCNC's
+#: interpreter); shorter ones are left out.
+_LEAST_ROLL = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """A line, or an arc about `centre`; `spin` 1 is counter-clockwise, `turns` as canonical calls count them."""
+
+    start: complex
+    end: complex
+    centre: complex | None = None
+    spin: int = 0
+
+    def heading(self, at: complex) -> complex:
+        """Return the direction at a point."""
+        if self.centre is None:
+            return (self.end - self.start) / abs(self.end - self.start)
+        return 1j * self.spin * (at - self.centre) / abs(at - self.centre)
+
+    def dives(self) -> bool:
+        """Tell whether the segment begins by going down."""
+        slope = self.heading(self.start).imag
+        if abs(slope) > TINY or self.centre is None:
+            return slope < -TINY
+        return self.centre.imag < self.start.imag
+
+    def sweep(self) -> float:
+        """Return the angle of an arc, positive."""
+        assert self.centre is not None
+        angle = self.spin * cmath.phase((self.end - self.centre) / (self.start - self.centre))
+        return angle if angle > 0.0 else angle + 2.0 * math.pi
+
+    def holds(self, point: complex) -> bool:
+        """Tell whether a point of the arc's circle lies on the arc."""
+        assert self.centre is not None
+        angle = self.spin * cmath.phase((point - self.centre) / (self.start - self.centre))
+        angle = angle if angle > -TINY else angle + 2.0 * math.pi
+        return angle <= self.sweep() + TINY
+
+    def crossings(self, level: float) -> list[complex]:
+        """Return where the segment meets a depth, in its order."""
+        if self.centre is None:
+            low, high = self.start.imag, self.end.imag
+            if low == high or not min(low, high) <= level <= max(low, high):
+                return []
+            part = (level - low) / (high - low)
+            return [complex(self.start.real + part * (self.end.real - self.start.real), level)]
+        half = abs(self.end - self.centre) ** 2 - (level - self.centre.imag) ** 2
+        if half < 0.0:
+            return []
+        points = [complex(self.centre.real + s * math.sqrt(half), level) for s in (-1, 1)]
+        inside = [p for p in points if self.holds(p)]
+        return sorted(inside, key=lambda p: p.real)
+
+    def extremes(self) -> list[complex]:
+        """Return the ends, and the points of an arc where it turns back along either axis."""
+        points = [self.start, self.end]
+        if self.centre is not None:
+            radius = abs(self.end - self.centre)
+            points += [p for k in range(4) if self.holds(p := self.centre + radius * 1j**k)]
+        return points
+
+    def halves(self) -> list[Segment]:
+        """Return the segment, an arc cut where it turns from rising to falling or back."""
+        if self.centre is None:
+            return [self]
+        centre, spoke = self.centre, self.start - self.centre
+        tops = [centre + sign * 1j * abs(self.end - centre) for sign in (1, -1)]
+        cuts = [p for p in tops if self.holds(p) and min(abs(p - self.start), abs(p - self.end)) > TINY]
+        cuts.sort(key=lambda p: self.spin * cmath.phase((p - centre) / spoke) % math.tau)
+        return [replace(self, start=a, end=b) for a, b in pairwise([self.start, *cuts, self.end])]
+
+    def seen(self, across: complex, swap: bool) -> Segment:
+        """Return the segment with axes swapped and turned round (`across`: signs of travel and depth)."""
+        mirror = (across.real * across.imag < 0) != swap
+
+        def turn(p: complex) -> complex:
+            p = complex(p.imag, p.real) if swap else p
+            return complex(p.real * across.real, p.imag * across.imag)
+
+        centre = None if self.centre is None else turn(self.centre)
+        return Segment(turn(self.start), turn(self.end), centre, -self.spin if mirror else self.spin)
+
+
+class _Recorder:
+    """A sink that keeps motions in the plane ZX and forgets everything else."""
+
+    wants_comments = False
+
+    def __init__(self, start: Point) -> None:
+        self.block = Block({})
+        self.at = _in_plane(start)
+        self.segments: list[Segment] = []
+
+    def straight_feed(self, end: Point) -> None:
+        """Keep a line."""
+        self._keep(Segment(self.at, _in_plane(end)))
+
+    straight_traverse = straight_feed
+
+    def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
+        """Keep an arc."""
+        self._keep(Segment(self.at, _in_plane(end), complex(first, second), 1 if turns > 0 else -1))
+
+    def _keep(self, segment: Segment) -> None:
+        self.at = segment.end
+        if segment.centre is not None or abs(segment.end - segment.start) > TINY or not self.segments:
+            self.segments.append(segment)
+
+    def __getattr__(self, name: str) -> Any:
+        """Ignore any other call."""
+        return lambda *arguments: None
+
+
+def _in_plane(point: Point) -> complex:
+    first, second, _ = PLANE_AXES[18]
+    return complex(point[first], point[second])
+
+
+def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
+    """Read the profile in subroutine `number`: its moves in Z (real) and X (imaginary), fillets and chamfers made.
+
+    The first move leads to the profile and is its first segment.
+
+    Raises:
+        BlockError: The subroutine is missing or holds O-words, or a move is wrong.
+    """
+    assert ip.flow is not None
+    mark = ip.flow.subroutines.find(number, Cursor(block.source, block.offset, block.line))
+    state, sink, guard = ip.state, ip.sink, ip.guard
+    recorder = _Recorder(state.position)
+    corners: list[tuple[float, bool]] = []
+    ip.state, ip.sink, ip.guard = (
+        replace(state, feed=1.0, feed_mode=94, position=state.position.copy()),
+        recorder,
+        None,
+    )
+    try:
+        for pairs in _lines(ip, mark.after.source, mark.after.offset):
+            corners += _execute(ip, recorder, pairs)
+            if len(corners) > MAX_MOVES:
+                raise BlockError("profile-length", f"the profile has more than {MAX_MOVES} moves", "Q")
+    finally:
+        ip.state, ip.sink, ip.guard = state, sink, guard
+    profile = _rounded(recorder.segments, corners) if recorder.segments else []
+    if len(profile) < 2:
+        raise BlockError("profile-length", f"o{number:g} has fewer than two moves: no profile", "Q")
+    return profile
+
+
+def _lines(ip: Interpreter, source: int, offset: int) -> Iterator[list[tuple[str, float]]]:
+    """Yield the words of each line up to the end of the subroutine, values computed."""
+    assert ip.flow is not None
+    text = ip.flow.subroutines.sources[source]
+    while offset < len(text):
+        parsed = grammar.parse(text.text_at(offset), ip.dialect)
+        if parsed.flow is not None:
+            if parsed.flow.keyword in ("endsub", "return"):
+                return
+            raise BlockError(
+                "profile-flow", "the subroutine of a profile may hold motions only, no O-words", "Q"
+            )
+        yield [(letter, evaluate(value, ip.parameters)) for letter, value in parsed.words]
+        offset = text.line_end(offset) + 1
+
+
+def _execute(
+    ip: Interpreter, recorder: _Recorder, pairs: list[tuple[str, float]]
+) -> list[tuple[float, bool]]:
+    """Execute the motion of a line; return its corner: radius of the fillet or chamfer (0: none), whether a fillet."""
+    whole = gather(pairs)
+    words = {letter: value for letter, value in whole.words.items() if letter in "xzikr"}
+    scale = 2.0 if ip.state.diameter else 1.0
+    for letter, axis, column, unit in (("u", "x", 0, scale), ("w", "z", 2, 1.0)):
+        if letter in whole.words:
+            words[axis] = ip.state.position[column] * unit + whole.words[letter]
+    codes = tuple(dict.fromkeys(_CODES[number] for number in whole.g if number in _CODES))
+    before = len(recorder.segments)
+    if codes or words:
+        if not words:
+            codes = tuple(number for number in codes if number >= 900)
+        ip.execute(Block(words, codes))
+    made = len(recorder.segments) - before
+    corner = (whole.words["a"], True) if "a" in whole.words else (whole.words.get("c", 0.0), False)
+    return [corner] * made
+
+
+def _rounded(segments: list[Segment], corners: list[tuple[float, bool]]) -> list[Segment]:
+    """Put fillets and chamfers between segments."""
+    out = [segments[0]]
+    for segment, (size, fillet) in zip(segments[1:], corners, strict=False):
+        last = out[-1]
+        if size <= 0.0 or len(out) < 2:
+            out.append(segment)
+            continue
+        begin, finish, centre, spin = _fillet(last, segment, size)
+        out[-1] = replace(last, end=begin)
+        out.append(Segment(begin, finish, centre, spin) if fillet else Segment(begin, finish))
+        out.append(replace(segment, start=finish))
+    return out[:1] + [segment for segment in out[1:] if abs(segment.end - segment.start) > TINY]
+
+
+def _fillet(one: Segment, two: Segment, radius: float) -> tuple[complex, complex, complex, int]:
+    """Return start, end, centre and spin of the arc of a radius that touches two segments at their corner.
+
+    Its centre is where the segments meet when they are moved by the radius to the inside of the corner.
+    """
+    into, out_of = one.heading(one.end), two.heading(two.start)
+    turn = (into.conjugate() * out_of).imag
+    if abs(turn) < TINY:
+        raise BlockError(
+            "profile-corner", f"a fillet or chamfer of {radius:g} where the profile does not turn", "Q"
+        )
+    side = 1 if turn > 0.0 else -1
+    centre = meeting(_beside(one, radius, side), _beside(two, radius, side), side)
+    if centre is None:
+        raise BlockError("profile-corner", f"a corner of size {radius:g} does not fit", "Q")
+    return _touch(one, centre), _touch(two, centre), centre, side
+
+
+def _beside(segment: Segment, radius: float, side: int) -> Curve:
+    """Return the curve that a segment becomes when moved to a side."""
+    into, out_of = segment.heading(segment.start), segment.heading(segment.end)
+    point = segment.end + 1j * out_of * radius * side
+    if segment.centre is None:
+        return Curve(point, None, math.inf, 0, into, out_of)
+    own = abs(segment.end - segment.centre) - radius * side * segment.spin
+    return Curve(point, segment.centre, max(own, 0.0), segment.spin, into, out_of)
+
+
+def _touch(segment: Segment, centre: complex) -> complex:
+    """Return the point of a segment nearest to the centre of its fillet."""
+    if segment.centre is None:
+        along = segment.heading(segment.start)
+        return segment.start + ((centre - segment.start) * along.conjugate()).real * along
+    spoke = centre - segment.centre
+    return segment.centre + spoke / abs(spoke) * abs(segment.end - segment.centre)
+
+
+def _send(tool: ToolCentre, segment: Segment) -> list[Any]:
+    if segment.centre is None:
+        return tool.line(segment.end, None)
+    return tool.arc(segment.end, segment.centre, segment.spin, None)
+
+
+def moved_aside(profile: list[Segment], distance: float, left: bool) -> list[Segment]:
+    """Return a profile moved by a distance to its left or right: rolled around outer corners, cut short at inner ones."""
+    if distance <= 0.0:
+        return profile
+    first = profile[0]
+    into = first.heading(first.start)
+    tool = ToolCentre(
+        distance, left, first.start - into * (2.0 * distance), smooth=_SMOOTH, least_roll=_LEAST_ROLL
+    )
+    pieces = tool.line(first.start, None)
+    try:
+        for segment in profile:
+            pieces += _send(tool, segment)
+        pieces += tool.finish()
+        for gouge in tool.take_remarks():
+            if gouge.refused:
+                raise gouge
+    except CompensationError as error:
+        raise BlockError(
+            "profile-corner", f"the profile cannot be moved aside by {distance:g}: {error}", "D"
+        ) from None
+    moves = [piece for piece in pieces if isinstance(piece, Piece)]
+    ends = [move.end for move in moves]
+    return [
+        Segment(a, b, move.centre, move.turns)
+        for a, b, move in zip(ends, ends[1:], moves[1:], strict=False)
+        if abs(b - a) > TINY
+    ]

@@ -1,0 +1,80 @@
+"""Stops and ends: M0 M1 M60, M2 M30."""
+
+from __future__ import annotations
+
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.state.modal import Stage
+from cncgen.gcode.state.systems import load_system
+from cncgen.toolpath.record import Event
+
+
+def _stop(text: str, kind: str) -> Handler:
+    def run(ip: Interpreter, block: Block) -> None:
+        for line in text.split():
+            event = Event("stop", True, values={"kind": kind}) if line.endswith("STOP()") else None
+            ip.sink.call(line, event)
+
+    return run
+
+
+def _end(pallet: bool) -> Handler:
+    def run(ip: Interpreter, block: Block) -> None:
+        reset(ip)
+        if pallet:
+            ip.sink.call("PALLET_SHUTTLE()")
+        ip.sink.call("PROGRAM_END()", Event("end", True))
+        ip.state.ended = True
+
+    return run
+
+
+def reset(ip: Interpreter) -> None:
+    """Put back what the end of a program puts back (RS274/NGC, 3.6.1)."""
+    ip.end_compensation()
+    state, sink = ip.state, ip.sink
+    load_system(ip, 1)
+    sink.set_g5x_offset(1, state.origin)
+    sink.set_xy_rotation(state.rotation)
+    if state.plane != 17:
+        state.plane = 17
+        sink.select_plane(17)
+    state.absolute, state.feed_mode, state.feed = True, 94, 0.0
+    sink.set_feed_mode(94, synched=False)
+    sink.set_feed_rate(0.0)
+    if not state.feed_override:
+        state.feed_override = True
+        sink.call("ENABLE_FEED_OVERRIDE()")
+    state.direction, state.motion = 0, 10
+    sink.set_spindle(state.speed, 0)
+    sink.call("STOP_SPINDLE_TURNING(0)")
+    sink.call(f"SET_SPINDLE_MODE(0 {0.0:.4f})")
+    if state.mist:
+        sink.call("MIST_OFF()")
+    if state.flood:
+        sink.call("FLOOD_OFF()")
+    state.mist = state.flood = False
+
+
+CODES = (
+    Code("M", 0, "stop", Stage.STOP, _stop("PROGRAM_STOP()", "stop"), "stop"),
+    Code(
+        "M",
+        10,
+        "stop",
+        Stage.STOP,
+        _stop("OPTIONAL_PROGRAM_STOP()", "optional"),
+        "stop where the switch says so",
+    ),
+    Code(
+        "M",
+        600,
+        "stop",
+        Stage.STOP,
+        _stop("PALLET_SHUTTLE() PROGRAM_STOP()", "pallet"),
+        "change pallets and stop",
+    ),
+    Code("M", 20, "stop", Stage.STOP, _end(pallet=False), "end of the program"),
+    Code("M", 300, "stop", Stage.STOP, _end(pallet=True), "end of the program, change pallets"),
+)

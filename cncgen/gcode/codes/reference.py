@@ -1,0 +1,60 @@
+"""The list of codes as people read it, made from the tables that the interpreter runs by."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from cncgen.gcode.codes.table import BOTH, Code, table
+
+DIALECTS = ("linuxcnc", "fanuc", "heidenhain")
+#: Codes of the user stand in one line.
+_USER = "user"
+
+
+def codes(dialect: str) -> list[Code]:
+    """Return the codes of a dialect: G in the order of their numbers, then M, then words that act by themselves."""
+    order = {"G": 0, "M": 1}
+    own = (code for code in table(dialect).values() if dialect in code.dialects)
+    return sorted(own, key=lambda code: (order.get(code.letter, 2), code.number, code.letter))
+
+
+def rows(dialects: tuple[str, ...] = DIALECTS) -> Iterator[tuple[str, str, str, str]]:
+    """Yield name, words, dialects and help of each code; a code of two meanings has two rows."""
+    found: dict[tuple[str, str, str], list[str]] = {}
+    for dialect in dialects:
+        for code in codes(dialect):
+            if code.group != _USER:
+                found.setdefault((code.name, _words(code), code.help), []).append(dialect)
+    order = {
+        code.name: ("GM".find(code.letter) % 3, code.number, code.letter)
+        for d in dialects
+        for code in codes(d)
+    }
+    for name, words, text in sorted(found, key=lambda key: order[key[0]]):
+        yield name, words, " ".join(found[name, words, text]), text
+    both = [dialect for dialect in dialects if dialect in BOTH]
+    if both:
+        yield "M100 … M199", "P Q", " ".join(both), "the user's own: an event"
+
+
+def _words(code: Code) -> str:
+    """Return the words of a code as people write them; all axes together as one."""
+    axes = "xyzabcuvw"
+    letters = code.words
+    shown = []
+    if all(letter in letters for letter in axes):
+        shown.append("axes")
+        letters = "".join(letter for letter in letters if letter not in axes)
+    shown += sorted(
+        letter.upper() for letter in letters if letter not in "@^" and letter.upper() != code.name
+    )
+    if code.name == "SPL":
+        return "axes F K1 K2 K3 of each"
+    return " ".join([*shown, *(name.upper() + "=" for name in code.named)])
+
+
+def markdown() -> str:
+    """Return the table of codes for docs/language.md."""
+    lines = ["| code | words | dialects | does |", "| --- | --- | --- | --- |"]
+    lines += [f"| {name} | {words} | {dialects} | {text} |" for name, words, dialects, text in rows()]
+    return "\n".join(lines) + "\n"

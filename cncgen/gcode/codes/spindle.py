@@ -1,0 +1,102 @@
+"""The spindle: S, M3 M4 M5, M19, G96 and G97."""
+
+from __future__ import annotations
+
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.state.modal import Stage
+from cncgen.toolpath.record import Event
+
+#: Spindles that ``$`` may name (the stand-alone machine has one).
+_SPINDLES = 8
+_NAMES = {1: "START_SPINDLE_CLOCKWISE", -1: "START_SPINDLE_COUNTERCLOCKWISE", 0: "STOP_SPINDLE_TURNING"}
+#: What the canonical call gets as the largest speed where D gives none.
+_NO_LIMIT = 1e30
+
+
+def spindle_of(ip: Interpreter, block: Block) -> int:
+    """Return the spindle that ``$`` names."""
+    value = block.words.get("$", 0.0)
+    count = 1 if ip.options.stand_alone else _SPINDLES
+    if value != round(value) or not -1 <= value < count:
+        raise BlockError("spindle-number", f"there is no spindle ${value:g}", "$")
+    return round(value)
+
+
+def _event(ip: Interpreter, rest: bool) -> Event:
+    return Event("spindle", rest, values={"speed_rpm": ip.state.speed, "direction": ip.state.direction})
+
+
+def set_speed(ip: Interpreter, block: Block) -> None:
+    """S."""
+    value = block.words["s"]
+    if value < 0.0:
+        raise BlockError("negative-speed", f"S{value:g} is negative", "S", hint="M4 turns the other way")
+    spindle = max(spindle_of(ip, block), 0)
+    if spindle == 0:
+        ip.state.speed = value
+        ip.sink.set_spindle(value, ip.state.direction)
+    ip.sink.call(f"SET_SPINDLE_SPEED({spindle}, {value:.4f})", _event(ip, False))
+
+
+def _turn(direction: int) -> Handler:
+    def run(ip: Interpreter, block: Block) -> None:
+        spindle = max(spindle_of(ip, block), 0)
+        if spindle == 0:
+            ip.state.direction = direction
+            ip.sink.set_spindle(ip.state.speed, direction)
+        ip.sink.call(f"{_NAMES[direction]}({spindle})", _event(ip, True))
+
+    return run
+
+
+def orient(ip: Interpreter, block: Block) -> None:
+    """M19 R P: turn to R degrees, P 0 the short way, 1 clockwise, 2 counter-clockwise."""
+    angle = block.words.get("r", 0.0)
+    way = block.words.get("p", 0.0)
+    if way not in (0.0, 1.0, 2.0):
+        raise BlockError("orient-way", f"P{way:g} of M19 is none of 0, 1, 2", "P")
+    if not 0.0 <= angle <= 360.0:
+        raise BlockError("orient-angle", f"R{angle:g} of M19 is not within 0 to 360 degrees", "R")
+    wait = block.words.get("q")
+    if wait is not None and wait <= 0.0:
+        raise BlockError("orient-time", f"Q{wait:g} of M19 is no time limit: it must be above 0", "Q")
+    ip.sink.call(
+        f"ORIENT_SPINDLE({max(spindle_of(ip, block), 0)}, {angle:.4f}, {way:.0f})",
+        Event("spindle", True, values={"orient_deg": angle}),
+    )
+    if wait is not None:
+        ip.sink.call(f"SPINDLE.{max(spindle_of(ip, block), 0)}.WAIT_ORIENT_COMPLETE({wait:.4f})")
+
+
+def constant_surface(ip: Interpreter, block: Block) -> None:
+    """G96 D S: constant surface speed S, at most D rev/min."""
+    unless_given = _NO_LIMIT if ip.state.speed_limit is None else ip.state.speed_limit
+    limit = block.words.get("d", unless_given)
+    if limit < 0.0:
+        raise BlockError("negative-speed", f"D{limit:g} of G96 is negative", "D")
+    if "s" not in block.words:
+        raise BlockError(
+            "speed-missing", "G96 has no surface speed", "G96", hint="give it as S in the same block"
+        )
+    ip.state.constant_surface = limit
+    ip.sink.call(f"SET_SPINDLE_MODE({max(spindle_of(ip, block), 0)} {limit:.4f})")
+
+
+def constant_revolutions(ip: Interpreter, block: Block) -> None:
+    """G97: S is rev/min."""
+    ip.state.constant_surface = None
+    ip.sink.call(f"SET_SPINDLE_MODE({max(spindle_of(ip, block), 0)} {0.0:.4f})")
+
+
+CODES = (
+    Code("S", 0, "S", Stage.SPEED, set_speed, "spindle speed, rev/min", "s$"),
+    Code("M", 30, "spindle", Stage.SPINDLE, _turn(1), "spindle clockwise", "$"),
+    Code("M", 40, "spindle", Stage.SPINDLE, _turn(-1), "spindle counter-clockwise", "$"),
+    Code("M", 50, "spindle", Stage.SPINDLE, _turn(0), "spindle stop", "$"),
+    Code("M", 190, "spindle", Stage.SPINDLE, orient, "turn the spindle to R degrees", "rpq$"),
+    Code("G", 960, "spindle mode", Stage.SPINDLE_MODE, constant_surface, "constant surface speed S", "sd$"),
+    Code("G", 970, "spindle mode", Stage.SPINDLE_MODE, constant_revolutions, "S is rev/min", "$"),
+)

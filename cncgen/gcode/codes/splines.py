@@ -1,0 +1,171 @@
+"""LinuxCNC's splines: G5 (cubic), G5.1 (quadratic), G5.2 … G5.3 (NURBS). All become B-splines, none is cut into lines.
+
+G5 and G5.1 are not modal: as in LinuxCNC's interpreter, a later block of axis words alone is of the mode before them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from cncgen.diagnostics import Severity
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes.lines import check_feed
+from cncgen.gcode.codes.table import Code
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.sinks.sink import Curve
+from cncgen.gcode.state.modal import Stage
+
+_BOTH = ("linuxcnc",)
+
+
+@dataclass(slots=True)
+class OpenNurbs:
+    """Control points of a G5.2 block that has not ended yet."""
+
+    order: int
+    points: list[list[float]] = field(default_factory=list)
+    weights: list[float] = field(default_factory=list)
+
+
+def _check_plane(ip: Interpreter, block: Block, name: str) -> None:
+    if ip.state.plane != 17:
+        raise BlockError("spline-plane", f"{name} works in the XY plane (G17) only", name)
+    for letter in "zabcuvw":
+        if letter in block.words:
+            raise BlockError(
+                "spline-axes", f"{name} moves X and Y only, not {letter.upper()}", letter.upper()
+            )
+
+
+def _pair(block: Block, letters: str, name: str, needed: bool) -> tuple[float, float] | None:
+    """Return two words that belong together, or None where neither is given."""
+    given = [letter for letter in letters if letter in block.words]
+    if len(given) == 1 or (needed and not given):
+        both = " and ".join(letters.upper())
+        raise BlockError("spline-words", f"{name} needs both {both}", given[0].upper() if given else name)
+    return (block.words[letters[0]], block.words[letters[1]]) if given else None
+
+
+def cubic(ip: Interpreter, block: Block) -> None:
+    """G5 X Y I J P Q: I J from the start to its control point, P Q from the end to its own."""
+    state = ip.state
+    _check_plane(ip, block, "G5")
+    check_feed(ip, block, "G5")
+    first = _pair(block, "ij", "G5", needed=False)
+    if first is None:
+        # Without I J the curve goes on in the direction in which the last G5 ended.
+        if state.cubic is None or state.cubic[2] != state.position:
+            fault = BlockError(
+                "spline-words", "G5 has no I and J, and no G5 comes before it: taken as 0", "G5"
+            )
+            ip.warn(fault, Severity.WARNING)
+            first = (0.0, 0.0)
+        else:
+            first = (-state.cubic[0], -state.cubic[1])
+    second = _pair(block, "pq", "G5", needed=True)
+    assert second is not None
+    end = ip.end_point(block)
+    start = state.position
+    state.cubic = (*second, end)
+    points = [
+        start,
+        [start[0] + first[0], start[1] + first[1], *start[2:]],
+        [end[0] + second[0], end[1] + second[1], *end[2:]],
+        end,
+    ]
+    ip.sink.nurbs_feed(Curve(3, points, (1.0,) * 4, (0.0,) * 4 + (1.0,) * 4))
+    state.position, state.moved = end, True
+
+
+def quadratic(ip: Interpreter, block: Block) -> None:
+    """G5.1 X Y I J: I J from the start to the control point."""
+    state = ip.state
+    _check_plane(ip, block, "G5.1")
+    check_feed(ip, block, "G5.1")
+    offset = _pair(block, "ij", "G5.1", needed=True)
+    assert offset is not None
+    end, start = ip.end_point(block), state.position
+    middle = [start[0] + offset[0], start[1] + offset[1], *start[2:]]
+    ip.sink.nurbs_feed(Curve(2, [start, middle, end], (1.0,) * 3, (0.0,) * 3 + (1.0,) * 3))
+    state.position, state.moved = end, True
+
+
+def nurbs(ip: Interpreter, block: Block) -> None:
+    """G5.2 P L X Y, then X Y P a control point: collected until G5.3."""
+    state = ip.state
+    _check_plane(ip, block, "G5.2")
+    check_feed(ip, block, "G5.2")
+    words = block.words
+    opening = 52 in block.g
+    if opening or not isinstance(state.spline, OpenNurbs):
+        order = words.get("l", 3.0)
+        if order != round(order) or order < 2:
+            raise BlockError("spline-order", f"L{order:g} of G5.2 is no order of a curve (2 or more)", "L")
+        state.spline = OpenNurbs(round(order), [state.position.copy()], [words.get("p", 1.0)])
+        state.motion = 52
+        if "x" not in words and "y" not in words:
+            return
+    point = _pair(block, "xy", "G5.2", needed=True)
+    weight = words.get("p", 1.0 if opening else 0.0)
+    if weight <= 0.0:
+        raise BlockError(
+            "nurbs-weight",
+            f"P{weight:g} is no weight: it must be above 0"
+            if "p" in words
+            else "a control point has no weight P",
+            "P" if "p" in words else "X",
+        )
+    assert point is not None
+    spline = state.spline
+    spline.points.append(ip.end_point(block))
+    spline.weights.append(weight)
+
+
+def end_nurbs(ip: Interpreter, block: Block) -> None:
+    """G5.3: the curve through G5.2 is complete."""
+    state = ip.state
+    spline = state.spline
+    if not isinstance(spline, OpenNurbs):
+        raise BlockError("spline-closed", "G5.3 ends a G5.2, and none is open", "G5.3")
+    state.spline = None
+    state.motion = 10
+    count, order = len(spline.points), spline.order
+    if count < order:
+        raise BlockError(
+            "nurbs-points", f"{count} control points are too few for a curve of order {order}", "G5.3"
+        )
+    inner = count - order
+    knots = [0.0] * order + [float(k) for k in range(1, inner + 1)] + [float(inner + 1)] * order
+    ip.sink.nurbs_feed(Curve(order - 1, spline.points, spline.weights, knots))
+    state.position, state.moved = spline.points[-1], True
+
+
+CODES = (
+    Code(
+        "G",
+        50,
+        "motion",
+        Stage.MOTION,
+        cubic,
+        "cubic spline in XY",
+        "xyzabcuvwijpq",
+        "motion",
+        dialects=_BOTH,
+    ),
+    Code(
+        "G", 51, "motion", Stage.MOTION, quadratic, "parabola in XY", "xyzabcuvwij", "motion", dialects=_BOTH
+    ),
+    Code(
+        "G",
+        52,
+        "motion",
+        Stage.MOTION,
+        nurbs,
+        "NURBS in XY, to G5.3",
+        "xyzabcuvwpl",
+        "motion",
+        dialects=_BOTH,
+    ),
+    Code("G", 53, "motion", Stage.MOTION, end_nurbs, "end of G5.2", "", "motion", dialects=_BOTH),
+)

@@ -1,0 +1,86 @@
+"""M98 and M99, and the M codes of the user: M100 to M199."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING
+
+from cncgen.diagnostics import Severity
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes.table import BOTH, Code
+from cncgen.gcode.codes.tools import whole
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.state.modal import Stage
+from cncgen.toolpath.record import Event
+
+if TYPE_CHECKING:
+    from cncgen.gcode.interpreter import Interpreter
+
+USER_CODES = range(1000, 2000, 10)
+#: M198 of FANUC runs a program.
+_OF_A_FILE = 1980
+
+
+def call(ip: Interpreter, block: Block) -> None:
+    """M98 P L: run program P, L times."""
+    if "p" not in block.words:
+        raise BlockError("sub-missing", "M98 has no program number P", "M98")
+    times = whole(block, "l", "M98") if "l" in block.words else 1
+    ip.jump = ("call", whole(block, "p", "M98"), times)
+
+
+def back(ip: Interpreter, block: Block) -> None:
+    """M99: end of a subprogram; in the main program, the end of it."""
+    if ip.call_level() and not ip.frame().by_number:
+        raise BlockError(
+            "sub-kind", "M99 cannot end a SUB that was called by CALL", "M99", hint="use ENDSUB or RETURN"
+        )
+    ip.jump = ("return", 0, 0)
+
+
+def user(ip: Interpreter, block: Block) -> None:
+    """M100 to M199: an event with its number, P and Q."""
+    values = {letter: block.words[letter] for letter in "pq" if letter in block.words}
+    number = block.m[0] // 10 if block.m else 0
+    number = next((m // 10 for m in block.m if m in USER_CODES), number)
+    p, q = block.words.get("p", -1.0), block.words.get("q", -1.0)
+    ip.sink.call(
+        f"USER_DEFINED_FUNCTION_{number}({p:f}, {q:f})", Event("user", True, values={"m": number, **values})
+    )
+
+
+@cache
+def of_builder(number: int) -> Code:
+    """Return what stands for an M code, in tenths, that FANUC leaves to the machine's builder: an event, and a remark."""
+    name = f"M{number // 10}"
+
+    def run(ip: Interpreter, block: Block) -> None:
+        message = f"{name} is none of the control's own codes: taken as the machine builder's, an event"
+        ip.warn(
+            BlockError("builders-code", message, name, hint="check that it moves nothing"), Severity.WARNING
+        )
+        ip.sink.call(
+            f"USER_DEFINED_FUNCTION_{number // 10}(-1.000000, -1.000000)",
+            Event("user", True, values={"m": number // 10}),
+        )
+
+    return Code("M", number, name, Stage.USER, run, "the machine builder's: an event", "pq")
+
+
+CODES = (
+    Code("M", 980, "subprogram", Stage.STOP, call, "run program P, L times", "pl", dialects=("linuxcnc",)),
+    Code("M", 990, "subprogram", Stage.STOP, back, "end of a subprogram", dialects=("linuxcnc",)),
+    *(
+        Code(
+            "M",
+            number,
+            "user",
+            Stage.USER,
+            user,
+            "the user's own: an event",
+            "pq",
+            dialects=BOTH if number != _OF_A_FILE else ("linuxcnc",),
+        )
+        for number in USER_CODES
+    ),
+)

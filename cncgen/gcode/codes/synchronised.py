@@ -1,0 +1,114 @@
+"""Motion in step with the spindle: G33 and G33.1."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes.lines import has_axis
+from cncgen.gcode.codes.table import Code
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.state.modal import Stage
+from cncgen.toolpath.record import Event
+
+_WORDS = "xyzabcuvwk$@^"
+
+
+def _pitch(ip: Interpreter, block: Block, name: str) -> float:
+    """Return K, after what synchronised motion needs has been checked."""
+    if "k" not in block.words:
+        raise BlockError("pitch-missing", f"{name} has no pitch K", name)
+    pitch = block.words["k"]
+    if pitch <= 0.0:
+        raise BlockError("pitch-missing", f"K{pitch:g} of {name} is no pitch: it must be above 0", "K")
+    if ip.state.direction == 0:
+        raise BlockError("spindle-stopped", f"{name} moves in step with a spindle that does not turn", name)
+    return pitch
+
+
+def thread(ip: Interpreter, block: Block) -> None:
+    """G33 K: a line of K a revolution."""
+    state = ip.state
+    state.motion = 330
+    if not has_axis(block):
+        return
+    pitch = _pitch(ip, block, "G33")
+    end = ip.end_point(block)
+    ip.sink.call(f"START_SPEED_FEED_SYNC({pitch:f},0)")
+    _at_pitch(ip, pitch, end)
+    ip.sink.call("STOP_SPEED_FEED_SYNCH()")
+    state.position, state.moved = end, True
+
+
+def _at_pitch(ip: Interpreter, pitch: float, end: list[float]) -> None:
+    """Feed to `end` at pitch times speed, and put the feed back."""
+    state = ip.state
+    ip.sink.synchronise(pitch)
+    ip.sink.straight_feed(end)
+    ip.sink.synchronise(None)
+    state.position = end
+
+
+def thread_fanuc(ip: Interpreter, block: Block) -> None:
+    """G33 F of FANUC: a line of F a revolution; F stays in force from thread to thread."""
+    state = ip.state
+    if state.motion != 330:
+        state.pitch = 0.0
+    state.motion = 330
+    words = block.words
+    state.pitch = words.get("f", words.get("k", state.pitch))
+    if not has_axis(block):
+        return
+    if state.pitch <= 0.0:
+        raise BlockError(
+            "pitch-missing",
+            f"G33 has no pitch: F is {state.pitch:g}",
+            "F" if "f" in words else "G33",
+            hint="F is the distance a revolution",
+        )
+    thread(ip, replace(block, words={**words, "k": state.pitch}))
+
+
+def tap(ip: Interpreter, block: Block) -> None:
+    """G33.1 K: to the end and back, K a revolution, the spindle reversed at the end."""
+    state = ip.state
+    state.motion = 331
+    if not has_axis(block):
+        return
+    pitch = _pitch(ip, block, "G33.1")
+    end = ip.end_point(block)
+    if end[3:] != state.position[3:]:
+        raise BlockError("tapping-axes", "G33.1 moves X Y Z only", "G33.1")
+    ip.sink.call(f"START_SPEED_FEED_SYNC({pitch:f},0)")
+    ip.sink.rigid_tap(end, pitch)
+    ip.sink.call("STOP_SPEED_FEED_SYNCH()", Event("spindle", values={"direction": state.direction}))
+    state.moved = True
+
+
+CODES = (
+    Code(
+        "G",
+        330,
+        "motion",
+        Stage.MOTION,
+        thread,
+        "line in step with the spindle, K a revolution",
+        _WORDS,
+        "motion",
+        dialects=("linuxcnc",),
+    ),
+    Code(
+        "G",
+        330,
+        "motion",
+        Stage.MOTION,
+        thread_fanuc,
+        "line in step with the spindle, F a revolution",
+        _WORDS + "fq",
+        "motion",
+        dialects=("fanuc",),
+        takes="f",
+    ),
+    Code("G", 331, "motion", Stage.MOTION, tap, "rigid tapping, K a revolution", _WORDS + "i", "motion"),
+)

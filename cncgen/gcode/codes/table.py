@@ -1,0 +1,149 @@
+"""The table of codes: every G and M code with its modal group, place in the order of execution, words and meaning.
+
+A concern (arcs, offsets, tools …) is a module with a tuple `CODES` of `Code` records; `table` merges them for a
+dialect, as far as a program needs them. To add a code, write its handler in such a module and name the module in
+`_MODULES`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from cncgen.gcode.block import Block
+from cncgen.gcode.state.modal import Stage
+
+if TYPE_CHECKING:
+    from cncgen.gcode.interpreter import Interpreter
+
+Handler = Callable[["Interpreter", Block], None]
+
+#: Modules with `CODES`; a code is looked for in this order, what every program has first.
+_MODULES = (
+    "codes.lines",
+    "codes.arcs",
+    "codes.modes",
+    "codes.feeds",
+    "codes.spindle",
+    "codes.tools",
+    "codes.coolant",
+    "codes.program_end",
+    "codes.offsets",
+    "codes.offsets_fanuc",
+    "codes.dwell",
+    "flow.macros",
+    "codes.accepted",
+    "codes.comments",
+    "codes.overrides",
+    "codes.cutter_compensation",
+    "codes.homing",
+    "codes.subprograms",
+    "codes.pins",
+    "codes.canned_cycles",
+    "codes.canned_cycles_fanuc",
+    "codes.nurbs",
+    "codes.frames",
+    "codes.probing",
+    "codes.synchronised",
+    "codes.splines",
+    "codes.bsplines",
+    "codes.saved",
+    "codes.lathe_cycles",
+    "codes.turning_cycles",
+    "codes.tool_point",
+    "codes.heidenhain",
+)
+#: Words that act by themselves.
+ALONE = "FST"
+BOTH = ("linuxcnc", "fanuc")
+AXES = "xyzabcuvw"
+
+
+@dataclass(frozen=True, slots=True)
+class Code:
+    """One code.
+
+    Attributes:
+        letter: ``G`` or ``M``; another letter for a word that acts by itself (F, S, T).
+        number: Ten times the code's number (``G5.1`` is 51); 0 for words that act by themselves.
+        group: Name of the modal group: two codes of one group cannot stand in one block.
+        stage: When in the block it is executed.
+        run: What it does; None where the plan knows (modal motions name `run` of their own).
+        words: Letters that it uses, lower case.
+        help: One line.
+        axes: ``none``, ``motion`` (a modal motion), ``own`` (uses axis words itself).
+        summons: Letters that bring this modal motion into a block that does not name it.
+        dialects: Where it means this.
+        title: How it is written, where that is not letter and number.
+        named: Words of several letters that it uses.
+        after: What it does when all else of the block is done, or None.
+        takes: Letters that it uses itself, which otherwise act by themselves.
+    """
+
+    letter: str
+    number: int
+    group: str
+    stage: Stage
+    run: Handler
+    help: str
+    words: str = ""
+    axes: str = "none"
+    summons: str = AXES + "@^"
+    dialects: tuple[str, ...] = BOTH
+    title: str = ""
+    named: tuple[str, ...] = ()
+    after: Handler | None = None
+    takes: str = ""
+
+    @property
+    def name(self) -> str:
+        """Return how the code is written: ``G5.1``."""
+        if self.title:
+            return self.title
+        whole, tenth = divmod(self.number, 10)
+        return (
+            self.letter
+            if self.letter not in "GM"
+            else f"{self.letter}{whole}" + (f".{tenth}" if tenth else "")
+        )
+
+
+class Codes(Mapping[tuple[str, int], Code]):
+    """The codes of a dialect by letter and number in tenths.
+
+    A module is imported when a code is asked for that none before it has: most programs need less than half of them.
+    """
+
+    def __init__(self, dialect: str) -> None:
+        self._dialect = dialect
+        # Plain language has the M functions and modes of LinuxCNC, and motions of its own.
+        self._base = dialect if dialect in BOTH else BOTH[0]
+        self._found: dict[tuple[str, int], Code] = {}
+        self._waiting = list(reversed(_MODULES))
+
+    def _import_next(self) -> None:
+        for code in import_module(f"cncgen.gcode.{self._waiting.pop()}").CODES:
+            if self._base in code.dialects or self._dialect in code.dialects:
+                self._found[code.letter, code.number] = code
+
+    def __getitem__(self, key: tuple[str, int]) -> Code:
+        while key not in self._found and self._waiting:
+            self._import_next()
+        return self._found[key]
+
+    def __iter__(self) -> Iterator[tuple[str, int]]:
+        while self._waiting:
+            self._import_next()
+        return iter(self._found)
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+
+@cache
+def table(dialect: str) -> Codes:
+    """Return the codes of a dialect."""
+    return Codes(dialect)

@@ -1,0 +1,282 @@
+"""G43.4 of FANUC: tool centre point control. The program tells where the tool's tip goes on the workpiece.
+
+While it is in force a `ToolPointSink` stands before the sink: the tip goes along its path and the rotary axes turn
+evenly meanwhile; the machine's axes follow in lines, as many as the tolerance of the kinematics needs
+(`kinematics`). F is the speed of the tip on the workpiece, so each line has a time of its own, and is passed on in
+inverse time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes.frames import FramedSink
+from cncgen.gcode.codes.kinematics import Kinematics
+from cncgen.gcode.codes.table import Code
+from cncgen.gcode.codes.tools import table_offset, whole
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
+from cncgen.gcode.state.modal import PLANE_AXES, Stage, to_machine, to_program, zeros
+from cncgen.units import INCH
+
+#: A path is looked at in steps of at most this turn of a rotary axis or arc, and of this part of itself.
+_LOOK_DEGREES = 10.0
+_LOOK_PARTS = 2
+#: Halvings of such a step.
+_MAX_DEPTH = 12
+_REFUSED = {
+    **dict.fromkeys((280, 281, 300, 301), "goes by way of a reference point"),
+    **dict.fromkeys((540, 541, 550, 560, 570, 580, 590), "changes the coordinate system"),
+    **dict.fromkeys((100, 520, 920, 921, 922, 923), "changes an offset"),
+    **dict.fromkeys((200, 210), "changes the units"),
+    **dict.fromkeys((410, 411, 420, 421), "offsets the path"),
+    530: "takes machine coordinates",
+    950: "feeds per revolution",
+    430: "changes the tool offset",
+    440: "changes the tool offset",
+    310: "ends at a signal",
+}
+
+Path = Callable[[float], Point]
+
+
+class ToolPointSink(PassingSink):
+    """Passes motions of the tip on as motions of the machine; other calls go through."""
+
+    def __init__(self, inner: Sink, ip: Interpreter, kinematics: Kinematics) -> None:
+        super().__init__(inner)
+        self.ip = ip
+        self.kinematics = kinematics
+        self._at = ip.state.position.copy()
+        self._rate = 0.0
+
+    @property
+    def block(self) -> Block:
+        """The block that calls come from."""
+        return self.inner.block
+
+    @block.setter
+    def block(self, block: Block) -> None:
+        self.inner.block = block
+        for number in block.g:
+            if number in _REFUSED:
+                name = f"G{number / 10:g}"
+                raise BlockError(
+                    "tcp-refused", f"{name} {_REFUSED[number]}: not under G43.4", name, hint="use G49"
+                )
+        if 60 in block.m:
+            raise BlockError("tcp-refused", "M6 changes the tool: not under G43.4", "M6", hint="use G49")
+
+    # Between the tip and the machine.
+
+    def shown(self, point: Point) -> Point:
+        """Return the program coordinates that put the machine where the tip of `point` needs it."""
+        origin, rotation, g92, offset = self.ip.state.offsets()
+        unit = INCH if self.ip.state.inches else 1.0
+        tip = to_machine(point, origin, rotation, g92, zeros())
+        x, y, z = self.kinematics.machine(
+            (tip[0] * unit, tip[1] * unit, tip[2] * unit), self._angles(tip), offset[2] * unit
+        )
+        return to_program([x / unit, y / unit, z / unit, *tip[3:]], origin, rotation, g92, offset)
+
+    def tip_of(self, point: Point) -> Point:
+        """Return the tip's program coordinates where the machine stands at `point`: the inverse of `shown`."""
+        origin, rotation, g92, offset = self.ip.state.offsets()
+        unit = INCH if self.ip.state.inches else 1.0
+        machine = to_machine(point, origin, rotation, g92, offset)
+        x, y, z = self.kinematics.tip(
+            (machine[0] * unit, machine[1] * unit, machine[2] * unit), self._angles(machine), offset[2] * unit
+        )
+        return to_program([x / unit, y / unit, z / unit, *machine[3:]], origin, rotation, g92, zeros())
+
+    def _angles(self, machine: Point) -> tuple[float, float]:
+        outer, inner = self.kinematics.axes
+        return machine[outer], machine[inner]
+
+    def place_tip(self, point: Point) -> None:
+        """Take the tip as standing there."""
+        self._at = list(point)
+
+    # Motions.
+
+    def straight_traverse(self, end: Point) -> None:
+        """Traverse to where the tip needs the machine."""
+        self.inner.straight_traverse(self.shown(end))
+        self._at = list(end)
+
+    def straight_feed(self, end: Point) -> None:
+        """Move the tip in a straight line."""
+        start = self._at
+
+        def path(t: float) -> Point:
+            return [a + (b - a) * t for a, b in zip(start, end, strict=True)]
+
+        self._follow(path, math.dist(start[:3], end[:3]), 0.0)
+        self._at = list(end)
+
+    def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
+        """Move the tip on an arc or helix."""
+        a, b, normal = PLANE_AXES[plane]
+        start = self._at
+        spoke, last = complex(start[a] - first, start[b] - second), complex(end[a] - first, end[b] - second)
+        begin, spin = math.atan2(spoke.imag, spoke.real), 1.0 if turns > 0 else -1.0
+        sweep = (spin * (math.atan2(last.imag, last.real) - begin)) % (2.0 * math.pi) or 2.0 * math.pi
+        sweep = spin * (sweep + 2.0 * math.pi * (abs(turns) - 1))
+
+        def path(t: float) -> Point:
+            if t == 1.0:
+                return list(end)
+            point = [p + (q - p) * t for p, q in zip(start, end, strict=True)]
+            radius, angle = abs(spoke) + (abs(last) - abs(spoke)) * t, begin + sweep * t
+            point[a], point[b] = first + radius * math.cos(angle), second + radius * math.sin(angle)
+            return point
+
+        length = math.hypot(abs(spoke) * sweep, end[normal] - start[normal])
+        self._follow(path, length, math.degrees(abs(sweep)))
+        self._at = list(end)
+
+    def straight_probe(self, end: Point) -> None:
+        """Refuse."""
+        raise BlockError("tcp-refused", "no probing under G43.4", hint="use G49")
+
+    def rigid_tap(self, end: Point, pitch: float) -> None:
+        """Refuse."""
+        raise BlockError("tcp-refused", "no tapping under G43.4", hint="use G49")
+
+    def nurbs_feed(self, curve: Curve) -> None:
+        """Refuse."""
+        raise BlockError("tcp-refused", "no splines under G43.4", hint="use G49")
+
+    def set_inverse_time(self, rate: float, length: float) -> None:
+        """Keep the rate of the next motion (1/min)."""
+        self._rate = rate
+
+    def place(self, position: Point) -> None:
+        """Stand somewhere."""
+        self.inner.place(self.shown(position))
+        self._at = list(position)
+
+    def _follow(self, path: Path, length: float, sweep: float) -> None:
+        """Pass a path of the tip on in lines of the machine, each with its share of the time."""
+        rate = self._rate if self.ip.state.feed_mode == 93 else self._rate_of(path, length)
+        if rate == 0.0:
+            self.inner.straight_feed(self.shown(path(1.0)))
+            return
+        timed = self.ip.state.feed_mode != 93
+        if timed:
+            self.inner.set_feed_mode(93, False)
+        done, place = 0.0, self.shown(path(0.0))
+        for t, point in self._pieces(path, sweep):
+            self.inner.set_inverse_time(rate / (t - done), math.dist(point[:3], place[:3]))
+            self.inner.straight_feed(point)
+            done, place = t, point
+        if timed:
+            self.inner.set_feed_mode(self.ip.state.feed_mode, False)
+            self.inner.set_feed_rate(self.ip.state.feed)
+
+    def _rate_of(self, path: Path, length: float) -> float:
+        """Return how often a minute the motion could be made: F over the tip's way, else over the turn of the axes."""
+        way = length or math.dist(path(0.0)[3:6], path(1.0)[3:6])
+        return self.ip.state.feed / way if way else 0.0
+
+    def _pieces(self, path: Path, sweep: float) -> Iterator[tuple[float, Point]]:
+        """Yield place on the path (0 to 1) and program coordinates of the machine's lines' ends."""
+        turn = max([sweep, *(abs(a - b) for a, b in zip(path(0.0)[3:6], path(1.0)[3:6], strict=True))])
+        count = max(_LOOK_PARTS, math.ceil(turn / _LOOK_DEGREES)) if turn else 1
+        before = self.shown(path(0.0))
+        for k in range(1, count + 1):
+            after = self.shown(path(k / count))
+            yield from self._halved(path, (k - 1) / count, before, k / count, after, _MAX_DEPTH)
+            before = after
+
+    def _halved(
+        self, path: Path, begin: float, before: Point, end: float, after: Point, depth: int
+    ) -> Iterator[tuple[float, Point]]:
+        """Yield a step, or its halves where its middle is farther from the line than the tolerance."""
+        unit = INCH if self.ip.state.inches else 1.0
+        middle = (begin + end) / 2.0
+        there = self.shown(path(middle))
+        straight = [(p + q) / 2.0 for p, q in zip(before[:3], after[:3], strict=True)]
+        if depth and math.dist(there[:3], straight) * unit > self.kinematics.tolerance:
+            yield from self._halved(path, begin, before, middle, there, depth - 1)
+            yield from self._halved(path, middle, there, end, after, depth - 1)
+        else:
+            yield end, after
+
+
+def turn_on(ip: Interpreter, block: Block) -> None:
+    """G43.4 H."""
+    if ip.options.kinematics is None:
+        raise BlockError(
+            "tcp-machine",
+            "G43.4 needs a machine with rotary axes that is described",
+            "G43.4",
+            hint="give --machine a TOML file with a table [kinematics]",
+        )
+    if ip.state.compensation != 40:
+        raise BlockError("tcp-refused", "G43.4 does not go with cutter compensation", "G43.4", hint="use G40")
+    if ip.state.feed_mode == 95:
+        raise BlockError("tcp-refused", "G43.4 does not go with G95", "G43.4", hint="use G94")
+    number = whole(block, "h", "G43.4") if "h" in block.words else ip.state.tool
+    turn_off(ip)
+    machine = ip.machine_position()
+    offset = zeros()
+    offset[2] = table_offset(ip, number)[2] if number else 0.0
+    ip.state.tool_offset = offset
+    ip.rebase(machine)
+    ip.sink.use_tool_length_offset(offset)
+    below = ip.sink.inner if isinstance(ip.sink, FramedSink) else ip.sink
+    tool = ToolPointSink(below, ip, ip.options.kinematics)
+    ip.state.position = tool.tip_of(ip.state.position)
+    tool.place_tip(ip.state.position)
+    if isinstance(ip.sink, FramedSink):
+        ip.sink.inner = tool
+    else:
+        ip.sink = tool
+
+
+def turn_off(ip: Interpreter) -> None:
+    """Take the sink of G43.4 away, the machine staying where it is."""
+    framed = ip.sink if isinstance(ip.sink, FramedSink) else None
+    tool = framed.inner if framed else ip.sink
+    if not isinstance(tool, ToolPointSink):
+        return
+    ip.state.position = tool.shown(ip.state.position)
+    if framed:
+        framed.inner = tool.inner
+    else:
+        ip.sink = tool.inner
+
+
+def length_off(ip: Interpreter, block: Block) -> None:
+    """G49 of FANUC: no tool offset, no tool centre point control."""
+    turn_off(ip)
+    ip.state.length_code, ip.state.length_number = 49, 0
+    ip.codes["G", 431].run(ip, Block(dict.fromkeys("xyzabcuvw", 0.0)))
+
+
+_FANUC = ("fanuc",)
+CODES = (
+    Code(
+        "G",
+        434,
+        "tool length",
+        Stage.TOOL_LENGTH,
+        turn_on,
+        "tool centre point control with the length H",
+        "h",
+        dialects=_FANUC,
+    ),
+    Code(
+        "G",
+        490,
+        "tool length",
+        Stage.TOOL_LENGTH,
+        length_off,
+        "no tool offset, no tool centre point control",
+        dialects=_FANUC,
+    ),
+)

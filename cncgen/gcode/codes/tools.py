@@ -1,0 +1,213 @@
+"""Tools: T, M6, M61, and the tool's length G43 G43.1 G43.2 G49."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from cncgen.diagnostics import Severity
+from cncgen.gcode.block import AXIS_INDEX, LARGEST, Block
+from cncgen.gcode.codes.table import Code
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.state.modal import Stage, zeros
+from cncgen.gcode.state.parameters import TOOL
+from cncgen.gcode.state.tool_table import Tool
+from cncgen.toolpath.record import Event
+
+if TYPE_CHECKING:
+    from cncgen.gcode.interpreter import Interpreter
+
+_AXES = "xyzabcuvw"
+
+
+def whole(block: Block, letter: str, name: str) -> int:
+    """Return a word that must be a whole number, not negative."""
+    return whole_of(block.words[letter], letter, name)
+
+
+def whole_of(value: float, letter: str, name: str) -> int:
+    """Return the value of a word of a code; raise where it is not a whole number, or negative."""
+    if not abs(value) <= LARGEST:
+        raise BlockError(
+            "number-range", f"{letter.upper()} of {name} is no number within ±{LARGEST:g}", letter.upper()
+        )
+    if abs(value - round(value)) > 1e-4:
+        raise BlockError(
+            "not-whole", f"{letter.upper()}{value:g} of {name} is not a whole number", letter.upper()
+        )
+    if value < 0:
+        raise BlockError(
+            "negative-number", f"{letter.upper()}{value:g} of {name} is negative", letter.upper()
+        )
+    return round(value)
+
+
+def _tool(ip: Interpreter, number: int, letter: str) -> Tool:
+    tool = ip.tools.find(number)
+    if tool is None:
+        raise BlockError("unknown-tool", f"tool {number} is not in the tool table", letter)
+    return tool
+
+
+def tell_unknown(ip: Interpreter, number: int, letter: str) -> None:
+    """Say, once in a program, that the sizes of a tool are not known where no table gives them."""
+    if number and ip.tools.invents(number):
+        ip.tools.told = True
+        ip.warn(
+            BlockError(
+                "no-tool-table",
+                f"without a tool table, tool {number} has no length and no radius",
+                letter,
+                hint="--tool-table names a table in LinuxCNC's format",
+            ),
+            Severity.NOTE,
+        )
+
+
+def load_tool_parameters(ip: Interpreter) -> None:
+    """Write #5400 to #5413: number, offsets, diameter, angles and orientation of the tool in the spindle."""
+    tool = ip.tools.find(ip.state.tool) or Tool(0, 0)
+    values = [float(tool.number), *tool.offset, tool.diameter, tool.front, tool.back, float(tool.orientation)]
+    ip.parameters.numbers[TOOL : TOOL + len(values)] = values
+
+
+def select(ip: Interpreter, block: Block) -> None:
+    """T."""
+    number = whole(block, "t", "a tool number")
+    _tool(ip, number, "T")
+    ip.state.selected = number
+    ip.sink.call(f"SELECT_TOOL({number})")
+
+
+def change(ip: Interpreter, block: Block) -> None:
+    """M6."""
+    state = ip.state
+    ip.sink.call("START_CHANGE()")
+    state.direction = 0
+    ip.sink.set_spindle(state.speed, 0)
+    ip.sink.call("STOP_SPINDLE_TURNING(0)")
+    number = state.fetched = state.selected
+    if number or not ip.options.stand_alone:
+        state.tool = number
+        load_tool_parameters(ip)
+    ip.sink.call(f"CHANGE_TOOL({ip.tools.place_of(number)})", Event("tool", True, values={"tool": number}))
+
+
+def take_position(ip: Interpreter, block: Block) -> None:
+    """Take the position anew from the machine."""
+    ip.state.position = ip.base.where(ip.state.position)
+
+
+def name_tool(ip: Interpreter, block: Block) -> None:
+    """M61 Q: the tool in the spindle is Q."""
+    if "q" not in block.words:
+        raise BlockError("tool-missing", "M61 has no tool number Q", "M61")
+    number = whole(block, "q", "M61")
+    _tool(ip, number, "Q")
+    ip.state.fetched = number
+    if not ip.options.stand_alone:
+        ip.state.tool = ip.state.selected = number
+        load_tool_parameters(ip)
+    ip.sink.call(f"CHANGE_TOOL_NUMBER({ip.tools.place_of(number)})", Event("tool", values={"tool": number}))
+
+
+def _use(ip: Interpreter, offset: list[float]) -> None:
+    if ip.state.compensation != 40:
+        raise BlockError(
+            "comp-refused",
+            "the tool offset cannot change while cutter compensation is on",
+            "G43",
+            hint="use G40",
+        )
+    machine = ip.machine_position()
+    ip.state.tool_offset = offset
+    ip.rebase(machine)
+    ip.sink.use_tool_length_offset(offset)
+
+
+def table_offset(ip: Interpreter, number: int) -> list[float]:
+    """Return the offset of a tool in program units."""
+    tell_unknown(ip, number, "H")
+    return [value * ip.scale_of(index) for index, value in enumerate(_tool(ip, number, "H").offset)]
+
+
+def length(ip: Interpreter, block: Block) -> None:
+    """G43 H: the offset of tool H, or of the tool in the spindle."""
+    number = whole(block, "h", "G43") if "h" in block.words else 0
+    _use(ip, table_offset(ip, number or ip.state.tool))
+
+
+def length_fanuc(ip: Interpreter, block: Block) -> None:
+    """G43 H of FANUC: the offset H; H0 is none."""
+    _length_fanuc(ip, block, "G43", 1.0)
+
+
+def length_back(ip: Interpreter, block: Block) -> None:
+    """G44 H of FANUC: the offset H, the other way."""
+    _length_fanuc(ip, block, "G44", -1.0)
+
+
+def _length_fanuc(ip: Interpreter, block: Block, name: str, sign: float) -> None:
+    number = whole(block, "h", name) if "h" in block.words else ip.state.tool
+    ip.state.length_code, ip.state.length_number = 43 if sign > 0.0 else 44, number
+    _use(ip, [sign * value for value in table_offset(ip, number)] if number else zeros())
+
+
+def length_given(ip: Interpreter, block: Block) -> None:
+    """G43.1: the offset that the axis words give."""
+    offset = ip.state.tool_offset.copy()
+    for letter, value in block.words.items():
+        if letter in AXIS_INDEX:
+            offset[AXIS_INDEX[letter]] = value
+    _use(ip, offset)
+
+
+def length_added(ip: Interpreter, block: Block) -> None:
+    """G43.2: add the offset of tool H, or the axis words, to the one in force."""
+    if "h" in block.words:
+        more = table_offset(ip, whole(block, "h", "G43.2"))
+        if any(letter in AXIS_INDEX for letter in block.words):
+            raise BlockError("tool-length-words", "G43.2 takes a tool H or axis words, not both", "H")
+    else:
+        more = [block.words.get(letter, 0.0) for letter in _AXES]
+        if not any(letter in AXIS_INDEX for letter in block.words):
+            raise BlockError("tool-length-words", "G43.2 has neither a tool H nor an axis word", "G43.2")
+    _use(ip, [a + b for a, b in zip(ip.state.tool_offset, more, strict=True)])
+
+
+def length_off(ip: Interpreter, block: Block) -> None:
+    """G49."""
+    ip.state.length_code, ip.state.length_number = 49, 0
+    _use(ip, zeros())
+
+
+CODES = (
+    Code("T", 0, "T", Stage.TOOL, select, "tool to be changed in next", "t"),
+    Code("M", 60, "tool change", Stage.CHANGE, change, "change to the tool of T", after=take_position),
+    Code("M", 610, "tool change", Stage.CHANGE, name_tool, "the tool in the spindle is Q", "q"),
+    Code(
+        "G",
+        430,
+        "tool length",
+        Stage.TOOL_LENGTH,
+        length,
+        "tool offset of tool H",
+        "h",
+        dialects=("linuxcnc",),
+    ),
+    Code("G", 430, "tool length", Stage.TOOL_LENGTH, length_fanuc, "tool offset H", "h", dialects=("fanuc",)),
+    Code(
+        "G",
+        440,
+        "tool length",
+        Stage.TOOL_LENGTH,
+        length_back,
+        "tool offset H, negative",
+        "h",
+        dialects=("fanuc",),
+    ),
+    Code("G", 431, "tool length", Stage.TOOL_LENGTH, length_given, "tool offset in axis words", _AXES, "own"),
+    Code(
+        "G", 432, "tool length", Stage.TOOL_LENGTH, length_added, "add to the tool offset", _AXES + "h", "own"
+    ),
+    Code("G", 490, "tool length", Stage.TOOL_LENGTH, length_off, "no tool offset", dialects=("linuxcnc",)),
+)

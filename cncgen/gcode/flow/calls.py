@@ -1,0 +1,122 @@
+"""The calls in progress: where each goes back to, and the local parameters that it puts back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from cncgen.gcode.block import Value
+from cncgen.gcode.errors import Astray, BlockError
+from cncgen.gcode.text.expressions import evaluate
+from cncgen.gcode.text.labels import Cursor, Label
+
+if TYPE_CHECKING:
+    from cncgen.gcode.interpreter import Interpreter
+
+#: Local numbered parameters: the arguments of a subroutine, #1 to #30, of a macro, #1 to #33.
+LOCALS = 30
+MACRO_LOCALS = 33
+
+
+@dataclass(slots=True)
+class Frame:
+    """A call.
+
+    Attributes:
+        back: The line that it goes back to.
+        label: Of the subroutine called.
+        numbers, named: Local parameters of the caller, put back at the end.
+        again: Where a program called by its number begins, and how often it is still to run after this time.
+        doing: Labels of DO loops under way.
+        left: Rounds left of REPEAT loops, by label.
+        saved, restore: Modal state that M70 or M73 kept here; whether the end of the call brings it back.
+        values: Numbered parameters that each time begins with; None where those of the caller go on.
+        modal: Whether G66 called it.
+    """
+
+    back: Cursor
+    label: Label
+    numbers: list[float]
+    named: dict[str, float]
+    again: tuple[Cursor, int] | None = None
+    doing: set[Label] = field(default_factory=set)
+    left: dict[Label, int] = field(default_factory=dict)
+    saved: object | None = None
+    restore: bool = False
+    values: list[float] | None = None
+    modal: bool = False
+
+    @property
+    def by_number(self) -> bool:
+        """Whether a program was called by its number (M98, G65, G66), not a subroutine."""
+        return self.again is not None
+
+
+class Calls:
+    """The stack of calls; the record of the main program stands below it."""
+
+    def __init__(self, ip: Interpreter) -> None:
+        self.ip = ip
+        self.frames: list[Frame] = []
+        self._main = Frame(Cursor(0, 0, 0), 0.0, [], {})
+        self._locals = MACRO_LOCALS if ip.dialect == "fanuc" else LOCALS
+        #: Runs the blocks that wait, where the machine's state is about to change.
+        self.settle: Callable[[], None] = lambda: None
+
+    @property
+    def frame(self) -> Frame:
+        """Return the innermost call, or the record of the main program."""
+        return self.frames[-1] if self.frames else self._main
+
+    def enter(self, label: Label, back: Cursor, values: list[float] | None) -> Frame:
+        """Begin a call with these local parameters (None: the numbered ones of the caller go on).
+
+        Raises:
+            Astray: Calls would nest deeper than the options allow.
+        """
+        if len(self.frames) >= self.ip.options.max_call_depth:
+            raise Astray(
+                BlockError(
+                    "call-depth",
+                    f"subroutine calls are nested more than {self.ip.options.max_call_depth} deep",
+                    hint="is the recursion without end?",
+                )
+            )
+        parameters = self.ip.parameters
+        frame = Frame(back, label, parameters.numbers[1 : self._locals + 1], parameters.local, values=values)
+        self.frames.append(frame)
+        parameters.local = {}
+        if values is not None:
+            parameters.numbers[1 : self._locals + 1] = values
+        return frame
+
+    def leave(self, returned: tuple[Value, ...] = ()) -> Cursor:
+        """End the innermost call, or its present time of several; return where that leads."""
+        parameters = self.ip.parameters
+        frame = self.frame
+        value = evaluate(returned[0], parameters) if returned else 0.0
+        if frame.again is not None and frame.again[1] > 0:
+            frame.again = (frame.again[0], frame.again[1] - 1)
+            if frame.values is not None:
+                parameters.numbers[1 : self._locals + 1] = frame.values
+            return frame.again[0]
+        self.frames.pop()
+        if frame.values is not None:
+            # A program that M98 calls has the numbered local parameters of its caller.
+            parameters.numbers[1 : self._locals + 1] = frame.numbers
+        parameters.local = frame.named
+        parameters.named["_value"] = value
+        parameters.named["_value_returned"] = 1.0 if returned else 0.0
+        if frame.restore and frame.saved is not None:
+            self.settle()
+            self.ip.restore(frame.saved)
+        return frame.back
+
+    def give_up(self) -> None:
+        """End all calls in progress; the main program has its local parameters back."""
+        if self.frames:
+            first = self.frames[0]
+            self.ip.parameters.numbers[1 : self._locals + 1] = first.numbers
+            self.ip.parameters.local = first.named
+            self.frames.clear()

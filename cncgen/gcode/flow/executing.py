@@ -1,0 +1,80 @@
+"""Executing one block after another: with what an open curve, a comment or a modal macro adds to it."""
+
+from __future__ import annotations
+
+from cncgen.gcode.block import AXIS_INDEX, Block
+from cncgen.gcode.codes import comments
+from cncgen.gcode.errors import BlockError, Stop
+from cncgen.gcode.flow.calls import Calls
+from cncgen.gcode.flow.faults import Faults
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.plans import Plan
+from cncgen.gcode.text.labels import Cursor
+
+_G11 = 110
+
+
+class Executor:
+    """Has blocks executed, and counts them.
+
+    Attributes:
+        steps: Blocks executed so far.
+    """
+
+    def __init__(self, ip: Interpreter, calls: Calls, faults: Faults) -> None:
+        self._ip = ip
+        self._calls = calls
+        self._faults = faults
+        self.steps = 0
+
+    def count(self, blocks: int) -> None:
+        """Count blocks; stop where they are more than the options allow."""
+        self.steps += blocks
+        most = self._ip.options.max_steps
+        if self.steps > most:
+            raise Stop(
+                BlockError(
+                    "too-many-steps",
+                    f"more than {most} blocks were executed: the program counts as endless",
+                    hint="--max-steps sets the bound",
+                )
+            )
+
+    def execute(self, block: Block, plans: dict[int, Plan] | None = None) -> None:
+        """Execute a block; `plans` are those of a line that runs again, by the modal motion."""
+        ip = self._ip
+        if ip.passing_over and not block.m:
+            ip.passing_over = _G11 not in block.g
+            return
+        if ip.guard is not None:
+            self.guarded(block)
+        if block.comment is not None:
+            comments.comment(ip, block, block.comment)
+        if plans is None:
+            if block.words or block.g or block.m:
+                ip.execute(block)
+        else:
+            plan = plans.get(ip.state.motion)
+            if plan is None:
+                plan = plans[ip.state.motion] = ip.plan_of(block)
+            ip.perform(plan, block)
+        if ip.modal_macros:
+            self._call_modal_macro(block)
+
+    def guarded(self, block: Block) -> None:
+        """Let an open curve say that a block does not belong to it; the block runs all the same."""
+        assert self._ip.guard is not None
+        self._ip.base.block = block
+        try:
+            self._ip.guard(self._ip, block)
+        except BlockError as error:
+            self._faults.at(Cursor(block.source, block.offset, block.line), error)
+
+    def _call_modal_macro(self, block: Block) -> None:
+        """Ask for the macro of the last G66 after a motion; motions of that macro ask for the one before it."""
+        ip = self._ip
+        running = sum(frame.modal for frame in self._calls.frames)
+        moves = not AXIS_INDEX.keys().isdisjoint(block.words)
+        if moves and ip.jump is None and running < len(ip.modal_macros):
+            number, times, ip.macro_values = ip.modal_macros[-1 - running]
+            ip.jump = "modal", number, times

@@ -1,0 +1,64 @@
+"""What is said about the lines of a run: each fault once, until lines fail so often that nothing else goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from cncgen.diagnostics import Severity
+from cncgen.gcode.errors import Astray, BlockError, Reporter
+from cncgen.gcode.sinks.sink import Sink
+from cncgen.gcode.source import Source
+from cncgen.gcode.text.labels import Cursor
+
+#: Faults of lines that failed before, after which the loops they stand in count as endless.
+_MAX_FAILURES = 1000
+
+
+class Faults:
+    """Hands the faults of lines to the reporter.
+
+    Blocks that wait are run before a fault is said (`settle`), so that theirs come first.
+    """
+
+    def __init__(self, sources: list[Source], sink: Sink, reporter: Reporter) -> None:
+        self._sources = sources
+        self._sink = sink
+        self._reporter = reporter
+        self.settle: Callable[[], None] = lambda: None
+        #: What was said of which line.
+        self._said: set[tuple[Cursor, str]] = set()
+        self._failures = 0
+
+    def at(self, here: Cursor, error: BlockError) -> None:
+        """Say what is wrong with a line."""
+        self._reporter.report(self._sources[here.source], here.line, here.offset, error)
+
+    def here(self, error: BlockError) -> None:
+        """Say what is wrong with the block that is executed."""
+        block = self._sink.block
+        self.at(Cursor(block.source, block.offset, max(block.line, 1)), error)
+
+    def fail(self, here: Cursor, error: BlockError) -> None:
+        """Say that a line failed, once for each kind of fault; the line is left there.
+
+        Raises:
+            Astray: Lines failed so often that a loop, whose condition their effects would have ended, counts as endless.
+        """
+        self.settle()
+        if (here, error.code) not in self._said:
+            self._said.add((here, error.code))
+            self.at(here, error)
+            return
+        self._failures += 1
+        if self._failures % _MAX_FAILURES == 0:
+            raise Astray
+
+    def remark(self, error: BlockError, severity: Severity) -> None:
+        """Add a remark on a word of the block that is executed, once for each kind of remark; the block runs."""
+        block = self._sink.block
+        self.settle()
+        here = Cursor(block.source, block.offset, max(block.line, 1))
+        what = f"{error.code} {error.word}"
+        if (here, what) not in self._said:
+            self._said.add((here, what))
+            self._reporter.report(self._sources[here.source], here.line, here.offset, error, severity)

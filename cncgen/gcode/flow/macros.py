@@ -1,0 +1,160 @@
+"""FANUC's macros (custom macro B): IF GOTO, IF THEN, WHILE DO END, G65 G66 G67, M98 M99 with program numbers.
+
+Arguments follow argument specification I, and II where I J K repeat (B-63324EN, 15.7.1). A parameter without a value
+is vacant: NaN inside, which counts as 0 in arithmetic and as no word where a word has it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from cncgen.gcode.block import Block, Flow, nearest
+from cncgen.gcode.codes.table import Code
+from cncgen.gcode.codes.tools import whole, whole_of
+from cncgen.gcode.errors import BlockError, Stop
+from cncgen.gcode.flow.calls import MACRO_LOCALS
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.state.modal import Stage
+from cncgen.gcode.text import macro_loops
+from cncgen.toolpath.record import Event
+
+if TYPE_CHECKING:
+    from cncgen.gcode.flow.o_words import FlowControl
+    from cncgen.gcode.text.labels import Cursor
+
+_FANUC = ("fanuc",)
+VACANT = math.nan
+#: Parameter of each argument letter (argument specification I).
+ARGUMENTS = dict(
+    zip("abcijkdefhmqrstuvwxyz", (1, 2, 3, 4, 5, 6, 7, 8, 9, 11, *range(13, 14), *range(17, 27)), strict=True)
+)
+#: How far a computed line number may be from a whole one.
+_WHOLE = 1e-4
+
+
+def arguments(pairs: list[tuple[str, float]]) -> tuple[int, int, list[float]]:
+    """Return program number, repeats and local parameters of a G65 or G66 block."""
+    number, times = -1, 1
+    values = [VACANT] * MACRO_LOCALS
+    sets = {"i": 0, "j": 0, "k": 0}
+    for letter, value in pairs:
+        if letter == "p":
+            number = whole_of(value, letter, "a macro call")
+        elif letter == "l":
+            times = whole_of(value, letter, "a macro call")
+        elif letter in sets:
+            # I J K may repeat: the n-th set goes to #(3n+1), #(3n+2), #(3n+3).
+            index = 3 * sets[letter] + ARGUMENTS[letter]
+            sets[letter] += 1
+            if index > MACRO_LOCALS:
+                raise BlockError(
+                    "macro-arguments", f"{letter.upper()} stands more than ten times", letter.upper()
+                )
+            values[index - 1] = value
+        elif letter in ARGUMENTS:
+            values[ARGUMENTS[letter] - 1] = value
+        elif letter != "g":
+            raise BlockError("macro-arguments", f"{letter.upper()} is no argument of a macro", letter.upper())
+    if number < 0:
+        raise BlockError("sub-missing", "a macro call has no program number P", "G65")
+    return number, times, values
+
+
+def call(ip: Interpreter, block: Block) -> None:
+    """G65: call a macro (its words are read before, `Compiler.call_macro`)."""
+
+
+def modal_call(ip: Interpreter, block: Block) -> None:
+    """G66: call a macro after each motion from now on."""
+
+
+def end_modal_call(ip: Interpreter, block: Block) -> None:
+    """G67: end the G66 that came last."""
+    if ip.modal_macros:
+        ip.modal_macros.pop()
+
+
+def call_program(ip: Interpreter, block: Block) -> None:
+    """M98 P L: run a program L times; P of more than four digits begins with the number of times."""
+    if "p" not in block.words:
+        raise BlockError("sub-missing", "M98 has no program number P", "M98", hint="M98 P1000 runs O1000")
+    number = whole(block, "p", "M98")
+    times = whole(block, "l", "M98") if "l" in block.words else 1
+    if number > 9999 and "l" not in block.words:
+        times, number = divmod(number, 10_000)
+    ip.jump = ("call", number, times)
+
+
+def back(ip: Interpreter, block: Block) -> None:
+    """M99 P: back to where the program was called from, or to its line N."""
+    ip.jump = ("return", whole(block, "p", "M99") if "p" in block.words else -1, 0)
+
+
+def run(control: FlowControl, word: Flow, here: Cursor) -> Cursor | None:
+    """Execute a jump or loop of a macro; return where to go on, or None for the next line."""
+    if word.keyword == "goto":
+        if word.arguments and not control.condition(word):
+            return None
+        label = word.label
+        number = label(control.ip.parameters) if callable(label) else label
+        assert isinstance(number, float)
+        return line_numbered(control, here, line_of(number))
+    if word.keyword == "while-do":
+        end = macro_loops.end_of(control, word, here)
+        return None if not word.arguments or control.condition(word) else end
+    return macro_loops.begin_of(control, word, here)
+
+
+def line_of(value: float) -> int:
+    """Return the line number that GOTO is followed by; raise where it is not whole."""
+    number = nearest(value, "the line of GOTO")
+    if abs(number - value) > _WHOLE:
+        hint = "round it, or compute it from whole numbers"
+        raise BlockError("not-whole", f"GOTO {value:g} is not a whole number", "GOTO", hint=hint)
+    return number
+
+
+def line_numbered(control: FlowControl, here: Cursor, number: int, word: str = "GOTO") -> Cursor:
+    """Return the line with that N word in the same program: after this line, else from the program's beginning."""
+    labels = control.subroutines.labels(here.source)
+    begin, end = labels.program_range(here.offset)
+    found = [c for c in labels.numbered.get(number, []) if begin <= c.offset < end]
+    later = [c for c in found if c.offset > here.offset]
+    if not found:
+        raise BlockError(
+            "goto-target",
+            f"there is no line N{number} to go to in this program",
+            word,
+            hint="GOTO and M99 P name the N word of a line of their own program",
+        )
+    return (later or found)[0]
+
+
+def alarm(ip: Interpreter, value: float, text: str) -> None:
+    """#3000 = n (text): end the program with an alarm."""
+    raise Stop(BlockError("macro-alarm", f"the program raises alarm {value:g}: {text or 'no text'}", "#"))
+
+
+def message(ip: Interpreter, value: float, text: str) -> None:
+    """#3006 = n (text): stop with a message."""
+    ip.sink.call("PROGRAM_STOP()", Event("stop", True, values={"kind": "message", "text": text}))
+
+
+CODES = (
+    Code("G", 650, "macro", Stage.STOP, call, "call macro P, L times, with arguments", dialects=_FANUC),
+    Code("G", 660, "macro", Stage.STOP, modal_call, "call macro P after each motion", dialects=_FANUC),
+    Code("G", 670, "macro", Stage.STOP, end_modal_call, "end of G66", dialects=_FANUC),
+    Code("M", 980, "subprogram", Stage.STOP, call_program, "run program P, L times", "pl", dialects=_FANUC),
+    Code("M", 990, "subprogram", Stage.STOP, back, "end of a subprogram", "p", dialects=_FANUC),
+    Code(
+        "M",
+        1980,
+        "subprogram",
+        Stage.STOP,
+        call_program,
+        "run program P of a file, L times",
+        "pl",
+        dialects=_FANUC,
+    ),
+)

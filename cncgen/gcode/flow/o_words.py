@@ -1,0 +1,183 @@
+"""The order of execution: O-words by their keywords, on the calls in progress and the lines that labels mark.
+
+Nothing is nested here: where a jump leads is looked up by its label (`labels`). A `Cursor` is a place to go on from.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cncgen.gcode.block import Flow, nearest
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.flow import branches, macros, sub_words
+from cncgen.gcode.flow.calls import Calls
+from cncgen.gcode.flow.subroutines import Subroutines
+from cncgen.gcode.source import Source
+from cncgen.gcode.text.expressions import EQUAL, evaluate
+from cncgen.gcode.text.labels import LOOP_END, Cursor, Label, Marked, shown
+
+if TYPE_CHECKING:
+    from cncgen.gcode.interpreter import Interpreter
+
+#: Values in brackets that an O-word takes at most, where it has a bound.
+_MOST_ARGUMENTS = {"sub": 0, **dict.fromkeys(("if", "elseif", "while", "repeat", "return", "endsub"), 1)}
+
+
+class FlowControl:
+    """Executes O-words.
+
+    Attributes:
+        calls: The calls in progress.
+        subroutines: The texts, and the lines of each that jumps lead to.
+        begun: Whether a program number of FANUC was passed, which the main program begins with.
+    """
+
+    def __init__(
+        self, ip: Interpreter, sources: list[Source], program: Path | None, axes: str | None
+    ) -> None:
+        self.ip = ip
+        self.calls = Calls(ip)
+        self.subroutines = Subroutines(ip, sources, program, axes)
+        self.begun = False
+        #: Where a label of a branch or loop was met first, and its keyword, by the subroutine that it is local to.
+        self._first: dict[tuple[Label, int, Label], tuple[Cursor, str]] = {}
+
+    def run(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+        """Execute an O-word; return where to go on, or None for the next line."""
+        if flow.keyword in ("goto", "while-do", "end-do") and self.ip.dialect == "fanuc":
+            return macros.run(self, flow, here)
+        method = _METHODS.get(flow.keyword)
+        if method is None or (self.ip.dialect == "fanuc" and flow.keyword != "program"):
+            other = "linuxcnc" if self.ip.dialect == "fanuc" else "fanuc"
+            raise BlockError(
+                "unsupported-flow",
+                f"{flow.keyword.upper()} is not of the {self.ip.dialect} dialect",
+                hint=f"--dialect {other} has it",
+            )
+        if len(flow.arguments) > _MOST_ARGUMENTS.get(flow.keyword, len(flow.arguments)):
+            raise BlockError(
+                "oword-arguments", f"{flow.keyword.upper()} has {len(flow.arguments)} values in brackets", "O"
+            )
+        return method(self, flow, here, after)
+
+    def settle(self) -> None:
+        """Run the blocks that wait."""
+        self.calls.settle()
+
+    # Values.
+
+    def label_of(self, flow: Flow) -> Label:
+        """Return the label of an O-word, computed where it is not written."""
+        label = flow.label
+        if isinstance(label, str):
+            return label
+        assert label is not None
+        value = evaluate(label, self.ip.parameters)
+        whole = nearest(value, "the label")
+        if abs(value - whole) > EQUAL:
+            raise BlockError("oword-label", f"a label of {value:g}, which is no whole number", "O")
+        return float(whole)
+
+    def value_of(self, flow: Flow) -> float:
+        """Return the value in brackets of an O-word."""
+        if not flow.arguments:
+            raise BlockError(
+                "oword-arguments",
+                f"{flow.keyword.upper()} needs a value in brackets",
+                "O",
+                hint=f"o{shown(self.label_of(flow))} {flow.keyword} [{'10' if flow.keyword == 'repeat' else '#1 LT 10'}]",
+            )
+        return evaluate(flow.arguments[0], self.ip.parameters)
+
+    def condition(self, flow: Flow) -> bool:
+        """Tell whether the condition of an O-word holds."""
+        return self.value_of(flow) != 0.0
+
+    # Lines.
+
+    def claim(self, flow: Flow, label: Label, here: Cursor) -> None:
+        """Take a label for the branch or loop that begins here; raise where another one of this subroutine has it."""
+        frame = self.calls.frame
+        if flow.keyword == "while" and label in frame.doing:
+            return
+        first, keyword = self._first.setdefault((frame.label, here.source, label), (here, flow.keyword))
+        if first.offset != here.offset and not keyword == flow.keyword == "do":
+            raise BlockError(
+                "oword-duplicate",
+                f"o{shown(label)} begins {_with_article(keyword)} in line {first.line} already",
+                "O",
+                hint="give each branch and loop of a subroutine a label of its own",
+            )
+
+    def has_written_labels(self, source: int) -> bool:
+        """Tell whether no label of a source is computed, so that each means the same whenever it is looked up."""
+        return not self.subroutines.labels(source).computes
+
+    def text_of(self, mark: Marked) -> str:
+        """Return the text of a line."""
+        return self.subroutines.sources[mark.cursor.source].text_at(mark.cursor.offset)
+
+    def next_mark(self, here: Cursor, label: Label, keywords: tuple[str, ...], wanted: str) -> Marked:
+        """Return the first later line of the subroutine with this label and one of the keywords."""
+        labels = self.subroutines.labels(here.source)
+        mark = labels.next(here.offset, label, keywords, self.subroutines.resolved, over_borders=False)
+        if mark is not None:
+            return mark
+        if wanted == LOOP_END:
+            raise BlockError(
+                "oword-unmatched",
+                f"o{shown(label)} stands in no loop",
+                "O",
+                hint="BREAK and CONTINUE have the label of the loop around them",
+            )
+        raise BlockError(
+            "oword-unmatched",
+            f"o{shown(label)} has no {wanted.upper()}",
+            "O",
+            hint=f"it must stand below, with the label o{shown(label)}, in the same subroutine",
+        )
+
+    def previous_mark(self, here: Cursor, label: Label, keywords: tuple[str, ...], word: str) -> Marked:
+        """Return the last earlier line of the subroutine with this label and one of the keywords."""
+        mark = self.find_previous(here, label, keywords)
+        if mark is not None:
+            return mark
+        raise BlockError(
+            "oword-unmatched",
+            f"o{shown(label)} {word.upper()} with no {keywords[0].upper()}",
+            "O",
+            hint=f"it must stand above, with the label o{shown(label)}, in the same subroutine",
+        )
+
+    def find_previous(self, here: Cursor, label: Label, keywords: tuple[str, ...]) -> Marked | None:
+        """Return `previous_mark`, None where there is none."""
+        subroutines = self.subroutines
+        return subroutines.labels(here.source).previous(here.offset, label, keywords, subroutines.resolved)
+
+
+def _with_article(keyword: str) -> str:
+    """Return ``a WHILE``, ``an IF``."""
+    return f"{'an' if keyword == 'if' else 'a'} {keyword.upper()}"
+
+
+Method = Callable[[FlowControl, Flow, Cursor, Cursor], Cursor | None]
+_METHODS: dict[str, Method] = {
+    "if": branches.begin_if,
+    "elseif": branches.leave_if,
+    "else": branches.leave_if,
+    "endif": branches.end_if,
+    "while": branches.begin_or_close_while,
+    "endwhile": branches.end_while,
+    "do": branches.begin_do,
+    "repeat": branches.begin_repeat,
+    "endrepeat": branches.end_repeat,
+    "break": branches.break_off,
+    "continue": branches.go_round,
+    "sub": sub_words.define,
+    "endsub": sub_words.end_sub,
+    "return": sub_words.give_back,
+    "call": sub_words.call,
+    "program": sub_words.pass_program_number,
+}

@@ -1,0 +1,76 @@
+"""What one run of a program consists of, put together once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from cncgen.gcode.errors import Reporter
+from cncgen.gcode.flow.compiling import Compiler
+from cncgen.gcode.flow.executing import Executor
+from cncgen.gcode.flow.faults import Faults
+from cncgen.gcode.flow.o_words import FlowControl
+from cncgen.gcode.flow.reading import LineReader, Percent
+from cncgen.gcode.flow.waiting import Waiting
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.sinks.sink import Sink
+from cncgen.gcode.source import Source
+from cncgen.toolpath.reading import ReadOptions
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """What `Stream` and `Walker` share.
+
+    Attributes:
+        sources: The texts: the main program, then files in the order in which they were called.
+        by_line: Whether the scanner cannot read the dialect's plain blocks, so that every line is parsed.
+    """
+
+    sources: list[Source]
+    ip: Interpreter
+    control: FlowControl
+    lines: LineReader
+    percent: Percent
+    faults: Faults
+    executor: Executor
+    compiler: Compiler
+    waiting: Waiting
+    by_line: bool
+
+
+def assemble(
+    source: Source,
+    dialect: str,
+    options: ReadOptions,
+    sink: Sink,
+    reporter: Reporter,
+    *,
+    path: Path | None,
+    batches: bool,
+    axes: str | None,
+) -> Parts:
+    """Put the parts of a run together; the arguments are those of `running.Runner`."""
+    sources = [source]
+    # The scanner does not tell 10 from 10. where the former counts in least increments.
+    increments = dialect == "fanuc" and options.least_increment is not None
+    faults = Faults(sources, sink, reporter)
+    ip = Interpreter(sink, options, faults.remark, dialect)
+    control = ip.flow = FlowControl(ip, sources, path, axes)
+    executor = Executor(ip, control.calls, faults)
+    control.subroutines.count = executor.count
+    compiler = Compiler(ip, control, executor.execute)
+    waiting = Waiting(ip, sources, compiler, executor, faults, batches=batches)
+    control.calls.settle = faults.settle = waiting.settle
+    return Parts(
+        sources=sources,
+        ip=ip,
+        control=control,
+        lines=LineReader(sources, dialect, increments=increments),
+        percent=Percent(ip, source),
+        faults=faults,
+        executor=executor,
+        compiler=compiler,
+        waiting=waiting,
+        by_line=increments or dialect == "heidenhain",
+    )

@@ -1,0 +1,93 @@
+"""Lines of a run as parsed blocks, in the program's dialect; and the lines of ``%`` around it."""
+
+from __future__ import annotations
+
+from cncgen.gcode.block import Parsed
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.source import MAX_LINE, Source
+from cncgen.gcode.text import descent
+from cncgen.gcode.text.labels import Cursor
+
+#: Texts remembered.
+_MAX_TEXTS = 1024
+
+
+class LineReader:
+    """Reads lines of the sources; the latest texts are remembered with their blocks."""
+
+    def __init__(self, sources: list[Source], dialect: str, *, increments: bool) -> None:
+        self._sources = sources
+        self._dialect = dialect
+        self._increments = increments
+        self._parsed: dict[str, Parsed] = {}
+
+    def text(self, here: Cursor) -> str:
+        """Return a line's text; raise where it is too long to be one."""
+        source = self._sources[here.source]
+        length = source.line_end(here.offset) - here.offset
+        if length > MAX_LINE:
+            raise BlockError(
+                "line-too-long", f"a line of {length} bytes; the longest is {MAX_LINE}", column=1
+            )
+        return source.text_at(here.offset)
+
+    def after(self, here: Cursor) -> Cursor:
+        """Return the next line."""
+        return Cursor(here.source, self._sources[here.source].line_end(here.offset) + 1, here.line + 1)
+
+    def parse(self, text: str) -> Parsed:
+        """Return the block of a text."""
+        parsed = self._parsed.get(text)
+        if parsed is None:
+            parsed = self._read(text)
+            if len(self._parsed) >= _MAX_TEXTS:
+                self._parsed.clear()
+            self._parsed[text] = parsed
+        return parsed
+
+    def _read(self, text: str) -> Parsed:
+        if self._dialect == "heidenhain":
+            from cncgen.gcode.codes import heidenhain
+
+            return heidenhain.parse(text)
+        return descent.parse(text, self._dialect, self._increments)
+
+
+class Percent:
+    """The lines of ``%`` that may stand around a program.
+
+    Attributes:
+        seen: Whether a block was read; a ``%`` before it begins the program.
+    """
+
+    def __init__(self, ip: Interpreter, source: Source) -> None:
+        self._ip = ip
+        self._source = source
+        self._begun = False
+        self.seen = False
+
+    def line(self, text: str, before: int) -> None:
+        """Begin or end the program; `before` is how many bytes of it are read."""
+        if self._ip.dialect == "linuxcnc" and text.strip() != "%":
+            raise BlockError(
+                "syntax",
+                "a line of % holds nothing else",
+                column=text.index("%") + 1,
+                hint="put the rest in a line",
+            )
+        if not self.seen and not self._begun and not self._is_late(before):
+            self._begun = True
+        elif self._begun:
+            self._ip.state.ended = True
+            self._ip.base.call("FINISH()")
+        else:
+            raise BlockError(
+                "stray-percent", "a % that ends a program that no % began", column=text.index("%") + 1
+            )
+
+    def _is_late(self, before: int) -> bool:
+        """Tell whether comments stand before the first %: LinuxCNC's interpreter has then begun without it."""
+        if not self._ip.options.stand_alone or self._ip.dialect != "linuxcnc":
+            return False
+        return bool(self._source.data[:before].strip().strip(b"%").strip())

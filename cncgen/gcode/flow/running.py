@@ -1,0 +1,137 @@
+"""Running a program: the stream as long as it goes forward, nodes where it goes back or away, until it ends."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from cncgen.diagnostics import Diagnostics, Severity
+from cncgen.gcode.block import Block
+from cncgen.gcode.doubts import doubts
+from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
+from cncgen.gcode.flow.parts import assemble
+from cncgen.gcode.flow.stream import Stream
+from cncgen.gcode.flow.walking import Walker
+from cncgen.gcode.sinks.sink import Sink
+from cncgen.gcode.source import Source
+from cncgen.gcode.state.parameters import write_parameters
+from cncgen.gcode.text.dialects import Choice, choose
+from cncgen.gcode.text.labels import Cursor
+from cncgen.toolpath.reading import ReadOptions
+
+
+class Runner:
+    """One run of a program on a sink.
+
+    Without `batches` every block goes through its handlers one by one, which is slower and gives the same. `axes` are
+    those that the sink has room for, where it is not for all.
+    """
+
+    def __init__(
+        self,
+        source: Source,
+        options: ReadOptions,
+        sink: Sink,
+        diagnostics: Diagnostics,
+        *,
+        path: Path | None = None,
+        batches: bool = True,
+        axes: str | None = None,
+    ) -> None:
+        self.reporter = Reporter(diagnostics)
+        self._options = options
+        self._choice = choose(source) if options.dialect == "auto" else Choice(options.dialect, "", 1)
+        self._parts = assemble(
+            source,
+            self._choice.dialect,
+            options,
+            sink,
+            self.reporter,
+            path=path,
+            batches=batches,
+            axes=axes,
+        )
+        self.sources = self._parts.sources
+        self.ip = self._parts.ip
+        self._stream = Stream(self._parts)
+        self._walker = Walker(self._parts, self._stream)
+
+    def run(self) -> Iterator[None]:
+        """Run to the end; yields now and then, so that rows can be taken away."""
+        source, faults = self.sources[0], self._parts.faults
+        if source.is_binary():
+            hint = "is it UTF-16? save it as UTF-8 or ASCII" if source.is_wide() else ""
+            message = f"{source.name} is no text: it holds NUL bytes"
+            faults.at(Cursor(0, 0, 1), BlockError("binary-file", message, hint=hint))
+            return
+        try:
+            self._say_dialect()
+            self.ip.begin()
+            yield from self._run()
+            self._finish()
+        except Stop as stop:
+            faults.here(stop.error)
+
+    def _run(self) -> Iterator[None]:
+        """Run until the program ends; where it leads nowhere, go on at the first line not reached yet."""
+        while not self.ip.state.ended:
+            try:
+                yield from self._run_on()
+                return
+            except Astray as astray:
+                self._parts.waiting.settle()
+                if astray.error is not None:
+                    self._parts.faults.here(astray.error)
+                self._parts.control.calls.give_up()
+
+    def _run_on(self) -> Iterator[None]:
+        ip, stream = self.ip, self._stream
+        while not ip.state.ended:
+            target = stream.advance()
+            if stream.exhausted:
+                return
+            yield
+            if target is not None and not ip.state.ended:
+                yield from self._walker.walk(target)
+
+    def _say_dialect(self) -> None:
+        """Note which dialect was chosen, where something in the text decided it, and what another control would read."""
+        dialect, why, line = self._choice
+        if why:
+            error = BlockError("dialect", f"read as {dialect}: {why}", hint="--dialect overrides")
+            source = self.sources[0]
+            offset = 0
+            for _ in range(line - 1):
+                offset = source.line_end(offset) + 1
+            self.reporter.report(source, line, offset, error, Severity.NOTE)
+        for here, doubt in doubts(self.sources[0], dialect):
+            self.reporter.report(self.sources[0], here.line, here.offset, doubt, Severity.WARNING)
+
+    def _finish(self) -> None:
+        """Say what is missing at the end of the text, and keep the parameters where asked."""
+        source, parts = self.sources[0], self._parts
+        last = Cursor(0, _last_line(source), max(self._stream.reached.line - 1, 1))
+        try:
+            self.ip.end_compensation()
+        except BlockError as error:
+            parts.faults.at(last, error)
+        if self.ip.guard is not None:
+            parts.executor.guarded(Block({}, m=(20,), line=last.line, offset=last.offset))
+        if not parts.percent.seen:
+            parts.faults.at(Cursor(0, 0, 1), BlockError("empty-program", f"{source.name} has no block"))
+        elif not self.ip.state.ended:
+            self.ip.base.block = Block({}, line=last.line, offset=last.offset)
+            parts.faults.remark(
+                BlockError("no-program-end", "the program ends without M2, M30 or a closing %"),
+                Severity.ERROR if self._options.stand_alone else Severity.WARNING,
+            )
+        if self._options.save_parameters is not None:
+            write_parameters(self._options.save_parameters, self.ip.parameters)
+
+
+def _last_line(source: Source) -> int:
+    """Return the offset of the last line that holds anything."""
+    end = len(source)
+    while end and source.data[end - 1 : end] in b"\r\n":
+        end -= 1
+    return source.data.rfind(b"\n", 0, end) + 1

@@ -1,0 +1,149 @@
+"""O-words of subroutines: SUB ENDSUB, CALL, RETURN, and program numbers; M98, M99 and macro calls, which lead as they do.
+
+Each O-word takes the flow control, the O-word, its line and the line behind it, and returns where to go on, None for the
+next line.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from cncgen.diagnostics import Severity
+from cncgen.gcode.block import Flow
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.flow import macros
+from cncgen.gcode.flow.calls import LOCALS
+from cncgen.gcode.text.expressions import evaluate
+from cncgen.gcode.text.labels import Cursor, Label, shown
+
+if TYPE_CHECKING:
+    from cncgen.gcode.flow.o_words import FlowControl
+
+
+def define(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+    """Handle SUB: skip a definition."""
+    label = control.label_of(flow)
+    subroutines = control.subroutines
+    labels = subroutines.labels(here.source)
+    end = labels.next(here.offset, label, ("endsub",), subroutines.resolved, over_borders=True)
+    if end is None:
+        return _unclosed(control, label, here)
+    first = labels.first(label, ("sub",), subroutines.resolved)
+    if first is not None and first.cursor != here:
+        error = BlockError(
+            "oword-duplicate",
+            f"subroutine o{shown(label)} is defined in line {first.cursor.line} already",
+            "O",
+            hint="give it another name",
+        )
+        control.ip.warn(error, Severity.ERROR)
+        return end.after
+    if labels.has_sub_between(here.offset, end.cursor.offset):
+        error = BlockError(
+            "oword-nested-sub",
+            "a subroutine is defined within a subroutine",
+            "O",
+            hint="close the outer one first; it may call the inner one all the same",
+        )
+        control.ip.warn(error, Severity.ERROR)
+    return end.after
+
+
+def _unclosed(control: FlowControl, label: Label, here: Cursor) -> Cursor | None:
+    """Report a definition without its end, and skip what another label's ENDSUB closes."""
+    control.subroutines.unclosed.add(label)
+    border = control.subroutines.labels(here.source).border(here.offset)
+    end = border if border is not None and border.keyword == "endsub" else None
+    hint = f"it must stand below, with the label o{shown(label)}"
+    if end is not None:
+        hint += f"; line {end.cursor.line} has the ENDSUB of another label"
+    fault = BlockError("oword-unmatched", f"o{shown(label)} has no ENDSUB", "O", hint=hint)
+    control.ip.warn(fault, Severity.ERROR)
+    return end.after if end is not None else None
+
+
+def end_sub(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+    """Handle ENDSUB: back to the caller."""
+    label = control.label_of(flow)
+    calls = control.calls
+    # A computed label may have changed by the parameters that the subroutine has of its own.
+    if not calls.frames or (calls.frame.label != label and not callable(flow.label)):
+        raise BlockError(
+            "oword-unmatched",
+            f"o{shown(label)} ENDSUB with no SUB that was called",
+            "O",
+            hint="SUB and ENDSUB have the same label",
+        )
+    return calls.leave(flow.arguments)
+
+
+def give_back(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+    """Handle RETURN: back to the caller."""
+    if not control.calls.frames:
+        raise BlockError(
+            "oword-unmatched", "RETURN outside a subroutine", "O", hint="M2 or M30 end the main program"
+        )
+    return control.calls.leave(flow.arguments)
+
+
+def call(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+    """Handle CALL: into the subroutine."""
+    label = control.label_of(flow)
+    if len(flow.arguments) > LOCALS:
+        raise BlockError(
+            "oword-arguments",
+            f"{len(flow.arguments)} arguments; a call takes {LOCALS}",
+            "O",
+            hint="pass more in global parameters: #<_name>, or #31 and above",
+        )
+    parameters = control.ip.parameters
+    values = [value if isinstance(value, float) else evaluate(value, parameters) for value in flow.arguments]
+    target = control.subroutines.find(label, here).after
+    control.calls.enter(label, after, values + [0.0] * (LOCALS - len(values)))
+    return target
+
+
+def pass_program_number(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
+    """Pass the number of a program; the next program of a file of several ends the main one."""
+    if control.ip.dialect == "fanuc" and not control.calls.frames:
+        if control.begun:
+            control.ip.end_program()
+        control.begun = True
+    return None
+
+
+def follow_jump(control: FlowControl, here: Cursor, after: Cursor) -> Cursor | None:
+    """Do what a block asked for with M98, M99, G65 or G66 (`Interpreter.jump`)."""
+    ip, calls = control.ip, control.calls
+    assert ip.jump is not None
+    (kind, number, times), ip.jump = ip.jump, None
+    if kind == "return":
+        if calls.frames:
+            back = calls.leave()
+            return macros.line_numbered(control, back, number, "P") if number > 0 else back
+        ip.end_program()
+        return None
+    values, ip.macro_values = ip.macro_values, None
+    if times < 1:
+        return after
+    target = _call_number(control, number, times, here, after, values if kind != "call" else None)
+    calls.frame.modal = kind == "modal"
+    return target
+
+
+def _call_number(
+    control: FlowControl, number: int, times: int, here: Cursor, after: Cursor, values: list[float] | None
+) -> Cursor:
+    """Run the program of that number `times` times, with these local parameters (M98: those of the caller)."""
+    label = float(number)
+    try:
+        target = control.subroutines.find(label, here, ("program", "sub"))
+    except BlockError as error:
+        error.word = "P"
+        raise
+    if target.keyword == "sub" and control.ip.dialect == "linuxcnc":
+        hint = f"use o{number} CALL"
+        raise BlockError("sub-kind", f"o{number} is a SUB, which M98 cannot run", "P", hint=hint)
+    frame = control.calls.enter(label, after, values)
+    frame.again = (target.after, times - 1)
+    return target.after

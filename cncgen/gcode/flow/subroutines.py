@@ -1,0 +1,143 @@
+"""Where subroutines are: in the texts of a run, or in a file of their name on the search path."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cncgen.diagnostics import UsageError
+from cncgen.gcode.block import Value
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.source import Source, open_source
+from cncgen.gcode.text.axes import moving_axes
+from cncgen.gcode.text.labels import Cursor, Label, Labels, Marked, shown
+from cncgen.gcode.text.search import candidates, leaves_path, search_path
+
+if TYPE_CHECKING:
+    from cncgen.gcode.interpreter import Interpreter
+
+
+class Subroutines:
+    """The texts of a run (files are added as they are called), and what begins where in each.
+
+    `program` is the file of the main program, whose folder is searched too; `axes` are those that the sink has room for,
+    where it is not for all.
+    """
+
+    def __init__(
+        self, ip: Interpreter, sources: list[Source], program: Path | None, axes: str | None
+    ) -> None:
+        self.ip = ip
+        self.sources = sources
+        #: Counts blocks that are executed.
+        self.count: Callable[[int], None] = lambda blocks: None
+        #: Labels of subroutines that were found without an end.
+        self.unclosed: set[Label] = set()
+        self._labels: dict[int, Labels] = {}
+        #: Where subroutines of a label, called from a source, begin.
+        self._found: dict[tuple[Label, int, tuple[str, ...]], Marked] = {}
+        self._files: dict[str, int] = {}
+        self._folders = search_path(program, ip.options.include)
+        self._axes = axes
+
+    def labels(self, source: int) -> Labels:
+        """Return the lines of a source that jumps may lead to."""
+        if source not in self._labels:
+            self._labels[source] = Labels(self.sources[source], source, self.ip.dialect)
+        return self._labels[source]
+
+    def resolved(self, label: Value | str) -> Value | str:
+        """Return a label as it is now; one that is computed counts as a block, so that looking for one has a bound."""
+        if not callable(label):
+            return label
+        self.count(1)
+        return label(self.ip.parameters)
+
+    def find(self, label: Label, here: Cursor, keywords: tuple[str, ...] = ("sub",)) -> Marked:
+        """Return the line that begins a subroutine: in the text of the call, in another, or in the file of its name.
+
+        Raises:
+            BlockError: There is none, it has no end, or its file cannot be used.
+        """
+        if label in self.unclosed:
+            raise BlockError(
+                "sub-unfinished", f"o{shown(label)} has no ENDSUB: it is not run", "O", hint="see its SUB"
+            )
+        key = label, here.source, keywords
+        if key in self._found:
+            return self._found[key]
+        for source in dict.fromkeys((here.source, *range(len(self.sources)))):
+            found = self.labels(source).first(label, keywords, self.resolved)
+            if found is not None:
+                if not self._labels[source].computes:
+                    self._found[key] = found
+                return found
+        return self._first_of_file(self._file(label), label, keywords)
+
+    def _first_of_file(self, source: int, label: Label, keywords: tuple[str, ...]) -> Marked:
+        """Return where the subroutine begins that a file has the name of."""
+        if self.ip.dialect == "fanuc":
+            marks = self.labels(source).marks
+            return next((m for m in marks if m.keyword == "program"), _whole(label, source))
+        found = self.labels(source).first(label, keywords, self.resolved)
+        if found is not None:
+            return found
+        name = self.sources[source].name
+        raise BlockError(
+            "sub-missing",
+            f"{name} has no o{shown(label)} SUB",
+            "O",
+            hint="the file of a subroutine holds the subroutine of its name",
+        )
+
+    def _file(self, label: Label) -> int:
+        """Return the source of the file that holds a subroutine; it must lie in a folder of the search path."""
+        name = label if isinstance(label, str) else f"{label:g}"
+        if self.ip.dialect == "fanuc" and isinstance(label, float):
+            name = f"O{int(label):04d}"
+        if name in self._files:
+            return self._files[name]
+        if leaves_path(name):
+            raise BlockError(
+                "sub-path",
+                f"the subroutine name <{name}> leads out of the search path",
+                "O",
+                hint="give the bare name, and the folder with --include",
+            )
+        for folder in self._folders:
+            for path in candidates(folder, name):
+                try:
+                    source = open_source(path, str(path))
+                except UsageError:
+                    continue
+                self._check_axes(source)
+                self.sources.append(source)
+                self._files[name] = len(self.sources) - 1
+                return self._files[name]
+        places = ", ".join(str(folder) for folder in self._folders) or "the search path, which is empty"
+        what = f"program {name}" if self.ip.dialect == "fanuc" else f"subroutine o{shown(label)}"
+        raise BlockError(
+            "sub-missing",
+            f"there is no {what} in the text, and no file {name}.ngc in {places}",
+            "O",
+            hint="--include adds a folder to the search path",
+        )
+
+    def _check_axes(self, source: Source) -> None:
+        """Refuse a file that moves axes which were not foreseen: their column cannot be added under way."""
+        late = "" if self._axes is None else "".join(a for a in moving_axes(source) if a not in self._axes)
+        if late:
+            raise BlockError(
+                "late-axis",
+                f"{source.name} names {' and '.join(late)}, which neither the program nor a file that it calls by its"
+                " name does",
+                "O",
+                hint=f"name {' and '.join(late)} in the program, or call the file by its name or number",
+            )
+
+
+def _whole(label: Label, source: int) -> Marked:
+    """Return the beginning of a file that is one program without a number."""
+    first = Cursor(source, 0, 1)
+    return Marked(label, "program", first, first)

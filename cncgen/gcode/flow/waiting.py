@@ -1,0 +1,126 @@
+"""Plain blocks that were read and have not run: those of a scan, and those of lines that are computed while they are read.
+
+The latter wait, over loops and calls, until something needs to know where the machine is: motions change no parameter.
+"""
+
+from __future__ import annotations
+
+from cncgen.gcode.block import Flow
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.flow.batches import Batches
+from cncgen.gcode.flow.compiling import Compiler
+from cncgen.gcode.flow.executing import Executor
+from cncgen.gcode.flow.faults import Faults
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.source import Source
+from cncgen.gcode.text.computing import Computing
+from cncgen.gcode.text.labels import Cursor
+from cncgen.gcode.text.lanes import BLOCKS, PlainBlocks, comment_of
+from cncgen.kernels import gcode_scan
+
+
+class Waiting:
+    """The columns of plain blocks, what fills them and what runs them.
+
+    Without `batches` every block goes through its handlers one by one.
+    """
+
+    def __init__(
+        self,
+        ip: Interpreter,
+        sources: list[Source],
+        compiler: Compiler,
+        executor: Executor,
+        faults: Faults,
+        *,
+        batches: bool,
+    ) -> None:
+        self._ip = ip
+        self._sources = sources
+        self._compiler = compiler
+        self._executor = executor
+        self._faults = faults
+        self._plain = PlainBlocks()
+        self._batches = Batches(ip, self._plain) if batches else None
+        self._computing = (
+            Computing(ip.parameters, sources, self._plain) if batches and ip.dialect == "linuxcnc" else None
+        )
+
+    @property
+    def count(self) -> int:
+        """How many blocks wait."""
+        return self._plain.count
+
+    @property
+    def computes(self) -> bool:
+        """Whether lines are computed while they are read, in this dialect."""
+        return self._computing is not None
+
+    def scan(self, here: Cursor) -> tuple[Cursor, int]:
+        """Read plain blocks from a line on, in place of those that stand here; as `PlainBlocks.scan`."""
+        return self._plain.scan(self._sources[here.source], here)
+
+    def has_words(self) -> bool:
+        """Tell whether a block that waits has a word."""
+        return self._plain.count > 0 and self._plain.word_end[self._plain.count - 1] > 0
+
+    def compute(self, here: Cursor) -> tuple[Cursor, int]:
+        """Read on, from a line, lines that are computed; return the first one that is not, and how many blocks came.
+
+        The cursor is `here` itself where there is none.
+        """
+        if self._computing is None:
+            return here, 0
+        plain = self._plain
+        if plain.count and (plain.source != here.source or plain.count == BLOCKS):
+            self.settle()
+        before = plain.count
+        return self._computing.read(here), plain.count - before
+
+    def flow(self, here: Cursor) -> tuple[Flow, Cursor] | None:
+        """Return the O-word of a line with its values, and the next line; None where there is none for certain."""
+        return self._computing.flow(here) if self._computing is not None else None
+
+    def settle(self) -> None:
+        """Run the blocks that wait."""
+        if self._plain.count:
+            self.run()
+
+    def run(self) -> Cursor | None:
+        """Run the blocks that wait: in arrays where they are plain motions, else one by one.
+
+        A block that asks for a jump ends the run: the others are let go, and its place is returned.
+        """
+        plain, ip = self._plain, self._ip
+        count, plain.count = plain.count, 0
+        index = 0
+        while index < count and not ip.state.ended:
+            done = self._batches.run(index, count) if self._batches else index
+            if done == count:
+                self._executor.count(count - index)
+                break
+            here = plain.cursor(done)
+            self._run_one(done, here)
+            self._executor.count(done - index + 1)
+            if ip.jump is not None:
+                return here
+            index = done + 1
+        return None
+
+    def _run_one(self, index: int, here: Cursor) -> None:
+        """Run one plain block by itself."""
+        plain, ip = self._plain, self._ip
+        flags = plain.flags[index]
+        if flags & gcode_scan.SLASH and ip.options.block_delete:
+            return
+        try:
+            comment = None
+            if flags & gcode_scan.ACTIVE or (flags & gcode_scan.COMMENT and ip.base.wants_comments):
+                comment = comment_of(self._sources[here.source].text_at(here.offset))
+            if ip.dialect == "fanuc" and self._compiler.call_macro(plain.pairs(index)):
+                return
+            block = plain.block(index)
+            block.comment = comment
+            self._executor.execute(block)
+        except BlockError as error:
+            self._faults.fail(here, error)

@@ -1,0 +1,166 @@
+"""Lines that run again: where a program goes back (a loop) or away (a subroutine), each is read once and kept as a node.
+
+Nodes are walked until the program is again where it has not been, and the stream goes on. Lines of plain words,
+expressions and settings are no different for running again: they are computed while they are read, each time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+
+from cncgen.gcode.errors import Astray, BlockError
+from cncgen.gcode.flow import sub_words
+from cncgen.gcode.flow.leads import lead_of
+from cncgen.gcode.flow.nodes import Node
+from cncgen.gcode.flow.parts import Parts
+from cncgen.gcode.flow.stream import Stream
+from cncgen.gcode.text.expressions import too_deep
+from cncgen.gcode.text.labels import Cursor
+
+#: Lines between two chances to hand rows on.
+_PAUSE = 1024
+#: Lines kept as nodes; a loop is rarely longer.
+_MAX_NODES = 65_536
+
+
+class Walker:
+    """Walks nodes beside a stream, whose `reached` says where it takes over again."""
+
+    def __init__(self, parts: Parts, stream: Stream) -> None:
+        self._parts = parts
+        self._stream = stream
+        self._frames = parts.control.calls.frames
+        self._nodes: dict[Cursor, Node] = {}
+
+    def walk(self, cursor: Cursor) -> Generator[None, None, None]:
+        """Run line by line from a place until the stream can go on; yields now and then, so that rows can be taken away."""
+        ip, frames, parts = self._parts.ip, self._frames, self._parts
+        reached = self._stream.reached.offset
+        node = self._node(cursor)
+        count = 0
+        while not ip.state.ended:
+            if node.offset >= reached and not frames:
+                self._stream.reached = node.cursor
+                break
+            count += 1
+            if count == _PAUSE:
+                parts.executor.count(count)
+                count = 0
+                yield
+            try:
+                following = self._after(node, self._step(node))
+            except (BlockError, RecursionError) as error:
+                parts.faults.fail(node.cursor, error if isinstance(error, BlockError) else too_deep())
+                following = self._node(node.after)
+            if following is None:
+                break
+            node = following
+        parts.executor.count(count)
+
+    def _step(self, node: Node) -> Cursor | None:
+        """Run a line, and those behind it that are computed with it; return where that leads, None for the next line."""
+        parts = self._parts
+        if node.reads:
+            target, _ = parts.waiting.compute(node.cursor)
+            if target is not node.cursor:
+                return node.target if target == node.target else target
+            self._read_whole(node)
+        if node.run is not None:
+            parts.waiting.settle()
+            node.run()
+            if parts.ip.jump is not None:
+                return sub_words.follow_jump(parts.control, node.cursor, node.after)
+            return None
+        if node.lead is None:
+            return None
+        if node.settles:
+            parts.waiting.settle()
+        parts.ip.base.block = node.block
+        return node.lead()
+
+    def _read_whole(self, node: Node) -> None:
+        """Read a line that is not computed while it is read."""
+        whole = self._read_node(node.cursor, alone=True)
+        node.run, node.lead, node.settles, node.reads = whole.run, whole.lead, whole.settles, False
+
+    def _after(self, node: Node, target: Cursor | None) -> Node | None:
+        """Return the node of the place where a node led, or of the next line; a node remembers both.
+
+        None where the stream goes on from there: its `reached` is then that place.
+        """
+        if target is None:
+            if node.following is not None:
+                return node.following
+            target = node.after
+        elif target is node.target:
+            return node.landing
+        if target.source == 0 and target.offset >= self._stream.reached.offset and not self._frames:
+            self._stream.reached = target
+            return None
+        found = self._node(target)
+        if target is node.after:
+            node.following = found
+        else:
+            node.landing, node.target = found, target
+        return found
+
+    def _node(self, cursor: Cursor) -> Node:
+        """Return the node of a line, read now or before."""
+        node = self._nodes.get(cursor)
+        if node is None:
+            if len(self._nodes) >= _MAX_NODES:
+                self._nodes.clear()
+            node = self._nodes[cursor] = self._read_node(cursor)
+        return node
+
+    def _read_node(self, cursor: Cursor, *, alone: bool = False) -> Node:
+        """Read a line as a node; one that is wrong says so when it is run. Unless `alone`, it may be read as it runs."""
+        parts = self._parts
+        if cursor.offset >= len(parts.sources[cursor.source]):
+            return self._end_node(cursor)
+        after = parts.lines.after(cursor)
+        try:
+            text = parts.lines.text(cursor)
+            bare = text.strip()
+            if not bare:
+                return Node(cursor, after)
+            if bare.startswith("%"):
+                run = None if cursor.source else lambda: parts.percent.line(text, self._stream.reached.offset)
+                return Node(cursor, after, run=run)
+            if parts.waiting.computes and not alone and bare[0] not in "oO/":
+                return Node(cursor, after, reads=True)
+            return self._parsed_node(text, cursor, after)
+        except BlockError as error:
+            fault = error
+
+            def fail() -> None:
+                raise fault
+
+            return Node(cursor, after, run=fail)
+
+    def _parsed_node(self, text: str, cursor: Cursor, after: Cursor) -> Node:
+        """Return the node of a line that holds a block."""
+        parts = self._parts
+        parsed = parts.lines.parse(text)
+        if parsed.deletable and parts.ip.options.block_delete:
+            return Node(cursor, after)
+        if parsed.flow is None:
+            return Node(cursor, after, run=parts.compiler.action(parsed, cursor))
+        if parsed.flow.then is not None:
+            return Node(cursor, after, run=parts.compiler.then(parsed.flow, cursor))
+        lead = lead_of(parts.control, parsed.flow, cursor, after)
+        return Node(cursor, after, lead=lead, settles=parsed.flow.asks_state)
+
+    def _end_node(self, cursor: Cursor) -> Node:
+        """Return what the end of a text does: the main program ends, a subroutine is not finished."""
+        parts = self._parts
+
+        def run() -> None:
+            if self._frames:
+                name = parts.sources[cursor.source].name
+                raise Astray(
+                    BlockError("sub-unfinished", f"{name} ends within a subroutine", hint="ENDSUB or M99?")
+                )
+            parts.ip.state.ended = True
+
+        return Node(cursor, cursor, run=run)

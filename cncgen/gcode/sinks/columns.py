@@ -1,0 +1,353 @@
+"""The sink that builds a toolpath: canonical motions in program coordinates become columns in machine mm and rad.
+
+Single motions are gathered into a batch and go the same way as the batches of the fast lane: offsets, rotation and
+units are applied to arrays, when something that they depend on changes or a chunk is full.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.gcode.block import AXIS_INDEX, Block
+from cncgen.gcode.sinks.sink import Curve, MotionBatch, Point
+from cncgen.gcode.state.modal import PLANE_AXES, zeros
+from cncgen.geometry.tables import ArcTable, NurbsTable
+from cncgen.toolpath.building import Rows, ToolpathBuilder
+from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode
+from cncgen.units import DEGREE, INCH, PER_MINUTE
+
+Floats = NDArray[np.float64]
+#: Start and end of an arc closer than this in the plane (mm): whole turns.
+_FULL_CIRCLE = 1e-9
+_MAX_PENDING = 4096
+_SHORT = 256
+
+
+@dataclass(frozen=True, slots=True)
+class _Motions:
+    """Motions of one source as arrays; the columns are those of `MotionBatch`."""
+
+    motion: NDArray[np.int8]
+    end: Floats
+    feed: Floats
+    centre: Floats
+    turns: NDArray[np.int64]
+    line: NDArray[np.int64]
+    source: int
+
+
+class ColumnsSink:
+    """Turns canonical calls into rows of a `ToolpathBuilder`."""
+
+    wants_comments = False
+
+    def __init__(self, builder: ToolpathBuilder, tolerance_mm: float | None = None) -> None:
+        self.block = Block({})
+        self.builder = builder
+        self._columns = [AXIS_INDEX[letter.lower()] for letter in builder.axes]
+        self._rotary = np.array([3 <= c <= 5 for c in self._columns])
+        self._uvw = np.array([c >= 6 for c in self._columns])
+        self._forced_tolerance = tolerance_mm
+        self._path_mode = PathMode.CONTINUOUS
+        self._tolerance = math.nan if tolerance_mm is None else tolerance_mm
+        self._feed_mode = 94
+        self._feed = 0.0
+        self._speed = 0.0
+        self._plane = 17
+        self._scale = 1.0
+        self._origin, self._g92, self._tool = zeros(), zeros(), zeros()
+        self._rotation = 0.0
+        self._pending: list[tuple[int, Point, float, float, float, int, int]] = []
+
+    # Motions.
+
+    def straight_traverse(self, end: Point) -> None:
+        """Keep a traverse."""
+        self._keep(0, end, 0.0, 0.0, 0)
+
+    def straight_feed(self, end: Point) -> None:
+        """Keep a line."""
+        self._keep(1, end, 0.0, 0.0, 0)
+
+    def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
+        """Keep an arc."""
+        self._keep(2, end, first, second, turns)
+
+    def straight_probe(self, end: Point) -> None:
+        """Keep a line: a probe is planned as if nothing were touched."""
+        self._keep(1, end, 0.0, 0.0, 0)
+
+    def rigid_tap(self, end: Point, pitch: float) -> None:
+        """Keep the way there and the way back."""
+        self.flush()
+        machine = self.builder.position.copy()
+        self.synchronise(pitch)
+        self._keep(1, end, 0.0, 0.0, 0)
+        self.flush()
+        if (self.builder.position != machine).any():
+            self.builder.retrace(machine)
+        self.synchronise(None)
+
+    def synchronise(self, pitch: float | None) -> None:
+        """Take the pitch as the feed per revolution, or put the feed back."""
+        if self._feed_mode == 93 or (self._before is not None and self._before[1] == 93):
+            # What is kept must have one meaning of the feed; 94 and 95 differ by a factor alone.
+            self.flush()
+        if pitch is not None:
+            self._before = self._feed, self._feed_mode
+            self._feed = pitch * self._speed if self._feed_mode == 94 else pitch
+            self._feed_mode = 95 if self._feed_mode == 93 else self._feed_mode
+        elif self._before is not None:
+            self._feed, self._feed_mode = self._before
+            self._before = None
+
+    _before: tuple[float, int] | None = None
+
+    def _keep(self, motion: int, end: Point, first: float, second: float, turns: int) -> None:
+        pending = self._pending
+        if len(pending) >= _MAX_PENDING or (pending and self.block.source != self._source):
+            self.flush()
+        self._source = self.block.source
+        pending.append((motion, end, self._feed, first, second, turns, self.block.line))
+
+    _source = 0
+
+    def flush(self) -> None:
+        """Hand on the motions kept."""
+        pending = self._pending
+        if not pending:
+            return
+        motion, end, feed, first, second, turns, line = zip(*pending, strict=True)
+        motions = _Motions(
+            np.array(motion, np.int8),
+            np.array(end),
+            np.array(feed),
+            np.column_stack([first, second]),
+            np.array(turns, np.int64),
+            np.array(line, np.int64),
+            self._source,
+        )
+        pending.clear()
+        self._append(motions)
+
+    def motions(self, batch: MotionBatch) -> None:
+        """Take a run of plain motions; short ones are kept with single motions until there are more."""
+        if len(batch.motion) < _SHORT:
+            if self._pending and batch.source != self._source:
+                self.flush()
+            self._source = batch.source
+            first, second = zip(*batch.centre.tolist(), strict=True)
+            columns = (column.tolist() for column in (batch.motion, batch.end, batch.feed))
+            self._pending.extend(
+                zip(*columns, first, second, batch.turns.tolist(), batch.line.tolist(), strict=True)
+            )
+            if len(self._pending) >= _MAX_PENDING:
+                self.flush()
+        else:
+            self.flush()
+            self._append(
+                _Motions(
+                    np.asarray(batch.motion),
+                    np.asarray(batch.end),
+                    np.asarray(batch.feed),
+                    np.asarray(batch.centre),
+                    np.asarray(batch.turns),
+                    np.array(batch.line),
+                    batch.source,
+                )
+            )
+
+    def nurbs_feed(self, curve: Curve) -> None:
+        """Take a B-spline."""
+        self.flush()
+        points = self._machine(np.array(curve.points, float))
+        points[0] = self.builder.position
+        one = np.ones(1)
+        end = points[-1:]
+        rotary_only = not (points[:, ~self._rotary] != points[0, ~self._rotary]).any()
+        table = NurbsTable(
+            np.array([curve.degree]),
+            np.array([0, len(points)]),
+            np.array([0, len(curve.knots)]),
+            points,
+            np.array(curve.weights, float),
+            np.array(curve.knots, float),
+        )
+        self.builder.add(
+            Rows(
+                np.array([Kind.NURBS], np.int8),
+                end,
+                self._inside_feed(one * self._feed, np.array([rotary_only])),
+                np.array([self._inside_mode()], np.int8),
+                np.zeros(1, np.int64),
+                np.array([self.block.line], np.int64),
+                self._path_mode,
+                self._tolerance,
+                self.block.source,
+                nurbs=table,
+            )
+        )
+
+    def _append(self, batch: _Motions) -> None:
+        """Transform motions and add their rows."""
+        end = self._machine(batch.end)
+        start = np.concatenate([self.builder.position[None, :], end[:-1]])
+        motion = batch.motion
+        arcs = motion >= 2
+        rapid = motion == 0
+        # A full circle ends where it starts, and yet moves linear axes.
+        feed = self._inside_feed(batch.feed, self._rotary_only(start, end) & ~arcs)
+        feed[rapid] = np.nan
+        curve = np.full(len(motion), -1, np.int64)
+        table = None
+        if arcs.any():
+            curve[arcs] = np.arange(np.count_nonzero(arcs))
+            table = self._arc_table(batch, arcs, start[arcs], end[arcs])
+        self.builder.add(
+            Rows(
+                np.where(arcs, Kind.ARC, Kind.LINE).astype(np.int8),
+                end,
+                feed,
+                np.where(rapid, FeedMode.RAPID, self._inside_mode()).astype(np.int8),
+                curve,
+                batch.line,
+                self._path_mode,
+                self._tolerance,
+                batch.source,
+                table,
+            )
+        )
+
+    def _rotary_only(self, start: Floats, end: Floats) -> NDArray[np.bool_]:
+        """Tell the rows that move no linear axis: their feed is in degrees."""
+        if not self._rotary.any():
+            return np.zeros(len(end), bool)
+        return ~(start[:, ~self._rotary] != end[:, ~self._rotary]).any(axis=1)
+
+    def _machine(self, points: Floats) -> Floats:
+        """Return machine coordinates, mm and rad, in the builder's columns, of points in program coordinates."""
+        out = points + self._g92 if any(self._g92) else points.copy()
+        if self._rotation:
+            c, s = math.cos(self._rotation * DEGREE), math.sin(self._rotation * DEGREE)
+            x, y = out[:, 0].copy(), out[:, 1].copy()
+            out[:, 0], out[:, 1] = c * x - s * y, s * x + c * y
+        out += np.array(self._origin) + np.array(self._tool)
+        out = out[:, self._columns]
+        out *= np.where(self._rotary, DEGREE, self._scale)
+        return out
+
+    def _arc_table(self, batch: _Motions, arcs: NDArray[np.bool_], start: Floats, end: Floats) -> ArcTable:
+        """Return centre, normal and sweep in the machine's frame."""
+        first, second, normal = PLANE_AXES[self._plane]
+        points = batch.end[arcs].copy()
+        points[:, first], points[:, second] = batch.centre[arcs].T
+        centre = self._machine(points)[:, :3]
+        axis = np.zeros(3)
+        axis[normal % 3] = 1.0
+        if self._rotation:
+            c, s = math.cos(self._rotation * DEGREE), math.sin(self._rotation * DEGREE)
+            axis = np.array([c * axis[0] - s * axis[1], s * axis[0] + c * axis[1], axis[2]])
+        begin, finish = start[:, :3] - centre, end[:, :3] - centre
+        # The centre lies on the axis at the height of the start point.
+        centre += np.outer(begin @ axis, axis)
+        begin -= np.outer(begin @ axis, axis)
+        finish -= np.outer(finish @ axis, axis)
+        turns = batch.turns[arcs]
+        sense = np.sign(turns).astype(float)
+        normals = sense[:, None] * axis
+        angle = np.arctan2((np.cross(begin, finish) * normals).sum(axis=1), (begin * finish).sum(axis=1))
+        angle = np.where(angle <= 0.0, angle + 2.0 * np.pi, angle)
+        whole = np.linalg.norm(finish - begin, axis=1) < _FULL_CIRCLE
+        angle[whole] = 2.0 * np.pi
+        return ArcTable(centre, normals, angle + 2.0 * np.pi * (np.abs(turns) - 1))
+
+    def _inside_mode(self) -> FeedMode:
+        return FeedMode.INVERSE_TIME if self._feed_mode == 93 else FeedMode.SPEED
+
+    def _inside_feed(self, feed: Floats, rotary_only: NDArray[np.bool_]) -> Floats:
+        """Return mm/s, rad/s or 1/s of feed rates as programmed."""
+        if self._feed_mode == 93:
+            return feed * PER_MINUTE
+        out = feed * (PER_MINUTE * (self._speed if self._feed_mode == 95 else 1.0))
+        return out * np.where(rotary_only, DEGREE, self._scale)
+
+    # What later motions depend on.
+
+    def use_length_units(self, inches: bool) -> None:
+        """Take lengths in inches or millimetres; offsets in force keep their length."""
+        self.flush()
+        scale = INCH if inches else 1.0
+        factor = self._scale / scale
+        for vector in (self._origin, self._g92, self._tool):
+            vector[:3] = [v * factor for v in vector[:3]]
+            vector[6:] = [v * factor for v in vector[6:]]
+        self._scale = scale
+
+    def select_plane(self, plane: int) -> None:
+        """Set the plane of arcs."""
+        self.flush()
+        self._plane = plane
+
+    def set_feed_rate(self, rate: float) -> None:
+        """Set the feed rate."""
+        self._feed = rate
+
+    def set_inverse_time(self, rate: float, length: float) -> None:
+        """Set the rate of the next motion."""
+        self._feed = rate
+
+    def set_feed_mode(self, mode: int, synched: bool) -> None:
+        """Set what the feed rate means."""
+        self.flush()
+        self._feed_mode = mode
+
+    def set_spindle(self, speed: float, direction: int) -> None:
+        """Set the speed that feeds per revolution are multiplied by."""
+        self.flush()
+        self._speed = speed if direction else 0.0
+
+    def set_motion_control_mode(self, mode: PathMode, tolerance: float | None, naive: float | None) -> None:
+        """Set path mode and tolerance (NaN where the program gives none)."""
+        self.flush()
+        self._path_mode = mode
+        if self._forced_tolerance is None:
+            self._tolerance = math.nan if tolerance is None else tolerance * self._scale
+
+    def set_g5x_offset(self, system: int, offset: Point) -> None:
+        """Set the origin."""
+        self.flush()
+        self._origin = list(offset)
+
+    def set_g92_offset(self, offset: Point) -> None:
+        """Set the offset on top of the origin."""
+        self.flush()
+        self._g92 = list(offset)
+
+    def set_xy_rotation(self, degrees: float) -> None:
+        """Turn the coordinate system."""
+        self.flush()
+        self._rotation = degrees
+
+    def use_tool_length_offset(self, offset: Point) -> None:
+        """Set the tool's offset."""
+        self.flush()
+        self._tool = list(offset)
+
+    def where(self, position: Point) -> Point:
+        """Return `position`: the machine stands where it should."""
+        return position
+
+    def place(self, position: Point) -> None:
+        """Stand at a position of the program."""
+        self.flush()
+        self.builder.place(self._machine(np.array([position]))[0])
+
+    def call(self, text: str, event: Event | None = None) -> None:
+        """Keep the event of a call."""
+        if event is not None:
+            self.flush()
+            self.builder.event(event, self.block.line, self.block.source)

@@ -1,0 +1,47 @@
+"""The sink of a check: counts motions and events, and keeps none of them."""
+
+from __future__ import annotations
+
+from cncgen.gcode.block import Block
+from cncgen.gcode.sinks.sink import MotionBatch, Point
+from cncgen.toolpath.record import Event
+
+
+class CountingSink:
+    """Takes every call as `columns.ColumnsSink` does and counts what would be a row of the toolpath."""
+
+    wants_comments = False
+
+    def __init__(self) -> None:
+        self.block = Block({})
+        self.count = 0
+
+    def motions(self, batch: MotionBatch) -> None:
+        """Count a run of motions."""
+        self.count += len(batch.motion)
+
+    def rigid_tap(self, end: Point, pitch: float) -> None:
+        """Count the way there and the way back."""
+        self.count += 2
+
+    def call(self, text: str, event: Event | None = None) -> None:
+        """Count the event of a call."""
+        if event is not None:
+            self.count += 1
+
+    def where(self, position: Point) -> Point:
+        """Return where the machine stands: where it should."""
+        return position
+
+    def _one(self, *arguments: object, **named: object) -> None:
+        """Count a motion."""
+        self.count += 1
+
+    straight_traverse = straight_feed = arc_feed = straight_probe = nurbs_feed = _one
+
+    def _nothing(self, *arguments: object, **named: object) -> None:
+        """Count nothing: the call only changes how motions are made."""
+
+    synchronise = use_length_units = select_plane = set_feed_rate = set_inverse_time = _nothing
+    set_feed_mode = set_spindle = set_motion_control_mode = place = use_tool_length_offset = _nothing
+    set_g5x_offset = set_g92_offset = set_xy_rotation = _nothing

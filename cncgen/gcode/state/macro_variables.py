@@ -1,0 +1,199 @@
+"""System variables of FANUC's macros that tell or set the control's state (B-63324EN, 15.2).
+
+Positions, modal codes, tool data (offset memory C: length and radius, geometry and wear apart) and the work coordinate
+systems, which take effect as soon as they are set. Axes count in the order X Y Z A B C U V W. What has no reader here
+(inputs, counters, date) is plain storage.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
+from cncgen.diagnostics import Severity
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.state.modal import NO_MOTION
+from cncgen.gcode.state.systems import load_system
+from cncgen.toolpath.record import PathMode
+
+if TYPE_CHECKING:
+    from cncgen.gcode.interpreter import Interpreter
+    from cncgen.gcode.state.tool_table import Tool
+
+Reader = Callable[["Interpreter"], float]
+_AXIS_COUNT = 9
+#: Tools that variables know, and where the variables of each kind begin: (is radius, is wear) by first number.
+_TOOLS = 400
+_OLD_TOOLS = 200
+_TOOL_DATA = {10001: (0, 1), 11001: (0, 0), 12001: (1, 1), 13001: (1, 0)}
+_OLD_TOOL_DATA = {2001: (0, 1), 2201: (0, 0)}
+#: Origins: shift of all, G54 to G59, G54.1 P1 to P48.
+_ORIGINS = (range(5201, 5329), range(7001, 7961))
+_TIMER = 3001
+_CYCLE_CODES = 100
+
+
+def _motion(ip: Interpreter) -> float:
+    """Group 1: in a canned cycle, the motion that G80 leads back to."""
+    return (ip.state.under if ip.state.cycle is not None else ip.state.motion) / 10.0
+
+
+def _cycle(ip: Interpreter) -> float:
+    motion = ip.state.motion
+    return motion / 10.0 if ip.state.cycle is not None and motion != NO_MOTION else 80.0
+
+
+def _system(ip: Interpreter) -> float:
+    number = ip.state.system
+    if number > 9:
+        return 54.1
+    return 53.0 + number if number <= 6 else 59.0 + (number - 6) / 10.0
+
+
+def _frame(name: str) -> Callable[[Interpreter], bool]:
+    """Tell whether a part of the frame in force changes anything."""
+
+    def reader(ip: Interpreter) -> bool:
+        frame = getattr(ip.sink, "frame", None)
+        return frame is not None and frame.has(name)
+
+    return reader
+
+
+_PATHS = {PathMode.EXACT_STOP: 61.0, PathMode.EXACT_PATH: 61.0, PathMode.CONTINUOUS: 64.0}
+_MIRROR, _SCALE, _TURN = _frame("mirror"), _frame("scale"), _frame("angle")
+#: Modal codes by group, and the words in force.
+_MODAL: dict[int, Reader] = {
+    4001: _motion,
+    4002: lambda ip: float(ip.state.plane if ip.state.plane < _CYCLE_CODES else ip.state.plane / 10.0),
+    4003: lambda ip: 90.0 if ip.state.absolute else 91.0,
+    4005: lambda ip: float(ip.state.feed_mode),
+    4006: lambda ip: 20.0 if ip.state.inches else 21.0,
+    4007: lambda ip: float(ip.state.compensation),
+    4008: lambda ip: float(ip.state.length_code),
+    4009: _cycle,
+    4010: lambda ip: 98.0 if ip.state.retract_old else 99.0,
+    4011: lambda ip: 51.0 if _SCALE(ip) else 50.0,
+    4012: lambda ip: 66.0 if ip.modal_macros else 67.0,
+    4013: lambda ip: 97.0 if ip.state.constant_surface is None else 96.0,
+    4014: _system,
+    4015: lambda ip: _PATHS[ip.state.path_mode],
+    4016: lambda ip: 68.0 if _TURN(ip) else 69.0,
+    4017: lambda ip: 15.0 if ip.state.polar is None else 16.0,
+    4022: lambda ip: 51.1 if _MIRROR(ip) else 50.1,
+    4109: lambda ip: ip.state.feed,
+    4111: lambda ip: float(ip.state.length_number),
+    4119: lambda ip: ip.state.speed,
+    4120: lambda ip: float(ip.state.selected),
+    4130: lambda ip: float(max(ip.state.system - 9, 0)),
+}
+
+
+def _timer(ip: Interpreter) -> float:
+    """Count a millisecond each time the clock is read: reading a program takes no time, and loops that wait must end."""
+    numbers = ip.parameters.numbers
+    if not numbers[_TIMER]:
+        hint = "a wait of a known time is G4"
+        message = f"#{_TIMER} counts a millisecond each time it is read, not the time of the machine"
+        ip.warn(BlockError("timer", message, "#", hint=hint), Severity.NOTE)
+    numbers[_TIMER] += 1.0
+    return numbers[_TIMER]
+
+
+def _positions() -> Iterator[tuple[int, Reader]]:
+    """Yield ends of blocks, machine and work positions, and the tool offset in force."""
+
+    def of(read: Callable[[Interpreter], list[float]], axis: int) -> Reader:
+        return lambda ip: read(ip)[axis]
+
+    for axis in range(_AXIS_COUNT):
+        yield 5001 + axis, of(lambda ip: ip.state.position, axis)
+        yield 5021 + axis, of(lambda ip: ip.machine_position(), axis)
+        yield 5041 + axis, of(lambda ip: ip.to_work(ip.state.position), axis)
+        yield 5081 + axis, of(lambda ip: ip.state.tool_offset, axis)
+
+
+_READERS = {**_MODAL, **dict(_positions()), _TIMER: _timer}
+
+
+def _tool_datum(index: int) -> tuple[int, int, int] | None:
+    """Return which size of which tool a variable is: (is radius, is wear, number), or None."""
+    for firsts, count in ((_TOOL_DATA, _TOOLS), (_OLD_TOOL_DATA, _OLD_TOOLS)):
+        for first, (radius, wear) in firsts.items():
+            if first <= index < first + count:
+                return radius, wear, index - first + 1
+    return None
+
+
+def _is_origin(index: int) -> bool:
+    """Tell whether a variable is a coordinate of an origin."""
+    return any(index in numbers for numbers in _ORIGINS) and (index - 1) % 20 < _AXIS_COUNT
+
+
+def _parts(tool: Tool, radius: int) -> tuple[float, float]:
+    """Return geometry and wear of a tool's length or radius, in the table's units."""
+    total = tool.diameter / 2.0 if radius else tool.offset[2]
+    return total - tool.wear[radius], tool.wear[radius]
+
+
+def read(ip: Interpreter, index: int) -> float:
+    """Return a variable in the units of the program."""
+    reader = _READERS.get(index)
+    if reader is not None:
+        return reader(ip)
+    datum = _tool_datum(index)
+    if datum is not None:
+        radius, wear, number = datum
+        tool = ip.tools.find(number)
+        return 0.0 if tool is None else _parts(tool, radius)[wear] * ip.table_scale()
+    value = ip.parameters.numbers[index]
+    return value * ip.scale_of((index - 1) % 20) if _is_origin(index) else value
+
+
+def store(ip: Interpreter, index: int, value: float) -> None:
+    """Set a variable.
+
+    Raises:
+        BlockError: Where it can only be read, or its tool is not in the tool table.
+    """
+    datum = _tool_datum(index)
+    if datum is not None:
+        _set_tool(ip, *datum, value)
+    elif _is_origin(index):
+        _set_origin(ip, index, value)
+    elif index in _READERS and index != _TIMER:
+        raise BlockError(
+            "parameter-read-only",
+            f"#{index} tells the control's state: it cannot be set",
+            "#",
+            hint="#100 to #199 and #500 to #999 are free",
+        )
+    else:
+        ip.parameters.numbers[index] = value
+
+
+def _set_tool(ip: Interpreter, radius: int, wear: int, number: int, value: float) -> None:
+    """Set one of the four sizes of a tool (vacant: 0); the sum of geometry and wear counts."""
+    tool = ip.tools.entry(number)
+    if tool is None:
+        raise BlockError(
+            "unknown-tool",
+            f"tool {number} is not in the tool table",
+            "#",
+            hint="the tools are those of the file that --tool-table names",
+        )
+    parts = list(_parts(tool, radius))
+    parts[wear] = (value if value == value else 0.0) / ip.table_scale()
+    tool.wear[radius] = parts[1]
+    if radius:
+        tool.diameter = 2.0 * sum(parts)
+    else:
+        tool.offset[2] = sum(parts)
+
+
+def _set_origin(ip: Interpreter, index: int, value: float) -> None:
+    """Set a coordinate of an origin (vacant: 0), as the program's units have it; it takes effect at once."""
+    axis = (index - 1) % 20
+    ip.parameters.numbers[index] = (value if value == value else 0.0) / ip.scale_of(axis)
+    load_system(ip, ip.state.system)
+    ip.sink.set_g5x_offset(ip.state.system, ip.state.origin)

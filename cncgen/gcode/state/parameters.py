@@ -1,0 +1,209 @@
+"""Parameters: numbered, named (local and global) and those that tell the state of the machine."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cncgen.diagnostics import Diagnostic, Span, UsageError
+from cncgen.files import read_bytes, write_text
+from cncgen.gcode.block import nearest
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.state import macro_variables
+from cncgen.gcode.state.predefined import NAMED, POSITION, TOOL_CHANGER, position_parameter
+from cncgen.gcode.state.systems import SYSTEM, SYSTEM_COUNT, SYSTEM_STEP, SYSTEMS
+
+if TYPE_CHECKING:
+    from cncgen.gcode.interpreter import Interpreter
+
+#: Numbered parameters are 1 to this (LinuxCNC's RS274NGC_MAX_PARAMETERS, less 1).
+LAST = 5601
+LAST_FANUC = 13400
+#: Parameters that begin without a value in FANUC's macros: local, common, kept common.
+VACANT_AT_START = (range(34), range(100, 200), range(500, 1000))
+#: Where the tables begin; offsets are X Y Z A B C U V W, work systems have their rotation after W.
+HOME_28, HOME_30 = 5161, 5181
+G92_ON, G92 = 5210, 5211
+#: FANUC's common variables that keep their values when the control is switched off.
+KEPT_FANUC = range(500, 1000)
+PROBE, PROBE_HIT = 5061, 5070
+INPUT = 5399
+TOOL = 5400
+#: Names of pins and of entries of the INI file begin so.
+_OF_THE_MACHINE = ("_hal[", "_ini[")
+#: Bytes that are read of a parameter file; a full one has some 120 kB.
+MAX_FILE_BYTES = 16_000_000
+
+
+class Parameters:
+    """All parameters of a run.
+
+    Attributes:
+        numbers: By number; #1 to #30 are those of the innermost subroutine.
+        local: Named parameters of the innermost subroutine.
+        named: Global ones (their names begin with ``_``).
+        listed: Numbers that the parameter file names: those are kept, beside the ones that are kept anyway.
+    """
+
+    def __init__(self, interpreter: Interpreter) -> None:
+        self.interpreter = interpreter
+        self.last = LAST_FANUC if interpreter.dialect == "fanuc" else LAST
+        self.numbers = [0.0] * (self.last + 1)
+        #: FANUC's #0, which never has a value, and those that begin without one.
+        self.vacant = interpreter.dialect == "fanuc"
+        if self.vacant:
+            for numbers in VACANT_AT_START:
+                for index in numbers:
+                    self.numbers[index] = math.nan
+        self.numbers[SYSTEM] = 1.0
+        self.local: dict[str, float] = {}
+        self.named: dict[str, float] = {}
+        self.listed: set[int] = set()
+
+    def _whole(self, index: float) -> int:
+        whole = nearest(index, "the number of a parameter")
+        if abs(index - whole) > 1e-4:
+            raise BlockError("parameter-number", f"#{index:g} is no parameter: its number is not whole", "#")
+        return whole
+
+    def _index(self, index: float) -> int:
+        whole = self._whole(index)
+        if not (0 < whole <= self.last or (whole == 0 and self.vacant)):
+            raise BlockError("parameter-number", f"there is no parameter #{whole} (1 to {self.last})", "#")
+        return whole
+
+    def number(self, index: float) -> float:
+        """Return a numbered parameter for an expression, which may have computed its index."""
+        whole = self._index(index)
+        if whole in POSITION and not self.vacant and self.interpreter.state.compensation != 40:
+            raise BlockError(
+                "comp-refused",
+                f"#{whole} is the position, which cannot be read while cutter compensation is on",
+                "#",
+                hint="read it before G41 or G42",
+            )
+        return self.shown(whole)
+
+    def shown(self, index: int) -> float:
+        """Return a numbered parameter for a message, which may show the position at any time, and #0."""
+        whole = self._index(index) if index else 0
+        if self.vacant:
+            return macro_variables.read(self.interpreter, whole)
+        if whole in TOOL_CHANGER:
+            return 0.0
+        return position_parameter(self.interpreter, whole) if whole in POSITION else self.numbers[whole]
+
+    def set_number(self, index: float, value: float) -> None:
+        """Set a numbered parameter."""
+        whole = self._index(index)
+        if whole == 0:
+            raise BlockError(
+                "parameter-read-only",
+                "#0 never has a value: it cannot be set",
+                "#",
+                hint="#0 takes the value from another parameter: #1=#0",
+            )
+        if self.vacant:
+            macro_variables.store(self.interpreter, whole, value)
+            return
+        if whole in POSITION or TOOL <= whole <= 5413:
+            raise BlockError(
+                "parameter-read-only", f"#{whole} tells the machine's state: it cannot be set", "#"
+            )
+        self.numbers[whole] = value
+
+    def name(self, name: str) -> float:
+        """Return a named parameter."""
+        if name.startswith("_"):
+            if name in self.named:
+                return self.named[name]
+            known = NAMED.get(name)
+            if known is not None:
+                return float(known(self.interpreter))
+        elif name in self.local:
+            return self.local[name]
+        hint = "set it before it is used"
+        if name.startswith(_OF_THE_MACHINE):
+            hint = "pins and INI entries are the running machine's: none is known here"
+        raise BlockError("unknown-parameter", f"#<{name}> has no value", "#", hint=hint)
+
+    def set_name(self, name: str, value: float) -> None:
+        """Set a named parameter: global where its name begins with ``_``."""
+        if name in NAMED:
+            raise BlockError(
+                "parameter-read-only", f"#<{name}> tells the machine's state: it cannot be set", "#"
+            )
+        (self.named if name.startswith("_") else self.local)[name] = value
+
+    def has(self, name: str) -> bool:
+        """Tell whether a named parameter has a value."""
+        return name in self.local or name in self.named or name in NAMED
+
+    def has_number(self, index: float) -> bool:
+        """Tell whether there is a parameter of that number."""
+        return 0 < self._whole(index) <= self.last
+
+    # Tables that live in parameters, in program units.
+
+    def offset(self, first: int, scale: float) -> list[float]:
+        """Return nine parameters from one on as an offset; lengths times `scale`."""
+        return [
+            value * (1.0 if 3 <= k <= 5 else scale) for k, value in enumerate(self.numbers[first : first + 9])
+        ]
+
+    def set_offset(self, first: int, offset: list[float], scale: float) -> None:
+        """Set nine parameters from one on; lengths divided by `scale`."""
+        self.numbers[first : first + 9] = [
+            value / (1.0 if 3 <= k <= 5 else scale) for k, value in enumerate(offset)
+        ]
+
+
+def read_parameters(path: Path, parameters: Parameters) -> None:
+    """Read a parameter file: lines of a number and a value.
+
+    Raises:
+        UsageError: Where it cannot be read or a line is wrong; all of them are named.
+    """
+    lines = read_bytes(path, at_most=MAX_FILE_BYTES).decode("utf-8", "replace").splitlines()
+    faults = []
+    for count, line in enumerate(lines, 1):
+        words = line.split()
+        if not words or words[0][0] in ";#":
+            continue
+        try:
+            number, value = int(words[0]), float(words[1])
+            if not (0 < number <= parameters.last and math.isfinite(value)):
+                raise ValueError
+        except (ValueError, IndexError):
+            message = f"{line.strip()[:60]!r} is no parameter number (1 to {parameters.last}) and value"
+            faults.append(Diagnostic("parameter-file", message, span=Span(str(path), count)))
+            continue
+        parameters.numbers[number] = value
+        parameters.listed.add(number)
+    if faults:
+        raise UsageError(faults)
+
+
+#: Parameters that a file keeps from run to run (LinuxCNC manual, "Persistent parameters").
+def persistent() -> list[int]:
+    """Return the numbers of the parameters that are kept in a file."""
+    kept = [n for first in (HOME_28, HOME_30) for n in range(first, first + 9)]
+    kept += [*range(G92_ON, G92 + 9), SYSTEM]
+    for system in range(SYSTEM_COUNT):
+        kept += range(SYSTEMS + SYSTEM_STEP * system, SYSTEMS + SYSTEM_STEP * system + 10)
+    return sorted(kept)
+
+
+def write_parameters(path: Path, parameters: Parameters) -> None:
+    """Write the parameters that are kept, whole or not at all.
+
+    Beside those of `persistent` they are what the file that was read names (LinuxCNC manual, "Parameter file format":
+    a line in the file makes a parameter persistent), and FANUC's #500 to #999. One without a value has no line.
+
+    Raises:
+        UsageError: Where it cannot be written.
+    """
+    numbers = {*persistent(), *parameters.listed, *(KEPT_FANUC if parameters.vacant else ())}
+    values = {number: parameters.numbers[number] for number in sorted(numbers)}
+    write_text(path, "".join(f"{n}\t{value:.6f}\n" for n, value in values.items() if not math.isnan(value)))

@@ -1,0 +1,144 @@
+"""The tool table in LinuxCNC's format: a tool a line, ``T1 P1 X0 Y0 Z-12.5 D6 I0 J0 Q0 ; remark``."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from cncgen.diagnostics import Diagnostic, Span, UsageError
+from cncgen.files import read_bytes
+from cncgen.gcode.state.modal import zeros
+from cncgen.toolpath.reading import ReadOptions
+
+_WORD = re.compile(r"([A-Za-z])\s*([+-]?(?:\d+\.?\d*|\.\d+))")
+_AXES = "XYZABCUVW"
+#: Bytes that are read of a tool table: some 100 000 tools.
+MAX_FILE_BYTES = 16_000_000
+
+
+@dataclass(slots=True)
+class Tool:
+    """One tool; lengths in the table's units, angles in degrees.
+
+    Attributes:
+        number, pocket: T and P.
+        offset: X Y Z A B C U V W.
+        diameter: D.
+        front, back, orientation: I, J, Q, of lathe tools.
+        wear: What `offset` Z and the radius have in them of wear (FANUC keeps geometry and wear apart).
+    """
+
+    number: int
+    pocket: int
+    offset: list[float] = field(default_factory=zeros)
+    diameter: float = 0.0
+    front: float = 0.0
+    back: float = 0.0
+    orientation: int = 0
+    wear: list[float] = field(default_factory=lambda: [0.0, 0.0])
+
+
+class ToolTable:
+    """Tools by number. Without a table every tool exists, of no length."""
+
+    def __init__(self, tools: dict[int, Tool] | None = None) -> None:
+        self.given = tools is not None
+        self.tools: dict[int, Tool] = dict(tools or {})
+        #: Whether it was said that a tool's sizes are not known.
+        self.told = False
+
+    def find(self, number: int) -> Tool | None:
+        """Return a tool, or None where the table has no such tool."""
+        if number in self.tools:
+            return self.tools[number]
+        if number == 0 or not self.given:
+            return Tool(number, number)
+        return None
+
+    def invents(self, number: int) -> bool:
+        """Tell whether nothing gives the sizes of a tool, which was not said yet."""
+        return not (self.given or self.told or number in self.tools)
+
+    def entry(self, number: int) -> Tool | None:
+        """Return a tool to be changed, which then stays in the table; None where there is no such tool."""
+        tool = self.find(number)
+        if tool is not None:
+            self.tools[number] = tool
+        return tool
+
+    def place_of(self, number: int) -> int:
+        """Return which entry of the table a tool is, from 1, as canonical calls name it; 0 for no tool."""
+        if number == 0 or number not in self.tools:
+            return number
+        return list(self.tools).index(number) + 1
+
+    def pocket_of(self, number: int) -> int:
+        """Return the pocket of a tool, 0 for none."""
+        tool = self.find(number)
+        return tool.pocket if tool else 0
+
+
+#: The tools of LinuxCNC's stand-alone interpreter: number, length, diameter, in inches (manual page rs274.1).
+_STAND_ALONE = ((1, 0.511, 0.125), (2, 0.1, 0.0625), (3, 1.273, 0.201))
+
+
+def tools_of(options: ReadOptions) -> ToolTable:
+    """Return the tools of a run: those of its table; without one any tool, or those that the stand-alone machine has.
+
+    Raises:
+        UsageError: See `read_tool_table`.
+    """
+    if options.tool_table:
+        return read_tool_table(options.tool_table)
+    if options.stand_alone:
+        return ToolTable(
+            {n: Tool(n, n, [0.0, 0.0, z, *zeros()[3:]], diameter) for n, z, diameter in _STAND_ALONE}
+        )
+    return ToolTable()
+
+
+def read_tool_table(path: Path) -> ToolTable:
+    """Read a tool table.
+
+    Raises:
+        UsageError: Where it cannot be read or a line is wrong; all of them are named.
+    """
+    lines = read_bytes(path, at_most=MAX_FILE_BYTES).decode("utf-8", "replace").splitlines()
+    tools: dict[int, Tool] = {}
+    faults = []
+    for count, line in enumerate(lines, 1):
+        text = line.partition(";")[0].strip()
+        if not text:
+            continue
+        fault = _read_line(text, tools)
+        if fault:
+            faults.append(Diagnostic("tool-table", fault, span=Span(str(path), count)))
+    if faults:
+        raise UsageError(faults)
+    return ToolTable(tools)
+
+
+def _read_line(text: str, tools: dict[int, Tool]) -> str:
+    """Take a line into the table; return what is wrong with it, or ""."""
+    words = {letter.upper(): float(number) for letter, number in _WORD.findall(text)}
+    if _WORD.sub("", text).strip():
+        return f"{_WORD.sub('', text).strip()[:40]!r} is no word of a tool table"
+    if "T" not in words:
+        return "the line has no tool number T"
+    number = int(words["T"])
+    if number in tools:
+        return f"tool {number} stands in the table twice"
+    unknown = set(words) - set("TPDIJQ" + _AXES)
+    if unknown:
+        return f"{sorted(unknown)[0]} is no word of a tool table"
+    tools[number] = Tool(
+        number,
+        int(words.get("P", number)),
+        [words.get(letter, 0.0) for letter in _AXES],
+        words.get("D", 0.0),
+        words.get("I", 0.0),
+        words.get("J", 0.0),
+        int(words.get("Q", 0)),
+    )
+    return ""

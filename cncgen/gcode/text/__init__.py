@@ -1,0 +1,1 @@
+"""From text to blocks: the lanes of reading, expressions, comments, and which control a program is written for."""

@@ -1,0 +1,85 @@
+"""Runs of plain blocks as columns from the scanner; any other line goes through `descent` or the grammar."""
+
+from __future__ import annotations
+
+import re
+import struct
+from dataclasses import dataclass, field
+
+from cncgen.gcode.block import Block, gather
+from cncgen.gcode.source import Source
+from cncgen.gcode.text.labels import Cursor
+from cncgen.kernels import gcode_scan
+
+#: Blocks and words that a scan holds; more of them do not make it faster.
+BLOCKS = 16_384
+WORDS = 8 * BLOCKS
+
+_COMMENT = re.compile(r"\(([^()]*)\)|;.*")
+
+
+def column(kind: str, count: int, width: int = 0) -> memoryview:
+    """Return zeros as a buffer that kernels fill: `count` values (rows of `width` values) of a format of `struct`.
+
+    Reading takes no more than that of arrays, so that a check need not import numpy.
+    """
+    zeros = memoryview(bytearray(count * max(width, 1) * struct.calcsize(kind)))
+    return zeros.cast(kind, [count, width]) if width else zeros.cast(kind)  # type: ignore[call-overload]
+
+
+@dataclass(slots=True)
+class PlainBlocks:
+    """Columns of `gcode_scan.scan` and `gcode_values.Computer`, used again for each stretch; `count` blocks of a source."""
+
+    line: memoryview = field(default_factory=lambda: column("q", BLOCKS))
+    offset: memoryview = field(default_factory=lambda: column("q", BLOCKS))
+    flags: memoryview = field(default_factory=lambda: column("B", BLOCKS))
+    word_end: memoryview = field(default_factory=lambda: column("q", BLOCKS))
+    letters: memoryview = field(default_factory=lambda: column("B", WORDS))
+    values: memoryview = field(default_factory=lambda: column("d", WORDS))
+    count: int = 0
+    source: int = 0
+
+    def columns(self) -> tuple[memoryview, ...]:
+        """Return the columns in the order in which the kernels take them."""
+        return self.line, self.offset, self.flags, self.word_end, self.letters, self.values
+
+    def scan(self, source: Source, start: Cursor) -> tuple[Cursor, int]:
+        """Read plain blocks from a line on; return the first one not read, and why it was not."""
+        self.count, _, offset, line, why = gcode_scan.scan(
+            source.bytes,
+            start.offset,
+            start.line,
+            *self.columns(),
+        )
+        self.source = start.source
+        return Cursor(start.source, offset, line), why
+
+    def pairs(self, index: int) -> list[tuple[str, float]]:
+        """Return letters and values of a block."""
+        begin = self.word_end[index - 1] if index else 0
+        end = self.word_end[index]
+        letters = self.letters[begin:end].tobytes().decode("ascii")
+        return list(zip(letters, self.values[begin:end].tolist(), strict=True))
+
+    def cursor(self, index: int) -> Cursor:
+        """Return where a block stands."""
+        return Cursor(self.source, self.offset[index], self.line[index])
+
+    def block(self, index: int) -> Block:
+        """Return a block as a record (without its comment)."""
+        block = gather(self.pairs(index))
+        block.source, block.offset, block.line = self.cursor(index)
+        return block
+
+
+def comment_of(text: str) -> str | None:
+    """Return what a line says in its last ``( )`` (a later one takes the place of an earlier one), or None.
+
+    What follows a semicolon is never passed on.
+    """
+    last = None
+    for match in _COMMENT.finditer(text):
+        if match.group(1) is not None:
+            last = match.group(1)
+    return last

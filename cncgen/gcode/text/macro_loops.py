@@ -1,0 +1,123 @@
+"""Loops of FANUC's macros: WHILE […] DO n … END n, each within its program, nested and not overlapping (B-63324EN, 15.6).
+
+Which DO an END closes is a matter of the text, not of the run: a jump may leave a loop at any time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from cncgen.gcode.block import Flow, Value
+from cncgen.gcode.errors import BlockError
+
+if TYPE_CHECKING:
+    from cncgen.gcode.flow.o_words import FlowControl
+    from cncgen.gcode.text.labels import Cursor, Marked
+
+
+class Loops:
+    """The loops of a source.
+
+    Attributes:
+        partner: The other end of a loop, by the offset of its DO or END.
+        faults: What is wrong with a DO or END, by offset.
+    """
+
+    def __init__(self, marks: Iterable[Marked]) -> None:
+        self.partner: dict[int, Marked] = {}
+        self.faults: dict[int, BlockError] = {}
+        self._open: list[Marked] = []
+        #: Loops that an outer END went past.
+        self._left: dict[object, tuple[Marked, Marked]] = {}
+        for mark in marks:
+            if mark.keyword == "program":
+                self._open, self._left = [], {}
+            elif mark.keyword == "while-do":
+                self._begin(mark)
+            elif mark.keyword == "end-do":
+                self._end(mark)
+
+    def _begin(self, mark: Marked) -> None:
+        self._left.pop(mark.label, None)
+        outer = next((loop for loop in self._open if loop.label == mark.label), None)
+        if outer is not None:
+            number = _number(mark.label)
+            self.faults[mark.cursor.offset] = BlockError(
+                "loop-nested",
+                f"DO {number} stands within the loop DO {number} of line {outer.cursor.line}",
+                "DO",
+                hint=f"give the inner loop another number, or close the outer one before it by END {number}",
+            )
+        self._open.append(mark)
+
+    def _end(self, mark: Marked) -> None:
+        place = next((k for k in reversed(range(len(self._open))) if self._open[k].label == mark.label), None)
+        if place is not None:
+            self._join(self._open[place], mark)
+            self._left.update({loop.label: (loop, mark) for loop in self._open[place + 1 :]})
+            del self._open[place:]
+        elif mark.label in self._left:
+            begin, between = self._left.pop(mark.label)
+            self._join(begin, mark)
+            number, other = _number(mark.label), _number(between.label)
+            self.faults[mark.cursor.offset] = BlockError(
+                "loop-overlap",
+                f"END {number} stands behind the END {other} of line {between.cursor.line}, but DO {number} of line"
+                f" {begin.cursor.line} within that loop: the loops overlap",
+                "END",
+                hint=f"END {number} comes before END {other}",
+            )
+
+    def _join(self, begin: Marked, end: Marked) -> None:
+        self.partner[begin.cursor.offset], self.partner[end.cursor.offset] = end, begin
+
+
+def end_of(control: FlowControl, word: Flow, here: Cursor) -> Cursor:
+    """Return the line behind the END of a DO.
+
+    Raises:
+        BlockError: It has none, or stands in a loop of its own number.
+    """
+    number = _number(_checked(word))
+    hint = f"a loop ends with a block END {number} in the same program"
+    missing = BlockError("loop-unmatched", f"DO {number} has no END {number}", "DO", hint=hint)
+    return _partner(control, here, missing).after
+
+
+def begin_of(control: FlowControl, word: Flow, here: Cursor) -> Cursor:
+    """Return the line of the DO of an END.
+
+    Raises:
+        BlockError: It has none, or their loop overlaps with another one.
+    """
+    number = _number(_checked(word))
+    hint = f"a loop begins with WHILE[…] DO {number}, or DO {number}"
+    missing = BlockError("loop-unmatched", f"END {number} has no DO {number}", "END", hint=hint)
+    return _partner(control, here, missing).cursor
+
+
+def _partner(control: FlowControl, here: Cursor, missing: BlockError) -> Marked:
+    """Return the other end of the loop whose DO or END stands here."""
+    loops = control.subroutines.labels(here.source).loops
+    fault = loops.faults.get(here.offset)
+    if fault is None and here.offset not in loops.partner:
+        fault = missing
+    if fault is not None:
+        raise fault
+    return loops.partner[here.offset]
+
+
+def _checked(word: Flow) -> Value:
+    """Return the number of a DO or END; raise where it is none of 1, 2 and 3."""
+    number = word.label
+    if number not in (1.0, 2.0, 3.0):
+        keyword = "DO" if word.keyword == "while-do" else "END"
+        hint = "a number may be used again where its loop has ended"
+        raise BlockError("loop-number", f"DO and END take 1, 2 or 3, not {number:g}", keyword, hint=hint)
+    return number
+
+
+def _number(label: object) -> str:
+    """Return the number of a loop as it is written."""
+    return f"{label:g}" if isinstance(label, float) else str(label)
