@@ -40,6 +40,8 @@ _PER_RADIAN = cython.declare(cython.double, 57.29577951308232)
 #: Degrees beyond which an angle is none (its sine would be noise); tangents beyond the other are left as they are.
 LARGEST_ANGLE = 1e12
 _LARGEST_ANGLE = cython.declare(cython.double, LARGEST_ANGLE)
+#: From where on the exponential function is no number.
+_LARGEST_EXPONENT = cython.declare(cython.double, 709.782712893384)
 _STEEP = cython.declare(cython.double, 1e6)
 
 #: Operators: how tight one binds (1 to 5) in the upper byte, then how many bytes its text has, then which it is.
@@ -171,7 +173,8 @@ def function_of(name: cython.uint, a: cython.double) -> cython.double:
     elif name == _SQRT and a >= 0.0:
         value = sqrt(a)
     elif name == _EXP:
-        value = exp(a)
+        if a <= _LARGEST_EXPONENT:
+            value = exp(a)
     elif name == _LN and a > 0.0:
         value = log(a)
     elif name == _ASIN or name == _ACOS:
