@@ -205,7 +205,7 @@ def solve(
     d2: cython.double[:, :, ::1],
     d3: cython.double[:, :, ::1],
     limits: cython.double[:, ::1],
-    factor: cython.double[:, ::1],
+    factor: cython.double[:, :, ::1],
     share: cython.double[:, :, ::1],
     tolerance: cython.double,
     slack: cython.double,
@@ -225,7 +225,7 @@ def solve(
         kind, axis: Shape (room,): kind of each row, and the axis that it bounds.
         d1, d2, d3: Shape (n, 3, axes), derivatives of the path at left end, middle and right end.
         limits: Shape (2, axes): acceleration, jerk.
-        factor: Shape (n, axes): part of the jerk limit that the interval may use.
+        factor: Shape (n, 2, axes): parts of acceleration and jerk limits that the interval may use.
         share: Shape (n, 2, axes), ones: parts of acceleration and jerk limits at the ends that hold them between; updated.
         tolerance: Duality gap as a part of F at which to end.
         slack: Part by which a limit may be passed between the ends of an interval.

@@ -40,7 +40,7 @@ def tighten(
     d2: cython.double[:, :, ::1],
     d3: cython.double[:, :, ::1],
     limits: cython.double[:, ::1],
-    factor: cython.double[:, ::1],
+    factor: cython.double[:, :, ::1],
     share: cython.double[:, :, ::1],
     slack: cython.double,
     eased: cython.Py_ssize_t,
@@ -116,8 +116,8 @@ def tighten(
             acc_in = _peak(value, 10 * a)
             jerk_end = max(value[10 * a + 5], value[10 * a + 9])
             jerk_in = _peak(value, 10 * a + 5)
-            acc = acc_in / limits[0, a]
-            jerk = jerk_in / (limits[1, a] * factor[k, a])
+            acc = acc_in / (limits[0, a] * factor[k, 0, a])
+            jerk = jerk_in / (limits[1, a] * factor[k, 1, a])
             if k < eased:
                 acc /= 1.0 + _EASE * slack
                 jerk /= 1.0 + _EASE * slack

@@ -67,7 +67,7 @@ def _idle(
     d2: cython.double[:, :, ::1],
     d3: cython.double[:, :, ::1],
     limits: cython.double[:, ::1],
-    factor: cython.double[:, ::1],
+    factor: cython.double[:, :, ::1],
     k: cython.Py_ssize_t,
     a: cython.Py_ssize_t,
 ) -> cython.bint:
@@ -93,8 +93,9 @@ def _idle(
         if b == a:
             continue
         # The part of its limits that b takes, by the part that a takes of its own.
-        acc = fabs(d1[k, 0, b]) * limits[0, a] / (fabs(d1[k, 0, a]) * limits[0, b])
-        jerk = limits[1, a] * factor[k, a] / (fabs(d1[k, 0, a]) * limits[1, b] * factor[k, b])
+        acc = fabs(d1[k, 0, b]) * limits[0, a] * factor[k, 0, a]
+        acc /= fabs(d1[k, 0, a]) * limits[0, b] * factor[k, 0, b]
+        jerk = limits[1, a] * factor[k, 1, a] / (fabs(d1[k, 0, a]) * limits[1, b] * factor[k, 1, b])
         jerk *= fabs(d1[k, 0, b])
         if min(acc, jerk) > 1.0 - _ALIKE and (b < a or max(acc, jerk) > 1.0 + _ALIKE):
             return True
@@ -108,7 +109,7 @@ def build(
     d2: cython.double[:, :, ::1],
     d3: cython.double[:, :, ::1],
     limits: cython.double[:, ::1],
-    factor: cython.double[:, ::1],
+    factor: cython.double[:, :, ::1],
     box: cython.double[:, ::1],
     sway: cython.double[:, ::1],
     joint: cython.char[::1],
@@ -124,7 +125,7 @@ def build(
         h, ends: Lengths, and end ordinates by unknowns, of the `n` intervals.
         d1, d2, d3: Shape (n, 3, axes), derivatives of the path at left end, middle and right end.
         limits: Shape (2, axes): acceleration, jerk.
-        factor: Shape (n, axes): part of the jerk limit that the interval may use.
+        factor: Shape (n, 2, axes): parts of acceleration and jerk limits that the interval may use.
         box: Shape (n, 3): largest q at the left end, for the middle ordinate, and at the right end (infinite: none).
         sway: Shape (n, 2): largest |q′|/2 at the left and at the right end (infinite: none).
         joint: Shape (n,): 1 where acceleration must be held at the right end too (the next interval does not start
@@ -142,6 +143,7 @@ def build(
     x2: cython.double
     x3: cython.double
     jerk: cython.double
+    acceleration: cython.double
     with cython.nogil:
         offset[0] = 0
         for k in range(n):
@@ -161,14 +163,15 @@ def build(
             for a in range(d1.shape[2]):
                 if _idle(h[k], d1, d2, d3, limits, factor, k, a):
                     continue
-                jerk = limits[1, a] * factor[k, a]
+                jerk = limits[1, a] * factor[k, 1, a]
+                acceleration = limits[0, a] * factor[k, 0, a]
                 for e in range(0, 3, 2):
                     x1 = d1[k, e, a] * g
                     x2 = d2[k, e, a]
                     x3 = d3[k, e, a]
                     if e == 0:
                         if not (given and k == 0):
-                            _put(rows, i, ends, k, x2 - x1, x1, 0.0, limits[0, a])
+                            _put(rows, i, ends, k, x2 - x1, x1, 0.0, acceleration)
                             kind[i] = 1
                             axis[i] = a
                             i += 1
@@ -178,7 +181,7 @@ def build(
                         kind[i] = 2
                     else:
                         if joint[k]:
-                            _put(rows, i, ends, k, 0.0, -x1, x2 + x1, limits[0, a])
+                            _put(rows, i, ends, k, 0.0, -x1, x2 + x1, acceleration)
                             kind[i] = 1
                             axis[i] = a
                             i += 1
@@ -303,7 +306,7 @@ def _gain(
     d1: cython.double[:, :, ::1],
     d2: cython.double[:, :, ::1],
     limits: cython.double[:, ::1],
-    factor: cython.double[:, ::1],
+    factor: cython.double[:, :, ::1],
     k: cython.Py_ssize_t,
     e: cython.Py_ssize_t,
     length: cython.double,
@@ -327,8 +330,8 @@ def _gain(
         x = fabs(d1[k, e, a])
         # An axis that turns about here asks for nothing; how much that is, would be rounding by rounding.
         if x > _ALIKE * most:
-            acc = min(acc, max(limits[0, a] - fabs(d2[k, e, a]) * q, 0.0) / x)
-            jerk = min(jerk, limits[1, a] * factor[k, a] / x)
+            acc = min(acc, max(limits[0, a] * factor[k, 0, a] - fabs(d2[k, e, a]) * q, 0.0) / x)
+            jerk = min(jerk, limits[1, a] * factor[k, 1, a] / x)
     t = cbrt(6.0 * length / jerk)
     if v * t > length:
         t = length / v
@@ -350,7 +353,7 @@ def start(
     d2: cython.double[:, :, ::1],
     d3: cython.double[:, :, ::1],
     limits: cython.double[:, ::1],
-    factor: cython.double[:, ::1],
+    factor: cython.double[:, :, ::1],
     top: cython.double[:, ::1],
     part: cython.double,
     free: cython.Py_ssize_t,

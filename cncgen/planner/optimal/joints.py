@@ -39,8 +39,8 @@ class Joints:
         stop: Shape (n,), bool: the motion rests there.
         corner: Shape (n,), bool: it rests, or slows, because the derivatives jump.
         speed: Shape (n,), mm/s: largest speed by the jump there; infinite for none, 0 for a stop.
-        taken: Shape (n, axes): part of the jerk limit that the jump takes at that speed, or at the speed the path has
-            there for other reasons where that is lower.
+        taken: Shape (n, 2, axes): parts of acceleration and jerk limits that the jump takes at that speed, or at the speed
+            the path has there for other reasons where that is lower.
         acceleration: Shape (n,), mm/s²: largest size of the acceleration along the path by the jump; infinite for none.
         zone: Shape (n,), mm: how far on both sides a setpoint's third difference can see the jump; 0 for none.
     """
@@ -132,8 +132,11 @@ def joints_of(
     with np.errstate(divide="ignore"):
         acceleration = least(SWAY_SHARE * 2.0 * bounds.period_s * bounds.axes.jerk / turns)
     taken += SWAY_SHARE * (turns > 0.0)
-    taken[~felt | stop] = 0.0
-    return Joints(s, stop, corner, speed, taken, acceleration, zone)
+    # A pulse of acceleration v Δ is v Δ/T in the second difference that sees it.
+    pulse = turns * v / (bounds.axes.acceleration * bounds.period_s)
+    both = np.stack([pulse, taken], 1)
+    both[~felt | stop] = 0.0
+    return Joints(s, stop, corner, speed, both, acceleration, zone)
 
 
 def _together(bounds: Bounds, s: Floats, turn: Floats, speed: Floats) -> Floats:

@@ -103,7 +103,7 @@ class _Columns:
         h, ends, extra, box, sway: See `cncgen.kernels.least_time` and `cncgen.kernels.least_time_rows`.
         edge: Shape (n, 2), largest q at both ends.
         joint: Shape (n,), where acceleration must be held at the right end too.
-        shape: Derivatives of the path (x1, x2, x3), limits and the part of the jerk limit that may be used.
+        shape: Derivatives of the path (x1, x2, x3), limits and the parts of them that may be used.
     """
 
     at: NDArray[np.int64]
@@ -273,8 +273,12 @@ def _rest_tops(given: Intervals) -> Floats:
         s = part * h[:, None]
         x2, x3 = np.abs(given.x2[rest, at]), np.abs(given.x3[rest, at])
         with np.errstate(divide="ignore"):
-            jerk = given.limits[1] * given.factor[rest] / (steep + 9.0 * x2 * s + 4.5 * x3 * s * s)
-            slow = (given.limits[0] / (steep * np.cbrt(6.0 * s) + x2 * np.cbrt(4.5 * s * s) ** 2)) ** 1.5
+            jerk = given.limits[1] * given.factor[rest, 1] / (steep + 9.0 * x2 * s + 4.5 * x3 * s * s)
+            slow = (
+                given.limits[0]
+                * given.factor[rest, 0]
+                / (steep * np.cbrt(6.0 * s) + x2 * np.cbrt(4.5 * s * s) ** 2)
+            ) ** 1.5
         j = np.minimum(j, np.minimum(jerk, slow).min(axis=1))
         top = np.minimum(top, given.top[rest, at] / part ** (4.0 / 3.0))
     out = np.full(len(given), np.inf)

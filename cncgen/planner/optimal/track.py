@@ -44,7 +44,7 @@ class Track:
         top_limit: Shape (n,), int8: the `Limit` behind the lowest of them.
         node_top: Shape (n + 1,): largest q at the nodes by jumps of the derivatives.
         node_acceleration: Shape (n + 1,): largest |q'| / 2 at the nodes by such jumps.
-        factor: Shape (n, axes): part of the jerk limit that is left beside the jumps near by.
+        factor: Shape (n, 2, axes): parts of acceleration and jerk limits that are left beside the jumps near by.
         stop: Shape (n + 1,), bool: nodes of rest.
         corner: Shape (n + 1,), bool: nodes where the motion slows or rests because the derivatives jump.
         events: Node, source line and event, in order.
@@ -156,6 +156,8 @@ def track_of(
     kind[stop[1:]] = ENTER
     kind[node[:-1][lines]] = LINE
     _calm(x, np.diff(s))
+    factor = _factors(s, joints)
+    factor[:, 1] *= _between(path, s, kind, x[3], top3, bounds.axes.jerk)
     return Track(
         toolpath=toolpath,
         path=path,
@@ -168,7 +170,7 @@ def track_of(
         top_limit=which[np.arange(n), top3.argmin(axis=1)],
         node_top=node_top,
         node_acceleration=node_acceleration,
-        factor=_factors(s, joints, x.shape[-1]) * _between(path, s, kind, x[3], top3, bounds.axes.jerk),
+        factor=factor,
         stop=stop,
         corner=corner,
         events=_events(toolpath, path, s),
@@ -209,12 +211,15 @@ def _calm(x: Floats, h: Floats) -> None:
         np.clip(x[order], -bound, bound, out=x[order])
 
 
-def _factors(s: Floats, joints: Joints, axes: int) -> Floats:
-    """Return what the jumps leave of the jerk limits of each interval; where zones overlap, all of them take."""
+def _factors(s: Floats, joints: Joints) -> Floats:
+    """Return what the jumps leave of the limits on each interval, shape (n, 2, axes): of acceleration and of jerk.
+
+    Where zones overlap, all of them take.
+    """
     near = np.flatnonzero(joints.zone > 0)
     first = np.searchsorted(s, joints.s[near] - joints.zone[near], side="right") - 1
     last = np.searchsorted(s, joints.s[near] + joints.zone[near], side="left")
-    change = np.zeros((len(s), axes))
+    change = np.zeros((len(s), *joints.taken.shape[1:]))
     np.add.at(change, np.maximum(first, 0), joints.taken[near])
     np.add.at(change, np.minimum(last, len(s) - 1), -joints.taken[near])
     return np.maximum(1.0 - np.cumsum(change, axis=0)[:-1], 1.0 - JUMP_SHARE - SWAY_SHARE)

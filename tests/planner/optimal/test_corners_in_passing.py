@@ -101,3 +101,19 @@ def test_corners_within_three_periods_share_the_jerk() -> None:
         t = (np.arange(-3, int(part.profile.t[-1] / machine.period_s)) + phase) * machine.period_s
         jerk = np.abs(np.diff(_positions(part, t), 3, axis=0)).max(axis=0) / machine.period_s**3
         assert jerk[:2].max() <= 1.001 * machine.axes["X"].max_jerk
+
+
+def test_second_differences_hold_where_a_corner_is_passed_under_full_acceleration() -> None:
+    """A turn by 0.05 rad amid the braking is a pulse of acceleration v Δ, of which v Δ/T shows."""
+    machine = load("generic-mill")
+    stiff = {letter: replace(axis, max_jerk=2e7) for letter, axis in machine.axes.items()}
+    machine = replace(machine, axes=stiff)
+    text = f"G21 G90 G61 F6000\nG1 X20 Y20\nG1 X{20.0 + np.cos(0.765)} Y{20.0 + np.sin(0.765)}\nM2\n"
+    parts = list(plan(read_text(text).chunks(), machine, PlanOptions()))
+    largest = 0.0
+    for phase in np.linspace(0.0, 1.0, 50, endpoint=False):
+        t = (np.arange(-3, int(parts[-1].profile.t[-1] / machine.period_s)) + phase) * machine.period_s
+        x = np.concatenate([_positions(part, t) for part in parts])
+        found = np.abs(np.diff(x, 2, axis=0)).max(axis=0) / machine.period_s**2
+        largest = max(largest, *(found[k] / machine.axes[a].max_acceleration for k, a in enumerate("XY")))
+    assert 0.99 < largest <= 1.001

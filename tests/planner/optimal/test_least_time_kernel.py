@@ -49,7 +49,7 @@ def wave(
         x3=columns[2],
         top=np.full((count, 3), feed**2),
         top_limit=np.full(count, Limit.FEED, np.int8),
-        factor=np.ones((count, axes)),
+        factor=np.ones((count, 2, axes)),
         node_top=np.full(count, np.inf),
         node_acceleration=np.full(count, np.inf),
         limits=np.array([[1000.0] * axes, [50_000.0] * axes]),
@@ -245,7 +245,7 @@ def test_a_window_whose_start_binds_on_two_sides_goes_on(at: int) -> None:
     first = solve(whole, None)
     names = ("h", "kind", "x1", "x2", "x3", "top", "top_limit", "factor", "node_top", "node_acceleration")
     rest = replace(whole, **{name: getattr(whole, name)[at:].copy() for name in names})
-    rest.factor[:2] *= 1.0 - problem.SLACK
+    rest.factor[:2, 1] *= 1.0 - problem.SLACK
     second = solve(rest, (float(first.q[at, 0]), float(first.q[at, 1])), first.q[at:, 1])
     assert second.converged
     acceleration, jerk = motion(rest, second.q)
