@@ -399,4 +399,7 @@ class Matching:
             if found < asked - 2.0 - 1e-6:
                 self.waits.append(Wait(int(path.line[k]), asked, found, max(0.5 * row - 0.25, 0.0)))
             path.wait_s[k] = 0.0
-        self._stands.forget(self._marks[0].row)
+        # A vertex that a kept state may still go back behind is judged later, though its stand is over.
+        later = np.flatnonzero(path.wait_s[stop : len(path)]) + stop + 1
+        seen = path.at[later][np.isfinite(path.distance[later])]
+        self._stands.forget(min([self._marks[0].row, *seen.tolist()]))

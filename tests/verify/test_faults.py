@@ -173,3 +173,15 @@ def test_waits_that_are_left_out_or_shortened(mode: str, period_s: float) -> Non
     (found,) = waits(np.delete(setpoints.position, still, axis=0))
     assert found["samples"] >= 4
     assert found["limit"] == pytest.approx(0.1)
+
+
+def test_a_wait_before_steps_within_the_tolerance_is_found() -> None:
+    """Steps of some µm after it keep the place of the wait open until the stand is long over."""
+    steps = "X83.001 Y14.999 X83.005 Y15.001 X83.006 Y15.005 X83.02 Y15.004 X83.021 Y15.005 X83.022 Y15.004 X83.023 "
+    steps += "Y15.005 X83.024 Y15.004 X83.025 Y15.005 X83.026 Y15.006 X83.027 Y15.005 X83.028 Y15.004 X83.029 Y15.005 "
+    steps += "X83.03 Y15.006 Y15.005"
+    arcs = [f"G{2 + k % 2} X{84.331 + 1.3 * k:.3f} Y15.005 R0.6501" for k in range(33)]
+    way = ["G1 Y16", "G1 X83", "G1 Y15", "G4 P0.05", *(f"G1 {word}" for word in steps.split()), *arcs]
+    text = "\n".join(["G21 G90 G17 G94 F3000 G61", *way, "M2", ""])
+    setpoints = sample(cncgen.plan(read_text(text), "generic-mill")).collect()
+    assert judge(setpoints, read_text(text), "generic-mill").holds
