@@ -12,6 +12,7 @@ from cncgen.pipeline import read_text
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.optimal import planning
 from cncgen.setpoints import sample
+from tests.planner.judging import used
 
 MODES = ("G61", "G61.1", "G64 P0.01")
 
@@ -22,16 +23,6 @@ def moved(text: str, machine: Machine, rows: int) -> np.ndarray:
         patch.setattr(planning, "ROWS", rows)
         trajectories = plan(read_text(text).chunks(), machine, PlanOptions(feedrate="optimal"))
         return np.concatenate([chunk.position for chunk in sample(trajectories, machine)])
-
-
-def used(x: np.ndarray, machine: Machine) -> float:
-    """Return the largest part of a limit among the differences of setpoints, rest before and after included."""
-    limits = np.array(
-        [[a.max_velocity, a.max_acceleration, a.max_jerk] for a in map(machine.axes.get, "XYZ")]
-    )
-    padded = np.concatenate([np.repeat(x[:1], 3, 0), x, np.repeat(x[-1:], 3, 0)])
-    peaks = [np.abs(np.diff(padded, k, axis=0)).max(axis=0) / machine.period_s**k for k in (1, 2, 3)]
-    return float((np.array(peaks).T / limits).max())
 
 
 @pytest.mark.parametrize("rest", ["", "G4 P0.01", "M3 S100", "M0"])

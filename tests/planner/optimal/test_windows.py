@@ -15,6 +15,7 @@ from cncgen.planner.optimal.problem import Intervals
 from cncgen.planner.optimal.track import LINE
 from cncgen.setpoints import sample
 from cncgen.toolpath.record import Toolpath
+from tests.planner.judging import used
 from tests.planner.smoothing.programs import chunked, facets, toolpath
 
 
@@ -31,22 +32,11 @@ def positions(chunks: Iterator[Toolpath], machine: Machine, **options: str) -> n
     return np.concatenate([points.position for points in sample(trajectories, machine)])
 
 
-def worst(x: np.ndarray, machine: Machine) -> float:
-    """Largest part of a limit among the differences of setpoints, rest before and after included."""
-    limits = np.array(
-        [[a.max_velocity, a.max_acceleration, a.max_jerk] for a in map(machine.axes.get, "XYZ")]
-    )
-    padded = np.concatenate([np.repeat(x[:1], 3, 0), x, np.repeat(x[-1:], 3, 0)])
-    orders = range(1, 4)
-    peaks = [np.abs(np.diff(padded, k, axis=0)).max(axis=0) / machine.period_s**k for k in orders]
-    return float((np.array(peaks).T / limits).max())
-
-
 @pytest.mark.parametrize("effort", ["best", "fast"])
 @pytest.mark.usefixtures("small")
 def test_limits_hold_across_windows(effort: str) -> None:
     machine = load("generic-mill")
-    assert worst(positions(chunked(facets(1500), 1000), machine, effort=effort), machine) <= 1.001
+    assert used(positions(chunked(facets(1500), 1000), machine, effort=effort), machine) <= 1.001
 
 
 def test_small_windows_take_hardly_longer(request: pytest.FixtureRequest) -> None:
