@@ -37,6 +37,10 @@ WIDTH = 12
 BOX, ACCELERATION, JERK_LEFT, JERK_RIGHT = range(4)
 #: Intervals at the start of a window in motion whose limits are eased (`least_time_between.apply`).
 _EASED = cython.declare(cython.Py_ssize_t, 3)
+#: What passes a limit between the ends of intervals, at the optimum of the rows, by more than this part and so many
+#: times by the same is there to stay: no row holds it, and no share of one mends it.
+_PASSED = cython.declare(cython.double, 0.02)
+_STUBBORN = cython.declare(cython.int, 3)
 
 
 @cython.cclass
@@ -234,7 +238,8 @@ def solve(
 
     Returns:
         0; 1 where it came near and then stalled (every limit held, dual residual a hundred times larger at most); or why
-        it did not converge: −1 out of iterations, −2 the matrix lost its positive diagonal by rounding.
+        it did not converge: −1 out of iterations, or rows that do not hold a limit between the ends of intervals; −2 the
+        matrix lost its positive diagonal by rounding.
     """
     import numpy
 
@@ -246,6 +251,8 @@ def solve(
     fresh: cython.bint
     ready: cython.bint
     eased: cython.Py_ssize_t = _EASED if free > 1 else 0
+    stubborn: cython.int = 0
+    before: cython.double = 0.0
     f: cython.double = 0.0
     gap: cython.double = 0.0
     residual: cython.double = 0.0
@@ -256,6 +263,7 @@ def solve(
             f = system.objective()
             if _due(iteration, gap / f):
                 fresh = gap > 0.006 * f
+                before = report[5]
                 report[5] = tighten(c, h, ends, d1, d2, d3, limits, factor, share, slack, eased, fresh, value)
                 if fresh or report[5] > 1.0 + slack:
                     apply(rows, offset, kind, axis, share, slack, eased)
@@ -266,6 +274,10 @@ def solve(
             if ready and gap < 2.0 * tolerance * f and residual < 10.0 * tolerance * f:
                 status = 0
                 break
+            if gap < 2.0 * tolerance * f and report[5] > 1.0 + _PASSED:
+                stubborn = stubborn + 1 if fabs(report[5] - before) < 0.01 * (before - 1.0) else 0
+                if stubborn == _STUBBORN:
+                    break
             if ready and residual < 100.0 * tolerance * f and gap < kept:
                 kept = gap
                 near[:] = c

@@ -323,7 +323,9 @@ def _joints(given: Intervals, spline: NDArray[np.int64]) -> NDArray[np.int8]:
     after = np.minimum(spline + 1, len(given) - 1)
     turn = most(np.abs(given.x1[after, 0] - given.x1[spline, 2]))
     bend = np.abs(given.x2[after, 0] - given.x2[spline, 2]) * given.top[spline, 2, None] / given.limits[0]
-    jump = (turn > 1e-9) | (most(bend) > _JUMP) | (given.kind[after] == ENTER)
+    # What its neighbour is left of the limit may be more than what it has itself, beside a corner that takes a part.
+    more = (given.factor[after, 0] > given.factor[spline, 0]).any(axis=1)
+    jump = (turn > 1e-9) | (most(bend) > _JUMP) | more | (given.kind[after] == ENTER)
     return jump.astype(np.int8)
 
 

@@ -251,3 +251,17 @@ def test_a_window_whose_start_binds_on_two_sides_goes_on(at: int) -> None:
     acceleration, jerk = motion(rest, second.q)
     assert acceleration.max() < 1.0 + 1e-3
     assert jerk.max() < 1.0 + 3.0 * problem.SLACK
+
+
+def test_a_limit_that_steps_up_at_a_node_is_held_on_both_sides() -> None:
+    """On a line, intervals that a corner leaves 0.23 of the acceleration hold it up to the node where they end."""
+    count, first, stop = 120, 40, 80
+    given = wave(count, feed=400.0)
+    given.x1[:], given.x2[:], given.x3[:] = [1.0, 0.0], 0.0, 0.0
+    given.factor[first:stop, 0] = 0.23
+    found = solve(given, None)
+    assert found.converged
+    # On a line q' / 2 is the acceleration, and q a parabola on each interval.
+    slope = np.abs(np.stack([found.q[:, 1] - found.q[:, 0], found.q[:, 2] - found.q[:, 1]], 1)) / given.h[:, None]
+    assert slope[first:stop].max() <= 0.23 * 1000.0 * 1.0006
+    assert slope[1:-1].max() > 0.9 * 1000.0
