@@ -2,11 +2,13 @@
 
     python benchmarks/long_programs.py                       # seeds 0 to 9, 7000 motions each, on generic-mill
     python benchmarks/long_programs.py --seeds 40 60 --rotary
+    python benchmarks/long_programs.py --seeds 0 60 --motions 1000 --machine random
     python benchmarks/long_programs.py --seeds 32 33 --write bad.nc
 
 Each is a row of wandering lines, straight runs, staircases, chains of arcs, drilled holes and zigzags, under changing feeds
-and path modes, with dwells and spindle and coolant events between them. A line is printed for each: seconds of planning,
-seconds of motion, and what `cncgen.judge` finds broken.
+and path modes, with dwells and spindle and coolant events between them. A random machine differs by the seed too: limits
+over a hundred to one between axes, setpoints every 0.1 to 10 ms, chord tolerances of 0.1 to 10 µm. A line is printed for
+each: seconds of planning, seconds of motion, and what `cncgen.judge` finds broken.
 """
 
 from __future__ import annotations
@@ -17,9 +19,13 @@ import random
 import sys
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 
 import cncgen
+from cncgen.machine.record import Machine
+from cncgen.units import DEGREE
 
 MODES = ("G61", "G61.1", "G64 P0.01", "G64 P0.05 Q0.01", "G64 P0.001", "G64")
 EVENTS = ("G4 P0.05", "M3 S1000", "M8", "M9")
@@ -100,24 +106,46 @@ class Writer:
         return "\n".join([*self.lines, "M2", ""])
 
 
+def random_machine(seed: int) -> Machine:
+    """Return a machine of four axes whose limits differ by two powers of ten and more."""
+    rng = random.Random(7919 * seed + 1)
+    base = cncgen.load_machine("generic-mill")
+    axes = {}
+    for letter in "XYZA":
+        velocity = 10.0 ** rng.uniform(1.0, 3.0) * (DEGREE if letter == "A" else 1.0)
+        acceleration = velocity * 10.0 ** rng.uniform(0.3, 1.7)
+        jerk = acceleration * 10.0 ** rng.uniform(0.7, 2.5)
+        axes[letter] = replace(
+            base.axes[letter], max_velocity=velocity, max_acceleration=acceleration, max_jerk=jerk
+        )
+    return replace(
+        base,
+        name=f"random-{seed}",
+        axes=MappingProxyType(axes),
+        period_s=rng.choice((1e-4, 2.5e-4, 5e-4, 1e-3, 2e-3, 4e-3, 1e-2)),
+        chord_tolerance_mm=rng.choice((1e-4, 1e-3, 1e-3, 1e-2)),
+    )
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", maxsplit=1)[0])
     parser.add_argument("--seeds", type=int, nargs=2, default=(0, 10), metavar=("FIRST", "STOP"))
     parser.add_argument("--motions", type=int, default=7000)
-    parser.add_argument("--machine", default="generic-mill")
+    parser.add_argument("--machine", default="generic-mill", help="a profile or file, or 'random'")
     parser.add_argument("--rotary", action="store_true", help="lines turn A as well")
     parser.add_argument("--write", type=Path, help="keep the last program here")
     given = parser.parse_args(arguments)
     bad = 0
     for seed in range(*given.seeds):
+        machine = random_machine(seed) if given.machine == "random" else cncgen.load_machine(given.machine)
         text = Writer(seed, given.rotary).written(given.motions)
         if given.write:
             given.write.write_text(text)
         begun = time.process_time()
         program = cncgen.read_text(text)
-        setpoints = cncgen.sample(cncgen.plan(program, given.machine)).collect()
+        setpoints = cncgen.sample(cncgen.plan(program, machine)).collect()
         spent = time.process_time() - begun
-        verdict = cncgen.judge(setpoints, program, given.machine)
+        verdict = cncgen.judge(setpoints, program, machine)
         bad += not verdict.holds
         seconds = setpoints.time_s[-1]
         print(f"seed {seed}: {spent:.1f} s of work for {seconds:.1f} s of motion", flush=True)
