@@ -14,7 +14,6 @@ from cncgen.machine.settings_schema import TABLES
 
 Row = tuple[str, str, str, str]
 
-_POSITIVE = "a number > 0"
 _REQUIRED = "required"
 
 
@@ -25,10 +24,10 @@ def rows() -> Iterator[Row]:
     """
     usual = {field.name: field.default for field in fields(Machine)}
     yield "name", "a text", "the file's name", "what reports call the machine"
-    for name, about in TOP_NUMBERS.items():
-        yield name, _POSITIVE, _default(usual[name]), about
-    for limit, power in AXIS_LIMITS:
-        yield f"axes.x.{limit}_mm_s{power}", _POSITIVE, _REQUIRED, f"{limit.removeprefix('max_')} limit"
+    for name, what in TOP_NUMBERS.items():
+        yield name, what.wanted, _default(usual[name]), what.about
+    for limit, (power, what) in AXIS_LIMITS.items():
+        yield f"axes.x.{limit}_mm_s{power}", what.wanted, _REQUIRED, what.about
     yield "axes.x.travel_mm", "[lowest, highest]", "not limited", "positions that the axis can take"
     yield (
         "axes.x.servo.model",

@@ -8,7 +8,7 @@ import re
 import tomllib
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 from cncgen.diagnostics import Diagnostic, Diagnostics, Span, UsageError, excerpt_of
 from cncgen.machine.record import Axis, Machine, Servo
@@ -20,18 +20,48 @@ from cncgen.units import AXIS_LETTERS, file_unit, is_rotary, to_file
 #: A machine file is a page of text; more than this is something else.
 MAX_BYTES = 1_000_000
 
-#: Numbers at the top of a file (all of them positive), the fields of `Machine` by the same name, and what they are.
-TOP_NUMBERS = {
-    "period_s": "time between two setpoints",
-    "chord_tolerance_mm": "largest distance of the chord between two setpoints from the path",
-    "path_tolerance_mm": "how far G64 may leave the programmed path where the program gives no P",
-    "max_contour_error_mm": "what the predicted contour error is held under",
-    "max_centripetal_mm_s2": "limit of the acceleration across the path",
-}
-#: Setpoint files count time in nanoseconds, and a thousandth of a period has to be seen in them.
-SHORTEST_PERIOD_S = 1e-6
-#: Limits of an axis: field of `Axis` and power of the second in its unit.
-AXIS_LIMITS = (("max_velocity", ""), ("max_acceleration", "2"), ("max_jerk", "3"))
+
+class Quantity(NamedTuple):
+    """A positive number of a machine file: what it is, and the range that computing with it is meant for.
+
+    The ranges hold every machine with room to spare, numbers that stand for "no limit" too, and keep powers and
+    quotients of them within doubles, and the time of a motion within what can be waited for.
+    """
+
+    about: str
+    low: float
+    high: float
+
+    @property
+    def wanted(self) -> str:
+        """Return what a value must be, in words."""
+        return f"a number from {self.low:g} to {self.high:g}"
+
+
+#: Numbers at the top of a file, the fields of `Machine` by the same name. Setpoint files count time in nanoseconds, and
+#: a thousandth of a period has to be seen in them.
+TOP_NUMBERS = MappingProxyType(
+    {
+        "period_s": Quantity("time between two setpoints", 1e-6, 10.0),
+        "chord_tolerance_mm": Quantity(
+            "largest distance of the chord between two setpoints from the path", 1e-9, 1e6
+        ),
+        "path_tolerance_mm": Quantity(
+            "how far G64 may leave the programmed path where the program gives no P", 1e-9, 1e6
+        ),
+        "max_contour_error_mm": Quantity("what the predicted contour error is held under", 1e-9, 1e6),
+        "max_centripetal_mm_s2": Quantity("limit of the acceleration across the path", 1e-6, 1e12),
+    }
+)
+#: Limits of an axis, the fields of `Axis` by the same name, in the unit of files (mm or degrees); each with the power
+#: of the second in its unit.
+AXIS_LIMITS = MappingProxyType(
+    {
+        "max_velocity": ("", Quantity("velocity limit", 1e-3, 1e9)),
+        "max_acceleration": ("2", Quantity("acceleration limit", 1e-6, 1e12)),
+        "max_jerk": ("3", Quantity("jerk limit", 1e-6, 1e15)),
+    }
+)
 
 
 class _File:
@@ -148,13 +178,9 @@ def machine_from_toml(content: bytes, name: str) -> Machine:
     file = _File(name, text)
     known = ("name", "axes", *TOP_NUMBERS, *SETTINGS)
     _unknown_keys(file, table, "", known)
-    numbers = {key: _positive(file, table, key, key) for key in TOP_NUMBERS if key in table}
-    period = numbers.get("period_s")
-    if period is not None and period < SHORTEST_PERIOD_S:
-        message = (
-            f"period_s: {period:g} s is shorter than {SHORTEST_PERIOD_S:g} s, less than any drive is fed at"
-        )
-        file.fault("machine-value", "period_s", message, "a millisecond is 0.001", value=str(period))
+    numbers = {
+        key: _quantity(file, table, key, key, what) for key, what in TOP_NUMBERS.items() if key in table
+    }
     axes = _axes(file, table)
     given = table.get("name", name)
     if not isinstance(given, str) or not given.strip():
@@ -242,13 +268,16 @@ def _by_letter(file: _File, table: Mapping[str, Any]) -> dict[str, tuple[str, di
 
 def _axis(file: _File, letter: str, prefix: str, table: dict[str, Any]) -> Axis | None:
     unit, factor = file_unit(letter), to_file(letter)
-    keys = {field: f"{field}_{unit}_s{power}" for field, power in AXIS_LIMITS}
+    keys = {field: f"{field}_{unit}_s{power}" for field, (power, _) in AXIS_LIMITS.items()}
     travel_key = f"travel_{unit}"
     _unknown_keys(file, table, prefix, (*keys.values(), travel_key, "servo"), letter)
-    limits = {field: _positive(file, table, key, f"{prefix}.{key}") for field, key in keys.items()}
+    limits = {
+        field: _quantity(file, table, key, f"{prefix}.{key}", AXIS_LIMITS[field][1])
+        for field, key in keys.items()
+    }
     travel = _travel(file, table, travel_key, prefix) if travel_key in table else None
     servo = _servo(file, table["servo"], letter, prefix) if "servo" in table else None
-    velocity, acceleration, jerk = (limits[field] for field, _ in AXIS_LIMITS)
+    velocity, acceleration, jerk = (limits[field] for field in AXIS_LIMITS)
     if velocity is None or acceleration is None or jerk is None:
         return None
     if travel is not None:
@@ -256,8 +285,8 @@ def _axis(file: _File, letter: str, prefix: str, table: dict[str, Any]) -> Axis 
     return Axis(letter, velocity / factor, acceleration / factor, jerk / factor, travel, servo)
 
 
-def _positive(file: _File, table: Mapping[str, Any], key: str, path: str) -> float | None:
-    """Return a positive finite number, or note why it is none."""
+def _quantity(file: _File, table: Mapping[str, Any], key: str, path: str, what: Quantity) -> float | None:
+    """Return a number within the range of a quantity, or note why it is none."""
     if key not in table:
         file.fault("machine-missing", path, f"{path}: missing")
         return None
@@ -268,8 +297,15 @@ def _positive(file: _File, table: Mapping[str, Any], key: str, path: str) -> flo
     number = _as_float(value)
     if not (math.isfinite(number) and number > 0):
         file.fault(
-            "machine-value", path, f"{path}: must be positive and finite, is {value}", value=str(value)
+            "machine-value",
+            path,
+            f"{path}: must be positive and finite, is {_shown(value)}",
+            value=str(number),
         )
+        return None
+    if not what.low <= number <= what.high:
+        message = f"{path}: must be {what.wanted}, is {number:g}"
+        file.fault("machine-value", path, message, "is it in the unit that its key says?", value=str(number))
         return None
     return number
 

@@ -28,6 +28,10 @@ from cncgen.units import file_unit
 
 #: Highest degree of a transfer function's denominator.
 MAX_DEGREE = 11
+#: Numbers other than 0 are between the first and the second: no drive has others, and what is computed of these (powers
+#: of gains, quotients) stays within doubles. Coefficients of polynomials are powers themselves.
+MAGNITUDES = (1e-15, 1e15)
+COEFFICIENTS = (1e-90, 1e90)
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +83,7 @@ class Parameter:
             return f"must be {'an integer' if self.kind == 'integer' else 'a finite number'}; is {value!r}"
         if value < self.low or value > self.high or (self.open_low and value == self.low):
             return f"must be {self._range()}; is {value!r}"
-        return ""
+        return _fault_of_magnitude(value, MAGNITUDES)
 
     def _range(self) -> str:
         sign = ">" if self.open_low else ">="
@@ -104,7 +108,9 @@ class Parameter:
     def _fault_of_list(value: Any) -> str:
         if not isinstance(value, (list, tuple)) or not value or not all(is_number(v) for v in value):
             return f"must be a list of finite numbers; is {value!r}"
-        return "" if any(v != 0 for v in value) else "must not be all zero"
+        if not any(v != 0 for v in value):
+            return "must not be all zero"
+        return next(filter(None, (_fault_of_magnitude(v, COEFFICIENTS) for v in value)), "")
 
 
 def is_number(value: Any) -> bool:
@@ -112,6 +118,14 @@ def is_number(value: Any) -> bool:
     return (
         isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
     )
+
+
+def _fault_of_magnitude(value: float, bounds: tuple[float, float]) -> str:
+    """Return what is wrong with the size of a number, or ""."""
+    low, high = bounds
+    if value == 0 or low <= abs(value) <= high:
+        return ""
+    return f"must be 0 or between {low:g} and {high:g} in size; is {value:g}"
 
 
 def _positive(name: str, about: str, power: int = 0, **more: Any) -> Parameter:

@@ -113,6 +113,8 @@ def resolve(servo: Servo, letter: str) -> dict[str, Any]:
     values: dict[str, Any] = {}
     for parameter in MODELS[servo.model].parameters:
         value = servo.parameters.get(parameter.key(letter), parameter.default)
+        if value is not None and parameter.kind in ("number", "numbers"):  # TOML's integers may have any size
+            value = [float(v) for v in value] if parameter.kind == "numbers" else float(value)
         if value is not None and parameter.power and is_rotary(letter):
             factor = DEGREE**parameter.power
             value = [v * factor for v in value] if parameter.kind == "numbers" else value * factor

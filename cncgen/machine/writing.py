@@ -33,7 +33,7 @@ def _axis_lines(axis: Axis) -> list[str]:
     lines = ["", f"[{name}]"]
     lines += [
         f"{field}_{unit}_s{power} = {_value(_in_file_unit(getattr(axis, field), factor))}"
-        for field, power in AXIS_LIMITS
+        for field, (power, _) in AXIS_LIMITS.items()
     ]
     if axis.travel is not None:
         ends = [_in_file_unit(end, factor) for end in axis.travel]

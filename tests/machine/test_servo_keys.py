@@ -40,11 +40,11 @@ def wrong_values(parameter: Parameter) -> list[Any]:
         "word": ["nonsense", 3, True, ["motor"], ""],
         "text": ["", "  ", 3, ["V"]],
         "flag": [1, 0.0, "true"],
-        "numbers": [[], [0.0, 0], ["1"], 3.0, [1.0, math.nan], [True], [1, HUGE]],
+        "numbers": [[], [0.0, 0], ["1"], 3.0, [1.0, math.nan], [True], [1, HUGE], [1.0, 1e-91]],
     }
     if parameter.kind in others:
         return others[parameter.kind]
-    found: list[Any] = ["1", True, math.nan, math.inf, -math.inf, HUGE, [1.0], {"a": 1}]
+    found: list[Any] = ["1", True, math.nan, math.inf, -math.inf, HUGE, 1e16, 1e-16, [1.0], {"a": 1}]
     if parameter.kind == "integer":
         found.append(1.5)
     if math.isfinite(parameter.low):
@@ -93,6 +93,13 @@ def test_a_rotary_axis_has_its_own_key_and_radians_inside(name: str, parameter: 
     if linear != rotary:
         found = {k for _, k, _ in servo_schema.faults({**minimal(name, "C"), linear: value}, "C")}
         assert found == {linear}
+
+
+def test_integers_are_doubles_inside() -> None:
+    """TOML's integers are Python's: arrays of those beyond 64 bits would hold objects."""
+    table = {**minimal("transfer-function"), "numerator": [10**22], "denominator": [1, 10**22]}
+    values = servo_schema.resolve(Servo("transfer-function", table), "X")
+    assert (np.asarray(values["numerator"]).dtype, values["denominator"]) == (np.float64, [1.0, 1e22])
 
 
 @pytest.mark.parametrize(
