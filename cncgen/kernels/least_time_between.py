@@ -14,19 +14,32 @@ _EASE = cython.declare(cython.double, 2.0)
 @cython.nogil
 @cython.exceptval(check=False)
 def _peak(value: cython.double[::1], first: cython.Py_ssize_t) -> cython.double:
-    """Return the largest of five equidistant values' inner three, raised to the top of the parabola around it."""
-    p: cython.Py_ssize_t = first + 1
+    """Return the largest of five equidistant values between the first and the last, by parabolas through three of them.
+
+    Where the largest of the five is inside, it is raised to the top of the parabola around it; where it is at an end,
+    the largest inside is the top of the parabola through the three nearest to that end, if it lies between.
+    """
+    p: cython.Py_ssize_t
+    best: cython.Py_ssize_t = first + 1
     bend: cython.double
     slope: cython.double
-    if value[first + 2] > value[p]:
-        p = first + 2
-    if value[first + 3] > value[p]:
-        p = first + 3
-    bend = 2.0 * value[p] - value[p - 1] - value[p + 1]
-    slope = value[p + 1] - value[p - 1]
-    if value[p - 1] < value[p] and value[p + 1] < value[p]:
-        return value[p] + slope * slope / (8.0 * bend)
-    return value[p]
+    for p in range(first + 2, first + 4):
+        if value[p] > value[best]:
+            best = p
+    if value[best - 1] > value[best]:
+        p = best - 1
+        bend = 2.0 * value[best] - value[p] - value[best + 1]
+        slope = 2.0 * (value[best] - value[p]) + bend
+    elif value[best + 1] > value[best]:
+        p = best + 1
+        bend = 2.0 * value[best] - value[p] - value[best - 1]
+        slope = 2.0 * (value[best] - value[p]) + bend
+    else:
+        p = best
+        bend = 2.0 * value[p] - value[p - 1] - value[p + 1]
+        slope = value[p + 1] - value[p - 1]
+        return value[p] + slope * slope / (8.0 * bend) if bend > 0.0 else value[p]
+    return value[p] + slope * slope / (8.0 * bend) if slope > 0.0 else value[best]
 
 
 @cython.ccall

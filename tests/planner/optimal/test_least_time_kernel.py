@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from cncgen.kernels import least_time, least_time_rows
+from cncgen.kernels import least_time, least_time_between, least_time_rows
 from cncgen.planner.optimal import problem
 from cncgen.planner.optimal.problem import Intervals, solve
 from cncgen.planner.optimal.track import ENTER, LEAVE, SPLINE
@@ -262,6 +262,24 @@ def test_a_limit_that_steps_up_at_a_node_is_held_on_both_sides() -> None:
     found = solve(given, None)
     assert found.converged
     # On a line q' / 2 is the acceleration, and q a parabola on each interval.
-    slope = np.abs(np.stack([found.q[:, 1] - found.q[:, 0], found.q[:, 2] - found.q[:, 1]], 1)) / given.h[:, None]
+    slope = (
+        np.abs(np.stack([found.q[:, 1] - found.q[:, 0], found.q[:, 2] - found.q[:, 1]], 1)) / given.h[:, None]
+    )
     assert slope[first:stop].max() <= 0.23 * 1000.0 * 1.0006
     assert slope[1:-1].max() > 0.9 * 1000.0
+
+
+@pytest.mark.parametrize("top", [0.1, 0.3, 0.5, 0.7, 0.9])
+def test_what_passes_a_limit_between_the_ends_is_found_wherever_it_is(top: float) -> None:
+    """At constant q the acceleration x'' q is the parabola 1 - (x - top)², whose largest value is 1."""
+    x = np.array([0.0, 0.5, 1.0])
+    second = (1.0 - (x - top) ** 2)[None, :, None]
+    nothing = np.zeros((1, 3, 1))
+    share = np.ones((1, 2, 1))
+    found = least_time_between.tighten(
+        np.ones(3), np.ones(1), np.full((1, 4), 0.5), nothing, second, nothing, np.full((2, 1), 0.95),
+        np.ones((1, 2, 1)), share, 5e-4, 0, True, np.zeros(10),
+    )  # fmt: skip
+    assert found == pytest.approx(1.0 / 0.95, rel=1e-12)
+    # The ends, where the rows hold the limit, are left so much less of it.
+    assert share[0, 0, 0] == pytest.approx(max(second[0, 0, 0], second[0, 2, 0]), rel=1e-12)
