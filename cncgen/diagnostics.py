@@ -164,6 +164,18 @@ class Diagnostics:
         return f"Diagnostics({counts or 'none'})"
 
 
+class RemarkWarning(UserWarning):
+    """A remark of a stage that collects none, as a Python warning; the CLI shows its `diagnostic`."""
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        self.diagnostic = diagnostic
+        super().__init__(diagnostic.render())
+
+    def __reduce__(self) -> tuple[type[RemarkWarning], tuple[Diagnostic]]:
+        """Pickle by the diagnostic, of which the text is made."""
+        return type(self), (self.diagnostic,)
+
+
 class CncgenError(Exception):
     """Base of what ends the work; `exit_code` is what the CLI exits with."""
 

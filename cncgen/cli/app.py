@@ -16,7 +16,7 @@ from typing import Any
 import click
 
 from cncgen.cli import messages
-from cncgen.diagnostics import CncgenError, Diagnostic
+from cncgen.diagnostics import CncgenError, Diagnostic, RemarkWarning
 from cncgen.files import silence, together
 
 #: Commands in the order of ``--help``, each a module of this package with a click command `command`.
@@ -84,6 +84,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     """Run a command; print what went wrong; return the exit code of interface.md."""
     messages.reset()
     warnings.showwarning = _show_warning
+    warnings.simplefilter("always", RemarkWarning)
     _clean_up_on_signals()
     try:
         code = _run(arguments)
@@ -159,7 +160,10 @@ def _terminate(number: int, frame: Any) -> None:
 
 
 def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
-    messages.plain(f"warning: {message}")
+    if isinstance(message, RemarkWarning):
+        messages.show([message.diagnostic])
+    else:
+        messages.plain(f"warning: {message}")
 
 
 def _silence_closed_streams() -> None:

@@ -57,6 +57,7 @@ def command(
         raise click.UsageError("--counts-per-mm and --counts-per-rad go together")
     scale = counts_per_mm / counts_per_rad if counts_per_mm and counts_per_rad else None
     result = identified(log, model, axis.upper() if axis else None, friction, scale)
+    messages.show(result.remarks)
     messages.note(result.text)
     write_text(output, result.table)
     write_summary(summary, result.values)

@@ -23,6 +23,7 @@ INTERPOLATORS = ("arclength", "taylor1", "taylor2", "uniform")
 SATURATIONS = ("off", "reactive", "predictive")
 PROFILES = ("bell", "linear", "exponential")
 EFFORTS = ("best", "fast")
+LEAST_CONTOUR_ERROR_MM = 1e-6
 
 
 def _all_of(*decorators: Callable[[Command], Command]) -> Callable[[Command], Command]:
@@ -234,7 +235,7 @@ planning_options = _gathering(
     click.option(
         "--max-contour-error",
         metavar="MM",
-        type=FiniteRange(min=0, min_open=True),
+        type=FiniteRange(min=LEAST_CONTOUR_ERROR_MM),
         help="Contour error, as the servo model predicts it, that the plan stays under "
         "[default: the machine's, for ild].",
     ),

@@ -49,7 +49,7 @@ TOP_NUMBERS = MappingProxyType(
         "path_tolerance_mm": Quantity(
             "how far G64 may leave the programmed path where the program gives no P", 1e-9, 1e6
         ),
-        "max_contour_error_mm": Quantity("what the predicted contour error is held under", 1e-9, 1e6),
+        "max_contour_error_mm": Quantity("what the predicted contour error is held under", 1e-6, 1e6),
         "max_centripetal_mm_s2": Quantity("limit of the acceleration across the path", 1e-6, 1e12),
     }
 )

@@ -278,7 +278,7 @@ def _judged(plan: Iterator[Trajectory], watch: _Watch, bound: float) -> Iterator
 def _remark(worst: float, bound: float, where: str) -> Diagnostic:
     return Diagnostic(
         "contour-error",
-        f"the contour error is predicted to reach {1e3 * worst:.2f} µm near {where}, beyond the {1e3 * bound:.2f} µm "
+        f"the contour error is predicted to reach {1e3 * worst:.4g} µm near {where}, beyond the {1e3 * bound:.4g} µm "
         "asked for",
         severity=Severity.WARNING,
         hint="the speed was lowered as often as it is tried: tune the loops, or allow more",

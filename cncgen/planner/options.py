@@ -6,6 +6,7 @@ import math
 import numbers
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TypeGuard
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.machine.record import Servo
@@ -14,6 +15,9 @@ INTERPOLATORS = ("arclength", "taylor1", "taylor2", "uniform")
 SATURATIONS = ("off", "reactive", "predictive")
 PROFILES = ("bell", "linear", "exponential")
 EFFORTS = ("best", "fast")
+#: Bounds of the contour error below a nanometre are refused: the speed falls with the root of the bound, and what such a
+#: plan gained in days of motion would be the last digits of setpoints.
+LEAST_CONTOUR_ERROR_MM = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +71,10 @@ class PlanOptions:
                 faults.append(
                     Diagnostic("option-value", f"{name} = {value!r} must be a number greater than 0")
                 )
+        bound = self.max_contour_error_mm
+        if _is_number(bound) and 0 < bound < LEAST_CONTOUR_ERROR_MM:
+            message = f"max_contour_error_mm = {bound!r} is below {LEAST_CONTOUR_ERROR_MM:g} mm, the least that is planned"
+            faults.append(Diagnostic("option-value", message))
         distance = self.corner_distance_mm
         if not (_is_number(distance) and distance >= 0):
             message = f"corner_distance_mm = {distance!r} must be a number that is not negative"
@@ -75,5 +83,5 @@ class PlanOptions:
             raise UsageError(faults)
 
 
-def _is_number(value: object) -> bool:
+def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, numbers.Real) and not isinstance(value, bool) and math.isfinite(value)

@@ -6,20 +6,24 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.diagnostics import Diagnostic, Severity, UsageError
 from cncgen.servo.identification.etfe import etfe
 from cncgen.servo.identification.fits import Fit, fit_first_order, fit_fourth_order, fit_velocity_loop
 from cncgen.servo.identification.log import AxisLog, read_log
 from cncgen.units import file_unit, is_rotary, to_file
 
+#: A fit below it leaves half of the motion's size unexplained: its parameters mean nothing.
+POOR_FIT_PERCENT = 50.0
+
 
 @dataclass(frozen=True, slots=True)
 class Identified:
-    """Servo tables (or a CSV table), the text for a person, and plain values for the summary."""
+    """Servo tables (or a CSV table), the text for a person, plain values for the summary, and warnings."""
 
     table: str
     text: str
     values: dict[str, Any]
+    remarks: tuple[Diagnostic, ...] = ()
 
 
 def identified(
@@ -56,6 +60,23 @@ def identified(
         "\n".join(tables),
         "\n".join(texts),
         {"schema_version": 1, "log": path, "model": model, "axes": values},
+        tuple(_poor(letter, found["fit_percent"]) for letter, found in values.items() if _is_poor(found)),
+    )
+
+
+def _is_poor(found: dict[str, Any]) -> bool:
+    """Tell whether the model of an axis is hardly that of its log (a fit that is no number is not good either)."""
+    return "fit_percent" in found and not found["fit_percent"] >= POOR_FIT_PERCENT
+
+
+def _poor(letter: str, percent: float) -> Diagnostic:
+    return Diagnostic(
+        "identify-poor",
+        f"axis {letter.upper()}: the model explains little of the log: fit {percent:.3g} %, below "
+        f"{POOR_FIT_PERCENT:g} %",
+        severity=Severity.WARNING,
+        hint="is it the right --model, and does the drive move the axis in this log (cncgen excite)?",
+        values={"axis": letter.upper(), "fit_percent": percent},
     )
 
 

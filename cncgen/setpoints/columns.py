@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.diagnostics import Diagnostic, Severity
 from cncgen.setpoints.record import Setpoints
 from cncgen.units import AXIS_LETTERS, DEGREE, file_unit, is_rotary
 
@@ -28,6 +30,38 @@ def position_column(axis: str) -> str:
 
 #: Axis letter by the name of its position column.
 POSITION_COLUMNS = {position_column(axis): axis for axis in AXIS_LETTERS}
+
+
+#: A letter with a unit that positions are given in; X, Y and Z alone too (a, u and v are as often no axes).
+_POSITION_LIKE = re.compile(r"[a-z]_(?:mm|cm|m|um|µm|nm|in|inch|deg|rad|rev)|[xyz]")
+
+
+def unread_positions(names: Sequence[str], name: str) -> list[Diagnostic]:
+    """Return what is to be said of columns that look like positions, and are read as none.
+
+    Where it is an axis that would be missed (``x_deg``, ``y``) that is an error; another letter (``q_mm``) is a warning.
+
+    Args:
+        names: Of the columns, in lower case.
+        name: The file.
+    """
+    found = []
+    have = {POSITION_COLUMNS[n] for n in names if n in POSITION_COLUMNS}
+    for column in names:
+        match = _POSITION_LIKE.fullmatch(column)
+        letter = column[:1].upper()
+        if not match or column in POSITION_COLUMNS or letter in have:
+            continue
+        if letter in AXIS_LETTERS:
+            message = f"{name}: the column {column} is no position of axis {letter}"
+            found.append(
+                Diagnostic("setpoints-header", message, hint=f"it is called {position_column(letter)}")
+            )
+        else:
+            message = f"{name}: the column {column} names no axis and is passed over"
+            hint = f"axes are {' '.join(AXIS_LETTERS)}: {', '.join(map(position_column, 'XA'))} …"
+            found.append(Diagnostic("setpoints-header", message, Severity.WARNING, hint=hint))
+    return found
 
 
 def file_units(values: Floats, axes: str) -> Floats:

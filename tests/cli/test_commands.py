@@ -314,5 +314,5 @@ def test_choices_are_those_of_the_rooms() -> None:
     assert options.FORMATS == writers.FORMATS
     assert available() == options.FEEDRATES
     assert ("auto", *DIALECTS) == ("auto", *reference.DIALECTS) == options.DIALECTS
-    for name in ("INTERPOLATORS", "SATURATIONS", "PROFILES", "EFFORTS"):
+    for name in ("INTERPOLATORS", "SATURATIONS", "PROFILES", "EFFORTS", "LEAST_CONTOUR_ERROR_MM"):
         assert getattr(options, name) == getattr(planning, name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -55,6 +56,23 @@ def test_a_closed_loop_as_a_ratio_follows_alike(log: str, tmp_path: Path) -> Non
     want = np.loadtxt(log, delimiter=",", skiprows=1)[:, 2]
     have = np.loadtxt(again, delimiter=",", skiprows=1)[:, 2]
     assert np.abs(want - have).max() < 0.01 * np.abs(want).max()
+
+
+@pytest.mark.parametrize(("noise", "told"), [(0.0, False), (50.0, True)])
+def test_a_model_that_explains_little_is_a_warning(
+    log: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], noise: float, told: bool
+) -> None:
+    """Noise of ten times the swing: a fit is found all the same."""
+    table = np.loadtxt(log, delimiter=",", skiprows=1)
+    table[:, 2] += noise * np.random.default_rng(1).standard_normal(len(table))
+    rows = "".join(f"{t:.9f},{c:.9f},{x:.9f}\n" for t, c, x in table[:, :3])
+    (tmp_path / "noisy.csv").write_text("t_s,x_cmd_mm,x_mm\n" + rows)
+    assert (
+        run(["identify", f"{tmp_path}/noisy.csv", "--model", "first-order", "--no-friction", "--json"]) == 0
+    )
+    said = [json.loads(line) for line in capsys.readouterr().err.splitlines() if line.startswith("{")]
+    assert [item["code"] for item in said] == ["identify-poor"] * told
+    assert all(item["values"]["fit_percent"] < 50.0 for item in said)
 
 
 def test_kc_of_a_torque_motor_and_the_frequency_response(

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cncgen.diagnostics import UsageError
+from cncgen.diagnostics import RemarkWarning, UsageError
 from cncgen.files import open_output
 from cncgen.setpoints.columns import Layout
 from cncgen.setpoints.readers import open_setpoints
@@ -173,6 +173,62 @@ def test_faults_of_csv(tmp_path: Path, text: str, code: str, place: int | None) 
     assert first.code == code
     assert (first.span.line if first.span else None) == place
     assert str(path) in first.render()
+
+
+@pytest.mark.parametrize(
+    ("kind", "head", "row"),
+    [
+        ("csv", "t_s,x_mm\n", "0,x"),
+        ("csv", "t_s,x_mm\n", "0,1,2"),
+        ("jsonl", "", "{}"),
+        ("hal", "# x_mm every 1 s\n", "x"),
+    ],
+)
+def test_faults_of_many_rows_are_counted(tmp_path: Path, kind: str, head: str, row: str) -> None:
+    """Of 5000 rows with the same fault ten are shown, and one more diagnostic counts the others."""
+    path = tmp_path / f"a.{kind}"
+    path.write_text(head + f"{row}\n" * 5000)
+    with pytest.raises(UsageError) as caught:
+        read(path)
+    *shown, rest = caught.value.diagnostics
+    first = 1 + head.count("\n")
+    assert [fault.span.line for fault in shown if fault.span] == list(range(first, first + 10))
+    assert rest.message.endswith(f"4990 more rows like these, the last on line {first + 4999}")
+    assert (rest.code, rest.values["rows"]) == (shown[0].code, 5000)
+
+
+@pytest.mark.parametrize("kind", ["csv", "jsonl"])
+@pytest.mark.parametrize(
+    ("column", "hint"),
+    [
+        ("y", "it is called y_mm"),
+        ("x_deg", "it is called x_mm"),
+        ("a_rad", "it is called a_deg"),
+        ("Y_inch", "it is called y_mm"),
+    ],
+)
+def test_a_position_in_another_unit_is_not_passed_over(
+    tmp_path: Path, kind: str, column: str, hint: str
+) -> None:
+    path = tmp_path / f"a.{kind}"
+    rows = [{"t_s": 0.001 * k, "z_mm": 1.0, column: 2.0} for k in range(3)]
+    lines = [",".join(rows[0]), *(",".join(map(str, row.values())) for row in rows)]
+    path.write_text("\n".join(lines if kind == "csv" else map(json.dumps, rows)))
+    with pytest.raises(UsageError, match=f"the column {column.lower()} is no position of axis") as caught:
+        read(path)
+    assert caught.value.diagnostics[0].hint == hint
+
+
+def test_a_letter_that_is_no_axis_is_a_warning(tmp_path: Path) -> None:
+    """Signals, other columns, and an axis in a second unit are passed over without a word."""
+    path = tmp_path / "a.csv"
+    path.write_text(
+        "t_s,x_mm,q_mm,x_inch,k,x_vel_mm_s,u,v\n"
+        + "".join(f"{k},1,2,3,4,5,6,7\n" for k in range(3))
+    )
+    with pytest.warns(RemarkWarning, match="the column q_mm names no axis and is passed over") as caught:
+        axes, _, rows, _ = read(path)
+    assert (axes, rows[0].tolist(), len(caught)) == ("X", [1.0], 1)
 
 
 def test_comments_and_blank_lines_stand_anywhere(tmp_path: Path) -> None:

@@ -12,6 +12,9 @@ from cncgen.machine.record import Axis
 
 Floats = NDArray[np.float64]
 
+#: The ninth decimal of setpoints, mm or rad; less would not be seen in them.
+LEAST_AMPLITUDE = 1e-9
+
 #: Power of the smooth minimum of amplitudes.
 SMOOTH = 4.0
 
@@ -53,8 +56,11 @@ def swept_sine(
             "excite-band",
             f"the band {low_hz:g} to {high_hz:g} Hz must rise and end below {0.5 / period_s:g} Hz",
         )
-    if not (0.0 < share <= 1.0 and 0.0 < amplitude < math.inf and math.isfinite(center)):
-        raise _fault("excite-band", "share must be in (0, 1], the amplitude positive, and the centre finite")
+    if not (0.0 < share <= 1.0 and LEAST_AMPLITUDE <= amplitude < math.inf and math.isfinite(center)):
+        raise _fault(
+            "excite-band",
+            f"share must be in (0, 1], the amplitude at least {LEAST_AMPLITUDE:g}, and the centre finite",
+        )
     if not duration_s * low_hz >= 1.0:
         raise _fault("excite-band", f"one period of {low_hz:g} Hz does not fit into {duration_s:g} s")
     t = np.arange(0.0, duration_s + 0.5 * period_s, period_s)

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import warnings
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.diagnostics import Diagnostic, UsageError
-from cncgen.setpoints.columns import inside_units
+from cncgen.diagnostics import Diagnostic, RemarkWarning, Severity, UsageError
+from cncgen.setpoints.columns import inside_units, unread_positions
 from cncgen.setpoints.record import Setpoints
 from cncgen.setpoints.stream import SetpointStream
 
@@ -20,6 +22,9 @@ _JITTER = 0.01
 
 #: Rows that the period is told from, where there are as many: times of nine decimals then tell it to 1e-12 s.
 _PERIOD_ROWS = 1000
+
+#: Faulty rows of a kind that are shown.
+SHOWN_ROWS = 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +42,55 @@ class Block:
     time_s: Floats | None
     position: Floats
     period_s: float | None = None
+
+
+class RowFaults:
+    """What is wrong with the rows of a file: of each kind the first ones, and how many more there are.
+
+    A file of another kind, or of one that goes wrong half-way, has the same fault in a million rows.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._kept: list[Diagnostic] = []
+        self._count: Counter[str] = Counter()
+        self._last: dict[str, Diagnostic] = {}
+
+    def __bool__(self) -> bool:
+        return bool(self._kept)
+
+    def add(self, fault: Diagnostic) -> None:
+        """Keep a fault, or count it where there are `SHOWN_ROWS` of its code."""
+        self._count[fault.code] += 1
+        self._last[fault.code] = fault
+        if self._count[fault.code] <= SHOWN_ROWS:
+            self._kept.append(fault)
+
+    def raise_any(self) -> None:
+        """Raise `UsageError` where there is a fault: with those kept, and one more for all others of a code."""
+        if not self:
+            return
+        for code, count in self._count.items():
+            if count > SHOWN_ROWS:
+                last = self._last[code].span
+                message = f"{self._name}: {count - SHOWN_ROWS} more rows like these"
+                message += f", the last on line {last.line}" if last else ""
+                self._kept.append(Diagnostic(code, message, span=last, values={"rows": count}))
+        raise UsageError(self._kept)
+
+
+def warn_of_columns(names: Sequence[str], name: str) -> None:
+    """Say of columns that look like positions why they are read as none; see `unread_positions`.
+
+    Raises:
+        UsageError: An axis would be missed.
+    """
+    found = unread_positions(names, name)
+    errors = [remark for remark in found if remark.severity == Severity.ERROR]
+    if errors:
+        raise UsageError(errors)
+    for remark in found:
+        warnings.warn(RemarkWarning(remark), stacklevel=2)
 
 
 def stream_of(

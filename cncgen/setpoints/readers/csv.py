@@ -13,11 +13,11 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.diagnostics import Diagnostic, Diagnostics, Span, UsageError, excerpt_of
+from cncgen.diagnostics import Diagnostic, Span, UsageError, excerpt_of
 from cncgen.files import reading_faults
 from cncgen.kernels import decimal_rows as kernel
 from cncgen.setpoints.columns import POSITION_COLUMNS
-from cncgen.setpoints.readers.blocks import Block
+from cncgen.setpoints.readers.blocks import Block, RowFaults, warn_of_columns
 
 #: Bytes read at a time.
 BLOCK_BYTES = 1 << 20
@@ -31,8 +31,8 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     """Yield the rows of a CSV file; it names its axes itself.
 
     Raises:
-        UsageError: The header names no positions or no time; a row has another number of columns, or something that
-            is no finite number (every such row is named).
+        UsageError: The header names no positions or no time, or an axis otherwise than `POSITION_COLUMNS`; a row has
+            another number of columns, or something that is no finite number (`RowFaults`).
     """
     lines = line_blocks(file, name)
     text = next(lines, b"")
@@ -41,14 +41,13 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
         head, _, text = text.partition(b"\n")
         header, number = head.strip(), number + 1
     table = _Table(name, header, number)
-    faults = Diagnostics()
+    faults = RowFaults(name)
     while text or (text := next(lines, b"")):
         matrix = table.parse(text, faults)
         text = b""
-        if len(matrix) and not faults.has_errors:
+        if len(matrix) and not faults:
             yield table.block(matrix)
-    if faults.has_errors:
-        raise UsageError(faults)
+    faults.raise_any()
 
 
 def line_blocks(file: BinaryIO, name: str) -> Iterator[bytes]:
@@ -105,6 +104,7 @@ class _Table:
                     hint="the header is t_s, then the axes with their unit, by commas: t_s,x_mm,y_mm,a_deg",
                 )
             )
+        warn_of_columns(names, name)
         self.time = names.index("t_s")
         self.axes = "".join(letter for letter, _ in self.columns)
 
@@ -112,7 +112,7 @@ class _Table:
         """Return the time and positions of rows."""
         return Block(self.axes, matrix[:, self.time].copy(), matrix[:, [k for _, k in self.columns]])
 
-    def parse(self, text: bytes, faults: Diagnostics) -> NDArray[np.float64]:
+    def parse(self, text: bytes, faults: RowFaults) -> NDArray[np.float64]:
         """Return the rows of a block of whole lines; add a diagnostic for each line that is none."""
         data = np.frombuffer(text, np.uint8)
         matrix = np.empty((text.count(b"\n"), self.width))
@@ -131,7 +131,7 @@ class _Table:
             at = end + 1
         return matrix[:row]
 
-    def _parse_line(self, line: bytes, out: NDArray[np.float64], faults: Diagnostics) -> int:
+    def _parse_line(self, line: bytes, out: NDArray[np.float64], faults: RowFaults) -> int:
         """Parse one line in Python; return the number of rows it gave, 0 or 1."""
         stripped = line.strip()
         if not stripped or stripped.startswith(b"#"):

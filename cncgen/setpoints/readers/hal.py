@@ -12,10 +12,10 @@ from typing import BinaryIO
 
 import numpy as np
 
-from cncgen.diagnostics import Diagnostic, Diagnostics, Span, UsageError, excerpt_of
+from cncgen.diagnostics import Diagnostic, Span, excerpt_of
 from cncgen.setpoints.columns import POSITION_COLUMNS
 from cncgen.setpoints.readers import letters_or_fault
-from cncgen.setpoints.readers.blocks import Block
+from cncgen.setpoints.readers.blocks import Block, RowFaults
 from cncgen.setpoints.readers.csv import line_blocks
 
 
@@ -23,14 +23,14 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     """Yield the rows of a HAL stream; their times follow from the period in the first line, or from `period_s`.
 
     Raises:
-        UsageError: The axes are unknown, or a line is no row of as many numbers (every such line is named).
+        UsageError: The axes are unknown, or a line is no row of as many numbers (`RowFaults`).
     """
     lines = line_blocks(file, name)
     first = next(lines, b"")
     letters, stated = _stated(first)
     period_s = period_s or stated
     letters = letters or letters_or_fault(axes, name, "hal")
-    faults, number, row = Diagnostics(), 0, 0
+    faults, number, row = RowFaults(name), 0, 0
     for text in chain([first], lines):
         rows = []
         for line in text.splitlines():
@@ -41,14 +41,13 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
                     faults.add(_fault(line, name, number, len(letters)))
                 else:
                     rows.append(values)
-        if rows and not faults.has_errors:
+        if rows and not faults:
             time_s = (
                 None if period_s is None else np.arange(row, row + len(rows), dtype=np.float64) * period_s
             )
             row += len(rows)
             yield Block(letters, time_s, np.array(rows, np.float64), period_s)
-    if faults.has_errors:
-        raise UsageError(faults)
+    faults.raise_any()
 
 
 def _stated(line: bytes) -> tuple[str, float | None]:

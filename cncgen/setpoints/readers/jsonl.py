@@ -8,9 +8,9 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from cncgen.diagnostics import Diagnostic, Diagnostics, Span, UsageError, excerpt_of
+from cncgen.diagnostics import Diagnostic, Span, excerpt_of
 from cncgen.setpoints.columns import POSITION_COLUMNS
-from cncgen.setpoints.readers.blocks import Block
+from cncgen.setpoints.readers.blocks import Block, RowFaults, warn_of_columns
 from cncgen.setpoints.readers.csv import line_blocks
 
 
@@ -18,9 +18,9 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     """Yield the rows of a JSON lines file. The first object says which axes there are.
 
     Raises:
-        UsageError: A line is no object, or lacks a number (every such line is named).
+        UsageError: A line is no object, or lacks a number (`RowFaults`), or the first one names an axis otherwise than `POSITION_COLUMNS`.
     """
-    faults, number = Diagnostics(), 0
+    faults, number = RowFaults(name), 0
     keys: tuple[str, ...] = ()
     for text in line_blocks(file, name):
         rows: list[list[float]] = []
@@ -31,16 +31,16 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
             record = _record(line)
             if not keys and record is not None:
                 keys = _keys(record)
+                warn_of_columns([*map(str.lower, record)] if keys else (), name)
             values = _values(record, keys) if record is not None else None
             if values is None:
                 faults.add(_fault(line, name, number))
             else:
                 rows.append(values)
-        if rows and not faults.has_errors:
+        if rows and not faults:
             matrix = np.array(rows, np.float64)
             yield Block("".join(POSITION_COLUMNS[k] for k in keys[1:]), matrix[:, 0].copy(), matrix[:, 1:])
-    if faults.has_errors:
-        raise UsageError(faults)
+    faults.raise_any()
 
 
 def _record(line: bytes) -> dict[str, Any] | None:
