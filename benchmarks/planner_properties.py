@@ -30,9 +30,9 @@ from cncgen.machine.record import Axis, Machine
 from cncgen.pipeline import read_text, sound
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.motion import motion_at
+from cncgen.planner.optimal import smooth_blocks
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Trajectory
-from cncgen.planner.smoothing import smooth
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 from cncgen.units import DEGREE
 
@@ -461,13 +461,13 @@ def bounds(case: Case) -> None:
 
 
 def smoothed(case: Case) -> list[Toolpath]:
-    """Return the toolpaths as they are travelled: smoothed under G64."""
+    """Return the toolpaths as they are travelled: smoothed under G64, feeds by inverse time as speeds."""
     machine = case.machine
     chunks = [
         replace(c, tolerance=np.where(np.isnan(c.tolerance), machine.path_tolerance_mm, c.tolerance))
         for c in case.toolpaths
     ]
-    return list(smooth(chunks, machine.chord_tolerance_mm))
+    return [block for block, _ in smooth_blocks(chunks, machine)]
 
 
 def _reversed(toolpaths: list[Toolpath]) -> list[Toolpath]:

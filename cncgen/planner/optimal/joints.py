@@ -18,6 +18,7 @@ from cncgen.planner.optimal.limits import (
     resolution,
     speed_within,
 )
+from cncgen.planner.optimal.paces import UNSEEN, Feeds, crawling
 from cncgen.planner.rows import chord_speed
 from cncgen.toolpath.record import Kind, PathMode, Toolpath
 
@@ -28,6 +29,8 @@ Bools = NDArray[np.bool_]
 _NEGLIGIBLE = 2e-4
 #: Least part of its speed that a jump keeps beside others, and in how many halvings the part is found.
 _SLOWER, _HALVINGS = 0.02, 14
+#: What the jerk that a jump takes costs on either side of it, in periods.
+_DELAY = 0.75
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,9 +70,9 @@ class Beyond:
     rest: bool
 
 
-def ends_of(toolpath: Toolpath, path: Path) -> tuple[Beyond, Beyond]:
+def ends_of(toolpath: Toolpath, path: Path, bounds: Bounds) -> tuple[Beyond, Beyond]:
     """Return what neighbours meet at the start and at the end of a block."""
-    rests = _rests(toolpath, path)
+    rests = _rests(toolpath, path, crawling(path, Feeds.of(toolpath, path).speed, bounds))
     first, last = path.row_s[:1], path.row_s[-1:]
     return (
         Beyond(path.evaluate(first, 3, 1)[:, 0], bool(np.any(rests == first))),
@@ -81,6 +84,7 @@ def joints_of(
     toolpath: Toolpath,
     path: Path,
     bounds: Bounds,
+    crawls: Bools,
     s: Floats,
     sides: tuple[Floats, Floats],
     top: Floats,
@@ -92,6 +96,7 @@ def joints_of(
     Args:
         toolpath, path: The block and its geometry.
         bounds: Limits.
+        crawls: Shape (rows,), the rows that begin and end at rest, see `cncgen.planner.optimal.paces`.
         s: Shape (n,), the breakpoints.
         sides: Derivatives on the left and on the right of each breakpoint, shape (4, n, axes) each.
         top: Shape (n,), the largest q there by everything else.
@@ -99,7 +104,7 @@ def joints_of(
     """
     left, right = sides[0].copy(), sides[1].copy()
     stop = np.zeros(len(s), bool)
-    stop[nearest(s, _rests(toolpath, path))] = True
+    stop[nearest(s, _rests(toolpath, path, crawls))] = True
     for end, beyond, mine in ((0, before, left), (-1, after, right)):
         if beyond is None:
             stop[end] = True
@@ -108,7 +113,7 @@ def joints_of(
             stop[end] |= beyond.rest
     linear, square = bounds.jump(right[1] - left[1], right[2] - left[2])
     speed = speed_within(linear, square, JUMP_SHARE)
-    corner = speed < STOP_SPEED * _pulse(bounds, left[1], right[1])
+    corner = speed < _worth_a_stop(bounds, s, stop | (speed < np.sqrt(top)), left[1], right[1], top)
     with np.errstate(divide="ignore"):
         jerk = np.maximum(*(least(bounds.axes.jerk / np.abs(side[1])) for side in (left, right)))
     chord = _chord_speed(bounds, s, right[1] - left[1], jerk)
@@ -123,14 +128,11 @@ def joints_of(
     crawls = felt & _crawls(bounds, s, stop | (speed <= 0.0), left[1], right[1])
     speed[crawls] = 0.0
     speed[~felt & ~corner & ~stop] = np.inf
-    reach = 1.5 * bounds.period_s
-    with np.errstate(divide="ignore"):
-        gain = least(bounds.axes.acceleration / np.abs(right[1]))
-    zone = np.where(felt & (speed > 0.0), reach * (v[:, 0] + gain * reach), 0.0)
     stop |= speed <= 0.0
     turns = np.abs(right[1] - left[1]) * (felt & ~stop)[:, None]
     with np.errstate(divide="ignore"):
         acceleration = least(SWAY_SHARE * 2.0 * bounds.period_s * bounds.axes.jerk / turns)
+    zone = np.where(felt & ~stop, _seen_from(bounds, v[:, 0], acceleration, left[1], right[1]), 0.0)
     taken += SWAY_SHARE * (turns > 0.0)
     # A pulse of acceleration v Δ is v Δ/T in the second difference that sees it.
     pulse = turns * v / (bounds.axes.acceleration * bounds.period_s)
@@ -222,21 +224,22 @@ def _chord_speed(bounds: Bounds, s: Floats, turn: Floats, jerk: Floats) -> Float
 
 
 def distinct(
-    s: Floats, sides: tuple[Floats, Floats], bounds: Bounds
+    s: Floats, sides: tuple[Floats, Floats], bounds: Bounds, apart: Bools
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return which breakpoints are the first and which the last of a cluster that no setpoint can tell apart.
 
     Members of a cluster follow each other within a thousandth of J T³: what lies between shows in a third difference
-    by at most some thousandths of J. The ends of the block stay.
+    by at most some thousandths of J. The ends of the block stay, and what has to be `apart` for other reasons.
 
     Args:
         s: Shape (n,), path coordinate.
         sides: Derivatives on the left and on the right of each, shape (4, n, axes) each.
         bounds: Limits.
+        apart: Shape (n − 1,), between which of them both stay.
     """
     # The rows that meet at a cluster count too: what is short for one may be long for axes that only the other moves.
     seen = np.minimum(*(resolution(bounds, side[1]) for side in sides))
-    apart = np.diff(s) > 0.05 * np.minimum(seen[:-1], seen[1:])
+    apart = apart | (np.diff(s) > UNSEEN * np.minimum(seen[:-1], seen[1:]))
     if not apart.any():
         ends = np.array([0, len(s) - 1])
         return ends, ends
@@ -246,11 +249,57 @@ def distinct(
     return first, last
 
 
+def _seen_from(bounds: Bounds, speed: Floats, acceleration: Floats, left: Floats, right: Floats) -> Floats:
+    """Return how far from a jump the motion comes in one and a half periods, shape (n,), mm.
+
+    A third difference that sees the jump sees no more. From there on the speed rises (before it, it falls) from the
+    acceleration that it has at the jump at full jerk, up to the limit of the acceleration.
+
+    Args:
+        bounds: Limits.
+        speed, acceleration: Shape (n,), the largest ones at the jump.
+        left, right: Shape (n, axes), dx/ds on both sides.
+    """
+    reach = 1.5 * bounds.period_s
+    with np.errstate(divide="ignore"):
+        gain, jerk = (
+            np.maximum(least(limit / np.abs(left)), least(limit / np.abs(right)))
+            for limit in (bounds.axes.acceleration, bounds.axes.jerk)
+        )
+    rise = np.minimum(gain, acceleration + jerk * reach / 3.0)
+    return reach * (speed + 0.5 * reach * rise)
+
+
 def _pulse(bounds: Bounds, left: Floats, right: Floats) -> Floats:
     """Return J T² along the path, shape (n,), mm/s: the speed that one period of full jerk gives."""
     share = np.maximum(np.abs(left), np.abs(right))
     with np.errstate(divide="ignore"):
         return least(bounds.axes.jerk / share) * bounds.period_s**2
+
+
+def _worth_a_stop(bounds: Bounds, s: Floats, slow: Bools, left: Floats, right: Floats, top: Floats) -> Floats:
+    """Return the speed, shape (n,), mm/s, below which a stop takes less time than to pass a jump.
+
+    A stop takes v/a more on either side, a being the acceleration that the motion reaches there; passing, the jump leaves
+    little jerk for three periods, which costs about ¾ T on either side. Slower than some J T² nothing is passed.
+
+    Args:
+        bounds: Limits.
+        s: Shape (n,), where the jumps are.
+        slow: Shape (n,), which of them hold the speed back, or rest.
+        left, right: Shape (n, axes), dx/ds on both sides.
+        top: Shape (n,), the largest q there.
+    """
+    share = np.maximum(np.abs(left), np.abs(right))
+    places = np.concatenate([s[:1], s[1:-1][slow[1:-1]], s[-1:]])
+    with np.errstate(divide="ignore"):
+        acceleration, jerk = (least(each / share) for each in (bounds.axes.acceleration, bounds.axes.jerk))
+        before = s - places[np.maximum(np.searchsorted(places, s) - 1, 0)]
+        after = places[np.minimum(np.searchsorted(places, s, side="right"), len(places) - 1)] - s
+        speed = np.minimum(np.sqrt(top), np.cbrt(0.25 * np.minimum(before, after) ** 2 * jerk))
+        reached = np.minimum(acceleration, np.sqrt(speed * jerk))
+    period = bounds.period_s
+    return np.maximum(STOP_SPEED * np.minimum(jerk * period, acceleration), _DELAY * reached) * period
 
 
 def _crawls(bounds: Bounds, s: Floats, rests: Bools, left: Floats, right: Floats) -> Bools:
@@ -265,8 +314,8 @@ def _crawls(bounds: Bounds, s: Floats, rests: Bools, left: Floats, right: Floats
     return away < np.sqrt(2.0 * STOP_SPEED**3 / 9.0) * bounds.period_s * _pulse(bounds, left, right)
 
 
-def _rests(toolpath: Toolpath, path: Path) -> Floats:
-    """Return where the program asks for rest: at the ends of motions under G61.1, and at events that need it."""
+def _rests(toolpath: Toolpath, path: Path, crawls: Bools) -> Floats:
+    """Return where the program asks for rest: at the ends of motions under G61.1, at both of those that crawl, at events."""
     row_s = path.row_s
     exact = np.flatnonzero((np.diff(row_s) > 0) & (toolpath.path_mode == PathMode.EXACT_STOP))
     waits = [
@@ -274,7 +323,8 @@ def _rests(toolpath: Toolpath, path: Path) -> Floats:
         for row in np.flatnonzero(toolpath.kind == Kind.EVENT)
         if toolpath.events[toolpath.curve[row]].rest or toolpath.events[toolpath.curve[row]].dwell_s > 0
     ]
-    return np.concatenate([row_s[exact + 1], row_s[np.array(waits, np.int64)]])
+    slow = np.flatnonzero(crawls)
+    return row_s[np.concatenate([exact + 1, slow, slow + 1, np.array(waits, np.int64)])]
 
 
 def nearest(s: Floats, at: Floats) -> NDArray[np.int64]:

@@ -41,6 +41,8 @@ _FIRST, _SLOW, _BEND, _PART = 0.125, 0.075, 0.005, 1.0 / 24.0
 _NEXT = 0.25
 #: Largest spacing as a part of the distance of two rests, between which the jerk changes its sign three times.
 _STRETCH = 1.0 / 100.0
+#: Part of the largest speed below which a breakpoint that is passed counts for a rest.
+_LOW = 0.2
 #: Ramps of the acceleration, in periods, and the spacing in time, in periods, below which nothing shows of them. A third
 #: difference weighs the jerk by at most 3/(4 T), and so is at most 3/2 A/T: where J is more, no setpoint shows how long
 #: the ramp takes; where it is a little longer than that, setpoints hardly show what it is made of.
@@ -106,7 +108,8 @@ def place(
     borders = _borders(joints, before, after, lines)
     stretch = np.searchsorted(joints.s, borders[:-1], side="right") - 1
     whole = lines[stretch] | _beside_rest(joints, borders)
-    growth = _growth(shape, probes, joints, density.growth)
+    low = joints.s[joints.stop | _slow(shape[4], probes, joints)]
+    growth = _growth(shape, probes, low, density.growth)
     return _spread(*_graded(probes, spacing, growth), borders, whole)
 
 
@@ -263,17 +266,22 @@ def _probes(path: Path, joints: Joints, seen: float) -> tuple[Floats, Floats]:
     return np.append(inner.ravel(), borders[-1]), there
 
 
-def _growth(shape: tuple[Floats, ...], s: Floats, joints: Joints, growth: float) -> Floats:
-    """Return the growth of the spacing between neighbouring places: half of it where a motion from or to rest gains speed.
+def _slow(top: Floats, s: Floats, joints: Joints) -> NDArray[np.bool_]:
+    """Tell which breakpoints are passed so slowly, beside the largest q at the places `s`, that it is nearly a rest."""
+    return joints.speed < _LOW * np.sqrt(top[np.searchsorted(s, joints.s)])
+
+
+def _growth(shape: tuple[Floats, ...], s: Floats, low: Floats, growth: float) -> Floats:
+    """Return the growth of the spacing between neighbouring places: half of it where a motion from or to a low
+    speed gains it.
 
     A constant q'' has full jerk at the faster end of an interval alone, and v changes fastest there.
     """
     acceleration, jerk, _, _, top = shape
-    rests = joints.s[joints.stop]
-    if not len(rests):
+    if not len(low):
         return np.full(len(s) - 1, growth)
     speed = np.sqrt(top)
-    near = np.abs(s - rests[nearest(rests, s)]) <= speed * _rise(speed, acceleration, jerk)
+    near = np.abs(s - low[nearest(low, s)]) <= speed * _rise(speed, acceleration, jerk)
     return np.where(near[:-1] | near[1:], 0.5 * growth, growth)
 
 

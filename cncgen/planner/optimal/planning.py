@@ -15,6 +15,7 @@ from cncgen.planner.optimal.blocks import blocks
 from cncgen.planner.optimal.caps import SpeedCap
 from cncgen.planner.optimal.joints import Beyond, ends_of
 from cncgen.planner.optimal.limits import Bounds
+from cncgen.planner.optimal.paces import paced
 from cncgen.planner.optimal.track import Track, track_of
 from cncgen.planner.optimal.window import MARGIN, Window
 from cncgen.planner.paths import path_of
@@ -35,7 +36,8 @@ def smooth_blocks(chunks: Iterable[Toolpath], machine: Machine) -> Iterator[tupl
     They have a cap only where the tolerance is so narrow that smoothing and chords have to share it.
     """
     chord = machine.chord_tolerance_mm
-    for block in blocks(smooth(chunks, chord), ROWS):
+    steady = paced(chunks, lambda axes: Bounds.of(machine, axes))
+    for block in blocks(smooth(steady, chord), ROWS):
         speed = chord_speed_within(block, chord, machine.period_s)
         yield block, SpeedCap(speed, Limit.CHORD, straight=False) if speed else None
 
@@ -77,7 +79,7 @@ def _solved(
     with closing(ahead(_tracks(source, bounds_of, effort), AHEAD)) as tracks:
         for track, last in tracks:
             if isinstance(track, Toolpath):
-                yield _standing(track, window.t_s if window else 0.0)
+                yield _standing(track, 0.0 if window is None else window.t_s)
                 continue
             if window is None:
                 window = Window(bounds_of(track.toolpath.axes), MARGIN[effort])
@@ -101,10 +103,11 @@ def _tracks(
         toolpath = join(still)
         still = []
         path = path_of(toolpath)
-        if held is not None and bounds is not None:
-            yield track_of(*held[:2], bounds, before, ends_of(toolpath, path)[0], effort, held[2]), False
-            before = ends_of(*held[:2])[1]
         bounds = bounds or bounds_of(toolpath.axes)
+        if held is not None:
+            after = ends_of(toolpath, path, bounds)[0]
+            yield track_of(*held[:2], bounds, before, after, effort, held[2]), False
+            before = ends_of(*held[:2], bounds)[1]
         held = toolpath, path, cap
     if held is not None and bounds is not None:
         yield track_of(*held[:2], bounds, before, None, effort, held[2]), True

@@ -12,8 +12,8 @@ from cncgen.planner.optimal.caps import SpeedCap
 from cncgen.planner.optimal.joints import Beyond, Joints, distinct, joints_of, nearest
 from cncgen.planner.optimal.limits import JUMP_SHARE, SWAY_SHARE, Bounds, most
 from cncgen.planner.optimal.nodes import DENSITY, place
-from cncgen.planner.record import Limit
-from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
+from cncgen.planner.optimal.paces import Feeds, crawling
+from cncgen.toolpath.record import Event, Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -70,24 +70,6 @@ class Track:
         return len(self.kind)
 
 
-@dataclass(frozen=True, slots=True)
-class Feeds:
-    """Speed that the program asks of each row, mm/s (infinite: none), and the `Limit` that it stands for."""
-
-    speed: Floats
-    limit: NDArray[np.int8]
-
-    @classmethod
-    def of(cls, toolpath: Toolpath, path: Path) -> Feeds:
-        """G94: the feed; G93: the row's length by its time; rapids: none."""
-        length = np.diff(path.row_s)
-        inverse = toolpath.feed_mode == FeedMode.INVERSE_TIME
-        rapid = (toolpath.feed_mode == FeedMode.RAPID) | (toolpath.kind == Kind.EVENT)
-        speed = np.where(inverse, toolpath.feed * length, toolpath.feed)
-        limit = np.where(rapid, Limit.VELOCITY, Limit.FEED).astype(np.int8)
-        return cls(np.where(rapid, np.inf, speed), limit)
-
-
 def track_of(
     toolpath: Toolpath,
     path: Path,
@@ -118,10 +100,11 @@ def track_of(
     sides = (path.evaluate(seams, 3, -1), path.evaluate(seams, 3, 1))
     # Beyond its ends a path is what it is within; a curve that ends in a cusp has no direction there.
     sides[0][:, 0], sides[1][:, -1] = sides[1][:, 0], sides[0][:, -1]
-    first, last = distinct(seams, sides, bounds)
+    crawls = crawling(path, feeds.speed, bounds)
+    first, last = distinct(seams, sides, bounds, crawls[path.row_of(0.5 * (seams[:-1] + seams[1:]))])
     sides = (sides[0][:, first], sides[1][:, last])
     top = np.minimum(top_at(seams[first], sides[0], -1)[0], top_at(seams[last], sides[1])[0])
-    joints = joints_of(toolpath, path, bounds, seams[first], sides, top, before, after)
+    joints = joints_of(toolpath, path, bounds, crawls, seams[first], sides, top, before, after)
     lines = _lines(path, joints)
     if cap and cap.straight:
         lines[:] = False

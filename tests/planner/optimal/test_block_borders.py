@@ -87,3 +87,15 @@ def test_rests_close_together_need_no_nodes_far_from_them() -> None:
             return sum(len(t.profile.t) for t in plan(read_text(text).chunks(), machine, PlanOptions()))
 
     assert pieces(2) < 2 * pieces(100)
+
+
+def test_what_stands_after_the_last_block_stands_when_it_has_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(planning, "ROWS", 2)
+    text = "G21 G90 G61 F600\nG1 X10\nG1 X20\nM9\nG4 P0.5\nM2\n"
+    parts = list(plan(read_text(text).chunks(), load("generic-mill"), PlanOptions()))
+    ends = [part.profile.t[-1] for part in parts]
+    assert len(parts) > 1
+    assert ends[0] > 2.0
+    assert parts[1].profile.t[0] == ends[0]
+    assert ends[-1] == pytest.approx(ends[0] + 0.5)
+    assert all(t >= ends[0] for part in parts[1:] for t, _, _ in part.events)
