@@ -75,6 +75,9 @@ def locate(text: str, word: str) -> tuple[int, int]:
         )
         if keyword:
             return keyword.start() + 1, len(word)
+    if word[:1] == ",":
+        corner = re.search(rf",\s*{word[1:]}[^A-Za-z@^$(;,]*", text, re.IGNORECASE)
+        return (corner.start() + 1, len(corner.group().rstrip())) if corner else (1, 1)
     letter, number = word[:1].upper(), word[1:]
     fallback: tuple[int, int] | None = None
     for match in _TOKEN.finditer(text):

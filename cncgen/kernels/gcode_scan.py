@@ -400,6 +400,7 @@ def axis_letters(text: cython.const[cython.uchar][::1]) -> int:
                     i = _line_end(text, i)
             elif c == 64 or c == 94:  # @ and ^ move X and Y
                 found |= _POLAR
-            run = 0
+            # ,C and ,R name no axis: what follows a comma is no letter alone.
+            run = 1 if c == 44 else 0
         i += 1
     return found

@@ -48,7 +48,7 @@ from cncgen.gcode.hints import HINTS
         ("#1=X5", "a parameter is set to a value, not to a word: #1=5"),
         (
             "G1 X10,C2",
-            "chamfers ,C and roundings ,R are not read: write the line or arc as a block of its own",
+            "chamfers ,C and roundings ,R are FANUC's: --dialect fanuc reads them",
         ),
         ("G1 F", "write F with its value"),
         ("G1 F X1", "write F with its value"),

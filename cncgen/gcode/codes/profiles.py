@@ -86,6 +86,28 @@ class Segment:
         inside = [p for p in points if self.holds(p)]
         return sorted(inside, key=lambda p: p.real)
 
+    def reaches(self, point: complex, tolerance: float) -> bool:
+        """Tell whether the segment, cut at a point of its line or circle, keeps its way: the point lies on it."""
+        if self.centre is None:
+            part = ((point - self.start) * self.heading(self.start).conjugate()).real
+            return -tolerance <= part <= abs(self.end - self.start) + tolerance
+        slack = tolerance / abs(self.end - self.centre)
+        angle = self.spin * cmath.phase((point - self.centre) / (self.start - self.centre)) % math.tau
+        return angle <= self.sweep() + slack or angle >= math.tau - slack
+
+    def at_distance(self, distance: float, *, from_end: bool) -> complex | None:
+        """Return the point at a straight distance from an end of the segment, or None where there is none."""
+        origin, way = (self.end, -1.0) if from_end else (self.start, 1.0)
+        if self.centre is None:
+            return origin + way * distance * self.heading(origin)
+        spoke = origin - self.centre
+        half = distance / (2.0 * abs(spoke))
+        return (
+            self.centre + spoke * cmath.rect(1.0, way * self.spin * 2.0 * math.asin(half))
+            if half <= 1.0
+            else None
+        )
+
     def extremes(self) -> list[complex]:
         """Return the ends, and the points of an arc where it turns back along either axis."""
         points = [self.start, self.end]
@@ -222,19 +244,19 @@ def _execute(
 def _rounded(segments: list[Segment], corners: list[tuple[float, bool]]) -> list[Segment]:
     """Put fillets and chamfers between segments."""
     out = [segments[0]]
-    for segment, (size, fillet) in zip(segments[1:], corners, strict=False):
+    for segment, (size, rounded) in zip(segments[1:], corners, strict=False):
         last = out[-1]
         if size <= 0.0 or len(out) < 2:
             out.append(segment)
             continue
-        begin, finish, centre, spin = _fillet(last, segment, size)
+        begin, finish, centre, spin = fillet(last, segment, size)
         out[-1] = replace(last, end=begin)
-        out.append(Segment(begin, finish, centre, spin) if fillet else Segment(begin, finish))
+        out.append(Segment(begin, finish, centre, spin) if rounded else Segment(begin, finish))
         out.append(replace(segment, start=finish))
     return out[:1] + [segment for segment in out[1:] if abs(segment.end - segment.start) > TINY]
 
 
-def _fillet(one: Segment, two: Segment, radius: float) -> tuple[complex, complex, complex, int]:
+def fillet(one: Segment, two: Segment, radius: float) -> tuple[complex, complex, complex, int]:
     """Return start, end, centre and spin of the arc of a radius that touches two segments at their corner.
 
     Its centre is where the segments meet when they are moved by the radius to the inside of the corner.

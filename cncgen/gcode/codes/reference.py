@@ -50,7 +50,7 @@ def _words(code: Code) -> str:
     )
     if code.name == "SPL":
         return "axes F K1 K2 K3 of each"
-    return " ".join([*shown, *(name.upper() + "=" for name in code.named)])
+    return " ".join([*shown, *(name.upper() + "=" for name in code.named if name.upper() != code.name)])
 
 
 def markdown() -> str:

@@ -25,6 +25,7 @@ Handler = Callable[["Interpreter", Block], None]
 _MODULES = (
     "codes.lines",
     "codes.arcs",
+    "codes.corners",
     "codes.modes",
     "codes.feeds",
     "codes.spindle",
@@ -57,7 +58,7 @@ _MODULES = (
     "codes.heidenhain",
 )
 #: Words that act by themselves.
-ALONE = "FST"
+ALONE = ("F", "S", "T", ",C", ",R")
 BOTH = ("linuxcnc", "fanuc")
 AXES = "xyzabcuvw"
 

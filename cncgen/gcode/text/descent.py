@@ -113,6 +113,9 @@ class _Reader:
                 parsed.settings.append((target, self._expression() if self.fanuc else self._signed()))
             elif character in "(;":
                 parsed.comments.append(self._comment())
+            elif self.fanuc and text.startswith((",c", ",r"), self.at):
+                self.at += 2
+                parsed.words.append((text[self.at - 2 : self.at], self._signed()))
             elif character in _LETTERS and not _NAMED.match(text, self.at):
                 self.at += 1
                 parsed.words.append((character, self._signed()))

@@ -40,6 +40,7 @@ _SIGNS = (
     ("fanuc", "a look-ahead code", rb"[^(;\n]*\bG0?(?:5\.1[ \t]*Q|5[ \t]*P(?:10000|0)[ \t]*\r?$|8[ \t]*P)"),
     ("fanuc", "a program number", rb"[oO:]\d{1,8}" + _ALONE),
     ("fanuc", "a program name", rb"[oO]<[^>\n]*>" + _ALONE),
+    ("fanuc", "a chamfer or rounding", rb"[^(;\n]*,[ \t]*[CR][ \t]*[-+.\d#\[]"),
 )
 _PATTERNS = [
     (dialect, reason, re.compile(rb"^[ \t]*(?:[nN][ \t]*\d+[ \t]*)?" + pattern, re.MULTILINE | re.IGNORECASE))

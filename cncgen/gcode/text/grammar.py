@@ -19,6 +19,7 @@ _NAMES = {
     "LETTER": "a word",
     "NAMED": "a word",
     "BSPLINE": "a word",
+    "CORNER": "a word",
     "NUMBER": "a number",
     "NAME": "a name <…>",
     "COMMENT": "a comment",
@@ -52,7 +53,7 @@ _NAMES = {
 #: Keywords that stand behind a condition.
 _FOLLOWERS = {"GOTO", "THEN", "DO"}
 #: Tokens that never stand within brackets (a comma does in ATAN alone).
-_OUTSIDE = ("WORD", "LETTER", "NAMED", "BSPLINE", "COMMENT", "KEYWORD", "EQUAL", "COMMA", "$END")
+_OUTSIDE = ("WORD", "LETTER", "NAMED", "BSPLINE", "CORNER", "COMMENT", "KEYWORD", "EQUAL", "COMMA", "$END")
 #: Words whose numbers without a decimal point count in least increments.
 _LENGTHS = "xyzabcuvwijkqr"
 #: The rules that FANUC's dialect has its own of, and those.
@@ -61,6 +62,8 @@ _FANUC_RULES = {
     'DELETE: "/"': r"DELETE: /\/[1-9]?/",
     "O_NUMBER: /o[0-9]+/": "O_NUMBER: /[o:][0-9]+/",
     "|bin|bcd/": "|bin|bcd|sqr|rnd/",
+    "| BSPLINE ": "| CORNER signed -> corner\n     | BSPLINE ",
+    "BSPLINE.3:": "CORNER.3: /,[cr]/\nBSPLINE.3:",
     '"atan"': '("atan" | "atn")',
     '| "exists"': '| "pow" "[" expression "," expression "]" -> power_of\n      | "exists"',
 }
@@ -123,6 +126,9 @@ class _Reader:
 
     def bspline(self, children: list[Any]) -> Any:
         return "word", ("g", BSPLINE / 10.0)
+
+    def corner(self, children: list[Any]) -> Any:
+        return "word", (str(children[0]), children[1])
 
     def setting(self, children: list[Any]) -> Any:
         return "setting", (children[0], children[1])

@@ -12,7 +12,7 @@ _HINTS = tuple(
         (
             r"",
             r",[rc]",
-            "chamfers ,C and roundings ,R are not read: write the line or arc as a block of its own",
+            "chamfers ,C and roundings ,R are FANUC's: --dialect fanuc reads them",
         ),
         (r"c", r"r=", "CR= is a radius on Siemens' controls; here it is R"),
         (r"[0-9]\.[0-9]*", r"\.", "a number has one decimal point"),

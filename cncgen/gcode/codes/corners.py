@@ -1,0 +1,259 @@
+"""Chamfers ``,C`` and corner roundings ``,R`` of FANUC, between the motion of their block and the next one.
+
+``G1 X50 ,C5`` cuts the corner at X50 so that 5 are taken off both moves, measured from the corner; ``,R5`` puts an arc
+there that touches both. The moves are lines or arcs in the plane in force (FANUC B-64484EN, "Optional chamfering and
+corner R").
+
+The motion of the block waits. Before the next one is executed it is tried out on a recorder, which tells where it
+leads from the corner; then the waiting motion is passed on, shortened, and the chamfer or arc behind it. As motions are
+told by their ends, and arcs by their centres, the next one needs no change.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+from cncgen.diagnostics import Severity
+from cncgen.gcode.block import AXES, Block
+from cncgen.gcode.codes.profiles import Segment, fillet
+from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.sinks.sink import PassingSink, Point, Sink
+from cncgen.gcode.state.modal import PLANE_AXES, Stage
+
+#: Moves that turn by less than this have no corner: the chamfer or arc between them has no length (ibid.).
+_STRAIGHT_RAD = math.radians(1.0)
+#: What a move may be too short for its corner by, for the digits that programs have (program units).
+_DIGITS = 1e-6
+_HINTS = {
+    "corner-motion": "write it in the block of the move that leads to the corner",
+    "corner-next": "the move away from the corner must follow at once",
+    "corner-plane": "G17, G18 and G19 choose the plane of corners",
+    "corner-size": "make it smaller, or leave it out",
+}
+#: What of a block says where its motion leads: words, and G0 to G3, planes, units, G90 and G91.
+_WORDS = frozenset("xyzabcuvwijkrp")
+_CODES = frozenset((0, 10, 20, 30, 170, 180, 190, 200, 210, 900, 910))
+
+
+@dataclass(slots=True)
+class _Motion:
+    """A motion as the sink is told it; `centre` and `turns` are those of an arc in `plane`."""
+
+    end: Point
+    centre: complex | None = None
+    turns: int = 0
+    plane: int = 0
+
+    def segment(self, start: Point, plane: int) -> Segment:
+        """Return it in the plane of a corner."""
+        first, second, _ = PLANE_AXES[plane]
+        ends = complex(start[first], start[second]), complex(self.end[first], self.end[second])
+        return Segment(*ends, self.centre, (self.turns > 0) - (self.turns < 0))
+
+    def tell(self, sink: Sink, end: Point) -> None:
+        """Tell a sink the motion up to a point of it."""
+        if self.centre is None:
+            sink.straight_feed(end)
+        else:
+            sink.arc_feed(end, self.centre.real, self.centre.imag, self.turns, self.plane)
+
+
+class _Holding(PassingSink):
+    """Keeps the feed motion of a block instead of passing it on."""
+
+    motion: _Motion | None = None
+
+    def straight_feed(self, end: Point) -> None:
+        """Keep a line."""
+        self.motion = _Motion(list(end))
+
+    def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
+        """Keep an arc."""
+        self.motion = _Motion(list(end), complex(first, second), turns, plane)
+
+
+class _Trying(_Holding):
+    """Keeps a feed motion and forgets everything else."""
+
+    def __getattr__(self, name: str) -> Any:
+        return lambda *arguments, **named: None
+
+    def straight_traverse(self, end: Point) -> None:
+        """Keep nothing: a traverse makes no corner."""
+
+
+class _Passed:
+    """Stands as the guard in the block after a corner: `end` is where the chamfer or arc ended."""
+
+    def __init__(self, end: Point) -> None:
+        self.end = end
+
+    def __call__(self, ip: Interpreter, block: Block) -> None:
+        """Go: the block after the next one knows nothing of the corner."""
+        ip.guard = None
+
+
+class _Corner:
+    """A motion with ``,C`` or ``,R`` that waits for the next one, as whose guard it stands.
+
+    Attributes:
+        name, size: ``,C`` or ``,R`` and its value.
+        start: Where the motion begins: behind the corner before it, where there is one.
+        sink: What stands in for the sink of the run while the motion's block is executed.
+    """
+
+    def __init__(self, ip: Interpreter, block: Block, name: str, size: float) -> None:
+        self.name, self.size = name, size
+        self.block = block
+        self.plane = ip.state.plane
+        self.start = ip.guard.end if isinstance(ip.guard, _Passed) else list(ip.state.position)
+        self.sink = _Holding(ip.sink)
+
+    def __call__(self, ip: Interpreter, block: Block) -> None:
+        """Pass the motion on, and its corner with the motion of the block that comes next."""
+        if not (block.words or block.g or block.m):
+            return
+        ip.guard = None
+        motion = self.sink.motion
+        if motion is None:
+            # The block failed, and was left before its end.
+            ip.sink = self.sink.inner
+            return
+        ip.sink.block = self.block
+        try:
+            corner = self._between(motion, self._tried(ip, block))
+        except BlockError as error:
+            ip.warn(error, Severity.ERROR)
+            corner = None
+        if corner is None:
+            motion.tell(ip.sink, motion.end)
+            return
+        first, second, _ = PLANE_AXES[self.plane]
+        ends = [list(motion.end), list(motion.end)]
+        for end, point in zip(ends, (corner.start, corner.end), strict=True):
+            end[first], end[second] = point.real, point.imag
+        motion.tell(ip.sink, ends[0])
+        _Motion(ends[1], corner.centre, corner.spin, self.plane).tell(ip.sink, ends[1])
+        ip.guard = _Passed(ends[1])
+
+    def release(self, ip: Interpreter) -> None:
+        """Let the block end: its motion waits; raise where it had none."""
+        ip.sink = self.sink.inner
+        if self.sink.motion is None:
+            ip.guard = None
+            raise self._fault("corner-motion", "stands in a block without a feed motion (G1, G2, G3)")
+
+    def _tried(self, ip: Interpreter, block: Block) -> _Motion:
+        """Return the motion of the next block; raise where it has none in the plane."""
+        words = {letter: value for letter, value in block.words.items() if letter in _WORDS}
+        codes = tuple(number for number in block.g if number in _CODES)
+        state, sink, beside = ip.state, ip.sink, ip.beside
+        trying = _Trying(sink)
+        ip.state = replace(state, feed=1.0, feed_mode=94, position=state.position.copy())
+        ip.sink, ip.beside = trying, None
+        try:
+            if words:
+                ip.execute(Block(words, codes, (), None, block.source, block.line, block.offset))
+        except BlockError:
+            # The block will say what is wrong with it when it is executed.
+            trying.motion = None
+        finally:
+            ip.state, ip.sink, ip.beside = state, sink, beside
+            sink.block = self.block
+        if trying.motion is None:
+            raise self._fault(
+                "corner-next", "is not followed by a feed motion (G1, G2, G3) in the next block"
+            )
+        return trying.motion
+
+    def _between(self, motion: _Motion, following: _Motion) -> Segment | None:
+        """Return the chamfer or arc between two motions, or None where they go on straight.
+
+        Raises:
+            BlockError: A motion leaves the plane, or is too short.
+        """
+        for start, move in ((self.start, motion), (motion.end, following)):
+            self._check_plane(start, move)
+        one, two = motion.segment(self.start, self.plane), following.segment(motion.end, self.plane)
+        if any(segment.centre is None and segment.start == segment.end for segment in (one, two)):
+            raise self._fault("corner-size", "has a motion of no length beside it")
+        if abs(cmath.phase(two.heading(two.start) / one.heading(one.end))) < _STRAIGHT_RAD:
+            return None
+        corner = self._arc(one, two) if self.name == ",R" else self._chamfer(one, two)
+        for segment, point, which in (
+            (one, corner.start, "the motion"),
+            (two, corner.end, "the next motion"),
+        ):
+            if not segment.reaches(point, _DIGITS):
+                raise self._fault("corner-size", f"does not fit: {which} is too short for it")
+        return corner
+
+    def _check_plane(self, start: Point, move: _Motion) -> None:
+        """Raise where a motion moves an axis outside the corner's plane."""
+        inside = PLANE_AXES[self.plane][:2]
+        outside = [
+            k for k, (a, b) in enumerate(zip(start, move.end, strict=True)) if k not in inside and a != b
+        ]
+        if outside or (move.centre is not None and move.plane != self.plane):
+            what = f"moves {AXES[outside[0]].upper()}" if outside else f"is an arc in G{move.plane}"
+            raise self._fault(
+                "corner-plane", f"makes a corner in G{self.plane}, and a motion beside it {what}"
+            )
+
+    def _arc(self, one: Segment, two: Segment) -> Segment:
+        try:
+            return Segment(*fillet(one, two, self.size))
+        except BlockError:
+            raise self._fault("corner-size", "does not fit between the two motions") from None
+
+    def _chamfer(self, one: Segment, two: Segment) -> Segment:
+        points = [
+            segment.at_distance(self.size, from_end=from_end)
+            for segment, from_end in ((one, True), (two, False))
+        ]
+        if points[0] is None or points[1] is None:
+            raise self._fault("corner-size", "does not fit between the two motions")
+        return Segment(points[0], points[1])
+
+    def _fault(self, code: str, what: str) -> BlockError:
+        message = f"{self.name}{self.size:g} {what}"
+        return BlockError(code, message, self.name, hint=_HINTS[code], values={"size": self.size})
+
+
+def _corner(name: str) -> Handler:
+    def run(ip: Interpreter, block: Block) -> None:
+        size = block.words[name.lower()]
+        if size < 0.0:
+            raise BlockError("corner-size", f"{name}{size:g} is negative", name, hint="a size is positive")
+        if size:
+            corner = _Corner(ip, block, name, size)
+            ip.sink, ip.guard = corner.sink, corner
+
+    return run
+
+
+def _end(ip: Interpreter, block: Block) -> None:
+    """Let the block end whose motion waits."""
+    if isinstance(ip.guard, _Corner):
+        ip.guard.release(ip)
+
+
+CODES = tuple(
+    Code(
+        name,
+        0,
+        "corner",
+        Stage.REFERENCE,
+        _corner(name),
+        text,
+        dialects=("fanuc",),
+        named=(name.lower(),),
+        after=_end,
+    )
+    for name, text in ((",C", "chamfer to the next motion"), (",R", "rounding to the next motion"))
+)
