@@ -341,6 +341,13 @@ def test_crawling_rows_beside_fast_ones_reversed() -> None:
     properties.reversing(properties.Case(moves, 100.0, False, "G61", (strong, strong, strong, weak)))
 
 
+def test_a_row_of_next_to_no_length_in_three_parts() -> None:
+    """Of 2e-8 mm, 32 mm from the start of a block, the path coordinate tells seven digits (once corners of A, 0.6 %)."""
+    slow, fast = (16.0, 8.6, 30_000.0), (530.0, 287.0, 1e6)
+    moves = (properties.Line((32.0, 0.0, 0.0, 0.0)), properties.Line((0.0, 1e-7, 0.0, 71.0)))
+    properties.splitting(properties.Case(moves, 34_000.0, False, "G61", (slow, fast, slow, slow)))
+
+
 def test_windows_take_the_time_of_one_beside_a_weak_axis(monkeypatch: pytest.MonkeyPatch) -> None:
     """X brakes for long where the path turns and the speed rises (windows once took 7 % more than one wide window)."""
     points = ((9.0, 4.0, -1.8), (-9.0, 12.0, -2.0), (2.0, 1.0, -0.6), (0.0, 4.0, 1.4), (10.0, 6.0, 1.6))

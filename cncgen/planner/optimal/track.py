@@ -23,6 +23,8 @@ Ints = NDArray[np.int64]
 SPLINE, LEAVE, ENTER, LINE = range(4)
 #: Turn of the direction below which a straight line goes on: that of coordinates rounded in their last places.
 _STRAIGHT = 1e-9
+#: Rounding of a coordinate, as a part of it, that two directions may differ by on either side.
+_DIGITS = 2.0**-50
 #: Second difference of the jerk by x''' over an interval, as a part of the limit, from which it is looked at more closely.
 _BEND = 0.06
 #: What is held back of the jerk limit, by what the quarter points find hidden (x'' hides as much again), and at most.
@@ -172,8 +174,13 @@ def _seams(toolpath: Toolpath, path: Path, feeds: Feeds) -> Floats:
     at = np.flatnonzero(straight)
     if not len(at):
         return s
-    turn = most(np.abs(path.evaluate(s[at], 1, 1)[1] - path.evaluate(s[at], 1, -1)[1]))
-    return np.delete(s, at[turn < _STRAIGHT])
+    place, one = path.evaluate(s[at], 1, -1)
+    other = path.evaluate(s[at], 1, 1)[1]
+    shorter = np.minimum(path.row_length[before[at]], path.row_length[after[at]])
+    # A row has its derivative from coordinates that are rounded, its path's among them: of a short one few digits are known.
+    known = _STRAIGHT + _DIGITS * np.maximum(most(np.abs(place)), np.abs(s[at])) / shorter
+    turn = most(np.abs(other - one) / np.maximum(np.abs(one), 1.0))
+    return np.delete(s, at[turn < known])
 
 
 def _lines(path: Path, joints: Joints) -> NDArray[np.bool_]:
