@@ -458,7 +458,8 @@ def bounds(case: Case) -> None:
     assert one <= stopped * 1.001 + 1e-6, f"{one:.9g} s, with stops everywhere {stopped:.9g} s"
     least = acceleration_only(case)
     if one < least * 0.998 - 1e-6:
-        least = acceleration_only(case, 48_000)  # where a curve bends within a node, few of them see too slow a place
+        # Where a curve bends sharply, a few nodes are slow for more of it than is.
+        least = acceleration_only(case, 48_000)
     assert one >= least * 0.998 - 1e-6, f"{one:.9g} s, acceleration alone needs {least:.9g} s"
 
 
