@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import difflib
+import math
+import numbers
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import fields
@@ -30,6 +32,19 @@ def expect(value: Any, kinds: type | tuple[type, ...], name: str, wanted: str) -
 def expect_path(value: Any, name: str, wanted: str) -> str:
     """Return a file's name, or raise `UsageError`; see `expect`."""
     return os.fsdecode(expect(value, (str, os.PathLike), name, wanted))
+
+
+def expect_number(value: Any, name: str, low: float = 0.0, *, open_low: bool = False) -> float:
+    """Return a finite number from `low` on (`open_low`: above it).
+
+    Raises:
+        UsageError: It is none.
+    """
+    if isinstance(value, numbers.Real) and not isinstance(value, bool):
+        number = float(value)
+        if math.isfinite(number) and (number > low or (number == low and not open_low)):
+            return number
+    raise wrong(f"{name} = {value!r} must be a finite number {'above' if open_low else 'not below'} {low:g}")
 
 
 def expect_fields(options: Any, asked: Iterable[str]) -> None:

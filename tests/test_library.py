@@ -20,6 +20,7 @@ import pytest
 
 import cncgen
 from cncgen.diagnostics import Diagnostics, NoPlanError, ProgramError, Severity, UsageError, json_values
+from cncgen.machine import Axis, Servo
 
 SQUARE = "G21 G90 G61\nG0 X0 Y0\nG1 X10 F1200\nY10\nX0\nY0\nM2\n"
 
@@ -30,6 +31,19 @@ def square() -> Any:
 
 def read_with(**options: Any) -> Any:
     return cncgen.read_text(SQUARE, options=cncgen.ReadOptions(**options))
+
+
+def points() -> Any:
+    return cncgen.Setpoints("XY", 0.001, 0, np.zeros((5, 2)))
+
+
+def judged(**options: Any) -> Any:
+    return cncgen.judge(points(), square(), "xy-table", **options)
+
+
+def machine(axis: Axis | None = None, **values: Any) -> cncgen.Machine:
+    given = axis or Axis("X", 1, 1, 1)
+    return cncgen.Machine("m", **{"axes": {given.letter: given}, **values})
 
 
 def planned(_: object = None) -> tuple[int, float]:
@@ -70,10 +84,27 @@ def fails(_: object = None) -> None:
         (lambda: cncgen.write(cncgen.plan(square()), "a", format="xls"), "format 'xls' is not one of csv"),
         (lambda: cncgen.write(cncgen.plan(square()), None), "the target is of type NoneType"),
         (lambda: cncgen.judge(cncgen.plan(square()), "none.nc", "xy-table"), "cannot read none.nc"),
+        (lambda: cncgen.judge(cncgen.plan(square()), 5, "xy-table"), "the program is of type int"),
+        (lambda: judged(tolerance_mm=-1), "tolerance_mm = -1 must be a finite number above 0"),
+        (lambda: judged(tolerance_mm=np.nan), "tolerance_mm = nan must be a finite number above 0"),
+        (lambda: judged(resolution="fine"), "resolution = 'fine' must be a finite number above 0"),
+        (lambda: cncgen.plan(square(), machine(axes=["X"])), "machine m: axes is a list; it is to be a mapping"),
+        (lambda: cncgen.plan(square(), machine(axes={"X": 1})), "axis 'X' is a int; it is to be a cncgen.machine.Axis"),
+        (lambda: cncgen.plan(square(), machine(axes={"Y": Axis("X", 1, 1, 1)})), "axis 'X' stands under 'Y'"),
+        (lambda: cncgen.plan(square(), machine(Axis("X", 1, -1, 1))), "max_acceleration of axis X is -1; it is to be a number"),
+        (lambda: cncgen.plan(square(), machine(Axis("C", 1, 1, np.nan))), "max_jerk of axis C is nan; it is to be a number"),
+        (lambda: cncgen.plan(square(), machine(Axis("X", 1, 1, 1, (1, 1)))), "travel of axis X is (1, 1); it is to be"),
+        (lambda: cncgen.plan(square(), machine(period_s=0)), "period_s is 0; it is to be a number from 1e-06 to 10"),
+        (lambda: cncgen.plan(square(), machine(max_contour_error_mm="1")), "max_contour_error_mm is '1'; it is to be"),
+        (lambda: cncgen.simulate(points(), None), "the machine is of type NoneType; it is to be a Machine"),
+        (lambda: cncgen.simulate(points(), {"X": 1}), "servo data of axis X are 1; they are to be a cncgen.machine.Servo"),
+        (lambda: cncgen.simulate(points(), {"X": Servo("pi-p", {})}), "servo data of axis X, model: must be one of"),
+        (lambda: cncgen.simulate(points(), {"X": Servo("first-order", {"position_gain_1_s": 0})}),
+         "servo data of axis X, position_gain_1_s: must be > 0; is 0"),
         (lambda: cncgen.read_setpoints("none.csv"), "cannot read none.csv"),
         (lambda: cncgen.simulate(5, "xy-table"), "setpoints is of type int"),
         (lambda: cncgen.simulate([], "xy-table", controller="pid"), "no controller is called 'pid'"),
-        (lambda: cncgen.simulate([], "xy-table", settle_s=-1), "settle_s = -1 must be a finite time"),
+        (lambda: cncgen.simulate([], "xy-table", settle_s=-1), "settle_s = -1 must be a finite number not below 0"),
         (lambda: list(cncgen.simulate([np.zeros((3, 2))], "xy-table")), "a chunk of setpoints is of type ndarray"),
     ],
 )  # fmt: skip
@@ -143,6 +174,8 @@ def test_records_say_what_they_are_in_a_line() -> None:
     found = Diagnostics(
         cncgen.Diagnostic("a", "b", severity) for severity in (Severity.ERROR, *2 * [Severity.NOTE])
     )
+    at_rest = cncgen.Setpoints("XY", 0.001, 0, np.zeros((5, 2)))
+    still = cncgen.judge(at_rest, cncgen.read_text("G1 X0 Y0 F1\nM2\n"), "xy-table")
     said = {
         repr(found): "Diagnostics(1 error, 2 notes)",
         repr(square()): "Program('square.nc', gcode, axes XY, Diagnostics(none))",
@@ -150,6 +183,7 @@ def test_records_say_what_they_are_in_a_line() -> None:
         repr(plan.machine): "Machine('xy-table', axes XY, every 1 ms)",
         repr(trajectory.toolpath): "Toolpath(5 rows, axes XYZ, lines 3 to 7 of square.nc)",
         repr(points): f"Setpoints({len(points)} rows from 0, axes XY, every 1 ms, signals vel)",
+        repr(still): "Verdict(5 setpoints, at most 0 µm from the path, Diagnostics(none))",
         repr(response): f"Response({len(points)} rows from 0, axes XY, every 1 ms)",
     }
     assert list(said) == list(said.values())

@@ -42,10 +42,17 @@ class Plan:
 
 
 def machine_of(machine: Machine | str | os.PathLike[str]) -> Machine:
-    """Return a machine, loaded by its name or from its file where it is not one yet."""
+    """Return a machine, loaded by its name or from its file where it is not one yet.
+
+    Raises:
+        UsageError: It cannot be loaded, or a number of it is none of a machine.
+    """
     from cncgen.machine import Machine, load
 
     if isinstance(machine, Machine):
+        from cncgen.machine.checking import check_machine
+
+        check_machine(machine)
         return machine
     return load(expect_path(machine, "the machine", "a profile's name, a TOML file, or a Machine"))
 
@@ -71,6 +78,22 @@ def options_on(machine: Machine, options: ReadOptions | None = None) -> ReadOpti
     return how
 
 
+def program_of(program: Program | str | os.PathLike[str], machine: Machine) -> Program:
+    """Return a program, opened as a machine's control reads it where it is the name of a file.
+
+    Raises:
+        UsageError: It is neither, or cannot be read.
+    """
+    from cncgen.toolpath.record import Program
+
+    if isinstance(program, str | os.PathLike):
+        return read(program, options=options_on(machine))
+    found: Program = expect(
+        program, Program, "the program", "what cncgen.read returns, or the name of a file"
+    )
+    return found
+
+
 def plan(
     program: Program | str | os.PathLike[str],
     machine: Machine | str | os.PathLike[str] = "generic-mill",
@@ -90,11 +113,7 @@ def plan(
     from cncgen import planner
 
     where = machine_of(machine)
-    if isinstance(program, str | os.PathLike):
-        program = read(program, options=options_on(where))
-    from cncgen.toolpath.record import Program
-
-    expect(program, Program, "the program", "what cncgen.read returns, or the name of a file")
+    program = program_of(program, where)
     if options is not None:
         expect(options, planner.PlanOptions, "options", "cncgen.PlanOptions (or its fields as keywords)")
     expect_fields(planner.PlanOptions, asked)

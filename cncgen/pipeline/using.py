@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
-from cncgen.arguments import expect, expect_path, wrong
-from cncgen.pipeline.planning import Plan, machine_of, options_on, plan_with_summary, sample
+from cncgen.arguments import expect, expect_number, expect_path, wrong
+from cncgen.pipeline.planning import Plan, machine_of, options_on, plan_with_summary, program_of, sample
 from cncgen.pipeline.reading import read, sound
 
 if TYPE_CHECKING:
@@ -48,8 +47,7 @@ def simulate(
     from cncgen.servo.named_schemes import scheme_maker, settings_of
     from cncgen.servo.simulate import simulate_scheme
 
-    if not 0.0 <= settle_s < math.inf:
-        raise wrong(f"settle_s = {settle_s} must be a finite time, not below 0")
+    settle_s = expect_number(settle_s, "settle_s")
     chunks = _chunks_of(setpoints)
     made = scheme_maker(controller, servos_of(machine), settings_of(coupling_of(machine)))
     return simulate_scheme(chunks, made, settle_s=settle_s)
@@ -86,12 +84,24 @@ def _first_of(setpoints: Iterable[Setpoints] | Setpoints | Plan) -> tuple[Setpoi
 
 
 def servos_of(machine: Machine | Mapping[str, Servo] | str | os.PathLike[str]) -> Mapping[str, Servo]:
-    """Return servo data by axis letter."""
-    from cncgen.machine import Machine, load_servos
+    """Return servo data by axis letter.
 
+    Raises:
+        UsageError: They cannot be loaded, or a key is wrong.
+    """
+    from cncgen.machine import Machine, load_servos
+    from cncgen.machine.checking import check_servos
+
+    if isinstance(machine, str | os.PathLike):
+        return load_servos(machine)
     if isinstance(machine, Machine):
-        return {k: axis.servo for k, axis in machine.axes.items() if axis.servo is not None}
-    return load_servos(machine) if isinstance(machine, str | os.PathLike) else machine
+        axes = machine_of(machine).axes
+        found = {k: axis.servo for k, axis in axes.items() if axis.servo is not None}
+    else:
+        wanted = "a Machine, a profile's name, a TOML file, or servos by letter"
+        found = dict(expect(machine, Mapping, "the machine", wanted))
+    check_servos(found)
+    return found
 
 
 def coupling_of(machine: Machine | Mapping[str, Servo] | str | os.PathLike[str]) -> Mapping[str, Any]:
@@ -182,14 +192,16 @@ def judge(
         resolution: What positions are rounded to, mm and degrees.
 
     Raises:
-        UsageError: Setpoints are wrong, or a file cannot be read.
+        UsageError: Setpoints or numbers are wrong, or a file cannot be read.
         ProgramError: The program has errors.
     """
     from cncgen.verify import verify
 
     where = machine_of(machine)
-    if isinstance(program, str | os.PathLike):
-        program = read(program, options=options_on(where))
+    program = program_of(program, where)
+    if tolerance_mm is not None:
+        tolerance_mm = expect_number(tolerance_mm, "tolerance_mm", open_low=True)
+    resolution = expect_number(resolution, "resolution", open_low=True)
     return verify(
         _stream_of(setpoints),
         sound(program),

@@ -59,6 +59,10 @@ class Verdict:
     path_to_setpoints_mm: float
     breaches: Diagnostics = field(default_factory=Diagnostics)
 
+    def __repr__(self) -> str:
+        worst = 1e3 * max(self.setpoints_to_path_mm, self.path_to_setpoints_mm)
+        return f"Verdict({self.samples} setpoints, at most {worst:.4g} µm from the path, {self.breaches!r})"
+
     @property
     def holds(self) -> bool:
         """Tell whether nothing is broken."""

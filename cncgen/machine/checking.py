@@ -1,0 +1,83 @@
+"""Machines that a program makes itself, checked as those from files are (`cncgen.machine.reading`)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.machine.reading import AXIS_LIMITS, TOP_NUMBERS, Quantity
+from cncgen.machine.record import Axis, Machine, Servo
+from cncgen.units import AXIS_LETTERS, file_unit, to_file
+
+#: Numbers that a machine need not have.
+_OPTIONAL = ("max_contour_error_mm", "max_centripetal_mm_s2")
+
+
+def check_machine(machine: Machine) -> None:
+    """Raise `UsageError` that names every wrong field of a machine; `check_servos` looks at the servo data."""
+    faults = [
+        Diagnostic("machine-value", f"machine {machine.name}: {message}") for message in _faults(machine)
+    ]
+    if faults:
+        raise UsageError(faults)
+
+
+def check_servos(servos: Mapping[str, Servo]) -> None:
+    """Raise `UsageError` that names every wrong key of servo data by axis letter."""
+    from cncgen.machine.servo_schema import faults as servo_faults
+
+    faults = []
+    for letter, servo in servos.items():
+        if not isinstance(servo, Servo) or not isinstance(servo.parameters, Mapping):
+            message = f"servo data of axis {letter} are {servo!r}; they are to be a cncgen.machine.Servo"
+            faults.append(Diagnostic("machine-type", message))
+            continue
+        table = {**servo.parameters, "model": servo.model}
+        faults += [
+            Diagnostic(code, f"servo data of axis {letter}, {key}: {message}")
+            for code, key, message in servo_faults(table, letter)
+        ]
+    if faults:
+        raise UsageError(faults)
+
+
+def _faults(machine: Machine) -> Iterator[str]:
+    for name, what in TOP_NUMBERS.items():
+        value = getattr(machine, name)
+        if value is not None or name not in _OPTIONAL:
+            yield from _of_number(name, value, 1.0, what, "")
+    if not isinstance(machine.axes, Mapping):
+        yield f"axes is a {type(machine.axes).__name__}; it is to be a mapping of letters to cncgen.machine.Axis"
+        return
+    for letter, axis in machine.axes.items():
+        if not isinstance(axis, Axis):
+            yield f"axis {letter!r} is a {type(axis).__name__}; it is to be a cncgen.machine.Axis"
+        elif letter != axis.letter or len(letter) != 1 or letter not in AXIS_LETTERS:
+            yield f"axis {axis.letter!r} stands under {letter!r}; axes are {' '.join(AXIS_LETTERS)}"
+        else:
+            yield from _of_axis(axis)
+
+
+def _of_axis(axis: Axis) -> Iterator[str]:
+    unit, factor = file_unit(axis.letter), to_file(axis.letter)
+    for name, (power, what) in AXIS_LIMITS.items():
+        yield from _of_number(
+            f"{name} of axis {axis.letter}", getattr(axis, name), factor, what, f" {unit}/s{power}"
+        )
+    if axis.travel is not None:
+        ends = tuple(axis.travel) if isinstance(axis.travel, (tuple, list)) else ()
+        if not (len(ends) == 2 and all(map(_is_number, ends)) and ends[0] < ends[1]):
+            yield f"travel of axis {axis.letter} is {axis.travel!r}; it is to be (lowest, highest), or None"
+
+
+def _of_number(name: str, value: Any, factor: float, what: Quantity, unit: str) -> Iterator[str]:
+    """Yield what is wrong with a number; `factor` brings it to the unit that ranges are given in."""
+    # A limit that was converted once may be an ulp beyond the end of its range.
+    if not _is_number(value) or not what.low * (1 - 1e-9) <= value * factor <= what.high * (1 + 1e-9):
+        yield f"{name} is {value!r}; it is to be {what.wanted}{unit}{' (given in rad)' if factor != 1.0 else ''}"
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
