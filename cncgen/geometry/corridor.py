@@ -17,12 +17,15 @@ ROUNDS = 2
 #: Largest smoothing length, in tolerances, and in mean lengths of the rows around, of which so many on both sides count:
 #: facets and noise are gone by then, and what is longer is the curve itself, which a longer one makes no faster.
 _WIDEST, _FACETS, _AROUND = 45.0, 1.5, 4
+#: L³ κ² on a circle, in tolerances.
+_CURVES = 1.0
 #: Knot spans before an open end that the next window fits again: what comes after no longer moves the rest.
 OVERLAP = 24
 #: Parts of the tolerance that a fit may use: the first on new ground, the second where an earlier window has fitted.
 _NEW_GROUND, _OLD_GROUND = 0.985, 0.9985
-#: Part of the tolerance below which a coordinate is 0.
-_NOTHING = 1e-13
+#: Part of the tolerance up to which an axis that stands in the path is taken to stand on the curve, where what its
+#: neighbours have bent has died away; and its slope, as mm per mm, up to which it stands.
+_STANDS, _LEVEL = 1e-6, 1e-13
 
 
 class CorridorError(RuntimeError):
@@ -88,16 +91,20 @@ def fit(
     scale = np.minimum(scale, longest)
     share = np.where(t[:-1] < start, _OLD_GROUND, _NEW_GROUND) if seam is not None else _NEW_GROUND
     used = np.empty((len(pieces.y), 2))
+    # Taken from the start of the window, so that rounding is that of its size, and an axis that stands is 0.
+    origin = pieces.y[0, 0].copy()
+    y = pieces.y.copy()
+    y[:, 0] -= origin
     room = 4 * len(pieces.y) + 4 * len(places) + 256
     while True:
         knots, fixed, points = np.zeros(room), np.zeros((room, axes)), np.zeros((room, axes))
         if seam is None:
             knots[:5] = t[0]
         else:
-            knots[:9], fixed[:4] = seam.knots, seam.points
+            knots[:9], fixed[:4] = seam.knots, seam.points - origin
         last, worst = smoothing.fit(
             t,
-            pieces.y,
+            y,
             pieces.bend,
             pieces.tolerance * share,
             places,
@@ -117,10 +124,31 @@ def fit(
         room *= 2
     if not worst <= 1.0:
         raise CorridorError(worst, last - 4)
-    points = points[:last].copy()
-    # A step of an axis that stands at 0 dies away to numbers whose reciprocals overflow.
-    points[np.abs(points) < _NOTHING * pieces.tolerance.min()] = 0.0
-    return Spline(knots[: last + 5].copy(), points, worst)
+    knots, points = knots[: last + 5].copy(), points[:last].copy()
+    _stand(t, y, knots, points, _STANDS * pieces.tolerance.min())
+    points += origin
+    if seam is not None:
+        points[:4] = seam.points
+    return Spline(knots, points, worst)
+
+
+def _stand(t: Floats, y: Floats, knots: Floats, points: Floats, near: float) -> None:
+    """Let axes stand, in `points`, where they do in the pieces and the curve is `near` them.
+
+    What is left of a bend further on is far below the tolerance, and rounding further on still: it would be motion of an
+    axis that does not move.
+    """
+    moves = np.abs(y[:, 1:]).max(axis=1) > _LEVEL
+    # Pieces that a control point is attracted by, and whether the axis stands on all of them.
+    first = np.clip(np.searchsorted(t, knots[: len(points)], side="right") - 1, 0, len(y) - 1)
+    last = np.clip(np.searchsorted(t, knots[5:], side="left"), first + 1, len(y))
+    moved = np.concatenate([np.zeros((1, y.shape[2]), np.int64), np.cumsum(moves, axis=0)])
+    stands = moved[last] == moved[first]
+    # The same number on all pieces of a stretch: arcs carry rounding.
+    begins = np.maximum.accumulate(np.where(moves, np.arange(1, len(y) + 1)[:, None], 0), axis=0)
+    place = np.take_along_axis(y[:, 0], np.minimum(begins, len(y) - 1), axis=0)[first]
+    stands &= np.abs(points - place) < near
+    points[stands] = place[stands]
 
 
 def _longest(pieces: Pieces, widest: float) -> Floats:
@@ -133,6 +161,19 @@ def _longest(pieces: Pieces, widest: float) -> Floats:
     facets = _FACETS * (summed[last] - summed[first]) / (last - first)
     tolerance = np.maximum(np.append(pieces.tolerance, 0.0), np.append(0.0, pieces.tolerance))
     out: Floats = np.minimum(np.maximum(widest * tolerance, facets), 0.1 * (pieces.t[-1] - pieces.t[0]))
+    bends = np.append(_bends(pieces), np.inf)
+    return np.minimum(out, np.minimum(bends, np.roll(bends, 1)))
+
+
+def _bends(pieces: Pieces) -> Floats:
+    """Return the smoothing length that circles allow, by pieces, shape (n,), mm.
+
+    Where a curve of curvature κ ends, or L changes, it is left by some 0.37 L³ κ²; an arc shorter than that is a turn to the
+    curve, and costs L Δx'/3. More is not tried: it falls so fast that an iteration would shake.
+    """
+    kappa = pieces.bend + 1e-9 / pieces.tolerance
+    turn = kappa * np.diff(pieces.row_t)[pieces.row]
+    out: Floats = np.maximum(np.cbrt(_CURVES * pieces.tolerance / kappa**2), 6.0 * pieces.tolerance / turn)
     return out
 
 

@@ -634,7 +634,8 @@ def _cut_span(
             look = True
             end = end + 2.0 * (end - start)
             start = a
-            if end + 0.25 * (end - start) > last:
+            # What is left is a dyadic part of the span, a third of one, or a ninth: 0.29 is none, where rounding would choose.
+            if end + 0.29 * (end - start) > last:
                 end = last
             b = end
         elif b + 0.5 * out[rows - 1, 3] > end:

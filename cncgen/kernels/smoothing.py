@@ -22,6 +22,16 @@ _P = cython.declare(cython.Py_ssize_t, 4)
 _GRADE = cython.declare(cython.double, 0.4)
 #: Knot distance as a part of the smoothing length.
 _MESH = cython.declare(cython.double, 1.0)
+#: Knot distances that are left before a cut up to which they make one span, and two. These and the next ones are no round
+#: numbers: programs are made of round numbers, and where the two are equal rounding chooses.
+_ONE = cython.declare(cython.double, 1.0873)
+_TWO = cython.declare(cython.double, 1.6127)
+#: Smoothing lengths around the end of a piece in which the tolerance that is used counts.
+_REACH = cython.declare(cython.double, 2.0137)
+#: Part of a knot span that a piece has to be longer, so that knots and middles on it are samples: a straight one, and a
+#: curved one, whose every point is meant.
+_LONGER = cython.declare(cython.double, 1.0137)
+_CURVED = cython.declare(cython.double, 0.2037)
 #: Part of the tolerance that may be lost to the bound between two points of comparison.
 _SLACK = cython.declare(cython.double, 0.02)
 #: Knot distance, as a part of what it would be, below which a cut makes no knot beside another: the equations would lose
@@ -40,10 +50,17 @@ _MOST = cython.declare(cython.Py_ssize_t, 400)
 def _scale_at(
     t: cython.const[cython.double][::1], scale: cython.double[::1], k: cython.Py_ssize_t, at: cython.double
 ) -> cython.double:
-    """Smoothing length at a place of piece k: that of the ends, growing away from them."""
+    """Smoothing length at a place of piece k: that of the ends, growing away from them where the piece is long.
+
+    On pieces of up to two lengths it does not grow: it would do so and shrink again from knot to knot, and shake the curve.
+    From eight lengths on it grows freely.
+    """
     left: cython.double = scale[k] + _GRADE * (at - t[k])
     right: cython.double = scale[k + 1] + _GRADE * (t[k + 1] - at)
-    return min(left, right)
+    larger: cython.double = max(scale[k], scale[k + 1])
+    length: cython.double = t[k + 1] - t[k]
+    free: cython.double = min(max((length / larger - 2.0) / 6.0, 0.0), 1.0)
+    return min(left, right, larger + 0.5 * _GRADE * free * length)
 
 
 @cython.cfunc
@@ -99,9 +116,9 @@ def _mesh(
             while m < n - 1 and t[m + 1] <= middle:
                 m += 1
             step = _MESH * min(_scale_at(t, scale, m, middle), 1.25 * step)
-            if at + 1.5 * step >= cuts[c]:
+            if at + _TWO * step >= cuts[c]:
                 # What is left makes one span, or two of half of it.
-                if at + step < cuts[c]:
+                if at + _ONE * step < cuts[c]:
                     at = 0.5 * (at + cuts[c])
                 else:
                     at = cuts[c]
@@ -119,12 +136,13 @@ def _mesh(
 @cython.exceptval(check=False)
 def _sample(
     t: cython.const[cython.double][::1],
+    bend: cython.const[cython.double][::1],
     knots: cython.double[::1],
     first: cython.Py_ssize_t,
     last: cython.Py_ssize_t,
     at: cython.double[::1],
 ) -> cython.Py_ssize_t:
-    """Choose where to compare: the ends of pieces, and on pieces longer than their knot spans knots and middles too.
+    """Choose where to compare: the ends of pieces, and on long and on curved pieces knots and middles of their spans too.
 
     Returns how many, −1 without room.
     """
@@ -133,6 +151,7 @@ def _sample(
     i: cython.Py_ssize_t = first
     count: cython.Py_ssize_t = 0
     here: cython.double
+    longer: cython.double
     for k in range(n):
         if t[k + 1] <= knots[first]:
             continue
@@ -143,7 +162,8 @@ def _sample(
             count += 1
         while i < last and knots[i + 1] <= t[k]:
             i += 1
-        if t[k + 1] - t[k] <= knots[i + 1] - knots[i]:
+        longer = _LONGER if bend[k] == 0.0 else _CURVED
+        if t[k + 1] - t[k] <= longer * (knots[i + 1] - knots[i]):
             continue
         while i < last and knots[i] < t[k + 1]:
             if count + 4 >= at.shape[0]:
@@ -524,7 +544,8 @@ def _compare(
     extra: cython.double
     width: cython.double
     worst: cython.double = 0.0
-    half: cython.Py_ssize_t
+    part: cython.double
+    middle: cython.double
     for k in range(n):
         used[k, 0] = 0.0
         used[k, 1] = 0.0
@@ -546,12 +567,17 @@ def _compare(
             steps = cython.cast(cython.Py_ssize_t, min((e - a) / sqrt(width), 1.0 * _MOST)) + 1
             width = (e - a) / steps
             extra = 0.125 * width * width * (turn + bend[k])
+            middle = 0.5 * (t[k] + t[k + 1])
             before = _miss(x, a - knots[i], y, k, a - t[k])
             for m in range(1, steps + 1):
                 here = a + m * width
                 miss = _miss(x, here - knots[i], y, k, here - t[k])
-                half = 0 if here - 0.5 * width < 0.5 * (t[k] + t[k + 1]) else 1
-                used[k, half] = max(used[k, half], (max(before, miss) + extra) / tolerance[k])
+                part = (max(before, miss) + extra) / tolerance[k]
+                # What spans the middle counts on both halves; what ends there, but for rounding, does not.
+                if here - width < middle - 1e-6 * width:
+                    used[k, 0] = max(used[k, 0], part)
+                if here > middle + 1e-6 * width:
+                    used[k, 1] = max(used[k, 1], part)
                 before = miss
             worst = max(worst, max(used[k, 0], used[k, 1]))
             a = e
@@ -581,7 +607,7 @@ def _adjust(
     most: cython.double
     reach: cython.double
     for k in range(n + 1):
-        reach = 2.0 * scale[k]
+        reach = _REACH * scale[k]
         most = 0.0
         m = k
         while m < n and t[m] < t[k] + reach:
@@ -671,7 +697,7 @@ def fit(
                 break
             for j in range(1, _P + 1):
                 knots[last + j] = knots[last]
-            samples = _sample(t, knots, _P, last, at)
+            samples = _sample(t, bend, knots, _P, last, at)
             if samples < 0:
                 last = -1
                 break

@@ -147,6 +147,46 @@ def test_cuts_become_knots() -> None:
     assert np.all(np.diff(spline.knots[4:-4]) > 0)
 
 
+def test_an_axis_that_stands_stands_on_the_curve() -> None:
+    """Z moves between lines at two heights alone: elsewhere it does not move by a bit."""
+    points = np.array([[0, 0, 0.1], [30, 0, 0.1], [30, 20, 0.1], [60, 20, 0.7], [60, 50, 0.7], [90, 50, 0.7]])
+    spline = fit(polyline(points + 100.0), np.zeros(0), END_POINT, END_POINT)
+    z = spline.points[:, 2]
+    there = np.stack([spline.knots[1:-4], spline.knots[4:-1]])
+    for stands, height in ((there[1] < 40.0, 100.1), (there[0] > 90.0, 100.7)):
+        assert np.ptp(z[stands]) == 0.0
+        assert z[stands][0] == pytest.approx(height, abs=1e-13)
+    assert np.diff(z).max() > 0
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=15)
+def test_other_units_give_the_same_curve(seed: int) -> None:
+    """Round numbers, whose sums are round as well, times 25.4: as many knots, at the same places."""
+    pick = np.random.default_rng(seed)
+    steps = pick.integers(-3, 4, (12, 3)) * pick.choice([0.1, 0.45, 0.9, 5.0], (12, 1)) + [0.5, 0, 0]
+    points = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
+    one, other = (
+        fit(polyline(unit * points, unit * 0.01), np.zeros(0), END_POINT, END_POINT) for unit in (1.0, 25.4)
+    )
+    assert one.spans == other.spans
+    np.testing.assert_allclose(other.knots / 25.4, one.knots, atol=1e-8)
+    np.testing.assert_allclose(other.points / 25.4, one.points, atol=1e-8)
+
+
+def test_circles_are_cut_evenly() -> None:
+    """Two turns of R5: L³ κ² is P from end to end, which the ends use 0.37 of, and knots stand as far apart as L."""
+    turns = ArcTable(np.zeros((2, 3)), np.tile([0.0, 0, 1], (2, 1)), np.full(2, 2 * np.pi))
+    path = Path("XYZ", [5, 0, 0], [ARC] * 2, [[5, 0, 0]] * 2, [0, 1], turns, empty_nurbs(3))
+    pieces = pieces_of(path, np.full(2, 0.001), SCALE)
+    spline = fit(pieces, np.zeros(0), END_POINT, END_POINT)
+    radius = np.linalg.norm(
+        BSpline(spline.knots, spline.points, 4)(np.linspace(0.0, pieces.t[-1], 5001)), axis=1
+    )
+    assert np.abs(radius - 5.0).max() <= 0.45 * 0.001
+    np.testing.assert_allclose(np.diff(spline.knots[4:-4]), np.cbrt(0.001 * 5.0**2), rtol=0.1)
+
+
 def test_a_seam_goes_on_without_a_trace() -> None:
     """Two windows: one B-spline all the same, and what the second changes of the first fit is small."""
     points = facets(600, 8)

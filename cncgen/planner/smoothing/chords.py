@@ -14,10 +14,13 @@ from cncgen.toolpath.record import PathMode, Toolpath
 
 Floats = NDArray[np.float64]
 
+#: Room for chords, by what v² κ T²/8 says of them: where curvature changes within a period they are longer by some per cent.
+_ROOM = 1.03
+
 
 def fit_tolerance(tolerance: Floats, chord_mm: float) -> Floats:
     """Return what a smoothed curve may leave its path by, so that the chords between setpoints have room: half at least."""
-    out: Floats = np.maximum(tolerance - chord_mm, 0.5 * tolerance)
+    out: Floats = np.maximum(tolerance - _ROOM * chord_mm, 0.5 * tolerance)
     return out
 
 
@@ -36,11 +39,12 @@ def chord_speed_within(
     Returns:
         Takes path coordinates, shape (n,), and gives mm/s; infinite where δ itself is what bounds. None: everywhere.
     """
-    narrow = (toolpath.path_mode == PathMode.CONTINUOUS) & (toolpath.tolerance < 2.0 * chord_mm)
+    narrow = (toolpath.path_mode == PathMode.CONTINUOUS) & (toolpath.tolerance < 2.0 * _ROOM * chord_mm)
     if not narrow.any():
         return None
     given = toolpath.tolerance
-    left = np.where(narrow, np.maximum(given, chord_mm) - fit_tolerance(given, chord_mm), chord_mm)
+    rest = (np.maximum(given, chord_mm) - fit_tolerance(given, chord_mm)) / _ROOM
+    left = np.where(narrow, np.minimum(rest, chord_mm), chord_mm)
     path, scale = path_of(toolpath), axis_scale(toolpath.axes)
 
     def speed(s: Floats) -> Floats:
