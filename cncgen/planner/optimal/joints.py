@@ -132,8 +132,12 @@ def joints_of(
     turns = np.abs(right[1] - left[1]) * (felt & ~stop)[:, None]
     with np.errstate(divide="ignore"):
         acceleration = least(SWAY_SHARE * 2.0 * bounds.period_s * bounds.axes.jerk / turns)
+        largest = np.maximum(*(least(bounds.axes.acceleration / np.abs(side[1])) for side in (left, right)))
     zone = np.where(felt & ~stop, _seen_from(bounds, v[:, 0], acceleration, left[1], right[1]), 0.0)
-    taken += SWAY_SHARE * (turns > 0.0)
+    # No more than the largest acceleration makes of it: what turns by rounding alone takes nothing.
+    acceleration[acceleration >= largest] = np.inf
+    sway = turns * largest[:, None] / (2.0 * bounds.period_s * bounds.axes.jerk)
+    taken += np.minimum(sway, SWAY_SHARE)
     # A pulse of acceleration v Δ is v Δ/T in the second difference that sees it.
     pulse = turns * v / (bounds.axes.acceleration * bounds.period_s)
     both = np.stack([pulse, taken], 1)

@@ -143,3 +143,26 @@ def test_a_corner_is_passed_where_that_is_faster_than_a_stop(
         times.append(time())
     assert abs(times[0] - times[1]) > 1e-4 * chosen
     assert chosen <= 1.001 * min(times)
+
+
+def test_a_line_that_goes_on_into_an_arc_takes_the_same_in_other_units() -> None:
+    """Their tangents differ by rounding, or not at all: neither leaves less of the jerk to the arc."""
+    machine = load("generic-mill")
+    rows = "G21 G90 G61 F{f}\nG1 X{x} Y{x}\nG2 X{e} Y{y} I{c} J-{c}\nG1 X{z} Y{w}\nM2\n"
+    times = []
+    for unit in (1.0, 25.4):
+        axes = {
+            letter: replace(
+                axis,
+                max_velocity=axis.max_velocity * unit,
+                max_acceleration=axis.max_acceleration * unit,
+                max_jerk=axis.max_jerk * unit,
+            )
+            for letter, axis in machine.axes.items()
+            if letter in "XYZ"
+        }
+        here = replace(machine, axes=axes, chord_tolerance_mm=machine.chord_tolerance_mm * unit)
+        lengths = {"f": 9000.0, "x": 7.1, "e": 13.1, "y": 7.1, "c": 3.0, "z": 16.3, "w": 3.9}
+        text = rows.format(**{k: repr(v * unit) for k, v in lengths.items()})
+        times.append(list(plan(read_text(text).chunks(), here, PlanOptions()))[-1].profile.t[-1])
+    assert times[1] == pytest.approx(times[0], rel=1e-10)
