@@ -26,6 +26,9 @@ copyreg.pickle(MappingProxyType, lambda mapping: (_read_only, (dict(mapping),)))
 #: Diagnostics kept of one run; what comes after is counted only, so that a million bad lines stay bounded.
 MAX_KEPT = 1000
 
+#: Of those that say the same, as many are kept: the same fault in every line of a program is said often enough then.
+MAX_ALIKE = 10
+
 #: Characters of a source line that a diagnostic keeps (a line may be 100 MB long).
 MAX_EXCERPT = 200
 
@@ -125,17 +128,21 @@ def excerpt_of(line: str, column: int) -> tuple[str, int]:
 
 
 class Diagnostics:
-    """A growing list of diagnostics that keeps the first `MAX_KEPT` and counts all."""
+    """A growing list of diagnostics that keeps the first `MAX_KEPT`, `MAX_ALIKE` of one message, and counts all."""
 
     def __init__(self, items: Iterable[Diagnostic] = ()) -> None:
         self._kept: list[Diagnostic] = []
+        self._alike: dict[tuple[Severity, str, str], int] = {}
         self.counts = dict.fromkeys(Severity, 0)
         self.extend(items)
 
     def add(self, item: Diagnostic) -> None:
-        """Count a diagnostic, and keep it while there is room."""
+        """Count a diagnostic, and keep it while there is room for it and for more that say the same."""
         self.counts[item.severity] += 1
-        if len(self._kept) < MAX_KEPT:
+        key = item.severity, item.code, item.message
+        alike = self._alike.get(key, 0)
+        if len(self._kept) < MAX_KEPT and alike < MAX_ALIKE:
+            self._alike[key] = alike + 1
             self._kept.append(item)
 
     def extend(self, items: Iterable[Diagnostic]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cncgen.diagnostics import (
+    MAX_ALIKE,
     MAX_EXCERPT,
     MAX_KEPT,
     Diagnostic,
@@ -55,6 +56,16 @@ def test_a_long_line_is_cut_around_its_fault(column: int) -> None:
 def test_a_line_that_fits_is_whole() -> None:
     assert excerpt_of("x" * MAX_EXCERPT + "\n", 150) == ("x" * MAX_EXCERPT, 0)
     assert excerpt_of("G1\tX\x1b[1m\x00\x7f", 3) == ("G1 X␛[1m␀�", 0)
+
+
+def test_what_says_the_same_is_kept_some_times() -> None:
+    """The same fault in every line of a program leaves room for the others."""
+    alike = Diagnostic("feed-missing", "G1 with no feed rate")
+    found = Diagnostics([alike] * (MAX_ALIKE + 5000))
+    found.add(Diagnostic("feed-missing", "G2 with no feed rate"))
+    found.add(Diagnostic("feed-missing", "G1 with no feed rate", Severity.NOTE))
+    assert (len(found), found.suppressed) == (MAX_ALIKE + 2, 5000)
+    assert found.counts == {"error": MAX_ALIKE + 5001, "warning": 0, "note": 1}
 
 
 def test_a_list_keeps_the_first_and_counts_all() -> None:

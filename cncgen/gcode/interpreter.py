@@ -74,6 +74,8 @@ class Interpreter:
         #: Where the last SPL ended.
         self.ended: object | None = None
         self.beside: Callable[[list[float]], list[float]] | None = None
+        #: M codes of the machine's builder, in tenths, that were remarked on: each is once.
+        self.remarked: set[int] = set()
         #: Whether blocks are passed over up to G11 of FANUC.
         self.passing_over = False
         if options.parameters is not None:

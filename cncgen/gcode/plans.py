@@ -25,6 +25,8 @@ _MAX_PLANS = 4096
 G53 = 530
 #: G0 and G1.
 _STRAIGHT = (0, 10)
+#: G70 to G72.
+_LATHE_CYCLES = (700, 710, 720)
 _PLAIN_MOTIONS = (0, 10, 20, 30)
 
 
@@ -91,7 +93,9 @@ class Plans:
         motion = self._motion_of(block, codes, in_force)
         if motion is not None and motion not in codes:
             codes.append(motion)
-        if G53 in block.g and (motion is None or motion.number not in _STRAIGHT):
+        # Without axis words, G53 of FANUC does nothing.
+        idle = self.dialect == "fanuc" and _AXIS_LETTERS.isdisjoint(block.words)
+        if G53 in block.g and not idle and (motion is None or motion.number not in _STRAIGHT):
             raise BlockError("g53-motion", "G53 goes with G0 and G1 only", "G53")
         codes += self._of_lone_words(block, codes)
         allowed = set().union(*(code.words for code in codes), *(code.named for code in codes))
@@ -130,7 +134,9 @@ class Plans:
             name = f"{letter}{number / 10:g}"
             hint = "`cncgen codes` lists all that are read"
             other = next((d for d in BOTH if d != self.dialect and (letter, number) in table(d)), None)
-            if other:
+            if letter == "G" and number in _LATHE_CYCLES and self.dialect == "fanuc":
+                hint = "turning cycles are read in the words of LinuxCNC alone; write the passes as G0 and G1"
+            elif other:
                 hint = f"it is a code of the {other} dialect: --dialect {other}"
             raise BlockError(
                 "unknown-code", f"{shown(letter, number, name)} is not supported", name, hint=hint

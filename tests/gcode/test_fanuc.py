@@ -247,3 +247,19 @@ def test_a_dwell_in_milliseconds_has_no_decimal_point(
 ) -> None:
     out = run(f"{block}\nM30", dialect="fanuc")
     assert [(d.code, d.span.line, d.span.column) for d in out.diagnostics if d.span] == said
+
+
+def test_g53_without_axes_does_nothing(run: Any) -> None:
+    assert fanuc(run, "G0 X5\nG53\nG1 F100 X9\nM30") == [[5, 0, 0], [9, 0, 0]]
+
+
+def test_codes_of_the_machines_builder_are_remarked_once_each(run: Any) -> None:
+    out = run("M10\nM11\n" * 50 + "M30", dialect="fanuc")
+    assert [(d.code, d.span.line) for d in out.diagnostics] == [("builders-code", 1), ("builders-code", 2)]
+    assert [event.values["m"] for event in out.path.events if event.name == "user"] == [10, 11] * 50
+
+
+def test_a_motion_code_beside_g28_tells_the_dialect(run: Any) -> None:
+    out = run("N1 G00 G91 G28 Z0.;\nN2 G91 G0 G28 X0. Y0.;\nM30")
+    assert (out.errors, [d.code for d in out.diagnostics]) == ([], ["dialect"])
+    assert [d.code for d in run("G91 G28 Z0\nG0 X1\nM2").diagnostics] == []

@@ -14,7 +14,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.source import Source
 from cncgen.gcode.text import grammar
 from cncgen.gcode.text.labels import Cursor
-from cncgen.gcode.text.lanes import PlainBlocks
+from cncgen.gcode.text.lanes import PlainBlocks, comment_of
 from cncgen.kernels import gcode_scan
 from tests.kernels.plain import uncompiled
 
@@ -83,7 +83,9 @@ def test_the_scanner_reads_what_the_grammar_reads(lines: list[str], end: str) ->
         pairs, flags = found[number]
         assert pairs == parsed.words
         assert bool(flags & gcode_scan.SLASH) == parsed.deletable
-        assert bool(flags & gcode_scan.COMMENT) == bool(parsed.comments)
+        # What follows a semicolon says nothing, in either lane.
+        assert flags & gcode_scan.COMMENT or not parsed.comments
+        assert comment_of(text) == (parsed.comments[-1] if parsed.comments else None)
         assert bool(flags & gcode_scan.NUMBERED) == (parsed.number is not None)
 
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from cncgen.gcode.block import AXIS_INDEX, OUTPUT, Block
 from cncgen.gcode.errors import BlockError, Stop
 from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.state.parameters import DEBUGGING
 from cncgen.toolpath.record import Event
 
 CODES = ()
@@ -50,7 +51,8 @@ def _message(ip: Interpreter, rest: str) -> None:
 
 
 def _debug(ip: Interpreter, rest: str) -> None:
-    _message(ip, expand(ip, rest))
+    if ip.parameters.numbers[DEBUGGING]:
+        _message(ip, expand(ip, rest))
 
 
 def _print(ip: Interpreter, rest: str) -> None:

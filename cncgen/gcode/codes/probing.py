@@ -15,7 +15,7 @@ from cncgen.gcode.state.parameters import PROBE, PROBE_HIT
 from cncgen.toolpath.record import Event
 
 _WORDS = "xyzabcuvw@^"
-#: A probe that moves by less than this does not move (program units).
+#: A probe that must find something and moves by less than this does not move (program units); LinuxCNC lets others.
 _LEAST = 1e-9
 #: G38.2 and G38.4: an error where contact is not made, or not lost.
 _DEMANDING = (382, 384)
@@ -39,7 +39,7 @@ def _probe(tenths: int) -> Handler:
             raise BlockError("probe-mode", f"{name} does not go with G{state.feed_mode}", name)
         check_feed(ip, block, name)
         end = ip.end_point(block)
-        if math.dist(end, state.position) < _LEAST:
+        if tenths in _DEMANDING and math.dist(end, state.position) < _LEAST:
             raise BlockError("probe-short", f"{name} starts where it ends", name)
         # Where contact is demanded, the program goes on only after it was made; `rs274` says that there is none.
         touched = tenths in _DEMANDING and not ip.options.stand_alone

@@ -55,16 +55,21 @@ def of_builder(number: int) -> Code:
     name = f"M{number // 10}"
 
     def run(ip: Interpreter, block: Block) -> None:
-        message = f"{name} is none of the control's own codes: taken as the machine builder's, an event"
-        ip.warn(
-            BlockError("builders-code", message, name, hint="check that it moves nothing"), Severity.WARNING
-        )
+        if number not in ip.remarked:
+            ip.remarked.add(number)
+            _remark(ip, name)
         ip.sink.call(
             f"USER_DEFINED_FUNCTION_{number // 10}(-1.000000, -1.000000)",
             Event("user", True, values={"m": number // 10}),
         )
 
     return Code("M", number, name, Stage.USER, run, "the machine builder's: an event", "pq")
+
+
+def _remark(ip: Interpreter, name: str) -> None:
+    """Say that an M code is the machine builder's."""
+    message = f"{name} is none of the control's own codes: taken as the machine builder's, an event"
+    ip.warn(BlockError("builders-code", message, name, hint="check that it moves nothing"), Severity.WARNING)
 
 
 CODES = (

@@ -16,6 +16,7 @@ from cncgen.toolpath.record import Event
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
 
+_M61 = 610
 _AXES = "xyzabcuvw"
 
 
@@ -133,7 +134,9 @@ def table_offset(ip: Interpreter, number: int) -> list[float]:
 def length(ip: Interpreter, block: Block) -> None:
     """G43 H: the offset of tool H, or of the tool in the spindle."""
     number = whole(block, "h", "G43") if "h" in block.words else 0
-    _use(ip, table_offset(ip, number or ip.state.tool))
+    # M61 of the block has named the tool, also on the machine that leaves it in the spindle (`stand_alone`).
+    in_spindle = whole(block, "q", "M61") if _M61 in block.m else ip.state.tool
+    _use(ip, table_offset(ip, number or in_spindle))
 
 
 def length_fanuc(ip: Interpreter, block: Block) -> None:
@@ -183,7 +186,7 @@ def length_off(ip: Interpreter, block: Block) -> None:
 CODES = (
     Code("T", 0, "T", Stage.TOOL, select, "tool to be changed in next", "t"),
     Code("M", 60, "tool change", Stage.CHANGE, change, "change to the tool of T", after=take_position),
-    Code("M", 610, "tool change", Stage.CHANGE, name_tool, "the tool in the spindle is Q", "q"),
+    Code("M", _M61, "tool change", Stage.CHANGE, name_tool, "the tool in the spindle is Q", "q"),
     Code(
         "G",
         430,

@@ -29,6 +29,8 @@ G92_ON, G92 = 5210, 5211
 KEPT_FANUC = range(500, 1000)
 PROBE, PROBE_HIT = 5061, 5070
 INPUT = 5399
+#: Whether (DEBUG, …) is shown; it begins as 1.
+DEBUGGING = 5599
 TOOL = 5400
 #: Names of pins and of entries of the INI file begin so.
 _OF_THE_MACHINE = ("_hal[", "_ini[")
@@ -56,7 +58,7 @@ class Parameters:
             for numbers in VACANT_AT_START:
                 for index in numbers:
                     self.numbers[index] = math.nan
-        self.numbers[SYSTEM] = 1.0
+        self.numbers[SYSTEM] = self.numbers[DEBUGGING] = 1.0
         self.local: dict[str, float] = {}
         self.named: dict[str, float] = {}
         self.listed: set[int] = set()

@@ -93,7 +93,7 @@ class _Reader:
             self._items(parsed)
         else:
             while self.at < self.end:
-                parsed.comments.append(self._comment())
+                parsed.comments += self._comment()
         return parsed
 
     def _items(self, parsed: Parsed) -> None:
@@ -112,7 +112,7 @@ class _Reader:
                 self._expect("=")
                 parsed.settings.append((target, self._expression() if self.fanuc else self._signed()))
             elif character in "(;":
-                parsed.comments.append(self._comment())
+                parsed.comments += self._comment()
             elif self.fanuc and text.startswith((",c", ",r"), self.at):
                 self.at += 2
                 parsed.words.append((text[self.at - 2 : self.at], self._signed()))
@@ -122,12 +122,13 @@ class _Reader:
             else:
                 raise _Declined
 
-    def _comment(self) -> str:
+    def _comment(self) -> list[str]:
+        """Read a comment; one behind a semicolon is never passed on."""
         comment = _COMMENT.match(self.text, self.at)
         if not comment:
             raise _Declined
         self.at = comment.end()
-        return comment[1] if comment[2] is None else comment[2]
+        return [comment[1]] if comment[2] is None else []
 
     def _expect(self, character: str) -> None:
         if not self.text.startswith(character, self.at):
@@ -258,7 +259,7 @@ class _Reader:
             if self.text[self.at] == "[":
                 arguments.append(self._bracket())
             else:
-                parsed.comments.append(self._comment())
+                parsed.comments += self._comment()
         parsed.flow = Flow(keyword[0], label, tuple(arguments), asks_state=self.asks_state)
 
     def _macro(self) -> Flow:

@@ -40,6 +40,11 @@ _SIGNS = (
     ("fanuc", "a look-ahead code", rb"[^(;\n]*\bG0?(?:5\.1[ \t]*Q|5[ \t]*P(?:10000|0)[ \t]*\r?$|8[ \t]*P)"),
     ("fanuc", "a program number", rb"[oO:]\d{1,8}" + _ALONE),
     ("fanuc", "a program name", rb"[oO]<[^>\n]*>" + _ALONE),
+    (
+        "fanuc",
+        "a motion code beside G28",
+        rb"[^(;\n]*G0?[0-3](?![\d.])[^(;\n]*G(?:28|30)(?![\d.])[^(;\n]*[XYZ][ \t]*[-+.\d#\[]",
+    ),
     ("fanuc", "a chamfer or rounding", rb"[^(;\n]*,[ \t]*[CR][ \t]*[-+.\d#\[]"),
 )
 _PATTERNS = [

@@ -134,7 +134,7 @@ class _Reader:
         return "setting", (children[0], children[1])
 
     def comment(self, children: list[Any]) -> Any:
-        return "comment", _bare(children[0])
+        return "comment", _said(children[0])
 
     def number(self, children: list[Any]) -> Value:
         return float(children[0])
@@ -181,7 +181,7 @@ class _Reader:
 
     def o_word(self, children: list[Any]) -> Any:
         arguments = tuple(child for child in children[2:] if not isinstance(child, str))
-        comments = [_bare(child) for child in children[2:] if isinstance(child, str)]
+        comments = [text for child in children[2:] if isinstance(child, str) for text in _said(child)]
         return "o_word", (Flow(str(children[1]), children[0], arguments), comments)
 
     def if_goto(self, children: list[Any]) -> Any:
@@ -221,9 +221,9 @@ def o_label(text: str) -> float | str:
     return float(name) if name.isdecimal() else name
 
 
-def _bare(token: str) -> str:
-    """Return a comment without its parentheses or semicolon."""
-    return token[1:-1] if token[0] == "(" else token[1:]
+def _said(token: str) -> list[str]:
+    """Return a comment without its parentheses; one behind a semicolon is never passed on."""
+    return [token[1:-1]] if token[0] == "(" else []
 
 
 def _parsed(children: list[Any]) -> Parsed:
@@ -237,7 +237,7 @@ def _parsed(children: list[Any]) -> Parsed:
             elif kind == "setting":
                 parsed.settings.append(value)
             elif kind == "comment":
-                parsed.comments.append(value)
+                parsed.comments += value
             elif kind == "o_word":
                 parsed.flow, parsed.comments = value
             else:
@@ -247,7 +247,7 @@ def _parsed(children: list[Any]) -> Parsed:
         elif child.type == "LINE_NUMBER":
             parsed.number = str(child[1:])
         else:
-            parsed.comments.append(_bare(child))
+            parsed.comments += _said(child)
     return parsed
 
 
