@@ -12,8 +12,14 @@ from cncgen.diagnostics import Diagnostic, UsageError
 
 #: Bytes of a line that are read at all; a longer line is an error.
 MAX_LINE = 65_536
+#: Bytes of a stream that are read at all: some hundred million lines. A file may be larger.
+MAX_STREAM = 4 * 1024**3
 #: Bytes looked at to tell text from binary.
 _HEAD = 4096
+#: Bytes of a stream that are read at a time.
+_BLOCK = 1 << 20
+#: What UTF-16 begins with.
+_WIDE = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 class Source:
@@ -49,29 +55,43 @@ class Source:
 
     def is_wide(self) -> bool:
         """Tell whether the text begins as UTF-16 does."""
-        return self.data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+        return self.data[:2] in _WIDE
 
 
 def open_source(source: Path | BinaryIO, name: str) -> Source:
     """Map a file, or spool a stream to a temporary file and map that.
 
     Raises:
-        UsageError: Where the file cannot be read.
+        UsageError: Where the file cannot be read, or the stream does not end.
     """
     try:
         if isinstance(source, Path):
             with source.open("rb") as file:
                 return Source(_mapped(file), name)
-        import shutil
         import tempfile
 
         with tempfile.TemporaryFile() as spool:
-            shutil.copyfileobj(source, spool)
+            _spool(source, spool, name)
             spool.flush()
             return Source(_mapped(spool), name)
     except OSError as error:
         reason = error.strerror or str(error)
         raise UsageError(Diagnostic("unreadable-file", f"cannot read {name}: {reason}")) from error
+
+
+def _spool(source: BinaryIO, spool: BinaryIO, name: str) -> None:
+    """Copy a stream, up to `MAX_STREAM` bytes; of one that is no text its head alone, which says so."""
+    block = source.read(_BLOCK)
+    if b"\0" in block[:_HEAD] and block[:2] not in _WIDE:
+        spool.write(block[:_HEAD])
+        return
+    while block:
+        spool.write(block)
+        if spool.tell() > MAX_STREAM:
+            raise UsageError(
+                Diagnostic("file-size", f"{name} is larger than {MAX_STREAM} bytes; does it end?")
+            )
+        block = source.read(_BLOCK)
 
 
 def _with_newlines(data: bytes | mmap.mmap) -> bytes | mmap.mmap:

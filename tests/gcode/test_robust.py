@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cncgen.diagnostics import Diagnostics, UsageError
-from cncgen.gcode import canon, read
+from cncgen.gcode import canon, check, read, source
 from cncgen.toolpath.reading import ReadOptions
 
 BOUNDS = {"max_steps": 2_000, "max_call_depth": 8}
@@ -181,6 +181,34 @@ def test_any_bytes(data: bytes) -> None:
 )
 def test_what_is_no_program(data: bytes, code: str) -> None:
     assert consume(data)[0] == code
+
+
+def diagnostics_of(stream: Any) -> Diagnostics:
+    found = Diagnostics()
+    check(stream, "-", ReadOptions(), found)
+    return found
+
+
+class Endless(io.RawIOBase):
+    """A stream that gives the same bytes again and again, and counts them."""
+
+    def __init__(self, line: bytes) -> None:
+        self.line, self.given = line, 0
+
+    def read(self, size: int = -1) -> bytes:
+        self.given += size
+        return self.line * (size // len(self.line))
+
+
+def test_a_stream_without_end_is_not_read_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of zeros the head is enough; text is spooled up to a limit."""
+    zeros, text = Endless(b"\0"), Endless(b"G1 X1 F1")
+    (fault,) = list(diagnostics_of(zeros))
+    assert (fault.code, zeros.given) == ("binary-file", 2**20)
+    monkeypatch.setattr(source, "MAX_STREAM", 3 * 2**20)
+    with pytest.raises(UsageError, match="- is larger than 3145728 bytes"):
+        diagnostics_of(text)
+    assert text.given == 4 * 2**20
 
 
 LINES = [
