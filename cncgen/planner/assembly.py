@@ -12,6 +12,10 @@ from cncgen.toolpath.record import Event
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+#: Part of a period that counts as none.
+_ROUNDING = 1e-6
 
 
 def assemble(
@@ -52,6 +56,30 @@ def waits_of(events: Sequence[tuple[int, int, Event]], joints: int, first: int =
     for joint, _, event in events:
         waits[joint - first] += event.dwell_s
     return waits
+
+
+def kept_for_setpoints(
+    start_s: float, way_s: Floats, waits: Floats, missed: Bools, period_s: float
+) -> Floats:
+    """Lengthen waits so that a setpoint falls on each rest that the chords between setpoints would cut too far.
+
+    Args:
+        start_s: Time at the first joint, s; setpoints fall on multiples of the period.
+        way_s: Shape (joints,), s: time of the motion up to each joint, without waits.
+        waits: Shape (joints,), s of rest at each joint.
+        missed: Shape (joints,), where a setpoint must fall.
+        period_s: T.
+    """
+    out = waits.copy()
+    arrival = start_s + way_s + np.cumsum(waits) - waits
+    later = 0.0
+    for joint in np.flatnonzero(missed).tolist():
+        due = -(arrival[joint] + later) % period_s
+        # What rounding leaves until the next one is no wait.
+        more = max(0.0, due - waits[joint]) if due < (1.0 - _ROUNDING) * period_s else 0.0
+        out[joint] += more
+        later += more
+    return out
 
 
 def timed(

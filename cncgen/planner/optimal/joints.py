@@ -46,6 +46,7 @@ class Joints:
             the path has there for other reasons where that is lower.
         acceleration: Shape (n,), mm/s²: largest size of the acceleration along the path by the jump; infinite for none.
         zone: Shape (n,), mm: how far on both sides a setpoint's third difference can see the jump; 0 for none.
+        missed: Shape (n,), bool: it rests, and chords would cut it by more than their tolerance if no setpoint fell on it.
     """
 
     s: Floats
@@ -55,6 +56,7 @@ class Joints:
     taken: Floats
     acceleration: Floats
     zone: Floats
+    missed: Bools
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,8 +117,8 @@ def joints_of(
     speed = speed_within(linear, square, JUMP_SHARE)
     corner = speed < _worth_a_stop(bounds, s, stop | (speed < np.sqrt(top)), left[1], right[1], top)
     with np.errstate(divide="ignore"):
-        jerk = np.maximum(*(least(bounds.axes.jerk / np.abs(side[1])) for side in (left, right)))
-    chord = _chord_speed(bounds, s, right[1] - left[1], jerk)
+        jerks = np.stack([least(bounds.axes.jerk / np.abs(side[1])) for side in (left, right)])
+    chord = _chord_speed(bounds, s, right[1] - left[1], jerks.max(axis=0))
     speed = np.where(stop | corner, 0.0, np.minimum(speed, chord))
     v = np.minimum(speed, np.sqrt(top))
     together = _together(bounds, s, right[1] - left[1], v)
@@ -142,7 +144,8 @@ def joints_of(
     pulse = turns * v / (bounds.axes.acceleration * bounds.period_s)
     both = np.stack([pulse, taken], 1)
     both[~felt | stop] = 0.0
-    return Joints(s, stop, corner, speed, both, acceleration, zone)
+    missed = stop & (_chord_at_rest(bounds, right[1] - left[1], jerks) > bounds.chord_mm)
+    return Joints(s, stop, corner, speed, both, acceleration, zone, missed)
 
 
 def _together(bounds: Bounds, s: Floats, turn: Floats, speed: Floats) -> Floats:
@@ -217,7 +220,7 @@ def _chord_speed(bounds: Bounds, s: Floats, turn: Floats, jerk: Floats) -> Float
         turn: Shape (n, axes), Δ there.
         jerk: Shape (n,), j, the jerk along the path there.
     """
-    size = np.sqrt(np.einsum("ij,ij,j->i", turn, turn, bounds.scale**2))
+    size = _size(bounds, turn)
     apart = np.diff(s, prepend=s[0], append=s[-1])
     period = bounds.period_s
     with np.errstate(divide="ignore"):
@@ -225,6 +228,27 @@ def _chord_speed(bounds: Bounds, s: Floats, turn: Floats, jerk: Floats) -> Float
         single[size == 0.0] = np.inf
         curvature = 2.0 * size / (apart[1:] + apart[:-1])
     return np.minimum(single, chord_speed(curvature, bounds.chord_mm, period))
+
+
+def _chord_at_rest(bounds: Bounds, turn: Floats, jerk: Floats) -> Floats:
+    """Return by how much the chord of a period cuts a corner that is reached and left at rest between two setpoints, mm.
+
+    At most a = j₁ τ³/6 before it and b = j₂ (T − τ)³/6 after it are left to it; |Δ|/2 of that is cut where a = b.
+
+    Args:
+        bounds: Limits.
+        turn: Shape (n, axes), Δ there.
+        jerk: Shape (2, n), j₁ and j₂, the jerk along the path on both sides.
+    """
+    root = np.cbrt(jerk)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        way = (bounds.period_s / (1.0 / root[0] + 1.0 / root[1])) ** 3 / 6.0
+    return np.nan_to_num(0.5 * _size(bounds, turn) * way)
+
+
+def _size(bounds: Bounds, turn: Floats) -> Floats:
+    """Return |Δ|, a degree counted as a millimetre."""
+    return np.sqrt(np.einsum("ij,ij,j->i", turn, turn, bounds.scale**2))
 
 
 def distinct(

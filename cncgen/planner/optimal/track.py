@@ -49,6 +49,7 @@ class Track:
         factor: Shape (n, 2, axes): parts of acceleration and jerk limits that are left beside the jumps near by.
         stop: Shape (n + 1,), bool: nodes of rest.
         corner: Shape (n + 1,), bool: nodes where the motion slows or rests because the derivatives jump.
+        missed: Shape (n + 1,), bool: nodes of rest that chords would cut too far if no setpoint fell on them.
         events: Node, source line and event, in order.
     """
 
@@ -66,6 +67,7 @@ class Track:
     factor: Floats
     stop: NDArray[np.bool_]
     corner: NDArray[np.bool_]
+    missed: NDArray[np.bool_]
     events: list[tuple[int, int, Event]]
 
     def __len__(self) -> int:
@@ -128,8 +130,8 @@ def track_of(
     ]
     top3 = np.stack([t for t, _ in tops], axis=1)
     which = np.stack([limit for _, limit in tops], axis=1)
-    stop, corner = np.zeros(n + 1, bool), np.zeros(n + 1, bool)
-    stop[node], corner[node] = joints.stop, joints.corner
+    stop, corner, missed = np.zeros((3, n + 1), bool)
+    stop[node], corner[node], missed[node] = joints.stop, joints.corner, joints.missed
     if cap:
         capped = cap.on_intervals(s, stop[:-1], stop[1:])
         which[capped < top3] = cap.limit
@@ -158,6 +160,7 @@ def track_of(
         factor=factor,
         stop=stop,
         corner=corner,
+        missed=missed,
         events=_events(toolpath, path, s),
     )
 

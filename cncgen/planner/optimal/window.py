@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, NoPlanError
-from cncgen.planner.assembly import assemble, timed, waits_of
+from cncgen.planner.assembly import assemble, kept_for_setpoints, timed, waits_of
 from cncgen.planner.optimal.limits import Bounds
 from cncgen.planner.optimal.pieces import Pieces, pieces_of
 from cncgen.planner.optimal.problem import Intervals, Solution, solve
@@ -174,6 +174,12 @@ class Window:
         first_piece, last_piece = pieces.offset[part.start], pieces.offset[part.stop]
         cut = slice(first_piece, last_piece)
         offset = pieces.offset[part.start : part.stop + 1] - first_piece
+        # The first node of a track is the last of the one before it.
+        missed = track.missed[first : first + count + 1] & (np.arange(count + 1) < count + whole)
+        missed[0] &= first > 0
+        if missed.any():
+            way = np.concatenate([[0.0], np.cumsum(pieces.duration[cut])])[offset]
+            waits = kept_for_setpoints(self.t_s, way, waits, missed, self.bounds.period_s)
         owner = np.repeat(np.arange(count), np.diff(offset))
         profile, arrival = assemble(
             self.t_s,
