@@ -146,11 +146,14 @@ def _regular(rows: Toolpath, path: Path) -> Bools:
     curves = np.flatnonzero(rows.kind == Kind.NURBS)
     of, begin, width = path.panels(curves)
     row = curves[of]
+    speeds = []
     for at, side in ((begin, 1), (begin + width, -1)):
         u = path.parameter_after(row, at, side)
-        speed = np.linalg.norm(path.evaluate_parameter(row, u, 1, side)[1][:, :3], axis=1)
-        mean = np.bincount(of, speed, len(curves)) / np.maximum(np.bincount(of, minlength=len(curves)), 1)
-        out[row[speed < _CUSP * mean[of]]] = False
+        speeds.append(np.linalg.norm(path.evaluate_parameter(row, u, 1, side)[1][:, :3], axis=1))
+    # Over both ends of the panels: one that reaches from a cusp to the other end of the curve is a curve of its own.
+    mean = np.bincount(of, 0.5 * (speeds[0] + speeds[1]), len(curves))
+    mean /= np.maximum(np.bincount(of, minlength=len(curves)), 1)
+    out[row[np.minimum(*speeds) <= _CUSP * mean[of]]] = False
     return out
 
 

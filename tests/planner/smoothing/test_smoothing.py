@@ -184,6 +184,16 @@ def test_the_end_of_a_nurbs_at_a_corner_is_rounded(before: list, curve: list) ->
     assert distances(there, given).max() < 1e-9
 
 
+def test_a_nurbs_that_starts_at_rest_of_its_parameter_is_met_exactly() -> None:
+    """Three control points in one: |dC/du| = 3 u² is one panel long, and has no tangent where the corner is."""
+    control = [[10.0, 0, 0], [10, 0, 0], [10, 0, 0], [10, 5, 0]]
+    table = nurbs.single(3, [0, 0, 0, 0, 1, 1, 1, 1], control)
+    rows = toolpath([0, 0, 0], [control[0], control[-1]], [0, 2], [-1, 0], nurbs=table)
+    result = smoothed(rows)
+    assert result.kind.tolist() == [Kind.LINE, Kind.NURBS]
+    np.testing.assert_array_equal(result.nurbs.control_points, control)
+
+
 def test_two_curves_in_a_corner_are_rounded_and_short_ones_with_their_neighbours() -> None:
     tables = [
         nurbs.single(3, [0, 0, 0, 0, 1, 1, 1, 1], [[0, 0, 0], [5, 0, 0], [10, 1, 0], [10, 5, 0]]),
