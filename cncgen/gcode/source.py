@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import codecs
 import mmap
-import sys
 from pathlib import Path
 from typing import BinaryIO
 
@@ -110,8 +109,3 @@ def _mapped(file: BinaryIO) -> bytes | mmap.mmap:
     except (ValueError, OSError):
         file.seek(0) if file.seekable() else None
         return file.read()
-
-
-def standard_input() -> BinaryIO:
-    """Return the bytes of standard input."""
-    return sys.stdin.buffer

@@ -253,10 +253,6 @@ class Exchange:
         hashes = [scan.keyword_hash(k.encode()) for k in keywords]
         return np.flatnonzero(np.isin(self.rows.types, hashes) & self._is_instance)
 
-    def complex_rows(self) -> NDArray[np.int64]:
-        """Return the rows of the complex instances."""
-        return np.flatnonzero((self.rows.types == 0) & self._is_instance)
-
     def instances(self, *keywords: str) -> Iterator[Instance]:
         """Yield the simple instances of those types in the order of the file."""
         for row in self.rows_of_type(*keywords).tolist():

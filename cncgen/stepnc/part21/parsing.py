@@ -131,8 +131,6 @@ def _quick_items(text: str) -> list[Value] | None:
             items.append(Ref(token[1:]))
             expect_value = False
         elif first in _LETTERS:
-            if token == "!":
-                return None
             pending = token.upper()
         else:
             items.append(_atom(first, token))
@@ -171,6 +169,8 @@ def _close(
     if keyword is None:
         items.append(tuple(closed))
         return True
+    if keyword == "!":
+        return False
     if not stack or _in_complex(stack):
         items.append(Record(keyword, tuple(closed)))
         return True
