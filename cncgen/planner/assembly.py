@@ -25,6 +25,7 @@ def assemble(
     limit: NDArray[np.int8],
     offset: Ints,
     waits: Floats,
+    why: NDArray[np.int8] | None = None,
 ) -> tuple[Profile, Floats]:
     """Put waits between pieces and pieces after each other in time.
 
@@ -35,6 +36,7 @@ def assemble(
         limit: Shape (k,).
         offset: Shape (joints,): the piece that begins at each joint, k at the last.
         waits: Shape (joints,): seconds of rest at each joint; 0 for none.
+        why: Shape (joints,): the `Limit` that each wait is for; all are stops of the program by default.
 
     Returns:
         The profile, and the time of arrival at each joint (before its wait).
@@ -46,7 +48,8 @@ def assemble(
     t = start_s + np.concatenate([[0.0], np.cumsum(duration)])
     s = np.insert(place, where, place[where])
     earlier = np.concatenate([[0], np.cumsum(waits > 0.0)])[:-1]
-    profile = Profile(t, s, v, a, j, c, np.insert(limit, where, np.int8(Limit.STOP)))
+    name = np.int8(Limit.STOP) if why is None else why[at_rest]
+    profile = Profile(t, s, v, a, j, c, np.insert(limit, where, name))
     return profile, t[offset + earlier]
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cncgen.planner.motion import time_at
-from cncgen.planner.record import Profile, Trajectory
+from cncgen.planner.record import Limit, Profile, Trajectory
 from cncgen.toolpath.record import Kind
 
 
@@ -63,6 +63,6 @@ class LineTimes:
 
 
 def _waited(p: Profile, t: np.ndarray) -> np.ndarray:
-    """Return how much of the time up to each of `t` a profile waits."""
-    wait = (p.v == 0) & (p.a == 0) & (p.j == 0) & (p.c == 0)
+    """Return how much of the time up to each of `t` a profile waits for an event."""
+    wait = (p.v == 0) & (p.a == 0) & (p.j == 0) & (p.c == 0) & (p.limit == Limit.STOP)
     return np.interp(t, p.t, np.concatenate([[0.0], np.cumsum(np.diff(p.t) * wait)]))

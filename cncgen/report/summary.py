@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from cncgen.diagnostics import Diagnostic, Diagnostics, Severity
 from cncgen.geometry.path import metric_columns
 from cncgen.machine.record import Axis, Machine
-from cncgen.planner.record import Profile, SharpCorner, Trajectory
+from cncgen.planner.record import Limit, Profile, SharpCorner, Trajectory
 from cncgen.report.differences import DifferencePeaks
 from cncgen.report.line_times import LineTimes
 from cncgen.report.slow_places import SlowPlaces
@@ -98,6 +98,7 @@ class Summary:
         profile = trajectory.profile
         if len(profile):
             wait = (profile.v == 0) & (profile.a == 0) & (profile.j == 0) & (profile.c == 0)
+            wait &= profile.limit == Limit.STOP
             turns = _turning(trajectory)
             self._waited_s += float(np.diff(profile.t)[wait].sum())
             self._turned_s += float(np.diff(profile.t)[turns].sum())

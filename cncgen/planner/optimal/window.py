@@ -177,6 +177,7 @@ class Window:
         # The first node of a track is the last of the one before it.
         missed = track.missed[first : first + count + 1] & (np.arange(count + 1) < count + whole)
         missed[0] &= first > 0
+        why = np.where(waits > 0.0, np.int8(Limit.STOP), np.int8(Limit.CHORD))
         if missed.any():
             way = np.concatenate([[0.0], np.cumsum(pieces.duration[cut])])[offset]
             waits = kept_for_setpoints(self.t_s, way, waits, missed, self.bounds.period_s)
@@ -188,6 +189,7 @@ class Window:
             pieces.limit[cut],
             offset,
             waits,
+            why,
         )
         self.t_s = float(profile.t[-1])
         slow = slow_nodes(track, first, solution.q[part, 0], solution.limit[part])

@@ -11,6 +11,8 @@ import cncgen
 from cncgen.machine import load
 from cncgen.machine.record import Machine
 from cncgen.planner.assembly import kept_for_setpoints
+from cncgen.planner.record import Limit
+from cncgen.report.line_times import LineTimes
 
 HOLES = "G21 G90 G61 F12000\nG0 X5.013\nZ2.007\nG1 Z-0.5\nG4 P0.0005\nG0 X11.1\nZ1.3\nG1 Z0\nM2\n"
 CORNERS = {"X": [5.013, 11.1], "Z": [2.007, -0.5, 1.3]}
@@ -47,3 +49,21 @@ def test_waits_are_lengthened_up_to_the_next_setpoint() -> None:
     missed = np.array([False, True, True, True, False])
     out = kept_for_setpoints(0.25, way, waits, missed, 1.0)
     assert out.tolist() == [0.0, 0.25, 0.75, 0.0, 0.0]
+
+
+def test_what_is_waited_for_a_setpoint_is_no_dwell_of_the_program() -> None:
+    """It belongs to the line that ends there: only G4 dwells, half a millisecond at least, one period at most."""
+    mill = replace(machine(0.02), chord_tolerance_mm=1e-4)
+    lines = LineTimes()
+    waits = {Limit.CHORD: 0.0, Limit.STOP: 0.0}
+    for part in cncgen.plan(cncgen.read_text(HOLES), mill):
+        lines.add(part)
+        p = part.profile
+        still = (p.v == 0) & (p.a == 0) & (p.j == 0) & (p.c == 0)
+        for limit in waits:
+            waits[limit] += float(np.diff(p.t)[still & (p.limit == limit)].sum())
+        end = p.t[-1]
+    assert waits[Limit.CHORD] > 0.02
+    assert 0.0005 <= waits[Limit.STOP] < 0.0205
+    # What a dwell is lengthened by is not told apart from it.
+    assert lines.total_s == pytest.approx(end - waits[Limit.STOP] + 0.0005, abs=1e-9)
