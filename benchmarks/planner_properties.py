@@ -543,7 +543,7 @@ def acceleration_only(case: Case, nodes: int = 3000) -> float:
             continue
         speed = np.where(tp.feed_mode == FeedMode.INVERSE_TIME, tp.feed * np.diff(path.row_s), tp.feed)
         for row in np.flatnonzero(np.diff(path.row_s) > 0.0):
-            count = max(4, int(nodes * np.diff(path.row_s)[row] / path.length))
+            count = max(100, int(nodes * np.diff(path.row_s)[row] / path.length))
             s = np.linspace(path.row_s[row], path.row_s[row + 1], count + 1)
             x = path.evaluate(0.5 * (s[1:] + s[:-1]), 2)
             with np.errstate(divide="ignore", invalid="ignore"):
