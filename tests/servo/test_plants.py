@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 from cncgen.machine import servo_schema
 from cncgen.machine.record import Servo
 from cncgen.servo import plants
+from cncgen.servo.controllers.base import Controller
 from cncgen.servo.controllers.p import p
 from cncgen.servo.controllers.pd import pd
 from cncgen.servo.controllers.pd_plus import pd_plus
@@ -159,6 +160,16 @@ def test_closed_loop_given_as_a_ratio_with_dead_time(delay):
             x = span.y[0, -1]
         states.append(x)
     close(one_axis(loop), 5.0 * np.array(states) + setpoint(times))
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.3, 1.0, 2.7, 3.0 - 1e-12])
+def test_a_plant_answers_a_step_after_its_dead_time(delay):
+    """1/(s + 30) under a drive of 1 from the first period on: (1 − exp(−30 (t − T − d)))/30, parts of a period too."""
+    plant = plants.transfer_function([1.0], [1.0, 30.0], delay * T)
+    t = np.arange(60) * T
+    expected = -np.expm1(-30.0 * np.maximum(t - T - delay * T, 0.0)) / 30.0
+    response = one_axis(close_loop(plant, Controller(d_setpoint=1.0), T), np.sign(t))
+    assert response == pytest.approx(expected, abs=1e-12)
 
 
 def test_ratio_in_z_is_its_difference_equation():
