@@ -13,7 +13,7 @@ from cncgen.planner.optimal.limits import (
     STOP_SPEED,
     SWAY_SHARE,
     Bounds,
-    least,
+    along_path,
     most,
     resolution,
     speed_within,
@@ -116,8 +116,7 @@ def joints_of(
     linear, square = bounds.jump(right[1] - left[1], right[2] - left[2])
     speed = speed_within(linear, square, JUMP_SHARE)
     corner = speed < _worth_a_stop(bounds, s, stop | (speed < np.sqrt(top)), left[1], right[1], top)
-    with np.errstate(divide="ignore"):
-        jerks = np.stack([least(bounds.axes.jerk / np.abs(side[1])) for side in (left, right)])
+    jerks = np.stack([along_path(bounds.axes.jerk, side[1]) for side in (left, right)])
     chord = _chord_speed(bounds, s, right[1] - left[1], jerks.max(axis=0))
     speed = np.where(stop | corner, 0.0, np.minimum(speed, chord))
     v = np.minimum(speed, np.sqrt(top))
@@ -132,9 +131,8 @@ def joints_of(
     speed[~felt & ~corner & ~stop] = np.inf
     stop |= speed <= 0.0
     turns = np.abs(right[1] - left[1]) * (felt & ~stop)[:, None]
-    with np.errstate(divide="ignore"):
-        acceleration = least(SWAY_SHARE * 2.0 * bounds.period_s * bounds.axes.jerk / turns)
-        largest = np.maximum(*(least(bounds.axes.acceleration / np.abs(side[1])) for side in (left, right)))
+    acceleration = along_path(SWAY_SHARE * 2.0 * bounds.period_s * bounds.axes.jerk, turns)
+    largest = np.maximum(*(along_path(bounds.axes.acceleration, side[1]) for side in (left, right)))
     zone = np.where(felt & ~stop, _seen_from(bounds, v[:, 0], acceleration, left[1], right[1]), 0.0)
     # No more than the largest acceleration makes of it: what turns by rounding alone takes nothing.
     acceleration[acceleration >= largest] = np.inf
@@ -289,27 +287,28 @@ def _seen_from(bounds: Bounds, speed: Floats, acceleration: Floats, left: Floats
         left, right: Shape (n, axes), dx/ds on both sides.
     """
     reach = 1.5 * bounds.period_s
-    with np.errstate(divide="ignore"):
-        gain, jerk = (
-            np.maximum(least(limit / np.abs(left)), least(limit / np.abs(right)))
-            for limit in (bounds.axes.acceleration, bounds.axes.jerk)
-        )
+    gain, jerk = (
+        np.maximum(along_path(limit, left), along_path(limit, right))
+        for limit in (bounds.axes.acceleration, bounds.axes.jerk)
+    )
     rise = np.minimum(gain, acceleration + jerk * reach / 3.0)
     return reach * (speed + 0.5 * reach * rise)
 
 
-def _pulse(bounds: Bounds, left: Floats, right: Floats) -> Floats:
-    """Return J T² along the path, shape (n,), mm/s: the speed that one period of full jerk gives."""
-    share = np.maximum(np.abs(left), np.abs(right))
-    with np.errstate(divide="ignore"):
-        return least(bounds.axes.jerk / share) * bounds.period_s**2
+def _weakest(bounds: Bounds, left: Floats, right: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return acceleration and jerk along the path, the smaller of both sides, and `STOP_SPEED` periods of what they give."""
+    acceleration, jerk = (
+        along_path(each, left, right) for each in (bounds.axes.acceleration, bounds.axes.jerk)
+    )
+    period = bounds.period_s
+    return acceleration, jerk, STOP_SPEED * np.minimum(jerk * period, acceleration) * period
 
 
 def _worth_a_stop(bounds: Bounds, s: Floats, slow: Bools, left: Floats, right: Floats, top: Floats) -> Floats:
     """Return the speed, shape (n,), mm/s, below which a stop takes less time than to pass a jump.
 
     A stop takes v/a more on either side, a being the acceleration that the motion reaches there; passing, the jump leaves
-    little jerk for three periods, which costs about ¾ T on either side. Slower than some J T² nothing is passed.
+    little jerk for three periods, which costs about ¾ T on either side. Slower than some J T² (A T) nothing is passed.
 
     Args:
         bounds: Limits.
@@ -318,28 +317,26 @@ def _worth_a_stop(bounds: Bounds, s: Floats, slow: Bools, left: Floats, right: F
         left, right: Shape (n, axes), dx/ds on both sides.
         top: Shape (n,), the largest q there.
     """
-    share = np.maximum(np.abs(left), np.abs(right))
+    acceleration, jerk, slowest = _weakest(bounds, left, right)
     places = np.concatenate([s[:1], s[1:-1][slow[1:-1]], s[-1:]])
-    with np.errstate(divide="ignore"):
-        acceleration, jerk = (least(each / share) for each in (bounds.axes.acceleration, bounds.axes.jerk))
-        before = s - places[np.maximum(np.searchsorted(places, s) - 1, 0)]
-        after = places[np.minimum(np.searchsorted(places, s, side="right"), len(places) - 1)] - s
-        speed = np.minimum(np.sqrt(top), np.cbrt(0.25 * np.minimum(before, after) ** 2 * jerk))
-        reached = np.minimum(acceleration, np.sqrt(speed * jerk))
-    period = bounds.period_s
-    return np.maximum(STOP_SPEED * np.minimum(jerk * period, acceleration), _DELAY * reached) * period
+    before = s - places[np.maximum(np.searchsorted(places, s) - 1, 0)]
+    after = places[np.minimum(np.searchsorted(places, s, side="right"), len(places) - 1)] - s
+    speed = np.minimum(np.sqrt(top), np.cbrt(0.25 * np.minimum(before, after) ** 2 * jerk))
+    reached = np.minimum(acceleration, np.sqrt(speed * jerk))
+    return np.maximum(slowest, _DELAY * bounds.period_s * reached)
 
 
 def _crawls(bounds: Bounds, s: Floats, rests: Bools, left: Floats, right: Floats) -> Bools:
-    """Tell which breakpoints are so near to a rest that full jerk from there leaves less than the speed of a stop.
+    """Tell which breakpoints are so near to a rest that less speed is left from there than what a stop is made for.
 
-    From rest v = (9/2 J d²)^(1/3), which is that speed, k J T², at d = √(2 k³/9) J T³.
+    From rest full jerk reaches v after √(2 v³/(9 J)), full acceleration after v²/(2 A).
     """
     if not rests.any():
         return rests
+    acceleration, jerk, slowest = _weakest(bounds, left, right)
     at = s[rests]
     away = np.abs(s - at[nearest(at, s)])
-    return away < np.sqrt(2.0 * STOP_SPEED**3 / 9.0) * bounds.period_s * _pulse(bounds, left, right)
+    return away < np.maximum(np.sqrt(2.0 / 9.0 * slowest**3 / jerk), 0.5 * slowest**2 / acceleration)
 
 
 def _rests(toolpath: Toolpath, path: Path, crawls: Bools) -> Floats:

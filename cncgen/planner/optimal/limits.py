@@ -21,6 +21,8 @@ JUMP_SHARE = 0.75
 SWAY_SHARE = 0.02
 #: Speed at a jump of the tangent, in J T², below which the path stops there.
 STOP_SPEED = 5.0
+#: Parts of the ways in which full jerk and full acceleration lead from rest in a period, within which a bend is unseen.
+_UNSEEN = 0.12, 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +69,7 @@ class Bounds:
             candidates = np.stack(
                 [
                     feed,
-                    least(self.axes.velocity / np.abs(x1)),
+                    along_path(self.axes.velocity, x1),
                     chord_speed(bend, self.chord_mm, self.period_s),
                     np.sqrt(self.centripetal[0] / curvature),
                 ]
@@ -102,12 +104,25 @@ def least(values: Floats) -> Floats:
     return reduce(np.minimum, np.moveaxis(values, -1, 0))
 
 
-def resolution(bounds: Bounds, x1: Floats) -> Floats:
-    """Return a fiftieth of J T³ along the path, shape (n,), the chord tolerance at most: a bend shorter than that does
-    not show in the setpoints.
+def along_path(limit: Floats, *x1: Floats) -> Floats:
+    """Return the largest speed, acceleration or jerk along the path that keeps every axis to its limit, shape (n,).
 
-    X Y Z may turn to any direction within the bend; further axes follow at the ratio that they have at the place. Axes
-    that do not move do not count.
+    Args:
+        limit: Shape (axes,).
+        x1: Shape (n, axes) each, dx/ds at places of the path, or on both sides of them. Where no axis moves there is no
+            bound.
+    """
+    # An axis may move by the last digit of a denormal number.
+    with np.errstate(divide="ignore", over="ignore"):
+        return least(limit / reduce(np.maximum, map(np.abs, x1)))
+
+
+def resolution(bounds: Bounds, x1: Floats) -> Floats:
+    """Return the length of a bend that does not show in setpoints, shape (n,), mm.
+
+    It is a small part, `_UNSEEN`, of the way that full jerk, J T³/6, or full acceleration, A T²/2, leads from rest in a
+    period, and the chord tolerance at most. X Y Z may turn to any direction within the bend; further axes follow at the
+    ratio that they have at the place. Axes that do not move do not count.
 
     Args:
         bounds: Limits.
@@ -115,8 +130,9 @@ def resolution(bounds: Bounds, x1: Floats) -> Floats:
     """
     gain = np.abs(x1)
     gain[:, :3] = gain[:, :3].any(axis=0)
-    with np.errstate(divide="ignore"):
-        found = 0.02 * least(bounds.axes.jerk / gain) * bounds.period_s**3
+    by_jerk = along_path(bounds.axes.jerk, gain) * bounds.period_s**3 / 6.0
+    by_acceleration = along_path(bounds.axes.acceleration, gain) * bounds.period_s**2 / 2.0
+    found = np.minimum(_UNSEEN[0] * by_jerk, _UNSEEN[1] * by_acceleration)
     return np.where(np.isfinite(found), np.minimum(found, bounds.chord_mm), 0.0)
 
 

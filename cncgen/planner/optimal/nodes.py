@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cncgen.geometry.path import Path
 from cncgen.planner.optimal.joints import Joints, nearest
-from cncgen.planner.optimal.limits import Bounds, least, most, resolution
+from cncgen.planner.optimal.limits import Bounds, along_path, most, resolution
 from cncgen.toolpath.record import Kind
 
 Floats = NDArray[np.float64]
@@ -240,9 +240,8 @@ def _first(
 def _beside(bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats]) -> Floats:
     """Return the largest spacing at breakpoints with a jump: within its zone, and where the speed there is low, within
     half of what full jerk needs to double it."""
-    share = np.maximum(np.abs(sides[0][1]), np.abs(sides[1][1]))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        jerk = least(bounds.axes.jerk / share)
+    jerk = along_path(bounds.axes.jerk, sides[0][1], sides[1][1])
+    with np.errstate(invalid="ignore"):
         ramp = np.sqrt(joints.speed / jerk)
         return np.fmin(0.7 * joints.zone, 0.5 * joints.speed * ramp)
 

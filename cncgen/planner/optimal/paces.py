@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.path import STANDSTILL, Path
-from cncgen.planner.optimal.limits import Bounds, least, resolution
+from cncgen.planner.optimal.limits import Bounds, along_path, resolution
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
@@ -62,8 +62,7 @@ def crawling(path: Path, speed: Floats, bounds: Bounds) -> Bools:
         return out
     x1 = path.evaluate(0.5 * (path.row_s[rows] + path.row_s[rows + 1]), 1)[1]
     length, v = path.row_length[rows], speed[rows]
-    with np.errstate(divide="ignore"):
-        along = least(bounds.axes.jerk / np.abs(x1))
+    along = along_path(bounds.axes.jerk, x1)
     long = length / v >= _LONG * np.sqrt(v / along)
     short = length <= UNSEEN * resolution(bounds, x1)
     out[rows] = (v < _CRAWL * along * bounds.period_s**2) & (long | short)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.planner.optimal.limits import along_path
 from cncgen.planner.optimal.problem import Intervals
 from cncgen.planner.optimal.track import ENTER, LEAVE, LINE
 from cncgen.planner.record import Limit
@@ -85,10 +86,7 @@ def _seven(given: Intervals, lines: NDArray[np.int64]) -> tuple[NDArray[np.int64
     *Trajectory Planning for Automatic Machines and Robots*, 2008, section 3.4).
     """
     length = given.h[lines]
-    share = np.abs(given.x1[lines, 1])
-    with np.errstate(divide="ignore"):
-        acc = (given.limits[0] / share).min(axis=1)
-        jerk = (given.limits[1] / share).min(axis=1)
+    acc, jerk = (along_path(limit, given.x1[lines, 1]) for limit in given.limits)
     ramp = acc / jerk
     short = np.cbrt(0.25 * length**2 * jerk)
     long = 0.5 * acc * (np.sqrt(ramp**2 + 4.0 * length / acc) - ramp)

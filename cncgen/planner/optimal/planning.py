@@ -37,7 +37,7 @@ def smooth_blocks(chunks: Iterable[Toolpath], machine: Machine) -> Iterator[tupl
     """
     chord = machine.chord_tolerance_mm
     steady = paced(chunks, lambda axes: Bounds.of(machine, axes))
-    for block in blocks(smooth(steady, chord), ROWS):
+    for block in blocks(smooth(steady, chord, machine), ROWS):
         speed = chord_speed_within(block, chord, machine.period_s)
         yield block, SpeedCap(speed, Limit.CHORD, straight=False) if speed else None
 
