@@ -73,8 +73,10 @@ class Interpreter:
         self.guard: Handler | None = None
         #: Where the last SPL ended.
         self.ended: object | None = None
+        #: What Heidenhain's plain language keeps from block to block, once it has something.
+        self.plain: object | None = None
         self.beside: Callable[[list[float]], list[float]] | None = None
-        #: M codes of the machine's builder, in tenths, that were remarked on: each is once.
+        #: Codes, in tenths, that were remarked on, where each is once (M codes of the machine's builder).
         self.remarked: set[int] = set()
         #: Whether blocks are passed over up to G11 of FANUC.
         self.passing_over = False

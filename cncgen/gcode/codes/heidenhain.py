@@ -1,26 +1,22 @@
-"""Heidenhain's plain language, as far as lines and SPL splines need it.
+"""SPL, the cubic splines of Heidenhain's plain language.
 
 ```
-0 BEGIN PGM PART MM
 7 L X+28.338 Y+19.385 Z-0.5 FMAX
 8 SPL X24.875 Y15.924 Z-0.5 K3X-4.688E-002 K2X2.459E-002 K1X3.486E+000 K3Y… K2Y… K1Y… F10000
-9 END PGM PART MM
 ```
 
 SPL is a cubic polynomial in each axis, ``X(t) = K3X t³ + K2X t² + K1X t + X`` with t from 1 to 0, so that the end is at
 t = 0 (iTNC 530, "Spline interpolation"): a Bézier curve exactly, which becomes a B-spline. Its start may differ by 1 µm an axis
-from where the tool is, its direction by 0.1 degrees from the spline before it. ``L`` is a line (a traverse with FMAX),
-``IX`` an increment; R0, M functions, BEGIN PGM and END PGM are read, everything else is named as not read.
+from where the tool is, its direction by 0.1 degrees from the spline before it.
 """
 
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import AXES, AXIS_INDEX, Block, Computed, Parsed, Value
+from cncgen.gcode.block import AXES, AXIS_INDEX, SPL, Block
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.errors import BlockError
@@ -30,78 +26,11 @@ from cncgen.gcode.state.modal import Stage
 from cncgen.units import INCH
 
 DIALECT = "heidenhain"
-#: Number, in tenths, that SPL has among the G codes (no control has a G1061).
-SPL = 10_610
 #: What the start of a spline may differ by, mm, and its direction, degrees.
 START_TOLERANCE_MM = 0.001
 KINK_DEGREES = 0.1
 
-_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:E[+-]?[0-9]+)?"
-_WORD = re.compile(
-    rf"\s*(?:(?P<coefficient>K[123][XYZABCUVW])|(?P<step>I)?(?P<axis>[XYZABCUVW])|(?P<letter>[FMS]))\s*(?P<value>{_NUMBER})"
-    r"|\s*(?P<fast>FMAX)|\s*(?P<plain>R0)(?![\w.])",
-    re.IGNORECASE,
-)
-_HEAD = re.compile(r"\s*(?:\d+\s+)?(?P<word>BEGIN\s+PGM|END\s+PGM|SPL|L)(?![A-Z])", re.IGNORECASE)
-_COMMENT = re.compile(r"\s*(?:\d+\s+)?(?:;|\*)")
 _COEFFICIENTS = tuple(f"k{power}{axis}" for axis in AXES for power in "123")
-
-
-def parse(text: str) -> Parsed:
-    """Read one block.
-
-    Raises:
-        BlockError: It is none of those that are read; the column is that of `text`.
-    """
-    parsed = Parsed()
-    body = text.partition(";")[0].rstrip()
-    if not body or _COMMENT.match(body):
-        return parsed
-    head = _HEAD.match(body)
-    if head is None:
-        raise BlockError(
-            "unsupported-block",
-            "of the plain language, L, SPL, BEGIN PGM and END PGM are read",
-            column=len(body) - len(body.lstrip()) + 1,
-            hint="--dialect reads other texts as G-code",
-        )
-    word = " ".join(head["word"].upper().split())
-    if word == "BEGIN PGM":
-        inches = body.split()[-1].upper() == "INCH"
-        parsed.words = [("g", 20.0 if inches else 21.0), ("g", 90.0), ("g", 94.0)]
-    elif word == "END PGM":
-        parsed.words = [("m", 2.0)]
-    else:
-        parsed.words = _words(body, head.end(), spline=word == "SPL")
-    return parsed
-
-
-def _words(body: str, at: int, *, spline: bool) -> list[tuple[str, Value]]:
-    """Return the words behind L or SPL, and the code of the motion."""
-    words: list[tuple[str, Value]] = []
-    motion = SPL / 10.0 if spline else 1.0
-    while at < len(body):
-        match = _WORD.match(body, at)
-        if match is None:
-            column = at + len(body[at:]) - len(body[at:].lstrip()) + 1
-            raise BlockError("syntax", "this is no word of a block of the plain language", column=column)
-        at = match.end()
-        if match["fast"]:
-            motion = 0.0
-        elif match["axis"]:
-            index, value = AXIS_INDEX[match["axis"].lower()], float(match["value"])
-            words.append((match["axis"].lower(), _step(index, value) if match["step"] else value))
-        elif not match["plain"]:
-            words.append(((match["coefficient"] or match["letter"]).lower(), float(match["value"])))
-    if spline and motion == 0.0:
-        raise BlockError("syntax", "SPL is no traverse: FMAX", column=body.upper().index("FMAX") + 1)
-    moves = spline or any(letter in AXIS_INDEX for letter, _ in words)
-    return [("g", motion), *words] if moves else words
-
-
-def _step(index: int, value: float) -> Computed:
-    """Return where an increment leads."""
-    return lambda p: p.interpreter.state.position[index] + value
 
 
 @dataclass(frozen=True, slots=True)

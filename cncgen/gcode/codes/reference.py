@@ -50,7 +50,8 @@ def _words(code: Code) -> str:
     )
     if code.name == "SPL":
         return "axes F K1 K2 K3 of each"
-    return " ".join([*shown, *(name.upper() + "=" for name in code.named if name.upper() != code.name)])
+    sign = "" if code.dialects == ("heidenhain",) else "="
+    return " ".join([*shown, *(name.upper() + sign for name in code.named if name.upper() != code.name)])
 
 
 def markdown() -> str:

@@ -56,6 +56,7 @@ _MODULES = (
     "codes.turning_cycles",
     "codes.tool_point",
     "codes.heidenhain",
+    "codes.plain_language",
 )
 #: Words that act by themselves.
 ALONE = ("F", "S", "T", ",C", ",R")

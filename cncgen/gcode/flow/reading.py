@@ -48,9 +48,9 @@ class LineReader:
 
     def _read(self, text: str) -> Parsed:
         if self._dialect == "heidenhain":
-            from cncgen.gcode.codes import heidenhain
+            from cncgen.gcode.text import plain_language
 
-            return heidenhain.parse(text)
+            return plain_language.parse(text)
         return descent.parse(text, self._dialect, self._increments)
 
 

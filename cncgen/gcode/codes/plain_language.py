@@ -1,0 +1,292 @@
+"""Motions and cycles of Heidenhain's plain language that G-code has not: CC C CR CP LP, drilling and reaming.
+
+The plane of an arc about the pole is that of the pole's axes, its sense DR+ the right-handed one about the third axis;
+angles count from the plane's first axis: X in XY, Y in YZ, Z in ZX (iTNC 530, "Path contours", "Cycles for drilling").
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from dataclasses import dataclass
+
+from cncgen.diagnostics import Severity
+from cncgen.gcode.block import (
+    AXES,
+    CIRCLE,
+    CYCLE,
+    CYCLE_CALL,
+    POLAR_ARC,
+    POLAR_LINE,
+    POLE,
+    RADIUS_ARC,
+    RETRACT,
+    Block,
+)
+from cncgen.gcode.codes.arcs import RADIUS_TOLERANCE, check_radii
+from cncgen.gcode.codes.lines import check_feed
+from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.state.modal import PLANE_AXES, Stage
+from cncgen.kernels.gcode_motion import centre_from_radius
+from cncgen.toolpath.record import Event
+
+DIALECT = "heidenhain"
+_PLANES = {frozenset("xy"): 17, frozenset("xz"): 18, frozenset("yz"): 19}
+_Z = 2
+_DRILL, _REAM = 200, 201
+#: Infeeds of one hole beyond which Q202 counts as a mistake.
+_MAX_INFEEDS = 10_000
+#: What a sweep may be below a full turn and still be one (turns).
+_WHOLE = 1e-9
+
+
+@dataclass(slots=True)
+class Plain:
+    """What stays from block to block: the pole in program coordinates, its plane, the cycle that is called."""
+
+    pole: complex | None = None
+    plane: int = 17
+    cycle: int = 0
+
+    @classmethod
+    def of(cls, ip: Interpreter) -> Plain:
+        """Return that of a run."""
+        if not isinstance(ip.plain, Plain):
+            ip.plain = cls()
+        return ip.plain
+
+
+def pole(ip: Interpreter, block: Block) -> None:
+    """CC: the centre of circles and the pole of polar coordinates; without words, where the tool is."""
+    plain = Plain.of(ip)
+    letters = frozenset("xyz").intersection(block.words)
+    if len(letters) > 2:
+        raise BlockError(
+            "pole-plane", "CC has three axes: a pole lies in a plane", "CC", hint="leave one out"
+        )
+    if len(letters) == 2:
+        plain.plane = _PLANES[letters]
+    first, second, _ = PLANE_AXES[plain.plane]
+    at = [ip.state.position[axis] for axis in (first, second)]
+    if len(letters) == 1 and plain.pole is not None:
+        at = [plain.pole.real, plain.pole.imag]
+    plain.pole = complex(
+        *(block.words.get(AXES[axis], old) for axis, old in zip((first, second), at, strict=True))
+    )
+
+
+def _pole(ip: Interpreter, name: str) -> tuple[complex, int]:
+    """Return the pole and its plane; raise where there is none."""
+    plain = Plain.of(ip)
+    if plain.pole is None:
+        raise BlockError("pole-missing", f"{name} has no pole", name, hint="CC gives it before")
+    return plain.pole, plain.plane
+
+
+def _sense(block: Block, name: str) -> float:
+    """Return 1 for DR+, -1 for DR-."""
+    if "dr" not in block.words:
+        raise BlockError("arc-sense", f"{name} has no sense of rotation", name, hint="DR+ or DR-")
+    return block.words["dr"]
+
+
+def _in_plane(point: list[float], plane: int) -> complex:
+    first, second, _ = PLANE_AXES[plane]
+    return complex(point[first], point[second])
+
+
+def _arc(ip: Interpreter, end: list[float], centre: complex, turns: int, plane: int, name: str) -> None:
+    """Feed along an arc."""
+    check_feed(ip, ip.sink.block, name)
+    state = ip.state
+    start, finish = _in_plane(state.position, plane), _in_plane(end, plane)
+    check_radii(abs(start - centre), abs(finish - centre), state.inches, name)
+    if state.plane != plane:
+        state.plane = plane
+        ip.sink.select_plane(plane)
+    ip.sink.arc_feed(end, centre.real, centre.imag, turns, plane)
+    state.position, state.moved, state.motion = end, True, 10
+
+
+def circle(ip: Interpreter, block: Block) -> None:
+    """C: an arc about the pole to a point."""
+    centre, plane = _pole(ip, "C")
+    _arc(ip, ip.end_point(block), centre, round(_sense(block, "C")), plane, "C")
+
+
+def radius_arc(ip: Interpreter, block: Block) -> None:
+    """CR: an arc of radius R to a point in XY; of more than half a turn where R is negative."""
+    if "r" not in block.words:
+        raise BlockError("arc-centre", "CR has no radius R", "CR")
+    turns, radius = round(_sense(block, "CR")), block.words["r"]
+    start, end = ip.state.position, ip.end_point(block)
+    tolerance = RADIUS_TOLERANCE[ip.state.inches]
+    x, y, found = centre_from_radius(start[0], start[1], end[0], end[1], radius, turns < 0, tolerance)
+    if not found:
+        chord = math.dist(start[:2], end[:2])
+        message = f"R{radius:g} does not reach: the end is {chord:.4f} away"
+        raise BlockError("arc-radius", message, "CR", hint="2 R is at least the way from start to end")
+    _arc(ip, end, complex(x, y), turns, 17, "CR")
+
+
+def polar_arc(ip: Interpreter, block: Block) -> None:
+    """CP: an arc or helix about the pole to the angle PA, or by IPA."""
+    words, (centre, plane) = block.words, _pole(ip, "CP")
+    sense = _sense(block, "CP")
+    spoke = _in_plane(ip.state.position, plane) - centre
+    if "ipa" in words:
+        sweep = words["ipa"] / 360.0
+        if sweep * sense <= 0.0:
+            message = f"IPA{words['ipa']:g} and DR{'+' if sense > 0.0 else '-'} do not go the same way"
+            raise BlockError("arc-sense", message, "IPA", hint="the sign of IPA is that of DR")
+    elif "pa" in words:
+        turn = (words["pa"] - math.degrees(cmath.phase(spoke))) / 360.0 if spoke else 0.0
+        sweep = sense * ((sense * turn) % 1.0 or 1.0)
+    else:
+        raise BlockError("arc-end", "CP has no angle", "CP", hint="PA gives it, IPA the way to it")
+    first, second, _ = PLANE_AXES[plane]
+    end = ip.end_point(block)
+    finish = centre + spoke * cmath.rect(1.0, 2.0 * math.pi * sweep)
+    end[first], end[second] = finish.real, finish.imag
+    _arc(ip, end, centre, round(sense) * max(1, math.ceil(abs(sweep) - _WHOLE)), plane, "CP")
+
+
+def polar_line(ip: Interpreter, block: Block) -> None:
+    """LP: a line to a point in polar coordinates about the pole; what is not given stays."""
+    words, (centre, plane) = block.words, _pole(ip, "LP")
+    spoke = _in_plane(ip.state.position, plane) - centre
+    radius = words.get("pr", abs(spoke)) + words.get("ipr", 0.0)
+    angle = words.get("pa", math.degrees(cmath.phase(spoke)) if spoke else 0.0) + words.get("ipa", 0.0)
+    end = ip.end_point(block)
+    first, second, _ = PLANE_AXES[plane]
+    finish = centre + cmath.rect(radius, math.radians(angle))
+    end[first], end[second] = finish.real, finish.imag
+    if "fmax" in words:
+        ip.sink.straight_traverse(end)
+    else:
+        check_feed(ip, block, "LP")
+        ip.sink.straight_feed(end)
+    ip.state.position, ip.state.moved = end, True
+
+
+def define(ip: Interpreter, block: Block) -> None:
+    """CYCL DEF: the cycle that CYCL CALL and M99 run; its Q parameters follow."""
+    number = round(block.words["cycle"])
+    plain = Plain.of(ip)
+    plain.cycle = 0
+    if number not in (_DRILL, _REAM):
+        message = f"cycle {number} is not read (200 drilling and 201 reaming are)"
+        raise BlockError("unsupported-block", message, "CYCL", hint="write its moves as L blocks")
+    plain.cycle = number
+
+
+def run_cycle(ip: Interpreter, block: Block) -> None:
+    """CYCL CALL, M99: the cycle where the tool is, by Q200 to Q211."""
+    number = Plain.of(ip).cycle
+    if not number:
+        raise BlockError("cycle-missing", "no cycle to call", "M99", hint="CYCL DEF gives it before")
+    q = ip.parameters.numbers
+    top, bottom = q[203] + q[200], q[203] + q[201]
+    if q[206] <= 0.0:
+        raise BlockError("feed-missing", f"the feed of the cycle, Q206 = {q[206]:g}, is not above 0", "M99")
+    _move(ip, top, rapid=True)
+    ip.sink.set_feed_rate(q[206])
+    infeed = abs(q[202]) if number == _DRILL and q[202] else abs(q[201])
+    count = max(1, math.ceil(abs(q[201]) / infeed - _WHOLE)) if infeed else 1
+    if count > _MAX_INFEEDS:
+        raise BlockError("cycle-infeed", f"Q202 = {q[202]:g} makes more than {_MAX_INFEEDS} infeeds", "M99")
+    way = 1.0 if q[201] > 0.0 else -1.0
+    for index in range(1, count):
+        depth = q[203] + way * infeed * index
+        _move(ip, depth, rapid=False)
+        _move(ip, top, rapid=True)
+        _dwell(ip, q[210])
+        _move(ip, depth + q[200], rapid=True)
+    _move(ip, bottom, rapid=False)
+    _dwell(ip, q[211])
+    if number == _REAM:
+        ip.sink.set_feed_rate(q[208] or q[206])
+        _move(ip, top, rapid=False)
+    _move(ip, max(top, q[203] + q[204]), rapid=True)
+    ip.sink.set_feed_rate(ip.state.feed)
+
+
+def _move(ip: Interpreter, z: float, *, rapid: bool) -> None:
+    """Go to a height."""
+    end = ip.state.position.copy()
+    if end[_Z] == z:
+        return
+    end[_Z] = z
+    (ip.sink.straight_traverse if rapid else ip.sink.straight_feed)(end)
+    ip.state.position, ip.state.moved = end, True
+
+
+def _dwell(ip: Interpreter, seconds: float) -> None:
+    if seconds > 0.0:
+        ip.sink.call(f"DWELL({seconds:.4f})", Event("dwell", True, seconds, {"seconds": seconds}))
+
+
+def retract(ip: Interpreter, block: Block) -> None:
+    """M140 MB: back from the workpiece along the tool, by a way; MAX, to the end of travel, is passed over."""
+    way = block.words["mb"]
+    if way:
+        _move(ip, ip.state.position[_Z] + way, rapid=True)
+        return
+    if RETRACT in ip.remarked:
+        return
+    ip.remarked.add(RETRACT)
+    message = "M140 MB MAX is passed over: where the travel ends is not known here"
+    ip.warn(BlockError("retract-unknown", message, "M140", hint="M140 MB 50 retracts by 50"), Severity.NOTE)
+
+
+def _own(
+    number: int, title: str, run: Handler, text: str, named: tuple[str, ...] = (), words: str = AXES
+) -> Code:
+    """Return a code that uses axis words itself."""
+    stage = Stage.MOTION
+    return Code(
+        "G", number, title, stage, run, text, words, "own", title=title, named=named, dialects=(DIALECT,)
+    )
+
+
+CODES = (
+    _own(POLE, "CC", pole, "centre of circles, pole of polar coordinates", words="xyz"),
+    _own(CIRCLE, "C", circle, "arc about the pole", ("dr",)),
+    _own(RADIUS_ARC, "CR", radius_arc, "arc of radius R in XY", ("dr",), AXES + "r"),
+    _own(POLAR_ARC, "CP", polar_arc, "arc or helix about the pole", ("dr", "pa", "ipa")),
+    _own(POLAR_LINE, "LP", polar_line, "line in polar coordinates", ("fmax", "pr", "pa", "ipr", "ipa")),
+    Code(
+        "G",
+        RETRACT,
+        "retract",
+        Stage.MOTION,
+        retract,
+        "retract along the tool; MAX is passed over",
+        title="M140",
+        named=("mb",),
+        dialects=(DIALECT,),
+    ),
+    Code(
+        "G",
+        CYCLE,
+        "cycle",
+        Stage.RETRACT,
+        define,
+        "cycle of the calls that follow: 200 drilling, 201 reaming; 7 datum shift, 32 tolerance",
+        title="CYCL DEF",
+        named=("cycle",),
+        dialects=(DIALECT,),
+    ),
+    Code(
+        "G",
+        CYCLE_CALL,
+        "cycle call",
+        Stage.STOP,
+        run_cycle,
+        "run the cycle here; M99 too",
+        title="CYCL CALL",
+        dialects=(DIALECT,),
+    ),
+)

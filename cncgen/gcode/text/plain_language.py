@@ -1,0 +1,266 @@
+"""Heidenhain's plain language: one block of text to `Parsed`.
+
+```
+0 BEGIN PGM PART MM
+1 BLK FORM 0.1 Z X+0 Y+0 Z-20
+2 TOOL CALL 3 Z S4850
+3 L X+10 Y+0 R0 FMAX M3
+4 CC X+0 Y+0
+5 C X+0 Y+10 DR+ F500
+6 END PGM PART MM
+```
+
+Its words become those of G-code where there are such (TOOL CALL: T M6 G43 S), else words of codes of its own
+(`codes.plain_language`, `codes.heidenhain`). Q parameters are numbered parameters.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from cncgen.gcode.block import (
+    AXIS_INDEX,
+    CIRCLE,
+    CYCLE,
+    CYCLE_CALL,
+    POLAR_ARC,
+    POLAR_LINE,
+    POLE,
+    RADIUS_ARC,
+    RETRACT,
+    SPL,
+    Computed,
+    Parsed,
+    Value,
+)
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.text import expressions
+
+Words = list[tuple[str, Value]]
+#: Reads a block from behind its name on.
+_Reader = Callable[[str, int], Words]
+
+_VALUE = r"\s*(?P<value>[+-]?\s*(?:Q[0-9]+|(?:[0-9]+[.,]?[0-9]*|[.,][0-9]+)(?:E[+-]?[0-9]+)?))"
+_WORD = re.compile(
+    r"\s*(?:(?P<fast>F\s*MAX)|(?P<auto>F\s*AUTO)|DR(?P<sense>[+-])(?![0-9])|(?P<side>R[0LR])(?![\w.])"
+    r"|M140\s+MB\s*(?P<retract>MAX|[0-9]+[.,]?[0-9]*)"
+    rf"|(?:(?P<coefficient>K[123][XYZABCUVW])|(?P<step>I)?(?:(?P<polar>P[RA])|(?P<axis>[XYZABCUVW]))|(?P<letter>[FMSR])){_VALUE})",
+    re.IGNORECASE,
+)
+_SETTING = re.compile(rf"\s*(?:FN\s*0\s*:\s*)?Q(?P<number>[0-9]+)\s*={_VALUE}\s*\Z", re.IGNORECASE)
+_TOOL = re.compile(r"\s*(?P<number>[0-9]+)?\s*(?P<axis>[XYZUVW](?![\w+-]))?", re.IGNORECASE)
+_CYCLE = re.compile(r"\s*(?P<number>[0-9]+)(?:\.(?P<part>[0-9]+))?(?P<rest>.*)", re.DOTALL)
+_TOLERANCE = re.compile(rf"\s*T{_VALUE}", re.IGNORECASE)
+#: A datum shift by a line of a table, or by an increment.
+_NO_SHIFT = re.compile(r"\s*(?:#|I[XYZABCUVW])", re.IGNORECASE)
+_COMMENT = re.compile(r"\s*(?:\d+\s*)?(?:;|\*|\Z)")
+_NUMBERED = re.compile(r"\s*(?:\d+\s+)?")
+#: Cycles that are data of the control, not motions: datum shift, tolerance.
+_DATUM_SHIFT, _PATH_TOLERANCE = 7, 32
+#: Cycles that CYCL CALL and M99 run have numbers from here on.
+_FIRST_CALLED = 200
+#: M functions that say what several of G-code say, or another one.
+_FUNCTIONS: dict[float, Words] = {
+    13.0: [("m", 3.0), ("m", 8.0)],
+    14.0: [("m", 4.0), ("m", 8.0)],
+    91.0: [("g", 53.0)],
+    99.0: [("g", CYCLE_CALL / 10.0)],
+}
+#: M functions that change what motions mean.
+_NOT_READ = {
+    89.0: "a cycle called in each block",
+    92.0: "coordinates about a point of the machine's builder",
+    118.0: "handwheel superimposition",
+    128.0: "motion of the tool's tip (TCPM)",
+    136.0: "F in millimetres a revolution",
+}
+_HINT = "--dialect reads other texts as G-code"
+
+
+def parse(text: str) -> Parsed:
+    """Read one block.
+
+    Raises:
+        BlockError: It is none of those that are read; the column is that of `text`.
+    """
+    parsed = Parsed()
+    body = text.partition(";")[0].rstrip().rstrip("~").rstrip()
+    if not body or _COMMENT.match(body):
+        return parsed
+    setting = _SETTING.match(body, _begin(body))
+    if setting:
+        parsed.settings = [(float(setting["number"]), _value(setting["value"]))]
+        return parsed
+    for head, read in _BLOCKS:
+        match = head.match(body, _begin(body))
+        if match:
+            parsed.words = read(body, match.end())
+            return parsed
+    column = _begin(body) + 1
+    word = re.match(r"[A-Z]+(?:\s+[A-Z]+)?", body[column - 1 :], re.IGNORECASE)
+    named = f"{' '.join(word[0].upper().split())}: " if word else ""
+    raise BlockError(
+        "unsupported-block",
+        f"{named}of the plain language L, LP, CC, C, CR, CP, SPL, TOOL CALL, CYCL DEF 7, 32, 200 and 201, FN 0 are read",
+        column=column,
+        hint=_HINT,
+    )
+
+
+def _begin(body: str) -> int:
+    """Return where a block begins behind its number."""
+    match = _NUMBERED.match(body)
+    assert match
+    return match.end()
+
+
+def _value(text: str) -> Value:
+    """Return a number, its decimal sign a point or comma, or a Q parameter."""
+    bare = "".join(text.split()).upper().replace(",", ".")
+    sign = bare[0] == "-"
+    bare = bare.lstrip("+-")
+    if bare[0] != "Q":
+        return -float(bare) if sign else float(bare)
+    value = expressions.parameter(float(bare[1:]))
+    return expressions.negative(value) if sign else value
+
+
+def _words(body: str, at: int) -> tuple[Words, bool]:
+    """Return the words from a place on, and whether FMAX is among them."""
+    words: Words = []
+    fast = False
+    while at < len(body):
+        match = _WORD.match(body, at)
+        if match is None:
+            column = at + len(body[at:]) - len(body[at:].lstrip()) + 1
+            raise BlockError("syntax", "this is no word of a block of the plain language", column=column)
+        at = match.end()
+        fast = fast or match["fast"] is not None
+        if match["side"] and match["side"].upper() != "R0":
+            column = match.start("side") + 1
+            message = f"{match['side'].upper()}: radius compensation is not read"
+            raise BlockError(
+                "unsupported-block", message, column=column, hint="program the tool's centre (R0)"
+            )
+        words += _word(match)
+    return words, fast
+
+
+def _word(match: re.Match[str]) -> Words:
+    """Return what a word says."""
+    if match["sense"]:
+        return [("dr", 1.0 if match["sense"] == "+" else -1.0)]
+    if match["retract"]:
+        upwards = match["retract"].upper()
+        return [("g", RETRACT / 10.0), ("mb", 0.0 if upwards == "MAX" else float(upwards.replace(",", ".")))]
+    if match["value"] is None:
+        return []
+    value = _value(match["value"])
+    if match["axis"]:
+        index = AXIS_INDEX[match["axis"].lower()]
+        return [(match["axis"].lower(), _step(index, value) if match["step"] else value)]
+    if match["polar"]:
+        return [((match["step"] or "").lower() + match["polar"].lower(), value)]
+    if match["letter"] in ("M", "m") and isinstance(value, float):
+        if value in _NOT_READ:
+            message = f"M{value:g} ({_NOT_READ[value]}) is not read"
+            raise BlockError("unsupported-block", message, column=match.start("letter") + 1, hint=_HINT)
+        return _FUNCTIONS.get(value, [("m", value)])
+    return [((match["coefficient"] or match["letter"]).lower(), value)]
+
+
+def _step(index: int, value: Value) -> Computed:
+    """Return where an increment leads."""
+    return lambda p: p.interpreter.state.position[index] + expressions.evaluate(value, p)
+
+
+def _line(body: str, at: int) -> Words:
+    """L: a line, a traverse with FMAX, or functions alone."""
+    words, fast = _words(body, at)
+    if any(letter in AXIS_INDEX for letter, _ in words):
+        return [("g", 0.0 if fast else 1.0), *words]
+    return words
+
+
+def _motion(number: int, *, fast_too: bool = False) -> _Reader:
+    """Return the reader of a motion of its own."""
+
+    def read(body: str, at: int) -> Words:
+        words, fast = _words(body, at)
+        if fast and not fast_too:
+            column = body.upper().index("F", at) + 1
+            raise BlockError("syntax", "this is no traverse: FMAX", column=column, hint="F gives its feed")
+        return [("g", number / 10.0), *words, *([("fmax", 1.0)] if fast else [])]
+
+    return read
+
+
+def _tool_call(body: str, at: int) -> Words:
+    """TOOL CALL: the tool into the spindle, its length in force, its speed."""
+    head = _TOOL.match(body, at)
+    assert head
+    rest, _ = _words(re.sub(r"D[LR]\s*[+-]?0*[.,]?0*(?![0-9])", "", body).rstrip(), head.end())
+    if head["axis"] and head["axis"].upper() != "Z":
+        column = head.start("axis") + 1
+        raise BlockError("unsupported-block", "the tool's axis must be Z", column=column, hint=_HINT)
+    if head["number"] is None:
+        return rest
+    number = float(head["number"])
+    return [("t", number), ("m", 6.0), ("g", 43.0 if number else 49.0), *rest]
+
+
+def _cycle(body: str, at: int) -> Words:
+    """CYCL DEF: a datum shift, the path's tolerance, or a cycle that is called."""
+    match = _CYCLE.match(body, at)
+    if match is None:
+        raise BlockError("syntax", "CYCL DEF has no number", column=at + 1, hint=_HINT)
+    number, part = int(match["number"]), match["part"]
+    if number == _PATH_TOLERANCE:
+        tolerance = _TOLERANCE.match(match["rest"])
+        if part != "1":
+            return []
+        return [("g", 64.0), *([("p", _value(tolerance["value"]))] if tolerance else [])]
+    if number == _DATUM_SHIFT and part == "0":
+        return []
+    if number == _DATUM_SHIFT and part and not _NO_SHIFT.match(match["rest"]):
+        return [("g", 52.0), *_words(body, match.start("rest"))[0]]
+    if number >= _FIRST_CALLED and part is None:
+        return [("g", CYCLE / 10.0), ("cycle", float(number))]
+    raise BlockError("unsupported-block", f"CYCL DEF {number} is not read", column=at + 1, hint=_HINT)
+
+
+def _begin_program(body: str, at: int) -> Words:
+    inches = body.split()[-1].upper() == "INCH"
+    return [("g", 20.0 if inches else 21.0), ("g", 90.0), ("g", 94.0)]
+
+
+def _before(*first: tuple[str, Value], plain: bool = True) -> _Reader:
+    """Return the reader of a block that says some words and, where `plain`, those that stand in it."""
+    return lambda body, at: [*first, *(_words(body, at)[0] if plain else ())]
+
+
+def _nothing(body: str, at: int) -> Words:
+    return []
+
+
+_BLOCKS: tuple[tuple[re.Pattern[str], _Reader], ...] = tuple(
+    (re.compile(head, re.IGNORECASE), read)
+    for head, read in (
+        (r"BEGIN\s+PGM\b", _begin_program),
+        (r"END\s+PGM\b", _before(("m", 2.0), plain=False)),
+        (r"BLK\s+FORM\b|TOOL\s+DEF\b", _nothing),
+        (r"TOOL\s+CALL\b", _tool_call),
+        (r"CYCL\s+DEF\b", _cycle),
+        (r"CYCL\s+CALL\b", _before(("g", CYCLE_CALL / 10.0))),
+        (r"STOP\b", _before(("m", 0.0))),
+        (r"SPL(?![A-Z])", _motion(SPL)),
+        (r"LP(?![A-Z])", _motion(POLAR_LINE, fast_too=True)),
+        (r"CC(?![A-Z])", _motion(POLE)),
+        (r"CP(?![A-Z])", _motion(POLAR_ARC)),
+        (r"CR(?![A-Z])", _motion(RADIUS_ARC)),
+        (r"C(?=\s)", _motion(CIRCLE)),
+        (r"L(?=\s|[XYZABCUVWI])(?!BL)", _line),
+        (r"(?=M\s*[0-9])", _before()),
+    )
+)
