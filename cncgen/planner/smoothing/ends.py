@@ -151,8 +151,8 @@ def _regular(rows: Toolpath, path: Path) -> Bools:
         u = path.parameter_after(row, at, side)
         speeds.append(np.linalg.norm(path.evaluate_parameter(row, u, 1, side)[1][:, :3], axis=1))
     # Over both ends of the panels: one that reaches from a cusp to the other end of the curve is a curve of its own.
-    mean = np.bincount(of, 0.5 * (speeds[0] + speeds[1]), len(curves))
-    mean /= np.maximum(np.bincount(of, minlength=len(curves)), 1)
+    total = np.bincount(of, 0.5 * (speeds[0] + speeds[1]), len(curves))
+    mean = total / np.maximum(np.bincount(of, minlength=len(curves)), 1)
     out[row[np.minimum(*speeds) <= _CUSP * mean[of]]] = False
     return out
 

@@ -11,10 +11,12 @@ from cncgen.diagnostics import Diagnostic, NoPlanError, Span
 from cncgen.geometry.corridor import END_DERIVATIVES, END_POINT, OVERLAP, CorridorError, Seam, fit, split
 from cncgen.geometry.path import Path
 from cncgen.geometry.pieces import pieces_of
+from cncgen.machine.record import Machine
 from cncgen.planner.smoothing.chords import fit_tolerance
 from cncgen.planner.smoothing.ends import opened
 from cncgen.planner.smoothing.output import rows_of
 from cncgen.planner.smoothing.runs import TANGENT, Classes, axis_scale, classify
+from cncgen.planner.smoothing.worth import Drive, worth_rounding
 from cncgen.toolpath.record import Kind, Toolpath
 from cncgen.toolpath.slicing import between, join
 
@@ -28,7 +30,9 @@ WINDOW = 2048
 _LONGEST_WINDOW = 32 * WINDOW
 
 
-def smooth(chunks: Iterable[Toolpath], reserve_mm: float = 0.0) -> Iterator[Toolpath]:
+def smooth(
+    chunks: Iterable[Toolpath], reserve_mm: float = 0.0, machine: Machine | None = None
+) -> Iterator[Toolpath]:
     """Smooth a toolpath.
 
     Runs of LINE and ARC rows under G64, and the ends of NURBS rows that meet their neighbours in corners, become NURBS
@@ -40,6 +44,7 @@ def smooth(chunks: Iterable[Toolpath], reserve_mm: float = 0.0) -> Iterator[Tool
     Args:
         chunks: Consecutive stretches of one program, tolerances filled in.
         reserve_mm: What the chords between setpoints may add to the deviation: left over, half of P at most.
+        machine: Corners that it passes faster as they are than rounded are met exactly; None rounds all.
 
     Yields:
         Consecutive stretches of the smoothed program, none empty.
@@ -47,7 +52,7 @@ def smooth(chunks: Iterable[Toolpath], reserve_mm: float = 0.0) -> Iterator[Tool
     Raises:
         NoPlanError: If a run could not be fitted (a fault of the method, not of the program; see docs/smoothing.md).
     """
-    smoother = _Smoother(reserve_mm)
+    smoother = _Smoother(reserve_mm, machine)
     gathered: list[tuple[Toolpath, Bools]] = []
     for chunk in opened(each for each in chunks if len(each)):
         gathered.append(chunk)
@@ -61,14 +66,15 @@ class _Smoother:
     """What is not yet handed on.
 
     Attributes:
-        reserve_mm: See `smooth`.
+        reserve_mm, machine: See `smooth`.
         pending: Rows that wait: the rest of a run that is being fitted, or of one whose end has not been seen.
         seam: Where the curve of the run at the front goes on from, or None at its start.
         before: dx/ds at the end of the last motion handed on exactly, scaled; None after a rest and at the start.
     """
 
-    def __init__(self, reserve_mm: float) -> None:
+    def __init__(self, reserve_mm: float, machine: Machine | None) -> None:
         self.reserve_mm = reserve_mm
+        self.machine = machine
         self.pending: tuple[Toolpath, Bools] | None = None
         self.seam: Seam | None = None
         self.before: Floats | None = None
@@ -81,6 +87,8 @@ class _Smoother:
         rows, free = join([part for part, _ in parts]), np.concatenate([each for _, each in parts])
         path = Path(rows.axes, rows.start, rows.kind, rows.end, rows.curve, rows.arcs, rows.nurbs)
         classes = classify(rows, path, axis_scale(rows.axes), free)
+        if self.machine is not None:
+            _keep_corners(rows, path, classes, Drive.of(self.machine, rows.axes))
         borders = np.append(np.flatnonzero(classes.parts), len(rows))
         done = _Done(rows)
         at = 0
@@ -204,6 +212,16 @@ class _Done:
             self._parts.append(between(self._rows, self._first, self._stop))
             self._first = self._stop
         return self._parts
+
+
+def _keep_corners(rows: Toolpath, path: Path, classes: Classes, drive: Drive) -> None:
+    """Part runs at the corners that are not worth rounding, in place."""
+    moving = np.flatnonzero(classes.fits)
+    one, two = moving[:-1], moving[1:]
+    leave, entry = classes.leave[one], classes.entry[two]
+    tolerance = np.minimum(rows.tolerance[one], rows.tolerance[two])
+    room = np.minimum(path.row_length[one], path.row_length[two])
+    classes.parts[two[~worth_rounding(drive, leave, entry, tolerance, room)]] = True
 
 
 def _cuts(rows: Toolpath, window: Ints, row_t: Floats) -> Floats:
