@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -71,20 +72,24 @@ _INPUTS = {
     "parameters": "the parameter file",
 }
 _OUTPUTS = ("output", "summary", "events", "report", "save_parameters")
+#: Those of them of which ``-`` means standard output, and commands that print nothing there by themselves.
+_TO_STANDARD_OUTPUT = ("events", "report", "save_parameters")
+_SILENT = ("check", "verify")
 
 
-def check_outputs(values: dict[str, Any]) -> None:
-    """Refuse options of a command that would overwrite what it reads, or each other's file.
+def check_outputs(command: str, values: dict[str, Any]) -> None:
+    """Refuse options of a command that would overwrite what it reads, or each other's file, or mix on standard output.
 
     `--save-parameters` alone may name what it replaces, the file of `--parameters`.
 
     Args:
+        command: Its name.
         values: Its parameters by name.
 
     Raises:
         UsageError: Naming the two.
     """
-    from cncgen.files import check_distinct
+    from cncgen.files import STANDARD, check_distinct, is_terminal
 
     read = []
     for key, what in _INPUTS.items():
@@ -92,6 +97,12 @@ def check_outputs(values: dict[str, Any]) -> None:
         read += [(name, what) for name in (names if isinstance(names, tuple) else (names,))]
     written = {f"--{key.replace('_', '-')}": values.get(key) for key in _OUTPUTS}
     check_distinct(read, written, {"--save-parameters": "the parameter file"})
+    mixed = [f"--{key.replace('_', '-')}" for key in _TO_STANDARD_OUTPUT if values.get(key) == STANDARD]
+    output = values.get("output")
+    if output == STANDARD or (output is None and command not in _SILENT and not is_terminal(sys.stdout)):
+        mixed.append("what the command writes")
+    if len(mixed) > 1:
+        raise click.UsageError(f"{' and '.join(mixed)} cannot both go to standard output.")
 
 
 def _checked(function: Command) -> Command:
@@ -99,7 +110,8 @@ def _checked(function: Command) -> Command:
 
     @functools.wraps(function)
     def checked(*args: Any, **values: Any) -> Any:
-        check_outputs(click.get_current_context().params)
+        context = click.get_current_context()
+        check_outputs(str(context.info_name), context.params)
         return function(*args, **values)
 
     return checked

@@ -59,6 +59,17 @@ def folder(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("plan part.nc -o none/out.csv", 2, "its directory does not exist"),
         ("plan part.nc -o part.nc", 2, "would overwrite"),
         ("plan part.nc -m xy-table --max-contour-error 1e-9", 2, "1e-09 is not in the range x>=1e-06"),
+        (
+            "plan part.nc --events -",
+            2,
+            "--events and what the command writes cannot both go to standard output",
+        ),
+        (
+            "plan part.nc -o a.csv --events - --save-parameters -",
+            2,
+            "--events and --save-parameters cannot both go",
+        ),
+        ("canon part.nc --save-parameters -", 2, "--save-parameters and what the command writes"),
         ("simulate part.nc --controller nope", 2, "no controller is called 'nope'"),
         ("simulate part.nc --settle -1", 2, "-1.0 is not in the range"),
         ("simulate part.nc --format csv", 2, "is no setpoint file"),
