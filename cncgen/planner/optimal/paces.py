@@ -17,7 +17,7 @@ from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-#: Speed of a row, in J T², below which the axes are as good as at rest on it.
+#: Speed of a row, in what full jerk or acceleration gives in a period, below which the axes are as good as at rest on it.
 _CRAWL = 0.02
 #: Time of such a row, in times of rising to its speed from rest, from which it does not matter that it begins at rest.
 _LONG = 2000.0
@@ -47,9 +47,9 @@ class Feeds:
 def crawling(path: Path, speed: Floats, bounds: Bounds) -> Bools:
     """Tell which rows of a path are asked to be so slow that the motion may as well begin and end them at rest.
 
-    Their speed v is below a fiftieth of J T², which is reached from rest in a seventh of a period, and their time, that is
-    lost if they are passed as setpoints see them, is long beside the √(v/J) that this takes; or they are too short for
-    setpoints to show anything else.
+    Their speed v is below a fiftieth of J T² and of A T, which is reached from rest in a seventh of a period, and their time,
+    that is lost if they are passed as setpoints see them, is long beside the √(v/J) + v/A that this takes; or they are too
+    short for setpoints to show anything else.
 
     Args:
         path: The rows.
@@ -62,10 +62,11 @@ def crawling(path: Path, speed: Floats, bounds: Bounds) -> Bools:
         return out
     x1 = path.evaluate(0.5 * (path.row_s[rows] + path.row_s[rows + 1]), 1)[1]
     length, v = path.row_length[rows], speed[rows]
-    along = along_path(bounds.axes.jerk, x1)
-    long = length / v >= _LONG * np.sqrt(v / along)
+    acceleration, jerk = (along_path(each, x1) for each in (bounds.axes.acceleration, bounds.axes.jerk))
+    long = length / v >= _LONG * (np.sqrt(v / jerk) + v / acceleration)
     short = length <= UNSEEN * resolution(bounds, x1)
-    out[rows] = (v < _CRAWL * along * bounds.period_s**2) & (long | short)
+    slow = v < _CRAWL * np.minimum(jerk * bounds.period_s, acceleration) * bounds.period_s
+    out[rows] = slow & (long | short)
     return out
 
 

@@ -111,7 +111,8 @@ def track_of(
     joints = joints_of(toolpath, path, bounds, crawls, seams[first], sides, top, before, after)
     lines = _lines(path, joints)
     if cap and cap.straight:
-        lines[:] = False
+        # What crawls is slower than any cap.
+        lines &= crawls[path.row_of(0.5 * (joints.s[:-1] + joints.s[1:]))]
     s = place(path, bounds, joints, sides, lines, lambda at, x, side: top_at(at, x, side)[0], DENSITY[effort])
     n = len(s) - 1
     middle = 0.5 * (s[:-1] + s[1:])
@@ -134,6 +135,7 @@ def track_of(
     stop[node], corner[node], missed[node] = joints.stop, joints.corner, joints.missed
     if cap:
         capped = cap.on_intervals(s, stop[:-1], stop[1:])
+        capped[node[:-1][lines]] = np.inf
         which[capped < top3] = cap.limit
         top3 = np.minimum(top3, capped)
     node_top, node_acceleration = np.full((2, n + 1), np.inf)

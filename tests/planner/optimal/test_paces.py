@@ -106,6 +106,26 @@ def test_what_crawls_is_told_by_speed_and_time() -> None:
     # √(v/J) is 0.1 ms: in 2000 of them the last two rows come 0.1 µm far.
     assert found.tolist()[:4] == [True, False, True, False]
     assert not crawling(path, np.full(len(chunk), np.inf), Bounds.of(MACHINE, chunk.axes)).any()
+    # Where jerk has no limit to speak of, acceleration tells: 0.03 mm/s is a hundredth of A T.
+    stiff = replace(MACHINE, axes={k: replace(axis, max_jerk=1e9) for k, axis in MACHINE.axes.items()})
+    quick = rows_of("G61 G94 F2\nG1 X1\nF4 X2\nF600 X20000")
+    path = path_of(quick)
+    found = crawling(path, Feeds.of(quick, path).speed, Bounds.of(stiff, quick.axes))
+    assert found.tolist()[:3] == [True, False, False]
+
+
+def test_rows_that_crawl_do_so_under_a_cap_too() -> None:
+    """Bounded contour errors are planned again and again under caps of the speed (once half as long again)."""
+    machine = load("xy-table")
+    body = "G21 G90 G61 G93\nG1 X10 F60\nY0.0000001 F10\nX20 F60\nM2\n"
+    times = [
+        list(plan(read_text(body).chunks(), machine, PlanOptions(max_contour_error_mm=bound)))[-1].profile.t[
+            -1
+        ]
+        for bound in (None, 0.01)
+    ]
+    assert times[0] == pytest.approx(8.0 + 2 * STOP, abs=1e-3)
+    assert times[0] <= times[1] < times[0] + 0.05
 
 
 def test_paced_rows_have_speeds_and_short_crawling_ones_are_met() -> None:
