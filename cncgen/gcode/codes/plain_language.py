@@ -196,7 +196,8 @@ def run_cycle(ip: Interpreter, block: Block) -> None:
     infeed = abs(q[202]) if number == _DRILL and q[202] else abs(q[201])
     count = max(1, math.ceil(abs(q[201]) / infeed - _WHOLE)) if infeed else 1
     if count > _MAX_INFEEDS:
-        raise BlockError("cycle-infeed", f"Q202 = {q[202]:g} makes more than {_MAX_INFEEDS} infeeds", "M99")
+        message = f"Q202 = {q[202]:g} makes more than {_MAX_INFEEDS} infeeds"
+        raise BlockError("cycle-infeed", message, "M99", hint="Q202 is the depth of one infeed")
     way = 1.0 if q[201] > 0.0 else -1.0
     for index in range(1, count):
         depth = q[203] + way * infeed * index
