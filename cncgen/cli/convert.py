@@ -64,7 +64,10 @@ def command(
             import io
 
             from cncgen.stepnc import write_ap238
+            from cncgen.toolpath.lines import lines_alone
 
+            if linearize is not None:
+                chunks = lines_alone(chunks, linearize)
             stream = io.StringIO()
             write_ap238(chunks, stream, source.name)
             text = stream.getvalue()
