@@ -66,7 +66,7 @@ HINTS: dict[str, str] = {
     "probe-not-run": "nothing can be touched here; parameters #5061 and after hold this point",
     "probe-short": "move away from the programmed point first",
     "profile-corner": "make it smaller, or leave it out",
-    "profile-flow": "write the moves out, without branches and loops",
+    "profile-flow": "its branches and loops begin and end within it",
     "profile-length": "a profile is a subroutine of two moves or more",
     "profile-missing": "Q names the subroutine of the profile: G71 Q100 for o100",
     "profile-not-monotonic": "turn the profile round, or cut the pocket by itself (G71.2, G72.2)",

@@ -103,3 +103,31 @@ def test_a_program_ends_behind_a_cycle_that_another_lane_follows(run: Any) -> No
     assert [error[0] for error in run(f"{profile}{cycle}G1 X\nM2\nG0 X99\n").errors] == ["syntax"]
     looped = run(f"{profile}o1 while [1]\n{cycle}M2\no1 endwhile\n", max_steps=1000)
     assert looped.errors == []
+
+
+@pytest.mark.parametrize(
+    ("lines", "code"),
+    [
+        ("O101 WHILE [1]\n#1=2\nO101 ENDWHILE", "profile-length"),
+        ("O101 IF [1]\nG1 X3", ""),
+        ("O101 IF [0]\nG1 X3", "profile-flow"),
+        ("G1 X3\nO102 ENDWHILE", "profile-flow"),
+        ("O102 BREAK", "profile-flow"),
+        ("O100 CALL", "call-depth"),
+        ("O77 CALL", "sub-missing"),
+        ("G1 X3\nO100 RETURN\nO102 ENDWHILE", ""),
+    ],
+)
+def test_profiles_whose_flow_leads_nowhere(run: Any, lines: str, code: str) -> None:
+    """Loops of a profile are bounded, and what has no end is said at the cycle."""
+    out = run(
+        f"G18 G21 F100\nO100 SUB\nG0 X2 Z0\nG1 Z-1\n{lines}\nO100 ENDSUB\nG0 X20 Z1\nG70 Q100 X20 Z1\nM2"
+    )
+    assert [found for found, _, _ in out.errors] == ([code] if code else [])
+
+
+def test_settings_of_a_profile_are_its_own(run: Any) -> None:
+    text = "#5=50\nO100 SUB\nG0 X[2+#5] Z0\n#5=4\nG1 X#5 Z-1\nO100 ENDSUB\nG0 X20 Z1\nG70 Q100 X20 Z1\nG0 X#5\nM2"
+    out = run(f"G18 G21 F100\n{text}")
+    assert out.errors == []
+    assert out.path.end[out.path.kind != 3][-3:, 0].tolist() == [2.0, 4.0, 50.0]

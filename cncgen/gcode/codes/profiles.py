@@ -8,19 +8,17 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
 from cncgen.gcode.block import Block, gather
+from cncgen.gcode.codes.profile_lines import profile_lines
 from cncgen.gcode.codes.tool_centre import CompensationError, Curve, Piece, ToolCentre, meeting
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Point
 from cncgen.gcode.state.modal import PLANE_AXES
-from cncgen.gcode.text import grammar
-from cncgen.gcode.text.expressions import evaluate
 from cncgen.gcode.text.labels import Cursor
 
 #: Codes of a profile: all others are ignored.
@@ -174,12 +172,12 @@ def _in_plane(point: Point) -> complex:
 
 
 def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
-    """Read the profile in subroutine `number`: its moves in Z (real) and X (imaginary), fillets and chamfers made.
+    """Run the profile in subroutine `number`: its moves in Z (real) and X (imaginary), fillets and chamfers made.
 
     The first move leads to the profile and is its first segment.
 
     Raises:
-        BlockError: The subroutine is missing or holds O-words, or a move is wrong.
+        BlockError: The subroutine is missing, or a line of it is wrong.
     """
     assert ip.flow is not None
     mark = ip.flow.subroutines.find(number, Cursor(block.source, block.offset, block.line))
@@ -192,7 +190,7 @@ def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
         None,
     )
     try:
-        for pairs in _lines(ip, mark.after.source, mark.after.offset):
+        for pairs in profile_lines(ip, mark.after):
             corners += _execute(ip, recorder, pairs)
             if len(corners) > MAX_MOVES:
                 raise BlockError("profile-length", f"the profile has more than {MAX_MOVES} moves", "Q")
@@ -202,22 +200,6 @@ def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
     if len(profile) < 2:
         raise BlockError("profile-length", f"o{number:g} has fewer than two moves: no profile", "Q")
     return profile
-
-
-def _lines(ip: Interpreter, source: int, offset: int) -> Iterator[list[tuple[str, float]]]:
-    """Yield the words of each line up to the end of the subroutine, values computed."""
-    assert ip.flow is not None
-    text = ip.flow.subroutines.sources[source]
-    while offset < len(text):
-        parsed = grammar.parse(text.text_at(offset), ip.dialect)
-        if parsed.flow is not None:
-            if parsed.flow.keyword in ("endsub", "return"):
-                return
-            raise BlockError(
-                "profile-flow", "the subroutine of a profile may hold motions only, no O-words", "Q"
-            )
-        yield [(letter, evaluate(value, ip.parameters)) for letter, value in parsed.words]
-        offset = text.line_end(offset) + 1
 
 
 def _execute(
