@@ -227,7 +227,9 @@ def _keep_corners(rows: Toolpath, path: Path, classes: Classes, drive: Drive) ->
 def _cuts(rows: Toolpath, window: Ints, row_t: Floats) -> Floats:
     """Where the spline must have a knot: at changes of feed, and where rows of another kind stand between."""
     a, b = window[:-1], window[1:]
-    feed = (rows.feed[a] != rows.feed[b]) | (rows.feed_mode[a] != rows.feed_mode[b])
+    one, two = rows.feed[a], rows.feed[b]
+    # Speeds that were made of a time are the same but for rounding.
+    feed = (np.abs(one - two) > 1e-9 * np.maximum(one, two)) | (rows.feed_mode[a] != rows.feed_mode[b])
     return row_t[1:-1][feed | (b > a + 1)]
 
 

@@ -69,7 +69,7 @@ def worth_rounding(drive: Drive, leave: Floats, entry: Floats, tolerance: Floats
     turn = entry - leave
     size = np.linalg.norm(turn, axis=1)
     period = drive.period_s
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         jerk = np.min(drive.jerk / np.abs(turn), axis=1)
         acceleration = np.min(drive.acceleration / np.abs(turn), axis=1)
         length = 3.0 * fit_tolerance(tolerance, drive.chord_mm) / size

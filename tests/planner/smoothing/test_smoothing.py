@@ -237,6 +237,15 @@ def test_feed_and_line_go_over_from_the_rows() -> None:
     np.testing.assert_allclose(result.end[change], rows.end[[99, 199]], atol=0.01)
 
 
+def test_feeds_that_differ_by_rounding_are_one_feed() -> None:
+    def knots(feed: float) -> np.ndarray:
+        return smoothed(toolpath([0, 0, 0], [[5, 1, 0], [10, 0, 0]], feed=[30.0, feed])).nurbs.knots
+
+    np.testing.assert_array_equal(knots(30.0 * (1 + 2e-16)), knots(30.0))
+    vertex = np.sqrt(26.0)
+    assert np.abs(knots(30.1) - vertex).min() < 1e-9 < np.abs(knots(30.0) - vertex).min()
+
+
 def test_inverse_time_becomes_the_speed_of_the_row() -> None:
     rows = toolpath([0, 0, 0], [[3, 0, 0], [3, 4, 0]], feed=[2.0, 0.5], feed_mode=FeedMode.INVERSE_TIME)
     result = smoothed(rows)
