@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import codecs
+import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
 from cncgen.cli import messages
@@ -15,13 +17,21 @@ if TYPE_CHECKING:
     from cncgen.toolpath.reading import ReadOptions
     from cncgen.toolpath.record import Program
 
-#: Suffixes of setpoint files; a file of any other name is a program.
+#: Suffixes of setpoint files.
 _SETPOINT_SUFFIXES = (".csv", ".jsonl", ".npy", ".npz", ".f64", ".hal", ".arrow")
+#: What files of setpoints begin with that have another name: a header, or a signature. No program begins so.
+_SETPOINT_HEADS = (b"t_s,", b'"t_s"', b'{"t_s"', b"\x93NUMPY", b"PK\x03\x04", b"ARROW1")
 
 
 def is_setpoint_file(name: str) -> bool:
-    """Tell by its suffix whether a file holds setpoints."""
-    return name.lower().endswith(_SETPOINT_SUFFIXES)
+    """Tell whether a file holds setpoints, by its suffix or how it begins; any other one is a program."""
+    if name.lower().endswith(_SETPOINT_SUFFIXES):
+        return True
+    if not os.path.isfile(name):  # what cannot be read is named by the reader; a pipe can be read once
+        return False
+    with suppress(OSError), open(name, "rb") as file:
+        return file.read(16).removeprefix(codecs.BOM_UTF8).startswith(_SETPOINT_HEADS)
+    return False
 
 
 @contextmanager

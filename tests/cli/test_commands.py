@@ -279,6 +279,18 @@ def test_a_report_on_standard_input_has_no_verdict(cncgen: Run, part: Path) -> N
     assert b"<h2>Verified</h2>" in of_file.stdout
 
 
+@pytest.mark.parametrize("kind", ["csv", "jsonl", "npz"])
+@pytest.mark.parametrize("name", ["points", "points.txt", "points.nc"])
+def test_setpoints_are_known_by_how_they_begin(tmp_path: Path, part: Path, kind: str, name: str) -> None:
+    """The name says nothing, or says that it is a program."""
+    points = str(tmp_path / name)
+    assert run(["plan", str(part), "-m", "xy-table", "-q", "--format", kind, "-o", points]) == 0
+    response = tmp_path / "response.csv"
+    call = ["simulate", points, "--axis-params", "xy-table", "--axes", "xy", "-q", "-o", str(response)]
+    assert run(call) == 0
+    assert response.read_text().startswith("t_s,x_cmd_mm,x_mm,x_force,x_saturated,y_cmd_mm")
+
+
 def test_setpoints_that_do_not_name_their_axes_are_drawn(tmp_path: Path, part: Path) -> None:
     setpoints, picture = str(tmp_path / "s.npy"), tmp_path / "p.svg"
     assert run(["plan", str(part), "--feedrate", "ild", "-q", "-o", setpoints]) == 0
