@@ -113,14 +113,17 @@ def joints_of(
         else:
             mine[:, end] = beyond.derivatives
             stop[end] |= beyond.rest
-    linear, square = bounds.jump(right[1] - left[1], right[2] - left[2])
+    turn = right[1] - left[1]
+    linear, square = bounds.jump(turn, right[2] - left[2])
     speed = speed_within(linear, square, JUMP_SHARE)
     corner = speed < _worth_a_stop(bounds, s, stop | (speed < np.sqrt(top)), left[1], right[1], top)
-    jerks = np.stack([along_path(bounds.axes.jerk, side[1]) for side in (left, right)])
-    chord = _chord_speed(bounds, s, right[1] - left[1], jerks.max(axis=0))
+    # Within half a period the largest acceleration leads as far as a jerk of 6 A/T.
+    within = np.minimum(bounds.axes.jerk, 6.0 * bounds.axes.acceleration / bounds.period_s)
+    jerks = np.stack([along_path(within, side[1]) for side in (left, right)])
+    chord = _chord_speed(bounds, s, turn, jerks.max(axis=0))
     speed = np.where(stop | corner, 0.0, np.minimum(speed, chord))
     v = np.minimum(speed, np.sqrt(top))
-    together = _together(bounds, s, right[1] - left[1], v)
+    together = _together(bounds, s, turn, v)
     speed = np.where(together < v, together, speed)
     v = together[:, None]
     taken = linear * v + square * v**2
@@ -130,20 +133,21 @@ def joints_of(
     speed[crawls] = 0.0
     speed[~felt & ~corner & ~stop] = np.inf
     stop |= speed <= 0.0
-    turns = np.abs(right[1] - left[1]) * (felt & ~stop)[:, None]
-    acceleration = along_path(SWAY_SHARE * 2.0 * bounds.period_s * bounds.axes.jerk, turns)
-    largest = np.maximum(*(along_path(bounds.axes.acceleration, side[1]) for side in (left, right)))
-    zone = np.where(felt & ~stop, _seen_from(bounds, v[:, 0], acceleration, left[1], right[1]), 0.0)
-    # No more than the largest acceleration makes of it: what turns by rounding alone takes nothing.
-    acceleration[acceleration >= largest] = np.inf
-    sway = turns * largest[:, None] / (2.0 * bounds.period_s * bounds.axes.jerk)
-    taken += np.minimum(sway, SWAY_SHARE)
+    passed = felt & ~stop
+    acceleration, zone, sway = _swayed(bounds, together, turn * passed[:, None], left[1], right[1])
     # A pulse of acceleration v Δ is v Δ/T in the second difference that sees it.
-    pulse = turns * v / (bounds.axes.acceleration * bounds.period_s)
-    both = np.stack([pulse, taken], 1)
-    both[~felt | stop] = 0.0
-    missed = stop & (_chord_at_rest(bounds, right[1] - left[1], jerks) > bounds.chord_mm)
-    return Joints(s, stop, corner, speed, both, acceleration, zone, missed)
+    pulse = np.abs(turn) * v / (bounds.axes.acceleration * bounds.period_s)
+    missed = stop & (_chord_at_rest(bounds, turn, jerks) > bounds.chord_mm)
+    return Joints(
+        s=s,
+        stop=stop,
+        corner=corner,
+        speed=speed,
+        taken=np.stack([pulse, taken + sway], 1) * passed[:, None, None],
+        acceleration=acceleration,
+        zone=zone * passed,
+        missed=missed,
+    )
 
 
 def _together(bounds: Bounds, s: Floats, turn: Floats, speed: Floats) -> Floats:
@@ -275,24 +279,36 @@ def distinct(
     return first, last
 
 
-def _seen_from(bounds: Bounds, speed: Floats, acceleration: Floats, left: Floats, right: Floats) -> Floats:
-    """Return how far from a jump the motion comes in one and a half periods, shape (n,), mm.
+def _swayed(
+    bounds: Bounds, speed: Floats, turn: Floats, left: Floats, right: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Return what the acceleration a along the path does at jumps, where a turn Δ adds |Δ a|/(2 T) to the jerk.
 
-    A third difference that sees the jump sees no more. From there on the speed rises (before it, it falls) from the
-    acceleration that it has at the jump at full jerk, up to the limit of the acceleration.
+    What has the speed v and came from rest, or must come to rest, has at most the acceleration √(2 j v), where j, the jerk
+    along the path, is twice that of the axes at most. In the one and a half periods that a third difference sees on
+    either side of a jump, the speed rises (or falls) from the acceleration there at full jerk, up to its limit.
 
     Args:
         bounds: Limits.
-        speed, acceleration: Shape (n,), the largest ones at the jump.
+        speed: Shape (n,), v, the largest one at each jump.
+        turn: Shape (n, axes), Δ.
         left, right: Shape (n, axes), dx/ds on both sides.
+
+    Returns:
+        The bound of |a| for `SWAY_SHARE` of the jerk limit, shape (n,), infinite where it cannot be passed; how far from the
+        jump the motion comes while it is seen, shape (n,), mm; and the part of the jerk limit taken, shape (n, axes).
     """
-    reach = 1.5 * bounds.period_s
     gain, jerk = (
         np.maximum(along_path(limit, left), along_path(limit, right))
         for limit in (bounds.axes.acceleration, bounds.axes.jerk)
     )
-    rise = np.minimum(gain, acceleration + jerk * reach / 3.0)
-    return reach * (speed + 0.5 * reach * rise)
+    reached = np.minimum(gain, 2.0 * np.sqrt(jerk * speed))
+    period, turn = bounds.period_s, np.abs(turn)
+    most_there = along_path(SWAY_SHARE * 2.0 * period * bounds.axes.jerk, turn)
+    seen = 1.5 * period
+    rise = np.minimum(gain, np.minimum(most_there, reached) + jerk * seen / 3.0)
+    sway = np.minimum(turn * reached[:, None] / (2.0 * period * bounds.axes.jerk), SWAY_SHARE)
+    return np.where(most_there < reached, most_there, np.inf), seen * (speed + 0.5 * seen * rise), sway
 
 
 def _weakest(bounds: Bounds, left: Floats, right: Floats) -> tuple[Floats, Floats, Floats]:
