@@ -120,7 +120,7 @@ def test_retracting_along_the_tool(run: Any) -> None:
         ("CC X5 Y0\nC X5 Y6 DR+ F100", "arc-radius", 1),
         ("L X1 FMAX M99", "cycle-missing", 11),
         ("CYCL DEF 207 RIGID TAPPING", "unsupported-block", 1),
-        ("CYCL DEF 19.0 WORKING PLANE", "unsupported-block", 9),
+        ("CYCL DEF 19.0 WORKING PLANE", "unsupported-block", 10),
         ("CALL LBL 1", "unsupported-block", 1),
         ("L X5 M128", "unsupported-block", 6),
         ("TOOL CALL 5 X S100", "unsupported-block", 13),

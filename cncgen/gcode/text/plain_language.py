@@ -227,7 +227,8 @@ def _cycle(body: str, at: int) -> Words:
         return [("g", 52.0), *_words(body, match.start("rest"))[0]]
     if number >= _FIRST_CALLED and part is None:
         return [("g", CYCLE / 10.0), ("cycle", float(number))]
-    raise BlockError("unsupported-block", f"CYCL DEF {number} is not read", column=at + 1, hint=_HINT)
+    column = match.start("number") + 1
+    raise BlockError("unsupported-block", f"CYCL DEF {number} is not read", column=column, hint=_HINT)
 
 
 def _begin_program(body: str, at: int) -> Words:
