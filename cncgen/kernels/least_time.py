@@ -41,6 +41,8 @@ _EASED = cython.declare(cython.Py_ssize_t, 3)
 #: times by the same is there to stay: no row holds it, and no share of one mends it.
 _PASSED = cython.declare(cython.double, 0.02)
 _STUBBORN = cython.declare(cython.int, 3)
+#: Short steps in a row after which the iteration has stalled: one follows where a limit was lowered.
+_SHORT = cython.declare(cython.int, 3)
 
 
 @cython.cclass
@@ -252,6 +254,7 @@ def solve(
     ready: cython.bint
     eased: cython.Py_ssize_t = _EASED if free > 1 else 0
     stubborn: cython.int = 0
+    short: cython.int = 0
     before: cython.double = 0.0
     f: cython.double = 0.0
     gap: cython.double = 0.0
@@ -281,8 +284,10 @@ def solve(
             if ready and residual < 100.0 * tolerance * f and gap < kept:
                 kept = gap
                 near[:] = c
-            elif kept < 1e300 and (gap > 3.0 * kept or system.step < 0.02):
-                break
+            elif kept < 1e300:
+                short = short + 1 if system.step < 0.02 else 0
+                if gap > 3.0 * kept or short == _SHORT:
+                    break
             if not system.factorize():
                 status = -2
                 break
