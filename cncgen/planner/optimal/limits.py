@@ -64,7 +64,7 @@ class Bounds:
             x1, x2: Shape (n, axes), dx/ds and d²x/ds².
         """
         curvature = np.sqrt(np.einsum("ij,ij->i", x2[:, :3], x2[:, :3]))
-        bend = np.sqrt(np.einsum("ij,ij,j->i", x2, x2, self.scale**2)) if x2.shape[1] > 3 else curvature
+        bend = _across(x1 * self.scale, x2 * self.scale) if x2.shape[1] > 3 else curvature
         with np.errstate(divide="ignore"):
             candidates = np.stack(
                 [
@@ -134,6 +134,17 @@ def resolution(bounds: Bounds, x1: Floats) -> Floats:
     by_acceleration = along_path(bounds.axes.acceleration, gain) * bounds.period_s**2 / 2.0
     found = np.minimum(_UNSEEN[0] * by_jerk, _UNSEEN[1] * by_acceleration)
     return np.where(np.isfinite(found), np.minimum(found, bounds.chord_mm), 0.0)
+
+
+def _across(x1: Floats, x2: Floats) -> Floats:
+    """Return the size of the part of x'' across x', shape (n,): what lies along it bends no chord.
+
+    Over X Y Z alone all of x'' is across x'; where further axes count, |x'| is not 1.
+    """
+    along, size = (np.einsum("ij,ij->i", x1, x) for x in (x2, x1))
+    part = np.divide(along, size, out=np.zeros_like(along), where=size > 0.0)
+    out: Floats = np.linalg.norm(x2 - part[:, None] * x1, axis=1)
+    return out
 
 
 def speed_within(linear: Floats, square: Floats, share: float) -> Floats:

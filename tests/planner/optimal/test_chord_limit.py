@@ -1,0 +1,55 @@
+"""The chord limit where rotary axes move with X Y Z: what bends their common path, not what makes them faster along it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cncgen import pipeline
+from cncgen.machine.record import Axis, Machine
+from cncgen.planner.optimal.limits import Bounds
+from cncgen.planner.record import Limit
+from cncgen.planner.rows import chord_speed
+from cncgen.units import DEGREE
+
+CHORD, PERIOD = 0.001, 0.001
+
+
+def machine() -> Machine:
+    axes = {letter: Axis(letter, 200.0, 2000.0, 1e5) for letter in "XYZ"}
+    axes["A"] = Axis("A", 200.0 * DEGREE, 2000.0 * DEGREE, 1e5 * DEGREE)
+    return Machine("here", axes, period_s=PERIOD, chord_tolerance_mm=CHORD)
+
+
+def test_the_bend_is_that_of_the_common_path() -> None:
+    """|x' ∧ x''| / |x'|, by the minors of both, with a degree for a millimetre."""
+    draw = np.random.default_rng(3)
+    x1, x2 = draw.normal(size=(2, 50, 4))
+    x1[:, 3], x2[:, 3] = 0.01 * x1[:, 3], 100.0 * x2[:, 3]
+    scale = np.array([1.0, 1.0, 1.0, 1.0 / DEGREE])
+    a, b = x1 * scale, x2 * scale
+    i, j = np.triu_indices(4, 1)
+    bend = np.linalg.norm(a[:, i] * b[:, j] - a[:, j] * b[:, i], axis=1) / np.linalg.norm(a, axis=1)
+    free = np.full(50, np.inf)
+    q, _ = Bounds.of(machine(), "XYZA").top(free, np.full(50, Limit.FEED, np.int8), x1, x2)
+    expected = chord_speed(bend, CHORD, PERIOD)
+    velocity = np.min(np.array([200.0, 200.0, 200.0, 200.0 * DEGREE]) / np.abs(x1), axis=1)
+    np.testing.assert_allclose(np.sqrt(q), np.minimum(expected, velocity), rtol=1e-9)
+    assert (expected < velocity).any()
+
+
+def test_x_and_y_that_nearly_stand_while_a_goes_on_cost_no_time() -> None:
+    """P beyond the moves: X Y hardly move in the middle of the smoothed star; once that took seconds."""
+    points = [(0.26, 0.18, 0), (0.28, -0.09, 0), (0.45, 0.13, 1.4), (0.18, 0.08, 1.24), (0.41, -0.06, -0.36)]
+    points += [
+        (0.34, 0.2, -0.5),
+        (0.21, -0.04, -0.46),
+        (0.47, 0.05, -0.46),
+        (0.22, 0.15, -0.15),
+        (0.33, -0.09, -0.2),
+    ]
+    rows = "".join(f"G1 X{x} Y{y} A{a}\n" for x, y, a in points)
+    times = []
+    for mode in ("G61", "G64 P2.6"):
+        program = pipeline.read_text(f"G21 G90 {mode} F800\nG1 X0.457 A-1.34\n{rows}M2\n")
+        times.append(list(pipeline.plan(program, machine()))[-1].profile.t[-1])
+    assert times[1] <= times[0]
