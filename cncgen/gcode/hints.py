@@ -44,7 +44,7 @@ HINTS: dict[str, str] = {
     "nurbs-axes": "name all axes of the curve in its first block",
     "nurbs-closed": "begin the next curve with G6.2",
     "nurbs-end-knots": "a curve of rank k begins and ends with k equal knots",
-    "nurbs-equal-knots": "more would tear the curve apart",
+    "nurbs-equal-knots": "at most one less than the rank inside a curve, or as many between two equal points",
     "nurbs-first-point": "the first control point is where the tool is",
     "nurbs-knot": "each block of a curve has its knot K, not less than the one before",
     "nurbs-knots": "all control points come before the knots that stand alone",

@@ -163,7 +163,7 @@ def _close(ip: Interpreter, spline: OpenCurve) -> None:
 
 
 def _check_knots(spline: OpenCurve) -> None:
-    """Raise where the ends are not `rank`-fold or a knot inside is more than that."""
+    """Raise where the ends are not `rank`-fold, a knot inside is more than that, or is that and parts the curve."""
     rank, knots = spline.rank, spline.knots
     count = len(spline.points)
     if count < rank:
@@ -178,6 +178,16 @@ def _check_knots(spline: OpenCurve) -> None:
     for i in range(len(knots) - rank):
         if knots[i] == knots[i + rank]:
             raise BlockError("nurbs-equal-knots", f"more than {rank} equal knots K{knots[i]:g}", "K")
+    for i in range(rank, count):
+        # The curve before these knots ends in one control point, the curve after them begins in the next one.
+        gap = max(abs(p - q) for p, q in zip(spline.points[i - 1], spline.points[i], strict=True))
+        if knots[i] == knots[i + rank - 1] and gap > START_TOLERANCE:
+            raise BlockError(
+                "nurbs-equal-knots",
+                f"{rank} equal knots K{knots[i]:g} part the curve: it goes on {gap:.4f} away",
+                "K",
+                values={"gap": gap},
+            )
 
 
 def _unfinished(spline: OpenCurve, word: str) -> BlockError:

@@ -1,0 +1,11 @@
+; expect 10:1:nurbs-equal-knots
+G6.2 P3 K0 X0 Y0 F100
+K0 X5 Y5
+K0 X7 Y5
+K0.5 X8 Y5
+K0.5 X9 Y5
+K0.5 X9 Y9
+K1
+K1
+K1
+M2
