@@ -38,18 +38,15 @@ def test_the_bend_is_that_of_the_common_path() -> None:
 
 
 def test_x_and_y_that_nearly_stand_while_a_goes_on_cost_no_time() -> None:
-    """P beyond the moves: X Y hardly move in the middle of the smoothed star; once that took seconds."""
-    points = [(0.26, 0.18, 0), (0.28, -0.09, 0), (0.45, 0.13, 1.4), (0.18, 0.08, 1.24), (0.41, -0.06, -0.36)]
-    points += [
-        (0.34, 0.2, -0.5),
-        (0.21, -0.04, -0.46),
-        (0.47, 0.05, -0.46),
-        (0.22, 0.15, -0.15),
-        (0.33, -0.09, -0.2),
-    ]
-    rows = "".join(f"G1 X{x} Y{y} A{a}\n" for x, y, a in points)
+    """P beyond the moves: X Y nearly stand on the way from a smoothed star to short rows; once that took seconds."""
+    star = [(0.257, 0.183, -1.34), (0.281, -0.087, -1.34), (0.446, 0.128, 0.06), (0.179, 0.081, -0.097)]
+    star += [(0.407, -0.064, -1.702), (0.337, 0.197, -1.834), (0.212, -0.043, -1.8), (0.467, 0.05, -1.8)]
+    star += [(0.216, 0.153, -1.488), (0.331, -0.092, -1.548)]
+    shake = np.random.default_rng(0).normal(0.0, 0.004, 35)
+    short = [(0.331 + 0.001 * k, -0.092 - 0.0018 * k, -1.55 + shake[k]) for k in range(35)]
+    rows = "".join(f"G1 X{x:.6f} Y{y:.6f} A{a:.6f}\n" for x, y, a in star + short)
     times = []
     for mode in ("G61", "G64 P2.6"):
         program = pipeline.read_text(f"G21 G90 {mode} F800\nG1 X0.457 A-1.34\n{rows}M2\n")
         times.append(list(pipeline.plan(program, machine()))[-1].profile.t[-1])
-    assert times[1] <= times[0]
+    assert times[1] <= 0.4 * times[0]
