@@ -216,7 +216,9 @@ def _unused(letter: str, codes: Codes) -> BlockError:
     names = ", ".join(name for _, name in users[:8])
     hint = f"it belongs to {names}" if names else ""
     if letter == "e":
-        hint = "numbers have no exponent in G-code" + (f"; E {hint[3:]}" if hint else "")
+        hint = "numbers have no exponent in G-code, and printers' extruders are not read" + (
+            f"; E {hint[3:]}" if hint else ""
+        )
     return BlockError(
         "unused-word",
         f"{letter.upper()} stands in a block with no code that uses it",

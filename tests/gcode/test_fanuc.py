@@ -263,3 +263,19 @@ def test_a_motion_code_beside_g28_tells_the_dialect(run: Any) -> None:
     out = run("N1 G00 G91 G28 Z0.;\nN2 G91 G0 G28 X0. Y0.;\nM30")
     assert (out.errors, [d.code for d in out.diagnostics]) == ([], ["dialect"])
     assert [d.code for d in run("G91 G28 Z0\nG0 X1\nM2").diagnostics] == []
+
+
+@pytest.mark.parametrize(
+    "head", ["%\n<PART-1>(a part)", "%O1000(A PART)", "%\nO<PART-1>", "%\n:1000 (A PART)"]
+)
+def test_heads_of_programs(run: Any, head: str) -> None:
+    """Newer controls write a name in < > without the O; what stands behind % belongs to the leader."""
+    out = run(f"{head}\nG0X1.\nM30\n%")
+    assert points(out) == [[1, 0, 0]]
+    assert [d.code for d in out.diagnostics] == ["dialect"]
+
+
+@pytest.mark.parametrize(("block", "column"), [("<PART", 1), ("G1 <5> X2", 4), ("<A> G1", 5)])
+def test_names_stand_alone_on_their_line(run: Any, block: str, column: int) -> None:
+    out = run(f"O1\n{block}\nM30", dialect="fanuc")
+    assert out.errors == [("syntax", 2, column)]

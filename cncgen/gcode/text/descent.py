@@ -85,7 +85,7 @@ class _Reader:
         if number:
             parsed.number = number[1]
             self.at = number.end()
-        if self.text[self.at] == "o" or (self.fanuc and self.text[self.at] == ":"):
+        if self.text[self.at] == "o" or (self.fanuc and self.text[self.at] in ":<"):
             self._o_word(parsed)
         elif _MACRO.match(self.text, self.at):
             parsed.flow = self._macro()
@@ -241,7 +241,8 @@ class _Reader:
     # Order of execution.
 
     def _o_word(self, parsed: Parsed) -> None:
-        self.at += 1
+        # Newer controls write the name of a program without the O.
+        self.at += self.text[self.at] != "<"
         label: Value | str
         written = _LABEL.match(self.text, self.at)
         if written:

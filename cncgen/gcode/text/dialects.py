@@ -39,7 +39,8 @@ _SIGNS = (
     ("fanuc", "a code of FANUC alone", rb"[^(;\n]*\bG(?:43\.4(?!\d)|54\.1[ \t]*P|10[ \t]*L1[23](?![\d.]))"),
     ("fanuc", "a look-ahead code", rb"[^(;\n]*\bG0?(?:5\.1[ \t]*Q|5[ \t]*P(?:10000|0)[ \t]*\r?$|8[ \t]*P)"),
     ("fanuc", "a program number", rb"[oO:]\d{1,8}" + _ALONE),
-    ("fanuc", "a program name", rb"[oO]<[^>\n]*>" + _ALONE),
+    ("fanuc", "a program name", rb"[oO]?<[^>\n]*>" + _ALONE),
+    ("fanuc", "a program number", rb"%[ \t]*[oO:]\d{1,8}" + _ALONE),
     (
         "fanuc",
         "a motion code beside G28",

@@ -61,6 +61,7 @@ _FANUC_RULES = {
     "?assigned: signed": "?assigned: expression",
     'DELETE: "/"': r"DELETE: /\/[1-9]?/",
     "O_NUMBER: /o[0-9]+/": "O_NUMBER: /[o:][0-9]+/",
+    "O_NAME: /o<": "O_NAME: /o?<",
     "|bin|bcd/": "|bin|bcd|sqr|rnd/",
     "| BSPLINE ": "| CORNER signed -> corner\n     | BSPLINE ",
     "BSPLINE.3:": "CORNER.3: /,[cr]/\nBSPLINE.3:",
@@ -171,7 +172,7 @@ class _Reader:
         return children[0]
 
     def o_label(self, children: list[Any]) -> Value | str:
-        return o_label(children[0][1:])
+        return o_label(children[0][children[0][0] != "<" :])
 
     def computed_label(self, children: list[Any]) -> Value:
         return children[0]
