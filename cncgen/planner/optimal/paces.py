@@ -39,7 +39,7 @@ class Feeds:
         """G94: the feed; G93: the row's length by its time; rapids: none."""
         inverse = toolpath.feed_mode == FeedMode.INVERSE_TIME
         rapid = (toolpath.feed_mode == FeedMode.RAPID) | (toolpath.kind == Kind.EVENT)
-        speed = np.where(inverse, toolpath.feed * path.row_length, toolpath.feed)
+        speed = np.where(inverse, toolpath.feed * np.diff(path.row_s), toolpath.feed)
         limit = np.where(rapid, Limit.VELOCITY, Limit.FEED).astype(np.int8)
         return cls(np.where(rapid, np.inf, speed), limit)
 
@@ -77,7 +77,7 @@ def _fastest(bounds: Bounds) -> float:
 
 
 def paced(chunks: Iterable[Toolpath], bounds_of: Callable[[str], Bounds]) -> Iterator[Toolpath]:
-    """Yield chunks whose feeds are speeds, and whose crawling rows no smoothing takes in.
+    """Yield chunks whose feeds under G64 are speeds, and whose crawling rows no smoothing takes in.
 
     The time that G93 gives a row is that of the whole row: as a speed it stays with every part that a row becomes. Under
     G64 a row of some tolerances may vanish in the curve of its neighbours; one that crawls is met exactly, that its time
@@ -98,9 +98,11 @@ def paced(chunks: Iterable[Toolpath], bounds_of: Callable[[str], Bounds]) -> Ite
         speed = Feeds.of(chunk, path).speed
         met = (chunk.path_mode == PathMode.CONTINUOUS) & (path.row_length <= _SWALLOWED * chunk.tolerance)
         met &= crawling(path, speed, bounds)
+        # What is met exactly keeps its time, to the last digit.
+        split = inverse & (chunk.path_mode == PathMode.CONTINUOUS) & ~met
         yield replace(
             chunk,
-            feed=np.where(inverse, speed, chunk.feed),
-            feed_mode=np.where(inverse, FeedMode.SPEED, chunk.feed_mode).astype(np.int8),
+            feed=np.where(split, speed, chunk.feed),
+            feed_mode=np.where(split, FeedMode.SPEED, chunk.feed_mode).astype(np.int8),
             path_mode=np.where(met, PathMode.EXACT_PATH, chunk.path_mode).astype(np.int8),
         )

@@ -131,8 +131,8 @@ def test_rows_that_crawl_do_so_under_a_cap_too() -> None:
 def test_paced_rows_have_speeds_and_short_crawling_ones_are_met() -> None:
     chunk = rows_of("G64 P0.01 G93\nG1 X10 F60\nX10.001 F1\nX20 F30\nG94 X21 F600\nX22 F0.01")
     (out,) = paced([chunk], lambda axes: Bounds.of(MACHINE, axes))
-    assert np.all(out.feed_mode[:5] == FeedMode.SPEED)
-    np.testing.assert_allclose(out.feed[:5], [10.0, 0.001 / 60.0, 9.999 / 2.0, 10.0, 0.01 / 60.0], rtol=1e-12)
+    assert out.feed_mode[:5].tolist() == [FeedMode.SPEED, FeedMode.INVERSE_TIME, *[FeedMode.SPEED] * 3]
+    np.testing.assert_allclose(out.feed[:5], [10.0, 1.0 / 60.0, 9.999 / 2.0, 10.0, 0.01 / 60.0], rtol=1e-12)
     # The last one is long beside the tolerance, and has its own part of every curve.
     met = out.path_mode == PathMode.EXACT_PATH
     assert met.tolist()[:5] == [False, True, False, False, False]
