@@ -131,3 +131,11 @@ def test_settings_of_a_profile_are_its_own(run: Any) -> None:
     out = run(f"G18 G21 F100\n{text}")
     assert out.errors == []
     assert out.path.end[out.path.kind != 3][-3:, 0].tolist() == [2.0, 4.0, 50.0]
+
+
+def test_calls_of_a_profile_are_bounded_together(run: Any) -> None:
+    """Loops of calls within loops of calls do not multiply."""
+    subs = "O100 SUB\nG0 X2 Z0\nO101 REPEAT [9999]\nO77 CALL\nO101 ENDREPEAT\nO100 ENDSUB\n"
+    subs += "O77 SUB\nO102 REPEAT [9999]\n#1=1\nO102 ENDREPEAT\nO77 ENDSUB\n"
+    out = run(f"G18 G21 F100\n{subs}G0 X20 Z1\nG70 Q100 X20 Z1\nM2")
+    assert [found for found, _, _ in out.errors] == ["profile-length"]

@@ -11,14 +11,14 @@ from collections.abc import Iterator
 from cncgen.gcode.block import Flow, Parsed, nearest
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.text import grammar
+from cncgen.gcode.text import descent
 from cncgen.gcode.text.expressions import evaluate
 from cncgen.gcode.text.labels import Cursor, Label
 
 #: Lines executed beyond which a profile counts as endless.
-_MAX_STEPS = 100_000
+_MAX_STEPS = 20_000
 #: Lines read for the end of a subroutine.
-_MAX_LINES = 100_000
+_MAX_LINES = 20_000
 #: Local numbered parameters, #1 to #30.
 _LOCALS = 30
 _ENDS = ("endsub", "return")
@@ -27,7 +27,10 @@ _LOOP_ENDS = ("endwhile", "while", "endrepeat")
 
 
 def profile_lines(
-    ip: Interpreter, after: Cursor, arguments: tuple[float, ...] = ()
+    ip: Interpreter,
+    after: Cursor,
+    arguments: tuple[float, ...] = (),
+    budget: Iterator[int] | None = None,
 ) -> Iterator[list[tuple[str, float]]]:
     """Yield the words of each line that a profile's subroutine executes, values computed; its locals are its own.
 
@@ -35,6 +38,7 @@ def profile_lines(
         ip: The interpreter, whose parameters the lines read and set.
         after: The line behind the beginning of the subroutine.
         arguments: What it is called with.
+        budget: As many lines are executed as it yields, those of subroutines called included.
 
     Raises:
         BlockError: A line is wrong, or an O-word leads nowhere.
@@ -44,7 +48,7 @@ def profile_lines(
     calls = ip.flow.calls
     calls.enter("", after, [*arguments, *[0.0] * (_LOCALS - len(arguments))][:_LOCALS])
     try:
-        yield from _Body(ip, _read(ip, after), after).run()
+        yield from _Body(ip, _read(ip, after), after, budget or iter(range(_MAX_STEPS))).run()
     finally:
         calls.leave()
 
@@ -55,7 +59,7 @@ def _read(ip: Interpreter, after: Cursor) -> list[Parsed]:
     text, offset = ip.flow.subroutines.sources[after.source], after.offset
     found: list[Parsed] = []
     while offset < len(text) and len(found) < _MAX_LINES:
-        parsed = grammar.parse(text.text_at(offset), ip.dialect)
+        parsed = descent.parse(text.text_at(offset), ip.dialect)
         if parsed.flow is not None and parsed.flow.keyword == "endsub":
             break
         found.append(parsed)
@@ -66,9 +70,10 @@ def _read(ip: Interpreter, after: Cursor) -> list[Parsed]:
 class _Body:
     """The lines of a subroutine, and where loops under way began."""
 
-    def __init__(self, ip: Interpreter, body: list[Parsed], here: Cursor) -> None:
+    def __init__(self, ip: Interpreter, body: list[Parsed], here: Cursor, budget: Iterator[int]) -> None:
         self._ip = ip
         self._here = here
+        self._budget = budget
         self._body = body
         #: Line where a DO, WHILE or REPEAT under way began, by label; rounds left of a REPEAT.
         self._began: dict[Label, int] = {}
@@ -77,7 +82,7 @@ class _Body:
     def run(self) -> Iterator[list[tuple[str, float]]]:
         """Yield the words of the lines that are executed."""
         at = 0
-        for _ in range(_MAX_STEPS):
+        for _ in self._budget:
             if at >= len(self._body):
                 return
             parsed = self._body[at]
@@ -90,23 +95,24 @@ class _Body:
                     continue
                 at = self._follow(at, parsed.flow)
                 continue
-            parameters = self._ip.parameters
-            words = [(letter, evaluate(value, parameters)) for letter, value in parsed.words]
-            settings = [
-                (
-                    target if isinstance(target, str) else evaluate(target, parameters),
-                    evaluate(value, parameters),
-                )
-                for target, value in parsed.settings
-            ]
-            for target, number in settings:
-                if isinstance(target, str):
-                    parameters.set_name(target, number)
-                else:
-                    parameters.set_number(target, number)
+            words = [(letter, evaluate(value, self._ip.parameters)) for letter, value in parsed.words]
+            self._set(parsed)
             yield words
             at += 1
         raise BlockError("profile-length", f"the profile executes more than {_MAX_STEPS} lines", "Q")
+
+    def _set(self, parsed: Parsed) -> None:
+        """Set the parameters of a line; all values are read before."""
+        parameters = self._ip.parameters
+        found = [
+            (x if isinstance(x, str) else evaluate(x, parameters), evaluate(value, parameters))
+            for x, value in parsed.settings
+        ]
+        for target, number in found:
+            if isinstance(target, str):
+                parameters.set_name(target, number)
+            else:
+                parameters.set_number(target, number)
 
     def _called(self, flow: Flow) -> Iterator[list[tuple[str, float]]]:
         """Yield the words of the lines of another subroutine."""
@@ -114,9 +120,8 @@ class _Body:
         assert ip.flow is not None
         label = self._label(flow)
         mark = ip.flow.subroutines.find(label, self._here)
-        yield from profile_lines(
-            ip, mark.after, tuple(evaluate(value, ip.parameters) for value in flow.arguments)
-        )
+        values = tuple(evaluate(value, ip.parameters) for value in flow.arguments)
+        yield from profile_lines(ip, mark.after, values, self._budget)
 
     def _label(self, flow: Flow) -> Label:
         label = flow.label
