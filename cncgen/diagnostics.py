@@ -149,6 +149,9 @@ class Diagnostics:
         """Add each of several diagnostics."""
         for item in items:
             self.add(item)
+        if isinstance(items, Diagnostics):  # what it counted and did not keep counts on
+            for severity, count in items.counts.items():
+                self.counts[severity] += count - sum(item.severity == severity for item in items)
 
     @property
     def has_errors(self) -> bool:
@@ -171,6 +174,11 @@ class Diagnostics:
         return f"Diagnostics({counts or 'none'})"
 
 
+def more(suppressed: int) -> str:
+    """Return what is said of diagnostics that were counted and not kept."""
+    return f"{suppressed} more {'was' if suppressed == 1 else 'were'} counted and {'is' if suppressed == 1 else 'are'} not shown"
+
+
 class RemarkWarning(UserWarning):
     """A remark of a stage that collects none, as a Python warning; the CLI shows its `diagnostic`."""
 
@@ -184,18 +192,26 @@ class RemarkWarning(UserWarning):
 
 
 class CncgenError(Exception):
-    """Base of what ends the work; `exit_code` is what the CLI exits with."""
+    """Base of what ends the work.
+
+    Attributes:
+        exit_code: What the CLI exits with.
+        diagnostics: What went wrong.
+        suppressed: How many more were counted and not kept.
+    """
 
     exit_code = 1
 
     def __init__(self, diagnostics: Iterable[Diagnostic] | Diagnostic) -> None:
         items = [diagnostics] if isinstance(diagnostics, Diagnostic) else list(diagnostics)
         self.diagnostics = items
-        super().__init__("\n".join(d.render() for d in items))
+        self.suppressed = diagnostics.suppressed if isinstance(diagnostics, Diagnostics) else 0
+        said = [d.render() for d in items]
+        super().__init__("\n".join([*said, more(self.suppressed)] if self.suppressed else said))
 
-    def __reduce__(self) -> tuple[type[CncgenError], tuple[list[Diagnostic]]]:
+    def __reduce__(self) -> tuple[type[CncgenError], tuple[list[Diagnostic]], dict[str, Any]]:
         """Pickle by the diagnostics, of which the text is made: errors come back from other processes whole."""
-        return type(self), (self.diagnostics,)
+        return type(self), (self.diagnostics,), {"suppressed": self.suppressed, "args": self.args}
 
 
 class ProgramError(CncgenError):

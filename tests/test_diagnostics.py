@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import pytest
 
 from cncgen.diagnostics import (
@@ -10,6 +12,7 @@ from cncgen.diagnostics import (
     MAX_KEPT,
     Diagnostic,
     Diagnostics,
+    ProgramError,
     Severity,
     Span,
     excerpt_of,
@@ -75,3 +78,20 @@ def test_a_list_keeps_the_first_and_counts_all() -> None:
     assert (len(found), found.suppressed, found.has_errors) == (MAX_KEPT, 4, True)
     assert [item.code for item in found][-1] == str(MAX_KEPT - 1)
     assert repr(found) == f"Diagnostics(1 error, {MAX_KEPT + 3} warnings)"
+
+
+def test_what_is_not_kept_is_counted_on() -> None:
+    """Through another list, in an error, its text, and its pickle."""
+    first = Diagnostics([Diagnostic("a", "b")] * (MAX_ALIKE + 5))
+    second = Diagnostics([Diagnostic("c", "d", Severity.NOTE)])
+    second.extend(first)
+    assert (len(second), second.suppressed, second.counts[Severity.ERROR]) == (
+        MAX_ALIKE + 1,
+        5,
+        MAX_ALIKE + 5,
+    )
+    error = ProgramError(second)
+    assert str(error).endswith("5 more were counted and are not shown")
+    again = pickle.loads(pickle.dumps(error))
+    assert (again.suppressed, str(again), again.diagnostics) == (5, str(error), error.diagnostics)
+    assert ProgramError(first.__iter__()).suppressed == 0

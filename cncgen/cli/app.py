@@ -120,7 +120,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         messages.error("interrupted")
         return 130
     except CncgenError as error:
-        messages.show(error.diagnostics)
+        messages.show_error(error)
         return error.exit_code
     except (OSError, SystemExit):
         raise
@@ -128,10 +128,8 @@ def _run(arguments: Sequence[str] | None) -> int:
         messages.error("out of memory")
         return INTERNAL_ERROR
     except Exception as error:
-        messages.error(f"internal error: {_origin(error)}{type(error).__name__}: {error}")
-        messages.plain(
-            "  help: this is a fault of cncgen; CNCGEN_TRACEBACK=1 in the environment shows the whole trace"
-        )
+        help = "this is a fault of cncgen; CNCGEN_TRACEBACK=1 in the environment shows the whole trace"
+        messages.error(f"internal error: {_origin(error)}{type(error).__name__}: {error}", help)
         if os.environ.get("CNCGEN_TRACEBACK"):
             traceback.print_exc()
         return INTERNAL_ERROR
@@ -163,7 +161,7 @@ def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
     if isinstance(message, RemarkWarning):
         messages.show([message.diagnostic])
     else:
-        messages.plain(f"warning: {message}")
+        messages.warning(str(message))
 
 
 def _silence_closed_streams() -> None:

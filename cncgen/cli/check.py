@@ -43,7 +43,7 @@ def command(programs: tuple[str, ...], tree: bool, machine: str | None, reading:
                 if content is not None:
                     _show_tree(name, language, options, content)
         except CncgenError as error:
-            messages.show(error.diagnostics)
+            messages.show_error(error)
             code = max(code, error.exit_code)
     return code
 

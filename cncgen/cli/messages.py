@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
 
-from cncgen.diagnostics import Diagnostic, Diagnostics, json_values
+from cncgen.diagnostics import CncgenError, Diagnostic, Diagnostics, Severity, json_values, more
 from cncgen.files import STANDARD, open_output, silence
 
 if TYPE_CHECKING:
@@ -46,8 +46,14 @@ def json_to_standard_output() -> None:
 
 
 def is_quiet() -> bool:
-    """Tell whether summaries and progress are unwanted."""
-    return _Style.quiet
+    """Tell whether summaries and progress are unwanted: with ``--quiet``, and among the JSON lines of ``--json``."""
+    return _Style.quiet or _Style.json
+
+
+def show_error(fault: CncgenError) -> None:
+    """Print what ended the work."""
+    show(fault.diagnostics)
+    _show_suppressed(fault.suppressed)
 
 
 def show(diagnostics: Iterable[Diagnostic] | Diagnostics, *, as_json: bool = False) -> None:
@@ -61,21 +67,37 @@ def show(diagnostics: Iterable[Diagnostic] | Diagnostics, *, as_json: bool = Fal
                 plain(text)
         else:
             plain(diagnostic.render())
-    suppressed = diagnostics.suppressed if isinstance(diagnostics, Diagnostics) else 0
-    if suppressed:
-        plain(f"{suppressed} more were counted and are not shown")
+    if isinstance(diagnostics, Diagnostics):
+        _show_suppressed(diagnostics.suppressed)
 
 
-def error(message: str) -> None:
+def _show_suppressed(count: int) -> None:
+    """Say how many diagnostics were counted and not kept, unless there are none."""
+    if count and _Style.json:
+        show([Diagnostic("suppressed", more(count), Severity.NOTE, values={"count": count})])
+    elif count:
+        plain(more(count))
+
+
+def error(message: str, hint: str = "") -> None:
     """Print an error that is no diagnostic of a file."""
-    show([Diagnostic("failed", message)] if _Style.json else [])
-    if not _Style.json:
-        plain(f"cncgen: error: {message}")
+    if _Style.json:
+        show([Diagnostic("failed", message, hint=hint)])
+    else:
+        plain(f"cncgen: error: {message}" + (f"\n  help: {hint}" if hint else ""))
+
+
+def warning(message: str) -> None:
+    """Print a warning that is no diagnostic of a file."""
+    if _Style.json:
+        show([Diagnostic("warning", message, Severity.WARNING)])
+    else:
+        plain(f"warning: {message}")
 
 
 def note(message: str) -> None:
-    """Print a line of the summary, unless ``--quiet``."""
-    if not _Style.quiet:
+    """Print a line of the summary, unless it `is_quiet`."""
+    if not is_quiet():
         plain(message)
 
 

@@ -125,7 +125,7 @@ message_options = _all_of(
         is_eager=True,
         expose_value=False,
         callback=messages.set_json,
-        help="Print diagnostics as JSON lines.",
+        help="Print diagnostics as JSON lines, and no summary.",
     ),
     click.option(
         "-q",

@@ -397,6 +397,22 @@ def test_an_interrupt_while_commands_are_imported(monkeypatch: pytest.MonkeyPatc
     assert left.value.code == 130
 
 
+@pytest.mark.parametrize("command", ["check", "plan", "convert"])
+def test_under_json_every_line_is_json(
+    in_folder: Path, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    """No summary, no text between: a script reads standard error (of check, standard output) line by line."""
+    (in_folder / "bad.nc").write_text("G1 X\n" * 30 + "M2\n")
+    for name, code in (("bad.nc", 1), ("small.nc", 0), ("none.nc", 2)):
+        assert app.run([command, name, "--json", *(["-o", "out.nc"] if command != "check" else [])]) == code
+        said = capsys.readouterr()
+        lines = [json.loads(line) for line in (said.out + said.err).splitlines()]
+        assert [item["severity"] for item in lines].count("error") == {0: 0, 1: 10, 2: 1}[code]
+        assert [item["values"]["count"] for item in lines if item["code"] == "suppressed"] == [20] * (
+            code == 1
+        )
+
+
 def test_wrong_usage_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     for arguments in (["plan", "--nonsense", "--json"], ["check", "--json"], ["--json"]):
         assert app.run(arguments) == 2

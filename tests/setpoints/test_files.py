@@ -223,8 +223,7 @@ def test_a_letter_that_is_no_axis_is_a_warning(tmp_path: Path) -> None:
     """Signals, other columns, and an axis in a second unit are passed over without a word."""
     path = tmp_path / "a.csv"
     path.write_text(
-        "t_s,x_mm,q_mm,x_inch,k,x_vel_mm_s,u,v\n"
-        + "".join(f"{k},1,2,3,4,5,6,7\n" for k in range(3))
+        "t_s,x_mm,q_mm,x_inch,k,x_vel_mm_s,u,v\n" + "".join(f"{k},1,2,3,4,5,6,7\n" for k in range(3))
     )
     with pytest.warns(RemarkWarning, match="the column q_mm names no axis and is passed over") as caught:
         axes, _, rows, _ = read(path)
