@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Any
 
 from cncgen.diagnostics import Diagnostic, UsageError
-from cncgen.machine.servo_parameters import is_number
+from cncgen.machine.servo_parameters import MAGNITUDES, is_number
 
 DIALECTS = ("linuxcnc", "fanuc", "heidenhain")
 KINEMATICS = ("table-table", "head-head")
@@ -42,12 +42,8 @@ def _is_of(choices: tuple[str, ...]) -> Callable[[Any], bool]:
     return lambda value: isinstance(value, str) and value in choices
 
 
-def _is_length(value: Any) -> bool:
-    return is_number(value) and value >= 0.0
-
-
-def _is_positive(value: Any) -> bool:
-    return is_number(value) and value > 0.0
+def _from(low: float, high: float) -> Callable[[Any], bool]:
+    return lambda value: is_number(value) and low <= value <= high
 
 
 def _are_two_letters(value: Any) -> bool:
@@ -56,10 +52,13 @@ def _are_two_letters(value: Any) -> bool:
 
 
 def _is_point(value: Any) -> bool:
-    return isinstance(value, list) and len(value) == 3 and all(map(is_number, value))
+    return isinstance(value, list) and len(value) == 3 and all(map(_from(-FARTHEST, FARTHEST), value))
 
 
-_POSITIVE = "a positive number"
+#: No machine is larger, mm; what is computed of lengths stays far within doubles.
+FARTHEST = 1e6
+_is_gain = _from(*MAGNITUDES)
+_GAIN = f"a positive number, at most {MAGNITUDES[1]:g}"
 
 TABLES: Mapping[str, tuple[Key, ...]] = MappingProxyType(
     {
@@ -67,29 +66,30 @@ TABLES: Mapping[str, tuple[Key, ...]] = MappingProxyType(
             Key("dialect", "the control's language, where --dialect does not say", f"one of {', '.join(DIALECTS)}",
                 _is_of(DIALECTS), "as the program looks"),
             Key("least_increment_mm", "what a number without a decimal point counts in (degrees alike; inches: a tenth)",
-                "a number above 0, at most 1", lambda v: _is_positive(v) and v <= 1.0, "such numbers count like 10."),
+                "a number from 1e-9 to 1", _from(1e-9, 1.0), "such numbers count like 10."),
         ),
         "kinematics": (
             Key("model", "whether the rotary axes carry the table or the head", f"one of {', '.join(KINEMATICS)}",
                 _is_of(KINEMATICS)),
             Key("axes", "the rotary axes", "two of a, b, c, the one that carries the other first", _are_two_letters),
-            Key("centre_mm", "where the axes of tables meet, machine coordinates", "three numbers", _is_point, "the origin"),
-            Key("pivot_mm", "of heads: from the spindle's gauge line to where their axes meet", "a number of at least 0",
-                _is_length, "0"),
-            Key("tolerance_mm", "how far lines of the machine's axes may be from the tool's path", "a number above 0",
-                _is_positive, "0.001"),
+            Key("centre_mm", "where the axes of tables meet, machine coordinates",
+                f"three numbers, none beyond {FARTHEST:g}", _is_point, "the origin"),
+            Key("pivot_mm", "of heads: from the spindle's gauge line to where their axes meet",
+                f"a number from 0 to {FARTHEST:g}", _from(0.0, FARTHEST), "0"),
+            Key("tolerance_mm", "how far lines of the machine's axes may be from the tool's path",
+                f"a number from 1e-9 to {FARTHEST:g}", _from(1e-9, FARTHEST), "0.001"),
         ),
         "coupling": (
-            Key("ccc_proportional", "gain of cross coupling, a multiple of the axes' own", _POSITIVE, _is_positive,
+            Key("ccc_proportional", "gain of cross coupling, a multiple of the axes' own", _GAIN, _is_gain,
                 "8, or what is stable"),
-            Key("ccc_integral_1_s", "its integral gain, 1/s", "a number of at least 0", _is_length,
-                "100, or what is stable"),
-            Key("tcf_tangential_rad_s", "task frame: natural frequency of the error along the path", _POSITIVE,
-                _is_positive, "295.8"),
-            Key("tcf_tangential_damping", "its damping", _POSITIVE, _is_positive, "1.0142"),
-            Key("tcf_normal_rad_s", "task frame: natural frequency of the error across the path", _POSITIVE, _is_positive,
+            Key("ccc_integral_1_s", "its integral gain, 1/s", f"a number from 0 to {MAGNITUDES[1]:g}",
+                _from(0.0, MAGNITUDES[1]), "100, or what is stable"),
+            Key("tcf_tangential_rad_s", "task frame: natural frequency of the error along the path", _GAIN,
+                _is_gain, "295.8"),
+            Key("tcf_tangential_damping", "its damping", _GAIN, _is_gain, "1.0142"),
+            Key("tcf_normal_rad_s", "task frame: natural frequency of the error across the path", _GAIN, _is_gain,
                 "295.8"),
-            Key("tcf_normal_damping", "its damping", _POSITIVE, _is_positive, "1.0142"),
+            Key("tcf_normal_damping", "its damping", _GAIN, _is_gain, "1.0142"),
         ),
     }
 )  # fmt: skip

@@ -30,7 +30,7 @@ def test_every_wrong_setting_is_named() -> None:
     assert messages == [
         "interpreter.speed: unknown key",
         "interpreter.dialect: must be one of linuxcnc, fanuc, heidenhain; is 'heidi'",
-        "interpreter.least_increment_mm: must be a number above 0, at most 1; is -1",
+        "interpreter.least_increment_mm: must be a number from 1e-9 to 1; is -1",
     ]
 
 
