@@ -339,11 +339,19 @@ def test_a_hundred_megabytes_in_one_line(tmp_path: Path) -> None:
 
 
 def test_a_million_faults_stay_bounded() -> None:
-    program = read(io.BytesIO(b"G1 X\n" * 20_000), "t")
+    program = read(io.BytesIO(b"".join(b"M%d\n" % k for k in range(300, 20_300))), "t")
     for _ in program.chunks():
         pass
     assert program.diagnostics.counts["error"] == 20_000
     assert len(program.diagnostics) == 1000
+
+
+def test_the_same_fault_in_every_line_is_shown_some_times() -> None:
+    program = read(io.BytesIO(b"G1 X\n" * 20_000 + b"M2\nG4\n"), "t")
+    for _ in program.chunks():
+        pass
+    assert program.diagnostics.counts["error"] == 20_000
+    assert [d.code for d in program.diagnostics] == ["syntax"] * 10
 
 
 def test_unreadable_files_are_usage_errors(tmp_path: Path) -> None:
