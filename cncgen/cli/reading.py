@@ -56,7 +56,9 @@ def opened(
         yield program
     except CncgenError as error:
         raised = {id(item) for item in error.diagnostics}
-        messages.show(item for item in program.diagnostics if id(item) not in raised)
+        others = [item for item in program.diagnostics if id(item) not in raised]
+        # The program's own error says how many more there are.
+        messages.show(others if len(others) < len(program.diagnostics) else program.diagnostics)
         raise
     messages.show(program.diagnostics)
 
