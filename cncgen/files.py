@@ -109,7 +109,7 @@ class OutputFile:
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        self.path = Path(path)
+        self.path, self._name = Path(path), os.fspath(path)
         self._temporary: str | None = None
         self.file: BinaryIO = self._guard(self._open)
 
@@ -119,7 +119,7 @@ class OutputFile:
         except BrokenPipeError:
             raise
         except OSError as error:
-            raise file_fault(self.path, "write", error) from error
+            raise file_fault(self._name, "write", error) from error
         except ValueError as error:
             if "null" not in str(error):
                 raise
@@ -132,7 +132,10 @@ class OutputFile:
             mode = self.path.stat().st_mode
         except FileNotFoundError:
             mode = None
-        if mode is not None and stat.S_ISDIR(mode):
+        if not self._name:
+            raise OSError(errno.EINVAL, "give it a name")
+        # `Path` drops what says that a folder is meant.
+        if (mode is not None and stat.S_ISDIR(mode)) or self._name.endswith(("/", os.sep)):
             raise IsADirectoryError(errno.EISDIR, "is a directory")
         if mode is not None and not stat.S_ISREG(mode):
             return open(self.path, "wb")

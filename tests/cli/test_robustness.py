@@ -125,6 +125,9 @@ def test_unwritable_output(cncgen: Run, tmp_path: Path, small: Path) -> None:
     refused(cncgen(*PLAN, small, "-o", "none/out.csv"), 2, "none/out.csv", "directory does not exist")
     (tmp_path / "folder.csv").mkdir()
     refused(cncgen(*PLAN, small, "-o", "folder.csv"), 2, "folder.csv", "directory")
+    refused(cncgen(*PLAN, small, "-o", "new/"), 2, "cannot write new/: it is a directory")
+    refused(cncgen(*PLAN, small, "-o", ""), 2, "cannot write the file with an empty name")
+    assert not (tmp_path / "new").exists()
     refused(cncgen(*PLAN, small, "-o", "out.csv", "--summary", "none/s.json"), 2, "none/s.json")
     refused(cncgen(*PLAN, small, "-o", "out.csv", "--events", "none/e.jsonl"), 2, "none/e.jsonl")
 
