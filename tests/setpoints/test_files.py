@@ -197,7 +197,7 @@ def test_faults_of_many_rows_are_counted(tmp_path: Path, kind: str, head: str, r
     assert (rest.code, rest.values["rows"]) == (shown[0].code, 5000)
 
 
-@pytest.mark.parametrize("kind", ["csv", "jsonl"])
+@pytest.mark.parametrize("kind", ["csv", "jsonl", "npz", "arrow"])
 @pytest.mark.parametrize(
     ("column", "hint"),
     [
@@ -212,8 +212,17 @@ def test_a_position_in_another_unit_is_not_passed_over(
 ) -> None:
     path = tmp_path / f"a.{kind}"
     rows = [{"t_s": 0.001 * k, "z_mm": 1.0, column: 2.0} for k in range(3)]
-    lines = [",".join(rows[0]), *(",".join(map(str, row.values())) for row in rows)]
-    path.write_text("\n".join(lines if kind == "csv" else map(json.dumps, rows)))
+    columns = {key: np.array([row[key] for row in rows]) for key in rows[0]}
+    if kind == "npz":
+        np.savez(path, **columns)
+    elif kind == "arrow":
+        arrow = pytest.importorskip("pyarrow")
+        batch = arrow.record_batch([*columns.values()], [*columns])
+        with arrow.OSFile(str(path), "wb") as sink, arrow.ipc.new_file(sink, batch.schema) as writer:
+            writer.write_batch(batch)
+    else:
+        lines = [",".join(rows[0]), *(",".join(map(str, row.values())) for row in rows)]
+        path.write_text("\n".join(lines if kind == "csv" else map(json.dumps, rows)))
     with pytest.raises(UsageError, match=f"the column {column.lower()} is no position of axis") as caught:
         read(path)
     assert caught.value.diagnostics[0].hint == hint

@@ -11,7 +11,7 @@ import numpy as np
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import reading_faults
 from cncgen.setpoints.columns import POSITION_COLUMNS
-from cncgen.setpoints.readers.blocks import Block
+from cncgen.setpoints.readers.blocks import Block, warn_of_columns
 from cncgen.setpoints.readers.f64 import check_rows
 
 
@@ -40,6 +40,7 @@ def _batches(reader: Any, name: str) -> Iterator[Block]:
     if "t_s" not in reader.schema.names or not names:
         message = f"{name} is no setpoint file: it has no column t_s, or none of an axis position"
         raise UsageError(Diagnostic("setpoints-header", message))
+    warn_of_columns([*map(str.lower, reader.schema.names)], name)
     letters, stated = "".join(POSITION_COLUMNS[n] for n in names), _stated(reader.schema.metadata)
     row = 0
     for index in range(reader.num_record_batches):

@@ -16,7 +16,7 @@ import numpy as np
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import reading_faults
 from cncgen.setpoints.columns import POSITION_COLUMNS
-from cncgen.setpoints.readers.blocks import Block
+from cncgen.setpoints.readers.blocks import Block, warn_of_columns
 from cncgen.setpoints.readers.f64 import check_rows
 
 #: What zipfile and numpy raise of a damaged archive: RuntimeError of one that is encrypted (NotImplementedError of a
@@ -39,7 +39,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     """Yield the rows of an npz file in one block.
 
     Raises:
-        UsageError: It is no npz archive, lacks ``t_s`` or a position, or columns differ in length.
+        UsageError: It is no npz archive, lacks ``t_s`` or a position, columns differ in length, or one is an axis in another unit.
     """
     try:
         with reading_faults(name), np.load(_seekable(file), allow_pickle=False) as archive:
@@ -47,6 +47,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
             if "t_s" not in archive.files or not names:
                 message = f"{name} is no setpoint file: it has no array t_s, or none of an axis position"
                 raise UsageError(Diagnostic("setpoints-header", message))
+            warn_of_columns([*map(str.lower, archive.files)], name)
             columns = [np.asarray(archive[n], np.float64) for n in ("t_s", *names)]
             stated = float(archive["period_s"]) if "period_s" in archive.files else math.nan
     except _FAULTS as error:
