@@ -39,7 +39,8 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     """Yield the rows of an npz file in one block.
 
     Raises:
-        UsageError: It is no npz archive, lacks ``t_s`` or a position, columns differ in length, or one is an axis in another unit.
+        UsageError: It is no npz archive, lacks ``t_s`` or a position, columns differ in length, or one is
+            an axis in another unit.
     """
     try:
         with reading_faults(name), np.load(_seekable(file), allow_pickle=False) as archive:
