@@ -20,7 +20,7 @@ from cncgen.planner.optimal.track import Track, track_of
 from cncgen.planner.optimal.window import MARGIN, Window
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit, Trajectory
-from cncgen.planner.smoothing import chord_speed_within, smooth
+from cncgen.planner.smoothing import chord_speed_within, chord_within, smooth
 from cncgen.toolpath.record import Kind, Toolpath
 from cncgen.toolpath.slicing import join
 
@@ -35,7 +35,7 @@ def smooth_blocks(chunks: Iterable[Toolpath], machine: Machine) -> Iterator[tupl
 
     They have a cap only where the tolerance is so narrow that smoothing and chords have to share it.
     """
-    chord = machine.chord_tolerance_mm
+    chord = chord_within(machine)
     steady = paced(chunks, lambda axes: Bounds.of(machine, axes))
     for block in blocks(smooth(steady, chord, machine), ROWS):
         speed = chord_speed_within(block, chord, machine.period_s)

@@ -4,8 +4,8 @@
 leaves the programmed path by the tolerance at most, and does not depend on how the input is cut into chunks.
 """
 
-from cncgen.planner.smoothing.chords import chord_speed_within
+from cncgen.planner.smoothing.chords import chord_speed_within, chord_within
 from cncgen.planner.smoothing.runs import ROTARY_RADIUS
 from cncgen.planner.smoothing.stream import smooth
 
-__all__ = ["ROTARY_RADIUS", "chord_speed_within", "smooth"]
+__all__ = ["ROTARY_RADIUS", "chord_speed_within", "chord_within", "smooth"]

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.machine.record import Machine
 from cncgen.planner.paths import path_of
 from cncgen.planner.rows import chord_speed
 from cncgen.planner.smoothing.runs import axis_scale
@@ -16,6 +17,17 @@ Floats = NDArray[np.float64]
 
 #: Room for chords, by what v² κ T²/8 says of them: where curvature changes within a period they are longer by some per cent.
 _ROOM = 1.03
+
+
+def chord_within(machine: Machine) -> float:
+    """Return by how much the chord of a period may leave a path without corners, mm: the tolerance, or what is possible.
+
+    Over a chord of the duration T a motion x(t) is at most max |d²x/dt²| T²/8 away, and its second derivative at most the
+    root of the sum of the squares of the axes' acceleration limits, a degree counted as a millimetre.
+    """
+    limits = np.array([axis.max_acceleration for axis in machine.axes.values()])
+    acceleration = np.linalg.norm(limits * axis_scale("".join(machine.axes)))
+    return min(machine.chord_tolerance_mm, float(acceleration) * machine.period_s**2 / 8.0)
 
 
 def fit_tolerance(tolerance: Floats, chord_mm: float) -> Floats:

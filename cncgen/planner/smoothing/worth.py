@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.machine.record import Machine
-from cncgen.planner.smoothing.chords import fit_tolerance
+from cncgen.planner.smoothing.chords import chord_within, fit_tolerance
 from cncgen.planner.smoothing.runs import axis_scale
 
 Floats = NDArray[np.float64]
@@ -35,12 +35,14 @@ class Drive:
         acceleration, jerk: Shape (axes,), limits as mm (`axis_scale`); infinite for axes that the machine lacks.
         period_s: Time between setpoints.
         chord_mm: Largest distance of the chords between them.
+        reserve_mm: What is left to them of the tolerance where the path is smoothed.
     """
 
     acceleration: Floats
     jerk: Floats
     period_s: float
     chord_mm: float
+    reserve_mm: float
 
     @classmethod
     def of(cls, machine: Machine, axes: str) -> Drive:
@@ -49,7 +51,13 @@ class Drive:
         scale = axis_scale(axes)
         acceleration = np.array([a.max_acceleration if a else np.inf for a in limits])
         jerk = np.array([a.max_jerk if a else np.inf for a in limits])
-        return cls(acceleration * scale, jerk * scale, machine.period_s, machine.chord_tolerance_mm)
+        return cls(
+            acceleration * scale,
+            jerk * scale,
+            machine.period_s,
+            machine.chord_tolerance_mm,
+            chord_within(machine),
+        )
 
 
 def worth_rounding(drive: Drive, leave: Floats, entry: Floats, tolerance: Floats, room: Floats) -> Bools:
@@ -72,7 +80,7 @@ def worth_rounding(drive: Drive, leave: Floats, entry: Floats, tolerance: Floats
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         jerk = np.min(drive.jerk / np.abs(turn), axis=1)
         acceleration = np.min(drive.acceleration / np.abs(turn), axis=1)
-        length = 3.0 * fit_tolerance(tolerance, drive.chord_mm) / size
+        length = 3.0 * fit_tolerance(tolerance, drive.reserve_mm) / size
         rounded = np.fmin(np.cbrt(jerk * length**2 / _TWIST), np.sqrt(acceleration * length / _BEND))
         passed = np.minimum(_SHARE * jerk * period**2, acceleration * period)
         passed = np.minimum(passed, 4.0 * drive.chord_mm / (period * size))

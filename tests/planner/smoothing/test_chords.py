@@ -8,7 +8,7 @@ import pytest
 from cncgen import pipeline
 from cncgen.machine.record import Axis, Machine
 from cncgen.planner.smoothing import chord_speed_within, smooth
-from cncgen.planner.smoothing.chords import fit_tolerance
+from cncgen.planner.smoothing.chords import chord_within, fit_tolerance
 from cncgen.toolpath.record import PathMode
 from cncgen.verify import verify
 from tests.planner.smoothing.programs import facets, path_of
@@ -89,3 +89,26 @@ def test_chords_are_those_of_rotary_axes_too(p: float) -> None:
         "verify-coverage",
         "verify-order",
     }
+
+
+def test_chords_are_no_longer_than_the_accelerations_let_them_be() -> None:
+    """Under A on X and Y together, for a period, the parabola x = √2 A t²/2 is √2 A T²/8 from its chord."""
+    slow = Machine("slow", {letter: Axis(letter, 500.0, 1000.0, 5e4) for letter in "XY"})
+    assert chord_within(slow) == pytest.approx(np.sqrt(2.0) * 1000.0 * 1e-6 / 8.0)
+    assert chord_within(machine(0.004)) == CHORD
+
+
+@pytest.mark.parametrize("chord", [0.001, 0.003, 0.01])
+def test_more_room_for_chords_than_they_take_costs_nothing(chord: float) -> None:
+    """At 1 ms and 1000 mm/s² chords take 0.2 µm: what they may take besides is left to smoothing, and P is kept."""
+    text = PROGRAM.format(p=0.01, r=2.0)
+    axes = {letter: Axis(letter, 100.0, 1000.0, 5e4) for letter in "XYZ"}
+    times = []
+    for tolerance in (0.0005, chord):
+        mill = Machine("mill", axes, chord_tolerance_mm=tolerance)
+        program = pipeline.read_text(text)
+        setpoints = pipeline.sample(pipeline.plan(program, mill)).collect()
+        verdict = pipeline.judge(setpoints, program, mill)
+        assert max(verdict.setpoints_to_path_mm, verdict.path_to_setpoints_mm) <= 0.01
+        times.append(setpoints.time_s[-1])
+    assert times[1] <= times[0] * (1.0 + 1e-3)
