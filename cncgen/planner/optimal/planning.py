@@ -35,10 +35,9 @@ def smooth_blocks(chunks: Iterable[Toolpath], machine: Machine) -> Iterator[tupl
 
     They have a cap only where the tolerance is so narrow that smoothing and chords have to share it.
     """
-    chord = chord_within(machine)
     steady = paced(chunks, lambda axes: Bounds.of(machine, axes))
-    for block in blocks(smooth(steady, chord, machine), ROWS):
-        speed = chord_speed_within(block, chord, machine.period_s)
+    for block in blocks(smooth(steady, machine=machine), ROWS):
+        speed = chord_speed_within(block, chord_within(machine, block.axes), machine.period_s)
         yield block, SpeedCap(speed, Limit.CHORD, straight=False) if speed else None
 
 

@@ -19,15 +19,22 @@ Floats = NDArray[np.float64]
 _ROOM = 1.03
 
 
-def chord_within(machine: Machine) -> float:
+def chord_within(machine: Machine, axes: str) -> float:
     """Return by how much the chord of a period may leave a path without corners, mm: the tolerance, or what is possible.
 
     Over a chord of the duration T a motion x(t) is at most max |d²x/dt²| T²/8 away, and its second derivative at most the
-    root of the sum of the squares of the axes' acceleration limits, a degree counted as a millimetre.
+    root of the sum of the squares of the axes' acceleration limits. With rotary axes the tolerance counts: how much of a
+    distance they make is a matter of units.
+
+    Args:
+        machine: Limits, period, chord tolerance.
+        axes: Letters of the program's axes.
     """
-    limits = np.array([axis.max_acceleration for axis in machine.axes.values()])
-    acceleration = np.linalg.norm(limits * axis_scale("".join(machine.axes)))
-    return min(machine.chord_tolerance_mm, float(acceleration) * machine.period_s**2 / 8.0)
+    given = machine.chord_tolerance_mm
+    if (axis_scale(axes) != 1.0).any():
+        return given
+    limits = [machine.axes[letter].max_acceleration for letter in axes if letter in machine.axes]
+    return min(given, float(np.linalg.norm(limits)) * machine.period_s**2 / 8.0)
 
 
 def fit_tolerance(tolerance: Floats, chord_mm: float) -> Floats:

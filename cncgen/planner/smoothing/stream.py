@@ -12,7 +12,7 @@ from cncgen.geometry.corridor import END_DERIVATIVES, END_POINT, OVERLAP, Corrid
 from cncgen.geometry.path import Path
 from cncgen.geometry.pieces import pieces_of
 from cncgen.machine.record import Machine
-from cncgen.planner.smoothing.chords import fit_tolerance
+from cncgen.planner.smoothing.chords import chord_within, fit_tolerance
 from cncgen.planner.smoothing.ends import opened
 from cncgen.planner.smoothing.output import rows_of
 from cncgen.planner.smoothing.runs import TANGENT, Classes, axis_scale, classify
@@ -31,7 +31,7 @@ _LONGEST_WINDOW = 32 * WINDOW
 
 
 def smooth(
-    chunks: Iterable[Toolpath], reserve_mm: float = 0.0, machine: Machine | None = None
+    chunks: Iterable[Toolpath], reserve_mm: float | None = None, machine: Machine | None = None
 ) -> Iterator[Toolpath]:
     """Smooth a toolpath.
 
@@ -43,7 +43,8 @@ def smooth(
 
     Args:
         chunks: Consecutive stretches of one program, tolerances filled in.
-        reserve_mm: What the chords between setpoints may add to the deviation: left over, half of P at most.
+        reserve_mm: What the chords between setpoints may add to the deviation: left over, half of P at most. None: what
+            they may on the machine (`chord_within`), 0 without one.
         machine: Corners that it passes faster as they are than rounded are met exactly; None rounds all.
 
     Yields:
@@ -72,7 +73,7 @@ class _Smoother:
         before: dx/ds at the end of the last motion handed on exactly, scaled; None after a rest and at the start.
     """
 
-    def __init__(self, reserve_mm: float, machine: Machine | None) -> None:
+    def __init__(self, reserve_mm: float | None, machine: Machine | None) -> None:
         self.reserve_mm = reserve_mm
         self.machine = machine
         self.pending: tuple[Toolpath, Bools] | None = None
@@ -148,6 +149,11 @@ class _Smoother:
                 self.before = None if rows.kind[k] == Kind.EVENT else classes.leave[k]
                 break
 
+    def _reserve(self, axes: str) -> float:
+        if self.reserve_mm is None:
+            return chord_within(self.machine, axes) if self.machine is not None else 0.0
+        return self.reserve_mm
+
     def _fit(
         self,
         rows: Toolpath,
@@ -161,7 +167,7 @@ class _Smoother:
         """Fit a window of the run at the front; return the row from which to go on, None if it needs more rows."""
         scale = axis_scale(rows.axes)
         allowed = rows.tolerance[window]
-        pieces = pieces_of(path, fit_tolerance(allowed, self.reserve_mm), scale, window)
+        pieces = pieces_of(path, fit_tolerance(allowed, self._reserve(rows.axes)), scale, window)
         row_t = pieces.row_t
         head = END_DERIVATIVES if _tangent(self.before, classes.entry[window[0]]) else END_POINT
         tail = 0

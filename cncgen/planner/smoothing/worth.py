@@ -56,7 +56,7 @@ class Drive:
             jerk * scale,
             machine.period_s,
             machine.chord_tolerance_mm,
-            chord_within(machine),
+            chord_within(machine, axes),
         )
 
 
