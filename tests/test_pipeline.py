@@ -67,6 +67,39 @@ def test_stages_from_text_to_verdict() -> None:
     np.testing.assert_allclose(np.abs(points.position).max(axis=0), 10.0, atol=1e-9)
 
 
+@pytest.mark.parametrize("feedrate", ["optimal", "ild", "constant", "adaptive", "curvature"])
+@pytest.mark.parametrize(
+    ("text", "axes", "start"),
+    [
+        ("o<a> sub\ng0 x1\no<a> endsub\n", "X", [0.0]),
+        ("G0 X0 Y0\n", "XY", [0.0, 0.0]),
+        ("(START, X5 Y-2)\nG0 X5\nY-2\n", "XY", [5.0, -2.0]),
+    ],
+)
+def test_a_program_that_asks_for_nothing_has_its_start(
+    text: str, axes: str, start: list[float], feedrate: str
+) -> None:
+    """interface.md: the first row is the start position at t = 0; it is the last one too, and stands still."""
+    options = PlanOptions(feedrate=feedrate)
+    signals = ("vel", "acc", "jerk", "feed", "line", "limit")
+    stream, summary = plan_with_summary(read_text(text), "xy-table", options, signals)
+    points = stream.collect()
+    assert (points.axes, points.first, points.position.tolist()) == (axes, 0, [start])
+    assert all(not np.any(values) for values in points.signals.values())
+    assert summary.as_json()["samples"] == 1
+    assert judge(points, read_text(text), "xy-table").holds
+    beside = cncgen.Setpoints(axes, 0.001, 0, points.position + 0.1)
+    assert not judge(beside, read_text(text), "xy-table").holds
+
+
+@pytest.mark.parametrize(
+    "how", [{"saturation": "reactive"}, {"saturation": "predictive"}, {"interpolator": "taylor2"}]
+)
+def test_stages_after_the_plan_of_nothing(how: dict[str, str]) -> None:
+    plan = cncgen.plan(read_text("G0 X0 Y0\n"), "die-bonder", **how)
+    assert cncgen.sample(plan).collect().position.tolist() == [[0.0, 0.0]]
+
+
 def test_an_error_anywhere_ends_the_plan() -> None:
     with pytest.raises(ProgramError) as caught:
         list(cncgen.plan(read_text(SQUARE.replace("M2", "G1 X="), "part.nc"), "xy-table", feedrate="ild"))

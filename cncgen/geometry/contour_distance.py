@@ -44,6 +44,8 @@ class ContourTracker:
         return self._measure(len(self._position), final=True)
 
     def _extend(self, command: Floats) -> None:
+        if not len(command):
+            return
         joined = np.concatenate([self._path[-1:], command])
         steps = np.sqrt((np.diff(joined, axis=0) ** 2).sum(axis=1))
         moved = steps > 0.0

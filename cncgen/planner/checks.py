@@ -14,7 +14,7 @@ from cncgen.geometry.extents import arc_extents, hulls, nurbs_extents
 from cncgen.geometry.tables import ArcTable
 from cncgen.machine.record import Machine
 from cncgen.planner.options import PlanOptions
-from cncgen.toolpath.record import Kind, PathMode, Toolpath
+from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 from cncgen.units import file_unit, to_file
 
 Floats = NDArray[np.float64]
@@ -26,14 +26,19 @@ _ROUNDING = 1e-9
 def checked(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) -> Iterator[Toolpath]:
     """Yield the chunks with their tolerances filled in (the option's, the program's, else the machine's).
 
+    Those without a row are left out, unless there are no others: then a motion of no length stands for them, so that a
+    program that asks for nothing has a plan, the rest at its start.
+
     Raises:
         ProgramError: A chunk moves an axis that the machine lacks.
         NoPlanError: A chunk leaves the travel of an axis, at the end of a motion or along a curve. Either names all
             such faults of the chunk.
     """
     started = False
+    empty: Toolpath | None = None
     for chunk in chunks:
         if not len(chunk):
+            empty = empty or chunk
             continue
         found = Diagnostics()
         _missing_axes(chunk, machine, found)
@@ -45,6 +50,27 @@ def checked(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) 
             raise error(found)
         started = True
         yield _with_tolerance(chunk, machine, options)
+    if empty is not None and not started:
+        yield _standing(empty)
+
+
+def _standing(empty: Toolpath) -> Toolpath:
+    """Return one traverse from where a toolpath without rows starts to the same place; it stands on no line (0)."""
+    row = np.zeros(1, np.int64)
+    flag = row.astype(np.int8)
+    none = np.full(1, np.nan)
+    return replace(
+        empty,
+        kind=flag + np.int8(Kind.LINE),
+        end=empty.start[None, :].copy(),
+        feed=none,
+        feed_mode=flag + np.int8(FeedMode.RAPID),
+        path_mode=flag + np.int8(PathMode.EXACT_STOP),
+        tolerance=none,
+        curve=row - 1,
+        line=row,
+        source=row.astype(np.int16),
+    )
 
 
 def _with_tolerance(chunk: Toolpath, machine: Machine, options: PlanOptions) -> Toolpath:

@@ -51,7 +51,7 @@ def sample(
         signals: Names out of `SIGNALS`.
 
     Yields:
-        Chunks of at most `CHUNK_ROWS` rows. The last row is the end position, at rest. No motion, no rows.
+        Chunks of at most `CHUNK_ROWS` rows. The last row is the end position, at rest. No trajectory, no rows.
 
     Raises:
         UsageError: A signal has an unknown name.

@@ -68,7 +68,7 @@ def chord_mm(tolerance: Floats | float) -> Floats:
 def flatten(
     toolpaths: Iterable[Toolpath], machine: Machine, tolerance_mm: float | None = None
 ) -> Iterator[Polyline]:
-    """Flatten a program, stretch by stretch; one that only waits is a segment of no length.
+    """Flatten a program, stretch by stretch; one that only stands somewhere is a segment of no length.
 
     Args:
         toolpaths: Consecutive stretches of the program.
@@ -76,13 +76,11 @@ def flatten(
         tolerance_mm: Tolerance of every continuous motion, over what the program says.
 
     Yields:
-        Stretches of one segment at least, each from where the one before it ends; none of a program without a row.
+        Stretches of one segment at least, each from where the one before it ends; none where there is no toolpath.
     """
     waiting: Polyline | None = None
     moved = False
     for toolpath in toolpaths:
-        if not len(toolpath):
-            continue
         allowed = _tolerance(toolpath, machine, tolerance_mm)
         start = toolpath.start[None, :] * _scale(toolpath)
         waits, lines = _waits(toolpath), toolpath.line.astype(np.int64)
@@ -94,9 +92,10 @@ def flatten(
             yield Polyline(
                 toolpath.axes, joined, lines[rows], allowed[rows], np.where(last, waits[rows], 0.0)
             )
-        if waiting is None:
+        if waiting is None or not waiting.line[0]:
             least = np.array([machine.chord_tolerance_mm])
-            waiting = Polyline(toolpath.axes, np.repeat(start, 2, axis=0), lines[:1], least, np.zeros(1))
+            line = np.append(lines[:1], 0)[:1]
+            waiting = Polyline(toolpath.axes, np.repeat(start, 2, axis=0), line, least, np.zeros(1))
     if waiting is not None and not moved:
         yield waiting
 

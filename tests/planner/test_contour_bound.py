@@ -11,6 +11,7 @@ import pytest
 from cncgen.diagnostics import UsageError
 from cncgen.machine import Machine
 from cncgen.machine.record import Servo
+from cncgen.pipeline import read_text
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.contour_prediction import prediction
 from cncgen.planner.record import Limit, Trajectory
@@ -104,3 +105,9 @@ def test_axes_without_servo_data_are_named(lines: Callable[..., Toolpath], table
     with pytest.raises(UsageError) as found:
         planned([lines([(0, 0), (3, 0)], 100.0)], bare, 0.01)
     assert len(found.value.diagnostics) == len(bare.axes)
+
+
+def test_what_does_not_move_has_no_contour_error(table: Machine) -> None:
+    for text in ("G4 P0.5\nM2\n", "M2\n", "G0 X0\n"):
+        done = planned(list(read_text(text).chunks()), table, 0.01)
+        assert worst(done, table) == 0.0
