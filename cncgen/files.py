@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import io
 import os
 import stat
 import sys
@@ -57,12 +58,8 @@ def read_bytes(path: str | os.PathLike[str], *, at_most: int | None = None) -> b
     Raises:
         UsageError: It cannot be read, or holds more than `at_most` bytes.
     """
-    with reading_faults(path):
-        if os.fspath(path) == STANDARD:
-            content = sys.stdin.buffer.read(-1 if at_most is None else at_most + 1)
-        else:
-            with open(path, "rb") as file:
-                content = file.read(-1 if at_most is None else at_most + 1)
+    with open_input(path) as file, reading_faults(path):
+        content = file.read(-1 if at_most is None else at_most + 1)
     if at_most is not None and len(content) > at_most:
         raise UsageError(
             Diagnostic("file-read", f"cannot read {os.fspath(path)}: it is larger than {at_most} bytes")
@@ -78,6 +75,11 @@ def open_input(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
             raise file_fault("standard input", "read", OSError(errno.EBADF, "it is closed"))
         yield sys.stdin.buffer
         return
+    begun = _begun.pop(os.fspath(path), None)
+    if begun is not None:
+        with io.BufferedReader(begun) as again:
+            yield again
+        return
     with reading_faults(path):
         file = open(path, "rb")  # noqa: SIM115 - closed below; faults of the body are not those of opening
         if stat.S_ISDIR(os.fstat(file.fileno()).st_mode):
@@ -85,6 +87,59 @@ def open_input(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
             raise IsADirectoryError(errno.EISDIR, "is a directory")
     with file:
         yield file
+
+
+class _Begun(io.RawIOBase):
+    """A pipe whose first bytes have been looked at, and are read again."""
+
+    def __init__(self, pipe: BinaryIO, count: int) -> None:
+        self._pipe = pipe
+        self.head = pipe.read(count)
+        self._left = self.head
+
+    def readable(self) -> bool:
+        """Return True."""
+        return True
+
+    def fileno(self) -> int:
+        """Return the descriptor of the pipe."""
+        return self._pipe.fileno()
+
+    def readinto(self, buffer: Any) -> int:
+        """Fill a buffer with what comes next; return how many bytes that are, 0 at the end."""
+        data = self._left[: len(buffer)]
+        self._left = self._left[len(data) :]
+        data = data or self._pipe.read1(len(buffer))  # type: ignore[attr-defined]
+        buffer[: len(data)] = data
+        return len(data)
+
+    def close(self) -> None:
+        """Close the pipe."""
+        self._pipe.close()
+        super().close()
+
+
+#: Pipes that `head_of` has begun, by name, until `open_input` goes on with them.
+_begun: dict[str, _Begun] = {}
+
+
+def head_of(path: str | os.PathLike[str], count: int) -> bytes:
+    """Return the first bytes of a file, of which `open_input` then reads all; b"" where there is none to be read.
+
+    A pipe can be read once: it is kept open for the `open_input` that follows. Of devices nothing is read.
+    """
+    name = os.fspath(path)
+    if name in _begun:
+        return _begun[name].head[:count]
+    with suppress(OSError, ValueError):
+        mode = os.stat(name).st_mode
+        if stat.S_ISFIFO(mode):
+            _begun[name] = _Begun(open(name, "rb"), count)  # noqa: SIM115 - closed by `open_input`
+            return _begun[name].head
+        if stat.S_ISREG(mode):
+            with open(name, "rb") as file:
+                return file.read(count)
+    return b""
 
 
 def check_folder(path: str | os.PathLike[str]) -> None:

@@ -73,14 +73,13 @@ def _response_file(source: str, machine: str) -> PlotData | None:
     """Return the data of a response file, or None where the source is something else."""
     if not source.lower().endswith(".csv"):
         return None
-    from cncgen.files import open_input
+    from cncgen.files import head_of
     from cncgen.machine import load_machine
     from cncgen.report.plot_data import of_log
     from cncgen.servo.identification.log import read_log
 
-    with open_input(source) as file:
-        if b"_cmd_" not in file.readline(4096):
-            return None
+    if b"_cmd_" not in head_of(source, 4096).partition(b"\n")[0]:
+        return None
     where = load_machine(machine)
     return of_log(read_log(source), _title(source, where.name), where.axes)
 

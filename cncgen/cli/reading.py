@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import codecs
-import os
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from cncgen.cli import messages
@@ -24,14 +23,15 @@ _SETPOINT_HEADS = (b"t_s,", b'"t_s"', b'{"t_s"', b"\x93NUMPY", b"PK\x03\x04", b"
 
 
 def is_setpoint_file(name: str) -> bool:
-    """Tell whether a file holds setpoints, by its suffix or how it begins; any other one is a program."""
+    """Tell whether a file, or a pipe that has a name, holds setpoints, by its suffix or how it begins.
+
+    Any other one is a program; what cannot be read is named by its reader.
+    """
+    from cncgen.files import head_of
+
     if name.lower().endswith(_SETPOINT_SUFFIXES):
         return True
-    if not os.path.isfile(name):  # what cannot be read is named by the reader; a pipe can be read once
-        return False
-    with suppress(OSError), open(name, "rb") as file:
-        return file.read(16).removeprefix(codecs.BOM_UTF8).startswith(_SETPOINT_HEADS)
-    return False
+    return head_of(name, 16).removeprefix(codecs.BOM_UTF8).startswith(_SETPOINT_HEADS)
 
 
 @contextmanager

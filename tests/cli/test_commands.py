@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+import threading
 import tomllib
 from collections.abc import Callable
 from contextlib import suppress
@@ -228,11 +229,12 @@ def test_rounding_is_no_broken_limit(cncgen: Run, part: Path, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("kind", ["csv", "jsonl", "npy", "npz", "f64", "hal", "arrow"])
+@pytest.mark.parametrize("text", ["M2\n", "G0 X0 Y0 Z0\n"])
 def test_a_program_without_motion_has_one_setpoint(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], kind: str
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], kind: str, text: str
 ) -> None:
     """A single row tells no period: the file states it, or the machine has it."""
-    (tmp_path / "still.nc").write_text("M2\n")
+    (tmp_path / "still.nc").write_text(text)
     program, setpoints = str(tmp_path / "still.nc"), str(tmp_path / f"s.{kind}")
     assert run(["plan", program, "-q", "-o", setpoints]) == 0
     assert run(["verify", setpoints, "-p", program]) == 0
@@ -289,6 +291,31 @@ def test_setpoints_are_known_by_how_they_begin(tmp_path: Path, part: Path, kind:
     call = ["simulate", points, "--axis-params", "xy-table", "--axes", "xy", "-q", "-o", str(response)]
     assert run(call) == 0
     assert response.read_text().startswith("t_s,x_cmd_mm,x_mm,x_force,x_saturated,y_cmd_mm")
+
+
+@pytest.mark.parametrize("kind", ["csv", "jsonl", "npz", None])
+def test_what_comes_through_a_pipe_is_known_by_how_it_begins(
+    tmp_path: Path, part: Path, kind: str | None
+) -> None:
+    """Setpoints, and a program where the kind is None, in two pieces of which the first one says little."""
+    points, pipe, response = tmp_path / "points", tmp_path / "pipe", tmp_path / "response.csv"
+    assert run(["plan", str(part), "-m", "xy-table", "-q", "--format", kind or "csv", "-o", str(points)]) == 0
+    content = (points if kind else part).read_bytes()
+    os.mkfifo(pipe)
+
+    def write() -> None:
+        with open(pipe, "wb", buffering=0) as file:
+            file.write(content[:1])
+            file.write(content[1:])
+
+    writer = threading.Thread(target=write, daemon=True)
+    writer.start()
+    call = ["simulate", str(pipe), "-m", "xy-table", "--axes", "xy", "-q", "-o", str(response)]
+    assert run(call) == 0
+    writer.join(10)
+    of_file = tmp_path / "of_file.csv"
+    assert run([*call[:1], str(points if kind else part), *call[2:-1], str(of_file)]) == 0
+    assert response.read_bytes() == of_file.read_bytes()
 
 
 def test_setpoints_that_do_not_name_their_axes_are_drawn(tmp_path: Path, part: Path) -> None:
