@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 import json
-import multiprocessing
 import pickle
 import subprocess
 import sys
@@ -49,10 +48,6 @@ def machine(axis: Axis | None = None, **values: Any) -> cncgen.Machine:
 def planned(_: object = None) -> tuple[int, float]:
     points = cncgen.sample(cncgen.plan(square(), "xy-table")).collect()
     return len(points), float(points.position.max())
-
-
-def fails(_: object = None) -> None:
-    list(cncgen.plan(cncgen.read_text("G1 X= F1\nM2\n", "bad.nc"), "xy-table"))
 
 
 @pytest.mark.parametrize(
@@ -213,15 +208,48 @@ def test_records_are_pickled() -> None:
         assert error.diagnostics[0].values["c"] == 1.0
 
 
-def test_other_processes_and_threads() -> None:
-    """The same rows everywhere, and an error of a worker comes back as it is."""
+def test_threads() -> None:
+    """The same rows everywhere."""
     want = planned()
     with ThreadPoolExecutor(2) as pool:
         assert list(pool.map(planned, range(3))) == [want] * 3
+
+
+#: What workers do stands in a module of its own, which a new process can import wherever the tests were started from.
+WORK = """
+import cncgen
+
+def planned(text):
+    points = cncgen.sample(cncgen.plan(cncgen.read_text(text, "bad.nc"), "xy-table")).collect()
+    return len(points), float(points.position.max())
+"""
+
+POOL = """
+import multiprocessing
+import work
+from cncgen.diagnostics import ProgramError
+
+if __name__ == "__main__":
     with multiprocessing.get_context("spawn").Pool(1) as workers:
-        assert workers.map(planned, range(1)) == [want]
-        with pytest.raises(ProgramError, match=r"bad\.nc:1:5: error\[syntax\]"):
-            workers.map(fails, range(1))
+        print(*workers.map(work.planned, [{square!r}])[0])
+        try:
+            workers.map(work.planned, ["G1 X= F1\\nM2\\n"])
+        except ProgramError as error:
+            print(error)
+"""
+
+
+def test_other_processes(tmp_path: Path) -> None:
+    """The same rows everywhere, and an error of a worker comes back as it is."""
+    (tmp_path / "work.py").write_text(WORK)
+    (tmp_path / "pool.py").write_text(POOL.format(square=SQUARE))
+    run = subprocess.run(
+        [sys.executable, "pool.py"], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert run.returncode == 0, run.stderr
+    rows, error = run.stdout.split("\n", 1)
+    assert rows.split() == [str(value) for value in planned()]
+    assert "bad.nc:1:5: error[syntax]" in error
 
 
 def test_stages_that_are_dropped_leave_no_thread() -> None:
