@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.diagnostics import Diagnostic, NoPlanError, Span
 from cncgen.machine.record import Machine
 from cncgen.planner.contour_prediction import ContourPrediction, memory_of, prediction
 from cncgen.planner.look_ahead import Pieces, Segments, build, joint_caps, joint_speeds
@@ -40,6 +41,9 @@ _PLATEAU = 0.04
 _AIM = 0.98
 #: A window is slowed by this factor at most; a bound that asks for more is reported as not held.
 _MAX_SLOWING = 20.0
+#: Samples of a window at most (at a millisecond more than two hours, and 0.1 kB each), and those evaluated at a time.
+_MAX_SAMPLES = 1 << 23
+_AT_ONCE = 1 << 17
 
 
 @dataclass(slots=True)
@@ -50,6 +54,11 @@ class _Samples:
     v: Floats
     tangent: Floats
     curvature: Floats
+
+    @classmethod
+    def empty(cls, count: int, axes: int) -> _Samples:
+        """Make room for so many samples."""
+        return cls(np.empty(count), np.empty(count), np.empty((count, axes)), np.empty(count))
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +119,9 @@ class Dynamics:
 
         Returns:
             The finer segments, where the kept joints stand among theirs, and the largest error predicted, mm.
+
+        Raises:
+            NoPlanError: The window takes more than `_MAX_SAMPLES` periods.
         """
         self._slow_s, self._slowness = np.zeros(1), np.zeros(1)
         segments = open_path.segments
@@ -209,7 +221,9 @@ class Dynamics:
         count = int(pieces.offset[upto])
         t = window.t_s + np.concatenate([[0.0], np.cumsum(pieces.duration[:count])])
         first, stop = np.ceil(t[[0, -1]] / self.period_s - 1e-9)
-        ticks = np.arange(first, stop) * self.period_s
+        if stop - first > _MAX_SAMPLES:
+            slowest = int(np.argmax(np.diff(t[pieces.offset[: upto + 1]])))
+            raise NoPlanError(self._too_slow(window.span_at(0.5 * (place[slowest] + place[slowest + 1])), t))
         owner = np.repeat(np.arange(upto), np.diff(pieces.offset[: upto + 1]))
         before = np.concatenate([[0.0], np.cumsum(pieces.length[:count])])
         s = place[owner] + before[:-1] - before[pieces.offset[owner]]
@@ -218,9 +232,25 @@ class Dynamics:
         plan = Profile(
             t, s, pieces.v[piece], pieces.a[piece], pieces.j[piece], pieces.c[piece], pieces.limit[piece]
         )
-        motion = motion_at(plan, ticks)
-        tangent, curvature = self._geometry(window, motion.s)
-        return _Samples(motion.s, motion.v, tangent, curvature)
+        at = _Samples.empty(int(max(0, stop - first)), len(self.columns))
+        for begin in range(0, len(at.s), _AT_ONCE):
+            some = slice(begin, begin + _AT_ONCE)
+            motion = motion_at(plan, np.arange(first + begin, min(stop, first + some.stop)) * self.period_s)
+            at.s[some], at.v[some] = motion.s, motion.v
+            at.tangent[some], at.curvature[some] = self._geometry(window, motion.s)
+        return at
+
+    def _too_slow(self, span: Span, t: Floats) -> Diagnostic:
+        """Say that a window takes too long for a prediction at every period; `span` is where most of it goes."""
+        taken = float(t[-1] - t[0])
+        return Diagnostic(
+            "look-ahead-endless",
+            f"the look-ahead of ild takes {taken:.4g} s, which is more than {_MAX_SAMPLES} predictions of the contour "
+            f"error every {1e3 * self.period_s:g} ms",
+            span=span,
+            hint="look at the feed there and at the machine's velocities; --feedrate optimal needs no such look-ahead",
+            values={"time_s": taken, "samples": taken / self.period_s, "most": _MAX_SAMPLES},
+        )
 
     def _geometry(self, window: Window, s: Floats) -> tuple[Floats, Floats]:
         """Evaluate tangents (of the predicted axes) and curvatures at places of the window, non-decreasing."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -20,9 +21,13 @@ from cncgen.planner.look_ahead import build, joint_speeds, settled
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.record import Trajectory
 from cncgen.planner.sharp_corners import CornerRule
-from cncgen.planner.stretch import RowEnd, stretch_of
+from cncgen.planner.stretch import RowEnd, Stretch, stretch_of
 from cncgen.planner.window import Window
 from cncgen.toolpath.record import Toolpath
+from cncgen.toolpath.slicing import between
+
+#: Samples of the predicted contour error that a window of the look-ahead takes up, where its rows let it be cut there.
+_WINDOW_SAMPLES = 1 << 19
 
 
 def plan_ild(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) -> Iterator[Trajectory]:
@@ -40,6 +45,7 @@ def plan_ild(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions)
     Raises:
         UsageError: A contour error is asked for and an axis has no servo data to predict it with.
         ProgramError: A cutting motion has no feed.
+        NoPlanError: A window of the look-ahead takes so long that its contour error cannot be predicted.
     """
     rule = CornerRule(
         machine.chord_tolerance_mm, machine.period_s, options.kbar_per_mm, options.corner_distance_mm
@@ -47,14 +53,34 @@ def plan_ild(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions)
     dynamics = Dynamics.of(machine, options)
     centripetal = dynamics.centripetal if dynamics else np.inf
     window = Window()
-    end: RowEnd | None = None
-    for chunk in chunks:
-        stretch = stretch_of(chunk, machine, rule, end, centripetal)
-        end = stretch.end
+    longest = _WINDOW_SAMPLES * machine.period_s if dynamics else np.inf
+
+    def stretches() -> Iterator[Stretch]:
+        end: RowEnd | None = None
+        for chunk in chunks:
+            whole = stretch_of(chunk, machine, rule, end, centripetal)
+            parts = _parts(whole, longest)
+            for part in parts:
+                stretch = whole if len(parts) == 1 else stretch_of(part, machine, rule, end, centripetal)
+                end = stretch.end
+                yield stretch
+
+    for stretch in stretches():
         window.stretches.append(stretch)
-        if len(window) >= options.lookahead_rows:
+        if len(window) >= options.lookahead_rows or window.least_time_s() >= longest:
             yield from _advance(window, options, dynamics, last=False)
     yield from _advance(window, options, dynamics, last=True)
+
+
+def _parts(stretch: Stretch, longest_s: float) -> list[Toolpath]:
+    """Cut the toolpath of a stretch between rows into parts that take about `longest_s` at their top speeds."""
+    arrival = np.concatenate([[0.0], np.cumsum(np.diff(stretch.s) / stretch.top)])
+    if not arrival[-1] > longest_s:
+        return [stretch.toolpath]
+    part = np.interp(stretch.path.row_s, stretch.s, arrival) // longest_s
+    cuts = np.flatnonzero(np.diff(part[:-1])) + 1
+    bounds = [0, *cuts.tolist(), len(stretch.toolpath)]
+    return [between(stretch.toolpath, a, b) for a, b in pairwise(bounds)]
 
 
 def _advance(

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.diagnostics import Span
 from cncgen.planner.assembly import assemble
 from cncgen.planner.cutting import arrival_at, cut
 from cncgen.planner.look_ahead import Pieces, Segments
@@ -73,6 +74,23 @@ class Window:
 
     def __len__(self) -> int:
         return sum(len(s) - s.used for s in self.stretches)
+
+    def least_time_s(self) -> float:
+        """Return how long the open segments take at their top speeds, s."""
+        return sum(float((np.diff(s.s[s.used :]) / s.top[s.used :]).sum()) for s in self.stretches)
+
+    def span_at(self, place: float) -> Span:
+        """Return the source line of a place, mm from the first open joint."""
+        stretch = self.stretches[0]
+        for stretch in self.stretches:
+            length = float(stretch.s[-1] - stretch.s[stretch.used])
+            if place <= length:
+                break
+            place -= length
+        rows = stretch.toolpath
+        row = int(np.searchsorted(stretch.path.row_s[1:], stretch.s[stretch.used] + place))
+        row = min(row, len(rows) - 1)
+        return Span(rows.sources[int(rows.source[row])], int(rows.line[row]))
 
     def open_path(self) -> OpenPath:
         """Number the open joints, and drop those that hold nothing back."""

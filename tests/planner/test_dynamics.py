@@ -9,9 +9,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from cncgen.diagnostics import NoPlanError
 from cncgen.machine import Machine
 from cncgen.machine.record import Servo
-from cncgen.planner import PlanOptions, Trajectory, plan
+from cncgen.planner import PlanOptions, Trajectory, ild, plan
 from cncgen.planner.record import Limit
 from cncgen.servo import simulate
 from cncgen.setpoints import sample
@@ -89,3 +90,40 @@ def test_loops_that_never_agree_are_reported(lines: Callable[..., Toolpath], tab
     trajectories = list(plan([lines([(0, 0), (3, 3)], 100.0)], table, options))
     found = [d for t in trajectories for d in t.values["diagnostics"]]
     assert [d.code for d in found] == ["contour-error"]
+
+
+@pytest.mark.parametrize(("samples", "longer"), [(400, 1e-2), (2500, 1e-3)])
+def test_windows_are_cut_in_time(
+    lines: Callable[..., Toolpath],
+    bounded_table: Machine,
+    monkeypatch: pytest.MonkeyPatch,
+    samples: int,
+    longer: float,
+) -> None:
+    """A program that takes longer than a window's samples is planned in several windows.
+
+    That costs nearly no time: less than a hundredth where a window is no more than a row of 0.5 s.
+    """
+    points = [(0.0, 0.0)]
+    for k in range(20):
+        points += [(10.0 * (k % 2 == 0), points[-1][1]), (10.0 * (k % 2 == 0), k + 1.0)]
+    chunk = lines(points, 20.0)
+    whole = list(plan([chunk], bounded_table, ILD))
+    monkeypatch.setattr(ild, "_WINDOW_SAMPLES", samples)
+    parts = list(plan([chunk], bounded_table, ILD))
+    assert len(whole) == 1 < len(parts)
+    assert sum(len(part.toolpath) for part in {id(p.toolpath): p for p in parts}.values()) == len(chunk)
+    assert whole[-1].profile.t[-1] <= parts[-1].profile.t[-1] <= (1.0 + longer) * whole[-1].profile.t[-1]
+    assert true_errors(parts, bounded_table).max() <= 0.010
+
+
+def test_a_row_that_takes_too_long_is_named(lines: Callable[..., Toolpath], bounded_table: Machine) -> None:
+    """100 mm at 10⁻³ mm/s are 10⁵ s, 10⁸ periods of a millisecond; a corner's window before it is planned."""
+    slow = {k: replace(axis, max_velocity=1e-3) for k, axis in bounded_table.axes.items()}
+    chunk = lines([(0.0, 0.0), (0.001, 0.0), (0.001, 100.0)], 20.0)
+    with pytest.raises(
+        NoPlanError, match=r"takes 1e\+05 s, which is more than 8388608 predictions"
+    ) as caught:
+        list(plan([chunk], replace(bounded_table, axes=slow), ILD))
+    (fault,) = caught.value.diagnostics
+    assert (fault.code, fault.span.line) == ("look-ahead-endless", int(chunk.line[1]))
