@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from cncgen.planner.smoothing.ends import opened
 from cncgen.planner.smoothing.output import rows_of
 from cncgen.planner.smoothing.runs import TANGENT, Classes, axis_scale, classify
 from cncgen.planner.smoothing.worth import Drive, worth_rounding
-from cncgen.toolpath.record import Kind, Toolpath
+from cncgen.toolpath.record import Kind, PathMode, Toolpath
 from cncgen.toolpath.slicing import between, join
 
 Bools = NDArray[np.bool_]
@@ -215,7 +216,10 @@ class _Done:
     def toolpaths(self) -> list[Toolpath]:
         """Return all parts."""
         if self._first < self._stop:
-            self._parts.append(between(self._rows, self._first, self._stop))
+            part = between(self._rows, self._first, self._stop)
+            # Chords need not share the tolerance with smoothing there.
+            met = np.where(part.path_mode == PathMode.CONTINUOUS, PathMode.EXACT_PATH, part.path_mode)
+            self._parts.append(replace(part, path_mode=met.astype(np.int8)))
             self._first = self._stop
         return self._parts
 

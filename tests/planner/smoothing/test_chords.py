@@ -114,3 +114,13 @@ def test_more_room_for_chords_than_they_take_costs_nothing(chord: float) -> None
         assert max(verdict.setpoints_to_path_mm, verdict.path_to_setpoints_mm) <= 0.01
         times.append(setpoints.time_s[-1])
     assert times[1] <= times[0] * (1.0 + 1e-3)
+
+
+def test_a_curve_that_is_met_exactly_shares_its_tolerance_with_nothing() -> None:
+    """At P = δ what is smoothed has half of P each for itself and its chords; a NURBS in the program needs no smoothing."""
+    curve = "K0 X0 Y0 R1 F30000\nK0 X5 Y9 R1\nK0 X10 Y-9 R1\nK0 X15 Y0 R1\nK1\nK1\nK1\nK1\nM2\n"
+    times = []
+    for mode in (f"G64 P{CHORD}", "G61"):
+        program = pipeline.read_text(f"G21 G17 G90 G94 {mode}\nG6.2 P4 {curve}")
+        times.append(list(pipeline.plan(program, machine(0.004)))[-1].profile.t[-1])
+    assert times[0] == pytest.approx(times[1], rel=1e-12)
