@@ -181,13 +181,20 @@ def function_of(name: cython.uint, a: cython.double) -> cython.double:
         if -1.0 <= a <= 1.0:
             value = arc_sine(a) if name == _ASIN else arc_cosine(a)
     elif fabs(a) < _LARGEST_ANGLE:
-        if name == _SIN:
-            value = sine(a)
-        elif name == _COS:
-            value = cosine(a)
-        elif name == _TAN:
-            value = tangent(a)
+        value = _function_of_angle(name, a)
     return value if isfinite(value) else _NAN
+
+
+@cython.cfunc
+@cython.inline
+@cython.exceptval(check=False)
+def _function_of_angle(name: cython.uint, a: cython.double) -> cython.double:
+    """Return SIN, COS or TAN of an angle in degrees; NaN where the name is another one."""
+    if name == _SIN:
+        return sine(a)
+    if name == _COS:
+        return cosine(a)
+    return tangent(a) if name == _TAN else _NAN
 
 
 # Operators.
