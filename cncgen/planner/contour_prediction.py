@@ -95,7 +95,7 @@ class AxisPrediction:
     state: Floats
 
     def run(self, speed: Floats) -> Floats:
-        """Return the following errors of further samples of the axis's speed, mm; the state moves on."""
+        """Return the following errors of further samples of the axis's speed, mm (eq. 15); the state moves on."""
         out = np.empty(len(speed))
         filters.recursive(self.b, self.a, np.ascontiguousarray(speed), out, self.state)
         return out
@@ -142,7 +142,7 @@ class ContourPrediction:
 
 
 def prediction(machine: Machine, options: PlanOptions, letters: str) -> ContourPrediction:
-    """Set up the prediction for some of the axes X Y Z.
+    """Set up the prediction (paper 003, eqs 9 to 15) for some of the axes X Y Z.
 
     Raises:
         UsageError: An axis has no servo data, or a model whose error cannot be predicted; every such axis is named.

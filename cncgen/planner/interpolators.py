@@ -61,7 +61,10 @@ Stepper = Callable[[Path, int, Profile, float, float, float, float], Steps]
 def retime(
     trajectories: Iterator[Trajectory], machine: Machine, options: PlanOptions
 ) -> Iterator[Trajectory]:
-    """Return the trajectories as the interpolator of the options would travel them; `arclength` changes nothing."""
+    """Return the trajectories as the interpolator of the options would travel them; `arclength` changes nothing.
+
+    `taylor1` and `taylor2` are paper 000, eqs 3.2 and 3.1.
+    """
     if options.interpolator == "arclength":
         return trajectories
     return _retimed(trajectories, STEPPERS[options.interpolator], machine.period_s)
@@ -137,7 +140,7 @@ def ticks_between(start: float, end: float, period_s: float) -> Floats:
 def uniform_steps(
     path: Path, row: int, plan: Profile, start: float, end: float, now: float, period_s: float
 ) -> Steps:
-    """Step through a curve by equal amounts of its parameter in the time that the plan takes for it."""
+    """Step through a curve by equal amounts of its parameter in the time that the plan takes for it (Bedi et al. 1993)."""
     ticks = ticks_between(now, now + end - start, period_s)
     t = np.concatenate([[now], ticks, [now + end - start]])
     planned = start + (t - now)
@@ -153,7 +156,7 @@ def uniform_steps(
 def taylor_steps(
     order: int, path: Path, row: int, plan: Profile, start: float, end: float, now: float, period_s: float
 ) -> Steps:
-    """Step through a curve by the Taylor expansion of u(t), of order 1 or 2.
+    """Step through a curve by the Taylor expansion of u(t), of order 1 (paper 000, eq. 3.2) or 2 (eq. 3.1).
 
     The recurrence is solved by sweeps over blocks of samples: every step is computed from the places of the last
     sweep, and the steps are added up. A sweep makes at least one more sample final, and as the steps hardly depend on

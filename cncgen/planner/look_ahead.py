@@ -109,7 +109,7 @@ class Pieces:
 
 
 def build(segments: Segments, speeds: Floats, profile: str) -> Pieces:
-    """Lay out the speed profile of every segment between joint speeds that `joint_speeds` gave.
+    """Lay out the speed profile of every segment between joint speeds that `joint_speeds` gave (paper 003, section 5.3).
 
     Long segments accelerate, cruise at their top speed and decelerate (seven phases); medium ones only reach the
     speed at which both ramps just fill them, found by bisection; short ones are a single ramp.
