@@ -184,6 +184,66 @@ class _System:
             self.c[k] += self.step * self.dc[k]
 
 
+@cython.cclass
+class _Verdict:
+    """Whether an iteration has come to its end, and the best iterate that is near enough to the optimum.
+
+    Attributes:
+        tolerance, slack: As `solve` takes them.
+        near, gap: That iterate and its duality gap, 1e300 for none yet.
+        worst, before: The largest part of a limit that was last found between the ends of intervals, and the time before.
+        stubborn, short: Iterations in a row that found the same passed, and that made a short step.
+    """
+
+    tolerance: cython.double
+    slack: cython.double
+    near: cython.double[::1]
+    gap: cython.double
+    worst: cython.double
+    before: cython.double
+    stubborn: cython.int
+    short: cython.int
+
+    def __init__(self, tolerance: cython.double, slack: cython.double, size: cython.Py_ssize_t) -> None:
+        """Know nothing yet."""
+        import numpy
+
+        self.tolerance, self.slack, self.near, self.gap = tolerance, slack, numpy.zeros(size), 1e300
+        self.worst, self.before, self.stubborn, self.short = 0.0, 0.0, 0, 0
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def between(self, worst: cython.double) -> cython.void:
+        """Take what was found between the ends of intervals."""
+        self.before = self.worst
+        self.worst = worst
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def of(self, system: _System, f: cython.double, residual: cython.double) -> cython.int:
+        """Return 0 at the optimum, −1 where no further iteration would come nearer, 1 else."""
+        same: cython.bint
+        optimal: cython.bint = system.gap < 2.0 * self.tolerance * f
+        held: cython.bint = self.worst < 1.0 + self.slack and system.broken < self.slack
+        if held and optimal and residual < 10.0 * self.tolerance * f:
+            return 0
+        if optimal and self.worst > 1.0 + _PASSED:
+            same = fabs(self.worst - self.before) < 0.01 * (self.before - 1.0)
+            self.stubborn = self.stubborn + 1 if same else 0
+            if self.stubborn == _STUBBORN:
+                return -1
+        if held and residual < 100.0 * self.tolerance * f and system.gap < self.gap:
+            self.gap = system.gap
+            self.near[:] = system.c
+        elif self.gap < 1e300:
+            self.short = self.short + 1 if system.step < 0.02 else 0
+            if system.gap > 3.0 * self.gap or self.short == _SHORT:
+                return -1
+        return 1
+
+
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
@@ -246,64 +306,49 @@ def solve(
     import numpy
 
     system: _System = _System(c, free, h, ends, extra, rows, offset, kind)
+    verdict: _Verdict = _Verdict(tolerance, slack, h.shape[0] + 2)
     value: cython.double[::1] = numpy.zeros(10 * d1.shape[2])
-    near: cython.double[::1] = numpy.zeros(h.shape[0] + 2)
     iteration: cython.int = 0
-    status: cython.int = -1
+    status: cython.int = 1
     fresh: cython.bint
-    ready: cython.bint
     eased: cython.Py_ssize_t = _EASED if free > 1 else 0
-    stubborn: cython.int = 0
-    short: cython.int = 0
-    before: cython.double = 0.0
     f: cython.double = 0.0
-    gap: cython.double = 0.0
     residual: cython.double = 0.0
-    kept: cython.double = 1e300
     with cython.nogil:
         apply(rows, offset, kind, axis, share, slack, eased)
         for iteration in range(most):
             f = system.objective()
-            if _due(iteration, gap / f):
-                fresh = gap > 0.006 * f
-                before = report[5]
-                report[5] = tighten(c, h, ends, d1, d2, d3, limits, factor, share, slack, eased, fresh, value)
-                if fresh or report[5] > 1.0 + slack:
+            if _due(iteration, system.gap / f):
+                fresh = system.gap > 0.006 * f
+                verdict.between(
+                    tighten(c, h, ends, d1, d2, d3, limits, factor, share, slack, eased, fresh, value)
+                )
+                if fresh or verdict.worst > 1.0 + slack:
                     apply(rows, offset, kind, axis, share, slack, eased)
             system.gather(3.0 * f / system.sides if iteration == 0 else 0.0)
-            gap = system.gap
             residual = system.residual()
-            ready = report[5] < 1.0 + slack and system.broken < slack
-            if ready and gap < 2.0 * tolerance * f and residual < 10.0 * tolerance * f:
-                status = 0
+            status = verdict.of(system, f, residual)
+            if status < 1:
                 break
-            if gap < 2.0 * tolerance * f and report[5] > 1.0 + _PASSED:
-                stubborn = stubborn + 1 if fabs(report[5] - before) < 0.01 * (before - 1.0) else 0
-                if stubborn == _STUBBORN:
-                    break
-            if ready and residual < 100.0 * tolerance * f and gap < kept:
-                kept = gap
-                near[:] = c
-            elif kept < 1e300:
-                short = short + 1 if system.step < 0.02 else 0
-                if gap > 3.0 * kept or short == _SHORT:
-                    break
             if not system.factorize():
                 status = -2
                 break
             system.advance(tolerance * f)
-        if status < 0 and kept < 1e300:
+        if status != 0 and verdict.gap < 1e300:
             # Stalled beside the optimum: by rounding, or where a limit was lowered last.
-            c[:] = near
+            c[:] = verdict.near
             f = system.objective()
-            gap = kept
+            system.gap = verdict.gap
             system.broken = 0.0
             status = 1
+        elif status == 1:
+            status = -1
     report[0] = f
-    report[1] = gap
+    report[1] = system.gap
     report[2] = system.broken
     report[3] = iteration
     report[4] = residual
+    report[5] = verdict.worst
     return status
 
 
