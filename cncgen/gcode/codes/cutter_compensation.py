@@ -275,6 +275,10 @@ class CompensatedSink:
         """Pass on."""
         self._defer(lambda: self.inner.set_spindle(speed, direction))
 
+    def set_surface_speed(self, limit: float | None) -> None:
+        """Pass on."""
+        self._defer(lambda: self.inner.set_surface_speed(limit))
+
     def set_motion_control_mode(self, mode: PathMode, tolerance: float | None, naive: float | None) -> None:
         """Pass on."""
         self._defer(lambda: self.inner.set_motion_control_mode(mode, tolerance, naive))

@@ -161,6 +161,7 @@ def name_position(ip: Interpreter, block: Block) -> None:
         state.speed_limit = limit
         if state.constant_surface is not None:
             state.constant_surface = limit
+            ip.sink.set_surface_speed(limit)
             ip.sink.call(f"SET_SPINDLE_MODE(0 {limit:.4f})")
     elif not axes:
         raise BlockError("axis-missing", "G92 has no axis word", "G92", hint="G92 X0 names the position X0")

@@ -48,6 +48,8 @@ def reset(ip: Interpreter) -> None:
         sink.call("ENABLE_FEED_OVERRIDE()")
     state.direction, state.motion = 0, 10
     sink.set_spindle(state.speed, 0)
+    state.constant_surface = None
+    sink.set_surface_speed(None)
     sink.call("STOP_SPINDLE_TURNING(0)")
     sink.call(f"SET_SPINDLE_MODE(0 {0.0:.4f})")
     if state.mist:

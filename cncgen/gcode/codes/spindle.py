@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.sinks.sink import LEAST_RADIUS_MM
 from cncgen.gcode.state.modal import Stage
 from cncgen.toolpath.record import Event
+from cncgen.units import INCH
 
 #: Spindles that ``$`` may name (the stand-alone machine has one).
 _SPINDLES = 8
@@ -26,7 +30,18 @@ def spindle_of(ip: Interpreter, block: Block) -> int:
 
 
 def _event(ip: Interpreter, rest: bool) -> Event:
-    return Event("spindle", rest, values={"speed_rpm": ip.state.speed, "direction": ip.state.direction})
+    state = ip.state
+    values = {"speed_rpm": state.speed, "direction": state.direction}
+    if state.constant_surface:
+        # What the spindle makes of it where the tool stands; it follows the tool from there.
+        around = (
+            2.0 * math.pi * max(abs(state.position[0]), LEAST_RADIUS_MM / (INCH if state.inches else 1.0))
+        )
+        values["speed_rpm"] = min(
+            state.speed * (12.0 if state.inches else 1000.0) / around, state.constant_surface
+        )
+        values["surface_ft_min" if state.inches else "surface_m_min"] = state.speed
+    return Event("spindle", rest, values=values)
 
 
 def set_speed(ip: Interpreter, block: Block) -> None:
@@ -82,12 +97,15 @@ def constant_surface(ip: Interpreter, block: Block) -> None:
             "speed-missing", "G96 has no surface speed", "G96", hint="give it as S in the same block"
         )
     ip.state.constant_surface = limit
+    # D0 leaves the mode in LinuxCNC: a limit of 0 is its sign of G97.
+    ip.sink.set_surface_speed(limit or None)
     ip.sink.call(f"SET_SPINDLE_MODE({max(spindle_of(ip, block), 0)} {limit:.4f})")
 
 
 def constant_revolutions(ip: Interpreter, block: Block) -> None:
     """G97: S is rev/min."""
     ip.state.constant_surface = None
+    ip.sink.set_surface_speed(None)
     ip.sink.call(f"SET_SPINDLE_MODE({max(spindle_of(ip, block), 0)} {0.0:.4f})")
 
 

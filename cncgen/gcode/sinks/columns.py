@@ -57,6 +57,7 @@ class ColumnsSink:
         self._feed_mode = 94
         self._feed = 0.0
         self._speed = 0.0
+        self._surface: float | None = None
         self._plane = 17
         self._scale = 1.0
         self._origin, self._g92, self._tool = zeros(), zeros(), zeros()
@@ -94,13 +95,14 @@ class ColumnsSink:
 
     def synchronise(self, pitch: float | None) -> None:
         """Take the pitch as the feed per revolution, or put the feed back."""
-        if self._feed_mode == 93 or (self._before is not None and self._before[1] == 93):
-            # What is kept must have one meaning of the feed; 94 and 95 differ by a factor alone.
+        varies = self._surface is not None
+        if varies or self._feed_mode == 93 or (self._before is not None and self._before[1] == 93):
+            # What is kept must have one meaning of the feed; 94 and 95 differ by a factor alone, if it is one.
             self.flush()
         if pitch is not None:
             self._before = self._feed, self._feed_mode
-            self._feed = pitch * self._speed if self._feed_mode == 94 else pitch
-            self._feed_mode = 95 if self._feed_mode == 93 else self._feed_mode
+            self._feed = pitch * self._speed if self._feed_mode == 94 and not varies else pitch
+            self._feed_mode = 95 if self._feed_mode == 93 or varies else self._feed_mode
         elif self._before is not None:
             self._feed, self._feed_mode = self._before
             self._before = None
@@ -169,6 +171,7 @@ class ColumnsSink:
         one = np.ones(1)
         end = points[-1:]
         rotary_only = not (points[:, ~self._rotary] != points[0, ~self._rotary]).any()
+        rate = self._revolutions(points[:1], end)
         table = NurbsTable(
             np.array([curve.degree]),
             np.array([0, len(points)]),
@@ -181,7 +184,7 @@ class ColumnsSink:
             Rows(
                 np.array([Kind.NURBS], np.int8),
                 end,
-                self._inside_feed(one * self._feed, np.array([rotary_only])),
+                self._inside_feed(one * self._feed, np.array([rotary_only]), rate),
                 np.array([self._inside_mode()], np.int8),
                 np.zeros(1, np.int64),
                 np.array([self.block.line], np.int64),
@@ -196,11 +199,14 @@ class ColumnsSink:
         """Transform motions and add their rows."""
         end = self._machine(batch.end)
         start = np.concatenate([self.builder.position[None, :], end[:-1]])
+        if self._surface is not None and self._feed_mode == 95:
+            batch, start, end = self._parted(batch, start, end)
         motion = batch.motion
         arcs = motion >= 2
         rapid = motion == 0
+        rate = self._revolutions(start, end)
         # A full circle ends where it starts, and yet moves linear axes.
-        feed = self._inside_feed(batch.feed, self._rotary_only(start, end) & ~arcs)
+        feed = self._inside_feed(batch.feed, self._rotary_only(start, end) & ~arcs, rate)
         feed[rapid] = np.nan
         curve = np.full(len(motion), -1, np.int64)
         table = None
@@ -221,6 +227,47 @@ class ColumnsSink:
                 table,
             )
         )
+
+    def _parted(self, batch: _Motions, start: Floats, end: Floats) -> tuple[_Motions, Floats, Floats]:
+        """Cut the lines along which the spindle's speed changes; return the motions with their starts and ends."""
+        from cncgen.gcode.sinks.surface_speed import parted
+
+        line = batch.motion == 1
+        first = self._radius(start)
+        # What is not cut has the same radius at both its ends.
+        last = np.where(line, self._radius(end), first)
+        knee = self._surface_mm_min() / (2.0 * math.pi * self._surface) if self._surface else math.inf
+        owner, until = parted(first, last, knee)
+        whole = (until == 1.0)[:, None]
+        ends = np.where(whole, end[owner], start[owner] + until[:, None] * (end - start)[owner])
+        parts = _Motions(
+            batch.motion[owner],
+            batch.end[owner],
+            batch.feed[owner],
+            batch.centre[owner],
+            batch.turns[owner],
+            batch.line[owner],
+            batch.source,
+        )
+        return parts, np.concatenate([self.builder.position[None, :], ends[:-1]]), ends
+
+    def _radius(self, points: Floats) -> Floats:
+        """Return the distance of machine positions from X0 of the program, mm, signed."""
+        radius: Floats = points[:, 0] - self._machine(np.zeros((1, len(AXIS_INDEX))))[0, 0]
+        return radius
+
+    def _surface_mm_min(self) -> float:
+        """Return the surface speed: S is m/min, or ft/min where lengths are inches."""
+        return self._speed * (1000.0 if self._scale == 1.0 else 12.0 * INCH)
+
+    def _revolutions(self, start: Floats, end: Floats) -> Floats | float:
+        """Return the spindle's speed along motions, rev/min: one for all, but in G96 that of the mean radius of each."""
+        if self._surface is None:
+            return self._speed
+        from cncgen.gcode.sinks.surface_speed import revolutions
+
+        mean = 0.5 * (self._radius(start) + self._radius(end))
+        return revolutions(self._surface_mm_min(), self._surface, mean)
 
     def _rotary_only(self, start: Floats, end: Floats) -> NDArray[np.bool_]:
         """Tell the rows that move no linear axis: their feed is in degrees."""
@@ -268,11 +315,11 @@ class ColumnsSink:
     def _inside_mode(self) -> FeedMode:
         return FeedMode.INVERSE_TIME if self._feed_mode == 93 else FeedMode.SPEED
 
-    def _inside_feed(self, feed: Floats, rotary_only: NDArray[np.bool_]) -> Floats:
-        """Return mm/s, rad/s or 1/s of feed rates as programmed."""
+    def _inside_feed(self, feed: Floats, rotary_only: NDArray[np.bool_], rate: Floats | float) -> Floats:
+        """Return mm/s, rad/s or 1/s of feed rates as programmed; `rate` is the spindle's speed, rev/min."""
         if self._feed_mode == 93:
             return feed * PER_MINUTE
-        out = feed * (PER_MINUTE * (self._speed if self._feed_mode == 95 else 1.0))
+        out = feed * (PER_MINUTE * (rate if self._feed_mode == 95 else 1.0))
         return out * np.where(rotary_only, DEGREE, self._scale)
 
     # What later motions depend on.
@@ -309,6 +356,11 @@ class ColumnsSink:
         """Set the speed that feeds per revolution are multiplied by."""
         self.flush()
         self._speed = speed if direction else 0.0
+
+    def set_surface_speed(self, limit: float | None) -> None:
+        """Set whether that speed is one of the surface, and what bounds the revolutions."""
+        self.flush()
+        self._surface = limit
 
     def set_motion_control_mode(self, mode: PathMode, tolerance: float | None, naive: float | None) -> None:
         """Set path mode and tolerance (NaN where the program gives none)."""

@@ -44,4 +44,4 @@ class CountingSink:
 
     synchronise = use_length_units = select_plane = set_feed_rate = set_inverse_time = _nothing
     set_feed_mode = set_spindle = set_motion_control_mode = place = use_tool_length_offset = _nothing
-    set_g5x_offset = set_g92_offset = set_xy_rotation = _nothing
+    set_g5x_offset = set_g92_offset = set_xy_rotation = set_surface_speed = _nothing

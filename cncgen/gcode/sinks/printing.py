@@ -134,6 +134,9 @@ class PrintingSink:
     def set_spindle(self, speed: float, direction: int) -> None:
         """Print nothing: the calls that change the spindle are printed as they come."""
 
+    def set_surface_speed(self, limit: float | None) -> None:
+        """Print nothing, as `set_spindle`."""
+
     def set_motion_control_mode(self, mode: PathMode, tolerance: float | None, naive: float | None) -> None:
         """Print SET_MOTION_CONTROL_MODE, and the tolerance of joining lines in continuous mode."""
         if mode is PathMode.CONTINUOUS:

@@ -15,6 +15,9 @@ from cncgen.toolpath.record import Event, PathMode
 
 Point = list[float]
 
+#: Radius below which a surface speed (G96) without a limit asks for no more revolutions.
+LEAST_RADIUS_MM = 0.01
+
 
 class MotionBatch(NamedTuple):
     """Motions in columns, a row a motion, as `cncgen.kernels.gcode_motion.Advance` gives them.
@@ -101,6 +104,9 @@ class Sink(Protocol):
 
     def set_spindle(self, speed: float, direction: int) -> None:
         """Tell the speed (rev/min) and direction in force; feeds per revolution depend on them. Prints nothing."""
+
+    def set_surface_speed(self, limit: float | None) -> None:
+        """Take spindle speeds as m/min (ft/min) at X, at most `limit` rev/min; None: as rev/min. Prints nothing."""
 
     def set_motion_control_mode(self, mode: PathMode, tolerance: float | None, naive: float | None) -> None:
         """Set how close the motion stays to the path; `tolerance` in length units, None where not given."""
