@@ -117,6 +117,7 @@ def _of_setpoints(
     format: str | None,
     output: str | None,
 ) -> dict[str, Any]:
+    from cncgen import pipeline
     from cncgen.cli.writing import write_setpoints
     from cncgen.machine import load_servos
     from cncgen.servo.mirror import Compensation, limits_of
@@ -127,7 +128,8 @@ def _of_setpoints(
     if limits and bounds is None:
         messages.note(f"{servos} has no limits: none are checked; give the machine with -m")
     letters, period = given
-    with open_setpoints(source, axes=letters, period_s=period) as stream:
+    usual = pipeline.machine_of(machine).period_s if machine and limits else None
+    with open_setpoints(source, axes=letters, period_s=period, default_period_s=usual) as stream:
         work = Compensation(stream.chunks, load_servos(servos), passes=passes, limits=bounds, settle_s=settle)
         rows = write_setpoints(work.chunks(), output, format)
     messages.note(_written_text(rows, passes))

@@ -246,6 +246,16 @@ def test_a_program_without_motion_has_one_setpoint(
     assert set(row.split(",")) == {"0.000000000", "0"}
 
 
+def test_one_setpoint_is_compensated(tmp_path: Path) -> None:
+    """It has the machine's period, and the command rests where it does."""
+    (tmp_path / "one.csv").write_text("t_s,x_mm,y_mm\n0,5,-2\n")
+    output = tmp_path / "command.csv"
+    assert run(["compensate", str(tmp_path / "one.csv"), "-m", "xy-table", "-q", "-o", str(output)]) == 0
+    rows = output.read_text().splitlines()[1:]
+    assert {row.split(",", 1)[1] for row in rows} == {"5.000000000,-2.000000000"}
+    assert rows[1].startswith("0.001000000,")
+
+
 def test_strategies_are_compared_on_a_program_without_motion(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
