@@ -16,6 +16,9 @@ from cncgen.toolpath.record import FeedMode, Kind, Toolpath
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+#: Part of a feed by which the mean over a span may differ from it for rounding alone.
+_SAME = 1e-6
+
 
 def rows_of(
     spline: Spline, row_t: Floats, source: Toolpath, moving: Ints, axes_scale: Floats, events: range
@@ -23,7 +26,8 @@ def rows_of(
     """Return the toolpath of a spline.
 
     A knot span belongs to the source row in which its middle lies; spans of one row in a row make one NURBS row, with
-    the feed, line, mode and tolerance of that row. A feed by inverse time becomes the speed that the row had.
+    the line, mode and tolerance of that row, and with its feed. Where rows of another feed are too short for spans of their
+    own, it is the feed that takes the time of all. A feed by inverse time becomes the speed that the row had.
 
     Args:
         spline: Fitted to the rows `moving` of `source`.
@@ -41,15 +45,16 @@ def rows_of(
     table = _pieces(knots, points, first, stop)
     ends = nurbs.evaluate(table, np.arange(len(first)), nurbs.parameter_range(table)[1], 0, side=-1)[0]
     rows = moving[owner[first]]
-    inverse = source.feed_mode[rows] == FeedMode.INVERSE_TIME
-    feed = np.where(inverse, source.feed[rows] * np.diff(row_t)[owner[first]], source.feed[rows])
+    inverse = source.feed_mode[moving] == FeedMode.INVERSE_TIME
+    feed = np.where(inverse, source.feed[moving] * np.diff(row_t), source.feed[moving])
+    at = knots[4:-4]
     made = replace(
         source,
         start=points[0] if knots[0] == knots[4] else _start(table),
         kind=np.full(len(rows), Kind.NURBS, np.int8),
         end=ends,
-        feed=feed,
-        feed_mode=np.where(inverse, FeedMode.SPEED, source.feed_mode[rows]).astype(np.int8),
+        feed=_mean(feed, row_t, owner[first], at[first], at[stop]),
+        feed_mode=np.where(inverse[owner[first]], FeedMode.SPEED, source.feed_mode[rows]).astype(np.int8),
         path_mode=source.path_mode[rows],
         tolerance=source.tolerance[rows],
         curve=np.arange(len(rows)),
@@ -61,6 +66,15 @@ def rows_of(
     )
     inside = events.start + np.flatnonzero(source.kind[events.start : events.stop] == Kind.EVENT)
     return _with_events(made, rows, source, inside) if inside.size else made
+
+
+def _mean(feed: Floats, row_t: Floats, owner: Ints, begin: Floats, end: Floats) -> Floats:
+    """Return the feed that takes as long from `begin` to `end` as those of the rows between; the owner's where all agree."""
+    time = np.concatenate([[0.0], np.cumsum(np.diff(row_t) / feed)])
+    mean = (end - begin) / (np.interp(end, row_t, time) - np.interp(begin, row_t, time))
+    own = feed[owner]
+    # Knots at changes of feed lie where the rows end but for rounding.
+    return np.where(np.abs(mean - own) <= _SAME * own, own, mean)
 
 
 def _start(table: NurbsTable) -> Floats:
