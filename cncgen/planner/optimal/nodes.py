@@ -90,7 +90,7 @@ def place(
     spacing = np.minimum(spacing, _change(bounds, x[3], probes, shape, density.change))
     # Panels follow the parameter, too: where a straight curve stands, they are tiny and tell nothing of the path.
     with np.errstate(invalid="ignore"):
-        turns = shape[2] * panels + shape[3] * panels**2 > _NO_TURN
+        turns = shape[3] * panels + shape[4] * panels**2 > _NO_TURN
     spacing = np.where(turns, np.minimum(spacing, density.panel * panels), spacing)
     rests = joints.s[joints.stop]
     if len(rests) > 1:
@@ -108,27 +108,34 @@ def place(
     borders = _borders(joints, before, after, lines)
     stretch = np.searchsorted(joints.s, borders[:-1], side="right") - 1
     whole = lines[stretch] | _beside_rest(joints, borders)
-    low = joints.s[joints.stop | _slow(shape[4], probes, joints)]
+    low = joints.s[joints.stop | _slow(shape[5], probes, joints)]
     growth = _growth(shape, probes, low, density.growth)
     return _spread(*_graded(probes, spacing, growth), borders, whole)
 
 
-def along(bounds: Bounds, x: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+def along(bounds: Bounds, x: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Return acceleration and jerk along the path by the weakest axis, and how fast its direction turns, each (n,).
 
-    The turn is measured in the axes' own accelerations: max |x''|/A over max |x'|/A, the curvature where all are alike;
-    its change likewise by x'''.
+    Turns are measured in the axes' own limits: for the curvature that the acceleration meets, max |x''|/A over max |x'|/A;
+    for the path's, that or the same with J, whichever is larger, and its change likewise by the third derivative. Where
+    all axes are alike these are the path's own.
 
     Args:
         bounds: Limits.
         x: Shape (4, n, axes), position and derivatives.
+
+    Returns:
+        Acceleration, jerk; the curvature for the acceleration, the path's, and its change.
     """
     limit = bounds.axes
     with np.errstate(divide="ignore", invalid="ignore"):
         size = np.abs(x[1:])
         steep, bend, twist = most(size / limit.acceleration)
-        jerk = 1.0 / most(size[0] / limit.jerk)
-        return 1.0 / steep, jerk, np.nan_to_num(bend / steep), np.nan_to_num(twist / steep)
+        steep_j, bend_j, twist_j = most(size / limit.jerk)
+        bend, twist = np.nan_to_num(bend / steep), np.nan_to_num(twist / steep)
+        turn = np.maximum(bend, np.nan_to_num(bend_j / steep_j))
+        twist = np.maximum(twist, np.nan_to_num(twist_j / steep_j))
+        return 1.0 / steep, 1.0 / steep_j, bend, turn, twist
 
 
 def _shape(
@@ -139,7 +146,7 @@ def _shape(
     at = np.searchsorted(s, joints.s[1:])
     left = sides[0][:, 1:]
     before = (*along(bounds, left), top_at(joints.s[1:], left, -1))
-    worst = (np.minimum, np.minimum, np.maximum, np.maximum, np.minimum)
+    worst = (np.minimum, np.minimum, np.maximum, np.maximum, np.maximum, np.minimum)
     for mine, other, worse in zip(found, before, worst, strict=True):
         mine[at] = worse(mine[at], other)
     return found
@@ -156,7 +163,7 @@ def _change(bounds: Bounds, x3: Floats, s: Floats, shape: tuple[Floats, ...], pa
     At the places `s`, four a cell, v the largest speed by acceleration and jerk of steady motion. Differences are taken
     within a cell, as x''' may jump at its borders; there the larger one counts.
     """
-    acceleration, _, bend, _, top = shape
+    acceleration, _, bend, *_, top = shape
     jerk = bounds.axes.jerk
     with np.errstate(divide="ignore", invalid="ignore"):
         cube = np.minimum(np.minimum(top, acceleration / bend) ** 1.5, 1.0 / most(np.abs(x3) / jerk))
@@ -175,7 +182,7 @@ def _spacing(
     shape: tuple[Floats, ...], s: Floats, joints: Joints, density: Density, period_s: float
 ) -> Floats:
     """Return the largest spacing at the places `s` by the shape of the path and the speed that it allows there."""
-    acceleration, jerk, bend, twist, top = shape
+    acceleration, jerk, bend, turn, twist, top = shape
     ramp = acceleration / jerk
     with np.errstate(divide="ignore"):
         speed = np.sqrt(np.minimum(top, acceleration / bend))
@@ -193,7 +200,7 @@ def _spacing(
         return np.minimum.reduce(
             [
                 step * np.minimum(speed, fastest) + density.growth * beyond,
-                density.bend / bend,
+                density.bend / turn,
                 density.twist / np.sqrt(twist),
             ]
         )
@@ -225,11 +232,11 @@ def _first(
     gap = np.diff(joints.s, prepend=-np.inf, append=np.inf) / 3.0
     found = []
     for x, far, near, side in ((sides[0], room[:-1], gap[:-1], -1), (sides[1], room[1:], gap[1:], 1)):
-        acceleration, jerk, bend, _ = along(bounds, x[:, rest])
+        acceleration, jerk, _, turn, _ = along(bounds, x[:, rest])
         with np.errstate(divide="ignore"):
             # From rest full jerk reaches v after √(2 v/j) and so (2 v)^(3/2)/(6 √j).
             slow = (2.0 * np.sqrt(top_at(joints.s[rest], x[:, rest], side))) ** 1.5 / (6.0 * np.sqrt(jerk))
-            wanted = [_FIRST * acceleration**3 / (6.0 * jerk**2), _SLOW * slow, _BEND / bend]
+            wanted = [_FIRST * acceleration**3 / (6.0 * jerk**2), _SLOW * slow, _BEND / turn]
         seen = _seen(bounds, x[1], joints.s)[rest]
         out = np.full(len(joints.s), np.inf)
         out[rest] = np.minimum.reduce([np.maximum(np.minimum.reduce(wanted), seen), far, near[rest]])
@@ -276,7 +283,7 @@ def _growth(shape: tuple[Floats, ...], s: Floats, low: Floats, growth: float) ->
 
     A constant q'' has full jerk at the faster end of an interval alone, and v changes fastest there.
     """
-    acceleration, jerk, _, _, top = shape
+    acceleration, jerk, *_, top = shape
     if not len(low):
         return np.full(len(s) - 1, growth)
     speed = np.sqrt(top)

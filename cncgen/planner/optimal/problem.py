@@ -26,6 +26,8 @@ _FAR, _REACH = 0.45, 3
 #: The starts tried one after the other, as parts of q of the profile that rises and falls with full jerk. From rest, a
 #: small enough part holds every limit, whatever the intervals.
 _STARTS = (0.8, 0.1, 0.9, 0.01, 1e-4, 1e-7)
+#: Part of q of an earlier plan that is tried after that plan itself.
+_SLOWER = 0.9
 #: Part of a bound of q by which two that are taken for one differ.
 _ALIKE = 1e-6
 #: A jump of the acceleration of an axis, as a part of its limit, for which both sides of a node are looked at.
@@ -137,41 +139,58 @@ def solve(given: Intervals, state: tuple[float, float] | None, known: Floats | N
     shape = (given.x1[at], given.x2[at], given.x3[at], given.limits, given.factor[at])
     columns = _Columns(at, h, ends, extra, box, _sways(given, at), edge, _joints(given, at), shape)
     found: list[Solution] = []
+    starts = [_Start(part) for part in _STARTS[1:]]
+    if known is not None:
+        # Where the state leaves hardly a way on but the earlier plan, the middle of what is left is below it.
+        starts.insert(0, _Start(_STARTS[0], known, _SLOWER))
     # Most rows never bind; which ones is seen from the profile to start from, and made sure of afterwards.
-    for part, thinned in [(_STARTS[0], True), *((part, False) for part in _STARTS)]:
-        c = _start(columns, state, known, part)
-        solution, optimal = _improved(given, columns, c, state is not None, thinned)
+    first = _Start(_STARTS[0], known)
+    for start, thinned in [(first, True), (first, False), *((start, False) for start in starts)]:
+        solution, optimal = _improved(given, columns, start.of(columns, state), state is not None, thinned)
         if optimal:
             return solution
         found.append(solution)
-        if not thinned:
-            known = None
     # A plan that holds every limit is a plan, though the method did not find the best one.
     return min(found, key=lambda each: (not each.converged, each.time))
 
 
-def _start(columns: _Columns, state: tuple[float, float] | None, known: Floats | None, part: float) -> Floats:
-    """Return unknowns to start from, shape (n + 2,)."""
-    n = len(columns.at)
-    c = np.ones(n + 2)
-    free = 1
-    if state is not None:
-        c[:2] = state
-        free = 2
-    least_time_rows.start(
-        columns.h, columns.ends, *columns.shape, columns.edge, part, free, np.empty((n, 2)), c
-    )
-    # Edges of the profile break the jerk limit by far; rounded, they cost fewer iterations.
-    x = c[free:-1]
-    most_there = _RAISED * x
-    for _ in range(_ROUNDINGS):
-        x[1:-1] = 0.25 * (x[:-2] + x[2:]) + 0.5 * x[1:-1]
-    np.minimum(x, most_there, out=x)
-    if known is not None:
-        ahead = columns.at[columns.at < len(known)]
-        first = free - 1
-        c[free : 1 + len(ahead)] = np.maximum(c[free : 1 + len(ahead)], known[ahead[first:]])
-    return c
+@dataclass(frozen=True, slots=True)
+class _Start:
+    """Unknowns to start from: a part of q of the profile that rises and falls with full jerk, and an earlier plan.
+
+    Attributes:
+        part: That part.
+        known: Shape (k,), middle ordinates of an earlier plan for the first intervals: no less than that; or None.
+        slower: Part of the earlier plan to start from instead, where it is less than 1.
+    """
+
+    part: float
+    known: Floats | None = None
+    slower: float = 1.0
+
+    def of(self, columns: _Columns, state: tuple[float, float] | None) -> Floats:
+        """Return the unknowns, shape (n + 2,), of a row that starts at rest or in a state of motion."""
+        n = len(columns.at)
+        c = np.ones(n + 2)
+        free = 1
+        if state is not None:
+            c[:2] = state
+            free = 2
+        least_time_rows.start(
+            columns.h, columns.ends, *columns.shape, columns.edge, self.part, free, np.empty((n, 2)), c
+        )
+        # Edges of the profile break the jerk limit by far; rounded, they cost fewer iterations.
+        x = c[free:-1]
+        most_there = _RAISED * x
+        for _ in range(_ROUNDINGS):
+            x[1:-1] = 0.25 * (x[:-2] + x[2:]) + 0.5 * x[1:-1]
+        np.minimum(x, most_there, out=x)
+        if self.known is not None:
+            ahead = columns.at[columns.at < len(self.known)]
+            known = self.known[ahead[free - 1 :]]
+            there = slice(free, 1 + len(ahead))
+            c[there] = self.slower * known if self.slower < 1.0 else np.maximum(c[there], known)
+        return c
 
 
 def _improved(
