@@ -26,7 +26,7 @@ _STRAIGHT = 1e-9
 #: Rounding of a coordinate, as a part of it, that two directions may differ by on either side.
 _DIGITS = 2.0**-50
 #: Second difference of the jerk by x''' over an interval, as a part of the limit, from which it is looked at more closely.
-_BEND = 0.06
+_BEND = 0.03
 #: What is held back of the jerk limit, by what the quarter points find hidden (x'' hides as much again), and at most.
 _HIDDEN, _MOST_HIDDEN = 2.5, 0.3
 #: Values at a quarter and three quarters of an interval of the parabola through those at its start, middle and end.
