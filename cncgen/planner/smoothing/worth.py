@@ -23,6 +23,9 @@ _SHARE, _STOP = 0.75, 5.0
 _GAIN = 1.5
 #: Smoothing lengths that the rows beside a corner have at least, so that it is rounded by itself.
 _ALONE = 3.0
+#: Part of a turn that rotary axes make, from which the sides of the corner are not alike, and the part of L/v, both sides
+#: together, that crawling costs there, as programs with such corners show.
+_ROTARY, _CRAWL = 0.98, 0.5
 #: A turn below which there is no corner.
 _NONE = 1e-6
 
@@ -33,6 +36,7 @@ class Drive:
 
     Attributes:
         acceleration, jerk: Shape (axes,), limits as mm (`axis_scale`); infinite for axes that the machine lacks.
+        rotary: Shape (axes,), which of them are rotary.
         period_s: Time between setpoints.
         chord_mm: Largest distance of the chords between them.
         reserve_mm: What is left to them of the tolerance where the path is smoothed.
@@ -40,6 +44,7 @@ class Drive:
 
     acceleration: Floats
     jerk: Floats
+    rotary: Bools
     period_s: float
     chord_mm: float
     reserve_mm: float
@@ -54,10 +59,18 @@ class Drive:
         return cls(
             acceleration * scale,
             jerk * scale,
+            scale != 1.0,
             machine.period_s,
             machine.chord_tolerance_mm,
             chord_within(machine, axes),
         )
+
+
+def _reached(drive: Drive, direction: Floats, room: Floats) -> Floats:
+    """Return the acceleration along a row that is reached within its length from rest, shape (n,)."""
+    acceleration = np.min(drive.acceleration / np.abs(direction), axis=1)
+    jerk = np.min(drive.jerk / np.abs(direction), axis=1)
+    return np.fmin(acceleration, np.cbrt(jerk**2 * room))
 
 
 def worth_rounding(drive: Drive, leave: Floats, entry: Floats, tolerance: Floats, room: Floats) -> Bools:
@@ -86,4 +99,8 @@ def worth_rounding(drive: Drive, leave: Floats, entry: Floats, tolerance: Floats
         passed = np.minimum(passed, 4.0 * drive.chord_mm / (period * size))
         along = np.min(drive.jerk / np.maximum(np.abs(leave), np.abs(entry)), axis=1)
         enough = np.maximum(_GAIN * passed, _STOP * along * period**2)
+        # Where rotary axes make the turn one side is slow, the other fast; on each crawling costs a part of L/v, a stop v/a.
+        pace = sum(1.0 / _reached(drive, side, room) for side in (leave, entry))
+        rotary = np.linalg.norm(turn[:, drive.rotary], axis=1) > _ROTARY * size
+        enough = np.where(rotary, np.fmax(enough, np.sqrt(_CRAWL * length / pace)), enough)
         return (size < _NONE) | (rounded >= enough) | (room < _ALONE * length)
