@@ -11,6 +11,7 @@ from dataclasses import fields
 from typing import Any
 
 from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.units import AXIS_LETTERS
 
 
 def wrong(message: str, hint: str = "") -> UsageError:
@@ -18,20 +19,31 @@ def wrong(message: str, hint: str = "") -> UsageError:
     return UsageError(Diagnostic("argument", message, hint=hint))
 
 
-def expect(value: Any, kinds: type | tuple[type, ...], name: str, wanted: str) -> Any:
+def expect(value: Any, kinds: type | tuple[type, ...], name: str, wanted: str, hint: str = "") -> Any:
     """Return `value` where it is of the `kinds`.
 
     Raises:
         UsageError: It is not; `name` is the argument's and `wanted` says what it is to be.
     """
     if not isinstance(value, kinds):
-        raise wrong(f"{name} is of type {type(value).__name__}; it is to be {wanted}")
+        raise wrong(f"{name} is of type {type(value).__name__}; it is to be {wanted}", hint)
     return value
 
 
 def expect_path(value: Any, name: str, wanted: str) -> str:
     """Return a file's name, or raise `UsageError`; see `expect`."""
-    return os.fsdecode(expect(value, (str, os.PathLike), name, wanted))
+    return str(os.fsdecode(expect(value, (str, os.PathLike), name, wanted)))
+
+
+def expect_axes(value: Any, name: str) -> str:
+    """Return letters of axes, which stand in capitals and once each.
+
+    Raises:
+        UsageError: They do not.
+    """
+    if isinstance(value, str) and value and len(set(value)) == len(value) and set(value) <= set(AXIS_LETTERS):
+        return value
+    raise wrong(f"{name} = {value!r} must be letters of axes, of {AXIS_LETTERS}, once each")
 
 
 def expect_number(value: Any, name: str, low: float = 0.0, *, open_low: bool = False) -> float:

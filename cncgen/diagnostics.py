@@ -79,7 +79,7 @@ class Diagnostic:
     values: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
     def render(self) -> str:
-        """Return the text of interface.md: ``file:line:col: severity[code]: message``, the line, a caret, the hint."""
+        """Return the text for a person: ``file:line:col: severity[code]: message``, the line, a caret, the hint."""
         place = f"{self.span.file}:{self.span.line}:{self.span.column}: " if self.span else ""
         text = f"{place}{self.severity}[{self.code}]: {self.message}"
         if self.span and self.excerpt:
@@ -159,9 +159,14 @@ class Diagnostics:
         return self.counts[Severity.ERROR] > 0
 
     @property
+    def total(self) -> int:
+        """Return how many were counted."""
+        return sum(self.counts.values())
+
+    @property
     def suppressed(self) -> int:
         """Return how many were counted and not kept."""
-        return sum(self.counts.values()) - len(self._kept)
+        return self.total - len(self._kept)
 
     def __iter__(self) -> Iterator[Diagnostic]:
         return iter(self._kept)
@@ -172,6 +177,24 @@ class Diagnostics:
     def __repr__(self) -> str:
         counts = ", ".join(f"{n} {severity}{'s' * (n != 1)}" for severity, n in self.counts.items() if n)
         return f"Diagnostics({counts or 'none'})"
+
+
+class RunDiagnostics(Diagnostics):
+    """What one run over a source finds, added to what all runs over it have found (`whole`).
+
+    Every run finds the same in the same order, so what an earlier one has added is passed over: a program that is
+    planned and then judged has each of its faults once.
+    """
+
+    def __init__(self, whole: Diagnostics) -> None:
+        super().__init__()
+        self._whole = whole
+
+    def add(self, item: Diagnostic) -> None:
+        """Count a diagnostic, and add it to the whole where no run has come so far yet."""
+        super().add(item)
+        if self.total > self._whole.total:
+            self._whole.add(item)
 
 
 def more(suppressed: int) -> str:

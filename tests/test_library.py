@@ -11,6 +11,7 @@ import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,22 @@ from cncgen.diagnostics import Diagnostics, NoPlanError, ProgramError, Severity,
 from cncgen.machine import Axis, Servo
 
 SQUARE = "G21 G90 G61\nG0 X0 Y0\nG1 X10 F1200\nY10\nX0\nY0\nM2\n"
+
+
+#: A program of STEP-NC whose execution finds faults: a workingstep without an operation, and one that is missing.
+STEPNC = """ISO-10303-21;
+HEADER;
+FILE_DESCRIPTION((''),'2;1');
+FILE_NAME('','',(''),(''),'','','');
+FILE_SCHEMA(('MACHINING_SCHEMA'));
+ENDSEC;
+DATA;
+#1=PROJECT('P',#2,(),$,$,$);
+#2=WORKPLAN('W',(#3,#9),$,$,$);
+#3=MACHINING_WORKINGSTEP('S',$,$,$,$);
+ENDSEC;
+END-ISO-10303-21;
+"""
 
 
 def square() -> Any:
@@ -55,6 +72,7 @@ def planned(_: object = None) -> tuple[int, float]:
     [
         (lambda: cncgen.read(5), "the program is of type int; it is to be the name of a file"),
         (lambda: cncgen.read("none.nc"), "cannot read none.nc: there is no such file"),
+        (lambda: cncgen.read(SQUARE), "the program is a text, not the name of a file\n  help: cncgen.read_text reads"),
         (lambda: cncgen.read(__file__, language="c"), "language = 'c' is not one of gcode, stepnc"),
         (lambda: cncgen.read(__file__, options={}), "options is of type dict; it is to be cncgen.ReadOptions"),
         (lambda: cncgen.read_text(5), "text is of type int; it is to be str or bytes"),
@@ -74,6 +92,8 @@ def planned(_: object = None) -> tuple[int, float]:
         (lambda: cncgen.plan(square(), path_tolerance_mm=np.inf), "path_tolerance_mm = inf must be a number"),
         (lambda: cncgen.sample([]), "what is sampled is of type list; it is to be what cncgen.plan returns"),
         (lambda: cncgen.sample(cncgen.plan(square()), "vel,speed"), "signals speed: not one of vel"),
+        (lambda: cncgen.sample(cncgen.plan(square()), None), "signals is of type NoneType; it is to be names of signals"),
+        (lambda: cncgen.sample(cncgen.plan(square()), ["vel", 5]), "a signal is of type int; it is to be its name"),
         (lambda: cncgen.write([], "a.csv"), "there are no setpoints"),
         (lambda: cncgen.write(5, "a.csv"), "setpoints is of type int"),
         (lambda: cncgen.write(cncgen.plan(square()), "a", format="xls"), "format 'xls' is not one of csv"),
@@ -97,6 +117,12 @@ def planned(_: object = None) -> tuple[int, float]:
         (lambda: cncgen.simulate(points(), {"X": Servo("first-order", {"position_gain_1_s": 0})}),
          "servo data of axis X, position_gain_1_s: must be > 0; is 0"),
         (lambda: cncgen.read_setpoints("none.csv"), "cannot read none.csv"),
+        (lambda: cncgen.read_setpoints("a.csv", axes="XX"), "axes = 'XX' must be letters of axes"),
+        (lambda: cncgen.read_setpoints("a.csv", axes=5), "axes = 5 must be letters of axes"),
+        (lambda: cncgen.read_setpoints("a.csv", period_s="1"), "period_s = '1' must be a finite number above 0"),
+        (lambda: cncgen.simulate("a.csv", "xy-table"), "setpoints is of type str; it is to be cncgen.Setpoints, or a stream "
+         "of them\n  help: cncgen.read_setpoints reads those of a file"),
+        (lambda: cncgen.simulate(np.zeros((5, 2)), "xy-table"), 'help: cncgen.Setpoints("XY", period_s, 0, rows) makes'),
         (lambda: cncgen.simulate(5, "xy-table"), "setpoints is of type int"),
         (lambda: cncgen.simulate([], "xy-table", controller="pid"), "no controller is called 'pid'"),
         (lambda: cncgen.simulate([], "xy-table", settle_s=-1), "settle_s = -1 must be a finite number not below 0"),
@@ -122,6 +148,68 @@ def test_setpoints_of_ones_own_are_looked_at(position: Any, words: str) -> None:
     with pytest.raises(UsageError) as caught:
         list(cncgen.simulate(cncgen.Setpoints("XY", 0.001, 0, position), "xy-table"))
     assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"axes": "xy"}, "axes of setpoints = 'xy' must be letters of axes, of XYZABCUVW, once each"),
+        ({"axes": ["X", "Y"]}, "axes of setpoints = ['X', 'Y'] must be"),
+        ({"axes": "XX"}, "axes of setpoints = 'XX' must be"),
+        ({"period_s": 0}, "period_s of setpoints = 0 must be a finite number above 0"),
+        ({"period_s": "1 ms"}, "period_s of setpoints = '1 ms' must be"),
+        ({"first": 0.5}, "first of setpoints is of type float"),
+        ({"signals": {"speed": np.zeros(5)}}, "signals speed: not one of vel, acc, jerk, feed, line, limit"),
+        (
+            {"signals": {"vel": np.zeros(5)}},
+            "the signal vel is to be an array of numbers of shape (5, 2); it has (5,)",
+        ),
+    ],
+)
+def test_fields_of_setpoints_of_ones_own_are_looked_at(fields: dict[str, Any], words: str) -> None:
+    own = replace(points(), **fields)
+    for call in (lambda: list(cncgen.simulate(own, "xy-table")), lambda: cncgen.write(own, "never.csv")):
+        with pytest.raises(UsageError) as caught:
+            call()
+        assert words in str(caught.value)
+
+
+def test_chunks_of_setpoints_follow_each_other() -> None:
+    """As rows of one file would: 5 rows from 0 are gone on with by row 5."""
+    for other, words in (
+        (points(), "begins with row 0; it is to go on with row 5"),
+        (replace(points(), first=5, period_s=0.002), "has a period of 0.002; the one before it has 0.001"),
+        (replace(points(), first=5, axes="XZ"), "has axes XZ; the one before it has XY"),
+    ):
+        with pytest.raises(UsageError, match=words):
+            list(cncgen.simulate([points(), other], "xy-table"))
+    assert sum(map(len, cncgen.simulate([points(), replace(points(), first=5)], "xy-table"))) == 10
+
+
+def test_signals_of_ones_own_are_written(tmp_path: Path) -> None:
+    """A list is as good as an array."""
+    own = cncgen.Setpoints("X", 0.001, 0, [[0.0], [1.0]], {"line": [1, 2]})
+    assert cncgen.write(own, tmp_path / "a.csv") == 2
+    assert (tmp_path / "a.csv").read_text().split() == [
+        "t_s,x_mm,line",
+        "0.000000000,0.000000000,1",
+        "0.001000000,1.000000000,2",
+    ]
+
+
+@pytest.mark.parametrize("source", ["G1 X1 F100\n", "G1 X1 F100\nG1 X=\n", STEPNC])
+def test_a_program_that_is_read_again_has_each_fault_once(source: str) -> None:
+    """After a whole reading, after the beginning of one, and while another goes on."""
+    program = cncgen.read_text(source)
+    begun = program.chunks()
+    next(begun, None)
+    rows = sum(map(len, program.chunks()))
+    found = [item.render() for item in program.diagnostics]
+    assert found
+    assert sum(map(len, program.chunks())) == rows
+    list(begun)
+    assert [item.render() for item in program.diagnostics] == found
+    assert program.diagnostics.total == len(found)
 
 
 def test_setpoints_of_ones_own_are_simulated() -> None:

@@ -79,7 +79,7 @@ def test_stages_from_text_to_verdict() -> None:
 def test_a_program_that_asks_for_nothing_has_its_start(
     text: str, axes: str, start: list[float], feedrate: str
 ) -> None:
-    """interface.md: the first row is the start position at t = 0; it is the last one too, and stands still."""
+    """The first row is the start position at t = 0; it is the last one too, and stands still."""
     options = PlanOptions(feedrate=feedrate)
     signals = ("vel", "acc", "jerk", "feed", "line", "limit")
     stream, summary = plan_with_summary(read_text(text), "xy-table", options, signals)

@@ -81,7 +81,7 @@ def cli() -> None:
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
-    """Run a command; print what went wrong; return the exit code of interface.md."""
+    """Run a command; print what went wrong; return the exit code."""
     messages.reset()
     warnings.showwarning = _show_warning
     warnings.simplefilter("always", RemarkWarning)

@@ -32,7 +32,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
 
-from cncgen.diagnostics import Diagnostics, ProgramError
+from cncgen.diagnostics import Diagnostics, ProgramError, RunDiagnostics
 from cncgen.gcode.flow.running import Runner
 from cncgen.gcode.sinks.counting import CountingSink
 from cncgen.gcode.source import open_source
@@ -71,7 +71,7 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
         builder = ToolpathBuilder(axes, np.zeros(len(axes)), [name])
         sink = ColumnsSink(builder, options.tolerance_mm)
         handed = False
-        runner = Runner(text, options, sink, diagnostics, path=path, axes=moving)
+        runner = Runner(text, options, sink, RunDiagnostics(diagnostics), path=path, axes=moving)
         for _ in runner.run():
             builder.sources = [source.name for source in runner.sources]
             if builder.count >= options.chunk_rows:

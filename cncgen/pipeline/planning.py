@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -107,8 +107,15 @@ def plan(
         machine: A profile's name, a TOML file, or a machine.
         options: How; or its fields as keywords (``feedrate="ild"``).
 
+    Returns:
+        What `sample`, `simulate`, `judge` and `write` take. It is planned as it is drawn, once; the program itself may
+        be planned again.
+
     Raises:
-        UsageError, ProgramError, NoPlanError: See `cncgen.planner.plan`; those of the program come as it is drawn.
+        UsageError: The program or the machine cannot be had, or an option is wrong.
+        ProgramError: The program has errors, or moves an axis that the machine does not have.
+        NoPlanError: No plan exists within the limits; travel is one of them. Raised, as the one before it, as the plan
+            is drawn.
     """
     from cncgen import planner
 
@@ -133,12 +140,20 @@ def sample(planned: Plan, signals: Sequence[str] = ()) -> SetpointStream:
         planned: From `plan`.
         signals: Further columns: ``vel``, ``acc``, ``jerk``, ``feed``, ``line``, ``limit`` (or their names by commas).
 
+    Returns:
+        A stream of `Setpoints`, to be drawn once: chunks in a loop, or all rows as one by its ``collect()``. The first
+        row is the start at t = 0, the last one the end, at rest.
+
     Raises:
         UsageError: There is no such signal, or `planned` is no plan.
     """
     expect(planned, Plan, "what is sampled", "what cncgen.plan returns")
     if isinstance(signals, str):
         signals = [name.strip() for name in signals.split(",") if name.strip()]
+    wanted = "names of signals, as a list or by commas"
+    signals = [
+        expect(name, str, "a signal", "its name") for name in expect(signals, Iterable, "signals", wanted)
+    ]
     from cncgen import setpoints
     from cncgen.setpoints.stream import SetpointStream
 

@@ -54,8 +54,11 @@ def read(
         language: ``gcode`` or ``stepnc``; None: by content and suffix.
         options: How it is read.
 
+    Returns:
+        The program, of which nothing but the axes is known yet: its errors are found, and raised, as it is planned.
+
     Raises:
-        UsageError: The file cannot be read.
+        UsageError: The file cannot be read, or there is no such language or option.
     """
     with _opened(source, language) as (reader, file, name):
         program: Program = reader.read(file, name, _reading(options))
@@ -100,7 +103,17 @@ def read_text(
     language: str | None = None,
     options: ReadOptions | None = None,
 ) -> Program:
-    """Read a program from memory; see `read`."""
+    """Read a program from memory; see `read`.
+
+    Args:
+        text: The program; bytes as a file has them.
+        name: How diagnostics call it; its suffix may tell the language.
+        language: ``gcode`` or ``stepnc``; None: by content and the name's suffix.
+        options: How it is read.
+
+    Raises:
+        UsageError: `text` is none, or there is no such language or option.
+    """
     given = expect(text, (str, bytes, bytearray, memoryview), "text", "str or bytes")
     content = given.encode(errors="replace") if isinstance(given, str) else bytes(given)
     reader = reader_of(language or language_of(name, content[:_HEAD_BYTES]))
@@ -141,6 +154,8 @@ def _opened(
     It is not opened where its `content` is at hand.
     """
     name = expect_path(source, "the program", "the name of a file (cncgen.read_text reads a text)")
+    if "\n" in name and not os.path.exists(name):
+        raise wrong("the program is a text, not the name of a file", "cncgen.read_text reads a text")
     if content is not None:
         yield reader_of(language or language_of(name, content[:_HEAD_BYTES])), io.BytesIO(content), name
         return

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
-from cncgen.arguments import expect, expect_number, expect_path, wrong
+from cncgen.arguments import expect, expect_axes, expect_number, expect_path, wrong
 from cncgen.pipeline.planning import Plan, machine_of, options_on, plan_with_summary, program_of, sample
 from cncgen.pipeline.reading import read, sound
 
@@ -40,6 +40,10 @@ def simulate(
             machine's ``[coupling]`` table, if it has one.
         settle_s: The last setpoint is held so long at the end.
 
+    Returns:
+        `cncgen.servo.record.Response`, chunk by chunk as they are drawn: ``position``, ``force`` (n, axes) and
+        ``contour_error_mm`` (n,), a row a setpoint.
+
     Raises:
         UsageError: An axis has no servo data, or the controller cannot be had for the axes; setpoints are wrong (as they
             are drawn).
@@ -55,15 +59,20 @@ def simulate(
 
 def _chunks_of(setpoints: Iterable[Setpoints] | Setpoints | Plan) -> Iterator[Setpoints]:
     """Return setpoints of any form as a stream of chunks, each checked as it is drawn."""
-    from cncgen.setpoints.checking import checked_setpoints
+    import numpy as np
+
+    from cncgen.setpoints.checking import FROM_ARRAY, checked_setpoints
     from cncgen.setpoints.record import Setpoints
 
     given: Any = sample(setpoints) if isinstance(setpoints, Plan) else setpoints
     if isinstance(given, Setpoints):
         given = (given,)
-    return checked_setpoints(
-        iter(expect(given, Iterable, "setpoints", "cncgen.Setpoints, or a stream of them"))
-    )
+    wanted = "cncgen.Setpoints, or a stream of them"
+    if isinstance(given, str | os.PathLike):
+        expect(given, Setpoints, "setpoints", wanted, "cncgen.read_setpoints reads those of a file")
+    if isinstance(given, np.ndarray):
+        expect(given, Setpoints, "setpoints", wanted, FROM_ARRAY)
+    return checked_setpoints(iter(expect(given, Iterable, "setpoints", wanted)))
 
 
 def _stream_of(setpoints: Iterable[Setpoints] | Setpoints | Plan) -> SetpointStream:
@@ -135,6 +144,10 @@ def read_setpoints(
     from cncgen.setpoints.readers import open_setpoints
 
     name = expect_path(source, "the setpoint file", "the name of a file")
+    if axes is not None:
+        axes = expect_axes(axes.upper() if isinstance(axes, str) else axes, "axes")
+    if period_s is not None:
+        period_s = expect_number(period_s, "period_s", open_low=True)
     with open_setpoints(name, format=format, axes=axes, period_s=period_s) as stream:
         return stream.collect()
 
@@ -190,6 +203,10 @@ def judge(
         machine: A profile's name, a TOML file, or a machine.
         tolerance_mm: Tolerance of every continuous motion, over what the program says.
         resolution: What positions are rounded to, mm and degrees.
+
+    Returns:
+        A verdict: whether all ``holds``, ``breaches`` with a diagnostic for each limit that is broken, ``peaks`` of each
+        axis, and the largest distances between setpoints and path (docs/verify.md).
 
     Raises:
         UsageError: Setpoints or numbers are wrong, or a file cannot be read.

@@ -37,8 +37,9 @@ def plan(
 
     Raises:
         UsageError: An option has an unknown value; servo data that it needs are missing.
-        ProgramError: The program moves an axis that the machine does not have, or beyond its travel.
-        NoPlanError: No plan exists within the limits.
+        ProgramError: The program moves an axis that the machine does not have.
+        NoPlanError: No plan exists within the limits; travel is one of them. Raised, as the one before it, as the
+            trajectories are drawn.
     """
     from cncgen.planner import interpolators
     from cncgen.planner.checks import checked

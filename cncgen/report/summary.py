@@ -117,7 +117,7 @@ class Summary:
         self._values.update(values)
 
     def as_json(self) -> dict[str, Any]:
-        """Return the keys of interface.md as plain values."""
+        """Return what ``cncgen plan --summary`` writes, as plain values."""
         moving = self._end_s - self._waited_s
         feeding = moving - self._turned_s
         diagnostics = [*self._program.diagnostics, *self.remarks]

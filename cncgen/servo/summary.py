@@ -86,7 +86,7 @@ class Summary:
         self._speed.add(actual - wanted, response.first)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values: interface.md's summary of a simulation; lengths in mm (deg for rotary axes)."""
+        """Return plain values: the summary of a simulation (``--summary``); lengths in mm (deg for rotary axes)."""
         axes: dict[str, Any] = {}
         for i, letter in enumerate(self._axes):
             unit, factor = file_unit(letter), to_file(letter)

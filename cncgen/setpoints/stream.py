@@ -34,7 +34,7 @@ class SetpointStream:
         return f"SetpointStream({self.name!r}, axes {self.axes}, every {1e3 * self.period_s:g} ms)"
 
     def collect(self) -> Setpoints:
-        """Draw all rows; return them as one chunk.
+        """Draw all rows; return them as one chunk, with their signals and events.
 
         Raises:
             UsageError: They were drawn already.

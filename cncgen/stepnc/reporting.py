@@ -21,7 +21,7 @@ class Reporter:
         self.diagnostics = diagnostics
         self._data = data
         self._ends: np.ndarray | None = None
-        self._seen: dict[str, set[int]] = {}
+        self._seen: dict[str, set[int | str]] = {}
         self._dropped: dict[str, tuple[int, Severity]] = {}
 
     def line_of(self, offset: int) -> int:
@@ -48,15 +48,18 @@ class Reporter:
         hint: str = "",
         values: Mapping[str, Any] | None = None,
     ) -> None:
-        """Add a diagnostic at an offset (None: of the file); a second one of the same code and offset is dropped."""
+        """Add a diagnostic at an offset (None: of the file); one of that code that was there already is dropped.
+
+        It was there where it had the same offset, or of the file the same message.
+        """
         seen = self._seen.setdefault(f"{severity} {code}", set())
-        key = -1 if offset is None else offset
-        if key in seen and offset is not None:
-            return
-        if len(seen) >= MAX_OF_A_CODE:
-            self._dropped[code] = (self._dropped.get(code, (0, severity))[0] + 1, severity)
+        key = message if offset is None else offset
+        if key in seen:
             return
         seen.add(key)
+        if len(seen) > MAX_OF_A_CODE:
+            self._dropped[code] = (self._dropped.get(code, (0, severity))[0] + 1, severity)
+            return
         span, excerpt, cut = None, "", 0
         if offset is not None:
             span, excerpt, cut = self._place(offset, length)

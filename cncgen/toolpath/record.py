@@ -134,8 +134,8 @@ class Program:
         language: ``gcode`` or ``stepnc``.
         axes: Letters of the axes that the program names, in the order of ``XYZABCUVW``, with X Y Z always there.
         moving_axes: Those of them that the output shows (the program's own).
-        chunks: Called once; yields `Toolpath` of bounded size.
-        diagnostics: Filled while reading.
+        chunks: Yields `Toolpath` of bounded size, at each call from the start of the program on.
+        diagnostics: Filled while reading; of several readings each fault stands there once.
     """
 
     name: str

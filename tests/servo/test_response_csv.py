@@ -1,4 +1,4 @@
-"""The response file is what interface.md says."""
+"""The response file has the columns and units that its header names."""
 
 import math
 
