@@ -35,8 +35,10 @@ class Density:
 #: By effort.
 DENSITY = {"best": Density(0.08, 0.3, 2.0, 0.2, 1.3, 0.2), "fast": Density(0.15, 0.45, 3.0, 0.35, 1.6, 0.35)}
 #: First interval from rest, as a part of the distance in which full jerk from rest reaches full acceleration, of that in
-#: which it reaches the largest speed there, of the radius of curvature there, and of the distance to the next rest.
+#: which it reaches the largest speed there, of the radius of curvature there, and of the distance to the next slow place.
 _FIRST, _SLOW, _BEND, _PART = 0.125, 0.075, 0.005, 1.0 / 24.0
+#: Distance between nodes, as a part of a jump's zone, below which the end of the zone is no node of its own.
+_NARROW = 0.2
 #: Spacing beside the first interval, as a part of it: there v, and so the jerk of a constant q'', changes fastest.
 _NEXT = 0.25
 #: Largest spacing as a part of the distance of two rests, between which the jerk changes its sign three times.
@@ -228,10 +230,13 @@ def _first(
     """
     curved = ~(np.concatenate([[True], lines]) & np.concatenate([lines, [True]]))
     rest = np.flatnonzero(joints.stop & curved)
-    room = np.diff(joints.s[rest], prepend=-np.inf, append=np.inf) * _PART
+    # A corner that is passed slows the motion as a rest does.
+    slow = joints.s[joints.stop | np.isfinite(joints.speed)]
+    apart = _PART * np.diff(slow, prepend=-np.inf, append=np.inf)
+    at = np.searchsorted(slow, joints.s[rest])
     gap = np.diff(joints.s, prepend=-np.inf, append=np.inf) / 3.0
     found = []
-    for x, far, near, side in ((sides[0], room[:-1], gap[:-1], -1), (sides[1], room[1:], gap[1:], 1)):
+    for x, far, near, side in ((sides[0], apart[at], gap[:-1], -1), (sides[1], apart[at + 1], gap[1:], 1)):
         acceleration, jerk, _, turn, _ = along(bounds, x[:, rest])
         with np.errstate(divide="ignore"):
             # From rest full jerk reaches v after √(2 v/j) and so (2 v)^(3/2)/(6 √j).
@@ -324,12 +329,28 @@ def _graded(s: Floats, spacing: Floats, growth: Floats) -> tuple[Floats, Floats]
 
 
 def _borders(joints: Joints, before: Floats, after: Floats, lines: NDArray[np.bool_]) -> Floats:
-    """Return the places that must be nodes: breakpoints, and the first interval on the curved sides of a rest."""
+    """Return the places that must be nodes: breakpoints, the first interval on the curved sides of a rest, and zones."""
     leaves = np.flatnonzero(joints.stop[:-1] & ~lines)
     enters = np.flatnonzero(joints.stop[1:] & ~lines) + 1
-    return np.unique(
-        np.concatenate([joints.s, joints.s[leaves] + after[leaves], joints.s[enters] - before[enters]])
-    )
+    first = np.concatenate([joints.s[leaves] + after[leaves], joints.s[enters] - before[enters]])
+    return _with_zones(joints, np.unique(np.concatenate([joints.s, first])))
+
+
+def _with_zones(joints: Joints, borders: Floats) -> Floats:
+    """Add the places where a jump begins and ends to be seen, as less jerk is left between them than beside them.
+
+    Those stay out that lie within the first interval from a rest, or much nearer to another border than the zone is wide.
+    """
+    passed = np.flatnonzero(joints.zone > 0.0)
+    if not len(passed):
+        return borders
+    s, zone = joints.s[passed], joints.zone[passed]
+    edge, which = np.unique(np.concatenate([s - zone, s + zone]), return_index=True)
+    least = _NARROW * np.tile(zone, 2)[which]
+    after = np.clip(np.searchsorted(borders, edge), 1, len(borders) - 1)
+    apart = np.minimum(edge - borders[after - 1], borders[after] - edge)
+    apart = np.minimum(apart, np.diff(edge, prepend=-np.inf))
+    return np.union1d(borders, edge[(apart > least) & ~_beside_rest(joints, borders)[after - 1]])
 
 
 def _beside_rest(joints: Joints, borders: Floats) -> NDArray[np.bool_]:
