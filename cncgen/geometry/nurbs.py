@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cncgen.geometry.tables import Floats, Ints, NurbsTable
-from cncgen.kernels import bspline
+from cncgen.kernels import arc_length, bspline
 
 #: Part of the size of a curve that its lengths and the place of a parameter on it are known to.
 CLOSENESS = 2e-13
@@ -151,8 +151,8 @@ class Lengths:
         table: The curves.
         low, high: Shape (m,): the columns of the control points over which length is measured.
         offset: Shape (m + 1,): the cells of curve c are rows ``offset[c]`` to ``offset[c + 1]``.
-        cells: Shape (cells, 12), see `cncgen.kernels.bspline.CELL_COLUMNS`.
-        begins: Shape (cells,), int8: what begins with each, bits of `cncgen.kernels.bspline`.
+        cells: Shape (cells, 12), see `cncgen.kernels.arc_length.CELL_COLUMNS`.
+        begins: Shape (cells,), int8: what begins with each, bits of `cncgen.kernels.arc_length`.
         total: Shape (m,), mm or rad.
     """
 
@@ -167,7 +167,7 @@ class Lengths:
     def parameter(self, curve: Ints, s: Floats, side: int = 1, snap: float = 0.0) -> Floats:
         """Return the parameters at arc lengths `s` from the start of curves; what is within `snap` of a knot is it."""
         out = np.empty(len(s))
-        bspline.invert(curve, np.ascontiguousarray(s), side, snap, self.offset, self.cells, out)
+        arc_length.invert(curve, np.ascontiguousarray(s), side, snap, self.offset, self.cells, out)
         return out
 
     def cell_length(self, curve: Ints, u: Floats) -> Floats:
@@ -182,7 +182,7 @@ class Lengths:
         """Return the arc lengths from the start of curves to parameters `u`."""
         out = np.empty(len(u))
         columns = arrays(self.table)
-        bspline.lengths(
+        arc_length.lengths(
             curve, np.ascontiguousarray(u), self.low, self.high, *columns, self.offset, self.cells, out
         )
         return out
@@ -199,13 +199,13 @@ def lengths(table: NurbsTable, low: Ints | None = None, high: Ints | None = None
     last = np.full(curves, table.control_points.shape[1], np.int64) if high is None else high
     offset = np.zeros(curves + 1, np.int64)
     room = 4 * (len(table.knots) - int(np.sum(table.degree))) + 64 if curves else 0
-    cells, begins = np.empty((room, bspline.CELL_COLUMNS)), np.empty(room, np.int8)
+    cells, begins = np.empty((room, arc_length.CELL_COLUMNS)), np.empty(room, np.int8)
     if not curves:
         return Lengths(table, first, last, offset, cells, begins, np.zeros(0))
     columns = arrays(table)
     done = 0
     while True:
-        done = bspline.cells(done, CLOSENESS, first, last, *columns, offset, cells, begins)
+        done = arc_length.cells(done, CLOSENESS, first, last, *columns, offset, cells, begins)
         if done == curves:
             break
         # No room for curve `done`: what stands is kept, in twice the room.

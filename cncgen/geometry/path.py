@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from cncgen.geometry import nurbs as splines
 from cncgen.geometry.arcs import Spirals, spirals
 from cncgen.geometry.tables import ArcTable, Floats, Ints, NurbsTable
-from cncgen.kernels import bspline
+from cncgen.kernels import arc_length
 
 #: What a row is; the values of `cncgen.toolpath.record.Kind`.
 LINE, ARC, NURBS, EVENT = range(4)
@@ -337,7 +337,7 @@ class Path:
 
     @cached_property
     def _breakpoints(self) -> Floats:
-        return self._borders(bspline.KNOT | bspline.CUSP)
+        return self._borders(arc_length.KNOT | arc_length.CUSP)
 
     def _borders(self, begins: int) -> Floats:
         """Return, ascending, the s of the ends of rows and of what begins with cells of NURBS rows, see `Lengths`."""
@@ -357,7 +357,7 @@ class Path:
 
         Panels are short where a curve changes fast (docs/arc-length.md). A larger or smaller copy of a curve has the same.
         """
-        return self._borders(bspline.PANEL | bspline.KNOT | bspline.CUSP)
+        return self._borders(arc_length.PANEL | arc_length.KNOT | arc_length.CUSP)
 
     def panels(self, rows: Ints) -> tuple[Ints, Floats, Floats]:
         """Return the panels of NURBS rows: which of `rows` each belongs to, its distance from their start, its length.
@@ -368,7 +368,7 @@ class Path:
         first = self._nurbs.offset[item]
         count = self._nurbs.offset[item + 1] - first
         index = np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
-        there = self._nurbs.begins[index] & bspline.PANEL != 0
+        there = self._nurbs.begins[index] & arc_length.PANEL != 0
         of = np.repeat(np.arange(len(rows)), count)[there]
         begin = self._nurbs.cells[index[there], 1]
         end = np.append(begin[1:], 0.0)

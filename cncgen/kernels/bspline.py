@@ -1,194 +1,180 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False, cpow=True
-"""Rational B-splines of any degree: derivatives at parameters, arc length, and the parameter at an arc length.
+"""Rational B-splines of any degree: derivatives at parameters.
 
 Many curves lie end to end in flat arrays (`cncgen.geometry.tables.NurbsTable`). Notation of L. Piegl and W. Tiller,
 The NURBS Book, 2nd ed. (1997): knots U, degree p, knot span i with U[i] <= u < U[i+1].
+
+`arc_length` works on a `Span` as C, by ``bspline.pxd``, which has the types of its attributes.
 """
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import sqrt
-
-#: Points of the Gauss-Legendre rule.
-_POINTS = cython.declare(cython.Py_ssize_t, 7)
-#: Abscissae and weights of the rule that integrates |C'| over a cell, on [0, 1].
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(_POINTS)
-#: What gives, of |C'| at the nodes, its Legendre coefficients of order 5 and 6 over the cell: (2n + 1) w P_n.
-_TAILS = np.stack(
-    [(2 * n + 1) * 0.5 * _WEIGHTS * np.polynomial.legendre.Legendre.basis(n)(_NODES) for n in (5, 6)]
-)
-_NODES = 0.5 + 0.5 * _NODES
-_WEIGHTS = 0.5 * _WEIGHTS
-
-#: Columns of a cell: u at its start, s at its start, its length in s, its width in u, and eight coefficients of the
-#: polynomial u(tau), tau = (s - s_start) / length.
-CELL_COLUMNS = 12
-#: What a cell begins, as bits: a panel (a stretch on which |C'| is close to a polynomial of degree 4); a knot span; a row
-#: of cells so short that the curve has a cusp there, or stands, and what comes after them.
-PANEL, KNOT, CUSP = 1, 2, 4
-#: Part of the mean of |C'| over a panel that its Legendre coefficients of order 5 and 6 reach at most.
-_TAIL = cython.declare(cython.double, 1e-8)
-#: Part of the size of a curve below which a panel is not cut further.
-_PANEL_LEAST = cython.declare(cython.double, 1e-10)
 
 
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
-def _span(
-    knots: cython.const[cython.double][::1],
-    first: cython.Py_ssize_t,
-    last: cython.Py_ssize_t,
-    u: cython.double,
-    side: cython.int,
-) -> cython.Py_ssize_t:
-    """Index i of the non-empty span with U[i] <= u < U[i+1] (side >= 0) or U[i] < u <= U[i+1] (side < 0).
+@cython.final
+@cython.cclass
+class Span:
+    """The knot span that is worked on, and room for it.
 
-    Searched between the absolute indices `first` and `last` of the ends of the parameter range.
+    Attributes:
+        i, p: Its index and degree.
+        knots: Of all curves.
+        q: ``q[k, j]``: homogeneous control points of its k-th derivative (NURBS Book, eq. 3.8), the weight last, from the
+            point ``q[p + 1, 0]`` as origin.
+        value: The curve and its derivatives at a place, shape (4, axes + 1), the weight's last.
+        basis: Basis functions.
     """
-    low: cython.Py_ssize_t = first
-    high: cython.Py_ssize_t = last
-    middle: cython.Py_ssize_t
-    while high - low > 1:
-        middle = (low + high) // 2
-        if knots[middle] < u or (side >= 0 and knots[middle] == u):
-            low = middle
-        else:
-            high = middle
-    while low > first and knots[low] == knots[low + 1]:
-        low -= 1
-    while low < last - 1 and knots[low] == knots[low + 1]:
-        low += 1
-    return low
 
+    def __init__(
+        self, degree: cython.Py_ssize_t, axes: cython.Py_ssize_t, knots: cython.const[cython.double][::1]
+    ) -> None:
+        """Make room for curves up to a degree."""
+        self.knots = knots
+        self.q = np.zeros((max(degree, 3) + 2, degree + 1, axes + 1))
+        self.value = np.zeros((4, axes + 1))
+        self.basis = np.zeros(degree + 1)
 
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _derivative_points(
-    i: cython.Py_ssize_t,
-    p: cython.Py_ssize_t,
-    order: cython.Py_ssize_t,
-    point: cython.Py_ssize_t,
-    points: cython.const[cython.double][:, ::1],
-    weights: cython.const[cython.double][::1],
-    knots: cython.const[cython.double][::1],
-    q: cython.double[:, :, ::1],
-) -> cython.void:
-    """Fill ``q[k, j]`` with the homogeneous control points of the k-th derivative on span i (NURBS Book, eq. 3.8).
+    @cython.ccall
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def find(
+        self, first: cython.Py_ssize_t, last: cython.Py_ssize_t, u: cython.double, side: cython.int
+    ) -> cython.Py_ssize_t:
+        """Index i of the non-empty span with U[i] <= u < U[i+1] (side >= 0) or U[i] < u <= U[i+1] (side < 0).
 
-    `point` is the index of the first of the span's p + 1 control points. They are taken from one of them, two that
-    coincide if there are such, which goes into ``q[p + 1, 0]``: where the curve stands nearly, derivatives keep their
-    digits whatever the weights.
-    """
-    axes: cython.Py_ssize_t = points.shape[1]
-    j: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    d: cython.Py_ssize_t
-    origin: cython.Py_ssize_t = point
-    alike: cython.bint
-    factor: cython.double
-    for j in range(p - 1, -1, -1):
-        alike = True
+        Searched between the absolute indices `first` and `last` of the ends of the parameter range.
+        """
+        low: cython.Py_ssize_t = first
+        high: cython.Py_ssize_t = last
+        middle: cython.Py_ssize_t
+        while high - low > 1:
+            middle = (low + high) // 2
+            if self.knots[middle] < u or (side >= 0 and self.knots[middle] == u):
+                low = middle
+            else:
+                high = middle
+        while low > first and self.knots[low] == self.knots[low + 1]:
+            low -= 1
+        while low < last - 1 and self.knots[low] == self.knots[low + 1]:
+            low += 1
+        return low
+
+    @cython.ccall
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def enter(
+        self,
+        i: cython.Py_ssize_t,
+        p: cython.Py_ssize_t,
+        order: cython.Py_ssize_t,
+        point: cython.Py_ssize_t,
+        points: cython.const[cython.double][:, ::1],
+        weights: cython.const[cython.double][::1],
+    ) -> cython.void:
+        """Take span i of degree p, for derivatives up to `order`: fill `q`.
+
+        `point` is the index of the first of the span's p + 1 control points. They are taken from one of them as origin, two
+        that coincide if there are such: where the curve stands nearly, derivatives keep their digits whatever the weights.
+        """
+        axes: cython.Py_ssize_t = points.shape[1]
+        j: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        d: cython.Py_ssize_t
+        origin: cython.Py_ssize_t = point
+        alike: cython.bint
+        factor: cython.double
+        self.i = i
+        self.p = p
+        for j in range(p - 1, -1, -1):
+            alike = True
+            for d in range(axes):
+                if points[point + j, d] != points[point + j + 1, d]:
+                    alike = False
+            if alike:
+                origin = point + j
         for d in range(axes):
-            if points[point + j, d] != points[point + j + 1, d]:
-                alike = False
-        if alike:
-            origin = point + j
-    for d in range(axes):
-        q[p + 1, 0, d] = points[origin, d]
-    for j in range(p + 1):
-        for d in range(axes):
-            q[0, j, d] = (points[point + j, d] - points[origin, d]) * weights[point + j]
-        q[0, j, axes] = weights[point + j]
-    for k in range(1, order + 1):
-        if k > p:
-            break
-        for j in range(p - k + 1):
-            factor = (p - k + 1) / (knots[i + 1 + j] - knots[i + k - p + j])
+            self.q[p + 1, 0, d] = points[origin, d]
+        for j in range(p + 1):
+            for d in range(axes):
+                self.q[0, j, d] = (points[point + j, d] - points[origin, d]) * weights[point + j]
+            self.q[0, j, axes] = weights[point + j]
+        for k in range(1, order + 1):
+            if k > p:
+                break
+            for j in range(p - k + 1):
+                factor = (p - k + 1) / (self.knots[i + 1 + j] - self.knots[i + k - p + j])
+                for d in range(axes + 1):
+                    self.q[k, j, d] = factor * (self.q[k - 1, j + 1, d] - self.q[k - 1, j, d])
+
+    @cython.ccall
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def homogeneous(
+        self, order: cython.Py_ssize_t, u: cython.double, out: cython.double[:, ::1]
+    ) -> cython.void:
+        """Fill ``out[k]``, k up to `order` and p, with the k-th homogeneous derivative at u.
+
+        Basis functions by the Cox-de Boor recurrence (NURBS Book, A2.2): at degree p - k they meet the points of the
+        k-th derivative.
+        """
+        i: cython.Py_ssize_t = self.i
+        p: cython.Py_ssize_t = self.p
+        r: cython.Py_ssize_t
+        j: cython.Py_ssize_t
+        d: cython.Py_ssize_t
+        saved: cython.double
+        term: cython.double
+        self.basis[0] = 1.0
+        for r in range(p + 1):
+            if r > 0:
+                saved = 0.0
+                for j in range(r):
+                    term = self.basis[j] / (self.knots[i + 1 + j] - self.knots[i + 1 + j - r])
+                    self.basis[j] = saved + (self.knots[i + 1 + j] - u) * term
+                    saved = (u - self.knots[i + 1 + j - r]) * term
+                self.basis[r] = saved
+            if p - r <= order:
+                for d in range(self.q.shape[2]):
+                    term = 0.0
+                    for j in range(r + 1):
+                        term += self.basis[j] * self.q[p - r, j, d]
+                    out[p - r, d] = term
+
+    @cython.ccall
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def derivatives(self, order: cython.Py_ssize_t, u: cython.double) -> cython.void:
+        """Fill ``value[k]``, k up to `order`, with the k-th derivative at u, its weight in the last column.
+
+        The quotient rule (NURBS Book, eq. 4.8) on the homogeneous ones.
+        """
+        axes: cython.Py_ssize_t = self.q.shape[2] - 1
+        k: cython.Py_ssize_t
+        d: cython.Py_ssize_t
+        for k in range(self.p + 1, order + 1):
             for d in range(axes + 1):
-                q[k, j, d] = factor * (q[k - 1, j + 1, d] - q[k - 1, j, d])
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _homogeneous(
-    i: cython.Py_ssize_t,
-    p: cython.Py_ssize_t,
-    order: cython.Py_ssize_t,
-    u: cython.double,
-    knots: cython.const[cython.double][::1],
-    q: cython.double[:, :, ::1],
-    basis: cython.double[::1],
-    out: cython.double[:, ::1],
-) -> cython.void:
-    """Fill ``out[k]``, k up to `order` and p, with the k-th homogeneous derivative at u of the curve on span i.
-
-    Basis functions by the Cox-de Boor recurrence (NURBS Book, A2.2): at degree p - k they meet the points of the
-    k-th derivative.
-    """
-    r: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    d: cython.Py_ssize_t
-    saved: cython.double
-    term: cython.double
-    basis[0] = 1.0
-    for r in range(p + 1):
-        if r > 0:
-            saved = 0.0
-            for j in range(r):
-                term = basis[j] / (knots[i + 1 + j] - knots[i + 1 + j - r])
-                basis[j] = saved + (knots[i + 1 + j] - u) * term
-                saved = (u - knots[i + 1 + j - r]) * term
-            basis[r] = saved
-        if p - r <= order:
-            for d in range(q.shape[2]):
-                term = 0.0
-                for j in range(r + 1):
-                    term += basis[j] * q[p - r, j, d]
-                out[p - r, d] = term
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _derivatives(
-    i: cython.Py_ssize_t,
-    p: cython.Py_ssize_t,
-    order: cython.Py_ssize_t,
-    u: cython.double,
-    knots: cython.const[cython.double][::1],
-    q: cython.double[:, :, ::1],
-    basis: cython.double[::1],
-    out: cython.double[:, ::1],
-) -> cython.void:
-    """Fill ``out[k]`` with the k-th derivative at u of the curve on span i, with its weight in the last column.
-
-    The quotient rule (NURBS Book, eq. 4.8) on the homogeneous ones.
-    """
-    axes: cython.Py_ssize_t = q.shape[2] - 1
-    k: cython.Py_ssize_t
-    d: cython.Py_ssize_t
-    for k in range(p + 1, order + 1):
-        for d in range(axes + 1):
-            out[k, d] = 0.0
-    _homogeneous(i, p, order, u, knots, q, basis, out)
-    for d in range(axes):
-        out[0, d] = out[0, d] / out[0, axes]
-        if order > 0:
-            out[1, d] = (out[1, d] - out[1, axes] * out[0, d]) / out[0, axes]
-        if order > 1:
-            out[2, d] = (out[2, d] - 2.0 * out[1, axes] * out[1, d] - out[2, axes] * out[0, d]) / out[0, axes]
-        if order > 2:
-            out[3, d] = (
-                out[3, d]
-                - 3.0 * out[1, axes] * out[2, d]
-                - 3.0 * out[2, axes] * out[1, d]
-                - out[3, axes] * out[0, d]
-            ) / out[0, axes]
-        out[0, d] += q[p + 1, 0, d]
+                self.value[k, d] = 0.0
+        self.homogeneous(order, u, self.value)
+        for d in range(axes):
+            self.value[0, d] = self.value[0, d] / self.value[0, axes]
+            if order > 0:
+                self.value[1, d] = (self.value[1, d] - self.value[1, axes] * self.value[0, d]) / self.value[
+                    0, axes
+                ]
+            if order > 1:
+                self.value[2, d] = (
+                    self.value[2, d]
+                    - 2.0 * self.value[1, axes] * self.value[1, d]
+                    - self.value[2, axes] * self.value[0, d]
+                ) / self.value[0, axes]
+            if order > 2:
+                self.value[3, d] = (
+                    self.value[3, d]
+                    - 3.0 * self.value[1, axes] * self.value[2, d]
+                    - 3.0 * self.value[2, axes] * self.value[1, d]
+                    - self.value[3, axes] * self.value[0, d]
+                ) / self.value[0, axes]
+            self.value[0, d] += self.q[self.p + 1, 0, d]
 
 
 def evaluate(
@@ -211,12 +197,12 @@ def evaluate(
     """
     count: cython.Py_ssize_t = u.shape[0]
     axes: cython.Py_ssize_t = points.shape[1]
-    span: _Span = _Span(int(np.max(degree)) if degree.shape[0] else 0, axes, knots)
+    span: Span = Span(int(np.max(degree)) if degree.shape[0] else 0, axes, knots)
     n: cython.Py_ssize_t
     k: cython.Py_ssize_t
     d: cython.Py_ssize_t
     c: cython.Py_ssize_t
-    p: cython.Py_ssize_t = 0
+    p: cython.Py_ssize_t
     i: cython.Py_ssize_t
     at: cython.Py_ssize_t = -1
     first: cython.Py_ssize_t
@@ -228,574 +214,11 @@ def evaluate(
             first = knot_offset[c] + p
             last = knot_offset[c + 1] - p - 1
             if not (first <= at and at < last and knots[at] < u[n] and u[n] < knots[at + 1]):
-                i = _span(knots, first, last, u[n], side)
+                i = span.find(first, last, u[n], side)
                 if i != at:
                     at = i
-                    _derivative_points(
-                        i, p, order, point_offset[c] + i - first, points, weights, knots, span.q
-                    )
-            _derivatives(at, p, order, u[n], knots, span.q, span.basis, span.value)
+                    span.enter(i, p, order, point_offset[c] + i - first, points, weights)
+            span.derivatives(order, u[n])
             for k in range(order + 1):
                 for d in range(axes):
                     out[k, n, d] = span.value[k, d]
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _hermite(
-    cell: cython.double[::1],
-    u_end: cython.double,
-    left: cython.double[::1],
-    right: cython.double[::1],
-) -> cython.void:
-    """Fill the coefficients of the polynomial of degree 7 that has u and du/ds .. d³u/ds³ at both ends of a cell."""
-    h: cython.double = cell[2]
-    a1: cython.double = left[0] * h
-    a2: cython.double = left[1] * h * h * 0.5
-    a3: cython.double = left[2] * h * h * h / 6.0
-    # What the cubic Taylor polynomial of the start misses at the end, in value and derivatives.
-    e0: cython.double = u_end - cell[0] - a1 - a2 - a3
-    e1: cython.double = right[0] * h - a1 - 2.0 * a2 - 3.0 * a3
-    e2: cython.double = right[1] * h * h - 2.0 * a2 - 6.0 * a3
-    e3: cython.double = right[2] * h * h * h - 6.0 * a3
-    cell[4] = cell[0]
-    cell[5] = a1
-    cell[6] = a2
-    cell[7] = a3
-    cell[8] = 35.0 * e0 - 15.0 * e1 + 2.5 * e2 - e3 / 6.0
-    cell[9] = -84.0 * e0 + 39.0 * e1 - 7.0 * e2 + 0.5 * e3
-    cell[10] = 70.0 * e0 - 34.0 * e1 + 6.5 * e2 - 0.5 * e3
-    cell[11] = -20.0 * e0 + 10.0 * e1 - 2.0 * e2 + e3 / 6.0
-
-
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
-def _horner(cell: cython.const[cython.double][::1], tau: cython.double) -> cython.double:
-    """u at tau in 0 .. 1 of a cell, kept inside the cell."""
-    u: cython.double = cell[11]
-    k: cython.Py_ssize_t
-    for k in range(7):
-        u = u * tau + cell[10 - k]
-    if u < cell[0]:
-        return cell[0]
-    if u > cell[0] + cell[3]:
-        return cell[0] + cell[3]
-    return u
-
-
-@cython.final
-@cython.cclass
-class _Span:
-    """The knot span that is worked on, and room for it.
-
-    Attributes:
-        i, p: Its index and degree,
-        rational: whether its weights differ,
-        low, high: and the columns that length is taken over.
-        knots: Of all curves.
-        q: Homogeneous control points of its derivatives, see `_derivative_points`.
-        taylor: Its Taylor coefficients, see `_taylor`.
-        value: The curve and its derivatives at a place.
-        basis: Basis functions.
-        left, right: Derivatives of u(s) at both ends of a cell.
-        speed: |C'| at the nodes of the rule,
-        nodes, weights, tails: and the rule.
-    """
-
-    i: cython.Py_ssize_t
-    p: cython.Py_ssize_t
-    rational: cython.bint
-    low: cython.Py_ssize_t
-    high: cython.Py_ssize_t
-    knots: cython.const[cython.double][::1]
-    q: cython.double[:, :, ::1]
-    taylor: cython.double[:, ::1]
-    value: cython.double[:, ::1]
-    basis: cython.double[::1]
-    left: cython.double[::1]
-    right: cython.double[::1]
-    speed: cython.double[::1]
-    nodes: cython.const[cython.double][::1]
-    weights: cython.const[cython.double][::1]
-    tails: cython.const[cython.double][:, ::1]
-
-    def __init__(
-        self, degree: cython.Py_ssize_t, axes: cython.Py_ssize_t, knots: cython.const[cython.double][::1]
-    ) -> None:
-        """Make room for curves up to a degree."""
-        self.knots = knots
-        self.q = np.zeros((max(degree, 3) + 2, degree + 1, axes + 1))
-        self.taylor = np.zeros((degree + 1, axes + 1))
-        self.value = np.zeros((4, axes + 1))
-        self.basis = np.zeros(degree + 1)
-        self.left = np.zeros(3)
-        self.right = np.zeros(3)
-        self.speed = np.zeros(_POINTS)
-        self.nodes = _NODES
-        self.weights = _WEIGHTS
-        self.tails = _TAILS
-
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def enter(
-        self,
-        i: cython.Py_ssize_t,
-        p: cython.Py_ssize_t,
-        low: cython.Py_ssize_t,
-        high: cython.Py_ssize_t,
-        point: cython.Py_ssize_t,
-        points: cython.const[cython.double][:, ::1],
-        weights: cython.const[cython.double][::1],
-    ) -> cython.void:
-        """Take span `i` of degree p, whose control points begin at `point`; length is over the columns low … high."""
-        j: cython.Py_ssize_t
-        self.i = i
-        self.p = p
-        self.low = low
-        self.high = high
-        self.rational = False
-        for j in range(1, p + 1):
-            self.rational = self.rational or weights[point + j] != weights[point]
-        _derivative_points(i, p, max(p, 3), point, points, weights, self.knots, self.q)
-        _taylor(self)
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _taylor(span: _Span) -> cython.void:
-    """Fill ``span.taylor[k]`` with the k-th homogeneous Taylor coefficient about its middle, in half widths."""
-    a: cython.double = span.knots[span.i]
-    b: cython.double = span.knots[span.i + 1]
-    half: cython.double = 0.5 * (b - a)
-    factor: cython.double = 1.0
-    k: cython.Py_ssize_t
-    d: cython.Py_ssize_t
-    _homogeneous(span.i, span.p, span.p, 0.5 * (a + b), span.knots, span.q, span.basis, span.taylor)
-    for k in range(1, span.p + 1):
-        factor *= half / k
-        for d in range(span.taylor.shape[1]):
-            span.taylor[k, d] *= factor
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _inverse_derivatives(span: _Span, out: cython.double[::1]) -> cython.bint:
-    """Fill `out` with du/ds, d²u/ds², d³u/ds³ from C', C'', C''' in ``span.value``; False where C' vanishes.
-
-    With g = ds/du = |C'|: g g' = C'.C'', g g'' + g'² = C''.C'' + C'.C'''.
-    """
-    value: cython.double[:, ::1] = span.value
-    g: cython.double
-    c11: cython.double = 0.0
-    c12: cython.double = 0.0
-    c22: cython.double = 0.0
-    c13: cython.double = 0.0
-    d: cython.Py_ssize_t
-    g1: cython.double
-    g2: cython.double
-    for d in range(span.low, span.high):
-        c11 += value[1, d] * value[1, d]
-        c12 += value[1, d] * value[2, d]
-        c22 += value[2, d] * value[2, d]
-        c13 += value[1, d] * value[3, d]
-    g = sqrt(c11)
-    if not g > 0.0:
-        return False
-    g1 = c12 / g
-    g2 = (c22 + c13 - g1 * g1) / g
-    out[0] = 1.0 / g
-    out[1] = -g1 / (g * g * g)
-    out[2] = (3.0 * g1 * g1 - g * g2) / (g * g * g * g * g)
-    return True
-
-
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
-def _smooth(span: _Span, mean: cython.double) -> cython.bint:
-    """Tell whether |C'| over a cell, in ``span.speed``, is close to a polynomial of degree 4.
-
-    Sixth and seventh Legendre coefficient stand for all that follow. They are far above rounding where they reach
-    `_TAIL`, so that two curves that differ in size or by rounding alone are cut alike.
-    """
-    n: cython.Py_ssize_t
-    odd: cython.double = 0.0
-    even: cython.double = 0.0
-    for n in range(_POINTS):
-        odd += span.tails[0, n] * span.speed[n]
-        even += span.tails[1, n] * span.speed[n]
-    return abs(odd) + abs(even) <= _TAIL * mean
-
-
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
-def _taylor_speed(
-    taylor: cython.double[:, ::1],
-    p: cython.Py_ssize_t,
-    rational: cython.bint,
-    x: cython.double,
-    low: cython.Py_ssize_t,
-    high: cython.Py_ssize_t,
-) -> cython.double:
-    """|dC/dx| at x in half widths from the middle of the span."""
-    axes: cython.Py_ssize_t = taylor.shape[1] - 1
-    weight: cython.double = taylor[0, axes]
-    change: cython.double = 0.0
-    value: cython.double
-    slope: cython.double
-    total: cython.double = 0.0
-    d: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    if rational:
-        weight = taylor[p, axes]
-        for k in range(p - 1, -1, -1):
-            change = change * x + weight
-            weight = weight * x + taylor[k, axes]
-    for d in range(low, high):
-        value = taylor[p, d]
-        slope = 0.0
-        for k in range(p - 1, -1, -1):
-            slope = slope * x + value
-            value = value * x + taylor[k, d]
-        if rational:
-            slope -= change * value / weight
-        total += slope * slope
-    return sqrt(total) / weight
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _length(span: _Span, a: cython.double, b: cython.double) -> cython.double:
-    """Arc length between a and b, in half widths from the middle of the span, by one Gauss-Legendre rule.
-
-    ``span.speed`` becomes |dC/dx| at its nodes.
-    """
-    taylor: cython.double[:, ::1] = span.taylor
-    p: cython.Py_ssize_t = span.p
-    rational: cython.bint = span.rational
-    low: cython.Py_ssize_t = span.low
-    high: cython.Py_ssize_t = span.high
-    total: cython.double = 0.0
-    n: cython.Py_ssize_t
-    for n in range(_POINTS):
-        span.speed[n] = _taylor_speed(taylor, p, rational, a + (b - a) * span.nodes[n], low, high)
-        total += span.weights[n] * span.speed[n]
-    return total * (b - a)
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _cell(
-    span: _Span, b: cython.double, tolerance: cython.double, least: cython.double, cell: cython.double[::1]
-) -> cython.int:
-    """Make the cell from ``cell[0]`` to u = b, s from ``cell[1]``.
-
-    Returns 2 where length and inverse are within tolerance, 1 where only |C'| is smooth (or the length below `least`),
-    else 0.
-    """
-    a: cython.double = cell[0]
-    middle: cython.double = 0.5 * (a + b)
-    left: cython.double = span.knots[span.i]
-    right: cython.double = span.knots[span.i + 1]
-    centre: cython.double = 0.5 * (left + right)
-    width: cython.double = 0.5 * (right - left)
-    start: cython.double = (a - centre) / width
-    between: cython.double = (middle - centre) / width
-    end: cython.double = (b - centre) / width
-    whole: cython.double
-    half: cython.double
-    length: cython.double
-    regular: cython.bint
-    k: cython.Py_ssize_t
-    speed: cython.double
-    share: cython.double
-    slope: cython.double
-    whole = _length(span, start, end)
-    if whole > least and not _smooth(span, whole / (end - start)):
-        return 0
-    half = _length(span, start, between)
-    length = half + _length(span, between, end)
-    cell[2] = length
-    cell[3] = b - a
-    cell[4] = a
-    cell[5] = b - a
-    for k in range(6, 12):
-        cell[k] = 0.0
-    if not length > tolerance or not (a < middle and middle < b):
-        return 2
-    _derivatives(span.i, span.p, 3, a, span.knots, span.q, span.basis, span.value)
-    regular = _inverse_derivatives(span, span.left)
-    _derivatives(span.i, span.p, 3, b, span.knots, span.q, span.basis, span.value)
-    regular = _inverse_derivatives(span, span.right) and regular
-    if not regular or abs(whole - length) > 10.0 * tolerance:
-        return 1
-    _hermite(cell, b, span.left, span.right)
-    speed = _taylor_speed(span.taylor, span.p, span.rational, between, span.low, span.high) / width
-    share = half / length
-    slope = 0.0
-    for k in range(7, 0, -1):
-        slope = slope * share + k * cell[4 + k]
-    # The slope is asked too: across a symmetric cusp the polynomial meets the middle, where nothing moves.
-    if abs(_horner(cell, share) - middle) * speed <= tolerance and abs(slope * speed / length - 1.0) < 1e-6:
-        return 2
-    return 1
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _size(
-    points: cython.const[cython.double][:, ::1],
-    first: cython.Py_ssize_t,
-    last: cython.Py_ssize_t,
-    low: cython.Py_ssize_t,
-    high: cython.Py_ssize_t,
-    far: cython.double[::1],
-) -> cython.double:
-    """Return how far control points are from the first one in the columns low … high; the largest of them in ``far[0]``."""
-    k: cython.Py_ssize_t
-    d: cython.Py_ssize_t
-    size: cython.double = 0.0
-    far[0] = 0.0
-    for k in range(first, last):
-        for d in range(low, high):
-            size = max(size, abs(points[k, d] - points[first, d]))
-            far[0] = max(far[0], abs(points[k, d]))
-    return size
-
-
-#: Where `cells` is: rows done, arc length of the curve up to them, whether the last one is tiny, whether there is room.
-_Progress = cython.struct(rows=cython.Py_ssize_t, s=cython.double, tiny=cython.bint, fits=cython.bint)
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _cut_span(
-    span: _Span,
-    coarse: cython.double,
-    least: cython.double,
-    out: cython.double[:, ::1],
-    begins: cython.char[::1],
-    done: _Progress,
-) -> _Progress:
-    """Cut a span into panels, and these into cells on which length and inverse are known to `coarse`."""
-    rows: cython.Py_ssize_t = done.rows
-    s: cython.double = done.s
-    tiny: cython.bint = done.tiny
-    within: cython.double = coarse
-    begin: cython.char = 3
-    grade: cython.int
-    # The panel that is looked for, or that is cut into cells, and both ends of the cell that is tried.
-    look: cython.bint = True
-    start: cython.double = span.knots[span.i]
-    last: cython.double = span.knots[span.i + 1]
-    end: cython.double = last
-    a: cython.double = start
-    b: cython.double = end
-    while rows < out.shape[0]:
-        out[rows, 0] = a
-        out[rows, 1] = s
-        grade = _cell(span, b, within, least if look else 1e300, out[rows])
-        look = grade == 0
-        if grade < 2:
-            b = 0.5 * (a + b)
-            if look:
-                end = b
-            continue
-        if tiny != (out[rows, 2] <= 10.0 * coarse):
-            tiny = not tiny
-            begin += 4
-        begins[rows] = begin
-        s += out[rows, 2]
-        rows += 1
-        if (rows - done.rows) % 512 == 0:
-            # No curve needs that many cells: rounding keeps it from its tolerance.
-            within *= 8.0
-        if not b < last:
-            return _Progress(rows=rows, s=s, tiny=tiny, fits=True)
-        a = b
-        # The next try is twice as wide as what was just accepted, so widths can grow again.
-        begin = 0
-        b = b + 2.0 * out[rows - 1, 3]
-        if not a < end:
-            begin = 1
-            look = True
-            end = end + 2.0 * (end - start)
-            start = a
-            # What is left is a dyadic part of the span, a third of one, or a ninth: 0.29 is none, where rounding would choose.
-            if end + 0.29 * (end - start) > last:
-                end = last
-            b = end
-        elif b + 0.5 * out[rows - 1, 3] > end:
-            b = end
-    return _Progress(rows=rows, s=s, tiny=tiny, fits=False)
-
-
-def cells(
-    first_curve: cython.Py_ssize_t,
-    closeness: cython.double,
-    metric_low: cython.const[cython.longlong][::1],
-    metric_high: cython.const[cython.longlong][::1],
-    degree: cython.const[cython.longlong][::1],
-    point_offset: cython.const[cython.longlong][::1],
-    knot_offset: cython.const[cython.longlong][::1],
-    points: cython.const[cython.double][:, ::1],
-    weights: cython.const[cython.double][::1],
-    knots: cython.const[cython.double][::1],
-    cell_offset: cython.longlong[::1],
-    out: cython.double[:, ::1],
-    begins: cython.char[::1],
-):
-    """Cut curves from `first_curve` on into cells on which arc length and its inverse are known to `closeness` (a part
-    of the size of the curve), but for the rounding of its largest coordinate.
-
-    Every knot span is cut into panels, by halves, until |C'| is smooth on each; panels are cut into cells until the
-    Gauss rule agrees with itself on the halves, and the Hermite polynomial of degree 7 for u(s) meets the middle.
-    Length is taken over the columns ``metric_low[c]`` up to ``metric_high[c]`` of curve c. Rows of `out` follow
-    `CELL_COLUMNS`, s from 0 at the start of each curve, `begins` has the bits of what begins with them;
-    ``cell_offset[c + 1]`` becomes the number of rows after curve c. Returns the first curve that `out` had no room for.
-    """
-    curves: cython.Py_ssize_t = degree.shape[0]
-    span: _Span = _Span(int(np.max(degree)) if curves else 0, points.shape[1], knots)
-    far: cython.double[::1] = np.zeros(1)
-    done: _Progress = _Progress(rows=0, s=0.0, tiny=False, fits=True)
-    c: cython.Py_ssize_t = first_curve
-    i: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    p: cython.Py_ssize_t
-    least: cython.double
-    coarse: cython.double
-    with cython.nogil:
-        while c < curves:
-            p = degree[c]
-            done = _Progress(rows=cell_offset[c], s=0.0, tiny=False, fits=True)
-            least = _size(points, point_offset[c], point_offset[c + 1], metric_low[c], metric_high[c], far)
-            coarse = 4e-15 * far[0]
-            # The Taylor form that lengths are taken from loses a bit a degree.
-            for k in range(4, p):
-                coarse += coarse
-            coarse, least = coarse + closeness * least, max(_PANEL_LEAST * least, 10.0 * coarse)
-            for i in range(knot_offset[c] + p, knot_offset[c + 1] - p - 1):
-                if not knots[i] < knots[i + 1]:
-                    continue
-                k = point_offset[c] + i - knot_offset[c] - p
-                span.enter(i, p, metric_low[c], metric_high[c], k, points, weights)
-                done = _cut_span(span, coarse, least, out, begins, done)
-                if not done.fits:
-                    break
-            if not done.fits:
-                break
-            cell_offset[c + 1] = done.rows
-            c += 1
-    return c
-
-
-def invert(
-    curve: cython.const[cython.longlong][::1],
-    s: cython.const[cython.double][::1],
-    side: cython.int,
-    snap: cython.double,
-    cell_offset: cython.longlong[::1],
-    cell: cython.const[cython.double][:, ::1],
-    out: cython.double[::1],
-):
-    """Fill `out` with the parameter u at arc length ``s[n]`` from the start of curve ``curve[n]``.
-
-    What is within `snap` of the border of a cell counts as that border, so that a knot is met exactly. Cells of
-    length 0 (a stretch of the curve that does not move) are passed over towards `side`.
-    """
-    n: cython.Py_ssize_t
-    low: cython.Py_ssize_t
-    high: cython.Py_ssize_t
-    middle: cython.Py_ssize_t
-    tau: cython.double
-    with cython.nogil:
-        for n in range(s.shape[0]):
-            low = cell_offset[curve[n]]
-            high = cell_offset[curve[n] + 1]
-            while high - low > 1:
-                middle = (low + high) // 2
-                if cell[middle, 1] < (s[n] + snap if side >= 0 else s[n] - snap):
-                    low = middle
-                else:
-                    high = middle
-            tau = s[n] - cell[low, 1]
-            if cell[low, 2] <= 0.0:
-                out[n] = cell[low, 0] + (cell[low, 3] if side >= 0 else 0.0)
-            elif tau <= snap:
-                out[n] = cell[low, 0]
-            elif tau >= cell[low, 2] - snap:
-                out[n] = cell[low, 0] + cell[low, 3]
-            else:
-                out[n] = _horner(cell[low], tau / cell[low, 2])
-
-
-def lengths(
-    curve: cython.const[cython.longlong][::1],
-    u: cython.const[cython.double][::1],
-    metric_low: cython.const[cython.longlong][::1],
-    metric_high: cython.const[cython.longlong][::1],
-    degree: cython.const[cython.longlong][::1],
-    point_offset: cython.const[cython.longlong][::1],
-    knot_offset: cython.const[cython.longlong][::1],
-    points: cython.const[cython.double][:, ::1],
-    weights: cython.const[cython.double][::1],
-    knots: cython.const[cython.double][::1],
-    cell_offset: cython.longlong[::1],
-    cell: cython.const[cython.double][:, ::1],
-    out: cython.double[::1],
-):
-    """Fill `out` with the arc length from the start of curve ``curve[n]`` to its parameter ``u[n]``."""
-    span: _Span = _Span(int(np.max(degree)) if degree.shape[0] else 0, points.shape[1], knots)
-    n: cython.Py_ssize_t
-    low: cython.Py_ssize_t
-    high: cython.Py_ssize_t
-    middle: cython.Py_ssize_t
-    c: cython.Py_ssize_t
-    p: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    first: cython.Py_ssize_t
-    last: cython.Py_ssize_t
-    at: cython.double
-    centre: cython.double
-    width: cython.double
-    start: cython.double
-    end: cython.double
-    with cython.nogil:
-        for n in range(u.shape[0]):
-            c = curve[n]
-            low = cell_offset[c]
-            high = cell_offset[c + 1]
-            if low == high:
-                out[n] = 0.0
-                continue
-            while high - low > 1:
-                middle = (low + high) // 2
-                if cell[middle, 0] <= u[n]:
-                    low = middle
-                else:
-                    high = middle
-            at = min(max(u[n], cell[low, 0]), cell[low, 0] + cell[low, 3])
-            p = degree[c]
-            first = knot_offset[c] + p
-            last = knot_offset[c + 1] - p - 1
-            i = _span(knots, first, last, cell[low, 0], 1)
-            span.enter(i, p, metric_low[c], metric_high[c], point_offset[c] + i - first, points, weights)
-            span.rational = True
-            centre = 0.5 * (knots[i] + knots[i + 1])
-            width = 0.5 * (knots[i + 1] - knots[i])
-            start = (cell[low, 0] - centre) / width
-            end = (at - centre) / width
-            out[n] = cell[low, 1] + _length(span, start, end)

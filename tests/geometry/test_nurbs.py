@@ -1,11 +1,8 @@
-"""Rational B-splines: against scipy's BSpline, closed forms, and the uncompiled kernel."""
+"""Rational B-splines: against scipy's BSpline, closed forms, and the uncompiled kernels."""
 
 from __future__ import annotations
 
-import importlib.machinery
-import importlib.util
 import itertools
-from pathlib import Path as File
 
 import numpy as np
 import pytest
@@ -15,8 +12,9 @@ from scipy.interpolate import BSpline
 
 from cncgen.geometry import nurbs
 from cncgen.geometry.tables import NurbsTable
-from cncgen.kernels import bspline
+from cncgen.kernels import arc_length, bspline
 from tests.geometry.curves import curves, program_curve
+from tests.kernels.plain import uncompiled
 
 
 def reference(table: NurbsTable, u: np.ndarray, order: int) -> np.ndarray:
@@ -129,7 +127,7 @@ def test_panels_of_a_larger_copy_are_those_of_the_curve(table: NurbsTable, scale
     for size in (1.0, scale):
         copy = nurbs.single(int(table.degree[0]), table.knots, size * table.control_points, table.weights)
         measured = nurbs.lengths(copy)
-        begins = measured.begins & bspline.PANEL != 0
+        begins = measured.begins & arc_length.PANEL != 0
         found.append(measured.cells[begins, :2] / [1.0, size])
     np.testing.assert_allclose(found[0], found[1], rtol=0.0, atol=1e-9)
 
@@ -138,7 +136,7 @@ def test_panels_carry_the_speed_as_a_polynomial_of_degree_four() -> None:
     """|C'| between the nodes of a panel, by the recurrence, against the polynomial through five of its values."""
     table = program_curve("butterfly")
     measured = nurbs.lengths(table)
-    at = np.flatnonzero(measured.begins & bspline.PANEL)
+    at = np.flatnonzero(measured.begins & arc_length.PANEL)
     u = measured.cells[at, 0]
     ends = np.append(u[1:], table.knots[-1])
     x = np.polynomial.chebyshev.chebpts1(5)
@@ -163,26 +161,22 @@ def test_parameter_at_a_length_gives_that_length(table: NurbsTable, seed: int) -
     np.testing.assert_allclose(measured.at(curve, u), s, atol=1e-9)
 
 
-def test_kernel_runs_uncompiled_alike() -> None:
-    loader = importlib.machinery.SourceFileLoader(
-        "bspline_source", str(File(bspline.__file__).parent / "bspline.py")
-    )
-    source = importlib.util.module_from_spec(importlib.util.spec_from_loader("bspline_source", loader))
-    loader.exec_module(source)
+def test_kernels_run_uncompiled_alike() -> None:
     table = program_curve("star")
     columns = nurbs.arrays(table)
     low, high = np.array([0]), np.array([3])
     results = []
-    for kernel in (bspline, source):
-        offset, cells = np.zeros(2, np.int64), np.zeros((2000, kernel.CELL_COLUMNS))
+    plain = uncompiled("bspline"), uncompiled("arc_length")
+    for bsplines, lengths in ((bspline, arc_length), plain):
+        offset, cells = np.zeros(2, np.int64), np.zeros((2000, lengths.CELL_COLUMNS))
         begins = np.zeros(2000, np.int8)
-        assert kernel.cells(0, 1e-8, low, high, *columns, offset, cells, begins) == 1
+        assert lengths.cells(0, 1e-8, low, high, *columns, offset, cells, begins) == 1
         s = np.linspace(0, 200, 30)
         curve = np.zeros(30, np.int64)
         u, back, out = np.zeros(30), np.zeros(30), np.zeros((4, 30, 3))
-        kernel.invert(curve, s, 1, 1e-12, offset, cells, u)
-        kernel.lengths(curve, u, low, high, *columns, offset, cells, back)
-        kernel.evaluate(curve, u, -1, 3, *columns, out)
+        lengths.invert(curve, s, 1, 1e-12, offset, cells, u)
+        lengths.lengths(curve, u, low, high, *columns, offset, cells, back)
+        bsplines.evaluate(curve, u, -1, 3, *columns, out)
         results.append((offset, cells[: offset[1]], begins, u, back, out))
     for ours, theirs in zip(*results, strict=True):
         np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-9)

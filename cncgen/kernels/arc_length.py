@@ -1,0 +1,587 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False, cpow=True
+"""Arc length of rational B-splines, and the parameter at an arc length (docs/arc-length.md).
+
+Curves and notation are those of `bspline`, on whose `Span` this works as C. Length is the integral of |C'| by a
+Gauss-Legendre rule on panels where |C'| is smooth; its inverse u(s) is a Hermite polynomial of degree 7 a cell.
+"""
+
+import cython
+import numpy as np
+from cython.cimports.libc.math import sqrt
+
+if cython.compiled:
+    from cython.cimports.cncgen.kernels.bspline import Span
+else:
+    from cncgen.kernels.bspline import Span
+
+#: Points of the Gauss-Legendre rule.
+_POINTS = cython.declare(cython.Py_ssize_t, 7)
+#: Abscissae and weights of the rule that integrates |C'| over a cell, on [0, 1].
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(_POINTS)
+#: What gives, of |C'| at the nodes, its Legendre coefficients of order 5 and 6 over the cell: (2n + 1) w P_n.
+_TAILS = np.stack(
+    [(2 * n + 1) * 0.5 * _WEIGHTS * np.polynomial.legendre.Legendre.basis(n)(_NODES) for n in (5, 6)]
+)
+_NODES = 0.5 + 0.5 * _NODES
+_WEIGHTS = 0.5 * _WEIGHTS
+
+#: Columns of a cell: u at its start, s at its start, its length in s, its width in u, and eight coefficients of the
+#: polynomial u(tau), tau = (s - s_start) / length.
+CELL_COLUMNS = 12
+#: What a cell begins, as bits: a panel (a stretch on which |C'| is close to a polynomial of degree 4); a knot span; a row
+#: of cells so short that the curve has a cusp there, or stands, and what comes after them.
+PANEL, KNOT, CUSP = 1, 2, 4
+#: Part of the mean of |C'| over a panel that its Legendre coefficients of order 5 and 6 reach at most.
+_TAIL = cython.declare(cython.double, 1e-8)
+#: Part of the size of a curve below which a panel is not cut further.
+_PANEL_LEAST = cython.declare(cython.double, 1e-10)
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _hermite(
+    cell: cython.double[::1],
+    u_end: cython.double,
+    left: cython.double[::1],
+    right: cython.double[::1],
+) -> cython.void:
+    """Fill the coefficients of the polynomial of degree 7 that has u and du/ds .. d³u/ds³ at both ends of a cell."""
+    h: cython.double = cell[2]
+    a1: cython.double = left[0] * h
+    a2: cython.double = left[1] * h * h * 0.5
+    a3: cython.double = left[2] * h * h * h / 6.0
+    # What the cubic Taylor polynomial of the start misses at the end, in value and derivatives.
+    e0: cython.double = u_end - cell[0] - a1 - a2 - a3
+    e1: cython.double = right[0] * h - a1 - 2.0 * a2 - 3.0 * a3
+    e2: cython.double = right[1] * h * h - 2.0 * a2 - 6.0 * a3
+    e3: cython.double = right[2] * h * h * h - 6.0 * a3
+    cell[4] = cell[0]
+    cell[5] = a1
+    cell[6] = a2
+    cell[7] = a3
+    cell[8] = 35.0 * e0 - 15.0 * e1 + 2.5 * e2 - e3 / 6.0
+    cell[9] = -84.0 * e0 + 39.0 * e1 - 7.0 * e2 + 0.5 * e3
+    cell[10] = 70.0 * e0 - 34.0 * e1 + 6.5 * e2 - 0.5 * e3
+    cell[11] = -20.0 * e0 + 10.0 * e1 - 2.0 * e2 + e3 / 6.0
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _horner(cell: cython.const[cython.double][::1], tau: cython.double) -> cython.double:
+    """u at tau in 0 .. 1 of a cell, kept inside the cell."""
+    u: cython.double = cell[11]
+    k: cython.Py_ssize_t
+    for k in range(7):
+        u = u * tau + cell[10 - k]
+    if u < cell[0]:
+        return cell[0]
+    if u > cell[0] + cell[3]:
+        return cell[0] + cell[3]
+    return u
+
+
+@cython.final
+@cython.cclass
+class _Measured:
+    """The knot span whose length is taken, and room for that.
+
+    Attributes:
+        span: The span, with its derivatives.
+        knots: Of all curves.
+        rational: Whether its weights differ.
+        low, high: The columns that length is taken over.
+        taylor: Its Taylor coefficients, see `_taylor`.
+        left, right: Derivatives of u(s) at both ends of a cell.
+        speed: |C'| at the nodes of the rule,
+        nodes, weights, tails: and the rule.
+    """
+
+    span: Span
+    knots: cython.const[cython.double][::1]
+    rational: cython.bint
+    low: cython.Py_ssize_t
+    high: cython.Py_ssize_t
+    taylor: cython.double[:, ::1]
+    left: cython.double[::1]
+    right: cython.double[::1]
+    speed: cython.double[::1]
+    nodes: cython.const[cython.double][::1]
+    weights: cython.const[cython.double][::1]
+    tails: cython.const[cython.double][:, ::1]
+
+    def __init__(
+        self, degree: cython.Py_ssize_t, axes: cython.Py_ssize_t, knots: cython.const[cython.double][::1]
+    ) -> None:
+        """Make room for curves up to a degree."""
+        self.span = Span(degree, axes, knots)
+        self.knots = knots
+        self.taylor = np.zeros((degree + 1, axes + 1))
+        self.left = np.zeros(3)
+        self.right = np.zeros(3)
+        self.speed = np.zeros(_POINTS)
+        self.nodes = _NODES
+        self.weights = _WEIGHTS
+        self.tails = _TAILS
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def enter(
+        self,
+        i: cython.Py_ssize_t,
+        p: cython.Py_ssize_t,
+        low: cython.Py_ssize_t,
+        high: cython.Py_ssize_t,
+        point: cython.Py_ssize_t,
+        points: cython.const[cython.double][:, ::1],
+        weights: cython.const[cython.double][::1],
+    ) -> cython.void:
+        """Take span `i` of degree p, whose control points begin at `point`; length is over the columns low … high."""
+        j: cython.Py_ssize_t
+        self.low = low
+        self.high = high
+        self.rational = False
+        for j in range(1, p + 1):
+            self.rational = self.rational or weights[point + j] != weights[point]
+        self.span.enter(i, p, max(p, 3), point, points, weights)
+        _taylor(self)
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _taylor(on: _Measured) -> cython.void:
+    """Fill ``on.taylor[k]`` with the k-th homogeneous Taylor coefficient about its middle, in half widths."""
+    a: cython.double = on.knots[on.span.i]
+    b: cython.double = on.knots[on.span.i + 1]
+    half: cython.double = 0.5 * (b - a)
+    factor: cython.double = 1.0
+    k: cython.Py_ssize_t
+    d: cython.Py_ssize_t
+    on.span.homogeneous(on.span.p, 0.5 * (a + b), on.taylor)
+    for k in range(1, on.span.p + 1):
+        factor *= half / k
+        for d in range(on.taylor.shape[1]):
+            on.taylor[k, d] *= factor
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _inverse_derivatives(on: _Measured, out: cython.double[::1]) -> cython.bint:
+    """Fill `out` with du/ds, d²u/ds², d³u/ds³ from C', C'', C''' in ``on.span.value``; False where C' vanishes.
+
+    With g = ds/du = |C'|: g g' = C'.C'', g g'' + g'² = C''.C'' + C'.C'''.
+    """
+    value: cython.double[:, ::1] = on.span.value
+    g: cython.double
+    c11: cython.double = 0.0
+    c12: cython.double = 0.0
+    c22: cython.double = 0.0
+    c13: cython.double = 0.0
+    d: cython.Py_ssize_t
+    g1: cython.double
+    g2: cython.double
+    for d in range(on.low, on.high):
+        c11 += value[1, d] * value[1, d]
+        c12 += value[1, d] * value[2, d]
+        c22 += value[2, d] * value[2, d]
+        c13 += value[1, d] * value[3, d]
+    g = sqrt(c11)
+    if not g > 0.0:
+        return False
+    g1 = c12 / g
+    g2 = (c22 + c13 - g1 * g1) / g
+    out[0] = 1.0 / g
+    out[1] = -g1 / (g * g * g)
+    out[2] = (3.0 * g1 * g1 - g * g2) / (g * g * g * g * g)
+    return True
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _smooth(on: _Measured, mean: cython.double) -> cython.bint:
+    """Tell whether |C'| over a cell, in ``on.speed``, is close to a polynomial of degree 4.
+
+    Sixth and seventh Legendre coefficient stand for all that follow. They are far above rounding where they reach
+    `_TAIL`, so that two curves that differ in size or by rounding alone are cut alike.
+    """
+    n: cython.Py_ssize_t
+    odd: cython.double = 0.0
+    even: cython.double = 0.0
+    for n in range(_POINTS):
+        odd += on.tails[0, n] * on.speed[n]
+        even += on.tails[1, n] * on.speed[n]
+    return abs(odd) + abs(even) <= _TAIL * mean
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _taylor_speed(
+    taylor: cython.double[:, ::1],
+    p: cython.Py_ssize_t,
+    rational: cython.bint,
+    x: cython.double,
+    low: cython.Py_ssize_t,
+    high: cython.Py_ssize_t,
+) -> cython.double:
+    """|dC/dx| at x in half widths from the middle of the span."""
+    axes: cython.Py_ssize_t = taylor.shape[1] - 1
+    weight: cython.double = taylor[0, axes]
+    change: cython.double = 0.0
+    value: cython.double
+    slope: cython.double
+    total: cython.double = 0.0
+    d: cython.Py_ssize_t
+    k: cython.Py_ssize_t
+    if rational:
+        weight = taylor[p, axes]
+        for k in range(p - 1, -1, -1):
+            change = change * x + weight
+            weight = weight * x + taylor[k, axes]
+    for d in range(low, high):
+        value = taylor[p, d]
+        slope = 0.0
+        for k in range(p - 1, -1, -1):
+            slope = slope * x + value
+            value = value * x + taylor[k, d]
+        if rational:
+            slope -= change * value / weight
+        total += slope * slope
+    return sqrt(total) / weight
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _length(on: _Measured, a: cython.double, b: cython.double) -> cython.double:
+    """Arc length between a and b, in half widths from the middle of the span, by one Gauss-Legendre rule.
+
+    ``on.speed`` becomes |dC/dx| at its nodes.
+    """
+    taylor: cython.double[:, ::1] = on.taylor
+    p: cython.Py_ssize_t = on.span.p
+    rational: cython.bint = on.rational
+    low: cython.Py_ssize_t = on.low
+    high: cython.Py_ssize_t = on.high
+    total: cython.double = 0.0
+    n: cython.Py_ssize_t
+    for n in range(_POINTS):
+        on.speed[n] = _taylor_speed(taylor, p, rational, a + (b - a) * on.nodes[n], low, high)
+        total += on.weights[n] * on.speed[n]
+    return total * (b - a)
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _cell(
+    on: _Measured, b: cython.double, tolerance: cython.double, least: cython.double, cell: cython.double[::1]
+) -> cython.int:
+    """Make the cell from ``cell[0]`` to u = b, s from ``cell[1]``.
+
+    Returns 2 where length and inverse are within tolerance, 1 where only |C'| is smooth (or the length below `least`),
+    else 0.
+    """
+    a: cython.double = cell[0]
+    middle: cython.double = 0.5 * (a + b)
+    left: cython.double = on.knots[on.span.i]
+    right: cython.double = on.knots[on.span.i + 1]
+    centre: cython.double = 0.5 * (left + right)
+    width: cython.double = 0.5 * (right - left)
+    start: cython.double = (a - centre) / width
+    between: cython.double = (middle - centre) / width
+    end: cython.double = (b - centre) / width
+    whole: cython.double
+    half: cython.double
+    length: cython.double
+    regular: cython.bint
+    k: cython.Py_ssize_t
+    speed: cython.double
+    share: cython.double
+    slope: cython.double
+    whole = _length(on, start, end)
+    if whole > least and not _smooth(on, whole / (end - start)):
+        return 0
+    half = _length(on, start, between)
+    length = half + _length(on, between, end)
+    cell[2] = length
+    cell[3] = b - a
+    cell[4] = a
+    cell[5] = b - a
+    for k in range(6, 12):
+        cell[k] = 0.0
+    if not length > tolerance or not (a < middle and middle < b):
+        return 2
+    on.span.derivatives(3, a)
+    regular = _inverse_derivatives(on, on.left)
+    on.span.derivatives(3, b)
+    regular = _inverse_derivatives(on, on.right) and regular
+    if not regular or abs(whole - length) > 10.0 * tolerance:
+        return 1
+    _hermite(cell, b, on.left, on.right)
+    speed = _taylor_speed(on.taylor, on.span.p, on.rational, between, on.low, on.high) / width
+    share = half / length
+    slope = 0.0
+    for k in range(7, 0, -1):
+        slope = slope * share + k * cell[4 + k]
+    # The slope is asked too: across a symmetric cusp the polynomial meets the middle, where nothing moves.
+    if abs(_horner(cell, share) - middle) * speed <= tolerance and abs(slope * speed / length - 1.0) < 1e-6:
+        return 2
+    return 1
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _size(
+    points: cython.const[cython.double][:, ::1],
+    first: cython.Py_ssize_t,
+    last: cython.Py_ssize_t,
+    low: cython.Py_ssize_t,
+    high: cython.Py_ssize_t,
+    far: cython.double[::1],
+) -> cython.double:
+    """Return how far control points are from the first one in the columns low … high; the largest of them in ``far[0]``."""
+    k: cython.Py_ssize_t
+    d: cython.Py_ssize_t
+    size: cython.double = 0.0
+    far[0] = 0.0
+    for k in range(first, last):
+        for d in range(low, high):
+            size = max(size, abs(points[k, d] - points[first, d]))
+            far[0] = max(far[0], abs(points[k, d]))
+    return size
+
+
+#: Where `cells` is: rows done, arc length of the curve up to them, whether the last one is tiny, whether there is room.
+_Progress = cython.struct(rows=cython.Py_ssize_t, s=cython.double, tiny=cython.bint, fits=cython.bint)
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _cut_span(
+    on: _Measured,
+    coarse: cython.double,
+    least: cython.double,
+    out: cython.double[:, ::1],
+    begins: cython.char[::1],
+    done: _Progress,
+) -> _Progress:
+    """Cut a span into panels, and these into cells on which length and inverse are known to `coarse`."""
+    rows: cython.Py_ssize_t = done.rows
+    s: cython.double = done.s
+    tiny: cython.bint = done.tiny
+    within: cython.double = coarse
+    begin: cython.char = 3
+    grade: cython.int
+    # The panel that is looked for, or that is cut into cells, and both ends of the cell that is tried.
+    look: cython.bint = True
+    start: cython.double = on.knots[on.span.i]
+    last: cython.double = on.knots[on.span.i + 1]
+    end: cython.double = last
+    a: cython.double = start
+    b: cython.double = end
+    while rows < out.shape[0]:
+        out[rows, 0] = a
+        out[rows, 1] = s
+        grade = _cell(on, b, within, least if look else 1e300, out[rows])
+        look = grade == 0
+        if grade < 2:
+            b = 0.5 * (a + b)
+            if look:
+                end = b
+            continue
+        if tiny != (out[rows, 2] <= 10.0 * coarse):
+            tiny = not tiny
+            begin += 4
+        begins[rows] = begin
+        s += out[rows, 2]
+        rows += 1
+        if (rows - done.rows) % 512 == 0:
+            # No curve needs that many cells: rounding keeps it from its tolerance.
+            within *= 8.0
+        if not b < last:
+            return _Progress(rows=rows, s=s, tiny=tiny, fits=True)
+        a = b
+        # The next try is twice as wide as what was just accepted, so widths can grow again.
+        begin = 0
+        b = b + 2.0 * out[rows - 1, 3]
+        if not a < end:
+            begin = 1
+            look = True
+            end = end + 2.0 * (end - start)
+            start = a
+            # What is left is a dyadic part of the span, a third of one, or a ninth: 0.29 is none, where rounding would choose.
+            if end + 0.29 * (end - start) > last:
+                end = last
+            b = end
+        elif b + 0.5 * out[rows - 1, 3] > end:
+            b = end
+    return _Progress(rows=rows, s=s, tiny=tiny, fits=False)
+
+
+def cells(
+    first_curve: cython.Py_ssize_t,
+    closeness: cython.double,
+    metric_low: cython.const[cython.longlong][::1],
+    metric_high: cython.const[cython.longlong][::1],
+    degree: cython.const[cython.longlong][::1],
+    point_offset: cython.const[cython.longlong][::1],
+    knot_offset: cython.const[cython.longlong][::1],
+    points: cython.const[cython.double][:, ::1],
+    weights: cython.const[cython.double][::1],
+    knots: cython.const[cython.double][::1],
+    cell_offset: cython.longlong[::1],
+    out: cython.double[:, ::1],
+    begins: cython.char[::1],
+):
+    """Cut curves from `first_curve` on into cells on which arc length and its inverse are known to `closeness` (a part
+    of the size of the curve), but for the rounding of its largest coordinate.
+
+    Every knot span is cut into panels, by halves, until |C'| is smooth on each; panels are cut into cells until the
+    Gauss rule agrees with itself on the halves, and the Hermite polynomial of degree 7 for u(s) meets the middle.
+    Length is taken over the columns ``metric_low[c]`` up to ``metric_high[c]`` of curve c. Rows of `out` follow
+    `CELL_COLUMNS`, s from 0 at the start of each curve, `begins` has the bits of what begins with them;
+    ``cell_offset[c + 1]`` becomes the number of rows after curve c. Returns the first curve that `out` had no room for.
+    """
+    curves: cython.Py_ssize_t = degree.shape[0]
+    on: _Measured = _Measured(int(np.max(degree)) if curves else 0, points.shape[1], knots)
+    far: cython.double[::1] = np.zeros(1)
+    done: _Progress = _Progress(rows=0, s=0.0, tiny=False, fits=True)
+    c: cython.Py_ssize_t = first_curve
+    i: cython.Py_ssize_t
+    k: cython.Py_ssize_t
+    p: cython.Py_ssize_t
+    least: cython.double
+    coarse: cython.double
+    with cython.nogil:
+        while c < curves:
+            p = degree[c]
+            done = _Progress(rows=cell_offset[c], s=0.0, tiny=False, fits=True)
+            least = _size(points, point_offset[c], point_offset[c + 1], metric_low[c], metric_high[c], far)
+            coarse = 4e-15 * far[0]
+            # The Taylor form that lengths are taken from loses a bit a degree.
+            for k in range(4, p):
+                coarse += coarse
+            coarse, least = coarse + closeness * least, max(_PANEL_LEAST * least, 10.0 * coarse)
+            for i in range(knot_offset[c] + p, knot_offset[c + 1] - p - 1):
+                if not knots[i] < knots[i + 1]:
+                    continue
+                k = point_offset[c] + i - knot_offset[c] - p
+                on.enter(i, p, metric_low[c], metric_high[c], k, points, weights)
+                done = _cut_span(on, coarse, least, out, begins, done)
+                if not done.fits:
+                    break
+            if not done.fits:
+                break
+            cell_offset[c + 1] = done.rows
+            c += 1
+    return c
+
+
+def invert(
+    curve: cython.const[cython.longlong][::1],
+    s: cython.const[cython.double][::1],
+    side: cython.int,
+    snap: cython.double,
+    cell_offset: cython.longlong[::1],
+    cell: cython.const[cython.double][:, ::1],
+    out: cython.double[::1],
+):
+    """Fill `out` with the parameter u at arc length ``s[n]`` from the start of curve ``curve[n]``.
+
+    What is within `snap` of the border of a cell counts as that border, so that a knot is met exactly. Cells of
+    length 0 (a stretch of the curve that does not move) are passed over towards `side`.
+    """
+    n: cython.Py_ssize_t
+    low: cython.Py_ssize_t
+    high: cython.Py_ssize_t
+    middle: cython.Py_ssize_t
+    tau: cython.double
+    with cython.nogil:
+        for n in range(s.shape[0]):
+            low = cell_offset[curve[n]]
+            high = cell_offset[curve[n] + 1]
+            while high - low > 1:
+                middle = (low + high) // 2
+                if cell[middle, 1] < (s[n] + snap if side >= 0 else s[n] - snap):
+                    low = middle
+                else:
+                    high = middle
+            tau = s[n] - cell[low, 1]
+            if cell[low, 2] <= 0.0:
+                out[n] = cell[low, 0] + (cell[low, 3] if side >= 0 else 0.0)
+            elif tau <= snap:
+                out[n] = cell[low, 0]
+            elif tau >= cell[low, 2] - snap:
+                out[n] = cell[low, 0] + cell[low, 3]
+            else:
+                out[n] = _horner(cell[low], tau / cell[low, 2])
+
+
+def lengths(
+    curve: cython.const[cython.longlong][::1],
+    u: cython.const[cython.double][::1],
+    metric_low: cython.const[cython.longlong][::1],
+    metric_high: cython.const[cython.longlong][::1],
+    degree: cython.const[cython.longlong][::1],
+    point_offset: cython.const[cython.longlong][::1],
+    knot_offset: cython.const[cython.longlong][::1],
+    points: cython.const[cython.double][:, ::1],
+    weights: cython.const[cython.double][::1],
+    knots: cython.const[cython.double][::1],
+    cell_offset: cython.longlong[::1],
+    cell: cython.const[cython.double][:, ::1],
+    out: cython.double[::1],
+):
+    """Fill `out` with the arc length from the start of curve ``curve[n]`` to its parameter ``u[n]``."""
+    on: _Measured = _Measured(int(np.max(degree)) if degree.shape[0] else 0, points.shape[1], knots)
+    n: cython.Py_ssize_t
+    low: cython.Py_ssize_t
+    high: cython.Py_ssize_t
+    middle: cython.Py_ssize_t
+    c: cython.Py_ssize_t
+    p: cython.Py_ssize_t
+    i: cython.Py_ssize_t
+    first: cython.Py_ssize_t
+    last: cython.Py_ssize_t
+    at: cython.double
+    centre: cython.double
+    width: cython.double
+    start: cython.double
+    end: cython.double
+    with cython.nogil:
+        for n in range(u.shape[0]):
+            c = curve[n]
+            low = cell_offset[c]
+            high = cell_offset[c + 1]
+            if low == high:
+                out[n] = 0.0
+                continue
+            while high - low > 1:
+                middle = (low + high) // 2
+                if cell[middle, 0] <= u[n]:
+                    low = middle
+                else:
+                    high = middle
+            at = min(max(u[n], cell[low, 0]), cell[low, 0] + cell[low, 3])
+            p = degree[c]
+            first = knot_offset[c] + p
+            last = knot_offset[c + 1] - p - 1
+            i = on.span.find(first, last, cell[low, 0], 1)
+            on.enter(i, p, metric_low[c], metric_high[c], point_offset[c] + i - first, points, weights)
+            on.rational = True
+            centre = 0.5 * (knots[i] + knots[i + 1])
+            width = 0.5 * (knots[i + 1] - knots[i])
+            start = (cell[low, 0] - centre) / width
+            end = (at - centre) / width
+            out[n] = cell[low, 1] + _length(on, start, end)
