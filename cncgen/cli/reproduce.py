@@ -29,7 +29,8 @@ def command(
 ) -> int:
     """Compute what the papers print.
 
-    Each table has the printed value, ours and the difference. NAME is 000, 001, 002, 003 or 004; without it all are computed. Exit 1 where a stated tolerance is missed.
+    Each table has the printed value, ours and the difference. NAME is 000 (Yeh and Sun 2008), 001 (Chen and Hsu), 002 (Jung
+    and Choi), 003 (Tsai 2010) or 004 (Hsu 1999); without it all are computed. Exit 1 where a stated tolerance is missed.
     """
     from cncgen.files import write_text
     from cncgen.report.reproduction import as_text, as_values, reproduce

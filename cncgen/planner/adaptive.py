@@ -1,4 +1,4 @@
-"""`adaptive`: the feed, or what the chord error allows (Yeh and Hsu 2002; paper 003, eq. 24)."""
+"""`adaptive`: the feed, or what the chord error allows (Yeh and Hsu 2002; Tsai 2010, eq. 24)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cncgen.toolpath.record import Toolpath
 
 
 def plan_adaptive(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) -> Iterator[Trajectory]:
-    """Travel at min(V_max, V_af), V_af = (2/T_s) √(2δ/κ − δ²) (paper 003, eq. 24); acceleration and jerk are not limited."""
+    """Travel at min(V_max, V_af), V_af = (2/T_s) √(2δ/κ − δ²) (Tsai 2010, eq. 24); acceleration and jerk are not limited."""
     tolerance, period = machine.chord_tolerance_mm, machine.period_s
     return plan_by_curvature(
         chunks, machine, lambda curvature, feed: chord_speed(curvature, tolerance, period), Limit.CHORD

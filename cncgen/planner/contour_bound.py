@@ -168,7 +168,7 @@ _NO_CAP = _Slowness(np.zeros(1), np.zeros(1))
 def plan_bounded(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) -> Iterator[Trajectory]:
     """Plan the least time with the predicted contour error under ``options.max_contour_error_mm``, where that is given.
 
-    The error is that of paper 003, eqs 9 to 18; the rounds of lowering are ours.
+    The error is that of Tsai 2010, eqs 9 to 18; the rounds of lowering are ours.
 
     Args:
         chunks: Consecutive stretches of one program; drawn in another thread.

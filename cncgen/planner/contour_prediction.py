@@ -142,7 +142,7 @@ class ContourPrediction:
 
 
 def prediction(machine: Machine, options: PlanOptions, letters: str) -> ContourPrediction:
-    """Set up the prediction (paper 003, eqs 9 to 15) for some of the axes X Y Z.
+    """Set up the prediction (Tsai 2010, eqs 9 to 15) for some of the axes X Y Z.
 
     Raises:
         UsageError: An axis has no servo data, or a model whose error cannot be predicted; every such axis is named.

@@ -1,4 +1,4 @@
-"""`curvature`: the feed lowered with curvature (paper 003, eq. 25)."""
+"""`curvature`: the feed lowered with curvature (Tsai 2010, eq. 25)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cncgen.toolpath.record import Toolpath
 def plan_curvature(
     chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions
 ) -> Iterator[Trajectory]:
-    """Travel at V_cf = κ̄ V_max/(κ + κ̄) (paper 003, eq. 25), κ̄ = `kbar_per_mm`; acceleration and jerk are not limited."""
+    """Travel at V_cf = κ̄ V_max/(κ + κ̄) (Tsai 2010, eq. 25), κ̄ = `kbar_per_mm`; acceleration and jerk are not limited."""
     kbar = options.kbar_per_mm
     return plan_by_curvature(
         chunks, machine, lambda curvature, feed: curvature_speed(curvature, feed, kbar), Limit.CURVATURE

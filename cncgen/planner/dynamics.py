@@ -104,7 +104,7 @@ class Dynamics:
     def centripetal(self) -> float:
         """Return v²κ at which the static contour error is the bound, mm/s²; infinite for perfect loops.
 
-        The error is that of paper 003, eq. 18, on a circle in the steady state (`static_coefficients`).
+        The error is that of Tsai 2010, eq. 18, on a circle in the steady state (`static_coefficients`).
         """
         per = self.model.per_centripetal_s2
         return _AIM * self.bound_mm / per if per > 0.0 else np.inf

@@ -63,7 +63,7 @@ def retime(
 ) -> Iterator[Trajectory]:
     """Return the trajectories as the interpolator of the options would travel them; `arclength` changes nothing.
 
-    `taylor1` and `taylor2` are paper 000, eqs 3.2 and 3.1.
+    `taylor1` and `taylor2` are Yeh and Sun 2008, eqs 3.2 and 3.1.
     """
     if options.interpolator == "arclength":
         return trajectories
@@ -156,7 +156,7 @@ def uniform_steps(
 def taylor_steps(
     order: int, path: Path, row: int, plan: Profile, start: float, end: float, now: float, period_s: float
 ) -> Steps:
-    """Step through a curve by the Taylor expansion of u(t), of order 1 (paper 000, eq. 3.2) or 2 (eq. 3.1).
+    """Step through a curve by the Taylor expansion of u(t), of order 1 (Yeh and Sun 2008, eq. 3.2) or 2 (eq. 3.1).
 
     The recurrence is solved by sweeps over blocks of samples: every step is computed from the places of the last
     sweep, and the steps are added up. A sweep makes at least one more sample final, and as the steps hardly depend on

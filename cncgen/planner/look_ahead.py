@@ -49,7 +49,7 @@ def joint_caps(cap: Floats, top: Floats) -> Floats:
 
 
 def joint_speeds(segments: Segments, start_mm_s: float, end_mm_s: float, profile: str) -> Floats:
-    """Return the speeds at the joints: a backward and a forward pass (paper 003, section 5.3).
+    """Return the speeds at the joints: a backward and a forward pass (Tsai 2010, section 5.3).
 
     Args:
         segments: The stretches.
@@ -109,7 +109,7 @@ class Pieces:
 
 
 def build(segments: Segments, speeds: Floats, profile: str) -> Pieces:
-    """Lay out the speed profile of every segment between joint speeds that `joint_speeds` gave (paper 003, section 5.3).
+    """Lay out the speed profile of every segment between joint speeds that `joint_speeds` gave (Tsai 2010, section 5.3).
 
     Long segments accelerate, cruise at their top speed and decelerate (seven phases); medium ones only reach the
     speed at which both ramps just fill them, found by bisection; short ones are a single ramp.

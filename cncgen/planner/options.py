@@ -34,7 +34,7 @@ class PlanOptions:
         max_contour_error_mm: Predicted contour error that `ild` (and `optimal`, where it is given here) stays under;
             None: `ild` takes the machine's.
         servos: Servo data by axis letter that stand in for the machine's (``--axis-params``).
-        kbar_per_mm: The constant κ̄ of paper 003, eq. 25, in 1/mm: the curvature at which the feed is halved.
+        kbar_per_mm: The constant κ̄ of Tsai 2010, eq. 25, in 1/mm: the curvature at which the feed is halved.
         corner_distance_mm: Least distance of a sharp corner from the one before it and from the start (`ild`).
         lookahead_rows: Rows that a window of the look-ahead may hold.
     """

@@ -116,7 +116,7 @@ def rows_of(toolpath: Toolpath, path: Path, machine: Machine, bends: bool = True
 
 
 def chord_speed(curvature: Floats, tolerance_mm: Floats | float, period_s: float) -> Floats:
-    """Return the speed whose chord over a period stays within the tolerance of the arc (paper 003, eq. 24).
+    """Return the speed whose chord over a period stays within the tolerance of the arc (Tsai 2010, eq. 24).
 
     V_af = (2/T_s) √(ρ² − (ρ − δ)²) = (2/T_s) √(2δ/κ − δ²) with ρ = 1/κ. Where the radius is below δ/2 the chord of a
     full turn stays within the tolerance and the formula has no root; the radius itself then stands in for it.

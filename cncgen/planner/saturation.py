@@ -118,7 +118,7 @@ class PdPlusAxis:
 def limit_reactive(
     trajectories: Iterator[Trajectory], machine: Machine, options: PlanOptions
 ) -> Iterator[Trajectory]:
-    """Return the trajectories with their steps limited so that the drives' forces are (paper 000, eqs 3.5 and 3.6).
+    """Return the trajectories with their steps limited so that the drives' forces are (Yeh and Sun 2008, eqs 3.5 and 3.6).
 
     Yields:
         Trajectories whose profiles are steps of constant speed, one a period. ``values["saturation"]`` counts the

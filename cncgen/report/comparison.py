@@ -37,7 +37,7 @@ class StrategyFigures:
         feedrate: Name of the strategy.
         time_s: Motion and dwells.
         contour_max_mm, contour_rms_mm: True contour error of the simulated axes: distance from the commanded path.
-        predicted_max_mm: The contour error that paper 003's eqs 15 to 18 predict.
+        predicted_max_mm: The contour error that Tsai's eqs 15 to 18 predict.
         acceleration, jerk: Largest second and third difference of the setpoints over all axes, rest before and
             after included; mm (or rad) and s.
         acceleration_of_limit, jerk_of_limit: The same, each as a fraction of its axis's limit.

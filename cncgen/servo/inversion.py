@@ -1,6 +1,6 @@
 """The modified reference: the command that makes a closed loop's output the wanted one.
 
-Source: Chen and Hsu (paper 001), eqs 4 to 8. With G = N/D and wanted x, the command obeys N(d/dt) u = D(d/dt) x =: x̂, so u is
+Source: S.-L. Chen and H.-S. Hsu, eqs 4 to 8. With G = N/D and wanted x, the command obeys N(d/dt) u = D(d/dt) x =: x̂, so u is
 x̂ convolved with the impulse response of 1/N. (Eq. 8's term h(t) x̂(0) must not be there: u(0) is 0 for a system at rest.)
 
 Zeros of G in the right half plane make that convolution grow. Then the bounded solution is another one (Devasia, Chen and

@@ -4,7 +4,7 @@ r₀ = y*, rₙ₊₁ = rₙ + (y* − G rₙ): what the axis was short of is ad
 can be simulated, friction and bounds included. With E = 1 − G the error after n passes is Eⁿ⁺¹ y*, so it falls where
 |E(jω)| < 1, and it grows above the frequency where that ends: a few passes are best, not many. This is iterative learning
 (S. Arimoto, S. Kawamura and F. Miyazaki, Journal of Robotic Systems 1 (1984) 123) with a model in the place of the
-machine. (Paper 001 inverts the loop instead, `cncgen.servo.inversion`.)
+machine. (Chen and Hsu invert the loop instead, `cncgen.servo.inversion`.)
 
 Passes are stages of a stream: each simulates the command of the one before, some thousand rows behind it.
 """

@@ -1,4 +1,4 @@
-"""Positions over time in pieces that are sums of powers and exponentials, and the three profiles of paper 001.
+"""Positions over time in pieces that are sums of powers and exponentials, and the three profiles of Chen and Hsu.
 
 Source: S.-L. Chen and H.-S. Hsu, eqs 1 to 3: 10 mm in 1 s at up to 15 mm/s with 1/3 s of acceleration. The paper rounds the
 constants of its pieces (0.07 for 5/72, 3.75 where the exponential gives 3.84 …); docs/modified-reference.md says which

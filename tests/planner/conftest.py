@@ -117,13 +117,13 @@ def program() -> Callable[..., list[Toolpath]]:
 
 @pytest.fixture
 def table() -> Machine:
-    """Return the X-Y table of paper 003, without its bound on the contour error."""
+    """Return the X-Y table of Tsai 2010, without its bound on the contour error."""
     return replace(load("xy-table"), max_contour_error_mm=None)
 
 
 @pytest.fixture
 def bounded_table() -> Machine:
-    """Return the X-Y table of paper 003."""
+    """Return the X-Y table of Tsai 2010."""
     return load("xy-table")
 
 
@@ -135,5 +135,5 @@ def mill() -> Machine:
 
 @pytest.fixture
 def bonder() -> Machine:
-    """Return the die bonder of paper 000."""
+    """Return the die bonder of Yeh and Sun 2008."""
     return load("die-bonder")

@@ -39,7 +39,7 @@ def planned(chunks: list[Toolpath], machine: Machine, bound: float | None) -> li
 def test_simulated_error_is_within_the_bound(
     program: Callable[..., list[Toolpath]], table: Machine, name: str, bound: float
 ) -> None:
-    """Curves and corners on the table of paper 003; without the bound it is far exceeded, with it nearly reached."""
+    """Curves and corners on the table of Tsai 2010; without the bound it is far exceeded, with it nearly reached."""
     chunks = program(name)
     free, held = planned(chunks, table, None), planned(chunks, table, bound)
     assert worst(free, table) > 1.5 * bound

@@ -28,7 +28,7 @@ from cncgen.setpoints import sample
 from cncgen.toolpath.record import Toolpath
 
 T = 1e-3
-#: X axis: Tian, Measurement Science Review 25 (2025) 284, for the loop of paper 003.
+#: X axis: Tian, Measurement Science Review 25 (2025) 284, for the loop of Tsai 2010.
 DENOMINATOR = np.array([1.0, 698.4, 2.135e5, 3.538e7, 1.938e9])
 NUMERATOR = np.array([1.471e5, 3.476e7, 1.938e9])
 
@@ -75,7 +75,7 @@ def test_filter_is_eq_15() -> None:
 
 
 def test_steady_lag_and_circle(bounded_table: Machine) -> None:
-    """E/V = 3.20e-4 s and the static contour error 2.845e-5 v²κ (specification of paper 003), both from the filter."""
+    """E/V = 3.20e-4 s and the static contour error 2.845e-5 v²κ, both from the filter."""
     loop = closed_loop(bounded_table.axes["X"].servo, "X")
     lag, curve = static_coefficients(loop.numerator, loop.denominator)
     assert lag == pytest.approx(3.20e-4, rel=2e-3)
@@ -111,7 +111,7 @@ def test_parts_go_on_and_snapshots_return(bounded_table: Machine) -> None:
 def test_estimate_is_within_3_micrometres(
     name: str, feed: int, program: Callable[..., list[Toolpath]], table: Machine
 ) -> None:
-    """Paper 003 finds 2 µm between eq. 18 and the true contour error; ours stays under 3 µm on both curves.
+    """Tsai 2010 finds 2 µm between eq. 18 and the true contour error; ours stays under 3 µm on both curves.
 
     The last 40 ms are left out: there an axis overshoots the end along the path, which eq. 18 does not count.
     """

@@ -1,4 +1,4 @@
-"""`ild` against paper 003's figures, closed forms on lines, and what any plan must keep."""
+"""`ild` against Tsai's figures, closed forms on lines, and what any plan must keep."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def total(trajectories: list[Trajectory]) -> float:
 def test_butterfly_has_the_papers_sharp_corners(
     feed: int, corners: int, program: Callable[..., list[Toolpath]], table: Machine
 ) -> None:
-    """Paper 003, Fig. 6: 24, 14 and 11 sharp corners at 7000, 5000 and 3500 mm/min."""
+    """Tsai 2010, Fig. 6: 24, 14 and 11 sharp corners at 7000, 5000 and 3500 mm/min."""
     (done,) = planned(program("butterfly.nc", feed), table)
     assert len(done.corners) == corners
     s = motion_at(done.profile, np.array([c.t_s for c in done.corners])).s

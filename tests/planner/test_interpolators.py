@@ -26,7 +26,7 @@ def drawn(
 
 
 def recurrence(planned: Trajectory, order: int) -> np.ndarray:
-    """Return the places of paper 000's eqs 3.2 (order 1) and 3.1 (order 2), one step after the other.
+    """Return the places of Yeh and Sun's eqs 3.2 (order 1) and 3.1 (order 2), one step after the other.
 
     The speed V(u) T is the distance that the plan travels in a period from where the tool is.
     """
@@ -87,7 +87,7 @@ def test_arclength_travels_what_is_asked(
 def test_uniform_takes_equal_steps_of_the_parameter(
     program: Callable[..., list[Toolpath]], table: Machine
 ) -> None:
-    """On the circle of 7 points every period has the same du, and the speed follows |C'|: 60 to 120 by 94 (paper 004)."""
+    """On the circle of 7 points every period has the same du, and the speed follows |C'|: 60 to 120 by 94 (Hsu 1999)."""
     chunks = program("circle.nc")
     (done, *_) = drawn(chunks, table, "uniform", "constant")
     path = path_of(done.toolpath)

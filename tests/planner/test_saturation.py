@@ -122,7 +122,7 @@ def test_servo_data_are_asked_for(lines: Callable[..., Toolpath], mill: Machine)
 
 
 def reference(steps: int, nominal: float, values: dict[str, float]) -> np.ndarray:
-    """Limit steps along X as paper 000 says, eqs 3.3 to 3.6 with the motor of eq. 2.1 integrated in small steps."""
+    """Limit steps along X as Yeh and Sun 2008 say, eqs 3.3 to 3.6 with the motor of eq. 2.1 integrated in small steps."""
     tau, kc, ke = values["time_constant_s"], values["velocity_gain_rad_s_volt"], values["counts_per_rad"]
     kp, kd, bound = values["position_gain_volt_count"], values["derivative_gain_volt_s_rad"], 9.99
     theta_d = theta_a = before_a = w = w_d = 0.0

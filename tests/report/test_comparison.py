@@ -31,7 +31,7 @@ def test_strategies_side_by_side(programs: Path) -> None:
     assert ild.contour_max_mm is not None
     assert ild.contour_max_mm <= 0.010
     assert adaptive.time_s < curvature.time_s < ild.time_s
-    # Paper 003: 90.65 % and 69.04 % less than adaptive and curvature; at least that much here.
+    # Tsai 2010: 90.65 % and 69.04 % less than adaptive and curvature; at least that much here.
     assert ild.contour_max_mm < (1 - 0.9065) * adaptive.contour_max_mm
     assert ild.contour_max_mm < (1 - 0.6904) * curvature.contour_max_mm
     assert abs(ild.predicted_max_mm - ild.contour_max_mm) < 0.003

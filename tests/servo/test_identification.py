@@ -48,7 +48,7 @@ def test_velocity_loop_with_friction():
 
 
 def test_torque_mode_motor():
-    """Gain Kc Ke/counts_per_mm of paper 000's X axis."""
+    """Gain Kc Ke/counts_per_mm of Yeh and Sun's X axis."""
     _, drive, measured = logged(profile("die-bonder")["X"])
     fit = fit_velocity_loop(drive, measured, T, friction=False)
     within(fit, {"gain": 2506.17 * 1.5915494, "time_constant_s": 0.31})

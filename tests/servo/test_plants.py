@@ -61,7 +61,7 @@ def test_velocity_loop_under_p():
 
 
 def test_torque_mode_motor_under_pd_plus():
-    """Paper 000's X axis, its law (3.3) in counts and rad/s as printed."""
+    """Yeh and Sun's X axis, its law (3.3) in counts and rad/s as printed."""
     tau, kc, ke, kp, kd, scale = 0.31, 2506.17, 1591.5494, 0.0136, 0.03, 1000.0
 
     def law(memory, r, x):
@@ -139,7 +139,7 @@ def test_transfer_function_plant_with_dead_time_under_p():
 
 @pytest.mark.parametrize("delay", [0.0, 0.3, 1.0, 2.7])
 def test_closed_loop_given_as_a_ratio_with_dead_time(delay):
-    """(s + 8)/(s + 3), paper 001: x' = −3 x + r, y = 5 x + r of a setpoint straight between its samples."""
+    """(s + 8)/(s + 3), Chen and Hsu: x' = −3 x + r, y = 5 x + r of a setpoint straight between its samples."""
     loop = follow_transfer_function([1.0, 8.0], [1.0, 3.0], T, delay * T)
     times = np.arange(len(COMMAND)) * T
 

@@ -1,4 +1,4 @@
-"""The modified reference: paper 001's tables, closed forms, stable inversion."""
+"""The modified reference: Chen and Hsu's tables, closed forms, stable inversion."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Paper 002: interpolators to three digits, the stateline at a corner, and no deadlock ever."""
+"""Jung and Choi: interpolators to three digits, the stateline at a corner, and no deadlock ever."""
 
 import numpy as np
 import pytest

@@ -1,7 +1,7 @@
 """H-infinity mixed-sensitivity design for a stage with a resonance, and QFT-style bounds checked on it.
 
 Source: M. S. Tsai, W. C. Pan and S. H. You, Robust control of a nano-positioning device using an integrated H∞ and QFT
-controller (appended to paper 003): design by H∞ with W1 on the error and W2 on the uncertainty, then reshape the
+controller (appended to Tsai 2010): design by H∞ with W1 on the error and W2 on the uncertainty, then reshape the
 controller at high frequencies while the bounds |S| ≤ α(ω) (its eq. 4) and |L/(1 + L)| ≤ M_L (eq. 5) hold for every plant.
 Its plant is shown in figures only; ours is a parameter. The solution is that of K. Glover and J. C. Doyle, Systems and
 Control Letters 11 (1988) 167, for D11 = 0, as in Zhou and Doyle, Essentials of Robust Control, theorem 14.1.

@@ -1,6 +1,6 @@
 """The stateline: axes that share one line, and hold together whenever one of them would fall behind.
 
-Source: B. K. Jung and W. C. Choi (paper 002), eqs 2 to 7 and Rule 2, after Yellowley and Pottier (1989, 1994). A master gives
+Source: B. K. Jung and W. C. Choi, eqs 2 to 7 and Rule 2, after Yellowley and Pottier (1989, 1994). A master gives
 a position every Δt (16 ms); each axis interpolates between them every 0.5 ms (eqs 2 to 4), checks its own error, and pulls
 the line low where its rule is broken. While the line is low nobody's reference moves, the servo loops go on, and so the
 path keeps its shape and only time stretches.

@@ -53,7 +53,7 @@ class Fit:
 def fit_velocity_loop(drive: Floats, position: Floats, period_s: float, *, friction: bool = True) -> Fit:
     """Fit gain/(s(τs + 1)) with Coulomb friction from drive input to position.
 
-    That is the torque-mode motor of paper 000 (u in V, gain = Kc Ke/counts_per_mm) and the velocity loop of paper 004
+    That is the torque-mode motor of Yeh and Sun 2008 (u in V, gain = Kc Ke/counts_per_mm) and the velocity loop of Hsu 1999
     (u in mm/s, gain 1). Viscous friction is in τ and gain. An offset of the drive's input and of the position are
     fitted beside. The axis is at rest when the log begins.
 
