@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -21,6 +22,17 @@ from cncgen.cli.types import FILE, MACHINE, FiniteRange
 
 if TYPE_CHECKING:
     from cncgen.servo.reserve import Reserved
+
+
+@dataclass(frozen=True, slots=True)
+class _Task:
+    """What is shaped, how, and where it goes, whether setpoints or a program are given; the names are those of options."""
+
+    source: str
+    passes: int
+    settle: float
+    format: str | None
+    output: str | None
 
 
 @click.command("compensate")
@@ -75,18 +87,17 @@ def command(
 ) -> None:
     """Shape setpoints so that the axes follow better.
 
-    The axes are as the model knows them. Writes the command to send to the machine and says what it gains. A command that would break a limit which the setpoints
-    keep is refused with the place and the figure (exit 3), and nothing is written. A PROGRAM is planned first, with as
-    much room under the machine's limits as its command needs.
+    The axes are as the model knows them. Writes the command to send to the machine and says what it gains. A command that
+    would break a limit which the setpoints keep is refused with the place and the figure (exit 3), and nothing is written.
+    A PROGRAM is planned first, with as much room under the machine's limits as its command needs.
     """
     from cncgen.cli.reading import is_setpoint_file
 
     if machine is None and planning["axis_params"] is None:
         raise click.UsageError("give the servo data: -m MACHINE, or --axis-params NAME|FILE")
+    task = _Task(source, passes, settle, format, output)
     if source == "-" or is_setpoint_file(source):
-        gained = _of_setpoints(
-            source, machine, planning["axis_params"], (axes, period), passes, limits, settle, format, output
-        )
+        gained = _of_setpoints(task, machine, planning["axis_params"], (axes, period), limits)
     elif machine is None:
         raise click.UsageError("a program is planned for a machine: give it with -m")
     elif not limits:
@@ -94,7 +105,7 @@ def command(
             "plan the program first where no limits are to be kept, and give its setpoints"
         )
     else:
-        gained = _of_program(source, machine, planning, reading, passes, settle, format, output)
+        gained = _of_program(task, machine, planning, reading)
     before, after = gained["before"], gained["after"]
     messages.note(
         f"contour error max {1e3 * before['contour_max_mm']:.3f} -> {1e3 * after['contour_max_mm']:.3f} µm, rms"
@@ -107,16 +118,13 @@ def command(
 
 
 def _of_setpoints(
-    source: str,
+    task: _Task,
     machine: str | None,
     axis_params: str | None,
     given: tuple[str | None, float | None],
-    passes: int,
     limits: bool,
-    settle: float,
-    format: str | None,
-    output: str | None,
 ) -> dict[str, Any]:
+    """Shape setpoints, whose axes and period may be `given`; return what it gains."""
     from cncgen import pipeline
     from cncgen.cli.writing import write_setpoints
     from cncgen.machine import load_servos
@@ -129,23 +137,19 @@ def _of_setpoints(
         messages.note(f"{servos} has no limits: none are checked; give the machine with -m")
     letters, period = given
     usual = pipeline.machine_of(machine).period_s if machine and limits else None
-    with open_setpoints(source, axes=letters, period_s=period, default_period_s=usual) as stream:
-        work = Compensation(stream.chunks, load_servos(servos), passes=passes, limits=bounds, settle_s=settle)
-        rows = write_setpoints(work.chunks(), output, format)
-    messages.note(_written_text(rows, passes))
+    with open_setpoints(task.source, axes=letters, period_s=period, default_period_s=usual) as stream:
+        work = Compensation(
+            stream.chunks, load_servos(servos), passes=task.passes, limits=bounds, settle_s=task.settle
+        )
+        rows = write_setpoints(work.chunks(), task.output, task.format)
+    messages.note(_written_text(rows, task.passes))
     return work.gained()
 
 
 def _of_program(
-    source: str,
-    machine: str,
-    planning: dict[str, Any],
-    reading: dict[str, Any],
-    passes: int,
-    settle: float,
-    format: str | None,
-    output: str | None,
+    task: _Task, machine: str, planning: dict[str, Any], reading: dict[str, Any]
 ) -> dict[str, Any]:
+    """Plan a program with room for its command, and shape that; return what it gains."""
     from cncgen import pipeline
     from cncgen.cli.reading import opened, plan_options
     from cncgen.cli.writing import write_setpoints
@@ -153,14 +157,14 @@ def _of_program(
 
     where = pipeline.machine_of(machine)
     servos = pipeline.servos_of(planning["axis_params"] or machine)
-    with opened(source, reading, planning["path_tolerance"], machine) as read:
+    with opened(task.source, reading, planning["path_tolerance"], machine) as read:
         toolpaths = list(pipeline.sound(read))
         found = compensated_plan(
             toolpaths, where, servos, axes=pipeline.output_axes(read), options=plan_options(planning),
-            passes=passes, settle_s=settle,
+            passes=task.passes, settle_s=task.settle,
         )  # fmt: skip
-    rows = write_setpoints(found.command, output, format)
-    messages.note(f"{_written_text(rows, passes)}{_room_text(found)}")
+    rows = write_setpoints(found.command, task.output, task.format)
+    messages.note(f"{_written_text(rows, task.passes)}{_room_text(found)}")
     shares = {
         k.lower(): dict(zip(("velocity", "acceleration", "jerk"), v, strict=True))
         for k, v in found.shares.items()

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry.nurbs import concatenate
 from cncgen.geometry.tables import ArcTable, NurbsTable, empty_arcs, empty_nurbs
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
 
@@ -72,16 +73,16 @@ class ToolpathBuilder:
         """Append the last row, a line, again, back to `position`."""
         last = self._rows[-1]
         self.add(
-            Rows(
-                last.kind[-1:],
-                position[None, :],
-                last.feed[-1:],
-                last.feed_mode[-1:],
-                last.curve[-1:],
-                last.line[-1:],
-                last.path_mode,
-                last.tolerance,
-                last.source,
+            replace(
+                last,
+                kind=last.kind[-1:],
+                end=position[None, :],
+                feed=last.feed[-1:],
+                feed_mode=last.feed_mode[-1:],
+                curve=last.curve[-1:],
+                line=last.line[-1:],
+                arcs=None,
+                nurbs=None,
             )
         )
 
@@ -108,18 +109,14 @@ class ToolpathBuilder:
         keep = (rows.kind != Kind.LINE) | (rows.end != starts).any(axis=1)
         if keep.all():
             return rows
-        return Rows(
-            rows.kind[keep],
-            rows.end[keep],
-            rows.feed[keep],
-            rows.feed_mode[keep],
-            rows.curve[keep],
-            rows.line[keep],
-            rows.path_mode,
-            rows.tolerance,
-            rows.source,
-            rows.arcs,
-            rows.nurbs,
+        return replace(
+            rows,
+            kind=rows.kind[keep],
+            end=rows.end[keep],
+            feed=rows.feed[keep],
+            feed_mode=rows.feed_mode[keep],
+            curve=rows.curve[keep],
+            line=rows.line[keep],
         )
 
     def take(self) -> Toolpath:
@@ -185,19 +182,4 @@ def join_arcs(tables: list[ArcTable]) -> ArcTable:
 
 def join_nurbs(tables: list[NurbsTable], width: int) -> NurbsTable:
     """Return one table of the curves of several, all of `width` axes."""
-    if not tables:
-        return empty_nurbs(width)
-    return NurbsTable(
-        np.concatenate([t.degree for t in tables]),
-        _joined_offsets([t.point_offset for t in tables]),
-        _joined_offsets([t.knot_offset for t in tables]),
-        np.concatenate([t.control_points for t in tables]),
-        np.concatenate([t.weights for t in tables]),
-        np.concatenate([t.knots for t in tables]),
-    )
-
-
-def _joined_offsets(offsets: list[NDArray[np.int64]]) -> NDArray[np.int64]:
-    """Return running offsets over several tables that each begin with 0."""
-    sizes = np.concatenate([np.diff(o) for o in offsets])
-    return np.concatenate([np.zeros(1, np.int64), np.cumsum(sizes)])
+    return concatenate(tables) if tables else empty_nurbs(width)
