@@ -39,10 +39,18 @@ BOX, ACCELERATION, JERK_LEFT, JERK_RIGHT = range(4)
 _EASED = cython.declare(cython.Py_ssize_t, 3)
 #: What passes a limit between the ends of intervals, at the optimum of the rows, by more than this part and so many
 #: times by the same is there to stay: no row holds it, and no share of one mends it.
-_PASSED = cython.declare(cython.double, 0.02)
+_PASSED = cython.declare(cython.double, 0.003)
 _STUBBORN = cython.declare(cython.int, 3)
-#: Short steps in a row after which the iteration has stalled: one follows where a limit was lowered.
-_SHORT = cython.declare(cython.int, 3)
+#: Iterations in a row after which it has stalled: short steps, of which one follows where a limit was lowered, or such as
+#: leave the gap as small as it can be, and come no nearer.
+_STALLED = cython.declare(cython.int, 3)
+#: Duality gap, as a part of the time, from which the rows are near enough to their optimum to tell what stays passed
+#: between them, and for a plan to end with where the iteration stalls.
+_SETTLED = cython.declare(cython.double, 2e-4)
+#: Dual residual, as a part of the time, at the optimum, and of a plan to fall back on. With a gap of 10⁻⁷, rounding alone
+#: may leave the first: slacks are differences of numbers a million times as large.
+_RESIDUAL = cython.declare(cython.double, 1e-4)
+_TRUSTED = cython.declare(cython.double, 1e-3)
 
 
 @cython.cclass
@@ -192,7 +200,7 @@ class _Verdict:
         tolerance, slack: As `solve` takes them.
         near, gap: That iterate and its duality gap, 1e300 for none yet.
         worst, before: The largest part of a limit that was last found between the ends of intervals, and the time before.
-        stubborn, short: Iterations in a row that found the same passed, and that made a short step.
+        stubborn, stalled: Iterations in a row that found the same passed, and that came no nearer.
     """
 
     tolerance: cython.double
@@ -202,14 +210,14 @@ class _Verdict:
     worst: cython.double
     before: cython.double
     stubborn: cython.int
-    short: cython.int
+    stalled: cython.int
 
     def __init__(self, tolerance: cython.double, slack: cython.double, size: cython.Py_ssize_t) -> None:
         """Know nothing yet."""
         import numpy
 
         self.tolerance, self.slack, self.near, self.gap = tolerance, slack, numpy.zeros(size), 1e300
-        self.worst, self.before, self.stubborn, self.short = 0.0, 0.0, 0, 0
+        self.worst, self.before, self.stubborn, self.stalled = 0.0, 0.0, 0, 0
 
     @cython.cfunc
     @cython.nogil
@@ -227,19 +235,19 @@ class _Verdict:
         same: cython.bint
         optimal: cython.bint = system.gap < 2.0 * self.tolerance * f
         held: cython.bint = self.worst < 1.0 + self.slack and system.broken < self.slack
-        if held and optimal and residual < 10.0 * self.tolerance * f:
+        if held and optimal and residual < _RESIDUAL * f:
             return 0
-        if optimal and self.worst > 1.0 + _PASSED:
+        if system.gap < _SETTLED * f and self.worst > 1.0 + _PASSED:
             same = fabs(self.worst - self.before) < 0.01 * (self.before - 1.0)
             self.stubborn = self.stubborn + 1 if same else 0
             if self.stubborn == _STUBBORN:
                 return -1
-        if held and residual < 100.0 * self.tolerance * f and system.gap < self.gap:
+        if held and residual < _TRUSTED * f and system.gap < self.gap:
             self.gap = system.gap
             self.near[:] = system.c
-        elif self.gap < 1e300:
-            self.short = self.short + 1 if system.step < 0.02 else 0
-            if system.gap > 3.0 * self.gap or self.short == _SHORT:
+        elif self.gap < _SETTLED * f:
+            self.stalled = self.stalled + 1 if optimal or system.step < 0.02 else 0
+            if system.gap > 3.0 * self.gap or self.stalled == _STALLED:
                 return -1
         return 1
 
@@ -299,9 +307,9 @@ def solve(
         report: Shape (6,): F, gap, primal infeasibility, iterations, dual residual, worst ratio between the ends.
 
     Returns:
-        0; 1 where it came near and then stalled (every limit held, dual residual a hundred times larger at most); or why
-        it did not converge: −1 out of iterations, or rows that do not hold a limit between the ends of intervals; −2 the
-        matrix lost its positive diagonal by rounding.
+        0; 1 where it came near and then stalled (every limit held, dual residual ten times larger at most); or why it did
+        not converge: −1 out of iterations, or rows that do not hold a limit between the ends of intervals; −2 the matrix
+        lost its positive diagonal by rounding.
     """
     import numpy
 

@@ -17,18 +17,18 @@ Floats = NDArray[np.float64]
 _Rows = tuple[Floats, NDArray[np.int64], NDArray[np.int8], NDArray[np.int64]]
 
 #: Duality gap, as a part of the time, and part by which limits may be passed between nodes.
-GAP, SLACK = 1e-4, 5e-4
+GAP, SLACK = 1e-7, 5e-4
 #: Iterations at most; with the rows alone that the profile to start from comes near to.
 MOST, MOST_THINNED = 120, 40
 #: Part of a limit on acceleration, or of a bound on q, from which the profile to start from is near it, and how many
 #: intervals around count.
-_FAR, _REACH = 0.45, 3
+_FAR, _REACH = 0.3, 3
 #: The starts tried one after the other, as parts of q of the profile that rises and falls with full jerk. From rest, a
 #: small enough part holds every limit, whatever the intervals.
 _STARTS = (0.8, 0.1, 0.9, 0.01, 1e-4, 1e-7)
 #: Part of q of an earlier plan that is tried after that plan itself.
 _SLOWER = 0.9
-#: Part of a bound of q by which two that are taken for one differ.
+#: Part by which two bounds of q, or two parts of a limit, differ that are taken for one.
 _ALIKE = 1e-6
 #: A jump of the acceleration of an axis, as a part of its limit, for which both sides of a node are looked at.
 _JUMP = 1e-4
@@ -343,7 +343,7 @@ def _joints(given: Intervals, spline: NDArray[np.int64]) -> NDArray[np.int8]:
     turn = most(np.abs(given.x1[after, 0] - given.x1[spline, 2]))
     bend = np.abs(given.x2[after, 0] - given.x2[spline, 2]) * given.top[spline, 2, None] / given.limits[0]
     # What its neighbour is left of the limit may be more than what it has itself, beside a corner that takes a part.
-    more = (given.factor[after, 0] > given.factor[spline, 0]).any(axis=1)
+    more = (given.factor[after, 0] > (1.0 + _ALIKE) * given.factor[spline, 0]).any(axis=1)
     jump = (turn > 1e-9) | (most(bend) > _JUMP) | more | (given.kind[after] == ENTER)
     return jump.astype(np.int8)
 
