@@ -29,6 +29,9 @@ Bools = NDArray[np.bool_]
 _NEGLIGIBLE = 2e-4
 #: Least part of its speed that a jump keeps beside others, and in how many halvings the part is found.
 _SLOWER, _HALVINGS = 0.02, 14
+#: The derivative of the quadratic B-spline B over a period, T² B', and the linear one: periods, and values there.
+_SLOPE = [-1.5, -0.5, 0.5, 1.5], [0.0, 1.0, -1.0, 0.0]
+_HAT = [-1.0, 0.0, 1.0], [0.0, 1.0, 0.0]
 #: What the jerk that a jump takes costs on either side of it, in periods.
 _DELAY = 0.75
 
@@ -122,7 +125,8 @@ def joints_of(
     jerks = np.stack([along_path(within, side[1]) for side in (left, right)])
     chord = _chord_speed(bounds, s, turn, jerks.max(axis=0))
     speed = np.where(stop | corner, 0.0, np.minimum(speed, chord))
-    v = np.minimum(speed, np.sqrt(top))
+    straight = path.kind[path.row_of(0.5 * (s[:-1] + s[1:]))] == Kind.LINE
+    v = _reached(bounds, s, np.minimum(speed, np.sqrt(top)), straight, right[1])
     together = _together(bounds, s, turn, v)
     speed = np.where(together < v, together, speed)
     v = together[:, None]
@@ -149,12 +153,38 @@ def joints_of(
     )
 
 
+def _reached(bounds: Bounds, s: Floats, speed: Floats, straight: Bools, right: Floats) -> Floats:
+    """Return the speed, shape (n,), that is left of the one that each joint allows by the joints around.
+
+    On a straight line v² changes by 2 A d at most over the distance d. What has the speed v and came from rest, or must
+    come to rest, has the acceleration √(2 J v) at most, with which v^(3/2) changes by √(9/2 J) d.
+
+    Args:
+        bounds: Limits.
+        s: Shape (n,), where the joints are.
+        speed: Shape (n,), v that each of them allows.
+        straight: Shape (n − 1,), between which of them the path is a straight line.
+        right: Shape (n, axes), dx/ds on their right.
+    """
+    acceleration, jerk = (
+        along_path(each, right[:-1]) for each in (bounds.axes.acceleration, bounds.axes.jerk)
+    )
+    for power, rate in ((2.0, 2.0 * acceleration), (1.5, np.sqrt(4.5 * jerk))):
+        height = speed**power
+        rise = np.where(straight, rate * np.diff(s), np.inf)
+        way = np.concatenate([[0.0], np.cumsum(np.minimum(rise, height.max()))])
+        after = np.minimum.accumulate(height - way) + way
+        before = np.minimum.accumulate((height + way)[::-1])[::-1] - way
+        speed = np.minimum(speed, np.maximum(np.minimum(after, before), 0.0) ** (1.0 / power))
+    return speed
+
+
 def _together(bounds: Bounds, s: Floats, turn: Floats, speed: Floats) -> Floats:
     """Return the speed, shape (n,), at which jumps of the tangent near each other keep to their share.
 
     A third difference weighs a step Δ of the tangent at the distance d, passed at v, by B'(d/v) v, and those that lie
     within its three periods together. |B'| is largest half a period before and after a step; the slower, the fewer lie
-    within.
+    within. The second difference weighs those within its two periods by the hat function.
 
     Args:
         bounds: Limits.
@@ -162,14 +192,16 @@ def _together(bounds: Bounds, s: Floats, turn: Floats, speed: Floats) -> Floats:
         turn: Shape (n, axes), Δ there.
         speed: Shape (n,), v, at which each step alone keeps to its share; taken for the speed of those around.
     """
-    reach = 2.0 * bounds.period_s * speed
-    jump = turn / (bounds.axes.jerk * bounds.period_s**2)
+    period = bounds.period_s
+    pulses = turn / (bounds.axes.jerk * period**2), turn / (bounds.axes.acceleration * period)
+    reach = 2.0 * period * speed
     close = np.flatnonzero(np.minimum(np.diff(s, prepend=-np.inf), np.diff(s, append=np.inf)) < reach)
-    close = close[most(np.abs(jump[close])) * speed[close] > _NEGLIGIBLE]
+    size = np.maximum(*(most(np.abs(each[close])) for each in pulses))
+    close = close[size * speed[close] > _NEGLIGIBLE]
 
     def kept(part: Floats, at: NDArray[np.int64]) -> Bools:
         v = part * speed[at]
-        return _weighed(s, jump, at, v * bounds.period_s) * v <= JUMP_SHARE * (1.0 + _NEGLIGIBLE)
+        return _weighed(s, pulses, at, v * period) * v <= JUMP_SHARE * (1.0 + _NEGLIGIBLE)
 
     close = close[~kept(np.ones(len(close)), close)]
     low, high = np.full(len(close), _SLOWER), np.ones(len(close))
@@ -182,12 +214,14 @@ def _together(bounds: Bounds, s: Floats, turn: Floats, speed: Floats) -> Floats:
     return out
 
 
-def _weighed(s: Floats, jump: Floats, at: NDArray[np.int64], step: Floats) -> Floats:
-    """Return the largest sum, over axes, of jumps weighed by B' half a period before and after those `at` some places.
+def _weighed(s: Floats, pulses: tuple[Floats, Floats], at: NDArray[np.int64], step: Floats) -> Floats:
+    """Return what differences over the periods around some jumps see of all jumps, by the speed, for the worst axis.
+
+    The third difference weighs them by B' half a period before and after each, the second one by the hat function about it.
 
     Args:
         s: Shape (n,), where the jumps are.
-        jump: Shape (n, axes).
+        pulses: Shape (n, axes) each: the jumps, in what the limits of jerk and of acceleration allow one alone, by the speed.
         at: Shape (k,), which of them.
         step: Shape (k,), the way of a period there.
     """
@@ -201,8 +235,12 @@ def _weighed(s: Floats, jump: Floats, at: NDArray[np.int64], step: Floats) -> Fl
     each = np.arange(len(owner)) + (first - begin)[owner]
     away = (s[each] - s[at][owner]) / step[owner]
     largest = np.zeros(len(at))
-    for phase in (-0.5, 0.5):
-        weight = np.interp(away - phase, [-1.5, -0.5, 0.5, 1.5], [0.0, 1.0, -1.0, 0.0])
+    for phase, times, weights, jump in (
+        (-0.5, *_SLOPE, pulses[0]),
+        (0.5, *_SLOPE, pulses[0]),
+        (0.0, *_HAT, pulses[1]),
+    ):
+        weight = np.interp(away - phase, times, weights)
         total = np.add.reduceat(jump[each] * weight[:, None], begin)
         largest = np.maximum(largest, most(np.abs(total)))
     return largest

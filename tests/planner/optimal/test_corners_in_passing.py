@@ -102,6 +102,22 @@ def test_corners_within_three_periods_share_the_jerk() -> None:
         assert jerk[:2].max() <= 1.001 * machine.axes["X"].max_jerk
 
 
+def test_corners_within_two_periods_share_the_acceleration() -> None:
+    """Turns by 0.03 rad every 40 µm, J T² twice A T: at the speed that each alone allows, 2 ms see several that add up."""
+    machine = load("generic-mill")
+    stiff = {a: replace(axis, max_acceleration=1600.0, max_jerk=1.7e6) for a, axis in machine.axes.items()}
+    machine = replace(machine, axes=stiff, period_s=0.002, chord_tolerance_mm=0.004)
+    turn = np.concatenate([np.zeros(30), np.cumsum(np.tile(np.repeat([0.03, -0.03], 6), 4)), np.zeros(30)])
+    points = np.cumsum(0.04 * np.stack([np.cos(turn), np.sin(turn)], axis=1), axis=0)
+    rows = [f"G1 X{x:.9f} Y{y:.9f}" for x, y in points]
+    text = "\n".join(["G21 G90 G61 F9000", *rows, "M2", ""])
+    (part,) = plan(read_text(text).chunks(), machine, PlanOptions())
+    for phase in np.linspace(0.0, 1.0, 50, endpoint=False):
+        t = (np.arange(-3, int(part.profile.t[-1] / machine.period_s)) + phase) * machine.period_s
+        found = np.abs(np.diff(_positions(part, t), 2, axis=0)).max(axis=0) / machine.period_s**2
+        assert found[:2].max() <= 1.001 * machine.axes["X"].max_acceleration
+
+
 def test_second_differences_hold_where_a_corner_is_passed_under_full_acceleration() -> None:
     """A turn by 0.05 rad amid the braking is a pulse of acceleration v Δ, of which v Δ/T shows."""
     machine = load("generic-mill")
