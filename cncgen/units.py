@@ -14,6 +14,11 @@ AXIS_LETTERS = "XYZABCUVW"
 #: The axes that turn: rad inside, degrees in files.
 ROTARY_LETTERS = "ABC"
 
+#: What limits of an axis are of, by the order of the derivative, with the power of the second in their unit.
+ORDERS = (("velocity", ""), ("acceleration", "²"), ("jerk", "³"))
+#: Their names.
+ORDER_NAMES = tuple(name for name, _ in ORDERS)
+
 
 def is_rotary(axis: str) -> bool:
     """Tell whether the axis of that letter turns (A, B, C)."""

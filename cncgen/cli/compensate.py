@@ -19,6 +19,7 @@ from cncgen.cli.options import (
     unnamed_options,
 )
 from cncgen.cli.types import FILE, MACHINE, FiniteRange
+from cncgen.units import ORDER_NAMES
 
 if TYPE_CHECKING:
     from cncgen.servo.reserve import Reserved
@@ -165,10 +166,7 @@ def _of_program(
         )  # fmt: skip
     rows = write_setpoints(found.command, task.output, task.format)
     messages.note(f"{_written_text(rows, task.passes)}{_room_text(found)}")
-    shares = {
-        k.lower(): dict(zip(("velocity", "acceleration", "jerk"), v, strict=True))
-        for k, v in found.shares.items()
-    }
+    shares = {k.lower(): dict(zip(ORDER_NAMES, v, strict=True)) for k, v in found.shares.items()}
     return {**found.gained, "time_s": found.time_s, "full_time_s": found.full_time_s, "limit_shares": shares}
 
 
@@ -179,11 +177,10 @@ def _written_text(rows: int, passes: int) -> str:
 
 def _room_text(found: Reserved) -> str:
     """Say what the plan left room for, if it had to."""
-    names = ("velocity", "acceleration", "jerk")
     lowered = [
         f"{letter} {name} {share:.2f}"
         for letter, shares in found.shares.items()
-        for name, share in zip(names, shares, strict=True)
+        for name, share in zip(ORDER_NAMES, shares, strict=True)
         if share < 1.0
     ]
     if not lowered:

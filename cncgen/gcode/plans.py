@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING
 
-from cncgen.gcode.block import Block
+from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.table import ALONE, BOTH, Code, Codes, Handler, table
 from cncgen.gcode.codes.unsupported import shown
 from cncgen.gcode.errors import BlockError
@@ -62,7 +62,7 @@ def _only_modal(number: int) -> Code:
     return Code("G", number, "motion", Stage.MOTION, run, "")
 
 
-_TRAVERSE_ONCE = Code("G", 0, "motion", Stage.MOTION, _traverse_once, "", "xyzabcuvw", "motion")
+_TRAVERSE_ONCE = Code("G", 0, "motion", Stage.MOTION, _traverse_once, "", AXES, "motion")
 
 
 class Plans:

@@ -16,6 +16,7 @@ from cncgen.geometry import nurbs as splines
 from cncgen.geometry.arcs import Spirals, spirals
 from cncgen.geometry.tables import ArcTable, Floats, Ints, NurbsTable
 from cncgen.kernels import arc_length
+from cncgen.units import ROTARY_LETTERS
 
 #: What a row is; the values of `cncgen.toolpath.record.Kind`.
 LINE, ARC, NURBS, EVENT = range(4)
@@ -28,8 +29,6 @@ STANDSTILL = 1e-9
 _SLOW, _SINGULAR = 1e-4, 1e-9
 #: Parts of its length by which the first and the further ones are taken beside it: far enough to keep their digits.
 _BESIDE = ((1, 1e-10), (2, 1e-8))
-
-_ROTARY = "ABC"
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +51,7 @@ class Jumps:
 
 def metric_columns(axes: str) -> tuple[slice, slice, slice]:
     """Return the columns of X Y Z, of U V W and of the rotary axes among `axes` (in the order XYZABCUVW)."""
-    rotary = sum(letter in _ROTARY for letter in axes)
+    rotary = sum(letter in ROTARY_LETTERS for letter in axes)
     return slice(0, 3), slice(3 + rotary, len(axes)), slice(3, 3 + rotary)
 
 

@@ -22,6 +22,7 @@ from cncgen.servo.simulate import simulate
 from cncgen.setpoints.record import Setpoints
 from cncgen.setpoints.sampling import sample
 from cncgen.toolpath.record import Toolpath
+from cncgen.units import AXIS_LETTERS
 
 Floats = NDArray[np.float64]
 
@@ -127,7 +128,7 @@ def moving_axes(toolpaths: Iterable[Toolpath]) -> str:
         )
         moves = np.ptp(x, axis=0) > 1e-9
         letters += [c for c, m in zip(toolpath.axes, moves, strict=True) if m and c not in letters]
-    return "".join(letter for letter in "XYZABCUVW" if letter in letters)
+    return "".join(letter for letter in AXIS_LETTERS if letter in letters)
 
 
 def _probes(toolpath: Toolpath) -> Floats:

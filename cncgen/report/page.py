@@ -19,7 +19,7 @@ from cncgen.report.svg import chart, path_picture
 from cncgen.report.tables import duration
 from cncgen.setpoints.columns import file_units, position_column
 from cncgen.setpoints.record import Setpoints
-from cncgen.units import file_unit, to_file
+from cncgen.units import ORDER_NAMES, ORDERS, file_unit, to_file
 from cncgen.verify.verdict import Verdict
 
 Floats = NDArray[np.float64]
@@ -40,8 +40,6 @@ svg .mark { fill: none; stroke: #b00; stroke-width: 1.5 }
 
 #: Lines that the page lists with their times.
 MOST_LINES = 100
-
-_ORDERS = (("velocity", ""), ("acceleration", "²"), ("jerk", "³"))
 
 
 def page(
@@ -105,15 +103,11 @@ def _figures(summary: dict[str, Any]) -> str:
     peaks = [
         [
             letter.upper(),
-            *(f"{peak[name]:.6g} {peak['unit']}/s{power}{_share(peak, name)}" for name, power in _ORDERS),
+            *(f"{peak[name]:.6g} {peak['unit']}/s{power}{_share(peak, name)}" for name, power in ORDERS),
         ]
         for letter, peak in summary["peak"].items()
     ]
-    return (
-        _table(("figure", ""), rows)
-        + "<h2>Peaks</h2>"
-        + _table(("axis", *(name for name, _ in _ORDERS)), peaks)
-    )
+    return _table(("figure", ""), rows) + "<h2>Peaks</h2>" + _table(("axis", *ORDER_NAMES), peaks)
 
 
 def _share(peak: dict[str, Any], name: str) -> str:
@@ -152,7 +146,7 @@ def _charts(setpoints: Setpoints, machine: Machine) -> list[str]:
     charts = []
     padded = np.concatenate([np.repeat(setpoints.position[:1], 3, axis=0), setpoints.position])
     difference = file_units(padded, setpoints.axes)
-    for k, (name, power) in enumerate(_ORDERS, start=1):
+    for k, (name, power) in enumerate(ORDERS, start=1):
         difference = np.diff(difference, axis=0)
         values = difference[3 - k :] / setpoints.period_s**k
         for unit in ("mm", "deg"):

@@ -90,7 +90,7 @@ def of_setpoints(
         raise ValueError(f"{title} has no setpoints")
     axes = parts[0].axes
     rows = file_units(np.concatenate([c.position for c in parts]), axes)
-    places = ["XYZABCUVW"[:3].find(letter) for letter in axes]
+    places = ["XYZ".find(letter) for letter in axes]
     marks = [
         [c.position[i] for i in places] for c in corners if all(0 <= i < len(c.position) for i in places)
     ]
@@ -114,20 +114,19 @@ def of_response(
     joined = {
         k: np.concatenate([getattr(p, k) for p in parts]) for k in ("command", "position", "contour_error_mm")
     }
-    force = np.concatenate([force_in_files(p)[0] for p in parts])
-    bounds = tuple(_bound(servos, letter) for letter in axes)
+    contour = joined["contour_error_mm"]
     return PlotData(
         title,
         axes,
         parts[0].period_s,
-        file_units(joined["command"], axes),
-        file_units(joined["position"], axes),
-        force,
-        force_in_files(parts[0])[1],
-        bounds,
-        None if np.isnan(joined["contour_error_mm"]).all() else joined["contour_error_mm"],
-        limits,
-        corners,
+        command=file_units(joined["command"], axes),
+        position=file_units(joined["position"], axes),
+        force=np.concatenate([force_in_files(p)[0] for p in parts]),
+        force_unit=force_in_files(parts[0])[1],
+        force_bound=tuple(_bound(servos, letter) for letter in axes),
+        contour=None if np.isnan(contour).all() else contour,
+        limits=limits,
+        corners=corners,
     )
 
 
@@ -154,13 +153,13 @@ def of_log(log: Mapping[str, AxisLog], title: str, limits: Mapping[str, Axis] | 
         title,
         axes,
         period,
-        file_units(command, axes),
-        file_units(position, axes),
-        force,
-        ("",) * len(axes),
-        (np.nan,) * len(axes),
-        errors,
-        limits,
+        command=file_units(command, axes),
+        position=file_units(position, axes),
+        force=force,
+        force_unit=("",) * len(axes),
+        force_bound=(np.nan,) * len(axes),
+        contour=errors,
+        limits=limits,
     )
 
 

@@ -26,15 +26,12 @@ from cncgen.report.drawing import (
     save,
 )
 from cncgen.report.plot_data import PlotData
-from cncgen.units import file_unit
+from cncgen.units import ORDERS, file_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Floats = NDArray[np.float64]
-
-_NAMES = ("velocity", "acceleration", "jerk")
-_POWERS = ("/s", "/s²", "/s³")
 
 
 def path(data: PlotData) -> Figure:
@@ -123,13 +120,11 @@ def axes(data: PlotData) -> Figure:
     count = len(data.axes)
     figure, parts = new_figure(data.title, 3, count, height=2.1, width=max(9.0, 4.8 * count))
     for k, letter in enumerate(data.axes):
-        for order in (1, 2, 3):
+        for order, (name, power) in enumerate(ORDERS, start=1):
             part = parts[order - 1, k]
             line(part, data.time_s, data.difference(order)[:, k], linewidth=0.9 if order < 3 else 0.5)
             bound(part, data.limit(letter, order), "limit")
-            part.set_ylabel(
-                f"{letter} {_NAMES[order - 1]} ({file_unit(letter)}{_POWERS[order - 1]})", fontsize=8
-            )
+            part.set_ylabel(f"{letter} {name} ({file_unit(letter)}/s{power})", fontsize=8)
         parts[-1, k].set_xlabel("time (s)")
     if data.limits:
         handles, labels = parts[0, 0].get_legend_handles_labels()

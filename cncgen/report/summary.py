@@ -19,7 +19,7 @@ from cncgen.report.tables import counted, duration
 from cncgen.setpoints.columns import position_column
 from cncgen.setpoints.record import Setpoints
 from cncgen.toolpath.record import Kind, Program, Toolpath
-from cncgen.units import file_unit, to_file
+from cncgen.units import ORDER_NAMES, ORDERS, file_unit, to_file
 
 Floats = NDArray[np.float64]
 
@@ -30,9 +30,6 @@ MAX_CORNERS = 10_000
 
 #: A peak is over its limit beyond this part of it, as `cncgen verify` has it.
 _OVER = 1.001
-
-#: What the finite differences are, in their order, with the power of the second in their unit.
-_PEAKS = (("velocity", ""), ("acceleration", "²"), ("jerk", "³"))
 
 
 class Summary:
@@ -78,7 +75,7 @@ class Summary:
         over = []
         for column, letter in enumerate(self._axes):
             peak = self._peak(column, letter)
-            for order, (name, _) in enumerate(_PEAKS, start=1):
+            for order, name in enumerate(ORDER_NAMES, start=1):
                 share = peak[f"{name}_of_limit"] or 0.0
                 # What rounding to the ninth decimal makes of a difference is no fault of the plan.
                 rounding = 0.5e-9 * (2.0 / self._machine.period_s) ** order
@@ -170,7 +167,7 @@ class Summary:
         """Return the peaks of an axis in the units of files, and each as a fraction of its limit."""
         axis: Axis | None = self._machine.axes.get(letter)
         found: dict[str, Any] = {"unit": file_unit(letter)}
-        for order, (name, _) in enumerate(_PEAKS):
+        for order, name in enumerate(ORDER_NAMES):
             value = float(self._differences.peak[order, column])
             limit = getattr(axis, f"max_{name}") if axis else None
             found[name] = value * to_file(letter)
@@ -218,7 +215,7 @@ def as_text(summary: dict[str, Any]) -> str:
     ]
     for letter, peak in summary["peak"].items():
         parts = []
-        for name, power in _PEAKS:
+        for name, power in ORDERS:
             share = peak[f"{name}_of_limit"]
             of_limit = f" ({100 * share:.2f} %)" if share is not None else ""
             parts.append(f"{name} {peak[name]:.6g} {peak['unit']}/s{power}{of_limit}")

@@ -6,8 +6,8 @@ from itertools import groupby
 
 from cncgen.diagnostics import Severity
 from cncgen.report.tables import counted, duration
-from cncgen.units import file_unit
-from cncgen.verify.verdict import ORDERS, Verdict
+from cncgen.units import ORDERS, file_unit
+from cncgen.verify.verdict import Verdict
 
 
 def as_text(verdict: Verdict) -> str:
@@ -16,7 +16,7 @@ def as_text(verdict: Verdict) -> str:
     lines = [
         f"{counted(verdict.samples, 'setpoint')} every {1000 * verdict.period_s:g} ms, {duration(seconds)}"
     ]
-    powers = {order: power.translate({0x32: "²", 0x33: "³"}) for order, power in ORDERS}
+    powers = dict(ORDERS)
     for letter, peaks in groupby(verdict.peaks, key=lambda peak: peak.axis):
         parts = (
             f"{p.order} {p.value:.6g} {file_unit(letter)}/s{powers[p.order]} ({100 * p.of_limit:.2f} %)"

@@ -24,14 +24,13 @@ from cncgen.servo.contour import ContourTracker
 from cncgen.servo.scheme import SchemeMaker
 from cncgen.servo.simulate import contour_axes, own_scheme, simulate_scheme
 from cncgen.setpoints.record import Setpoints
-from cncgen.units import file_unit, to_file
+from cncgen.units import ORDER_NAMES, file_unit, to_file
 
 Floats = NDArray[np.float64]
 
 #: A limit counts as broken beyond this share of it.
 SLACK = 1e-6
-_NAMES = ("velocity", "acceleration", "jerk")
-LIMIT_KEYS = ("max_velocity", "max_acceleration", "max_jerk")
+LIMIT_KEYS = tuple(f"max_{name}" for name in ORDER_NAMES)
 #: Share of what a limit's ratio leaves that a plan with a reserve takes: the correction is not quite in proportion.
 ROOM = 0.97
 
@@ -274,7 +273,7 @@ def _breaks(axis: Axis, command: Floats, wanted: Floats, period_s: float, first:
 
 
 def _diagnostic(found: Break) -> Diagnostic:
-    name = ("travel", *_NAMES)[found.order]
+    name = ("travel", *ORDER_NAMES)[found.order]
     unit = file_unit(found.letter) + ("/s" + ("", "²", "³")[found.order - 1] if found.order else "")
     factor = to_file(found.letter)
     values = {"axis": found.letter, "limit": name, "value": found.value * factor, "t_s": found.time_s}

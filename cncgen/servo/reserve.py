@@ -19,6 +19,7 @@ from cncgen.servo.mirror import LIMIT_KEYS, ROOM, Compensation
 from cncgen.setpoints import sample
 from cncgen.setpoints.record import Setpoints
 from cncgen.toolpath.record import Toolpath
+from cncgen.units import ORDER_NAMES
 
 #: Rounds of lowering limits before it is given up.
 ROUNDS = 12
@@ -85,7 +86,7 @@ def compensated_plan(
         if not remaining or any("ratio" not in d.values for d in fault.diagnostics):
             raise fault
         for found in fault.diagnostics:
-            order = ("velocity", "acceleration", "jerk").index(found.values["limit"])
+            order = ORDER_NAMES.index(found.values["limit"])
             shares[found.values["axis"]][order] *= ROOM / found.values["ratio"]
     raise AssertionError("the last round returns or raises")
 

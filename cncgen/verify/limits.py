@@ -9,16 +9,14 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostics, Severity
 from cncgen.machine.record import Axis
-from cncgen.units import file_unit, to_file
-from cncgen.verify.verdict import ORDERS, Peak, breach, on_line
+from cncgen.units import ORDER_NAMES, ORDERS, file_unit, to_file
+from cncgen.verify.verdict import Peak, breach, on_line
 
 Floats = NDArray[np.float64]
 Lines = NDArray[np.int64]
 
 #: A difference is over its limit beyond this part of it.
 MARGIN = 1.001
-
-_SUPERSCRIPT = {"": "", "2": "²", "3": "³"}
 
 #: Unit of the ninth decimal, which a position in a text file of ours is rounded to.
 RESOLUTION = 1e-9
@@ -56,7 +54,7 @@ class AxisJudge:
         limits = (axis.max_velocity, axis.max_acceleration, axis.max_jerk)
         self._orders = [
             _Order(name, limit * factor, 2.0**k * 0.5 * resolution / period_s**k)
-            for k, ((name, _), limit) in enumerate(zip(ORDERS, limits, strict=True), start=1)
+            for k, (name, limit) in enumerate(zip(ORDER_NAMES, limits, strict=True), start=1)
         ]
         self._travel = None if axis.travel is None else tuple(factor * end for end in axis.travel)
         self._outside = (0.0, 0.0, 0, 0)  # By how much; position, sample, line.
@@ -87,7 +85,7 @@ class AxisJudge:
         peaks = []
         for order, (_, power) in zip(self._orders, ORDERS, strict=True):
             peaks.append(self._peak(order))
-            self._report(order, _SUPERSCRIPT[power], peaks[-1], breaches)
+            self._report(order, power, peaks[-1], breaches)
         self._report_travel(breaches)
         return peaks, breaches
 

@@ -7,9 +7,6 @@ from typing import Any
 
 from cncgen.diagnostics import Diagnostic, Diagnostics
 
-#: Derivatives in the order of their finite differences, with the power of the second in their unit.
-ORDERS = (("velocity", ""), ("acceleration", "2"), ("jerk", "3"))
-
 
 @dataclass(frozen=True, slots=True)
 class Peak:

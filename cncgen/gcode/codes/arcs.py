@@ -5,7 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 
-from cncgen.gcode.block import Block
+from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.errors import BlockError
@@ -23,7 +23,6 @@ CENTRE_RELATIVE = 0.001
 #: … but never by more than this many times the tolerance.
 CENTRE_FACTOR = 100.0
 
-_LETTERS = "xyzabcuvw"
 _OFFSETS = "ijk"
 _POLAR = {"@", "^"}
 
@@ -98,7 +97,7 @@ def _centre_by_radius(
     first, second, _ = state.plane_axes()
     start = state.position
     radius = block.words["r"]
-    letters = (_LETTERS[first], _LETTERS[second])
+    letters = (AXES[first], AXES[second])
     if not _POLAR & block.words.keys() and set(letters).isdisjoint(block.words):
         both = " nor ".join(letter.upper() for letter in letters)
         raise BlockError("arc-end", f"{name} with R has neither {both}: its end is not in the plane", name)
@@ -138,7 +137,7 @@ def _centre_by_offset(ip: Interpreter, block: Block, end: list[float], name: str
     # I, J and K belong to X, Y and Z (or U, V and W).
     wrong = _OFFSETS[normal % 3]
     if wrong in block.words:
-        plane = (_LETTERS[first] + _LETTERS[second]).upper()
+        plane = (AXES[first] + AXES[second]).upper()
         raise BlockError(
             "arc-plane",
             f"{wrong.upper()} given for an arc in the {plane} plane",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from cncgen.gcode.block import AXIS_INDEX, Block
+from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes.table import BOTH, Code, Handler
 from cncgen.gcode.codes.tools import load_tool_parameters, whole
 from cncgen.gcode.errors import BlockError
@@ -14,8 +14,7 @@ from cncgen.gcode.state.parameters import G92, G92_ON, SYSTEM_COUNT
 from cncgen.gcode.state.systems import ROTATION, first_parameter, load_system
 from cncgen.gcode.state.tool_table import Tool, tools_of
 
-_AXES = "xyzabcuvw"
-_TABLE_WORDS = _AXES + "plrijq"
+_TABLE_WORDS = AXES + "plrijq"
 
 
 def use_system(ip: Interpreter, system: int) -> None:
@@ -242,7 +241,7 @@ CODES = (
         Stage.REFERENCE,
         local,
         "local coordinate system",
-        _AXES,
+        AXES,
         "own",
         dialects=("linuxcnc",),
     ),
@@ -253,7 +252,7 @@ CODES = (
         Stage.REFERENCE,
         name_position,
         "name the position",
-        _AXES,
+        AXES,
         "own",
         dialects=("linuxcnc",),
     ),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from cncgen.gcode.block import AXES
 from cncgen.gcode.codes.table import BOTH, Code, table
 
 DIALECTS = ("linuxcnc", "fanuc", "heidenhain")
@@ -39,12 +40,11 @@ def rows(dialects: tuple[str, ...] = DIALECTS) -> Iterator[tuple[str, str, str, 
 
 def _words(code: Code) -> str:
     """Return the words of a code as people write them; all axes together as one."""
-    axes = "xyzabcuvw"
     letters = code.words
     shown = []
-    if all(letter in letters for letter in axes):
+    if all(letter in letters for letter in AXES):
         shown.append("axes")
-        letters = "".join(letter for letter in letters if letter not in axes)
+        letters = "".join(letter for letter in letters if letter not in AXES)
     shown += sorted(
         letter.upper() for letter in letters if letter not in "@^" and letter.upper() != code.name
     )

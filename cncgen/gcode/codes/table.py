@@ -13,7 +13,7 @@ from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from cncgen.gcode.block import Block
+from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.state.modal import Stage
 
 if TYPE_CHECKING:
@@ -61,7 +61,6 @@ _MODULES = (
 #: Words that act by themselves.
 ALONE = ("F", "S", "T", ",C", ",R")
 BOTH = ("linuxcnc", "fanuc")
-AXES = "xyzabcuvw"
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 
-from cncgen.gcode.block import Block
+from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.frames import FramedSink
 from cncgen.gcode.codes.kinematics import Kinematics
 from cncgen.gcode.codes.table import Code
@@ -255,7 +255,7 @@ def length_off(ip: Interpreter, block: Block) -> None:
     """G49 of FANUC: no tool offset, no tool centre point control."""
     turn_off(ip)
     ip.state.length_code, ip.state.length_number = 49, 0
-    ip.codes["G", 431].run(ip, Block(dict.fromkeys("xyzabcuvw", 0.0)))
+    ip.codes["G", 431].run(ip, Block(dict.fromkeys(AXES, 0.0)))
 
 
 _FANUC = ("fanuc",)

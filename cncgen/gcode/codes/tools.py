@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import AXIS_INDEX, LARGEST, Block
+from cncgen.gcode.block import AXES, AXIS_INDEX, LARGEST, Block
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import Stage, zeros
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
 
 _M61 = 610
-_AXES = "xyzabcuvw"
 
 
 def whole(block: Block, letter: str, name: str) -> int:
@@ -171,7 +170,7 @@ def length_added(ip: Interpreter, block: Block) -> None:
         if any(letter in AXIS_INDEX for letter in block.words):
             raise BlockError("tool-length-words", "G43.2 takes a tool H or axis words, not both", "H")
     else:
-        more = [block.words.get(letter, 0.0) for letter in _AXES]
+        more = [block.words.get(letter, 0.0) for letter in AXES]
         if not any(letter in AXIS_INDEX for letter in block.words):
             raise BlockError("tool-length-words", "G43.2 has neither a tool H nor an axis word", "G43.2")
     _use(ip, [a + b for a, b in zip(ip.state.tool_offset, more, strict=True)])
@@ -208,9 +207,9 @@ CODES = (
         "h",
         dialects=("fanuc",),
     ),
-    Code("G", 431, "tool length", Stage.TOOL_LENGTH, length_given, "tool offset in axis words", _AXES, "own"),
+    Code("G", 431, "tool length", Stage.TOOL_LENGTH, length_given, "tool offset in axis words", AXES, "own"),
     Code(
-        "G", 432, "tool length", Stage.TOOL_LENGTH, length_added, "add to the tool offset", _AXES + "h", "own"
+        "G", 432, "tool length", Stage.TOOL_LENGTH, length_added, "add to the tool offset", AXES + "h", "own"
     ),
     Code("G", 490, "tool length", Stage.TOOL_LENGTH, length_off, "no tool offset", dialects=("linuxcnc",)),
 )

@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from cncgen.gcode.block import AXES
+
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
 
@@ -39,8 +41,8 @@ def _pocket(ip: Interpreter, number: int) -> float:
 
 
 NAMED: dict[str, Callable[[Interpreter], float]] = {
-    **{f"_{letter}": _position(index) for index, letter in enumerate("xyzabcuvw")},
-    **{f"_abs_{letter}": _absolute(index) for index, letter in enumerate("xyzabcuvw")},
+    **{f"_{letter}": _position(index) for index, letter in enumerate(AXES)},
+    **{f"_abs_{letter}": _absolute(index) for index, letter in enumerate(AXES)},
     "_vmajor": lambda ip: 2.9,
     "_vminor": lambda ip: 0.0,
     "_line": lambda ip: ip.sink.block.line,

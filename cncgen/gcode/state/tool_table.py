@@ -10,9 +10,9 @@ from cncgen.diagnostics import Diagnostic, Span, UsageError
 from cncgen.files import read_bytes
 from cncgen.gcode.state.modal import zeros
 from cncgen.toolpath.reading import ReadOptions
+from cncgen.units import AXIS_LETTERS
 
 _WORD = re.compile(r"([A-Za-z])\s*([+-]?(?:\d+\.?\d*|\.\d+))")
-_AXES = "XYZABCUVW"
 #: Bytes that are read of a tool table: some 100 000 tools.
 MAX_FILE_BYTES = 16_000_000
 
@@ -129,13 +129,13 @@ def _read_line(text: str, tools: dict[int, Tool]) -> str:
     number = int(words["T"])
     if number in tools:
         return f"tool {number} stands in the table twice"
-    unknown = set(words) - set("TPDIJQ" + _AXES)
+    unknown = set(words) - set("TPDIJQ" + AXIS_LETTERS)
     if unknown:
         return f"{sorted(unknown)[0]} is no word of a tool table"
     tools[number] = Tool(
         number,
         int(words.get("P", number)),
-        [words.get(letter, 0.0) for letter in _AXES],
+        [words.get(letter, 0.0) for letter in AXIS_LETTERS],
         words.get("D", 0.0),
         words.get("I", 0.0),
         words.get("J", 0.0),
