@@ -8,7 +8,7 @@ import numbers
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import fields
-from typing import Any
+from typing import Any, TypeGuard
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.units import AXIS_LETTERS
@@ -46,17 +46,30 @@ def expect_axes(value: Any, name: str) -> str:
     raise wrong(f"{name} = {value!r} must be letters of axes, of {AXIS_LETTERS}, once each")
 
 
-def expect_number(value: Any, name: str, low: float = 0.0, *, open_low: bool = False) -> float:
-    """Return a finite number from `low` on (`open_low`: above it).
+def is_number(value: object) -> TypeGuard[float]:
+    """Tell a number that is a finite double (numpy's too) from everything else, truth values included."""
+    if not isinstance(value, numbers.Real) or isinstance(value, bool):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # a whole number too long for a double
+        return False
+
+
+def expect_number(
+    value: Any, name: str, low: float = 0.0, high: float = math.inf, *, open_low: bool = False
+) -> float:
+    """Return a finite number from `low` (`open_low`: above it) to `high`.
 
     Raises:
         UsageError: It is none.
     """
-    if isinstance(value, numbers.Real) and not isinstance(value, bool):
-        number = float(value)
-        if math.isfinite(number) and (number > low or (number == low and not open_low)):
-            return number
-    raise wrong(f"{name} = {value!r} must be a finite number {'above' if open_low else 'not below'} {low:g}")
+    if is_number(value) and (value > low or (value == low and not open_low)) and value <= high:
+        return float(value)
+    wanted = f"{'above' if open_low else 'not below'} {low:g}"
+    raise wrong(
+        f"{name} = {value!r} must be a finite number {wanted}{f', up to {high:g}' if high < math.inf else ''}"
+    )
 
 
 def expect_fields(options: Any, asked: Iterable[str]) -> None:

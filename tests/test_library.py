@@ -90,6 +90,9 @@ def planned(_: object = None) -> tuple[int, float]:
         (lambda: cncgen.plan(square(), feedrate="fast"), "feedrate = 'fast' is not one of optimal"),
         (lambda: cncgen.plan(square(), path_tolerance_mm="1"), "path_tolerance_mm = '1' must be a number"),
         (lambda: cncgen.plan(square(), path_tolerance_mm=np.inf), "path_tolerance_mm = inf must be a number"),
+        (lambda: cncgen.plan(square(), kbar_per_mm=None), "kbar_per_mm = None must be a number"),
+        (lambda: cncgen.plan(square(), servos=5), "servos is of type int; it is to be a mapping of letters"),
+        (lambda: cncgen.plan(square(), servos={"X": 1}), "servo data of axis X are 1; they are to be a cncgen.machine.Servo"),
         (lambda: cncgen.sample([]), "what is sampled is of type list; it is to be what cncgen.plan returns"),
         (lambda: cncgen.sample(cncgen.plan(square()), "vel,speed"), "signals speed: not one of vel"),
         (lambda: cncgen.sample(cncgen.plan(square()), None), "signals is of type NoneType; it is to be names of signals"),
@@ -126,6 +129,8 @@ def planned(_: object = None) -> tuple[int, float]:
         (lambda: cncgen.simulate(5, "xy-table"), "setpoints is of type int"),
         (lambda: cncgen.simulate([], "xy-table", controller="pid"), "no controller is called 'pid'"),
         (lambda: cncgen.simulate([], "xy-table", settle_s=-1), "settle_s = -1 must be a finite number not below 0"),
+        (lambda: cncgen.simulate([], "xy-table", settle_s=1e9), "settle_s = 1000000000.0 must be a finite number not "
+         "below 0, up to 3600"),
         (lambda: list(cncgen.simulate([np.zeros((3, 2))], "xy-table")), "a chunk of setpoints is of type ndarray"),
     ],
 )  # fmt: skip
@@ -133,6 +138,27 @@ def test_a_wrong_argument_is_said(call: Callable[[], Any], words: str) -> None:
     with pytest.raises(UsageError) as caught:
         call()
     assert words in str(caught.value)
+
+
+@pytest.mark.parametrize("number", [10**400, -(10**400), np.nan, np.float32("inf"), True, "1", None, 1j])
+def test_what_is_no_number_is_refused_everywhere(number: Any) -> None:
+    """A whole number too long for a double among them."""
+    calls = [
+        lambda: list(cncgen.simulate(points(), "xy-table", settle_s=number)),
+        lambda: judged(resolution=number),
+        lambda: cncgen.plan(square(), kbar_per_mm=number),
+        lambda: cncgen.plan(square(), machine(Axis("X", 1, number, 1))),
+    ]
+    for call in calls if number is None else [*calls, lambda: read_with(tolerance_mm=number)]:
+        with pytest.raises(UsageError):
+            call()
+
+
+def test_numbers_of_numpy_are_numbers() -> None:
+    axes = {letter: Axis(letter, np.float32(250), np.int64(2500), np.float64(50_000)) for letter in "XY"}
+    own = cncgen.Machine("own", axes, period_s=np.float64(0.001))
+    ours = cncgen.sample(cncgen.plan(square(), own, path_tolerance_mm=np.float32(0.01))).collect()
+    assert len(ours) == planned()[0]
 
 
 @pytest.mark.parametrize(

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from cncgen.arguments import is_number
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.machine.reading import AXIS_LIMITS, TOP_NUMBERS, Quantity
 from cncgen.machine.record import Axis, Machine, Servo
@@ -68,16 +68,12 @@ def _of_axis(axis: Axis) -> Iterator[str]:
         )
     if axis.travel is not None:
         ends = tuple(axis.travel) if isinstance(axis.travel, (tuple, list)) else ()
-        if not (len(ends) == 2 and all(map(_is_number, ends)) and ends[0] < ends[1]):
+        if not (len(ends) == 2 and all(map(is_number, ends)) and ends[0] < ends[1]):
             yield f"travel of axis {axis.letter} is {axis.travel!r}; it is to be (lowest, highest), or None"
 
 
 def _of_number(name: str, value: Any, factor: float, what: Quantity, unit: str) -> Iterator[str]:
     """Yield what is wrong with a number; `factor` brings it to the unit that ranges are given in."""
     # A limit that was converted once may be an ulp beyond the end of its range.
-    if not _is_number(value) or not what.low * (1 - 1e-9) <= value * factor <= what.high * (1 + 1e-9):
+    if not is_number(value) or not what.low * (1 - 1e-9) <= value * factor <= what.high * (1 + 1e-9):
         yield f"{name} is {value!r}; it is to be {what.wanted}{unit}{' (given in rad)' if factor != 1.0 else ''}"
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)

@@ -18,12 +18,12 @@ Models and where they come from (the papers' symbols in brackets):
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
+from cncgen.arguments import is_number
 from cncgen.units import file_unit
 
 #: Highest degree of a transfer function's denominator.
@@ -111,13 +111,6 @@ class Parameter:
         if not any(v != 0 for v in value):
             return "must not be all zero"
         return next(filter(None, (_fault_of_magnitude(v, COEFFICIENTS) for v in value)), "")
-
-
-def is_number(value: Any) -> bool:
-    """Tell a number that is a finite double from everything else, truth values included."""
-    return (
-        isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
-    )
 
 
 def _fault_of_magnitude(value: float, bounds: tuple[float, float]) -> str:

@@ -13,8 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.arguments import is_number
 from cncgen.machine.record import Servo
-from cncgen.machine.servo_parameters import MAX_DEGREE, MODELS, Parameter, is_number
+from cncgen.machine.servo_parameters import MAX_DEGREE, MODELS, Parameter
 from cncgen.units import DEGREE, file_unit, is_rotary
 
 Floats = NDArray[np.float64]

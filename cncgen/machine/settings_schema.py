@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
+from cncgen.arguments import is_number
 from cncgen.diagnostics import Diagnostic, UsageError
-from cncgen.machine.servo_parameters import MAGNITUDES, is_number
+from cncgen.machine.servo_parameters import MAGNITUDES
 
 DIALECTS = ("linuxcnc", "fanuc", "heidenhain")
 KINEMATICS = ("table-table", "head-head")

@@ -23,6 +23,10 @@ if TYPE_CHECKING:
     from cncgen.verify import Verdict
 
 
+#: Time that a simulation may go on after the last setpoint: its rows are held in memory.
+LONGEST_SETTLE_S = 3600.0
+
+
 def simulate(
     setpoints: Iterable[Setpoints] | Setpoints | Plan,
     machine: Machine | Mapping[str, Servo] | str | os.PathLike[str],
@@ -38,7 +42,7 @@ def simulate(
         machine: Gives the servo data: a machine, servos by letter, a profile's name, or a TOML file.
         controller: ``p`` (each axis's own) or another of `cncgen.servo.named_schemes.NAMES`, with the gains of the
             machine's ``[coupling]`` table, if it has one.
-        settle_s: The last setpoint is held so long at the end.
+        settle_s: The last setpoint is held so long at the end, up to `LONGEST_SETTLE_S`.
 
     Returns:
         `cncgen.servo.record.Response`, chunk by chunk as they are drawn: ``position``, ``force`` (n, axes) and
@@ -51,7 +55,7 @@ def simulate(
     from cncgen.servo.named_schemes import scheme_maker, settings_of
     from cncgen.servo.simulate import simulate_scheme
 
-    settle_s = expect_number(settle_s, "settle_s")
+    settle_s = expect_number(settle_s, "settle_s", high=LONGEST_SETTLE_S)
     chunks = _chunks_of(setpoints)
     made = scheme_maker(controller, servos_of(machine), settings_of(coupling_of(machine)))
     return simulate_scheme(chunks, made, settle_s=settle_s)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
-import numbers
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TypeGuard
 
+from cncgen.arguments import expect, is_number
 from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.machine.checking import check_servos
 from cncgen.machine.record import Servo
 
 INTERPOLATORS = ("arclength", "taylor1", "taylor2", "uniform")
@@ -52,7 +51,7 @@ class PlanOptions:
     lookahead_rows: int = 20_000
 
     def check(self) -> None:
-        """Raise `UsageError` that names every option whose value is not one of those it may have."""
+        """Raise `UsageError` that names every option whose value is not one of those it may have, servo data last."""
         choices = {
             "interpolator": INTERPOLATORS,
             "saturation": SATURATIONS,
@@ -64,24 +63,28 @@ class PlanOptions:
             for name, allowed in choices.items()
             if getattr(self, name) not in allowed
         ]
-        positive = ("path_tolerance_mm", "max_contour_error_mm", "kbar_per_mm", "lookahead_rows")
-        for name in positive:
+        for name, optional in (
+            ("path_tolerance_mm", True),
+            ("max_contour_error_mm", True),
+            ("kbar_per_mm", False),
+            ("lookahead_rows", False),
+        ):
             value = getattr(self, name)
-            if value is not None and not (_is_number(value) and value > 0):
+            if not (value is None and optional) and not (is_number(value) and value > 0):
                 faults.append(
                     Diagnostic("option-value", f"{name} = {value!r} must be a number greater than 0")
                 )
         bound = self.max_contour_error_mm
-        if _is_number(bound) and 0 < bound < LEAST_CONTOUR_ERROR_MM:
+        if is_number(bound) and 0 < bound < LEAST_CONTOUR_ERROR_MM:
             message = f"max_contour_error_mm = {bound!r} is below {LEAST_CONTOUR_ERROR_MM:g} mm, the least that is planned"
             faults.append(Diagnostic("option-value", message))
         distance = self.corner_distance_mm
-        if not (_is_number(distance) and distance >= 0):
+        if not (is_number(distance) and distance >= 0):
             message = f"corner_distance_mm = {distance!r} must be a number that is not negative"
             faults.append(Diagnostic("option-value", message))
         if faults:
             raise UsageError(faults)
-
-
-def _is_number(value: object) -> TypeGuard[float]:
-    return isinstance(value, numbers.Real) and not isinstance(value, bool) and math.isfinite(value)
+        if self.servos is not None:
+            check_servos(
+                expect(self.servos, Mapping, "servos", "a mapping of letters to cncgen.machine.Servo")
+            )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import numbers
 import os
 from collections.abc import Callable
@@ -10,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from cncgen.arguments import is_number
 from cncgen.diagnostics import Diagnostic, UsageError
 
 DIALECTS = ("auto", "linuxcnc", "fanuc", "heidenhain")
@@ -78,9 +78,7 @@ def _is_count(value: object) -> bool:
 
 
 def _is_positive_or_none(value: object) -> bool:
-    if value is None:
-        return True
-    return isinstance(value, numbers.Real) and not isinstance(value, bool) and 0.0 < float(value) < math.inf
+    return value is None or (is_number(value) and value > 0.0)
 
 
 def _is_file_or_none(value: object) -> bool:
