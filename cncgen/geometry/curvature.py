@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from cncgen.geometry.path import Path
 from cncgen.geometry.tables import Floats
 
-#: Samples in a cell of the arc-length table, which is short where the curve changes fast.
+#: Parts of a panel of the arc-length table between whose ends is sampled; panels are short where the curve changes fast.
 _SAMPLES = 4
 #: Curvatures that differ by this part are one: a circle has no extrema.
 _PLATEAU = 1e-9
@@ -38,7 +38,7 @@ class CurvatureExtrema:
 def curvature_extrema(path: Path) -> CurvatureExtrema:
     """Find the local extrema of curvature inside a path, its ends left out.
 
-    Sampled in every cell of the arc-length table and on both sides of breakpoints, then refined by the golden section
+    Sampled in every panel of the arc-length table and on both sides of breakpoints, then refined by the golden section
     (Kiefer, Proc. AMS 4 (1953) 502) to some 1e-9 of the sample distance.
     """
     s, kappa = _samples(path)

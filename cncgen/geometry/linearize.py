@@ -9,7 +9,7 @@ from cncgen.geometry.tables import Floats, Ints
 
 #: Halvings of a chord that misses; each divides its error by four.
 _MAX_HALVINGS = 40
-#: A first guess of the steps is taken from the curvature at this many places of a cell of the arc-length table.
+#: A first guess of the steps is taken from the curvature at this many places of a panel of the arc-length table.
 _LOOKS = 5
 
 
