@@ -1,7 +1,9 @@
 """A path: lines, arcs, helices and NURBS one after the other, as functions of one coordinate s.
 
 The coordinate is arc length in X Y Z on a row that moves them, else in U V W, else the Euclidean norm of the rotary
-axes' motion (rad), so that ds/dt is what a programmed feed means. Rows are those of a toolpath, as plain columns.
+axes' motion (rad), so that ds/dt is what a programmed feed means. A line that moves the first of these by next to nothing
+beside a later one is measured over that: rounding of s would be steps of its axes. Rows are those of a toolpath, as
+plain columns.
 """
 
 from __future__ import annotations
@@ -23,6 +25,9 @@ LINE, ARC, NURBS, EVENT = range(4)
 
 #: mm or rad: a row that moves X Y Z (U V W) by less does not move them, as far as its path coordinate goes.
 STANDSTILL = 1e-9
+#: A line that moves X Y Z (U V W) by less than this part of what U V W or rotary axes move by, mm or rad, is measured over
+#: those: 0.17 µm a degree. Coordinates of 1 m carry 1e-13 mm of rounding, which is then below the ninth decimal of a degree.
+_SLIGHT = 1e-2
 
 #: Where |dC/du| is below this part of its mean over the curve, it is asked whether it vanishes: whether the cell of the
 #: arc-length table is shorter than this part of the curve.
@@ -62,6 +67,8 @@ class Path:
         axes: Letters of the columns, X Y Z first.
         row_s: Shape (n + 1,): s at the start of each row, and the end. EVENT rows have length 0.
         row_length: Shape (n,): length of each row, which does not depend on what stands before it.
+        feed_length: Shape (n,): the length that the feed of each row is along: `row_length`, but for lines that move its
+            axes by next to nothing beside others.
     """
 
     def __init__(
@@ -111,7 +118,8 @@ class Path:
         self._item: Ints = np.zeros(len(self.kind), np.int64)
         self._item[self._arc_rows] = np.arange(len(self._arc_rows))
         self._item[self._nurbs_rows] = np.arange(len(self._nurbs_rows))
-        self.row_length: Floats = self._row_lengths()
+        self.feed_length: Floats = self._row_lengths()
+        self.row_length: Floats = self._row_lengths() if self._measure_by_faster() else self.feed_length
         self.row_s: Floats = s_start + np.concatenate([[0.0], np.cumsum(self.row_length)])
 
     def _metric(self, nurbs: NurbsTable) -> tuple[Ints, Ints]:
@@ -137,6 +145,18 @@ class Path:
             low[rows[halts]], high[rows[halts]] = 0, len(self.axes)
         return low, high
 
+    def _measure_by_faster(self) -> bool:
+        """Measure lines by U V W or rotary axes where what they are measured by is next to nothing beside; tell whether any is."""
+        _, uvw, rotary = metric_columns(self.axes)
+        some = False
+        for group in (uvw, rotary):
+            if group.stop > group.start:
+                other = np.linalg.norm(self._delta[:, group], axis=1)
+                slight = _metric_norm(self._delta, self._low, self._high) < _SLIGHT * other
+                self._low[slight], self._high[slight] = group.start, group.stop
+                some = some or bool(slight.any())
+        return some
+
     def _row_lengths(self) -> Floats:
         column = np.arange(len(self.axes))
         within = (column >= self._low[:, None]) & (column < self._high[:, None])
@@ -154,6 +174,20 @@ class Path:
     def moves_xyz(self) -> NDArray[np.bool_]:
         """Shape (n,): whether a row's coordinate is arc length in X Y Z alone (or the row has no length)."""
         return (self._low == 0) & (self._high == 3)
+
+    @property
+    def turns(self) -> NDArray[np.bool_]:
+        """Shape (n,): whether a row's coordinate is the angle of rotary axes, which is no length."""
+        _, _, rotary = metric_columns(self.axes)
+        return (self._low == rotary.start) & (self._high == rotary.stop)
+
+    @property
+    def per_feed(self) -> Floats:
+        """Shape (n,): what the feed of each row is multiplied by to be ds/dt: 1 but where `feed_length` is another."""
+        one = np.ones(len(self.kind))
+        return np.divide(
+            self.row_length, self.feed_length, out=one, where=self.feed_length != self.row_length
+        )
 
     def __len__(self) -> int:
         return len(self.kind)

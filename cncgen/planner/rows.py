@@ -103,7 +103,7 @@ def rows_of(toolpath: Toolpath, path: Path, machine: Machine, bends: bool = True
         acceleration = (limits.acceleration / share).min(axis=1, initial=np.inf)
         jerk = (limits.jerk / share).min(axis=1, initial=np.inf)
     centripetal = np.minimum(acceleration, machine.max_centripetal_mm_s2 or np.inf)
-    top, top_limit = _feeds(toolpath, index, end - start)
+    top, top_limit = _feeds(toolpath, path, index)
     top, top_limit = _lower(top, top_limit, velocity, Limit.VELOCITY)
     arcs = (toolpath.kind[index] == Kind.ARC) & bends
     curvature = np.where(arcs, np.linalg.norm(ends[2][:, :3], axis=1), 0.0)
@@ -134,14 +134,15 @@ def _lower(
     return np.where(binds, other, top), np.where(binds, np.int8(limit), which)
 
 
-def _feeds(toolpath: Toolpath, index: Ints, length: Floats) -> tuple[Floats, NDArray[np.int8]]:
-    """Return the speed that the program asks of each row: G94 in mm/s, G93 length · feed, rapids no bound."""
+def _feeds(toolpath: Toolpath, path: Path, index: Ints) -> tuple[Floats, NDArray[np.int8]]:
+    """Return the speed that the program asks of each row: G94 the feed, G93 length · feed, rapids no bound."""
     feed, mode = toolpath.feed[index], toolpath.feed_mode[index]
     rapid = mode == FeedMode.RAPID
     wrong = np.flatnonzero(~rapid & ~(np.isfinite(feed) & (feed > 0.0)))
     if len(wrong):
         raise ProgramError(_no_feed(toolpath, index[wrong]))
-    asked = np.where(mode == FeedMode.INVERSE_TIME, feed * length, feed)
+    inverse = mode == FeedMode.INVERSE_TIME
+    asked = feed * np.where(inverse, path.row_length[index], path.per_feed[index])
     limit = np.where(rapid, np.int8(Limit.VELOCITY), np.int8(Limit.FEED))
     return np.where(rapid, np.inf, asked), limit.astype(np.int8)
 

@@ -13,6 +13,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit, Trajectory
 from cncgen.toolpath.record import FeedMode
 
@@ -88,9 +89,9 @@ class SlowPlaces:
     def _feed(self, trajectory: Trajectory, row: NDArray[np.int64]) -> Floats:
         """Return the programmed speed on each row of `row`."""
         rows = trajectory.toolpath
-        feed = rows.feed[row]
         length = np.diff(trajectory.row_s)[row]
-        feed = np.where(rows.feed_mode[row] == FeedMode.INVERSE_TIME, feed * length, feed)
+        inverse = rows.feed_mode[row] == FeedMode.INVERSE_TIME
+        feed = rows.feed[row] * np.where(inverse, length, path_of(rows).per_feed[row])
         return np.where(np.isfinite(feed) & (feed > 0), feed, self._rapid)
 
     def _close(self, pieces: Floats) -> None:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Diagnostics, Severity
-from cncgen.geometry.path import metric_columns
 from cncgen.machine.record import Axis, Machine
+from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit, Profile, SharpCorner, Trajectory
 from cncgen.report.differences import DifferencePeaks
 from cncgen.report.line_times import LineTimes
@@ -176,19 +176,11 @@ class Summary:
 
 
 def _turning(trajectory: Trajectory) -> NDArray[np.bool_]:
-    """Tell the pieces of a profile on which rotary axes move alone: their path is no length, shape (pieces,)."""
+    """Tell the pieces of a profile whose path is the angle of rotary axes, which is no length, shape (pieces,)."""
     profile, rows = trajectory.profile, trajectory.toolpath
-    _, _, rotary = metric_columns(rows.axes)
-    if rotary.start == rotary.stop or not len(rows):
+    if not len(rows):
         return np.zeros(len(profile), np.bool_)
-    linear = np.delete(np.arange(len(rows.axes)), rotary)
-    still = (rows.end[:, linear] == rows.starts[:, linear]).all(axis=1)
-    table = rows.nurbs
-    for closed in np.flatnonzero(still & (rows.kind == Kind.NURBS)):
-        curve = rows.curve[closed]
-        points = table.control_points[table.point_offset[curve] : table.point_offset[curve + 1], linear]
-        still[closed] = not np.ptp(points, axis=0).any()
-    turns = still & ((rows.kind == Kind.LINE) | (rows.kind == Kind.NURBS))
+    turns = path_of(rows).turns
     middle = 0.5 * (profile.s[:-1] + profile.s[1:])
     row = np.minimum(np.searchsorted(trajectory.row_s[1:], middle, side="left"), len(rows) - 1)
     moves: NDArray[np.bool_] = np.diff(profile.s) > 0.0

@@ -58,6 +58,18 @@ def test_coordinate_is_xyz_else_uvw_else_rotary() -> None:
     np.testing.assert_allclose(path.evaluate([2.5], 1)[1], [[0.6, 0.8, 0, 0.2, 0.2, 1.4]])
 
 
+def test_a_line_that_hardly_moves_xyz_is_measured_over_what_moves() -> None:
+    """10⁻⁷ mm beside a radian, 10⁻⁷ mm beside 4 mm of U, and 0.02 mm beside a radian, which is enough."""
+    path = lines(
+        [[0, 0, 0, 0, 0], [1e-7, 0, 0, 1, 0], [2e-7, 0, 0, 1, 4], [0.02 + 2e-7, 0, 0, 2, 4]], axes="XYZAU"
+    )
+    np.testing.assert_allclose(path.row_length, [1.0, 4.0, 0.02])
+    np.testing.assert_allclose(path.feed_length, [1e-7, 1e-7, 0.02])
+    np.testing.assert_allclose(path.per_feed, [1e7, 4e7, 1.0])
+    assert path.turns.tolist() == [True, False, False]
+    assert path.moves_xyz.tolist() == [False, False, True]
+
+
 def test_helix_has_closed_form_derivatives() -> None:
     """x = r (cos θ, sin θ), z = h θ/2π: ds/dθ = √(r² + (h/2π)²), curvature r / (ds/dθ)²."""
     r, h = 3.0, 2.0

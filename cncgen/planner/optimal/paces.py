@@ -39,7 +39,7 @@ class Feeds:
         """G94: the feed; G93: the row's length by its time; rapids: none."""
         inverse = toolpath.feed_mode == FeedMode.INVERSE_TIME
         rapid = (toolpath.feed_mode == FeedMode.RAPID) | (toolpath.kind == Kind.EVENT)
-        speed = np.where(inverse, toolpath.feed * np.diff(path.row_s), toolpath.feed)
+        speed = toolpath.feed * np.where(inverse, np.diff(path.row_s), path.per_feed)
         limit = np.where(rapid, Limit.VELOCITY, Limit.FEED).astype(np.int8)
         return cls(np.where(rapid, np.inf, speed), limit)
 
@@ -102,7 +102,7 @@ def paced(chunks: Iterable[Toolpath], bounds_of: Callable[[str], Bounds]) -> Ite
         split = inverse & (chunk.path_mode == PathMode.CONTINUOUS) & ~met
         yield replace(
             chunk,
-            feed=np.where(split, speed, chunk.feed),
+            feed=np.where(split, speed / path.per_feed, chunk.feed),
             feed_mode=np.where(split, FeedMode.SPEED, chunk.feed_mode).astype(np.int8),
             path_mode=np.where(met, PathMode.EXACT_PATH, chunk.path_mode).astype(np.int8),
         )

@@ -1,0 +1,55 @@
+"""Rotary axes that turn while X Y Z hardly move: as fast as the axes allow, at the feed along X Y Z where that is slower."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from cncgen.machine import load
+from cncgen.pipeline import plan, plan_with_summary, read_text, sample
+from cncgen.units import DEGREE
+
+MACHINE = load("generic-mill")
+#: 90 degrees from rest to rest: jerk 20,000, acceleration 1000, velocity 180 degrees: d/v + v/a + a/j.
+QUARTER = 90 / 180 + 180 / 1000 + 1000 / 20_000
+
+
+def setpoints_of(body: str, feedrate: str) -> np.ndarray:
+    planned = plan(read_text(f"G21 G90 G94 {body}\nM2\n"), MACHINE, feedrate=feedrate)
+    return np.vstack([chunk.position for chunk in sample(planned)])
+
+
+@pytest.mark.parametrize("mode", ["G61", "G64 P0.01"])
+@pytest.mark.parametrize("length", ["0.000000002", "0.0000001", "0.00001", "0.01"])
+def test_no_limit_is_passed_by_rounding_of_the_path_coordinate(length: str, mode: str) -> None:
+    """Beside 10⁻⁷ mm a quarter turn once had 1.44 times its jerk: s is known to 10⁻¹⁴ mm, which was 10⁻⁵ degrees there."""
+    away = f"{mode} F6000 (START, X30)\nG1 X30 Y{length} A90"
+    turn = setpoints_of(away, "optimal")
+    assert (len(turn) - 1) * 1e-3 == pytest.approx(QUARTER, abs=2e-3)
+    angle = setpoints_of(
+        f"{mode} F6000\nG1 X30 Y10\nG1 Y{float(length) + 10:.9f} A90\nG1 X60 Y10 A45", "optimal"
+    )[:, -1]
+    padded = np.concatenate([np.repeat(angle[:1], 3), angle, np.repeat(angle[-1:], 3)]) / DEGREE
+    for order, limit in enumerate((180.0, 1000.0, 20_000.0), start=1):
+        assert np.abs(np.diff(padded, order)).max() / 1e-3**order <= 1.001 * limit
+
+
+@pytest.mark.parametrize("feedrate", ["optimal", "ild", "constant"])
+def test_the_feed_is_that_along_xyz(feedrate: str) -> None:
+    """0.01 mm at 0.06 mm/min take ten seconds, whatever turns meanwhile; starting and stopping takes the turn v/a + a/j more."""
+    rate = 90 / 10
+    ramps = 0.0 if feedrate == "constant" else 2 * math.sqrt(rate / 20_000)
+    positions = setpoints_of("G61 F0.06\nG1 X0.01 A90", feedrate)
+    assert (len(positions) - 1) * 1e-3 == pytest.approx(10.0 + ramps, abs=2e-3)
+
+
+def test_a_turn_is_no_length_in_the_summary() -> None:
+    """The length of the path, and its mean feed, are millimetres: the turn has none."""
+    program = read_text("G21 G90 G94 G61 F6000\nG1 X30\nG1 X30.0000001 A90\nM2\n")
+    stream, seen = plan_with_summary(program, MACHINE)
+    for _ in stream.chunks:
+        pass
+    assert seen.as_json()["path_length_mm"] == pytest.approx(30.0, abs=1e-6)
+    assert seen.as_json()["feed_mm_s"]["max"] <= 100.0 * (1 + 1e-9)
