@@ -69,6 +69,8 @@ def test_every_command_and_option_has_help() -> None:
         for parameter in command.params:
             if isinstance(parameter, click.Option):
                 assert parameter.help, f"{name} {parameter.opts[0]} has no help"
+                named = parameter.is_flag or parameter.metavar or isinstance(parameter.type, click.Choice)
+                assert named, f"{name} {parameter.opts[0]} does not say what its value is"
 
 
 def test_public_names_are_there() -> None:

@@ -53,12 +53,15 @@ CONTROLLERS = ("p", "ccc", "zpetc+ccc", "tcf", "h-infinity")
 )  # fmt: skip
 @click.option(
     "--modulus",
+    metavar="DISTANCE",
     type=FiniteRange(0.0, 0.99),
     default=0.5,
     show_default=True,
     help="Least distance of each loop from -1.",
 )
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the search.")
+@click.option(
+    "--seed", metavar="N", type=click.IntRange(0), default=0, show_default=True, help="Seed of the search."
+)
 @click.option(
     "--jobs", metavar="N", type=click.IntRange(1, 1024), help="Processes of the search [default: one a core]."
 )
