@@ -58,6 +58,11 @@ class Profile:
     def __len__(self) -> int:
         return len(self.v)
 
+    @property
+    def waits(self) -> NDArray[np.bool_]:
+        """Shape (k,): the pieces on which the motion stands."""
+        return (self.v == 0) & (self.a == 0) & (self.j == 0) & (self.c == 0)
+
     def __repr__(self) -> str:
         return f"Profile({len(self)} pieces, {self.t[0]:.6g} to {self.t[-1]:.6g} s, {self.s[0]:.6g} to {self.s[-1]:.6g} mm)"
 

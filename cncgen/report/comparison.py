@@ -192,7 +192,7 @@ def feed_fluctuations(
 
     Commanded is what the plan travels in a period from the place where the tool is; travelled is the length of the
     path between two setpoints, measured from the curve's parameter at each. Periods that the end of a stretch cuts
-    short are left out.
+    short are left out, and those that begin in a wait.
 
     Raises:
         UsageError: There is no interpolator of a name.
@@ -223,12 +223,14 @@ def _parts(planned: Trajectory, moved: Trajectory, period_s: float) -> Iterator[
     if len(ticks) < 2 or not len(p):
         return
     path = path_of(planned.toolpath)
-    s = motion_at(m, ticks).s
+    motion = motion_at(m, ticks)
+    s = motion.s
     row = path.row_of(s)
     measured = path.coordinate(row, path.parameter(row, s))
     exact = planned is moved
     then = ticks[:-1] if exact else time_at(p, s[:-1])
-    whole = then + period_s <= p.t[-1]
+    # A period that begins in a wait has no place that the plan leaves at its beginning.
+    whole = (then + period_s <= p.t[-1]) & ~m.waits[motion.piece[:-1]]
     aim = motion_at(p, then + period_s).s
     commanded = aim - s[:-1]
     used = whole & (commanded > _LEAST_STEP * commanded.max())

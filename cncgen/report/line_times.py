@@ -64,5 +64,5 @@ class LineTimes:
 
 def _waited(p: Profile, t: np.ndarray) -> np.ndarray:
     """Return how much of the time up to each of `t` a profile waits for an event."""
-    wait = (p.v == 0) & (p.a == 0) & (p.j == 0) & (p.c == 0) & (p.limit == Limit.STOP)
+    wait = p.waits & (p.limit == Limit.STOP)
     return np.interp(t, p.t, np.concatenate([[0.0], np.cumsum(np.diff(p.t) * wait)]))

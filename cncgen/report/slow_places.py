@@ -83,8 +83,7 @@ class SlowPlaces:
         feed = self._feed(trajectory, row)
         loss = time - length / feed
         speed = np.append(p.v[1:], p.v[-1])
-        wait = (p.v == 0) & (p.a == 0) & (p.j == 0) & (p.c == 0)
-        return np.stack([loss, speed, rows.line[row], p.t[:-1], p.s[:-1], p.limit])[:, ~wait]
+        return np.stack([loss, speed, rows.line[row], p.t[:-1], p.s[:-1], p.limit])[:, ~p.waits]
 
     def _feed(self, trajectory: Trajectory, row: NDArray[np.int64]) -> Floats:
         """Return the programmed speed on each row of `row`."""

@@ -94,8 +94,7 @@ class Summary:
     def _add(self, trajectory: Trajectory) -> None:
         profile = trajectory.profile
         if len(profile):
-            wait = (profile.v == 0) & (profile.a == 0) & (profile.j == 0) & (profile.c == 0)
-            wait &= profile.limit == Limit.STOP
+            wait = profile.waits & (profile.limit == Limit.STOP)
             turns = _turning(trajectory)
             self._waited_s += float(np.diff(profile.t)[wait].sum())
             self._turned_s += float(np.diff(profile.t)[turns].sum())

@@ -11,6 +11,7 @@ import pytest
 from cncgen.machine import load
 from cncgen.pipeline import read, read_text
 from cncgen.planner import PlanOptions, plan
+from cncgen.planner.interpolators import STEPPERS
 from cncgen.report.comparison import compare_strategies, feed_fluctuations, moving_axes
 from cncgen.setpoints import sample
 from cncgen.toolpath.record import Toolpath
@@ -80,6 +81,14 @@ def test_moving_axes() -> None:
     """Axes that move, also where a full circle returns to its start."""
     assert moving_axes(chunks_of("G1 Y3 F100\nG2 J5 Y3\nM2\n")) == "XY"
     assert moving_axes(chunks_of("G1 Z3 F100\nM2\n")) == "Z"
+
+
+def test_a_wait_is_no_fluctuation() -> None:
+    """On lines parameter and length are proportional, so that no interpolator has any, and half a second of rest is none."""
+    chunks = chunks_of("G21 G61.1\nG1 X10 F1200\nG4 P0.5003\nY10\nM2\n")
+    found = feed_fluctuations(chunks, load("xy-table"), PlanOptions(feedrate="ild"), ["arclength", *STEPPERS])
+    assert [one.time_s for one in found] == [found[0].time_s] * len(found)
+    assert max(one.max_part for one in found) < 1e-9
 
 
 def test_fluctuation_of_arclength_is_that_of_the_setpoints(programs: Path) -> None:
