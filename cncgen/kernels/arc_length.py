@@ -347,17 +347,14 @@ def _size(
     last: cython.Py_ssize_t,
     low: cython.Py_ssize_t,
     high: cython.Py_ssize_t,
-    far: cython.double[::1],
 ) -> cython.double:
-    """Return how far control points are from the first one in the columns low … high; the largest of them in ``far[0]``."""
+    """Return how far control points are from the first one in the columns low … high."""
     k: cython.Py_ssize_t
     d: cython.Py_ssize_t
     size: cython.double = 0.0
-    far[0] = 0.0
     for k in range(first, last):
         for d in range(low, high):
             size = max(size, abs(points[k, d] - points[first, d]))
-            far[0] = max(far[0], abs(points[k, d]))
     return size
 
 
@@ -445,7 +442,7 @@ def cells(
     begins: cython.char[::1],
 ):
     """Cut curves from `first_curve` on into cells on which arc length and its inverse are known to `closeness` (a part
-    of the size of the curve), but for the rounding of its largest coordinate.
+    of the size of the curve), wherever it stands: control points are taken from one of their own.
 
     Every knot span is cut into panels, by halves, until |C'| is smooth on each; panels are cut into cells until the
     Gauss rule agrees with itself on the halves, and the Hermite polynomial of degree 7 for u(s) meets the middle.
@@ -455,7 +452,6 @@ def cells(
     """
     curves: cython.Py_ssize_t = degree.shape[0]
     on: _Measured = _Measured(int(np.max(degree)) if curves else 0, points.shape[1], knots)
-    far: cython.double[::1] = np.zeros(1)
     done: _Progress = _Progress(rows=0, s=0.0, tiny=False, fits=True)
     c: cython.Py_ssize_t = first_curve
     i: cython.Py_ssize_t
@@ -467,8 +463,8 @@ def cells(
         while c < curves:
             p = degree[c]
             done = _Progress(rows=cell_offset[c], s=0.0, tiny=False, fits=True)
-            least = _size(points, point_offset[c], point_offset[c + 1], metric_low[c], metric_high[c], far)
-            coarse = 4e-15 * far[0]
+            least = _size(points, point_offset[c], point_offset[c + 1], metric_low[c], metric_high[c])
+            coarse = 4e-15 * least
             # The Taylor form that lengths are taken from loses a bit a degree.
             for k in range(4, p):
                 coarse += coarse

@@ -203,6 +203,19 @@ def test_cusp_is_a_breakpoint_with_a_tangent_on_each_side() -> None:
     assert path.length == pytest.approx(exact, abs=1e-9)
 
 
+@pytest.mark.parametrize("away", [0.0, 300.0, 1e5])
+@pytest.mark.parametrize("size", [0.01, 1.0, 50.0])
+def test_a_straight_curve_turns_back_where_it_does_wherever_it_stands(away: float, size: float) -> None:
+    """x = 3t(2 − 5t + 4t²)·size, whose derivative vanishes at t = 1/2 and 1/3, far from the origin too."""
+    points = np.array([[0, 0, 0], [2, 0, 0], [-1, 0, 0], [3, 0, 0]]) * size + away
+    path = path_of_curve(nurbs.single(3, [0] * 4 + [1] * 4, points))
+    jumps = path.jumps()
+    turned = np.unique(np.round(path.evaluate(jumps.s[np.abs(jumps.tangent[:, 0]) > 1.9])[0][:, 0] - away, 9))
+    np.testing.assert_allclose(np.abs(jumps.tangent[np.abs(jumps.tangent[:, 0]) > 0.1, 0]), 2.0, atol=1e-6)
+    x = [3 * t * (2 - 5 * t + 4 * t * t) * size for t in (1 / 2, 1 / 3)]
+    assert np.abs(turned[:, None] - x).min(axis=1) == pytest.approx(0.0, abs=1e-8)
+
+
 def test_a_straight_curve_that_ends_in_equal_points_of_other_weights_stays_straight() -> None:
     """C' ~ (1 − u)² at its end, where differences of weighted points once left rounding alone: x''' of 1e13."""
     points = [[0, 0, 0], [9, 15, -0.4], [9, 15, -0.4], [9, 15, -0.4]]
