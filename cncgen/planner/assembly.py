@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,6 @@ from cncgen.toolpath.record import Event
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 
 #: Part of a period that counts as none.
 _ROUNDING = 1e-6
@@ -61,25 +61,73 @@ def waits_of(events: Sequence[tuple[int, int, Event]], joints: int, first: int =
     return waits
 
 
-def kept_for_setpoints(
-    start_s: float, way_s: Floats, waits: Floats, missed: Bools, period_s: float
-) -> Floats:
-    """Lengthen waits so that a setpoint falls on each rest that the chords between setpoints would cut too far.
+@dataclass(frozen=True, slots=True)
+class Cuts:
+    """`k` rests in corners that the chord of a period may cut too far, ascending.
+
+    Attributes:
+        joint: Shape (k,), which joints they are.
+        room: Shape (k,), mm: the tolerance by |Δ|, the size of the step of dx/ds.
+        acceleration, jerk: Shape (k, 2), along the path before and after the corner.
+    """
+
+    joint: Ints
+    room: Floats
+    acceleration: Floats
+    jerk: Floats
+
+    def __len__(self) -> int:
+        return len(self.joint)
+
+    def between(self, first: int, last: int) -> Cuts:
+        """Return those of the joints from `first` to before `last`, which are counted from `first`."""
+        part = slice(*np.searchsorted(self.joint, [first, last]).tolist())
+        return Cuts(self.joint[part] - first, self.room[part], self.acceleration[part], self.jerk[part])
+
+    def late(self, which: int, since_s: float) -> float:
+        """Return how long after a rest a setpoint may be the first one, where the last one was so long before it, s.
+
+        From or to rest the motion goes w(τ) = J τ³/6 or A τ²/2, whichever is less, in the time τ at most. A chord that
+        begins a before the corner and ends b after it cuts it by no more than |Δ| a b/(a + b).
+        """
+        room = self.room[which]
+        before = _way(self.jerk[which, 0], self.acceleration[which, 0], since_s)
+        if before <= room:
+            return float("inf")
+        after = room * before / (before - room)
+        by_jerk, by_acceleration = (
+            6.0 * after / self.jerk[which, 1],
+            2.0 * after / self.acceleration[which, 1],
+        )
+        return float(max(np.cbrt(by_jerk), np.sqrt(by_acceleration)))
+
+
+def _way(jerk: float, acceleration: float, time_s: float) -> float:
+    return min(jerk * time_s**3 / 6.0, acceleration * time_s**2 / 2.0)
+
+
+def kept_for_setpoints(start_s: float, way_s: Floats, waits: Floats, cuts: Cuts, period_s: float) -> Floats:
+    """Lengthen waits so that chords between setpoints cut no rest too far: a setpoint falls on it, or near enough to it.
 
     Args:
         start_s: Time at the first joint, s; setpoints fall on multiples of the period.
         way_s: Shape (joints,), s: time of the motion up to each joint, without waits.
         waits: Shape (joints,), s of rest at each joint.
-        missed: Shape (joints,), where a setpoint must fall.
+        cuts: The rests that it is about.
         period_s: T.
     """
     out = waits.copy()
     arrival = start_s + way_s + np.cumsum(waits) - waits
+    # A chord that goes over the next corner too is none that this one's room tells of.
+    alone = np.diff(way_s[cuts.joint], append=np.inf) > period_s
     later = 0.0
-    for joint in np.flatnonzero(missed).tolist():
+    for k, joint in enumerate(cuts.joint.tolist()):
         due = -(arrival[joint] + later) % period_s
         # What rounding leaves until the next one is no wait.
-        more = max(0.0, due - waits[joint]) if due < (1.0 - _ROUNDING) * period_s else 0.0
+        if due >= (1.0 - _ROUNDING) * period_s:
+            continue
+        late = cuts.late(k, period_s - due) if alone[k] else 0.0
+        more = max(0.0, due - late - waits[joint])
         out[joint] += more
         later += more
     return out

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.path import Path
+from cncgen.planner.assembly import Cuts
 from cncgen.planner.optimal.limits import (
     JUMP_SHARE,
     STOP_SPEED,
@@ -49,7 +50,7 @@ class Joints:
             the path has there for other reasons where that is lower.
         acceleration: Shape (n,), mm/s²: largest size of the acceleration along the path by the jump; infinite for none.
         zone: Shape (n,), mm: how far on both sides a setpoint's third difference can see the jump; 0 for none.
-        missed: Shape (n,), bool: it rests, and chords would cut it by more than their tolerance if no setpoint fell on it.
+        cuts: Those where it rests, and which chords would cut by more than their tolerance if no setpoint fell near them.
     """
 
     s: Floats
@@ -59,7 +60,7 @@ class Joints:
     taken: Floats
     acceleration: Floats
     zone: Floats
-    missed: Bools
+    cuts: Cuts
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +141,6 @@ def joints_of(
     acceleration, zone, sway = _swayed(bounds, together, turn * passed[:, None], left[1], right[1])
     # A pulse of acceleration v Δ is v Δ/T in the second difference that sees it.
     pulse = np.abs(turn) * v / (bounds.axes.acceleration * bounds.period_s)
-    missed = stop & (_chord_at_rest(bounds, turn, jerks) > bounds.chord_mm)
     return Joints(
         s=s,
         stop=stop,
@@ -149,7 +149,7 @@ def joints_of(
         taken=np.stack([pulse, taken + sway], 1) * passed[:, None, None],
         acceleration=acceleration,
         zone=zone * passed,
-        missed=missed,
+        cuts=_cuts(bounds, stop, turn, left[1], right[1]),
     )
 
 
@@ -269,20 +269,29 @@ def _chord_speed(bounds: Bounds, s: Floats, turn: Floats, jerk: Floats) -> Float
     return np.minimum(single, chord_speed(curvature, bounds.chord_mm, period))
 
 
-def _chord_at_rest(bounds: Bounds, turn: Floats, jerk: Floats) -> Floats:
-    """Return by how much the chord of a period cuts a corner that is reached and left at rest between two setpoints, mm.
+def _cuts(bounds: Bounds, stop: Bools, turn: Floats, left: Floats, right: Floats) -> Cuts:
+    """Return the rests in corners that the chord of a period may cut by more than the chord tolerance.
 
-    At most a = j₁ τ³/6 before it and b = j₂ (T − τ)³/6 after it are left to it; |Δ|/2 of that is cut where a = b.
+    With the setpoints a = j₁ τ³/6 before and b = j₂ (T − τ)³/6 after it at most, |Δ|/2 of that is cut where a = b. Within
+    half a period the largest acceleration leads as far as a jerk of 6 A/T.
 
     Args:
         bounds: Limits.
+        stop: Shape (n,), which corners are rests.
         turn: Shape (n, axes), Δ there.
-        jerk: Shape (2, n), j₁ and j₂, the jerk along the path on both sides.
+        left, right: Shape (n, axes), dx/ds on both sides.
     """
-    root = np.cbrt(jerk)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        way = (bounds.period_s / (1.0 / root[0] + 1.0 / root[1])) ** 3 / 6.0
-    return np.nan_to_num(0.5 * _size(bounds, turn) * way)
+    # The start of a block is the end of the one before it.
+    rest = 1 + np.flatnonzero(stop[1:] & turn[1:].any(axis=1))
+    acceleration, jerk = (
+        np.stack([along_path(limit, side[rest]) for side in (left, right)], axis=1)
+        for limit in (bounds.axes.acceleration, bounds.axes.jerk)
+    )
+    root = np.cbrt(np.minimum(jerk, 6.0 * acceleration / bounds.period_s))
+    way = (bounds.period_s / (1.0 / root).sum(axis=1)) ** 3 / 6.0
+    room = bounds.chord_mm / _size(bounds, turn[rest])
+    far = way > 2.0 * room
+    return Cuts(rest[far], room[far], acceleration[far], jerk[far])
 
 
 def _size(bounds: Bounds, turn: Floats) -> Floats:

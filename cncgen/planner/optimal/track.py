@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.path import Path
+from cncgen.planner.assembly import Cuts
 from cncgen.planner.optimal.caps import SpeedCap
 from cncgen.planner.optimal.joints import Beyond, Joints, distinct, joints_of, nearest
 from cncgen.planner.optimal.limits import JUMP_SHARE, SWAY_SHARE, Bounds, most
@@ -49,7 +50,7 @@ class Track:
         factor: Shape (n, 2, axes): parts of acceleration and jerk limits that are left beside the jumps near by.
         stop: Shape (n + 1,), bool: nodes of rest.
         corner: Shape (n + 1,), bool: nodes where the motion slows or rests because the derivatives jump.
-        missed: Shape (n + 1,), bool: nodes of rest that chords would cut too far if no setpoint fell on them.
+        cuts: Nodes of rest that chords would cut too far if no setpoint fell near them.
         events: Node, source line and event, in order.
     """
 
@@ -67,7 +68,7 @@ class Track:
     factor: Floats
     stop: NDArray[np.bool_]
     corner: NDArray[np.bool_]
-    missed: NDArray[np.bool_]
+    cuts: Cuts
     events: list[tuple[int, int, Event]]
 
     def __len__(self) -> int:
@@ -131,8 +132,8 @@ def track_of(
     ]
     top3 = np.stack([t for t, _ in tops], axis=1)
     which = np.stack([limit for _, limit in tops], axis=1)
-    stop, corner, missed = np.zeros((3, n + 1), bool)
-    stop[node], corner[node], missed[node] = joints.stop, joints.corner, joints.missed
+    stop, corner = np.zeros((2, n + 1), bool)
+    stop[node], corner[node] = joints.stop, joints.corner
     if cap:
         capped = cap.on_intervals(s, stop[:-1], stop[1:])
         capped[node[:-1][lines]] = np.inf
@@ -162,7 +163,7 @@ def track_of(
         factor=factor,
         stop=stop,
         corner=corner,
-        missed=missed,
+        cuts=replace(joints.cuts, joint=node[joints.cuts.joint]),
         events=_events(toolpath, path, s),
     )
 

@@ -174,13 +174,11 @@ class Window:
         first_piece, last_piece = pieces.offset[part.start], pieces.offset[part.stop]
         cut = slice(first_piece, last_piece)
         offset = pieces.offset[part.start : part.stop + 1] - first_piece
-        # The first node of a track is the last of the one before it.
-        missed = track.missed[first : first + count + 1] & (np.arange(count + 1) < count + whole)
-        missed[0] &= first > 0
+        cuts = track.cuts.between(first, first + count + whole)
         why = np.where(waits > 0.0, np.int8(Limit.STOP), np.int8(Limit.CHORD))
-        if missed.any():
+        if len(cuts):
             way = np.concatenate([[0.0], np.cumsum(pieces.duration[cut])])[offset]
-            waits = kept_for_setpoints(self.t_s, way, waits, missed, self.bounds.period_s)
+            waits = kept_for_setpoints(self.t_s, way, waits, cuts, self.bounds.period_s)
         owner = np.repeat(np.arange(count), np.diff(offset))
         profile, arrival = assemble(
             self.t_s,

@@ -1,4 +1,4 @@
-"""At coarse periods a corner that is reached at rest between two setpoints would be cut: a setpoint falls on it."""
+"""At coarse periods a corner that is reached at rest between two setpoints would be cut: one falls on it, or near it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 import cncgen
 from cncgen.machine import load
 from cncgen.machine.record import Machine
-from cncgen.planner.assembly import kept_for_setpoints
+from cncgen.planner.assembly import Cuts, kept_for_setpoints
 from cncgen.planner.record import Limit
 from cncgen.report.line_times import LineTimes
 
@@ -23,7 +23,7 @@ def machine(period_s: float) -> Machine:
 
 
 @pytest.mark.parametrize("period_s", [0.008, 0.01, 0.02])
-def test_setpoints_fall_on_rests_that_chords_would_cut(period_s: float) -> None:
+def test_setpoints_come_as_near_to_rests_as_the_chord_tolerance(period_s: float) -> None:
     """With the jerk J a reversal between setpoints is cut by up to J T³/48: 0.5 µm at 8 ms, 1 µm at 10, 8 µm at 20."""
     mill = replace(machine(period_s), chord_tolerance_mm=1e-4)
     program = cncgen.read_text(HOLES)
@@ -31,7 +31,7 @@ def test_setpoints_fall_on_rests_that_chords_would_cut(period_s: float) -> None:
     for letter, places in CORNERS.items():
         column = setpoints.position[:, setpoints.axes.index(letter)]
         for place in places:
-            assert np.abs(column - place).min() < 1e-8
+            assert np.abs(column - place).min() < mill.chord_tolerance_mm
     assert cncgen.judge(setpoints, program, mill).holds
 
 
@@ -46,9 +46,27 @@ def test_waits_are_lengthened_up_to_the_next_setpoint() -> None:
     """Worked by hand, T = 1 s from t = 0.25: arrivals at 0.75 (to 1), 1.5 (a dwell of 0.75 has 2 in it), 3 (on time)."""
     way = np.array([0.0, 0.5, 1.0, 1.75, 2.0])
     waits = np.array([0.0, 0.0, 0.75, 0.0, 0.0])
-    missed = np.array([False, True, True, True, False])
-    out = kept_for_setpoints(0.25, way, waits, missed, 1.0)
+    cuts = Cuts(np.array([1, 2, 3]), np.zeros(3), np.ones((3, 2)), np.ones((3, 2)))
+    out = kept_for_setpoints(0.25, way, waits, cuts, 1.0)
     assert out.tolist() == [0.0, 0.25, 0.75, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("phase", [0.05, 0.3, 0.5, 0.6, 0.95])
+@pytest.mark.parametrize("room", [1e-4, 1e-3, 0.01, 0.03])
+def test_a_wait_ends_as_soon_as_the_chord_is_near_enough(phase: float, room: float) -> None:
+    """T = 1 s, jerks of 1 and 2 mm/s³, A out of reach: a = τ³/6 before, b = τ³/3 after; a b/(a + b) by trying all waits."""
+    cuts = Cuts(np.array([1]), np.array([room]), np.full((1, 2), 1e3), np.array([[1.0, 2.0]]))
+    out = kept_for_setpoints(0.0, np.array([0.0, 3.0 + phase]), np.zeros(2), cuts, 1.0)
+    waits = np.linspace(0.0, 1.0 - phase, 100_001)
+    before, after = phase**3 / 6.0, (1.0 - phase - waits) ** 3 / 3.0
+    assert out[1] == pytest.approx(waits[np.argmax(before * after <= room * (before + after))], abs=1e-4)
+
+
+def test_a_corner_near_the_next_one_has_a_setpoint() -> None:
+    """T = 1 s, with room enough: the rest at 1.5 s is followed by one at 2.2 s, within a period."""
+    cuts = Cuts(np.array([1, 2]), np.full(2, 10.0), np.ones((2, 2)), np.ones((2, 2)))
+    out = kept_for_setpoints(0.0, np.array([0.0, 1.5, 2.2]), np.zeros(3), cuts, 1.0)
+    assert out.tolist() == [0.0, 0.5, 0.0]
 
 
 def test_what_is_waited_for_a_setpoint_is_no_dwell_of_the_program() -> None:
