@@ -108,12 +108,9 @@ def command(
     else:
         gained = _of_program(task, machine, planning, reading)
     before, after = gained["before"], gained["after"]
-    messages.note(
-        f"contour error max {1e3 * before['contour_max_mm']:.3f} -> {1e3 * after['contour_max_mm']:.3f} µm, rms"
-        f" {1e3 * before['contour_rms_mm']:.3f} -> {1e3 * after['contour_rms_mm']:.3f} µm; tracking error max"
-        f" {1e3 * before['tracking_max_mm']:.3f} -> {1e3 * after['tracking_max_mm']:.3f} µm"
-    )
-    if after["contour_max_mm"] > before["contour_max_mm"]:
+    messages.note(_gained_text(before, after))
+    judged = next(key for key in ("contour_max_mm", "tracking_max_deg") if after.get(key) is not None)
+    if after[judged] > before[judged]:
         messages.note("the command makes it worse: use fewer passes, or a plan with lower jerk")
     write_summary(summary, {"schema_version": 1, "setpoints": source, **gained})
 
@@ -170,6 +167,21 @@ def _of_program(
     return {**found.gained, "time_s": found.time_s, "full_time_s": found.full_time_s, "limit_shares": shares}
 
 
+def _gained_text(before: dict[str, Any], after: dict[str, Any]) -> str:
+    """Say what the errors were and are, in thousandths."""
+    names = (
+        ("contour error max", "contour_max_mm", "µm"),
+        ("contour error rms", "contour_rms_mm", "µm"),
+        ("tracking error max", "tracking_max_mm", "µm"),
+        ("tracking error max", "tracking_max_deg", "mdeg"),
+    )
+    return "; ".join(
+        f"{name} {1e3 * before[key]:.3f} -> {1e3 * after[key]:.3f} {unit}"
+        for name, key, unit in names
+        if after.get(key) is not None
+    )
+
+
 def _written_text(rows: int, passes: int) -> str:
     """Say what was written."""
     return f"{rows} setpoints after {passes} {'pass' if passes == 1 else 'passes'}"
@@ -185,8 +197,9 @@ def _room_text(found: Reserved) -> str:
     ]
     if not lowered:
         return ""
-    before = 1e3 * found.gained["full_before"]["contour_max_mm"]
+    contour = found.gained["full_before"]["contour_max_mm"]
     return (
         f"; planned with these shares of the limits, to leave room: {', '.join(lowered)}: {found.time_s:.3f} s instead of"
-        f" {found.full_time_s:.3f} s, where the contour error was at most {before:.3f} µm"
+        f" {found.full_time_s:.3f} s"
+        + ("" if contour is None else f", where the contour error was at most {1e3 * contour:.3f} µm")
     )

@@ -46,39 +46,52 @@ class _Rows:
 
 
 class Errors:
-    """Contour and tracking error of a stream of positions against the wanted ones."""
+    """Contour and tracking error of a stream of positions against the wanted ones.
+
+    Both are of the linear axes; where only rotary ones are there, the tracking error is theirs, and there is no other.
+    """
 
     def __init__(self) -> None:
         self._tracker: ContourTracker | None = None
         self._columns: list[int] = []
+        self._unit, self._factor = "mm", 1.0
         self._sums = np.zeros(2)
         self._peaks = np.zeros(2)
         self._count = 0
 
     def add(self, axes: str, wanted: Floats, position: Floats) -> None:
         """Take rows in, shape (n, axes)."""
-        if self._tracker is None:
-            self._columns = contour_axes(axes)
-            self._tracker = ContourTracker(max(len(self._columns), 1))
+        if not self._columns:
+            self._begin(axes)
         self._count += len(wanted)
-        self._note(0, np.sqrt(((wanted - position) ** 2).sum(axis=1)))
+        wanted, position = wanted[:, self._columns], position[:, self._columns]
+        self._note(0, self._factor * np.sqrt(((wanted - position) ** 2).sum(axis=1)))
+        if self._tracker is not None:
+            self._note(1, self._tracker.push(wanted, position))
+
+    def _begin(self, axes: str) -> None:
+        self._columns = contour_axes(axes)
         if self._columns:
-            self._note(1, self._tracker.push(wanted[:, self._columns], position[:, self._columns]))
+            self._tracker = ContourTracker(len(self._columns))
+        else:
+            self._columns = list(range(len(axes)))
+            self._unit, self._factor = file_unit(axes[0]), to_file(axes[0])
 
     def _note(self, which: int, values: Floats) -> None:
         self._sums[which] += float(values @ values)
         self._peaks[which] = max(self._peaks[which], float(values.max(initial=0.0)))
 
-    def as_dict(self) -> dict[str, float]:
-        """Return rms and maximum of both errors, mm; to be called once, at the end."""
-        if self._tracker is not None and self._columns:
+    def as_dict(self) -> dict[str, float | None]:
+        """Return rms and maximum of both errors, mm (degrees of rotary axes alone); to be called once, at the end."""
+        if self._tracker is not None:
             self._note(1, self._tracker.finish())
         rms = np.sqrt(self._sums / max(self._count, 1))
+        contour = self._tracker is not None
         return {
-            "tracking_rms_mm": float(rms[0]),
-            "tracking_max_mm": float(self._peaks[0]),
-            "contour_rms_mm": float(rms[1]),
-            "contour_max_mm": float(self._peaks[1]),
+            f"tracking_rms_{self._unit}": float(rms[0]),
+            f"tracking_max_{self._unit}": float(self._peaks[0]),
+            "contour_rms_mm": float(rms[1]) if contour else None,
+            "contour_max_mm": float(self._peaks[1]) if contour else None,
         }
 
 
@@ -140,7 +153,8 @@ class Compensation:
     def gained(self) -> dict[str, Any]:
         """Return errors before and after, after `chunks` is drawn to its end."""
         before, after = self._before.as_dict(), self._after.as_dict()
-        ratio = before["contour_max_mm"] / after["contour_max_mm"] if after["contour_max_mm"] else None
+        was, now = before["contour_max_mm"], after["contour_max_mm"]
+        ratio = was / now if was is not None and now else None
         return {"passes": self._passes, "before": before, "after": after, "contour_max_ratio": ratio}
 
 

@@ -68,7 +68,7 @@ def compensated_plan(
         UsageError: An axis has no servo data.
     """
     shares = {letter: [1.0, 1.0, 1.0] for letter in machine.axes}
-    full: tuple[float, dict[str, float]] | None = None
+    full: tuple[float, dict[str, float | None]] | None = None
     for remaining in range(ROUNDS - 1, -1, -1):
         lowered = _lowered(machine, shares)
         setpoints = tuple(sample(plan(iter(toolpaths), lowered, options), lowered, axes=axes))

@@ -52,6 +52,25 @@ def test_compensate_writes_a_better_command_or_refuses(tmp_path, programs, capfd
     assert json.loads(summary.read_text())["contour_max_ratio"] > 5.0
 
 
+def test_rotary_axes_alone_have_no_contour_error(tmp_path, capfd):
+    """compensate says what it gains in degrees (and compares that); tune has nothing to judge gain sets by."""
+    program, summary = tmp_path / "turn.nc", tmp_path / "gain.json"
+    program.write_text("G1 A90 F3600\nM2\n")
+    command = str(tmp_path / "c.csv")
+    assert (
+        run(["compensate", str(program), "-m", "generic-mill", "-o", command, "--summary", str(summary)]) == 0
+    )
+    said = capfd.readouterr().err
+    assert "mdeg" in said
+    assert "contour" not in said
+    assert "worse" not in said
+    gained = json.loads(summary.read_text())
+    assert gained["contour_max_ratio"] is gained["after"]["contour_max_mm"] is None
+    assert 0.0 < gained["after"]["tracking_max_deg"] < 0.1 * gained["before"]["tracking_max_deg"]
+    assert run(["tune", str(program), "--sets", "4", "-o", str(tmp_path / "t.toml")]) == 2
+    assert "error[tune-search]: gain sets are judged by the contour error" in capfd.readouterr().err
+
+
 def test_compensate_plans_a_program_with_the_room_that_its_command_needs(tmp_path, programs, capfd):
     """The command's own finite differences keep the limits, and the error falls by more than ten times."""
     program = programs / "butterfly.nc"  # at 7000 mm/min

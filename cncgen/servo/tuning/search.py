@@ -21,7 +21,7 @@ from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.machine.record import Servo
 from cncgen.servo.controllers.ccc import MODULUS, own_gain
 from cncgen.servo.named_schemes import Settings, cross_coupling, scheme_maker
-from cncgen.servo.simulate import own_scheme, simulate_scheme
+from cncgen.servo.simulate import contour_axes, own_scheme, simulate_scheme
 from cncgen.servo.summary import summarize
 from cncgen.servo.tuning.analysis import linear_loop, open_loops
 from cncgen.setpoints.record import Setpoints
@@ -194,6 +194,9 @@ def _trials(
 ) -> _Trials:
     head = setpoints[0]
     own_scheme(servos, head.axes, head.period_s)
+    if not contour_axes(head.axes):
+        message = "gain sets are judged by the contour error, and rotary axes alone have none"
+        raise UsageError(Diagnostic("tune-search", message, hint="place their gains with --bandwidth"))
     # Tables may be read-only views, which do not go from process to process.
     plain = {k: Servo(servo.model, dict(servo.parameters)) for k, servo in servos.items()}
     if controller in ("p", "zpetc"):
