@@ -85,6 +85,31 @@ def test_back_boring_bores_upward(run: Any) -> None:
     ]
 
 
+def turns(run: Any, text: str) -> list[tuple[str, int, list[float]]]:
+    """Return the events after the start with the spindle's sense (0 where it has none) and where the tool is."""
+    out = run(START + text + "\nM30", dialect="fanuc")
+    assert out.errors == []
+    rows = np.flatnonzero(out.path.kind == 3)[2:-1]
+    events = [out.path.events[int(out.path.curve[row])] for row in rows]
+    places = out.path.end[rows, :3].round(9).tolist()
+    return [(e.name, e.values.get("direction", 0), place) for e, place in zip(events, places, strict=True)]
+
+
+def test_boring_with_a_standing_spindle(run: Any) -> None:
+    """G86 stops at the bottom, comes out by traverse to R (G99) or to where it began (G98), and turns again there."""
+    assert moves(run, "G86 X1 Z-5 R2")[2:] == [[1, 0, -5, 1], [1, 0, 10, 0]]
+    assert moves(run, "G99 G86 X1 Z-5 R2")[2:] == [[1, 0, -5, 1], [1, 0, 2, 0]]
+    assert turns(run, "G99 G86 X1 Z-5 R2") == [("spindle", 0, [1, 0, -5]), ("spindle", 1, [1, 0, 2])]
+
+
+def test_boring_by_hand_stops_the_program_at_the_bottom(run: Any) -> None:
+    """G88 waits for P, stops spindle and program for the operator, then comes out and turns again."""
+    assert moves(run, "G88 X1 Z-5 R2 P250")[2:] == [[1, 0, -5, 1], [1, 0, 10, 0]]
+    bottom = [1, 0, -5]
+    wanted = [("dwell", 0, bottom), ("spindle", 0, bottom), ("stop", 0, bottom), ("spindle", 1, [1, 0, 10])]
+    assert turns(run, "G88 X1 Z-5 R2 P250") == wanted
+
+
 def test_tapping_turns_back_and_feeds_out_to_r(run: Any) -> None:
     rows = moves(run, "G84 X1 Z-5 R2")
     assert rows[2:] == [[1, 0, -5, 1], [1, 0, 2, 1], [1, 0, 10, 0]]

@@ -81,6 +81,8 @@ def test_the_inverse_kinematics(kinematics: Kinematics, tip: Any, angles: Any) -
 @pytest.mark.parametrize(
     ("text", "code"),
     [
+        ("G33.1 Z1 K1 M3 S100", "tcp-refused"),
+        ("G41 D1", "tcp-refused"),
         ("G28 X0", "tcp-refused"),
         ("G55", "tcp-refused"),
         ("G92 X0", "tcp-refused"),
@@ -92,6 +94,29 @@ def test_the_inverse_kinematics(kinematics: Kinematics, tip: Any, angles: Any) -
 def test_what_does_not_go_with_it(run: Any, text: str, code: str) -> None:
     out = run(START + text + "\nM30", dialect="fanuc", kinematics=TABLES)
     assert [(c, line) for c, line, _ in out.errors] == [(code, 4)]
+
+
+def test_splines_do_not_go_with_it(run: Any) -> None:
+    """Said where the curve is complete, on its last line."""
+    out = run(START + "G6.2 P2 K0 X10 Y0 Z0 F100\nK0 X20\nK1\nK1\nM30", dialect="fanuc", kinematics=TABLES)
+    assert [(code, line) for code, line, _ in out.errors] == [("tcp-refused", 7)]
+
+
+@pytest.mark.parametrize("before", ["G41 D1", "G95 F0.1"])
+def test_what_may_not_be_in_force_before_it(run: Any, before: str) -> None:
+    out = run(f"G10 L12 P1 R1.\n{before}\nG43.4 H1\nM30", dialect="fanuc", kinematics=TABLES)
+    assert out.errors == [("tcp-refused", 3, 1)]
+
+
+@pytest.mark.parametrize("kinematics", [TABLES, HEADS])
+def test_inverse_time_is_shared_out_by_the_parameter_of_the_move(run: Any, kinematics: Kinematics) -> None:
+    """G93 F2 is half a minute for the move, however many lines the axes follow it in."""
+    out = machine(run, "G93 G1 X20 C90 F2", kinematics)
+    rows = np.flatnonzero((out.path.kind == 0) & (out.path.feed_mode == 1))
+    assert len(rows) > 5
+    assert np.sum(1.0 / out.path.feed[rows]) == pytest.approx(30.0)
+    turned = np.diff(out.path.end[rows, out.path.axes.index("C")], prepend=0.0)
+    np.testing.assert_allclose(1.0 / out.path.feed[rows], 30.0 * turned / (np.pi / 2), rtol=1e-9)
 
 
 def test_it_needs_a_machine(run: Any) -> None:

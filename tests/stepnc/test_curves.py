@@ -83,6 +83,38 @@ def test_ellipse_is_an_exact_rational_quadratic():
     assert (points[1:-1, 1] > 0).all()
 
 
+def test_whole_conics_go_round_from_their_first_axis():
+    """A circle and an ellipse that nothing trims: a turn against the clock, back to the end of the first axis."""
+    path = followed(lambda p: p.circle(5, origin=(1, 2, 3)))
+    np.testing.assert_allclose(path.end[motions(path)[-1]], [6, 2, 3], atol=1e-12)
+    assert path.arcs.sweep[-1] == pytest.approx(2 * math.pi)
+    np.testing.assert_allclose(path.arcs.normal[-1], [0, 0, 1])
+    table = followed(lambda p: p.add("ELLIPSE", "", p.placement((1, 2, 3)), 8.0, 3.0)).nurbs
+    curve = Nurbs(2, table.control_points, table.weights, table.knots)
+    points = splines.evaluate(curve, np.linspace(table.knots[0], table.knots[-1], 101)) - [1, 2, 3]
+    np.testing.assert_allclose((points[:, 0] / 8) ** 2 + (points[:, 1] / 3) ** 2, 1.0, atol=1e-12)
+    np.testing.assert_allclose(points[[0, -1]], [[8, 0, 0], [8, 0, 0]], atol=1e-12)
+    turned = np.unwrap(np.arctan2(points[:, 1] / 3, points[:, 0] / 8))
+    assert turned[-1] - turned[0] == pytest.approx(2 * math.pi)
+
+
+@pytest.mark.parametrize(("sense", "side"), [(True, 1.0), (False, -1.0)])
+def test_ellipse_by_parameters(sense, side):
+    """From 0 to 90 degrees: the quarter, or the other three."""
+
+    def ellipse(part):
+        basis = part.add("ELLIPSE", "", part.placement(), 8.0, 3.0)
+        return part.trimmed(basis, 0, 90, sense, master="PARAMETER")
+
+    table = followed(ellipse).nurbs
+    curve = Nurbs(2, table.control_points, table.weights, table.knots)
+    first, little, last = splines.evaluate(
+        curve, table.knots[0] + np.array([0.0, 0.01, 1.0]) * np.ptp(table.knots)
+    )
+    np.testing.assert_allclose([first, last], [[8, 0, 0], [0, 3, 0]], atol=1e-12)
+    assert np.sign(little[1]) == side
+
+
 def spline(part, *, rational, points=((0, 0, 0), (1, 2, 0), (3, 3, 1), (4, 0, 2)), degree=3):
     refs = tuple(part.point(*p) for p in points)
     head = (degree, refs, E("UNSPECIFIED"), E("F"), E("F"))
@@ -137,6 +169,24 @@ def test_forms_that_fix_the_knots(keyword, knots):
         return part.add(keyword, "", 2, refs, E("UNSPECIFIED"), E("F"), E("F"))
 
     np.testing.assert_array_equal(followed(curve).nurbs.knots, knots)
+
+
+def test_knots_that_are_missing_are_taken_as_quasi_uniform():
+    """Of a spline that no form names: as Bézier curves where the points make whole ones, else with a warning."""
+
+    def curve(part, count):
+        refs = tuple(part.point(k, k % 2, 0) for k in range(count))
+        return part.complex(("B_SPLINE_CURVE", (2, refs, E("UNSPECIFIED"), E("F"), E("F"))), ("CURVE", ()))
+
+    for count, knots, said in (
+        (5, [0, 0, 0, 1, 1, 2, 2, 2], []),
+        (4, [0, 0, 0, 1, 2, 2, 2], ["spline-knots"]),
+    ):
+        part = Part()
+        path, found = part.run_curve(curve(part, count)).read()
+        np.testing.assert_array_equal(path.nurbs.knots, knots)
+        assert [code for code in codes(found, "warning") if code == "spline-knots"] == said
+        assert codes(found, "error") == []
 
 
 def test_uniform_curve_is_clamped_to_the_same_points():
@@ -203,9 +253,41 @@ def test_via_points_make_arcs_and_circles():
     np.testing.assert_allclose(path.arcs.normal, [[0, 0, -1], [0, 0, -1]])
 
 
+def with_knots(part, multiplicities, knots, weights=(1.0, 1.0, 1.0, 1.0)):
+    """A rational spline of degree 3 with four control points."""
+    refs = tuple(part.point(k, k % 2, 0) for k in range(4))
+    return part.complex(
+        ("B_SPLINE_CURVE", (3, refs, E("UNSPECIFIED"), E("F"), E("F"))),
+        ("B_SPLINE_CURVE_WITH_KNOTS", (multiplicities, knots, E("UNSPECIFIED"))),
+        ("RATIONAL_B_SPLINE_CURVE", (weights,)),
+    )
+
+
+def composite(part, *points):
+    """Lines one after the other, each from one point to the next of its pair."""
+    lines = [part.polyline(*pair) for pair in points]
+    parts = [part.add("COMPOSITE_CURVE_SEGMENT", E("CONTINUOUS"), E("T"), line) for line in lines]
+    return part.add("COMPOSITE_CURVE", "", tuple(parts), E("U"))
+
+
 @pytest.mark.parametrize(
     ("make", "code"),
     [
+        (lambda p: p.trimmed(p.add("ELLIPSE", "", p.placement(), 8.0, 3.0), (8, 0, 0), (0, 3.02, 0)), "arc-radius"),
+        (lambda p: p.trimmed(p.add("HELIX", "", p.placement(), 5.0, 2.0), 0, 90, master="PARAMETER"), "stepnc-unsupported"),
+        (lambda p: p.trimmed(composite(p, ((0, 0, 0), (1, 0, 0))), 0, 1), "stepnc-unsupported"),
+        (lambda p: p.trimmed(p.polyline((0, 0, 0), (4, 0, 0)), 0, 1.5, master="PARAMETER"), "stepnc-geometry"),
+        (lambda p: p.trimmed(p.polyline((0, 0, 0), (4, 0, 0)), 0.5, 0.5, master="PARAMETER"), "stepnc-geometry"),
+        (lambda p: p.trimmed(spline(p, rational=False), 0.5, 0.5, master="PARAMETER"), "stepnc-geometry"),
+        (lambda p: composite(p, ((0, 0, 0), (5, 0, 0)), ((5, 0.1, 0), (9, 0, 0))), "curve-gap"),
+        (lambda p: p.polyline((0, 0, 0), (1e12, 0, 0)), "stepnc-range"),
+        (lambda p: p.add("BEZIER_CURVE", "", 3, tuple(p.point(k, 0, 0) for k in range(5)), E("UNSPECIFIED"), E("F"), E("F")), "stepnc-geometry"),
+        (lambda p: with_knots(p, (4, 4), (0.0, 0.0)), "spline-knots"),
+        (lambda p: with_knots(p, (4, 4), (1.0, 0.0)), "spline-knots"),
+        (lambda p: with_knots(p, (4, 4, 0), (0.0, 1.0, 2.0)), "spline-knots"),
+        (lambda p: with_knots(p, (4,), (0.0, 1.0)), "spline-knots"),
+        (lambda p: with_knots(p, (4, 4), (0.0, 1.0), (1.0, 0.0, 1.0, 1.0)), "spline-weights"),
+        (lambda p: with_knots(p, (4, 4), (0.0, 1.0), (1.0, 1.0, 1.0)), "spline-weights"),
         (lambda p: p.trimmed(p.circle(10), (10.01, 0, 0), (0, 10, 0)), "arc-radius"),
         (lambda p: p.polyline((0, 0, 0)), "stepnc-geometry"),
         (lambda p: p.circle(-1), "stepnc-geometry"),
