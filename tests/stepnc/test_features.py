@@ -39,6 +39,25 @@ def test_pockets_are_cleared_and_no_more(strategy, shape):
     check_cut(heights, region, 4.0, 6.0)
 
 
+@pytest.mark.parametrize(("circumscribed", "radius"), [(True, 20.0), (False, 20.0 / math.cos(math.pi / 6))])
+def test_a_pocket_with_six_sides(circumscribed, radius):
+    """Its diameter is that of the circle through its corners, or the distance of its flats."""
+    part = Features()
+    boundary = part.add("NGON_CLOSED_PROFILE", None, part.size(40), 6, E("T") if circumscribed else E("F"))
+    part.mill(part.pocket(boundary), pocket_operation(part))
+    heights, _ = part.heights(4.0)
+    corners = [(radius * math.cos(k * math.pi / 3), radius * math.sin(k * math.pi / 3)) for k in range(6)]
+    check_cut(heights, Polygon(corners), 4.0, 6.0)
+
+
+@pytest.mark.parametrize("sides", [2, 1e6])
+def test_a_polygon_of_no_sides_is_refused(sides):
+    part = Features()
+    boundary = part.add("NGON_CLOSED_PROFILE", None, part.size(40), int(sides), E("T"))
+    part.mill(part.pocket(boundary), pocket_operation(part))
+    assert codes(part.read()[1], "error") == ["stepnc-geometry"]
+
+
 def test_a_pocket_with_bosses():
     part = Features()
     bosses = (
@@ -446,6 +465,29 @@ def test_roughing_round_a_profile_clears_the_raw_piece(kind):
     kept = Point(0, 0).buffer(11, 64)
     np.testing.assert_array_equal(heights[inside(kept)], 0.0)
     np.testing.assert_allclose(heights[inside(box(-30, -30, 30, 30) - kept.buffer(GRID))], -5.5)
+
+
+def test_a_round_raw_piece_is_cleared_round_a_profile():
+    """A cylinder of 30 mm about the part's axis; one that lies across it tells nothing, and is remarked on."""
+    for axis, said in (((0, 0, 1), []), ((0, 1, 0), ["stepnc-stock"])):
+        part = Features()
+        base = part.add("AXIS1_PLACEMENT", "", part.point(ORIGIN[0], ORIGIN[1], -20), part.direction(*axis))
+        solid = part.add("RIGHT_CIRCULAR_CYLINDER", "", base, 20.0, 30.0)
+        raw = part.add("WORKPIECE", "raw", None, None, None, None, solid, ())
+        workpiece = part.add("WORKPIECE", "part", None, None, raw, None, None, ())
+        name, _, operations, place, depth = part.head()
+        circle = part.add("CIRCULAR_CLOSED_PROFILE", None, part.size(20))
+        feature = part.add("GENERAL_OUTSIDE_PROFILE", name, workpiece, operations, place, depth, None, circle)
+        part.mill(feature, part.operation("BOTTOM_AND_SIDE_ROUGH_MILLING", 3.0, 4.0, 1.0, 0.5))
+        heights, found = part.heights(4.0)
+        assert codes(found) == said
+        kept = Point(0, 0).buffer(11, 64)
+        np.testing.assert_array_equal(heights[inside(kept)], 0.0)
+        cleared = heights[inside(Point(0, 0).buffer(30 - GRID, 64) - kept.buffer(GRID))]
+        if said:
+            assert (cleared == 0.0).mean() > 0.3  # one pass round the profile alone
+        else:
+            np.testing.assert_allclose(cleared, -5.5)
 
 
 def test_layers_of_side_roughing_begin_at_the_farthest_corner_of_the_raw_piece():

@@ -290,6 +290,55 @@ def test_functions_between_workingsteps():
     assert codes(found) == ["stepnc-channel"] * 2
 
 
+def test_functions_as_canonical_calls():
+    """What NIST's functions have a call for is one, the rest a comment."""
+    part = Part()
+    tool = part.tool("9")
+    elements = [
+        part.add("DISPLAY_MESSAGE", "", "hello"),
+        part.add("OPTIONAL_STOP", ""),
+        part.add("PROGRAM_STOP", ""),
+        part.add("EXCHANGE_PALLET", ""),
+        part.add("INDEX_TABLE", "", 3),
+        part.add("SET_MARK", ""),
+        part.add("LOAD_TOOL", "", tool),
+        part.add("UNLOAD_TOOL", "", tool),
+    ]
+    part.project(part.plan(*elements))
+    said = calls_of(part)
+    wanted = ['MESSAGE("hello")', "OPTIONAL_PROGRAM_STOP()", "PROGRAM_STOP()", "PALLET_SHUTTLE()"]
+    assert [call for call in said if call in wanted] == wanted
+    assert [call for call in said if call.startswith("COMMENT")] == [
+        'COMMENT("index table: 3")',
+        'COMMENT("set mark")',
+        'COMMENT("unload tool: 9")',
+    ]
+
+
+def calls_of(part):
+    """Return the canonical calls of a part without their numbers."""
+    return [line.split(None, 1)[1] for line in part.calls()]
+
+
+def test_curves_as_canonical_calls():
+    """An arc in a main plane is one; across them it is its spline, and a helix across them is named by its end."""
+    part = Part()
+    part.run_curve(part.trimmed(part.circle(10, axis=(1, 0, 0), reference=(0, 1, 0)), (0, 10, 0), (0, 0, 10)))
+    said = calls_of(part)
+    assert said[said.index("SELECT_PLANE(CANON_PLANE_YZ)") + 1 :][:1] == [
+        "ARC_FEED(0.0000, 10.0000, 0.0000, 0.0000, 1, 0.0000)"
+    ]
+    part = Part()
+    part.run_curve(part.circle(10, axis=(0, 0.6, 0.8), reference=(1, 0, 0)))
+    (spline,) = [call for call in calls_of(part) if call.startswith("NURBS_FEED")]
+    assert spline.startswith("NURBS_FEED(2, [0.000000, 0.000000, 0.000000, ")
+    assert "(10.0000, 0.0000, 0.0000, 1.000000)" in spline
+    part = Part()
+    basis = part.add("HELIX", "", part.placement(axis=(0, 0.6, 0.8), reference=(1, 0, 0)), 5.0, 2.0)
+    part.run_curve(part.trimmed(basis, (5, 0, 0), (5, 1.2, 1.6)))
+    assert "ARC_FEED_IN_SPACE(5.0000, 1.2000, 1.6000)" in calls_of(part)
+
+
 def test_rapid_movement_is_in_the_setup_frame():
     part = Part()
     paths = part.add("TOOLPATH_LIST", (part.trajectory(square(part, 5.0)),))

@@ -169,7 +169,7 @@ class Printer(Canon):
         self._position = points[-1]
 
     def arc(self, arc: Arc, end: Floats, rapid: bool) -> None:
-        """Print an ARC_FEED where the arc lies in a main plane, else its curve."""
+        """Print an ARC_FEED where the axis of the arc is a main one, else where its helix ends: no call has that."""
         axis = int(np.argmax(np.abs(arc.normal)))
         if abs(arc.normal[axis]) < 1.0 - 1e-12:
             self._print(f"ARC_FEED_IN_SPACE({self._numbers(end)})")
@@ -215,7 +215,8 @@ class Printer(Canon):
 
     def function(self, name: str, value: object) -> None:
         """Print it as a comment, a change of pallets as its call."""
-        self._print("PALLET_SHUTTLE()" if name == "exchange pallet" else f'COMMENT("{name}: {value}")')
+        text = name if value is None else f"{name}: {value}"
+        self._print("PALLET_SHUTTLE()" if name == "exchange pallet" else f'COMMENT("{text}")')
 
     def end(self) -> None:
         """Print the end."""
