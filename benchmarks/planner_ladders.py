@@ -1,0 +1,361 @@
+"""A limit raised step by step, and segments split: how the time of simple paths answers, on random machines.
+
+    python benchmarks/planner_ladders.py relaxing 100              # a hundred paths, each with five limits in twenty steps
+    python benchmarks/planner_ladders.py relaxing 100 --seed 3 --mode "G64 P0.01"
+    python benchmarks/planner_ladders.py splitting 300
+
+Random programs (`planner_properties.py`) raise a limit once. Here it climbs from a thirtieth to hundreds of times, by
+factors of 1.01 to 10, and each time is set beside the least one of all that are stricter: no more than a thousandth
+longer. Paths are those where corners, rests and setpoints meet: zigzags, polygons, stars, polylines that turn at random,
+lines with arcs, a NURBS, a cusp; periods of 0.25 to 4 ms. Printed is what fails, and a line for all.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.machine.record import Axis, Machine
+from cncgen.pipeline import plan, read_text
+
+Floats = NDArray[np.float64]
+
+#: Part by which a time may be longer, s that it may be besides.
+LONGER, ROUNDING_S = 1e-3, 1e-6
+#: Parts that segments are split into.
+PARTS = (
+    (0.37, 0.63),
+    (0.5, 0.2, 0.3),
+    (0.02, 0.18, 0.1, 0.05, 0.15, 0.1, 0.2, 0.08, 0.02, 0.1),
+)
+#: Factors of a step.
+FACTORS = (1.01, 1.1, 1.5, 2.0, 10.0)
+
+
+@dataclass(frozen=True)
+class Line:
+    """A straight move to a place."""
+
+    end: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Arc:
+    """An arc: centre, and by how much it turns."""
+
+    centre: tuple[float, float]
+    sweep: float
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A cubic NURBS: control points and weights as rows (x, y, w), the first one at the present place, and knots."""
+
+    points: tuple[tuple[float, float, float], ...]
+    knots: tuple[float, ...]
+
+
+Move = Line | Arc | Curve
+
+
+@dataclass(frozen=True)
+class Case:
+    """A path in X Y from the origin, and limits.
+
+    Attributes:
+        name: Of its kind.
+        moves: In order.
+        limits: Shape (3, 2): velocity, acceleration and jerk of X and Y.
+        feed: mm/s.
+        chord: Chord tolerance, mm.
+        period: s.
+        mode: G61, G61.1, G64 P…
+    """
+
+    name: str
+    moves: tuple[Move, ...]
+    limits: tuple[tuple[float, float], ...]
+    feed: float
+    chord: float
+    period: float
+    mode: str
+
+    @property
+    def machine(self) -> Machine:
+        """The machine with these limits."""
+        axes = {letter: Axis(letter, *(row[i] for row in self.limits)) for i, letter in enumerate("XY")}
+        return Machine(
+            name="ladder",
+            axes=MappingProxyType(axes),
+            period_s=self.period,
+            chord_tolerance_mm=self.chord,
+            path_tolerance_mm=0.01,
+        )
+
+    @property
+    def text(self) -> str:
+        """The program."""
+        rows = [f"G21 G17 G90 G94 {self.mode} F{60.0 * self.feed:.9f}"]
+        at = np.zeros(2)
+        for move in self.moves:
+            rows += _blocks(at, move)
+            at = _end(at, move)
+        return "\n".join([*rows, "M2", ""])
+
+    @property
+    def time(self) -> float:
+        """Least time, s."""
+        return float(list(plan(read_text(self.text), self.machine))[-1].profile.t[-1])
+
+    def __repr__(self) -> str:
+        """Print what reproduces it."""
+        limits = ", ".join(
+            f"{name} {'/'.join(f'{x:.9g}' for x in row)}"
+            for name, row in zip(("velocity", "acceleration", "jerk"), self.limits, strict=True)
+        )
+        return (
+            f"{self.name}: {limits}, chord {self.chord:.9g} mm, period {1e3 * self.period:g} ms\n{self.text}"
+        )
+
+
+def _words(letters: str, values: Floats) -> str:
+    return " ".join(f"{letter}{value:.15f}" for letter, value in zip(letters, values, strict=True))
+
+
+def _end(at: Floats, move: Move) -> Floats:
+    """Return where a move ends."""
+    if isinstance(move, Line):
+        return np.array(move.end)
+    if isinstance(move, Curve):
+        return np.array(move.points[-1][:2])
+    centre = np.array(move.centre)
+    cos, sin = math.cos(move.sweep), math.sin(move.sweep)
+    return centre + np.array([[cos, -sin], [sin, cos]]) @ (at - centre)
+
+
+def _blocks(at: Floats, move: Move) -> list[str]:
+    """Return the blocks of a move."""
+    end = _end(at, move)
+    if isinstance(move, Line):
+        return ["G1 " + _words("XY", end)]
+    if isinstance(move, Arc):
+        code = "G3 " if move.sweep > 0.0 else "G2 "
+        return [code + _words("XY", end) + " " + _words("IJ", np.array(move.centre) - at)]
+    rows = [
+        f"K{knot:.15f} {_words('XYR', np.array(point))}"
+        for knot, point in zip(move.knots, move.points, strict=False)
+    ]
+    rows[0] = "G6.2 P4 " + rows[0]
+    return rows + [f"K{knot:.15f}" for knot in move.knots[len(move.points) :]]
+
+
+# --- paths ----------------------------------------------------------------------------------------------------------
+
+
+def _polyline(turns: Floats, lengths: Floats) -> tuple[Move, ...]:
+    angle = np.cumsum(turns)
+    points = np.cumsum(lengths[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1), axis=0)
+    return tuple(Line((float(x), float(y))) for x, y in points)
+
+
+def _polylines(draw: np.random.Generator) -> tuple[str, tuple[Move, ...]]:
+    """Return a zigzag, polygon, star, or lines that turn at random."""
+    length = 10.0 ** draw.uniform(-0.5, 1.5)
+    kind = draw.choice(["zigzag", "polygon", "star", "random"])
+    if kind == "zigzag":
+        turn = math.radians(10.0 ** draw.uniform(-0.5, 2.2))
+        return kind, _polyline(np.array([0.0, *[turn, -turn] * 4]), np.full(9, length))
+    if kind == "polygon":
+        sides = int(draw.integers(3, 60))
+        return kind, _polyline(np.full(sides, 2.0 * math.pi / sides), np.full(sides, length))
+    if kind == "star":
+        return kind, _polyline(np.full(5, math.radians(144.0)), np.full(5, length))
+    count = int(draw.integers(2, 40))
+    turns = draw.normal(0.0, 10.0 ** draw.uniform(-3.0, 0.3), count)
+    return kind, _polyline(turns, length * np.exp(draw.normal(0.0, 0.7, count)))
+
+
+def _arcs(draw: np.random.Generator) -> tuple[str, tuple[Move, ...]]:
+    """Return a slot, arcs that touch, or a small circle before a line."""
+    r = 10.0 ** draw.uniform(-0.7, 1.0)
+    kind = draw.choice(["slot", "waves", "circle"])
+    if kind == "slot":
+        a = 10.0 ** draw.uniform(-0.5, 1.5)
+        around = Line((a, 0.0)), Arc((a, r), math.pi), Line((0.0, 2.0 * r)), Arc((0.0, r), math.pi)
+        return kind, around
+    if kind == "waves":
+        turn = draw.uniform(0.5, 3.1)
+        moves: list[Move] = [Line((r, 0.0))]
+        at, angle = np.array([r, 0.0]), 0.0
+        for k in range(4):
+            side = 1.0 if k % 2 else -1.0
+            centre = at + side * r * np.array([-math.sin(angle), math.cos(angle)])
+            moves.append(Arc((float(centre[0]), float(centre[1])), side * turn))
+            at, angle = _end(at, moves[-1]), angle + side * turn
+        return kind, tuple(moves)
+    return kind, (Arc((r, 0.0), -2.0 * math.pi), Line((5.0, 0.0)))
+
+
+def _curves(draw: np.random.Generator) -> tuple[str, tuple[Move, ...]]:
+    """Return a NURBS with inner knots, after a line half of the time, or one that comes near to a cusp."""
+    if draw.integers(3) == 0:
+        points = ((0.0, 0.0), (20.0, 20.0), (float(draw.uniform(-0.2, 3.0)), 20.0), (20.0, 0.0))
+        return "cusp", (Curve(tuple((*p, 1.0) for p in points), (0.0,) * 4 + (1.0,) * 4),)
+    moves: list[Move] = []
+    start = (0.0, 0.0)
+    if draw.integers(2):
+        start = (5.0, 0.0)
+        moves.append(Line(start))
+    count = int(draw.integers(4, 8))
+    rest = [
+        (*draw.uniform(-15.0, 15.0, 2).tolist(), float(draw.choice([0.5, 1.0, 2.0])))
+        for _ in range(count - 1)
+    ]
+    inner = sorted(draw.uniform(0.05, 0.95, count - 4).tolist())
+    moves.append(Curve(((*start, 1.0), *rest), (0.0,) * 4 + tuple(inner) + (1.0,) * 4))
+    return "NURBS", tuple(moves)
+
+
+def drawn(draw: np.random.Generator, mode: str) -> Case:
+    """Return a random path on a random machine."""
+    shapes: list[Callable[[np.random.Generator], tuple[str, tuple[Move, ...]]]] = [
+        _polylines,
+        _polylines,
+        _arcs,
+        _curves,
+    ]
+    name, moves = shapes[int(draw.integers(4))](draw)
+    base = 10.0 ** np.array([draw.uniform(1.0, 3.0), draw.uniform(2.0, 4.5), draw.uniform(3.5, 6.5)])
+    weak = np.array([1.0, draw.choice([1.0, 1.0, 1.0, 0.3])])
+    return Case(
+        name,
+        moves,
+        tuple(map(tuple, (base[:, None] * weak).tolist())),  # type: ignore[arg-type]
+        10.0 ** draw.uniform(0.5, 3.0),
+        10.0 ** draw.uniform(-4.0, -1.0),
+        float(draw.choice([0.25e-3, 0.5e-3, 1e-3, 2e-3, 4e-3])),
+        mode,
+    )
+
+
+# --- properties -----------------------------------------------------------------------------------------------------
+
+
+def _with(case: Case, what: str, axes: slice, factor: float) -> Case:
+    """Return a case with a limit (of some axes) times a factor."""
+    if what in ("feed", "chord"):
+        return replace(case, **{what: factor * getattr(case, what)})
+    limits = np.array(case.limits)
+    limits[("velocity", "acceleration", "jerk").index(what), axes] *= factor
+    return replace(case, limits=tuple(map(tuple, limits.tolist())))
+
+
+def relaxing(case: Case, draw: np.random.Generator) -> Iterator[str]:
+    """Yield the worst step of each limit that takes longer than a stricter one."""
+    for what in ("velocity", "acceleration", "jerk", "feed", "chord"):
+        axes = slice(*[(0, 2), (0, 1), (1, 2)][int(draw.integers(3))])
+        factor, least, stricter, worst = 1.0 / 30.0, math.inf, 0.0, (0.0, 0.0, 0.0)
+        while factor < 300.0:
+            seconds = _with(case, what, axes, factor).time
+            if seconds < least:
+                least, stricter = seconds, factor
+            elif seconds > least + ROUNDING_S:
+                worst = max(worst, (seconds / least - 1.0, stricter, factor))
+            factor *= float(draw.choice(FACTORS))
+        if worst[0] > LONGER:
+            of = "" if what in ("feed", "chord") else f" of {'XY'[axes]}"
+            yield f"{what}{of} times {worst[2]:.5g} takes {worst[0]:.3%} more than times {worst[1]:.5g}"
+
+
+def splitting(case: Case, draw: np.random.Generator) -> Iterator[str]:
+    """Yield where every segment in two, three or ten parts takes another time than whole."""
+    whole = case.time
+    for parts in PARTS:
+        moves: list[Move] = []
+        at = np.zeros(2)
+        for move in case.moves:
+            moves += _parted(at, move, parts)
+            at = _end(at, move)
+        seconds = replace(case, moves=tuple(moves)).time
+        if abs(seconds - whole) > LONGER * whole + ROUNDING_S:
+            yield f"in {len(parts)} parts {seconds:.6f} s, whole {whole:.6f} s ({seconds / whole - 1.0:+.3%})"
+
+
+def _parted(at: Floats, move: Move, parts: tuple[float, ...]) -> list[Move]:
+    """Split a move; a NURBS at these parts of its parameter."""
+    if isinstance(move, Line):
+        way = np.array(move.end) - at
+        ends = [at + part * way for part in np.cumsum(parts)[:-1]]
+        return [*(Line((float(x), float(y))) for x, y in ends), move]
+    if isinstance(move, Arc):
+        return [Arc(move.centre, part * move.sweep) for part in parts]
+    out: list[Move] = []
+    rest = move
+    for u in np.cumsum(parts)[:-1]:
+        first, rest = _cut(rest, float(u))
+        out.append(first)
+    return [*out, rest]
+
+
+def _cut(curve: Curve, u: float) -> tuple[Curve, Curve]:
+    """Split a NURBS at a parameter by inserting it as a knot three times (Boehm 1980)."""
+    points = np.array(curve.points)
+    points[:, :2] *= points[:, 2:]
+    knots = np.array(curve.knots)
+    for _ in range(3):
+        k = int(np.searchsorted(knots, u, side="right")) - 1
+        new = np.concatenate([points[: k - 2], points[k - 3 :]])
+        for i in range(k - 2, k + 1):
+            # A point that stays: where the knot is there already, beyond its span.
+            part = (u - knots[i]) / (knots[i + 3] - knots[i]) if knots[i + 3] > knots[i] else 0.0
+            new[i] = part * points[i] + (1.0 - part) * points[i - 1] if i < len(points) else points[i - 1]
+        points, knots = new, np.insert(knots, k + 1, u)
+    points[:, :2] /= points[:, 2:]
+    k = int(np.searchsorted(knots, u))
+    rows = [tuple(map(float, row)) for row in points]
+    before, after = (*knots[: k + 3], u), (u, *knots[k:])
+    return (
+        Curve(tuple(rows[:k]), tuple(map(float, before))),  # type: ignore[arg-type]
+        Curve(tuple(rows[k - 1 :]), tuple(map(float, after))),  # type: ignore[arg-type]
+    )
+
+
+PROPERTIES = {"relaxing": relaxing, "splitting": splitting}
+
+
+def main() -> None:
+    """Try a property on so many paths; exit 1 if it fails on one."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("name", choices=list(PROPERTIES))
+    parser.add_argument("count", nargs="?", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--mode", default="G61", help="G61, G61.1 or G64 P…")
+    asked = parser.parse_args()
+    begin = time.process_time()
+    failed = 0
+    for number in range(asked.count):
+        draw = np.random.default_rng([asked.seed, number])
+        case = drawn(draw, asked.mode)
+        found = list(PROPERTIES[asked.name](case, draw))
+        failed += bool(found)
+        for each in found:
+            print(f"FAILED #{number} {each}", flush=True)
+        if found:
+            print(case, flush=True)
+    seconds = time.process_time() - begin
+    print(f"{asked.name} {asked.mode}: {asked.count} paths, {failed} failed, {seconds:.0f} s of CPU")
+    sys.exit(1 if failed else 0)
+
+
+if __name__ == "__main__":
+    main()
