@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from cncgen.stepnc.part21 import Typed
-from cncgen.toolpath.record import FeedMode
+from cncgen.stepnc.part21 import DERIVED, Typed
+from cncgen.toolpath.record import FeedMode, PathMode
 from tests.stepnc.aim import Aim, E, Shaped
 from tests.stepnc.building import codes, motions, run
 
@@ -409,3 +409,119 @@ def test_a_feature_that_leans_is_machined_with_a_leaning_tool():
     np.testing.assert_allclose(low[:3], [6, 30, 10], atol=1e-9)
     assert abs(low[3]) == pytest.approx(math.pi / 2)
     assert codes(found, "error") == []
+
+
+def one_step(aim, x):
+    """Return a workingstep that feeds from the origin to x."""
+    step, operation = aim.step()
+    aim.path(operation, aim.polyline((0, 0, 0), (x, 0, 0)), aim.technology())
+    return step
+
+
+@pytest.mark.parametrize(("kind", "last"), [("non-sequential", 7), ("selective", 3)])
+def test_branches_that_may_run_in_any_order_run_in_theirs(kind, last):
+    """All of them one after the other; of those of which one is enough, the first."""
+    aim = Aim()
+    branch = aim.file.method("MACHINING_PROCESS_EXECUTABLE", "branch", kind)
+    for x in (3, 7):
+        aim.file.add("MACHINING_PROCESS_BRANCH_RELATIONSHIP", "", "", branch, one_step(aim, x))
+    path, found = aim.read(aim.plan(branch))
+    assert codes(found, "error") == []
+    ends = path.end[motions(path), 0].tolist()
+    assert (ends[0], ends[-1]) == (3, last)
+
+
+def test_branches_at_a_time_and_executables_of_no_kind_are_refused():
+    aim = Aim()
+    parallel = aim.file.method("MACHINING_PROCESS_EXECUTABLE", "both", "parallel")
+    for x in (3, 7):
+        aim.file.add("MACHINING_PROCESS_CONCURRENT_RELATIONSHIP", "", "", parallel, one_step(aim, x))
+    unknown = aim.file.method("MACHINING_PROCESS_EXECUTABLE", "what", "")
+    path, found = aim.read(aim.plan(parallel, unknown, one_step(aim, 9)))
+    assert codes(found, "error") == ["stepnc-parallel", "stepnc-unsupported"]
+    assert path.end[motions(path), 0].tolist() == [9]
+
+
+def test_a_feedstop_of_no_time_and_a_speed_along_the_path_are_remarked_on():
+    aim = Aim()
+    step, operation = aim.step()
+    path = aim.path(operation, aim.polyline((0, 0, 0), (5, 0, 0)), aim.technology(600.0))
+    aim.file.property(path, "speed profile", "REPRESENTATION", "", aim.polyline((0, 0, 0), (1, 1, 0)))
+    wait = aim.file.method("MACHINING_TOOLPATH", "", "feedstop")
+    aim.sequence("MACHINING_TOOLPATH_SEQUENCE_RELATIONSHIP", operation, wait)
+    toolpath, found = aim.read(aim.plan(step))
+    assert sorted(codes(found)) == ["stepnc-missing", "stepnc-speed-profile"]
+    assert [(event.name, event.dwell_s) for event in toolpath.events] == [("dwell", 0.0), ("end", 0.0)]
+    assert toolpath.feed[motions(toolpath)].tolist() == [10.0]
+
+
+@pytest.mark.parametrize(
+    ("deviation", "mode", "tolerance"), [(0.02, PathMode.CONTINUOUS, 0.02), (0.0, PathMode.EXACT_PATH, None)]
+)
+def test_the_largest_deviation_is_the_tolerance_of_a_path(deviation, mode, tolerance):
+    """None at all is an exact path."""
+    aim = Aim()
+    step, operation = aim.step()
+    path = aim.path(operation, aim.polyline((0, 0, 0), (5, 0, 0)), aim.technology())
+    item = aim.file.measure("path maximum deviation", deviation, aim.file.mm)
+    aim.file.property(path, "path maximum deviation", "REPRESENTATION", "", item)
+    toolpath, found = aim.read(aim.plan(step))
+    assert codes(found) == []
+    row = motions(toolpath)[-1]
+    assert toolpath.path_mode[row] == mode
+    assert tolerance is None or toolpath.tolerance[row] == tolerance
+
+
+def test_a_deviation_below_zero_is_refused():
+    aim = Aim()
+    step, operation = aim.step()
+    path = aim.path(operation, aim.polyline((0, 0, 0), (5, 0, 0)), aim.technology())
+    item = aim.file.measure("path maximum deviation", -0.02, aim.file.mm)
+    aim.file.property(path, "path maximum deviation", "REPRESENTATION", "", item)
+    assert codes(aim.read(aim.plan(step))[1], "error") == ["stepnc-range"]
+
+
+def test_a_contact_path_without_its_surface_normal_is_refused():
+    aim = Shaped()
+    step, op = aim.step()
+    aim.tool(op, "ball endmill")
+    aim.path(op, aim.polyline((0, 0, 0), (0, 10, 0)), aim.technology())
+    text = aim.stream.getvalue().replace("'cutter location trajectory'", "'cutter contact trajectory'")
+    aim.stream.seek(0)
+    aim.stream.write(text)
+    assert codes(aim.read(aim.plan(step))[1], "error") == ["stepnc-missing"]
+
+
+def named(aim, *parts):
+    """Add a unit of length with the parts of its kind."""
+    return aim.file.add_complex(*sorted([*parts, ("LENGTH_UNIT", ()), ("NAMED_UNIT", (DERIVED,))]))
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda aim: named(aim, ("SI_UNIT", (None, E("FURLONG")))),
+        lambda aim: named(aim, ("SI_UNIT", (None, None))),
+        lambda aim: named(aim, ("CONTEXT_DEPENDENT_UNIT", ("hogshead",))),
+        lambda aim: named(aim, ("CONVERSION_BASED_UNIT", ("INCH", None))),
+        lambda aim: named(aim, ("CONVERSION_BASED_UNIT", ("INCH", aim.file.add("MEASURE_WITH_UNIT", None, aim.file.mm)))),
+        lambda aim: named(aim),
+        lambda aim: aim.file._product((aim.file.length, 11.0)),
+    ],
+)  # fmt: skip
+def test_units_that_are_none_are_refused(make):
+    aim = Aim()
+    _, found = aim.one_path(aim.polyline((0, 0, 0), (5, 0, 0)), aim.technology(10.0, unit=make(aim)))
+    assert "stepnc-unit" in codes(found, "error")
+
+
+def test_prefixes_of_si_and_units_made_of_units():
+    """600 cm/min as 0.1 m/s: a conversion of a prefixed unit over one of a second."""
+    aim = Aim()
+    centi = named(aim, ("SI_UNIT", (E("CENTI"), E("METRE"))))
+    ten = aim.file.add("MEASURE_WITH_UNIT", Typed("LENGTH_MEASURE", 10.0), centi)
+    decimetre = named(aim, ("CONVERSION_BASED_UNIT", ("DM", ten)))
+    unit = aim.file._product((decimetre, 1.0), (aim.file.second, -1.0))
+    path, found = aim.one_path(aim.polyline((0, 0, 0), (5, 0, 0)), aim.technology(1.0, unit=unit))
+    assert codes(found) == []
+    assert path.feed[motions(path)[-1]] == pytest.approx(100.0)
