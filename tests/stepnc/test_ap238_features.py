@@ -572,3 +572,76 @@ def test_patterns_of_no_angle_are_refused():
     pattern = aim.feature("CIRCULAR_PATTERN", aim.place(0, 0, 0), own=size)
     aim.relate("pattern basis", "", pattern, hole_of(aim, 0, 0, -6))
     assert drilled(aim, pattern)[1] == ["stepnc-geometry"]
+
+
+def slot_of(aim, sizes, keyword, limit=-4.0, course=(("distance", 40.0),), text="linear"):
+    """Return a slot placed at the top whose section has a profile."""
+    components = [
+        ("course of travel", "PATH_FEATURE_COMPONENT", list(course), text),
+        ("swept shape", keyword, sizes),
+    ]
+    return aim.feature("SLOT", aim.place(0, 0, 0), components, limit)
+
+
+def test_a_round_slot_is_cut_by_the_ball_that_fits_it():
+    """A half circle of 4 mm by a ball of 8: along the middle, its tip at the bottom."""
+    aim = Shaped()
+    slot = slot_of(aim, [("radius", 4.0), ("sweep angle", 180.0)], "PARTIAL_CIRCULAR_PROFILE")
+    step, _ = aim.machine(slot, kind="ball endmill")
+    path, found = aim.read(aim.plan(step))
+    assert codes(found) == []
+    low, high, level = extent(path)
+    assert level == pytest.approx(-4.0)
+    np.testing.assert_allclose([low[0], high[0]], 0.0, atol=1e-9)
+    assert low[1] <= 0.0
+    assert high[1] >= 40.0
+
+
+BOX = [("length", 40.0), ("width", 30.0)]
+VEE = [("profile angle", 90.0), ("tilt angle", 45.0), ("profile radius", 0.0)]
+DISTANCE = ("course of travel", "PATH_FEATURE_COMPONENT", [("distance", 40.0)])
+
+
+def feature_of(kind, *components, limit=-5.0):
+    return lambda aim: aim.feature(kind, aim.place(0, 0, 0), list(components), limit)
+
+
+@pytest.mark.parametrize(
+    ("make", "code"),
+    [
+        # A flat tool has not the section of a vee, nor one that is too wide that of an arc.
+        (lambda a: slot_of(a, VEE, "VEE_PROFILE"), "stepnc-unsupported"),
+        (lambda a: slot_of(a, [("radius", 3.0), ("sweep angle", 180.0)], "PARTIAL_CIRCULAR_PROFILE"), "stepnc-unsupported"),
+        (lambda a: slot_of(a, [("depth", 5.0)], "SQUARE_U_PROFILE"), "stepnc-unsupported"),
+        (lambda a: slot_of(a, [("width", 12.0), ("first angle", 80.0)], "SQUARE_U_PROFILE"), "stepnc-unsupported"),
+        (lambda a: slot_of(a, [("width", 12.0)], "TEE_PROFILE"), "stepnc-unsupported"),
+        (feature_of("SLOT", DISTANCE), "stepnc-missing"),
+        (feature_of("STEP", DISTANCE), "stepnc-unsupported"),
+        (feature_of("STEP", ("wall boundary", "VEE_PROFILE", [*VEE, ("first side length", 15.0)])), "stepnc-unsupported"),
+        (feature_of("STEP", DISTANCE, ("wall boundary", "VEE_PROFILE", [*VEE, ("first side length", 15.0)])), "stepnc-unsupported"),
+        (feature_of("STEP", DISTANCE, ("wall boundary", "VEE_PROFILE", [("profile angle", 90.0), ("tilt angle", 0.0)])), "stepnc-unsupported"),
+        (feature_of("POCKET"), "stepnc-missing"),
+        (feature_of("OUTSIDE_PROFILE"), "stepnc-missing"),
+        (feature_of("FLAT_FACE", DISTANCE), "stepnc-missing"),
+        (feature_of("FLAT_FACE", DISTANCE, ("removal boundary", "LINEAR_PROFILE", [])), "stepnc-missing"),
+        (feature_of("GEAR"), "stepnc-unsupported"),
+    ],
+)  # fmt: skip
+def test_features_that_cannot_be_made_are_refused(make, code):
+    aim = Shaped()
+    step, _ = aim.machine(make(aim))
+    _, found = aim.read(aim.plan(step))
+    assert code in codes(found, "error")
+    assert codes(found, "error") == [code] * len(codes(found, "error"))
+
+
+def test_a_boss_that_leans_is_refused():
+    aim = Shaped()
+    boundary = ("boundary", "RECTANGULAR_CLOSED_PROFILE", BOX, "boundary")
+    pocket = aim.feature("POCKET", aim.place(0, 0, 0), [boundary], -5.0)
+    round_one = ("boundary", "CIRCULAR_CLOSED_PROFILE", [("diameter", 10.0)], "boundary")
+    boss = aim.feature("BOSS", aim.place(0, 0, 0, axis=(0, 1, 0)), [round_one])
+    aim.relate("", "uncut volume", pocket, boss)
+    step, _ = aim.machine(pocket)
+    _, found = aim.read(aim.plan(step))
+    assert "stepnc-unsupported" in codes(found, "error")
