@@ -86,6 +86,38 @@ def test_a_factor_of_scaling_in_thousandths(run: Any) -> None:
     assert notes == ["scale-thousandths"]
 
 
+@pytest.mark.parametrize(
+    ("frame", "carried"),
+    [
+        ("G68 X0 Y0 R90", lambda x, y: (-y, x)),
+        ("G51.1 X0", lambda x, y: (-x, y)),
+        ("G51 X0 Y0 I2 J3", lambda x, y: (2 * x, 3 * y)),
+    ],
+)
+def test_a_frame_carries_splines(run: Any, frame: str, carried: Any) -> None:
+    """Control points are turned, mirrored and scaled; weights and knots are the programmed ones."""
+    points = [(0, 0), (10, 20), (30, 20), (40, -10)]
+    blocks = [
+        f"K{k} X{x} Y{y} R{w}" for k, (x, y), w in zip((0, 0, 0, 1), points, (1, 2, 0.5, 1), strict=True)
+    ]
+    text = f"{frame}\nG6.2 P3 F100 " + "\n".join([*blocks, "K2", "K2", "K2", "M30"])
+    out = run(text, dialect="fanuc")
+    assert out.errors == []
+    table = out.path.nurbs
+    np.testing.assert_allclose(table.control_points[:, :2], [carried(x, y) for x, y in points], atol=1e-12)
+    np.testing.assert_array_equal(table.weights, [1, 2, 0.5, 1])
+    np.testing.assert_array_equal(table.knots, [0, 0, 0, 1, 2, 2, 2])
+
+
+def test_a_frame_carries_feeds_taps_and_probes(run: Any) -> None:
+    text = "G68 X0 Y0 R90\nM3 S100\nG1 X10 F100\nG31 Y5\nG84 X20 Z-5 R2\nG80\nM30"
+    out = run(text, dialect="fanuc")
+    assert out.errors == []
+    ends = out.path.end[out.path.kind == 0, :3].round(9).tolist()
+    assert ends[:3] == [[0, 10, 0], [-5, 10, 0], [-5, 20, 0]]
+    assert [-5, 20, -5] in ends
+
+
 def test_a_mirrored_arc_turns_the_other_way(run: Any) -> None:
     out = run("G51.1 X0\nG0 X10\nG2 X20 I5 F100\nM30", dialect="fanuc")
     assert out.errors == []

@@ -41,6 +41,8 @@ def curve(ip: Interpreter, block: Block) -> None:
     opening = 62 in block.g
     spline = state.spline
     if opening and isinstance(spline, OpenCurve):
+        state.spline = None
+        curve(ip, block)  # The block begins a curve of its own, whatever is wrong with the one before it.
         raise _unfinished(spline, "G6.2")
     if not isinstance(spline, OpenCurve):
         if not opening:
@@ -117,7 +119,7 @@ def _take_point(ip: Interpreter, block: Block, spline: OpenCurve, opening: bool)
             next(letter for letter in words if letter in AXIS_INDEX).upper(),
         )
     for letter in words:
-        if letter in AXIS_INDEX and letter not in spline.axes:
+        if letter in AXIS_INDEX and letter not in spline.axes and not spline.broken:
             raise BlockError(
                 "nurbs-axes",
                 f"{letter.upper()} does not stand in the first block of this G6.2",

@@ -1,0 +1,10 @@
+; expect fanuc 5:5:nurbs-mode
+G10 L12 P1 R2.
+G0 X-10 Y-10
+G41 D1 G1 X0 Y0 F100
+Y20 G6.2 P2 K0 X0
+K0 X10
+K1
+K1
+G40 G1 X50
+M30
