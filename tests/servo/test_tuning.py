@@ -15,7 +15,7 @@ from cncgen.servo.named_schemes import scheme_maker
 from cncgen.servo.simulate import own_scheme, simulate, simulate_scheme
 from cncgen.servo.summary import summarize
 from cncgen.servo.tuning.analysis import axis_open_loop, open_loops, open_response
-from cncgen.servo.tuning.placement import VELOCITY_RATIO, phase_margin, placed, placed_settings
+from cncgen.servo.tuning.placement import VELOCITY_RATIO, check_stable, phase_margin, placed, placed_settings
 from cncgen.servo.tuning.search import search
 
 from .bench import circle, profile, stream
@@ -53,6 +53,54 @@ def test_the_cascade_has_both_bandwidths():
     )
     damping = (p["velocity_pole_1_s"] + g) / (2 * math.sqrt(stiff))
     assert damping == pytest.approx(1.0)
+
+
+def plant(**values):
+    """A drive g/(s(τs + 1)) of 8 deg/s a volt and 20 ms, or another."""
+    return Servo("plant", {"numerator": [8.0], "denominator": [0.02, 1.0, 0.0], **values})
+
+
+def test_pd_gains_of_a_rotary_drive_are_a_degrees():
+    """Kp g = ω² τ and 1 + Kd g = 2 ζ ω τ with all of them in degrees; the servo then has the PD controller."""
+    p = placed(plant(controller="h-infinity", sensitivity_bandwidth_rad_s=50.0), "A", 15.0, 0.8).parameters
+    omega = 2.0 * math.pi * 15.0
+    assert p["position_gain_1_deg"] * 8.0 == pytest.approx(omega**2 * 0.02)
+    assert 1.0 + p["derivative_gain_s_deg"] * 8.0 == pytest.approx(2.0 * 0.8 * omega * 0.02)
+    assert p["controller"] == "pid"
+    linear = placed(plant(), "X", 15.0, 0.8).parameters
+    assert linear["position_gain_1_mm"] == pytest.approx(p["position_gain_1_deg"])
+
+
+@pytest.mark.parametrize(
+    ("servo", "hertz", "damping", "words"),
+    [
+        (
+            Servo("transfer-function", {"numerator": [1.0], "denominator": [0.1, 1.0]}),
+            10.0,
+            1.0,
+            "are not placed",
+        ),
+        (plant(numerator=[1.0, 8.0]), 10.0, 1.0, "for plants g/(s(τs + 1)) alone"),
+        (plant(denominator=[0.02, 1.0, 5.0]), 10.0, 1.0, "for plants g/(s(τs + 1)) alone"),
+        (plant(), 1.0, 1.0, "1 Hz at damping 1 needs position_gain_1_mm ="),
+        (plant(), 2e6, 1.0, "at most 1e+06 Hz"),
+        (plant(), 10.0, 0.0, "must be positive"),
+    ],
+)
+def test_gains_that_cannot_be_placed(servo, hertz, damping, words):
+    with pytest.raises(UsageError) as caught:
+        placed(servo, "X", hertz, damping)
+    assert words in str(caught.value)
+    assert caught.value.diagnostics[0].code == "tune-place"
+
+
+def test_placed_gains_that_sampling_makes_unstable_are_refused():
+    """P control of an integrator has its pole at 1 − Kv T, which a Kv of 2π 400 takes to −1.51 at 1 ms."""
+    servo = placed(Servo("first-order", {"position_gain_1_s": 1.0}), "X", 400.0, 1.0)
+    assert servo.parameters["position_gain_1_s"] == pytest.approx(2.0 * math.pi * 400.0)
+    with pytest.raises(UsageError, match=r"\|z\| = 1\.513"):
+        check_stable(servo, "X", 0.001, 400.0)
+    check_stable(placed(servo, "X", 300.0, 1.0), "X", 0.001, 300.0)
 
 
 def test_open_loop_of_the_cascade_is_its_block_diagram():
