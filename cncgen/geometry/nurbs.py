@@ -170,12 +170,16 @@ class Lengths:
         arc_length.invert(curve, np.ascontiguousarray(s), side, snap, self.offset, self.cells, out)
         return out
 
-    def cell_length(self, curve: Ints, u: Floats) -> Floats:
-        """Return the lengths of the cells at parameters `u` of curves: few, for each is looked for by itself."""
+    def cell_length(self, curve: Ints, u: Floats, side: int = 1) -> Floats:
+        """Return the lengths of the cells at parameters `u` of curves; where two meet, of the one on `side`.
+
+        They are few, for each is looked for by itself.
+        """
         out = np.empty(len(u))
+        border = "right" if side >= 0 else "left"
         for k, (c, at) in enumerate(zip(curve.tolist(), u.tolist(), strict=True)):
             mine = self.cells[self.offset[c] : self.offset[c + 1]]
-            out[k] = mine[max(int(np.searchsorted(mine[:, 0], at, side="right")) - 1, 0), 2]
+            out[k] = mine[max(int(np.searchsorted(mine[:, 0], at, side=border)) - 1, 0), 2]
         return out
 
     def at(self, curve: Ints, u: Floats) -> Floats:

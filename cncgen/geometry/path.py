@@ -324,7 +324,7 @@ class Path:
             out[1, straight], length, out=np.zeros_like(out[1, straight]), where=length > 0
         )
         if curved.size:
-            singular = self._singular(out, rows, u)
+            singular = self._singular(out, rows, u, side)
             values = out[:, curved] if curved.size < len(rows) else out
             _by_arc_length(values, self._low[rows[curved]], self._high[rows[curved]])
             if curved.size < len(rows):
@@ -333,7 +333,7 @@ class Path:
                 self._beside_singular(out, singular, rows, u, side)
         return out
 
-    def _singular(self, derivatives: Floats, rows: Ints, u: Floats) -> Ints:
+    def _singular(self, derivatives: Floats, rows: Ints, u: Floats, side: int) -> Ints:
         """Return at which parameters of rows C' vanishes, given the derivatives there: where cells are tiny."""
         if not self._nurbs_rows.size:
             return self._nurbs_rows
@@ -343,7 +343,7 @@ class Path:
         speed = _metric_norm(derivatives[1, pick], self._low[rows[pick]], self._high[rows[pick]])
         slow = speed * (last - first)[item] <= _SLOW * self._nurbs.total[item]
         pick, item = pick[slow], item[slow]
-        return pick[self._nurbs.cell_length(item, u[pick]) <= _SINGULAR * self._nurbs.total[item]]
+        return pick[self._nurbs.cell_length(item, u[pick], side) <= _SINGULAR * self._nurbs.total[item]]
 
     def _beside_singular(self, out: Floats, pick: Ints, rows: Ints, u: Floats, side: int) -> None:
         """Replace derivatives by s where C' vanishes by those a little beside, or within where the curve ends."""

@@ -228,6 +228,16 @@ def test_a_straight_curve_that_ends_in_equal_points_of_other_weights_stays_strai
     assert np.abs(x3).max() < 1.0
 
 
+def test_a_curve_that_halts_at_a_knot_has_its_tangent_on_the_left_of_it_too() -> None:
+    """Straight to (3, 4) with C' = 0 there, and on in X: the left tangent was 0 where the cell on the right is long."""
+    points = [[0, 0, 0], [3, 4, 0], [3, 4, 0], [5, 4, 0], [7, 4, 0]]
+    path = path_of_curve(nurbs.single(2, [0, 0, 0, 0.5, 0.5, 1, 1, 1], points))
+    jumps = path.jumps()
+    for tangent in jumps.tangent:
+        np.testing.assert_allclose(tangent, [0.4, -0.8, 0.0], atol=1e-8)
+    np.testing.assert_allclose(jumps.s, 5.0, atol=1e-9)
+
+
 def test_curve_that_starts_with_coinciding_points_has_its_tangent() -> None:
     table = nurbs.single(3, [0] * 4 + [1] * 4, [[0, 0, 0], [0, 0, 0], [3, 0, 0], [3, 4, 0]])
     path = path_of_curve(table)
