@@ -67,7 +67,13 @@ class Spline:
 
 
 def fit(
-    pieces: Pieces, cuts: Floats, head: int, tail: int, seam: Seam | None = None, widest: float = _WIDEST
+    pieces: Pieces,
+    cuts: Floats,
+    head: int,
+    tail: int,
+    seam: Seam | None = None,
+    widest: float = _WIDEST,
+    longest: Floats | None = None,
 ) -> Spline:
     """Fit the smoothest spline to pieces that stays within their tolerance.
 
@@ -78,6 +84,7 @@ def fit(
         tail: The same at the end, or 0 where the curve will go on.
         seam: What the curve goes on from.
         widest: Largest smoothing length, in tolerances: a longer one takes fewer knots, a shorter one is faster.
+        longest: Shape (n + 1,), the largest one at the ends of pieces, mm, where it is less than that.
 
     Raises:
         CorridorError: If the tolerance cannot be held.
@@ -87,7 +94,7 @@ def fit(
     start = t[0] if seam is None else seam.knots[-1]
     places = np.append(cuts[(cuts > start + 1e-9 * (total - t[0])) & (cuts < total)], total)
     scale = first_scales(pieces)
-    longest = _longest(pieces, widest)
+    longest = np.minimum(_longest(pieces, widest), np.inf if longest is None else longest)
     scale = np.minimum(scale, longest)
     share = np.where(t[:-1] < start, _OLD_GROUND, _NEW_GROUND) if seam is not None else _NEW_GROUND
     used = np.empty((len(pieces.y), 2))

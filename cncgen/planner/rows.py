@@ -118,13 +118,25 @@ def rows_of(toolpath: Toolpath, path: Path, machine: Machine, bends: bool = True
 def chord_speed(curvature: Floats, tolerance_mm: Floats | float, period_s: float) -> Floats:
     """Return the speed whose chord over a period stays within the tolerance of the arc (Tsai 2010, eq. 24).
 
-    V_af = (2/T_s) √(ρ² − (ρ − δ)²) = (2/T_s) √(2δ/κ − δ²) with ρ = 1/κ. Where the radius is below δ/2 the chord of a
-    full turn stays within the tolerance and the formula has no root; the radius itself then stands in for it.
+    V_af = (2/T_s) √(ρ² − (ρ − δ)²) = (2/T_s) √(2δ/κ − δ²) with ρ = 1/κ. Where ρ is below δ, and the formula soon has no
+    root, it is (2/T_s) √(δ/κ): no point of a way of V T_s is further than V T_s/2 < δ from its nearer end. With rotary axes,
+    where |x'| = g and κ stands for |x''| across x', the chord is kept by (2/T_s) √(2δ/κ − (δ/g)²) and by (2/T_s) δ/g, of
+    which the larger one is never below that, whatever g.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
-        square = 2.0 * tolerance_mm / curvature - tolerance_mm**2
-        floor = np.minimum(1.0 / curvature, tolerance_mm) ** 2
-    return 2.0 / period_s * np.sqrt(np.maximum(square, floor))
+        square = tolerance_mm * np.maximum(2.0 / curvature - tolerance_mm, 1.0 / curvature)
+    return 2.0 / period_s * np.sqrt(square)
+
+
+def across(x1: Floats, x2: Floats) -> Floats:
+    """Return the size of the part of x'' across x', shape (n,): what lies along it bends no chord.
+
+    Over X Y Z alone all of x'' is across x'; where further axes count, |x'| is not 1.
+    """
+    along, size = (np.einsum("ij,ij->i", x1, x) for x in (x2, x1))
+    part = np.divide(along, size, out=np.zeros_like(along), where=size > 0.0)
+    out: Floats = np.linalg.norm(x2 - part[:, None] * x1, axis=1)
+    return out
 
 
 def _lower(

@@ -49,13 +49,14 @@ def test_arc_is_limited_by_curvature(arc: Callable[..., Toolpath], table: Machin
 
 @given(st.floats(1e-4, 1e4), st.floats(1e-5, 0.1))
 def test_chord_speed_keeps_the_chord(radius: float, tolerance: float) -> None:
-    """Eq. 24: the sagitta of the chord travelled in a period is the tolerance; on a circle smaller than it, 2ρ."""
+    """Eq. 24: the sagitta of the chord travelled in a period is the tolerance; on a smaller circle the way leads no further."""
     chord = float(chord_speed(np.array([1.0 / radius]), tolerance, 1e-3)[0]) * 1e-3
     if radius >= tolerance:
         sagitta = radius - (max(radius**2 - chord**2 / 4.0, 0.0)) ** 0.5
         assert sagitta == pytest.approx(tolerance, rel=1e-4, abs=1e-9 * radius)
     else:
-        assert chord == pytest.approx(2.0 * radius)
+        assert chord == pytest.approx(2.0 * (tolerance * radius) ** 0.5)
+        assert chord / 2.0 < tolerance
 
 
 def test_curvature_speed_halves_at_kbar() -> None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cncgen.machine.record import Machine
 from cncgen.planner.paths import path_of
-from cncgen.planner.rows import chord_speed
+from cncgen.planner.rows import across, chord_speed
 from cncgen.planner.smoothing.runs import axis_scale
 from cncgen.toolpath.record import PathMode, Toolpath
 
@@ -43,12 +43,24 @@ def fit_tolerance(tolerance: Floats, chord_mm: float) -> Floats:
     return out
 
 
+def chord_left(tolerance: Floats, chord_mm: float) -> Floats:
+    """Return what chords may take beside a curve that is smoothed by `fit_tolerance`, mm.
+
+    That is their tolerance δ; where P is below 2 δ only max(P, δ) − P/2.
+    """
+    rest = (np.maximum(tolerance, chord_mm) - fit_tolerance(tolerance, chord_mm)) / _ROOM
+    return np.where(_narrow(tolerance, chord_mm), np.minimum(rest, chord_mm), chord_mm)
+
+
+def _narrow(tolerance: Floats, chord_mm: float) -> NDArray[np.bool_]:
+    out: NDArray[np.bool_] = tolerance < 2.0 * _ROOM * chord_mm
+    return out
+
+
 def chord_speed_within(
     toolpath: Toolpath, chord_mm: float, period_s: float
 ) -> Callable[[Floats], Floats] | None:
     """Return the speed along a smoothed toolpath at which smoothing and chords together keep its tolerance.
-
-    A tolerance P below 2 δ leaves the chords less than the chord tolerance δ: max(P, δ) − P/2.
 
     Args:
         toolpath: A stretch, smoothed by `fit_tolerance`.
@@ -58,18 +70,16 @@ def chord_speed_within(
     Returns:
         Takes path coordinates, shape (n,), and gives mm/s; infinite where δ itself is what bounds. None: everywhere.
     """
-    narrow = (toolpath.path_mode == PathMode.CONTINUOUS) & (toolpath.tolerance < 2.0 * _ROOM * chord_mm)
+    narrow = (toolpath.path_mode == PathMode.CONTINUOUS) & _narrow(toolpath.tolerance, chord_mm)
     if not narrow.any():
         return None
-    given = toolpath.tolerance
-    rest = (np.maximum(given, chord_mm) - fit_tolerance(given, chord_mm)) / _ROOM
-    left = np.where(narrow, np.minimum(rest, chord_mm), chord_mm)
+    left = chord_left(toolpath.tolerance, chord_mm)
     path, scale = path_of(toolpath), axis_scale(toolpath.axes)
 
     def speed(s: Floats) -> Floats:
         row = path.row_of(s, 1)
-        bend = path.evaluate(s, 2)[2] * scale
-        top = chord_speed(np.sqrt(np.einsum("ij,ij->i", bend, bend)), left[row], period_s)
+        _, x1, x2 = path.evaluate(s, 2) * scale
+        top = chord_speed(across(x1, x2), left[row], period_s)
         return np.where(narrow[row], top, np.inf)
 
     return speed

@@ -34,6 +34,8 @@ class Classes:
         idle: Shape (n,): rows within a run that neither move nor stop it: events without rest, moves of no length.
         parts: Shape (n,): True where a row cannot be in one run with the row before it.
         entry, leave: Shape (n, axes): dx/ds at start and end of each row, scaled; 0 where there is none.
+        widest: Shape (n,): largest smoothing length at the start of each row, mm.
+        pace: Shape (n,): speed at which the start of each row is passed where it is rounded, mm/s.
     """
 
     fits: NDArray[np.bool_]
@@ -41,6 +43,8 @@ class Classes:
     parts: NDArray[np.bool_]
     entry: Floats
     leave: Floats
+    widest: Floats
+    pace: Floats
 
 
 def rests(toolpath: Toolpath) -> NDArray[np.bool_]:
@@ -79,7 +83,7 @@ def classify(toolpath: Toolpath, path: Path, scale: Floats, free: NDArray[np.boo
     moving = np.flatnonzero(fits)
     back = np.einsum("ij,ij->i", leave[moving[:-1], :3], entry[moving[1:], :3]) < _SHARPEST
     parts[moving[1:][back]] = True
-    return Classes(fits, idle, parts, entry, leave)
+    return Classes(fits, idle, parts, entry, leave, np.full(count, np.inf), np.zeros(count))
 
 
 def _tangents(path: Path, scale: Floats) -> tuple[Floats, Floats]:

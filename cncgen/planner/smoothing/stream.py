@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from cncgen.diagnostics import Diagnostic, NoPlanError, Span
 from cncgen.geometry.corridor import END_DERIVATIVES, END_POINT, OVERLAP, CorridorError, Seam, fit, split
 from cncgen.geometry.path import Path
-from cncgen.geometry.pieces import pieces_of
+from cncgen.geometry.pieces import Pieces, pieces_of
 from cncgen.machine.record import Machine
 from cncgen.planner.smoothing.chords import chord_within, fit_tolerance
 from cncgen.planner.smoothing.ends import opened
 from cncgen.planner.smoothing.output import rows_of
 from cncgen.planner.smoothing.runs import TANGENT, Classes, axis_scale, classify
-from cncgen.planner.smoothing.worth import Drive, worth_rounding
-from cncgen.toolpath.record import Kind, PathMode, Toolpath
+from cncgen.planner.smoothing.worth import Corners, Drive, rounding
+from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 from cncgen.toolpath.slicing import between, join
 
 Bools = NDArray[np.bool_]
@@ -72,6 +72,7 @@ class _Smoother:
         pending: Rows that wait: the rest of a run that is being fitted, or of one whose end has not been seen.
         seam: Where the curve of the run at the front goes on from, or None at its start.
         before: dx/ds at the end of the last motion handed on exactly, scaled; None after a rest and at the start.
+        pace: Speed at the start of the rows that wait, 0 but within a run.
     """
 
     def __init__(self, reserve_mm: float | None, machine: Machine | None) -> None:
@@ -80,6 +81,7 @@ class _Smoother:
         self.pending: tuple[Toolpath, Bools] | None = None
         self.seam: Seam | None = None
         self.before: Floats | None = None
+        self.pace = 0.0
 
     def take(self, chunks: list[tuple[Toolpath, Bools]], last: bool) -> Iterator[Toolpath]:
         """Add rows, of which some NURBS may be smoothed, and yield what has become final, as one toolpath."""
@@ -90,7 +92,7 @@ class _Smoother:
         path = Path(rows.axes, rows.start, rows.kind, rows.end, rows.curve, rows.arcs, rows.nurbs)
         classes = classify(rows, path, axis_scale(rows.axes), free)
         if self.machine is not None:
-            _keep_corners(rows, path, classes, Drive.of(self.machine, rows.axes))
+            _judge_corners(rows, path, classes, Drive.of(self.machine, rows.axes), self.pace, last)
         borders = np.append(np.flatnonzero(classes.parts), len(rows))
         done = _Done(rows)
         at = 0
@@ -100,6 +102,7 @@ class _Smoother:
             if at < stop:
                 break
         self.pending = (between(rows, at, len(rows)), free[at:]) if at < len(rows) else None
+        self.pace = float(classes.pace[at]) if self.seam is not None else 0.0
         if done.toolpaths():
             yield join(done.toolpaths())
 
@@ -176,7 +179,8 @@ class _Smoother:
             after = _next_entry(classes, rows, int(window[-1]) + 1)
             tail = END_DERIVATIVES if _tangent(after, classes.leave[window[-1]]) else END_POINT
         try:
-            spline = fit(pieces, _cuts(rows, window, row_t), head, tail, self.seam)
+            longest = _longest(pieces, classes.widest[window])
+            spline = fit(pieces, _cuts(rows, window, row_t), head, tail, self.seam, longest=longest)
         except CorridorError as fault:
             raise _no_curve(rows, window, fault) from fault
         if final:
@@ -224,14 +228,46 @@ class _Done:
         return self._parts
 
 
-def _keep_corners(rows: Toolpath, path: Path, classes: Classes, drive: Drive) -> None:
-    """Part runs at the corners that are not worth rounding, in place."""
+def _judge_corners(
+    rows: Toolpath, path: Path, classes: Classes, drive: Drive, pace: float, last: bool
+) -> None:
+    """Part runs at the corners that are not worth rounding, and tell how far to round the others, in place.
+
+    Args:
+        rows, path, classes: The rows that are here.
+        drive: What they are passed by.
+        pace: Speed at the start of the first row.
+        last: Whether no rows follow.
+    """
     moving = np.flatnonzero(classes.fits)
+    if len(moving) < 2:
+        return
     one, two = moving[:-1], moving[1:]
-    leave, entry = classes.leave[one], classes.entry[two]
-    tolerance = np.minimum(rows.tolerance[one], rows.tolerance[two])
-    room = np.minimum(path.row_length[one], path.row_length[two])
-    classes.parts[two[~worth_rounding(drive, leave, entry, tolerance, room)]] = True
+    runs = np.cumsum(classes.parts)
+    inverse = rows.feed_mode == FeedMode.INVERSE_TIME
+    feed = rows.feed * np.where(inverse, path.row_length, path.per_feed)
+    corners = Corners(
+        leave=classes.leave[one],
+        entry=classes.entry[two],
+        length=path.row_length[np.stack([one, two])],
+        feed=feed[np.stack([one, two])],
+        tolerance=np.minimum(rows.tolerance[one], rows.tolerance[two]),
+        joined=runs[one] == runs[two],
+    )
+    widest, speed = rounding(drive, corners, pace)
+    if not last and runs[-1] == runs[moving[-1]]:
+        # How the last row goes on is not known yet; its run stays open.
+        widest[-1] = np.inf
+    classes.widest[two], classes.pace[two] = widest, speed
+    classes.parts[two[widest == 0.0]] = True
+
+
+def _longest(pieces: Pieces, widest: Floats) -> Floats:
+    """Return the largest smoothing length at the ends of pieces, by that at the starts of their rows."""
+    out = np.full(len(pieces.t), np.inf)
+    first = np.flatnonzero(np.diff(pieces.row, prepend=-1))
+    out[first[1:]] = widest[1:]
+    return out
 
 
 def _cuts(rows: Toolpath, window: Ints, row_t: Floats) -> Floats:

@@ -1,4 +1,7 @@
-"""Which corners are worth rounding: those that the rounded path passes faster than setpoints pass the corner itself."""
+"""Which corners are worth rounding, and how far: where the rounded path takes less time than to stop, or to pass, as it is.
+
+The times are estimates in closed form (docs/smoothing.md), of two rows beside each other at a time.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.machine.record import Machine
-from cncgen.planner.smoothing.chords import chord_within, fit_tolerance
+from cncgen.planner.rows import chord_speed
+from cncgen.planner.smoothing.chords import chord_left, chord_within, fit_tolerance
 from cncgen.planner.smoothing.runs import axis_scale
 
 Floats = NDArray[np.float64]
@@ -19,32 +23,41 @@ _BEND, _TWIST = 1.0 / 3.0, 0.1475
 #: Part of the jerk limit that a step of the tangent takes at most, and speed in J T² up to which a stop costs less, as in
 #: `cncgen.planner.optimal`.
 _SHARE, _STOP = 0.75, 5.0
-#: Times the speed of the corner as it is that the rounded one has at least: it is held on the way through.
-_GAIN = 1.5
-#: Smoothing lengths that the rows beside a corner have at least, so that it is rounded by itself.
-_ALONE = 3.0
-#: Part of a turn that rotary axes make, from which the sides of the corner are not alike, and the part of L/v, both sides
-#: together, that crawling costs there, as programs with such corners show.
-_ROTARY, _CRAWL = 0.98, 0.5
+#: Smoothing lengths that the rows beside a corner have at least, so that it is rounded by itself, and those up to which it
+#: is looked at where chords bound the speed.
+_ALONE, _CROWDED = 3.0, 0.5
+#: Slope of the smoothing length along the path (`cncgen.kernels.smoothing`).
+_GRADE = 0.4
+#: Smoothing lengths on each side that are passed at the speed of the corner: where jerk bounds it, besides (c + c³)/2 by
+#: the cosine c between the directions; where acceleration does; where chords do, on which setpoints are dense. Measured
+#: against plans, and somewhat more than that, so that what is rounded is faster.
+_JERK, _ACCELERATION, _CHORD = 0.4, 1.3, 1.1
+#: Ways of a period at that speed which are passed so besides, beyond a smoothing length: setpoints tell no parts of it.
+_UNTOLD = 0.5
+#: Smoothing lengths that are tried where chords bound the speed, in powers of √2.
+_TRIED = 17
+#: Row of chords among what bounds the speed of a rounded corner.
+_BY_CHORD = 2
 #: A turn below which there is no corner.
 _NONE = 1e-6
+#: Limit of an axis that the machine lacks.
+_FREE = 1e15
 
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """What an unrounded corner is passed by.
+    """What corners are passed by.
 
     Attributes:
-        acceleration, jerk: Shape (axes,), limits as mm (`axis_scale`); infinite for axes that the machine lacks.
-        rotary: Shape (axes,), which of them are rotary.
+        velocity, acceleration, jerk: Shape (axes,), limits as mm (`axis_scale`).
         period_s: Time between setpoints.
         chord_mm: Largest distance of the chords between them.
         reserve_mm: What is left to them of the tolerance where the path is smoothed.
     """
 
+    velocity: Floats
     acceleration: Floats
     jerk: Floats
-    rotary: Bools
     period_s: float
     chord_mm: float
     reserve_mm: float
@@ -52,55 +65,245 @@ class Drive:
     @classmethod
     def of(cls, machine: Machine, axes: str) -> Drive:
         """Return that of a machine for the axes of a program."""
-        limits = [machine.axes.get(letter) for letter in axes]
         scale = axis_scale(axes)
-        acceleration = np.array([a.max_acceleration if a else np.inf for a in limits])
-        jerk = np.array([a.max_jerk if a else np.inf for a in limits])
-        return cls(
-            acceleration * scale,
-            jerk * scale,
-            scale != 1.0,
-            machine.period_s,
-            machine.chord_tolerance_mm,
-            chord_within(machine, axes),
-        )
+        limits = [machine.axes.get(letter) for letter in axes]
+        table = [(a.max_velocity, a.max_acceleration, a.max_jerk) if a else (_FREE,) * 3 for a in limits]
+        velocity, acceleration, jerk = np.array(table).T * scale
+        reserve = chord_within(machine, axes)
+        return cls(velocity, acceleration, jerk, machine.period_s, machine.chord_tolerance_mm, reserve)
 
 
-def _reached(drive: Drive, direction: Floats, room: Floats) -> Floats:
-    """Return the acceleration along a row that is reached within its length from rest, shape (n,)."""
-    acceleration = np.min(drive.acceleration / np.abs(direction), axis=1)
-    jerk = np.min(drive.jerk / np.abs(direction), axis=1)
-    return np.fmin(acceleration, np.cbrt(jerk**2 * room))
+@dataclass(frozen=True, slots=True)
+class Corners:
+    """The n places where consecutive rows that may be smoothed meet.
+
+    Attributes:
+        leave, entry: Shape (n, axes): dx/ds before and after, scaled.
+        length, feed: Shape (2, n), mm and mm/s: of the row before and of the row after.
+        tolerance: Shape (n,), P, mm.
+        joined: Shape (n,): whether the two rows are in one run.
+    """
+
+    leave: Floats
+    entry: Floats
+    length: Floats
+    feed: Floats
+    tolerance: Floats
+    joined: Bools
 
 
-def worth_rounding(drive: Drive, leave: Floats, entry: Floats, tolerance: Floats, room: Floats) -> Bools:
-    """Tell which corners to round within their tolerance, shape (n,); the others are passed as they are.
+@dataclass(frozen=True, slots=True)
+class _Side:
+    """One side of corners: limits along the row, and the largest speed on it."""
 
-    Rounded with L = 3 P/|Δ| a turn Δ is passed at the speed at which its curvature and the change of that keep to the
-    limits. Unrounded its step of the tangent shows in setpoints as v Δ/T² of jerk, v Δ/T of acceleration, and chords cut it
-    by v T |Δ|/4; and a stop costs less than to crawl. The first is less where P is less than a few J T³: then setpoints hardly
-    tell the two paths from each other.
+    acceleration: Floats
+    jerk: Floats
+    top: Floats
+
+    def lost(self, speed: Floats) -> Floats:
+        """Return the time lost against going on at the top speed, where the corner is passed at `speed`, 0 for a stop."""
+        change = np.maximum(self.top - speed, 0.0)
+        return _change_time(change, self.acceleration, self.jerk) * change / (2.0 * self.top)
+
+    def crawled(self, way: Floats, speed: Floats) -> Floats:
+        """Return the time lost on a way that is passed at `speed`."""
+        return way * np.maximum(1.0 / speed - 1.0 / self.top, 0.0)
+
+
+def rounding(drive: Drive, corners: Corners, before: float = 0.0) -> tuple[Floats, Floats]:
+    """Return the largest smoothing length at each corner that is worth it, and the speed at which it is passed.
+
+    Rounded with L = 3 P/|Δ| a turn Δ is passed at the speed v at which its curvature, the change of that and chords keep
+    to their limits. That costs, on each side, the change of speed down to v, and some L at v. Unrounded its step of the
+    tangent shows in setpoints as v Δ/T² of jerk, v Δ/T of acceleration, and chords cut it by v T |Δ|/4; or it is a stop.
+    Where chords bound v it grows with √L only, and a shorter L may take less time.
 
     Args:
         drive: See there.
-        leave, entry: Shape (n, axes): dx/ds before and after each corner, scaled.
-        tolerance: Shape (n,), P, mm.
-        room: Shape (n,), mm: length of the shorter row beside each corner; short ones are rounded together.
+        corners: Of consecutive rows; n of them have n + 1 rows.
+        before: Speed at the start of the first row.
+
+    Returns:
+        Shape (n,) each: mm, 0 for corners to be met exactly, infinite where the tolerance is what bounds it; mm/s, that of
+        the corner rounded as far as the tolerance allows.
     """
-    turn = entry - leave
+    turn = np.where(corners.joined[:, None], corners.entry - corners.leave, 0.0)
     size = np.linalg.norm(turn, axis=1)
-    period = drive.period_s
+    widest = np.full(len(size), np.inf)
+    if not len(size):
+        return widest, widest
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        jerk = np.min(drive.jerk / np.abs(turn), axis=1)
-        acceleration = np.min(drive.acceleration / np.abs(turn), axis=1)
-        length = 3.0 * fit_tolerance(tolerance, drive.reserve_mm) / size
-        rounded = np.fmin(np.cbrt(jerk * length**2 / _TWIST), np.sqrt(acceleration * length / _BEND))
-        passed = np.minimum(_SHARE * jerk * period**2, acceleration * period)
-        passed = np.minimum(passed, 4.0 * drive.chord_mm / (period * size))
-        along = np.min(drive.jerk / np.maximum(np.abs(leave), np.abs(entry)), axis=1)
-        enough = np.maximum(_GAIN * passed, _STOP * along * period**2)
-        # Where rotary axes make the turn one side is slow, the other fast; on each crawling costs a part of L/v, a stop v/a.
-        pace = sum(1.0 / _reached(drive, side, room) for side in (leave, entry))
-        rotary = np.linalg.norm(turn[:, drive.rotary], axis=1) > _ROTARY * size
-        enough = np.where(rotary, np.fmax(enough, np.sqrt(_CRAWL * length / pace)), enough)
-        return (size < _NONE) | (rounded >= enough) | (room < _ALONE * length)
+        length = _graded(
+            3.0 * fit_tolerance(corners.tolerance, drive.reserve_mm) / size, corners.length[1, :-1]
+        )
+        speeds = _rounded_speeds(drive, np.abs(turn), length, _BEND * size / length, corners.tolerance)
+        speed, by_chord = speeds.min(axis=0), speeds.argmin(axis=0) == _BY_CHORD
+        room = corners.length.min(axis=0)
+        alone = room >= _ALONE * length
+        looked_at = (size >= _NONE) & (alone | (by_chord & (room >= _CROWDED * length)))
+        at = np.flatnonzero(looked_at)
+        if len(at):
+            pace = np.append(np.where(corners.joined, speed, 0.0), [0.0, before])
+            beyond = pace[at - 1], pace[at + 1]
+            bend = np.maximum(_BEND * size[at] / length[at], _bend(turn, length, corners.length[1, :-1], at))
+            widest[at] = _Judged(drive, corners, at, turn[at], length[at], bend, beyond).worth()
+    return widest, speed
+
+
+def _graded(length: Floats, apart: Floats) -> Floats:
+    """Return smoothing lengths as they are beside shorter ones of the corners before and after.
+
+    Args:
+        length: Shape (n,), mm.
+        apart: Shape (n − 1,), from one corner to the next, mm.
+    """
+    out = length.copy()
+    out[1:] = np.minimum(out[1:], length[:-1] + _GRADE * apart)
+    out[:-1] = np.minimum(out[:-1], length[1:] + _GRADE * apart)
+    return out
+
+
+def _bend(turn: Floats, length: Floats, apart: Floats, at: NDArray[np.int64]) -> Floats:
+    """Return |x''| at corners, shape (k,), to which the next two on either side add theirs.
+
+    Args:
+        turn: Shape (n, axes), Δ.
+        length, apart: See `_graded`.
+        at: Shape (k,), which corners.
+    """
+    place = np.concatenate([[0.0], np.cumsum(apart)])
+    total = np.zeros((len(at), turn.shape[1]))
+    for k in range(-2, 3):
+        there = (at + k >= 0) & (at + k < len(turn))
+        other = np.where(there, at + k, at)
+        total += (there * response(np.abs(place[other] - place[at]) / length[at]))[:, None] * turn[other]
+    out: Floats = np.linalg.norm(total, axis=1) / length[at]
+    return out
+
+
+def response(s: Floats) -> Floats:
+    """Return h(s) = (1/π) ∫₀^∞ cos ωs/(1 + ω⁶) dω, s ≥ 0: x'' L/Δ at a distance of s L from a turn Δ."""
+    half = np.exp(-0.5 * s)
+    wave = 0.5 * np.sqrt(3.0) * s
+    out: Floats = (half * half + half * (np.cos(wave) + np.sqrt(3.0) * np.sin(wave))) / 6.0
+    return out
+
+
+@dataclass(frozen=True, slots=True)
+class _Judged:
+    """Corners whose rounding is weighed against none.
+
+    Attributes:
+        drive, corners: See `rounding`.
+        at: Shape (k,), which corners.
+        turn: Shape (k, axes), Δ.
+        length: Shape (k,), the L that the tolerance allows.
+        bend: Shape (k,), largest |x''| with that.
+        beyond: Shape (k,) each, the speed at the other end of the row before and after.
+    """
+
+    drive: Drive
+    corners: Corners
+    at: NDArray[np.int64]
+    turn: Floats
+    length: Floats
+    bend: Floats
+    beyond: tuple[Floats, Floats]
+
+    def worth(self) -> Floats:
+        """Return the smoothing length that is worth it, as `rounding` does."""
+        drive, leave, entry = self.drive, self.corners.leave[self.at], self.corners.entry[self.at]
+        rows, feed = self.corners.length[:, self.at], self.corners.feed[:, self.at]
+        sides = [_side(drive, u, rows[k], feed[k], self.beyond[k]) for k, u in enumerate((leave, entry))]
+        one, two = leave / drive.jerk, entry / drive.jerk
+        norms = np.linalg.norm(one, axis=1) * np.linalg.norm(two, axis=1)
+        alike = np.einsum("ij,ij->i", one, two) / norms
+        best, bound = self._cost(sides, alike, self.length, self.bend)
+        out = np.full(len(best), np.inf)
+        size, by_chord = np.linalg.norm(self.turn, axis=1), bound == _BY_CHORD
+        for k in range(_TRIED) if by_chord.any() else ():
+            shorter = self.length * 0.5 ** (0.5 * k)
+            cost, _ = self._cost(sides, alike, shorter, _BEND * size / shorter)
+            better = by_chord & (cost < (1.0 - 1e-9) * best) & (rows.min(axis=0) >= _ALONE * shorter)
+            best, out = np.where(better, cost, best), np.where(better, shorter, out)
+        passed = _passed_speed(drive, np.abs(self.turn), size, np.maximum(np.abs(leave), np.abs(entry)))
+        return np.where(best < sum(side.lost(passed) for side in sides), out, 0.0)
+
+    def _cost(
+        self, sides: list[_Side], alike: Floats, length: Floats, bend: Floats
+    ) -> tuple[Floats, NDArray[np.int64]]:
+        """Return the time that corners rounded with a length cost, shape (k,), and what bounds their speed."""
+        drive, tolerance = self.drive, self.corners.tolerance[self.at]
+        speeds = _rounded_speeds(drive, np.abs(self.turn), length, bend, tolerance)
+        speed, bound = speeds.min(axis=0), speeds.argmin(axis=0)
+        step = speed * drive.period_s
+        by_jerk = (speed / speeds[0]) ** 3
+        other = np.where(bound == _BY_CHORD, _CHORD / (1.0 + step / length), _ACCELERATION)
+        parts = by_jerk * (_JERK + 0.5 * (alike + alike**3)) + (1.0 - by_jerk) * other
+        way = parts * length + _UNTOLD * np.maximum(step - length, 0.0)
+        rows = self.corners.length[:, self.at]
+        lost = [
+            side.lost(speed) + side.crawled(np.minimum(way, 0.5 * rows[k]), speed)
+            for k, side in enumerate(sides)
+        ]
+        return lost[0] + lost[1], bound
+
+
+def _side(drive: Drive, direction: Floats, length: Floats, feed: Floats, beyond: Floats) -> _Side:
+    """Return the side of corners on rows of a direction, that reach the speed `beyond` at their other ends."""
+    gain = np.abs(direction)
+    acceleration = np.min(drive.acceleration / gain, axis=1)
+    jerk = np.min(drive.jerk / gain, axis=1)
+    reached = np.maximum(_reached(length, acceleration, jerk), beyond)
+    return _Side(
+        acceleration, jerk, np.minimum(np.minimum(feed, np.min(drive.velocity / gain, axis=1)), reached)
+    )
+
+
+def _rounded_speeds(drive: Drive, turn: Floats, length: Floats, bend: Floats, tolerance: Floats) -> Floats:
+    """Return the speeds at which jerk, acceleration and chords let rounded turns be passed, shape (3, n), mm/s.
+
+    Args:
+        drive: See there.
+        turn: Shape (n, axes), |Δ| of each axis.
+        length, bend, tolerance: Shape (n,), L, largest |x''| and P.
+    """
+    jerk = np.cbrt(np.min(drive.jerk / turn, axis=1) * length**2 / _TWIST)
+    acceleration = np.sqrt(np.min(drive.acceleration / turn, axis=1) * length / _BEND)
+    chord = chord_speed(bend, chord_left(tolerance, drive.reserve_mm), drive.period_s)
+    return np.stack([jerk, acceleration, chord])
+
+
+def _passed_speed(drive: Drive, turn: Floats, size: Floats, gain: Floats) -> Floats:
+    """Return the speed at which corners are passed that are not rounded, 0 where they are stops.
+
+    Args:
+        drive: See there.
+        turn: Shape (n, axes), |Δ| of each axis.
+        size: Shape (n,), |Δ|.
+        gain: Shape (n, axes), the larger |dx/ds| of both sides.
+    """
+    period = drive.period_s
+    jerk, acceleration = (np.min(limit / turn, axis=1) for limit in (drive.jerk, drive.acceleration))
+    passed = np.minimum(_SHARE * jerk * period**2, acceleration * period)
+    passed = np.minimum(passed, 4.0 * drive.chord_mm / (period * size))
+    return np.where(passed >= _STOP * np.min(drive.jerk / gain, axis=1) * period**2, passed, 0.0)
+
+
+def _change_time(change: Floats, acceleration: Floats, jerk: Floats) -> Floats:
+    """Return the least time of a change of speed between two states without acceleration."""
+    ramps = acceleration**2 / jerk
+    out: Floats = np.where(
+        change < ramps, 2.0 * np.sqrt(change / jerk), change / acceleration + acceleration / jerk
+    )
+    return out
+
+
+def _reached(length: Floats, acceleration: Floats, jerk: Floats) -> Floats:
+    """Return the largest speed on a row from rest to rest: V times the time of a change by V is the length."""
+    ramps = acceleration**2 / jerk
+    by_jerk = np.cbrt(0.25 * jerk * length**2)
+    out: Floats = np.where(
+        by_jerk < ramps, by_jerk, 0.5 * (np.sqrt(ramps**2 + 4.0 * acceleration * length) - ramps)
+    )
+    return out

@@ -287,7 +287,7 @@ def test_further_axes_follow_within_their_equivalent() -> None:
 def test_a_run_without_a_curve_is_an_error_with_its_lines(monkeypatch: pytest.MonkeyPatch) -> None:
     """The kernel is made to fail, for no program is known that makes it."""
 
-    def fail(*_: object) -> None:
+    def fail(*_: object, **__: object) -> None:
         raise CorridorError(1.7, 12)
 
     monkeypatch.setattr(stream, "fit", fail)

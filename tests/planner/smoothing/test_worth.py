@@ -1,17 +1,21 @@
-"""Corners that setpoints pass faster as they are than rounded within a tolerance that they cannot see."""
+"""Corners are rounded as far as that takes less time than to pass them as they are, or to stop."""
 
 from __future__ import annotations
+
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.optimize import brentq
 
 from cncgen import pipeline
 from cncgen.machine import load
 from cncgen.machine.record import Axis, Machine
 from cncgen.planner.smoothing import smooth, worth
-from cncgen.planner.smoothing.worth import Drive, worth_rounding
-from cncgen.toolpath.record import Kind
+from cncgen.planner.smoothing.worth import Corners, Drive, rounding
+from cncgen.toolpath.record import Kind, PathMode
+from cncgen.toolpath.slicing import between, join
 from tests.planner.smoothing.programs import toolpath
 
 PERIOD, JERK = 0.001, 5e4
@@ -23,38 +27,96 @@ def machine(**jerk: float) -> Machine:
     return Machine("here", axes, period_s=PERIOD, chord_tolerance_mm=0.001)
 
 
-def test_the_response_of_a_turn() -> None:
-    """h(t) = (1/π) ∫ cos ωt/(1 + ω⁶) dω and h'(t) are largest where the constants say (scipy's quadrature)."""
-
-    def slope(t: float) -> float:
-        return quad(lambda w: w * np.sin(w * t) / (1 + w**6), 0, 40, limit=400)[0] / np.pi
-
-    assert quad(lambda w: 1 / (1 + w**6), 0, np.inf)[0] / np.pi == pytest.approx(worth._BEND, rel=1e-9)
-    assert max(slope(t) for t in np.linspace(0.5, 2.5, 81)) == pytest.approx(worth._TWIST, rel=1e-3)
+def corner(tolerance: float, turn: float = 1.0, length: float = 10.0, feed: float = 100.0) -> Corners:
+    """Return one corner in the plane, beside rows of one length."""
+    leave = np.array([[1.0, 0.0, 0.0]])
+    entry = np.array([[np.cos(turn), np.sin(turn), 0.0]])
+    rows = np.full((2, 1), length)
+    return Corners(leave, entry, rows, np.full((2, 1), feed), np.array([tolerance]), np.ones(1, bool))
 
 
-@pytest.mark.parametrize("turn", [0.001, 0.02, 0.1, 1.0])
-def test_the_border_is_a_part_of_what_jerk_moves_in_a_period(turn: float) -> None:
-    """L = 3 P/Δ, P half of what is given: v = (J L²/(0.1475 Δ))^(1/3) is 1.5 times 0.75 J T²/Δ, or 5 J T² where that is more."""
+def seconds(text: str, where: Machine) -> float:
+    return float(list(pipeline.plan(pipeline.read_text(text), where))[-1].profile.t[-1])
+
+
+@pytest.mark.parametrize("s", [0.0, 0.3, 1.0, 2.5, 7.0])
+def test_the_response_of_a_turn(s: float) -> None:
+    """h(s) = (1/π) ∫ cos ωs/(1 + ω⁶) dω by scipy's quadrature."""
+    integral = quad(lambda w: np.cos(w * s) / (1.0 + w**6), 0, 60, limit=800)[0] / np.pi
+    assert worth.response(np.array([s]))[0] == pytest.approx(integral, abs=1e-9)
+
+
+def test_what_is_largest_of_the_response() -> None:
+    s = np.linspace(0.0, 6.0, 60_001)
+    h = worth.response(s)
+    assert h.max() == pytest.approx(worth._BEND, rel=1e-9)
+    assert np.abs(np.gradient(h, s)).max() == pytest.approx(worth._TWIST, rel=1e-3)
+
+
+@pytest.mark.parametrize(("a", "j"), [(2000.0, 5e4), (50.0, 1e6), (1e9, 5e4)])
+@pytest.mark.parametrize("way", [1e-3, 0.5, 40.0])
+def test_the_speed_from_rest_to_rest(a: float, j: float, way: float) -> None:
+    """Up to v and down again takes the way v (time up): the seven phases at their least."""
+
+    def covered(v: float) -> float:
+        ramp = v / a + a / j if v > a * a / j else 2.0 * np.sqrt(v / j)
+        return v * ramp - way
+
+    expected = brentq(covered, 1e-9, 1e9, xtol=1e-14, rtol=1e-14)
+    assert worth._reached(np.array(way), np.array(a), np.array(j)) == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_stop_costs_the_time_of_its_ramps_against_going_on() -> None:
+    """v/a + a/j from rest to v on half the way that v covers: half of it is lost."""
+    side = worth._Side(*(np.array([x]) for x in (1000.0, 5e4, 100.0)))
+    assert side.lost(np.zeros(1)) == pytest.approx(0.5 * (100.0 / 1000.0 + 1000.0 / 5e4))
+    assert side.lost(np.array([100.0])) == 0.0
+    assert side.crawled(np.array([2.0]), np.array([10.0])) == pytest.approx(2.0 / 10.0 - 2.0 / 100.0)
+
+
+def test_what_setpoints_do_not_see_is_met_exactly() -> None:
+    """P of a few nanometres: the way through the corner is slow, and no faster than none."""
     drive = Drive.of(machine(), "XYZ")
-    speed = JERK * PERIOD**2 * max(1.5 * 0.75 / turn, 5.0)
-    border = 2.0 * turn / 3.0 * np.sqrt(speed**3 * 0.1475 * turn / JERK)
-    given = np.array([0.9, 1.1]) * border
-    leave = np.tile([1.0, 0.0, 0.0], (2, 1))
-    entry = leave + np.array([0.0, turn, 0.0])
-    assert worth_rounding(drive, leave, entry, given, np.full(2, 10.0)).tolist() == [False, True]
-    # Rows shorter than the rounding are smoothed together.
-    assert worth_rounding(drive, leave, entry, given, np.full(2, 1e-6)).all()
+    given = [1e-6, 1e-5, 5e-3, 1e-2]
+    met = [rounding(drive, corner(p))[0][0] == 0.0 for p in given]
+    assert met == [True, True, False, False]
+
+
+def test_the_speed_is_what_the_limits_leave_of_the_turn() -> None:
+    """L = 3 P/|Δ|, P less the room of chords; by jerk v³ 0.1475 Δ/L² = J, by acceleration v² Δ/(3 L) = A."""
+    turn = np.array([1.0 - np.cos(1.0), np.sin(1.0)])
+    reserve = 1.03 * np.sqrt(3.0) * 2000.0 * PERIOD**2 / 8.0
+    for tolerance in (0.01, 5.0):
+        length = 3.0 * (tolerance - reserve) / np.linalg.norm(turn)
+        by_jerk = np.cbrt(JERK * length**2 / (0.1475 * turn.max()))
+        by_acceleration = np.sqrt(3.0 * 2000.0 * length / turn.max())
+        _, speed = rounding(Drive.of(machine(), "XYZ"), corner(tolerance))
+        assert speed[0] == pytest.approx(min(by_jerk, by_acceleration), rel=1e-12)
 
 
 def test_corners_within_an_unseen_tolerance_are_met_exactly() -> None:
     rows = toolpath([0, 0, 0], CORNER, tolerance=5e-6)
     (exact,) = smooth([rows], 0.001, machine())
     assert exact.kind.tolist() == [Kind.LINE, Kind.LINE]
-    (rounded,) = smooth([rows], 0.001, machine(X=100.0, Y=100.0))
-    assert (rounded.kind == Kind.NURBS).all()
+    # Chords share no tolerance with what is not smoothed.
+    assert exact.path_mode.tolist() == [PathMode.EXACT_PATH] * 2
     (as_asked,) = smooth([rows], 0.001)
     assert (as_asked.kind == Kind.NURBS).all()
+
+
+def test_rows_that_a_tolerance_covers_are_rounded_together() -> None:
+    short = corner(1e-5, length=1e-6)
+    assert rounding(Drive.of(machine(), "XYZ"), short)[0].tolist() == [np.inf]
+
+
+def test_the_tolerance_is_used_as_far_as_chords_let_it_be_worth() -> None:
+    """δ of 0.1 µm at 2 ms allows v² κ of 200 mm/s²: the speed grows with √L, the way with L."""
+    where = Machine("slow", machine().axes, period_s=0.002, chord_tolerance_mm=1e-4)
+    drive = Drive.of(where, "XYZ")
+    lengths = [rounding(drive, corner(p, turn=2.4, length=30.0, feed=40.0))[0][0] for p in (0.03, 0.1, 0.3)]
+    assert 0.0 < max(lengths) < 0.003
+    # What is tried stands √2 apart, and what one L costs is flat about its least.
+    assert max(lengths) <= 2.0 * min(lengths)
 
 
 @pytest.mark.parametrize("p", [2e-6, 1e-5, 1e-4])
@@ -62,10 +124,7 @@ def test_corners_within_an_unseen_tolerance_are_met_exactly() -> None:
 def test_a_tolerance_that_is_not_seen_costs_no_time(p: float, rise: float) -> None:
     """Once a tolerance of a few nanometres took up to a tenth more than none."""
     rows = "".join(f"G1 X{7 * k} Y{rise * (k % 2)}\n" for k in range(1, 9))
-    times = []
-    for mode in ("G61", f"G64 P{p:.7f}"):
-        program = pipeline.read_text(f"G21 G90 F9000 {mode}\n{rows}M2\n")
-        times.append(list(pipeline.plan(program, machine()))[-1].profile.t[-1])
+    times = [seconds(f"G21 G90 F9000 {mode}\n{rows}M2\n", machine()) for mode in ("G61", f"G64 P{p:.7f}")]
     assert times[1] <= 1.001 * times[0]
 
 
@@ -80,8 +139,43 @@ def test_corners_of_a_rotary_axis_cost_no_more_than_stops(ratio: float) -> None:
         x, y = x + way * np.cos(heading), y + way * np.sin(heading)
         a += float(rng.choice([-1, 0, 1])) * ratio * way
         rows.append(f"G1 X{x:.3f} Y{y:.3f} A{a:.3f}")
-    seconds = []
-    for mode in ("G64 P0.002", "G61"):
-        text = "\n".join([f"G21 G90 {mode} F3000", *rows, "M2", ""])
-        seconds.append(list(pipeline.plan(pipeline.read_text(text), load("generic-mill")))[-1].profile.t[-1])
-    assert seconds[0] <= seconds[1]
+    given = ["\n".join([f"G21 G90 {mode} F3000", *rows, "M2", ""]) for mode in ("G64 P0.002", "G61.1")]
+    one, other = (seconds(text, load("generic-mill")) for text in given)
+    assert one <= other
+
+
+def test_a_rotary_axis_that_hardly_changes_its_pace_is_no_reason_to_creep() -> None:
+    """P of 0.6 µm, δ of 5: where the radius is less than δ/2 the chord formula once left 0.4 µm/s of 86 µm/s (7 % longer)."""
+    axes = {letter: Axis(letter, 90.0, 4900.0, 76_000.0) for letter in "XYZ"}
+    axes["A"] = Axis("A", 8.2, 445.0, 6911.0)
+    where = Machine("fast", axes, period_s=0.001, chord_tolerance_mm=0.005)
+    rows = "F29641\nG1 X0.549 A50.8\nG1 X-3.3 Y5.3 A562.1\nM2\n"
+    one, other = (seconds(f"G21 G90 {mode} {rows}", where) for mode in ("G64 P0.000575", "G61.1"))
+    assert one <= 1.001 * other
+
+
+@pytest.mark.parametrize("angle", [40.0, 90.0, 144.0])
+@pytest.mark.parametrize("chord", [1e-4, 1e-3])
+def test_more_tolerance_takes_no_more_time(angle: float, chord: float) -> None:
+    """At 4 ms and δ = 0.1 µm chords bound the speed: P of 0.1 mm once took up to twice as long as a stop at each corner."""
+    where = Machine("slow", machine().axes, period_s=0.004, chord_tolerance_mm=chord)
+    turns = np.radians(angle) * np.array([0, 1, 2, 1, 0])
+    ends = np.cumsum(6.0 * np.stack([np.cos(turns), np.sin(turns)], axis=1), axis=0)
+    rows = "".join(f"G1 X{x:.4f} Y{y:.4f}\n" for x, y in ends)
+    modes = ["G61.1", *(f"G64 P{p}" for p in (0.001, 0.01, 0.1))]
+    times = [seconds(f"G21 G90 F6000 {mode}\n{rows}M2\n", where) for mode in modes]
+    assert all(later <= 1.001 * former for former, later in pairwise(times))
+
+
+def test_corners_do_not_depend_on_how_rows_arrive() -> None:
+    """How a row goes on at its other end counts, and so does what went before it: one row at a time and all at once."""
+    rng = np.random.default_rng(5)
+    heading = np.cumsum(rng.choice([-2.0, -1.0, -0.05, 0.04, 1.5], 300))
+    way = np.exp(rng.uniform(np.log(0.02), np.log(5.0), 300))
+    ends = np.cumsum(way[:, None] * np.stack([np.cos(heading), np.sin(heading), 0.0 * way], axis=1), axis=0)
+    rows = toolpath([0, 0, 0], ends.tolist(), tolerance=2e-4)
+    whole = join(list(smooth([rows], None, machine())))
+    single = join(list(smooth((between(rows, k, k + 1) for k in range(300)), None, machine())))
+    assert {Kind.LINE, Kind.NURBS} == set(whole.kind.tolist())
+    np.testing.assert_array_equal(whole.kind, single.kind)
+    np.testing.assert_array_equal(whole.end, single.end)
