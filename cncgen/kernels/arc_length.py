@@ -2,7 +2,8 @@
 """Arc length of rational B-splines, and the parameter at an arc length (docs/arc-length.md).
 
 Curves and notation are those of `bspline`, on whose `Span` this works as C. Length is the integral of |C'| by a
-Gauss-Legendre rule on panels where |C'| is smooth; its inverse u(s) is a Hermite polynomial of degree 7 a cell.
+Gauss-Legendre rule on panels where |C'| is smooth, in a table (Guenter and Parent 1990); its inverse u(s) is a Hermite
+polynomial of degree 7 a cell (the feed correction polynomial of Erkorkmaz and Altintas 2005).
 """
 
 import cython

@@ -4,7 +4,7 @@ With w = s' the piece solves w'' = j + c w, w(0) = v, w'(0) = a. Put q = j + c v
 
     S1 = τ φ1(x),  S2 = τ² φ2(x),  S3 = τ³ φ3(x),  x = c τ²,  φn(x) = Σ_k x^k / (2k + n)!
 
-(the Stumpff functions: sinh, cosh − 1 and sinh − x for c > 0, sin, 1 − cos and x − sin for c < 0). Then
+(the functions of Stumpff 1959: sinh, cosh − 1 and sinh − x for c > 0, sin, 1 − cos and x − sin for c < 0). Then
 
     s(τ) = s0 + v τ + a S2 + q S3,   s' = v + a S1 + q S2,   s'' = a (1 + c S2) + q S1,   s''' = c a S1 + q (1 + c S2).
 

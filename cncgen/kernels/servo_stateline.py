@@ -1,4 +1,7 @@
-"""Axes under a stateline: every control period each axis checks its error criterion, and all advance or all hold."""
+"""Axes under a stateline: every control period each axis checks its error criterion, and all advance or all hold.
+
+Source: Jung and Choi, eqs 6 and 7 and Rule 2; what was decided beyond it stands in `cncgen.servo.controllers.stateline`.
+"""
 
 import cython
 

@@ -7,7 +7,8 @@ A segment of length L runs from speed v1 to v2 under a top speed F, an accelerat
       │ v1
       └──────────────────────────────── t
 
-Ramp distances d(v, v + Δ), Δ ≥ 0 (Tsai 2010, section 5.3; the profiles of Chen and Hsu, section 2):
+Ramp distances d(v, v + Δ), Δ ≥ 0 (Tsai 2010, section 5.3; bell: Biagiotti and Melchiorri 2008, section 3.4; the profiles of
+Chen and Hsu, section 2):
 
     0 bell          (2v + Δ) √(Δ/J)                     where Δ ≤ A²/J, else (2v + Δ)/2 · (Δ/A + A/J)
     1 linear        (2v + Δ)/2 · Δ/A
