@@ -16,6 +16,7 @@ import pytest
 from cncgen.cli.app import cli
 from cncgen.machine import load
 from cncgen.machine.reading import machine_from_toml
+from cncgen.planner.record import Limit
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = ["README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md"))]
@@ -74,6 +75,15 @@ def test_files_that_the_pages_name_are_there(page: str) -> None:
     names = re.findall(r"`((?:cncgen|grammars|programs|benchmarks|tests|docs)/[\w./-]*)`", text_of(page))
     missing = [name for name in names if not (ROOT / name).exists()]
     assert not missing
+
+
+def test_the_readme_names_every_limit() -> None:
+    """By its number in the column, in order."""
+    (said,) = re.findall(r"`limit` is what holds the speed back: ([^)]*)\)", text_of("README.md"))
+    numbers = [int(part.split()[0]) for part in said.replace("\n", " ").split(", ")]
+    names = [part.split(maxsplit=1)[1].split()[0] for part in said.replace("\n", " ").split(", ")]
+    assert numbers == [limit.value for limit in Limit]
+    assert names[1:] == [limit.name.lower().split("_")[0] for limit in Limit][1:]
 
 
 def test_the_readmes_machine_is_one() -> None:
