@@ -120,7 +120,8 @@ def joints_of(
     turn = right[1] - left[1]
     linear, square = bounds.jump(turn, right[2] - left[2])
     speed = speed_within(linear, square, JUMP_SHARE)
-    corner = speed < _worth_a_stop(bounds, s, stop | (speed < np.sqrt(top)), left[1], right[1], top)
+    held = speed < np.sqrt(top)
+    corner = held & (speed < _worth_a_stop(bounds, s, stop | held, left[1], right[1], top))
     # Within half a period the largest acceleration leads as far as a jerk of 6 A/T.
     within = np.minimum(bounds.axes.jerk, 6.0 * bounds.axes.acceleration / bounds.period_s)
     jerks = np.stack([along_path(within, side[1]) for side in (left, right)])

@@ -250,12 +250,12 @@ def _first(
 
 
 def _beside(bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats]) -> Floats:
-    """Return the largest spacing at breakpoints with a jump: within its zone, and where the speed there is low, within
-    half of what full jerk needs to double it."""
+    """Return the largest spacing at breakpoints with a jump: a part of its zone, and where the speed there is low, of the
+    way on which full jerk raises it by half."""
     jerk = along_path(bounds.axes.jerk, sides[0][1], sides[1][1])
     with np.errstate(invalid="ignore"):
         ramp = np.sqrt(joints.speed / jerk)
-        return np.fmin(0.7 * joints.zone, 0.5 * joints.speed * ramp)
+        return np.fmin(0.35 * joints.zone, 0.25 * joints.speed * ramp)
 
 
 def _probes(path: Path, joints: Joints, seen: float) -> tuple[Floats, Floats]:
