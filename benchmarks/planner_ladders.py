@@ -91,12 +91,8 @@ class Case:
     @property
     def machine(self) -> Machine:
         """The machine with these limits."""
-<<<<<<< HEAD
         velocity, acceleration, jerk = self.limits
         axes = {a: Axis(a, velocity[i], acceleration[i], jerk[i]) for i, a in enumerate("XY")}
-=======
-        axes = {letter: Axis(letter, *(row[i] for row in self.limits)) for i, letter in enumerate("XY")}
->>>>>>> 733070fcf95a42a1080a4507ff6f545eefe697e5
         return Machine(
             name="ladder",
             axes=MappingProxyType(axes),
@@ -243,11 +239,7 @@ def drawn(draw: np.random.Generator, mode: str) -> Case:
     return Case(
         name,
         moves,
-<<<<<<< HEAD
         tuple(map(tuple, (base[:, None] * weak).tolist())),
-=======
-        tuple(map(tuple, (base[:, None] * weak).tolist())),  # type: ignore[arg-type]
->>>>>>> 733070fcf95a42a1080a4507ff6f545eefe697e5
         10.0 ** draw.uniform(0.5, 3.0),
         10.0 ** draw.uniform(-4.0, -1.0),
         float(draw.choice([0.25e-3, 0.5e-3, 1e-3, 2e-3, 4e-3])),
