@@ -95,6 +95,7 @@ class Case:
         limits: Velocity, acceleration and jerk of each axis of `LETTERS`, mm or degrees.
         chord: Chord tolerance, mm.
         scale: Factor on all lengths but the rotary axis's.
+        period: Time between setpoints, s; None for `PERIOD`.
     """
 
     moves: tuple[Move, ...]
@@ -104,6 +105,7 @@ class Case:
     limits: tuple[tuple[float, float, float], ...]
     chord: float = 1e-3
     scale: float = 1.0
+    period: float | None = None
 
     @property
     def machine(self) -> Machine:
@@ -115,7 +117,7 @@ class Case:
         return Machine(
             name="random",
             axes=MappingProxyType(axes),
-            period_s=PERIOD,
+            period_s=self.period or PERIOD,
             chord_tolerance_mm=self.chord * self.scale,
             path_tolerance_mm=0.01 * self.scale,
         )
@@ -146,7 +148,8 @@ class Case:
             f"\n    {letter}: velocity {v:.9g}, acceleration {a:.9g}, jerk {j:.9g}"
             for letter, (v, a, j) in zip(LETTERS, self.limits, strict=True)
         )
-        return f"Case, chord {self.chord:g} mm{limits}\n{self.text}"
+        period = f", period {self.period:g} s" if self.period else ""
+        return f"Case, chord {self.chord:g} mm{period}{limits}\n{self.text}"
 
 
 def _number(x: float) -> str:
@@ -245,6 +248,54 @@ def _curve(draw: st.DrawFn) -> Curve:
 
 def _back(move: Move) -> Move:
     return Line(tuple(-x for x in move.by)) if isinstance(move, Line) else move  # type: ignore[arg-type]
+
+
+def _turned(length: Sequence[float], turn: Sequence[float]) -> tuple[Move, ...]:
+    """Return lines in the plane, each turned by an angle against the one before."""
+    heading = np.cumsum(turn)
+    return tuple(
+        Line((size * math.cos(angle), size * math.sin(angle), 0.0, 0.0))
+        for size, angle in zip(length, heading, strict=True)
+    )
+
+
+@st.composite
+def _outline(draw: st.DrawFn) -> tuple[Move, ...]:
+    """Draw a square, a zigzag, a star or any polyline."""
+    kind = draw(st.sampled_from(["square", "zigzag", "star", "polyline", "polyline", "short"]))
+    size = draw(_logarithmic(0.3, 60.0))
+    if kind == "square":
+        return _turned([size] * 4, [0.5 * math.pi] * 4)
+    count = draw(st.integers(3, 9))
+    if kind == "zigzag":
+        turn = draw(st.floats(0.1, 3.0))
+        return _turned([size] * count, [turn * (-1.0) ** k for k in range(count)])
+    if kind == "star":
+        points = draw(st.sampled_from([5, 7, 9]))
+        return _turned([size] * points, [2.0 * math.pi * (points // 2) / points] * points)
+    low, high = (0.3 * size, 3.0 * size) if kind == "polyline" else (0.02, 20.0)
+    length = [draw(_logarithmic(low, high)) for _ in range(count)]
+    return _turned(length, [math.radians(draw(st.floats(5.0, 175.0))) * draw(_signs) for _ in range(count)])
+
+
+@st.composite
+def outlines(draw: st.DrawFn) -> Case:
+    """Draw the outline of a simple shape and a common machine for it; the mode is left to the property."""
+    limits = (
+        draw(_logarithmic(50.0, 500.0)),
+        draw(_logarithmic(500.0, 5000.0)),
+        draw(_logarithmic(1e4, 1e6)),
+    )
+    slower = draw(st.sampled_from([1.0, 1.0, 1.0, 0.3]))
+    return Case(
+        draw(_outline()),
+        60.0 * draw(_logarithmic(5.0, 500.0)),
+        False,
+        "G61",
+        (limits, tuple(slower * x for x in limits), limits, limits),  # type: ignore[arg-type]
+        chord=draw(st.sampled_from([1e-3, 1e-3, 1e-4, 5e-3])),
+        period=draw(st.sampled_from([0.25e-3, 0.5e-3, 1e-3, 2e-3, 4e-3])),
+    )
 
 
 @st.composite
@@ -464,6 +515,19 @@ def bounds(case: Case) -> None:
     assert one >= least * 0.998 - 1e-6, f"{one:.9g} s, acceleration alone needs {least:.9g} s"
 
 
+def tolerances(case: Case) -> None:
+    """Without stops no longer than with them, and no tolerance takes longer than one that is less: 0.1 %."""
+    stopped = planned(replace(case, mode="G61.1")).time
+    least = stopped
+    for mode in ("G61", "G64 P0.001", "G64 P0.003", "G64 P0.01", "G64 P0.03", "G64 P0.1"):
+        time = planned(replace(case, mode=mode)).time
+        assert time <= least * 1.001 + 1e-6, (
+            f"{mode} {time:.9g} s, with less {least:.9g} s ({(time / least - 1.0) * 100:+.3f} %), with stops {stopped:.9g} s"
+        )
+        # Corners of G61 are passed where setpoints do not see them, which a tolerance does not promise.
+        least = least if mode == "G61" else min(least, time)
+
+
 def smoothed(case: Case) -> list[Toolpath]:
     """Return the toolpaths as they are travelled: smoothed under G64, feeds by inverse time as speeds."""
     machine = case.machine
@@ -584,14 +648,15 @@ def _two_passes(h: Floats, top: Floats, x1: Floats, x2: Floats, acceleration: Fl
     return float((2.0 * h / np.maximum(v[:-1] + v[1:], 1e-12)).sum())
 
 
-PROPERTIES: dict[str, tuple[Callable[[Case], None], dict[str, object]]] = {
-    "limits": (limits, {}),
-    "continuous": (continuous, {}),
-    "units": (units, {}),
-    "splitting": (splitting, {"modes": ("G61",)}),
-    "relaxing": (relaxing, {}),
-    "reversing": (reversing, {}),
-    "bounds": (bounds, {}),
+PROPERTIES: dict[str, tuple[Callable[[Case], None], st.SearchStrategy[Case]]] = {
+    "limits": (limits, cases()),
+    "continuous": (continuous, cases()),
+    "units": (units, cases()),
+    "splitting": (splitting, cases(modes=("G61",))),
+    "relaxing": (relaxing, cases()),
+    "reversing": (reversing, cases()),
+    "bounds": (bounds, cases()),
+    "tolerances": (tolerances, outlines()),
 }
 
 
@@ -613,7 +678,7 @@ def run(name: str, count: int, number: int, most_s: int = 60, shrink: bool = Fal
         most_s: Seconds that a case may take; one that takes longer counts as a failure.
         shrink: Stop at the first failure and look for a smaller one, which is printed last.
     """
-    check, kinds = PROPERTIES[name]
+    check, drawn = PROPERTIES[name]
     seconds: list[float] = []
     failed: list[int] = []
     start = time.monotonic()
@@ -628,7 +693,7 @@ def run(name: str, count: int, number: int, most_s: int = 60, shrink: bool = Fal
         report_multiple_bugs=False,
     )
     @seed(number)
-    @given(cases(**kinds))  # type: ignore[arg-type]
+    @given(drawn)
     def tried(case: Case) -> None:
         begin = time.process_time()
         signal.alarm(most_s)

@@ -34,13 +34,13 @@ _spec.loader.exec_module(properties)
 ALIKE = ((100.0, 1000.0, 1e4),) * 4
 
 
-@pytest.mark.parametrize("name", ["limits", "continuous", "splitting", "reversing", "bounds"])
+@pytest.mark.parametrize("name", ["limits", "continuous", "splitting", "reversing", "bounds", "tolerances"])
 def test_random_programs(name: str) -> None:
     """Each property on a few random paths."""
-    check, kinds = properties.PROPERTIES[name]
+    check, drawn = properties.PROPERTIES[name]
 
     @settings(max_examples=4)
-    @given(properties.cases(**kinds))
+    @given(drawn)
     def tried(case: properties.Case) -> None:  # type: ignore[name-defined]
         check(case)
 
