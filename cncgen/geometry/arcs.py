@@ -102,7 +102,18 @@ def spirals(arcs: ArcTable, start: Floats, end: Floats) -> Spirals:
     normal, sweep = arcs.normal, arcs.sweep
     if not len(arcs):
         plane, others = np.zeros((0, 3)), np.zeros((0, start.shape[1]))
-        return Spirals(plane, plane, plane, sweep, sweep, others, others, sweep, sweep, sweep)
+        return Spirals(
+            centre=plane,
+            e1=plane,
+            e2=plane,
+            radius=sweep,
+            growth=sweep,
+            rise=others,
+            base=others,
+            sweep=sweep,
+            pitch=sweep,
+            length=sweep,
+        )
     turn = np.where(sweep > 0, sweep, 1.0)
     inward = start[:, :3] - arcs.centre
     height = np.einsum("ij,ij->i", end[:, :3] - start[:, :3], normal)
@@ -124,4 +135,15 @@ def spirals(arcs: ArcTable, start: Floats, end: Floats) -> Spirals:
     pitch = np.abs(height / turn)
     exact = sweep * np.sqrt(radius**2 + pitch**2)
     length = np.where(growth == 0.0, exact, _length(radius, growth, pitch, sweep))
-    return Spirals(arcs.centre, e1, np.cross(normal, e1), radius, growth, rise, base, sweep, pitch, length)
+    return Spirals(
+        centre=arcs.centre,
+        e1=e1,
+        e2=np.cross(normal, e1),
+        radius=radius,
+        growth=growth,
+        rise=rise,
+        base=base,
+        sweep=sweep,
+        pitch=pitch,
+        length=length,
+    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -176,7 +177,7 @@ class Lengths:
         They are few, for each is looked for by itself.
         """
         out = np.empty(len(u))
-        border = "right" if side >= 0 else "left"
+        border: Literal["left", "right"] = "right" if side >= 0 else "left"
         for k, (c, at) in enumerate(zip(curve.tolist(), u.tolist(), strict=True)):
             mine = self.cells[self.offset[c] : self.offset[c + 1]]
             out[k] = mine[max(int(np.searchsorted(mine[:, 0], at, side=border)) - 1, 0), 2]

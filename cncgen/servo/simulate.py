@@ -126,7 +126,15 @@ class _Run:
         command, position, force, bounded = rows
         first, self._first = self._first, self._first + len(command)
         return Response(
-            block.axes, block.period_s, first, command, position, force, self._units, bounded, errors
+            axes=block.axes,
+            period_s=block.period_s,
+            first=first,
+            command=command,
+            position=position,
+            force=force,
+            force_unit=self._units,
+            saturated=bounded,
+            contour_error_mm=errors,
         )
 
 

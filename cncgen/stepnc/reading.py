@@ -78,15 +78,15 @@ class Source:
             self.options.spindle_sign == "tool",
         )
         executor = Executor(
-            self.reader,
-            self.exchange,
-            canon,
-            self.start,
-            self.kinematics,
-            lambda step: make_paths(step, self.exchange),
-            self.options.max_steps,
-            rules,
-            self.lengths,
+            reader=self.reader,
+            exchange=self.exchange,
+            canon=canon,
+            start=self.start,
+            kinematics=self.kinematics,
+            make_paths=lambda step: make_paths(step, self.exchange),
+            max_steps=self.options.max_steps,
+            rules=rules,
+            lengths=self.lengths,
         )
         yield from executor.run()
         self.exchange.reporter.close()

@@ -139,19 +139,19 @@ def _read(ip: Interpreter, block: Block) -> Thread:
     ends = round(words.get("l", 0.0))
     taper = words.get("e", 0.0)
     return Thread(
-        state.position[_X],
-        state.position[_Z],
-        ip.end_point(block)[_Z],
-        words["p"],
-        peak,
-        first,
-        full,
-        max(degression, 1.0),
-        math.tan(math.radians(words.get("q", 0.0))),
-        springs,
-        max(taper, 0.0),
-        taper > 0.0 and ends in (1, 3),
-        taper > 0.0 and ends in (2, 3),
+        drive=state.position[_X],
+        start=state.position[_Z],
+        end=ip.end_point(block)[_Z],
+        pitch=words["p"],
+        peak=peak,
+        first=first,
+        full=full,
+        degression=max(degression, 1.0),
+        flank=math.tan(math.radians(words.get("q", 0.0))),
+        springs=springs,
+        taper=max(taper, 0.0),
+        entry=taper > 0.0 and ends in (1, 3),
+        exit=taper > 0.0 and ends in (2, 3),
     )
 
 

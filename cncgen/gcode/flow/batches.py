@@ -95,14 +95,14 @@ class Batches:
         """Give the rows to the sink."""
         self._ip.sink.motions(
             MotionBatch(
-                self._motion[:rows],
-                self._end[:rows],
-                self._feed[:rows],
-                self._feed_set[:rows],
-                self._centre[:rows],
-                self._turns[:rows],
-                self._line[:rows],
-                self._offset[:rows],
-                source,
+                motion=self._motion[:rows],
+                end=self._end[:rows],
+                feed=self._feed[:rows],
+                feed_set=self._feed_set[:rows],
+                centre=self._centre[:rows],
+                turns=self._turns[:rows],
+                line=self._line[:rows],
+                offset=self._offset[:rows],
+                source=source,
             )
         )

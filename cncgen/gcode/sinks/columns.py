@@ -182,15 +182,15 @@ class ColumnsSink:
         )
         self.builder.add(
             Rows(
-                np.array([Kind.NURBS], np.int8),
-                end,
-                self._inside_feed(one * self._feed, np.array([rotary_only]), rate),
-                np.array([self._inside_mode()], np.int8),
-                np.zeros(1, np.int64),
-                np.array([self.block.line], np.int64),
-                self._path_mode,
-                self._tolerance,
-                self.block.source,
+                kind=np.array([Kind.NURBS], np.int8),
+                end=end,
+                feed=self._inside_feed(one * self._feed, np.array([rotary_only]), rate),
+                feed_mode=np.array([self._inside_mode()], np.int8),
+                curve=np.zeros(1, np.int64),
+                line=np.array([self.block.line], np.int64),
+                path_mode=self._path_mode,
+                tolerance=self._tolerance,
+                source=self.block.source,
                 nurbs=table,
             )
         )
@@ -215,16 +215,16 @@ class ColumnsSink:
             table = self._arc_table(batch, arcs, start[arcs], end[arcs])
         self.builder.add(
             Rows(
-                np.where(arcs, Kind.ARC, Kind.LINE).astype(np.int8),
-                end,
-                feed,
-                np.where(rapid, FeedMode.RAPID, self._inside_mode()).astype(np.int8),
-                curve,
-                batch.line,
-                self._path_mode,
-                self._tolerance,
-                batch.source,
-                table,
+                kind=np.where(arcs, Kind.ARC, Kind.LINE).astype(np.int8),
+                end=end,
+                feed=feed,
+                feed_mode=np.where(rapid, FeedMode.RAPID, self._inside_mode()).astype(np.int8),
+                curve=curve,
+                line=batch.line,
+                path_mode=self._path_mode,
+                tolerance=self._tolerance,
+                source=batch.source,
+                arcs=table,
             )
         )
 

@@ -110,15 +110,15 @@ class Columns(Canon):
         self._waiting, self._waiting_rows = [], 0
         self._builder.add(
             Rows(
-                np.full(n, Kind.LINE, np.int8),
-                np.concatenate(points),
-                np.repeat(np.array(feed), counts),
-                np.repeat(modes, counts),
-                np.full(n, -1, np.int64),
-                np.repeat(np.array(line, np.int64), counts),
-                self._mode,
-                self._tolerance,
-                0,
+                kind=np.full(n, Kind.LINE, np.int8),
+                end=np.concatenate(points),
+                feed=np.repeat(np.array(feed), counts),
+                feed_mode=np.repeat(modes, counts),
+                curve=np.full(n, -1, np.int64),
+                line=np.repeat(np.array(line, np.int64), counts),
+                path_mode=self._mode,
+                tolerance=self._tolerance,
+                source=0,
             )
         )
 
@@ -128,17 +128,17 @@ class Columns(Canon):
         self._flush()
         self._builder.add(
             Rows(
-                np.array([kind], np.int8),
-                end,
-                np.array([math.nan if rapid else self._feed]),
-                np.array([FeedMode.RAPID if rapid else FeedMode.SPEED], np.int8),
-                np.zeros(1, np.int64),
-                np.array([self._line], np.int64),
-                self._mode,
-                self._tolerance,
-                0,
-                arcs,
-                nurbs,
+                kind=np.array([kind], np.int8),
+                end=end,
+                feed=np.array([math.nan if rapid else self._feed]),
+                feed_mode=np.array([FeedMode.RAPID if rapid else FeedMode.SPEED], np.int8),
+                curve=np.zeros(1, np.int64),
+                line=np.array([self._line], np.int64),
+                path_mode=self._mode,
+                tolerance=self._tolerance,
+                source=0,
+                arcs=arcs,
+                nurbs=nurbs,
             )
         )
 
