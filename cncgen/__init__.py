@@ -1,8 +1,8 @@
 """cncgen: NC programs to servo setpoints within the machine's limits.
 
 The library in a line a stage: `read` a program (`read_text`: from memory), `plan` it on a machine, `sample` the
-trajectory, `write` the setpoints (`read_setpoints` reads those of any origin), `simulate` the servo axes, `judge` them
-against program and machine. Lengths are mm, times s, angles rad. What is wrong with a program, a machine file or a call
+trajectory (`plan_with_summary`: both, with the figures of the plan), `write` the setpoints (`read_setpoints` reads those of
+any origin), `simulate` the servo axes, `judge` them against program and machine. Lengths are mm, times s, angles rad. What is wrong with a program, a machine file or a call
 raises `CncgenError` with all its diagnostics. Names are imported when they are first used, so that ``import cncgen``
 costs nothing.
 """
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from cncgen.machine import load_machine as load_machine
     from cncgen.pipeline import judge as judge
     from cncgen.pipeline import plan as plan
+    from cncgen.pipeline import plan_with_summary as plan_with_summary
     from cncgen.pipeline import read as read
     from cncgen.pipeline import read_setpoints as read_setpoints
     from cncgen.pipeline import read_text as read_text
@@ -35,6 +36,7 @@ _PUBLIC = {
     "read": "cncgen.pipeline",
     "read_text": "cncgen.pipeline",
     "plan": "cncgen.pipeline",
+    "plan_with_summary": "cncgen.pipeline",
     "sample": "cncgen.pipeline",
     "simulate": "cncgen.pipeline",
     "judge": "cncgen.pipeline",

@@ -265,6 +265,20 @@ def test_setpoints_to_a_file_and_back(tmp_path: Path) -> None:
     assert {"verify-acceleration", "verify-jerk"} <= codes
 
 
+def test_the_summary_of_a_plan() -> None:
+    """40 mm in the time that its setpoints take, at 20 mm/s at most; options as keywords, as `plan` has them."""
+    stream, summary = cncgen.plan_with_summary(square(), "xy-table", feedrate="ild", signals="feed")
+    points = stream.collect()
+    found = json.loads(json.dumps(summary.as_json(), allow_nan=False))
+    assert (found["program"], found["machine"], found["feedrate"]) == ("square.nc", "xy-table", "ild")
+    assert (found["samples"], found["motions"]) == (len(points), 4)
+    assert found["path_length_mm"] == pytest.approx(40.0)
+    assert found["feed_mm_s"]["max"] == pytest.approx(float(points.signals["feed"].max()))
+    assert 0.0 <= points.time_s[-1] - found["motion_time_s"] < 0.001
+    with pytest.raises(UsageError, match="there is no option 'feed_rate'"):
+        cncgen.plan_with_summary(square(), feed_rate="ild")
+
+
 def test_a_stream_is_drawn_once() -> None:
     """A second time it would look like a program that moves nothing."""
     plan, stream = cncgen.plan(square()), cncgen.sample(cncgen.plan(square()))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -119,13 +119,23 @@ def plan(
     """
     from cncgen import planner
 
-    where = machine_of(machine)
+    where, how = machine_of(machine), _asked_for(options, asked)
     program = program_of(program, where)
-    if options is not None:
-        expect(options, planner.PlanOptions, "options", "cncgen.PlanOptions (or its fields as keywords)")
-    expect_fields(planner.PlanOptions, asked)
-    how = replace(options or planner.PlanOptions(), **asked)
     return Plan(program, where, planner.plan(sound(program), where, how))
+
+
+def _asked_for(options: PlanOptions | None, asked: Mapping[str, Any]) -> PlanOptions:
+    """Return options with fields that are given by themselves.
+
+    Raises:
+        UsageError: They are none, or there is no such field.
+    """
+    from cncgen.planner import PlanOptions
+
+    if options is not None:
+        expect(options, PlanOptions, "options", "cncgen.PlanOptions (or its fields as keywords)")
+    expect_fields(PlanOptions, asked)
+    return replace(options or PlanOptions(), **asked)
 
 
 def output_axes(program: Program) -> str:
@@ -163,21 +173,33 @@ def sample(planned: Plan, signals: Sequence[str] = ()) -> SetpointStream:
 
 
 def plan_with_summary(
-    program: Program,
-    machine: Machine | str | os.PathLike[str],
+    program: Program | str | os.PathLike[str],
+    machine: Machine | str | os.PathLike[str] = "generic-mill",
     options: PlanOptions | None = None,
     signals: Sequence[str] = (),
     line_times: LineTimes | None = None,
+    **asked: Any,
 ) -> tuple[SetpointStream, Summary]:
-    """Plan and sample a program under the eyes of a summary, which is complete when the stream is drawn.
+    """Plan and sample a program under the eyes of a summary: times, lengths, peaks, corners, the slowest places.
 
-    What each line takes is gathered into `line_times`, where it is given.
+    Args:
+        program, machine, options, asked: As for `plan`.
+        signals: As for `sample`.
+        line_times: Gathers what each line takes, where it is given.
+
+    Returns:
+        The setpoints, and the summary: its ``as_json()`` is what ``cncgen plan --summary`` writes, once the stream has
+        been drawn to its end.
+
+    Raises:
+        UsageError, ProgramError, NoPlanError: As `plan` and `sample`.
     """
     from cncgen import planner
     from cncgen.planner.strategies import available
     from cncgen.report.summary import Summary
 
-    where, how = machine_of(machine), options or planner.PlanOptions()
+    where, how = machine_of(machine), _asked_for(options, asked)
+    program = program_of(program, where)
     summary = Summary(program, where, how.feedrate or available()[0], line_times)
     trajectories = planner.plan(summary.over_toolpaths(sound(program)), where, how)
     stream = sample(Plan(program, where, summary.over_trajectories(trajectories)), signals)
