@@ -9,10 +9,13 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import click
+import numpy as np
 import pytest
 
+import cncgen
 from cncgen.cli.app import cli
 from cncgen.machine import load
 from cncgen.machine.reading import machine_from_toml
@@ -120,6 +123,32 @@ def test_the_readmes_commands_run(tmp_path: Path) -> None:
     )
     assert run.returncode == 0, run.stderr[-2000:]
     assert {path.name for path in tmp_path.iterdir()} >= {"part.csv", "part.html", "response.csv"}
+
+
+def test_the_examples_of_the_library_run(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One after the other, from the top of the checkout; what they print is what the page says of it."""
+    monkeypatch.chdir(ROOT)
+    code = re.findall(r"```python\n(.*?)```", text_of("docs/library.md"), re.S)
+    names: dict[str, Any] = {}
+    exec(compile("".join(code), "library.md", "exec"), names)
+    radius = float(np.hypot(*names["steady"].T).mean())
+    assert 20.0 - radius == pytest.approx(20.0 * (1.0 - 1.0 / np.hypot(1.0, 2.5 / 80.0)), rel=0.1)
+    fit = names["fit"]
+    for name, value in names["drive"].parameters.items():
+        assert abs(fit.parameters[name] - value) < 4.0 * fit.uncertainty[name]
+    said = capsys.readouterr().out
+    assert said.startswith("optimal: ")
+    assert said.endswith("arc-radius 2 1.0\n")
+
+
+def test_the_library_page_has_every_public_name() -> None:
+    (table,) = re.findall(r"\| name \|.*?\n\n", text_of("docs/library.md"), re.S)
+    said = set(re.findall(r"^\| ((?:`\w+`(?:, )?)+)", table, re.M))
+    named = {name for cell in said for name in re.findall(r"`(\w+)`", cell)}
+    shown = {"Setpoints", "Diagnostic", "__version__"}  # what stages hand on, and what errors carry
+    assert named | shown == set(cncgen.__all__)
 
 
 #: Author and year, as docstrings and pages cite: the last of the names that stand before the year.
