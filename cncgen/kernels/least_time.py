@@ -280,6 +280,7 @@ def solve(
     d3: cython.double[:, :, ::1],
     limits: cython.double[:, ::1],
     factor: cython.double[:, :, ::1],
+    hidden: cython.double[:, ::1],
     share: cython.double[:, :, ::1],
     tolerance: cython.double,
     slack: cython.double,
@@ -300,6 +301,7 @@ def solve(
         d1, d2, d3: Shape (n, 3, axes), derivatives of the path at left end, middle and right end.
         limits: Shape (2, axes): acceleration, jerk.
         factor: Shape (n, 2, axes): parts of acceleration and jerk limits that the interval may use.
+        hidden: Shape (n, axes), what d3 may be more at the quarter points than the parabola through its values shows.
         share: Shape (n, 2, axes), ones: parts of acceleration and jerk limits at the ends that hold them between; updated.
         tolerance: Duality gap as a part of F at which to end.
         slack: Part by which a limit may be passed between the ends of an interval.
@@ -329,7 +331,7 @@ def solve(
             if _due(iteration, system.gap / f):
                 fresh = system.gap > 0.006 * f
                 verdict.between(
-                    tighten(c, h, ends, d1, d2, d3, limits, factor, share, slack, eased, fresh, value)
+                    tighten(c, h, ends, d1, d2, d3, limits, factor, hidden, share, slack, eased, fresh, value)
                 )
                 if fresh or verdict.worst > 1.0 + slack:
                     apply(rows, offset, kind, axis, share, slack, eased)

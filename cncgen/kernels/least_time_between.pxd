@@ -9,6 +9,7 @@ cpdef double tighten(
     double[:, :, ::1] d3,
     double[:, ::1] limits,
     double[:, :, ::1] factor,
+    double[:, ::1] hidden,
     double[:, :, ::1] share,
     double slack,
     Py_ssize_t eased,

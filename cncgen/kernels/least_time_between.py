@@ -8,6 +8,9 @@ from cython.cimports.libc.math import fabs, sqrt
 
 #: What limits are eased by at the start of a window in motion, by the slack.
 _EASE = cython.declare(cython.double, 2.0)
+#: The largest part of the jerk limit that is taken to hide between three values of the third derivative: of a cusp, those
+#: tell little.
+_CONCEALED = cython.declare(cython.double, 0.3)
 
 
 @cython.cfunc
@@ -54,6 +57,7 @@ def tighten(
     d3: cython.double[:, :, ::1],
     limits: cython.double[:, ::1],
     factor: cython.double[:, :, ::1],
+    hidden: cython.double[:, ::1],
     share: cython.double[:, :, ::1],
     slack: cython.double,
     eased: cython.Py_ssize_t,
@@ -62,7 +66,8 @@ def tighten(
 ) -> cython.double:
     """Lower the limits of intervals between whose ends acceleration or jerk of an axis passes its limit.
 
-    Derivatives of the path are given at both ends and the middle of each interval, and taken as quadratics between.
+    Derivatives of the path are given at both ends and the middle of each interval, and taken as quadratics between; what
+    the third one is more at the quarter points adds to the jerk there.
     The largest values inside, estimated from three inner points, are compared with those at the ends, where the rows
     hold them. While the iterates are far from the optimum (`fresh`), ``share[k, 0]`` (acceleration) and ``share[k, 1]``
     (jerk) become the ratio of the largest value at the ends to the largest inside; later they are only lowered, where a
@@ -97,6 +102,7 @@ def tighten(
     acc_in: cython.double
     jerk_in: cython.double
     bulge: cython.double
+    most: cython.double
     margin: cython.double = 1.0 if fresh else 1.0 - 0.5 * slack
     worst: cython.double = 0.0
     if fresh:
@@ -124,6 +130,9 @@ def tighten(
                 e3 = l0 * d3[k, 0, a] + l1 * d3[k, 1, a] + l2 * d3[k, 2, a]
                 value[10 * a + p] = fabs(e2 * q + e1 * dq)
                 value[10 * a + 5 + p] = fabs(e3 * q + 3.0 * e2 * dq + e1 * ddq) * r
+                if p & 1:
+                    most = _CONCEALED * limits[1, a] * factor[k, 1, a]
+                    value[10 * a + 5 + p] += min(hidden[k, a] * q * r, most)
         for a in range(axes):
             acc_end = max(value[10 * a], value[10 * a + 4])
             acc_in = _peak(value, 10 * a)

@@ -52,7 +52,7 @@ class Intervals:
 
     Attributes:
         h: Shape (n,), lengths.
-        kind, x1, x2, x3, top, top_limit, factor: As in `Track`.
+        kind, x1, x2, x3, top, top_limit, factor, hidden: As in `Track`.
         node_top: Shape (n,): largest q at the left end of each interval by jumps.
         node_acceleration: Shape (n,): largest |q'| / 2 there by jumps.
         limits: Shape (2, axes): acceleration, jerk.
@@ -66,6 +66,7 @@ class Intervals:
     top: Floats
     top_limit: NDArray[np.int8]
     factor: Floats
+    hidden: Floats
     node_top: Floats
     node_acceleration: Floats
     limits: Floats
@@ -105,6 +106,7 @@ class _Columns:
         h, ends, extra, box, sway: See `cncgen.kernels.least_time` and `cncgen.kernels.least_time_rows`.
         edge: Shape (n, 2), largest q at both ends.
         joint: Shape (n,), where acceleration must be held at the right end too.
+        hidden: Shape (n, axes), as in `Track`.
         shape: Derivatives of the path (x1, x2, x3), limits and the parts of them that may be used.
     """
 
@@ -116,6 +118,7 @@ class _Columns:
     sway: Floats
     edge: Floats
     joint: NDArray[np.int8]
+    hidden: Floats
     shape: tuple[Floats, Floats, Floats, Floats, Floats]
 
 
@@ -137,7 +140,9 @@ def solve(given: Intervals, state: tuple[float, float] | None, known: Floats | N
     if state is not None:
         edge[0, 0] = state[0]
     shape = (given.x1[at], given.x2[at], given.x3[at], given.limits, given.factor[at])
-    columns = _Columns(at, h, ends, extra, box, _sways(given, at), edge, _joints(given, at), shape)
+    columns = _Columns(
+        at, h, ends, extra, box, _sways(given, at), edge, _joints(given, at), given.hidden[at], shape
+    )
     found: list[Solution] = []
     starts = [_Start(part) for part in _STARTS[1:]]
     if known is not None:
@@ -209,7 +214,7 @@ def _improved(
     report = np.zeros(6)
     status = least_time.solve(
         c, 2 if moving else 1, columns.h, columns.ends, columns.extra, *rows, *columns.shape,
-        np.ones((n, 2, axes)), GAP, SLACK, MOST_THINNED if thinned else MOST, report,
+        columns.hidden, np.ones((n, 2, axes)), GAP, SLACK, MOST_THINNED if thinned else MOST, report,
     )  # fmt: skip
     held = bool(report[2] < SLACK and 0.0 < report[5] < 1.0 + SLACK and report[4] < _STALLED * report[0])
     if thinned and not least_time_rows.used(c, *_rows(given, columns, moving)[:3]) < 1.0 + SLACK:

@@ -26,10 +26,11 @@ SPLINE, LEAVE, ENTER, LINE = range(4)
 _STRAIGHT = 1e-9
 #: Rounding of a coordinate, as a part of it, that two directions may differ by on either side.
 _DIGITS = 2.0**-50
-#: Second difference of the jerk by x''' over an interval, as a part of the limit, from which it is looked at more closely.
-_BEND = 0.03
-#: What is held back of the jerk limit, by what the quarter points find hidden (x'' hides as much again), and at most.
-_HIDDEN, _MOST_HIDDEN = 2.5, 0.3
+#: Second difference of the jerk by x''' over an interval, as a part of the limit, from which it is looked at more closely,
+#: and the largest jerk by x''' there, as a part of the limit: the rest is of the opposite sign.
+_BEND, _MOST = 0.03, 8.0
+#: What may hide, by what the quarter points find: x'' hides as much again.
+_HIDDEN = 2.5
 #: Values at a quarter and three quarters of an interval of the parabola through those at its start, middle and end.
 _QUARTERS = np.array([[0.375, 0.75, -0.125], [-0.125, 0.75, 0.375]])
 
@@ -48,6 +49,7 @@ class Track:
         node_top: Shape (n + 1,): largest q at the nodes by jumps of the derivatives.
         node_acceleration: Shape (n + 1,): largest |q'| / 2 at the nodes by such jumps.
         factor: Shape (n, 2, axes): parts of acceleration and jerk limits that are left beside the jumps near by.
+        hidden: Shape (n, axes): what x''' has more within an interval than the parabola through its three values.
         stop: Shape (n + 1,), bool: nodes of rest.
         corner: Shape (n + 1,), bool: nodes where the motion slows or rests because the derivatives jump.
         cuts: Nodes of rest that chords would cut too far if no setpoint fell near them.
@@ -66,6 +68,7 @@ class Track:
     node_top: Floats
     node_acceleration: Floats
     factor: Floats
+    hidden: Floats
     stop: NDArray[np.bool_]
     corner: NDArray[np.bool_]
     cuts: Cuts
@@ -146,8 +149,6 @@ def track_of(
     kind[stop[1:]] = ENTER
     kind[node[:-1][lines]] = LINE
     _calm(x, np.diff(s))
-    factor = _factors(s, joints)
-    factor[:, 1] *= _between(path, s, kind, x[3], top3, bounds.axes.jerk)
     return Track(
         toolpath=toolpath,
         path=path,
@@ -160,7 +161,8 @@ def track_of(
         top_limit=which[np.arange(n), top3.argmin(axis=1)],
         node_top=node_top,
         node_acceleration=node_acceleration,
-        factor=factor,
+        factor=_factors(s, joints),
+        hidden=_hidden(path, s, kind, x[3], top3, bounds.axes.jerk),
         stop=stop,
         corner=corner,
         cuts=replace(joints.cuts, joint=node[joints.cuts.joint]),
@@ -221,12 +223,11 @@ def _factors(s: Floats, joints: Joints) -> Floats:
     return np.maximum(1.0 - np.cumsum(change, axis=0)[:-1], 1.0 - JUMP_SHARE - SWAY_SHARE)
 
 
-def _between(path: Path, s: Floats, kind: NDArray[np.int8], x3: Floats, top: Floats, jerk: Floats) -> Floats:
-    """Return the part of the jerk limits, shape (n, axes), that is left beside what three values of x''' do not show.
+def _hidden(path: Path, s: Floats, kind: NDArray[np.int8], x3: Floats, top: Floats, jerk: Floats) -> Floats:
+    """Return what x''' may have more within an interval than three values of it show, shape (n, axes).
 
-    The kernel takes x''' as a quadratic over an interval. Where it bends, the quarter points tell how far it is from
-    that. At the largest speed, at which x''' v³ is the jerk limit (or the feed), this much jerk is held back. From rest
-    v³ grows as s², and nothing is taken from the rest itself, where x''' of a cusp is rounding alone.
+    The kernel takes x''' as a quadratic over an interval. Where it bends, the quarter points tell how far it is from that.
+    From rest v³ grows as s², and nothing is taken from the rest itself, where x''' of a cusp is rounding alone.
 
     Args:
         path: The path.
@@ -236,12 +237,11 @@ def _between(path: Path, s: Floats, kind: NDArray[np.int8], x3: Floats, top: Flo
         top: Shape (n, 3), largest v² there.
         jerk: Shape (axes,), limits.
     """
-    out = np.ones((len(x3), x3.shape[2]))
+    out = np.zeros((len(x3), x3.shape[2]))
     size = np.abs(x3).max(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        cube = np.minimum(
-            top.max(axis=1)[:, None] ** 1.5, np.where(size > 0.0, jerk / size, np.inf).min(axis=1)[:, None]
-        )
+        slow = np.where(size > 0.0, jerk / size, np.inf).min(axis=1)
+        cube = np.minimum(top.max(axis=1) ** 1.5, _MOST * slow)[:, None]
         bend = np.abs(x3[:, 0] - 2.0 * x3[:, 1] + x3[:, 2]) * cube / jerk
     at = np.flatnonzero((bend > _BEND).any(axis=1) & (kind == SPLINE))
     if not len(at):
@@ -251,10 +251,8 @@ def _between(path: Path, s: Floats, kind: NDArray[np.int8], x3: Floats, top: Flo
     bound = 0.3 / np.diff(s)[at, None, None] ** 2
     there = np.clip(there, -bound, bound)
     shown = np.einsum("pe,nea->npa", _QUARTERS, x3[at])
-    hidden = np.abs(there - shown).max(axis=1) * cube[at] / jerk
-    # Without a limit, or at a cusp, there is nothing to compare.
-    hidden = np.nan_to_num(hidden, nan=0.0, posinf=0.0)
-    out[at] = 1.0 / (1.0 + np.minimum(_HIDDEN * hidden, _MOST_HIDDEN))
+    # At a cusp there is nothing to compare.
+    out[at] = _HIDDEN * np.nan_to_num(np.abs(there - shown).max(axis=1), nan=0.0, posinf=0.0)
     return out
 
 

@@ -108,6 +108,7 @@ class Window:
             top=column("top"),
             top_limit=column("top_limit"),
             factor=column("factor"),
+            hidden=column("hidden"),
             node_top=column("node_top"),
             node_acceleration=column("node_acceleration"),
             limits=np.stack([axes.acceleration, axes.jerk]) * self.margin,
@@ -234,7 +235,7 @@ def _head(given: Intervals, n: int) -> Intervals:
     """Return the first `n` intervals, the last of which enters rest."""
     kind = given.kind[:n].copy()
     kind[-1] = ENTER
-    names = ("h", "x1", "x2", "x3", "top", "top_limit", "factor", "node_top", "node_acceleration")
+    names = ("h", "x1", "x2", "x3", "top", "top_limit", "factor", "hidden", "node_top", "node_acceleration")
     return replace(given, kind=kind, **{name: getattr(given, name)[:n] for name in names})
 
 

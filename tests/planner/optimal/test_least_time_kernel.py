@@ -50,6 +50,7 @@ def wave(
         top=np.full((count, 3), feed**2),
         top_limit=np.full(count, Limit.FEED, np.int8),
         factor=np.ones((count, 2, axes)),
+        hidden=np.zeros((count, axes)),
         node_top=np.full(count, np.inf),
         node_acceleration=np.full(count, np.inf),
         limits=np.array([[1000.0] * axes, [50_000.0] * axes]),
@@ -146,7 +147,19 @@ def test_a_window_in_motion_goes_on_as_the_plan_that_it_is_cut_from() -> None:
     whole = wave(60)
     first = solve(whole, None)
     at = 25
-    names = ("h", "kind", "x1", "x2", "x3", "top", "top_limit", "factor", "node_top", "node_acceleration")
+    names = (
+        "h",
+        "kind",
+        "x1",
+        "x2",
+        "x3",
+        "top",
+        "top_limit",
+        "factor",
+        "hidden",
+        "node_top",
+        "node_acceleration",
+    )
     rest = replace(whole, **{name: getattr(whole, name)[at:] for name in names})
     second = solve(rest, (float(first.q[at, 0]), float(first.q[at, 1])), first.q[at:, 1])
     assert second.converged
@@ -157,7 +170,19 @@ def test_a_window_in_motion_goes_on_as_the_plan_that_it_is_cut_from() -> None:
 @pytest.mark.parametrize(("feed", "count"), [(20.0, 250), (60.0, 250), (1e4, 250), (1e4, 310)])
 def test_what_does_not_feel_the_end_is_what_a_longer_row_has(feed: float, count: int) -> None:
     whole = wave(400, length=100.0, feed=feed)
-    names = ("h", "kind", "x1", "x2", "x3", "top", "top_limit", "factor", "node_top", "node_acceleration")
+    names = (
+        "h",
+        "kind",
+        "x1",
+        "x2",
+        "x3",
+        "top",
+        "top_limit",
+        "factor",
+        "hidden",
+        "node_top",
+        "node_acceleration",
+    )
     part = replace(whole, **{name: getattr(whole, name)[:count].copy() for name in names})
     part.kind[-1] = ENTER
     found, longer = solve(part, None), solve(whole, None)
@@ -243,7 +268,19 @@ def test_a_window_whose_start_binds_on_two_sides_goes_on(at: int) -> None:
     # There, jerk of x from above and jerk of y from below leave the second ordinate no room but for the slack.
     whole = wave(60, axes=3)
     first = solve(whole, None)
-    names = ("h", "kind", "x1", "x2", "x3", "top", "top_limit", "factor", "node_top", "node_acceleration")
+    names = (
+        "h",
+        "kind",
+        "x1",
+        "x2",
+        "x3",
+        "top",
+        "top_limit",
+        "factor",
+        "hidden",
+        "node_top",
+        "node_acceleration",
+    )
     rest = replace(whole, **{name: getattr(whole, name)[at:].copy() for name in names})
     rest.factor[:2, 1] *= 1.0 - problem.SLACK
     second = solve(rest, (float(first.q[at, 0]), float(first.q[at, 1])), first.q[at:, 1])
@@ -278,8 +315,30 @@ def test_what_passes_a_limit_between_the_ends_is_found_wherever_it_is(top: float
     share = np.ones((1, 2, 1))
     found = least_time_between.tighten(
         np.ones(3), np.ones(1), np.full((1, 4), 0.5), nothing, second, nothing, np.full((2, 1), 0.95),
-        np.ones((1, 2, 1)), share, 5e-4, 0, True, np.zeros(10),
+        np.ones((1, 2, 1)), np.zeros((1, 1)), share, 5e-4, 0, True, np.zeros(10),
     )  # fmt: skip
     assert found == pytest.approx(1.0 / 0.95, rel=1e-12)
     # The ends, where the rows hold the limit, are left so much less of it.
     assert share[0, 0, 0] == pytest.approx(max(second[0, 0, 0], second[0, 2, 0]), rel=1e-12)
+
+
+def test_what_three_values_of_the_third_derivative_hide_adds_to_the_jerk_at_the_speed_there_is() -> None:
+    """At v² = 4 throughout, x''' = 0.05 at the ends and 0.1 in the middle is a jerk of 0.4 and 0.8; 0.01 more, of 0.08."""
+    third = np.array([0.05, 0.1, 0.05])[None, :, None]
+    nothing = np.zeros((1, 3, 1))
+
+    def largest(hidden: float, limit: float) -> float:
+        return least_time_between.tighten(
+            np.full(3, 4.0), np.ones(1), np.full((1, 4), 0.5), nothing, nothing, third, np.full((2, 1), limit),
+            np.ones((1, 2, 1)), np.full((1, 1), hidden), np.ones((1, 2, 1)), 5e-4, 0, True, np.zeros(10),
+        )  # fmt: skip
+
+    assert largest(0.0, 1.0) == pytest.approx(0.8, rel=1e-12)
+    # At the quarter points 0.7 + 0.08, and the parabola through the largest three values has its top in the middle still.
+    assert largest(0.01, 1.0) == pytest.approx(0.8, rel=1e-12)
+    # 0.7 + 0.24 there, and 0.8 between: the top of the parabola through the end, the quarter point and the middle.
+    bend, slope = 2.0 * 0.94 - 0.4 - 0.8, 0.8 - 0.4
+    assert largest(0.03, 1.0) == pytest.approx(0.94 + slope**2 / (8.0 * bend), rel=1e-12)
+    # Beside a cusp it is no more than 0.3 of the limit.
+    bend = 2.0 * 1.0 - 0.4 - 0.8
+    assert largest(10.0, 1.0) == pytest.approx(1.0 + slope**2 / (8.0 * bend), rel=1e-12)

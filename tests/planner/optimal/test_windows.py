@@ -90,6 +90,7 @@ def test_a_line_from_rest_to_rest_takes_its_seven_phases(length: float) -> None:
         top=np.full((1, 3), top**2),
         top_limit=np.ones(1, np.int8),
         factor=np.ones((1, 2, 1)),
+        hidden=np.zeros((1, 1)),
         node_top=np.full(1, np.inf),
         node_acceleration=np.full(1, np.inf),
         limits=np.array([[a], [j]]),
