@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from cncgen.stepnc import read, tree
+from cncgen.stepnc.execution.executor import MAX_DEPTH
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import FeedMode, Kind
 from tests.stepnc.building import E, Part, Typed, codes, motions, run
@@ -61,6 +62,37 @@ def test_a_workplan_within_itself_is_an_error_and_ends():
     part.project(name)
     _, found = part.read()
     assert codes(found, "error") == ["part21-cycle"]
+
+
+@pytest.mark.parametrize(("levels", "said"), [(MAX_DEPTH, []), (MAX_DEPTH + 1, ["stepnc-depth"])])
+def test_workplans_nest_so_deep(levels, said):
+    """A bound of our own, far above any part's."""
+    part = Part()
+    plan = part.plan(part.step(part.freeform(part.trajectory(part.polyline((0, 0, 0), (5, 0, 0))))))
+    for _ in range(levels - 1):
+        plan = part.plan(plan)
+    part.project(plan)
+    path, found = part.read()
+    assert codes(found, "error") == said
+    assert (len(motions(path)) == 0) == bool(said)
+
+
+def test_operations_without_a_tool_or_a_toolpath_and_functions_that_nothing_does():
+    part = Part()
+    line = part.trajectory(part.polyline((0, 0, 0), (5, 0, 0)))
+    functions = part.add(
+        "MILLING_MACHINE_FUNCTIONS", E("F"), None, None, E("F"), None, (), E("F"), part.direction(0, 0, 1), None, ()
+    )  # fmt: skip
+    steps = [
+        part.step(part.freeform(line, tool=None)),
+        part.step(part.freeform(line, functions=functions)),
+        part.step(part.freeform()),
+    ]
+    part.project(part.plan(part.add("LOAD_TOOL", "", None), *steps))
+    path, found = part.read()
+    assert codes(found, "error") == ["stepnc-missing"]
+    assert {"stepnc-no-tool", "stepnc-function", "stepnc-empty"} <= set(codes(found, "warning"))
+    assert path.end[motions(path)][-1].tolist() == [5, 0, 0]
 
 
 def test_a_fault_in_one_step_leaves_the_others():

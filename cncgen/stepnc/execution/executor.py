@@ -254,9 +254,6 @@ class Executor:
         if path.kind == "dwell":
             self._canon.dwell(self._seconds(path))
             return False
-        if path.kind == "spindle stop":
-            machine.stop_spindle()
-            return False
         if path.kind.startswith("connect"):
             self._connect = path.kind
             return False

@@ -110,12 +110,6 @@ class Machine:
             self.feed = speeds.feed
             self.canon.feed(speeds.feed)
 
-    def stop_spindle(self) -> None:
-        """Stop the spindle, keeping its speed."""
-        if self._direction:
-            self._direction = 0
-            self.canon.spindle(0, None)
-
     # Motions
 
     def is_at(self, point: Floats) -> bool:
