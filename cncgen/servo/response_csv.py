@@ -67,13 +67,6 @@ class ResponseWriter:
         self._sink.write(self._text.format(matrix(response)))
 
 
-def write_response(sink: Sink, responses: Iterable[Response]) -> None:
-    """Write a whole response."""
-    writer = ResponseWriter(sink)
-    for response in responses:
-        writer.write(response)
-
-
 def written(sink: Sink, responses: Iterable[Response]) -> Iterator[Response]:
     """Write each chunk and yield it on."""
     writer = ResponseWriter(sink)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cncgen.machine.record import Servo
-from cncgen.servo.response_csv import columns, matrix, write_response
+from cncgen.servo.response_csv import columns, matrix, written
 from cncgen.servo.simulate import simulate
 
 from .bench import circle, profile, run, stream
@@ -25,7 +25,7 @@ class Memory:
 def test_header_and_rows():
     rows = circle(10.0, 50.0)[:300]
     sink = Memory()
-    write_response(sink, simulate(stream(rows), profile("die-bonder")))
+    assert sum(map(len, written(sink, simulate(stream(rows), profile("die-bonder"))))) == 300
     lines = sink.text.decode().splitlines()
     assert lines[0] == (
         "t_s,x_cmd_mm,x_mm,x_force,x_saturated,y_cmd_mm,y_mm,y_force,y_saturated,contour_error_mm"
