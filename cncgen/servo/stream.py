@@ -9,14 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.setpoints.checking import check_range
 from cncgen.setpoints.record import Setpoints
 
 Floats = NDArray[np.float64]
 
 #: Rows of a block, where the stream is long enough.
 BLOCK = 8192
-#: Setpoints beyond this are no positions of a machine, mm or rad: a hundred kilometres.
-MAX_POSITION = 1e8
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,11 +107,4 @@ def _check(head: Setpoints, chunk: Setpoints) -> None:
             f"setpoint {chunk.first + int(row)} of axis {chunk.axes[axis]} is {chunk.position[row, axis]}"
         )
         raise UsageError(Diagnostic("setpoints-not-finite", message))
-    far = np.abs(chunk.position) > MAX_POSITION
-    if far.any():
-        row, axis = np.argwhere(far)[0]
-        message = (
-            f"setpoint {chunk.first + int(row)} of axis {chunk.axes[axis]} is {chunk.position[row, axis]:.6g}, "
-            f"beyond ±{MAX_POSITION:g}"
-        )
-        raise UsageError(Diagnostic("setpoints-range", message, hint="is the file in mm and degrees?"))
+    check_range(chunk)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.arguments import expect, expect_axes, expect_number, wrong
+from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.setpoints.columns import AXIS_SIGNALS, PATH_SIGNALS
 from cncgen.setpoints.record import Setpoints
 
@@ -18,6 +19,9 @@ from cncgen.setpoints.record import Setpoints
 FROM_ARRAY = (
     'cncgen.Setpoints("XY", period_s, 0, rows) makes setpoints of an array, shape (n, axes), mm and rad'
 )
+
+#: Setpoints beyond this are no positions of a machine, mm or rad: a hundred kilometres.
+MAX_POSITION = 1e8
 
 
 def checked_setpoints(chunks: Iterable[Any]) -> Iterator[Setpoints]:
@@ -46,6 +50,22 @@ def checked_setpoints(chunks: Iterable[Any]) -> Iterator[Setpoints]:
             _check_order(before, points)
         before = replace(points, position=position, signals=_signals(points.signals, position.shape))
         yield before
+
+
+def check_range(points: Setpoints) -> None:
+    """Refuse setpoints where no machine is: their differences may be beyond all numbers.
+
+    Raises:
+        UsageError: One is beyond `MAX_POSITION`.
+    """
+    far = np.abs(points.position) > MAX_POSITION
+    if far.any():
+        row, axis = np.argwhere(far)[0]
+        message = (
+            f"setpoint {points.first + int(row)} of axis {points.axes[axis]} is {points.position[row, axis]:.6g}, "
+            f"beyond ±{MAX_POSITION:g}"
+        )
+        raise UsageError(Diagnostic("setpoints-range", message, hint="is the file in mm and degrees?"))
 
 
 def _doubles(values: Any, name: str) -> NDArray[np.float64]:

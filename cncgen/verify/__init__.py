@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, UsageError
 from cncgen.machine.record import Machine
+from cncgen.setpoints.checking import check_range
 from cncgen.setpoints.columns import file_units
 from cncgen.setpoints.stream import SetpointStream
 from cncgen.toolpath.record import Toolpath
@@ -58,7 +59,7 @@ def verify(
 
     Raises:
         ProgramError: The program has neither motions nor events.
-        UsageError: The setpoints have none of its axes.
+        UsageError: The setpoints have none of its axes, or are where no machine is.
     """
     path = _Observed(flatten(toolpaths, machine, tolerance_mm))
     axes = setpoints.axes
@@ -143,6 +144,7 @@ def _draw(
             each.feed(waiting[: len(lines), axes.index(letter)], lines)
 
     for chunk in setpoints:
+        check_range(chunk)
         position = file_units(chunk.position, axes)
         if not len(position):
             continue

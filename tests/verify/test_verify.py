@@ -250,6 +250,14 @@ def test_tolerance_in_force_row_by_row() -> None:
     assert verify(make.stream(motion), [unsaid], wide, tolerance_mm=0.03).holds
 
 
+def test_setpoints_where_no_machine_is_are_refused() -> None:
+    """Their differences overflow: a velocity of inf would be told, beside warnings of numpy."""
+    x = line_motion()
+    x[50, 0] = 1e308
+    with pytest.raises(UsageError, match=r"setpoints-range.*setpoint 50 of axis X is 1e\+308"):
+        verify(make.stream(x), [make.polyline([0, 0, 0], [10, 0, 0])], make.machine())
+
+
 def test_axes_that_do_not_match() -> None:
     program = make.polyline([0, 0, 0], [10, 0, 0])
     flat = make.stream(line_motion()[:, :2], "XY")
