@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.machine.record import Machine
-from cncgen.planner.rows import chord_speed
+from cncgen.planner.rows import across, chord_speed
 from cncgen.planner.smoothing.chords import chord_left, chord_within, fit_tolerance
 from cncgen.planner.smoothing.runs import axis_scale
 
@@ -145,8 +145,10 @@ def rounding(drive: Drive, corners: Corners, before: float = 0.0) -> tuple[Float
         if len(at):
             pace = np.append(np.where(corners.joined, speed, 0.0), [0.0, before])
             beyond = pace[at - 1], pace[at + 1]
-            bend = np.maximum(_BEND * size[at] / length[at], _bend(turn, length, corners.length[1, :-1], at))
-            widest[at] = _Judged(drive, corners, at, turn[at], length[at], bend, beyond).worth()
+            curved = _largest_bend(corners.leave[at], corners.entry[at])
+            crowd = np.where(alone[at], 0.0, _bend(turn, length, corners.length[1, :-1], at))
+            bend = np.maximum(curved / length[at], crowd)
+            widest[at] = _Judged(drive, corners, at, turn[at], length[at], bend, curved, beyond).worth()
     return widest, speed
 
 
@@ -181,6 +183,30 @@ def _bend(turn: Floats, length: Floats, apart: Floats, at: NDArray[np.int64]) ->
     return out
 
 
+def _largest_bend(leave: Floats, entry: Floats) -> Floats:
+    """Return the largest |x''| L across x' where single corners are rounded, shape (n,): that along x' bends no chord.
+
+    Args:
+        leave, entry: Shape (n, axes), x' before and after.
+    """
+    turn = entry - leave
+    slowest = -np.einsum("ij,ij->i", leave, turn) / np.einsum("ij,ij->i", turn, turn)
+    s = np.linspace(0.0, 3.0, 61)
+    made, there = _turned(s), response(s)
+    out = np.zeros(len(leave))
+    for part in (0.02, 0.1, 0.25, 0.5, 0.75, 0.9, 0.98, np.clip(slowest, 0.02, 0.98)):
+        parts = np.broadcast_to(part, len(leave))
+        bend = across(leave + parts[:, None] * turn, turn)
+        out = np.maximum(out, np.interp(np.abs(parts - 0.5), made, there) * bend)
+    return out
+
+
+def _turned(s: Floats) -> Floats:
+    """Return ∫₀ˢ h: the part of a turn that is made on a way of s L from its middle; see `response`."""
+    out: Floats = (3.0 - np.exp(-s) - 2.0 * np.exp(-0.5 * s) * np.cos(0.5 * np.sqrt(3.0) * s)) / 6.0
+    return out
+
+
 def response(s: Floats) -> Floats:
     """Return h(s) = (1/π) ∫₀^∞ cos ωs/(1 + ω⁶) dω, s ≥ 0: x'' L/Δ at a distance of s L from a turn Δ."""
     half = np.exp(-0.5 * s)
@@ -198,7 +224,8 @@ class _Judged:
         at: Shape (k,), which corners.
         turn: Shape (k, axes), Δ.
         length: Shape (k,), the L that the tolerance allows.
-        bend: Shape (k,), largest |x''| with that.
+        bend: Shape (k,), largest |x''| across x' with that.
+        across: Shape (k,), the same times L where the corner is rounded by itself.
         beyond: Shape (k,) each, the speed at the other end of the row before and after.
     """
 
@@ -208,6 +235,7 @@ class _Judged:
     turn: Floats
     length: Floats
     bend: Floats
+    across: Floats
     beyond: tuple[Floats, Floats]
 
     def worth(self) -> Floats:
@@ -223,7 +251,7 @@ class _Judged:
         size, by_chord = np.linalg.norm(self.turn, axis=1), bound == _BY_CHORD
         for k in range(_TRIED) if by_chord.any() else ():
             shorter = self.length * 0.5 ** (0.5 * k)
-            cost, _ = self._cost(sides, alike, shorter, _BEND * size / shorter)
+            cost, _ = self._cost(sides, alike, shorter, self.across / shorter)
             better = by_chord & (cost < (1.0 - 1e-9) * best) & (rows.min(axis=0) >= _ALONE * shorter)
             best, out = np.where(better, cost, best), np.where(better, shorter, out)
         passed = _passed_speed(drive, np.abs(self.turn), size, np.maximum(np.abs(leave), np.abs(entry)))

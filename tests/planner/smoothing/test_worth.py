@@ -179,3 +179,25 @@ def test_corners_do_not_depend_on_how_rows_arrive() -> None:
     assert {Kind.LINE, Kind.NURBS} == set(whole.kind.tolist())
     np.testing.assert_array_equal(whole.kind, single.kind)
     np.testing.assert_array_equal(whole.end, single.end)
+
+
+def test_what_bends_chords_is_across_the_path() -> None:
+    """|x'' ∧ x'|/|x'| by minors, everywhere on the way: of two directions, and of one beside which an axis stops to turn."""
+    rng = np.random.default_rng(2)
+    leave, entry = rng.normal(size=(2, 40, 4))
+    for side in (leave, entry):
+        side[:, :3] /= np.linalg.norm(side[:, :3], axis=1)[:, None]
+    leave[:, 3] *= np.repeat([0.0, 30.0], 20)
+    entry[:20, 3] = 0.0
+    s = np.linspace(-30.0, 30.0, 6001)
+    h = worth.response(np.abs(s))
+    part = (np.cumsum(h) - 0.5 * h) * (s[1] - s[0])
+    i, j = np.triu_indices(4, 1)
+    for k, found in enumerate(worth._largest_bend(leave, entry)):
+        turn = entry[k] - leave[k]
+        x1 = leave[k] + part[:, None] * turn
+        if np.linalg.norm(x1, axis=1).min() < 0.3:
+            continue  # a peak between the places that are looked at here
+        minors = x1[:, i] * turn[j] - x1[:, j] * turn[i]
+        exact = h * np.linalg.norm(minors, axis=1) / np.linalg.norm(x1, axis=1)
+        assert 0.7 * exact.max() <= found <= 1.01 * exact.max()
