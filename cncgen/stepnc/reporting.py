@@ -23,6 +23,8 @@ class Reporter:
         self._ends: np.ndarray | None = None
         self._seen: dict[str, set[int | str]] = {}
         self._dropped: dict[str, tuple[int, Severity]] = {}
+        #: Codes of which it was said how many there are: a program that is executed again has no more of them.
+        self._counted: set[str] = set()
 
     def line_of(self, offset: int) -> int:
         """Return the line, from 1, of an offset."""
@@ -56,10 +58,11 @@ class Reporter:
         key = message if offset is None else offset
         if key in seen:
             return
-        seen.add(key)
-        if len(seen) > MAX_OF_A_CODE:
-            self._dropped[code] = (self._dropped.get(code, (0, severity))[0] + 1, severity)
+        if len(seen) >= MAX_OF_A_CODE:
+            if code not in self._counted:
+                self._dropped[code] = (self._dropped.get(code, (0, severity))[0] + 1, severity)
             return
+        seen.add(key)
         span, excerpt, cut = None, "", 0
         if offset is not None:
             span, excerpt, cut = self._place(offset, length)
@@ -84,4 +87,5 @@ class Reporter:
         for code, (count, severity) in self._dropped.items():
             text = f"{count} more of these in the file"
             self.diagnostics.add(Diagnostic(code, text, severity, Span(self.name, 1)))
+        self._counted.update(self._dropped)
         self._dropped = {}

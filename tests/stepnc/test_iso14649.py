@@ -533,6 +533,22 @@ END-ISO-10303-21;
     assert ("stepnc-type", "error", 10) in found
 
 
+def test_faults_that_are_not_shown_are_counted_once_however_often_the_program_is_read():
+    """60 operations without a tool: 50 are named, and one line says that there are 10 more."""
+    part = Part()
+    curve = part.polyline((0, 0, 0), (1, 0, 0))
+    steps = [part.step(part.freeform(part.trajectory(curve), tool=None)) for _ in range(60)]
+    part.project(part.plan(*steps))
+    program = read(io.BytesIO(part.text().encode()), "t.stp")
+    counts = []
+    for _ in range(3):
+        list(program.chunks())
+        counts.append(program.diagnostics.total)
+    said = [item.message for item in program.diagnostics if item.code == "stepnc-no-tool"]
+    assert said[-1] == "10 more of these in the file"
+    assert counts == [counts[0]] * 3
+
+
 @pytest.mark.parametrize("header", ["COMBINED_SCHEMA", "INTEGRATED_CNC_SCHEMA", "SOMETHING"])
 def test_the_schema_is_told_by_the_entities(header):
     part = Part()
