@@ -135,7 +135,7 @@ def joints_of(
     taken = linear * v + square * v**2
     felt = (most(taken) > _NEGLIGIBLE) | (chord < np.sqrt(top))
     corner |= felt & (speed < np.sqrt(top))
-    speed[felt & _crawls(bounds, s, stop | (speed <= 0.0), left[1], right[1])] = 0.0
+    speed[corner & _crawls(bounds, s, stop | (speed <= 0.0), left[1], right[1])] = 0.0
     speed[~felt & ~corner & ~stop] = np.inf
     stop |= speed <= 0.0
     passed = felt & ~stop
