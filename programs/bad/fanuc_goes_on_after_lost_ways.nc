@@ -1,4 +1,4 @@
-; expect fanuc 3:1:goto-target 4:1:unknown-code 5:5:sub-missing 6:5:sub-missing 8:1:unknown-code 11:10:goto-target 12:17:loop-unmatched 13:4:repeated-word 14:5:sub-missing 16:1:loop-unmatched 17:4:repeated-word
+; expect fanuc 3:1:goto-target 4:1:unknown-code 5:5:sub-missing 6:5:sub-missing 8:1:unknown-code 11:10:goto-target 12:17:loop-unmatched 13:4:repeated-word 14:5:sub-missing 16:1:loop-unmatched 17:4:repeated-word 18:5:goto-target
 O1
 GOTO 99
 G999

@@ -63,6 +63,28 @@ def test_subprograms_share_the_callers_locals(run: Any) -> None:
     assert fanuc(run, "M98 P3\nX1\nN7 X2\nM30\nO3\nX9\nM99 P7") == [[9, 0, 0], [2, 0, 0]]
 
 
+def test_m99_p_in_the_main_program_goes_to_its_line(run: Any) -> None:
+    """As controls have it, most often behind a slash: it does not end the program there."""
+    assert fanuc(run, "X1\nM99 P7\nX5\nN7 X6\nM30") == [[1, 0, 0], [6, 0, 0]]
+    assert fanuc(run, "X1\n/M99 P7\nX5\nN7 X6\nM30") == [[1, 0, 0], [5, 0, 0], [6, 0, 0]]
+    assert fanuc(run, "#1=0\nN7 #1=#1+1\nX#1\nIF [#1 GE 3] GOTO 9\nM99 P7\nN9 M30") == [
+        [1, 0, 0],
+        [2, 0, 0],
+        [3, 0, 0],
+    ]
+    assert (
+        run("N7 G0 X1\nX2\nM99 P7\nM30\n", dialect="fanuc", max_steps=1000).errors[0][0] == "too-many-steps"
+    )
+
+
+@pytest.mark.parametrize("call", ["M98 P200", "G65 P200", "M99 P77"])
+def test_what_stands_behind_a_call_that_leads_nowhere_is_read(run: Any, call: str) -> None:
+    """Plain blocks to the end are scanned with the call: the text counted as read, M30 as missing, I1 as no fault."""
+    outcome = run(f"O100\n{call}\nG1 X5 F100\nG43 H77 X6\nG1 X7 I1\nM30\n", dialect="fanuc")
+    assert [line for _, line, _ in outcome.errors] == [2, 5]
+    assert "no-program-end" not in [each.code for each in outcome.diagnostics]
+
+
 def test_programs_in_files(run: Any, tmp_path: Any) -> None:
     (tmp_path / "O0012.nc").write_text("%\nO0012\nG0 X5\nM99\n%\n")
     assert fanuc(run, "M98 P12\nM30", include=(tmp_path,)) == [[5, 0, 0]]

@@ -87,7 +87,7 @@ def call_program(ip: Interpreter, block: Block) -> None:
 
 
 def back(ip: Interpreter, block: Block) -> None:
-    """M99 P: back to where the program was called from, or to its line N."""
+    """M99 P: back to where the program was called from, or to its line N; in the main program, to its own."""
     ip.jump = ("return", whole(block, "p", "M99") if "p" in block.words else -1, 0)
 
 

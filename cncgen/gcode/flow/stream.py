@@ -53,12 +53,13 @@ class Stream:
         here = parts.waiting.run()
         if here is None:
             return why, None
+        # The text goes on behind the jump, wherever the scanner was.
         self.reached = parts.lines.after(here)
         try:
-            return why, sub_words.follow_jump(parts.control, here, self.reached)
+            return gcode_scan.FULL, sub_words.follow_jump(parts.control, here, self.reached)
         except BlockError as error:
             parts.faults.fail(here, error)
-            return why, None
+            return gcode_scan.FULL, None
 
     def _compute(self) -> bool:
         """Read on lines that are computed while they are read; tell whether there was one."""

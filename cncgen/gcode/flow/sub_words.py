@@ -118,9 +118,11 @@ def follow_jump(control: FlowControl, here: Cursor, after: Cursor) -> Cursor | N
     assert ip.jump is not None
     (kind, number, times), ip.jump = ip.jump, None
     if kind == "return":
-        if calls.frames:
-            back = calls.leave()
-            return macros.line_numbered(control, back, number, "P") if number > 0 else back
+        back = calls.leave() if calls.frames else None
+        if number > 0:
+            return macros.line_numbered(control, back or here, number, "P")
+        if back is not None:
+            return back
         ip.end_program()
         return None
     values, ip.macro_values = ip.macro_values, None
