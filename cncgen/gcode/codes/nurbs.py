@@ -64,7 +64,8 @@ def _open(ip: Interpreter, block: Block) -> OpenCurve:
     state = ip.state
     axes = frozenset(letter for letter in block.words if letter in AXES)
     rank = block.words.get("p", 4.0)
-    spline = OpenCurve(round(rank) if rank in _RANKS else 4, axes, line=block.line)
+    counted = round(rank) if rank == round(rank) and rank > 0 else 4
+    spline = OpenCurve(counted, axes, line=block.line)
     state.spline = spline
     ip.guard = check_finished
     try:

@@ -1,0 +1,14 @@
+; expect 2:6:nurbs-rank
+G6.2 P5 K0 X0 Y0 R1 F100
+K0 X1
+K0 X2 Y1
+K0 X3
+K0 X4 Y1
+K1 X5
+K2
+K2
+K2
+K2
+K2
+G1 X6
+M2
