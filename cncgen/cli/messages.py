@@ -102,12 +102,12 @@ def note(message: str) -> None:
 
 
 def plain(message: str) -> None:
-    """Print a line; whether anybody reads it does not change what a command does."""
+    """Print a line; whether anybody reads it, or a log has room for it, does not change what a command does."""
     if sys.stderr is None:
         return
     try:
         print(message, file=sys.stderr)
-    except BrokenPipeError:
+    except OSError:
         silence(sys.stderr)
 
 

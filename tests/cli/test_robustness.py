@@ -164,6 +164,16 @@ def test_full_disk_behind_standard_output(tmp_path: Path, small: Path, command: 
     refused(run, 2, "no space" if command[0] != "--help" else "")
 
 
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
+def test_a_log_that_is_full_costs_no_setpoints(tmp_path: Path, small: Path) -> None:
+    """Standard error goes to a file on a full disk: the plan was thrown away, and its exit code blamed the program."""
+    with open("/dev/full", "wb") as full:
+        command = [sys.executable, "-m", "cncgen", *PLAN, str(small), "-o", "out.csv"]
+        run = subprocess.run(command, stderr=full, timeout=60, check=False, cwd=tmp_path)
+    assert run.returncode == 0
+    assert len((tmp_path / "out.csv").read_text().splitlines()) > 2
+
+
 def test_a_disk_that_fills_leaves_no_partial_file(tmp_path: Path, small: Path) -> None:
     """A limit on the size of files stands in for the disk; what was there before stays."""
     out = tmp_path / "out.csv"
