@@ -41,8 +41,8 @@ _REFUSED_G = {
     **dict.fromkeys((382, 383, 384, 385), "probes"),
     **dict.fromkeys((410, 411, 420, 421), "begins cutter compensation"),
     **dict.fromkeys((430, 431, 432, 490), "changes the tool's offset"),
-    # G6.2 refuses by itself (`nurbs`): what belongs to its curve is then passed over.
-    **dict.fromkeys((50, 51, 52, 53), "is a spline"),
+    # G5.2 and G6.2 refuse by themselves (`splines`, `nurbs`): what belongs to their curve is then passed over.
+    **dict.fromkeys((50, 51), "is a spline"),
     **dict.fromkeys((520, 920), "changes the origin"),
     530: "moves in machine coordinates",
     **dict.fromkeys((540, 550, 560, 570, 580, 590, 591, 592, 593), "changes the coordinate system"),

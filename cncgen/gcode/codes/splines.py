@@ -21,11 +21,16 @@ _BOTH = ("linuxcnc",)
 
 @dataclass(slots=True)
 class OpenNurbs:
-    """Control points of a G5.2 block that has not ended yet."""
+    """Control points of a G5.2 block that has not ended yet.
+
+    A `broken` one makes no curve, which was said; of one whose first block is wrong (`lost`) the others are passed over.
+    """
 
     order: int
     points: list[list[float]] = field(default_factory=list)
     weights: list[float] = field(default_factory=list)
+    broken: bool = False
+    lost: bool = False
 
 
 def _check_plane(ip: Interpreter, block: Block, name: str) -> None:
@@ -93,21 +98,39 @@ def quadratic(ip: Interpreter, block: Block) -> None:
 
 def nurbs(ip: Interpreter, block: Block) -> None:
     """G5.2 P L X Y, then X Y P a control point: collected until G5.3."""
-    state = ip.state
+    state, spline = ip.state, ip.state.spline
+    opening = 52 in block.g or not isinstance(spline, OpenNurbs)
+    if opening or not isinstance(spline, OpenNurbs):
+        # A wrong first block begins a curve too, so that its other blocks are not faults of their own.
+        spline = state.spline = OpenNurbs(3, [state.position.copy()], [block.words.get("p", 1.0)])
+        state.motion = 52
+    if spline.lost:
+        return
+    try:
+        _take(ip, block, spline, opening)
+    except BlockError:
+        spline.broken, spline.lost = True, opening
+        raise
+
+
+def _take(ip: Interpreter, block: Block, spline: OpenNurbs, opening: bool) -> None:
+    """Take one block of the curve."""
     _check_plane(ip, block, "G5.2")
     check_feed(ip, block, "G5.2")
-    words = block.words
-    opening = 52 in block.g
-    if opening or not isinstance(state.spline, OpenNurbs):
+    words, explicit = block.words, 52 in block.g
+    if opening:
+        if ip.state.compensation != 40:
+            raise BlockError(
+                "comp-refused", "G5.2 does not go with cutter compensation", "G5.2", hint="use G40 before"
+            )
         order = words.get("l", 3.0)
         if order != round(order) or order < 2:
             raise BlockError("spline-order", f"L{order:g} of G5.2 is no order of a curve (2 or more)", "L")
-        state.spline = OpenNurbs(round(order), [state.position.copy()], [words.get("p", 1.0)])
-        state.motion = 52
+        spline.order = round(order)
         if "x" not in words and "y" not in words:
             return
     point = _pair(block, "xy", "G5.2", needed=True)
-    weight = words.get("p", 1.0 if opening else 0.0)
+    weight = words.get("p", 1.0 if explicit else 0.0)
     if weight <= 0.0:
         raise BlockError(
             "nurbs-weight",
@@ -117,7 +140,6 @@ def nurbs(ip: Interpreter, block: Block) -> None:
             "P" if "p" in words else "X",
         )
     assert point is not None
-    spline = state.spline
     spline.points.append(ip.end_point(block))
     spline.weights.append(weight)
 
@@ -130,6 +152,8 @@ def end_nurbs(ip: Interpreter, block: Block) -> None:
         raise BlockError("spline-closed", "G5.3 ends a G5.2, and none is open", "G5.3")
     state.spline = None
     state.motion = 10
+    if spline.broken:
+        return
     count, order = len(spline.points), spline.order
     if count < order:
         raise BlockError(

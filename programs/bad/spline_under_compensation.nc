@@ -1,0 +1,11 @@
+; expect linuxcnc 5:1:comp-refused
+G21 G17 G90
+G0 X-10 Y-10
+G41.1 D4 G1 X0 Y0 F100
+G5.2 P1 L3
+X0 Y1 P1
+X2 Y2 P1
+X2 Y0 P1
+G5.3
+G40 G1 X50
+M2
