@@ -1,10 +1,10 @@
 """cncgen: NC programs to servo setpoints within the machine's limits.
 
 The library in a line a stage: `read` a program (`read_text`: from memory), `plan` it on a machine, `sample` the
-trajectory (`plan_with_summary`: both, with the figures of the plan), `write` the setpoints (`read_setpoints` reads those of
-any origin), `simulate` the servo axes, `judge` them against program and machine. Lengths are mm, times s, angles rad. What is wrong with a program, a machine file or a call
-raises `CncgenError` with all its diagnostics. Names are imported when they are first used, so that ``import cncgen``
-costs nothing.
+trajectory (`plan_with_summary`: both, with the figures of the plan), `write` the setpoints (`read_setpoints` reads
+those of any origin), `simulate` the servo axes, `judge` them against program and machine. Lengths are mm, times s,
+angles rad. What is wrong with a program, a machine file or a call raises `CncgenError` with all its diagnostics. Names
+are imported when they are first used, so that ``import cncgen`` costs nothing.
 """
 
 from __future__ import annotations

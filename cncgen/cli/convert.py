@@ -47,7 +47,8 @@ def command(
 ) -> None:
     """Rewrite a program in another form.
 
-    STEP-NC to G-code, G-code to STEP-NC, curves to lines, short lines to curves. Splines of STEP-NC become G6.2, and the entity that a motion comes from stands before it in a comment.
+    STEP-NC to G-code, G-code to STEP-NC, curves to lines, short lines to curves. Splines of STEP-NC become G6.2, and
+    the entity that a motion comes from stands before it in a comment.
     """
     from cncgen.cli.reading import opened
     from cncgen.files import write_text

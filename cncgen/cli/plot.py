@@ -57,8 +57,8 @@ def command(
 ) -> None:
     """Draw a motion and what the axes make of it.
 
-    Its path, feed, axes with their limits, curvature, force and errors. A program is planned and, where the machine has servo data, simulated; setpoints are simulated with --axis-params;
-    a response file is drawn as it is.
+    Its path, feed, axes with their limits, curvature, force and errors. A program is planned and, where the machine has
+    servo data, simulated; setpoints are simulated with --axis-params; a response file is drawn as it is.
     """
     from cncgen.report.plots import available, draw
 

@@ -16,8 +16,9 @@ _LOOKS = 5
 def linearize(path: Path, tolerance_mm: float, scale: Floats | None = None) -> tuple[Floats, Ints]:
     """Return points whose chords stay within a tolerance of a path.
 
-    A chord of length h misses a curve by h² |x''| / 8 at most (Filip, Magedson and Markot 1986), so steps of √(8 tolerance / |x''|) are laid along each stretch
-    between the ends of rows and knots; where the middle of a chord still misses by more it is halved.
+    A chord of length h misses a curve by h² |x''| / 8 at most (Filip, Magedson and Markot 1986), so steps of √(8
+    tolerance / |x''|) are laid along each stretch between the ends of rows and knots; where the middle of a chord still
+    misses by more it is halved.
 
     Args:
         path: Any rows; the lines among them stay one chord each.

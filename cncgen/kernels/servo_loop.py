@@ -1,8 +1,9 @@
 """Closed loops of servo axes, step by step.
 
 An axis is a hybrid system (Goebel, Sanfelice and Teel 2009): a vector of states z that *flows* over a control period by
-exact transition matrices and *jumps* at each control instant, when a sampled controller reads its encoder. What breaks linearity stands between the two: encoder
-steps and noise, the bound of the drive, Coulomb friction, backlash. `cncgen.servo.loop` makes the tables.
+exact transition matrices and *jumps* at each control instant, when a sampled controller reads its encoder. What breaks
+linearity stands between the two: encoder steps and noise, the bound of the drive, Coulomb friction, backlash.
+`cncgen.servo.loop` makes the tables.
 
     setpoint ──► law ──► bound ──► dead band ──► flow with friction ──► backlash ──► encoder ─┐
                   ▲                                                                          │

@@ -141,7 +141,8 @@ def read(source: Path | BinaryIO | bytes, name: str = "-", options: ReadOptions 
     Args:
         source: A file or its bytes.
         name: How diagnostics call it.
-        options: `tool_table`, `inch_tables`, `kinematics`, `speed_unit`, `spindle_sign`, `max_steps`, `chunk_rows` and `tolerance_mm` count.
+        options: `tool_table`, `inch_tables`, `kinematics`, `speed_unit`, `spindle_sign`, `max_steps`, `chunk_rows` and
+            `tolerance_mm` count.
 
     Raises:
         UsageError: where the file cannot be read.

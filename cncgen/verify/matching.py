@@ -1,10 +1,10 @@
 """Setpoints matched with the programmed path, both run through in their order (docs/verify.md).
 
 What is decided: is there a way of going along both, on neither of them back, on which the two places are never further
-apart than the tolerance allows (the Fréchet distance, with the tolerance of each place; the method is that of H. Alt and
-M. Godau, Int. J. Computational Geometry and Applications 5 (1995), in `cncgen.kernels.free_space`)? Setpoints and path are drawn as
-they are needed and dropped behind. Where there is none the least factor on the tolerance that goes on is looked for, until
-the tolerance itself is enough again: a fault has a place, a size and an end.
+apart than the tolerance allows (the Fréchet distance, with the tolerance of each place; the method is that of H. Alt
+and M. Godau, Int. J. Computational Geometry and Applications 5 (1995), in `cncgen.kernels.free_space`)? Setpoints and
+path are drawn as they are needed and dropped behind. Where there is none the least factor on the tolerance that goes on
+is looked for, until the tolerance itself is enough again: a fault has a place, a size and an end.
 """
 
 from __future__ import annotations

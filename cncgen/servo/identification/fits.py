@@ -139,8 +139,8 @@ COEFFICIENTS = ("a3", "a2", "a1", "a0", "b2", "b1")
 def fit_fourth_order(command: Floats, position: Floats, period_s: float) -> Fit:
     """Fit (b2 s² + b1 s + a0)/(s⁴ + a3 s³ + a2 s² + a1 s + a0) from command to position: Tsai 2010, eq. 9.
 
-    An offset of the position is fitted beside. The six coefficients are what a log of the closed loop determines; several sets of gains of appendix A-1 give the
-    same ones.
+    An offset of the position is fitted beside. The six coefficients are what a log of the closed loop determines;
+    several sets of gains of appendix A-1 give the same ones.
     """
     size = _typical(command - command[0])
     start = float(position[0] - command[0]) / size

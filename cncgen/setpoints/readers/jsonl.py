@@ -18,7 +18,8 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     """Yield the rows of a JSON lines file. The first object says which axes there are.
 
     Raises:
-        UsageError: A line is no object, or lacks a number (`RowFaults`), or the first one names an axis otherwise than `POSITION_COLUMNS`.
+        UsageError: A line is no object, or lacks a number (`RowFaults`), or the first one names an axis otherwise than
+            `POSITION_COLUMNS`.
     """
     faults, number = RowFaults(name), 0
     keys: tuple[str, ...] = ()

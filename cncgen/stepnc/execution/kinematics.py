@@ -12,8 +12,9 @@ the other turns what is tilted. In a head the axis that carries the other one tu
 Of the two solutions the one nearer to where the axes stand is taken, by whole turns nearest too, so that the axes go on
 beyond 360 degrees and the tilt passes through the turning axis to its other side; where the tool is along the turning
 axis, that stays, or goes where it will be wanted next. Close by that axis a small turn of the tool needs a large one of
-the turning axis (`swing`), which no choice of solution avoids. Where a machine says how its axes carry table or head (``[kinematics]``), X Y Z are those of its slides; else they
-stay the tip of the tool in the workpiece (tool centre point programming) and the axes are B and C.
+the turning axis (`swing`), which no choice of solution avoids. Where a machine says how its axes carry table or head
+(``[kinematics]``), X Y Z are those of its slides; else they stay the tip of the tool in the workpiece (tool centre
+point programming) and the axes are B and C.
 """
 
 from __future__ import annotations

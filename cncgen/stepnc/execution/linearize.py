@@ -88,8 +88,8 @@ def with_axes(points: Floats, axes: Floats, counts: NDArray[np.int64] | None = N
 def couple(pieces: Sequence[Piece], axes: Sequence[Piece]) -> list[Polyline]:
     """Return pieces with the tool axes of a second curve, whose points are directions.
 
-    A spline's knots parametrise its axis curve too, and an arc's angle; a polyline has one axis a point; else the axis goes linearly with
-    the length from the first to the last direction (ISO 10303-238, 5.2.2.6.1).
+    A spline's knots parametrise its axis curve too, and an arc's angle; a polyline has one axis a point; else the axis
+    goes linearly with the length from the first to the last direction (ISO 10303-238, 5.2.2.6.1).
     """
     if len(pieces) == 1 and len(axes) == 1:
         path, tilt = pieces[0], axes[0]
