@@ -191,3 +191,24 @@ def test_marks_are_the_nearest_of_their_label(
     at = {mark.cursor.offset: k for k, mark in enumerate(labels.marks)}
     assert (at[after.cursor.offset] if after else None) == reference(range(place + 1, len(lines)), not over)
     assert (at[before.cursor.offset] if before else None) == reference(range(place - 1, -1, -1), True)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "loop"),
+    [
+        ("#1=", "o1 while [#1 LT 3]\n#2=[#2+1]\no1 endwhile"),
+        ("#1=", "o1 while [#1 LT 3]\nG1 X#2 F100\n#2=[#2+1]\no1 endwhile"),
+        ("#1=[2+", "WHILE [#1 LT 3] DO1\nG1 X#2 F100\nEND1"),
+    ],
+)
+def test_a_loop_that_a_fault_lets_run_on_is_left(
+    run: Any, monkeypatch: pytest.MonkeyPatch, wrong: str, loop: str
+) -> None:
+    """What would have ended it may be what was wrong: reading goes on behind it, and finds the next fault."""
+    from cncgen.gcode.flow import walking
+
+    monkeypatch.setattr(walking, "_MOST_AFTER_A_FAULT", 5_000)
+    out = run(f"{wrong}\n{loop}\nG1 X=\nM2\n", max_steps=1_000_000)
+    assert [(code, line) for code, line, _ in out.errors] == [("syntax", 1), ("syntax", 3 + loop.count("\n"))]
+    whole = run(f"#1=0\n{loop}\nM2\n", max_steps=20_000)
+    assert [code for code, _, _ in whole.errors] == ["too-many-steps"]

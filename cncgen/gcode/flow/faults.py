@@ -25,12 +25,15 @@ class Faults:
         self._sink = sink
         self._reporter = reporter
         self.settle: Callable[[], None] = lambda: None
+        #: Whether anything was wrong so far.
+        self.found = False
         #: What was said of which line.
         self._said: set[tuple[Cursor, str]] = set()
         self._failures = 0
 
     def at(self, here: Cursor, error: BlockError) -> None:
         """Say what is wrong with a line."""
+        self.found = True
         self._reporter.report(self._sources[here.source], here.line, here.offset, error)
 
     def here(self, error: BlockError) -> None:

@@ -21,6 +21,8 @@ from cncgen.gcode.text.labels import Cursor
 _PAUSE = 1024
 #: Lines kept as nodes; a loop is rarely longer.
 _MAX_NODES = 65_536
+#: Blocks that loops may execute once something was wrong, which may be what would have ended them.
+_MOST_AFTER_A_FAULT = 1_000_000
 
 
 class Walker:
@@ -33,8 +35,13 @@ class Walker:
         self._nodes: dict[Cursor, Node] = {}
 
     def walk(self, cursor: Cursor) -> Generator[None, None, None]:
-        """Run line by line from a place until the stream can go on; yields now and then, so that rows can be taken away."""
+        """Run line by line from a place until the stream can go on; yields now and then, so that rows can be taken away.
+
+        Raises:
+            Astray: It does not come to that, in a program that has faults.
+        """
         ip, frames, parts = self._parts.ip, self._frames, self._parts
+        begun = parts.executor.steps
         reached = self._stream.reached.offset
         node = self._node(cursor)
         count = 0
@@ -46,6 +53,8 @@ class Walker:
             if count == _PAUSE:
                 parts.executor.count(count)
                 count = 0
+                if parts.faults.found and parts.executor.steps - begun > _MOST_AFTER_A_FAULT:
+                    raise Astray
                 yield
             try:
                 following = self._after(node, self._step(node))
