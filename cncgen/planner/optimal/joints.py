@@ -34,7 +34,7 @@ _SLOWER, _HALVINGS = 0.02, 14
 _SLOPE = [-1.5, -0.5, 0.5, 1.5], [0.0, 1.0, -1.0, 0.0]
 _HAT = [-1.0, 0.0, 1.0], [0.0, 1.0, 0.0]
 #: What the jerk that a jump takes costs on either side of it, in periods.
-_DELAY = 0.75
+_DELAY = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -290,7 +290,9 @@ def _cuts(bounds: Bounds, stop: Bools, turn: Floats, left: Floats, right: Floats
     )
     root = np.cbrt(np.minimum(jerk, 6.0 * acceleration / bounds.period_s))
     way = (bounds.period_s / (1.0 / root).sum(axis=1)) ** 3 / 6.0
-    room = bounds.chord_mm / _size(bounds, turn[rest])
+    # Squares of the least of turns are none.
+    with np.errstate(divide="ignore"):
+        room = bounds.chord_mm / _size(bounds, turn[rest])
     far = way > 2.0 * room
     return Cuts(rest[far], room[far], acceleration[far], jerk[far])
 
@@ -371,7 +373,7 @@ def _worth_a_stop(bounds: Bounds, s: Floats, slow: Bools, left: Floats, right: F
     """Return the speed, shape (n,), mm/s, below which a stop takes less time than to pass a jump.
 
     A stop takes v/a more on either side, a being the acceleration that the motion reaches there; passing, the jump leaves
-    little jerk for three periods, which costs about ¾ T on either side. Slower than some J T² (A T) nothing is passed.
+    little jerk for three periods, which costs about ½ T on either side. Slower than some J T² (A T) nothing is passed.
 
     Args:
         bounds: Limits.

@@ -12,7 +12,7 @@ from cncgen.planner.assembly import Cuts
 from cncgen.planner.optimal.caps import SpeedCap
 from cncgen.planner.optimal.joints import Beyond, Joints, distinct, joints_of, nearest
 from cncgen.planner.optimal.limits import JUMP_SHARE, SWAY_SHARE, Bounds, most
-from cncgen.planner.optimal.nodes import DENSITY, place
+from cncgen.planner.optimal.nodes import DENSITY, placed
 from cncgen.planner.optimal.paces import Feeds, crawling
 from cncgen.toolpath.record import Event, Kind, PathMode, Toolpath
 
@@ -117,7 +117,9 @@ def track_of(
     if cap and cap.straight:
         # What crawls is slower than any cap.
         lines &= crawls[path.row_of(0.5 * (joints.s[:-1] + joints.s[1:]))]
-    s = place(path, bounds, joints, sides, lines, lambda at, x, side: top_at(at, x, side)[0], DENSITY[effort])
+    s = placed(
+        path, bounds, joints, sides, lines, lambda at, x, side: top_at(at, x, side)[0], DENSITY[effort]
+    )
     n = len(s) - 1
     middle = 0.5 * (s[:-1] + s[1:])
     right = path.evaluate(s[:-1], 3)
