@@ -606,14 +606,17 @@ def acceleration_only(case: Case, nodes: int = 3000) -> float:
         path = path_of(tp)
         if not path.length > 0.0:
             continue
-        speed = np.where(tp.feed_mode == FeedMode.INVERSE_TIME, tp.feed * np.diff(path.row_s), tp.feed)
+        inverse = tp.feed_mode == FeedMode.INVERSE_TIME
+        speed = tp.feed * np.where(inverse, np.diff(path.row_s), path.per_feed)
         for row in np.flatnonzero(np.diff(path.row_s) > 0.0):
             count = max(100, int(nodes * np.diff(path.row_s)[row] / path.length))
             s = np.linspace(path.row_s[row], path.row_s[row + 1], count + 1)
             x = path.evaluate(0.5 * (s[1:] + s[:-1]), 2)
             with np.errstate(divide="ignore", invalid="ignore"):
                 top = np.minimum(speed[row], (allowed[0] / np.abs(x[1])).min(axis=1)) ** 2
-                bend = np.where(np.abs(x[1]) < 1e-9, allowed[1] / np.abs(x[2]), np.inf).min(axis=1)
+                # An axis that all but stands on the whole of an interval, which one that turns back does nowhere.
+                stands = np.abs(x[1]) + 0.5 * np.diff(s)[:, None] * np.abs(x[2]) < 1e-9
+                bend = np.where(stands, allowed[1] / np.abs(x[2]), np.inf).min(axis=1)
             cap.append(np.minimum(top, bend))
             shape.append((x[1], x[2]))
             hs.append(np.diff(s))
