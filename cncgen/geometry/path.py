@@ -111,9 +111,11 @@ class Path:
         )
         chosen = self._curve[self._nurbs_rows]
         table = nurbs if np.array_equal(chosen, np.arange(len(nurbs))) else splines.take(nurbs, chosen)
-        self._nurbs: splines.Lengths = splines.lengths(
-            table, self._low[self._nurbs_rows], self._high[self._nurbs_rows]
-        )
+        self._nurbs: splines.Lengths = self._measured(table)
+        lags = self._nurbs_rows[self._lagging()]
+        if lags.size:
+            self._low[lags], self._high[lags] = 0, len(self.axes)
+            self._nurbs = self._measured(table)
         # Rows of the path -> rows of the tables made above.
         self._item: Ints = np.zeros(len(self.kind), np.int64)
         self._item[self._arc_rows] = np.arange(len(self._arc_rows))
@@ -144,6 +146,24 @@ class Path:
             halts = _halting(nurbs, low[rows], high[rows], chosen)
             low[rows[halts]], high[rows[halts]] = 0, len(self.axes)
         return low, high
+
+    def _measured(self, table: NurbsTable) -> splines.Lengths:
+        return splines.lengths(table, self._low[self._nurbs_rows], self._high[self._nurbs_rows])
+
+    def _lagging(self) -> Ints:
+        """Return the NURBS that turn back, or nearly halt, in what they are measured over while another axis goes on.
+
+        Cells of the table of lengths are short where C' vanishes, so the starts of cells tell.
+        """
+        if len(self.axes) == 3 or not self._nurbs_rows.size:
+            return self._nurbs_rows[:0]
+        found = self._nurbs
+        item = np.repeat(np.arange(len(found.total)), np.diff(found.offset))
+        first = splines.evaluate(found.table, item, found.cells[:, 0], 1)[1]
+        slow = _metric_norm(first, found.low[item], found.high[item]) < _SLIGHT * np.linalg.norm(
+            first, axis=1
+        )
+        return np.unique(item[slow])
 
     def _measure_by_faster(self) -> bool:
         """Measure lines by U V W or rotary axes where what they are measured by is next to nothing beside; tell whether any is."""

@@ -244,6 +244,19 @@ def test_curve_that_starts_with_coinciding_points_has_its_tangent() -> None:
     np.testing.assert_allclose(path.evaluate([0.0], 1)[1], [[1, 0, 0]], atol=1e-5)
 
 
+@pytest.mark.parametrize("size", [1e-7, 1e-3, 1.0])
+def test_curve_that_turns_back_in_xyz_while_another_axis_turns(size: float) -> None:
+    """x = 2u(1 − u)·size, a = u: by x alone da/dx was without bound in the middle. By both, ds² = dx² + da²."""
+    points = [[0, 0, 0, 0], [size, 0, 0, 0.5], [0, 0, 0, 1]]
+    path = path_of_curve(nurbs.single(2, [0] * 3 + [1] * 3, points), "XYZA")
+    at, slope = 2.0 * size, np.hypot(1.0, 2.0 * size)
+    assert path.length == pytest.approx(0.5 * (slope + np.arcsinh(at) / at), rel=1e-12)
+    _, x1, x2 = path.evaluate(np.linspace(0.0, path.length, 101), 2)
+    np.testing.assert_allclose(np.linalg.norm(x1, axis=1), 1.0, atol=1e-9)
+    assert np.abs(x2).max() <= 4.0 * size * (1 + 1e-9)
+    assert not path.moves_xyz.any()
+
+
 def test_curve_that_halts_in_xyz_while_another_axis_turns() -> None:
     points = [[0, 0, 0, 0], [1, 0, 0, 0], [1, 0, 0, 1], [2, 0, 0, 1]]
     path = path_of_curve(nurbs.single(1, [0, 0, 1, 2, 3, 3], points), "XYZA")

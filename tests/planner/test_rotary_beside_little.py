@@ -36,6 +36,17 @@ def test_no_limit_is_passed_by_rounding_of_the_path_coordinate(length: str, mode
         assert np.abs(np.diff(padded, order)).max() / 1e-3**order <= 1.001 * limit
 
 
+@pytest.mark.parametrize("size", ["0.0000001", "0.001", "1", "10"])
+def test_a_curve_that_turns_back_in_xyz_while_an_axis_turns_keeps_its_limits(size: str) -> None:
+    """X goes there and back while A turns by 60 degrees: A once had up to 37 times its jerk where X turns."""
+    curve = f"G6.2 P3 K0 X0 Y0 A0\nK0 X{size} Y0 A30\nK0 X0 Y0 A60\nK1\nK1\nK1"
+    angle = setpoints_of(f"G61 F6000\n{curve}", "optimal")[:, -1] / DEGREE
+    padded = np.concatenate([np.repeat(angle[:1], 3), angle, np.repeat(angle[-1:], 3)])
+    for order, limit in enumerate((180.0, 1000.0, 20_000.0), start=1):
+        assert np.abs(np.diff(padded, order)).max() / 1e-3**order <= 1.001 * limit
+    assert len(angle) < 600
+
+
 @pytest.mark.parametrize("feedrate", ["optimal", "ild", "constant"])
 def test_the_feed_is_that_along_xyz(feedrate: str) -> None:
     """0.01 mm at 0.06 mm/min take ten seconds, whatever turns meanwhile; starting and stopping takes the turn v/a + a/j more."""
