@@ -296,7 +296,7 @@ def _rest_tops(given: Intervals) -> Floats:
     for at, part in ((np.ones_like(moving), 0.5), (moving, 1.0)):
         s = part * h[:, None]
         x2, x3 = np.abs(given.x2[rest, at]), np.abs(given.x3[rest, at])
-        with np.errstate(divide="ignore"):
+        with np.errstate(divide="ignore", over="ignore"):
             jerk = given.limits[1] * given.factor[rest, 1] / (steep + 9.0 * x2 * s + 4.5 * x3 * s * s)
             slow = (
                 given.limits[0]

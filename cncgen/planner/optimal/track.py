@@ -22,7 +22,8 @@ Ints = NDArray[np.int64]
 #: What an interval is: part of the spline, the one that leaves (enters) a rest with constant jerk, or a whole straight
 #: line from rest to rest.
 SPLINE, LEAVE, ENTER, LINE = range(4)
-#: Turn of the direction below which a straight line goes on: that of coordinates rounded in their last places.
+#: Turn of the direction, and part of the feed that changes, below which a straight line goes on: that of coordinates
+#: rounded in their last places.
 _STRAIGHT = 1e-9
 #: Rounding of a coordinate, as a part of it, that two directions may differ by on either side.
 _DIGITS = 2.0**-50
@@ -177,9 +178,9 @@ def _seams(toolpath: Toolpath, path: Path, feeds: Feeds) -> Floats:
     s = path.breakpoints()
     before, after = path.row_of(s, -1), path.row_of(s)
     straight = (path.kind[before] == Kind.LINE) & (path.kind[after] == Kind.LINE) & (after == before + 1)
-    straight &= (toolpath.path_mode[before] != PathMode.EXACT_STOP) & (
-        feeds.speed[before] == feeds.speed[after]
-    )
+    # Speeds of G93, or where rotary axes turn beside little, come from lengths, with their rounding.
+    same = np.isclose(feeds.speed[before], feeds.speed[after], rtol=_STRAIGHT, atol=0.0)
+    straight &= (toolpath.path_mode[before] != PathMode.EXACT_STOP) & same
     straight[[0, -1]] = False
     at = np.flatnonzero(straight)
     if not len(at):
