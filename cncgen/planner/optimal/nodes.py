@@ -18,6 +18,20 @@ Floats = NDArray[np.float64]
 TopAt = Callable[[Floats, Floats, int], Floats]
 
 
+class TooManyNodesError(Exception):
+    """A block needs more nodes than there is room for.
+
+    Attributes:
+        nodes: How many.
+        s: Path coordinate where the stretch begins that needs most of them.
+    """
+
+    def __init__(self, nodes: float, s: float) -> None:
+        super().__init__(f"{nodes:.3g} nodes")
+        self.nodes = nodes
+        self.s = s
+
+
 @dataclass(frozen=True, slots=True)
 class Density:
     """Spacing of the nodes: as a part of the radius of curvature, of |x'''|^-1/2, of the distance on which x''' v³ changes
@@ -64,6 +78,8 @@ _NO_TURN = 1e-9
 _STEEP = 1.5
 #: Nodes of a block up to which they stand closer, and how much closer at most.
 _AMPLE, _CLOSEST = 3000, 4.0
+#: Nodes of a block at most: their derivatives, limits and rows take about a kilobyte each.
+MOST = 5_000_000
 #: Least distance of nodes, as a part of the length of the block: rounding is a thousandth of it.
 _ROUNDING = 2.0**-42
 
@@ -389,6 +405,9 @@ def _spread(s: Floats, spacing: Floats, borders: Floats, whole: NDArray[np.bool_
 
     The spacing is linear between the places `s`: from one of them, where it is h and its slope g, the measure over a
     distance x is log(1 + g x/h) / g.
+
+    Raises:
+        TooManyNodesError: They are more than `MOST`.
     """
     slope = np.diff(spacing) / np.diff(s)
     measure = np.concatenate([[0.0], np.cumsum(_log(slope, np.diff(s) / spacing[:-1]))])
@@ -398,8 +417,11 @@ def _spread(s: Floats, spacing: Floats, borders: Floats, whole: NDArray[np.bool_
 
     k = place_of(borders, s)
     at = measure[k] + _log(slope[k], (borders - s[k]) / spacing[k])
-    count = np.maximum(np.ceil(np.diff(at) - 1e-9).astype(np.int64), 1)
+    count = np.maximum(np.ceil(np.diff(at) - 1e-9), 1.0)
     count[whole] = 1
+    if not count.sum() <= MOST:
+        raise TooManyNodesError(float(count.sum()), float(borders[np.argmax(count)]))
+    count = count.astype(np.int64)
     stretch = np.repeat(np.arange(len(count)), count)
     step = np.arange(len(stretch)) - np.repeat(np.cumsum(count) - count, count)
     inner = at[stretch] + (at[stretch + 1] - at[stretch]) * step / count[stretch]

@@ -7,12 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.diagnostics import Diagnostic, NoPlanError, Span
 from cncgen.geometry.path import Path
 from cncgen.planner.assembly import Cuts
 from cncgen.planner.optimal.caps import SpeedCap
 from cncgen.planner.optimal.joints import Beyond, Joints, distinct, joints_of, nearest
 from cncgen.planner.optimal.limits import JUMP_SHARE, SWAY_SHARE, Bounds, most
-from cncgen.planner.optimal.nodes import DENSITY, placed
+from cncgen.planner.optimal.nodes import DENSITY, MOST, TooManyNodesError, placed
 from cncgen.planner.optimal.paces import Feeds, crawling
 from cncgen.toolpath.record import Event, Kind, PathMode, Toolpath
 
@@ -97,6 +98,9 @@ def track_of(
             this block's border.
         effort: Density of the nodes.
         cap: A largest speed along the path, beside the bounds.
+
+    Raises:
+        NoPlanError: It would be more intervals than memory is meant for.
     """
     feeds = Feeds.of(toolpath, path)
 
@@ -118,9 +122,12 @@ def track_of(
     if cap and cap.straight:
         # What crawls is slower than any cap.
         lines &= crawls[path.row_of(0.5 * (joints.s[:-1] + joints.s[1:]))]
-    s = placed(
-        path, bounds, joints, sides, lines, lambda at, x, side: top_at(at, x, side)[0], DENSITY[effort]
-    )
+    try:
+        s = placed(
+            path, bounds, joints, sides, lines, lambda at, x, side: top_at(at, x, side)[0], DENSITY[effort]
+        )
+    except TooManyNodesError as many:
+        raise NoPlanError(_too_many(toolpath, path, many)) from None
     n = len(s) - 1
     middle = 0.5 * (s[:-1] + s[1:])
     right = path.evaluate(s[:-1], 3)
@@ -170,6 +177,18 @@ def track_of(
         corner=corner,
         cuts=replace(joints.cuts, joint=node[joints.cuts.joint]),
         events=_events(toolpath, path, s),
+    )
+
+
+def _too_many(toolpath: Toolpath, path: Path, many: TooManyNodesError) -> Diagnostic:
+    """Say what needs too many nodes."""
+    row = int(path.row_of(np.array([many.s]))[0])
+    return Diagnostic(
+        "too-many-nodes",
+        f"a plan of this motion and those around needs {many.nodes:,.0f} nodes, and has room for {MOST:,}",
+        span=Span(toolpath.sources[int(toolpath.source[row])], int(toolpath.line[row])),
+        hint="it takes hours at the limits of some axis; are they in mm, degrees and s?",
+        values={"nodes": many.nodes, "most": MOST},
     )
 
 

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
+from cncgen.diagnostics import NoPlanError
+from cncgen.machine import load
+from cncgen.pipeline import read_text
+from cncgen.planner import PlanOptions, plan
 from cncgen.planner.optimal import nodes
 from cncgen.planner.optimal.blocks import blocks
 from cncgen.toolpath.slicing import join
@@ -72,3 +78,20 @@ def test_blocks_do_not_depend_on_chunks(size: int) -> None:
     assert [len(block) for block in made] == [64, 64, 64, 58]
     np.testing.assert_array_equal(join(made).end, rows.end)
     np.testing.assert_array_equal(made[1].start, rows.end[63])
+
+
+def test_more_nodes_than_memory_is_meant_for_are_refused_with_their_line() -> None:
+    """A circle of 200 mm at 1 µm/s takes 628,000 s; a ramp of 2 ms has five nodes."""
+    machine = load("generic-mill")
+    slow = {
+        letter: replace(axis, max_velocity=1e-3, max_acceleration=1e-2, max_jerk=5.0)
+        for letter, axis in machine.axes.items()
+    }
+    text = "G21 G17 G90 G61 F600\nG1 X1\nG2 X1 Y0 I100 J0\nM2\n"
+    with pytest.raises(NoPlanError) as told:
+        list(plan(read_text(text).chunks(), replace(machine, axes=slow), PlanOptions()))
+    (fault,) = told.value.diagnostics
+    assert fault.code == "too-many-nodes"
+    assert fault.span is not None
+    assert fault.span.line == 3
+    assert fault.values["nodes"] > fault.values["most"]
