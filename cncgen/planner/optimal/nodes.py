@@ -139,9 +139,9 @@ def place(
         # Beyond the outermost ones it is the distance to a rest in another block.
         apart = np.concatenate([[np.inf], np.diff(rests), [np.inf]])
         spacing = np.minimum(spacing, _STRETCH * apart[np.searchsorted(rests, probes, side="right")])
-    before, after = _first(bounds, joints, sides, lines, top_at)
-    first = np.minimum(before, after)
     spacing = np.maximum(spacing, _seen(bounds, x[1], probes))
+    before, after = _clear(_first(bounds, joints, sides, lines, top_at), probes, spacing, joints.s)
+    first = np.minimum(before, after)
     tight = np.flatnonzero((joints.stop & np.isfinite(first)) | (joints.zone > 0))
     at = np.searchsorted(probes, joints.s[tight])
     spacing[at] = np.minimum(
@@ -287,6 +287,26 @@ def _first(
         out[rest] = np.minimum.reduce([np.maximum(np.minimum.reduce(wanted), seen), far, near[rest]])
         found.append(out)
     return found[0], found[1]
+
+
+def _clear(first: tuple[Floats, Floats], probes: Floats, spacing: Floats, s: Floats) -> tuple[Floats, Floats]:
+    """Shorten the first intervals from rests, before and after the breakpoints `s`, to where less than that is asked for.
+
+    An interval from rest knows the path at its middle and its far end alone: no place within may want nodes that stand
+    nearer to each other than the interval is long.
+    """
+    before, after = first
+    stretch = np.searchsorted(s, probes) - 1
+    inside = np.flatnonzero(s[np.minimum(stretch + 1, len(s) - 1)] != probes)
+    left = stretch[inside]
+    for out, at, away in (
+        (after, left, probes[inside] - s[left]),
+        (before, left + 1, s[left + 1] - probes[inside]),
+    ):
+        free = np.full(len(s), np.inf)
+        np.minimum.at(free, at, np.maximum(away, spacing[inside]))
+        np.minimum(out, free, out=out, where=np.isfinite(out))
+    return before, after
 
 
 def _beside(bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats]) -> Floats:

@@ -90,3 +90,15 @@ def test_more_nodes_than_memory_is_meant_for_are_refused_with_their_line(
     assert fault.span is not None
     assert fault.span.line == 3
     assert fault.values["nodes"] > 50
+
+
+def test_an_interval_from_rest_holds_nothing_finer_than_itself() -> None:
+    """Two places that want nodes 0.01 apart: at 0.3 after the first breakpoint, and at 0.2 before the last."""
+    s, probes = np.array([0.0, 1.0, 3.0]), np.array([0.0, 0.1, 0.3, 0.6, 1.0, 1.5, 2.8, 2.9, 3.0])
+    spacing = np.array([0.5, 0.5, 0.01, 0.5, 0.5, 0.5, 0.01, 0.5, 0.5])
+    rest = np.array([True, False, True])
+    first = np.where(rest, 0.4, np.inf)
+    before, after = nodes._clear((first.copy(), first.copy()), probes, spacing, s)
+    # The one before the end reaches to the place at 0.2, that after the start to the one at 0.3; nothing rests between.
+    assert after.tolist() == [0.3, np.inf, 0.4]
+    assert before.tolist() == [0.4, np.inf, pytest.approx(0.2)]
