@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cncgen.machine.record import Machine
 from cncgen.planner.record import Limit
-from cncgen.planner.rows import AxisLimits, chord_speed
+from cncgen.planner.rows import AxisLimits, across, chord_speed
 from cncgen.planner.smoothing.runs import axis_scale
 
 Floats = NDArray[np.float64]
@@ -64,7 +64,7 @@ class Bounds:
             x1, x2: Shape (n, axes), dx/ds and d²x/ds².
         """
         curvature = np.sqrt(np.einsum("ij,ij->i", x2[:, :3], x2[:, :3]))
-        bend = _across(x1 * self.scale, x2 * self.scale) if x2.shape[1] > 3 else curvature
+        bend = across(x1 * self.scale, x2 * self.scale) if x2.shape[1] > 3 else curvature
         with np.errstate(divide="ignore"):
             candidates = np.stack(
                 [
@@ -136,19 +136,8 @@ def resolution(bounds: Bounds, x1: Floats) -> Floats:
     return np.where(np.isfinite(found), np.minimum(found, bounds.chord_mm), 0.0)
 
 
-def _across(x1: Floats, x2: Floats) -> Floats:
-    """Return the size of the part of x'' across x', shape (n,): what lies along it bends no chord.
-
-    Over X Y Z alone all of x'' is across x'; where further axes count, |x'| is not 1.
-    """
-    along, size = (np.einsum("ij,ij->i", x1, x) for x in (x2, x1))
-    part = np.divide(along, size, out=np.zeros_like(along), where=size > 0.0)
-    out: Floats = np.linalg.norm(x2 - part[:, None] * x1, axis=1)
-    return out
-
-
 def speed_within(linear: Floats, square: Floats, share: float) -> Floats:
     """Return the largest v with linear·v + square·v² ≤ share for every axis, shape (n,)."""
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", over="ignore"):
         v = 2.0 * share / (linear + np.sqrt(linear**2 + 4.0 * share * square))
     return least(v)
