@@ -34,7 +34,7 @@ _SLOWER, _HALVINGS = 0.02, 14
 _SLOPE = [-1.5, -0.5, 0.5, 1.5], [0.0, 1.0, -1.0, 0.0]
 _HAT = [-1.0, 0.0, 1.0], [0.0, 1.0, 0.0]
 #: What the jerk that a jump takes costs on either side of it, in periods.
-_DELAY = 0.5
+_DELAY = 0.6
 
 
 @dataclass(frozen=True, slots=True)
@@ -373,7 +373,7 @@ def _worth_a_stop(bounds: Bounds, s: Floats, slow: Bools, left: Floats, right: F
     """Return the speed, shape (n,), mm/s, below which a stop takes less time than to pass a jump.
 
     A stop takes v/a more on either side, a being the acceleration that the motion reaches there; passing, the jump leaves
-    little jerk for three periods, which costs about ½ T on either side. Slower than some J T² (A T) nothing is passed.
+    little jerk for three periods, which costs about 0.6 T on either side. Slower than some J T² (A T) nothing is passed.
 
     Args:
         bounds: Limits.
