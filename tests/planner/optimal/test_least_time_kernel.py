@@ -231,7 +231,7 @@ def test_rows_left_out_change_nothing(feed: float, monkeypatch: pytest.MonkeyPat
     assert len(counts) == 1
     assert counts[0][1] < 0.9 * counts[0][0]
     # What limits are lowered by between nodes, up to half of the slack, depends on the way to the optimum.
-    assert some.time == pytest.approx(whole.time, rel=0.5 * problem.SLACK)
+    assert some.time == pytest.approx(whole.time, rel=0.2 * problem.SLACK)
     assert np.mean(some.limit == whole.limit) > 0.95
 
 
@@ -243,7 +243,7 @@ def test_a_row_that_should_not_have_been_left_out_comes_back(monkeypatch: pytest
     assert blind.converged
     acceleration, _ = motion(given, blind.q)
     assert acceleration.max() < 1.0 + 1e-3
-    assert blind.time == pytest.approx(whole.time, rel=0.5 * problem.SLACK)
+    assert blind.time == pytest.approx(whole.time, rel=0.2 * problem.SLACK)
 
 
 def test_thinning_keeps_what_is_near_and_what_is_beside_a_rest() -> None:
@@ -263,7 +263,7 @@ def test_thinning_keeps_what_is_near_and_what_is_beside_a_rest() -> None:
     assert kind[:3].tolist() == [0, 1, 1]
 
 
-@pytest.mark.parametrize("at", [11, 42])
+@pytest.mark.parametrize("at", [11, 42, 50])
 def test_a_window_whose_start_binds_on_two_sides_goes_on(at: int) -> None:
     # There, jerk of x from above and jerk of y from below leave the second ordinate no room but for the slack.
     whole = wave(60, axes=3)
