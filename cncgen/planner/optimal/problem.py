@@ -22,7 +22,7 @@ GAP, SLACK = 1e-7, 5e-4
 MOST, MOST_THINNED = 120, 40
 #: Part of a limit on acceleration, or of a bound on q, from which the profile to start from is near it, and how many
 #: intervals around count.
-_FAR, _REACH = 0.3, 3
+_FAR, _REACH = 0.45, 3
 #: The starts tried one after the other, as parts of q of the profile that rises and falls with full jerk. From rest, a
 #: small enough part holds every limit, whatever the intervals.
 _STARTS = (0.8, 0.1, 0.9, 0.01, 1e-4, 1e-7)
