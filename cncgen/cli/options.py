@@ -188,9 +188,7 @@ program_options = _gathering(
         "--max-steps",
         metavar="N",
         type=click.IntRange(min=1),
-        default=50_000_000,
-        show_default=True,
-        help="Blocks executed before a program counts as endless.",
+        help="Blocks executed before a program counts as endless [default: 10000000 in loops and calls].",
     ),
 )
 

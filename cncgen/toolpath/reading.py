@@ -38,7 +38,8 @@ class ReadOptions:
             and their cutting speeds count before their spindle speeds).
         spindle_sign: ``speed`` or ``tool``: whether the sign of a spindle speed of STEP-NC tells the sense of rotation, or
             the hand of the tool (for writers that give speeds without a sign).
-        max_steps: Blocks executed before a program counts as endless.
+        max_steps: Blocks executed before a program counts as endless. None: ten million in loops and calls, however
+            long its text is.
         max_call_depth: Nested subprogram calls before recursion counts as endless.
         chunk_rows: Motions handed on at a time.
         tolerance_mm: Tolerance of G64 that overrides the program's, or None.
@@ -56,7 +57,7 @@ class ReadOptions:
     block_delete: bool = True
     speed_unit: str = "m/s"
     spindle_sign: str = "speed"
-    max_steps: int = 50_000_000
+    max_steps: int | None = None
     max_call_depth: int = 100
     chunk_rows: int = 65_536
     tolerance_mm: float | None = None
@@ -75,6 +76,10 @@ class ReadOptions:
 
 def _is_count(value: object) -> bool:
     return isinstance(value, numbers.Integral) and not isinstance(value, bool) and int(value) > 0
+
+
+def _is_count_or_none(value: object) -> bool:
+    return value is None or _is_count(value)
 
 
 def _is_positive_or_none(value: object) -> bool:
@@ -100,6 +105,7 @@ _RULES: tuple[tuple[tuple[str, ...], Callable[[object], bool], str], ...] = (
     (("spindle_sign",), *_is_of(SPINDLE_SIGNS)),
     (("tool_table", "parameters", "save_parameters"), _is_file_or_none, "the name of a file, or None"),
     (("include",), _are_folders, "a sequence of names of folders"),
-    (("max_steps", "max_call_depth", "chunk_rows"), _is_count, "a whole number greater than 0"),
+    (("max_call_depth", "chunk_rows"), _is_count, "a whole number greater than 0"),
+    (("max_steps",), _is_count_or_none, "a whole number greater than 0, or None"),
     (("least_increment", "tolerance_mm"), _is_positive_or_none, "a number greater than 0, or None"),
 )

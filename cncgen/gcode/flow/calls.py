@@ -69,6 +69,11 @@ class Calls:
         """Return the innermost call, or the record of the main program."""
         return self.frames[-1] if self.frames else self._main
 
+    @property
+    def records(self) -> list[Frame]:
+        """Return the records of the main program and of all calls in progress."""
+        return [self._main, *self.frames]
+
     def enter(self, label: Label, back: Cursor, values: list[float] | None) -> Frame:
         """Begin a call with these local parameters (None: the numbered ones of the caller go on).
 

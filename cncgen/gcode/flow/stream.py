@@ -48,6 +48,7 @@ class Stream:
         if parts.by_line:
             return (gcode_scan.OTHER if self.reached.offset < len(self._source) else gcode_scan.END), None
         self.reached, why = parts.waiting.scan(self.reached)
+        parts.executor.forward = self.reached.line
         if parts.waiting.has_words():
             parts.percent.seen = True
         here = parts.waiting.run()
@@ -67,6 +68,7 @@ class Stream:
         self.reached, blocks = parts.waiting.compute(here)
         if self.reached is here:
             return False
+        parts.executor.forward = self.reached.line
         parts.percent.seen = True
         parts.executor.count(self.reached.line - here.line - blocks)
         return True
@@ -88,6 +90,7 @@ class Stream:
         if found is not None:
             return self._run_o_word(*found, here)
         self.reached = after = parts.lines.after(here)
+        parts.executor.forward = after.line
         parts.ip.base.block = Block({}, line=here.line, offset=here.offset)
         try:
             text = parts.lines.text(here)
@@ -112,6 +115,7 @@ class Stream:
         """Run an O-word whose values are computed; as `_run_line`."""
         parts = self._parts
         self.reached = after
+        parts.executor.forward = after.line
         parts.percent.seen = self._branched = True
         parts.ip.base.block = Block({}, line=here.line, offset=here.offset)
         try:

@@ -13,6 +13,7 @@ from cncgen.gcode.flow import sub_words
 from cncgen.gcode.flow.leads import lead_of
 from cncgen.gcode.flow.nodes import Node
 from cncgen.gcode.flow.parts import Parts
+from cncgen.gcode.flow.recurrence import Recurrence
 from cncgen.gcode.flow.stream import Stream
 from cncgen.gcode.text.expressions import too_deep
 from cncgen.gcode.text.labels import Cursor
@@ -33,18 +34,20 @@ class Walker:
         self._stream = stream
         self._frames = parts.control.calls.frames
         self._nodes: dict[Cursor, Node] = {}
+        self._recurrence = Recurrence(parts.ip, parts.control.calls)
 
     def walk(self, cursor: Cursor) -> Generator[None, None, None]:
         """Run line by line from a place until the stream can go on; yields now and then, so that rows can be taken away.
 
         Raises:
-            Astray: It does not come to that, in a program that has faults.
+            Astray: It does not come to that: everything is as it was before, or the program has faults.
         """
         ip, frames, parts = self._parts.ip, self._frames, self._parts
         begun = parts.executor.steps
         reached = self._stream.reached.offset
         node = self._node(cursor)
         count = 0
+        looks = False
         while not ip.state.ended:
             if node.offset >= reached and not frames:
                 self._stream.reached = node.cursor
@@ -55,6 +58,7 @@ class Walker:
                 count = 0
                 if parts.faults.found and parts.executor.steps - begun > _MOST_AFTER_A_FAULT:
                     raise Astray
+                looks = True
                 yield
             try:
                 following = self._after(node, self._step(node))
@@ -63,8 +67,23 @@ class Walker:
                 following = self._node(node.after)
             if following is None:
                 break
+            if looks and following.cursor <= node.cursor:
+                looks = False
+                self._look(node, following)
             node = following
         parts.executor.count(count)
+
+    def _look(self, node: Node, back: Node) -> None:
+        """Raise where a line that leads back does so with everything as it was before."""
+        self._parts.waiting.settle()
+        if self._recurrence.found(back.cursor):
+            if self._parts.faults.found:
+                # What was wrong before may be what would have ended it.
+                raise Astray
+            self._parts.ip.base.block = node.block
+            message = f"back to line {back.cursor.line} with everything as it was there before: this goes on for ever"
+            hint = "does anything in the loop change what ends it?"
+            raise Astray(BlockError("too-many-steps", message, hint=hint))
 
     def _step(self, node: Node) -> Cursor | None:
         """Run a line, and those behind it that are computed with it; return where that leads, None for the next line."""

@@ -59,7 +59,7 @@ class Executor:
         start: Where the tool stands, shape (3,), mm.
         kinematics: Of the rotary axes, None where the program has none.
         make_paths: Makes toolpaths of features.
-        max_steps: Executables after which the program counts as endless.
+        max_steps: Executables after which the program counts as endless; `MAX_STEPS` at most, and where it is None.
         rules: What the file's speeds mean.
         lengths: Of a tool table, mm, by the names of `cncgen.stepnc.tool_table`; None: those of the file.
     """
@@ -72,7 +72,7 @@ class Executor:
         start: Floats,
         kinematics: Kinematics | None,
         make_paths: MakePaths,
-        max_steps: int,
+        max_steps: int | None,
         rules: SpeedRules,
         lengths: Mapping[str, float] | None = None,
     ) -> None:
@@ -84,7 +84,7 @@ class Executor:
         self._make_paths = make_paths
         self._rules = rules
         self._lengths = lengths
-        self._steps_left = min(max_steps, MAX_STEPS)
+        self._steps_left = min(max_steps or MAX_STEPS, MAX_STEPS)
         self._variables: dict[str, float] = {}
         self._open: list[int] = []
         self._moved = False

@@ -1,0 +1,61 @@
+"""Whether a program goes round for ever: it is where it was before, with everything as it was then.
+
+Interpreting a block depends on nothing but the state, so a state that comes back comes back again and again. It is
+looked for as Brent (1980, section 2) finds cycles: one state is kept, replaced after 1, 2, 4, … looks, and each later look
+is compared with it.
+"""
+
+from __future__ import annotations
+
+import pickle
+from typing import TYPE_CHECKING
+
+from cncgen.gcode.text.labels import Cursor
+
+if TYPE_CHECKING:
+    from cncgen.gcode.flow.calls import Calls
+    from cncgen.gcode.interpreter import Interpreter
+
+
+class Recurrence:
+    """Looks at a run now and then, at lines that it jumps back to; no block may wait then."""
+
+    def __init__(self, ip: Interpreter, calls: Calls) -> None:
+        self._ip = ip
+        self._calls = calls
+        self._looks = 0
+        self._replaced_after = 1
+        self._line: Cursor | None = None
+        self._numbers: list[float] = []
+        self._rest = b""
+
+    def found(self, line: Cursor) -> bool:
+        """Tell whether the run is at this line with everything as it was at an earlier look."""
+        numbers = self._ip.parameters.numbers
+        # Counters stand in the numbered parameters: nearly always they tell.
+        if line == self._line and numbers == self._numbers and self._rest and self._rest == self._others():
+            return True
+        self._looks += 1
+        if self._looks >= self._replaced_after:
+            self._replaced_after *= 2
+            self._line, self._numbers, self._rest = line, numbers.copy(), self._others()
+        return False
+
+    def _others(self) -> bytes:
+        """Return all state but the numbered parameters; nothing where some of it cannot be seen from here."""
+        ip = self._ip
+        if ip.sink is not ip.base or ip.guard is not None or ip.plain is not None:
+            return b""
+        parameters = ip.parameters
+        return pickle.dumps(
+            (
+                ip.state,
+                ip.base.where(ip.state.position),
+                parameters.local,
+                parameters.named,
+                ip.tools,
+                ip.modal_macros,
+                ip.passing_over,
+                self._calls.records,
+            )
+        )

@@ -1,0 +1,64 @@
+"""Programs without end, and long ones that do end: what tells them apart, and when."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from cncgen.gcode.flow import executing
+
+Run = Callable[..., Any]
+
+#: Each with the line that leads back: neither a parameter nor the machine is another one after a round.
+ROUND = {
+    "motions": ("G21 F100\no1 while [1]\nG1 X1\nG1 X0\no1 endwhile\nM2", "linuxcnc", 5),
+    "no counter": ("#1=3\no1 while [#1 GT 2]\n#2=[#1*2]\no1 endwhile\nM2", "linuxcnc", 4),
+    "a branch inside": (
+        "o1 while [1]\no2 if [#<_x> GT 0]\nG0 X0\no2 else\nG0 X1\no2 endif\no1 endwhile\nM2",
+        "linuxcnc",
+        7,
+    ),
+    "called": ("o9 sub\no1 do\nG0 X1\nG0 X#1\no1 while [1]\no9 endsub\no9 call [7]\nM2", "linuxcnc", 5),
+    "back by M99": ("O1\nN10 G0 X1\nX0\nM99 P10\nM30", "fanuc", 4),
+    "back by GOTO": ("O1\nN10 #2=#0\nG0 X1\nG0 X0\nGOTO 10\nM30", "fanuc", 5),
+    "a tool a round": ("O1\nN10 T1 M6\nT2 M6\nGOTO 10\nM30", "fanuc", 4),
+}
+
+#: Long loops that end, by what only one kind of state tells: rounds left, a name, a place, an offset, a tool, the calls.
+ENDING = {
+    "repeat": "o1 repeat [4000]\nG0 X1\nG0 X0\no1 endrepeat\nM2",
+    "repeat around a call": (
+        "o9 sub\no2 repeat [3]\nG0 X1\nG0 X0\no2 endrepeat\no9 endsub\no1 repeat [2000]\no9 call\no1 endrepeat\nM2"
+    ),
+    "name": "#<n>=0\no1 while [#<n> LT 4000]\nG0 X1\n#<n>=[#<n>+1]\nG0 X0\no1 endwhile\nM2",
+    "place": "G91\no1 while [#<_x> LT 40]\nG0 X0.01\nY1\nY-1\no1 endwhile\nM2",
+    "origin": "o1 while [#5221 LT 4]\nG10 L20 P1 X[#5420-0.001]\nG0 X0\no1 endwhile\nM2",
+}
+
+
+@pytest.mark.parametrize("name", ROUND)
+def test_a_program_that_comes_back_to_the_same_state_is_endless(run: Run, name: str) -> None:
+    text, dialect, line = ROUND[name]
+    codes = [(code, at) for code, at, _ in run(text, dialect=dialect, max_steps=100_000).errors]
+    assert codes == [("too-many-steps", line)]
+
+
+def test_reading_goes_on_behind_an_endless_loop(run: Run) -> None:
+    out = run("o1 while [1]\nG0 X1\nG0 X0\no1 endwhile\nG0 Y7\nG1 X=\nM2")
+    assert [(code, line) for code, line, _ in out.errors] == [("too-many-steps", 4), ("syntax", 6)]
+
+
+@pytest.mark.parametrize("name", ENDING)
+def test_a_long_loop_ends_by_any_kind_of_state(run: Run, name: str) -> None:
+    assert run(ENDING[name]).errors == []
+
+
+def test_the_bound_of_loops_is_not_one_of_the_text(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(executing, "MOST_AGAIN", 500)
+    assert run("G0 X1\nG0 X0\n" * 10_000 + "M2").errors == []
+    counts = "#1=0\no1 while [#1 LT 1000]\n#1=[#1+1]\no1 endwhile\nM2"
+    assert [code for code, _, _ in run(counts).errors] == ["too-many-steps"]
+    assert run(counts, max_steps=10_000).errors == []
+    assert [code for code, _, _ in run("G0 X1\n" * 20 + "M2", max_steps=10).errors] == ["too-many-steps"]
