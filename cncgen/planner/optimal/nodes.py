@@ -84,25 +84,62 @@ MOST = 5_000_000
 _ROUNDING = 2.0**-42
 
 
-def placed(
-    path: Path,
-    bounds: Bounds,
-    joints: Joints,
-    sides: tuple[Floats, Floats],
-    lines: NDArray[np.bool_],
-    top_at: TopAt,
-    density: Density,
-) -> Floats:
-    """Return the nodes of a block as `place` does, closer by as much as leaves few of them: `_AMPLE` cost next to nothing.
+@dataclass(frozen=True, slots=True)
+class _Survey:
+    """A block as nodes are placed on it, looked at in `n` places.
 
-    What the spline loses falls with the spacing. The factor is the root of what is left, so that none is a step.
+    Attributes:
+        bounds, joints, sides, lines: As `placed` takes them.
+        probes: Shape (n,), path coordinate of the places, ascending; every breakpoint is one.
+        panels: Shape (n,), length of the path's panel there; infinite on lines and arcs.
+        shape: What `_shape` says of the places.
+        x3: Shape (n, axes), third derivatives there.
+        least: Shape (n,), the least distance of nodes there.
+        first: Shape (breakpoints,) each, the intervals before and after rests, see `_first`.
     """
-    s = place(path, bounds, joints, sides, lines, top_at, density)
-    closer = float(np.clip(np.sqrt(_AMPLE / len(s)), 1.0, _CLOSEST))
-    return place(path, bounds, joints, sides, lines, top_at, density.times(closer)) if closer > 1.0 else s
+
+    bounds: Bounds
+    joints: Joints
+    sides: tuple[Floats, Floats]
+    lines: NDArray[np.bool_]
+    probes: Floats
+    panels: Floats
+    shape: tuple[Floats, ...]
+    x3: Floats
+    least: Floats
+    first: tuple[Floats, Floats]
+
+    @classmethod
+    def of(
+        cls,
+        path: Path,
+        bounds: Bounds,
+        joints: Joints,
+        sides: tuple[Floats, Floats],
+        lines: NDArray[np.bool_],
+        top_at: TopAt,
+    ) -> _Survey:
+        """Look at a block."""
+        seen = min(float(resolution(bounds, side[1]).min()) for side in sides)
+        probes, panels = _probes(path, joints, seen)
+        x = path.evaluate(probes, 3)
+        x[:, np.searchsorted(probes, joints.s)] = sides[1]
+        x[:, -1] = sides[0][:, -1]
+        return cls(
+            bounds,
+            joints,
+            sides,
+            lines,
+            probes,
+            panels,
+            _shape(bounds, x, probes, joints, sides, top_at),
+            x[3],
+            _seen(bounds, x[1], probes),
+            _first(bounds, joints, sides, lines, top_at),
+        )
 
 
-def place(
+def placed(
     path: Path,
     bounds: Bounds,
     joints: Joints,
@@ -113,6 +150,9 @@ def place(
 ) -> Floats:
     """Return the nodes of a block, ascending: its breakpoints, and what lies between.
 
+    What the spline loses falls with the spacing, and `_AMPLE` nodes cost next to nothing: where there are fewer, they stand
+    closer, by a factor that is the root of what is left, so that none is a step.
+
     Args:
         path: Geometry.
         bounds: Limits.
@@ -121,35 +161,40 @@ def place(
         lines: Shape (breakpoints − 1,): stretches that need no nodes between their ends.
         top_at: Gives the largest q.
         density: How close they stand.
+
+    Raises:
+        TooManyNodesError: They are more than `MOST`.
     """
-    seen = min(float(resolution(bounds, side[1]).min()) for side in sides)
-    probes, panels = _probes(path, joints, seen)
-    x = path.evaluate(probes, 3)
-    x[:, np.searchsorted(probes, joints.s)] = sides[1]
-    x[:, -1] = sides[0][:, -1]
-    shape = _shape(bounds, x, probes, joints, sides, top_at)
-    spacing = _spacing(shape, probes, joints, density, bounds.period_s)
-    spacing = np.minimum(spacing, _change(bounds, x[3], probes, shape, density.change))
+    survey = _Survey.of(path, bounds, joints, sides, lines, top_at)
+    s = _place(survey, density)
+    closer = float(np.clip(np.sqrt(_AMPLE / len(s)), 1.0, _CLOSEST))
+    return _place(survey, density.times(closer)) if closer > 1.0 else s
+
+
+def _place(survey: _Survey, density: Density) -> Floats:
+    """Return the nodes of a block in a density."""
+    joints, probes, shape = survey.joints, survey.probes, survey.shape
+    spacing = _spacing(shape, probes, joints, density, survey.bounds.period_s)
+    spacing = np.minimum(spacing, _change(survey.bounds, survey.x3, probes, shape, density.change))
     # Panels follow the parameter, too: where a straight curve stands, they are tiny and tell nothing of the path.
     with np.errstate(invalid="ignore"):
-        turns = shape[3] * panels + shape[4] * panels**2 > _NO_TURN
-    spacing = np.where(turns, np.minimum(spacing, density.panel * panels), spacing)
+        turns = shape[3] * survey.panels + shape[4] * survey.panels**2 > _NO_TURN
+    spacing = np.where(turns, np.minimum(spacing, density.panel * survey.panels), spacing)
     rests = joints.s[joints.stop]
     if len(rests) > 1:
         # Beyond the outermost ones it is the distance to a rest in another block.
         apart = np.concatenate([[np.inf], np.diff(rests), [np.inf]])
         spacing = np.minimum(spacing, _STRETCH * apart[np.searchsorted(rests, probes, side="right")])
-    spacing = np.maximum(spacing, _seen(bounds, x[1], probes))
-    before, after = _clear(_first(bounds, joints, sides, lines, top_at), probes, spacing, joints.s)
+    spacing = np.maximum(spacing, survey.least)
+    before, after = _clear(survey.first, probes, spacing, joints.s)
     first = np.minimum(before, after)
     tight = np.flatnonzero((joints.stop & np.isfinite(first)) | (joints.zone > 0))
     at = np.searchsorted(probes, joints.s[tight])
-    spacing[at] = np.minimum(
-        spacing[at], np.where(joints.stop, _NEXT * first, _beside(bounds, joints, sides))[tight]
-    )
-    borders = _borders(joints, before, after, lines)
+    beside = _beside(survey.bounds, joints, survey.sides)
+    spacing[at] = np.minimum(spacing[at], np.where(joints.stop, _NEXT * first, beside)[tight])
+    borders = _borders(joints, before, after, survey.lines)
     stretch = np.searchsorted(joints.s, borders[:-1], side="right") - 1
-    whole = lines[stretch] | _beside_rest(joints, borders)
+    whole = survey.lines[stretch] | _beside_rest(joints, borders)
     low = joints.s[joints.stop | _slow(shape[5], probes, joints)]
     growth = _growth(shape, probes, low, density.growth)
     return _spread(*_graded(probes, spacing, growth), borders, whole)
@@ -290,22 +335,21 @@ def _first(
 
 
 def _clear(first: tuple[Floats, Floats], probes: Floats, spacing: Floats, s: Floats) -> tuple[Floats, Floats]:
-    """Shorten the first intervals from rests, before and after the breakpoints `s`, to where less than that is asked for.
+    """Return the first intervals before and after the breakpoints `s`, shorter where less than that is asked for.
 
     An interval from rest knows the path at its middle and its far end alone: no place within may want nodes that stand
     nearer to each other than the interval is long.
     """
-    before, after = first
     stretch = np.searchsorted(s, probes) - 1
     inside = np.flatnonzero(s[np.minimum(stretch + 1, len(s) - 1)] != probes)
     left = stretch[inside]
-    for out, at, away in (
-        (after, left, probes[inside] - s[left]),
-        (before, left + 1, s[left + 1] - probes[inside]),
-    ):
-        free = np.full(len(s), np.inf)
-        np.minimum.at(free, at, np.maximum(away, spacing[inside]))
-        np.minimum(out, free, out=out, where=np.isfinite(out))
+    free = np.full((2, len(s)), np.inf)
+    np.minimum.at(free[0], left + 1, np.maximum(s[left + 1] - probes[inside], spacing[inside]))
+    np.minimum.at(free[1], left, np.maximum(probes[inside] - s[left], spacing[inside]))
+    before, after = (
+        np.where(np.isfinite(long), np.minimum(long, short), long)
+        for long, short in zip(first, free, strict=True)
+    )
     return before, after
 
 
