@@ -128,13 +128,13 @@ def evaluate(table: NurbsTable, curve: ArrayLike, u: ArrayLike, order: int = 0, 
     parameters = np.ascontiguousarray(np.atleast_1d(u), float)
     curves = np.ascontiguousarray(np.broadcast_to(np.asarray(curve, np.int64), parameters.shape))
     out = np.empty((order + 1, len(parameters), table.control_points.shape[1]))
-    bspline.evaluate(curves, parameters, side, order, *arrays(table), out)
+    bspline.evaluate(curves, parameters, side, order, columns(table), out)
     return out
 
 
-def arrays(table: NurbsTable) -> tuple[NDArray, ...]:
-    """Return the columns of a table as the kernel takes them."""
-    return (
+def columns(table: NurbsTable) -> bspline.Curves:
+    """Return the columns of a table as the kernels take them."""
+    return bspline.Curves(
         table.degree,
         table.point_offset,
         table.knot_offset,
@@ -186,9 +186,15 @@ class Lengths:
     def at(self, curve: Ints, u: Floats) -> Floats:
         """Return the arc lengths from the start of curves to parameters `u`."""
         out = np.empty(len(u))
-        columns = arrays(self.table)
         arc_length.lengths(
-            curve, np.ascontiguousarray(u), self.low, self.high, *columns, self.offset, self.cells, out
+            curve,
+            np.ascontiguousarray(u),
+            self.low,
+            self.high,
+            columns(self.table),
+            self.offset,
+            self.cells,
+            out,
         )
         return out
 
@@ -207,10 +213,10 @@ def lengths(table: NurbsTable, low: Ints | None = None, high: Ints | None = None
     cells, begins = np.empty((room, arc_length.CELL_COLUMNS)), np.empty(room, np.int8)
     if not curves:
         return Lengths(table, first, last, offset, cells, begins, np.zeros(0))
-    columns = arrays(table)
+    measured = columns(table)
     done = 0
     while True:
-        done = arc_length.cells(done, CLOSENESS, first, last, *columns, offset, cells, begins)
+        done = arc_length.cells(done, CLOSENESS, first, last, measured, offset, cells, begins)
         if done == curves:
             break
         # No room for curve `done`: what stands is kept, in twice the room.

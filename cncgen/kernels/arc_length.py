@@ -11,9 +11,9 @@ import numpy as np
 from cython.cimports.libc.math import sqrt
 
 if cython.compiled:
-    from cython.cimports.cncgen.kernels.bspline import Span
+    from cython.cimports.cncgen.kernels.bspline import Curves, Span
 else:
-    from cncgen.kernels.bspline import Span
+    from cncgen.kernels.bspline import Curves, Span
 
 #: Points of the Gauss-Legendre rule.
 _POINTS = cython.declare(cython.Py_ssize_t, 7)
@@ -91,9 +91,10 @@ class _Measured:
 
     Attributes:
         span: The span, with its derivatives.
-        knots: Of all curves.
-        rational: Whether its weights differ.
-        low, high: The columns that length is taken over.
+        curves: The curves.
+        metric_low, metric_high: Shape (m,), the columns that the length of each is taken over,
+        low, high: and of the span's own one.
+        rational: Whether the span's weights differ.
         taylor: Its Taylor coefficients, see `_taylor`.
         left, right: Derivatives of u(s) at both ends of a cell.
         speed: |C'| at the nodes of the rule,
@@ -101,7 +102,9 @@ class _Measured:
     """
 
     span: Span
-    knots: cython.const[cython.double][::1]
+    curves: Curves
+    metric_low: cython.const[cython.longlong][::1]
+    metric_high: cython.const[cython.longlong][::1]
     rational: cython.bint
     low: cython.Py_ssize_t
     high: cython.Py_ssize_t
@@ -114,12 +117,17 @@ class _Measured:
     tails: cython.const[cython.double][:, ::1]
 
     def __init__(
-        self, degree: cython.Py_ssize_t, axes: cython.Py_ssize_t, knots: cython.const[cython.double][::1]
+        self,
+        curves: Curves,
+        metric_low: cython.const[cython.longlong][::1],
+        metric_high: cython.const[cython.longlong][::1],
     ) -> None:
-        """Make room for curves up to a degree."""
-        self.span = Span(degree, axes, knots)
-        self.knots = knots
-        self.taylor = np.zeros((degree + 1, axes + 1))
+        """Make room for a span of any of the curves."""
+        self.span = Span(curves)
+        self.curves = curves
+        self.metric_low = metric_low
+        self.metric_high = metric_high
+        self.taylor = np.zeros((curves.highest + 1, curves.points.shape[1] + 1))
         self.left = np.zeros(3)
         self.right = np.zeros(3)
         self.speed = np.zeros(_POINTS)
@@ -130,24 +138,17 @@ class _Measured:
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
-    def enter(
-        self,
-        i: cython.Py_ssize_t,
-        p: cython.Py_ssize_t,
-        low: cython.Py_ssize_t,
-        high: cython.Py_ssize_t,
-        point: cython.Py_ssize_t,
-        points: cython.const[cython.double][:, ::1],
-        weights: cython.const[cython.double][::1],
-    ) -> cython.void:
-        """Take span `i` of degree p, whose control points begin at `point`; length is over the columns low … high."""
+    def enter(self, c: cython.Py_ssize_t, i: cython.Py_ssize_t) -> cython.void:
+        """Take span `i` of curve c."""
+        p: cython.Py_ssize_t = self.curves.degree[c]
+        point: cython.Py_ssize_t = self.curves.point_offset[c] + i - self.curves.knot_offset[c] - p
         j: cython.Py_ssize_t
-        self.low = low
-        self.high = high
+        self.low = self.metric_low[c]
+        self.high = self.metric_high[c]
         self.rational = False
-        for j in range(1, p + 1):
-            self.rational = self.rational or weights[point + j] != weights[point]
-        self.span.enter(i, p, max(p, 3), point, points, weights)
+        for j in range(point + 1, point + p + 1):
+            self.rational = self.rational or self.curves.weights[j] != self.curves.weights[point]
+        self.span.enter(c, i, max(p, 3))
         _taylor(self)
 
 
@@ -156,8 +157,8 @@ class _Measured:
 @cython.exceptval(check=False)
 def _taylor(on: _Measured) -> cython.void:
     """Fill ``on.taylor[k]`` with the k-th homogeneous Taylor coefficient about its middle, in half widths."""
-    a: cython.double = on.knots[on.span.i]
-    b: cython.double = on.knots[on.span.i + 1]
+    a: cython.double = on.curves.knots[on.span.i]
+    b: cython.double = on.curves.knots[on.span.i + 1]
     half: cython.double = 0.5 * (b - a)
     factor: cython.double = 1.0
     k: cython.Py_ssize_t
@@ -293,8 +294,8 @@ def _cell(
     """
     a: cython.double = cell[0]
     middle: cython.double = 0.5 * (a + b)
-    left: cython.double = on.knots[on.span.i]
-    right: cython.double = on.knots[on.span.i + 1]
+    left: cython.double = on.curves.knots[on.span.i]
+    right: cython.double = on.curves.knots[on.span.i + 1]
     centre: cython.double = 0.5 * (left + right)
     width: cython.double = 0.5 * (right - left)
     start: cython.double = (a - centre) / width
@@ -342,20 +343,15 @@ def _cell(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-def _size(
-    points: cython.const[cython.double][:, ::1],
-    first: cython.Py_ssize_t,
-    last: cython.Py_ssize_t,
-    low: cython.Py_ssize_t,
-    high: cython.Py_ssize_t,
-) -> cython.double:
-    """Return how far control points are from the first one in the columns low … high."""
+def _size(on: _Measured, c: cython.Py_ssize_t) -> cython.double:
+    """Return how far the control points of curve c are from its first one, in the columns that are measured."""
+    first: cython.Py_ssize_t = on.curves.point_offset[c]
     k: cython.Py_ssize_t
     d: cython.Py_ssize_t
     size: cython.double = 0.0
-    for k in range(first, last):
-        for d in range(low, high):
-            size = max(size, abs(points[k, d] - points[first, d]))
+    for k in range(first, on.curves.point_offset[c + 1]):
+        for d in range(on.metric_low[c], on.metric_high[c]):
+            size = max(size, abs(on.curves.points[k, d] - on.curves.points[first, d]))
     return size
 
 
@@ -383,8 +379,8 @@ def _cut_span(
     grade: cython.int
     # The panel that is looked for, or that is cut into cells, and both ends of the cell that is tried.
     look: cython.bint = True
-    start: cython.double = on.knots[on.span.i]
-    last: cython.double = on.knots[on.span.i + 1]
+    start: cython.double = on.curves.knots[on.span.i]
+    last: cython.double = on.curves.knots[on.span.i + 1]
     end: cython.double = last
     a: cython.double = start
     b: cython.double = end
@@ -432,12 +428,7 @@ def cells(
     closeness: cython.double,
     metric_low: cython.const[cython.longlong][::1],
     metric_high: cython.const[cython.longlong][::1],
-    degree: cython.const[cython.longlong][::1],
-    point_offset: cython.const[cython.longlong][::1],
-    knot_offset: cython.const[cython.longlong][::1],
-    points: cython.const[cython.double][:, ::1],
-    weights: cython.const[cython.double][::1],
-    knots: cython.const[cython.double][::1],
+    curves: Curves,
     cell_offset: cython.longlong[::1],
     out: cython.double[:, ::1],
     begins: cython.char[::1],
@@ -451,8 +442,8 @@ def cells(
     `CELL_COLUMNS`, s from 0 at the start of each curve, `begins` has the bits of what begins with them;
     ``cell_offset[c + 1]`` becomes the number of rows after curve c. Returns the first curve that `out` had no room for.
     """
-    curves: cython.Py_ssize_t = degree.shape[0]
-    on: _Measured = _Measured(int(np.max(degree)) if curves else 0, points.shape[1], knots)
+    knots: cython.const[cython.double][::1] = curves.knots
+    on: _Measured = _Measured(curves, metric_low, metric_high)
     done: _Progress = _Progress(rows=0, s=0.0, tiny=False, fits=True)
     c: cython.Py_ssize_t = first_curve
     i: cython.Py_ssize_t
@@ -461,20 +452,19 @@ def cells(
     least: cython.double
     coarse: cython.double
     with cython.nogil:
-        while c < curves:
-            p = degree[c]
+        while c < curves.degree.shape[0]:
+            p = curves.degree[c]
             done = _Progress(rows=cell_offset[c], s=0.0, tiny=False, fits=True)
-            least = _size(points, point_offset[c], point_offset[c + 1], metric_low[c], metric_high[c])
+            least = _size(on, c)
             coarse = 4e-15 * least
             # The Taylor form that lengths are taken from loses a bit a degree.
             for k in range(4, p):
                 coarse += coarse
             coarse, least = coarse + closeness * least, max(_PANEL_LEAST * least, 10.0 * coarse)
-            for i in range(knot_offset[c] + p, knot_offset[c + 1] - p - 1):
+            for i in range(curves.knot_offset[c] + p, curves.knot_offset[c + 1] - p - 1):
                 if not knots[i] < knots[i + 1]:
                     continue
-                k = point_offset[c] + i - knot_offset[c] - p
-                on.enter(i, p, metric_low[c], metric_high[c], k, points, weights)
+                on.enter(c, i)
                 done = _cut_span(on, coarse, least, out, begins, done)
                 if not done.fits:
                     break
@@ -530,27 +520,20 @@ def lengths(
     u: cython.const[cython.double][::1],
     metric_low: cython.const[cython.longlong][::1],
     metric_high: cython.const[cython.longlong][::1],
-    degree: cython.const[cython.longlong][::1],
-    point_offset: cython.const[cython.longlong][::1],
-    knot_offset: cython.const[cython.longlong][::1],
-    points: cython.const[cython.double][:, ::1],
-    weights: cython.const[cython.double][::1],
-    knots: cython.const[cython.double][::1],
+    curves: Curves,
     cell_offset: cython.longlong[::1],
     cell: cython.const[cython.double][:, ::1],
     out: cython.double[::1],
 ):
     """Fill `out` with the arc length from the start of curve ``curve[n]`` to its parameter ``u[n]``."""
-    on: _Measured = _Measured(int(np.max(degree)) if degree.shape[0] else 0, points.shape[1], knots)
+    knots: cython.const[cython.double][::1] = curves.knots
+    on: _Measured = _Measured(curves, metric_low, metric_high)
     n: cython.Py_ssize_t
     low: cython.Py_ssize_t
     high: cython.Py_ssize_t
     middle: cython.Py_ssize_t
     c: cython.Py_ssize_t
-    p: cython.Py_ssize_t
     i: cython.Py_ssize_t
-    first: cython.Py_ssize_t
-    last: cython.Py_ssize_t
     at: cython.double
     centre: cython.double
     width: cython.double
@@ -571,11 +554,8 @@ def lengths(
                 else:
                     high = middle
             at = min(max(u[n], cell[low, 0]), cell[low, 0] + cell[low, 3])
-            p = degree[c]
-            first = knot_offset[c] + p
-            last = knot_offset[c + 1] - p - 1
-            i = on.span.find(first, last, cell[low, 0], 1)
-            on.enter(i, p, metric_low[c], metric_high[c], point_offset[c] + i - first, points, weights)
+            i = on.span.find(c, cell[low, 0], 1)
+            on.enter(c, i)
             on.rational = True
             centre = 0.5 * (knots[i] + knots[i + 1])
             width = 0.5 * (knots[i + 1] - knots[i])

@@ -1,10 +1,10 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False, cpow=True
 """Rational B-splines of any degree: derivatives at parameters.
 
-Many curves lie end to end in flat arrays (`cncgen.geometry.tables.NurbsTable`). Notation of L. Piegl and W. Tiller,
-The NURBS Book, 2nd ed. (1997): knots U, degree p, knot span i with U[i] <= u < U[i+1].
+Many curves lie end to end in flat arrays, `Curves`. Notation of L. Piegl and W. Tiller, The NURBS Book, 2nd ed. (1997):
+knots U, degree p, knot span i with U[i] <= u < U[i+1]; spans and knots are counted over all curves.
 
-`arc_length` works on a `Span` as C, by ``bspline.pxd``, which has the types of its attributes.
+`arc_length` works on both classes as C, by ``bspline.pxd``, which has the types of their attributes.
 """
 
 import cython
@@ -13,23 +13,57 @@ import numpy as np
 
 @cython.final
 @cython.cclass
+class Curves:
+    """The columns of a `cncgen.geometry.tables.NurbsTable` of m curves.
+
+    Attributes:
+        degree: Shape (m,).
+        point_offset, knot_offset: Shape (m + 1,), where the points and the knots of each curve begin.
+        points: Shape (points, axes), mm or rad, not multiplied by the weights.
+        weights: Shape (points,).
+        knots: Shape (knots,).
+        highest: The highest degree.
+    """
+
+    def __init__(
+        self,
+        degree: cython.const[cython.longlong][::1],
+        point_offset: cython.const[cython.longlong][::1],
+        knot_offset: cython.const[cython.longlong][::1],
+        points: cython.const[cython.double][:, ::1],
+        weights: cython.const[cython.double][::1],
+        knots: cython.const[cython.double][::1],
+    ) -> None:
+        """Keep the arrays themselves."""
+        self.degree = degree
+        self.point_offset = point_offset
+        self.knot_offset = knot_offset
+        self.points = points
+        self.weights = weights
+        self.knots = knots
+        self.highest = int(np.max(degree)) if degree.shape[0] else 0
+
+
+@cython.final
+@cython.cclass
 class Span:
     """The knot span that is worked on, and room for it.
 
     Attributes:
-        i, p: Its index and degree.
-        knots: Of all curves.
+        curves: The curves that spans are of.
+        c, i, p: Its curve, index and degree; c is −1 before the first one.
         q: ``q[k, j]``: homogeneous control points of its k-th derivative (NURBS Book, eq. 3.8), the weight last, from the
             point ``q[p + 1, 0]`` as origin.
         value: The curve and its derivatives at a place, shape (4, axes + 1), the weight's last.
         basis: Basis functions.
     """
 
-    def __init__(
-        self, degree: cython.Py_ssize_t, axes: cython.Py_ssize_t, knots: cython.const[cython.double][::1]
-    ) -> None:
-        """Make room for curves up to a degree."""
-        self.knots = knots
+    def __init__(self, curves: Curves) -> None:
+        """Make room for a span of any of the curves."""
+        degree: cython.Py_ssize_t = curves.highest
+        axes: cython.Py_ssize_t = curves.points.shape[1]
+        self.curves = curves
+        self.c = -1
         self.q = np.zeros((max(degree, 3) + 2, degree + 1, axes + 1))
         self.value = np.zeros((4, axes + 1))
         self.basis = np.zeros(degree + 1)
@@ -37,45 +71,46 @@ class Span:
     @cython.ccall
     @cython.nogil
     @cython.exceptval(check=False)
-    def find(
-        self, first: cython.Py_ssize_t, last: cython.Py_ssize_t, u: cython.double, side: cython.int
-    ) -> cython.Py_ssize_t:
-        """Index i of the non-empty span with U[i] <= u < U[i+1] (side >= 0) or U[i] < u <= U[i+1] (side < 0).
+    def find(self, c: cython.Py_ssize_t, u: cython.double, side: cython.int) -> cython.Py_ssize_t:
+        """Index i of the non-empty span of curve c with U[i] <= u < U[i+1] (side >= 0) or U[i] < u <= U[i+1] (side < 0).
 
-        Searched between the absolute indices `first` and `last` of the ends of the parameter range.
+        By bisection over the parameter range (NURBS Book, A2.1), of which the first or last span is what a `u` outside
+        gets.
         """
+        knots: cython.const[cython.double][::1] = self.curves.knots
+        p: cython.Py_ssize_t = self.curves.degree[c]
+        first: cython.Py_ssize_t = self.curves.knot_offset[c] + p
+        last: cython.Py_ssize_t = self.curves.knot_offset[c + 1] - p - 1
         low: cython.Py_ssize_t = first
         high: cython.Py_ssize_t = last
         middle: cython.Py_ssize_t
         while high - low > 1:
             middle = (low + high) // 2
-            if self.knots[middle] < u or (side >= 0 and self.knots[middle] == u):
+            if knots[middle] < u or (side >= 0 and knots[middle] == u):
                 low = middle
             else:
                 high = middle
-        while low > first and self.knots[low] == self.knots[low + 1]:
+        while low > first and knots[low] == knots[low + 1]:
             low -= 1
-        while low < last - 1 and self.knots[low] == self.knots[low + 1]:
+        while low < last - 1 and knots[low] == knots[low + 1]:
             low += 1
         return low
 
     @cython.ccall
     @cython.nogil
     @cython.exceptval(check=False)
-    def enter(
-        self,
-        i: cython.Py_ssize_t,
-        p: cython.Py_ssize_t,
-        order: cython.Py_ssize_t,
-        point: cython.Py_ssize_t,
-        points: cython.const[cython.double][:, ::1],
-        weights: cython.const[cython.double][::1],
-    ) -> cython.void:
-        """Take span i of degree p, for derivatives up to `order`: fill `q`.
+    def enter(self, c: cython.Py_ssize_t, i: cython.Py_ssize_t, order: cython.Py_ssize_t) -> cython.void:
+        """Take span i of curve c, for derivatives up to `order`: fill `q`.
 
-        `point` is the index of the first of the span's p + 1 control points. They are taken from one of them as origin, two
-        that coincide if there are such: where the curve stands nearly, derivatives keep their digits whatever the weights.
+        The span's p + 1 control points are taken from one of them as origin: from two that coincide if there are such, for
+        where the curve stands nearly, derivatives keep their digits so whatever the weights; else from the heaviest, near
+        which the curve stays and the quotient rule would take alike numbers from each other.
         """
+        p: cython.Py_ssize_t = self.curves.degree[c]
+        knots: cython.const[cython.double][::1] = self.curves.knots
+        points: cython.const[cython.double][:, ::1] = self.curves.points
+        weights: cython.const[cython.double][::1] = self.curves.weights
+        point: cython.Py_ssize_t = self.curves.point_offset[c] + i - self.curves.knot_offset[c] - p
         axes: cython.Py_ssize_t = points.shape[1]
         j: cython.Py_ssize_t
         k: cython.Py_ssize_t
@@ -83,8 +118,12 @@ class Span:
         origin: cython.Py_ssize_t = point
         alike: cython.bint
         factor: cython.double
+        self.c = c
         self.i = i
         self.p = p
+        for j in range(1, p + 1):
+            if weights[point + j] > weights[origin]:
+                origin = point + j
         for j in range(p - 1, -1, -1):
             alike = True
             for d in range(axes):
@@ -102,7 +141,7 @@ class Span:
             if k > p:
                 break
             for j in range(p - k + 1):
-                factor = (p - k + 1) / (self.knots[i + 1 + j] - self.knots[i + k - p + j])
+                factor = (p - k + 1) / (knots[i + 1 + j] - knots[i + k - p + j])
                 for d in range(axes + 1):
                     self.q[k, j, d] = factor * (self.q[k - 1, j + 1, d] - self.q[k - 1, j, d])
 
@@ -117,6 +156,7 @@ class Span:
         Basis functions by the Cox-de Boor recurrence (NURBS Book, A2.2): at degree p - k they meet the points of the
         k-th derivative.
         """
+        knots: cython.const[cython.double][::1] = self.curves.knots
         i: cython.Py_ssize_t = self.i
         p: cython.Py_ssize_t = self.p
         r: cython.Py_ssize_t
@@ -129,9 +169,9 @@ class Span:
             if r > 0:
                 saved = 0.0
                 for j in range(r):
-                    term = self.basis[j] / (self.knots[i + 1 + j] - self.knots[i + 1 + j - r])
-                    self.basis[j] = saved + (self.knots[i + 1 + j] - u) * term
-                    saved = (u - self.knots[i + 1 + j - r]) * term
+                    term = self.basis[j] / (knots[i + 1 + j] - knots[i + 1 + j - r])
+                    self.basis[j] = saved + (knots[i + 1 + j] - u) * term
+                    saved = (u - knots[i + 1 + j - r]) * term
                 self.basis[r] = saved
             if p - r <= order:
                 for d in range(self.q.shape[2]):
@@ -182,12 +222,7 @@ def evaluate(
     u: cython.const[cython.double][::1],
     side: cython.int,
     order: cython.Py_ssize_t,
-    degree: cython.const[cython.longlong][::1],
-    point_offset: cython.const[cython.longlong][::1],
-    knot_offset: cython.const[cython.longlong][::1],
-    points: cython.const[cython.double][:, ::1],
-    weights: cython.const[cython.double][::1],
-    knots: cython.const[cython.double][::1],
+    curves: Curves,
     out: cython.double[:, :, ::1],
 ):
     """Fill ``out[k, n]`` with the k-th derivative (k = 0 .. order <= 3) of curve ``curve[n]`` at ``u[n]``.
@@ -195,29 +230,21 @@ def evaluate(
     Parameters outside the range of a curve continue its first or last span. At a knot, `side` >= 0 takes the span
     that begins there, `side` < 0 the one that ends there. Points of one span in a row are cheap: sort them.
     """
-    count: cython.Py_ssize_t = u.shape[0]
-    axes: cython.Py_ssize_t = points.shape[1]
-    span: Span = Span(int(np.max(degree)) if degree.shape[0] else 0, axes, knots)
+    knots: cython.const[cython.double][::1] = curves.knots
+    axes: cython.Py_ssize_t = curves.points.shape[1]
+    span: Span = Span(curves)
     n: cython.Py_ssize_t
     k: cython.Py_ssize_t
     d: cython.Py_ssize_t
     c: cython.Py_ssize_t
-    p: cython.Py_ssize_t
     i: cython.Py_ssize_t
-    at: cython.Py_ssize_t = -1
-    first: cython.Py_ssize_t
-    last: cython.Py_ssize_t
     with cython.nogil:
-        for n in range(count):
+        for n in range(u.shape[0]):
             c = curve[n]
-            p = degree[c]
-            first = knot_offset[c] + p
-            last = knot_offset[c + 1] - p - 1
-            if not (first <= at and at < last and knots[at] < u[n] and u[n] < knots[at + 1]):
-                i = span.find(first, last, u[n], side)
-                if i != at:
-                    at = i
-                    span.enter(i, p, order, point_offset[c] + i - first, points, weights)
+            if c != span.c or not (knots[span.i] < u[n] and u[n] < knots[span.i + 1]):
+                i = span.find(c, u[n], side)
+                if c != span.c or i != span.i:
+                    span.enter(c, i, order)
             span.derivatives(order, u[n])
             for k in range(order + 1):
                 for d in range(axes):

@@ -163,20 +163,20 @@ def test_parameter_at_a_length_gives_that_length(table: NurbsTable, seed: int) -
 
 def test_kernels_run_uncompiled_alike() -> None:
     table = program_curve("star")
-    columns = nurbs.arrays(table)
     low, high = np.array([0]), np.array([3])
     results = []
     plain = uncompiled("bspline"), uncompiled("arc_length")
     for bsplines, lengths in ((bspline, arc_length), plain):
+        curves = nurbs.columns(table)
         offset, cells = np.zeros(2, np.int64), np.zeros((2000, lengths.CELL_COLUMNS))
         begins = np.zeros(2000, np.int8)
-        assert lengths.cells(0, 1e-8, low, high, *columns, offset, cells, begins) == 1
+        assert lengths.cells(0, 1e-8, low, high, curves, offset, cells, begins) == 1
         s = np.linspace(0, 200, 30)
         curve = np.zeros(30, np.int64)
         u, back, out = np.zeros(30), np.zeros(30), np.zeros((4, 30, 3))
         lengths.invert(curve, s, 1, 1e-12, offset, cells, u)
-        lengths.lengths(curve, u, low, high, *columns, offset, cells, back)
-        bsplines.evaluate(curve, u, -1, 3, *columns, out)
+        lengths.lengths(curve, u, low, high, curves, offset, cells, back)
+        bsplines.evaluate(curve, u, -1, 3, curves, out)
         results.append((offset, cells[: offset[1]], begins, u, back, out))
     for ours, theirs in zip(*results, strict=True):
         np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-9)
