@@ -25,6 +25,9 @@ LINE, ARC, NURBS, EVENT = range(4)
 
 #: mm or rad: a row that moves X Y Z (U V W) by less does not move them, as far as its path coordinate goes.
 STANDSTILL = 1e-9
+#: Last places of the largest path coordinate below which two of them are the same; how often that is between breakpoints
+#: that are one, and between the ends of a row that has no length.
+_ROUNDINGS, _SAME_PLACE = 4.0, 2.0
 #: A line that moves X Y Z (U V W) by less than this part of what U V W or rotary axes move by, mm or rad, is measured over
 #: those: 0.17 µm a degree. Coordinates of 1 m carry 1e-13 mm of rounding, which is then below the ninth decimal of a degree.
 _SLIGHT = 1e-2
@@ -66,7 +69,8 @@ class Path:
     Attributes:
         axes: Letters of the columns, X Y Z first.
         row_s: Shape (n + 1,): s at the start of each row, and the end. EVENT rows have length 0.
-        row_length: Shape (n,): length of each row, which does not depend on what stands before it.
+        row_length: Shape (n,): length of each row, which does not depend on what stands before it; 0 where it is
+            rounding alone.
         feed_length: Shape (n,): the length that the feed of each row is along: `row_length`, but for lines that move its
             axes by next to nothing beside others.
     """
@@ -122,6 +126,7 @@ class Path:
         self._item[self._nurbs_rows] = np.arange(len(self._nurbs_rows))
         self.feed_length: Floats = self._row_lengths()
         self.row_length: Floats = self._row_lengths() if self._measure_by_faster() else self.feed_length
+        self._drop_unresolved(s_start)
         self.row_s: Floats = s_start + np.concatenate([[0.0], np.cumsum(self.row_length)])
 
     def _metric(self, nurbs: NurbsTable) -> tuple[Ints, Ints]:
@@ -185,6 +190,18 @@ class Path:
         length[self._nurbs_rows] = self._nurbs.total
         return length
 
+    def _drop_unresolved(self, s_start: float) -> None:
+        """Take the length of rows that is rounding of their ends, or of s, for 0, so that they are as doubled points are.
+
+        Increments that add up to a point but for rounding, and then that point, make such a row: it has no direction, and
+        its ends are one place.
+        """
+        ends = np.abs(self.end).max(axis=1, initial=0.0)
+        size = np.maximum(ends, max(abs(s_start), abs(s_start + float(self.row_length.sum()))))
+        lost = self.row_length <= _SAME_PLACE * _ROUNDINGS * np.spacing(size)
+        self.row_length[lost] = 0.0
+        self.feed_length[lost] = 0.0
+
     @property
     def length(self) -> float:
         """Length of the path in its coordinate."""
@@ -215,7 +232,7 @@ class Path:
     @cached_property
     def _snap(self) -> float:
         """Rounding of a path coordinate: s that differ by less are the same."""
-        return 4.0 * float(np.spacing(np.abs(self.row_s[[0, -1]]).max()))
+        return _ROUNDINGS * float(np.spacing(np.abs(self.row_s[[0, -1]]).max()))
 
     def row_of(self, s: ArrayLike, side: int = 1) -> Ints:
         """Return the row at each s, shape (n,).
@@ -399,7 +416,7 @@ class Path:
         inner = self.row_s[self._nurbs_rows[item]] + self._nurbs.cells[there, 1]
         found = np.unique(np.concatenate([self.row_s, inner]))
         # Places that differ by rounding are one place; the ends of rows are kept as they are.
-        return found[np.concatenate([[True], np.diff(found) > 2 * self._snap])]
+        return found[np.concatenate([[True], np.diff(found) > _SAME_PLACE * self._snap])]
 
     def breakpoints(self) -> Floats:
         """Return, ascending, the s of the ends of rows, of NURBS knots and of cusps: where derivatives may jump."""

@@ -50,6 +50,17 @@ def test_lines_meet_their_ends_to_the_bit() -> None:
     np.testing.assert_allclose(right, [[0, 0, 1]], atol=1e-15)
 
 
+def test_a_row_that_rounding_made_has_no_length_and_hides_no_corner() -> None:
+    """0.1 + 0.2 and then 0.3 are 6e-17 apart: both rows beside it meet there, in the turn between them."""
+    path = lines([[0, 0, 0], [0.1 + 0.2, 0, 0], [0.3, 0, 0], [0.3, 5, 0]])
+    assert path.row_length[1] == 0.0
+    assert path.row_s[1] == path.row_s[2]
+    jumps = path.jumps()
+    np.testing.assert_array_equal(jumps.s, path.row_s[1:2])
+    np.testing.assert_allclose(jumps.tangent, [[-1, 1, 0]], atol=1e-15)
+    assert (jumps.before[0], jumps.after[0]) == (0, 2)
+
+
 def test_coordinate_is_xyz_else_uvw_else_rotary() -> None:
     path = lines(
         [[0, 0, 0, 0, 0, 0], [3, 4, 0, 1, 1, 7], [3, 4, 0, 2, 1, 10], [3, 4, 0, 5, 5, 10]], axes="XYZACU"

@@ -28,6 +28,8 @@ SPLINE, LEAVE, ENTER, LINE = range(4)
 _STRAIGHT = 1e-9
 #: Rounding of a coordinate, as a part of it, that two directions may differ by on either side.
 _DIGITS = 2.0**-50
+#: Turn that is seen however few digits its directions have: rounding of less is not told from a corner.
+_SEEN = 1e-5
 #: Second difference of the jerk by x''' over an interval, as a part of the limit, from which it is looked at more closely,
 #: and the largest jerk by x''' there, as a part of the limit: the rest is of the opposite sign.
 _BEND, _MOST = 0.03, 8.0
@@ -208,7 +210,9 @@ def _seams(toolpath: Toolpath, path: Path, feeds: Feeds) -> Floats:
     other = path.evaluate(s[at], 1, 1)[1]
     shorter = np.minimum(path.row_length[before[at]], path.row_length[after[at]])
     # A row has its derivative from coordinates that are rounded, its path's among them: of a short one few digits are known.
+    # Of the shortest none is: its ends stay, and the rows beside it, which meet there, tell whether that is a corner.
     known = _STRAIGHT + _DIGITS * np.maximum(most(np.abs(place)), np.abs(s[at])) / shorter
+    known = np.where(known < _SEEN, known, 0.0)
     turn = most(np.abs(other - one) / np.maximum(np.abs(one), 1.0))
     return np.delete(s, at[turn < known])
 

@@ -15,6 +15,8 @@ from cncgen.planner.optimal import joints
 from cncgen.planner.optimal.limits import SWAY_SHARE
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Trajectory
+from cncgen.setpoints import sample
+from tests.planner.judging import used
 
 
 def wander(count: int) -> str:
@@ -182,3 +184,25 @@ def test_a_line_that_goes_on_into_an_arc_takes_the_same_in_other_units() -> None
         text = rows.format(**{k: repr(v * unit) for k, v in lengths.items()})
         times.append(list(plan(read_text(text).chunks(), here, PlanOptions()))[-1].profile.t[-1])
     assert times[1] == pytest.approx(times[0], rel=1e-10)
+
+
+@pytest.mark.parametrize("start", [0.0, 123.456, 1000.0])
+@pytest.mark.parametrize("way", ["G1 X0.2 Y0.1", "G1 X0.1 Y0.1\nG1 X0.1"])
+def test_a_point_that_increments_reach_but_for_rounding_hides_no_corner(way: str, start: float) -> None:
+    """0.1 + 0.2 and then 0.3: a row of 1e-16 to 1e-13 mm, whose corner was once passed at 300 times the jerk limit."""
+    machine = load("generic-mill")
+    corner, end = (f"X{start + x} Y{start + y}" for x, y in ((0.3, 0.3), (5.0, 0.0)))
+    begin = f"(START, X{start} Y{start})\nG21 G61 F1000\nG91\nG1 X0.1 Y0.2"
+    positions = [
+        chunk.position
+        for chunk in sample(planned(f"{begin}\n{way}\nG90\nG1 {corner}\nG1 {end}\nM2\n"), machine)
+    ]
+    assert used(np.concatenate(positions), machine) < 1.001
+
+
+@pytest.mark.parametrize("stub", [1e-12, 1e-10, 1e-8, 1e-7])
+def test_a_stub_of_no_known_direction_hides_no_corner(stub: float) -> None:
+    """At 1000 mm, of ways below 1e-7 mm rounding leaves a few digits at most; those of the rows beside tell of the corner."""
+    machine = load("generic-mill")
+    rows = f"(START, X1000 Y0)\nG21 G61 F1000\nG1 X1003\nG91\nG1 Y{stub:.12f}\nG90\nG1 X1003.002 Y4\nM2\n"
+    assert used(np.concatenate([c.position for c in sample(planned(rows), machine)]), machine) < 1.001
