@@ -493,11 +493,14 @@ def invert(
     low: cython.Py_ssize_t
     high: cython.Py_ssize_t
     middle: cython.Py_ssize_t
+    last: cython.Py_ssize_t
     tau: cython.double
+    end: cython.double
     with cython.nogil:
         for n in range(s.shape[0]):
             low = cell_offset[curve[n]]
             high = cell_offset[curve[n] + 1]
+            last = high - 1
             while high - low > 1:
                 middle = (low + high) // 2
                 if cell[middle, 1] < (s[n] + snap if side >= 0 else s[n] - snap):
@@ -505,12 +508,14 @@ def invert(
                 else:
                     high = middle
             tau = s[n] - cell[low, 1]
+            # Start and width may add up to the float beyond the knot, which is of the next span.
+            end = cell[low + 1, 0] if low < last else cell[low, 0] + cell[low, 3]
             if cell[low, 2] <= 0.0:
-                out[n] = cell[low, 0] + (cell[low, 3] if side >= 0 else 0.0)
+                out[n] = end if side >= 0 else cell[low, 0]
             elif tau <= snap:
                 out[n] = cell[low, 0]
             elif tau >= cell[low, 2] - snap:
-                out[n] = cell[low, 0] + cell[low, 3]
+                out[n] = end
             else:
                 out[n] = _horner(cell[low], tau / cell[low, 2])
 

@@ -201,6 +201,17 @@ def test_nurbs_of_one_point() -> None:
     assert np.isfinite(values).all()
 
 
+@pytest.mark.parametrize("knots", [(0.084983, 0.371331), (0.25, 0.5), (0.1, 0.8)])
+def test_each_side_of_a_knot_is_its_own_span(knots: tuple[float, float]) -> None:
+    """A polyline that turns back: 0.084983 + (0.371331 - 0.084983) is the float beyond 0.371331, in the next span."""
+    points = [[0, 0, 0], [3, 4, 0], [6, 0, 0], [3, 4, 0]]
+    path = path_of_curve(nurbs.single(1, [0, 0, *knots, 1, 1], points, [1.0] * 4))
+    np.testing.assert_allclose(path.row_s[-1], 15.0)
+    jumps = path.jumps()
+    np.testing.assert_allclose(jumps.s, [5.0, 10.0])
+    np.testing.assert_allclose(jumps.tangent, [[0, -1.6, 0], [-1.2, 1.6, 0]], atol=1e-12)
+
+
 def test_cusp_is_a_breakpoint_with_a_tangent_on_each_side() -> None:
     """(t², t³) for t = −1 … 1 as a Bézier curve: at the origin the tangent turns back."""
     table = nurbs.single(3, [-1] * 4 + [1] * 4, [[1, -1, 0], [-1 / 3, 1, 0], [-1 / 3, -1, 0], [1, 1, 0]])
