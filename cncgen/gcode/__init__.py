@@ -33,10 +33,12 @@ from pathlib import Path
 from typing import BinaryIO
 
 from cncgen.diagnostics import Diagnostics, ProgramError, RunDiagnostics
+from cncgen.gcode.codes.table import LATHE
 from cncgen.gcode.flow.running import Runner
 from cncgen.gcode.sinks.counting import CountingSink
 from cncgen.gcode.source import open_source
-from cncgen.gcode.text.axes import moving_axes
+from cncgen.gcode.text.axes import moving_axes, of_lathe
+from cncgen.gcode.text.dialects import chosen
 from cncgen.gcode.text.search import search_path
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import Program, Toolpath
@@ -62,6 +64,8 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
     diagnostics = Diagnostics()
     path = source if isinstance(source, Path) else None
     moving = moving_axes(text, search_path(path, options.include))
+    if not {"U", "V", "W"}.isdisjoint(moving) and chosen(text, options.dialect).dialect == LATHE:
+        moving = of_lathe(moving)
     if options.kinematics is not None and text.data.find(b"43.4") >= 0:
         # The rotary axes move the others.
         moving = "XYZ" + moving.strip("XYZ")

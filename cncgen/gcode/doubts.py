@@ -9,6 +9,7 @@ import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from cncgen.gcode.codes.table import language_of
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.labels import Cursor
@@ -31,7 +32,7 @@ _FANUC = (
     _Doubt(
         re.compile(_BEFORE + rb"(?P<word>G50)[ \t]*S\d", re.MULTILINE | re.IGNORECASE),
         "G50 ends scaling and S is the speed of the spindle; on lathes G50 S bounds the speed of G96",
-        "G92 S bounds it here; cycles and codes of lathes are not read",
+        "--dialect fanuc-lathe reads lathes; on a mill G92 S bounds it",
     ),
     _Doubt(
         re.compile(
@@ -39,7 +40,7 @@ _FANUC = (
             re.MULTILINE | re.IGNORECASE,
         ),
         "U and W are axes of their own; on lathes they are distances along X and Z",
-        "G91 makes X and Z distances; cycles and codes of lathes are not read",
+        "--dialect fanuc-lathe reads lathes; on a mill G91 makes X and Z distances",
     ),
 )
 #: What ``;`` hides, where it stands for the end of a block as in FANUC's manuals.
@@ -52,10 +53,10 @@ _BEHIND_SEMICOLON = _Doubt(
 
 def doubts(source: Source, dialect: str) -> Iterator[tuple[Cursor, BlockError]]:
     """Yield what is doubtful about a text, and the line where."""
-    if dialect != "fanuc":
+    if language_of(dialect) != "fanuc":
         return
     head = source.data[:_HEAD]
-    found = [(doubt, doubt.sign.search(head)) for doubt in _FANUC]
+    found = [(doubt, doubt.sign.search(head)) for doubt in _FANUC] if dialect == "fanuc" else []
     found.append((_BEHIND_SEMICOLON, _BEHIND_SEMICOLON.sign.search(source.data)))
     for doubt, match in found:
         if match is not None:

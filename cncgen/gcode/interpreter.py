@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
+from cncgen.gcode.codes.lathe_words import in_radius
 from cncgen.gcode.codes.polar import plane_polar_end, polar_end
-from cncgen.gcode.codes.table import Handler
+from cncgen.gcode.codes.table import LATHE, Handler, language_of
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.plans import G53, Plan, Plans
 from cncgen.gcode.sinks.sink import Sink
@@ -55,18 +56,22 @@ class Interpreter:
         #: Arguments of the macro that `jump` asks for.
         self.macro_values: list[float] | None = None
         self.warn = warn
-        self.dialect = dialect
+        self.dialect = language_of(dialect)
+        #: Whether X and Z are those of a lathe of FANUC: X a diameter, U and W distances.
+        self.lathe = dialect == LATHE
         self._plans = Plans(dialect)
         self.codes = self._plans.codes
         self.state: State = State()
-        if dialect == "fanuc":
+        if self.dialect == "fanuc":
             self.state.motion = 0
             self.state.retract_old = True
+        if self.lathe:
+            self.state.plane, self.state.feed_mode, self.state.diameter = 18, 95, True
         self.parameters: Parameters = Parameters(self)
         self.tools: ToolTable = tools_of(options)
         if options.stand_alone:
             self.state.fetched = next(iter(self.tools.tools), 0)
-        #: What M98 or M99 asked for: kind, number, times; taken by the runner after the block.
+        #: What M98, M99 or a cycle asked for: kind, number, times; taken by the runner after the block.
         self.jump: tuple[str, int, int] | None = None
         self.flow: FlowControl | None = None
         #: Looks at each block before it runs while a curve of several blocks is open; set by that curve's handler.
@@ -101,6 +106,9 @@ class Interpreter:
         sink.set_g92_offset(state.g92)
         sink.set_xy_rotation(state.rotation)
         state.position = sink.where(state.position)
+        if self.lathe:
+            sink.select_plane(18)
+            sink.set_feed_mode(95, synched=True)
         sink.call("SET_FEED_REFERENCE(CANON_XYZ)")
         sink.call("ON_RESET()")
 
@@ -114,7 +122,9 @@ class Interpreter:
 
     def perform(self, plan: Plan, block: Block) -> None:
         """Execute a block by the plan of its codes and letters in the modal motion in force."""
-        if self.state.diameter and "x" in block.words:
+        if self.lathe:
+            block = in_radius(self, block)
+        elif self.state.diameter and "x" in block.words:
             # The block may be run again: its words stay as they are written.
             block = replace(block, words={**block.words, "x": 0.5 * block.words["x"]})
         self.sink.block = block

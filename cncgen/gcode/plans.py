@@ -11,8 +11,8 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import AXES, Block
-from cncgen.gcode.codes.table import ALONE, BOTH, Code, Codes, Handler, table
-from cncgen.gcode.codes.unsupported import shown
+from cncgen.gcode.codes.table import ALONE, BOTH, LATHE, Code, Codes, Handler, language_of, table
+from cncgen.gcode.codes.unsupported import ON_LATHES, shown
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import NO_MOTION, Stage
 
@@ -25,8 +25,6 @@ _MAX_PLANS = 4096
 G53 = 530
 #: G0 and G1.
 _STRAIGHT = (0, 10)
-#: G70 to G72.
-_LATHE_CYCLES = (700, 710, 720)
 _PLAIN_MOTIONS = (0, 10, 20, 30)
 
 
@@ -69,7 +67,8 @@ class Plans:
     """The plans of a dialect's blocks; `codes` is its table."""
 
     def __init__(self, dialect: str) -> None:
-        self.dialect = dialect
+        self.dialect = language_of(dialect)
+        self._table = dialect
         self.codes: Codes = table(dialect)
         self._plans: dict[tuple[object, ...], Plan] = {}
 
@@ -133,11 +132,12 @@ class Plans:
         if code is None:
             name = f"{letter}{number / 10:g}"
             hint = "`cncgen codes` lists all that are read"
-            other = next((d for d in BOTH if d != self.dialect and (letter, number) in table(d)), None)
-            if letter == "G" and number in _LATHE_CYCLES and self.dialect == "fanuc":
-                hint = "turning cycles are read in the words of LinuxCNC alone; write the passes as G0 and G1"
-            elif other:
+            others = (*BOTH, LATHE) if self._table == "linuxcnc" else (LATHE, *reversed(BOTH))
+            other = next((d for d in others if d != self._table and (letter, number) in table(d)), None)
+            if other:
                 hint = f"it is a code of the {other} dialect: --dialect {other}"
+            if self._table == LATHE and letter == "G":
+                hint = ON_LATHES.get(number, hint)
             raise BlockError(
                 "unknown-code", f"{shown(letter, number, name)} is not supported", name, hint=hint
             )

@@ -16,7 +16,7 @@ from cncgen.arguments import is_number
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.machine.servo_parameters import MAGNITUDES
 
-DIALECTS = ("linuxcnc", "fanuc", "heidenhain")
+DIALECTS = ("linuxcnc", "fanuc", "fanuc-lathe", "heidenhain")
 KINEMATICS = ("table-table", "head-head")
 
 

@@ -12,7 +12,7 @@ from typing import Any
 from cncgen.arguments import is_number
 from cncgen.diagnostics import Diagnostic, UsageError
 
-DIALECTS = ("auto", "linuxcnc", "fanuc", "heidenhain")
+DIALECTS = ("auto", "linuxcnc", "fanuc", "fanuc-lathe", "heidenhain")
 SPEED_UNITS = ("m/s", "m/min")
 SPINDLE_SIGNS = ("speed", "tool")
 

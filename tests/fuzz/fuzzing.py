@@ -45,8 +45,13 @@ TOKENS = [
     "-0", "0.0000000001", "[[[[[[[[", "WHILE [1 EQ 1] DO1\n", "END1\n", "IF [#1 LT 3] GOTO 10\n", "GOTO 99\n", "N10 ",
     "DO2\n", "END2\n", "DPRNT[X#1[53]]\n", "POPEN\n", ":12\n", "/3", "POW[2,3]", "#3000=1(A)\n", "#3001", "#5041", "#2001=", "#5221=", "G10 L50\n", "G11\n",
     "G16", "G53", "G54 P2", "G29 X1\n", "G33 Z1 F2\n", "G92 S100\n", "M29", "M31", "M198 P2\n", "G66 P12\n",
+    "G50 S2000\n", "G71 U2. R1.\n", "G71 P1 Q2 U.4 W.1\n", "G70 P1 Q2\n", "G73 U4. W1. R3\n", "N1 G0 X20.\n", "N2 X50.\n",
+    "G76 P021060 Q80\n", "G76 X18. Z-20. P900 Q200 F1.5\n", "G75 X10. Z-9. P2000 Q1500\n", "G92 X20. Z-9. F1.\n", "U-4.", "W1.",
+    "T0101\n", "G32 Z-9. F1.\n", ",R2.", ",C1.", "M97 P1\n", "G154 P3\n",
     "(MSG,", "(debug, #1)", "(START, X1)", "\u00e9", "\ufeff", "%\n", "M98 P1 L99999\n", "G65 P9000 A1\n",
 ]  # fmt: skip
+
+DIALECTS = ("linuxcnc", "fanuc", "auto", "fanuc-lathe")
 
 
 def corpus() -> list[bytes]:
@@ -132,7 +137,7 @@ def run(seed: int, seconds: float, most: int = sys.maxsize) -> Outcome:
             return outcome
         begin = time.process_time()
         try:
-            said = try_one(data, ("linuxcnc", "fanuc", "auto")[index % 3])
+            said = try_one(data, DIALECTS[index % len(DIALECTS)])
         except CncgenError as error:
             said = error.diagnostics[0].code
         except Exception:

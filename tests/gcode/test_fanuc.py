@@ -333,3 +333,23 @@ def test_heads_of_programs(run: Any, head: str) -> None:
 def test_names_stand_alone_on_their_line(run: Any, block: str, column: int) -> None:
     out = run(f"O1\n{block}\nM30", dialect="fanuc")
     assert out.errors == [("syntax", 2, column)]
+
+
+def test_lines_of_haas_run_like_a_program(run: Any) -> None:
+    """M97 goes to a line of its own program and back at M99, as often as L says; in a subprogram its own lines count."""
+    out = run(
+        "O1\nG0 X1\nM97 P7 L2\nG91\nM98 P2\nM30\nN7 Y1\nM99\nO2\nM97 P7\nM99\nN7 Z3\nM99", dialect="fanuc"
+    )
+    assert out.errors == []
+    ends = out.path.end[out.path.kind != 3, :3].tolist()
+    assert ends == [[1, 0, 0], [1, 1, 0], [1, 1, 3]]
+    wrong = run("O1\nM97\nM97 P8\nM97 P7 L0\nM30\nN7 X1\nN9 M97 P9\nM99", dialect="fanuc")
+    assert wrong.errors == [("sub-missing", 2, 1), ("goto-target", 3, 5)]
+    deep = run("O1\nN9 M97 P9\nM30", dialect="fanuc")
+    assert [code for code, _, _ in deep.errors] == ["call-depth"]
+
+
+def test_codes_of_haas(run: Any) -> None:
+    out = run("G10 L20 P3 X5\nG103 P1\nG187 P3 E0.01\nG154 P3\nG0 X1\nM30", dialect="fanuc")
+    assert out.errors == []
+    assert out.path.end[-1, 0] == 6

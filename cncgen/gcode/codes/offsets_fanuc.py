@@ -150,13 +150,18 @@ def name_position(ip: Interpreter, block: Block) -> None:
 
     Without axes, S is the largest speed in G96.
     """
+    preset_position(ip, block, "G92")
+
+
+def preset_position(ip: Interpreter, block: Block, name: str) -> None:
+    """Do as G92 does, which lathes call G50."""
     state = ip.state
     axes = given_axes(block)
     if "s" in block.words:
         limit = block.words["s"]
         if limit < 0.0:
             raise BlockError(
-                "negative-speed", f"S{limit:g} of G92 is negative", "S", hint="it is the largest speed"
+                "negative-speed", f"S{limit:g} of {name} is negative", "S", hint="it is the largest speed"
             )
         state.speed_limit = limit
         if state.constant_surface is not None:
@@ -164,7 +169,8 @@ def name_position(ip: Interpreter, block: Block) -> None:
             ip.sink.set_surface_speed(limit)
             ip.sink.call(f"SET_SPINDLE_MODE(0 {limit:.4f})")
     elif not axes:
-        raise BlockError("axis-missing", "G92 has no axis word", "G92", hint="G92 X0 names the position X0")
+        hint = f"{name} X0 names the position X0"
+        raise BlockError("axis-missing", f"{name} has no axis word", name, hint=hint)
     offset = state.g92.copy()
     for index, value in axes:
         offset[index] += state.position[index] - value
@@ -201,6 +207,16 @@ CODES = (
         Stage.COORDINATES,
         use_additional,
         "additional system P",
+        "p",
+        dialects=_FANUC,
+    ),
+    Code(
+        "G",
+        1540,
+        "coordinates",
+        Stage.COORDINATES,
+        use_additional,
+        "additional system P (Haas)",
         "p",
         dialects=_FANUC,
     ),

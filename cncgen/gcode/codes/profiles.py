@@ -136,7 +136,7 @@ class Segment:
         return Segment(turn(self.start), turn(self.end), centre, -self.spin if mirror else self.spin)
 
 
-class _Recorder:
+class Recorder:
     """A sink that keeps motions in the plane ZX and forgets everything else."""
 
     wants_comments = False
@@ -182,7 +182,7 @@ def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
     assert ip.flow is not None
     mark = ip.flow.subroutines.find(number, Cursor(block.source, block.offset, block.line))
     state, sink, guard = ip.state, ip.sink, ip.guard
-    recorder = _Recorder(state.position)
+    recorder = Recorder(state.position)
     corners: list[tuple[float, bool]] = []
     ip.state, ip.sink, ip.guard = (
         replace(state, feed=1.0, feed_mode=94, position=state.position.copy()),
@@ -202,9 +202,7 @@ def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
     return profile
 
 
-def _execute(
-    ip: Interpreter, recorder: _Recorder, pairs: list[tuple[str, float]]
-) -> list[tuple[float, bool]]:
+def _execute(ip: Interpreter, recorder: Recorder, pairs: list[tuple[str, float]]) -> list[tuple[float, bool]]:
     """Execute the motion of a line; return its corner: radius of the fillet or chamfer (0: none), whether a fillet."""
     whole = gather(pairs)
     words = {letter: value for letter, value in whole.words.items() if letter in "xzikr"}

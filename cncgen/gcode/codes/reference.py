@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from cncgen.gcode.block import AXES
-from cncgen.gcode.codes.table import BOTH, Code, table
+from cncgen.gcode.codes.table import BOTH, Code, language_of, table
 
-DIALECTS = ("linuxcnc", "fanuc", "heidenhain")
+DIALECTS = ("linuxcnc", "fanuc", "fanuc-lathe", "heidenhain")
 #: Codes of the user stand in one line.
 _USER = "user"
 
@@ -15,7 +15,7 @@ _USER = "user"
 def codes(dialect: str) -> list[Code]:
     """Return the codes of a dialect: G in the order of their numbers, then M, then words that act by themselves."""
     order = {"G": 0, "M": 1}
-    own = (code for code in table(dialect).values() if dialect in code.dialects)
+    own = (code for code in table(dialect).values() if {dialect, language_of(dialect)} & set(code.dialects))
     return sorted(own, key=lambda code: (order.get(code.letter, 2), code.number, code.letter))
 
 
@@ -33,7 +33,7 @@ def rows(dialects: tuple[str, ...] = DIALECTS) -> Iterator[tuple[str, str, str, 
     }
     for name, words, text in sorted(found, key=lambda key: order[key[0]]):
         yield name, words, " ".join(found[name, words, text]), text
-    both = [dialect for dialect in dialects if dialect in BOTH]
+    both = [dialect for dialect in dialects if language_of(dialect) in BOTH]
     if both:
         yield "M100 … M199", "P Q", " ".join(both), "the user's own: an event"
 

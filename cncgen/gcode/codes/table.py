@@ -54,6 +54,11 @@ _MODULES = (
     "codes.saved",
     "codes.lathe_cycles",
     "codes.turning_cycles",
+    "codes.lathe_fanuc",
+    "codes.simple_cycles_fanuc",
+    "codes.turning_cycles_fanuc",
+    "codes.pecking_cycles_fanuc",
+    "codes.thread_cycles_fanuc",
     "codes.tool_point",
     "codes.heidenhain",
     "codes.plain_language",
@@ -61,6 +66,21 @@ _MODULES = (
 #: Words that act by themselves.
 ALONE = ("F", "S", "T", ",C", ",R")
 BOTH = ("linuxcnc", "fanuc")
+#: FANUC's lathes, system A of G codes: the language of its mills, with other meanings of some codes.
+LATHE = "fanuc-lathe"
+#: Codes, in tenths, that FANUC's mills have and its lathes have not, or with another meaning.
+_OF_MILLS = frozenset(
+    {
+        ("T", 0),
+        *(("G", 10 * n) for n in (15, 16, 33, 43, 44, 49, 50, 51, 68, 69, *range(73, 80), *range(81, 96))),
+    }
+    | {("G", n) for n in (331, 431, 432, 434, 501, 511, 541, 980, 990)}
+)
+
+
+def language_of(dialect: str) -> str:
+    """Return whose words, jumps and arithmetic a dialect has."""
+    return "fanuc" if dialect == LATHE else dialect
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,14 +141,16 @@ class Codes(Mapping[tuple[str, int], Code]):
     def __init__(self, dialect: str) -> None:
         self._dialect = dialect
         # Plain language has the M functions and modes of LinuxCNC, and motions of its own.
-        self._base = dialect if dialect in BOTH else BOTH[0]
+        self._base = language_of(dialect) if language_of(dialect) in BOTH else BOTH[0]
+        self._without = _OF_MILLS if dialect == LATHE else frozenset()
         self._found: dict[tuple[str, int], Code] = {}
         self._waiting = list(reversed(_MODULES))
 
     def _import_next(self) -> None:
         for code in import_module(f"cncgen.gcode.{self._waiting.pop()}").CODES:
-            if self._base in code.dialects or self._dialect in code.dialects:
-                self._found[code.letter, code.number] = code
+            key = code.letter, code.number
+            if self._dialect in code.dialects or (self._base in code.dialects and key not in self._without):
+                self._found[key] = code
 
     def __getitem__(self, key: tuple[str, int]) -> Code:
         while key not in self._found and self._waiting:

@@ -110,12 +110,17 @@ def name_tool(ip: Interpreter, block: Block) -> None:
     ip.sink.call(f"CHANGE_TOOL_NUMBER({ip.tools.place_of(number)})", Event("tool", values={"tool": number}))
 
 
-def _use(ip: Interpreter, offset: list[float]) -> None:
+def use_offset(ip: Interpreter, offset: list[float], word: str = "G43") -> None:
+    """Take a tool offset; the machine stays where it is.
+
+    Raises:
+        BlockError: Cutter compensation is on.
+    """
     if ip.state.compensation != 40:
         raise BlockError(
             "comp-refused",
             "the tool offset cannot change while cutter compensation is on",
-            "G43",
+            word,
             hint="use G40",
         )
     machine = ip.machine_position()
@@ -124,10 +129,10 @@ def _use(ip: Interpreter, offset: list[float]) -> None:
     ip.sink.use_tool_length_offset(offset)
 
 
-def table_offset(ip: Interpreter, number: int) -> list[float]:
-    """Return the offset of a tool in program units."""
-    tell_unknown(ip, number, "H")
-    return [value * ip.scale_of(index) for index, value in enumerate(_tool(ip, number, "H").offset)]
+def table_offset(ip: Interpreter, number: int, letter: str = "H") -> list[float]:
+    """Return the offset of a tool, which that word names, in program units."""
+    tell_unknown(ip, number, letter)
+    return [value * ip.scale_of(index) for index, value in enumerate(_tool(ip, number, letter).offset)]
 
 
 def length(ip: Interpreter, block: Block) -> None:
@@ -135,7 +140,7 @@ def length(ip: Interpreter, block: Block) -> None:
     number = whole(block, "h", "G43") if "h" in block.words else 0
     # M61 of the block has named the tool, also on the machine that leaves it in the spindle (`stand_alone`).
     in_spindle = whole(block, "q", "M61") if _M61 in block.m else ip.state.tool
-    _use(ip, table_offset(ip, number or in_spindle))
+    use_offset(ip, table_offset(ip, number or in_spindle))
 
 
 def length_fanuc(ip: Interpreter, block: Block) -> None:
@@ -151,7 +156,7 @@ def length_back(ip: Interpreter, block: Block) -> None:
 def _length_fanuc(ip: Interpreter, block: Block, name: str, sign: float) -> None:
     number = whole(block, "h", name) if "h" in block.words else ip.state.tool
     ip.state.length_code, ip.state.length_number = 43 if sign > 0.0 else 44, number
-    _use(ip, [sign * value for value in table_offset(ip, number)] if number else zeros())
+    use_offset(ip, [sign * value for value in table_offset(ip, number)] if number else zeros())
 
 
 def length_given(ip: Interpreter, block: Block) -> None:
@@ -160,7 +165,7 @@ def length_given(ip: Interpreter, block: Block) -> None:
     for letter, value in block.words.items():
         if letter in AXIS_INDEX:
             offset[AXIS_INDEX[letter]] = value
-    _use(ip, offset)
+    use_offset(ip, offset)
 
 
 def length_added(ip: Interpreter, block: Block) -> None:
@@ -173,13 +178,13 @@ def length_added(ip: Interpreter, block: Block) -> None:
         more = [block.words.get(letter, 0.0) for letter in AXES]
         if not any(letter in AXIS_INDEX for letter in block.words):
             raise BlockError("tool-length-words", "G43.2 has neither a tool H nor an axis word", "G43.2")
-    _use(ip, [a + b for a, b in zip(ip.state.tool_offset, more, strict=True)])
+    use_offset(ip, [a + b for a, b in zip(ip.state.tool_offset, more, strict=True)])
 
 
 def length_off(ip: Interpreter, block: Block) -> None:
     """G49."""
     ip.state.length_code, ip.state.length_number = 49, 0
-    _use(ip, zeros())
+    use_offset(ip, zeros())
 
 
 CODES = (

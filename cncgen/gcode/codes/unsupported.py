@@ -30,6 +30,18 @@ MEANING: dict[tuple[str, int], str] = {
     ("G", 1500): "a general pocket cycle",
 }
 
+#: What lathes of FANUC (system A) have in place of codes of mills, G numbers in tenths.
+ON_LATHES: dict[int, str] = {
+    330: "lathes cut threads with G32",
+    **dict.fromkeys((430, 440, 490), "T has the offset on lathes: T0101"),
+    910: "U and W are distances on lathes",
+    **dict.fromkeys((930, 950), "G98 and G99 say what F means on lathes"),
+    **dict.fromkeys(
+        (810, 820, 830, 840, 850, 860, 870, 880, 890),
+        "G74 drills in steps; cycles of driven tools are not read",
+    ),
+}
+
 
 def shown(letter: str, number: int, name: str) -> str:
     """Return a code's name with what it means, where that is known: ``G68.2 (a tilted working plane)``."""

@@ -86,6 +86,16 @@ def call_program(ip: Interpreter, block: Block) -> None:
     ip.jump = ("call", number, times)
 
 
+def call_lines(ip: Interpreter, block: Block) -> None:
+    """M97 P L of Haas: run the lines of this program from N P to M99, L times."""
+    if "p" not in block.words:
+        raise BlockError(
+            "sub-missing", "M97 has no line number P", "M97", hint="M97 P100 runs from N100 to M99"
+        )
+    times = whole(block, "l", "M97") if "l" in block.words else 1
+    ip.jump = ("lines", whole(block, "p", "M97"), times)
+
+
 def back(ip: Interpreter, block: Block) -> None:
     """M99 P: back to where the program was called from, or to its line N; in the main program, to its own."""
     ip.jump = ("return", whole(block, "p", "M99") if "p" in block.words else -1, 0)
@@ -145,6 +155,16 @@ CODES = (
     Code("G", 650, "macro", Stage.STOP, call, "call macro P, L times, with arguments", dialects=_FANUC),
     Code("G", 660, "macro", Stage.STOP, modal_call, "call macro P after each motion", dialects=_FANUC),
     Code("G", 670, "macro", Stage.STOP, end_modal_call, "end of G66", dialects=_FANUC),
+    Code(
+        "M",
+        970,
+        "subprogram",
+        Stage.STOP,
+        call_lines,
+        "run the lines from N P to M99, L times (Haas)",
+        "pl",
+        dialects=_FANUC,
+    ),
     Code("M", 980, "subprogram", Stage.STOP, call_program, "run program P, L times", "pl", dialects=_FANUC),
     Code("M", 990, "subprogram", Stage.STOP, back, "end of a subprogram", "p", dialects=_FANUC),
     Code(

@@ -66,6 +66,10 @@ class FlowControl:
         """Run the blocks that wait."""
         self.calls.settle()
 
+    def line_numbered(self, here: Cursor, number: int, word: str) -> Cursor:
+        """Return the line of a FANUC program that has an N word, which `word` of another line names."""
+        return macros.line_numbered(self, here, number, word)
+
     # Values.
 
     def label_of(self, flow: Flow) -> Label:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from cncgen.gcode.codes.table import language_of
 from cncgen.gcode.errors import Reporter
 from cncgen.gcode.flow.compiling import Compiler
 from cncgen.gcode.flow.executing import Executor
@@ -53,7 +54,8 @@ def assemble(
     """Put the parts of a run together; the arguments are those of `running.Runner`."""
     sources = [source]
     # The scanner does not tell 10 from 10. where the former counts in least increments.
-    increments = dialect == "fanuc" and options.least_increment is not None
+    language = language_of(dialect)
+    increments = language == "fanuc" and options.least_increment is not None
     faults = Faults(sources, sink, reporter)
     ip = Interpreter(sink, options, faults.remark, dialect)
     control = ip.flow = FlowControl(ip, sources, path, axes)
@@ -66,7 +68,7 @@ def assemble(
         sources=sources,
         ip=ip,
         control=control,
-        lines=LineReader(sources, dialect, increments=increments),
+        lines=LineReader(sources, language, increments=increments),
         percent=Percent(ip, source),
         faults=faults,
         executor=executor,

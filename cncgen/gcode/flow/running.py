@@ -15,7 +15,7 @@ from cncgen.gcode.flow.walking import Walker
 from cncgen.gcode.sinks.sink import Sink
 from cncgen.gcode.source import Source
 from cncgen.gcode.state.parameters import write_parameters
-from cncgen.gcode.text.dialects import Choice, choose
+from cncgen.gcode.text.dialects import chosen
 from cncgen.gcode.text.labels import Cursor
 from cncgen.toolpath.reading import ReadOptions
 
@@ -40,7 +40,7 @@ class Runner:
     ) -> None:
         self.reporter = Reporter(diagnostics)
         self._options = options
-        self._choice = choose(source) if options.dialect == "auto" else Choice(options.dialect, "", 1)
+        self._choice = chosen(source, options.dialect)
         self._parts = assemble(
             source,
             self._choice.dialect,

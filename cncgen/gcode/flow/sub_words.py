@@ -113,10 +113,15 @@ def pass_program_number(control: FlowControl, flow: Flow, here: Cursor, after: C
 
 
 def follow_jump(control: FlowControl, here: Cursor, after: Cursor) -> Cursor | None:
-    """Do what a block asked for with M98, M99, G65 or G66 (`Interpreter.jump`)."""
+    """Do what a block asked for with M97, M98, M99, G65, G66 or a cycle of lathes (`Interpreter.jump`)."""
     ip, calls = control.ip, control.calls
     assert ip.jump is not None
     (kind, number, times), ip.jump = ip.jump, None
+    if kind == "past":
+        last = macros.line_numbered(control, here, number, "Q")
+        return Cursor(
+            last.source, control.subroutines.sources[last.source].line_end(last.offset) + 1, last.line + 1
+        )
     if kind == "return":
         back = calls.leave() if calls.frames else None
         if number > 0:
@@ -128,6 +133,10 @@ def follow_jump(control: FlowControl, here: Cursor, after: Cursor) -> Cursor | N
     values, ip.macro_values = ip.macro_values, None
     if times < 1:
         return after
+    if kind == "lines":
+        line = macros.line_numbered(control, here, number, "P")
+        calls.enter(float(number), after, None).again = (line, times - 1)
+        return line
     target = _call_number(control, number, times, here, after, values if kind != "call" else None)
     calls.frame.modal = kind == "modal"
     return target

@@ -104,7 +104,8 @@ def _positions() -> Iterator[tuple[int, Reader]]:
     """Yield ends of blocks, machine and work positions, and the tool offset in force."""
 
     def of(read: Callable[[Interpreter], list[float]], axis: int) -> Reader:
-        return lambda ip: read(ip)[axis]
+        # On lathes X is a diameter.
+        return lambda ip: read(ip)[axis] * (2.0 if axis == 0 and ip.state.diameter else 1.0)
 
     for axis in range(_AXIS_COUNT):
         yield 5001 + axis, of(lambda ip: ip.state.position, axis)

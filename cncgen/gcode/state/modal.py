@@ -97,6 +97,7 @@ class State:
         between: Where G28 or G30 of FANUC went by, or None.
         local: Part of `g92` that G52 of FANUC set.
         speed_limit: Largest speed of G96 that G92 S of FANUC set.
+        turning: What the cycles of FANUC's lathes keep from block to block, once there was one.
         length_code, length_number: 43, 44 or 49 of FANUC, and the H in force.
     """
 
@@ -143,6 +144,7 @@ class State:
     between: list[float] | None = None
     local: list[float] = field(default_factory=zeros)
     speed_limit: float | None = None
+    turning: object | None = None
     length_code: int = 49
     length_number: int = 0
 

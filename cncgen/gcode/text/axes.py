@@ -41,6 +41,12 @@ def moving_axes(text: Source, folders: Sequence[Path] = ()) -> str:
     return "".join(letter for letter in AXIS_LETTERS if letter in named)
 
 
+def of_lathe(axes: str) -> str:
+    """Return the axes that a program for lathes of FANUC names, whose U V W are distances along X Y Z."""
+    moved = {{"U": "X", "V": "Y", "W": "Z"}.get(letter, letter) for letter in axes}
+    return "".join(letter for letter in AXIS_LETTERS if letter in moved)
+
+
 def _called(text: Source, folders: Sequence[Path]) -> Iterator[Source]:
     """Yield the files that a program calls, and those that they call."""
     seen: set[Path] = set()

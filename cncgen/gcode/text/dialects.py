@@ -25,6 +25,18 @@ _SIGNS = (
     ("heidenhain", "plain language", rb"(?:\d+[ \t]+)?(?:BEGIN[ \t]+PGM\b|SPL[ \t]+I?[XYZ])"),
     ("linuxcnc", "an O-word", rb"[oO][ \t]*(?:\d+|<[^>\n]*>)[ \t]*(?:sub|call|if|while|do|repeat|return)\b"),
     ("linuxcnc", "a named parameter", rb"[^(;\n]*#<"),
+    ("fanuc-lathe", "a bound of the spindle's speed by G50", rb"[^(;\n]*\bG50[ \t]*S[ \t]*[\d#\[]"),
+    (
+        "fanuc-lathe",
+        "a turning cycle of lines P to Q",
+        rb"[^(;\n]*\bG7[0-3][ \t]*P[ \t]*\d+[ \t]*Q[ \t]*\d+(?![\d.])",
+    ),
+    ("fanuc-lathe", "a thread of a lathe", rb"[^(;\n]*\bG76[ \t]*P[ \t]*\d{5,6}(?![\d.])"),
+    (
+        "fanuc-lathe",
+        "a reference point by distances U W",
+        rb"[^(;\n]*\bG(?:28|30)[ \t]*U[ \t]*0?\.?0*[ \t]*W[ \t]*0?\.?0*(?![\d.])",
+    ),
     ("fanuc", "a jump of a macro", rb"[^(;\n]*\bGOTO[ \t\d#\[]"),
     ("fanuc", "a loop of a macro", rb"(?:WHILE[ \t]*\[[^\n]*\][ \t]*DO|END[ \t]*[123]\b)"),
     ("fanuc", "a condition of a macro", rb"IF[ \t]*\[[^\n]*\][ \t]*THEN"),
@@ -52,6 +64,11 @@ _PATTERNS = [
     (dialect, reason, re.compile(rb"^[ \t]*(?:[nN][ \t]*\d+[ \t]*)?" + pattern, re.MULTILINE | re.IGNORECASE))
     for dialect, reason, pattern in _SIGNS
 ]
+
+
+def chosen(source: Source, dialect: str) -> Choice:
+    """Return a dialect that was asked for, or with ``auto`` what the text says."""
+    return choose(source) if dialect == "auto" else Choice(dialect, "", 1)
 
 
 def choose(source: Source) -> Choice:

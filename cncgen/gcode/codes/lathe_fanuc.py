@@ -1,0 +1,150 @@
+"""FANUC's lathes, system A of G codes: X is a diameter, U and W are distances, T has the tool and its offset.
+
+G32 cuts threads, G50 bounds the spindle's speed or names the position, G98 and G99 say what F means. The cycles are in
+`simple_cycles_fanuc`, `turning_cycles_fanuc`, `pecking_cycles_fanuc` and `thread_cycles_fanuc`.
+
+Source: FANUC 0i-TD operator's manual B-64304EN-1, sections 4.1 (threads), 8.4 (diameters), 3 (G codes of system A).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes.feeds import per_minute, per_revolution
+from cncgen.gcode.codes.lathe_words import X, Z
+from cncgen.gcode.codes.lines import has_axis
+from cncgen.gcode.codes.offsets_fanuc import preset_position
+from cncgen.gcode.codes.table import LATHE, Code
+from cncgen.gcode.codes.tools import load_tool_parameters, table_offset, use_offset, whole
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.state.modal import Stage, zeros
+from cncgen.toolpath.record import Event
+
+ONLY = (LATHE,)
+#: What a number of P and Q counts in where the machine does not say, mm and degrees.
+_INCREMENT = 0.001
+_THREAD = 320
+
+
+@dataclass(slots=True)
+class Turning:
+    """What the cycles keep, lengths in radius.
+
+    Attributes:
+        x, z, taper: Of G90, G92, G94.
+        depth, escape: G71 U R, G72 W R.
+        pattern: G73 U W R: the way of all passes in X and Z, and how many they are.
+        back: G74 R, G75 R.
+        passes, chamfer, angle, least, finish: G76 P Q R: passes at full depth, chamfer in tenths of the lead, angle of the
+            tool in degrees, least depth of a pass, what the last pass takes.
+    """
+
+    x: float | None = None
+    z: float | None = None
+    taper: float = 0.0
+    depth: float = 0.0
+    escape: float = 0.0
+    pattern: tuple[float, float, int] = (0.0, 0.0, 1)
+    back: float = 0.0
+    passes: int = 1
+    chamfer: int = 0
+    angle: float = 0.0
+    least: float = 0.0
+    finish: float = 0.0
+
+
+def turning_of(ip: Interpreter) -> Turning:
+    """Return what the cycles of this program keep."""
+    state = ip.state
+    if state.turning is None:
+        state.turning = Turning()
+    assert isinstance(state.turning, Turning)
+    return state.turning
+
+
+def increments(ip: Interpreter, block: Block, letter: str) -> float:
+    """Return P or Q of a cycle, whose whole numbers count in least increments, as a length; others are lengths."""
+    value = block.words[letter]
+    scaled = letter == "q" and ip.options.least_increment is not None
+    if scaled or value != round(value):
+        return value
+    return value * (ip.options.least_increment or _INCREMENT) / (10.0 if ip.state.inches else 1.0)
+
+
+def check_spindle(ip: Interpreter, name: str) -> None:
+    """Raise where a thread would be cut with a spindle at rest."""
+    if ip.state.direction == 0 or ip.state.speed == 0.0:
+        raise BlockError("spindle-stopped", f"{name} cuts in step with a spindle that does not turn", name)
+
+
+def cut_thread(ip: Interpreter, end: list[float], lead: float) -> None:
+    """Feed to `end` in step with the spindle; the lead is along the axis that goes farther (B-64304EN-1, 4.1)."""
+    state, sink = ip.state, ip.sink
+    run, rise = end[Z] - state.position[Z], end[X] - state.position[X]
+    farther = max(abs(run), abs(rise))
+    if farther:
+        lead *= (run**2 + rise**2) ** 0.5 / farther
+    sink.call(f"START_SPEED_FEED_SYNC({lead:f},0)")
+    sink.synchronise(lead)
+    sink.straight_feed(end)
+    sink.synchronise(None)
+    sink.call("STOP_SPEED_FEED_SYNCH()")
+    state.position, state.moved = end, True
+
+
+def lead_of(ip: Interpreter, block: Block, name: str, number: int) -> float:
+    """Return F of a thread, which stays in force from thread to thread."""
+    state = ip.state
+    if state.motion != number:
+        state.pitch = 0.0
+    state.pitch = block.words.get("f", state.pitch)
+    if state.pitch <= 0.0 and has_axis(block):
+        at = "F" if "f" in block.words else name
+        hint = "F is the distance a revolution"
+        raise BlockError("pitch-missing", f"{name} has no lead: F is {state.pitch:g}", at, hint=hint)
+    return state.pitch
+
+
+def thread(ip: Interpreter, block: Block) -> None:
+    """G32 F: a line in step with the spindle, along Z, X or both."""
+    lead = lead_of(ip, block, "G32", _THREAD)
+    ip.state.motion = _THREAD
+    if has_axis(block):
+        check_spindle(ip, "G32")
+        cut_thread(ip, ip.end_point(block), lead)
+
+
+def name_position(ip: Interpreter, block: Block) -> None:
+    """G50: S is the largest speed of G96; X Z name the position."""
+    preset_position(ip, block, "G50")
+
+
+def turret(ip: Interpreter, block: Block) -> None:
+    """T: the last two digits are the offset (0: none), those before it the tool, which the turret turns in."""
+    word = whole(block, "t", "a tool number")
+    number, offset = divmod(word, 100)
+    state = ip.state
+    known = ip.tools.find(offset)
+    if known is None:
+        raise BlockError("unknown-tool", f"tool offset {offset} of T{word} is not in the tool table", "T")
+    if number and number != state.selected:
+        state.selected = state.fetched = number
+        event = Event("tool", True, values={"tool": number})
+        ip.sink.call(f"CHANGE_TOOL({ip.tools.place_of(number)})", event)
+    # Cutter compensation takes radius and direction of the tool's tip from the offset.
+    state.tool = offset
+    load_tool_parameters(ip)
+    use_offset(ip, table_offset(ip, offset, "T") if offset else zeros(), "T")
+
+
+CODES = (
+    Code("T", 0, "T", Stage.TOOL, turret, "tool and its offset: T0102 is tool 1 with offset 2", "t", dialects=ONLY),
+    Code("G", _THREAD, "motion", Stage.MOTION, thread, "line in step with the spindle, F a revolution", "xyzuvwf",
+         "motion", dialects=ONLY, takes="f"),
+    Code("G", 500, "non-modal", Stage.REFERENCE, name_position, "S is the largest speed of G96; X Z U W name the position",
+         "xyzuvws", "own", dialects=ONLY, takes="s"),
+    Code("G", 980, "feed mode", Stage.FEED_MODE, per_minute, "F is units per minute", dialects=ONLY),
+    Code("G", 990, "feed mode", Stage.FEED_MODE, per_revolution, "F is units per revolution of the spindle", dialects=ONLY),
+)  # fmt: skip

@@ -1,0 +1,99 @@
+"""Grooving of FANUC's lathes, step by step: G74 along Z (drilling too), G75 along X (B-64304EN-1, 4.4.5 and 4.4.6)."""
+
+from __future__ import annotations
+
+import math
+
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes.lathe_fanuc import ONLY, increments, turning_of
+from cncgen.gcode.codes.lathe_words import X, Z
+from cncgen.gcode.codes.lines import check_feed
+from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.state.modal import Stage
+
+#: Steps of one cycle beyond which P and Q count as mistakes.
+_MAX_STEPS = 10_000
+_PLACE, _STEP = {X: "x", Z: "z"}, {X: "p", Z: "q"}
+
+
+def _places(start: float, end: float, step: float) -> list[float]:
+    """Return the places from start to end, a step apart, the end last; step 0: the end alone."""
+    count = math.ceil(abs(end - start) / step - 1e-9) if step else 1
+    return [start + math.copysign(step * k, end - start) for k in range(1, count)] + [end]
+
+
+def _step(ip: Interpreter, block: Block, axis: int, way: float, name: str) -> float:
+    """Return the step along an axis, 0 where the block has none.
+
+    Raises:
+        BlockError: It makes too many steps of the way.
+    """
+    letter = _STEP[axis]
+    step = abs(increments(ip, block, letter)) if letter in block.words else 0.0
+    if step and abs(way) / step > _MAX_STEPS:
+        message = f"{name} makes more than {_MAX_STEPS} steps of {step:g}"
+        raise BlockError(
+            "cycle-peck", message, letter.upper(), hint="whole numbers count in least increments"
+        )
+    return step
+
+
+def _pecking(name: str, deep: int, aside: int) -> Handler:
+    """Return G74 or G75: column of the depth, column of the steps beside it."""
+
+    def run(ip: Interpreter, block: Block) -> None:
+        words, kept = block.words, turning_of(ip)
+        if words.keys().isdisjoint("xz"):
+            kept.back = abs(words.get("r", kept.back))
+            return
+        if _PLACE[deep] not in words:
+            letter = _PLACE[deep].upper()
+            raise BlockError("cycle-words", f"{name} has no {letter}", name, hint=f"{letter} is the bottom")
+        check_feed(ip, block, name)
+        start, bottom = ip.state.position, words[_PLACE[deep]]
+        side = words.get(_PLACE[aside], start[aside])
+        step = _step(ip, block, aside, side - start[aside], name)
+        if side != start[aside] and not step:
+            hint = "it is how far the cuts are apart, in least increments"
+            message = f"{name} has no {_STEP[aside].upper()} for its steps aside"
+            raise BlockError("cycle-words", message, name, hint=hint)
+        cuts = [start[aside], *(_places(start[aside], side, step) if side != start[aside] else ())]
+        peck = _step(ip, block, deep, (bottom - start[deep]) * len(cuts), name)
+        relief = math.copysign(words.get("r", 0.0), start[aside] - side)
+        for place in cuts:
+            _go(ip, aside, place, feed=False)
+            _cut(ip, deep, _places(start[deep], bottom, peck), kept.back)
+            _go(ip, aside, place + relief, feed=False)
+            _go(ip, deep, start[deep], feed=False)
+        _go(ip, aside, start[aside], feed=False)
+
+    return run
+
+
+def _cut(ip: Interpreter, axis: int, levels: list[float], back: float) -> None:
+    """Feed from level to level, and a little back between them."""
+    back = math.copysign(back, ip.state.position[axis] - levels[-1])
+    for level in levels[:-1]:
+        _go(ip, axis, level, feed=True)
+        _go(ip, axis, level + back, feed=False)
+    _go(ip, axis, levels[-1], feed=True)
+
+
+def _go(ip: Interpreter, axis: int, place: float, *, feed: bool) -> None:
+    """Move one axis."""
+    end = ip.state.position.copy()
+    if end[axis] != place:
+        end[axis] = place
+        (ip.sink.straight_feed if feed else ip.sink.straight_traverse)(end)
+        ip.state.position, ip.state.moved = end, True
+
+
+CODES = tuple(
+    Code("G", number, "non-modal", Stage.MOTION, _pecking(name, deep, aside), text, "xzuwrpq", "own", dialects=ONLY)
+    for number, name, deep, aside, text in (
+        (740, "G74", Z, X, "groove or drill along Z in steps of Q, cuts P apart; R alone: how far it goes back"),
+        (750, "G75", X, Z, "groove along X in steps of P, cuts Q apart; R alone: how far it goes back"),
+    )
+)  # fmt: skip

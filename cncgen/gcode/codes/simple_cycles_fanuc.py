@@ -1,0 +1,125 @@
+"""Cycles of one pass on FANUC's lathes: G90 along Z, G94 along X, G92 a thread. Each leads back to where it began.
+
+They stay in force: a block of X (U), Z (W) or R alone repeats the cycle with what it gives (B-64304EN-1, 4.2).
+"""
+
+from __future__ import annotations
+
+from cncgen.gcode.block import Block
+from cncgen.gcode.codes.lathe_fanuc import ONLY, Turning, check_spindle, cut_thread, lead_of, turning_of
+from cncgen.gcode.codes.lathe_words import X, Z
+from cncgen.gcode.codes.lines import check_feed
+from cncgen.gcode.codes.table import Code
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.state.modal import Stage
+
+_ALONG, _THREAD, _ACROSS = 900, 920, 940
+_WORDS = "xzuwr"
+
+
+def _words(ip: Interpreter, block: Block, number: int) -> Turning | None:
+    """Take the words of a block; None where it only puts the cycle in force.
+
+    Raises:
+        BlockError: X or Z was not given yet.
+    """
+    kept, state, words = turning_of(ip), ip.state, block.words
+    if state.motion != number:
+        kept.x = kept.z = None
+        kept.taper = 0.0
+    state.motion = number
+    if not words.keys() & set("xzr"):
+        return None
+    kept.x, kept.z = words.get("x", kept.x), words.get("z", kept.z)
+    kept.taper = words.get("r", kept.taper)
+    missing = [letter for letter, value in (("X", kept.x), ("Z", kept.z)) if value is None]
+    if missing:
+        name = f"G{number // 10}"
+        hint = f"the first block of the cycle has X (U) and Z (W), as in {name} X40 Z-30"
+        raise BlockError("cycle-words", f"{name} has no {missing[0]}", name, hint=hint)
+    return kept
+
+
+def go(ip: Interpreter, x: float, z: float, feed: bool) -> None:
+    """Feed or traverse in X and Z."""
+    end = ip.state.position.copy()
+    end[X], end[Z] = x, z
+    if end == ip.state.position:
+        return
+    (ip.sink.straight_feed if feed else ip.sink.straight_traverse)(end)
+    ip.state.position, ip.state.moved = end, True
+
+
+def along(ip: Interpreter, block: Block) -> None:
+    """G90: to X, along Z, out to where X was, and back; with R it begins R (radius) from X."""
+    cut = _words(ip, block, _ALONG)
+    if cut is None or cut.x is None or cut.z is None:
+        return
+    check_feed(ip, block, "G90")
+    start_x, start_z = ip.state.position[X], ip.state.position[Z]
+    go(ip, cut.x + cut.taper, start_z, False)
+    go(ip, cut.x, cut.z, True)
+    go(ip, start_x, cut.z, True)
+    go(ip, start_x, start_z, False)
+
+
+def across(ip: Interpreter, block: Block) -> None:
+    """G94: to Z, along X, out to where Z was, and back; with R it begins R from Z."""
+    cut = _words(ip, block, _ACROSS)
+    if cut is None or cut.x is None or cut.z is None:
+        return
+    check_feed(ip, block, "G94")
+    start_x, start_z = ip.state.position[X], ip.state.position[Z]
+    go(ip, start_x, cut.z + cut.taper, False)
+    go(ip, cut.x, cut.z, True)
+    go(ip, cut.x, start_z, True)
+    go(ip, start_x, start_z, False)
+
+
+def thread(ip: Interpreter, block: Block) -> None:
+    """G92 F: to X, a thread along Z, out and back."""
+    lead = lead_of(ip, block, "G92", _THREAD)
+    cut = _words(ip, block, _THREAD)
+    if cut is None or cut.x is None or cut.z is None:
+        return
+    check_spindle(ip, "G92")
+    start_x, start_z = ip.state.position[X], ip.state.position[Z]
+    go(ip, cut.x + cut.taper, start_z, False)
+    thread_pass(ip, cut.x, cut.z, lead, 0.1 * cut.chamfer * lead, start_x)
+    go(ip, start_x, cut.z, False)
+    go(ip, start_x, start_z, False)
+
+
+def thread_pass(ip: Interpreter, x: float, z: float, lead: float, chamfer: float, out: float) -> None:
+    """Cut a thread to X and Z; its last piece, `chamfer` along Z, leaves at 45 degrees towards X `out`.
+
+    Raises:
+        BlockError: The thread is shorter than its chamfer.
+    """
+    position = ip.state.position
+    run = z - position[Z]
+    if chamfer >= abs(run):
+        message = f"the thread of {abs(run):g} along Z is no longer than its chamfer, {chamfer:g}"
+        raise BlockError("thread-words", message, "Z", hint="the chamfer is P of G76, in tenths of the lead")
+    end = position.copy()
+    if chamfer:
+        part = 1.0 - chamfer / abs(run)
+        end[X], end[Z] = position[X] + part * (x - position[X]), position[Z] + part * run
+        cut_thread(ip, end, lead)
+        slant = min(chamfer, abs(out - end[X]))
+        end = end.copy()
+        end[X], end[Z] = end[X] + (slant if out > end[X] else -slant), z
+    else:
+        end[X], end[Z] = x, z
+    cut_thread(ip, end, lead)
+
+
+CODES = (
+    Code("G", _ALONG, "motion", Stage.MOTION, along, "cut along Z to X and Z, and back", _WORDS, "motion",
+         summons="xzuwr", dialects=ONLY),
+    Code("G", _THREAD, "motion", Stage.MOTION, thread, "cut a thread of lead F to X and Z, and back", _WORDS + "f",
+         "motion", summons="xzuwr", dialects=ONLY, takes="f"),
+    Code("G", _ACROSS, "motion", Stage.MOTION, across, "cut along X to X and Z, and back", _WORDS, "motion",
+         summons="xzuwr", dialects=ONLY),
+)  # fmt: skip

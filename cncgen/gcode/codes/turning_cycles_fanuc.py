@@ -1,0 +1,252 @@
+"""Cycles of profiles on FANUC's lathes: G71 along Z, G72 along X and G73 in passes like it rough them, G70 finishes.
+
+The profile is the lines from N P to N Q of the program, which the cycle reads and the program then goes on behind. Its
+first line leads to it. G71 and G72 cut it in levels from where the tool stands, moved by the allowances U and W: at each
+they feed along to the profile, lift off at 45 degrees and go back; at last they follow it. Profiles with pockets (type
+II) are not read. G70 executes the lines (B-64304EN-1, 4.4.1 to 4.4.4).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from cncgen.gcode.block import Block, gather
+from cncgen.gcode.codes.lathe_fanuc import ONLY, Turning, turning_of
+from cncgen.gcode.codes.lathe_words import X, Z
+from cncgen.gcode.codes.lines import check_feed
+from cncgen.gcode.codes.profiles import MAX_MOVES, TINY, Recorder, Segment
+from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.codes.tools import whole
+from cncgen.gcode.codes.turning_cycles import MAX_CUTS, Lathe
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.state.modal import Stage
+from cncgen.gcode.text import descent
+from cncgen.gcode.text.expressions import evaluate
+from cncgen.gcode.text.labels import Cursor
+
+#: What of a line makes the profile, where it is roughed: words, and G0 to G3.
+_WORDS = frozenset(("x", "z", "u", "w", "r", "i", "k", ",c", ",r"))
+_MOTIONS = frozenset((0, 10, 20, 30))
+_CYCLES = frozenset((700, 710, 720, 730, 740, 750, 760, 900, 920, 940))
+
+
+def _lines(ip: Interpreter, block: Block, name: str) -> Iterator[Block]:
+    """Yield the blocks of the profile that P and Q of a cycle name, their values computed one after the other."""
+    missing = [letter.upper() for letter in "pq" if letter not in block.words]
+    if missing:
+        hint = "P and Q are the N words of the first and last line of the profile"
+        raise BlockError("profile-missing", f"{name} has no {missing[0]}", name, hint=hint)
+    assert ip.flow is not None
+    here = Cursor(block.source, block.offset, block.line)
+    first = ip.flow.line_numbered(here, whole(block, "p", name), "P")
+    last = ip.flow.line_numbered(here, whole(block, "q", name), "Q")
+    if last.offset < first.offset:
+        message = f"the profile ends in line {last.line}, above its beginning in line {first.line}"
+        raise BlockError("profile-missing", message, "Q", hint="P is its first line, Q its last")
+    text, at = ip.flow.subroutines.sources[first.source], first
+    while at.offset <= last.offset:
+        if at.line - first.line > MAX_MOVES:
+            raise BlockError("profile-length", f"the profile has more than {MAX_MOVES} lines", "Q")
+        yield from _read(ip, text.text_at(at.offset), at)
+        at = Cursor(at.source, text.line_end(at.offset) + 1, at.line + 1)
+
+
+def _read(ip: Interpreter, text: str, at: Cursor) -> Iterator[Block]:
+    """Yield the block of a line, if it is one."""
+    parsed = descent.parse(text, "fanuc", ip.options.least_increment is not None)
+    if parsed.deletable and ip.options.block_delete:
+        return
+    pairs = [(letter, evaluate(value, ip.parameters)) for letter, value in parsed.words]
+    block = gather([pair for pair in pairs if pair[1] == pair[1]])
+    faults = (
+        (parsed.flow is not None, "is a jump or loop", "compute its values before the cycle"),
+        (bool(parsed.settings), "sets a parameter", "compute its values before the cycle"),
+        (not _CYCLES.isdisjoint(block.g), "has a cycle of its own", "a profile is moves alone"),
+    )
+    for wrong, what, hint in faults:
+        if wrong:
+            raise BlockError("profile-flow", f"line {at.line} of the profile {what}", "P", hint=hint)
+    block.source, block.offset, block.line = at
+    yield block
+
+
+def _execute(ip: Interpreter, block: Block) -> None:
+    """Execute a line of a profile; its faults name it."""
+    try:
+        if ip.guard is not None:
+            ip.guard(ip, block)
+        if block.words or block.g or block.m:
+            ip.execute(block)
+    except BlockError as error:
+        message = f"line {block.line} of the profile: {error.message}"
+        raise BlockError(error.code, message, "P", hint=error.hint, values=error.values) from None
+    if ip.jump is not None:
+        ip.jump = None
+        message = f"line {block.line} calls a program or returns from one within the profile"
+        raise BlockError("profile-flow", message, "P")
+
+
+def _end_corner(ip: Interpreter) -> None:
+    """Let a chamfer or rounding of the last line say that no motion follows it."""
+    if ip.guard is not None:
+        ip.guard(ip, Block({}, m=(20,)))
+
+
+def _profile(ip: Interpreter, block: Block, name: str) -> tuple[list[Segment], bool]:
+    """Return the moves of a profile in Z and X, the first one leads to it; and whether that one is a traverse."""
+    state, sink, guard = ip.state, ip.sink, ip.guard
+    recorder = Recorder(state.position)
+    ip.state = replace(state, feed=1.0, feed_mode=94, position=state.position.copy())
+    ip.sink, ip.guard, rapid = recorder, None, None
+    try:
+        for line in _lines(ip, block, name):
+            codes = tuple(number for number in line.g if number in _MOTIONS)
+            words = {letter: value for letter, value in line.words.items() if letter in _WORDS}
+            if codes or words:
+                _execute(ip, replace(line, words=words, g=codes, m=()))
+            if rapid is None and recorder.segments:
+                rapid = ip.state.motion == 0
+        _end_corner(ip)
+    finally:
+        ip.state, ip.sink, ip.guard = state, sink, guard
+    if len(recorder.segments) < 2:
+        raise BlockError("profile-length", f"the profile of {name} has fewer than two moves", "P")
+    return recorder.segments, bool(rapid)
+
+
+def _moved(profile: list[Segment], by: complex) -> list[Segment]:
+    """Return a profile shifted."""
+    return [
+        Segment(s.start + by, s.end + by, None if s.centre is None else s.centre + by, s.spin)
+        for s in profile
+    ]
+
+
+def _check_monotonic(profile: list[Segment], name: str) -> None:
+    """Raise where a profile, seen along the travel and upwards, goes back or down."""
+    for segment in profile:
+        for of in (lambda p: p.real, lambda p: p.imag):
+            places = [of(p) for p in segment.extremes()]
+            if min(places) < of(segment.start) - TINY or max(places) > of(segment.end) + TINY:
+                message = f"the profile of {name} does not rise all the way: pockets (type II) are not read"
+                hint = "cut the pocket in a cycle of its own, or use G73"
+                raise BlockError("profile-not-monotonic", message, "P", hint=hint)
+
+
+def _sign(value: float) -> float:
+    return 1.0 if value >= 0.0 else -1.0
+
+
+def _rough(name: str, swap: bool) -> Handler:
+    """Return G71, or G72 with `swap`."""
+    depth_word = "w" if swap else "u"
+
+    def run(ip: Interpreter, block: Block) -> None:
+        words, kept = block.words, turning_of(ip)
+        if "p" not in words and "q" not in words:
+            kept.depth, kept.escape = abs(words.get(depth_word, kept.depth)), abs(words.get("r", kept.escape))
+            return
+        check_feed(ip, block, name)
+        if kept.depth <= 0.0:
+            hint = (
+                f"write {name} {depth_word.upper()}2 R1 before it: depth of a cut, and how far it lifts off"
+            )
+            raise BlockError("profile-step", f"{name} has no depth of its cuts", name, hint=hint)
+        moves, rapid = _profile(ip, block, name)
+        position = ip.state.position
+        start = complex(position[Z], position[X])
+        profile = _moved(moves[1:], complex(words.get("w", 0.0), 0.5 * words.get("u", 0.0)))
+        way, above = moves[-1].end - moves[0].end, start - moves[0].end
+        travel, height = (way.imag, above.real) if swap else (way.real, above.imag)
+        across = complex(_sign(travel), _sign(height))
+        top = _moved([Segment(start, start)], profile[0].start - moves[0].end)[0]
+        begin, home = top.seen(across, swap).start, Segment(start, start).seen(across, swap).start
+        path = [segment.seen(across, swap) for segment in profile]
+        _check_monotonic(path, name)
+        if (begin.imag - path[0].start.imag) / kept.depth > MAX_CUTS:
+            raise BlockError("profile-step", f"{name} makes more than {MAX_CUTS} cuts", name)
+        lathe = Lathe(ip, across, swap)
+        _levels(lathe, path, begin, kept, rapid)
+        lathe.rapid(home)
+        ip.state.moved = True
+        ip.jump = "past", whole(block, "q", name), 0
+
+    return run
+
+
+def _levels(lathe: Lathe, path: list[Segment], begin: complex, kept: Turning, rapid: bool) -> None:
+    """Cut level by level above a path, then along it."""
+    down = lathe.rapid if rapid else lathe.feed
+    bottom = path[0].start
+    level = begin.imag - kept.depth
+    lathe.rapid(begin)
+    while level > bottom.imag + TINY:
+        down(complex(begin.real, level))
+        crossings = [p for segment in path for p in segment.crossings(level)]
+        hit = min(crossings, key=lambda p: p.real) if crossings else complex(path[-1].end.real, level)
+        if hit.real > begin.real + TINY:
+            lathe.feed(hit)
+            lift = min(kept.escape, hit.real - begin.real)
+            lathe.rapid(hit + complex(-lift, lift))
+            lathe.rapid(complex(begin.real, level + lift))
+        level -= kept.depth
+    down(complex(begin.real, bottom.imag))
+    if abs(bottom.real - begin.real) > TINY:
+        down(bottom)
+    for segment in path:
+        lathe.follow(segment, segment.end)
+
+
+def like_it(ip: Interpreter, block: Block) -> None:
+    """G73: passes along the profile, from the way of all passes (G73 U W R) and the allowances U W down to these."""
+    words, kept = block.words, turning_of(ip)
+    if "p" not in words and "q" not in words:
+        x, z, count = kept.pattern
+        count = whole(block, "r", "G73") if "r" in words else count
+        if not 1 <= count <= MAX_CUTS:
+            raise BlockError("profile-passes", f"R{count} of G73 must be from 1 to {MAX_CUTS}", "R")
+        kept.pattern = words.get("u", x), words.get("w", z), count
+        return
+    check_feed(ip, block, "G73")
+    moves, _ = _profile(ip, block, "G73")
+    x, z, count = kept.pattern
+    start = complex(ip.state.position[Z], ip.state.position[X])
+    allowance, way = complex(words.get("w", 0.0), 0.5 * words.get("u", 0.0)), complex(z, x)
+    lathe = Lathe(ip, complex(1.0, 1.0), False)
+    for index in range(count):
+        left = 1.0 - index / (count - 1) if count > 1 else 1.0
+        by = allowance + way * left
+        lathe.rapid(start + by)
+        path = _moved(moves, by)
+        lathe.rapid(path[0].end)
+        for segment in path[1:]:
+            lathe.follow(segment, segment.end)
+    lathe.rapid(start)
+    ip.state.moved = True
+    ip.jump = "past", whole(block, "q", "G73"), 0
+
+
+def finish(ip: Interpreter, block: Block) -> None:
+    """G70: execute the lines of the profile, F and cutter compensation with them, and go back."""
+    start = ip.state.position.copy()
+    for line in _lines(ip, block, "G70"):
+        _execute(ip, line)
+    _end_corner(ip)
+    back = ip.state.position.copy()
+    back[X], back[Z] = start[X], start[Z]
+    ip.sink.block = block
+    ip.sink.straight_traverse(back)
+    ip.state.position = back
+
+
+CODES = tuple(
+    Code("G", number, "non-modal", Stage.MOTION, run, text, words, "own", dialects=ONLY)
+    for number, run, text, words in (
+        (700, finish, "finish the profile of lines N P to N Q", "pq"),
+        (710, _rough("G71", False), "rough a profile along Z; first U R alone: depth, lift", "pquwr"),
+        (720, _rough("G72", True), "rough a profile along X; first W R alone: depth, lift", "pquwr"),
+        (730, like_it, "rough a profile in passes like it; first U W R alone: way and number of passes", "pquwr"),
+    )
+)  # fmt: skip

@@ -1,0 +1,12 @@
+; expect 6:5:profile-not-monotonic
+G50 S2000
+G97 S800 M3
+G0 X62. Z2.
+G71 U2. R1.
+G71 P1 Q2 U0.4 W0.1 F0.2
+N1 G0 X20.
+G1 Z-10.
+X40.
+X30. Z-20.
+N2 X62.
+M30

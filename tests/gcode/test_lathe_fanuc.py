@@ -1,0 +1,356 @@
+"""FANUC's lathes (system A): words, and cycles against what their manual draws (B-64304EN-1, chapter 4)."""
+
+from __future__ import annotations
+
+import io
+import math
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cncgen.gcode import canon, read
+from cncgen.toolpath.reading import ReadOptions
+from cncgen.toolpath.record import FeedMode, Kind
+
+HEAD = "O1\nG97 S1000 M3\n"
+Move = tuple[float, float, int]
+
+
+def outcome(text: str, dialect: str = "fanuc-lathe", **options: Any) -> Any:
+    """Return toolpath and errors (code, line, column) of a text that stands from line 3 on."""
+    program = read(
+        io.BytesIO(f"{HEAD}{text}\nM30\n".encode()), "t.nc", ReadOptions(dialect=dialect, **options)
+    )
+    (path,) = program.chunks()
+    faults = [(d.code, d.span.line, d.span.column) for d in program.diagnostics if d.severity == "error"]
+    return path, faults, program
+
+
+def moves(text: str, **options: Any) -> list[Move]:
+    """Return where the motions of a text lead, in X (radius) and Z, and whether they are feeds."""
+    path, faults, _ = outcome(text, **options)
+    assert faults == []
+    rows = np.flatnonzero(path.kind != Kind.EVENT)
+    x, z = path.end[rows, 0].round(9) + 0.0, path.end[rows, 2].round(9) + 0.0
+    feeds = path.feed_mode[rows] != FeedMode.RAPID
+    return list(zip(x.tolist(), z.tolist(), feeds.astype(int).tolist(), strict=True))
+
+
+def test_x_is_a_diameter_and_u_and_w_are_distances() -> None:
+    assert moves("G0 X40. Z5.\nG1 U-10. W-5. F.2\nW-3.\nX30. W1.\nG2 U10. W-5. R5.") == [
+        (20, 5, 0),
+        (15, 0, 1),
+        (15, -3, 1),
+        (15, -2, 1),
+        (20, -7, 1),
+    ]  # fmt: skip
+    _, _, program = outcome("G0 U1. W2.")
+    assert program.moving_axes == "XZ"
+
+
+def test_positions_told_to_a_macro_are_diameters() -> None:
+    assert moves("G0 X40. Z5.\n#1=#5001-10.\nG0 X#1 Z#5003") == [(20, 5, 0), (15, 5, 0)]
+
+
+def test_depths_of_a_dwell_and_a_reference_point_by_distances() -> None:
+    path, faults, _ = outcome("G0 X40. Z5.\nG4 U1.5\nG4 X.5\nG28 U0 W0")
+    assert faults == []
+    dwells = [event.values["seconds"] for event in path.events if event.name == "dwell"]
+    assert dwells == [1.5, 0.5]
+    assert path.end[-1, [0, 2]].tolist() == [0, 0]
+
+
+def test_t_has_the_tool_and_its_offset(tmp_path: Any) -> None:
+    table = tmp_path / "tools.tbl"
+    table.write_text("T1 P1 X1 Z-2 D0.8 Q3\nT2 P2 X3 Z4\n")
+    text = "T0102\nG0 X40. Z5.\nT0100\nG0 X40. Z5.\nT0202\nG0 X40. Z5."
+    assert moves(text, tool_table=table) == [(23, 9, 0), (20, 5, 0), (23, 9, 0)]
+    path, _, _ = outcome(text, tool_table=table)
+    assert [event.values["tool"] for event in path.events if event.name == "tool"] == [1, 2]
+
+
+def test_nose_radius_comes_from_the_offset(tmp_path: Any) -> None:
+    """A tip that points to the chuck and the axis (Q2) cuts where it is programmed along X and Z; a cone needs the radius."""
+    table = tmp_path / "tools.tbl"
+    table.write_text("T1 P1 D0.8 Q2\n")
+    text = "T0101\nG0 X60. Z5.\nG1 G42 X40. Z0. F.2\nZ-20.\nX60. Z-30.\nX70.\nG40 Z5."
+    cut = [move for move in moves(text, tool_table=table) if move[2]]
+    # Where line and cone of 45 degrees meet, the tip is r (1 - tan 22.5°) short along Z.
+    assert cut[1] == pytest.approx((20, -20 - 0.4 * (1 - math.tan(math.pi / 8)), 1))
+
+
+def test_g50_and_feeds() -> None:
+    assert moves("G0 X40. Z5.\nG50 X50. Z0.\nG0 X50. Z0.\nX60.") == [(20, 5, 0), (25, 5, 0)]
+    path, faults, _ = outcome("G50 S500\nG96 S100\nG0 X10. Z0.\nG1 Z-1. F.1\nG98 G1 Z-2. F60.")
+    assert faults == []
+    # 100 m/min at 10 mm of diameter are more than 500 rev/min.
+    assert path.feed[~np.isnan(path.feed)].tolist() == pytest.approx([0.1 * 500 / 60, 1.0])
+
+
+SIMPLE = {
+    "G90": ("G90 X40. Z-20. F.2", [(20, 2, 0), (20, -20, 1), (25, -20, 1), (25, 2, 0)]),
+    "G90 taper": ("G90 X40. Z-20. R-3. F.2", [(17, 2, 0), (20, -20, 1), (25, -20, 1), (25, 2, 0)]),
+    "G90 distances": ("G90 U-10. W-22. F.2", [(20, 2, 0), (20, -20, 1), (25, -20, 1), (25, 2, 0)]),
+    "G94": ("G94 X10. Z-1. F.2", [(25, -1, 0), (5, -1, 1), (5, 2, 1), (25, 2, 0)]),
+    "G94 taper": ("G94 X10. Z-3. R-2. F.2", [(25, -5, 0), (5, -3, 1), (5, 2, 1), (25, 2, 0)]),
+    "G92": ("G92 X46. Z-20. F1.5", [(23, 2, 0), (23, -20, 1), (25, -20, 0), (25, 2, 0)]),
+    "G32": ("G32 Z-20. F1.5", [(25, -20, 1)]),
+}
+
+
+@pytest.mark.parametrize("name", SIMPLE)
+def test_a_cycle_of_one_pass_leads_back(name: str) -> None:
+    text, expected = SIMPLE[name]
+    assert moves(f"G0 X50. Z2.\n{text}") == [(25, 2, 0), *expected]
+
+
+def test_a_cycle_goes_on_with_the_words_that_change() -> None:
+    one = moves("G0 X50. Z2.\nG90 X40. Z-20. F.2\nG90 X36. Z-20.\nG90 X36. Z-10.\nG0 X50. Z2.\nX60.")
+    assert moves("G0 X50. Z2.\nG90 X40. Z-20. F.2\nX36.\nW-12.\nG0 X50. Z2.\nX60.") == one
+
+
+def test_a_thread_keeps_its_lead_along_the_longer_axis() -> None:
+    """At 1000 rev/min a lead of 1.5 is 25 mm/s along Z, however the thread tapers."""
+    path, _, _ = outcome("G0 X50. Z2.\nG32 X60. Z-20. F1.5")
+    along = abs(path.end[-2, 2] - path.end[-3, 2])
+    length = math.hypot(5.0, 22.0)
+    assert path.feed[-2] * along / length == pytest.approx(25.0)
+
+
+# Profiles.
+
+HEIGHTS = st.lists(st.integers(0, 8), min_size=2, max_size=6)
+
+
+def profile_text(steps: list[int], lengths: list[int]) -> tuple[str, list[tuple[float, float]]]:
+    """Return the lines of a rising profile that begins at X20 and goes to the left, and its corners in X (radius) and Z."""
+    x, z = 10.0, 0.0
+    corners = [(x, z)]
+    lines = ["N1 G0 X20.", "G1 Z0. F.1"]
+    for rise, run in zip(steps, lengths, strict=False):
+        x, z = x + rise, z - run
+        corners.append((x, z))
+        lines.append(f"X{2 * x:g}. Z{z:g}.")
+    lines.append(f"N2 X{2 * x + 2:g}.")
+    return "\n".join(lines), [*corners, (x + 1.0, z)]
+
+
+@settings(max_examples=25)
+@given(HEIGHTS, st.lists(st.integers(1, 9), min_size=6, max_size=6), st.sampled_from([0.7, 1.5, 4.0]))
+def test_roughing_leaves_the_allowance_and_nothing_else(
+    steps: list[int], lengths: list[int], depth: float
+) -> None:
+    """Each level is a depth below the one before it, ends on the moved profile (found by interpolation), and no cut is in it."""
+    text, corners = profile_text(steps, lengths)
+    top = corners[-1][0] + 3.0
+    found = moves(f"G0 X{2 * top:g} Z2.\nG71 U{depth} R.5\nG71 P1 Q2 U.6 W.1 F.2\n{text}\nG0 X200. Z200.")
+    moved = np.array([(x + 0.3, z + 0.1) for x, z in corners])
+    levels = [
+        before[0]
+        for before, after in pairwise(found)
+        if after[2] and before[:1] == after[:1] and not before[2]
+    ]
+    # The last one is the profile's own first level, where that begins along Z.
+    levels = [level for level in levels if level > moved[0, 0] + 1e-9]
+    count = math.ceil((top - 10.0) / depth - 1e-9) - 1
+    np.testing.assert_allclose(levels, [top + 0.3 - depth * k for k in range(1, count + 1)])
+    for before, after in pairwise(found):
+        if after[2] and before[0] == after[0] in levels and not before[2]:
+            above = moved[moved[:, 0] > after[0] + 1e-9]
+            reach = np.interp(after[0], moved[:, 0], moved[:, 1]) if len(above) else moved[-1, 1]
+            # Where the profile is level it may be met anywhere on it; interpolation takes its last corner.
+            assert after[1] >= reach - 1e-6
+    follows = [move[:2] for move in found if move[2]][-len({*map(tuple, moved.tolist())}) :]
+    kept = [tuple(p) for p in moved.round(9).tolist()]
+    assert follows[-1] == kept[-1]
+    assert set(follows) <= {*kept, (kept[0][0], 2.1)}
+    assert found[-2:] == [(top, 2, 0), (100, 200, 0)]
+
+
+def cycle_moves(cycle: str, lines: str, start: str) -> list[Move]:
+    """Return the moves of a cycle over a profile, without the way there and on."""
+    return moves(f"{start}\n{cycle}\n{lines}\nG0 X500. Z500.")[1:-1]
+
+
+def test_facing_is_turning_with_the_axes_exchanged() -> None:
+    turning = cycle_moves(
+        "G71 U2. R.5\nG71 P1 Q2 U.4 W.1 F.2", "N1 G0 X20.\nG1 Z-6. F.1\nX40. Z-9.\nN2 X60.", "G0 X60. Z2."
+    )
+    facing = cycle_moves(
+        "G72 W2. R.5\nG72 P1 Q2 U.2 W.2 F.2", "N1 G0 Z10.\nG1 X-12. F.1\nX-18. Z20.\nN2 Z30.", "G0 X4. Z30."
+    )
+    assert [(z, x, feed) for x, z, feed in facing] == turning
+
+
+def test_boring_is_turning_in_a_mirror() -> None:
+    turning = cycle_moves(
+        "G71 U2. R.5\nG71 P1 Q2 U.4 W.1 F.2",
+        "N1 G0 X20.\nG1 Z-6.\nG2 X26. Z-9. R3.\nN2 G1 X60.",
+        "G0 X60. Z2.",
+    )
+    boring = cycle_moves(
+        "G71 U2. R.5\nG71 P1 Q2 U-.4 W.1 F.2",
+        "N1 G0 X-20.\nG1 Z-6.\nG3 X-26. Z-9. R3.\nN2 G1 X-60.",
+        "G0 X-60. Z2.",
+    )
+    assert [(-x, z, feed) for x, z, feed in boring] == turning
+
+
+def test_the_plunge_is_what_the_first_line_of_the_profile_is() -> None:
+    cycle, lines = "G71 U5. R.5\nG71 P1 Q2 F.2", "N1 {} X40.\nG1 Z-6.\nN2 X60."
+    rapid = cycle_moves(cycle, lines.format("G0"), "G0 X60. Z2.")
+    feed = cycle_moves(cycle, lines.format("G1"), "G0 X60. Z2.")
+    assert [move[:2] for move in rapid] == [move[:2] for move in feed]
+    assert rapid[0] == (25, 2, 0)
+    assert feed[0] == (25, 2, 1)
+
+
+def test_finishing_executes_the_lines_and_goes_back() -> None:
+    lines = "N1 G0 X20.\nG1 Z-6. F.1 ,R2.\nX40. F.3 ,C1.\nZ-12.\nN2 X60."
+    plain = moves(f"G0 X60. Z2.\n{lines}\nG0 X60. Z2.")
+    rough = "G71 U9. R1.\nG71 P1 Q2 U.4 W.1 F.2"
+    cut = moves(f"G0 X60. Z2.\n{rough}\n{lines}\nG70 P1 Q2")
+    assert cut[-len(plain) + 1 :] == plain[1:]
+    path, _, _ = outcome(f"G0 X60. Z2.\n{rough}\n{lines}\nG70 P1 Q2")
+    assert path.line[path.kind != Kind.EVENT][-4:].tolist() == [8, 9, 10, 11]
+
+
+def test_passes_like_the_profile() -> None:
+    lines = "N1 G0 X20. Z1.\nG1 Z-5. F.1\nN2 X40."
+    found = cycle_moves("G73 U4. W2. R3\nG73 P1 Q2 U.4 W.1 F.2", lines, "G0 X60. Z5.")
+    expected: list[Move] = []
+    for x, z in ((4.2, 2.1), (2.2, 1.1), (0.2, 0.1)):
+        expected += [(30 + x, 5 + z, 0), (10 + x, 1 + z, 0), (10 + x, -5 + z, 1), (20 + x, -5 + z, 1)]
+    assert found == [tuple(np.round(move, 9)) for move in [*expected, (30, 5, 0)]]
+
+
+# Grooves and threads.
+
+
+def test_drilling_in_steps() -> None:
+    found = moves("G0 X0. Z2.\nG74 R.5\nG74 Z-8. Q4000 F.1")[1:]
+    assert found == [(0, -2, 1), (0, -1.5, 0), (0, -6, 1), (0, -5.5, 0), (0, -8, 1), (0, 2, 0)]
+
+
+def test_grooving_in_steps_and_cuts_beside_one_another() -> None:
+    found = moves("G0 X50. Z-10.\nG75 R.5\nG75 X40. Z-14. P3000 Q2500 R.1 F.1")[1:]
+    expected: list[Move] = []
+    for z in (-10, -12.5, -14):
+        expected += [(25, z, 0)] if z != -10 else []
+        expected += [(22, z, 1), (22.5, z, 0), (20, z, 1), (20, z + 0.1, 0), (25, z + 0.1, 0)]
+    assert found == [*expected, (25, -10, 0)]
+
+
+@pytest.mark.parametrize("value", ["4000", "4000.0", "3.999999999"])
+def test_whole_numbers_of_a_step_are_increments_and_others_lengths(value: str) -> None:
+    assert moves(f"G0 X0. Z2.\nG74 Z-8. Q{value} F.1")[1][1] == pytest.approx(-2.0)
+
+
+def test_a_machine_that_counts_in_increments_counts_steps_so() -> None:
+    found = moves("G0 X0. Z2.\nG74 R.5\nG74 Z-8. Q4000 F.1", least_increment=0.001)
+    assert found[1:3] == [(0, -2, 1), (0, -1.5, 0)]
+
+
+def test_a_thread_in_passes_of_equal_section() -> None:
+    """Depths Δd √n while the finish is left, at least the least depth apart; two passes at full depth; along one flank."""
+    text = "G0 X30. Z5.\nG76 P021060 Q50 R.05\nG76 X22. Z-20. P1200 Q400 F2."
+    found = moves(text)[1:]
+    cuts = [(before, after) for before, after in pairwise(found) if not before[2] and after[2]]
+    depths = [11 + 1.2 - before[0] for before, _ in cuts]
+    rough = [0.4 * math.sqrt(n) for n in range(1, 9)]
+    np.testing.assert_allclose(depths, [*rough, 1.15, 1.2, 1.2], atol=1e-9)
+    for (before, after), depth in zip(cuts, depths, strict=True):
+        assert before[1] == pytest.approx(5 - depth * math.tan(math.radians(30)))
+        # The chamfer of one lead begins 2 before the end and leaves at 45 degrees.
+        assert after == (before[0], -18, 1)
+        assert (round(before[0] + 2.0, 9), -20, 1) in found
+    assert found[-1] == (15, 5, 0)
+
+
+def test_a_least_depth_of_a_pass_holds() -> None:
+    found = moves("G0 X30. Z5.\nG76 P010000 Q150 R0\nG76 X22. Z-20. P1000 Q400 F2.")[1:]
+    depths = [12.0 - a[0] for a, b in pairwise(found) if not a[2] and b[2]]
+    # 0.4, 0.566 (0.166 more), 0.716 (0.15 more, not 0.127), 0.866, 1.0: the last one at full depth.
+    np.testing.assert_allclose(
+        depths, [0.4, 0.4 * math.sqrt(2), 0.4 * math.sqrt(2) + 0.15, 0.4 * math.sqrt(2) + 0.3, 1.0]
+    )
+
+
+WRONG = {
+    "no depth": ("G0 X60. Z2.\nG71 P1 Q2 F.2\nN1 G0 X20.\nN2 G1 Z-5.", ("profile-step", 4, 1)),
+    "no line": ("G0 X60. Z2.\nG71 U1. R1.\nG71 P1 Q3 F.2\nN1 G0 X20.\nN2 G1 Z-5.", ("goto-target", 5, 8)),
+    "turned round": ("F.2\nG71 U1. R1.\nN2 G1 Z-5.\nN1 X10.\nG71 P1 Q2", ("profile-missing", 7, 8)),
+    "no end": ("F.2\nG71 U1. R1.\nG71 P1", ("profile-missing", 5, 1)),
+    "a pocket": (
+        "G0 X60. Z2.\nG71 U1. R1.\nG71 P1 Q2 F.2\nN1 G0 X20.\nG1 Z-5.\nX40.\nX30. Z-10.\nN2 X60.",
+        ("profile-not-monotonic", 5, 5),
+    ),
+    "a jump": ("F.2\nG71 U1. R1.\nG71 P1 Q2\nN1 G0 X20.\nIF [#1 EQ #0] GOTO 2\nN2 G1 Z-5.", ("profile-flow", 5, 5)),
+    "a call": ("F.2\nN1 G0 X20.\nM98 P5\nN2 G1 Z-5. F.1\nG70 P1 Q2", ("sub-missing", 5, 5)),
+    "itself": ("F.2\nN1 G0 X20.\nN2 G70 P1 Q2", ("profile-flow", 5, 8)),
+    "one move": ("F.2\nG71 U1. R1.\nG71 P1 Q2\nN1 G0 X20.\nN2 M8", ("profile-length", 5, 5)),
+    "a fault in the profile": ("F.2\nG71 U1. R1.\nG71 P1 Q2\nN1 G0 X20.\nN2 G2 Z-5.", ("arc-centre", 5, 5)),
+    "too many cuts": ("G0 X60. Z2. F.1\nG71 U.00001 R1.\nG71 P1 Q2\nN1 G0 X20.\nN2 G1 Z-5.", ("profile-step", 5, 1)),
+    "no passes": ("G73 U1. W1. R0", ("profile-passes", 3, 13)),
+    "no lead": ("G32 Z-5.", ("pitch-missing", 3, 1)),
+    "a negative lead": ("G32 Z-5. F-1.", ("pitch-missing", 3, 10)),
+    "no spindle": ("M5\nG32 Z-5. F1.", ("spindle-stopped", 4, 1)),
+    "no z": ("G90 X20. F.1", ("cycle-words", 3, 1)),
+    "no feed": ("G90 X20. Z-5.", ("feed-missing", 3, 1)),
+    "a thread in the air": ("G0 X20. Z2.\nG76 X20. Z-5. P1000 Q300 F1.", ("thread-words", 4, 5)),
+    "a thread of no height": ("G0 X30. Z2.\nG76 X20. Z-5. P0 Q300 F1.", ("thread-words", 4, 15)),
+    "a finish of all": ("G0 X30. Z2.\nG76 P010060 Q50 R50\nG76 X20. Z-5. P1000 Q300 F1.", ("thread-words", 5, 15)),
+    "no words": ("G76 X20. Z-5. F1.", ("thread-words", 3, 1)),
+    "digits": ("G76 P123 Q1", ("thread-words", 3, 5)),
+    "a short thread": ("G0 X30. Z2.\nG76 P019960 Q50\nG76 X20. Z-5. P1000 Q300 F1.", ("thread-words", 5, 10)),
+    "many passes": ("G0 X30. Z2.\nG76 X20. Z-5. P1000 Q.001 F1.", ("thread-words", 4, 21)),
+    "no step aside": ("G0 X50. Z2.\nG75 X40. Z-5. P1000 F.1", ("cycle-words", 4, 1)),
+    "tiny steps": ("G0 X50. Z2.\nG74 Z-5. Q.00001 F.1", ("cycle-peck", 4, 10)),
+    "no bottom": ("G0 X50. Z2.\nG75 Z-5. Q1000 F.1", ("cycle-words", 4, 1)),
+    "x and u": ("G0 X50. U2.", ("axis-words-twice", 3, 9)),
+    "a mill's code": ("G43 H1", ("unknown-code", 3, 1)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_is_wrong_is_named_where_it_stands(name: str) -> None:
+    text, expected = WRONG[name]
+    assert outcome(text)[1][0] == expected
+
+
+def test_a_tool_that_is_in_no_table_and_an_offset_under_compensation(tmp_path: Any) -> None:
+    table = tmp_path / "tools.tbl"
+    table.write_text("T1 P1 D0.8 Q3\n")
+    assert outcome("T0109", tool_table=table)[1] == [("unknown-tool", 3, 1)]
+    text = "T0101\nG0 X60. Z5.\nG1 G42 X40. Z0. F.2\nT0100\nZ-20."
+    assert outcome(text, tool_table=table)[1] == [("comp-refused", 6, 1)]
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect"),
+    [
+        ("G50 S2500", "fanuc-lathe"),
+        ("G71 P10 Q20 U.4", "fanuc-lathe"),
+        ("G76 P020060 Q100 R.05", "fanuc-lathe"),
+        ("G28 U0. W0.", "fanuc-lathe"),
+        ("G50", "fanuc"),
+        ("G73 X1. Z-5. R1. Q2.", "fanuc"),
+        ("(G50 S2500)", "fanuc"),
+        ("o10 sub\no10 endsub\nG70 P2 Q10", "linuxcnc"),
+    ],
+)
+def test_what_speaks_for_a_lathe(text: str, dialect: str) -> None:
+    """A program number alone speaks for a mill."""
+    _, _, program = outcome(text, dialect="auto")
+    said = [d.message for d in program.diagnostics if d.code == "dialect"]
+    assert said[0].startswith(f"read as {dialect}:")
+
+
+def test_canonical_calls_begin_in_the_plane_and_feed_of_a_lathe() -> None:
+    lines = list(canon(io.BytesIO(b"G0 X20.\nM30\n"), "t.nc", ReadOptions(dialect="fanuc-lathe")))
+    assert any("SELECT_PLANE(CANON_PLANE_XZ)" in line for line in lines[:8])
+    assert any("STRAIGHT_TRAVERSE(10.0000" in line for line in lines)
