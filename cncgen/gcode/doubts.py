@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from cncgen.gcode.codes.table import language_of
+from cncgen.gcode.codes.table import BOTH, language_of
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.labels import Cursor
@@ -43,6 +43,17 @@ _FANUC = (
         "--dialect fanuc-lathe reads lathes; on a mill G91 makes X and Z distances",
     ),
 )
+#: What no dialect reads; each such line is an error, and this says what language it is of.
+_SIEMENS = _Doubt(
+    re.compile(
+        _BEFORE
+        + rb"(?P<word>CYCLE\d+[ \t]*\(|\bR\d+[ \t]*=|=[ \t]*[AI]C[ \t]*\(|\bGOTO[FBC]\b|\bMCALL\b|\bTRA(?:ORI|NS|FOOF)\b"
+        rb"|\bT[ \t]*=[ \t]*\"|\bDEF[ \t]+(?:REAL|INT|BOOL|STRING)\b|\bCR[ \t]*=)",
+        re.MULTILINE | re.IGNORECASE,
+    ),
+    "this is of SINUMERIK's own language, of which BSPLINE alone is read",
+    "post the program for FANUC or LinuxCNC, or write it with G291, the control's ISO dialect",
+)
 #: What ``;`` hides, where it stands for the end of a block as in FANUC's manuals.
 _BEHIND_SEMICOLON = _Doubt(
     re.compile(rb"(?P<word>;)[ \t]*(?:[nN]\d+[ \t]*)?[gmxyzfstGMXYZFST][ \t]*[-+.\d#\[]"),
@@ -53,11 +64,12 @@ _BEHIND_SEMICOLON = _Doubt(
 
 def doubts(source: Source, dialect: str) -> Iterator[tuple[Cursor, BlockError]]:
     """Yield what is doubtful about a text, and the line where."""
-    if language_of(dialect) != "fanuc":
-        return
     head = source.data[:_HEAD]
-    found = [(doubt, doubt.sign.search(head)) for doubt in _FANUC] if dialect == "fanuc" else []
-    found.append((_BEHIND_SEMICOLON, _BEHIND_SEMICOLON.sign.search(source.data)))
+    found = [(_SIEMENS, _SIEMENS.sign.search(head))] if language_of(dialect) in BOTH else []
+    if dialect == "fanuc":
+        found += [(doubt, doubt.sign.search(head)) for doubt in _FANUC]
+    if language_of(dialect) == "fanuc":
+        found.append((_BEHIND_SEMICOLON, _BEHIND_SEMICOLON.sign.search(source.data)))
     for doubt, match in found:
         if match is not None:
             at = match.start("word")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.table import ALONE, BOTH, LATHE, Code, Codes, Handler, language_of, table
-from cncgen.gcode.codes.unsupported import ON_LATHES, shown
+from cncgen.gcode.codes.unsupported import ON_LATHES, WITHOUT, shown
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import NO_MOTION, Stage
 
@@ -131,7 +131,7 @@ class Plans:
             return of_builder(number)
         if code is None:
             name = f"{letter}{number / 10:g}"
-            hint = "`cncgen codes` lists all that are read"
+            hint = WITHOUT.get((letter, number), "`cncgen codes` lists all that are read")
             others = (*BOTH, LATHE) if self._table == "linuxcnc" else (LATHE, *reversed(BOTH))
             other = next((d for d in others if d != self._table and (letter, number) in table(d)), None)
             if other:

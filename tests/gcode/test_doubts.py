@@ -34,5 +34,27 @@ def test_doubts_about_a_program_of_fanuc(
     assert said(run, text) == places
 
 
+@pytest.mark.parametrize(
+    "line",
+    [
+        'N20 T="MILL 10" D1',
+        "N55 CYCLE832(0.01,_FINISH,1)",
+        "G1 X=IC(10)",
+        "N85 R1=10",
+        "IF R1>5 GOTOF ENDE",
+        "TRAORI",
+        "G2 X10 Y10 CR=10",
+        "DEF REAL DEPTH",
+    ],
+)
+@pytest.mark.parametrize("dialect", ["linuxcnc", "fanuc"])
+def test_sinumeriks_own_language_is_named(run: Callable[..., Outcome], line: str, dialect: str) -> None:
+    out = run(f"G0 X1 (R1=2, CYCLE81(1))\n{line}\nM30", dialect=dialect)
+    assert [(d.code, d.span.line) for d in out.diagnostics if d.severity == "warning" and d.span] == [
+        ("other-control", 2)
+    ]
+    assert out.errors
+
+
 def test_linuxcnc_has_axes_u_and_w_and_comments_behind_semicolons(run: Callable[..., Outcome]) -> None:
     assert said(run, "G0 X1 U2 ; G1 X3\nM2", "linuxcnc") == []

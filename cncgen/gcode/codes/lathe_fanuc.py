@@ -123,7 +123,7 @@ def name_position(ip: Interpreter, block: Block) -> None:
 
 def turret(ip: Interpreter, block: Block) -> None:
     """T: the last two digits are the offset (0: none), those before it the tool, which the turret turns in."""
-    word = whole(block, "t", "a tool number")
+    word = whole(block, "t", "")
     number, offset = divmod(word, 100)
     state = ip.state
     known = ip.tools.find(offset)

@@ -25,19 +25,14 @@ def whole(block: Block, letter: str, name: str) -> int:
 
 
 def whole_of(value: float, letter: str, name: str) -> int:
-    """Return the value of a word of a code; raise where it is not a whole number, or negative."""
+    """Return the value of a word of a code ("": of none); raise where it is not a whole number, or negative."""
+    word, of = letter.upper(), f" of {name}" if name else ""
     if not abs(value) <= LARGEST:
-        raise BlockError(
-            "number-range", f"{letter.upper()} of {name} is no number within ±{LARGEST:g}", letter.upper()
-        )
+        raise BlockError("number-range", f"{word}{of} is no number within ±{LARGEST:g}", word)
     if abs(value - round(value)) > 1e-4:
-        raise BlockError(
-            "not-whole", f"{letter.upper()}{value:g} of {name} is not a whole number", letter.upper()
-        )
+        raise BlockError("not-whole", f"{word}{value:g}{of} is not a whole number", word)
     if value < 0:
-        raise BlockError(
-            "negative-number", f"{letter.upper()}{value:g} of {name} is negative", letter.upper()
-        )
+        raise BlockError("negative-number", f"{word}{value:g}{of} is negative", word)
     return round(value)
 
 
@@ -72,7 +67,7 @@ def load_tool_parameters(ip: Interpreter) -> None:
 
 def select(ip: Interpreter, block: Block) -> None:
     """T."""
-    number = whole(block, "t", "a tool number")
+    number = whole(block, "t", "")
     _tool(ip, number, "T")
     ip.state.selected = number
     ip.sink.call(f"SELECT_TOOL({number})")

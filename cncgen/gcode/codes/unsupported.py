@@ -28,8 +28,12 @@ MEANING: dict[tuple[str, int], str] = {
     **dict.fromkeys((("G", n) for n in (750, 770, 780, 790)), "a grinding cycle"),
     ("G", 811): "chopping",
     ("G", 1500): "a general pocket cycle",
+    **dict.fromkeys((("M", n) for n in (820, 830, 840)), "a code of 3D printers"),
 }
 
+_TILTED = "post it with the rotary axes in place and X Y Z as the axes go, or with G43.4, which is read"
+#: What to do without a code that is not read.
+WITHOUT: dict[tuple[str, int], str] = dict.fromkeys((("G", n) for n in (531, 682, 683, 684)), _TILTED)
 #: What lathes of FANUC (system A) have in place of codes of mills, G numbers in tenths.
 ON_LATHES: dict[int, str] = {
     330: "lathes cut threads with G32",
