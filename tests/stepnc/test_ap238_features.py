@@ -244,8 +244,10 @@ def test_pockets_by_their_profiles(profile, sizes, end):
     aim = Shaped()
     outline = aim.polyline((-20, -15, 0), (20, -15, 0), (20, 15, 0), (-20, 15, 0), (-20, -15, 0))
     z, height = ((0, 0, 1), -5.0) if end == "start" else ((0, 0, -1), 0.0)
-    if profile.startswith("NGON"):  # its flats at 45 degrees: turned back by its own placement
-        turned = aim.place(0, 0, 0, reference=(1, 1, 0))
+    if profile.startswith(
+        "NGON"
+    ):  # a square with its sides along X and Y, turned by a quarter by its own placement
+        turned = aim.place(0, 0, 0, reference=(0, 1, 0))
         sizes = [*sizes, ("", turned)]
     path, found = aim.mill(
         "POCKET",

@@ -39,14 +39,23 @@ def test_pockets_are_cleared_and_no_more(strategy, shape):
     check_cut(heights, region, 4.0, 6.0)
 
 
-@pytest.mark.parametrize(("circumscribed", "radius"), [(True, 20.0), (False, 20.0 / math.cos(math.pi / 6))])
-def test_a_pocket_with_six_sides(circumscribed, radius):
-    """Its diameter is that of the circle through its corners, or the distance of its flats."""
+@pytest.mark.parametrize("sides", [3, 6])
+@pytest.mark.parametrize("across", [False, True])
+def test_a_pocket_with_sides(sides, across):
+    """ISO 14649-10, ngon_profile: one side is parallel to X and crosses Y at a negative value; where the flag is false the
+    circle of the diameter surrounds the n-gon, else the n-gon surrounds the circle."""
     part = Features()
-    boundary = part.add("NGON_CLOSED_PROFILE", None, part.size(40), 6, E("T") if circumscribed else E("F"))
+    boundary = part.add("NGON_CLOSED_PROFILE", None, part.size(40), sides, E("T") if across else E("F"))
     part.mill(part.pocket(boundary), pocket_operation(part))
     heights, _ = part.heights(4.0)
-    corners = [(radius * math.cos(k * math.pi / 3), radius * math.sin(k * math.pi / 3)) for k in range(6)]
+    radius = 20.0 / math.cos(math.pi / sides) if across else 20.0
+    down = -math.pi / 2 - math.pi / sides  # the left corner of the lowest side
+    corners = [
+        (radius * math.cos(down + a), radius * math.sin(down + a))
+        for a in np.arange(sides) * 2 * math.pi / sides
+    ]
+    assert corners[0][1] == pytest.approx(corners[1][1])
+    assert corners[0][1] < 0
     check_cut(heights, Polygon(corners), 4.0, 6.0)
 
 

@@ -70,59 +70,131 @@ def test_tapping_turns_back():
     assert [e.values["direction"] for e in path.events if e.name == "spindle"] == [1, -1]
 
 
-def test_patterns_repeat_the_feature():
-    for keyword, places in (
-        ("RECTANGULAR_PATTERN", [(0, 0), (15, 0), (0, 10), (15, 10)]),
-        ("CIRCULAR_PATTERN", [(12, 0), (0, 12), (-12, 0), (0, -12)]),
-        ("GENERAL_PATTERN", [(1, 2), (3, 4)]),
-    ):
-        part = Features()
-        base = part.add(
-            "ROUND_HOLE",
-            "h",
-            None,
-            (),
-            part.placement(),
-            part.plane(-5),
-            part.size(6),
-            None,
-            part.add("THROUGH_BOTTOM_CONDITION"),
-        )
-        head = part.head(None)[:4]
-        if keyword == "RECTANGULAR_PATTERN":
-            own = (
-                part.size(15),
-                part.direction(1, 0, 0),
-                2,
-                2,
-                part.size(10),
-                part.direction(0, 1, 0),
-                (),
-                (),
-            )
-        elif keyword == "CIRCULAR_PATTERN":
-            own = (90.0, 4, (), (), part.size(24), None)
-        else:
-            own = ((part.placement((1, 2, 0)), part.placement((3, 4, 0))),)
-        pattern = part.add(keyword, *head, base, *own)
-        operation = part.add(
-            "DRILLING",
-            None,
-            None,
-            "op",
-            5.0,
-            None,
-            part.tool("T", 6.0),
-            part.technology(),
-            None,
-            *(None,) * 6,
-        )
-        part.mill(pattern, operation)
-        path, found = part.read()
-        assert codes(found, "error") == []
-        bottoms = path.end[motions(path)]
-        bottoms = bottoms[np.abs(bottoms[:, 2] + 5) < 1e-9][:, :2] - ORIGIN[:2]
-        np.testing.assert_allclose(bottoms, places, atol=1e-9)
+def drilled_pattern(keyword, own, base=(0, 0, 0)):
+    """Return the middles of the holes of a pattern, and the diagnostics; `own` makes its attributes."""
+    part = Features()
+    through = part.add("THROUGH_BOTTOM_CONDITION")
+    hole = part.add(
+        "ROUND_HOLE", "h", None, (), part.placement(base), part.plane(-5), part.size(6), None, through
+    )
+    pattern = part.add(keyword, *part.head(None)[:4], hole, *own(part))
+    tool = part.tool("T", 6.0)
+    drilling = (None, None, "op", 5.0, None, tool, part.technology(), None, *(None,) * 6)
+    part.mill(pattern, part.add("DRILLING", *drilling))
+    path, found = part.read()
+    bottoms = path.end[motions(path)]
+    return bottoms[np.abs(bottoms[:, 2] + 5) < 1e-9][:, :2] - ORIGIN[:2], codes(found)
+
+
+def rows(moved=lambda part: (), omitted=lambda part: ()):
+    """Return what makes the attributes of two rows of two, 15 mm apart, the rows 10 mm."""
+    return lambda part: (
+        part.size(15),
+        part.direction(1, 0, 0),
+        2,
+        2,
+        part.size(10),
+        part.direction(0, 1, 0),
+        moved(part),
+        omitted(part),
+    )
+
+
+def circle(count, step=90.0, moved=(), omitted=(), diameter=24, turn=None):
+    """Return what makes the attributes of a circular pattern."""
+    return lambda part: (
+        step,
+        count,
+        tuple(part.add("CIRCULAR_OFFSET", *m) for m in moved),
+        tuple(part.add("CIRCULAR_OMIT", k) for k in omitted),
+        None if diameter is None else part.size(diameter),
+        turn,
+    )
+
+
+ROUND = [(12, 0), (0, 12), (-12, 0), (0, -12)]
+
+
+@pytest.mark.parametrize(
+    ("keyword", "own", "base", "places"),
+    [
+        ("RECTANGULAR_PATTERN", rows(), (0, 0, 0), [(0, 0), (15, 0), (0, 10), (15, 10)]),
+        ("RECTANGULAR_PATTERN", rows(), (1, 2, 0), [(1, 2), (16, 2), (1, 12), (16, 12)]),
+        ("CIRCULAR_PATTERN", circle(4), (0, 0, 0), ROUND),
+        # Its diameter may be given too where the base feature stands on the circle.
+        ("CIRCULAR_PATTERN", circle(4), (12, 0, 0), ROUND),
+        ("CIRCULAR_PATTERN", circle(4, diameter=None, turn=0.0), (12, 0, 0), ROUND),
+        (
+            "GENERAL_PATTERN",
+            lambda part: ((part.placement((1, 2, 0)), part.placement((3, 4, 0))),),
+            (9, 9, 0),
+            [(1, 2), (3, 4)],
+        ),
+    ],
+)
+def test_patterns_repeat_the_feature(keyword, own, base, places):
+    bottoms, found = drilled_pattern(keyword, own, base)
+    assert found == []
+    np.testing.assert_allclose(bottoms, places, atol=1e-9)
+
+
+def test_copies_left_out_and_moved():
+    """ISO 14649-10, circular_pattern: number_of_feature is what is left, and the omitted ones add to the largest index."""
+    bottoms, found = drilled_pattern("CIRCULAR_PATTERN", circle(3, omitted=(2,)))
+    assert found == []
+    np.testing.assert_allclose(bottoms, [ROUND[0], ROUND[2], ROUND[3]], atol=1e-9)
+    bottoms, found = drilled_pattern("CIRCULAR_PATTERN", circle(3, omitted=(1,), moved=((45.0, 4),)))
+    assert found == []
+    np.testing.assert_allclose(bottoms, [ROUND[1], ROUND[2], (12 / 2**0.5, -12 / 2**0.5)], atol=1e-9)
+    changed = rows(
+        lambda part: (part.add("RECTANGULAR_OFFSET", part.direction(0, 1, 0), 3.0, 2, 1),),
+        lambda part: (part.add("RECTANGULAR_OMIT", 1, 2),),
+    )
+    bottoms, found = drilled_pattern("RECTANGULAR_PATTERN", changed)
+    assert found == []
+    np.testing.assert_allclose(bottoms, [(0, 0), (0, 13), (15, 10)], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "own",
+    [
+        circle(3, omitted=(0,)),
+        circle(3, omitted=(5,)),
+        circle(2, omitted=(2, 2)),
+        circle(4, moved=((10.0, 5),)),
+        circle(4, diameter=20),
+    ],
+)
+def test_a_pattern_that_contradicts_itself_is_refused(own):
+    """Copies that it has not, and a diameter that is not the one that its base feature stands on."""
+    assert drilled_pattern("CIRCULAR_PATTERN", own, (12, 0, 0))[1] == ["stepnc-geometry"]
+
+
+def test_copies_of_more_than_a_turn_are_warned_of():
+    bottoms, found = drilled_pattern("CIRCULAR_PATTERN", circle(5))
+    np.testing.assert_allclose(bottoms, [*ROUND, ROUND[0]], atol=1e-9)
+    assert found == ["stepnc-geometry"]
+
+
+@pytest.mark.parametrize(("turn", "along"), [(None, 90.0), (0.0, 0.0), (30.0, 30.0)])
+def test_how_the_copies_of_a_circle_are_turned(turn, along):
+    """Slots of 10 mm along X: base_feature_rotation is the angle from one copy to the next; without it they go round."""
+    part = Features()
+    course = part.add("LINEAR_PATH", None, part.size(10), part.direction(1, 0, 0))
+    profile = part.add("SQUARE_U_PROFILE", None, part.size(6), None, None, None, None)
+    round_ends = tuple(part.add("RADIUSED_SLOT_END_TYPE") for _ in range(2))
+    slot = part.add("SLOT", "s", None, (), part.placement(), part.plane(-2), course, profile, round_ends)
+    pattern = part.add("CIRCULAR_PATTERN", *part.head(None)[:4], slot, *circle(2, turn=turn)(part))
+    head = (None, None, "op", 5.0, None, part.tool("T", 6.0), part.technology(), None, None, None, None, None)
+    part.mill(pattern, part.add("BOTTOM_AND_SIDE_ROUGH_MILLING", *head, None, None, None, None))
+    path, found = part.read()
+    assert codes(found, "error") == []
+    cut = path.end[motions(path)]
+    cut = cut[np.abs(cut[:, 2] + 2) < 1e-9][:, :2] - ORIGIN[:2]
+    angle = np.radians(along)
+    ends = [(0.0, 12.0), (10.0 * np.cos(angle), 12.0 + 10.0 * np.sin(angle))]
+    for end in ends:
+        assert np.linalg.norm(cut - end, axis=1).min() < 1e-6
 
 
 def test_a_counterbored_hole_takes_the_element_that_fits_the_tool():

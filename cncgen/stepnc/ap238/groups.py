@@ -10,7 +10,7 @@ import numpy as np
 from cncgen.stepnc.ap238.shapes import Shapes
 from cncgen.stepnc.entities import Entity
 from cncgen.stepnc.geometry import profiles
-from cncgen.stepnc.geometry.frames import Matrix
+from cncgen.stepnc.geometry.frames import Matrix, Vector
 from cncgen.stepnc.model import Feature, Shape
 
 MAX_COPIES = 10_000
@@ -53,8 +53,11 @@ class Groups:
                 "stepnc-missing", "no relationship 'pattern basis' leads to the pattern's feature"
             )
         feature = self._read(base)
-        places = self._places(entity, kind)
-        return Shape(elements=tuple(replace(feature, placement=p @ feature.placement) for p in places))
+        return Shape(
+            elements=tuple(
+                replace(feature, placement=p) for p in self._placements(entity, kind, feature.placement)
+            )
+        )
 
     def _refuse_changes(self, entity: Entity) -> None:
         """Refuse patterns some of whose copies are left out or moved: their indexes' first number is not known."""
@@ -64,15 +67,18 @@ class Groups:
                     text = "copies that are moved or left out cannot be read; give the features one by one"
                     raise entity.fault("stepnc-unsupported", text)
 
-    def _places(self, entity: Entity, kind: str) -> list[Matrix]:
+    def _placements(self, entity: Entity, kind: str, base: Matrix) -> list[Matrix]:
         size = self.shapes.measures(entity.id)
-        if kind == "FEATURE_PATTERN":
-            return self.shapes.frames(entity.id, "base feature placement")
         if kind == "CIRCULAR_PATTERN":
             step = self._needed(entity, size, "angular spacing")
-            count = self._count(entity, size, "number of features")
-            rotation = size.get("base feature rotation", 0.0)
-            return profiles.circular_places(entity, count, step, size.get("diameter", 0.0), rotation)
+            k: Vector = np.arange(self._count(entity, size, "number of features"), dtype=float)
+            turn = size.get("base feature rotation", step)
+            return profiles.circular_places(entity, base, k * step, k * turn, size.get("diameter"))
+        if kind == "FEATURE_PATTERN":
+            return self.shapes.frames(entity.id, "base feature placement")
+        return [p @ base for p in self._rows(entity, size)]
+
+    def _rows(self, entity: Entity, size: dict[str, float]) -> list[Matrix]:
         rows, columns = (self._count(entity, size, f"number of {n}") for n in ("rows", "columns"))
         if rows * columns > MAX_COPIES:
             raise entity.fault("stepnc-geometry", f"{rows} x {columns} copies, more than {MAX_COPIES}")

@@ -37,15 +37,15 @@ def circle(diameter: float) -> Arc:
 
 
 def regular_polygon(sides: int, diameter: float, across_flats: bool) -> Polyline:
-    """Return a regular polygon about the origin, its first corner on X.
+    """Return a regular polygon about the origin against the clock; its first side is parallel to X, at negative Y.
 
     Args:
         sides: Three or more.
-        diameter: mm: of the circle through the corners, or between the flats.
+        diameter: mm: of the circle through the corners, or of the one that the sides touch.
         across_flats: Which of the two.
     """
     radius = diameter / 2 / (math.cos(math.pi / sides) if across_flats else 1.0)
-    angles = 2 * math.pi * np.arange(sides) / sides
+    angles = 2 * math.pi * (np.arange(sides) - 0.5) / sides - math.pi / 2
     return polygon(radius * np.column_stack([np.cos(angles), np.sin(angles)]))
 
 
@@ -81,25 +81,39 @@ def about_z(angle: float) -> Matrix:
 
 
 def circular_places(
-    owner: Entity, count: int, increment: float, diameter: float, rotation: float
+    owner: Entity, base: Matrix, angles: Floats, turns: Floats, diameter: float | None
 ) -> list[Matrix]:
-    """Return the frames of copies round the pattern's Z axis.
+    """Return the placements of copies round the pattern's Z axis.
 
     Args:
         owner: The pattern, for diagnostics.
-        count: How many.
-        increment: From one to the next, rad.
-        diameter: Of the circle that they stand on, mm.
-        rotation: Of each about itself, rad.
+        base: Placement of the base feature in the pattern; where it stands on the axis, `diameter` says how far from it along
+            X the first copy is.
+        angles: Shape (n,), rad: how far round the axis each copy is from the base.
+        turns: Shape (n,), rad: how far each is turned about itself.
+        diameter: Of the circle that they stand on, mm, or None.
 
     Raises:
-        Skip: where an angle is more than a turn.
+        Skip: where an angle is more than a turn from copy to copy, or the base is not on the circle.
     """
-    if not max(abs(increment), abs(rotation)) <= 2 * math.pi + 1e-9:
-        angles = f"{math.degrees(increment):g} and {math.degrees(rotation):g}"
-        raise owner.fault("stepnc-geometry", f"a pattern with angles of {angles} degrees, more than a turn")
-    arm = translation(diameter / 2, 0.0, 0.0) @ about_z(rotation)
-    return [about_z(k * increment) @ arm for k in range(count)]
+    steps = np.abs(np.concatenate([np.diff(angles), np.diff(turns)]))
+    if not steps.max(initial=0.0) <= 2 * math.pi + 1e-9:
+        text = (
+            f"a pattern with angles of up to {math.degrees(float(steps.max())):g} degrees, more than a turn"
+        )
+        raise owner.fault("stepnc-geometry", text)
+    reach = math.hypot(base[0, 3], base[1, 3])
+    if reach < 1e-9 and diameter is not None:
+        base = translation(diameter / 2, 0.0, 0.0) @ base
+    elif diameter is not None and abs(2 * reach - diameter) > 0.002:
+        text = f"the circle has a diameter of {diameter:g} mm, and the base feature stands on one of {2 * reach:g} mm"
+        raise owner.fault("stepnc-geometry", text)
+    out = []
+    for angle, turn in zip(angles.tolist(), turns.tolist(), strict=True):
+        frame = about_z(turn) @ base
+        frame[:3, 3] = (about_z(angle) @ base)[:3, 3]
+        out.append(frame)
+    return out
 
 
 def rectangular_places(rows: int, columns: int, row_step: Floats, column_step: Floats) -> list[Matrix]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from cncgen.stepnc.entities import Entities, Entity
 from cncgen.stepnc.geometry import profiles
-from cncgen.stepnc.geometry.frames import Matrix
+from cncgen.stepnc.geometry.frames import Vector, translation
 from cncgen.stepnc.model import Feature, Shape
 
 if TYPE_CHECKING:
@@ -34,22 +35,54 @@ class Patterns:
             raise entity.fault("stepnc-geometry", f"{name} is {count}, not 1 to {MAX_COPIES}")
         return count
 
-    def _copies(self, entity: Entity, places: list[Matrix]) -> Shape:
-        base = self._base(entity)
-        for name in ("relocated_base_feature", "missing_base_feature"):
-            if entity.refs(name):
-                raise entity.fault(
-                    "stepnc-unsupported", f"{name} cannot be read; give the features one by one"
-                )
-        return Shape(elements=tuple(replace(base, placement=p @ base.placement) for p in places))
+    def _changes(self, entity: Entity, name: str, *kinds: str) -> list[Entity]:
+        """Return the CIRCULAR_OMITs of a pattern, say, in the order of the file."""
+        return [self.entities.get(ident, *kinds, owner=entity.id) for ident in entity.refs(name)]
+
+    def _number(self, change: Entity, name: str, count: int) -> int:
+        """Return a copy's, row's or column's number, from 0.
+
+        In the file they count from 1: the maximum index of a circle is number_of_feature and the omitted ones together, and
+        times the angle it may be a whole turn (ISO 14649-10, circular_pattern).
+        """
+        number = change.number(name)
+        if not 1 <= number <= count or number != int(number):
+            raise change.fault(
+                "stepnc-geometry", f"{name} is {number:g}; the pattern's count from 1 to {count}"
+            )
+        return int(number) - 1
 
     def circular(self, entity: Entity) -> Shape:
-        """Return copies about the pattern's Z axis, `angle_increment` apart."""
+        """Return copies about the pattern's Z axis, `angle_increment` apart.
+
+        Each is turned by `base_feature_rotation` from the one before it; without one it turns as it goes round.
+        """
+        base = self._base(entity)
+        omitted = self._changes(entity, "missing_base_feature", "CIRCULAR_OMIT")
+        moved = self._changes(entity, "relocated_base_feature", "CIRCULAR_OFFSET")
+        count = self._count(entity, "number_of_feature") + len(omitted)
         step = entity.number("angle_increment") * self.features.curves.angle
+        turn = entity.optional("base_feature_rotation")
+        if count * abs(step) > 2 * math.pi + 1e-9:
+            text = f"{count} copies {math.degrees(step):g} degrees apart are more than a turn"
+            entity.warn("stepnc-geometry", text)
+        left = {self._number(change, "index", count) for change in omitted}
+        if len(left) < len(omitted):
+            raise entity.fault("stepnc-geometry", "missing_base_feature names a copy twice")
+        around: Vector = np.arange(count, dtype=float)
+        angles = around * step
+        turns: Vector = (
+            angles.copy() if turn is None else np.arange(count) * turn * self.features.curves.angle
+        )
+        for change in moved:
+            k = self._number(change, "index", count)
+            offset = change.number("angular_offset") * self.features.curves.angle
+            angles[k] += offset
+            turns[k] += offset if turn is None else 0.0
+        kept = [k for k in range(count) if k not in left]
         diameter = self.features.profiles.optional_length(entity, "base_feature_diameter")
-        turn = entity.number("base_feature_rotation", 0.0) * self.features.curves.angle
-        count = self._count(entity, "number_of_feature")
-        return self._copies(entity, profiles.circular_places(entity, count, step, diameter or 0.0, turn))
+        places = profiles.circular_places(entity, base.placement, angles[kept], turns[kept], diameter)
+        return Shape(elements=tuple(replace(base, placement=p) for p in places))
 
     def rectangular(self, entity: Entity) -> Shape:
         """Return copies in rows: within a row along its_direction, row after row along row_layout_direction."""
@@ -62,12 +95,28 @@ class Patterns:
         across = self._direction(entity, "row_layout_direction", np.array([0.0, 1.0, 0.0]))
         spacing = length(entity, "spacing") * along
         row_spacing = (length(entity, "row_spacing") if rows > 1 else 0.0) * across
-        return self._copies(entity, profiles.rectangular_places(rows, columns, row_spacing, spacing))
+        places = profiles.rectangular_places(rows, columns, row_spacing, spacing)
+
+        def place(change: Entity) -> int:
+            row = self._number(change, "row_index", rows)
+            return row * columns + self._number(change, "column_index", columns)
+
+        for change in self._changes(entity, "relocated_base_feature", "RECTANGULAR_OFFSET"):
+            way = change.entity("offset_direction").id
+            offset = self.features.placements.direction(way, change.id) * change.number("offset_distance")
+            places[place(change)] = translation(*offset) @ places[place(change)]
+        left = {place(c) for c in self._changes(entity, "missing_base_feature", "RECTANGULAR_OMIT")}
+        base = self._base(entity)
+        kept = (p @ base.placement for k, p in enumerate(places) if k not in left)
+        return Shape(elements=tuple(replace(base, placement=p) for p in kept))
 
     def general(self, entity: Entity) -> Shape:
-        """Return a copy at every given placement."""
-        ids = entity.refs("replicate_locations")
-        return self._copies(entity, [self.features.placements.placement(i, entity.id) for i in ids])
+        """Return a copy at every given placement, which stands for the base feature's own."""
+        base = self._base(entity)
+        places = (
+            self.features.placements.placement(i, entity.id) for i in entity.refs("replicate_locations")
+        )
+        return Shape(elements=tuple(replace(base, placement=p) for p in places))
 
     def _direction(self, entity: Entity, name: str, default: np.ndarray) -> np.ndarray:
         ident = entity.ref(name)

@@ -106,10 +106,11 @@ class Profiles:
         return self.curves.read(entity.entity(name).id, entity.id)
 
     def _ngon(self, entity: Entity) -> Polyline:
+        """Return an n-gon; ISO 14649-10: where the flag is false a circle of that diameter surrounds it, else it surrounds one."""
         count = int(entity.number("number_of_sides"))
         if not 3 <= count <= 10_000:
             raise entity.fault("stepnc-geometry", f"a polygon of {count} sides")
-        across = entity.flag("circumscribed_or_across_flats") is False
+        across = entity.flag("circumscribed_or_across_flats") is True
         return profiles.regular_polygon(count, self._size(entity, "diameter"), across)
 
     # Paths
