@@ -71,9 +71,7 @@ class Patterns:
             raise entity.fault("stepnc-geometry", "missing_base_feature names a copy twice")
         around: Vector = np.arange(count, dtype=float)
         angles = around * step
-        turns: Vector = (
-            angles.copy() if turn is None else np.arange(count) * turn * self.features.curves.angle
-        )
+        turns = angles.copy() if turn is None else around * (turn * self.features.curves.angle)
         for change in moved:
             k = self._number(change, "index", count)
             offset = change.number("angular_offset") * self.features.curves.angle
