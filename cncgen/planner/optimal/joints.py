@@ -373,7 +373,7 @@ def _worth_a_stop(bounds: Bounds, s: Floats, slow: Bools, left: Floats, right: F
     """Return the speed, shape (n,), mm/s, below which a stop takes less time than to pass a jump.
 
     A stop takes v/a more on either side, a being the acceleration that the motion reaches there; passing, the jump leaves
-    little jerk for three periods, which costs about 0.6 T on either side. Slower than some J T² (A T) nothing is passed.
+    little jerk for three periods, which costs about 0.6 T on either side. Slower than J T² or A T nothing is passed.
 
     Args:
         bounds: Limits.

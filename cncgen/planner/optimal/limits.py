@@ -20,7 +20,7 @@ JUMP_SHARE = 0.75
 #: Part of the jerk limit, beside that, which the acceleration along the path may take where it is passed.
 SWAY_SHARE = 0.02
 #: Speed at a jump of the tangent, in the smaller of J T² and A T, below which the path stops there.
-STOP_SPEED = 5.0
+STOP_SPEED = 1.0
 #: Parts of the ways in which full jerk and full acceleration lead from rest in a period, within which a bend is unseen.
 _UNSEEN = 0.12, 0.01
 
