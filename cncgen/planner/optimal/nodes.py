@@ -36,7 +36,8 @@ class TooManyNodesError(Exception):
 class Density:
     """Spacing of the nodes: as a part of the radius of curvature, of |x'''|^-1/2, of the distance on which x''' v³ changes
     by the jerk limit, of the distance that a ramp of the acceleration from 0 to its limit takes, of the length of a panel
-    of the path, and its growth along the path."""
+    of the path, and its growth along the path; and the part of the time in which full acceleration leads from rest to the
+    speed there that is too brief a time for the ramp to need nodes."""
 
     bend: float
     twist: float
@@ -44,6 +45,7 @@ class Density:
     ramp: float
     panel: float
     growth: float
+    brief: float
 
     def times(self, factor: float) -> Density:
         """Return the density of nodes that stand `factor` times as close."""
@@ -51,7 +53,10 @@ class Density:
 
 
 #: By effort.
-DENSITY = {"best": Density(0.08, 0.3, 2.0, 0.2, 1.3, 0.2), "fast": Density(0.15, 0.45, 3.0, 0.35, 1.6, 0.35)}
+DENSITY = {
+    "best": Density(0.08, 0.3, 2.0, 0.2, 1.3, 0.2, 0.02),
+    "fast": Density(0.15, 0.45, 3.0, 0.35, 1.6, 0.35, 0.035),
+}
 #: First interval from rest, as a part of the distance in which full jerk from rest reaches full acceleration, of that in
 #: which it reaches the largest speed there, of the radius of curvature there, and of the distance to the next slow place.
 _FIRST, _SLOW, _BEND, _PART = 0.125, 0.075, 0.005, 1.0 / 24.0
@@ -284,9 +289,10 @@ def _spacing(
             period_s * np.interp(ramp / period_s, *_UNSEEN, right=0.0),
         )
         beyond = np.maximum(_from_others(s, calm) - 1.1 * _rise(speed, acceleration, jerk) * speed, 0.0)
+        brief = density.brief * _gained(s, speed, acceleration, joints) / acceleration
         return np.minimum.reduce(
             [
-                step * np.minimum(speed, fastest) + density.growth * beyond,
+                np.maximum(step * np.minimum(speed, fastest), brief) + density.growth * beyond,
                 density.bend / turn,
                 density.twist / np.sqrt(twist),
             ]
@@ -297,6 +303,25 @@ def _rise(speed: Floats, acceleration: Floats, jerk: Floats) -> Floats:
     """Return half the time in which acceleration and jerk lead from rest to a speed, s."""
     ramp = acceleration / jerk
     return np.where(speed > acceleration * ramp, 0.5 * (speed / acceleration + ramp), np.sqrt(speed / jerk))
+
+
+def _gained(s: Floats, speed: Floats, acceleration: Floats, joints: Joints) -> Floats:
+    """Return v² at the places `s` that full acceleration leads to from slower ones, from rests and from passed corners.
+
+    Args:
+        s: Shape (n,), places, ascending.
+        speed: Shape (n,), the largest v there by what the path is like.
+        acceleration: Shape (n,), along the path.
+        joints: The breakpoints, which are among the places.
+    """
+    q = speed**2
+    at = np.searchsorted(s, joints.s)
+    q[at] = np.minimum(q[at], np.where(joints.stop, 0.0, joints.speed**2))
+    rise = 2.0 * np.maximum(acceleration[:-1], acceleration[1:]) * np.diff(s)
+    way = np.concatenate([[0.0], np.cumsum(np.minimum(rise, q.max()))])
+    after = np.minimum.accumulate(q - way) + way
+    before = np.minimum.accumulate((q + way)[::-1])[::-1] - way
+    return np.maximum(np.minimum(after, before), 0.0)
 
 
 def _from_others(s: Floats, mine: NDArray[np.bool_]) -> Floats:

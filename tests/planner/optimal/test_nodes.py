@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import MappingProxyType
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,10 +13,15 @@ from scipy.integrate import quad
 
 from cncgen.diagnostics import NoPlanError
 from cncgen.machine import load
+from cncgen.machine.record import Axis, Machine
 from cncgen.pipeline import read_text
 from cncgen.planner import PlanOptions, plan
+from cncgen.planner.assembly import Cuts
+from cncgen.planner.motion import motion_at
 from cncgen.planner.optimal import nodes
 from cncgen.planner.optimal.blocks import blocks
+from cncgen.planner.optimal.joints import Joints
+from cncgen.planner.paths import path_of
 from cncgen.toolpath.slicing import join
 from tests.planner.smoothing.programs import chunked, facets
 
@@ -67,6 +75,43 @@ def test_distance_to_the_nearest_other_place() -> None:
     s = np.arange(8.0)
     mine = np.array([True, True, False, True, True, True, True, False])
     assert nodes._from_others(s, mine).tolist() == [0, 1, 0, 1, 2, 2, 1, 0]
+
+
+def test_speed_that_acceleration_leads_to_from_slow_places() -> None:
+    """v² = 2 A d from a rest and from a corner passed at 3, and what the path allows elsewhere; A is 2, 4 from place 3 on."""
+    s = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0])
+    joints = Joints(
+        s=s[[0, 5]],
+        stop=np.array([True, False]),
+        corner=np.zeros(2, bool),
+        speed=np.array([0.0, 3.0]),
+        taken=np.zeros((2, 2, 1)),
+        acceleration=np.full(2, np.inf),
+        zone=np.zeros(2),
+        cuts=Cuts(np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2))),
+    )
+    speed = np.sqrt([100.0, 100.0, 7.0, 100.0, 100.0, 100.0])
+    found = nodes._gained(s, speed, np.array([2.0, 2.0, 2.0, 4.0, 4.0, 4.0]), joints)
+    np.testing.assert_allclose(found, [0.0, 4.0, 7.0, 15.0, 17.0, 9.0])
+
+
+@pytest.mark.parametrize("jerk", [2.5e7, 1e9])
+def test_setpoints_more_often_need_no_more_nodes_where_jerk_hardly_counts(jerk: float) -> None:
+    """Half a period apart they were 20,000 at 0.05 ms, of which A/J is two or a twentieth; the limits hold with fewer."""
+    text = "G21 G90 G61 F30000\nG1 X45\nG3 X50 Y5 I0 J5\nG1 Y45\nG3 X45 Y50 I-5\nG1 X0\nM2\n"
+    axes = MappingProxyType({a: Axis(a, 250.0, 2500.0, jerk) for a in "XYZ"})
+    plans = [
+        list(plan(read_text(text).chunks(), replace(Machine("stiff", axes), period_s=period), PlanOptions()))
+        for period in (1e-3, 5e-5)
+    ]
+    counts = [sum(len(part.profile.v) for part in parts) for parts in plans]
+    assert counts[1] <= 1.5 * counts[0]
+    (part,) = plans[1]
+    t = 5e-5 * (np.arange(-3, int(part.profile.t[-1] / 5e-5) + 4) + 0.3)
+    s = motion_at(part.profile, np.clip(t, 0.0, part.profile.t[-1])).s
+    x = path_of(part.toolpath).evaluate(s, 0)[0]
+    for order, limit in ((1, 250.0), (2, 2500.0), (3, jerk)):
+        assert np.abs(np.diff(x, order, axis=0)).max() / 5e-5**order <= 1.001 * limit + 1e-12 / 5e-5**order
 
 
 @pytest.mark.parametrize("size", [1, 7, 100, 1000])
