@@ -1,6 +1,10 @@
 """The passes of an iteration of `cncgen.kernels.least_time` over the rows, which calls them as C (``least_time_passes.pxd``).
 
 Rows, their columns and their kinds are described there. ∇r = p.
+
+A slack's step is Δw = (r − A·c − w) + (p − A)·Δc. Written so, not as what the constraint will be less w, it has all its digits:
+at the optimum w is 10⁻⁷ of r, and A·c the difference of numbers a million times as large, whose rounding would otherwise go
+into w, through it into λ, and leave the dual residual at more than a hundredth of the time.
 """
 
 import cython
@@ -197,8 +201,8 @@ def gather(
 @cython.nogil
 @cython.exceptval(check=False)
 @cython.locals(
-    limit=_Limit, a0=_REAL, a1=_REAL, a2=_REAL, p0=_REAL, p1=_REAL, p2=_REAL, r=_REAL, turn=_REAL,
-    w0=_REAL, w1=_REAL, y0=_REAL, y1=_REAL, dw=_REAL, dy=_REAL, z0=_REAL, z1=_REAL, u0=_REAL, u1=_REAL,
+    limit=_Limit, a0=_REAL, a1=_REAL, a2=_REAL, p0=_REAL, p1=_REAL, p2=_REAL, r=_REAL, value=_REAL, rise=_REAL,
+    turn=_REAL, w0=_REAL, w1=_REAL, y0=_REAL, y1=_REAL, dw=_REAL, dy=_REAL, z0=_REAL, z1=_REAL, u0=_REAL, u1=_REAL,
     g0=_REAL, g1=_REAL, g2=_REAL, h0=_REAL, h1=_REAL, h2=_REAL,
 )  # fmt: skip
 def predict(
@@ -240,8 +244,10 @@ def predict(
             p0 = limit.p0
             p1 = limit.p1
             p2 = limit.p2
-            r = limit.r + (p0 * dc[k] + p1 * dc[k + 1] + p2 * dc[k + 2])
-            turn = a0 * (c[k] + dc[k]) + a1 * (c[k + 1] + dc[k + 1]) + a2 * (c[k + 2] + dc[k + 2])
+            r = limit.r
+            value = a0 * c[k] + a1 * c[k + 1] + a2 * c[k + 2]
+            rise = p0 * dc[k] + p1 * dc[k + 1] + p2 * dc[k + 2]
+            turn = a0 * dc[k] + a1 * dc[k + 1] + a2 * dc[k + 2]
             w0 = rows[i, 4]
             w1 = rows[i, 5]
             y0 = rows[i, 6]
@@ -249,7 +255,7 @@ def predict(
             u0 = 1.0 / (w0 * w1)
             z0 = w1 * u0
             z1 = w0 * u0
-            dw = r - turn - w0
+            dw = (r - value - w0) + (rise - turn)
             primal = max(primal, -dw * z0)
             dual = max(dual, 1.0 + dw * z0)
             dy = -y0 * (dw * z0 + 1.0)
@@ -261,7 +267,7 @@ def predict(
             rows[i, 8] = dw
             u0 = -dw * z0
             if kind[i] > 0:
-                dw = r + turn - w1
+                dw = (r + value - w1) + (rise + turn)
                 primal = max(primal, -dw * z1)
                 dual = max(dual, 1.0 + dw * z1)
                 dy = -y1 * (dw * z1 + 1.0)
@@ -316,6 +322,8 @@ def correct(
     n: cython.Py_ssize_t = ends.shape[0]
     r: cython.double
     slope: cython.double
+    rise: cython.double
+    value: cython.double
     turn: cython.double
     w0: cython.double
     w1: cython.double
@@ -327,23 +335,21 @@ def correct(
     for k in range(n):
         for i in range(offset[k], offset[k + 1]):
             r = rows[i, 3]
+            rise = 0.0
             if kind[i] == 2:
                 r *= root[k, 0]
                 slope = -0.5 * r * root[k, 0] * root[k, 0]
-                r += slope * (ends[k, 0] * dc[k] + ends[k, 1] * dc[k + 1])
+                rise = slope * (ends[k, 0] * dc[k] + ends[k, 1] * dc[k + 1])
             elif kind[i] == 3:
                 r *= root[k, 1]
                 slope = -0.5 * r * root[k, 1] * root[k, 1]
-                r += slope * (ends[k, 2] * dc[k + 1] + ends[k, 3] * dc[k + 2])
-            turn = (
-                rows[i, 0] * (c[k] + dc[k])
-                + rows[i, 1] * (c[k + 1] + dc[k + 1])
-                + rows[i, 2] * (c[k + 2] + dc[k + 2])
-            )
+                rise = slope * (ends[k, 2] * dc[k + 1] + ends[k, 3] * dc[k + 2])
+            value = rows[i, 0] * c[k] + rows[i, 1] * c[k + 1] + rows[i, 2] * c[k + 2]
+            turn = rows[i, 0] * dc[k] + rows[i, 1] * dc[k + 1] + rows[i, 2] * dc[k + 2]
             w0 = rows[i, 4]
             w1 = rows[i, 5]
             inverse = 1.0 / (w0 * w1)
-            dw = r - turn - w0
+            dw = (r - value - w0) + (rise - turn)
             dy = (mu - rows[i, 8] - rows[i, 6] * dw) * w1 * inverse - rows[i, 6]
             rows[i, 8] = dw
             rows[i, 10] = dy
@@ -354,7 +360,7 @@ def correct(
                 rows[i, 9] = 0.0
                 rows[i, 11] = 0.0
                 continue
-            dw = r + turn - w1
+            dw = (r + value - w1) + (rise + turn)
             dy = (mu - rows[i, 9] - rows[i, 7] * dw) * w0 * inverse - rows[i, 7]
             rows[i, 9] = dw
             rows[i, 11] = dy
