@@ -615,6 +615,112 @@ def test_a_ball_round_a_cylinder_leaves_its_centre_on_a_larger_one():
     np.testing.assert_allclose(np.hypot(centre[:, 0], centre[:, 2]), 25.0, atol=2e-3)
 
 
+def leaning_contact(part, points, normals, angles, forward=None, body="BALL_ENDMILL"):
+    """A contact path of a tool of 10 mm with a constant tilt and yaw, degrees; returns what `Part.read` does."""
+    basic = part.add("CURVE_WITH_NORMAL_VECTOR", points, normals)
+    sense = None if forward is None else E("T" if forward else "F")
+    contact = part.add("CUTTER_CONTACT_TRAJECTORY", *HEAD, sense, basic, None, None)
+    direction = part.add("FIVE_AXES_CONST_TILT_YAW", *map(float, angles))
+    operation = part.freeform(contact, tool=part.tool(body=body), direction=direction)
+    part.project(part.plan(part.step(operation)))
+    return part.read()
+
+
+def tool_axes(path, rows):
+    """The unit vectors from the tip to the spindle of rows: Rz(C) Ry(B) z."""
+    b, c = path.end[rows, 3], path.end[rows, 4]
+    return np.column_stack([np.cos(c) * np.sin(b), np.sin(c) * np.sin(b), np.cos(b)])
+
+
+@pytest.mark.parametrize(
+    ("angles", "forward", "axis"),
+    [
+        ((30, 0), True, (0.5, 0.0, math.sqrt(0.75))),
+        ((-30, 0), True, (-0.5, 0.0, math.sqrt(0.75))),
+        ((30, 0), False, (-0.5, 0.0, math.sqrt(0.75))),
+        ((30, 90), True, (0.0, 0.5, math.sqrt(0.75))),
+    ],
+)
+def test_a_tool_that_leans_along_a_line(angles, forward, axis):
+    """ISO 14649-11: tilted in feed direction against the normal, then turned about it. A ball's centre stays over its contact."""
+    part = Part()
+    line = part.polyline((0, 0, 0), (10, 0, 0))
+    path, found = leaning_contact(part, line, part.polyline((0, 0, 1), (0, 0, 1)), angles, forward)
+    assert codes(found) == (["stepnc-yaw"] if angles[1] else [])
+    row = motions(path)[-1:]
+    np.testing.assert_allclose(tool_axes(path, row), [axis], atol=1e-12)
+    end = (10.0 if forward else 0.0, 0.0, 5.0)
+    np.testing.assert_allclose(path.end[row, :3], [np.array(end) - 5 * np.array(axis)], atol=1e-12)
+
+
+def test_a_tool_that_leans_turns_in_a_corner():
+    part = Part()
+    corner = part.polyline((0, 0, 0), (10, 0, 0), (10, 10, 0))
+    path, found = leaning_contact(part, corner, part.polyline(*[(0, 0, 1)] * 3), (20, 0))
+    assert codes(found) == []
+    rows = motions(path)[2:]
+    axes = tool_axes(path, rows)
+    centre = path.end[rows, :3] + 5 * axes
+    np.testing.assert_allclose(centre[:, 2], 5.0, atol=1e-9)
+    up = np.cos(np.radians(20))
+    np.testing.assert_allclose(axes[:, 2], up, atol=1e-9)
+    turning = np.linalg.norm(centre[:, :2] - (10, 0), axis=1) < 1e-9
+    assert turning.sum() > 100  # 90 degrees by half a degree
+    np.testing.assert_allclose(axes[-1], [0, np.sin(np.radians(20)), up], atol=1e-9)
+
+
+def test_a_tool_that_leans_round_a_cylinder_keeps_its_angle():
+    """A half circle of 20 mm in X-Z, normals outwards, tilt 10: the axis is 10 degrees from the normal everywhere."""
+    part = Part()
+    place = {"axis": (0, -1, 0), "reference": (1, 0, 0)}
+    curve = part.trimmed(part.circle(20.0, **place), 45.0, 135.0, master="PARAMETER")
+    unit = part.trimmed(part.circle(1.0, **place), 45.0, 135.0, master="PARAMETER")
+    path, found = leaning_contact(part, curve, unit, (10, 0))
+    assert codes(found) == []
+    rows = motions(path)[2:]
+    axes = tool_axes(path, rows)
+    normal = path.end[rows, :3] + 5 * axes
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    np.testing.assert_allclose((normal * axes).sum(axis=1), np.cos(np.radians(10)), atol=2e-4)
+    # The feed goes from +X to -X, so the tool leans towards -X at the top.
+    top = np.abs(normal[:, 0]).argmin()
+    assert axes[top, 0] == pytest.approx(-np.sin(np.radians(10)), abs=0.02)
+
+
+def test_the_tips_path_with_surface_normals_leans_too():
+    part = Part()
+    normals = part.polyline((0, 0, 1), (0, 0, 1))
+    curve = part.polyline((0, 0, 0), (0, 10, 0))
+    trajectory = part.add("CUTTER_LOCATION_TRAJECTORY", *HEAD, None, curve, None, normals)
+    direction = part.add("FIVE_AXES_CONST_TILT_YAW", 30.0, 0.0)
+    part.project(part.plan(part.step(part.freeform(trajectory, direction=direction))))
+    path, found = part.read()
+    assert codes(found) == []
+    row = motions(path)[-1:]
+    np.testing.assert_allclose(path.end[row, :3], [[0, 10, 0]], atol=1e-12)
+    np.testing.assert_allclose(tool_axes(path, row), [[0, 0.5, math.sqrt(0.75)]], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("angles", "end", "code"),
+    [((95, 0), (10, 0, 0), "stepnc-geometry"), ((30, 0), (0, 0, 10), "stepnc-geometry")],
+)
+def test_a_lean_that_cannot_be_is_refused(angles, end, code):
+    """Under the surface; along the normal, where no feed lies in the surface."""
+    part = Part()
+    normals = part.polyline((0, 0, 1), (0, 0, 1))
+    _, found = leaning_contact(part, part.polyline((0, 0, 0), end), normals, angles)
+    assert codes(found, "error") == [code]
+
+
+def test_a_lean_without_normals_or_toolpaths_is_refused():
+    part = Part()
+    direction = part.add("FIVE_AXES_CONST_TILT_YAW", 30.0, 0.0)
+    line = part.trajectory(part.polyline((0, 0, 0), (5, 0, 0)))
+    part.project(part.plan(part.step(part.freeform(line, direction=direction))))
+    assert codes(part.read()[1], "error") == ["stepnc-missing"]
+
+
 def speeds_of(options, **tool):
     """The spindle events of an operation with 11 'm/s' and 5.8357 'rev/s' on a tool of 6 mm."""
     part = Part()

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from cncgen.stepnc.entities import Entities, Entity
+from cncgen.stepnc.geometry.contact import Lean
 from cncgen.stepnc.geometry.frames import Placements, Vector
 from cncgen.stepnc.iso14649.technology import Resources
 from cncgen.stepnc.iso14649.toolpaths import Toolpaths
@@ -79,12 +80,16 @@ class Operations:
         if entity.keyword not in _OPERATIONS:
             raise entity.fault("stepnc-unsupported", "this operation cannot be executed")
         toolpath, start = entity.ref("its_toolpath"), entity.ref("start_point")
-        tool, tilt = self.resources.tool(entity.ref("its_tool")), self.tilt(entity)
+        tool = self.resources.tool(entity.ref("its_tool"))
+        lean = None if toolpath is None else self._lean(entity)
+        tilt = self.tilt(entity) if lean is None else None
         return Operation(
             ident=entity.id,
             label=entity.text("its_id"),
             kind=kind_of(entity.keyword),
-            paths=None if toolpath is None else self.toolpaths.read(toolpath, tool, tilt),
+            paths=None
+            if toolpath is None
+            else self.toolpaths.read(toolpath, tool, tilt if lean is None else lean),
             tool=tool,
             technology=self.resources.technology(entity.ref("its_technology")),
             functions=self.resources.functions(entity.ref("its_machine_functions")),
@@ -147,7 +152,27 @@ class Operations:
             return None if np.allclose(axis, [0.0, 0.0, 1.0], atol=1e-12) else axis
         tilt, yaw = direction.number("tilt_angle", 0.0), direction.number("yaw_angle", 0.0)
         if math.hypot(tilt, yaw) > 1e-12:
-            raise direction.fault(
-                "stepnc-unsupported", "a tilt and yaw against the path's direction cannot be made"
-            )
+            text = "a tilt and yaw against path and surface need toolpaths with the surface's normals"
+            raise direction.fault("stepnc-unsupported", text)
         return None
+
+    def _lean(self, entity: Entity) -> Lean | None:
+        """Return the constant tilt and yaw of an operation, None where it has another tool direction.
+
+        Raises:
+            Skip: where they are no angles of a tool above the surface.
+        """
+        direction = self.entities.optional(entity.ref("its_tool_direction"))
+        if direction is None or direction.keyword != "FIVE_AXES_CONST_TILT_YAW":
+            return None
+        if direction.number("tilt_angle", 0.0) == 0.0 == direction.number("yaw_angle", 0.0):
+            return None
+        scale = self.toolpaths.curves.angle
+        tilt, yaw = (direction.number(name, 0.0) * scale for name in ("tilt_angle", "yaw_angle"))
+        if not (abs(tilt) < math.pi / 2 and abs(yaw) <= 2 * math.pi):
+            text = f"a tilt of {math.degrees(tilt):g} and a yaw of {math.degrees(yaw):g} degrees"
+            raise direction.fault("stepnc-geometry", text)
+        if abs(yaw) > 1e-12 and abs(tilt) > 1e-12:
+            text = f"the yaw of {math.degrees(yaw):g} degrees is taken by the right hand about the surface's normal"
+            direction.warn("stepnc-yaw", text)
+        return Lean(tilt, yaw)

@@ -234,6 +234,8 @@ class Iso14649Reader:
         """Tell whether a tool axis may leave the machine's Z: tool axes, tilted tools, or placements that tilt."""
         if len(self.exchange.rows_of_type("THREE_AXES_TILTED_TOOL")):
             return True
+        if any(any(i.parameters) for i in self.exchange.instances("FIVE_AXES_CONST_TILT_YAW")):
+            return True
         for instance in self.exchange.instances("CUTTER_LOCATION_TRAJECTORY", "CUTTER_CONTACT_TRAJECTORY"):
             axis = instance.parameters[7] if len(instance.parameters) > 7 else None
             if isinstance(axis, int) and self.curves.leans(int(axis)):

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 
 from cncgen.stepnc.entities import Entities, Entity
 from cncgen.stepnc.execution.linearize import couple
 from cncgen.stepnc.geometry.approach import angled, tangential
-from cncgen.stepnc.geometry.contact import Floats, locations
+from cncgen.stepnc.geometry.contact import Floats, Lean, leaning, locations
 from cncgen.stepnc.geometry.curves import Curves
 from cncgen.stepnc.geometry.pieces import Piece, Polyline, reverse
 from cncgen.stepnc.iso14649.technology import Resources, speed_of
@@ -22,13 +26,13 @@ class Toolpaths:
         self.curves = curves
         self.resources = resources
 
-    def read(self, ident: int, tool: Tool | None = None, tilt: Floats | None = None) -> Paths:
+    def read(self, ident: int, tool: Tool | None = None, tilt: Floats | Lean | None = None) -> Paths:
         """Return the toolpaths of a list, in their order.
 
         Args:
             ident: The list.
             tool: Of the operation: its shape counts where paths are those of the contact point.
-            tilt: Its direction, shape (3,), where it is not Z.
+            tilt: Its direction, shape (3,), where it is not Z, or how it leans.
 
         Raises:
             Skip: where it is no list.
@@ -46,7 +50,7 @@ class Toolpaths:
         entity: Entity,
         neighbours: tuple[int | None, int | None],
         tool: Tool | None,
-        tilt: Floats | None,
+        tilt: Floats | Lean | None,
     ) -> Path:
         rapid, ratio = speed_of(entity)
         technology = self.resources.technology(entity.ref("its_technology"))
@@ -58,7 +62,7 @@ class Toolpaths:
 
         kind = entity.keyword
         if kind == "CUTTER_LOCATION_TRAJECTORY":
-            return path("trajectory", lambda: self._trajectory(entity))
+            return path("trajectory", lambda: self._trajectory(entity, tilt))
         if kind == "FEEDSTOP":
             return path("dwell", seconds=entity.number("dwell"))
         if kind == "CONNECT_DIRECT":
@@ -73,15 +77,30 @@ class Toolpaths:
             return path("trajectory", lambda: self._contact(entity, tool, tilt))
         raise entity.fault("stepnc-unsupported", "this kind of toolpath cannot be executed")
 
-    def _trajectory(self, entity: Entity) -> list[Piece]:
+    def _trajectory(self, entity: Entity, tilt: Floats | Lean | None = None) -> list[Piece]:
         pieces = self.curves.read(entity.entity("basiccurve").id, entity.id)
-        axis = entity.ref("its_toolaxis")
+        axis, normals = entity.ref("its_toolaxis"), entity.ref("surface_normal")
+        plain = Curves(self.entities, 1.0, self.curves.angle)  # directions have no unit
+        backwards = entity.flag("its_direction") is False
         if axis is not None:
-            plain = Curves(self.entities, 1.0, self.curves.angle)  # directions have no unit
             pieces = list[Piece](couple(pieces, plain.read(axis, entity.id)))
-        return reverse(pieces) if entity.flag("its_direction") is False else pieces
+        elif isinstance(tilt, Lean) and normals is not None:
+            lean = replace(tilt, forward=not backwards)
+            pieces = self._made(entity, leaning, pieces, plain.read(normals, entity.id), lean)
+        elif isinstance(tilt, Lean) and abs(tilt.tilt) > 1e-12:
+            raise entity.fault(
+                "stepnc-missing", "a constant tilt needs the surface's normal (surface_normal)"
+            )
+        return reverse(pieces) if backwards else pieces
 
-    def _contact(self, entity: Entity, tool: Tool | None, tilt: Floats | None) -> list[Piece]:
+    def _made(self, entity: Entity, make: Callable[..., list[Piece]], *arguments: Any) -> list[Piece]:
+        """Return what is made of a path and its normals; what they are not fit for is a fault of the toolpath."""
+        try:
+            return make(*arguments)
+        except ValueError as error:
+            raise entity.fault("stepnc-geometry", str(error)) from None
+
+    def _contact(self, entity: Entity, tool: Tool | None, tilt: Floats | Lean | None) -> list[Piece]:
         """Return the path of the tip where that of the contact point is given with the surface's normal."""
         basic = entity.entity("basiccurve")
         if basic.keyword != "CURVE_WITH_NORMAL_VECTOR":
@@ -94,9 +113,12 @@ class Toolpaths:
         normals = plain.read(basic.entity("surface_normal").id, basic.id)
         axis = entity.ref("its_toolaxis")
         axes = None if axis is None else plain.read(axis, entity.id)
+        backwards = entity.flag("its_direction") is False
         upright = np.array([0.0, 0.0, 1.0]) if tilt is None else tilt
-        pieces = locations(contact, normals, axes, upright, tool.diameter / 2, tool.edge)
-        return reverse(pieces) if entity.flag("its_direction") is False else pieces
+        if isinstance(upright, Lean):
+            upright = replace(upright, forward=not backwards)
+        pieces = self._made(entity, locations, contact, normals, axes, upright, tool.diameter / 2, tool.edge)
+        return reverse(pieces) if backwards else pieces
 
     def _approach(self, entity: Entity, neighbours: tuple[int | None, int | None]) -> list[Piece]:
         """Return an approach to the path after it, or the lift from the path before it."""
