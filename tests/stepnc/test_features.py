@@ -174,6 +174,30 @@ def test_a_slot_as_wide_as_the_tool_and_a_wider_one():
         np.testing.assert_array_equal(heights[beside], 0.0)
 
 
+def flat_slot(part, *points, width=8.0):
+    """A slot with flat ends along a polyline, as wide as the tool of 8 mm."""
+    course = part.add("GENERAL_PATH", None, part.polyline(*points))
+    profile = part.add("SQUARE_U_PROFILE", None, part.size(width), None, None, None, None)
+    ends = tuple(part.add("FLAT_SLOT_END_TYPE", part.size(4), part.size(4)) for _ in range(2))
+    part.mill(part.add("SLOT", *part.head(), course, profile, ends), pocket_operation(part))
+    return part
+
+
+def test_a_tool_as_wide_as_a_slot_stays_within_its_flat_ends():
+    """ISO 14649-10, flat_slot_end_type: the end point of the course lies in the flat end."""
+    heights, found = flat_slot(Features(), (0, 0, 0), (40, 0, 0)).heights(4.0)
+    assert codes(found) == ["stepnc-uncut"]
+    points, shape = cells()
+    swept = box(4, -4, 36, 4) | Point(4, 0).buffer(4, 64) | Point(36, 0).buffer(4, 64)
+    np.testing.assert_allclose(heights[shapely.contains(swept.buffer(-GRID), points).reshape(shape)], -6.0)
+    np.testing.assert_array_equal(heights[~shapely.contains(swept.buffer(GRID), points).reshape(shape)], 0.0)
+
+
+def test_a_flat_end_behind_a_short_line_is_refused():
+    part = flat_slot(Features(), (0, 0, 0), (30, 0, 0), (30, 3, 0))
+    assert codes(part.read()[1], "error") == ["stepnc-unsupported"]
+
+
 def test_an_open_pocket_is_cleared_over_its_open_side():
     part = Features()
     wall = part.add(

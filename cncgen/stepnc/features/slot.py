@@ -55,6 +55,37 @@ def _extended(job: Job, course: list[Piece]) -> list[Piece]:
     return out
 
 
+def _middle(job: Job, course: list[Piece]) -> list[Piece]:
+    """Return the way of a tool as wide as the slot: beyond open ends, and up to flat ones, where it leaves the corners.
+
+    The course ends in a flat end, and in the centre of a round one (ISO 14649-10, slot end types).
+    """
+    if _is_loop(course):
+        return course
+    out = _extended(job, course)
+    for k, end in enumerate(job.shape.ends[:2]):
+        if end == "flat":
+            out = reverse(_shortened(job, reverse(out))) if k == 0 else _shortened(job, out)
+            text = f"the corners of a flat end are rounded by the tool, {job.radius:g} mm"
+            job.warn("stepnc-uncut", text)
+    return out
+
+
+def _shortened(job: Job, course: list[Piece]) -> list[Piece]:
+    """Return a course whose end is cut off by the tool's radius."""
+    *rest, last = course
+    if isinstance(last, Polyline):
+        step = last.points[-1] - last.points[-2]
+        length = float(np.linalg.norm(step))
+        if length > job.radius:
+            end = last.points[-1] - job.radius / length * step
+            return [*rest, Polyline(np.concatenate([last.points[:-1], end[None, :]]))]
+    text = (
+        f"a flat end is made at the end of a straight line longer than the tool's radius, {job.radius:g} mm"
+    )
+    raise job.fault("stepnc-unsupported", text)
+
+
 def mill(job: Job) -> tuple[Path, ...]:
     """Return the toolpaths of a SLOT (ISO 14649-10).
 
@@ -75,8 +106,7 @@ def mill(job: Job) -> tuple[Path, ...]:
     if free > SAME_WIDTH:
         return pocket.mill(_as_pocket(job, course, width))
     pocket.check_radii(job)
-    path = course if _is_loop(course) else _extended(job, course)
-    return _along(job, path, job.levels(job.depth - job.value("allowance_bottom", 0.0)))
+    return _along(job, _middle(job, course), job.levels(job.depth - job.value("allowance_bottom", 0.0)))
 
 
 def _formed(job: Job) -> tuple[Path, ...]:
@@ -103,8 +133,7 @@ def _formed(job: Job) -> tuple[Path, ...]:
     if width > 2 * job.radius + 1e-6:
         text = f"the slot is {width:.3f} mm wide at its top, the tool {2 * job.radius:g} mm"
         raise job.fault("stepnc-geometry", text)
-    course = _path(job)
-    return _along(job, course if _is_loop(course) else _extended(job, course), job.levels(job.depth))
+    return _along(job, _middle(job, _path(job)), job.levels(job.depth))
 
 
 def mill_walls(job: Job) -> tuple[Path, ...]:
