@@ -67,17 +67,9 @@ _TOKEN = re.compile(r"\([^)]*\)?|;.*|#\s*<[^>]*>|([A-Za-z@^$])\s*([^A-Za-z@^$(;]
 
 def locate(text: str, word: str) -> tuple[int, int]:
     """Return 1-based column and length of a word (``X`` or ``G5.1``) in a line's text, or of its first character."""
-    if word == "#":
-        return text.find("#") + 1 or 1, 1
-    if len(word) > 1 and word.isalpha():
-        keyword = re.search(rf"(?<![A-Za-z]){word}", text, re.IGNORECASE) or re.search(
-            word, text, re.IGNORECASE
-        )
-        if keyword:
-            return keyword.start() + 1, len(word)
-    if word[:1] == ",":
-        corner = re.search(rf",\s*{word[1:]}[^A-Za-z@^$(;,]*", text, re.IGNORECASE)
-        return (corner.start() + 1, len(corner.group().rstrip())) if corner else (1, 1)
+    found = _sign(text, word)
+    if found is not None:
+        return found
     letter, number = word[:1].upper(), word[1:]
     fallback: tuple[int, int] | None = None
     for match in _TOKEN.finditer(text):
@@ -91,6 +83,21 @@ def locate(text: str, word: str) -> tuple[int, int]:
         return fallback
     blank = len(text) - len(text.lstrip())
     return blank + 1, 1
+
+
+def _sign(text: str, word: str) -> tuple[int, int] | None:
+    """Return column and length of what is no letter with a number: ``#``, a keyword, ``,R``; None for other words."""
+    if word == "#":
+        return text.find("#") + 1 or 1, 1
+    if len(word) > 1 and word.isalpha():
+        keyword = re.search(rf"(?<![A-Za-z]){word}", text, re.IGNORECASE) or re.search(
+            word, text, re.IGNORECASE
+        )
+        return (keyword.start() + 1, len(word)) if keyword else None
+    if word[:1] == ",":
+        corner = re.search(rf",\s*{word[1:]}[^A-Za-z@^$(;,]*", text, re.IGNORECASE)
+        return (corner.start() + 1, len(corner.group().rstrip())) if corner else (1, 1)
+    return None
 
 
 def _same(written: str, number: str) -> bool:

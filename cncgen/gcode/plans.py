@@ -148,13 +148,11 @@ class Plans:
         own = [code for code in codes if code.axes == "own"]
         motion = next((code for code in codes if code.axes == "motion"), None)
         moves = not _AXIS_LETTERS.isdisjoint(block.words)
-        moving = motion if motion and motion.number != NO_MOTION else None
-        if own and (moving or len(own) > 1) and moves:
-            other = moving or own[1]
-            raise BlockError(
-                "axis-words-twice", f"{own[0].name} and {other.name} both need the axis words", own[0].name
-            )
         if own or motion:
+            takers = own + [code for code in (motion,) if code is not None and code.number != NO_MOTION]
+            if own and moves and len(takers) > 1:
+                message = f"{own[0].name} and {takers[-1].name} both need the axis words"
+                raise BlockError("axis-words-twice", message, own[0].name)
             return motion
         if moves and G53 in block.g and self.dialect == "fanuc":
             return _TRAVERSE_ONCE

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from cncgen.gcode import canon, read
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import FeedMode, Kind
 
+ROOT = Path(__file__).resolve().parents[2]
 HEAD = "O1\nG97 S1000 M3\n"
 Move = tuple[float, float, int]
 
@@ -354,3 +356,23 @@ def test_canonical_calls_begin_in_the_plane_and_feed_of_a_lathe() -> None:
     lines = list(canon(io.BytesIO(b"G0 X20.\nM30\n"), "t.nc", ReadOptions(dialect="fanuc-lathe")))
     assert any("SELECT_PLANE(CANON_PLANE_XZ)" in line for line in lines[:8])
     assert any("STRAIGHT_TRAVERSE(10.0000" in line for line in lines)
+
+
+def test_the_shaft_is_read_without_a_fault_and_ends_at_home() -> None:
+    """Its finish runs along the programmed contour, to the tangent point of each rounding, R tan (turn / 2)."""
+    data = (ROOT / "programs" / "lathe" / "shaft.nc").read_bytes()
+    program = read(io.BytesIO(data), "shaft.nc")
+    (path,) = program.chunks()
+    assert {d.severity for d in program.diagnostics} == {"note"}
+    finish = path.end[(path.line >= 12) & (path.line <= 19) & (path.kind != Kind.EVENT)][:, [0, 2]]
+    corners = [
+        (8, 2),
+        (8, 0),
+        (10, -2),
+        (10, -25),
+        (12, -25),
+        (15, -28),
+        (15, 2 * math.tan(math.atan2(10, 15) / 2) - 40),
+    ]
+    np.testing.assert_allclose(finish[:7], corners, atol=1e-3)
+    np.testing.assert_allclose(path.end[-1], 0.0, atol=1e-12)

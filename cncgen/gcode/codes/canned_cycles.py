@@ -356,14 +356,13 @@ def _repeats(block: Block) -> int:
     return count
 
 
-def _make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> None:
-    """Go to R where the tool is below it, then make the holes, with the path exact meanwhile."""
+def _hole_of(ip: Interpreter, block: Block, sticky: Sticky) -> Hole:
+    """Return the hole that the words make; raise where its bottom is above R."""
     state = ip.state
-    first, second, normal = state.plane_axes()
+    normal = state.plane_axes()[2]
     words, level = {"p": sticky.dwell, **sticky.words}, sticky.level
     depth = AXES[normal]
-    base = 0.0 if state.absolute else level
-    retract = base + words["r"]
+    retract = words["r"] if state.absolute else level + words["r"]
     bottom = words[depth] if state.absolute else retract + words[depth]
     if bottom > retract:
         raise BlockError(
@@ -372,10 +371,17 @@ def _make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> N
             "R" if "r" in block.words else depth.upper(),
         )
     clear = max(level, retract) if state.retract_old else retract
-    hole = Hole(ip, block, normal, retract, bottom, clear, words, max(round(block.words.get("$", 0.0)), 0))
+    return Hole(ip, block, normal, retract, bottom, clear, words, max(round(block.words.get("$", 0.0)), 0))
+
+
+def _make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> None:
+    """Go to R where the tool is below it, then make the holes, with the path exact meanwhile."""
+    state = ip.state
+    first, second, normal = state.plane_axes()
+    hole = _hole_of(ip, block, sticky)
     count = _repeats(block)
-    if level < retract:
-        hole.traverse(retract)
+    if sticky.level < hole.retract:
+        hole.traverse(hole.retract)
     exact = state.path_mode is PathMode.EXACT_PATH
     if not exact:
         ip.sink.set_motion_control_mode(PathMode.EXACT_PATH, None, None)
@@ -383,10 +389,10 @@ def _make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> N
     step = Block({k: v for k, v in block.words.items() if AXIS_INDEX.get(k) != normal}, block.g)
     for _ in range(count):
         end = ip.end_point(step)
-        high = max(state.position[normal], retract, level if state.retract_old else retract)
+        high = max(state.position[normal], hole.clear)
         hole.across({first: end[first], second: end[second], normal: high})
-        if high != retract:
-            hole.traverse(retract)
+        if high != hole.retract:
+            hole.traverse(hole.retract)
         CYCLES[number].run(hole)
     state.moved = True
     if not exact:

@@ -106,13 +106,11 @@ def thread(ip: Interpreter, block: Block) -> None:
     ip.state.position, ip.state.moved = end, True
 
 
-def _read(ip: Interpreter, block: Block) -> Thread:
-    """Check the words of G76."""
-    state, words = ip.state, block.words
+def _check(ip: Interpreter, words: dict[str, float], half: float) -> None:
+    """Raise where a word of G76 is missing or wrong, or the spindle stands; `half` makes radii of I J K."""
     missing = [letter.upper() for letter in "pzijk" if letter not in words]
     if missing:
         raise BlockError("thread-words", f"G76 has no {' and no '.join(missing)}", "G76")
-    half = 0.5 if state.diameter else 1.0
     peak, first, full = (words[letter] * half for letter in "ijk")
     tests = (
         (words["p"] < 0.0, "P", "the pitch", "is negative"),
@@ -126,8 +124,16 @@ def _read(ip: Interpreter, block: Block) -> Thread:
     if any(letter in words for letter in "abcuvw"):
         letter = next(letter for letter in "abcuvw" if letter in words).upper()
         raise BlockError("thread-words", f"G76 moves X and Z only, not {letter}", letter)
-    if state.direction == 0:
+    if ip.state.direction == 0:
         raise BlockError("spindle-stopped", "G76 cuts in step with a spindle that does not turn", "G76")
+
+
+def _read(ip: Interpreter, block: Block) -> Thread:
+    """Return the thread of G76's words; raise where they make none."""
+    state, words = ip.state, block.words
+    half = 0.5 if state.diameter else 1.0
+    _check(ip, words, half)
+    peak, first, full = (words[letter] * half for letter in "ijk")
     degression = words.get("r", 1.0)
     if degression < 1.0:
         fault = BlockError("thread-degression", f"R{degression:g} of G76 is below 1: taken as 1", "R")

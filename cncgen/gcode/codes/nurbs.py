@@ -138,17 +138,22 @@ def _take_point(ip: Interpreter, block: Block, spline: OpenCurve, opening: bool)
     spline.points.append(point)
     spline.weights.append(weight)
     if opening:
-        gap = max(abs(p - q) for p, q in zip(point, state.position, strict=True))
-        if gap > START_TOLERANCE:
-            letter = max(spline.axes, key=lambda a: abs(point[AXIS_INDEX[a]] - state.position[AXIS_INDEX[a]]))
-            raise BlockError(
-                "nurbs-first-point",
-                f"the first control point must be where the tool is: {letter.upper()}{point[AXIS_INDEX[letter]]:g} "
-                f"is {gap:.4f} away from {letter.upper()}{state.position[AXIS_INDEX[letter]]:g}",
-                letter.upper(),
-                hint="move there first",
-                values={"gap": gap},
-            )
+        _check_first_point(point, state.position, spline.axes)
+
+
+def _check_first_point(point: list[float], position: list[float], axes: frozenset[str]) -> None:
+    """Raise where a curve does not begin where the tool is."""
+    gap = max(abs(p - q) for p, q in zip(point, position, strict=True))
+    if gap > START_TOLERANCE:
+        letter = max(axes, key=lambda a: abs(point[AXIS_INDEX[a]] - position[AXIS_INDEX[a]]))
+        raise BlockError(
+            "nurbs-first-point",
+            f"the first control point must be where the tool is: {letter.upper()}{point[AXIS_INDEX[letter]]:g} "
+            f"is {gap:.4f} away from {letter.upper()}{position[AXIS_INDEX[letter]]:g}",
+            letter.upper(),
+            hint="move there first",
+            values={"gap": gap},
+        )
 
 
 def _close(ip: Interpreter, spline: OpenCurve) -> None:
