@@ -268,6 +268,35 @@ def test_a_face_one_way_lifts_between_its_lines():
     assert (path.end[feeds, 1] > path.starts[feeds, 1]).all()
 
 
+@pytest.mark.parametrize(
+    ("cutmode", "spindle", "sense"),
+    [
+        (None, -50.0, -1),
+        ("CONVENTIONAL", -50.0, -1),
+        ("CLIMB", -50.0, 1),
+        ("CONVENTIONAL", 50.0, 1),
+        ("CLIMB", 50.0, -1),
+    ],
+)
+def test_one_way_the_cutmode_says_on_which_side_the_next_line_is(cutmode, spindle, sense):
+    """Feed along Y: conventional, what is uncut is on the left (-X) of a tool that turns with the clock; there edges meet it
+    going with the feed."""
+    part = Features()
+    course = part.add("LINEAR_PATH", None, part.size(40), part.direction(0, 1, 0))
+    width = part.add("LINEAR_PROFILE", None, part.add("NUMERIC_PARAMETER", "w", 30.0, "MM"))
+    face = part.add("PLANAR_FACE", *part.head(4.0), course, width, None, ())
+    mode = None if cutmode is None else E(cutmode)
+    one_way = part.add("UNIDIRECTIONAL_MILLING", 0.25, E("T"), part.direction(0, 1, 0), mode)
+    head = (None, None, "op", 5.0, None, part.tool("T", 8.0), part.technology(spindle=spindle), None)
+    part.mill(face, part.add("PLANE_ROUGH_MILLING", *head, None, None, None, one_way, 5.0, 0.0))
+    path, found = part.read()
+    assert codes(found, "error") == []
+    fed = [k for k in motions(path) if path.feed_mode[k] == FeedMode.SPEED]
+    rows = [k for k in fed if path.end[k, 1] - path.starts[k, 1] > 10]
+    assert len(rows) > 3
+    assert (np.sign(np.diff(path.end[rows, 0])) == sense).all()
+
+
 # What is refused
 
 

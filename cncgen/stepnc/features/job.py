@@ -149,6 +149,20 @@ class Job:
         rotation = str(values.get("rotation_direction", "")).upper()
         return rotation != "CW" if self.clockwise_spindle else rotation == "CW"
 
+    def stepover(self, along: Floats) -> Floats:
+        """Return the unit vector from line to line of a strategy with lines along `along`, both of shape (3,).
+
+        The strategy's stepover_direction says it, left by default. Unidirectional milling derives it from feed_direction and
+        cutmode, conventional by default (ISO 14649-11): a tool that turns with the clock has what is still to be cut on its
+        left then.
+        """
+        strategy = self.operation.strategy
+        values = strategy.values if strategy else {}
+        left = str(values.get("stepover_direction", "LEFT")).upper() == "LEFT"
+        if strategy is not None and strategy.kind == "unidirectional" and "stepover_direction" not in values:
+            left = (str(values.get("cutmode", "")).upper() != "CLIMB") == self.clockwise_spindle
+        return np.array([-along[1], along[0], 0.0]) * (1.0 if left else -1.0)
+
     @property
     def clockwise_spindle(self) -> bool:
         """Tell whether the spindle turns with the clock."""

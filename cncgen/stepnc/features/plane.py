@@ -54,10 +54,7 @@ def _feed_direction(job: Job) -> Floats:
 def _lines(job: Job, along: Floats) -> list[tuple[Floats, Floats]]:
     """Return start and end, shape (3,), of each line at height 0, all in the same direction."""
     radius = job.radius
-    strategy = job.operation.strategy
-    side = str(strategy.values.get("stepover_direction", "LEFT")).upper() if strategy else "LEFT"
-    left = np.array([-along[1], along[0], 0.0])
-    across = left if side == "LEFT" else -left
+    across = job.stepover(along)
     outline = job.shape.outline or []
     low, high = bounds_along(outline, along)
     near, far = bounds_along(outline, across)

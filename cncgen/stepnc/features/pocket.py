@@ -323,8 +323,7 @@ def _runs(job: Job, root: Ring, step: float, contoured: bool) -> list[list[Float
     if np.linalg.norm(along) < 1e-9:
         raise job.fault("stepnc-geometry", "the feed direction is across the pocket")
     along = _unit(along)
-    left = str(values.get("stepover_direction", "LEFT")).upper() == "LEFT"
-    across = np.array([-along[1], along[0], 0.0]) * (1.0 if left else -1.0)
+    across = job.stepover(along)
     runs: list[list[Floats]] = []
     forward = True
     for row in offsets.chords(root.polygon, along, across, step):
