@@ -30,6 +30,9 @@ _STRAIGHT = 1e-9
 _DIGITS = 2.0**-50
 #: Turn that is seen however few digits its directions have: rounding of less is not told from a corner.
 _SEEN = 1e-5
+#: Turn of the direction over an interval, and its change, from which what lies between its ends is not looked at: twice what
+#: nodes are placed for.
+_SHARP = 0.16, 0.18
 #: Second difference of the jerk by x''' over an interval, as a part of the limit, from which it is looked at more closely,
 #: and the largest jerk by x''' there, as a part of the limit: the rest is of the opposite sign.
 _BEND, _MOST = 0.03, 8.0
@@ -224,15 +227,21 @@ def _lines(path: Path, joints: Joints) -> NDArray[np.bool_]:
 
 
 def _calm(x: Floats, h: Floats) -> None:
-    """Bound the second and third derivatives by the length of their interval, in place.
+    """Make the derivatives of intervals that bend more than nodes are meant to let them bend what the ends can tell, in place.
 
-    Intervals are short beside what the derivatives ask for (`cncgen.planner.optimal.nodes`), except at cusps, where
-    they are infinite or rounding alone, and at bends too small to be seen.
+    Intervals are short beside what the derivatives ask for (`cncgen.planner.optimal.nodes`), except at cusps, where these
+    are infinite or rounding alone, and at bends too small to be seen. There they are bounded by the length of the
+    interval, and linear over it: what happens between nodes as close as setpoints can tell apart is no limit of the motion.
     """
     size = most(most(np.abs(x[1])))[:, None, None]
-    for order in (2, 3):
-        bound = 0.3 * size / h[:, None, None] ** (order - 1)
+    sharp = np.zeros(len(h), bool)
+    for order, part in ((2, _SHARP[0]), (3, _SHARP[1])):
+        steep = h[:, None, None] ** (order - 1)
+        sharp |= (np.abs(x[order]) * steep > part * size).any(axis=(1, 2))
+        bound = 0.3 * size / steep
         np.clip(x[order], -bound, bound, out=x[order])
+    at = np.flatnonzero(sharp)
+    x[1:, at, 1] = 0.5 * (x[1:, at, 0] + x[1:, at, 2])
 
 
 def _factors(s: Floats, joints: Joints) -> Floats:
