@@ -37,7 +37,7 @@ from cncgen.gcode.codes.table import LATHE
 from cncgen.gcode.flow.running import Runner
 from cncgen.gcode.sinks.counting import CountingSink
 from cncgen.gcode.source import open_source
-from cncgen.gcode.text.axes import moving_axes, of_lathe
+from cncgen.gcode.text.axes import moving_axes
 from cncgen.gcode.text.dialects import chosen
 from cncgen.gcode.text.search import search_path
 from cncgen.toolpath.reading import ReadOptions
@@ -63,9 +63,8 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
     text = open_source(source, name)
     diagnostics = Diagnostics()
     path = source if isinstance(source, Path) else None
-    moving = moving_axes(text, search_path(path, options.include))
-    if not {"U", "V", "W"}.isdisjoint(moving) and chosen(text, options.dialect).dialect == LATHE:
-        moving = of_lathe(moving)
+    choice = chosen(text, options.dialect)
+    moving = moving_axes(text, search_path(path, options.include), lathe=choice.dialect == LATHE)
     if options.kinematics is not None and text.data.find(b"43.4") >= 0:
         # The rotary axes move the others.
         moving = "XYZ" + moving.strip("XYZ")
@@ -75,7 +74,9 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
         builder = ToolpathBuilder(axes, np.zeros(len(axes)), [name])
         sink = ColumnsSink(builder, options.tolerance_mm)
         handed = False
-        runner = Runner(text, options, sink, RunDiagnostics(diagnostics), path=path, axes=moving)
+        runner = Runner(
+            text, options, sink, RunDiagnostics(diagnostics), path=path, axes=moving, choice=choice
+        )
         for _ in runner.run():
             builder.sources = [source.name for source in runner.sources]
             if builder.count >= options.chunk_rows:

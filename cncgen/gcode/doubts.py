@@ -54,6 +54,8 @@ _SIEMENS = _Doubt(
     "this is of SINUMERIK's own language, of which BSPLINE alone is read",
     "post the program for FANUC or LinuxCNC, or write it with G291, the control's ISO dialect",
 )
+#: One of these stands in each such line; most texts have none, which is found sooner.
+_OF_SIEMENS = re.compile(rb"=|CYCLE|GOTO|MCALL|TRA|DEF", re.IGNORECASE)
 #: What ``;`` hides, where it stands for the end of a block as in FANUC's manuals.
 _BEHIND_SEMICOLON = _Doubt(
     re.compile(rb"(?P<word>;)[ \t]*(?:[nN]\d+[ \t]*)?[gmxyzfstGMXYZFST][ \t]*[-+.\d#\[]"),
@@ -65,7 +67,9 @@ _BEHIND_SEMICOLON = _Doubt(
 def doubts(source: Source, dialect: str) -> Iterator[tuple[Cursor, BlockError]]:
     """Yield what is doubtful about a text, and the line where."""
     head = source.data[:_HEAD]
-    found = [(_SIEMENS, _SIEMENS.sign.search(head))] if language_of(dialect) in BOTH else []
+    found = []
+    if language_of(dialect) in BOTH and _OF_SIEMENS.search(head):
+        found.append((_SIEMENS, _SIEMENS.sign.search(head)))
     if dialect == "fanuc":
         found += [(doubt, doubt.sign.search(head)) for doubt in _FANUC]
     if language_of(dialect) == "fanuc":

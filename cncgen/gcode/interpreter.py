@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
-from cncgen.gcode.codes.lathe_words import in_radius
 from cncgen.gcode.codes.polar import plane_polar_end, polar_end
 from cncgen.gcode.codes.table import LATHE, Handler, language_of
 from cncgen.gcode.errors import BlockError
@@ -122,9 +121,7 @@ class Interpreter:
 
     def perform(self, plan: Plan, block: Block) -> None:
         """Execute a block by the plan of its codes and letters in the modal motion in force."""
-        if self.lathe:
-            block = in_radius(self, block)
-        elif self.state.diameter and "x" in block.words:
+        if self.state.diameter and not self.lathe and "x" in block.words:
             # The block may be run again: its words stay as they are written.
             block = replace(block, words={**block.words, "x": 0.5 * block.words["x"]})
         self.sink.block = block

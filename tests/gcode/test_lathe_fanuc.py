@@ -211,6 +211,29 @@ def test_the_plunge_is_what_the_first_line_of_the_profile_is() -> None:
     assert feed[0] == (25, 2, 1)
 
 
+def test_corners_of_a_line_in_the_words_of_lathes() -> None:
+    """R rounds, I and K chamfer, as ,R and ,C do; in arcs they mean what they always mean."""
+    old = "G0 X20. Z2. F.1\nG1 Z-10. {}\nX40. {}\nZ-20.\nG2 X46. Z-23. {}\nG1 X50."
+    signs = old.format(",R2.", ",C1.", "I3. K0.")
+    assert moves(old.format("R2.", "K-1.", "R3.")) == moves(signs)
+    assert moves(old.format("R2.", "I-1.", "R3.")) == moves(signs)
+    _, _, program = outcome("G0 X20. Z2. F.1\nG3 I-10. X20.")
+    assert program.moving_axes == "XZ"
+    found = [(d.code, d.span.line) for d in outcome("F.1\nG1 Z-10. C1.\nX40.")[2].diagnostics if d.span]
+    assert ("other-control", 4) in found
+
+
+def test_words_of_haas() -> None:
+    """D is the depth of G71 beside P and Q; K D A I are height, first depth, angle and taper of G76; I K the steps of G75."""
+    lines = "N1 G0 X20.\nG1 Z-6.\nX40. Z-9.\nN2 X60.\nG0 X70."
+    one = moves(f"G0 X60. Z2.\nG71 P1 Q2 U.4 W.1 D2. F.2\n{lines}")
+    assert one == moves(f"G0 X60. Z2.\nG71 U2. R0\nG71 P1 Q2 U.4 W.1 F.2\n{lines}")
+    thread = moves("G0 X30. Z5.\nG76 P010060\nG76 X22. Z-20. P1200 Q400 R-.5 F2.")
+    assert moves("G0 X30. Z5.\nG76 X22. Z-20. K1.2 D.4 A60 I-.5 F2.") == thread
+    groove = moves("G0 X50. Z-10.\nG75 R.5\nG75 X40. Z-14. P3000 Q2500 F.1")
+    assert moves("G0 X50. Z-10.\nG75 R.5\nG75 X40. Z-14. I3. K2.5 F.1") == groove
+
+
 def test_finishing_executes_the_lines_and_goes_back() -> None:
     lines = "N1 G0 X20.\nG1 Z-6. F.1 ,R2.\nX40. F.3 ,C1.\nZ-12.\nN2 X60."
     plain = moves(f"G0 X60. Z2.\n{lines}\nG0 X60. Z2.")
@@ -314,6 +337,8 @@ WRONG = {
     "tiny steps": ("G0 X50. Z2.\nG74 Z-5. Q.00001 F.1", ("cycle-peck", 4, 10)),
     "no bottom": ("G0 X50. Z2.\nG75 Z-5. Q1000 F.1", ("cycle-words", 4, 1)),
     "x and u": ("G0 X50. U2.", ("axis-words-twice", 3, 9)),
+    "an angle": ("F.1\nG1 X50. A45.", ("drawing-angle", 4, 9)),
+    "a wide tool": ("G0 X30. Z2.\nG76 X20. Z-5. K1. D.3 A180 F1.", ("thread-words", 4, 23)),
     "a mill's code": ("G43 H1", ("unknown-code", 3, 1)),
 }  # fmt: skip
 

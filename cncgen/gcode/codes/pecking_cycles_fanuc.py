@@ -16,6 +16,8 @@ from cncgen.gcode.state.modal import Stage
 #: Steps of one cycle beyond which P and Q count as mistakes.
 _MAX_STEPS = 10_000
 _PLACE, _STEP = {X: "x", Z: "z"}, {X: "p", Z: "q"}
+#: The steps of Haas, which are lengths.
+_LENGTH = {X: "i", Z: "k"}
 
 
 def _places(start: float, end: float, step: float) -> list[float]:
@@ -30,8 +32,10 @@ def _step(ip: Interpreter, block: Block, axis: int, way: float, name: str) -> fl
     Raises:
         BlockError: It makes too many steps of the way.
     """
-    letter = _STEP[axis]
-    step = abs(increments(ip, block, letter)) if letter in block.words else 0.0
+    letter = _LENGTH[axis] if _LENGTH[axis] in block.words else _STEP[axis]
+    step = 0.0
+    if letter in block.words:
+        step = abs(increments(ip, block, letter) if letter == _STEP[axis] else block.words[letter])
     if step and abs(way) / step > _MAX_STEPS:
         message = f"{name} makes more than {_MAX_STEPS} steps of {step:g}"
         raise BlockError(
@@ -91,7 +95,7 @@ def _go(ip: Interpreter, axis: int, place: float, *, feed: bool) -> None:
 
 
 CODES = tuple(
-    Code("G", number, "non-modal", Stage.MOTION, _pecking(name, deep, aside), text, "xzuwrpq", "own", dialects=ONLY)
+    Code("G", number, "non-modal", Stage.MOTION, _pecking(name, deep, aside), text, "xzuwrpqik", "own", dialects=ONLY)
     for number, name, deep, aside, text in (
         (740, "G74", Z, X, "groove or drill along Z in steps of Q, cuts P apart; R alone: how far it goes back"),
         (750, "G75", X, Z, "groove along X in steps of P, cuts Q apart; R alone: how far it goes back"),

@@ -75,47 +75,67 @@ class _Depths:
             yield self.full
 
 
-def _cut(ip: Interpreter, block: Block) -> None:
-    """Cut a thread: P its height, Q the first depth (both in radius), R its taper, F its lead."""
+@dataclass(frozen=True, slots=True)
+class _Thread:
+    """Where a thread ends at its root, in radius, and how it is cut."""
+
+    x: float
+    z: float
+    lead: float
+    taper: float
+    angle: float
+    depths: _Depths
+
+
+def _thread_of(ip: Interpreter, block: Block) -> _Thread:
+    """Return the thread of a block: P its height, Q the first depth (of Haas K, D and the angle A), R (I) its taper, F its lead."""
     words, kept = block.words, turning_of(ip)
-    missing = [letter.upper() for letter in "xzpqf" if letter not in words]
+    of_haas = "k" in words
+    high, first = ("k", "d") if of_haas else ("p", "q")
+    missing = [letter.upper() for letter in ("x", "z", high, first, "f") if letter not in words]
     if missing:
         hint = "G76 X18.2 Z-20 P920 Q250 F1.5: height and first depth in least increments"
         raise BlockError("thread-words", f"G76 has no {' and no '.join(missing)}", "G76", hint=hint)
-    check_spindle(ip, "G76")
-    depths = _Depths(
-        increments(ip, block, "p"), increments(ip, block, "q"), kept.least, kept.finish, kept.passes
-    )
-    lead, taper = words["f"], words.get("r", 0.0)
+    sizes = [words[k] if of_haas else increments(ip, block, k) for k in (high, first)]
+    depths = _Depths(sizes[0], sizes[1], kept.least, kept.finish, kept.passes)
+    taper, angle = words.get("i" if of_haas else "r", 0.0), words.get("a", kept.angle)
     start_x, start_z = ip.state.position[X], ip.state.position[Z]
-    root, end = words["x"], words["z"]
+    high, first = high.upper(), first.upper()
+    many = min(depths.full / max(depths.first, _TINY), 1e9) ** 2 > _PASSES
     tests = (
-        (depths.full <= 0.0, "P", f"its height, P, is {depths.full:g}: it must be above 0"),
-        (depths.first <= 0.0, "Q", f"its first depth, Q, is {depths.first:g}: it must be above 0"),
-        (lead <= 0.0, "F", f"its lead is F{lead:g}: it must be above 0"),
-        (depths.finish >= depths.full, "P", f"the finish, R{depths.finish:g}, leaves nothing of its height {depths.full:g}"),
-        (min(depths.full / max(depths.first, _TINY), 1e9) ** 2 > _PASSES and depths.least < depths.full / _PASSES, "Q",
-         f"Q{depths.first:g} makes more than {_PASSES} passes"),
-        (abs(start_x - root) < depths.full, "X", "the tool stands inside of it: the cycle begins beside the thread"),
-        (end == start_z, "Z", "it has no length along Z"),
+        (depths.full <= 0.0, high, f"its height, {high}, is {depths.full:g}: it must be above 0"),
+        (depths.first <= 0.0, first, f"its first depth, {first}, is {depths.first:g}: it must be above 0"),
+        (words["f"] <= 0.0, "F", f"its lead is F{words['f']:g}: it must be above 0"),
+        (not 0.0 <= angle < 180.0, "A", f"its tool has an angle of {angle:g} degrees"),
+        (depths.finish >= depths.full, high, f"the finish, R{depths.finish:g}, leaves nothing of its height {depths.full:g}"),
+        (many and depths.least < depths.full / _PASSES, first, f"{first}{depths.first:g} makes more than {_PASSES} passes"),
+        (abs(start_x - words["x"]) < depths.full, "X", "the tool stands inside of it: the cycle begins beside the thread"),
+        (words["z"] == start_z, "Z", "it has no length along Z"),
     )  # fmt: skip
     for wrong, letter, what in tests:
         if wrong:
-            raise BlockError(
-                "thread-words", f"the thread of G76: {what}", letter, hint="lengths are in radius"
-            )
-    side = 1.0 if start_x > root else -1.0
-    flank = math.copysign(math.tan(math.radians(kept.angle / 2.0)), end - start_z)
-    for depth in depths:
-        x = root + side * (depths.full - depth)
-        go(ip, start_x, start_z + flank * depth, False)
-        go(ip, x + taper, start_z + flank * depth, False)
-        thread_pass(ip, x, end, lead, 0.1 * kept.chamfer * lead, start_x)
-        go(ip, start_x, end, False)
+            message = f"the thread of G76: {what}"
+            raise BlockError("thread-words", message, letter, hint="lengths are in radius")
+    return _Thread(words["x"], words["z"], words["f"], taper, angle, depths)
+
+
+def _cut(ip: Interpreter, block: Block) -> None:
+    """Cut a thread."""
+    thread, chamfer = _thread_of(ip, block), 0.1 * turning_of(ip).chamfer
+    check_spindle(ip, "G76")
+    start_x, start_z = ip.state.position[X], ip.state.position[Z]
+    side = 1.0 if start_x > thread.x else -1.0
+    flank = math.copysign(math.tan(math.radians(thread.angle / 2.0)), thread.z - start_z)
+    for depth in thread.depths:
+        x, z = thread.x + side * (thread.depths.full - depth), start_z + flank * depth
+        go(ip, start_x, z, False)
+        go(ip, x + thread.taper, z, False)
+        thread_pass(ip, x, thread.z, thread.lead, chamfer * thread.lead, start_x)
+        go(ip, start_x, thread.z, False)
     go(ip, start_x, start_z, False)
 
 
 CODES = (
-    Code("G", 760, "non-modal", Stage.MOTION, cut, "cut a thread of height P and lead F in passes; first P Q R alone",
-         "xzuwrpqf", "own", dialects=ONLY, takes="f"),
+    Code("G", 760, "non-modal", Stage.MOTION, cut, "cut a thread of height P and lead F in passes; first P Q R alone (Haas: K D A)",
+         "xzuwrpqfkdia", "own", dialects=ONLY, takes="f"),
 )  # fmt: skip

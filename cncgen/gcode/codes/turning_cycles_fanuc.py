@@ -13,7 +13,7 @@ from dataclasses import replace
 
 from cncgen.gcode.block import Block, gather
 from cncgen.gcode.codes.lathe_fanuc import ONLY, Turning, turning_of
-from cncgen.gcode.codes.lathe_words import X, Z
+from cncgen.gcode.codes.lathe_words import X, Z, turned
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.profiles import MAX_MOVES, TINY, Recorder, Segment
 from cncgen.gcode.codes.table import Code, Handler
@@ -27,7 +27,7 @@ from cncgen.gcode.text.expressions import evaluate
 from cncgen.gcode.text.labels import Cursor
 
 #: What of a line makes the profile, where it is roughed: words, and G0 to G3.
-_WORDS = frozenset(("x", "z", "u", "w", "r", "i", "k", ",c", ",r"))
+_WORDS = frozenset(("x", "z", "r", "i", "k", ",c", ",r"))
 _MOTIONS = frozenset((0, 10, 20, 30))
 _CYCLES = frozenset((700, 710, 720, 730, 740, 750, 760, 900, 920, 940))
 
@@ -101,7 +101,8 @@ def _profile(ip: Interpreter, block: Block, name: str) -> tuple[list[Segment], b
     ip.state = replace(state, feed=1.0, feed_mode=94, position=state.position.copy())
     ip.sink, ip.guard, rapid = recorder, None, None
     try:
-        for line in _lines(ip, block, name):
+        for written in _lines(ip, block, name):
+            line = turned(ip, written)
             codes = tuple(number for number in line.g if number in _MOTIONS)
             words = {letter: value for letter, value in line.words.items() if letter in _WORDS}
             if codes or words:
@@ -149,6 +150,7 @@ def _rough(name: str, swap: bool) -> Handler:
             kept.depth, kept.escape = abs(words.get(depth_word, kept.depth)), abs(words.get("r", kept.escape))
             return
         check_feed(ip, block, name)
+        kept.depth = abs(words.get("d", kept.depth))
         if kept.depth <= 0.0:
             hint = (
                 f"write {name} {depth_word.upper()}2 R1 before it: depth of a cut, and how far it lifts off"
@@ -232,7 +234,7 @@ def finish(ip: Interpreter, block: Block) -> None:
     """G70: execute the lines of the profile, F and cutter compensation with them, and go back."""
     start = ip.state.position.copy()
     for line in _lines(ip, block, "G70"):
-        _execute(ip, line)
+        _execute(ip, turned(ip, line))
     _end_corner(ip)
     back = ip.state.position.copy()
     back[X], back[Z] = start[X], start[Z]
@@ -245,8 +247,8 @@ CODES = tuple(
     Code("G", number, "non-modal", Stage.MOTION, run, text, words, "own", dialects=ONLY)
     for number, run, text, words in (
         (700, finish, "finish the profile of lines N P to N Q", "pq"),
-        (710, _rough("G71", False), "rough a profile along Z; first U R alone: depth, lift", "pquwr"),
-        (720, _rough("G72", True), "rough a profile along X; first W R alone: depth, lift", "pquwr"),
+        (710, _rough("G71", False), "rough a profile along Z; first U R alone: depth (or D of Haas), lift", "pquwrd"),
+        (720, _rough("G72", True), "rough a profile along X; first W R alone: depth (or D of Haas), lift", "pquwrd"),
         (730, like_it, "rough a profile in passes like it; first U W R alone: way and number of passes", "pquwr"),
     )
 )  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.codes import comments
+from cncgen.gcode.codes.lathe_words import turned
 from cncgen.gcode.errors import BlockError, Stop
 from cncgen.gcode.flow.calls import Calls
 from cncgen.gcode.flow.faults import Faults
@@ -51,6 +52,8 @@ class Executor:
         if ip.passing_over and not block.m:
             ip.passing_over = _G11 not in block.g
             return
+        if ip.lathe:
+            block = turned(ip, block)
         if ip.guard is not None:
             self.guarded(block)
         if block.comment is not None:

@@ -15,7 +15,7 @@ from cncgen.gcode.flow.walking import Walker
 from cncgen.gcode.sinks.sink import Sink
 from cncgen.gcode.source import Source
 from cncgen.gcode.state.parameters import write_parameters
-from cncgen.gcode.text.dialects import chosen
+from cncgen.gcode.text.dialects import Choice, chosen
 from cncgen.gcode.text.labels import Cursor
 from cncgen.toolpath.reading import ReadOptions
 
@@ -24,7 +24,7 @@ class Runner:
     """One run of a program on a sink.
 
     Without `batches` every block goes through its handlers one by one, which is slower and gives the same. `axes` are
-    those that the sink has room for, where it is not for all.
+    those that the sink has room for, where it is not for all; `choice` is the dialect, where it was chosen before.
     """
 
     def __init__(
@@ -37,10 +37,11 @@ class Runner:
         path: Path | None = None,
         batches: bool = True,
         axes: str | None = None,
+        choice: Choice | None = None,
     ) -> None:
         self.reporter = Reporter(diagnostics)
         self._options = options
-        self._choice = chosen(source, options.dialect)
+        self._choice = choice or chosen(source, options.dialect)
         self._parts = assemble(
             source,
             self._choice.dialect,

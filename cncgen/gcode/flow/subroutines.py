@@ -10,7 +10,7 @@ from cncgen.diagnostics import UsageError
 from cncgen.gcode.block import Value
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.source import Source, open_source
-from cncgen.gcode.text.axes import moving_axes, of_lathe
+from cncgen.gcode.text.axes import moving_axes
 from cncgen.gcode.text.labels import Cursor, Label, Labels, Marked, shown
 from cncgen.gcode.text.search import candidates, leaves_path, search_path
 
@@ -128,7 +128,7 @@ class Subroutines:
         """Refuse a file that moves axes which were not foreseen: their column cannot be added under way."""
         if self._axes is None:
             return
-        named = of_lathe(moving_axes(source)) if self.ip.lathe else moving_axes(source)
+        named = moving_axes(source, lathe=self.ip.lathe)
         late = "".join(letter for letter in named if letter not in self._axes)
         if late:
             raise BlockError(

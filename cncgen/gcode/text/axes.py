@@ -17,14 +17,17 @@ _O = 1 << ord("O") - ord("A")
 #: Files that are looked into at most.
 MAX_FILES = 1000
 
+_ON_LATHES = {"I": "X", "U": "X", "V": "Y", "K": "Z", "W": "Z"}
+
 _O_CALL = re.compile(rb"o\s*(?:<([^>\n]*)>|(\d+))\s*call", re.IGNORECASE)
 _P_CALL = re.compile(rb"(?:m\s*0*98|g\s*0*6[56])(?![0-9.])[^\n]{0,200}?p\s*0*(\d+)", re.IGNORECASE)
 
 
-def moving_axes(text: Source, folders: Sequence[Path] = ()) -> str:
+def moving_axes(text: Source, folders: Sequence[Path] = (), *, lathe: bool = False) -> str:
     """Return the letters of the axes that a program names, in the order of ``XYZABCUVW``.
 
-    I and J name X and Y (a full circle may name no axis at all). Subprograms in files count where the call says their
+    I and J name X and Y (a full circle may name no axis at all); on a lathe of FANUC I names X, and U V W are distances along
+    X Y Z. Subprograms in files count where the call says their
     name or number; what a computed number leads to is seen when it is called.
 
     Args:
@@ -36,15 +39,11 @@ def moving_axes(text: Source, folders: Sequence[Path] = ()) -> str:
         for file in _called(text, folders):
             bits |= gcode_scan.axis_letters(file.bytes)
     named = {chr(65 + k) for k in range(26) if bits >> k & 1}
-    if named & {"I", "J"}:
+    if lathe:
+        named = {_ON_LATHES.get(letter, letter) for letter in named}
+    elif named & {"I", "J"}:
         named |= {"X", "Y"}
     return "".join(letter for letter in AXIS_LETTERS if letter in named)
-
-
-def of_lathe(axes: str) -> str:
-    """Return the axes that a program for lathes of FANUC names, whose U V W are distances along X Y Z."""
-    moved = {{"U": "X", "V": "Y", "W": "Z"}.get(letter, letter) for letter in axes}
-    return "".join(letter for letter in AXIS_LETTERS if letter in moved)
 
 
 def _called(text: Source, folders: Sequence[Path]) -> Iterator[Source]:
