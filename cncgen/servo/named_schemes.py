@@ -159,7 +159,8 @@ def cross_coupling(loops: Sequence[AxisLoop], axes: str, chosen: Settings) -> Cr
 
 def _check_coupled(axes: str, periods: set[float]) -> None:
     if len(periods) > 1:
-        raise ValueError("it couples axes of one control period")
+        said = " and ".join(f"{period:g} s" for period in sorted(periods))
+        raise ValueError(f"it couples axes of one control period, and theirs are {said} (control_period_s)")
     if len(axes) not in (2, 3) or any(is_rotary(letter) for letter in axes):
         raise ValueError(f"it couples two or three linear axes, not {', '.join(axes)}")
 

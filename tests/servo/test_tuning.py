@@ -14,7 +14,7 @@ from cncgen.servo.controllers.tcf import loop_on_a_line
 from cncgen.servo.named_schemes import scheme_maker
 from cncgen.servo.simulate import own_scheme, simulate, simulate_scheme
 from cncgen.servo.summary import summarize
-from cncgen.servo.tuning.analysis import axis_open_loop, open_loops, open_response
+from cncgen.servo.tuning.analysis import axis_open_loop, linear_loop, open_loops, open_response
 from cncgen.servo.tuning.placement import VELOCITY_RATIO, check_stable, phase_margin, placed, placed_settings
 from cncgen.servo.tuning.search import search
 
@@ -69,6 +69,22 @@ def test_pd_gains_of_a_rotary_drive_are_a_degrees():
     assert p["controller"] == "pid"
     linear = placed(plant(), "X", 15.0, 0.8).parameters
     assert linear["position_gain_1_mm"] == pytest.approx(p["position_gain_1_deg"])
+
+
+@pytest.mark.parametrize(("letter", "unit"), [("X", "mm"), ("A", "deg")])
+def test_two_masses_on_a_stiff_spring_are_one(letter, unit):
+    """Poles of the sampled loop as e^(sT), by its matrix exponential: a pair of natural frequency 2π 10 and damping 0.7."""
+    masses = {"motor_inertia_kg_m2": 0.002, "load_inertia_kg_m2": 0.01, "stiffness_n_m_rad": 1e5}
+    friction = {"damping_n_m_s_rad": 5.0, "load_viscous_n_m_s_rad": 0.02}
+    gain = {f"travel_{unit}_rad": 1.6, f"position_gain_n_m_{unit}": 1.0}
+    servo = placed(Servo("two-mass", {**masses, **friction, **gain}), letter, 10.0, 0.7)
+    period = 2e-5
+    poles = linear_loop(servo, letter, period).poles()
+    s = np.log(poles[np.abs(poles) > 1e-9]) / period
+    slow = s[(np.abs(s) < 100.0) & (np.abs(s) > 1e-6)]
+    assert len(slow) == 2
+    np.testing.assert_allclose(np.abs(slow), 2.0 * math.pi * 10.0, rtol=5e-3)
+    np.testing.assert_allclose(-slow.real / np.abs(slow), 0.7, rtol=5e-3)
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,8 @@
 """Gains for a stated bandwidth and damping.
 
 Placement follows from the closed loops: P round 1/(s(τs + 1)) is τs² + s + Kv, so Kv = 1/(4ζ²τ); PD round the torque-mode
-motor is τs² + (1 + Kd Kc)s + Kp Kc Ke, so Kp = ωn²τ/(Kc Ke) and Kd = (2ζωnτ − 1)/Kc (Yeh and Sun 2008, after eq. 2.5); the
-cascade of Tsai 2010 (section 4.1) has a velocity loop of stated bandwidth and damping inside a position loop of stated
+motor is τs² + (1 + Kd Kc)s + Kp Kc Ke, so Kp = ωn²τ/(Kc Ke) and Kd = (2ζωnτ − 1)/Kc (Yeh and Sun 2008, after eq. 2.5); two
+masses are taken for one rigid one of inertia J; the cascade of Tsai 2010 (section 4.1) has a velocity loop of stated bandwidth and damping inside a position loop of stated
 bandwidth. Cross coupling is placed by its contour loop W G: the bandwidth is where |W G| = 1, and the damping stands for
 the phase margin that a second-order loop of that damping has. The task frame's gains are Kp = ω², Kd = 2ζω.
 """
@@ -39,7 +39,7 @@ MAX_BANDWIDTH_HZ, MAX_DAMPING = 1e6, 1e3
 def placed(servo: Servo, letter: str, bandwidth_hz: float, damping: float) -> Servo:
     """Return a servo with gains for a bandwidth (Hz) and damping; what else it has stays.
 
-    Of ``first-order`` the damping decides where the lag allows less than the bandwidth. ``pd-plus`` and
+    Of ``first-order`` the damping decides where the lag allows less than the bandwidth. ``pd-plus``, ``two-mass`` and
     ``plant`` (PD round g/(s(τs + 1))) take the bandwidth as their natural frequency.
 
     Raises:
@@ -48,7 +48,11 @@ def placed(servo: Servo, letter: str, bandwidth_hz: float, damping: float) -> Se
     values = servo_schema.resolve(servo, letter)
     if servo.model not in _PLACED:
         raise UsageError(
-            Diagnostic("tune-place", f"axis {letter}: gains of the model {servo.model} are not placed")
+            Diagnostic(
+                "tune-place",
+                f"axis {letter}: gains of the model {servo.model} are not placed",
+                hint=f"placed are those of {', '.join(_PLACED)}",
+            )
         )
     if not (0.0 < bandwidth_hz <= MAX_BANDWIDTH_HZ and 0.0 < damping <= MAX_DAMPING):
         message = (
@@ -67,11 +71,7 @@ def placed(servo: Servo, letter: str, bandwidth_hz: float, damping: float) -> Se
                        hint="the drive alone is faster or better damped than that; ask for more bandwidth")
         )  # fmt: skip
     if is_rotary(letter):
-        found = {
-            k.replace("_mm", "_deg"): v * DEGREE if servo.model == "plant" else v
-            for k, v in found.items()
-            if servo.model == "plant" or "_mm" not in k
-        }
+        found = {k.replace("_mm", "_deg"): v * DEGREE if k.endswith("_mm") else v for k, v in found.items()}
     chosen = {"controller": "pid"} if servo.model == "plant" else {}
     return Servo(servo.model, {**servo.parameters, **found, **chosen})
 
@@ -160,8 +160,20 @@ def _place_plant(p: Mapping[str, Any], omega: float, damping: float) -> dict[str
     }
 
 
+def _place_two_mass(p: Mapping[str, Any], omega: float, damping: float) -> dict[str, float]:
+    """PD round both masses as one, Js² + (f + Kd r)s + Kp r with r the travel a radian; the spring is left to the margins."""
+    inertia = p["motor_inertia_kg_m2"] + p["load_inertia_kg_m2"]
+    viscous = p["motor_viscous_n_m_s_rad"] + p["load_viscous_n_m_s_rad"]
+    travel = p["travel_mm_rad"]
+    return {
+        "position_gain_n_m_mm": omega**2 * inertia / travel,
+        "derivative_gain_n_m_s_mm": (2.0 * damping * omega * inertia - viscous) / travel,
+    }
+
+
 _PLACED = {
     "plant": _place_plant,
+    "two-mass": _place_two_mass,
     "first-order": _place_first_order,
     "pd-plus": _place_pd_plus,
     "pi-p-feedforward": _place_cascade,
