@@ -54,11 +54,13 @@ class Spline:
         knots: Shape (points + 5,), mm along the pieces.
         points: Shape (points, axes), scaled as the pieces.
         used: Largest part of the tolerance that is used.
+        deviation: Shape (n,), mm: bound of what it leaves each piece by.
     """
 
     knots: Floats
     points: Floats
     used: float
+    deviation: Floats
 
     @property
     def spans(self) -> int:
@@ -103,6 +105,7 @@ def fit(
     y = pieces.y.copy()
     y[:, 0] -= origin
     room = 4 * len(pieces.y) + 4 * len(places) + 256
+    allowed = pieces.tolerance * share
     while True:
         knots, fixed, points = np.zeros(room), np.zeros((room, axes)), np.zeros((room, axes))
         if seam is None:
@@ -113,7 +116,7 @@ def fit(
             t,
             y,
             pieces.bend,
-            pieces.tolerance * share,
+            allowed,
             places,
             scale.copy(),
             longest,
@@ -136,7 +139,7 @@ def fit(
     points += origin
     if seam is not None:
         points[:4] = seam.points
-    return Spline(knots, points, worst)
+    return Spline(knots, points, worst, allowed * used.max(axis=1))
 
 
 def _stand(t: Floats, y: Floats, knots: Floats, points: Floats, near: float) -> None:
@@ -187,5 +190,5 @@ def _bends(pieces: Pieces) -> Floats:
 def split(spline: Spline, span: int, origin: float) -> tuple[Spline, Seam]:
     """Return the first `span` spans of a spline, and the seam to go on from, its t counted from `origin`."""
     at = 4 + span
-    done = Spline(spline.knots[: at + 5], spline.points[:at], spline.used)
+    done = Spline(spline.knots[: at + 5], spline.points[:at], spline.used, spline.deviation)
     return done, Seam(spline.knots[at - 4 : at + 5] - origin, spline.points[at - 4 : at])

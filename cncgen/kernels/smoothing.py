@@ -7,178 +7,28 @@ x(t) of degree 4 with simple knots that minimises
     integral |x - y|² dt + integral L(t)^6 |x'''|² dt,
 
 where the smoothing length L(t) is made as large as |x(t) - y(t)| <= tolerance allows (docs/smoothing.md). Columns of
-y are scaled so that all are mm.
+y are scaled so that all are mm. Lengths, knots and samples are laid by `cncgen.kernels.smoothing_lengths`.
 """
 
 import cython
 import numpy as np
 from cython.cimports.libc.math import sqrt
 
+if cython.compiled:
+    from cython.cimports.cncgen.kernels.smoothing_lengths import adjust, choose, lay, length_at, lower
+else:
+    from cncgen.kernels.smoothing_lengths import adjust, choose, lay, length_at, lower
+
 #: Degree of the spline: x''' is continuous and linear between knots.
 DEGREE = 4
 
 _P = cython.declare(cython.Py_ssize_t, 4)
-#: Slope of the smoothing length along the path.
-_GRADE = cython.declare(cython.double, 0.4)
-#: Knot distance as a part of the smoothing length.
-_MESH = cython.declare(cython.double, 1.0)
-#: Knot distances that are left before a cut up to which they make one span, and two. These and the next ones are no round
-#: numbers: programs are made of round numbers, and where the two are equal rounding chooses.
-_ONE = cython.declare(cython.double, 1.0873)
-_TWO = cython.declare(cython.double, 1.6127)
-#: Smoothing lengths around the end of a piece in which the tolerance that is used counts.
-_REACH = cython.declare(cython.double, 2.0137)
-#: Part of a knot span that a piece has to be longer, so that knots and middles on it are samples: a straight one, and a
-#: curved one, whose every point is meant.
-_LONGER = cython.declare(cython.double, 1.0137)
-_CURVED = cython.declare(cython.double, 0.2037)
 #: Part of the tolerance that may be lost to the bound between two points of comparison.
 _SLACK = cython.declare(cython.double, 0.02)
-#: Knot distance, as a part of what it would be, below which a cut makes no knot beside another: the equations would lose
-#: all digits, (L/h)⁶ is their condition.
-_LEAST = cython.declare(cython.double, 0.02)
 #: Part of the tolerance that a curve uses that is no number.
 _LOST = cython.declare(cython.double, 1e30)
 #: Most points of comparison on one stretch.
 _MOST = cython.declare(cython.Py_ssize_t, 400)
-
-
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
-def _scale_at(
-    t: cython.const[cython.double][::1], scale: cython.double[::1], k: cython.Py_ssize_t, at: cython.double
-) -> cython.double:
-    """Smoothing length at a place of piece k: that of the ends, growing away from them where the piece is long.
-
-    On pieces of up to two lengths it does not grow: it would do so and shrink again from knot to knot, and shake the curve.
-    From eight lengths on it grows freely.
-    """
-    left: cython.double = scale[k] + _GRADE * (at - t[k])
-    right: cython.double = scale[k + 1] + _GRADE * (t[k + 1] - at)
-    larger: cython.double = max(scale[k], scale[k + 1])
-    length: cython.double = t[k + 1] - t[k]
-    free: cython.double = min(max((length / larger - 2.0) / 6.0, 0.0), 1.0)
-    return min(left, right, larger + 0.5 * _GRADE * free * length)
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _grade(t: cython.const[cython.double][::1], scale: cython.double[::1]) -> cython.void:
-    """Lower smoothing lengths at the ends of pieces until their slope is at most `_GRADE`."""
-    k: cython.Py_ssize_t
-    n: cython.Py_ssize_t = t.shape[0] - 1
-    for k in range(n):
-        scale[k + 1] = min(scale[k + 1], scale[k] + _GRADE * (t[k + 1] - t[k]))
-    for k in range(n - 1, -1, -1):
-        scale[k] = min(scale[k], scale[k + 1] + _GRADE * (t[k + 1] - t[k]))
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _mesh(
-    t: cython.const[cython.double][::1],
-    scale: cython.double[::1],
-    cuts: cython.const[cython.double][::1],
-    knots: cython.double[::1],
-    laid: cython.Py_ssize_t,
-) -> cython.Py_ssize_t:
-    """Lay knots from ``knots[laid]`` to the last cut; returns the index of the last, −1 without room.
-
-    Knots stand a smoothing length apart, taken in the middle of the step. Every cut is a knot, but where the one before
-    it or the last one of all is closer than `_LEAST` of that.
-    """
-    i: cython.Py_ssize_t = laid
-    k: cython.Py_ssize_t = 0
-    c: cython.Py_ssize_t
-    n: cython.Py_ssize_t = t.shape[0] - 1
-    at: cython.double = knots[laid]
-    end: cython.double = cuts[cuts.shape[0] - 1]
-    step: cython.double
-    middle: cython.double
-    m: cython.Py_ssize_t = 0
-    for c in range(cuts.shape[0]):
-        m = k
-        while m < n - 1 and t[m + 1] <= cuts[c]:
-            m += 1
-        step = _LEAST * _MESH * _scale_at(t, scale, m, cuts[c])
-        if cuts[c] < end and (cuts[c] - at < step or end - cuts[c] < step):
-            continue
-        while at < cuts[c]:
-            while k < n - 1 and t[k + 1] <= at:
-                k += 1
-            step = _MESH * _scale_at(t, scale, k, at)
-            m = k
-            middle = min(at + 0.5 * step, t[n])
-            while m < n - 1 and t[m + 1] <= middle:
-                m += 1
-            step = _MESH * min(_scale_at(t, scale, m, middle), 1.25 * step)
-            if at + _TWO * step >= cuts[c]:
-                # What is left makes one span, or two of half of it.
-                if at + _ONE * step < cuts[c]:
-                    at = 0.5 * (at + cuts[c])
-                else:
-                    at = cuts[c]
-            else:
-                at = at + step
-            i += 1
-            if i + _P + 1 >= knots.shape[0]:
-                return -1
-            knots[i] = at
-    return i
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _sample(
-    t: cython.const[cython.double][::1],
-    bend: cython.const[cython.double][::1],
-    knots: cython.double[::1],
-    first: cython.Py_ssize_t,
-    last: cython.Py_ssize_t,
-    at: cython.double[::1],
-) -> cython.Py_ssize_t:
-    """Choose where to compare: the ends of pieces, and on long and on curved pieces knots and middles of their spans too.
-
-    Returns how many, −1 without room.
-    """
-    n: cython.Py_ssize_t = t.shape[0] - 1
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t = first
-    count: cython.Py_ssize_t = 0
-    here: cython.double
-    longer: cython.double
-    for k in range(n):
-        if t[k + 1] <= knots[first]:
-            continue
-        if count + 2 >= at.shape[0]:
-            return -1
-        if t[k] >= knots[first]:
-            at[count] = t[k]
-            count += 1
-        while i < last and knots[i + 1] <= t[k]:
-            i += 1
-        longer = _LONGER if bend[k] == 0.0 else _CURVED
-        if t[k + 1] - t[k] <= longer * (knots[i + 1] - knots[i]):
-            continue
-        while i < last and knots[i] < t[k + 1]:
-            if count + 4 >= at.shape[0]:
-                return -1
-            if knots[i] > t[k]:
-                at[count] = knots[i]
-                count += 1
-            here = 0.5 * (knots[i] + knots[i + 1])
-            if t[k] < here and here < t[k + 1]:
-                at[count] = here
-                count += 1
-            i += 1
-        i = max(i - 1, first)
-    at[count] = t[n]
-    return count + 1
 
 
 @cython.cfunc
@@ -278,7 +128,7 @@ def _penalise(
         u = min(max(knots[i + 4], t[0]), t[n])
         while k < n - 1 and t[k + 1] <= u:
             k += 1
-        length = _scale_at(t, scale, k, u)
+        length = length_at(t, scale, k, u)
         weight = 0.5 * (knots[i + 5] - knots[i + 3]) * length * length * length * length * length * length
         for j in range(4):
             for d in range(j, 4):
@@ -586,51 +436,6 @@ def _compare(
     return worst
 
 
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _adjust(
-    t: cython.const[cython.double][::1],
-    scale: cython.double[::1],
-    used: cython.double[:, ::1],
-    longest: cython.const[cython.double][::1],
-    grow: cython.bint,
-    change: cython.double[::1],
-) -> cython.void:
-    """Shrink the smoothing length where the tolerance is exceeded, grow it where much of it is left.
-
-    At the end of a piece counts what is used within two smoothing lengths of it.
-    """
-    n: cython.Py_ssize_t = t.shape[0] - 1
-    k: cython.Py_ssize_t
-    m: cython.Py_ssize_t
-    most: cython.double
-    reach: cython.double
-    for k in range(n + 1):
-        reach = _REACH * scale[k]
-        most = 0.0
-        m = k
-        while m < n and t[m] < t[k] + reach:
-            most = max(most, used[m, 0])
-            if 0.5 * (t[m] + t[m + 1]) < t[k] + reach:
-                most = max(most, used[m, 1])
-            m += 1
-        m = k - 1
-        while m >= 0 and t[m + 1] > t[k] - reach:
-            most = max(most, used[m, 1])
-            if 0.5 * (t[m] + t[m + 1]) > t[k] - reach:
-                most = max(most, used[m, 0])
-            m -= 1
-        change[k] = 1.0
-        if most > 1.0:
-            change[k] = max(0.35, 0.93 / most)
-        elif grow and most < 0.85:
-            change[k] = min(1.6, sqrt(0.92 / max(most, 1e-3)))
-    for k in range(n + 1):
-        scale[k] = min(scale[k] * change[k], longest[k])
-    _grade(t, scale)
-
-
 def fit(
     t: cython.const[cython.double][::1],
     y: cython.const[cython.double][:, :, ::1],
@@ -690,14 +495,14 @@ def fit(
     turn: cython.Py_ssize_t = 0
     worst: cython.double = 0.0
     with cython.nogil:
-        _grade(t, scale)
+        lower(t, scale)
         while True:
-            last = _mesh(t, scale, cuts, knots, laid)
+            last = lay(t, scale, cuts, knots, laid)
             if last < 0:
                 break
             for j in range(1, _P + 1):
                 knots[last + j] = knots[last]
-            samples = _sample(t, bend, knots, _P, last, at)
+            samples = choose(t, bend, knots, _P, last, at)
             if samples < 0:
                 last = -1
                 break
@@ -714,5 +519,5 @@ def fit(
                 break
             if turn > rounds + 60:
                 break
-            _adjust(t, scale, used, longest, turn <= rounds, change)
+            adjust(t, scale, used, longest, turn <= rounds, change)
     return last, worst

@@ -1,10 +1,6 @@
-"""Pieces and the smooth spline within their corridor: closed forms, the bound of the deviation, seams, both kernels."""
+"""Pieces and the smooth spline within their corridor: closed forms, the bound of the deviation, seams."""
 
 from __future__ import annotations
-
-import importlib.machinery
-import importlib.util
-from pathlib import Path as File
 
 import numpy as np
 import pytest
@@ -203,24 +199,6 @@ def test_a_seam_goes_on_without_a_trace() -> None:
         np.concatenate([done.knots, second.knots[9:] + whole.t[origin]]),
         np.concatenate([done.points, second.points[4:]]),
         0.0,
+        second.deviation,
     )
     assert misses(joined, whole).max() <= 0.01
-
-
-def test_kernel_runs_uncompiled_alike() -> None:
-    name = "smoothing_source"
-    loader = importlib.machinery.SourceFileLoader(name, str(File(smoothing.__file__).parent / "smoothing.py"))
-    source = importlib.util.module_from_spec(importlib.util.spec_from_loader(name, loader))
-    loader.exec_module(source)
-    pieces = polyline(facets(25, 2))
-    results = []
-    for kernel in (smoothing, source):
-        knots, fixed, points = np.zeros(300), np.zeros((300, 3)), np.zeros((300, 3))
-        used, scale = np.zeros((25, 2)), np.minimum(first_scales(pieces), 0.5)
-        last, worst = kernel.fit(
-            pieces.t, pieces.y, pieces.bend, pieces.tolerance, pieces.t[-1:], scale, np.full(26, 0.5), 2,
-            knots, 4, fixed, END_POINT, END_DERIVATIVES, points, used,
-        )  # fmt: skip
-        results.append((last, worst, knots, points, used, scale))
-    for ours, theirs in zip(*results, strict=True):
-        np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-12)

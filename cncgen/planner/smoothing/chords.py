@@ -15,8 +15,9 @@ from cncgen.toolpath.record import PathMode, Toolpath
 
 Floats = NDArray[np.float64]
 
-#: Room for chords, by what v² κ T²/8 says of them: where curvature changes within a period they are longer by some per cent.
-_ROOM = 1.03
+#: Room for chords, by what v² κ T²/8 says of them: where curvature changes within a period, or the speed does, they are
+#: longer by some per cent. Beside a curve that was left room for the longest chords, and beside one that has used it up.
+ROOM, TIGHT = 1.03, 1.1
 
 
 def chord_within(machine: Machine, axes: str) -> float:
@@ -37,23 +38,31 @@ def chord_within(machine: Machine, axes: str) -> float:
     return min(given, float(np.linalg.norm(limits)) * machine.period_s**2 / 8.0)
 
 
-def fit_tolerance(tolerance: Floats, chord_mm: float) -> Floats:
-    """Return what a smoothed curve may leave its path by, so that the chords between setpoints have room: half at least."""
-    out: Floats = np.maximum(tolerance - _ROOM * chord_mm, 0.5 * tolerance)
-    return out
+def fit_tolerance(tolerance: Floats, chord_mm: float, need: Floats | float | None = None) -> Floats:
+    """Return what a smoothed curve may leave its path by, so that the chords between setpoints have room: half at least.
 
-
-def chord_left(tolerance: Floats, chord_mm: float) -> Floats:
-    """Return what chords may take beside a curve that is smoothed by `fit_tolerance`, mm.
-
-    That is their tolerance δ; where P is below 2 δ only max(P, δ) − P/2.
+    Args:
+        tolerance: Shape (n,), P, mm.
+        chord_mm: δ, the largest chord that there can be (`chord_within`).
+        need: Shape (n,), mm: the chord to leave room for, δ at most; None for δ.
     """
-    rest = (np.maximum(tolerance, chord_mm) - fit_tolerance(tolerance, chord_mm)) / _ROOM
-    return np.where(_narrow(tolerance, chord_mm), np.minimum(rest, chord_mm), chord_mm)
+    kept = ROOM * chord_mm if need is None else np.minimum(TIGHT * need, ROOM * chord_mm)
+    return np.clip(np.maximum(tolerance, chord_mm) - kept, 0.5 * tolerance, tolerance)
 
 
-def _narrow(tolerance: Floats, chord_mm: float) -> NDArray[np.bool_]:
-    out: NDArray[np.bool_] = tolerance < 2.0 * _ROOM * chord_mm
+def chord_room(tolerance: Floats, deviation: Floats, chord_mm: float) -> Floats:
+    """Return what is left of the tolerance, or of δ where that is more, beside a curve that leaves its path so far, mm."""
+    return np.maximum(tolerance, chord_mm) - deviation
+
+
+def chord_left(room: Floats, chord_mm: float) -> Floats:
+    """Return the chord to which the room beside a curve holds the motion, mm: δ at most."""
+    return np.where(_tight(room, chord_mm), room / TIGHT, chord_mm)
+
+
+def _tight(room: Floats, chord_mm: float) -> NDArray[np.bool_]:
+    # Where all of δ was left over, rounding must not take it away.
+    out: NDArray[np.bool_] = room < (1.0 - 1e-9) * ROOM * chord_mm
     return out
 
 
@@ -63,23 +72,29 @@ def chord_speed_within(
     """Return the speed along a smoothed toolpath at which smoothing and chords together keep its tolerance.
 
     Args:
-        toolpath: A stretch, smoothed by `fit_tolerance`.
+        toolpath: A stretch that is smoothed; its tolerances are what is left beside that (`chord_room`).
         chord_mm: δ.
         period_s: Time between setpoints.
 
     Returns:
-        Takes path coordinates, shape (n,), and gives mm/s; infinite where δ itself is what bounds. None: everywhere.
+        Takes path coordinates, shape (n,), ascending, and gives mm/s; infinite where δ itself is what bounds. None: everywhere.
     """
-    narrow = (toolpath.path_mode == PathMode.CONTINUOUS) & _narrow(toolpath.tolerance, chord_mm)
+    narrow = (toolpath.path_mode == PathMode.CONTINUOUS) & _tight(toolpath.tolerance, chord_mm)
     if not narrow.any():
         return None
-    left = chord_left(toolpath.tolerance, chord_mm)
-    path, scale = path_of(toolpath), axis_scale(toolpath.axes)
+    rows = np.flatnonzero(narrow)
+    left = chord_left(toolpath.tolerance[rows], chord_mm)
+    scale = axis_scale(toolpath.axes)
 
     def speed(s: Floats) -> Floats:
-        row = path.row_of(s, 1)
-        _, x1, x2 = path.evaluate(s, 2) * scale
-        top = chord_speed(across(x1, x2), left[row], period_s)
-        return np.where(narrow[row], top, np.inf)
+        path = path_of(toolpath)
+        first = np.searchsorted(s, path.row_s[rows], side="left")
+        count = np.searchsorted(s, path.row_s[rows + 1], side="right") - first
+        held = np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
+        _, x1, x2 = path.evaluate(s[held], 2) * scale
+        top = np.full(len(s), np.inf)
+        # The end of a row is the start of the next one.
+        np.minimum.at(top, held, chord_speed(across(x1, x2), np.repeat(left, count), period_s))
+        return top
 
     return speed

@@ -18,16 +18,25 @@ Ints = NDArray[np.int64]
 
 #: Part of a feed by which the mean over a span may differ from it for rounding alone.
 _SAME = 1e-6
+#: Knot spans before and after a row of the result over which a chord on it may reach.
+_AROUND = 2
 
 
 def rows_of(
-    spline: Spline, row_t: Floats, source: Toolpath, moving: Ints, axes_scale: Floats, events: range
+    spline: Spline,
+    row_t: Floats,
+    source: Toolpath,
+    moving: Ints,
+    axes_scale: Floats,
+    events: range,
+    room: Floats,
 ) -> Toolpath:
     """Return the toolpath of a spline.
 
     A knot span belongs to the source row in which its middle lies; spans of one row in a row make one NURBS row, with
-    the line, mode and tolerance of that row, and with its feed. Where rows of another feed are too short for spans of their
-    own, it is the feed that takes the time of all. A feed by inverse time becomes the speed that the row had.
+    the line and mode of that row, and with its feed. Where rows of another feed are too short for spans of their own, it
+    is the feed that takes the time of all. A feed by inverse time becomes the speed that the row had. The tolerance is
+    what is left of it: the least on the rows over which a chord between setpoints may reach.
 
     Args:
         spline: Fitted to the rows `moving` of `source`.
@@ -36,6 +45,7 @@ def rows_of(
         moving: Their indices, ascending.
         axes_scale: Shape (axes,): what the columns of the spline were multiplied by.
         events: Rows of `source` that may be events to be put in at their place.
+        room: Shape (rows,), mm: what the spline leaves of the tolerance on each row.
     """
     knots, points = spline.knots, spline.points / axes_scale
     middle = 0.5 * (knots[4:-5] + knots[5:-4])
@@ -56,7 +66,9 @@ def rows_of(
         feed=_mean(feed, row_t, owner[first], at[first], at[stop]),
         feed_mode=np.where(inverse[owner[first]], FeedMode.SPEED, source.feed_mode[rows]).astype(np.int8),
         path_mode=source.path_mode[rows],
-        tolerance=source.tolerance[rows],
+        tolerance=_least(
+            room, row_t, at[np.maximum(first - _AROUND, 0)], at[np.minimum(stop + _AROUND, len(at) - 1)]
+        ),
         curve=np.arange(len(rows)),
         line=source.line[rows],
         source=source.source[rows],
@@ -66,6 +78,15 @@ def rows_of(
     )
     inside = events.start + np.flatnonzero(source.kind[events.start : events.stop] == Kind.EVENT)
     return _with_events(made, rows, source, inside) if inside.size else made
+
+
+def _least(room: Floats, row_t: Floats, begin: Floats, end: Floats) -> Floats:
+    """Return the least that is left on the rows between places."""
+    first = np.clip(np.searchsorted(row_t, begin, side="right") - 1, 0, len(room) - 1)
+    last = np.clip(np.searchsorted(row_t, end, side="left"), first + 1, len(room))
+    padded = np.append(room, np.inf)
+    out: Floats = np.minimum.reduceat(padded, np.stack([first, last], axis=1).ravel())[::2]
+    return out
 
 
 def _mean(feed: Floats, row_t: Floats, owner: Ints, begin: Floats, end: Floats) -> Floats:

@@ -36,6 +36,7 @@ class Classes:
         entry, leave: Shape (n, axes): dx/ds at start and end of each row, scaled; 0 where there is none.
         widest: Shape (n,): largest smoothing length at the start of each row, mm.
         pace: Shape (n,): speed at which the start of each row is passed where it is rounded, mm/s.
+        chord: Shape (n,): what chords will take of the tolerance on each row, mm; infinite for all that they can.
     """
 
     fits: NDArray[np.bool_]
@@ -45,6 +46,7 @@ class Classes:
     leave: Floats
     widest: Floats
     pace: Floats
+    chord: Floats
 
 
 def rests(toolpath: Toolpath) -> NDArray[np.bool_]:
@@ -83,7 +85,9 @@ def classify(toolpath: Toolpath, path: Path, scale: Floats, free: NDArray[np.boo
     moving = np.flatnonzero(fits)
     back = np.einsum("ij,ij->i", leave[moving[:-1], :3], entry[moving[1:], :3]) < _SHARPEST
     parts[moving[1:][back]] = True
-    return Classes(fits, idle, parts, entry, leave, np.full(count, np.inf), np.zeros(count))
+    return Classes(
+        fits, idle, parts, entry, leave, np.full(count, np.inf), np.zeros(count), np.full(count, np.inf)
+    )
 
 
 def _tangents(path: Path, scale: Floats) -> tuple[Floats, Floats]:

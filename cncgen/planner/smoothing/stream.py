@@ -9,15 +9,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, NoPlanError, Span
-from cncgen.geometry.corridor import END_DERIVATIVES, END_POINT, OVERLAP, CorridorError, Seam, fit, split
-from cncgen.geometry.path import Path
-from cncgen.geometry.pieces import Pieces, pieces_of
+from cncgen.geometry.corridor import (
+    END_DERIVATIVES,
+    END_POINT,
+    OVERLAP,
+    CorridorError,
+    Seam,
+    Spline,
+    fit,
+    split,
+)
+from cncgen.geometry.path import LINE, Path
+from cncgen.geometry.pieces import ARC_SHARE, Pieces, pieces_of
 from cncgen.machine.record import Machine
-from cncgen.planner.smoothing.chords import chord_within, fit_tolerance
+from cncgen.planner.smoothing.chords import chord_room, chord_within, fit_tolerance
+from cncgen.planner.smoothing.corners import Corners, Drive
 from cncgen.planner.smoothing.ends import opened
 from cncgen.planner.smoothing.output import rows_of
 from cncgen.planner.smoothing.runs import TANGENT, Classes, axis_scale, classify
-from cncgen.planner.smoothing.worth import Corners, Drive, rounding
+from cncgen.planner.smoothing.shares import chord_need
+from cncgen.planner.smoothing.worth import rounding
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 from cncgen.toolpath.slicing import between, join
 
@@ -49,7 +60,8 @@ def smooth(
         machine: Corners that it passes faster as they are than rounded are met exactly; None rounds all.
 
     Yields:
-        Consecutive stretches of the smoothed program, none empty.
+        Consecutive stretches of the smoothed program, none empty. The tolerance of a smoothed row is what is left of it
+        beside the smoothing (`chord_room`).
 
     Raises:
         NoPlanError: If a run could not be fitted (a fault of the method, not of the program; see docs/smoothing.md).
@@ -73,6 +85,7 @@ class _Smoother:
         seam: Where the curve of the run at the front goes on from, or None at its start.
         before: dx/ds at the end of the last motion handed on exactly, scaled; None after a rest and at the start.
         pace: Speed at the start of the rows that wait, 0 but within a run.
+        chord: What chords take on the first of them, as far as it has been seen, mm.
     """
 
     def __init__(self, reserve_mm: float | None, machine: Machine | None) -> None:
@@ -82,6 +95,7 @@ class _Smoother:
         self.seam: Seam | None = None
         self.before: Floats | None = None
         self.pace = 0.0
+        self.chord = 0.0
 
     def take(self, chunks: list[tuple[Toolpath, Bools]], last: bool) -> Iterator[Toolpath]:
         """Add rows, of which some NURBS may be smoothed, and yield what has become final, as one toolpath."""
@@ -92,7 +106,8 @@ class _Smoother:
         path = Path(rows.axes, rows.start, rows.kind, rows.end, rows.curve, rows.arcs, rows.nurbs)
         classes = classify(rows, path, axis_scale(rows.axes), free)
         if self.machine is not None:
-            _judge_corners(rows, path, classes, Drive.of(self.machine, rows.axes), self.pace, last)
+            drive = Drive.of(self.machine, rows.axes)
+            _judge_corners(rows, path, classes, drive, (self.pace, self.chord), last)
         borders = np.append(np.flatnonzero(classes.parts), len(rows))
         done = _Done(rows)
         at = 0
@@ -102,7 +117,8 @@ class _Smoother:
             if at < stop:
                 break
         self.pending = (between(rows, at, len(rows)), free[at:]) if at < len(rows) else None
-        self.pace = float(classes.pace[at]) if self.seam is not None else 0.0
+        goes_on = self.seam is not None
+        self.pace, self.chord = (float(classes.pace[at]), float(classes.chord[at])) if goes_on else (0.0, 0.0)
         if done.toolpaths():
             yield join(done.toolpaths())
 
@@ -170,8 +186,9 @@ class _Smoother:
     ) -> int | None:
         """Fit a window of the run at the front; return the row from which to go on, None if it needs more rows."""
         scale = axis_scale(rows.axes)
-        allowed = rows.tolerance[window]
-        pieces = pieces_of(path, fit_tolerance(allowed, self._reserve(rows.axes)), scale, window)
+        allowed, most = rows.tolerance[window], self._reserve(rows.axes)
+        given = fit_tolerance(allowed, most, np.minimum(classes.chord[window], most))
+        pieces = pieces_of(path, given, scale, window)
         row_t = pieces.row_t
         head = END_DERIVATIVES if _tangent(self.before, classes.entry[window[0]]) else END_POINT
         tail = 0
@@ -183,6 +200,7 @@ class _Smoother:
             spline = fit(pieces, _cuts(rows, window, row_t), head, tail, self.seam, longest=longest)
         except CorridorError as fault:
             raise _no_curve(rows, window, fault) from fault
+        room = chord_room(allowed, _deviation(pieces, spline, given), most)
         if final:
             upto, rest, self.seam = int(window[-1]) + 1, int(window[-1]) + 1, None
             self.before = classes.leave[window[-1]]
@@ -194,7 +212,7 @@ class _Smoother:
             k = min(int(np.searchsorted(row_t, at, side="right")) - 1, len(window) - 1)
             rest = upto = int(window[k])
             spline, self.seam = split(spline, span, float(row_t[k]))
-        done.add(rows_of(spline, row_t, rows, window, scale, range(int(window[0]), upto)))
+        done.add(rows_of(spline, row_t, rows, window, scale, range(int(window[0]), upto), room))
         return rest
 
 
@@ -229,14 +247,14 @@ class _Done:
 
 
 def _judge_corners(
-    rows: Toolpath, path: Path, classes: Classes, drive: Drive, pace: float, last: bool
+    rows: Toolpath, path: Path, classes: Classes, drive: Drive, before: tuple[float, float], last: bool
 ) -> None:
     """Part runs at the corners that are not worth rounding, and tell how far to round the others, in place.
 
     Args:
         rows, path, classes: The rows that are here.
         drive: What they are passed by.
-        pace: Speed at the start of the first row.
+        before: Speed at the start of the first row, and what chords take on it for what came before.
         last: Whether no rows follow.
     """
     moving = np.flatnonzero(classes.fits)
@@ -246,6 +264,7 @@ def _judge_corners(
     runs = np.cumsum(classes.parts)
     inverse = rows.feed_mode == FeedMode.INVERSE_TIME
     feed = rows.feed * np.where(inverse, path.row_length, path.per_feed)
+    bends = _bends(path, classes)
     corners = Corners(
         leave=classes.leave[one],
         entry=classes.entry[two],
@@ -253,13 +272,35 @@ def _judge_corners(
         feed=feed[np.stack([one, two])],
         tolerance=np.minimum(rows.tolerance[one], rows.tolerance[two]),
         joined=runs[one] == runs[two],
+        bend=bends[np.stack([one, two])],
     )
-    widest, speed = rounding(drive, corners, pace)
+    need = np.where(corners.joined, chord_need(drive, corners), 0.0)
+    chord = np.maximum(np.append(need, 0.0), np.append(before[1], need))
+    classes.chord[moving] = chord
+    given = fit_tolerance(rows.tolerance[moving], drive.reserve_mm, chord)
+    widest, speed = rounding(drive, corners, before[0], np.minimum(given[:-1], given[1:]))
     if not last and runs[-1] == runs[moving[-1]]:
         # How the last row goes on is not known yet; its run stays open.
         widest[-1] = np.inf
     classes.widest[two], classes.pace[two] = widest, speed
     classes.parts[two[widest == 0.0]] = True
+
+
+def _bends(path: Path, classes: Classes) -> Floats:
+    """Return the largest curvature that is seen of rows that may be smoothed, shape (n,), 1/mm."""
+    out = np.zeros(len(path))
+    curves = np.flatnonzero(classes.fits & (path.kind != LINE))
+    if curves.size:
+        length = path.row_length[curves]
+        looks = [path.curvature_after(curves, part * length) for part in (0.0, 0.5, 1.0)]
+        out[curves] = np.max(looks, axis=0)
+    return out
+
+
+def _deviation(pieces: Pieces, spline: Spline, given: Floats) -> Floats:
+    """Return a bound of what the spline leaves each row by, shape (rows,), mm."""
+    out: Floats = np.maximum.reduceat(spline.deviation, np.flatnonzero(np.diff(pieces.row, prepend=-1)))
+    return out + ARC_SHARE * given
 
 
 def _longest(pieces: Pieces, widest: Floats) -> Floats:

@@ -10,16 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.machine.record import Machine
 from cncgen.planner.rows import across, chord_speed
-from cncgen.planner.smoothing.chords import chord_left, chord_within, fit_tolerance
-from cncgen.planner.smoothing.runs import axis_scale
+from cncgen.planner.smoothing.chords import chord_left, chord_room, fit_tolerance
+from cncgen.planner.smoothing.corners import BEND, TWIST, Corners, Drive
+from cncgen.planner.smoothing.shares import chord_need
 
 Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
-#: Largest |x''| L and |x'''| L² of a turn by 1 that is smoothed with the length L (docs/smoothing.md).
-_BEND, _TWIST = 1.0 / 3.0, 0.1475
 #: Part of the jerk limit that a step of the tangent takes at most, and speed in J T² up to which a stop costs less, as in
 #: `cncgen.planner.optimal`.
 _SHARE, _STOP = 0.75, 5.0
@@ -31,7 +28,7 @@ _GRADE = 0.4
 #: Smoothing lengths on each side that are passed at the speed of the corner: where jerk bounds it, besides (c + c³)/2 by
 #: the cosine c between the directions; where acceleration does; where chords do, on which setpoints are dense. Measured
 #: against plans, and somewhat more than that, so that what is rounded is faster.
-_JERK, _ACCELERATION, _CHORD = 0.4, 1.3, 1.1
+_JERK, _ACCELERATION, _CHORD = 0.4, 1.3, 1.2
 #: Ways of a period at that speed which are passed so besides, beyond a smoothing length: setpoints tell no parts of it.
 _UNTOLD = 0.5
 #: Smoothing lengths that are tried where chords bound the speed, in powers of √2.
@@ -40,56 +37,6 @@ _TRIED = 17
 _BY_CHORD = 2
 #: A turn below which there is no corner.
 _NONE = 1e-6
-#: Limit of an axis that the machine lacks.
-_FREE = 1e15
-
-
-@dataclass(frozen=True, slots=True)
-class Drive:
-    """What corners are passed by.
-
-    Attributes:
-        velocity, acceleration, jerk: Shape (axes,), limits as mm (`axis_scale`).
-        period_s: Time between setpoints.
-        chord_mm: Largest distance of the chords between them.
-        reserve_mm: What is left to them of the tolerance where the path is smoothed.
-    """
-
-    velocity: Floats
-    acceleration: Floats
-    jerk: Floats
-    period_s: float
-    chord_mm: float
-    reserve_mm: float
-
-    @classmethod
-    def of(cls, machine: Machine, axes: str) -> Drive:
-        """Return that of a machine for the axes of a program."""
-        scale = axis_scale(axes)
-        limits = [machine.axes.get(letter) for letter in axes]
-        table = [(a.max_velocity, a.max_acceleration, a.max_jerk) if a else (_FREE,) * 3 for a in limits]
-        velocity, acceleration, jerk = np.array(table).T * scale
-        reserve = chord_within(machine, axes)
-        return cls(velocity, acceleration, jerk, machine.period_s, machine.chord_tolerance_mm, reserve)
-
-
-@dataclass(frozen=True, slots=True)
-class Corners:
-    """The n places where consecutive rows that may be smoothed meet.
-
-    Attributes:
-        leave, entry: Shape (n, axes): dx/ds before and after, scaled.
-        length, feed: Shape (2, n), mm and mm/s: of the row before and of the row after.
-        tolerance: Shape (n,), P, mm.
-        joined: Shape (n,): whether the two rows are in one run.
-    """
-
-    leave: Floats
-    entry: Floats
-    length: Floats
-    feed: Floats
-    tolerance: Floats
-    joined: Bools
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +57,9 @@ class _Side:
         return way * np.maximum(1.0 / speed - 1.0 / self.top, 0.0)
 
 
-def rounding(drive: Drive, corners: Corners, before: float = 0.0) -> tuple[Floats, Floats]:
+def rounding(
+    drive: Drive, corners: Corners, before: float = 0.0, fit: Floats | None = None
+) -> tuple[Floats, Floats]:
     """Return the largest smoothing length at each corner that is worth it, and the speed at which it is passed.
 
     Rounded with L = 3 P/|Δ| a turn Δ is passed at the speed v at which its curvature, the change of that and chords keep
@@ -122,6 +71,7 @@ def rounding(drive: Drive, corners: Corners, before: float = 0.0) -> tuple[Float
         drive: See there.
         corners: Of consecutive rows; n of them have n + 1 rows.
         before: Speed at the start of the first row.
+        fit: Shape (n,), what the smoothed path may leave the corners by, mm; None for what chords leave each.
 
     Returns:
         Shape (n,) each: mm, 0 for corners to be met exactly, infinite where the tolerance is what bounds it; mm/s, that of
@@ -132,23 +82,22 @@ def rounding(drive: Drive, corners: Corners, before: float = 0.0) -> tuple[Float
     widest = np.full(len(size), np.inf)
     if not len(size):
         return widest, widest
+    if fit is None:
+        fit = fit_tolerance(corners.tolerance, drive.reserve_mm, chord_need(drive, corners))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        length = _graded(
-            3.0 * fit_tolerance(corners.tolerance, drive.reserve_mm) / size, corners.length[1, :-1]
-        )
-        speeds = _rounded_speeds(drive, np.abs(turn), length, _BEND * size / length, corners.tolerance)
+        length = _graded(3.0 * fit / size, corners.length[1, :-1])
+        speeds = _rounded_speeds(drive, turn, length, BEND * size / length, corners.tolerance)
         speed, by_chord = speeds.min(axis=0), speeds.argmin(axis=0) == _BY_CHORD
         room = corners.length.min(axis=0)
         alone = room >= _ALONE * length
-        looked_at = (size >= _NONE) & (alone | (by_chord & (room >= _CROWDED * length)))
+        beside = corners.length.max(axis=0) >= _ALONE * length
+        looked_at = (size >= _NONE) & (alone | (by_chord & ((room >= _CROWDED * length) | beside)))
         at = np.flatnonzero(looked_at)
         if len(at):
             pace = np.append(np.where(corners.joined, speed, 0.0), [0.0, before])
             beyond = pace[at - 1], pace[at + 1]
             curved = _largest_bend(corners.leave[at], corners.entry[at])
-            crowd = np.where(alone[at], 0.0, _bend(turn, length, corners.length[1, :-1], at))
-            bend = np.maximum(curved / length[at], crowd)
-            widest[at] = _Judged(drive, corners, at, turn[at], length[at], bend, curved, beyond).worth()
+            widest[at] = _Judged(drive, corners, at, turn, length[at], curved, beyond).worth()
     return widest, speed
 
 
@@ -170,7 +119,8 @@ def _bend(turn: Floats, length: Floats, apart: Floats, at: NDArray[np.int64]) ->
 
     Args:
         turn: Shape (n, axes), Δ.
-        length, apart: See `_graded`.
+        length: Shape (k,), smoothing length at the corners.
+        apart: See `_graded`.
         at: Shape (k,), which corners.
     """
     place = np.concatenate([[0.0], np.cumsum(apart)])
@@ -178,8 +128,8 @@ def _bend(turn: Floats, length: Floats, apart: Floats, at: NDArray[np.int64]) ->
     for k in range(-2, 3):
         there = (at + k >= 0) & (at + k < len(turn))
         other = np.where(there, at + k, at)
-        total += (there * response(np.abs(place[other] - place[at]) / length[at]))[:, None] * turn[other]
-    out: Floats = np.linalg.norm(total, axis=1) / length[at]
+        total += (there * response(np.abs(place[other] - place[at]) / length))[:, None] * turn[other]
+    out: Floats = np.linalg.norm(total, axis=1) / length
     return out
 
 
@@ -222,10 +172,9 @@ class _Judged:
     Attributes:
         drive, corners: See `rounding`.
         at: Shape (k,), which corners.
-        turn: Shape (k, axes), Δ.
+        turn: Shape (n, axes), Δ of all.
         length: Shape (k,), the L that the tolerance allows.
-        bend: Shape (k,), largest |x''| across x' with that.
-        across: Shape (k,), the same times L where the corner is rounded by itself.
+        across: Shape (k,), largest |x''| across x' times L where a corner is rounded by itself.
         beyond: Shape (k,) each, the speed at the other end of the row before and after.
     """
 
@@ -234,7 +183,6 @@ class _Judged:
     at: NDArray[np.int64]
     turn: Floats
     length: Floats
-    bend: Floats
     across: Floats
     beyond: tuple[Floats, Floats]
 
@@ -246,23 +194,30 @@ class _Judged:
         one, two = leave / drive.jerk, entry / drive.jerk
         norms = np.linalg.norm(one, axis=1) * np.linalg.norm(two, axis=1)
         alike = np.einsum("ij,ij->i", one, two) / norms
-        best, bound = self._cost(sides, alike, self.length, self.bend)
-        out = np.full(len(best), np.inf)
-        size, by_chord = np.linalg.norm(self.turn, axis=1), bound == _BY_CHORD
+        turn, room = np.abs(self.turn[self.at]), rows.min(axis=0)
+        best, bound = self._cost(sides, alike, self.length)
+        out, size, by_chord = np.full(len(best), np.inf), np.linalg.norm(turn, axis=1), bound == _BY_CHORD
+        if by_chord.any():
+            # The same lengths are tried whatever P is, so that more of it can do what less of it does.
+            unit = drive.reserve_mm / size
+            first = np.ceil(2.0 * np.log2(self.length / unit)) - 1.0
         for k in range(_TRIED) if by_chord.any() else ():
-            shorter = self.length * 0.5 ** (0.5 * k)
-            cost, _ = self._cost(sides, alike, shorter, self.across / shorter)
-            better = by_chord & (cost < (1.0 - 1e-9) * best) & (rows.min(axis=0) >= _ALONE * shorter)
+            shorter = unit * np.exp2(0.5 * (first - k))
+            cost, _ = self._cost(sides, alike, shorter)
+            better = by_chord & (cost < (1.0 - 1e-9) * best) & (room >= _CROWDED * shorter)
             best, out = np.where(better, cost, best), np.where(better, shorter, out)
-        passed = _passed_speed(drive, np.abs(self.turn), size, np.maximum(np.abs(leave), np.abs(entry)))
+        passed = _passed_speed(drive, turn, size, np.maximum(np.abs(leave), np.abs(entry)))
         return np.where(best < sum(side.lost(passed) for side in sides), out, 0.0)
 
-    def _cost(
-        self, sides: list[_Side], alike: Floats, length: Floats, bend: Floats
-    ) -> tuple[Floats, NDArray[np.int64]]:
+    def _cost(self, sides: list[_Side], alike: Floats, length: Floats) -> tuple[Floats, NDArray[np.int64]]:
         """Return the time that corners rounded with a length cost, shape (k,), and what bounds their speed."""
         drive, tolerance = self.drive, self.corners.tolerance[self.at]
-        speeds = _rounded_speeds(drive, np.abs(self.turn), length, bend, tolerance)
+        bend = self.across / length
+        crowded = np.flatnonzero(self.corners.length[:, self.at].min(axis=0) < _ALONE * length)
+        if crowded.size:
+            apart, at = self.corners.length[1, :-1], self.at[crowded]
+            bend[crowded] = np.maximum(bend[crowded], _bend(self.turn, length[crowded], apart, at))
+        speeds = _rounded_speeds(drive, self.turn[self.at], length, bend, tolerance)
         speed, bound = speeds.min(axis=0), speeds.argmin(axis=0)
         step = speed * drive.period_s
         by_jerk = (speed / speeds[0]) ** 3
@@ -293,12 +248,15 @@ def _rounded_speeds(drive: Drive, turn: Floats, length: Floats, bend: Floats, to
 
     Args:
         drive: See there.
-        turn: Shape (n, axes), |Δ| of each axis.
+        turn: Shape (n, axes), Δ.
         length, bend, tolerance: Shape (n,), L, largest |x''| and P.
     """
-    jerk = np.cbrt(np.min(drive.jerk / turn, axis=1) * length**2 / _TWIST)
-    acceleration = np.sqrt(np.min(drive.acceleration / turn, axis=1) * length / _BEND)
-    chord = chord_speed(bend, chord_left(tolerance, drive.reserve_mm), drive.period_s)
+    size = np.abs(turn)
+    jerk = np.cbrt(np.min(drive.jerk / size, axis=1) * length**2 / TWIST)
+    acceleration = np.sqrt(np.min(drive.acceleration / size, axis=1) * length / BEND)
+    deviation = BEND * np.sqrt(np.einsum("ij,ij->i", turn, turn)) * length
+    left = chord_left(chord_room(tolerance, deviation, drive.reserve_mm), drive.reserve_mm)
+    chord = chord_speed(bend, left, drive.period_s)
     return np.stack([jerk, acceleration, chord])
 
 

@@ -13,7 +13,9 @@ from cncgen import pipeline
 from cncgen.machine import load
 from cncgen.machine.record import Axis, Machine
 from cncgen.planner.smoothing import smooth, worth
-from cncgen.planner.smoothing.worth import Corners, Drive, rounding
+from cncgen.planner.smoothing.corners import BEND, TWIST, Corners, Drive
+from cncgen.planner.smoothing.shares import chord_need
+from cncgen.planner.smoothing.worth import rounding
 from cncgen.toolpath.record import Kind, PathMode
 from cncgen.toolpath.slicing import between, join
 from tests.planner.smoothing.programs import toolpath
@@ -32,7 +34,8 @@ def corner(tolerance: float, turn: float = 1.0, length: float = 10.0, feed: floa
     leave = np.array([[1.0, 0.0, 0.0]])
     entry = np.array([[np.cos(turn), np.sin(turn), 0.0]])
     rows = np.full((2, 1), length)
-    return Corners(leave, entry, rows, np.full((2, 1), feed), np.array([tolerance]), np.ones(1, bool))
+    feeds, straight = np.full((2, 1), feed), np.zeros((2, 1))
+    return Corners(leave, entry, rows, feeds, np.array([tolerance]), np.ones(1, bool), straight)
 
 
 def seconds(text: str, where: Machine) -> float:
@@ -49,8 +52,8 @@ def test_the_response_of_a_turn(s: float) -> None:
 def test_what_is_largest_of_the_response() -> None:
     s = np.linspace(0.0, 6.0, 60_001)
     h = worth.response(s)
-    assert h.max() == pytest.approx(worth._BEND, rel=1e-9)
-    assert np.abs(np.gradient(h, s)).max() == pytest.approx(worth._TWIST, rel=1e-3)
+    assert h.max() == pytest.approx(BEND, rel=1e-9)
+    assert np.abs(np.gradient(h, s)).max() == pytest.approx(TWIST, rel=1e-3)
 
 
 @pytest.mark.parametrize(("a", "j"), [(2000.0, 5e4), (50.0, 1e6), (1e9, 5e4)])
@@ -83,15 +86,20 @@ def test_what_setpoints_do_not_see_is_met_exactly() -> None:
 
 
 def test_the_speed_is_what_the_limits_leave_of_the_turn() -> None:
-    """L = 3 P/|Δ|, P less the room of chords; by jerk v³ 0.1475 Δ/L² = J, by acceleration v² Δ/(3 L) = A."""
+    """L = 3 P/|Δ|, P less the room of chords; by jerk v³ 0.1475 Δ/L² = J, by acceleration v² Δ/(3 L) = A, by that room."""
     turn = np.array([1.0 - np.cos(1.0), np.sin(1.0)])
-    reserve = 1.03 * np.sqrt(3.0) * 2000.0 * PERIOD**2 / 8.0
+    drive = Drive.of(machine(), "XYZ")
     for tolerance in (0.01, 5.0):
-        length = 3.0 * (tolerance - reserve) / np.linalg.norm(turn)
+        need = float(chord_need(drive, corner(tolerance))[0])
+        kept = min(1.1 * need, 1.03 * drive.reserve_mm)
+        length = 3.0 * (tolerance - kept) / np.linalg.norm(turn)
         by_jerk = np.cbrt(JERK * length**2 / (0.1475 * turn.max()))
         by_acceleration = np.sqrt(3.0 * 2000.0 * length / turn.max())
-        _, speed = rounding(Drive.of(machine(), "XYZ"), corner(tolerance))
-        assert speed[0] == pytest.approx(min(by_jerk, by_acceleration), rel=1e-12)
+        chord = kept / 1.1 if kept < 1.03 * drive.reserve_mm else drive.reserve_mm
+        by_chord = 2.0 / PERIOD * np.sqrt(2.0 * chord * 3.0 * length / np.linalg.norm(turn) - chord**2)
+        assert by_chord > 0.99 * min(by_jerk, by_acceleration)
+        _, speed = rounding(drive, corner(tolerance))
+        assert speed[0] == pytest.approx(min(by_jerk, by_acceleration, by_chord), rel=1e-12)
 
 
 def test_corners_within_an_unseen_tolerance_are_met_exactly() -> None:
@@ -201,3 +209,26 @@ def test_what_bends_chords_is_across_the_path() -> None:
         minors = x1[:, i] * turn[j] - x1[:, j] * turn[i]
         exact = h * np.linalg.norm(minors, axis=1) / np.linalg.norm(x1, axis=1)
         assert 0.7 * exact.max() <= found <= 1.01 * exact.max()
+
+
+@pytest.mark.parametrize("chord", [1e-4, 1e-3])
+def test_short_rows_beside_long_ones_are_not_dragged_along(chord: float) -> None:
+    """At 4 ms and δ = 0.1 µm a row of 26 µm between long ones was rounded with them within 0.1 mm: 18 % over stops."""
+    ends = [(0.9485, -0.3167), (0.9255, -0.3037), (0.3029, -2.1124), (0.2201, -2.0936), (-0.3558, -1.7194)]
+    ends.append((-0.0797, -2.6806))
+    axes = {letter: Axis(letter, 228.65, 794.3, 265_000.0) for letter in "XYZ"}
+    where = Machine("slow", axes, period_s=0.004, chord_tolerance_mm=chord)
+    rows = "".join(f"G1 X{x} Y{y}\n" for x, y in ends)
+    stops, wide = (seconds(f"G21 G90 F1708 {mode}\n{rows}M2\n", where) for mode in ("G61.1", "G64 P0.1"))
+    assert wide <= 1.001 * stops
+
+
+def test_what_is_worth_less_tolerance_is_not_given_up_with_more() -> None:
+    """Where chords bound the speed the same smoothing lengths are tried whatever P is: more of it takes the same one."""
+    where = Machine("slow", machine().axes, period_s=0.004, chord_tolerance_mm=1e-4)
+    drive = Drive.of(where, "XYZ")
+    lengths = [
+        rounding(drive, corner(p, turn=2.4, length=30.0, feed=40.0))[0][0] for p in (0.01, 0.013, 0.1, 1.0)
+    ]
+    assert np.isfinite(lengths).all()
+    np.testing.assert_allclose(lengths, lengths[0], rtol=1e-12)

@@ -1,0 +1,70 @@
+"""What corners between rows that may be smoothed are, and what a machine passes them by."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.machine.record import Machine
+from cncgen.planner.smoothing.chords import chord_within
+from cncgen.planner.smoothing.runs import axis_scale
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+#: Largest |x''| L and |x'''| L² of a turn by 1 that is smoothed with the length L (docs/smoothing.md).
+BEND, TWIST = 1.0 / 3.0, 0.1475
+#: Limit of an axis that the machine lacks.
+_FREE = 1e15
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """What corners are passed by.
+
+    Attributes:
+        velocity, acceleration, jerk: Shape (axes,), limits as mm (`axis_scale`).
+        period_s: Time between setpoints.
+        chord_mm: Largest distance of the chords between them.
+        reserve_mm: The most that they can take of the tolerance where the path is smoothed (`chord_within`).
+    """
+
+    velocity: Floats
+    acceleration: Floats
+    jerk: Floats
+    period_s: float
+    chord_mm: float
+    reserve_mm: float
+
+    @classmethod
+    def of(cls, machine: Machine, axes: str) -> Drive:
+        """Return that of a machine for the axes of a program."""
+        scale = axis_scale(axes)
+        limits = [machine.axes.get(letter) for letter in axes]
+        table = [(a.max_velocity, a.max_acceleration, a.max_jerk) if a else (_FREE,) * 3 for a in limits]
+        velocity, acceleration, jerk = np.array(table).T * scale
+        reserve = chord_within(machine, axes)
+        return cls(velocity, acceleration, jerk, machine.period_s, machine.chord_tolerance_mm, reserve)
+
+
+@dataclass(frozen=True, slots=True)
+class Corners:
+    """The n places where consecutive rows that may be smoothed meet.
+
+    Attributes:
+        leave, entry: Shape (n, axes): dx/ds before and after, scaled.
+        length, feed: Shape (2, n), mm and mm/s: of the row before and of the row after.
+        tolerance: Shape (n,), P, mm.
+        joined: Shape (n,): whether the two rows are in one run.
+        bend: Shape (2, n), 1/mm: largest curvature of the row before and of the row after.
+    """
+
+    leave: Floats
+    entry: Floats
+    length: Floats
+    feed: Floats
+    tolerance: Floats
+    joined: Bools
+    bend: Floats

@@ -1,0 +1,76 @@
+"""What the chords between setpoints will take of the tolerance beside a smoothed path: an estimate, from the corners alone.
+
+The less it is, the more is left to smoothing. Whatever it is, the tolerance is kept: what smoothing has really left holds
+the chords (`cncgen.planner.smoothing.chords`). The derivation stands in docs/smoothing.md.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.planner.smoothing.chords import ROOM, fit_tolerance
+from cncgen.planner.smoothing.corners import BEND, TWIST, Corners, Drive
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+#: Part of the tolerance that is not worth a share of its own: up to it, chords have all that they could take.
+_TRIFLE = 0.03
+#: Rounds in which the smoothing length and the chord that it takes are found.
+_ROUNDS = 3
+#: What a turn is left by is L Δ/3 (docs/smoothing.md).
+_WAY = 3.0
+
+
+def chord_need(drive: Drive, corners: Corners) -> Floats:
+    """Return the chord that setpoints will make at each corner as far as limits, feed and P let them, shape (n,), mm.
+
+    The chord of a period takes |x''| v² T²/8. A turn Δ that is rounded by itself has |x''| = Δ/(3 L) with L = 3 P/Δ, and
+    v is that of jerk, v³ = J L²/(0.1475 Δ), of acceleration, of the feed, or of the axes. Where rows are shorter than 3 L
+    the curve behind them counts, of the curvature κ = Δ/ℓ, with v³ = J/κ². Never more than `Drive.reserve_mm`.
+
+    Args:
+        drive, corners: See there.
+    """
+    most = drive.reserve_mm
+    if not len(corners.tolerance) or ROOM * most <= _TRIFLE * corners.tolerance.min():
+        return np.full(len(corners.tolerance), most)
+    turn = corners.entry - corners.leave
+    size = np.sqrt(np.einsum("ij,ij->i", turn, turn))
+    apart = 0.5 * (corners.length[0] + corners.length[1])
+    top = np.minimum(corners.feed.max(axis=0), np.linalg.norm(drive.velocity))
+    need = curve_need(drive, np.maximum(size / apart, corners.bend.max(axis=0)), top)
+    least = fit_tolerance(corners.tolerance, most)
+    alone = np.flatnonzero((size > 0.0) & (apart * size >= _WAY * least))
+    if alone.size:
+        bends = curve_need(drive, corners.bend.max(axis=0)[alone], top[alone])
+        need[alone] = np.maximum(bends, _turn_need(drive, corners, alone, np.abs(turn[alone]), size[alone]))
+    return np.where(ROOM * (most - need) <= _TRIFLE * corners.tolerance, most, need)
+
+
+def _turn_need(drive: Drive, corners: Corners, at: Ints, turn: Floats, size: Floats) -> Floats:
+    """Return the chord that is made at corners that are rounded by themselves, shape (k,), mm; see `chord_need`."""
+    gain = np.maximum(np.abs(corners.leave[at]), np.abs(corners.entry[at]))
+    with np.errstate(divide="ignore"):
+        top = np.minimum(corners.feed[:, at].max(axis=0), np.min(drive.velocity / gain, axis=1))
+        jerk, acceleration = (
+            np.min(limit / turn, axis=1) * size for limit in (drive.jerk, drive.acceleration)
+        )
+    need = np.zeros(len(at))
+    for _ in range(_ROUNDS):
+        length = _WAY * fit_tolerance(corners.tolerance[at], drive.reserve_mm, need) / size
+        bend = BEND * size / length
+        by_jerk = np.cbrt(jerk * length**2 / (TWIST * size)) ** 2 * bend
+        push = np.minimum(np.minimum(by_jerk, acceleration), top**2 * bend)
+        need = np.minimum(drive.reserve_mm, push * drive.period_s**2 / 8.0)
+    return need
+
+
+def curve_need(drive: Drive, curvature: Floats, top: Floats) -> Floats:
+    """Return the chord that setpoints make on curves at speeds up to `top`, shape (n,), mm; see `chord_need`."""
+    jerk = float(np.linalg.norm(drive.jerk))
+    with np.errstate(divide="ignore"):
+        push = np.minimum(np.where(curvature > 0.0, top**2 * curvature, 0.0), np.cbrt(jerk**2 / curvature))
+    out: Floats = np.minimum(drive.reserve_mm, push * drive.period_s**2 / 8.0)
+    return out

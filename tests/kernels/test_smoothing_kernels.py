@@ -1,0 +1,92 @@
+"""The kernels of smoothing, compiled and as plain Python, and the smoothing length by a slow obvious reference."""
+
+from __future__ import annotations
+
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from cncgen.geometry.corridor import END_DERIVATIVES, END_POINT
+from cncgen.geometry.path import LINE, Path
+from cncgen.geometry.pieces import Pieces, first_scales, pieces_of
+from cncgen.geometry.tables import empty_arcs, empty_nurbs
+from cncgen.kernels import smoothing, smoothing_lengths
+from tests.kernels.plain import uncompiled
+
+LENGTHS = ("adjust", "choose", "lay", "length_at", "lower")
+
+
+def plain() -> ModuleType:
+    """Load the kernel and the one that it calls uncompiled."""
+    kernel, lengths = uncompiled("smoothing"), uncompiled("smoothing_lengths")
+    for name in LENGTHS:
+        setattr(kernel, name, getattr(lengths, name))
+    return kernel
+
+
+def polyline(count: int, seed: int) -> Pieces:
+    """Return lines of all lengths with all turns as pieces within 10 µm."""
+    rng = np.random.default_rng(seed)
+    heading = np.cumsum(rng.normal(size=count) * rng.choice([0.05, 1.0], count))
+    way = 10.0 ** rng.uniform(-2.0, 0.5, count)
+    steps = way[:, None] * np.stack([np.cos(heading), np.sin(heading), 0.1 * np.sin(3.0 * heading)], axis=1)
+    points = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
+    path = Path("XYZ", points[0], [LINE] * count, points[1:], [-1] * count, empty_arcs(), empty_nurbs(3))
+    return pieces_of(path, np.full(count, 0.01), np.ones(3))
+
+
+def fitted(kernel: ModuleType, pieces: Pieces, tail: int) -> tuple:
+    """Return what a kernel makes of pieces."""
+    n = len(pieces.y)
+    room = 4 * n + 200
+    knots, fixed, points = np.zeros(room), np.zeros((room, 3)), np.zeros((room, 3))
+    used, scale = np.zeros((n, 2)), np.minimum(first_scales(pieces), 0.5)
+    last, worst = kernel.fit(
+        pieces.t, pieces.y, pieces.bend, pieces.tolerance, pieces.t[-1:], scale, np.full(n + 1, 0.5), 2,
+        knots, 4, fixed, END_POINT, tail, points, used,
+    )  # fmt: skip
+    return last, worst, knots, points, used, scale
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("tail", [0, END_POINT, END_DERIVATIVES])
+def test_plain_python_gives_the_same_curve(seed: int, tail: int) -> None:
+    pieces = polyline(12, seed)
+    for ours, theirs in zip(fitted(smoothing, pieces, tail), fitted(plain(), pieces, tail), strict=True):
+        np.testing.assert_allclose(ours, theirs, rtol=1e-8, atol=1e-11)
+
+
+def test_plain_python_lays_the_same_lengths_knots_and_samples() -> None:
+    pieces, lengths = polyline(30, 3), uncompiled("smoothing_lengths")
+    rng = np.random.default_rng(4)
+    start, used = rng.uniform(0.01, 0.4, 31), rng.uniform(0.0, 1.5, (30, 2))
+    made = []
+    for kernel in (smoothing_lengths, lengths):
+        scale, knots, at, change = start.copy(), np.zeros(2000), np.zeros(6000), np.zeros(31)
+        kernel.lower(pieces.t, scale)
+        last = kernel.lay(pieces.t, scale, np.array([pieces.t[7], pieces.t[-1]]), knots, 4)
+        knots[last + 1 : last + 5] = knots[last]
+        count = kernel.choose(pieces.t, pieces.bend, knots, 4, last, at)
+        here = kernel.length_at(pieces.t, scale, 5, 0.3 * pieces.t[5] + 0.7 * pieces.t[6])
+        lowered = scale.copy()
+        kernel.adjust(pieces.t, scale, used, np.full(31, 0.3), True, change)
+        made.append((last, knots, count, at, here, lowered, scale, change))
+    for ours, theirs in zip(*made, strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+
+
+def test_lengths_grow_by_four_tenths_of_the_way() -> None:
+    """The largest function below the given values with that slope: the least over all of value + 0.4 distance."""
+    rng = np.random.default_rng(6)
+    t = np.concatenate([[0.0], np.cumsum(rng.uniform(0.01, 2.0, 40))])
+    given = rng.uniform(0.01, 3.0, 41)
+    scale = given.copy()
+    smoothing_lengths.lower(t, scale)
+    np.testing.assert_allclose(scale, (given + 0.4 * np.abs(t[:, None] - t)).min(axis=1), rtol=1e-12)
+
+
+def test_there_is_no_room_for_more_knots_than_there_is_room() -> None:
+    pieces = polyline(12, 1)
+    scale = np.full(13, 1e-3)
+    assert smoothing_lengths.lay(pieces.t, scale, pieces.t[-1:], np.zeros(50), 4) == -1
