@@ -414,9 +414,15 @@ class Path:
         there = np.flatnonzero(self._nurbs.begins & begins)
         item = np.searchsorted(self._nurbs.offset, there, side="right") - 1
         inner = self.row_s[self._nurbs_rows[item]] + self._nurbs.cells[there, 1]
+        # Places that differ by rounding are one place; the ends of rows are kept as they are, else one would hide the next.
+        alike = _SAME_PLACE * self._snap
+        after = np.searchsorted(self.row_s, inner)
+        inner = inner[
+            (inner - self.row_s[after - 1] > alike)
+            & (self.row_s[np.minimum(after, len(self))] - inner > alike)
+        ]
         found = np.unique(np.concatenate([self.row_s, inner]))
-        # Places that differ by rounding are one place; the ends of rows are kept as they are.
-        return found[np.concatenate([[True], np.diff(found) > _SAME_PLACE * self._snap])]
+        return found[np.concatenate([[True], np.diff(found) > alike])]
 
     def breakpoints(self) -> Floats:
         """Return, ascending, the s of the ends of rows, of NURBS knots and of cusps: where derivatives may jump."""

@@ -163,6 +163,33 @@ def test_a_corner_is_passed_where_that_is_faster_than_a_stop(
     assert chosen <= 1.001 * min(times)
 
 
+#: A curve of 0.3 µm with knots near its start, whose last cell begins within rounding of its end.
+_SMALL = """G21 G17 G90 G61 F12000
+G1 X1
+G6.2 P4 K0 X1 Y0 R1
+K0 X1.0000714114557192 Y-0.00009997603800696019 R0.5
+K0 X1.0000714114557192 Y-0.00009997603800696019 R1
+K0 X0.9999285885442808 Y-0.0001856697848700689 R1
+K0.1 X0.9999285885442808 Y-0.0001856697848700689 R1
+K1
+K1
+K1
+K1
+G1 X3.1926863750890293 Y-0.0001856697848700689
+M2
+"""
+
+
+def test_the_corner_behind_a_curve_is_seen_though_a_knot_lies_within_rounding_of_its_end() -> None:
+    """The knot was taken for the end of the row, and so the line behind for the curve: it turns by 149° there."""
+    machine = load("generic-mill")
+    (part,) = planned(_SMALL)
+    for phase in (0.0, 0.25, 0.5, 0.75):
+        t = (np.arange(-3, int(part.profile.t[-1] / machine.period_s) + 5) + phase) * machine.period_s
+        jerk = np.abs(np.diff(_positions(part, t), 3, axis=0)).max(axis=0) / machine.period_s**3
+        assert jerk[:2].max() <= 1.001 * machine.axes["X"].max_jerk
+
+
 def test_a_line_that_goes_on_into_an_arc_takes_the_same_in_other_units() -> None:
     """Their tangents differ by rounding, or not at all: neither leaves less of the jerk to the arc."""
     machine = load("generic-mill")
