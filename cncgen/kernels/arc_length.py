@@ -2,8 +2,8 @@
 """Arc length of rational B-splines, and the parameter at an arc length (docs/arc-length.md).
 
 Curves and notation are those of `bspline`, on whose `Span` this works as C. Length is the integral of |C'| by a
-Gauss-Legendre rule on panels where |C'| is smooth, in a table (Guenter and Parent 1990); its inverse u(s) is a Hermite
-polynomial of degree 7 a cell (the feed correction polynomial of Erkorkmaz and Altintas 2005).
+Gauss-Legendre rule on panels where |C'| is smooth, in a table: B. Guenter and R. Parent (1990). Its inverse u(s) is a
+Hermite polynomial of degree 7 a cell, as the feed correction polynomial of K. Erkorkmaz and Y. Altintas (2005).
 """
 
 import cython
@@ -176,7 +176,8 @@ def _taylor(on: _Measured) -> cython.void:
 def _inverse_derivatives(on: _Measured, out: cython.double[::1]) -> cython.bint:
     """Fill `out` with du/ds, d²u/ds², d³u/ds³ from C', C'', C''' in ``on.span.value``; False where C' vanishes.
 
-    With g = ds/du = |C'|: g g' = C'.C'', g g'' + g'² = C''.C'' + C'.C'''.
+    With g = ds/du = |C'|: g g' = C'.C'', g g'' + g'² = C''.C'' + C'.C'''. The first two are the coefficients of the
+    interpolator by Taylor's series: S.-S. Yeh and J.-T. Sun (2008), eq. 3.1.
     """
     value: cython.double[:, ::1] = on.span.value
     g: cython.double

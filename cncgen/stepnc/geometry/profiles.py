@@ -26,7 +26,10 @@ def polygon(corners: Iterable[Floats]) -> Polyline:
 
 
 def rectangle(length: float, width: float) -> Polyline:
-    """Return a rectangle about the origin against the clock, `length` along X and `width` along Y, mm."""
+    """Return a rectangle about the origin against the clock, `length` along X and `width` along Y, mm.
+
+    As rectangular_closed_profile of ISO 14649-10 stands.
+    """
     half = np.array([length, width]) / 2
     return polygon(half * np.array(c) for c in ([-1, -1], [1, -1], [1, 1], [-1, 1]))
 
@@ -38,6 +41,8 @@ def circle(diameter: float) -> Arc:
 
 def regular_polygon(sides: int, diameter: float, across_flats: bool) -> Polyline:
     """Return a regular polygon about the origin against the clock; its first side is parallel to X, at negative Y.
+
+    So ngon_profile of ISO 14649-10 stands.
 
     Args:
         sides: Three or more.
@@ -83,7 +88,7 @@ def about_z(angle: float) -> Matrix:
 def circular_places(
     owner: Entity, base: Matrix, angles: Floats, turns: Floats, diameter: float | None
 ) -> list[Matrix]:
-    """Return the placements of copies round the pattern's Z axis.
+    """Return the placements of copies round the pattern's Z axis (circular_pattern, ISO 14649-10).
 
     Args:
         owner: The pattern, for diagnostics.
