@@ -202,6 +202,15 @@ def test_boring_is_turning_in_a_mirror() -> None:
     assert [(-x, z, feed) for x, z, feed in boring] == turning
 
 
+def test_lines_of_a_profile_count_as_executed() -> None:
+    """Each cycle reads its profile anew: a loop of them ends at the bound of blocks."""
+    lines = "".join(f"X{20 + 2 * k}.\nZ-{5 + k}.\n" for k in range(20))
+    text = f"G0 X80. Z2. F.1\nG71 U20. R1.\nN9 G71 P1 Q2\nN1 G0 X20.\nG1 Z-4.\n{lines}N2 X70.\nGOTO 9"
+    assert outcome(text, max_steps=400)[1][0][0] == "too-many-steps"
+    # Without a bound of its own the program is endless for another reason: nothing changes from round to round.
+    assert outcome(text)[1] == [("too-many-steps", 49, 1)]
+
+
 def test_the_plunge_is_what_the_first_line_of_the_profile_is() -> None:
     cycle, lines = "G71 U5. R.5\nG71 P1 Q2 F.2", "N1 {} X40.\nG1 Z-6.\nN2 X60."
     rapid = cycle_moves(cycle, lines.format("G0"), "G0 X60. Z2.")

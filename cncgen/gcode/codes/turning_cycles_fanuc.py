@@ -49,6 +49,7 @@ def _lines(ip: Interpreter, block: Block, name: str) -> Iterator[Block]:
     while at.offset <= last.offset:
         if at.line - first.line > MAX_MOVES:
             raise BlockError("profile-length", f"the profile has more than {MAX_MOVES} lines", "Q")
+        ip.flow.subroutines.count(1)
         yield from _read(ip, text.text_at(at.offset), at)
         at = Cursor(at.source, text.line_end(at.offset) + 1, at.line + 1)
 
