@@ -17,6 +17,8 @@ from cncgen.diagnostics import Diagnostic, UsageError
 
 #: Name of standard input and output wherever a file is asked for.
 STANDARD = "-"
+#: Where Linux shows a process the files that it has open.
+_DESCRIPTORS = "/proc/self/fd"
 
 
 def file_fault(path: str | os.PathLike[str], verb: str, error: OSError) -> UsageError:
@@ -157,14 +159,16 @@ def is_terminal(stream: Any) -> bool:
 
 
 class OutputFile:
-    """A file that appears under its name only when `commit` is called: written beside it, then renamed.
+    """A file that appears under its name only when `commit` is called: written in its folder, then renamed.
 
+    Where the system can, it has no name at all until it is finished, so that a process that is killed leaves nothing.
     What exists and is not a regular file (a device, a pipe) is written directly. Any OSError is raised as a
     `UsageError` that names the file, except a broken pipe.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path, self._name = Path(path), os.fspath(path)
+        self._target: Path | None = None
         self._temporary: str | None = None
         self.file: BinaryIO = self._guard(self._open)
 
@@ -196,11 +200,11 @@ class OutputFile:
             return open(self.path, "wb")
         if mode is not None and not os.access(self.path, os.W_OK):
             raise PermissionError(errno.EACCES, "permission denied")
-        import tempfile
-
-        target = self.path.resolve()
-        handle, name = tempfile.mkstemp(prefix=f".{target.name[:200]}.", suffix=".part", dir=target.parent)
-        self._temporary = name
+        self._target = self.path.resolve()
+        handle = _nameless(self._target.parent)
+        if handle is None:
+            self._temporary = _beside(self._target)
+            handle = os.open(self._temporary, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600)
         umask = os.umask(0)
         os.umask(umask)
         os.fchmod(handle, stat.S_IMODE(mode) if mode is not None else 0o666 & ~umask)
@@ -209,7 +213,7 @@ class OutputFile:
     @property
     def seekable(self) -> bool:
         """Tell whether what is written can be gone back to."""
-        return self._temporary is not None
+        return self._target is not None
 
     def write(self, data: bytes | bytearray | memoryview) -> int:
         """Write bytes."""
@@ -232,8 +236,16 @@ class OutputFile:
 
     def finish(self) -> None:
         """Close the file: all of it is in the system's hands, and only its name is missing."""
+
+        def named() -> None:
+            if self._target is not None and self._temporary is None and not self.file.closed:
+                self.file.flush()
+                self._temporary = _beside(self._target)
+                _give_name(self.file.fileno(), self._temporary)
+            self.file.close()
+
         try:
-            self._guard(self.file.close)
+            self._guard(named)
         except BaseException:
             self.discard()
             raise
@@ -243,8 +255,8 @@ class OutputFile:
         self.finish()
 
         def name() -> None:
-            if self._temporary is not None:
-                os.replace(self._temporary, self.path.resolve())
+            if self._temporary is not None and self._target is not None:
+                os.replace(self._temporary, self._target)
                 self._temporary = None
 
         try:
@@ -260,6 +272,30 @@ class OutputFile:
             with suppress(OSError):
                 os.unlink(self._temporary)
             self._temporary = None
+
+
+def _beside(target: Path) -> str:
+    """Return an unused name beside a file."""
+    return os.path.join(target.parent, f".{target.name[:200]}.{os.urandom(6).hex()}.part")
+
+
+def _nameless(folder: Path) -> int | None:
+    """Open a file in a folder that has no name yet; None where the system or the file system knows no such files."""
+    if not hasattr(os, "O_TMPFILE") or not os.path.isdir(_DESCRIPTORS):
+        return None
+    with suppress(OSError):
+        return os.open(folder, os.O_TMPFILE | os.O_RDWR, 0o600)
+    return None
+
+
+def _give_name(handle: int, path: str) -> None:
+    """Give a file that has none a name in its folder (linkat of Linux, open(2))."""
+    folder = os.open(os.path.dirname(path), os.O_RDONLY)
+    try:
+        # With a folder's descriptor it is linkat, which follows the link that a descriptor is.
+        os.link(f"{_DESCRIPTORS}/{handle}", os.path.basename(path), dst_dir_fd=folder)
+    finally:
+        os.close(folder)
 
 
 class StandardOutput:

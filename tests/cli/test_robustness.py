@@ -10,10 +10,12 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
+from cncgen import files
 from cncgen.cli import app, main
 
 Run = Callable[..., "subprocess.CompletedProcess[bytes]"]
@@ -190,6 +192,46 @@ def test_a_disk_that_fills_leaves_no_partial_file(tmp_path: Path, small: Path) -
     assert sorted(p.name for p in tmp_path.iterdir()) == ["out.csv", "small.nc"]
 
 
+@pytest.mark.skipif(not hasattr(os, "O_TMPFILE"), reason="needs files without a name")
+def test_a_process_that_is_killed_leaves_no_file(tmp_path: Path) -> None:
+    """SIGKILL, or power that fails, gives nobody the time to remove what was written: it has no name until it is whole."""
+    code = (
+        "from cncgen.files import OutputFile\n"
+        "file = OutputFile('out.csv')\nfile.write(bytes(100000))\nfile.flush()\nprint('written', flush=True)\n"
+        "input()"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", code], cwd=tmp_path, stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as run:
+        assert run.stdout is not None
+        assert run.stdout.readline() == b"written\n"
+        run.kill()
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("nameless", [True, False])
+def test_a_file_appears_whole_whatever_the_system_knows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, nameless: bool
+) -> None:
+    """Also where the system knows no files without a name."""
+    if not nameless:
+        monkeypatch.delattr(os, "O_TMPFILE", raising=False)
+    out = tmp_path / "out.csv"
+    out.write_text("before")
+    out.chmod(0o640)
+    for text in ("dropped", "after"):
+        file = files.OutputFile(out)
+        file.write(text.encode())
+        assert out.read_text() == "before"
+        if text == "dropped":
+            file.discard()
+        else:
+            file.commit()
+    assert out.read_text() == "after"
+    assert out.stat().st_mode & 0o777 == 0o640
+    assert [path.name for path in tmp_path.iterdir()] == ["out.csv"]
+
+
 @pytest.mark.parametrize(
     "command", ["plan --feedrate ild programs/butterfly.nc -m xy-table", "canon programs/butterfly_g1.nc"]
 )
@@ -218,6 +260,15 @@ def test_closed_standard_output(tmp_path: Path, small: Path) -> None:
     refused(run, 2, "standard output")
 
 
+def writes_into(process: subprocess.Popen[bytes], folder: Path) -> bool:
+    """Tell whether a process has opened a file in a folder, one with a name or one without (which Linux shows alone)."""
+    with suppress(OSError):  # files are opened and closed meanwhile
+        opened = [os.readlink(link) for link in Path(f"/proc/{process.pid}/fd").iterdir()]
+        if any(Path(link).parent == folder for link in opened):
+            return True
+    return bool(list(folder.glob(".out.csv.*")))
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_stopped_in_the_middle(tmp_path: Path, number: signal.Signals) -> None:
     """The program comes through a pipe that stays open, so the command is at work when the signal arrives."""
@@ -234,9 +285,9 @@ def test_stopped_in_the_middle(tmp_path: Path, number: signal.Signals) -> None:
     process.stdin.write(b"t_s,x_mm\n" + rows.encode())
     process.stdin.flush()
     deadline = time.monotonic() + 60
-    while not list(tmp_path.glob(".out.csv.*")) and time.monotonic() < deadline:
+    while not writes_into(process, tmp_path) and time.monotonic() < deadline:
         time.sleep(0.02)
-    assert list(tmp_path.glob(".out.csv.*")), "the command never began to write"
+    assert writes_into(process, tmp_path), "the command never began to write"
     process.send_signal(number)
     _, said = process.communicate(timeout=60)
     assert process.returncode == 128 + number
