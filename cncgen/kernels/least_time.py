@@ -13,6 +13,9 @@ A row of `rows` is (A0, A1, A2, f, w+, w−, λ+, λ−, Δw+, Δw−, Δλ+, Δ
 on an upper bound (`BOX`, one-sided) and on an acceleration, and r = f b^-1/2 on a jerk at the left or the right end of
 the interval, b the ordinate there.
 
+Of the rows of an interval the first ones are awake: the iteration knows of no others. The rest, bounds and accelerations
+that a profile stays far from, sleep until it comes near their limits.
+
 The function r is convex, so its tangent lies below it: a step along which the linearised constraint holds keeps the
 constraint itself (Hunter and Lange, *A tutorial on MM algorithms*, 2004), and slacks may be reset to the constraint's
 value wherever that is larger. Steps follow Mehrotra (*SIAM J. Optim.* 2, 1992), those
@@ -61,8 +64,8 @@ class _System:
     """The Newton system of a problem about its unknowns `c`, and what an iteration changes.
 
     Attributes:
-        c, free, h, ends, extra, rows, offset, kind: As `solve` takes them.
-        sides: One-sided constraints.
+        c, free, h, ends, extra, rows, offset, awake, kind, axis: As `solve` takes them.
+        sides: One-sided constraints that are awake.
         grad, band, root: ∇F, three upper diagonals of the Newton matrix, and b^-1/2 at both ends of the intervals.
         dual, right: Residual ∇F − Σ λ ∇g, and right side.
         centre, second: What the corrector's right side has more than the predictor's, by mu and beside it.
@@ -79,7 +82,9 @@ class _System:
     extra: cython.double[:, ::1]
     rows: cython.double[:, ::1]
     offset: cython.longlong[::1]
+    awake: cython.longlong[::1]
     kind: cython.char[::1]
+    axis: cython.longlong[::1]
     sides: cython.Py_ssize_t
     grad: cython.double[::1]
     band: cython.double[:, ::1]
@@ -104,22 +109,26 @@ class _System:
         extra: cython.double[:, ::1],
         rows: cython.double[:, ::1],
         offset: cython.longlong[::1],
+        awake: cython.longlong[::1],
         kind: cython.char[::1],
+        axis: cython.longlong[::1],
     ) -> None:
         """Make room beside the problem."""
         n: cython.Py_ssize_t = h.shape[0]
         i: cython.Py_ssize_t
+        k: cython.Py_ssize_t
         import numpy
 
         self.c, self.free, self.h, self.ends, self.extra = c, free, h, ends, extra
-        self.rows, self.offset, self.kind = rows, offset, kind
+        self.rows, self.offset, self.awake, self.kind, self.axis = rows, offset, awake, kind, axis
         self.grad, self.dual, self.right = numpy.zeros(n + 2), numpy.zeros(n + 2), numpy.zeros(n + 2)
         self.centre, self.second, self.dc = numpy.zeros(n + 2), numpy.zeros(n + 2), numpy.zeros(n + 2)
         self.band, self.root, self.out = numpy.zeros((n + 2, 3)), numpy.zeros((n, 2)), numpy.zeros(6)
         self.step = self.rise = self.gap = self.broken = 0.0
         self.sides = 0
-        for i in range(offset[n]):
-            self.sides += 1 if kind[i] == 0 else 2
+        for k in range(n):
+            for i in range(offset[k], awake[k]):
+                self.sides += 1 if kind[i] == 0 else 2
 
     @cython.cfunc
     @cython.nogil
@@ -134,11 +143,13 @@ class _System:
     def gather(self, mu: cython.double) -> cython.void:
         """Go with slacks and multipliers where `c` has gone (or set them up, `mu` > 0); add the rows' share."""
         gather(
-            self.c, self.ends, self.root, self.rows, self.offset, self.kind, self.step, self.rise, mu,
+            self.c, self.ends, self.root, self.rows, self.offset, self.awake, self.kind, self.axis,
+            max(mu, self.gap / max(self.sides, 1)), self.step, self.rise, mu,
             self.grad, self.dual, self.right, self.band, self.out,
         )  # fmt: skip
         self.broken = self.out[0]
         self.gap = self.out[1]
+        self.sides = cython.cast(cython.Py_ssize_t, self.out[2])
 
     @cython.cfunc
     @cython.nogil
@@ -177,7 +188,7 @@ class _System:
         mu: cython.double
         self.answer(self.dc)
         predict(
-            self.c, self.dc, self.ends, self.root, self.rows, self.offset, self.kind, self.centre, self.second, self.out
+            self.c, self.dc, self.ends, self.root, self.rows, self.offset, self.awake, self.kind, self.centre, self.second, self.out
         )  # fmt: skip
         step = 1.0 / max(1.0, max(self.out[0], positive(self.c, self.dc, self.ends) / _TAKEN))
         ahead = 1.0 / max(1.0, self.out[1])
@@ -188,7 +199,9 @@ class _System:
         for k in range(self.right.shape[0]):
             self.right[k] += self.second[k] + mu * self.centre[k]
         self.answer(self.dc)
-        correct(self.c, self.dc, self.ends, self.root, self.rows, self.offset, self.kind, mu, self.out)
+        correct(
+            self.c, self.dc, self.ends, self.root, self.rows, self.offset, self.awake, self.kind, mu, self.out
+        )
         self.step = 1.0 / max(1.0, max(self.out[0] / 0.99, positive(self.c, self.dc, self.ends) / _TAKEN))
         self.rise = 1.0 / max(1.0, self.out[1] / 0.99)
         for k in range(self.right.shape[0]):
@@ -276,6 +289,7 @@ def solve(
     extra: cython.double[:, ::1],
     rows: cython.double[:, ::1],
     offset: cython.longlong[::1],
+    awake: cython.longlong[::1],
     kind: cython.char[::1],
     axis: cython.longlong[::1],
     d1: cython.double[:, :, ::1],
@@ -300,6 +314,8 @@ def solve(
         extra: Shape (n, 2), further weight of q^-1/2 at the left and right end.
         rows: Shape (room, `WIDTH`), constraints: those of interval k are ``offset[k]`` to ``offset[k + 1]`` − 1.
         offset: Shape (n + 1,).
+        awake: Shape (n,): those of interval k that are awake end before ``awake[k]``; the others follow, and
+            wake as they come near their limits. Changed, with the order of the rows.
         kind, axis: Shape (room,): kind of each row, and the axis that it bounds.
         d1, d2, d3: Shape (n, 3, axes), derivatives of the path at left end, middle and right end.
         limits: Shape (2, axes): acceleration, jerk.
@@ -316,11 +332,8 @@ def solve(
         not converge: −1 out of iterations, or rows that do not hold a limit between the ends of intervals; −2 the matrix
         lost its positive diagonal by rounding.
     """
-    import numpy
-
-    system: _System = _System(c, free, h, ends, extra, rows, offset, kind)
+    system: _System = _System(c, free, h, ends, extra, rows, offset, awake, kind, axis)
     verdict: _Verdict = _Verdict(tolerance, slack, h.shape[0] + 2)
-    value: cython.double[::1] = numpy.zeros(10 * d1.shape[2])
     iteration: cython.int = 0
     status: cython.int = 1
     fresh: cython.bint
@@ -334,7 +347,7 @@ def solve(
             if _due(iteration, system.gap / f):
                 fresh = system.gap > 0.006 * f
                 verdict.between(
-                    tighten(c, h, ends, d1, d2, d3, limits, factor, hidden, share, slack, eased, fresh, value)
+                    tighten(c, h, ends, d1, d2, d3, limits, factor, hidden, share, slack, eased, fresh)
                 )
                 if fresh or verdict.worst > 1.0 + slack:
                     apply(rows, offset, kind, axis, share, slack, eased)
@@ -373,19 +386,21 @@ def response(
     extra: cython.double[:, ::1],
     rows: cython.double[:, ::1],
     offset: cython.longlong[::1],
+    awake: cython.longlong[::1],
     kind: cython.char[::1],
+    axis: cython.longlong[::1],
     out: cython.double[::1],
 ) -> int:
     """Tell how the solution follows where its last unknown is pushed: the last column of the inverse Newton matrix.
 
     Args:
-        c, free, h, ends, extra, rows, offset, kind: As `solve` has left them.
+        c, free, h, ends, extra, rows, offset, awake, kind, axis: As `solve` has left them.
         out: Shape (n + 2,), zeros: becomes dc/dc[n], a change of q by the change of q at the end.
 
     Returns:
         0, or −2 where the matrix lost its positive diagonal by rounding.
     """
-    system: _System = _System(c, free, h, ends, extra, rows, offset, kind)
+    system: _System = _System(c, free, h, ends, extra, rows, offset, awake, kind, axis)
     n: cython.Py_ssize_t = h.shape[0]
     k: cython.Py_ssize_t
     end: cython.double

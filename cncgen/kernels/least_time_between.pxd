@@ -14,7 +14,6 @@ cpdef double tighten(
     double slack,
     Py_ssize_t eased,
     bint fresh,
-    double[::1] value,
 ) noexcept nogil
 cpdef void apply(
     double[:, ::1] rows,

@@ -85,20 +85,21 @@ def objective(
 def factorize(band: cython.double[:, ::1], start: cython.Py_ssize_t, stop: cython.Py_ssize_t) -> cython.bint:
     """Factor the unknowns `start` to `stop` − 1 of the matrix as L D Lᵀ in place; return False where D is not positive."""
     k: cython.Py_ssize_t
-    d: cython.double
     l1: cython.double
     l2: cython.double
+    # What is left of the next two columns: two entries of the diagonal, and the one beside the first.
+    d: cython.double = band[start, 0]
+    beside: cython.double = band[start, 1]
+    after: cython.double = band[start + 1, 0] if start + 1 < stop else 0.0
     for k in range(start, stop):
-        d = band[k, 0]
         if not d > 0.0:
             return False
-        l1 = band[k, 1] / d
+        l1 = beside / d
         l2 = band[k, 2] / d
-        if k + 1 < stop:
-            band[k + 1, 0] -= l1 * band[k, 1]
-            band[k + 1, 1] -= l1 * band[k, 2]
-        if k + 2 < stop:
-            band[k + 2, 0] -= l2 * band[k, 2]
+        band[k, 0] = d
+        d = after - l1 * beside
+        beside = band[k + 1, 1] - l1 * band[k, 2]
+        after = band[k + 2, 0] - l2 * band[k, 2] if k + 2 < stop else 0.0
         band[k, 1] = l1
         band[k, 2] = l2
     return True
@@ -116,20 +117,26 @@ def substitute(
 ) -> cython.void:
     """Solve L D Lᵀ dc = right on the free unknowns; the others get 0."""
     k: cython.Py_ssize_t
+    x: cython.double
+    one: cython.double = 0.0
+    two: cython.double = 0.0
     for k in range(dc.shape[0]):
         dc[k] = 0.0
     for k in range(start, stop):
-        dc[k] = right[k]
+        x = right[k]
         if k > start:
-            dc[k] -= band[k - 1, 1] * dc[k - 1]
+            x -= band[k - 1, 1] * one
         if k > start + 1:
-            dc[k] -= band[k - 2, 2] * dc[k - 2]
-    for k in range(start, stop):
-        dc[k] /= band[k, 0]
-    for k in range(stop - 2, start - 1, -1):
-        dc[k] -= band[k, 1] * dc[k + 1]
-        if k + 2 < stop:
-            dc[k] -= band[k, 2] * dc[k + 2]
+            x -= band[k - 2, 2] * two
+        dc[k] = x
+        two = one
+        one = x
+    one = two = 0.0
+    for k in range(stop - 1, start - 1, -1):
+        x = dc[k] / band[k, 0] - band[k, 1] * one - band[k, 2] * two
+        dc[k] = x
+        two = one
+        one = x
 
 
 @cython.ccall

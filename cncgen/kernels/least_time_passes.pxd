@@ -1,12 +1,22 @@
 # The functions of `least_time_passes` that another kernel calls as C.
 
+cpdef void exchange(
+    double[:, ::1] rows,
+    char[::1] kind,
+    long long[::1] axis,
+    Py_ssize_t i,
+    Py_ssize_t j,
+) noexcept nogil
 cpdef void gather(
     double[::1] c,
     double[:, ::1] ends,
     double[:, ::1] root,
     double[:, ::1] rows,
     long long[::1] offset,
+    long long[::1] awake,
     char[::1] kind,
+    long long[::1] axis,
+    double level,
     double step,
     double rise,
     double mu,
@@ -23,6 +33,7 @@ cpdef void predict(
     double[:, ::1] root,
     double[:, ::1] rows,
     long long[::1] offset,
+    long long[::1] awake,
     char[::1] kind,
     double[::1] centre,
     double[::1] second,
@@ -35,6 +46,7 @@ cpdef void correct(
     double[:, ::1] root,
     double[:, ::1] rows,
     long long[::1] offset,
+    long long[::1] awake,
     char[::1] kind,
     double mu,
     double[::1] out,

@@ -1,6 +1,6 @@
 """The passes of an iteration of `cncgen.kernels.least_time` over the rows, which calls them as C (``least_time_passes.pxd``).
 
-Rows, their columns and their kinds are described there. ∇r = p.
+Rows, their columns and their kinds are described there, and which of them are awake. ∇r = p.
 
 A slack's step is Δw = (r − A·c − w) + (p − A)·Δc. Written so, not as what the constraint will be less w, it has all its digits:
 at the optimum w is 10⁻⁷ of r, and A·c the difference of numbers a million times as large, whose rounding would otherwise go
@@ -16,6 +16,10 @@ _Limit = cython.struct(r=cython.double, p0=cython.double, p1=cython.double, p2=c
 
 #: Slacks and multipliers of both sides of a row.
 _Sides = cython.struct(w0=cython.double, w1=cython.double, y0=cython.double, y1=cython.double)
+
+#: The part of its limit from which a row that is asleep wakes, and the least slack that it wakes with.
+_NEAR = cython.declare(cython.double, 0.6)
+_LEAST = cython.declare(cython.double, 0.05)
 
 
 @cython.cfunc
@@ -84,6 +88,65 @@ def _moved(
 @cython.ccall
 @cython.nogil
 @cython.exceptval(check=False)
+def exchange(
+    rows: cython.double[:, ::1],
+    kind: cython.char[::1],
+    axis: cython.longlong[::1],
+    i: cython.Py_ssize_t,
+    j: cython.Py_ssize_t,
+) -> cython.void:
+    """Let two rows change places."""
+    m: cython.Py_ssize_t
+    x: cython.double
+    which: cython.char = kind[i]
+    whose: cython.longlong = axis[i]
+    for m in range(rows.shape[1]):
+        x = rows[i, m]
+        rows[i, m] = rows[j, m]
+        rows[j, m] = x
+    kind[i] = kind[j]
+    kind[j] = which
+    axis[i] = axis[j]
+    axis[j] = whose
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _woken(
+    c: cython.double[::1],
+    rows: cython.double[:, ::1],
+    kind: cython.char[::1],
+    axis: cython.longlong[::1],
+    k: cython.Py_ssize_t,
+    first: cython.Py_ssize_t,
+    stop: cython.Py_ssize_t,
+    level: cython.double,
+) -> cython.Py_ssize_t:
+    """Wake the rows of interval `k` from `first` to `stop` − 1 that come near their limits; return where the others begin.
+
+    Those asleep are bounds and accelerations, so r = f. They get the multipliers of a gap `level`.
+    """
+    i: cython.Py_ssize_t
+    r: cython.double
+    value: cython.double
+    for i in range(first, stop):
+        r = rows[i, 3]
+        value = rows[i, 0] * c[k] + rows[i, 1] * c[k + 1] + rows[i, 2] * c[k + 2]
+        if fabs(value) > _NEAR * r:
+            rows[i, 4] = max(r - value, _LEAST * r)
+            rows[i, 5] = max(r + value, _LEAST * r)
+            rows[i, 6] = level / rows[i, 4]
+            rows[i, 7] = level / rows[i, 5]
+            rows[i, 8] = rows[i, 9] = rows[i, 10] = rows[i, 11] = 0.0
+            exchange(rows, kind, axis, i, first)
+            first += 1
+    return first
+
+
+@cython.ccall
+@cython.nogil
+@cython.exceptval(check=False)
 @cython.locals(
     limit=_Limit, sides=_Sides, c0=_REAL, c1=_REAL, c2=_REAL, a0=_REAL, a1=_REAL, a2=_REAL, p0=_REAL, p1=_REAL,
     p2=_REAL, m00=_REAL, m01=_REAL, m02=_REAL, m11=_REAL, m12=_REAL, m22=_REAL, d0=_REAL, d1=_REAL,
@@ -96,7 +159,10 @@ def gather(
     root: cython.double[:, ::1],
     rows: cython.double[:, ::1],
     offset: cython.longlong[::1],
+    awake: cython.longlong[::1],
     kind: cython.char[::1],
+    axis: cython.longlong[::1],
+    level: cython.double,
     step: cython.double,
     rise: cython.double,
     mu: cython.double,
@@ -110,7 +176,8 @@ def gather(
 
     Slacks are raised to the value g of their constraint where that is larger. Where `mu` is positive, the rows are set
     up: slacks to g, r at least, multipliers on the central path. `dual` becomes the residual ∇F − Σ λ ∇g, ``out[0]``
-    the largest −g / r, how far a constraint is broken as a part of its limit, and ``out[1]`` the gap Σ λ w.
+    the largest −g / r, how far a constraint is broken as a part of its limit, ``out[1]`` the gap Σ λ w, and ``out[2]``
+    the number of one-sided constraints that are awake. A row that comes near its limit wakes with λ w = `level`.
     With ∇r = p, the gradients of a row's two constraints are p ∓ A.
     """
     i: cython.Py_ssize_t
@@ -118,6 +185,7 @@ def gather(
     n: cython.Py_ssize_t = ends.shape[0]
     worst: cython.double = 0.0
     gap: cython.double = 0.0
+    count: cython.Py_ssize_t = 0
     for k in range(n + 2):
         right[k] = -grad[k]
         dual[k] = grad[k]
@@ -127,7 +195,9 @@ def gather(
         c2 = c[k + 2]
         m00 = m01 = m02 = m11 = m12 = m22 = 0.0
         d0 = d1 = d2 = r0 = r1 = r2 = 0.0
-        for i in range(offset[k], offset[k + 1]):
+        if awake[k] < offset[k + 1]:
+            awake[k] = _woken(c, rows, kind, axis, k, awake[k], offset[k + 1], level)
+        for i in range(offset[k], awake[k]):
             a0 = rows[i, 0]
             a1 = rows[i, 1]
             a2 = rows[i, 2]
@@ -142,6 +212,7 @@ def gather(
             w1 = sides.w1
             y0 = sides.y0
             y1 = sides.y1
+            count += 1 if kind[i] == 0 else 2
             gap += w0 * y0 + w1 * y1
             inverse = 1.0 / (w0 * w1)
             s0 = y0 * w1 * inverse
@@ -195,6 +266,7 @@ def gather(
         band[k + 2, 0] += m22
     out[0] = worst
     out[1] = gap
+    out[2] = count
 
 
 @cython.ccall
@@ -212,6 +284,7 @@ def predict(
     root: cython.double[:, ::1],
     rows: cython.double[:, ::1],
     offset: cython.longlong[::1],
+    awake: cython.longlong[::1],
     kind: cython.char[::1],
     centre: cython.double[::1],
     second: cython.double[::1],
@@ -236,7 +309,7 @@ def predict(
         second[k] = 0.0
     for k in range(n):
         g0 = g1 = g2 = h0 = h1 = h2 = 0.0
-        for i in range(offset[k], offset[k + 1]):
+        for i in range(offset[k], awake[k]):
             a0 = rows[i, 0]
             a1 = rows[i, 1]
             a2 = rows[i, 2]
@@ -312,6 +385,7 @@ def correct(
     root: cython.double[:, ::1],
     rows: cython.double[:, ::1],
     offset: cython.longlong[::1],
+    awake: cython.longlong[::1],
     kind: cython.char[::1],
     mu: cython.double,
     out: cython.double[::1],
@@ -333,7 +407,7 @@ def correct(
     primal: cython.double = 0.0
     dual: cython.double = 0.0
     for k in range(n):
-        for i in range(offset[k], offset[k + 1]):
+        for i in range(offset[k], awake[k]):
             r = rows[i, 3]
             rise = 0.0
             if kind[i] == 2:

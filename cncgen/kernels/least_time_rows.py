@@ -11,6 +11,11 @@ p1 b1 + p2 b2, hence one of the unknowns c[k], c[k+1], c[k+2] of `cncgen.kernels
 import cython
 from cython.cimports.libc.math import cbrt, fabs, sqrt
 
+if cython.compiled:
+    from cython.cimports.cncgen.kernels.least_time_passes import exchange
+else:
+    from cncgen.kernels.least_time_passes import exchange
+
 #: Parts by which numbers that are alike differ by rounding, and below which one beside another is rounding alone.
 _ALIKE = cython.declare(cython.double, 1e-9)
 _NOTHING = cython.declare(cython.double, 1e-13)
@@ -200,20 +205,22 @@ def thin(
     ends: cython.double[:, ::1],
     rows: cython.double[:, ::1],
     offset: cython.longlong[::1],
+    awake: cython.longlong[::1],
     kind: cython.char[::1],
     axis: cython.longlong[::1],
     reach: cython.Py_ssize_t,
     far: cython.double,
     peak: cython.double[:, ::1],
-) -> int:
-    """Leave out the bounds and accelerations that a profile stays far from, and return how many rows are left.
+) -> cython.void:
+    """Let the bounds and accelerations sleep that a profile stays far from.
 
-    Those of intervals beside a rest stay.
+    Those of intervals beside a rest stay awake.
 
     Args:
         c: Shape (n + 2,), the profile.
         ends, rows, offset, kind, axis: As `build` has left them; changed in place.
-        reach: A row stays where the profile comes near its limit within so many intervals.
+        awake: Shape (n,): becomes where the rows of each interval begin that sleep, the others being put before them.
+        reach: A row stays awake where the profile comes near its limit within so many intervals.
         far: The part of a limit from which it is near.
         peak: Shape (n, axes + 1), zeros: room for the part that is used of each axis's acceleration, and of bounds.
     """
@@ -222,9 +229,7 @@ def thin(
     k: cython.Py_ssize_t
     m: cython.Py_ssize_t
     a: cython.Py_ssize_t
-    first: cython.Py_ssize_t = 0
-    last: cython.Py_ssize_t
-    count: cython.Py_ssize_t = 0
+    stop: cython.Py_ssize_t
     near: cython.double
     with cython.nogil:
         for k in range(n):
@@ -234,44 +239,21 @@ def thin(
                     near = fabs(rows[i, 0] * c[k] + rows[i, 1] * c[k + 1] + rows[i, 2] * c[k + 2])
                     peak[k, a] = max(peak[k, a], near)
         for k in range(n):
-            last = offset[k + 1]
-            for i in range(first, last):
-                if kind[i] < 2:
+            stop = offset[k + 1]
+            i = offset[k]
+            while i < stop:
+                near = far
+                if kind[i] < 2 and ends[k, 0] != 0.0 and ends[k, 3] != 0.0:
                     a = axis[i] if kind[i] == 1 else peak.shape[1] - 1
                     near = 0.0
-                    if ends[k, 0] == 0.0 or ends[k, 3] == 0.0:
-                        near = far
                     for m in range(max(k - reach, 0), min(k + reach + 1, n)):
                         near = max(near, peak[m, a])
-                    if near < far:
-                        continue
-                rows[count, 0] = rows[i, 0]
-                rows[count, 1] = rows[i, 1]
-                rows[count, 2] = rows[i, 2]
-                kind[count] = kind[i]
-                axis[count] = axis[i]
-                count += 1
-            first = last
-            offset[k + 1] = count
-    return count
-
-
-def used(
-    c: cython.double[::1],
-    rows: cython.double[:, ::1],
-    offset: cython.longlong[::1],
-    kind: cython.char[::1],
-) -> float:
-    """Return the largest part of a bound or of an acceleration limit that a profile uses; arguments as in `thin`."""
-    i: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    most: cython.double = 0.0
-    with cython.nogil:
-        for k in range(offset.shape[0] - 1):
-            for i in range(offset[k], offset[k + 1]):
-                if kind[i] < 2:
-                    most = max(most, fabs(rows[i, 0] * c[k] + rows[i, 1] * c[k + 1] + rows[i, 2] * c[k + 2]))
-    return most
+                if near < far:
+                    stop -= 1
+                    exchange(rows, kind, axis, i, stop)
+                else:
+                    i += 1
+            awake[k] = stop
 
 
 @cython.cfunc
@@ -419,6 +401,7 @@ def nearest(
     ends: cython.double[:, ::1],
     rows: cython.double[:, ::1],
     offset: cython.longlong[::1],
+    awake: cython.longlong[::1],
     kind: cython.char[::1],
     margin: cython.double[::1],
     closest: cython.char[::1],
@@ -426,7 +409,7 @@ def nearest(
     """Name the constraint that each interval comes nearest to.
 
     Args:
-        c, ends, rows, offset, kind: As `cncgen.kernels.least_time.solve` has left them.
+        c, ends, rows, offset, awake, kind: As `cncgen.kernels.least_time.solve` has left them.
         margin: Shape (n,), 1 on entry: becomes the least slack of a row of the interval, as a part of its limit.
         closest: Shape (n,): becomes the kind of that row.
     """
@@ -436,7 +419,7 @@ def nearest(
     r: cython.double
     with cython.nogil:
         for k in range(margin.shape[0]):
-            for i in range(offset[k], offset[k + 1]):
+            for i in range(offset[k], awake[k]):
                 w = rows[i, 4]
                 if kind[i] > 0:
                     w = min(w, rows[i, 5])

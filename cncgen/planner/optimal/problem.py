@@ -13,8 +13,8 @@ from cncgen.planner.optimal.track import ENTER, LEAVE, SPLINE
 from cncgen.planner.record import Limit
 
 Floats = NDArray[np.float64]
-#: Values, offsets, kinds and axes of rows, see `cncgen.kernels.least_time.solve`.
-_Rows = tuple[Floats, NDArray[np.int64], NDArray[np.int8], NDArray[np.int64]]
+#: Values, offsets, ends of those that are awake, kinds and axes of rows, see `cncgen.kernels.least_time.solve`.
+_Rows = tuple[Floats, NDArray[np.int64], NDArray[np.int64], NDArray[np.int8], NDArray[np.int64]]
 
 #: Duality gap, as a part of the time, and part by which limits may be passed between nodes.
 GAP, SLACK = 1e-7, 5e-4
@@ -148,7 +148,7 @@ def solve(given: Intervals, state: tuple[float, float] | None, known: Floats | N
     if known is not None:
         # Where the state leaves hardly a way on but the earlier plan, the middle of what is left is below it.
         starts.insert(0, _Start(_STARTS[0], known, _SLOWER))
-    # Most rows never bind; which ones is seen from the profile to start from, and made sure of afterwards.
+    # Most rows never bind; which ones is seen from the profile to start from.
     first = _Start(_STARTS[0], known)
     for start, thinned in [(first, True), (first, False), *((start, False) for start in starts)]:
         solution, optimal = _improved(given, columns, start.of(columns, state), state is not None, thinned)
@@ -203,53 +203,42 @@ def _improved(
 ) -> tuple[Solution, bool]:
     """Run the interior-point method from `c`; return what it found, and whether that is the least time.
 
-    Where the rows are `thinned`, those alone are looked at that `c` comes near to. What then breaks another one is no
-    solution.
+    Where the rows are `thinned`, those sleep at first that `c` stays far from.
     """
-    x1 = columns.shape[0]
-    n, axes = len(x1), x1.shape[2]
-    rows = _rows(given, columns, moving)
+    n, _, axes = columns.shape[0].shape
+    free = 2 if moving else 1
+    rows = _rows(columns, moving)
     if thinned:
         least_time_rows.thin(c, columns.ends, *rows, _REACH, _FAR, np.zeros((n, axes + 1)))
     report = np.zeros(6)
     status = least_time.solve(
-        c, 2 if moving else 1, columns.h, columns.ends, columns.extra, *rows, *columns.shape,
+        c, free, columns.h, columns.ends, columns.extra, *rows, *columns.shape,
         columns.hidden, np.ones((n, 2, axes)), GAP, SLACK, MOST_THINNED if thinned else MOST, report,
     )  # fmt: skip
     held = bool(report[2] < SLACK and 0.0 < report[5] < 1.0 + SLACK and report[4] < _STALLED * report[0])
-    if thinned and not least_time_rows.used(c, *_rows(given, columns, moving)[:3]) < 1.0 + SLACK:
-        held, status = False, -1
     q = _ordinates(given, columns.at, columns.ends, c)
-    limit = _binding(given, columns, c, rows[:3])
+    limit = _binding(given, columns, c, rows[:4])
     unfelt = 0
     if status >= 0 or held:
         change = np.zeros(n + 2)
-        least_time.response(c, 2 if moving else 1, columns.h, columns.ends, columns.extra, *rows[:3], change)
+        least_time.response(c, free, columns.h, columns.ends, columns.extra, *rows, change)
         unfelt = _unfelt(columns.at, np.abs(change[1:-1]))
     optimal = status == 0 or (status == 1 and report[1] < _STALLED_GAP * report[0])
     return Solution(q, limit, float(report[0]), unfelt, status >= 0 or held), optimal
 
 
-def _rows(given: Intervals, columns: _Columns, moving: bool) -> _Rows:
-    """Return the rows of a problem: their values, where those of each interval begin, their kinds and axes."""
+def _rows(columns: _Columns, moving: bool) -> _Rows:
+    """Return the rows of a problem, all awake: values, where those of each interval begin and sleep, kinds and axes."""
     n, _, axes = columns.shape[0].shape
     room = n * (5 + 4 * axes)
     rows = np.empty((room, least_time.WIDTH))
-    offset, kind, axis = np.empty(n + 1, np.int64), np.empty(room, np.int8), np.empty(room, np.int64)
+    offset = np.empty(n + 1, np.int64)
+    kind, axis = np.empty(room, np.int8), np.empty(room, np.int64)
     least_time_rows.build(
-        columns.h,
-        columns.ends,
-        *columns.shape,
-        columns.box,
-        columns.sway,
-        columns.joint,
-        moving,
-        rows,
-        offset,
-        kind,
-        axis,
-    )
-    return rows, offset, kind, axis
+        columns.h, columns.ends, *columns.shape, columns.box, columns.sway, columns.joint, moving,
+        rows, offset, kind, axis,
+    )  # fmt: skip
+    return rows, offset, offset[1:].copy(), kind, axis
 
 
 def _unfelt(spline: NDArray[np.int64], change: Floats) -> int:
@@ -369,7 +358,7 @@ def _binding(
     given: Intervals,
     columns: _Columns,
     c: Floats,
-    rows: tuple[Floats, NDArray[np.int64], NDArray[np.int8]],
+    rows: tuple[Floats, NDArray[np.int64], NDArray[np.int64], NDArray[np.int8]],
 ) -> NDArray[np.int8]:
     """Name the limit that each interval comes nearest to; none where all are more than a fiftieth away."""
     margin, closest = np.ones(len(columns.at)), np.zeros(len(columns.at), np.int8)

@@ -218,15 +218,16 @@ def test_rows_left_out_change_nothing(feed: float, monkeypatch: pytest.MonkeyPat
     counts: list[tuple[int, int]] = []
     thin = least_time_rows.thin
 
-    def counted(*arguments: object) -> int:
-        offset = arguments[3]
+    def counted(*arguments: object) -> None:
+        offset, awake = arguments[3:5]
         assert isinstance(offset, np.ndarray)
-        counts.append((int(offset[-1]), thin(*arguments)))
-        return counts[-1][1]
+        assert isinstance(awake, np.ndarray)
+        thin(*arguments)
+        counts.append((int(offset[-1]), int((awake - offset[:-1]).sum())))
 
     monkeypatch.setattr(least_time_rows, "thin", counted)
     some = solve(given, None)
-    monkeypatch.setattr(least_time_rows, "thin", lambda *_: 0)
+    monkeypatch.setattr(least_time_rows, "thin", lambda *_: None)
     whole = solve(given, None)
     assert len(counts) == 1
     assert counts[0][1] < 0.9 * counts[0][0]
@@ -255,12 +256,14 @@ def test_thinning_keeps_what_is_near_and_what_is_beside_a_rest() -> None:
     ends = np.full((3, 4), 0.5)
     ends[0, 0] = 0.0
     c = np.ones(5)
-    assert least_time_rows.used(c, rows, offset, kind) == pytest.approx(0.6)
-    assert least_time_rows.thin(c, ends, rows, offset, kind, axis, 0, 0.5, np.zeros((3, 2))) == 3
+    awake = offset[1:].copy()
+    least_time_rows.thin(c, ends, rows, offset, awake, kind, axis, 0, 0.5, np.zeros((3, 2)))
     # The first interval leaves a rest; of the others, only the acceleration of the second comes near.
-    assert offset.tolist() == [0, 2, 3, 3]
+    assert offset.tolist() == [0, 2, 4, 6]
+    assert awake.tolist() == [2, 3, 4]
     assert rows[:3, 1].tolist() == [0.1, 0.2, 0.6]
     assert kind[:3].tolist() == [0, 1, 1]
+    assert sorted(rows[:, 1]) == [0.1, 0.1, 0.1, 0.1, 0.2, 0.6]
 
 
 @pytest.mark.parametrize("at", [11, 42, 50])
@@ -315,7 +318,7 @@ def test_what_passes_a_limit_between_the_ends_is_found_wherever_it_is(top: float
     share = np.ones((1, 2, 1))
     found = least_time_between.tighten(
         np.ones(3), np.ones(1), np.full((1, 4), 0.5), nothing, second, nothing, np.full((2, 1), 0.95),
-        np.ones((1, 2, 1)), np.zeros((1, 1)), share, 5e-4, 0, True, np.zeros(10),
+        np.ones((1, 2, 1)), np.zeros((1, 1)), share, 5e-4, 0, True,
     )  # fmt: skip
     assert found == pytest.approx(1.0 / 0.95, rel=1e-12)
     # The ends, where the rows hold the limit, are left so much less of it.
@@ -330,7 +333,7 @@ def test_what_three_values_of_the_third_derivative_hide_adds_to_the_jerk_at_the_
     def largest(hidden: float, limit: float) -> float:
         return least_time_between.tighten(
             np.full(3, 4.0), np.ones(1), np.full((1, 4), 0.5), nothing, nothing, third, np.full((2, 1), limit),
-            np.ones((1, 2, 1)), np.full((1, 1), hidden), np.ones((1, 2, 1)), 5e-4, 0, True, np.zeros(10),
+            np.ones((1, 2, 1)), np.full((1, 1), hidden), np.ones((1, 2, 1)), 5e-4, 0, True,
         )  # fmt: skip
 
     assert largest(0.0, 1.0) == pytest.approx(0.8, rel=1e-12)
