@@ -163,7 +163,7 @@ def track_of(
     kind[stop[:-1]] = LEAVE
     kind[stop[1:]] = ENTER
     kind[node[:-1][lines]] = LINE
-    _calm(x, np.diff(s))
+    _calm(x, np.diff(s), kind == SPLINE)
     return Track(
         toolpath=toolpath,
         path=path,
@@ -226,12 +226,13 @@ def _lines(path: Path, joints: Joints) -> NDArray[np.bool_]:
     return (path.kind[row] == Kind.LINE) & joints.stop[:-1] & joints.stop[1:]
 
 
-def _calm(x: Floats, h: Floats) -> None:
+def _calm(x: Floats, h: Floats, spline: NDArray[np.bool_]) -> None:
     """Make the derivatives of intervals that bend more than nodes are meant to let them bend what the ends can tell, in place.
 
     Intervals are short beside what the derivatives ask for (`cncgen.planner.optimal.nodes`), except at cusps, where these
     are infinite or rounding alone, and at bends too small to be seen. There they are bounded by the length of the
-    interval, and linear over it: what happens between nodes as close as setpoints can tell apart is no limit of the motion.
+    interval, and linear over it where it is of the `spline`: what happens between nodes as close as setpoints can tell
+    apart is no limit of the motion.
     """
     size = most(most(np.abs(x[1])))[:, None, None]
     sharp = np.zeros(len(h), bool)
@@ -240,7 +241,7 @@ def _calm(x: Floats, h: Floats) -> None:
         sharp |= (np.abs(x[order]) * steep > part * size).any(axis=(1, 2))
         bound = 0.3 * size / steep
         np.clip(x[order], -bound, bound, out=x[order])
-    at = np.flatnonzero(sharp)
+    at = np.flatnonzero(sharp & spline)
     x[1:, at, 1] = 0.5 * (x[1:, at, 0] + x[1:, at, 2])
 
 

@@ -190,6 +190,19 @@ def test_the_corner_behind_a_curve_is_seen_though_a_knot_lies_within_rounding_of
         assert jerk[:2].max() <= 1.001 * machine.axes["X"].max_jerk
 
 
+def test_a_line_that_ends_in_a_curve_too_small_to_be_seen_keeps_the_limits_of_its_axis() -> None:
+    """Both are one way from rest to rest, in the direction of the line (once in that between it and the curve's end)."""
+    machine = replace(load("generic-mill"), period_s=0.004)
+    curve = (
+        "K0 X300.0000012516114 Y0.000001024 R1\n" * 2 + "K0 X300.0000012516114 Y0.000001024 R2\n" + "K1\n" * 4
+    )
+    (part,) = plan(
+        read_text(f"G21 G90 G61 F729\nG1 X300\nG6.2 P4 K0 X300 Y0 R1\n{curve}M2\n").chunks(), machine
+    )
+    jerk = np.abs(np.diff(_positions(part, 0.004 * np.arange(-3, 20)), 3, axis=0)).max(axis=0) / 0.004**3
+    assert jerk[0] == pytest.approx(machine.axes["X"].max_jerk, rel=1e-3)
+
+
 def test_a_line_that_goes_on_into_an_arc_takes_the_same_in_other_units() -> None:
     """Their tangents differ by rounding, or not at all: neither leaves less of the jerk to the arc."""
     machine = load("generic-mill")
