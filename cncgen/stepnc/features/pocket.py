@@ -238,10 +238,7 @@ def _chain(job: Job, root: Ring, rings: list[Ring], spiral: bool) -> list[Cut]:
     curves: list[list[Piece]] = [] if line is None else [[Polyline(line)]]
     position = None if core is None else core[-1]
     ahead = None if line is None else _unit(line[1] - line[0])
-    winds = [
-        spiral and k > 0 and not ring.missed and _follows(job, rings[k - 1], ring)
-        for k, ring in enumerate(rings)
-    ]
+    winds = [spiral and _winds(job, rings, k) for k in range(len(rings))] + [False]
     alone: list[Cut] = []
     for k, ring in enumerate(rings):
         contours = offsets.boundary_curves(ring.polygon, clockwise=not job.climb)
@@ -250,7 +247,7 @@ def _chain(job: Job, root: Ring, rings: list[Ring], spiral: bool) -> list[Cut]:
             if winds[k] and position is not None:
                 curves.append([offsets.spiral_turn(rings[k - 1].polygon, near, position, SPIRAL_PIECES)])
                 position = near[0].start
-                if k + 1 < len(rings) and winds[k + 1]:
+                if winds[k + 1]:
                     continue
             if position is not None and not offsets.line_inside(root.polygon, position, near[0].start):
                 alone.append((_ramp_on(job, near), [near]))
@@ -268,6 +265,11 @@ def _way_down(job: Job, root: Ring, core: Floats | None, curves: list[list[Piece
     if np.linalg.norm(direction) < 1e-9:
         direction = np.diff(polyline_of(first, 1e-3).points[:2], axis=0)[0]
     return choose(job, start, _unit(direction), curves[0], root.polygon)
+
+
+def _winds(job: Job, rings: list[Ring], k: int) -> bool:
+    """Tell whether a spiral goes from the ring before to ring k, which no place is missed between."""
+    return k > 0 and not rings[k].missed and _follows(job, rings[k - 1], rings[k])
 
 
 def _follows(job: Job, inner: Ring, outer: Ring) -> bool:

@@ -232,28 +232,38 @@ class Iso14649Reader:
 
     def needs_rotary(self) -> bool:
         """Tell whether a tool axis may leave the machine's Z: tool axes, tilted tools, or placements that tilt."""
-        if len(self.exchange.rows_of_type("THREE_AXES_TILTED_TOOL")):
-            return True
-        if any(any(i.parameters) for i in self.exchange.instances("FIVE_AXES_CONST_TILT_YAW")):
-            return True
+        return self._tools_lean() or self._paths_lean() or self._placements_lean()
+
+    def _tools_lean(self) -> bool:
+        leaning = self.exchange.instances("FIVE_AXES_CONST_TILT_YAW")
+        return len(self.exchange.rows_of_type("THREE_AXES_TILTED_TOOL")) > 0 or any(
+            any(instance.parameters) for instance in leaning
+        )
+
+    def _paths_lean(self) -> bool:
         for instance in self.exchange.instances("CUTTER_LOCATION_TRAJECTORY", "CUTTER_CONTACT_TRAJECTORY"):
             axis = instance.parameters[7] if len(instance.parameters) > 7 else None
             if isinstance(axis, int) and self.curves.leans(int(axis)):
                 return True
+        return False
+
+    def _placements_lean(self) -> bool:
         for instance in self.exchange.instances("AXIS2_PLACEMENT_3D"):
             axis = instance.parameters[2] if len(instance.parameters) > 2 else None
             direction = self.exchange.instance(int(axis)) if isinstance(axis, int) else None
-            ratios: Any = direction.parameters[1] if direction and len(direction.parameters) > 1 else None
             if (
-                isinstance(ratios, tuple)
-                and len(ratios) == 3
-                and self._tilts(ratios)
+                direction
+                and len(direction.parameters) > 1
+                and self._tilts(direction.parameters[1])
                 and self._places(instance.id)
             ):
                 return True
         return False
 
-    def _tilts(self, ratios: tuple[Any, ...]) -> bool:
+    def _tilts(self, ratios: Any) -> bool:
+        """Tell whether the numbers of a direction leave Z; False for what is no direction in space."""
+        if not isinstance(ratios, tuple) or len(ratios) != 3:
+            return False
         if not all(isinstance(r, int | float) for r in ratios):
             return False
         length = math.hypot(*map(float, ratios))
