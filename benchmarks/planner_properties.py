@@ -528,6 +528,19 @@ def tolerances(case: Case) -> None:
         least = least if mode == "G61" else min(least, time)
 
 
+def chords(case: Case) -> None:
+    """A wider chord tolerance takes no longer, 0.1 %: with setpoints 2 ms apart at least, where chords count."""
+    coarse = replace(case, period=max(case.period or PERIOD, 2e-3))
+    for mode in ("G64 P0.003", "G64 P0.01"):
+        least = math.inf
+        for chord in (1e-4, 3e-4, 1e-3, 3e-3, 1e-2):
+            time = planned(replace(coarse, mode=mode, chord=chord)).time
+            assert time <= least * 1.001 + 1e-6, (
+                f"{mode}, chord {chord:g} {time:.9g} s, with less {least:.9g} s ({(time / least - 1.0) * 100:+.3f} %)"
+            )
+            least = min(least, time)
+
+
 def smoothed(case: Case) -> list[Toolpath]:
     """Return the toolpaths as they are travelled: smoothed under G64, feeds by inverse time as speeds."""
     machine = case.machine
@@ -660,6 +673,7 @@ PROPERTIES: dict[str, tuple[Callable[[Case], None], st.SearchStrategy[Case]]] = 
     "reversing": (reversing, cases()),
     "bounds": (bounds, cases()),
     "tolerances": (tolerances, outlines()),
+    "chords": (chords, outlines()),
 }
 
 
