@@ -30,9 +30,9 @@ _STRAIGHT = 1e-9
 _DIGITS = 2.0**-50
 #: Turn that is seen however few digits its directions have: rounding of less is not told from a corner.
 _SEEN = 1e-5
-#: Turn of the direction over an interval, and its change, from which what lies between its ends is not looked at: twice what
+#: Turn of the direction over an interval, and its change, from which what lies between its ends is not looked at: more than
 #: nodes are placed for.
-_SHARP = 0.16, 0.18
+_SHARP = 0.3
 #: Second difference of the jerk by x''' over an interval, as a part of the limit, from which it is looked at more closely,
 #: and the largest jerk by x''' there, as a part of the limit: the rest is of the opposite sign.
 _BEND, _MOST = 0.03, 8.0
@@ -236,10 +236,9 @@ def _calm(x: Floats, h: Floats, spline: NDArray[np.bool_]) -> None:
     """
     size = most(most(np.abs(x[1])))[:, None, None]
     sharp = np.zeros(len(h), bool)
-    for order, part in ((2, _SHARP[0]), (3, _SHARP[1])):
-        steep = h[:, None, None] ** (order - 1)
-        sharp |= (np.abs(x[order]) * steep > part * size).any(axis=(1, 2))
-        bound = 0.3 * size / steep
+    for order in (2, 3):
+        bound = _SHARP * size / h[:, None, None] ** (order - 1)
+        sharp |= (np.abs(x[order]) > bound).any(axis=(1, 2))
         np.clip(x[order], -bound, bound, out=x[order])
     at = np.flatnonzero(sharp & spline)
     x[1:, at, 1] = 0.5 * (x[1:, at, 0] + x[1:, at, 2])
