@@ -1,0 +1,86 @@
+"""What FANUC's programs get wrong, each with its place; and motions that frames carry which no cycle makes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from cncgen.gcode.text.search import candidates
+
+from .conftest import Outcome
+
+Run = Callable[..., Outcome]
+
+WRONG = {
+    "a G10 of nothing": ("G10 P1 X1", ("g10-words", 1, 1)),
+    "a G10 of something else": ("G10 L4 P1 X1", ("g10-words", 1, 5)),
+    "a G10 of no one": ("G10 L2 X1", ("g10-words", 1, 1)),
+    "a system that is none": ("G10 L2 P7 X1", ("g10-words", 1, 8)),
+    "a tool's length without value": ("G10 L10 P1", ("g10-words", 1, 1)),
+    "a system beyond the last": ("G54.1 P999", ("system-number", 1, 7)),
+    "a local system of no axis": ("G52", ("axis-missing", 1, 1)),
+    "a negative bound of the speed": ("G92 S-5", ("negative-speed", 1, 5)),
+    "a negative bound in G96": ("G96 S100 D-5", ("negative-speed", 1, 10)),
+    "a dwell backwards": ("G4 X-1", ("dwell-time", 1, 4)),
+    "back without a way there": ("G29 X1", ("reference-point", 1, 1)),
+    "back in no axis": ("G28 X1\nG29", ("axis-missing", 2, 1)),
+    "a third reference point": ("G30 P3 X1", ("reference-point", 1, 5)),
+    "a skip in no axis": ("F10\nG31", ("axis-missing", 2, 1)),
+    "a skip under compensation": ("F10\nG41.1 D1\nG1 X9\nG31 X12", ("probe-mode", 4, 1)),
+    "a frame under compensation": ("F10\nG41.1 D1\nG1 X9\nG68 X0 Y0 R30", ("frame-compensation", 4, 1)),
+    "a corner at a point": ("F10\nG1 X9 ,R1\nX9\nX20", ("corner-size", 2, 7)),
+    "a corner larger than its arc": ("F10\nG2 X2 R1 ,C5\nG1 X9", ("corner-size", 2, 10)),
+    "a corner before a wrong arc": ("F10\nG1 X9 ,R1\nG2 X3", ("corner-next", 2, 7)),
+    "a negative corner": ("F10\nG1 X9 ,R-1\nY4", ("corner-size", 2, 7)),
+    "a pitch of no thread": ("S10 M3\nG33 Z-5 F0", ("pitch-missing", 2, 9)),
+    "a weight of BSPLINE": ("F10\nBSPLINE X1 PW=-1", ("nurbs-weight", 2, 12)),
+    "a length of BSPLINE": ("F10\nBSPLINE X1 PL=-1", ("nurbs-knot", 2, 12)),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_is_wrong_is_named_where_it_stands(run: Run, name: str) -> None:
+    text, expected = WRONG[name]
+    found = run(f"{text}\nG40 G0 X50\nM30", dialect="fanuc")
+    assert found.errors[0] == expected
+    assert all(d.hint for d in found.diagnostics)
+
+
+def test_a_tool_of_no_table_has_no_length_to_set(run: Run, tmp_path: Path) -> None:
+    table = tmp_path / "tools.tbl"
+    table.write_text("T1 P1 Z10\n")
+    found = run("G10 L10 P5 R3\nG10 L10 P1 R12\nG43 H1\nG0 Z0\nM30", dialect="fanuc", tool_table=table)
+    assert found.errors == [("unknown-tool", 1, 9)]
+    assert found.path.end[-1, 2] == 12
+
+
+def test_a_skip_and_a_tap_go_with_the_frame(run: Run) -> None:
+    """Turned by 90 degrees and mirrored, X leads along Y; taps go along Z as ever."""
+    turned = "F100 S100 M3\nG68 X0 Y0 R90\n"
+    skip = run(f"{turned}G31 X5\nM30", dialect="fanuc").path
+    assert skip.end[-2, :2].round(9).tolist() == [0, 5]
+    tap = run(f"{turned}G0 X5\nG33.1 Z-3 K1\nM30", dialect="fanuc").path
+    ends = tap.end[tap.kind != 3][:, :3].round(9).tolist()
+    assert ends == [[0, 5, 0], [0, 5, -3], [0, 5, 0]]
+    mirrored = run("F100\nG51.1 X0\nG31 X5\nM30", dialect="fanuc").path
+    assert mirrored.end[-2, 0] == -5
+
+
+def test_codes_without_axes_put_a_motion_in_force(run: Run) -> None:
+    thread = run("S60 M3\nG33 F2\nZ-4\nM30", dialect="fanuc")
+    assert thread.errors == []
+    assert thread.path.feed[thread.path.kind != 3].tolist() == [2.0]
+    tap = run("S60 M3\nG33.1\nG0 X1\nM30", dialect="fanuc")
+    assert tap.errors == []
+    box = "S60 M3 G97\nG0 X20. Z2.\nG90 F.1\nX10. Z-5.\nM30"
+    assert run(box, dialect="fanuc-lathe").path.end[-2, [0, 2]].tolist() == [10, 2]
+
+
+def test_names_of_files_that_no_folder_has(tmp_path: Path) -> None:
+    assert candidates(tmp_path / "none", "o100") == []
+    assert candidates(tmp_path, "x" * 5000) == []
+    assert candidates(tmp_path, "a\0b") == []
+    (tmp_path / "O0100.NGC").write_text("M2\n")
+    assert [path.name for path in candidates(tmp_path, "o0100")] == ["O0100.NGC"]
