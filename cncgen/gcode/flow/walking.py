@@ -82,7 +82,7 @@ class Walker:
                 raise Astray
             self._parts.ip.base.block = node.block
             message = f"back to line {back.cursor.line} with everything as it was there before: this goes on for ever"
-            hint = "does anything in the loop change what ends it?"
+            hint = "does anything in the loop change what ends it? for one round, leave the jump back out"
             raise Astray(BlockError("too-many-steps", message, hint=hint))
 
     def _step(self, node: Node) -> Cursor | None:
