@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
-from cncgen.diagnostics import NoPlanError
+from cncgen.diagnostics import Diagnostic, NoPlanError
 from cncgen.machine.record import Axis, Machine, Servo
 from cncgen.planner import PlanOptions, plan
 from cncgen.servo.mirror import LIMIT_KEYS, ROOM, Compensation
@@ -23,6 +23,8 @@ from cncgen.units import ORDER_NAMES
 
 #: Rounds of lowering limits before it is given up.
 ROUNDS = 12
+#: Share of a limit below which no plan is made: more passes than the loops bear multiply the command without end.
+LEAST_SHARE = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +66,8 @@ def compensated_plan(
         passes, settle_s: As of `cncgen.servo.mirror.Compensation`.
 
     Raises:
-        NoPlanError: There is no plan, or the command leaves the travel, or breaks limits after all rounds.
+        NoPlanError: There is no plan, or the command leaves the travel, or breaks limits after all rounds, or so far that
+            less than `LEAST_SHARE` of one would be left to the plan.
         UsageError: An axis has no servo data.
     """
     shares = {letter: [1.0, 1.0, 1.0] for letter in machine.axes}
@@ -88,7 +91,24 @@ def compensated_plan(
         for found in fault.diagnostics:
             order = ORDER_NAMES.index(found.values["limit"])
             shares[found.values["axis"]][order] *= ROOM / found.values["ratio"]
+        _check_room(shares, fault)
     raise AssertionError("the last round returns or raises")
+
+
+def _check_room(shares: Mapping[str, Sequence[float]], fault: NoPlanError) -> None:
+    """Raise NoPlanError (``compensate-room``), with what the last command broke, where a limit has no room left."""
+    share, axis, limit = min(
+        (share, axis, limit)
+        for axis, of_axis in shares.items()
+        for share, limit in zip(of_axis, ORDER_NAMES, strict=True)
+    )
+    if share < LEAST_SHARE:
+        room = Diagnostic(
+            "compensate-room",
+            f"axis {axis}: {share:.2g} of its {limit} would be left to the plan; the command grows faster than the motion slows",
+            hint="use fewer passes",
+        )
+        raise NoPlanError([room, *fault.diagnostics])
 
 
 def _lowered(machine: Machine, shares: Mapping[str, Sequence[float]]) -> Machine:

@@ -71,6 +71,17 @@ def test_rotary_axes_alone_have_no_contour_error(tmp_path, capfd):
     assert "error[tune-search]: gain sets are judged by the contour error" in capfd.readouterr().err
 
 
+def test_compensate_gives_up_where_passes_multiply_the_command(tmp_path, programs, capfd):
+    """At high frequencies 1 − G is above 1, so twenty passes ask for hundreds of times the jerk: no plan is slow enough."""
+    command = tmp_path / "c.csv"
+    program = str(programs / "square_sharp.nc")
+    assert run(["compensate", program, "-m", "xy-table", "--passes", "20", "-o", str(command)]) == 3
+    said = capfd.readouterr().err
+    assert "error[compensate-room]" in said
+    assert "error[compensate-limit]" in said
+    assert not command.exists()
+
+
 def test_compensate_plans_a_program_with_the_room_that_its_command_needs(tmp_path, programs, capfd):
     """The command's own finite differences keep the limits, and the error falls by more than ten times."""
     program = programs / "butterfly.nc"  # at 7000 mm/min

@@ -86,7 +86,7 @@ def check_stable(servo: Servo, letter: str, period_s: float, bandwidth_hz: float
                 "tune-place",
                 f"axis {letter}: gains for {bandwidth_hz:g} Hz are unstable at a control period of {loop.period:g} s"
                 f" (a pole at |z| = {largest:.3f})",
-                hint="ask for less bandwidth, or shorten control_period_s",
+                hint="ask for less bandwidth, or shorten control_period_s; an integral gain stays as it is given",
             )
         )
 
