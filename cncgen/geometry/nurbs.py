@@ -11,6 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from cncgen.geometry.tables import Floats, Ints, NurbsTable
 from cncgen.kernels import arc_length, bspline
 
+#: Units in the last place of coordinates that a point may be off for rounding alone.
+_ROUNDINGS = 4.0
+
 #: Part of the size of a curve that its lengths and the place of a parameter on it are known to.
 CLOSENESS = 2e-13
 
@@ -130,6 +133,26 @@ def evaluate(table: NurbsTable, curve: ArrayLike, u: ArrayLike, order: int = 0, 
     out = np.empty((order + 1, len(parameters), table.control_points.shape[1]))
     bspline.evaluate(curves, parameters, side, order, columns(table), out)
     return out
+
+
+def directions(table: NurbsTable) -> Floats:
+    """Return the way of curves that lie on a straight line, shape (m, axes): from the first control point to the furthest.
+
+    Of other curves, whose control points leave that line by more than the rounding of their coordinates, it is 0. By the
+    convex hull a curve is where its control points are (The NURBS Book, P3.22).
+    """
+    points = table.control_points
+    first, sizes = table.point_offset[:-1], np.diff(table.point_offset)
+    curve = np.repeat(np.arange(len(table)), sizes)
+    away = points - points[first[curve]]
+    far = np.linalg.norm(away, axis=1)
+    furthest = np.lexsort((-far, curve))[first]
+    length = far[furthest, None]
+    unit = np.divide(away[furthest], length, out=np.zeros_like(away[furthest]), where=length > 0.0)[curve]
+    beside = np.abs(away - np.sum(away * unit, axis=1)[:, None] * unit).max(axis=1)
+    size = np.maximum.reduceat(np.abs(points).max(axis=1), first)[curve]
+    bent = np.maximum.reduceat(beside > _ROUNDINGS * np.spacing(size), first)
+    return np.where(bent[:, None], 0.0, away[furthest])
 
 
 def columns(table: NurbsTable) -> bspline.Curves:

@@ -368,7 +368,30 @@ class Path:
                 out[:, curved] = values
             if singular.size:
                 self._beside_singular(out, singular, rows, u, side)
+            if self._straight.any():
+                self._straighten(out, rows)
         return out
+
+    @cached_property
+    def _along(self) -> Floats:
+        """Shape (nurbs, axes): dx/ds of NURBS that lie on a straight line, in the sense of their first way; 0 of others."""
+        way = splines.directions(self._nurbs.table)
+        length = _metric_norm(way, self._nurbs.low, self._nurbs.high)[:, None]
+        return np.divide(way, length, out=np.zeros_like(way), where=length > 0.0)
+
+    @cached_property
+    def _straight(self) -> NDArray[np.bool_]:
+        """Shape (nurbs,): which of them lie on a straight line."""
+        return np.any(self._along != 0.0, axis=1) if self._nurbs_rows.size else np.zeros(0, bool)
+
+    def _straighten(self, derivatives: Floats, rows: Ints) -> None:
+        """Take from NURBS on straight lines what bends them: rounding, which is large where they turn back."""
+        pick = np.flatnonzero(self.kind[rows] == NURBS)
+        pick = pick[self._straight[self._item[rows[pick]]]]
+        along = self._along[self._item[rows[pick]]]
+        forth = np.sum(derivatives[1, pick] * along, axis=1)
+        derivatives[1, pick] = np.sign(forth)[:, None] * along
+        derivatives[2:, pick] = 0.0
 
     def _singular(self, derivatives: Floats, rows: Ints, u: Floats, side: int) -> Ints:
         """Return at which parameters of rows C' vanishes, given the derivatives there: where cells are tiny."""

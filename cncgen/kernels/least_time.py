@@ -345,7 +345,7 @@ def solve(
         for iteration in range(most):
             f = system.objective()
             if _due(iteration, system.gap / f):
-                fresh = system.gap > 0.006 * f
+                fresh = system.gap > 0.0006 * f
                 verdict.between(
                     tighten(c, h, ends, d1, d2, d3, limits, factor, hidden, share, slack, eased, fresh)
                 )

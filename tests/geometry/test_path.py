@@ -238,6 +238,22 @@ def test_a_straight_curve_turns_back_where_it_does_wherever_it_stands(away: floa
     assert np.abs(turned[:, None] - x).min(axis=1) == pytest.approx(0.0, abs=1e-8)
 
 
+@pytest.mark.parametrize("way", [[1.0, 0.0, 0.0], [0.3, -1.7, 0.9]])
+def test_a_curve_on_a_line_bends_nowhere(way: list[float]) -> None:
+    """Its direction is that of the line, forth or back, to the last digit, and what bends it nothing: beside C' = 0 too."""
+    points = 0.801752 + np.outer([0.0, 0.0, 0.0, -0.318, 0.6435, 1.1317, 1.6898], way)
+    path = path_of_curve(nurbs.single(3, [0] * 4 + [0.037432, 0.746108, 0.746108] + [1] * 4, points))
+    s = np.concatenate([np.linspace(0.0, path.length, 997), path.breakpoints()])
+    for side in (-1, 1):
+        _, x1, x2, x3 = path.evaluate(s, 3, side)
+        np.testing.assert_allclose(
+            np.abs(x1), np.tile(np.abs(way) / np.linalg.norm(way), (len(s), 1)), rtol=1e-14
+        )
+        assert not x2.any()
+        assert not x3.any()
+        assert set(np.sign(x1[:, 0])) == {-1.0, 1.0}
+
+
 def test_a_straight_curve_that_ends_in_equal_points_of_other_weights_stays_straight() -> None:
     """C' ~ (1 − u)² at its end, where differences of weighted points once left rounding alone: x''' of 1e13."""
     points = [[0, 0, 0], [9, 15, -0.4], [9, 15, -0.4], [9, 15, -0.4]]

@@ -28,6 +28,8 @@ SPLINE, LEAVE, ENTER, LINE = range(4)
 _STRAIGHT = 1e-9
 #: Rounding of a coordinate, as a part of it, that two directions may differ by on either side.
 _DIGITS = 2.0**-50
+#: Change of a direction, as a part of it, that is rounding alone.
+_LAST_DIGITS = 2.0**-48
 #: Turn that is seen however few digits its directions have: rounding of less is not told from a corner.
 _SEEN = 1e-5
 #: Turn of the direction over an interval, and its change, from which what lies between its ends is not looked at: more than
@@ -240,6 +242,8 @@ def _calm(x: Floats, h: Floats, spline: NDArray[np.bool_]) -> None:
         bound = _SHARP * size / h[:, None, None] ** (order - 1)
         sharp |= (np.abs(x[order]) > bound).any(axis=(1, 2))
         np.clip(x[order], -bound, bound, out=x[order])
+    # Where the direction stays as it is in all its digits, what bends it is rounding, as at a cusp that lies on a line.
+    x[2:, (np.ptp(x[1], axis=1) <= _LAST_DIGITS * size[:, :, 0]).all(axis=1)] = 0.0
     at = np.flatnonzero(sharp & spline)
     x[1:, at, 1] = 0.5 * (x[1:, at, 0] + x[1:, at, 2])
 
