@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 
 #: Part of the jerk limit that a step of the tangent takes at most, and speed in J T² up to which a stop costs less, as in
 #: `cncgen.planner.optimal`.
-_SHARE, _STOP = 0.75, 5.0
+_SHARE, _STOP = 0.75, 1.0
 #: Smoothing lengths that the rows beside a corner have at least, so that it is rounded by itself, and those up to which it
 #: is looked at where chords bound the speed.
 _ALONE, _CROWDED = 3.0, 0.5
