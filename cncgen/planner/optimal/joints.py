@@ -19,13 +19,16 @@ from cncgen.planner.optimal.limits import (
     resolution,
     speed_within,
 )
-from cncgen.planner.optimal.paces import UNSEEN, Feeds, crawling
+from cncgen.planner.optimal.paces import Feeds, crawling
 from cncgen.planner.rows import chord_speed
 from cncgen.toolpath.record import Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
+#: Part of the resolution up to which breakpoints are one place. That is J T³/4000: turning back on it, a third difference has
+#: (1, −2, 1) times twice that, a thousandth of J.
+_TOGETHER = 0.0125
 #: Part of the jerk limit below which a jump is taken for none.
 _NEGLIGIBLE = 2e-4
 #: Least part of its speed that a jump keeps beside others, and in how many halvings the part is found.
@@ -307,8 +310,8 @@ def distinct(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return which breakpoints are the first and which the last of a cluster that no setpoint can tell apart.
 
-    Members of a cluster follow each other within a thousandth of J T³: what lies between shows in a third difference
-    by at most some thousandths of J. The ends of the block stay, and what has to be `apart` for other reasons.
+    Members of a cluster follow each other within a quarter of a thousandth of J T³: what lies between, be it a turn back,
+    shows in a third difference by a thousandth of J at most. The ends of the block stay, and what has to be `apart` for other reasons.
 
     Args:
         s: Shape (n,), path coordinate.
@@ -318,7 +321,7 @@ def distinct(
     """
     # The rows that meet at a cluster count too: what is short for one may be long for axes that only the other moves.
     seen = np.minimum(*(resolution(bounds, side[1]) for side in sides))
-    apart = apart | (np.diff(s) > UNSEEN * np.minimum(seen[:-1], seen[1:]))
+    apart = apart | (np.diff(s) > _TOGETHER * np.minimum(seen[:-1], seen[1:]))
     if not apart.any():
         ends = np.array([0, len(s) - 1])
         return ends, ends

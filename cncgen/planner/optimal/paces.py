@@ -21,8 +21,8 @@ Bools = NDArray[np.bool_]
 _CRAWL = 0.02
 #: Time of such a row, in times of rising to its speed from rest, from which it does not matter that it begins at rest.
 _LONG = 2000.0
-#: Part of the resolution up to which the ends of a row are one place.
-UNSEEN = 0.05
+#: Part of the resolution up to which a row that is asked to be slow is as good as a stop.
+_UNSEEN = 0.05
 #: Length of a row, in tolerances, up to which what is smoothed within them may have no span of its own for it.
 _SWALLOWED = 8.0
 
@@ -64,7 +64,7 @@ def crawling(path: Path, speed: Floats, bounds: Bounds) -> Bools:
     length, v = path.row_length[rows], speed[rows]
     acceleration, jerk = (along_path(each, x1) for each in (bounds.axes.acceleration, bounds.axes.jerk))
     long = length / v >= _LONG * (np.sqrt(v / jerk) + v / acceleration)
-    short = length <= UNSEEN * resolution(bounds, x1)
+    short = length <= _UNSEEN * resolution(bounds, x1)
     slow = v < _CRAWL * np.minimum(jerk * bounds.period_s, acceleration) * bounds.period_s
     out[rows] = slow & (long | short)
     return out

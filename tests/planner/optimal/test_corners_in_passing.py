@@ -260,3 +260,14 @@ def test_a_stub_of_no_known_direction_hides_no_corner(stub: float) -> None:
     machine = load("generic-mill")
     rows = f"(START, X1000 Y0)\nG21 G61 F1000\nG1 X1003\nG91\nG1 Y{stub:.12f}\nG90\nG1 X1003.002 Y4\nM2\n"
     assert used(np.concatenate([c.position for c in sample(planned(rows), machine)]), machine) < 1.001
+
+
+@pytest.mark.parametrize("stub", [1e-8, 2e-8, 4e-8, 1e-7])
+def test_a_stub_that_turns_back_before_a_corner_at_rest_keeps_the_jerk(stub: float) -> None:
+    """X keeps its full jerk through the rest and stands two stubs off behind it, of which a third difference has twice as much.
+
+    J T³/1250, the third of them, was once one place with the corner, and made 1.0025 J.
+    """
+    machine = load("generic-mill")
+    rows = f"G21 G61 F6000\nG1 X5\nG91\nG1 X-{stub:.9f}\nG1 X5 Y1\nG90\nM2\n"
+    assert used(np.concatenate([c.position for c in sample(planned(rows), machine)]), machine) < 1.001
