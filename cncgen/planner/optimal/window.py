@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, NoPlanError
 from cncgen.planner.assembly import assemble, kept_for_setpoints, timed, waits_of
+from cncgen.planner.optimal.joints import nearest
 from cncgen.planner.optimal.limits import Bounds
 from cncgen.planner.optimal.pieces import Pieces, pieces_of
 from cncgen.planner.optimal.problem import Intervals, Solution, solve
@@ -24,6 +25,8 @@ SIZE = 1600
 MARGIN = {"best": 0.9993, "fast": 0.9965}
 #: Part of q by which neighbours on a plateau may differ.
 _LEVEL = 1e-6
+#: Periods beside a jump of the path in which a setpoint's third difference sees it, and a minimum of the speed is its.
+_NEAR = 1.5
 #: Sharp corners that are handed on one by one; beyond them they are counted.
 MAX_CORNERS = 10_000
 
@@ -191,7 +194,7 @@ class Window:
             why,
         )
         self.t_s = float(profile.t[-1])
-        slow = slow_nodes(track, first, solution.q[part, 0], solution.limit[part])
+        slow = slow_nodes(track, first, solution.q[part, 0], solution.limit[part], self.bounds.period_s)
         room = max(0, MAX_CORNERS - self.corners)
         self.corners += len(slow)
         corners = corners_at(slow[:room], track, first, solution.q[part, 0], solution.limit[part], arrival)
@@ -247,18 +250,29 @@ def _stop_before(kind: NDArray[np.int8], most: int) -> int:
     return int(amid[-1]) if len(amid) else 0
 
 
-def slow_nodes(track: Track, first: int, q: Floats, limit: NDArray[np.int8]) -> NDArray[np.int64]:
+def slow_nodes(
+    track: Track, first: int, q: Floats, limit: NDArray[np.int8], period_s: float
+) -> NDArray[np.int64]:
     """Return the nodes, counted from `first`, at which the motion slows for a corner.
 
     Those are jumps of the path's derivatives, and minima of the speed between maxima a tenth higher that curvature
-    (acceleration, jerk, chord error) causes.
+    (acceleration, jerk, chord error) causes. A minimum within `_NEAR` periods of a jump is that jump's, and one that
+    costs less than a period is none.
 
     Args:
         track: The intervals.
         first: Number of the first one.
         q, limit: Shape (count,), their solution: v² at their left ends, and what binds.
+        period_s: Time between setpoints.
     """
-    return np.union1d(np.flatnonzero(track.corner[first : first + len(q)]), _minima(q, limit))
+    jumps = np.flatnonzero(track.corner[first : first + len(q)])
+    s = track.s[first : first + len(q)]
+    minima = _minima(s, q, limit, period_s)
+    if len(jumps) and len(minima):
+        beside = jumps[nearest(s[jumps], s[minima])]
+        way = _NEAR * period_s * np.sqrt(np.maximum(q[beside], q[minima]))
+        minima = minima[np.abs(s[minima] - s[beside]) > way]
+    return np.union1d(jumps, minima)
 
 
 def corners_at(
@@ -283,8 +297,11 @@ def corners_at(
     )
 
 
-def _minima(q: Floats, limit: NDArray[np.int8]) -> NDArray[np.int64]:
-    """Return where q has a minimum a fifth below the maxima on both sides, for another reason than the feed."""
+def _minima(s: Floats, q: Floats, limit: NDArray[np.int8], period_s: float) -> NDArray[np.int64]:
+    """Return where q has a minimum a fifth below the maxima on both sides, for another reason than the feed.
+
+    The time that it costs, beside going through at the lower of these maxima, is a period at least.
+    """
     rise = np.sign(np.diff(q))
     turn = np.flatnonzero(rise[1:] * rise[:-1] < 0) + 1
     if not len(turn):
@@ -292,6 +309,20 @@ def _minima(q: Floats, limit: NDArray[np.int8]) -> NDArray[np.int64]:
     edges = np.concatenate([[0], turn, [len(q) - 1]])
     low = turn[rise[turn] > 0]
     k = np.searchsorted(edges, low)
-    deep = q[low] < 0.8 * np.minimum(q[edges[k - 1]], q[edges[k + 1]])
-    asked = np.isin(limit[low], (Limit.NONE, Limit.FEED, Limit.STOP))
-    return low[deep & ~asked]
+    before, after = edges[k - 1], edges[k + 1]
+    level = np.minimum(q[before], q[after])
+    named = np.flatnonzero(
+        (q[low] < 0.8 * level) & ~np.isin(limit[low], (Limit.NONE, Limit.FEED, Limit.STOP))
+    )
+    v = np.sqrt(q)
+    lost = [
+        _time_below(s[before[i] : after[i] + 1], v[before[i] : after[i] + 1], np.sqrt(level[i]))
+        for i in named
+    ]
+    return low[named[np.asarray(lost) >= period_s]]
+
+
+def _time_below(s: Floats, v: Floats, level: float) -> float:
+    """Return what the way takes more where the speed is below a level than it would at that."""
+    v = np.minimum(v, level)
+    return float(np.sum(2.0 * np.diff(s) / (v[1:] + v[:-1]))) - float(s[-1] - s[0]) / level
