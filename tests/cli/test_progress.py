@@ -12,6 +12,12 @@ from cncgen.cli import messages, progress
 from cncgen.setpoints.record import Setpoints
 
 
+@pytest.fixture(autouse=True)
+def fresh_style() -> None:
+    """Commands that ran in this process leave the style of their last one."""
+    messages.reset()
+
+
 def chunks() -> Iterator[Setpoints]:
     for first in (0, 1000, 2500):
         yield Setpoints("X", 0.001, first, np.zeros((500, 1)))
