@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +21,6 @@ from cncgen.planner.optimal.limits import (
     speed_within,
 )
 from cncgen.planner.optimal.paces import Feeds, crawling
-from cncgen.planner.rows import chord_speed
 from cncgen.toolpath.record import Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -36,6 +36,8 @@ _SLOWER, _HALVINGS = 0.02, 14
 #: The derivative of the quadratic B-spline B over a period, T² B', and the linear one: periods, and values there.
 _SLOPE = [-1.5, -0.5, 0.5, 1.5], [0.0, 1.0, -1.0, 0.0]
 _HAT = [-1.0, 0.0, 1.0], [0.0, 1.0, 0.0]
+#: Where a corner lies on a chord over it: parts of its length.
+_BEFORE = np.linspace(0.0, 1.0, 17)[1:-1]
 #: What the jerk that a jump takes costs on either side of it, in periods.
 _DELAY = 0.6
 
@@ -128,8 +130,10 @@ def joints_of(
     # Within half a period the largest acceleration leads as far as a jerk of 6 A/T.
     within = np.minimum(bounds.axes.jerk, 6.0 * bounds.axes.acceleration / bounds.period_s)
     jerks = np.stack([along_path(within, side[1]) for side in (left, right)])
-    chord = _chord_speed(bounds, s, turn, jerks.max(axis=0))
-    speed = np.where(stop | corner, 0.0, np.minimum(speed, chord))
+    passing = np.where(stop | corner, 0.0, speed)
+    moving = turn * (passing > 0.0)[:, None]
+    chord = _chord_speed(bounds, s, moving, jerks.max(axis=0), np.minimum(passing, np.sqrt(top)))
+    speed = np.minimum(passing, chord)
     straight = path.kind[path.row_of(0.5 * (s[:-1] + s[1:]))] == Kind.LINE
     v = _reached(bounds, s, np.minimum(speed, np.sqrt(top)), straight, right[1])
     together = _together(bounds, s, turn, v)
@@ -208,13 +212,8 @@ def _together(bounds: Bounds, s: Floats, turn: Floats, speed: Floats) -> Floats:
         return _weighed(s, pulses, at, v * period) * v <= JUMP_SHARE * (1.0 + _NEGLIGIBLE)
 
     close = close[~kept(np.ones(len(close)), close)]
-    low, high = np.full(len(close), _SLOWER), np.ones(len(close))
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        good = kept(middle, close)
-        low, high = np.where(good, middle, low), np.where(good, high, middle)
     out = speed.copy()
-    out[close] *= low
+    out[close] *= _largest_part(kept, close, _SLOWER)
     return out
 
 
@@ -250,27 +249,109 @@ def _weighed(s: Floats, pulses: tuple[Floats, Floats], at: NDArray[np.int64], st
     return largest
 
 
-def _chord_speed(bounds: Bounds, s: Floats, turn: Floats, jerk: Floats) -> Floats:
+def _chord_speed(bounds: Bounds, s: Floats, turn: Floats, jerk: Floats, speed: Floats) -> Floats:
     """Return the speed, shape (n,), at which the chord of a period cuts corners by the chord tolerance δ at most.
 
     A step over a turn of the tangent by Δ that is passed at v half a period after the last setpoint goes v T/2 + j T³/48
-    on both sides at most, and cuts the corner by |Δ|/2 of that; one over several turns of a polyline cuts as it would an
-    arc of their mean curvature.
+    on both sides at most, and cuts the corner by |Δ|/2 of that. What one of v T over several cuts tells `_cut`: none of them
+    lets the speed rise meanwhile.
 
     Args:
         bounds: Limits.
         s: Shape (n,), where the corners are.
         turn: Shape (n, axes), Δ there.
         jerk: Shape (n,), j, the jerk along the path there.
+        speed: Shape (n,), v that all else allows.
     """
     size = _size(bounds, turn)
-    apart = np.diff(s, prepend=s[0], append=s[-1])
     period = bounds.period_s
     with np.errstate(divide="ignore"):
         single = np.maximum(4.0 * bounds.chord_mm / (period * size) - jerk * period**2 / 24.0, 0.0)
-        single[size == 0.0] = np.inf
-        curvature = 2.0 * size / (apart[1:] + apart[:-1])
-    return np.minimum(single, chord_speed(curvature, bounds.chord_mm, period))
+    single[size == 0.0] = np.inf
+    fastest = np.minimum(single, speed)
+    apart = np.minimum(np.diff(s, prepend=-np.inf), np.diff(s, append=np.inf))
+    mm = turn * bounds.scale
+    close = np.flatnonzero((size > 0.0) & (apart < fastest * period))
+
+    def kept(part: Floats, at: NDArray[np.int64]) -> Bools:
+        return _cut(s, mm, at, part * fastest[at] * period) <= bounds.chord_mm * (1.0 + _NEGLIGIBLE)
+
+    close = close[~kept(np.ones(len(close)), close)]
+    single[close] = fastest[close] * _largest_part(kept, close, _SLOWER)
+    return single
+
+
+def _cut(s: Floats, turn: Floats, at: NDArray[np.int64], length: Floats) -> Floats:
+    """Return how far chords of a length are from corners that of all they go over they are the furthest from, (k,), mm.
+
+    The path between the ends of a chord has the second derivative Σ Δ_i δ(s − s_i) and lies beside it by D = Σ Δ_i G(s, s_i),
+    where G is Green's function of that: for s ≤ s_i the way before s by the way after s_i, divided by the length. |D| is
+    largest at corners, where it rises before and falls behind. Chords are looked at that have parts `_BEFORE` of their
+    length before the corner, and what lies between is interpolated.
+
+    Args:
+        s: Shape (n,), where the corners are.
+        turn: Shape (n, axes), Δ there, mm.
+        at: Shape (k,), which of them.
+        length: Shape (k,), of the chord over each.
+    """
+    if not len(at):
+        return np.zeros(0)
+    here, own = s[at], turn[at]
+    sums, moments = (
+        np.concatenate([np.zeros((1, turn.shape[1])), np.cumsum(each, axis=0)])
+        for each in (turn, turn * (s - s[0])[:, None])
+    )
+    far, rise, fall = np.zeros((3, len(_BEFORE), len(at)))
+    for k, before in enumerate(_BEFORE):
+        start, end = here - before * length, here + (1.0 - before) * length
+        first, last = np.searchsorted(s, start), np.searchsorted(s, end, side="right")
+        # Σ Δ_i times the ways from the start of the chord, of those before the corner, and times those to its end.
+        behind = (moments[at] - moments[first]) - (sums[at] - sums[first]) * (start - s[0])[:, None]
+        ahead = (sums[last] - sums[at]) * (end - s[0])[:, None] - (moments[last] - moments[at])
+        beside = before * ahead + (1.0 - before) * behind
+        slope = (ahead - behind) / length[:, None]
+        far[k] = np.sqrt(np.einsum("ij,ij->i", beside, beside))
+        rise[k] = np.einsum("ij,ij->i", beside, slope)
+        fall[k] = np.einsum("ij,ij->i", beside, own - slope)
+    rising, falling = _positive(rise), _positive(fall)
+    low, high = np.maximum(rising[0], falling[0]), np.minimum(rising[1], falling[1])
+    bend = np.pad(np.maximum(2.0 * far[1:-1] - far[:-2] - far[2:], 0.0), ((1, 1), (0, 0)), mode="edge")
+    found = np.zeros(len(at))
+    for part in (low, 0.5 * (low + high), high):
+        crest = 0.25 * (bend[:-1] + bend[1:]) * part * (1.0 - part)
+        there = far[:-1] + (far[1:] - far[:-1]) * part + crest
+        found = np.maximum(found, np.where(low <= high, there, 0.0).max(axis=0))
+    return found
+
+
+def _positive(values: Floats) -> tuple[Floats, Floats]:
+    """Return between which parts of the ways from each row of `values` to the next they are not negative, if linear.
+
+    Args:
+        values: Shape (n, k).
+
+    Returns:
+        The first and the last part, shape (n − 1, k); the first is 1 and the last 0 where they are negative all the way.
+    """
+    one, other = values[:-1], values[1:]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        zero = np.clip(np.nan_to_num(one / (one - other)), 0.0, 1.0)
+    first = np.where(one >= 0.0, 0.0, np.where(other >= 0.0, zero, 1.0))
+    last = np.where(other >= 0.0, 1.0, np.where(one >= 0.0, zero, 0.0))
+    return first, last
+
+
+def _largest_part(
+    kept: Callable[[Floats, NDArray[np.int64]], Bools], at: NDArray[np.int64], least: float
+) -> Floats:
+    """Return the largest part, from `least` to 1, of the speed at jumps `at` with which something is kept, shape (k,)."""
+    low, high = np.full(len(at), least), np.ones(len(at))
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        good = kept(middle, at)
+        low, high = np.where(good, middle, low), np.where(good, high, middle)
+    return low
 
 
 def _cuts(bounds: Bounds, stop: Bools, turn: Floats, left: Floats, right: Floats) -> Cuts:

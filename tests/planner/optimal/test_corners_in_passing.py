@@ -271,3 +271,83 @@ def test_a_stub_that_turns_back_before_a_corner_at_rest_keeps_the_jerk(stub: flo
     machine = load("generic-mill")
     rows = f"G21 G61 F6000\nG1 X5\nG91\nG1 X-{stub:.9f}\nG1 X5 Y1\nG90\nM2\n"
     assert used(np.concatenate([c.position for c in sample(planned(rows), machine)]), machine) < 1.001
+
+
+def test_how_far_a_chord_is_from_the_corners_it_goes_over() -> None:
+    """Against distances of points from chords: lines that turn by 0.01 rad every 50 µm; that of an arc is up to twice less."""
+    turn = 0.01 * np.arange(40)
+    tangent = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    points = np.concatenate([np.zeros((1, 2)), np.cumsum(0.05 * tangent, axis=0)])
+    s = 0.05 * np.arange(41)
+    step = np.concatenate([np.zeros((1, 2)), np.diff(tangent, axis=0), np.zeros((1, 2))])
+    for length in (0.05, 0.1, 0.12, 0.2, 0.37):
+        largest = 0.0
+        for start in np.linspace(0.5, 0.55, 101):
+            ends = np.stack([np.interp([start, start + length], s, column) for column in points.T], axis=1)
+            over = points[(s > start) & (s < start + length)] - ends[0]
+            along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+            largest = max(largest, np.abs(over[:, 0] * along[1] - over[:, 1] * along[0]).max(initial=0.0))
+        found = joints._cut(s, step, np.array([20]), np.array([length]))
+        assert found == pytest.approx(largest, rel=1e-3)
+
+
+def test_a_small_corner_counts_for_itself_where_a_large_one_is_near() -> None:
+    """The chord that cuts the large one by 25 µm is 4 % of that from the small one, and furthest from the large one."""
+    s, step = np.array([1.0, 1.48]), np.array([[0.0, 1e-9], [0.0, 0.1]])
+    small, large = joints._cut(s, step, np.arange(2), np.ones(2))
+    assert small < 1e-9
+    assert large == pytest.approx(0.025, rel=1e-3)
+
+
+#: A line of 11.7 mm, 500 mm/s, and a wave of lines of 0.17 mm, mm in X and Y.
+_WAVE = np.array(
+    [
+        (-2.909490730, -11.379440368),
+        (-0.041849469, -0.165876119),
+        (-0.040366830, -0.165905564),
+        (-0.037458586, -0.165963323),
+        (-0.033236622, -0.166047172),
+        (-0.027863356, -0.166153887),
+        (-0.021545498, -0.166279361),
+        (-0.014526099, -0.166418768),
+        (-0.007075197, -0.166566746),
+        (0.000520571, -0.166717599),
+        (0.007968993, -0.166865527),
+        (0.014983528, -0.167004838),
+        (0.021294322, -0.167130172),
+        (0.026658600, -0.167236708),
+        (0.030869997, -0.167320347),
+        (0.033766498, -0.167377873),
+        (0.035236674, -0.167407071),
+        (0.035223968, -0.167406818),
+        (0.033728869, -0.167377126),
+    ]
+)
+
+
+def test_chords_over_a_long_line_and_several_small_corners() -> None:
+    """Fast axes: chords of 0.9 mm begin on the line and end five corners on; they once cut the first ones by 1.1 tolerances.
+
+    The speed that changes along a chord, by 7 % in a period here, makes it a little longer than v T at the corner.
+    """
+    limits = {
+        "X": (17150.0, 80590.0, 4.141e7),
+        "Y": (11450.0, 53790.0, 2.764e7),
+        "Z": (11450.0, 53790.0, 2.764e7),
+    }
+    axes = {letter: Axis(letter, *given) for letter, given in limits.items()}
+    machine = Machine("fast", axes, period_s=0.0011, chord_tolerance_mm=0.007)
+    rows = "\n".join(f"G1 X{x:.9f} Y{y:.9f}" for x, y in _WAVE)
+    (part,) = plan(read_text(f"G21 G91 G61 F50486\n{rows}\nM2\n").chunks(), machine, PlanOptions())
+    corners = np.cumsum(_WAVE, axis=0)[:-1]
+    largest = 0.0
+    for phase in np.linspace(0.0, 1.0, 50, endpoint=False):
+        t = (np.arange(-1, int(part.profile.t[-1] / machine.period_s) + 2) + phase) * machine.period_s
+        s = motion_at(part.profile, np.clip(t, 0.0, part.profile.t[-1])).s
+        x = path_of(part.toolpath).evaluate(s, 0)[0][:, :2]
+        x = x[np.linalg.norm(np.diff(x, axis=0, prepend=[[-1.0, 0.0]]), axis=1) > 0.0]
+        chord, from_start = np.diff(x, axis=0), corners[:, None] - x[None, :-1]
+        part_of = np.clip((from_start * chord).sum(2) / (chord**2).sum(1), 0.0, 1.0)
+        away = np.linalg.norm(from_start - part_of[..., None] * chord, axis=2)
+        largest = max(largest, float(away.min(axis=1).max()))
+    assert 0.9 * machine.chord_tolerance_mm < largest <= 1.005 * machine.chord_tolerance_mm
