@@ -299,6 +299,19 @@ def outlines(draw: st.DrawFn) -> Case:
 
 
 @st.composite
+def chains(draw: st.DrawFn) -> Case:
+    """Draw a wave of short lines whose ends lie a little beside it, or an outline, under G64."""
+    case = draw(outlines())
+    if draw(st.integers(0, 2)):
+        count, step = draw(st.integers(5, 40)), draw(_logarithmic(0.02, 2.0))
+        noise, wave = draw(_logarithmic(1e-5, 1e-1)), draw(st.floats(0.0, 1.0))
+        beside = [noise * draw(st.floats(-1.0, 1.0)) for _ in range(count)]
+        turn = np.diff([wave * math.sin(0.3 * k) + beside[k] for k in range(count)], prepend=0.0)
+        case = replace(case, moves=_turned([step] * count, turn))
+    return replace(case, mode=f"G64 P{draw(_logarithmic(1e-3, 0.2)):g}")
+
+
+@st.composite
 def cases(draw: st.DrawFn, lines_only: bool = False, modes: Sequence[str] = ("G61", "G61.1", "G64")) -> Case:
     """Draw a program of one to eight moves and a machine for it."""
     inverse = draw(st.integers(0, 5)) == 0
@@ -444,7 +457,7 @@ def units(case: Case) -> None:
 
 
 def splitting(case: Case) -> None:
-    """Straight moves and arcs of G61 cut in three: the time changes by less than a thousandth."""
+    """Straight moves, of G61 arcs too, cut in three: the time changes by less than a thousandth."""
     if case.inverse:
         return  # the time of each part would have to be said anew
     cut: list[Move] = []
@@ -668,7 +681,7 @@ PROPERTIES: dict[str, tuple[Callable[[Case], None], st.SearchStrategy[Case]]] = 
     "limits": (limits, cases()),
     "continuous": (continuous, cases()),
     "units": (units, cases()),
-    "splitting": (splitting, cases(modes=("G61",))),
+    "splitting": (splitting, st.one_of(cases(modes=("G61",)), chains())),
     "relaxing": (relaxing, cases()),
     "reversing": (reversing, cases()),
     "bounds": (bounds, cases()),

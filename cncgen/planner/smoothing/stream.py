@@ -28,6 +28,7 @@ from cncgen.planner.smoothing.ends import opened
 from cncgen.planner.smoothing.output import rows_of
 from cncgen.planner.smoothing.runs import TANGENT, Classes, axis_scale, classify
 from cncgen.planner.smoothing.shares import chord_need
+from cncgen.planner.smoothing.stretches import Stretches
 from cncgen.planner.smoothing.worth import rounding
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 from cncgen.toolpath.slicing import between, join
@@ -36,8 +37,8 @@ Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-#: Rows that are fitted at a time.
-WINDOW = 2048
+#: Rows that are fitted at a time, and the parts, as they are programmed, that a row of them has at most on average.
+WINDOW, _PARTS = 2048, 8
 #: Rows after which a run is ended where it stands, if they made too few knots to go on from.
 _LONGEST_WINDOW = 32 * WINDOW
 
@@ -68,11 +69,13 @@ def smooth(
     """
     smoother = _Smoother(reserve_mm, machine)
     gathered: list[tuple[Toolpath, Bools]] = []
+    count = 0
     for chunk in opened(each for each in chunks if len(each)):
         gathered.append(chunk)
-        if sum(len(rows) for rows, _ in gathered) >= WINDOW:
+        count += len(chunk[0])
+        if count >= WINDOW:
             yield from smoother.take(gathered, last=False)
-            gathered = []
+            gathered, count = [], 0
     yield from smoother.take(gathered, last=True)
 
 
@@ -102,21 +105,27 @@ class _Smoother:
         parts = ([self.pending] if self.pending is not None else []) + chunks
         if not parts:
             return
-        rows, free = join([part for part, _ in parts]), np.concatenate([each for _, each in parts])
+        here, free = join([part for part, _ in parts]), np.concatenate([each for _, each in parts])
+        stretches = Stretches.of(here)
+        if not last:
+            # How far the last row goes on is not known yet.
+            stretches = stretches.but_last()
+        rows, free_rows = stretches.rows, free[stretches.first[:-1]]
         path = Path(rows.axes, rows.start, rows.kind, rows.end, rows.curve, rows.arcs, rows.nurbs)
-        classes = classify(rows, path, axis_scale(rows.axes), free)
+        classes = classify(rows, path, axis_scale(rows.axes), free_rows)
         if self.machine is not None:
             drive = Drive.of(self.machine, rows.axes)
             _judge_corners(rows, path, classes, drive, (self.pace, self.chord), last)
         borders = np.append(np.flatnonzero(classes.parts), len(rows))
-        done = _Done(rows)
+        done = _Done(stretches)
         at = 0
         for n, first in enumerate(borders[:-1]):
             stop, closed = int(borders[n + 1]), bool(last or borders[n + 1] < len(rows))
-            at = self._group(rows, path, classes, int(first), stop, closed, done)
+            at = self._group(stretches, path, classes, int(first), stop, closed, done)
             if at < stop:
                 break
-        self.pending = (between(rows, at, len(rows)), free[at:]) if at < len(rows) else None
+        rest = int(stretches.first[at])
+        self.pending = (between(here, rest, len(here)), free[rest:]) if rest < len(here) else None
         goes_on = self.seam is not None
         self.pace, self.chord = (float(classes.pace[at]), float(classes.chord[at])) if goes_on else (0.0, 0.0)
         if done.toolpaths():
@@ -124,7 +133,7 @@ class _Smoother:
 
     def _group(
         self,
-        rows: Toolpath,
+        stretches: Stretches,
         path: Path,
         classes: Classes,
         first: int,
@@ -137,18 +146,20 @@ class _Smoother:
         if self.seam is None and len(moving) < 2:
             if moving.size and not closed:
                 return first
-            self._pass(rows, classes, first, stop, done)
+            self._pass(stretches.rows, classes, first, stop, done)
             return stop
         if self.seam is None and moving[0] > first:
-            self._pass(rows, classes, first, int(moving[0]), done)
+            self._pass(stretches.rows, classes, first, int(moving[0]), done)
         first = int(moving[0])
         size = WINDOW
         while True:
-            window = moving[:size]
+            most = min(_PARTS * size, _LONGEST_WINDOW)
+            window = moving[: min(size, stretches.within(moving, most))]
             final = closed and len(window) == len(moving)
-            if not closed and len(moving) <= size:
+            if not closed and len(window) == len(moving):
                 return first
-            rest = self._fit(rows, path, classes, window, stop, final or size >= _LONGEST_WINDOW, done)
+            longest = size >= _LONGEST_WINDOW or (most == _LONGEST_WINDOW and len(window) < size)
+            rest = self._fit(stretches, path, classes, window, stop, final or longest, done)
             if rest is None:
                 size *= 2
                 continue
@@ -158,7 +169,7 @@ class _Smoother:
             first, size = rest, WINDOW
         tail = int(moving[-1]) + 1
         if tail < stop:
-            self._pass(rows, classes, tail, stop, done)
+            self._pass(stretches.rows, classes, tail, stop, done)
         return stop
 
     def _pass(self, rows: Toolpath, classes: Classes, first: int, stop: int, done: _Done) -> None:
@@ -176,7 +187,7 @@ class _Smoother:
 
     def _fit(
         self,
-        rows: Toolpath,
+        stretches: Stretches,
         path: Path,
         classes: Classes,
         window: Ints,
@@ -185,6 +196,7 @@ class _Smoother:
         done: _Done,
     ) -> int | None:
         """Fit a window of the run at the front; return the row from which to go on, None if it needs more rows."""
+        rows = stretches.rows
         scale = axis_scale(rows.axes)
         allowed, most = rows.tolerance[window], self._reserve(rows.axes)
         given = fit_tolerance(allowed, most, np.minimum(classes.chord[window], most))
@@ -212,15 +224,17 @@ class _Smoother:
             k = min(int(np.searchsorted(row_t, at, side="right")) - 1, len(window) - 1)
             rest = upto = int(window[k])
             spline, self.seam = split(spline, span, float(row_t[k]))
-        done.add(rows_of(spline, row_t, rows, window, scale, range(int(window[0]), upto), room))
+        part, part_t, of = stretches.parts_of(window, row_t)
+        events = range(int(part[0]), int(stretches.first[upto]))
+        done.add(rows_of(spline, part_t, stretches.parts, part, scale, events, room[of]))
         return rest
 
 
 class _Done:
-    """What is handed on, in order; rows that pass side by side are cut out together."""
+    """What is handed on, in order; rows that pass side by side are cut out together, in the parts that they have."""
 
-    def __init__(self, rows: Toolpath) -> None:
-        self._rows = rows
+    def __init__(self, stretches: Stretches) -> None:
+        self._stretches = stretches
         self._parts: list[Toolpath] = []
         self._first = self._stop = 0
 
@@ -238,7 +252,8 @@ class _Done:
     def toolpaths(self) -> list[Toolpath]:
         """Return all parts."""
         if self._first < self._stop:
-            part = between(self._rows, self._first, self._stop)
+            first = self._stretches.first
+            part = between(self._stretches.parts, int(first[self._first]), int(first[self._stop]))
             # Chords need not share the tolerance with smoothing there.
             met = np.where(part.path_mode == PathMode.CONTINUOUS, PathMode.EXACT_PATH, part.path_mode)
             self._parts.append(replace(part, path_mode=met.astype(np.int8)))
