@@ -27,8 +27,9 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 #: Part of the resolution up to which breakpoints are one place. That is J T³/4000: turning back on it, a third difference has
-#: (1, −2, 1) times twice that, a thousandth of J.
-_TOGETHER = 0.0125
+#: (1, −2, 1) times twice that, a thousandth of J. Within a curve they are those of one halt, a knot and the cusp beside it,
+#: which four times as much must not part: where between them is rounding.
+_TOGETHER, _TOGETHER_WITHIN = 0.0125, 0.05
 #: Part of the jerk limit below which a jump is taken for none.
 _NEGLIGIBLE = 2e-4
 #: Least part of its speed that a jump keeps beside others, and in how many halvings the part is found.
@@ -387,22 +388,25 @@ def _size(bounds: Bounds, turn: Floats) -> Floats:
 
 
 def distinct(
-    s: Floats, sides: tuple[Floats, Floats], bounds: Bounds, apart: Bools
+    s: Floats, sides: tuple[Floats, Floats], bounds: Bounds, apart: Bools, curved: Bools
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return which breakpoints are the first and which the last of a cluster that no setpoint can tell apart.
 
-    Members of a cluster follow each other within a quarter of a thousandth of J T³: what lies between, be it a turn back,
-    shows in a third difference by a thousandth of J at most. The ends of the block stay, and what has to be `apart` for other reasons.
+    Members of a cluster follow each other within a quarter of a thousandth of J T³ (within a curve, a thousandth): what lies
+    between, be it a turn back, shows in a third difference by a thousandth of J at most. The ends of the block stay, and
+    what has to be `apart` for other reasons.
 
     Args:
         s: Shape (n,), path coordinate.
         sides: Derivatives on the left and on the right of each, shape (4, n, axes) each.
         bounds: Limits.
         apart: Shape (n − 1,), between which of them both stay.
+        curved: Shape (n − 1,), between which of them a NURBS goes on.
     """
     # The rows that meet at a cluster count too: what is short for one may be long for axes that only the other moves.
     seen = np.minimum(*(resolution(bounds, side[1]) for side in sides))
-    apart = apart | (np.diff(s) > _TOGETHER * np.minimum(seen[:-1], seen[1:]))
+    part = np.where(curved, _TOGETHER_WITHIN, _TOGETHER)
+    apart = apart | (np.diff(s) > part * np.minimum(seen[:-1], seen[1:]))
     if not apart.any():
         ends = np.array([0, len(s) - 1])
         return ends, ends

@@ -121,7 +121,8 @@ def track_of(
     # Beyond its ends a path is what it is within; a curve that ends in a cusp has no direction there.
     sides[0][:, 0], sides[1][:, -1] = sides[1][:, 0], sides[0][:, -1]
     crawls = crawling(path, feeds.speed, bounds)
-    first, last = distinct(seams, sides, bounds, crawls[path.row_of(0.5 * (seams[:-1] + seams[1:]))])
+    between = path.row_of(0.5 * (seams[:-1] + seams[1:]))
+    first, last = distinct(seams, sides, bounds, crawls[between], path.kind[between] == Kind.NURBS)
     sides = (sides[0][:, first], sides[1][:, last])
     top = np.minimum(top_at(seams[first], sides[0], -1)[0], top_at(seams[last], sides[1])[0])
     joints = joints_of(toolpath, path, bounds, crawls, seams[first], sides, top, before, after)
