@@ -11,7 +11,17 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import AXES, Block
-from cncgen.gcode.codes.table import ALONE, BOTH, LATHE, Code, Codes, Handler, language_of, table
+from cncgen.gcode.codes.table import (
+    ALONE,
+    BOTH,
+    LATHE,
+    OFFSET_NUMBERS,
+    Code,
+    Codes,
+    Handler,
+    language_of,
+    table,
+)
 from cncgen.gcode.codes.unsupported import ON_LATHES, WITHOUT, shown
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import NO_MOTION, Stage
@@ -69,6 +79,7 @@ class Plans:
     def __init__(self, dialect: str) -> None:
         self.dialect = language_of(dialect)
         self._table = dialect
+        self._alone = frozenset(ALONE + OFFSET_NUMBERS if dialect == "fanuc" else ALONE)
         self.codes: Codes = table(dialect)
         self._plans: dict[tuple[object, ...], Plan] = {}
 
@@ -114,12 +125,12 @@ class Plans:
         return _one_mover(codes) if self.dialect == "fanuc" else codes
 
     def _of_lone_words(self, block: Block, codes: list[Code]) -> list[Code]:
-        """Return the codes of words that mean something by themselves (F S T), unless a code of the block takes them."""
+        """Return the codes of words that mean something by themselves, unless a code of the block takes them."""
         taken = {letter for code in codes for letter in code.takes}
         return [
             self.codes[letter.upper(), 0]
             for letter in block.words
-            if letter.upper() in ALONE and letter not in taken
+            if letter.upper() in self._alone and letter not in taken
         ]
 
     def _code(self, letter: str, number: int) -> Code:

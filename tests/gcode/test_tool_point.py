@@ -89,6 +89,7 @@ def test_the_inverse_kinematics(kinematics: Kinematics, tip: Any, angles: Any) -
         ("T2 M6", "tcp-refused"),
         ("G38.2 X0 F100", "tcp-refused"),
         ("G53 X0", "tcp-refused"),
+        ("H2", "tcp-refused"),
     ],
 )
 def test_what_does_not_go_with_it(run: Any, text: str, code: str) -> None:

@@ -380,12 +380,39 @@ def _programmed(ip: Interpreter, block: Block, name: str) -> tuple[float, int]:
 
 def _of_the_tool(ip: Interpreter, block: Block, name: str) -> tuple[float, int]:
     """Return radius (program units) and orientation of the tool of D, or of the one in the spindle."""
-    number = whole(block, "d", name) if "d" in block.words else 0
-    tool = ip.tools.find(number or ip.state.tool)
+    number = _number_in_force(ip, block, name)
+    tool = ip.tools.find(number)
     if tool is None:
         raise BlockError("unknown-tool", f"tool {number} is not in the tool table", "D")
     tell_unknown(ip, tool.number, "D")
     return tool.diameter * ip.table_scale() / 2.0, tool.orientation
+
+
+def _number_in_force(ip: Interpreter, block: Block, name: str) -> int:
+    """Return the D of a block, else the tool in the spindle, which D0 of LinuxCNC is too.
+
+    FANUC's D stays in force, and D0 is no tool.
+    """
+    number = whole(block, "d", name) if "d" in block.words else None
+    if ip.dialect != "fanuc":
+        return number or ip.state.tool
+    if number is not None:
+        ip.state.radius_number = number
+    number = ip.state.radius_number
+    return ip.state.tool if number is None else number
+
+
+def radius_number(ip: Interpreter, block: Block) -> None:
+    """D of FANUC by itself: the offset of the next G41 or G42."""
+    number = whole(block, "d", "")
+    if ip.state.compensation != 40 and number != ip.state.radius_number:
+        raise BlockError(
+            "comp-refused",
+            "the radius cannot change while cutter compensation is on",
+            "D",
+            hint="turn it off before (G40 and a straight move)",
+        )
+    ip.state.radius_number = number
 
 
 def turn_off(ip: Interpreter, block: Block) -> None:
@@ -436,10 +463,27 @@ _GROUP = "cutter compensation"
 _STAGE = Stage.RADIUS_COMPENSATION
 CODES = (
     Code("G", 400, _GROUP, _STAGE, turn_off, "cutter compensation off"),
-    Code("G", 410, _GROUP, _STAGE, _turn_on(True, False), "cutter compensation, tool left of the path", "d"),
     Code(
-        "G", 420, _GROUP, _STAGE, _turn_on(False, False), "cutter compensation, tool right of the path", "d"
+        "G",
+        410,
+        _GROUP,
+        _STAGE,
+        _turn_on(True, False),
+        "cutter compensation, tool left of the path",
+        "d",
+        takes="d",
     ),
-    Code("G", 411, _GROUP, _STAGE, _turn_on(True, True), "as G41, for the diameter D", "dl"),
-    Code("G", 421, _GROUP, _STAGE, _turn_on(False, True), "as G42, for the diameter D", "dl"),
+    Code(
+        "G",
+        420,
+        _GROUP,
+        _STAGE,
+        _turn_on(False, False),
+        "cutter compensation, tool right of the path",
+        "d",
+        takes="d",
+    ),
+    Code("G", 411, _GROUP, _STAGE, _turn_on(True, True), "as G41, for the diameter D", "dl", takes="d"),
+    Code("G", 421, _GROUP, _STAGE, _turn_on(False, True), "as G42, for the diameter D", "dl", takes="d"),
+    Code("D", 0, "D", _STAGE, radius_number, "number of the tool radius", "d", dialects=("fanuc",)),
 )

@@ -115,6 +115,15 @@ CODES = (
     Code("M", 40, "spindle", Stage.SPINDLE, _turn(-1), "spindle counter-clockwise", "$"),
     Code("M", 50, "spindle", Stage.SPINDLE, _turn(0), "spindle stop", "$"),
     Code("M", 190, "spindle", Stage.SPINDLE, orient, "turn the spindle to R degrees", "rpq$"),
-    Code("G", 960, "spindle mode", Stage.SPINDLE_MODE, constant_surface, "constant surface speed S", "sd$"),
+    Code(
+        "G",
+        960,
+        "spindle mode",
+        Stage.SPINDLE_MODE,
+        constant_surface,
+        "constant surface speed S",
+        "sd$",
+        takes="d",
+    ),
     Code("G", 970, "spindle mode", Stage.SPINDLE_MODE, constant_revolutions, "S is rev/min", "$"),
 )

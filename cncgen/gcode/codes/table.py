@@ -63,15 +63,16 @@ _MODULES = (
     "codes.heidenhain",
     "codes.plain_language",
 )
-#: Words that act by themselves.
+#: Words that act by themselves; the numbers of offsets on FANUC's mills alone.
 ALONE = ("F", "S", "T", ",C", ",R")
+OFFSET_NUMBERS = ("D", "H")
 BOTH = ("linuxcnc", "fanuc")
 #: FANUC's lathes, system A of G codes: the language of its mills, with other meanings of some codes.
 LATHE = "fanuc-lathe"
 #: Codes, in tenths, that FANUC's mills have and its lathes have not, or with another meaning.
 _OF_MILLS = frozenset(
     {
-        ("T", 0),
+        *((letter, 0) for letter in ("T", *OFFSET_NUMBERS)),
         *(("G", 10 * n) for n in (15, 16, 33, 43, 44, 49, 50, 51, 68, 69, *range(73, 80), *range(81, 96))),
     }
     | {("G", n) for n in (331, 431, 432, 434, 501, 511, 541, 980, 990)}
@@ -88,7 +89,7 @@ class Code:
     """One code.
 
     Attributes:
-        letter: ``G`` or ``M``; another letter for a word that acts by itself (F, S, T).
+        letter: ``G`` or ``M``; another letter for a word that acts by itself (F, S, T, and D, H of FANUC).
         number: Ten times the code's number (``G5.1`` is 51); 0 for words that act by themselves.
         group: Name of the modal group: two codes of one group cannot stand in one block.
         stage: When in the block it is executed.

@@ -15,7 +15,7 @@ from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.frames import FramedSink
 from cncgen.gcode.codes.kinematics import Kinematics
 from cncgen.gcode.codes.table import Code
-from cncgen.gcode.codes.tools import table_offset, whole
+from cncgen.gcode.codes.tools import number_in_force, table_offset
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
@@ -220,11 +220,12 @@ def turn_on(ip: Interpreter, block: Block) -> None:
         raise BlockError("tcp-refused", "G43.4 does not go with cutter compensation", "G43.4", hint="use G40")
     if ip.state.feed_mode == 95:
         raise BlockError("tcp-refused", "G43.4 does not go with G95", "G43.4", hint="use G94")
-    number = whole(block, "h", "G43.4") if "h" in block.words else ip.state.tool
+    number = number_in_force(ip, block, "G43.4")
     turn_off(ip)
     machine = ip.machine_position()
     offset = zeros()
     offset[2] = table_offset(ip, number)[2] if number else 0.0
+    ip.state.length_code = 43.4
     ip.state.tool_offset = offset
     ip.rebase(machine)
     ip.sink.use_tool_length_offset(offset)
@@ -254,7 +255,7 @@ def turn_off(ip: Interpreter) -> None:
 def length_off(ip: Interpreter, block: Block) -> None:
     """G49 of FANUC: no tool offset, no tool centre point control."""
     turn_off(ip)
-    ip.state.length_code, ip.state.length_number = 49, 0
+    ip.state.length_code = 49
     ip.codes["G", 431].run(ip, Block(dict.fromkeys(AXES, 0.0)))
 
 
@@ -269,6 +270,7 @@ CODES = (
         "tool centre point control with the length H",
         "h",
         dialects=_FANUC,
+        takes="h",
     ),
     Code(
         "G",

@@ -140,17 +140,39 @@ def length(ip: Interpreter, block: Block) -> None:
 
 def length_fanuc(ip: Interpreter, block: Block) -> None:
     """G43 H of FANUC: the offset H; H0 is none."""
-    _length_fanuc(ip, block, "G43", 1.0)
+    _length_fanuc(ip, block, 43)
 
 
 def length_back(ip: Interpreter, block: Block) -> None:
     """G44 H of FANUC: the offset H, the other way."""
-    _length_fanuc(ip, block, "G44", -1.0)
+    _length_fanuc(ip, block, 44)
 
 
-def _length_fanuc(ip: Interpreter, block: Block, name: str, sign: float) -> None:
-    number = whole(block, "h", name) if "h" in block.words else ip.state.tool
-    ip.state.length_code, ip.state.length_number = 43 if sign > 0.0 else 44, number
+def length_number(ip: Interpreter, block: Block) -> None:
+    """H of FANUC by itself: the offset that G43 or G44 goes on with, at once where one of them is in force."""
+    code = ip.state.length_code
+    if code == 49:
+        ip.state.length_number = whole(block, "h", "")
+    elif code in (43, 44):
+        _length_fanuc(ip, block, int(code))
+    else:
+        raise BlockError(
+            "tcp-refused", f"H changes the tool offset: not under G{code:g}", "H", hint="use G49"
+        )
+
+
+def number_in_force(ip: Interpreter, block: Block, name: str) -> int:
+    """Return the H of a block of FANUC, which stays in force: else the last one, or the tool in the spindle."""
+    if "h" in block.words:
+        ip.state.length_number = whole(block, "h", name)
+    number = ip.state.length_number
+    return ip.state.tool if number is None else number
+
+
+def _length_fanuc(ip: Interpreter, block: Block, code: int) -> None:
+    number = number_in_force(ip, block, f"G{code}")
+    ip.state.length_code = code
+    sign = 1.0 if code == 43 else -1.0
     use_offset(ip, [sign * value for value in table_offset(ip, number)] if number else zeros())
 
 
@@ -178,12 +200,15 @@ def length_added(ip: Interpreter, block: Block) -> None:
 
 def length_off(ip: Interpreter, block: Block) -> None:
     """G49."""
-    ip.state.length_code, ip.state.length_number = 49, 0
+    ip.state.length_code = 49
     use_offset(ip, zeros())
 
 
 CODES = (
     Code("T", 0, "T", Stage.TOOL, select, "tool to be changed in next", "t"),
+    Code(
+        "H", 0, "H", Stage.TOOL_LENGTH, length_number, "number of the tool offset", "h", dialects=("fanuc",)
+    ),
     Code("M", 60, "tool change", Stage.CHANGE, change, "change to the tool of T", after=take_position),
     Code("M", _M61, "tool change", Stage.CHANGE, name_tool, "the tool in the spindle is Q", "q"),
     Code(
@@ -196,7 +221,17 @@ CODES = (
         "h",
         dialects=("linuxcnc",),
     ),
-    Code("G", 430, "tool length", Stage.TOOL_LENGTH, length_fanuc, "tool offset H", "h", dialects=("fanuc",)),
+    Code(
+        "G",
+        430,
+        "tool length",
+        Stage.TOOL_LENGTH,
+        length_fanuc,
+        "tool offset H",
+        "h",
+        dialects=("fanuc",),
+        takes="h",
+    ),
     Code(
         "G",
         440,
@@ -206,10 +241,19 @@ CODES = (
         "tool offset H, negative",
         "h",
         dialects=("fanuc",),
+        takes="h",
     ),
     Code("G", 431, "tool length", Stage.TOOL_LENGTH, length_given, "tool offset in axis words", AXES, "own"),
     Code(
-        "G", 432, "tool length", Stage.TOOL_LENGTH, length_added, "add to the tool offset", AXES + "h", "own"
+        "G",
+        432,
+        "tool length",
+        Stage.TOOL_LENGTH,
+        length_added,
+        "add to the tool offset",
+        AXES + "h",
+        "own",
+        takes="h",
     ),
     Code("G", 490, "tool length", Stage.TOOL_LENGTH, length_off, "no tool offset", dialects=("linuxcnc",)),
 )

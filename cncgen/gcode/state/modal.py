@@ -98,7 +98,8 @@ class State:
         local: Part of `g92` that G52 of FANUC set.
         speed_limit: Largest speed of G96 that G92 S of FANUC set.
         turning: What the cycles of FANUC's lathes keep from block to block, once there was one.
-        length_code, length_number: 43, 44 or 49 of FANUC, and the H in force.
+        length_code: 43, 43.4, 44 or 49 of FANUC.
+        length_number, radius_number: H and D that FANUC's programs said last, or None.
     """
 
     position: list[float] = field(default_factory=zeros)
@@ -145,8 +146,9 @@ class State:
     local: list[float] = field(default_factory=zeros)
     speed_limit: float | None = None
     turning: object | None = None
-    length_code: int = 49
-    length_number: int = 0
+    length_code: float = 49
+    length_number: int | None = None
+    radius_number: int | None = None
 
     def plane_axes(self) -> tuple[int, int, int]:
         """Return the columns of the plane's first and second axis and of its normal."""
