@@ -167,7 +167,7 @@ def test_other_spellings_of_functions(run: Any) -> None:
 
 
 def test_numbered_block_skip_and_colons(run: Any) -> None:
-    text = ":1\n/2 G0 X9\n/G0 X8\nM98 P2\nM30\n:0002\n/3N5 X7\nN6 G0 X1\nM99"
+    text = ":1\n/2 G0 X9\nN3 /G0 X8\nM98 P2\nM30\n:0002\n/3N5 X7\nN4 /2 DPRNT[A]\nN6 G0 X1\nM99"
     assert fanuc(run, text) == [[1, 0, 0]]
     assert fanuc(run, text, block_delete=False) == [[9, 0, 0], [8, 0, 0], [7, 0, 0], [1, 0, 0]]
 

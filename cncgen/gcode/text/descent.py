@@ -77,14 +77,13 @@ class _Reader:
         self.asks_state = False
 
     def start(self) -> Parsed:
-        parsed = Parsed()
-        if self.text[0] == "/":
-            parsed.deletable = True
-            self.at = 2 if self.fanuc and self.text[1] in "123456789" else 1
+        parsed = Parsed(deletable=self._is_deleted())
         number = _LINE_NUMBER.match(self.text, self.at)
         if number:
             parsed.number = number[1]
             self.at = number.end()
+            if self.fanuc and self._is_deleted():
+                parsed.deletable = True
         if self.text[self.at] == "o" or (self.fanuc and self.text[self.at] in ":<"):
             self._o_word(parsed)
         elif _MACRO.match(self.text, self.at):
@@ -95,6 +94,13 @@ class _Reader:
             while self.at < self.end:
                 parsed.comments += self._comment()
         return parsed
+
+    def _is_deleted(self) -> bool:
+        """Tell whether a / comes here, and go by it (FANUC: and by its number)."""
+        if self.text[self.at] != "/":
+            return False
+        self.at += 2 if self.fanuc and self.text[self.at + 1] in "123456789" else 1
+        return True
 
     def _items(self, parsed: Parsed) -> None:
         text, end = self.text, self.end

@@ -59,6 +59,7 @@ _LENGTHS = "xyzabcuvwijkqr"
 #: The rules that FANUC's dialect has its own of, and those.
 _FANUC_RULES = {
     "?assigned: signed": "?assigned: expression",
+    "start: DELETE? LINE_NUMBER? _content": "start: DELETE? _content\n     | DELETE? LINE_NUMBER DELETE? _content",
     'DELETE: "/"': r"DELETE: /\/[1-9]?/",
     "O_NUMBER: /o[0-9]+/": "O_NUMBER: /[o:][0-9]+/",
     "O_NAME: /o<": "O_NAME: /o?<",
@@ -70,7 +71,8 @@ _FANUC_RULES = {
 }
 #: Output commands of FANUC's macros.
 _OUTPUT = re.compile(
-    r"\s*(?:(?P<slash>/[1-9]?)\s*)?(?:N[0-9]+\s*)?(?P<keyword>POPEN|PCLOS|[BD]PRNT)(?![A-Z])", re.IGNORECASE
+    r"\s*(?P<delete>(?:/[1-9]?\s*)?(?:N[0-9]+\s*(?:/[1-9]?\s*)?)?)(?P<keyword>POPEN|PCLOS|[BD]PRNT)(?![A-Z])",
+    re.IGNORECASE,
 )
 #: What has no meaning outside comments: capital letters (of ASCII: no other character is a letter here) and blanks.
 _BARE = {**{c: c + 32 for c in range(ord("A"), ord("Z") + 1)}, **dict.fromkeys(b" \t\r")}
@@ -298,7 +300,7 @@ def output_command(text: str) -> Parsed | None:
     if match is None:
         return None
     command = match["keyword"].upper() + text[match.end() :].strip()
-    return Parsed(comments=[OUTPUT + command], deletable=match["slash"] is not None)
+    return Parsed(comments=[OUTPUT + command], deletable="/" in match["delete"])
 
 
 def check_nesting(text: str, bare: str) -> None:
