@@ -155,8 +155,8 @@ class _Slowness:
     s: Floats
     slowness: Floats
 
-    def __call__(self, s: Floats) -> Floats:
-        """Return the largest speeds at s."""
+    def __call__(self, s: Floats, _x: Floats | None = None) -> Floats:
+        """Return the largest speeds at s, whatever the path is there."""
         with np.errstate(divide="ignore"):
             out: Floats = 1.0 / np.interp(s, self.s, self.slowness)
         return out

@@ -93,10 +93,10 @@ def with_remarks(trajectory: Trajectory, remarks: tuple[Diagnostic, ...]) -> Tra
     return replace(trajectory, values={**trajectory.values, "diagnostics": known + remarks})
 
 
-def speed_along(profile: Profile, slowest: float) -> Callable[[Floats], Floats]:
+def speed_along(profile: Profile, slowest: float) -> Callable[[Floats, Floats | None], Floats]:
     """Return the function that gives the speed of a profile at ascending path coordinates, mm/s, at least `slowest`."""
 
-    def speed(s: Floats) -> Floats:
+    def speed(s: Floats, _x: Floats | None = None) -> Floats:
         return np.maximum(motion_at(profile, time_at(profile, s)).v, slowest)
 
     return speed

@@ -18,21 +18,24 @@ class SpeedCap:
     """The largest speed along the path of a block.
 
     Attributes:
-        speed: Gives mm/s at path coordinates, shape (n,), ascending; infinite where there is no cap.
+        speed: Gives mm/s at path coordinates, shape (n,), ascending, by them and the path and its derivatives there, up to
+            the second at least, shape (≥ 3, n, axes); infinite where there is no cap.
         limit: What it stands for.
         straight: Whether it may be finite on straight lines.
     """
 
-    speed: Callable[[Floats], Floats]
+    speed: Callable[[Floats, Floats], Floats]
     limit: Limit
     straight: bool = True
 
-    def lower(self, s: Floats, top: Floats) -> Floats:
-        """Return the smaller of `top`, q = v² at ascending path coordinates, and the cap's."""
-        out: Floats = np.minimum(top, self.speed(s) ** 2)
+    def lower(self, s: Floats, x: Floats, top: Floats) -> Floats:
+        """Return the smaller of `top`, q = v² at ascending path coordinates where the path is `x`, and the cap's."""
+        out: Floats = np.minimum(top, self.speed(s, x) ** 2)
         return out
 
-    def on_intervals(self, s: Floats, leaves: NDArray[np.bool_], enters: NDArray[np.bool_]) -> Floats:
+    def on_intervals(
+        self, s: Floats, x: Floats, leaves: NDArray[np.bool_], enters: NDArray[np.bool_]
+    ) -> Floats:
         """Return q at the left end, middle and right end of intervals, each seen from inside, shape (n, 3).
 
         The speed that the cap has at a rest itself, 0 where it is a plan's, is no bound of the motion beside it:
@@ -40,13 +43,12 @@ class SpeedCap:
 
         Args:
             s: Shape (n + 1,), nodes.
+            x: Shape (≥ 3, n, 3, axes), the path and its derivatives there.
             leaves, enters: Shape (n,), intervals that leave and enter rest.
         """
         inside = 1e-6 * np.diff(s)
-        q = np.stack(
-            [self.speed(at) ** 2 for at in (s[:-1] + inside, 0.5 * (s[:-1] + s[1:]), s[1:] - inside)],
-            axis=1,
-        )
+        places = (s[:-1] + inside, 0.5 * (s[:-1] + s[1:]), s[1:] - inside)
+        q = np.stack([self.speed(at, x[:, :, k]) ** 2 for k, at in enumerate(places)], axis=1)
         q[leaves] = q[leaves, 2:]
         q[enters] = q[enters, :1]
         return q

@@ -114,7 +114,7 @@ def track_of(
     def top_at(s: Floats, x: Floats, side: int = 1) -> tuple[Floats, NDArray[np.int8]]:
         row = path.row_of(s, side)
         q, limit = bounds.top(feeds.speed[row], feeds.limit[row], x[1], x[2])
-        return (cap.lower(s, q) if cap else q), limit
+        return (cap.lower(s, x, q) if cap else q), limit
 
     seams = _seams(toolpath, path, feeds)
     sides = (path.evaluate(seams, 3, -1), path.evaluate(seams, 3, 1))
@@ -156,7 +156,7 @@ def track_of(
     stop, corner = np.zeros((2, n + 1), bool)
     stop[node], corner[node] = joints.stop, joints.corner
     if cap:
-        capped = cap.on_intervals(s, stop[:-1], stop[1:])
+        capped = cap.on_intervals(s, x, stop[:-1], stop[1:])
         capped[node[:-1][lines]] = np.inf
         which[capped < top3] = cap.limit
         top3 = np.minimum(top3, capped)

@@ -68,7 +68,7 @@ def _tight(room: Floats, chord_mm: float) -> NDArray[np.bool_]:
 
 def chord_speed_within(
     toolpath: Toolpath, chord_mm: float, period_s: float
-) -> Callable[[Floats], Floats] | None:
+) -> Callable[[Floats, Floats], Floats] | None:
     """Return the speed along a smoothed toolpath at which smoothing and chords together keep its tolerance.
 
     Args:
@@ -77,24 +77,21 @@ def chord_speed_within(
         period_s: Time between setpoints.
 
     Returns:
-        Takes path coordinates, shape (n,), ascending, and gives mm/s; infinite where δ itself is what bounds. None: everywhere.
+        Takes path coordinates, shape (n,), ascending, and the path and its first two derivatives there, shape (≥ 3, n, axes);
+        gives mm/s, infinite where δ itself is what bounds. None: everywhere.
     """
     narrow = (toolpath.path_mode == PathMode.CONTINUOUS) & _tight(toolpath.tolerance, chord_mm)
     if not narrow.any():
         return None
-    rows = np.flatnonzero(narrow)
-    left = chord_left(toolpath.tolerance[rows], chord_mm)
+    left = np.where(narrow, chord_left(toolpath.tolerance, chord_mm), np.inf)
     scale = axis_scale(toolpath.axes)
+    path = path_of(toolpath)
 
-    def speed(s: Floats) -> Floats:
-        path = path_of(toolpath)
-        first = np.searchsorted(s, path.row_s[rows], side="left")
-        count = np.searchsorted(s, path.row_s[rows + 1], side="right") - first
-        held = np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
-        _, x1, x2 = path.evaluate(s[held], 2) * scale
-        top = np.full(len(s), np.inf)
+    def speed(s: Floats, x: Floats) -> Floats:
         # The end of a row is the start of the next one.
-        np.minimum.at(top, held, chord_speed(across(x1, x2), np.repeat(left, count), period_s))
-        return top
+        chord = np.minimum(left[path.row_of(s, -1)], left[path.row_of(s, 1)])
+        return np.where(
+            chord < np.inf, chord_speed(across(x[1] * scale, x[2] * scale), chord, period_s), np.inf
+        )
 
     return speed

@@ -74,7 +74,7 @@ def test_the_speed_is_that_of_the_chord_that_is_left(tolerance: float) -> None:
     tight = left < 1.03 * CHORD
     assert tight.any()
     expected = 500.0 * np.sqrt(2 * left / 1.1 / bend - (left / 1.1) ** 2)
-    np.testing.assert_allclose(speed(s), np.where(tight, expected, np.inf), rtol=1e-9)
+    np.testing.assert_allclose(speed(s, path.evaluate(s, 2)), np.where(tight, expected, np.inf), rtol=1e-9)
     assert (
         chord_speed_within(replace(made, tolerance=0 * made.tolerance + 1.03 * CHORD), CHORD, 0.004) is None
     )
