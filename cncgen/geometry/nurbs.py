@@ -141,18 +141,9 @@ def directions(table: NurbsTable) -> Floats:
     Of other curves, whose control points leave that line by more than the rounding of their coordinates, it is 0. By the
     convex hull a curve is where its control points are (The NURBS Book, P3.22).
     """
-    points = table.control_points
-    first, sizes = table.point_offset[:-1], np.diff(table.point_offset)
-    curve = np.repeat(np.arange(len(table)), sizes)
-    away = points - points[first[curve]]
-    far = np.linalg.norm(away, axis=1)
-    furthest = np.lexsort((-far, curve))[first]
-    length = far[furthest, None]
-    unit = np.divide(away[furthest], length, out=np.zeros_like(away[furthest]), where=length > 0.0)[curve]
-    beside = np.abs(away - np.sum(away * unit, axis=1)[:, None] * unit).max(axis=1)
-    size = np.maximum.reduceat(np.abs(points).max(axis=1), first)[curve]
-    bent = np.maximum.reduceat(beside > _ROUNDINGS * np.spacing(size), first)
-    return np.where(bent[:, None], 0.0, away[furthest])
+    out = np.empty((len(table), table.control_points.shape[1]))
+    bspline.directions(columns(table), _ROUNDINGS, out)
+    return out
 
 
 def columns(table: NurbsTable) -> bspline.Curves:

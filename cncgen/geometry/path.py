@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from cncgen.geometry import nurbs as splines
 from cncgen.geometry.arcs import Spirals, spirals
 from cncgen.geometry.tables import ArcTable, Floats, Ints, NurbsTable
-from cncgen.kernels import arc_length
+from cncgen.kernels import arc_length, path_derivatives
 from cncgen.units import ROTARY_LETTERS
 
 #: What a row is; the values of `cncgen.toolpath.record.Kind`.
@@ -98,8 +98,8 @@ class Path:
             s_start: Path coordinate of the start.
         """
         self.axes = axes
-        self.kind: NDArray[np.int8] = np.asarray(kind, np.int8)
-        self.end: Floats = np.asarray(end, float).reshape(len(self.kind), len(axes))
+        self.kind: NDArray[np.int8] = np.ascontiguousarray(kind, np.int8)
+        self.end: Floats = np.ascontiguousarray(end, float).reshape(len(self.kind), len(axes))
         self.start: Floats = np.asarray(start, float)
         self.starts: Floats = np.concatenate([self.start[None, :], self.end])[:-1]
         self._curve: Ints = np.asarray(curve, np.int64)
@@ -243,18 +243,19 @@ class Path:
         Raises:
             ValueError: If the path has no rows.
         """
-        if not len(self):
-            raise ValueError("a path without rows has no points to evaluate")
+        first, last = self._moving
         at = np.atleast_1d(np.asarray(s, float))
         if side >= 0:
             row = np.searchsorted(self.row_s, at, side="right") - 1
         else:
             row = np.searchsorted(self.row_s, at, side="left") - 1
-        first, last = self._moving
         return np.clip(row, first, last)
 
     @cached_property
     def _moving(self) -> tuple[int, int]:
+        """The first and the last row that moves."""
+        if not len(self):
+            raise ValueError("a path without rows has no points to evaluate")
         moving = np.flatnonzero(np.diff(self.row_s) > 0)
         return (int(moving[0]), int(moving[-1])) if moving.size else (0, len(self) - 1)
 
@@ -348,29 +349,49 @@ class Path:
         """
         if not 0 <= order <= 3:
             raise ValueError(f"order must be 0 to 3, not {order}")
-        at = np.atleast_1d(np.asarray(s, float))
-        rows = self.row_of(at, side)
-        u = self.parameter(rows, at, side)
-        out = self.evaluate_parameter(rows, u, order, side)
-        if order == 0:
-            return out
-        curved = np.flatnonzero(self.kind[rows] != LINE)
-        straight = self.kind[rows] == LINE
-        length = (self.row_s[rows + 1] - self.row_s[rows])[straight, None]
-        out[1, straight] = np.divide(
-            out[1, straight], length, out=np.zeros_like(out[1, straight]), where=length > 0
-        )
-        if curved.size:
-            singular = self._singular(out, rows, u, side)
-            values = out[:, curved] if curved.size < len(rows) else out
-            _by_arc_length(values, self._low[rows[curved]], self._high[rows[curved]])
-            if curved.size < len(rows):
-                out[:, curved] = values
-            if singular.size:
-                self._beside_singular(out, singular, rows, u, side)
-            if self._straight.any():
-                self._straighten(out, rows)
+        at = np.ascontiguousarray(np.atleast_1d(np.asarray(s, float)))
+        rows, slow = np.empty((2, len(at)), np.int64)
+        u = np.empty(len(at))
+        out = np.empty((order + 1, len(at), len(self.axes)))
+        found = path_derivatives.evaluate(self._columns, at, side, order, rows, u, slow, out)
+        if len(self._arc_rows):
+            arcs = np.flatnonzero(self.kind[rows] == ARC)
+            if arcs.size:
+                out[:, arcs] = self._evaluate_arcs(rows[arcs], at[arcs], order)
+        if found:
+            self._beside_singular(out, self._singular(slow[:found], rows, u, side), rows, u, side)
         return out
+
+    def _evaluate_arcs(self, rows: Ints, s: Floats, order: int) -> Floats:
+        """Return positions on arcs at path coordinates, and derivatives with respect to these."""
+        item = self._item[rows]
+        distance = np.clip(s - self.row_s[rows], 0.0, self.row_length[rows])
+        out = self._arcs.evaluate(item, self._arcs.angle_at(item, distance), order)
+        if order > 0:
+            path_derivatives.by_length(self._low[rows], self._high[rows], out)
+        return out
+
+    @cached_property
+    def _columns(self) -> path_derivatives.Rows:
+        """The path as the kernel takes it."""
+        return path_derivatives.Rows(
+            self.row_s,
+            self.row_length,
+            self.kind,
+            self._item,
+            self.starts,
+            self.end,
+            *self._moving,
+            self._snap,
+            splines.columns(self._nurbs.table),
+            self._nurbs.low,
+            self._nurbs.high,
+            self._nurbs.offset,
+            self._nurbs.cells,
+            self._nurbs.total,
+            self._along,
+            _SLOW,
+        )
 
     @cached_property
     def _along(self) -> Floats:
@@ -379,44 +400,30 @@ class Path:
         length = _metric_norm(way, self._nurbs.low, self._nurbs.high)[:, None]
         return np.divide(way, length, out=np.zeros_like(way), where=length > 0.0)
 
-    @cached_property
-    def _straight(self) -> NDArray[np.bool_]:
-        """Shape (nurbs,): which of them lie on a straight line."""
-        return np.any(self._along != 0.0, axis=1) if self._nurbs_rows.size else np.zeros(0, bool)
-
-    def _straighten(self, derivatives: Floats, rows: Ints) -> None:
-        """Take from NURBS on straight lines what bends them: rounding, which is large where they turn back."""
-        pick = np.flatnonzero(self.kind[rows] == NURBS)
-        pick = pick[self._straight[self._item[rows[pick]]]]
-        along = self._along[self._item[rows[pick]]]
-        forth = np.sum(derivatives[1, pick] * along, axis=1)
-        derivatives[1, pick] = np.sign(forth)[:, None] * along
-        derivatives[2:, pick] = 0.0
-
-    def _singular(self, derivatives: Floats, rows: Ints, u: Floats, side: int) -> Ints:
-        """Return at which parameters of rows C' vanishes, given the derivatives there: where cells are tiny."""
-        if not self._nurbs_rows.size:
-            return self._nurbs_rows
-        pick = np.flatnonzero(self.kind[rows] == NURBS)
-        first, last = splines.parameter_range(self._nurbs.table)
-        item = self._item[rows[pick]]
-        speed = _metric_norm(derivatives[1, pick], self._low[rows[pick]], self._high[rows[pick]])
-        slow = speed * (last - first)[item] <= _SLOW * self._nurbs.total[item]
-        pick, item = pick[slow], item[slow]
-        return pick[self._nurbs.cell_length(item, u[pick], side) <= _SINGULAR * self._nurbs.total[item]]
+    def _singular(self, slow: Ints, rows: Ints, u: Floats, side: int) -> Ints:
+        """Return at which of the places where |C'| is small it vanishes: where cells are tiny."""
+        item = self._item[rows[slow]]
+        return slow[self._nurbs.cell_length(item, u[slow], side) <= _SINGULAR * self._nurbs.total[item]]
 
     def _beside_singular(self, out: Floats, pick: Ints, rows: Ints, u: Floats, side: int) -> None:
-        """Replace derivatives by s where C' vanishes by those a little beside, or within where the curve ends."""
+        """Replace derivatives by s where C' vanishes by those a little beside, or within where the curve ends.
+
+        Curves on straight lines have theirs: the way of the line, forth or back.
+        """
         order, item = len(out) - 1, self._item[rows[pick]]
-        total = self._nurbs.total[item]
+        total, along = self._nurbs.total[item], self._along[item]
         at = self._nurbs.at(item, u[pick])
-        for first_order, part in _BESIDE:
+        for first_order, part in _BESIDE[:order]:
             step = side * part * total
             beside = np.where((at + step < 0.0) | (at + step > total), at - step, at + step)
             there = self._nurbs.parameter(item, beside)
             values = splines.evaluate(self._nurbs.table, item, there, order, side)
-            _by_arc_length(values, self._low[rows[pick]], self._high[rows[pick]])
+            path_derivatives.by_length(self._low[rows[pick]], self._high[rows[pick]], values)
             out[first_order:, pick] = values[first_order:]
+        straight = np.any(along != 0.0, axis=1)
+        forth = np.sign(np.sum(out[1, pick] * along, axis=1))
+        out[1, pick] = np.where(straight[:, None], forth[:, None] * along, out[1, pick])
+        out[2:, pick] = np.where(straight[:, None], 0.0, out[2:, pick])
 
     def curvature(self, s: ArrayLike, side: int = 1) -> Floats:
         """Return the curvature in X Y Z (1/mm) at each s, shape (n,)."""
@@ -505,25 +512,6 @@ def _metric_dot(a: Floats, b: Floats, low: Ints, high: Ints) -> Floats:
         return np.einsum("ij,ij->i", a[:, span], b[:, span])
     column = np.arange(a.shape[1])
     return np.sum(np.where((column >= low[:, None]) & (column < high[:, None]), a * b, 0.0), axis=1)
-
-
-def _by_arc_length(values: Floats, low: Ints, high: Ints) -> None:
-    """Turn derivatives by u into derivatives by s, in place; 0 where C' is 0."""
-    order = len(values) - 1
-    g = _metric_norm(values[1], low, high)
-    inverse = np.divide(1.0, g, out=np.zeros_like(g), where=g > 0)[:, None]
-    if order > 1:
-        g1 = _metric_dot(values[1], values[2], low, high)[:, None] * inverse
-    if order > 2:
-        squares = _metric_dot(values[2], values[2], low, high) + _metric_dot(values[1], values[3], low, high)
-        g2 = (squares[:, None] - g1 * g1) * inverse
-    values[1] *= inverse
-    if order > 1:
-        values[2] = (values[2] - values[1] * g1) * inverse**2
-    if order > 2:
-        values[3] = (
-            values[3] * inverse**2 - (3.0 * values[2] * g1 + values[1] * g2 * inverse) * inverse
-        ) * inverse
 
 
 def _halting(nurbs: NurbsTable, low: Ints, high: Ints, chosen: Ints) -> NDArray[np.bool_]:

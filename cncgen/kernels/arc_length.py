@@ -476,49 +476,62 @@ def cells(
     return c
 
 
+@cython.ccall
+@cython.nogil
+@cython.exceptval(check=False)
+def parameter_at(
+    cell: cython.const[cython.double][:, ::1],
+    low: cython.Py_ssize_t,
+    high: cython.Py_ssize_t,
+    s: cython.double,
+    side: cython.int,
+    snap: cython.double,
+) -> cython.double:
+    """The parameter u at arc length s from the start of a curve whose cells are rows `low` up to `high`.
+
+    What is within `snap` of the border of a cell counts as that border, so that a knot is met exactly. Cells of
+    length 0 (a stretch of the curve that does not move) are passed over towards `side`.
+    """
+    last: cython.Py_ssize_t = high - 1
+    middle: cython.Py_ssize_t
+    tau: cython.double
+    end: cython.double
+    if low > last:
+        return 0.0
+    while high - low > 1:
+        middle = (low + high) // 2
+        if cell[middle, 1] < (s + snap if side >= 0 else s - snap):
+            low = middle
+        else:
+            high = middle
+    tau = s - cell[low, 1]
+    # Start and width may add up to the float beyond the knot, which is of the next span.
+    end = cell[low + 1, 0] if low < last else cell[low, 0] + cell[low, 3]
+    if cell[low, 2] <= 0.0:
+        return end if side >= 0 else cell[low, 0]
+    if tau <= snap:
+        return cell[low, 0]
+    if tau >= cell[low, 2] - snap:
+        return end
+    return _horner(cell[low], tau / cell[low, 2])
+
+
 def invert(
     curve: cython.const[cython.longlong][::1],
     s: cython.const[cython.double][::1],
     side: cython.int,
     snap: cython.double,
-    cell_offset: cython.longlong[::1],
+    cell_offset: cython.const[cython.longlong][::1],
     cell: cython.const[cython.double][:, ::1],
     out: cython.double[::1],
 ):
-    """Fill `out` with the parameter u at arc length ``s[n]`` from the start of curve ``curve[n]``.
-
-    What is within `snap` of the border of a cell counts as that border, so that a knot is met exactly. Cells of
-    length 0 (a stretch of the curve that does not move) are passed over towards `side`.
-    """
+    """Fill `out` with the parameter u at arc length ``s[n]`` from the start of curve ``curve[n]``, see `parameter_at`."""
     n: cython.Py_ssize_t
-    low: cython.Py_ssize_t
-    high: cython.Py_ssize_t
-    middle: cython.Py_ssize_t
-    last: cython.Py_ssize_t
-    tau: cython.double
-    end: cython.double
+    c: cython.Py_ssize_t
     with cython.nogil:
         for n in range(s.shape[0]):
-            low = cell_offset[curve[n]]
-            high = cell_offset[curve[n] + 1]
-            last = high - 1
-            while high - low > 1:
-                middle = (low + high) // 2
-                if cell[middle, 1] < (s[n] + snap if side >= 0 else s[n] - snap):
-                    low = middle
-                else:
-                    high = middle
-            tau = s[n] - cell[low, 1]
-            # Start and width may add up to the float beyond the knot, which is of the next span.
-            end = cell[low + 1, 0] if low < last else cell[low, 0] + cell[low, 3]
-            if cell[low, 2] <= 0.0:
-                out[n] = end if side >= 0 else cell[low, 0]
-            elif tau <= snap:
-                out[n] = cell[low, 0]
-            elif tau >= cell[low, 2] - snap:
-                out[n] = end
-            else:
-                out[n] = _horner(cell[low], tau / cell[low, 2])
+            c = curve[n]
+            out[n] = parameter_at(cell, cell_offset[c], cell_offset[c + 1], s[n], side, snap)
 
 
 def lengths(

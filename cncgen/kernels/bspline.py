@@ -9,6 +9,7 @@ knots U, degree p, knot span i with U[i] <= u < U[i+1]; spans and knots are coun
 
 import cython
 import numpy as np
+from cython.cimports.libc.math import nextafter, sqrt
 
 
 @cython.final
@@ -249,3 +250,71 @@ def evaluate(
             for k in range(order + 1):
                 for d in range(axes):
                     out[k, n, d] = span.value[k, d]
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _leaves_line(
+    points: cython.const[cython.double][:, ::1],
+    first: cython.Py_ssize_t,
+    last: cython.Py_ssize_t,
+    furthest: cython.Py_ssize_t,
+    far: cython.double,
+    most: cython.double,
+) -> cython.bint:
+    """Whether a point `first` up to `last` is further than `most`, in some axis, from the line of `first` to `furthest`,
+    which are `far` apart.
+    """
+    k: cython.Py_ssize_t
+    d: cython.Py_ssize_t
+    forth: cython.double
+    for k in range(first + 1, last):
+        forth = 0.0
+        for d in range(points.shape[1]):
+            forth += (points[k, d] - points[first, d]) * ((points[furthest, d] - points[first, d]) / far)
+        for d in range(points.shape[1]):
+            if (
+                abs(
+                    points[k, d] - points[first, d] - forth * ((points[furthest, d] - points[first, d]) / far)
+                )
+                > most
+            ):
+                return True
+    return False
+
+
+def directions(curves: Curves, roundings: cython.double, out: cython.double[:, ::1]):
+    """Fill ``out[c]`` with the way of curve c from its first control point to the furthest, if all of them lie on that line
+    as far as the rounding of coordinates, `roundings` units in the last place of the largest, lets that be known; else with 0.
+    """
+    points: cython.const[cython.double][:, ::1] = curves.points
+    axes: cython.Py_ssize_t = points.shape[1]
+    c: cython.Py_ssize_t
+    k: cython.Py_ssize_t
+    d: cython.Py_ssize_t
+    first: cython.Py_ssize_t
+    furthest: cython.Py_ssize_t
+    away: cython.double
+    far: cython.double
+    size: cython.double
+    bent: cython.bint
+    with cython.nogil:
+        for c in range(curves.degree.shape[0]):
+            first = curves.point_offset[c]
+            furthest = first
+            far = 0.0
+            size = 0.0
+            for k in range(first, curves.point_offset[c + 1]):
+                away = 0.0
+                for d in range(axes):
+                    away += (points[k, d] - points[first, d]) * (points[k, d] - points[first, d])
+                    size = max(size, abs(points[k, d]))
+                away = sqrt(away)
+                if away > far:
+                    far = away
+                    furthest = k
+            size = roundings * (nextafter(size, 2.0 * size + 1.0) - size)
+            bent = far > 0.0 and _leaves_line(points, first, curves.point_offset[c + 1], furthest, far, size)
+            for d in range(axes):
+                out[c, d] = 0.0 if bent else points[furthest, d] - points[first, d]

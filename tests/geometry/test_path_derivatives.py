@@ -1,0 +1,152 @@
+"""The kernel of a path's derivatives beside a slow obvious reference and beside its plain source."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cncgen.geometry import nurbs
+from cncgen.geometry import path as geometry
+from cncgen.geometry.path import ARC, EVENT, LINE, NURBS, Path
+from cncgen.geometry.tables import ArcTable, NurbsTable
+from cncgen.kernels import path_derivatives
+from tests.geometry.curves import path_of_curve, program_curve
+from tests.kernels.plain import uncompiled
+
+
+def random_curve(rng: np.random.Generator, start: np.ndarray) -> NurbsTable:
+    degree = int(rng.integers(1, 6))
+    count = degree + 1 + int(rng.integers(0, 4))
+    inner = np.sort(rng.uniform(0.0, 1.0, count - degree - 1))
+    points = start + np.cumsum(rng.normal(size=(count, len(start))), axis=0)
+    points[0] = start
+    knots = np.concatenate([np.zeros(degree + 1), inner, np.ones(degree + 1)])
+    return nurbs.single(degree, knots, points, rng.uniform(0.5, 2.0, count))
+
+
+def random_path(seed: int, axes: str, count: int = 12) -> Path:
+    """Lines, helices, NURBS, lines of no length and events, in random order."""
+    rng = np.random.default_rng(seed)
+    at = rng.normal(size=len(axes))
+    start, kinds, ends, items = at, [], [], []
+    centres, sweeps, tables = [], [], [random_curve(rng, at)]
+    for kind in rng.choice([LINE, LINE, ARC, NURBS, NURBS, EVENT], count):
+        end, item = at, -1
+        if kind == LINE:
+            end = at + rng.normal(size=len(axes)) * rng.choice([1.0, 0.0], p=[0.8, 0.2])
+        elif kind == ARC:
+            sweep = rng.uniform(0.1, 5.0)
+            centre = at[:3] + np.array([*rng.normal(size=2), 0.0])
+            out = at[:3] - centre
+            end, item = at + rng.normal(size=len(axes)), len(sweeps)
+            turn = np.array([[np.cos(sweep), -np.sin(sweep)], [np.sin(sweep), np.cos(sweep)]])
+            end[:2] = centre[:2] + turn @ out[:2]
+            centres.append(centre)
+            sweeps.append(sweep)
+        elif kind == NURBS:
+            tables.append(random_curve(rng, at))
+            end, item = tables[-1].control_points[-1], len(tables) - 1
+        kinds.append(kind)
+        ends.append(end)
+        items.append(item)
+        at = end
+    arcs = ArcTable(
+        np.array(centres).reshape(-1, 3), np.tile([0.0, 0.0, 1.0], (len(sweeps), 1)), np.array(sweeps)
+    )
+    return Path(axes, start, kinds, ends, items, arcs, nurbs.concatenate(tables))
+
+
+def reference(path: Path, s: float, side: int) -> np.ndarray:
+    """Derivatives at one place: those by the row's own parameter, turned into those by s as docs/nurbs.md writes them."""
+    row = path.row_of(s, side)
+    x, c1, c2, c3 = path.evaluate_parameter(row, path.parameter(row, s, side), 3, side)[:, 0]
+    if path.kind[row[0]] == LINE:
+        return np.array([x, c1 / path.row_length[row[0]], 0 * x, 0 * x])
+    measured = np.arange(len(x)) < 3
+    g = np.sqrt(np.sum(c1[measured] ** 2))
+    g1 = c1[measured] @ c2[measured] / g
+    g2 = (c2[measured] @ c2[measured] + c1[measured] @ c3[measured] - g1**2) / g
+    x1 = c1 / g
+    x2 = (c2 - x1 * g1) / g**2
+    return np.array([x, x1, x2, (c3 - 3.0 * x2 * g * g1 - x1 * g2) / g**3])
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from(["XYZ", "XYZA"]), st.sampled_from([1, -1]))
+@settings(max_examples=15, deadline=None)
+def test_derivatives_are_those_of_the_formulas(seed: int, axes: str, side: int) -> None:
+    path = random_path(seed, axes)
+    if path.length == 0.0:
+        return
+    rng = np.random.default_rng(seed)
+    s = np.concatenate([rng.uniform(-0.1, path.length + 0.1, 10), path.breakpoints()])
+    found = path.evaluate(s, 3, side)
+    for k, place in enumerate(s):
+        expected = reference(path, place, side)
+        size = np.abs(expected).max(axis=1, keepdims=True) + 1e-3
+        assert np.all(np.abs(found[:, k] - expected) <= 1e-9 * size), (place, found[:, k], expected)
+    for order in range(3):
+        np.testing.assert_array_equal(path.evaluate(s, order, side), found[: order + 1])
+
+
+def test_plain_python_gives_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    results = []
+    for kernel in (path_derivatives, uncompiled("path_derivatives")):
+        monkeypatch.setattr(geometry, "path_derivatives", kernel)
+        for seed in range(4):
+            path = random_path(seed, "XYZB")
+            s = np.sort(np.random.default_rng(seed).uniform(0.0, path.length, 40))
+            results.append(path.evaluate(s, 3, 1 - 2 * (seed % 2)))
+        curve = path_of_curve(program_curve("star"))
+        results.append(curve.evaluate(np.linspace(0.0, curve.length, 30), 3))
+    for ours, theirs in zip(results[:5], results[5:], strict=True):
+        np.testing.assert_allclose(ours, theirs, rtol=1e-13, atol=1e-13)
+
+
+def straight_or_not(rng: np.random.Generator) -> NurbsTable:
+    """A curve on a line up to rounding, or beside it by some roundings, or of one point."""
+    count = int(rng.integers(2, 7))
+    way = rng.normal(size=(count, 1)) * rng.normal(size=3) * rng.choice([0.0, 1e-9, 1.0])
+    points = 10.0 ** rng.uniform(-3, 3) + way
+    points[int(rng.integers(count))] *= 1.0 + rng.choice([0.0, 1e-15, 1e-12])
+    return nurbs.single(1, np.arange(count + 2.0), points)
+
+
+def way_of_line(points: np.ndarray) -> np.ndarray:
+    """The way from the first point to the furthest, if none is further from that line than four roundings."""
+    away = points - points[0]
+    furthest = away[np.argmax(np.linalg.norm(away, axis=1))]
+    unit = furthest / max(np.linalg.norm(furthest), 1e-300)
+    beside = np.abs(away - np.outer(away @ unit, unit))
+    straight = beside.max() <= 4.0 * np.spacing(np.abs(points).max())
+    return furthest * straight
+
+
+def test_the_way_of_curves_on_a_line() -> None:
+    rng = np.random.default_rng(3)
+    curves = [straight_or_not(rng) for _ in range(200)]
+    expected = np.array([way_of_line(curve.control_points) for curve in curves])
+    assert 40 < np.count_nonzero(expected.any(axis=1)) < 160
+    table = nurbs.concatenate(curves)
+    np.testing.assert_array_equal(nurbs.directions(table), expected)
+    slowly = np.zeros_like(expected)
+    uncompiled("bspline").directions(nurbs.columns(table), 4.0, slowly)
+    np.testing.assert_array_equal(slowly, expected)
+
+
+def test_a_place_that_is_no_number_has_no_position() -> None:
+    path = random_path(5, "XYZ")
+    assert np.isnan(path.evaluate([np.nan, 0.5 * path.length])[0, :1]).any()
+    assert np.all(np.isfinite(path.evaluate([np.nan, 0.5 * path.length])[0, 1]))
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_rows_are_found_in_any_order(side: int) -> None:
+    path = random_path(7, "XYZ", 200)
+    s = np.random.default_rng(8).permutation(np.concatenate([path.row_s, np.linspace(0.0, path.length, 300)]))
+    rows, slow = np.zeros((2, len(s)), np.int64)
+    path_derivatives.evaluate(
+        path._columns, s, side, 0, rows, np.zeros(len(s)), slow, np.zeros((1, len(s), 3))
+    )
+    np.testing.assert_array_equal(rows, path.row_of(s, side))
