@@ -11,6 +11,7 @@ linearity stands between the two: encoder steps and noise, the bound of the driv
 """
 
 import cython
+from cython.cimports.libc.math import sqrt
 
 #: Columns of `numbers`, of `switches`, of `memory`, and rows of what flows in (see `Axes`).
 _BOUND = cython.declare(cython.Py_ssize_t, 0)
@@ -559,21 +560,27 @@ def _cross_couple(
     """Write the coupling (row 2 of `errors`) for the position errors (row 0): Koren and Lo's variable gain.
 
     The contour error is ε = e − (e·t)t + κ|e|²/2, to second order in e; in two dimensions that is −Ex Cx + Ey Cy of
-    Koren and Lo with Cx = sin ψ − Ex/(2ρ), Cy = cos ψ + Ey/(2ρ).
+    Koren and Lo with Cx = sin ψ − Ex/(2ρ), Cy = cos ψ + Ey/(2ρ). The expansion holds for |e| < ρ; in a corner rounder than
+    the error its gain would grow without bound, so that ρ counts as |e| at least.
     """
     axes: cython.Py_ssize_t = errors.shape[1]
     along: cython.double = 0.0
     square: cython.double = 0.0
+    turn: cython.double = 0.0
+    share: cython.double = 1.0
     signed: cython.double
     weighted: cython.double
     i: cython.Py_ssize_t
     for i in range(axes):
         along += errors[0, i] * tangent[k, i]
         square += errors[0, i] * errors[0, i]
+        turn += curvature[k, i] * curvature[k, i]
+    if turn * square > 1.0:
+        share = 1.0 / sqrt(turn * square)
     if axes == 2:
         bend: cython.double = tangent[k, 0] * curvature[k, 1] - tangent[k, 1] * curvature[k, 0]
-        gain_x: cython.double = -tangent[k, 1] + 0.5 * bend * errors[0, 0]
-        gain_y: cython.double = tangent[k, 0] + 0.5 * bend * errors[0, 1]
+        gain_x: cython.double = -tangent[k, 1] + 0.5 * share * bend * errors[0, 0]
+        gain_y: cython.double = tangent[k, 0] + 0.5 * share * bend * errors[0, 1]
         signed = gain_x * errors[0, 0] + gain_y * errors[0, 1]
         integral[0] += gains[1] * signed
         weighted = gains[0] * signed + integral[0]
@@ -581,7 +588,7 @@ def _cross_couple(
         errors[2, 1] = gain_y * weighted
         return
     for i in range(axes):
-        signed = errors[0, i] - along * tangent[k, i] + 0.5 * square * curvature[k, i]
+        signed = errors[0, i] - along * tangent[k, i] + 0.5 * share * square * curvature[k, i]
         integral[i] += gains[1] * signed
         errors[2, i] = gains[0] * signed + integral[i]
     along = 0.0

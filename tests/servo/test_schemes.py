@@ -87,6 +87,33 @@ def test_cross_coupling_is_koren_and_los_formula():
     assert force[0] == pytest.approx([-cx * weighted, cy * weighted], rel=1e-12)
 
 
+@pytest.mark.parametrize("axes", [2, 3])
+def test_cross_coupling_in_a_corner_rounder_than_the_error(axes):
+    """The error 2 mm off a bend of 0.02 mm: the radius counts as 2 mm, so ε = |e| − |e|²/(2 · 2 mm) = 1 mm straight across."""
+    loops = [close_loop(plants.integrator(), Controller(), T) for _ in range(axes)]
+    tangent, across = np.eye(axes)[:1], np.eye(axes)[1:2]
+    nothing = np.zeros((0, 2, 0)), np.zeros((0, 2, 0, 0))
+    coupling = Coupling(np.array([5.0, 0.0]), tangent, -across / 0.02, *nothing)
+    _, force, _ = LoopBank(loops, T).run(np.zeros((2, axes)), np.tile(2.0 * across, (2, 1)), coupling)
+    # In the plane the gain of the axis is Cy = 1 − 2/(2 · 2) too.
+    assert force[0] == pytest.approx(5.0 * across[0] * (0.5 if axes == 2 else 1.0), abs=1e-12)
+
+
+def test_cross_coupling_stays_stable_in_a_sharp_corner():
+    """Following 2 mm behind (v/Kv), round 0.02 mm: the gain that grew with |e|/ρ ran away to 1e9 mm."""
+    lag, step = 2.0, 0.1
+    along = np.concatenate([np.arange(0.0, 20.0, step), np.full(400, 20.0)])
+    rows = np.column_stack(
+        [along, np.concatenate([np.zeros(200), np.arange(0.0, 20.0, step), np.full(200, 20.0)])]
+    )
+    rows[199:201] += [[-0.02, 0.0], [-0.005, 0.005]]
+    loops = tuple(close_loop(plants.velocity_loop(1.0, 0.01), p(step / T / lag), T) for _ in range(2))
+    scheme = Scheme(loops, None, ccc.fitted(loops))
+    response = run_scheme(rows, scheme)
+    assert np.abs(rows - response.position).max() < 1.5 * lag
+    assert response.position[-1] == pytest.approx([20.0, 20.0], abs=0.01)
+
+
 def test_cross_coupling_in_space_acts_across_the_path_only():
     loops = [close_loop(plants.integrator(), Controller(), T) for _ in range(3)]
     tangent = np.array([[2.0, -1.0, 2.0]]) / 3.0
