@@ -41,7 +41,7 @@ class ReadOptions:
         max_steps: Blocks executed before a program counts as endless. None: ten million in loops and calls, however
             long its text is.
         max_call_depth: Nested subprogram calls before recursion counts as endless.
-        chunk_rows: Motions handed on at a time.
+        chunk_rows: Motions handed on at a time: what waits at each stage, and how soon the first setpoint comes.
         tolerance_mm: Tolerance of G64 that overrides the program's, or None.
     """
 
@@ -59,7 +59,7 @@ class ReadOptions:
     spindle_sign: str = "speed"
     max_steps: int | None = None
     max_call_depth: int = 100
-    chunk_rows: int = 65_536
+    chunk_rows: int = 16_384
     tolerance_mm: float | None = None
 
     def check(self) -> None:

@@ -26,7 +26,7 @@ from cncgen.toolpath.slicing import join
 
 #: Rows of a block.
 ROWS = 2048
-#: Blocks that are made ready while the window is solved, and trajectories while others are sampled.
+#: Items that each stage makes ready while the next one works: smoothed blocks, tracks, trajectories.
 AHEAD = 2
 
 
@@ -50,7 +50,7 @@ def plan_blocks(
     """Plan the least time of blocks as they are, each maybe under a cap of its speed.
 
     Args:
-        source: Blocks and their caps; drawn in another thread, as tracks are solved in another one.
+        source: Blocks and their caps; drawn in a thread of its own, as tracks are made and windows solved in others.
         machine: Limits, period, chord tolerance.
         effort: Density of the nodes, as in `PlanOptions`.
         contour_centripetal: See `Bounds.of`.
@@ -95,19 +95,20 @@ def _tracks(
     still: list[Toolpath] = []
     bounds: Bounds | None = None
 
-    for block, cap in source:
-        still.append(block)
-        if not _moves(block):
-            continue
-        toolpath = join(still)
-        still = []
-        path = path_of(toolpath)
-        bounds = bounds or bounds_of(toolpath.axes)
-        if held is not None:
-            after = ends_of(toolpath, path, bounds)[0]
-            yield track_of(*held[:2], bounds, before, after, effort, held[2]), False
-            before = ends_of(*held[:2], bounds)[1]
-        held = toolpath, path, cap
+    with closing(ahead(source, AHEAD)) as ready:
+        for block, cap in ready:
+            still.append(block)
+            if not _moves(block):
+                continue
+            toolpath = join(still)
+            still = []
+            path = path_of(toolpath)
+            bounds = bounds or bounds_of(toolpath.axes)
+            if held is not None:
+                after = ends_of(toolpath, path, bounds)[0]
+                yield track_of(*held[:2], bounds, before, after, effort, held[2]), False
+                before = ends_of(*held[:2], bounds)[1]
+            held = toolpath, path, cap
     if held is not None and bounds is not None:
         yield track_of(*held[:2], bounds, before, None, effort, held[2]), True
     if still:
