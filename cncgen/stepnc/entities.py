@@ -173,8 +173,7 @@ class Entities:
         instance = self.exchange.instance(ident)
         if instance is None:
             if self.exchange.row_of(ident) < 0 and owner is not None:
-                text = f"#{owner} refers to #{ident}, which is not in the file"
-                self.exchange.report(owner, "part21-dangling", text)
+                self.exchange.report_missing(self.exchange.row_of(owner), ident)
             raise Skip()
         for kind in kinds:
             if instance.part(kind) is not None:

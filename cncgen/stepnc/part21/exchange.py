@@ -345,6 +345,18 @@ class Exchange:
         row = self.row_of(ident)
         self.reporter.report(code, message, int(self.rows.starts[row]) if row >= 0 else None, **options)
 
+    def report_missing(self, row: int, target: int) -> None:
+        """Report that a statement refers to what is not in the file, at the reference (once)."""
+        at = self.offset_of_reference(row, target)
+        text = f"#{self.rows.ids[row]} refers to #{target}, which is not in the file"
+        self.reporter.report("part21-dangling", text, at)
+
+    def offset_of_reference(self, row: int, target: int) -> int:
+        """Return where a statement refers to an instance, or where its text begins if it does not."""
+        begin, end = int(self.rows.bodies[row]), int(self.rows.ends[row])
+        found = re.compile(rb"#0*%d(?![0-9])" % target).search(self.data, begin, end)
+        return found.start() if found else begin
+
     def _report_row(self, row: int, code: str, message: str) -> None:
         self.reporter.report(code, message, int(self.rows.starts[row]))
 

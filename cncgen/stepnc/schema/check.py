@@ -176,17 +176,10 @@ def _check_references(exchange: Exchange, table: Table) -> bool:
         if target in external or exchange.rows.ids[source] < 0:
             continue
         complete = False
-        text = f"#{exchange.rows.ids[source]} refers to #{target}, which is not in the file"
-        exchange.reporter.report("part21-dangling", text, _place(exchange, source, target))
+        exchange.report_missing(source, target)
     if complete:
         _check_targets(exchange, table)
     return complete
-
-
-def _place(exchange: Exchange, row: int, target: int) -> int:
-    begin, end = int(exchange.rows.bodies[row]), int(exchange.rows.ends[row])
-    found = re.compile(rb"#0*%d(?![0-9])" % target).search(exchange.data, begin, end)
-    return found.start() if found else begin
 
 
 def _check_targets(exchange: Exchange, table: Table) -> None:
