@@ -272,7 +272,10 @@ def _chord_speed(bounds: Bounds, s: Floats, turn: Floats, jerk: Floats, speed: F
     fastest = np.minimum(single, speed)
     apart = np.minimum(np.diff(s, prepend=-np.inf), np.diff(s, append=np.inf))
     mm = turn * bounds.scale
-    close = np.flatnonzero((size > 0.0) & (apart < fastest * period))
+    # What cuts next to nothing, and would still if all around were like it, is not what a chord is furthest from.
+    many = np.searchsorted(s, s + fastest * period, side="right") - np.searchsorted(s, s - fastest * period)
+    alike = 0.25 * many * size * np.where(size > 0.0, fastest, 0.0) * period
+    close = np.flatnonzero((alike > _NEGLIGIBLE * bounds.chord_mm) & (apart < fastest * period))
 
     def kept(part: Floats, at: NDArray[np.int64]) -> Bools:
         return _cut(s, mm, at, part * fastest[at] * period) <= bounds.chord_mm * (1.0 + _NEGLIGIBLE)

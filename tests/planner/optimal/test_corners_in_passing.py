@@ -12,7 +12,7 @@ from cncgen.pipeline import read_text
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.motion import motion_at
 from cncgen.planner.optimal import joints
-from cncgen.planner.optimal.limits import SWAY_SHARE
+from cncgen.planner.optimal.limits import SWAY_SHARE, Bounds
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Trajectory
 from cncgen.setpoints import sample
@@ -297,6 +297,24 @@ def test_a_small_corner_counts_for_itself_where_a_large_one_is_near() -> None:
     small, large = joints._cut(s, step, np.arange(2), np.ones(2))
     assert small < 1e-9
     assert large == pytest.approx(0.025, rel=1e-3)
+
+
+def test_a_line_cut_in_two_among_corners_is_passed_as_fast_as_the_line() -> None:
+    """X turns by 1.8 rad a millimetre of A and back; where the last line is cut, A turns on by 1e-8 of itself, as rounding has it.
+
+    A chord over the cut is far from the path, by what is at the corners beside it.
+    """
+    bounds = Bounds.of(load("generic-mill"), "XYZA")
+    s = np.array([0.0, 0.02, 0.04, 0.06])
+    turn = np.zeros((4, 4))
+    turn[[0, 1, 3], 0] = 1.8, -1.8, 1.8
+    turn[2, 3] = 1e-9
+    speed = np.full(4, 100.0)
+    alone = joints._chord_speed(bounds, s, turn, np.full(4, 1e4), speed)
+    without = joints._chord_speed(bounds, s[[0, 1, 3]], turn[[0, 1, 3]], np.full(3, 1e4), speed[:3])
+    assert alone[[0, 1, 3]] == pytest.approx(without, rel=1e-6)
+    assert without.max() < 10.0
+    assert alone[2] > 100.0
 
 
 #: A line of 11.7 mm, 500 mm/s, and a wave of lines of 0.17 mm, mm in X and Y.
