@@ -263,14 +263,14 @@ PROPERTIES: dict[str, tuple[Property, dict[str, Any]]] = {
 
 def tried(check: Property, seed: int, case: Case, options: cncgen.PlanOptions, most_s: int) -> list[Fault]:
     """Return the faults of a case: a diagnostic, an exception and too long a time are faults too."""
-    signal.alarm(most_s)
+    signal.setitimer(signal.ITIMER_PROF, most_s)
     begun = time.process_time()
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             faults = check(seed, case, options)
     except TooSlowError:
-        return [Fault("too slow", 1.0, f"more than {most_s} s")]
+        return [Fault("too slow", 1.0, f"more than {most_s} s of work")]
     except cncgen.CncgenError as error:
         errors = [d for d in error.diagnostics if d.severity.name == "ERROR"]
         if errors and all(d.code.startswith(REFUSED) for d in errors):
@@ -279,7 +279,7 @@ def tried(check: Property, seed: int, case: Case, options: cncgen.PlanOptions, m
     except Exception as error:
         return [Fault(type(error).__name__, 1.0, str(error)[:300])]
     finally:
-        signal.alarm(0)
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
     spent = time.process_time() - begun
     if spent > SLOW_S:
         faults.append(Fault("slow", spent / SLOW_S, f"{spent:.1f} s of work"))
@@ -396,12 +396,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--shrink", action="store_true", help="make what fails smaller")
     parser.add_argument("--shrink-seconds", type=float, default=60.0)
     parser.add_argument("--write", type=Path, metavar="DIR", help="write what fails to files")
-    parser.add_argument("--most", type=int, default=120, help="seconds that a case may take")
+    parser.add_argument("--most", type=int, default=120, help="seconds of work that a case may take")
     asked = parser.parse_args(arguments)
     for name in asked.properties:
         if name not in PROPERTIES:
             parser.error(f"no property {name!r}: {', '.join(PROPERTIES)}")
-    signal.signal(signal.SIGALRM, _alarm)
+    signal.signal(signal.SIGPROF, _alarm)
     options = cncgen.PlanOptions(effort=asked.effort)
     return 1 if sum(examine(name, asked, options) for name in asked.properties) else 0
 
