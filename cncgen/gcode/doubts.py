@@ -43,6 +43,16 @@ _FANUC = (
         "--dialect fanuc-lathe reads lathes; on a mill G91 makes X and Z distances",
     ),
 )
+_LINUXCNC = (
+    _Doubt(
+        re.compile(
+            _BEFORE + rb"G(?:0?4|74|8[24689])(?![\d.])[^(;\nG]*?(?P<word>P)[ \t]*\d{3,}(?![\d.])",
+            re.MULTILINE | re.IGNORECASE,
+        ),
+        "P is a dwell in seconds; FANUC's controls count it in milliseconds",
+        "--dialect fanuc reads milliseconds; P0.5 waits half a second here",
+    ),
+)
 #: What no dialect reads; each such line is an error, and this says what language it is of.
 _SIEMENS = _Doubt(
     re.compile(
@@ -70,8 +80,8 @@ def doubts(source: Source, dialect: str) -> Iterator[tuple[Cursor, BlockError]]:
     found = []
     if language_of(dialect) in BOTH and _OF_SIEMENS.search(head):
         found.append((_SIEMENS, _SIEMENS.sign.search(head)))
-    if dialect == "fanuc":
-        found += [(doubt, doubt.sign.search(head)) for doubt in _FANUC]
+    for doubt in {"fanuc": _FANUC, "linuxcnc": _LINUXCNC}.get(dialect, ()):
+        found.append((doubt, doubt.sign.search(head)))
     if language_of(dialect) == "fanuc":
         found.append((_BEHIND_SEMICOLON, _BEHIND_SEMICOLON.sign.search(source.data)))
     for doubt, match in found:

@@ -56,5 +56,20 @@ def test_sinumeriks_own_language_is_named(run: Callable[..., Outcome], line: str
     assert out.errors
 
 
+@pytest.mark.parametrize(
+    ("text", "places"),
+    [
+        ("G4 P1.5\nG04 P99\n(G4 P500) G4 P200.\nM2", []),
+        ("G21 (dwell)\nG04 P500\nG4 P600\nM2", [(2, 5)]),
+        ("G82 X1 Y1 Z-1 R1 P0.5 F100\nG64 P100\nG10 L2 P1 X100\nM2", []),
+        ("G0 Z5\nG98 G82 X1 Y1 Z-1 R1 P250 F100\nM2", [(2, 22)]),
+    ],
+)
+def test_a_dwell_of_minutes_may_be_milliseconds(
+    run: Callable[..., Outcome], text: str, places: list[tuple[int, int]]
+) -> None:
+    assert said(run, text, "linuxcnc") == places
+
+
 def test_linuxcnc_has_axes_u_and_w_and_comments_behind_semicolons(run: Callable[..., Outcome]) -> None:
     assert said(run, "G0 X1 U2 ; G1 X3\nM2", "linuxcnc") == []

@@ -191,6 +191,7 @@ def test_an_alarm_ends_the_program(run: Any) -> None:
         ("G0 X1\nN5 IF [#1 EQ 1] THEN #2=3\nM30", "fanuc", 2),
         ("G54.1 P3\nM30", "fanuc", 1),
         ("DPRNT[X#1[33]]\nM30", "fanuc", 1),
+        ("G0 X4\nG04 X.5\nM30", "fanuc", 2),
         ("G0 X1\no100 if [1]\no100 endif\nM2", "linuxcnc", 2),
         ("G68 X0 Y0 R10\nM30", "fanuc", 1),
         ("#<depth>=1\nM2", "linuxcnc", 1),

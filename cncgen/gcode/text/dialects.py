@@ -45,6 +45,7 @@ _SIGNS = (
      rb"[^(;\n]*\bG(?:43\.4(?!\d)|54\.1[ \t]*P|10[ \t]*L1[23](?![\d.]))"),
     ("fanuc", "a look-ahead code", (b"5.1", b"G05", b"G5P", b"G5 ", b"G5\t", b"G08", b"G8"),
      rb"[^(;\n]*\bG0?(?:5\.1[ \t]*Q|5[ \t]*P(?:10000|0)[ \t]*\r?$|8[ \t]*P)"),
+    ("fanuc", "a dwell of X", (b"G04", b"G4"), rb"[^(;\n]*\bG0?4[ \t]*X[ \t]*\.?\d"),
     ("fanuc", "a program number", (), rb"[oO:]\d{1,8}" + _ALONE),
     ("fanuc", "a program name", (), rb"[oO]?<[^>\n]*>" + _ALONE),
     ("fanuc", "a program number", (), rb"%[ \t]*[oO:]\d{1,8}" + _ALONE),
