@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
-from independent_judge import MARGIN, MOST, Fault, judged, limit_faults, path_faults
+from independent_judge import MARGIN, MOST, Fault, end_faults, feed_faults, judged, limit_faults, path_faults
 from independent_judge import Path as MeantPath
 from independent_programs import (
     INCH_MM,
@@ -37,6 +37,7 @@ from independent_programs import (
     Mode,
     Move,
     Program,
+    Rig,
     Writer,
     random_case,
 )
@@ -47,8 +48,46 @@ import cncgen
 SLOW_S = 20.0
 #: Mistakes of programs that rounding of arcs makes, rightly refused.
 REFUSED = ("arc-",)
-#: A servo for every axis, for what is planned by its prediction.
-SERVO = 'model = "second-order"\n'
+#: The X-Y table of Tsai 2010 and the die bonder of Yeh and Sun 2008, as the profiles of these names have them.
+TABLE_SERVO = {
+    "model": "pi-p-feedforward",
+    "velocity_pole_1_s": 36.4609,
+    "velocity_gain_1_s": 346.592,
+    "integral_rate_1_s": 146.167,
+    "position_gain_1_s": 121.31,
+    "feedforward_gain": 0.961191,
+    "feedforward_filter_rad_s": 315.347,
+    "control_period_s": 0.0005,
+}
+TABLE = Rig(dict.fromkeys("XY", (250.0, 2450.0, 5e4)), 1e-3, 1e-3, 0.01, dict.fromkeys("XY", TABLE_SERVO))
+BONDER_SERVO = {
+    "model": "pd-plus",
+    "time_constant_s": 0.31,
+    "velocity_gain_rad_s_volt": 2506.17,
+    "counts_per_rad": 1591.5494,
+    "counts_per_mm": 1000.0,
+    "position_gain_volt_count": 0.0136,
+    "derivative_gain_volt_s_rad": 0.03,
+    "saturation_volt": 10.0,
+}
+BONDER = Rig(
+    {"X": (500.0, 16700.0, 1e7), "Y": (500.0, 48300.0, 1e7)},
+    1e-3,
+    1e-3,
+    0.01,
+    {
+        "X": BONDER_SERVO,
+        "Y": {
+            **BONDER_SERVO,
+            "time_constant_s": 0.135,
+            "velocity_gain_rad_s_volt": 3156.23,
+            "position_gain_volt_count": 0.00577,
+            "derivative_gain_volt_s_rad": 0.028,
+        },
+    },
+)
+#: Largest contour error that is asked for, mm, and what its simulation may have more.
+CONTOUR_MM, CONTOUR_MORE = 0.01, 1.01
 
 
 class TooSlowError(Exception):
@@ -247,6 +286,53 @@ def spoiled(rng: np.random.Generator, x: Floats) -> Iterator[tuple[str, Floats]]
     yield "cut", x[: max(2, k)]
 
 
+def strategies(seed: int, case: Case, options: cncgen.PlanOptions) -> list[Fault]:
+    """The baselines and `ild` stay on the path with their setpoints, end at its end, and keep the feed."""
+    to = case.program.written()
+    if not to.pieces:
+        return []
+    faults: list[Fault] = []
+    for name in ("ild", "constant", "adaptive", "curvature"):
+        done = planned(case, to, replace(options, feedrate=name))
+        found = end_faults(done.x, done.times, to, case.rig) + feed_faults(done.x, to, case.rig)
+        if len(done.x) <= MOST:
+            ratio = float(MeantPath(to.pieces, case.rig).excess(done.x).max())
+            if ratio > 1.0 + MARGIN:
+                found.append(Fault("distance", ratio, "of a setpoint"))
+        faults += [replace(fault, name=f"{name}: {fault.name}") for fault in found]
+    return faults
+
+
+def saturation(seed: int, case: Case, options: cncgen.PlanOptions) -> list[Fault]:
+    """What is planned with `--saturation predictive` saturates no drive of the simulation, and keeps all else."""
+    to = case.program.written()
+    if not to.pieces:
+        return []
+    done = planned(case, to, replace(options, saturation="predictive"))
+    faults = judged(done.x, done.times, to, case.rig)
+    saturated = sum(int(chunk.saturated.sum()) for chunk in cncgen.simulate(done.setpoints, done.machine))
+    if saturated:
+        faults.append(Fault("saturation", 1.0 + saturated, f"{saturated} samples"))
+    return faults
+
+
+def contour(seed: int, case: Case, options: cncgen.PlanOptions) -> list[Fault]:
+    """Under `--max-contour-error` the simulation keeps to it, or a warning says that it does not; and all else holds."""
+    to = case.program.written()
+    if not to.pieces:
+        return []
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        done = planned(case, to, replace(options, max_contour_error_mm=CONTOUR_MM))
+    faults = judged(done.x, done.times, to, case.rig)
+    warned = bool(said) or any("contour" in d.code for d in done.program.diagnostics)
+    errors = [chunk.contour_error_mm for chunk in cncgen.simulate(done.setpoints, done.machine)]
+    worst = float(max(np.abs(each).max(initial=0.0) for each in errors)) if errors else 0.0
+    if worst > CONTOUR_MM * CONTOUR_MORE and not warned:
+        faults.append(Fault("contour error", worst / CONTOUR_MM, f"{worst:.6f} mm"))
+    return faults
+
+
 PROPERTIES: dict[str, tuple[Property, dict[str, Any]]] = {
     "setpoints": (setpoints, {}),
     "units": (units, {"linear": True, "digits": True}),
@@ -255,6 +341,9 @@ PROPERTIES: dict[str, tuple[Property, dict[str, Any]]] = {
     "reversing": (reversing, {"one_mode": True, "digits": True}),
     "stops": (stops, {"one_mode": True}),
     "verify": (verify, {"most": 10}),
+    "strategies": (strategies, {"rig": TABLE}),
+    "saturation": (saturation, {"rig": BONDER}),
+    "contour": (contour, {"rig": TABLE}),
 }
 
 

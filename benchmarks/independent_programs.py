@@ -579,15 +579,16 @@ class Program:
 
 @dataclass(frozen=True)
 class Rig:
-    """A machine: velocity, acceleration and jerk of each axis, mm or degrees, and the keys of its file."""
+    """A machine: velocity, acceleration and jerk of each axis, mm or degrees, the keys of its file, servos by axis."""
 
     limits: Mapping[str, tuple[float, float, float]]
     period_s: float
     chord_mm: float
     path_mm: float
+    servos: Mapping[str, Mapping[str, str | float]] = field(default_factory=dict)
 
-    def toml(self, unit: float = 1.0, servo: str = "") -> str:
-        """Return its file, lengths times `unit`, each axis with the table of a servo."""
+    def toml(self, unit: float = 1.0) -> str:
+        """Return its file, lengths times `unit`."""
         lines = [
             'name = "random"',
             f"period_s = {self.period_s!r}",
@@ -599,7 +600,9 @@ class Rig:
             v, a, j = (x * (unit if letter in LINEAR else 1.0) for x in values)
             lines += [f"[axes.{letter.lower()}]", f"max_velocity_{length}_s = {v!r}"]
             lines += [f"max_acceleration_{length}_s2 = {a!r}", f"max_jerk_{length}_s3 = {j!r}"]
-            lines += [f"[axes.{letter.lower()}.servo]", servo] if servo else []
+            if servo := self.servos.get(letter):
+                values_of = [f"{key} = {value!r}".replace("'", '"') for key, value in servo.items()]
+                lines += [f"[axes.{letter.lower()}.servo]", *values_of]
         return "\n".join([*lines, ""])
 
 
@@ -884,7 +887,12 @@ class Drawer:
 
 
 def random_case(
-    seed: int, linear: bool = False, one_mode: bool = False, digits: bool = False, most: int = 30
+    seed: int,
+    linear: bool = False,
+    one_mode: bool = False,
+    digits: bool = False,
+    most: int = 30,
+    rig: Rig | None = None,
 ) -> Case:
     """Draw a case by its seed.
 
@@ -894,12 +902,15 @@ def random_case(
         one_mode: With one path mode throughout.
         digits: Written with all digits of its numbers, in mm.
         most: Elements.
+        rig: The machine, and so the axes; None: any.
     """
     rng = np.random.default_rng((20, seed))
     sets = [axes for axes in AXES if not linear or set(axes) <= LINEAR]
     axes = sets[int(rng.integers(len(sets)))]
     size = logarithmic(rng, 0.03, 100.0)
-    rig = random_rig(rng, axes, size)
+    if rig:
+        axes = "".join(rig.limits)
+    rig = rig or random_rig(rng, axes, size)
     unit = INCH_MM if rng.random() < 0.25 else 1.0
     decimals = int(rng.choice([4, 6, 6, 7, 9]))
     dialect: Dialect = "fanuc" if rng.random() < 0.15 else "linuxcnc"
