@@ -16,6 +16,8 @@ Ints = NDArray[np.int64]
 
 #: Part of a period that counts as none.
 _ROUNDING = 1e-6
+#: Halvings in which the latest setpoint after a rest is found.
+_HALVINGS = 30
 
 
 def assemble(
@@ -68,11 +70,13 @@ class Cuts:
     Attributes:
         joint: Shape (k,), which joints they are.
         room: Shape (k,), mm: the tolerance by |Δ|, the size of the step of dx/ds.
+        bend: Shape (k, 2), 1/mm: |x''| by |Δ| before and after the corner.
         acceleration, jerk: Shape (k, 2), along the path before and after the corner.
     """
 
     joint: Ints
     room: Floats
+    bend: Floats
     acceleration: Floats
     jerk: Floats
 
@@ -82,28 +86,43 @@ class Cuts:
     def between(self, first: int, last: int) -> Cuts:
         """Return those of the joints from `first` to before `last`, which are counted from `first`."""
         part = slice(*np.searchsorted(self.joint, [first, last]).tolist())
-        return Cuts(self.joint[part] - first, self.room[part], self.acceleration[part], self.jerk[part])
+        columns = (self.room, self.bend, self.acceleration, self.jerk)
+        return Cuts(self.joint[part] - first, *(each[part] for each in columns))
 
-    def late(self, which: int, since_s: float) -> float:
+    def late(self, which: int, since_s: float, due_s: float) -> float:
         """Return how long after a rest a setpoint may be the first one, where the last one was so long before it, s.
 
         From or to rest the motion goes w(τ) = J τ³/6 or A τ²/2, whichever is less, in the time τ at most. A chord that
-        begins a before the corner and ends b after it cuts it by no more than |Δ| a b/(a + b).
+        begins a before the corner and ends b after it cuts it by no more than (|Δ| + κ₁ a/2 + κ₂ b/2) a b/(a + b), and curves
+        beside it leave what that makes of the chord by κ₁ a²/8 and κ₂ b²/8.
+
+        Args:
+            which: The rest.
+            since_s: How long before it the last setpoint was.
+            due_s: How long after it the next one is, which is as late as it may be.
         """
-        room = self.room[which]
-        before = _way(self.jerk[which, 0], self.acceleration[which, 0], since_s)
-        if before <= room:
-            return float("inf")
-        after = room * before / (before - room)
-        by_jerk, by_acceleration = (
-            6.0 * after / self.jerk[which, 1],
-            2.0 * after / self.acceleration[which, 1],
-        )
-        return float(max(np.cbrt(by_jerk), np.sqrt(by_acceleration)))
+        room, (one, other) = self.room[which], self.bend[which]
+        before = self._way(which, 0, since_s)
 
+        def cut(time_s: float) -> float:
+            after = self._way(which, 1, time_s)
+            both = before + after
+            sharp = before * after / both if both > 0.0 else 0.0
+            turned = 1.0 + 0.5 * (one * before + other * after)
+            return float(sharp * turned + 0.125 * max(one * before**2, other * after**2))
 
-def _way(jerk: float, acceleration: float, time_s: float) -> float:
-    return min(jerk * time_s**3 / 6.0, acceleration * time_s**2 / 2.0)
+        if cut(due_s) <= room:
+            return due_s
+        low, high = 0.0, due_s
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if cut(middle) <= room else (low, middle)
+        return low
+
+    def _way(self, which: int, side: int, time_s: float) -> float:
+        """Return how far the motion comes from rest, or to rest, in a time, mm."""
+        by_jerk = float(self.jerk[which, side]) * time_s**3 / 6.0
+        return min(by_jerk, float(self.acceleration[which, side]) * time_s**2 / 2.0)
 
 
 def kept_for_setpoints(start_s: float, way_s: Floats, waits: Floats, cuts: Cuts, period_s: float) -> Floats:
@@ -126,7 +145,7 @@ def kept_for_setpoints(start_s: float, way_s: Floats, waits: Floats, cuts: Cuts,
         # What rounding leaves until the next one is no wait.
         if due >= (1.0 - _ROUNDING) * period_s:
             continue
-        late = cuts.late(k, period_s - due) if alone[k] else 0.0
+        late = cuts.late(k, period_s - due, due) if alone[k] else 0.0
         more = max(0.0, due - late - waits[joint])
         out[joint] += more
         later += more

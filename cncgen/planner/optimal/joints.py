@@ -39,6 +39,8 @@ _SLOPE = [-1.5, -0.5, 0.5, 1.5], [0.0, 1.0, -1.0, 0.0]
 _HAT = [-1.0, 0.0, 1.0], [0.0, 1.0, 0.0]
 #: Where a corner lies on a chord over it: parts of its length.
 _BEFORE = np.linspace(0.0, 1.0, 17)[1:-1]
+#: Turn of a direction that is as far as it can go.
+_WHOLE = 2.0
 #: What the jerk that a jump takes costs on either side of it, in periods.
 _DELAY = 0.6
 
@@ -158,7 +160,7 @@ def joints_of(
         taken=np.stack([pulse, taken + sway], 1) * passed[:, None, None],
         acceleration=acceleration,
         zone=zone * passed,
-        cuts=_cuts(bounds, stop, turn, left[1], right[1]),
+        cuts=_cuts(bounds, stop, turn, left[1:3], right[1:3]),
     )
 
 
@@ -362,27 +364,34 @@ def _cuts(bounds: Bounds, stop: Bools, turn: Floats, left: Floats, right: Floats
     """Return the rests in corners that the chord of a period may cut by more than the chord tolerance.
 
     With the setpoints a = j₁ τ³/6 before and b = j₂ (T − τ)³/6 after it at most, |Δ|/2 of that is cut where a = b. Within
-    half a period the largest acceleration leads as far as a jerk of 6 A/T.
+    half a period the largest acceleration leads as far as a jerk of 6 A/T. What curves beside it do is added for the whole
+    way of a period.
 
     Args:
         bounds: Limits.
         stop: Shape (n,), which corners are rests.
         turn: Shape (n, axes), Δ there.
-        left, right: Shape (n, axes), dx/ds on both sides.
+        left, right: Shape (2, n, axes), dx/ds and d²x/ds² on both sides.
     """
     # The start of a block is the end of the one before it.
     rest = 1 + np.flatnonzero(stop[1:] & turn[1:].any(axis=1))
     acceleration, jerk = (
-        np.stack([along_path(limit, side[rest]) for side in (left, right)], axis=1)
+        np.stack([along_path(limit, side[0, rest]) for side in (left, right)], axis=1)
         for limit in (bounds.axes.acceleration, bounds.axes.jerk)
     )
-    root = np.cbrt(np.minimum(jerk, 6.0 * acceleration / bounds.period_s))
-    way = (bounds.period_s / (1.0 / root).sum(axis=1)) ** 3 / 6.0
+    period, size = bounds.period_s, _size(bounds, turn[rest])
+    root = np.cbrt(np.minimum(jerk, 6.0 * acceleration / period))
+    way = (period / (1.0 / root).sum(axis=1)) ** 3 / 6.0
+    longest = np.minimum(jerk * period**3 / 6.0, acceleration * period**2 / 2.0)
+    bend = np.stack([_size(bounds, side[1, rest]) for side in (left, right)], axis=1)
+    # At a cusp there is no curvature; on the way of a period no direction turns by more than two.
+    bend = np.fmin(bend, _WHOLE / longest)
     # Squares of the least of turns are none.
-    with np.errstate(divide="ignore"):
-        room = bounds.chord_mm / _size(bounds, turn[rest])
-    far = way > 2.0 * room
-    return Cuts(rest[far], room[far], acceleration[far], jerk[far])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        room, bend = bounds.chord_mm / size, np.nan_to_num(bend / size[:, None])
+    curved = 0.5 * (bend * longest).sum(axis=1) * way + 0.25 * (bend * longest**2).max(axis=1)
+    far = way + curved > 2.0 * room
+    return Cuts(rest[far], room[far], bend[far], acceleration[far], jerk[far])
 
 
 def _size(bounds: Bounds, turn: Floats) -> Floats:

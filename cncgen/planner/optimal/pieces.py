@@ -36,7 +36,7 @@ class Pieces:
     limit: NDArray[np.int8]
 
 
-def pieces_of(given: Intervals, kind: NDArray[np.int8], q: Floats, limit: NDArray[np.int8]) -> Pieces:
+def pieces_of(given: Intervals, q: Floats, limit: NDArray[np.int8]) -> Pieces:
     """Turn ordinates of q = v² into pieces.
 
     On a spline interval with ordinates b0, b1, b2: v² = b0, a = q'/2 = (b1 − b0)/h, c = q''/2 = (b0 − 2 b1 + b2)/h². As
@@ -44,13 +44,11 @@ def pieces_of(given: Intervals, kind: NDArray[np.int8], q: Floats, limit: NDArra
     v = j t²/2 and s = j t³/6 give t = 3 h/v and j = 2 v/t². A line from rest to rest has up to seven pieces.
 
     Args:
-        given: The intervals; the first n of them are meant.
-        kind: Shape (n,), of `cncgen.planner.optimal.track`.
+        given: The n intervals.
         q: Shape (n, 3), ordinates.
         limit: Shape (n,), int8.
     """
-    n = len(q)
-    h = given.h[:n]
+    n, h, kind = len(given), given.h, given.kind
     lines = np.flatnonzero(kind == LINE)
     b0, b1, b2 = q.T
     total = np.sqrt(b0) + np.sqrt(b2)

@@ -59,6 +59,7 @@ class Track:
         node_acceleration: Shape (n + 1,): largest |q'| / 2 at the nodes by such jumps.
         factor: Shape (n, 2, axes): parts of acceleration and jerk limits that are left beside the jumps near by.
         hidden: Shape (n, axes): what x''' has more within an interval than the parabola through its three values.
+        chord: Shape (n,), mm: how far the chord of a period may be from the path there.
         stop: Shape (n + 1,), bool: nodes of rest.
         corner: Shape (n + 1,), bool: nodes where the motion slows or rests because the derivatives jump.
         cuts: Nodes of rest that chords would cut too far if no setpoint fell near them.
@@ -78,6 +79,7 @@ class Track:
     node_acceleration: Floats
     factor: Floats
     hidden: Floats
+    chord: Floats
     stop: NDArray[np.bool_]
     corner: NDArray[np.bool_]
     cuts: Cuts
@@ -181,6 +183,7 @@ def track_of(
         node_acceleration=node_acceleration,
         factor=_factors(s, joints),
         hidden=_hidden(path, s, kind, x[3], top3, bounds.axes.jerk),
+        chord=_chords(toolpath, row, bounds),
         stop=stop,
         corner=corner,
         cuts=replace(joints.cuts, joint=node[joints.cuts.joint]),
@@ -294,6 +297,11 @@ def _hidden(path: Path, s: Floats, kind: NDArray[np.int8], x3: Floats, top: Floa
     # At a cusp there is nothing to compare.
     out[at] = _HIDDEN * np.nan_to_num(np.abs(there - shown).max(axis=1), nan=0.0, posinf=0.0)
     return out
+
+
+def _chords(toolpath: Toolpath, row: Ints, bounds: Bounds) -> Floats:
+    """Return how far chords may be from the path in rows, shape (n,): under G64 as far as smoothing leaves room for."""
+    return np.where(toolpath.path_mode[row] == PathMode.CONTINUOUS, toolpath.tolerance[row], bounds.chord_mm)
 
 
 def _events(toolpath: Toolpath, path: Path, s: Floats) -> list[tuple[int, int, Event]]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, NoPlanError
 from cncgen.planner.assembly import assemble, kept_for_setpoints, timed, waits_of
+from cncgen.planner.optimal.chords import Course, held
 from cncgen.planner.optimal.joints import nearest
 from cncgen.planner.optimal.limits import Bounds
 from cncgen.planner.optimal.pieces import Pieces, pieces_of
@@ -23,6 +24,8 @@ Floats = NDArray[np.float64]
 SIZE = 1600
 #: By effort, the part of the limits of acceleration and jerk that is planned with: what may be passed between nodes.
 MARGIN = {"best": 0.9993, "fast": 0.9965}
+#: How often bounds of q are lowered for chords that are too long, and the part of q to begin with then.
+_ROUNDS, _SLOWER = 6, 0.9
 #: Part of q by which neighbours on a plateau may differ.
 _LEVEL = 1e-6
 #: Periods beside a jump of the path in which a setpoint's third difference sees it, and a minimum of the speed is its.
@@ -74,9 +77,11 @@ class Window:
             cut = len(solution.q) < len(given)
             if cut:
                 given = self._intervals(len(solution.q))
+            stands = not cut and bool(rest or whole)
+            given, solution, pieces = self._held(given, solution, stands)
             final = len(given)
-            if not solution.fallback and (cut or not (rest or whole)):
-                final = _last_top(solution.q[:, 1], solution.unfelt)
+            if not (solution.fallback or stands):
+                final = _last_top(solution.q[:, 1], self._unfelt(solution, pieces))
                 if final < count // 8 and count < 16 * SIZE and not cut:
                     self.wanted = 2 * count
                     continue
@@ -84,10 +89,10 @@ class Window:
                 final += int(given.kind[final] == ENTER)
             # From here the motion can stop where the last plan did, and maybe not before.
             self.wanted = max(SIZE, 3 * (len(given) - final) // 2)
-            yield from self._hand_on(given, solution, final)
+            yield from self._hand_on(given, solution, pieces, final)
 
-    def _intervals(self, count: int) -> Intervals:
-        """Return the first `count` open intervals as one row that ends at rest."""
+    def _parts(self, count: int) -> list[tuple[Track, slice]]:
+        """Return which tracks the first `count` open intervals are, and which of theirs."""
         parts = []
         for number, track in enumerate(self.tracks):
             first = self.used if number == 0 else 0
@@ -95,6 +100,56 @@ class Window:
             count -= parts[-1][1].stop - first
             if not count:
                 break
+        return parts
+
+    def _held(self, given: Intervals, solution: Solution, stands: bool) -> tuple[Intervals, Solution, Pieces]:
+        """Lower bounds of q where chords of the motion leave the path by more than their tolerance, and solve again.
+
+        Bounds are lowered for good, on intervals that are still open. Where a motion down to them is not found, they stay.
+
+        Args:
+            given: The intervals.
+            solution: Theirs.
+            stands: Whether the path itself rests after the last one; else what feels that end says nothing of chords.
+
+        Returns:
+            Intervals and solution, and the motion.
+        """
+        course = Course(self._parts(len(given)), self.bounds)
+        for left in range(_ROUNDS, -1, -1):
+            pieces = pieces_of(given, solution.q, solution.limit)
+            if solution.fallback or not left:
+                break
+            count = len(given) if stands else max(1, solution.unfelt)
+            lower = held(given, course, pieces, solution.q, count)
+            if lower is None:
+                break
+            known = _SLOWER * np.minimum(solution.q[:, 1], lower.top.min(axis=1))
+            again = solve(lower, self.state, known)
+            if not again.converged:
+                break
+            given, solution = lower, again
+            self._lower(given)
+        return given, solution, pieces
+
+    def _lower(self, given: Intervals) -> None:
+        """Keep the bounds of q of the first open intervals."""
+        first = 0
+        for track, rows in self._parts(len(given)):
+            here = slice(first, first + rows.stop - rows.start)
+            track.top[rows], track.top_limit[rows] = given.top[here], given.top_limit[here]
+            track.node_top[rows] = given.node_top[here]
+            first = here.stop
+
+    def _unfelt(self, solution: Solution, pieces: Pieces) -> int:
+        """Return how many intervals do not depend on where the window ends, nor, where most of it is longer, do chords on them."""
+        t = np.concatenate([[0.0], np.cumsum(pieces.duration)])[pieces.offset]
+        upto = int(np.searchsorted(t, t[solution.unfelt] - self.bounds.period_s, side="right")) - 1
+        return upto if 2 * upto > solution.unfelt else solution.unfelt
+
+    def _intervals(self, count: int) -> Intervals:
+        """Return the first `count` open intervals as one row that ends at rest."""
+        parts = self._parts(count)
 
         def column(name: str) -> np.ndarray:
             return np.concatenate([getattr(track, name)[rows] for track, rows in parts])
@@ -141,12 +196,11 @@ class Window:
                 )
             given = _head(given, fewer)
 
-    def _hand_on(self, given: Intervals, solution: Solution, final: int) -> Iterator[Trajectory]:
+    def _hand_on(
+        self, given: Intervals, solution: Solution, pieces: Pieces, final: int
+    ) -> Iterator[Trajectory]:
         """Turn the first `final` intervals into trajectories, and take them out of the window."""
-        n = len(solution.q)
-        kind = given.kind[:n].copy()
-        kind[-1] = LINE if kind[-1] == LINE else ENTER
-        pieces = pieces_of(given, kind, solution.q, solution.limit)
+        n = len(given)
         position = 0
         while position < final:
             track = self.tracks[0]
@@ -160,7 +214,7 @@ class Window:
                 self.tracks.pop(0)
                 self.used = 0
         self.state, self.reserve = None, None
-        if final < n and kind[final] == SPLINE:
+        if final < n and given.kind[final] == SPLINE:
             self.state = (float(solution.q[final, 0]), float(solution.q[final, 1]))
             self.reserve = (solution.q[final:].copy(), solution.limit[final:].copy())
         elif final == n and self.tracks and self.tracks[0].kind[self.used] == SPLINE:

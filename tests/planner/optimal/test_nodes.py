@@ -88,7 +88,7 @@ def test_speed_that_acceleration_leads_to_from_slow_places() -> None:
         taken=np.zeros((2, 2, 1)),
         acceleration=np.full(2, np.inf),
         zone=np.zeros(2),
-        cuts=Cuts(np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2))),
+        cuts=Cuts(np.zeros(0, np.int64), np.zeros(0), *np.zeros((3, 0, 2))),
     )
     speed = np.sqrt([100.0, 100.0, 7.0, 100.0, 100.0, 100.0])
     found = nodes._gained(s, speed, np.array([2.0, 2.0, 2.0, 4.0, 4.0, 4.0]), joints)

@@ -46,7 +46,7 @@ def test_waits_are_lengthened_up_to_the_next_setpoint() -> None:
     """Worked by hand, T = 1 s from t = 0.25: arrivals at 0.75 (to 1), 1.5 (a dwell of 0.75 has 2 in it), 3 (on time)."""
     way = np.array([0.0, 0.5, 1.0, 1.75, 2.0])
     waits = np.array([0.0, 0.0, 0.75, 0.0, 0.0])
-    cuts = Cuts(np.array([1, 2, 3]), np.zeros(3), np.ones((3, 2)), np.ones((3, 2)))
+    cuts = Cuts(np.array([1, 2, 3]), np.zeros(3), np.zeros((3, 2)), np.ones((3, 2)), np.ones((3, 2)))
     out = kept_for_setpoints(0.25, way, waits, cuts, 1.0)
     assert out.tolist() == [0.0, 0.25, 0.75, 0.0, 0.0]
 
@@ -55,7 +55,9 @@ def test_waits_are_lengthened_up_to_the_next_setpoint() -> None:
 @pytest.mark.parametrize("room", [1e-4, 1e-3, 0.01, 0.03])
 def test_a_wait_ends_as_soon_as_the_chord_is_near_enough(phase: float, room: float) -> None:
     """T = 1 s, jerks of 1 and 2 mm/s³, A out of reach: a = τ³/6 before, b = τ³/3 after; a b/(a + b) by trying all waits."""
-    cuts = Cuts(np.array([1]), np.array([room]), np.full((1, 2), 1e3), np.array([[1.0, 2.0]]))
+    cuts = Cuts(
+        np.array([1]), np.array([room]), np.zeros((1, 2)), np.full((1, 2), 1e3), np.array([[1.0, 2.0]])
+    )
     out = kept_for_setpoints(0.0, np.array([0.0, 3.0 + phase]), np.zeros(2), cuts, 1.0)
     waits = np.linspace(0.0, 1.0 - phase, 100_001)
     before, after = phase**3 / 6.0, (1.0 - phase - waits) ** 3 / 3.0
@@ -64,7 +66,7 @@ def test_a_wait_ends_as_soon_as_the_chord_is_near_enough(phase: float, room: flo
 
 def test_a_corner_near_the_next_one_has_a_setpoint() -> None:
     """T = 1 s, with room enough: the rest at 1.5 s is followed by one at 2.2 s, within a period."""
-    cuts = Cuts(np.array([1, 2]), np.full(2, 10.0), np.ones((2, 2)), np.ones((2, 2)))
+    cuts = Cuts(np.array([1, 2]), np.full(2, 10.0), np.zeros((2, 2)), np.ones((2, 2)), np.ones((2, 2)))
     out = kept_for_setpoints(0.0, np.array([0.0, 1.5, 2.2]), np.zeros(3), cuts, 1.0)
     assert out.tolist() == [0.0, 0.5, 0.0]
 

@@ -1,0 +1,343 @@
+"""The chords of a period along a motion that is known, measured: speed and curvature change while one lasts.
+
+Bounds of the speed hold the chord that speed and curvature at one place would make. Where the speed changes by a multiple
+within a period, a chord reaches from a slow bend onto a fast line, or over a sharper bend than where it began. What a plan
+does there is known once it is made: chords that leave the path by more than their tolerance lower the bounds of what they
+lie over, and it is made again (docs/least-time.md).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.planner.motion import motion_at
+from cncgen.planner.optimal.limits import Bounds, most
+from cncgen.planner.optimal.pieces import Pieces
+from cncgen.planner.optimal.problem import Intervals
+from cncgen.planner.optimal.track import LINE, SPLINE, Track
+from cncgen.planner.record import Limit, Profile
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+#: Part of the tolerance by which a chord may pass it, and the part of it that speeds are lowered to.
+_OVER, _AIM = 2e-4, 0.9995
+#: Part of the tolerance up to which what is seen of a chord tells how it shortens.
+_NEAR = 1.3
+#: In how many parts of a period chords begin that may be too long, and those that are compared with the path, in as many
+#: places.
+_COARSE, _FINE = 8, 32
+#: Periods at the end of an interval in which chords begin: in those before, nothing changes but the interval's own speed.
+_LATE = 2.0
+#: Ratio of curvatures along a chord up to which they are one parabola.
+_SMOOTH = 1.3
+#: Turn of the direction at a node, rad, that is rounding; and about a node, from which chords are compared with the node too.
+_NO_TURN, _TURN = 1e-9, 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """The path under a row of intervals.
+
+    Attributes:
+        parts: Tracks in a row, and which of their intervals.
+        bounds: Limits.
+    """
+
+    parts: list[tuple[Track, slice]]
+    bounds: Bounds
+
+    def positions(self, interval: Ints, along: Floats) -> Floats:
+        """Return places, shape (k, axes), mm: so far `along`, mm, the ascending intervals; a degree for a millimetre."""
+        out = np.zeros((len(interval), len(self.bounds.scale)))
+        first = 0
+        for track, rows in self.parts:
+            last = first + rows.stop - rows.start
+            here = slice(*np.searchsorted(interval, [first, last]).tolist())
+            if here.start < here.stop:
+                s = track.s[interval[here] - first + rows.start] + along[here]
+                out[here] = track.path.evaluate(s, 0)[0] * self.bounds.scale
+            first = last
+        return out
+
+    def tolerance(self) -> Floats:
+        """Return how far chords may be from the path on each interval, shape (n,), mm."""
+        return np.concatenate([track.chord[rows] for track, rows in self.parts])
+
+
+def held(given: Intervals, course: Course, pieces: Pieces, q: Floats, count: int) -> Intervals | None:
+    """Return intervals with lower bounds of q where chords leave the path by more than their tolerance; None for nowhere.
+
+    Which chords there are depends on when setpoints fall; those of all phases are held. Not so over a rest in a corner, for
+    which a setpoint is waited (`cncgen.planner.assembly.Cuts`).
+
+    Args:
+        given: The intervals.
+        course: The path under them.
+        pieces: A motion on them.
+        q: Shape (n, 3), its ordinates.
+        count: How many intervals count: chords that end beyond are left to what comes after.
+    """
+    scene = _Scene.of(given, course, pieces, q, count)
+    if scene.calm():
+        return None
+    start = scene.too_long(scene.suspects())
+    if not len(start):
+        return None
+    begin, end, over, power = scene.measured(start)
+    part = _AIM / over * np.minimum(over, _NEAR) ** (1.0 - power)
+    return _lowered(given, scene.s, q, begin, end, part)
+
+
+@dataclass(frozen=True, slots=True)
+class _Scene:
+    """A motion over `n` intervals.
+
+    Attributes:
+        course, profile: The path, and the motion in time from 0; its s is the way from the first interval on.
+        owner: Shape (pieces,), the interval of each piece.
+        s, t: Shape (n + 1,), way and time at the nodes.
+        speed: Shape (n,), largest v on each interval, mm/s.
+        bend: Shape (n, 3), |x''| at its start, middle and end, 1/mm: what leaves the chord of a line.
+        sharpest: Shape (n,), the largest of them.
+        corner: Shape (n,), |Δx'| at its start.
+        passed: Whether any corner is passed.
+        end: Shape (n,), how many intervals there are up to the next rest in a corner, or to the last.
+        tolerance: Shape (n,), mm.
+        period: T, s.
+    """
+
+    course: Course
+    profile: Profile
+    owner: Ints
+    s: Floats
+    t: Floats
+    speed: Floats
+    bend: Floats
+    sharpest: Floats
+    corner: Floats
+    passed: bool
+    end: Ints
+    tolerance: Floats
+    period: float
+
+    @classmethod
+    def of(cls, given: Intervals, course: Course, pieces: Pieces, q: Floats, n: int) -> _Scene:
+        """Look at the first `n` intervals."""
+        offset = pieces.offset[: n + 1]
+        owner = np.repeat(np.arange(n), np.diff(offset))
+        count = len(owner)
+        v, a, j, c = (each[:count] for each in (pieces.v, pieces.a, pieces.j, pieces.c))
+        s = np.concatenate([[0.0], np.cumsum(given.h[:n])])
+        time = np.concatenate([[0.0], np.cumsum(pieces.duration[:count])])
+        place = np.append(s[owner] + pieces.place[:count], s[-1])
+        x1, x2 = given.x1[:n], given.x2[:n]
+        if (course.bounds.scale != 1.0).any():
+            x1, x2 = x1 * course.bounds.scale, x2 * course.bounds.scale
+        # About a cusp |x''| is bounded by what nodes resolve; that the direction turns is seen at their ends.
+        inner = _size(x1[:, 2] - x1[:, 0]) / given.h[:n]
+        bend = np.maximum(_size(x2.reshape(-1, x2.shape[2])).reshape(n, 3), inner[:, None])
+        corner = np.zeros(n)
+        corner[1:] = _size(x1[1:, 0] - x1[:-1, 2])
+        corner[corner < _NO_TURN] = 0.0
+        stands = v[offset[:-1]] == 0.0
+        rest = np.append(np.flatnonzero(stands & (corner > 0.0)), n)
+        return cls(
+            course=course,
+            profile=Profile(time, place, v, a, j, c, pieces.limit[:count]),
+            owner=owner,
+            s=s,
+            t=time[offset],
+            speed=np.maximum(np.sqrt(most(q[:n])), np.maximum.reduceat(v, offset[:-1])),
+            bend=bend,
+            sharpest=most(bend),
+            corner=corner,
+            passed=bool(np.any(corner[~stands])),
+            end=rest[np.searchsorted(rest, np.arange(n), side="right")],
+            tolerance=course.tolerance()[:n],
+            period=course.bounds.period_s,
+        )
+
+    def calm(self) -> bool:
+        """Tell whether no chord can be too long, because no corner is passed and the speed changes so little about bends.
+
+        The chord over a bend, the sharpest of its own, is no longer than T (v + a T), with the largest acceleration a.
+        """
+        if self.passed:
+            return False
+        length = self.period * (self.speed + self.period * np.abs(self.profile.a).max())
+        part = 8.0 * (1.0 + _OVER)
+        at = np.flatnonzero(length**2 * self.sharpest > part * self.tolerance.min())
+        first = np.maximum(np.searchsorted(self.t, self.t[at] - self.period, side="right") - 1, 0)
+        last = np.minimum(np.searchsorted(self.t, self.t[at + 1] + self.period), len(self.speed))
+        length = self.period * _over(self.speed, first, last)
+        return not np.any(length**2 * self.sharpest[at] > -part * _over(-self.tolerance, first, last))
+
+    def suspects(self) -> Floats:
+        """Return when chords begin that may be too long by the largest speed and curvature in reach, shape (k,), ascending."""
+        first = np.arange(len(self.speed))
+        last = np.minimum(np.searchsorted(self.t, self.t[1:] + self.period), self.end)
+        length = self.period * _over(self.speed, first, last)
+        at = np.flatnonzero(self._may_pass(length, first, last, _over(self.sharpest, first, last)))
+        begin = np.maximum(self.t[at], self.t[at + 1] - _LATE * self.period)
+        count = np.ceil(_COARSE * (self.t[at + 1] - begin) / self.period).astype(np.int64)
+        step = np.repeat((self.t[at + 1] - begin) / count, count)
+        start = np.repeat(begin, count) + step * _counted(np.zeros(len(at), np.int64), count)
+        return start[start + self.period <= np.repeat(self.t[self.end[at]], count)]
+
+    def too_long(self, start: Floats) -> Floats:
+        """Return those of the chords from `start` on that may be too long by their length and the curvature along them."""
+        one, other = (motion_at(self.profile, start + more).s for more in (0.0, self.period))
+        first = np.clip(np.searchsorted(self.s, one, side="right") - 1, 0, len(self.speed) - 1)
+        last = np.maximum(np.searchsorted(self.s, other), first + 1)
+        sharpest = _over(self.sharpest, first, last)
+        places = np.stack([self.s[:-1], 0.5 * (self.s[:-1] + self.s[1:]), self.s[1:]], axis=1).ravel()
+        near = [np.interp(part, places, self.bend.ravel()) for part in (one, 0.5 * (one + other), other)]
+        # For x'' a parabola along the chord, its middle is (x''₀ + 10 x''₁ + x''₂) ℓ²/96 beside it.
+        parabola = (near[0] + 10.0 * near[1] + near[2]) / 12.0
+        smooth = sharpest <= _SMOOTH * np.minimum.reduce(near)
+        bend = np.where(smooth, np.minimum(parabola, sharpest), sharpest)
+        return start[self._may_pass(other - one, first, last, bend)]
+
+    def _may_pass(self, length: Floats, first: Ints, last: Ints, bend: Floats) -> Bools:
+        """Tell whether chords over the intervals `first` to before `last` may pass the least of their tolerances.
+
+        With Green's function of the second derivative, at most ℓ/4, a bend κ is ℓ² κ/8 beside the chord, a corner ℓ |Δ|/4.
+        """
+        turned = np.cumsum(self.corner)
+        corners = turned[last - 1] - turned[first]
+        least = np.maximum(-_over(-self.tolerance, first, last), self._floor(corners > 0.0))
+        out: Bools = length * (length * bend / 8.0 + corners / 4.0) > (1.0 + _OVER) * least
+        return out
+
+    def _floor(self, cornered: Bools) -> Floats:
+        """Return the least tolerance of chords over corners, shape (k,), 0 for others: what smoothing takes ends before them."""
+        return np.where(cornered, self.course.bounds.chord_mm, 0.0)
+
+    def measured(self, start: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """Compare chords about those from `start` on with the path.
+
+        Returns:
+            Of those that are too far from it: where they begin and end on the way, the largest distance as a part of the
+            tolerance, and with what power of it v² falls. Over a bend, where a quarter of the chord before its end it is
+            three quarters of that, it is as v²; over a corner, where it is a half, as v. Shape (k,) each.
+        """
+        step = self.period / _FINE
+        about = np.arange(-2, _FINE // _COARSE + 2)
+        grid = np.unique((np.floor(start / step)[:, None] + about).astype(np.int64))
+        grid = grid[(grid >= 0) & ((grid + _FINE) * step <= self.t[-1])]
+        ticks = np.unique((grid[:, None] + np.arange(_FINE + 1)).ravel())
+        motion = motion_at(self.profile, ticks * step)
+        interval = self.owner[motion.piece]
+        along = motion.s - self.s[interval]
+        x = self.course.positions(interval, along)
+        at = np.searchsorted(ticks, grid)
+        last = at + _FINE
+        clear = self.end[interval[at]] >= interval[last] + (along[last] > 0.0)
+        at, last, grid = at[clear], last[clear], grid[clear]
+        turned = np.cumsum(self.corner)[interval]
+        floor = self._floor(turned[last] > turned[at])
+        over, quarters = np.zeros(len(at)), np.zeros(len(at))
+        for k in range(1, _FINE):
+            tolerance = np.maximum(self.tolerance[interval[at + k]], floor)
+            away = _away(x[at + k], x[at], x[last]) / tolerance
+            over = np.maximum(over, away)
+            if k in (_FINE // 4, 3 * _FINE // 4):
+                quarters += 0.5 * away
+        over = np.maximum(over, self._tips(grid * step, x[at], x[last]))
+        far = over > 1.0 + _OVER
+        over = over[far]
+        power = 1.0 + np.clip(3.0 - 4.0 * quarters[far] / over, 0.0, 1.0)
+        return motion.s[at[far]], motion.s[last[far]], over, power
+
+    def _tips(self, start: Floats, a: Floats, b: Floats) -> Floats:
+        """Return how far nodes about which the direction turns fast are from the chords over them, as a part of the tolerance.
+
+        Args:
+            start: Shape (k,), when the chords begin.
+            a, b: Shape (k, axes), their ends.
+        """
+        inner = self.sharpest * np.diff(self.s)
+        turn = self.corner[1:] + inner[1:] + inner[:-1]
+        node = 1 + np.flatnonzero((self.corner[1:] > 0.0) | (turn > _TURN))
+        first = np.searchsorted(self.t[node], start, side="right")
+        count = np.searchsorted(self.t[node], start + self.period) - first
+        chord = np.repeat(np.arange(len(start)), count)
+        each = _counted(first, count)
+        seen = np.unique(each)
+        x = self.course.positions(node[seen], np.zeros(len(seen)))[np.searchsorted(seen, each)]
+        tolerance = np.maximum(self.tolerance[node[each]], self.tolerance[node[each] - 1])
+        out = np.zeros(len(start))
+        np.maximum.at(out, chord, _away(x, a[chord], b[chord]) / tolerance)
+        return out
+
+
+def _lowered(
+    given: Intervals, s: Floats, q: Floats, begin: Floats, end: Floats, part: Floats
+) -> Intervals | None:
+    """Return intervals whose bounds of q are parts of the q that they have, under chords; None for no chords.
+
+    Args:
+        given: The intervals.
+        s: Shape (n + 1,), way at the nodes of the first of them.
+        q: Shape (≥ n, 3), their ordinates.
+        begin, end: Shape (k,), between which ways chords lie.
+        part: Shape (k,), the part of q.
+    """
+    if not len(begin):
+        return None
+    n = len(s) - 1
+    middle = 0.5 * (s[:-1] + s[1:])
+    share, node = np.ones(n), np.ones(n)
+    _spread(share, part, np.searchsorted(middle, begin), np.searchsorted(middle, end, side="right"))
+    _spread(node, part, np.searchsorted(s[:-1], begin), np.searchsorted(s[:-1], end, side="right"))
+    # A chord within one interval goes over neither.
+    within = np.clip(np.searchsorted(s, 0.5 * (begin + end), side="right") - 1, 0, n - 1)
+    np.minimum.at(share, within, part)
+    top, top_limit, node_top = given.top.copy(), given.top_limit.copy(), given.node_top.copy()
+    low = np.flatnonzero((share < 1.0) & (given.kind[:n] != LINE))
+    here = q[low]
+    values = np.stack([here[:, 0], 0.25 * (here[:, 0] + 2.0 * here[:, 1] + here[:, 2]), here[:, 2]], axis=1)
+    # Beside a rest, the bound is that of the moving end.
+    values = np.where((given.kind[low] == SPLINE)[:, None], values, most(here)[:, None])
+    top[low] = np.minimum(top[low], share[low, None] * values)
+    top_limit[low] = Limit.CHORD
+    slow = np.flatnonzero((node < 1.0) & (q[:n, 0] > 0.0))
+    node_top[slow] = np.minimum(node_top[slow], node[slow] * q[slow, 0])
+    return replace(given, top=top, top_limit=top_limit, node_top=node_top)
+
+
+def _size(x: Floats) -> Floats:
+    """Return the lengths of vectors, shape (k,), given as (k, axes)."""
+    out: Floats = np.sqrt(np.einsum("ij,ij->i", x, x))
+    return out
+
+
+def _away(x: Floats, a: Floats, b: Floats) -> Floats:
+    """Return the distances of points from chords, shape (k,), all given as (k, axes)."""
+    chord, side = b - a, x - a
+    square = np.einsum("ij,ij->i", chord, chord)
+    part = np.einsum("ij,ij->i", chord, side) / np.where(square > 0.0, square, 1.0)
+    return _size(side - np.clip(part, 0.0, 1.0)[:, None] * chord)
+
+
+def _over(values: Floats, first: Ints, last: Ints) -> Floats:
+    """Return the largest of values from `first` to before `last`, shape (k,)."""
+    pairs = np.stack([first, last], axis=1).ravel()
+    out: Floats = np.maximum.reduceat(np.append(values, -np.inf), pairs)[::2] if len(pairs) else np.zeros(0)
+    return out
+
+
+def _counted(first: Ints, count: Ints) -> Ints:
+    """Return the numbers from each of `first` on, `count` of them, in one row."""
+    return np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
+
+
+def _spread(values: Floats, part: Floats, first: Ints, last: Ints) -> None:
+    """Lower values from `first` to before `last` to each part, in place."""
+    count = np.maximum(last - first, 0)
+    np.minimum.at(values, _counted(first, count), np.repeat(part, count))
