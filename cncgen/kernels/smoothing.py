@@ -32,11 +32,31 @@ _MOST = cython.declare(cython.Py_ssize_t, 400)
 
 
 @cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _invert(
+    knots: cython.double[::1], last: cython.Py_ssize_t, inverse: cython.double[:, ::1]
+) -> cython.void:
+    """Fill ``inverse[i, r − 1]`` with 1/(knots[i + r] − knots[i]), r = 1 … 4, 0 where these are one place."""
+    i: cython.Py_ssize_t
+    r: cython.Py_ssize_t
+    width: cython.double
+    for i in range(last + _P):
+        for r in range(1, min(_P, last + _P - i) + 1):
+            width = knots[i + r] - knots[i]
+            inverse[i, r - 1] = 1.0 / width if width > 0.0 else 0.0
+
+
+@cython.cfunc
 @cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
 def _basis(
-    knots: cython.double[::1], i: cython.Py_ssize_t, u: cython.double, b: cython.double[::1]
+    knots: cython.double[::1],
+    inverse: cython.double[:, ::1],
+    i: cython.Py_ssize_t,
+    u: cython.double,
+    b: cython.double[::1],
 ) -> cython.void:
     """Fill b with the basis functions of degree 4 that live on span i (The NURBS Book, A2.2)."""
     r: cython.Py_ssize_t
@@ -47,10 +67,36 @@ def _basis(
     for r in range(1, _P + 1):
         saved = 0.0
         for j in range(r):
-            term = b[j] / (knots[i + 1 + j] - knots[i + 1 + j - r])
+            term = b[j] * inverse[i + 1 + j - r, r - 1]
             b[j] = saved + (knots[i + 1 + j] - u) * term
             saved = (u - knots[i + 1 + j - r]) * term
         b[r] = saved
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _follow(
+    t: cython.const[cython.double][::1],
+    y: cython.const[cython.double][:, :, ::1],
+    knots: cython.double[::1],
+    last: cython.Py_ssize_t,
+    base: cython.double[:, ::1],
+) -> cython.void:
+    """Fill `base` with control points near those of the curve: the path at the means of their knots."""
+    n: cython.Py_ssize_t = t.shape[0] - 1
+    i: cython.Py_ssize_t
+    d: cython.Py_ssize_t
+    k: cython.Py_ssize_t = 0
+    u: cython.double
+    for i in range(last):
+        u = 0.25 * (knots[i + 1] + knots[i + 2] + knots[i + 3] + knots[i + 4])
+        u = min(max(u, t[0]), t[n])
+        while k < n - 1 and t[k + 1] <= u:
+            k += 1
+        u -= t[k]
+        for d in range(base.shape[1]):
+            base[i, d] = y[k, 0, d] + u * (y[k, 1, d] + u * (y[k, 2, d] + u * y[k, 3, d]))
 
 
 @cython.cfunc
@@ -60,12 +106,14 @@ def _attract(
     t: cython.const[cython.double][::1],
     y: cython.const[cython.double][:, :, ::1],
     knots: cython.double[::1],
+    inverse: cython.double[:, ::1],
     first: cython.Py_ssize_t,
     last: cython.Py_ssize_t,
     at: cython.double[::1],
     samples: cython.Py_ssize_t,
     matrix: cython.double[:, ::1],
     points: cython.double[:, ::1],
+    base: cython.double[:, ::1],
     b: cython.double[::1],
 ) -> cython.void:
     """Add the integral of |x - y|² to the normal equations: each sample stands for half of the way to its neighbours."""
@@ -78,6 +126,7 @@ def _attract(
     k: cython.Py_ssize_t = 0
     weight: cython.double
     u: cython.double
+    place: cython.double
     value: cython.double
     for m in range(samples):
         weight = 0.0
@@ -89,10 +138,14 @@ def _attract(
             i += 1
         while k < n - 1 and t[k + 1] <= at[m]:
             k += 1
-        _basis(knots, i, at[m], b)
+        _basis(knots, inverse, i, at[m], b)
         u = at[m] - t[k]
         for d in range(axes):
-            value = weight * (y[k, 0, d] + u * (y[k, 1, d] + u * (y[k, 2, d] + u * y[k, 3, d])))
+            place = y[k, 0, d] + u * (y[k, 1, d] + u * (y[k, 2, d] + u * y[k, 3, d]))
+            value = 0.0
+            for j in range(_P + 1):
+                value += b[j] * (place - base[i - _P + j, d])
+            value *= weight
             for j in range(_P + 1):
                 points[i - _P + j, d] += b[j] * value
         for j in range(_P + 1):
@@ -107,12 +160,18 @@ def _penalise(
     t: cython.const[cython.double][::1],
     scale: cython.double[::1],
     knots: cython.double[::1],
+    inverse: cython.double[:, ::1],
     first: cython.Py_ssize_t,
     last: cython.Py_ssize_t,
     matrix: cython.double[:, ::1],
+    points: cython.double[:, ::1],
+    base: cython.double[:, ::1],
     b: cython.double[::1],
 ) -> cython.void:
-    """Add the integral of L⁶ |x'''|² to the normal equations: x''' has the control points sum_j b[j] c[i + j]."""
+    """Add the integral of L⁶ |x'''|² to the normal equations: x''' has the control points sum_j b[j] c[i + j].
+
+    That of the `base` is taken from the differences of its points: b adds up to nothing.
+    """
     n: cython.Py_ssize_t = t.shape[0] - 1
     i: cython.Py_ssize_t
     j: cython.Py_ssize_t
@@ -121,10 +180,11 @@ def _penalise(
     weight: cython.double
     u: cython.double
     length: cython.double
+    value: cython.double
     for i in range(last - 3):
         if knots[i + 5] <= knots[first]:
             continue
-        _third_difference(knots, i, b)
+        _third_difference(inverse, i, b)
         u = min(max(knots[i + 4], t[0]), t[n])
         while k < n - 1 and t[k + 1] <= u:
             k += 1
@@ -133,6 +193,12 @@ def _penalise(
         for j in range(4):
             for d in range(j, 4):
                 matrix[i + j, d - j] += weight * b[j] * b[d]
+        for d in range(base.shape[1]):
+            value = b[3] * (base[i + 3, d] - base[i + 2, d]) - b[0] * (base[i + 1, d] - base[i, d])
+            value += (b[2] + b[3]) * (base[i + 2, d] - base[i + 1, d])
+            value *= weight
+            for j in range(4):
+                points[i + j, d] -= b[j] * value
 
 
 @cython.cfunc
@@ -143,17 +209,20 @@ def _assemble(
     y: cython.const[cython.double][:, :, ::1],
     scale: cython.double[::1],
     knots: cython.double[::1],
+    inverse: cython.double[:, ::1],
     first: cython.Py_ssize_t,
     last: cython.Py_ssize_t,
     at: cython.double[::1],
     samples: cython.Py_ssize_t,
     matrix: cython.double[:, ::1],
     points: cython.double[:, ::1],
+    base: cython.double[:, ::1],
     b: cython.double[::1],
 ) -> cython.void:
     """Build the normal equations: band ``matrix[i, d]`` = A[i, i + d], right side in `points` for unknowns 0 .. last − 1.
 
-    Control point i has the support ``knots[i] .. knots[i + 5]``.
+    Control point i has the support ``knots[i] .. knots[i + 5]``. The unknowns are how far control points are from those of
+    `base`: (L/h)⁶ times the rounding of L is in them so, not that of the coordinates.
     """
     i: cython.Py_ssize_t
     j: cython.Py_ssize_t
@@ -162,22 +231,25 @@ def _assemble(
             matrix[i, j] = 0.0
         for j in range(points.shape[1]):
             points[i, j] = 0.0
-    _attract(t, y, knots, first, last, at, samples, matrix, points, b)
-    _penalise(t, scale, knots, first, last, matrix, b)
+    _follow(t, y, knots, last, base)
+    _attract(t, y, knots, inverse, first, last, at, samples, matrix, points, base, b)
+    _penalise(t, scale, knots, inverse, first, last, matrix, points, base, b)
 
 
 @cython.cfunc
 @cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _third_difference(knots: cython.double[::1], i: cython.Py_ssize_t, b: cython.double[::1]) -> cython.void:
+def _third_difference(
+    inverse: cython.double[:, ::1], i: cython.Py_ssize_t, b: cython.double[::1]
+) -> cython.void:
     """Fill b with the weights of c[i .. i + 3] in control point i of x''' (NURBS Book, eq. 3.8 three times)."""
-    f0: cython.double = 4.0 / (knots[i + 5] - knots[i + 1])
-    f1: cython.double = 4.0 / (knots[i + 6] - knots[i + 2])
-    f2: cython.double = 4.0 / (knots[i + 7] - knots[i + 3])
-    g0: cython.double = 3.0 / (knots[i + 5] - knots[i + 2])
-    g1: cython.double = 3.0 / (knots[i + 6] - knots[i + 3])
-    h: cython.double = 2.0 / (knots[i + 5] - knots[i + 3])
+    f0: cython.double = 4.0 * inverse[i + 1, 3]
+    f1: cython.double = 4.0 * inverse[i + 2, 3]
+    f2: cython.double = 4.0 * inverse[i + 3, 3]
+    g0: cython.double = 3.0 * inverse[i + 2, 2]
+    g1: cython.double = 3.0 * inverse[i + 3, 2]
+    h: cython.double = 2.0 * inverse[i + 3, 1]
     b[0] = -h * g0 * f0
     b[1] = h * (g1 * f1 + g0 * (f0 + f1))
     b[2] = -h * (g0 * f1 + g1 * (f1 + f2))
@@ -216,6 +288,7 @@ def _polar(
 def _give(
     matrix: cython.double[:, ::1],
     points: cython.double[:, ::1],
+    base: cython.double[:, ::1],
     fixed: cython.double[:, ::1],
     count: cython.Py_ssize_t,
     head: cython.Py_ssize_t,
@@ -235,14 +308,14 @@ def _give(
                 continue
             for d in range(points.shape[1]):
                 if not other:
-                    points[i + j, d] -= matrix[i, j] * fixed[i, d]
+                    points[i + j, d] -= matrix[i, j] * (fixed[i, d] - base[i, d])
                 elif not given:
-                    points[i, d] -= matrix[i, j] * fixed[i + j, d]
+                    points[i, d] -= matrix[i, j] * (fixed[i + j, d] - base[i + j, d])
             matrix[i, j] = 0.0
         if given:
             matrix[i, 0] = 1.0
             for d in range(points.shape[1]):
-                points[i, d] = fixed[i, d]
+                points[i, d] = fixed[i, d] - base[i, d]
 
 
 @cython.cfunc
@@ -251,32 +324,39 @@ def _give(
 def _solve(
     matrix: cython.double[:, ::1],
     points: cython.double[:, ::1],
+    base: cython.double[:, ::1],
     fixed: cython.double[:, ::1],
     count: cython.Py_ssize_t,
     head: cython.Py_ssize_t,
     tail: cython.Py_ssize_t,
 ) -> cython.void:
-    """Solve the band system in place by LDLᵀ; the first `head` and last `tail` unknowns are given by `fixed`."""
+    """Solve the band system by LDLᵀ and add the base; the first `head` and last `tail` points are given by `fixed`."""
     axes: cython.Py_ssize_t = points.shape[1]
     i: cython.Py_ssize_t
     j: cython.Py_ssize_t
     d: cython.Py_ssize_t
     m: cython.Py_ssize_t
     factor: cython.double
-    _give(matrix, points, fixed, count, head, tail)
+    pivot: cython.double
+    _give(matrix, points, base, fixed, count, head, tail)
     for i in range(count):
+        pivot = 1.0 / matrix[i, 0]
         for j in range(1, min(_P + 1, count - i)):
-            factor = matrix[i, j] / matrix[i, 0]
+            factor = matrix[i, j] * pivot
             for m in range(j, min(_P + 1, count - i)):
                 matrix[i + j, m - j] -= factor * matrix[i, m]
             for d in range(axes):
                 points[i + j, d] -= factor * points[i, d]
     for i in range(count - 1, -1, -1):
+        pivot = 1.0 / matrix[i, 0]
         for d in range(axes):
             factor = points[i, d]
             for j in range(1, min(_P + 1, count - i)):
                 factor -= matrix[i, j] * points[i + j, d]
-            points[i, d] = factor / matrix[i, 0]
+            points[i, d] = factor * pivot
+    for i in range(count):
+        for d in range(axes):
+            points[i, d] += base[i, d]
 
 
 @cython.cfunc
@@ -284,13 +364,18 @@ def _solve(
 @cython.exceptval(check=False)
 def _power_form(
     knots: cython.double[::1],
+    inverse: cython.double[:, ::1],
     i: cython.Py_ssize_t,
     points: cython.double[:, ::1],
     q: cython.double[:, ::1],
-    b: cython.double[::1],
+    b: cython.double[:, ::1],
     out: cython.double[:, ::1],
 ) -> cython.double:
-    """Fill ``out[k]`` with x^(k)/k! at the start of span i; returns a bound of |x''| on the span (its control points)."""
+    """Fill ``out[k]`` with x^(k)/k! at the start of span i; returns a bound of |x''| on the span (its control points).
+
+    ``b[r]`` becomes the basis of degree r there, whose last function vanishes; the derivatives' control points are made
+    in place in q.
+    """
     axes: cython.Py_ssize_t = points.shape[1]
     j: cython.Py_ssize_t
     k: cython.Py_ssize_t
@@ -298,40 +383,38 @@ def _power_form(
     r: cython.Py_ssize_t
     factor: cython.double
     saved: cython.double
-    term: cython.double
     bend: cython.double = 0.0
     total: cython.double
     faculty: cython.double = 1.0
+    b[0, 0] = 1.0
+    for r in range(1, _P + 1):
+        saved = 0.0
+        for j in range(r):
+            factor = b[r - 1, j] * inverse[i + 1 + j - r, r - 1] if j < r - 1 or r == 1 else 0.0
+            b[r, j] = saved + (knots[i + 1 + j] - knots[i]) * factor
+            saved = (knots[i] - knots[i + 1 + j - r]) * factor
     for j in range(_P + 1):
         for d in range(axes):
             q[j, d] = points[i - _P + j, d]
     for k in range(_P + 1):
+        r = _P - k
         if k > 0:
-            faculty *= k
-            for j in range(_P - k + 1):
-                factor = (_P - k + 1) / (knots[i + 1 + j] - knots[i + k - _P + j])
+            faculty /= k
+            for j in range(r + 1):
+                factor = (r + 1) * inverse[i + k - _P + j, r]
                 for d in range(axes):
                     q[j, d] = factor * (q[j + 1, d] - q[j, d])
         if k == 2:
-            for j in range(_P - 1):
+            for j in range(r + 1):
                 total = 0.0
                 for d in range(axes):
                     total += q[j, d] * q[j, d]
                 bend = max(bend, total)
-        # Basis of degree 4 - k at the start of the span: the last function vanishes there.
-        b[0] = 1.0
-        for r in range(1, _P - k + 1):
-            saved = 0.0
-            for j in range(r):
-                term = b[j] / (knots[i + 1 + j] - knots[i + 1 + j - r])
-                b[j] = saved + (knots[i + 1 + j] - knots[i]) * term
-                saved = (knots[i] - knots[i + 1 + j - r]) * term
-            b[r] = saved
         for d in range(axes):
-            total = 0.0
-            for j in range(_P - k + 1):
-                total += b[j] * q[j, d]
-            out[k, d] = total / faculty
+            total = b[r, 0] * q[0, d]
+            for j in range(1, r):
+                total += b[r, j] * q[j, d]
+            out[k, d] = total * faculty
     return sqrt(bend)
 
 
@@ -339,23 +422,42 @@ def _power_form(
 @cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _miss(
+def _beside(
     x: cython.double[:, ::1],
-    u: cython.double,
     y: cython.const[cython.double][:, :, ::1],
     k: cython.Py_ssize_t,
     w: cython.double,
-) -> cython.double:
-    """|x − y| over all columns."""
-    axes: cython.Py_ssize_t = x.shape[1]
+    curved: cython.bint,
+    out: cython.double[:, ::1],
+) -> cython.void:
+    """Fill `out` with x − y as a polynomial of the place on the span, whose start is at w on piece k."""
     d: cython.Py_ssize_t
-    e: cython.double
+    for d in range(x.shape[1]):
+        out[0, d] = x[0, d] - (y[k, 0, d] + w * (y[k, 1, d] + w * (y[k, 2, d] + w * y[k, 3, d])))
+        out[1, d] = x[1, d] - y[k, 1, d]
+        out[2, d] = x[2, d]
+        out[3, d] = x[3, d]
+        out[4, d] = x[4, d]
+    if curved:
+        for d in range(x.shape[1]):
+            out[1, d] -= w * (2.0 * y[k, 2, d] + 3.0 * w * y[k, 3, d])
+            out[2, d] -= y[k, 2, d] + 3.0 * w * y[k, 3, d]
+            out[3, d] -= y[k, 3, d]
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _square(e: cython.double[:, ::1], u: cython.double) -> cython.double:
+    """Return the square of what a polynomial is at u, over all columns."""
+    d: cython.Py_ssize_t
+    value: cython.double
     total: cython.double = 0.0
-    for d in range(axes):
-        e = x[0, d] + u * (x[1, d] + u * (x[2, d] + u * (x[3, d] + u * x[4, d])))
-        e -= y[k, 0, d] + w * (y[k, 1, d] + w * (y[k, 2, d] + w * y[k, 3, d]))
-        total += e * e
-    return sqrt(total)
+    for d in range(e.shape[1]):
+        value = e[0, d] + u * (e[1, d] + u * (e[2, d] + u * (e[3, d] + u * e[4, d])))
+        total += value * value
+    return total
 
 
 @cython.cfunc
@@ -367,12 +469,12 @@ def _compare(
     bend: cython.const[cython.double][::1],
     tolerance: cython.const[cython.double][::1],
     knots: cython.double[::1],
+    inverse: cython.double[:, ::1],
     first: cython.Py_ssize_t,
     last: cython.Py_ssize_t,
     points: cython.double[:, ::1],
-    q: cython.double[:, ::1],
-    b: cython.double[::1],
-    x: cython.double[:, ::1],
+    b: cython.double[:, ::1],
+    room: cython.double[:, :, ::1],
     used: cython.double[:, ::1],
 ) -> cython.double:
     """Bound |x(t) − y(t)| everywhere; returns the largest part of the tolerance that is used.
@@ -389,19 +491,23 @@ def _compare(
     e: cython.double
     turn: cython.double
     here: cython.double
-    miss: cython.double
     before: cython.double
+    after: cython.double
+    left: cython.double
+    right: cython.double
     extra: cython.double
     width: cython.double
     worst: cython.double = 0.0
-    part: cython.double
     middle: cython.double
+    q: cython.double[:, ::1] = room[0]
+    x: cython.double[:, ::1] = room[1]
+    beside: cython.double[:, ::1] = room[2]
     for k in range(n):
         used[k, 0] = 0.0
         used[k, 1] = 0.0
     k = 0
     for i in range(first, last):
-        turn = _power_form(knots, i, points, q, b, x)
+        turn = _power_form(knots, inverse, i, points, q, b, x)
         if not turn < _LOST:
             # No number, or as good as none: the equations have lost all digits, and shorter lengths are asked for.
             for k in range(n):
@@ -418,17 +524,23 @@ def _compare(
             width = (e - a) / steps
             extra = 0.125 * width * width * (turn + bend[k])
             middle = 0.5 * (t[k] + t[k + 1])
-            before = _miss(x, a - knots[i], y, k, a - t[k])
+            _beside(x, y, k, knots[i] - t[k], bend[k] > 0.0, beside)
+            before = _square(beside, a - knots[i])
+            left = -1.0
+            right = -1.0
             for m in range(1, steps + 1):
                 here = a + m * width
-                miss = _miss(x, here - knots[i], y, k, here - t[k])
-                part = (max(before, miss) + extra) / tolerance[k]
+                after = _square(beside, here - knots[i])
                 # What spans the middle counts on both halves; what ends there, but for rounding, does not.
                 if here - width < middle - 1e-6 * width:
-                    used[k, 0] = max(used[k, 0], part)
+                    left = max(left, max(before, after))
                 if here > middle + 1e-6 * width:
-                    used[k, 1] = max(used[k, 1], part)
-                before = miss
+                    right = max(right, max(before, after))
+                before = after
+            if left >= 0.0:
+                used[k, 0] = max(used[k, 0], (sqrt(left) + extra) / tolerance[k])
+            if right >= 0.0:
+                used[k, 1] = max(used[k, 1], (sqrt(right) + extra) / tolerance[k])
             worst = max(worst, max(used[k, 0], used[k, 1]))
             a = e
             if k < n - 1 and t[k + 1] <= a:
@@ -485,9 +597,10 @@ def fit(
     room: cython.Py_ssize_t = knots.shape[0]
     at: cython.double[::1] = np.empty(3 * room + n + 8)
     matrix: cython.double[:, ::1] = np.empty((room, 5))
-    b: cython.double[::1] = np.empty(5)
-    q: cython.double[:, ::1] = np.empty((5, axes))
-    x: cython.double[:, ::1] = np.empty((5, axes))
+    base: cython.double[:, ::1] = np.empty((room, axes))
+    inverse: cython.double[:, ::1] = np.zeros((room, 4))
+    b: cython.double[:, ::1] = np.empty((5, 5))
+    work: cython.double[:, :, ::1] = np.empty((3, 5, axes))
     change: cython.double[::1] = np.empty(n + 1)
     last: cython.Py_ssize_t = -1
     samples: cython.Py_ssize_t
@@ -506,14 +619,15 @@ def fit(
             if samples < 0:
                 last = -1
                 break
-            _assemble(t, y, scale, knots, _P, last, at, samples, matrix, points, b)
+            _invert(knots, last, inverse)
+            _assemble(t, y, scale, knots, inverse, _P, last, at, samples, matrix, points, base, b[0])
             if laid == _P:
                 for j in range(head):
                     _polar(knots, j, y, 0, t[0], fixed)
             for j in range(last - tail, last):
                 _polar(knots, j, y, n - 1, t[n - 1], fixed)
-            _solve(matrix, points, fixed, last, head, tail)
-            worst = _compare(t, y, bend, tolerance, knots, _P, last, points, q, b, x, used)
+            _solve(matrix, points, base, fixed, last, head, tail)
+            worst = _compare(t, y, bend, tolerance, knots, inverse, _P, last, points, b, work, used)
             turn += 1
             if worst <= 1.0 and turn > rounds:
                 break

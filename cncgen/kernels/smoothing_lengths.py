@@ -6,7 +6,7 @@ The length is kept at the ends of the pieces of the path, and grows away from th
 """
 
 import cython
-from cython.cimports.libc.math import sqrt
+from cython.cimports.libc.math import floor, sqrt
 
 #: Degree of the spline.
 _P = cython.declare(cython.Py_ssize_t, 4)
@@ -27,6 +27,9 @@ _REACH = cython.declare(cython.double, 2.0137)
 #: curved one, whose every point is meant.
 _LONGER = cython.declare(cython.double, 1.0137)
 _CURVED = cython.declare(cython.double, 0.2037)
+#: Steps of a factor by which the length changes: knots add up lengths, thousands of them in a window, and rounding of the
+#: curve would multiply from round to round.
+_STEPS = cython.declare(cython.double, 1024.0)
 
 
 @cython.ccall
@@ -206,6 +209,7 @@ def adjust(
             change[k] = max(0.35, 0.93 / most)
         elif grow and most < 0.85:
             change[k] = min(1.6, sqrt(0.92 / max(most, 1e-3)))
+        change[k] = floor(_STEPS * change[k]) / _STEPS
     for k in range(n + 1):
         scale[k] = min(scale[k] * change[k], longest[k])
     lower(t, scale)

@@ -202,3 +202,13 @@ def test_a_seam_goes_on_without_a_trace() -> None:
         second.deviation,
     )
     assert misses(joined, whole).max() <= 0.01
+
+
+def test_inches_give_the_same_curve() -> None:
+    """2000 facets, a thousand knots: rounding of one round is not to multiply in the next ones. Once it was 10⁻⁵ mm."""
+    rng = np.random.default_rng(3)
+    points = facets(2000) + rng.normal(scale=0.002, size=(2001, 3)) + 100.0
+    one = fit(polyline(points), np.zeros(0), END_POINT, END_POINT)
+    other = fit(polyline(25.4 * points, 25.4 * 0.01), np.zeros(0), END_POINT, END_POINT)
+    np.testing.assert_allclose(other.knots / 25.4, one.knots, atol=1e-9)
+    np.testing.assert_allclose(other.points / 25.4, one.points, atol=1e-9)

@@ -54,7 +54,7 @@ def fitted(kernel: ModuleType, pieces: Pieces, tail: int) -> tuple:
 def test_plain_python_gives_the_same_curve(seed: int, tail: int) -> None:
     pieces = polyline(12, seed)
     for ours, theirs in zip(fitted(smoothing, pieces, tail), fitted(plain(), pieces, tail), strict=True):
-        np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(ours, theirs, rtol=1e-10, atol=1e-13)
 
 
 def test_plain_python_lays_the_same_lengths_knots_and_samples() -> None:
@@ -74,6 +74,20 @@ def test_plain_python_lays_the_same_lengths_knots_and_samples() -> None:
         made.append((last, knots, count, at, here, lowered, scale, change))
     for ours, theirs in zip(*made, strict=True):
         np.testing.assert_array_equal(ours, theirs)
+
+
+def test_lengths_change_by_steps() -> None:
+    """In thousandths: knots add up lengths, and what rounding makes of a factor would add up with them."""
+    pieces = polyline(30, 5)
+    made = []
+    for rounding in (0.0, 1e-12):
+        used = np.random.default_rng(8).uniform(0.2, 1.3, (30, 2)) * (1.0 + rounding)
+        scale, change = np.full(31, 0.01), np.zeros(31)
+        smoothing_lengths.adjust(pieces.t, scale, used, np.full(31, 1.0), True, change)
+        made.append(change)
+    np.testing.assert_array_equal(*made)
+    assert (change > 1.0).any()
+    assert (change < 1.0).any()
 
 
 def test_lengths_grow_by_four_tenths_of_the_way() -> None:

@@ -26,6 +26,7 @@ class Drive:
 
     Attributes:
         velocity, acceleration, jerk: Shape (axes,), limits as mm (`axis_scale`).
+        rotary: Shape (axes,), axes whose unit is no length.
         period_s: Time between setpoints.
         chord_mm: Largest distance of the chords between them.
         reserve_mm: The most that they can take of the tolerance where the path is smoothed (`chord_within`).
@@ -34,6 +35,7 @@ class Drive:
     velocity: Floats
     acceleration: Floats
     jerk: Floats
+    rotary: Bools
     period_s: float
     chord_mm: float
     reserve_mm: float
@@ -46,7 +48,10 @@ class Drive:
         table = [(a.max_velocity, a.max_acceleration, a.max_jerk) if a else (_FREE,) * 3 for a in limits]
         velocity, acceleration, jerk = np.array(table).T * scale
         reserve = chord_within(machine, axes)
-        return cls(velocity, acceleration, jerk, machine.period_s, machine.chord_tolerance_mm, reserve)
+        rotary = scale != 1.0
+        return cls(
+            velocity, acceleration, jerk, rotary, machine.period_s, machine.chord_tolerance_mm, reserve
+        )
 
 
 @dataclass(frozen=True, slots=True)

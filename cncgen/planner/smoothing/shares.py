@@ -39,12 +39,13 @@ def chord_need(drive: Drive, corners: Corners) -> Floats:
     turn = corners.entry - corners.leave
     size = np.sqrt(np.einsum("ij,ij->i", turn, turn))
     apart = 0.5 * (corners.length[0] + corners.length[1])
-    top = np.minimum(corners.feed.max(axis=0), np.linalg.norm(drive.velocity))
-    need = curve_need(drive, np.maximum(size / apart, corners.bend.max(axis=0)), top)
+    velocity, jerk = (_sum_of(limit, drive, corners) for limit in (drive.velocity, drive.jerk))
+    top = np.minimum(corners.feed.max(axis=0), velocity)
+    need = curve_need(drive, np.maximum(size / apart, corners.bend.max(axis=0)), top, jerk)
     least = fit_tolerance(corners.tolerance, most)
     alone = np.flatnonzero((size > 0.0) & (apart * size >= _WAY * least))
     if alone.size:
-        bends = curve_need(drive, corners.bend.max(axis=0)[alone], top[alone])
+        bends = curve_need(drive, corners.bend.max(axis=0)[alone], top[alone], jerk[alone])
         need[alone] = np.maximum(bends, _turn_need(drive, corners, alone, np.abs(turn[alone]), size[alone]))
     return np.where(ROOM * (most - need) <= _TRIFLE * corners.tolerance, most, need)
 
@@ -67,9 +68,19 @@ def _turn_need(drive: Drive, corners: Corners, at: Ints, turn: Floats, size: Flo
     return need
 
 
-def curve_need(drive: Drive, curvature: Floats, top: Floats) -> Floats:
-    """Return the chord that setpoints make on curves at speeds up to `top`, shape (n,), mm; see `chord_need`."""
-    jerk = float(np.linalg.norm(drive.jerk))
+def _sum_of(limit: Floats, drive: Drive, corners: Corners) -> Floats:
+    """Return the limit of all axes together at each corner, shape (n,): a rotary axis that stands there has no part in it."""
+    counts = ~drive.rotary | (corners.leave != 0.0) | (corners.entry != 0.0)
+    return np.sqrt(counts @ limit**2)
+
+
+def curve_need(drive: Drive, curvature: Floats, top: Floats, jerk: Floats) -> Floats:
+    """Return the chord that setpoints make on curves, shape (n,), mm; see `chord_need`.
+
+    Args:
+        drive: See there.
+        curvature, top, jerk: Shape (n,): κ, and the largest speed and jerk in space.
+    """
     with np.errstate(divide="ignore"):
         push = np.minimum(np.where(curvature > 0.0, top**2 * curvature, 0.0), np.cbrt(jerk**2 / curvature))
     out: Floats = np.minimum(drive.reserve_mm, push * drive.period_s**2 / 8.0)

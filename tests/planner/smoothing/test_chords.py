@@ -135,6 +135,29 @@ def test_the_chord_on_short_rows_is_that_of_the_curve_behind_them() -> None:
         assert chord_need(drive, given)[0] == pytest.approx(expected, rel=1e-3)
 
 
+def test_a_rotary_axis_that_stands_makes_no_chord() -> None:
+    """A program that names A and does not move it: once its jerk, which has another unit, counted as one of the space."""
+    turn, rows = 0.02, np.full((2, 1), 0.1)
+    needs = []
+    for jerk in (5e4, 1.0):
+        axes = {letter: Axis(letter, 1e4, 1e6, 5e4) for letter in "XYZ"} | {"A": Axis("A", 1e4, 1e6, jerk)}
+        drive = Drive.of(Machine("mill", axes, period_s=0.002, chord_tolerance_mm=0.1), "XYZA")
+        for moves in (0.0, 0.01):
+            leave = np.array([[1.0, 0.0, 0.0, moves]])
+            entry = np.array([[np.cos(turn), np.sin(turn), 0.0, moves]])
+            given = Corners(
+                leave, entry, rows, np.full((2, 1), 5e3), np.array([0.01]), np.ones(1, bool), 0.0 * rows
+            )
+            needs.append(float(chord_need(drive, given)[0]))
+    standing, moving, other, _ = needs
+    assert (
+        standing
+        == other
+        == pytest.approx(np.cbrt(np.sqrt(3.0) * 5e4 * 25.0) ** 2 / 5.0 * 0.002**2 / 8.0, rel=1e-3)
+    )
+    assert moving > 1.5 * standing
+
+
 @pytest.mark.parametrize(("shape", "p"), [("sharp", 0.003), ("sharp", 0.01), ("short", 0.003)])
 def test_a_wider_chord_tolerance_takes_no_more_time(shape: str, p: float) -> None:
     """At 4 ms smoothing once gave up all that chords may take, and took up to 6 % longer with more of it."""
