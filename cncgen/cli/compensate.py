@@ -109,10 +109,20 @@ def command(
         gained = _of_program(task, machine, planning, reading)
     before, after = gained["before"], gained["after"]
     messages.note(_gained_text(before, after))
-    judged = next(key for key in ("contour_max_mm", "tracking_max_deg") if after.get(key) is not None)
-    if after[judged] > before[judged]:
-        messages.note("the command makes it worse: use fewer passes, or a plan with lower jerk")
+    advice = _advice(before, after)
+    if advice:
+        messages.note(advice)
     write_summary(summary, {"schema_version": 1, "setpoints": source, **gained})
+
+
+def _advice(before: dict[str, float | None], after: dict[str, float | None]) -> str:
+    """Return what to do where the command makes the error larger that it is judged by, else ""."""
+    grew = {key for key, value in after.items() if value is not None and value > (before[key] or 0.0)}
+    if not grew & {"contour_max_mm", "tracking_max_deg"}:
+        return ""
+    if grew & {"tracking_max_mm", "tracking_max_deg"}:
+        return "the command makes it worse: use fewer passes, or a plan with lower jerk"
+    return "the axes lag less but are farther from the path: use more passes, or a plan with lower jerk"
 
 
 def _of_setpoints(

@@ -71,6 +71,21 @@ def test_rotary_axes_alone_have_no_contour_error(tmp_path, capfd):
     assert "error[tune-search]: gain sets are judged by the contour error" in capfd.readouterr().err
 
 
+def test_compensate_says_whether_more_or_fewer_passes_help(tmp_path, capfd):
+    """P loops of 50 1/s, one with a lag of 10 ms: one pass leaves a corner farther off, four bring it nearer."""
+    program, machine = tmp_path / "corner.nc", tmp_path / "m.toml"
+    program.write_text("G21 G90\nG1 X60 F6000\nY60\nM2\n")
+    limits = "max_velocity_mm_s = 250\nmax_acceleration_mm_s2 = 2500\nmax_jerk_mm_s3 = 50000\n"
+    servo = 'servo = { model = "first-order", position_gain_1_s = 50.0'
+    axes = f"[axes.x]\n{limits}{servo} }}\n[axes.y]\n{limits}{servo}, time_constant_s = 0.01 }}\n"
+    machine.write_text(f'name = "lag"\nperiod_s = 0.001\n{axes}')
+    call = ["compensate", str(program), "-m", str(machine), "-o", str(tmp_path / "c.csv")]
+    assert run([*call, "--passes", "1"]) == 0
+    assert "farther from the path: use more passes" in capfd.readouterr().err
+    assert run([*call, "--passes", "4"]) == 0
+    assert "passes, or a plan" not in capfd.readouterr().err
+
+
 def test_compensate_gives_up_where_passes_multiply_the_command(tmp_path, programs, capfd):
     """At high frequencies 1 − G is above 1, so twenty passes ask for hundreds of times the jerk: no plan is slow enough."""
     command = tmp_path / "c.csv"
