@@ -243,13 +243,10 @@ class Path:
         Raises:
             ValueError: If the path has no rows.
         """
-        first, last = self._moving
-        at = np.atleast_1d(np.asarray(s, float))
-        if side >= 0:
-            row = np.searchsorted(self.row_s, at, side="right") - 1
-        else:
-            row = np.searchsorted(self.row_s, at, side="left") - 1
-        return np.clip(row, first, last)
+        at = np.ascontiguousarray(np.atleast_1d(np.asarray(s, float)))
+        out = np.empty(at.shape, np.int64)
+        path_derivatives.rows(self._columns, at, side, out)
+        return out
 
     @cached_property
     def _moving(self) -> tuple[int, int]:

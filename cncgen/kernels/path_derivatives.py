@@ -242,6 +242,19 @@ def _straighten(
                 value[k, d] = 0.0
 
 
+def rows(on: Rows, s: cython.const[cython.double][::1], side: cython.int, out: cython.longlong[::1]):
+    """Fill `out` with the row at each s: where two meet, that on the right for `side` >= 0, on the left for `side` < 0.
+
+    Only rows that move are found. Sorted places are cheap.
+    """
+    n: cython.Py_ssize_t
+    at: cython.Py_ssize_t = on.first
+    with cython.nogil:
+        for n in range(s.shape[0]):
+            at = _row_at(on, s[n], side, at)
+            out[n] = at
+
+
 def evaluate(
     on: Rows,
     s: cython.const[cython.double][::1],

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, Span
 from cncgen.geometry.path import Path
+from cncgen.kernels import along_path
 from cncgen.machine.record import Machine
 from cncgen.planner.record import Limit
 from cncgen.toolpath.record import FeedMode, Kind, Toolpath
@@ -38,9 +39,9 @@ class AxisLimits:
         """Take the limits of a machine's axes in the order of the toolpath's columns."""
         axes = [machine.axes.get(letter) for letter in letters]
         return cls(
-            np.array([a.max_velocity if a else np.inf for a in axes]),
-            np.array([a.max_acceleration if a else np.inf for a in axes]),
-            np.array([a.max_jerk if a else np.inf for a in axes]),
+            np.array([a.max_velocity if a else np.inf for a in axes], float),
+            np.array([a.max_acceleration if a else np.inf for a in axes], float),
+            np.array([a.max_jerk if a else np.inf for a in axes], float),
         )
 
 
@@ -123,9 +124,11 @@ def chord_speed(curvature: Floats, tolerance_mm: Floats | float, period_s: float
     where |x'| = g and κ stands for |x''| across x', the chord is kept by (2/T_s) √(2δ/κ − (δ/g)²) and by (2/T_s) δ/g, of
     which the larger one is never below that, whatever g.
     """
-    with np.errstate(divide="ignore", invalid="ignore"):
-        square = tolerance_mm * np.maximum(2.0 / curvature - tolerance_mm, 1.0 / curvature)
-    return 2.0 / period_s * np.sqrt(square)
+    bend = np.ascontiguousarray(curvature, float)
+    out = np.empty(bend.shape)
+    tolerance = np.ascontiguousarray(np.broadcast_to(tolerance_mm, bend.shape), float)
+    along_path.chord_speed(bend.ravel(), tolerance.ravel(), period_s, out.ravel())
+    return out
 
 
 def across(x1: Floats, x2: Floats) -> Floats:
@@ -133,9 +136,9 @@ def across(x1: Floats, x2: Floats) -> Floats:
 
     Over X Y Z alone all of x'' is across x'; where further axes count, |x'| is not 1.
     """
-    along, size = (np.einsum("ij,ij->i", x1, x) for x in (x2, x1))
-    part = np.divide(along, size, out=np.zeros_like(along), where=size > 0.0)
-    out: Floats = np.linalg.norm(x2 - part[:, None] * x1, axis=1)
+    out = np.empty(len(x1))
+    one = np.ones(x1.shape[1])
+    along_path.across(np.ascontiguousarray(x1), np.ascontiguousarray(x2), one, out)
     return out
 
 

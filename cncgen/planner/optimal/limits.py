@@ -8,9 +8,10 @@ from functools import reduce
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.kernels import along_path as kernel
 from cncgen.machine.record import Machine
 from cncgen.planner.record import Limit
-from cncgen.planner.rows import AxisLimits, across, chord_speed
+from cncgen.planner.rows import AxisLimits
 from cncgen.planner.smoothing.runs import axis_scale
 
 Floats = NDArray[np.float64]
@@ -63,21 +64,22 @@ class Bounds:
             feed_limit: Shape (n,), int8, the `Limit` that it stands for.
             x1, x2: Shape (n, axes), dx/ds and d²x/ds².
         """
-        curvature = np.sqrt(np.einsum("ij,ij->i", x2[:, :3], x2[:, :3]))
-        bend = across(x1 * self.scale, x2 * self.scale) if x2.shape[1] > 3 else curvature
-        with np.errstate(divide="ignore"):
-            candidates = np.stack(
-                [
-                    feed,
-                    along_path(self.axes.velocity, x1),
-                    chord_speed(bend, self.chord_mm, self.period_s),
-                    np.sqrt(self.centripetal[0] / curvature),
-                ]
-            )
-        which = candidates.argmin(axis=0)
-        kinds = np.array([0, Limit.VELOCITY, Limit.CHORD, self.centripetal[1]], np.int8)
-        limit = np.where(which == 0, feed_limit, kinds[which])
-        return candidates.min(axis=0) ** 2, limit.astype(np.int8)
+        q, limit = np.empty(len(x1)), np.empty(len(x1), np.int8)
+        kernel.top(
+            feed,
+            feed_limit,
+            self.axes.velocity,
+            self.chord_mm,
+            self.period_s,
+            self.centripetal[0],
+            self.scale,
+            np.array([Limit.VELOCITY, Limit.CHORD, self.centripetal[1]], np.int8),
+            np.ascontiguousarray(x1),
+            np.ascontiguousarray(x2),
+            q,
+            limit,
+        )
+        return q, limit
 
     def jump(self, turn: Floats, bend: Floats) -> tuple[Floats, Floats]:
         """Return what a jump costs: per axis, the part of the jerk limit taken at speed v is linear·v + square·v².
@@ -112,9 +114,10 @@ def along_path(limit: Floats, *x1: Floats) -> Floats:
         x1: Shape (n, axes) each, dx/ds at places of the path, or on both sides of them. Where no axis moves there is no
             bound.
     """
-    # An axis may move by the last digit of a denormal number.
-    with np.errstate(divide="ignore", over="ignore"):
-        return least(limit / reduce(np.maximum, map(np.abs, x1)))
+    out = np.empty(len(x1[0]))
+    largest = x1[0] if len(x1) == 1 else reduce(np.maximum, map(np.abs, x1))
+    kernel.weakest(limit, np.ascontiguousarray(largest), out)
+    return out
 
 
 def resolution(bounds: Bounds, x1: Floats) -> Floats:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.path import Path
+from cncgen.kernels import along_path as kernel
 from cncgen.planner.optimal.joints import Joints, nearest
 from cncgen.planner.optimal.limits import Bounds, along_path, most, resolution
 from cncgen.toolpath.record import Kind
@@ -219,15 +220,10 @@ def along(bounds: Bounds, x: Floats) -> tuple[Floats, Floats, Floats, Floats, Fl
     Returns:
         Acceleration, jerk; the curvature for the acceleration, the path's, and its change.
     """
-    limit = bounds.axes
-    with np.errstate(divide="ignore", invalid="ignore"):
-        size = np.abs(x[1:])
-        steep, bend, twist = most(size / limit.acceleration)
-        steep_j, bend_j, twist_j = most(size / limit.jerk)
-        bend, twist = np.nan_to_num(bend / steep), np.nan_to_num(twist / steep)
-        turn = np.maximum(bend, np.nan_to_num(bend_j / steep_j))
-        twist = np.maximum(twist, np.nan_to_num(twist_j / steep_j))
-        return 1.0 / steep, 1.0 / steep_j, bend, turn, twist
+    out = np.empty((5, x.shape[1]))
+    x1, x2, x3 = (np.ascontiguousarray(each) for each in x[1:])
+    kernel.turning(bounds.axes.acceleration, bounds.axes.jerk, x1, x2, x3, out)
+    return out[0], out[1], out[2], out[3], out[4]
 
 
 def _shape(

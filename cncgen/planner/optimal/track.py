@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from cncgen.geometry.path import Path
 from cncgen.planner.assembly import Cuts
 from cncgen.planner.optimal.caps import SpeedCap
 from cncgen.planner.optimal.joints import Beyond, Joints, distinct, joints_of, nearest
-from cncgen.planner.optimal.limits import JUMP_SHARE, SWAY_SHARE, Bounds, most
+from cncgen.planner.optimal.limits import JUMP_SHARE, SWAY_SHARE, Bounds, along_path, most
 from cncgen.planner.optimal.nodes import DENSITY, MOST, TooManyNodesError, placed
 from cncgen.planner.optimal.paces import Feeds, crawling
 from cncgen.toolpath.record import Event, Kind, PathMode, Toolpath
@@ -240,14 +241,17 @@ def _calm(x: Floats, h: Floats, spline: NDArray[np.bool_]) -> None:
     interval, and linear over it where it is of the `spline`: what happens between nodes as close as setpoints can tell
     apart is no limit of the motion.
     """
-    size = most(most(np.abs(x[1])))[:, None, None]
+    size = most(most(np.abs(x[1])))
     sharp = np.zeros(len(h), bool)
     for order in (2, 3):
-        bound = _SHARP * size / h[:, None, None] ** (order - 1)
-        sharp |= (np.abs(x[order]) > bound).any(axis=(1, 2))
-        np.clip(x[order], -bound, bound, out=x[order])
+        bound = _SHARP * size / h ** (order - 1)
+        at = np.flatnonzero(most(most(np.abs(x[order]))) > bound)
+        x[order, at] = np.clip(x[order, at], -bound[at, None, None], bound[at, None, None])
+        sharp[at] = True
     # Where the direction stays as it is in all its digits, what bends it is rounding, as at a cusp that lies on a line.
-    x[2:, (np.ptp(x[1], axis=1) <= _LAST_DIGITS * size[:, :, 0]).all(axis=1)] = 0.0
+    places = [x[1, :, place] for place in range(3)]
+    change = most(reduce(np.maximum, places) - reduce(np.minimum, places))
+    x[2:, change <= _LAST_DIGITS * size] = 0.0
     at = np.flatnonzero(sharp & spline)
     x[1:, at, 1] = 0.5 * (x[1:, at, 0] + x[1:, at, 2])
 
@@ -281,12 +285,11 @@ def _hidden(path: Path, s: Floats, kind: NDArray[np.int8], x3: Floats, top: Floa
         jerk: Shape (axes,), limits.
     """
     out = np.zeros((len(x3), x3.shape[2]))
-    size = np.abs(x3).max(axis=1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slow = np.where(size > 0.0, jerk / size, np.inf).min(axis=1)
-        cube = np.minimum(top.max(axis=1) ** 1.5, _MOST * slow)[:, None]
-        bend = np.abs(x3[:, 0] - 2.0 * x3[:, 1] + x3[:, 2]) * cube / jerk
-    at = np.flatnonzero((bend > _BEND).any(axis=1) & (kind == SPLINE))
+    size = reduce(np.maximum, (np.abs(x3[:, place]) for place in range(3)))
+    cube = np.minimum(most(top) ** 1.5, _MOST * along_path(jerk, size))
+    with np.errstate(invalid="ignore"):
+        bend = most(np.abs(x3[:, 0] - 2.0 * x3[:, 1] + x3[:, 2]) / jerk) * cube
+    at = np.flatnonzero((bend > _BEND) & (kind == SPLINE))
     if not len(at):
         return out
     quarters = s[at, None] + np.diff(s)[at, None] * (0.25, 0.75)
