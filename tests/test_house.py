@@ -21,8 +21,8 @@ ROOT = Path(__file__).resolve().parent.parent
 HEAVY = {"scipy", "matplotlib", "pandas", "shapely", "pyarrow", "IPython", "sympy"}
 
 
-def imported(*arguments: str) -> set[str]:
-    """Return the top-level packages that a run of the command imports, by ``-X importtime``."""
+def modules(*arguments: str) -> set[str]:
+    """Return the modules that a run of the command imports, by ``-X importtime``."""
     run = subprocess.run(
         [sys.executable, "-X", "importtime", "-m", "cncgen", *arguments],
         capture_output=True,
@@ -31,9 +31,14 @@ def imported(*arguments: str) -> set[str]:
         check=False,
     )
     assert run.returncode == 0, run.stderr[-2000:]
-    modules = re.findall(r"import time:\s+\d+ \|\s+\d+ \|\s*(\S+)", run.stderr)
-    assert "click" in modules
-    return {name.partition(".")[0] for name in modules}
+    found = re.findall(r"import time:\s+\d+ \|\s+\d+ \|\s*(\S+)", run.stderr)
+    assert "click" in found
+    return set(found)
+
+
+def imported(*arguments: str) -> set[str]:
+    """Return their top-level packages."""
+    return {name.partition(".")[0] for name in modules(*arguments)}
 
 
 def test_help_imports_nothing_heavy() -> None:
@@ -48,6 +53,25 @@ def test_help_of_each_command_imports_nothing_heavy(name: str) -> None:
 def test_plan_of_a_small_program_imports_no_scipy(tmp_path: Path) -> None:
     program = str(ROOT / "programs" / "butterfly.nc")
     assert not imported("plan", program, "-m", "xy-table", "-o", str(tmp_path / "o.csv")) & HEAVY
+
+
+def test_plan_of_plain_lines_imports_nothing_that_it_does_not_need(tmp_path: Path) -> None:
+    """Neither what reads other blocks than plain words, nor codes that it has not, nor planning of other kinds."""
+    program = tmp_path / "lines.nc"
+    program.write_text("G21 G17 G90 G94 G64 P0.01\nF3000\nG1 X10 Y1\nG1 X20 Y5\nM2\n")
+    found = modules("plan", str(program), "-o", str(tmp_path / "o.f64"))
+    assert "cncgen.planner.optimal.planning" in found
+    assert not found & {
+        "cncgen.gcode.text.descent",
+        "cncgen.gcode.text.grammar",
+        "cncgen.gcode.codes.corners",
+        "cncgen.gcode.codes.profiles",
+        "cncgen.gcode.codes.canned_cycles",
+        "cncgen.planner.contour_bound",
+        "cncgen.planner.interpolators",
+        "cncgen.report.line_times",
+        "cncgen.stepnc",
+    }
 
 
 def commands(group: click.Group, path: tuple[str, ...] = ()) -> list[tuple[str, click.Command]]:

@@ -8,8 +8,11 @@ from typing import NoReturn
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command that the arguments (default: the process's own) name, and exit with its code."""
+    import os
     import sys
 
+    # Matrices are small here, and the cores are the planner's: threads of the linear algebra would spin beside it.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         from cncgen.cli.app import run
 

@@ -41,7 +41,6 @@ def plan(
         NoPlanError: No plan exists within the limits; travel is one of them. Raised, as the one before it, as the
             trajectories are drawn.
     """
-    from cncgen.planner import interpolators
     from cncgen.planner.checks import checked
     from cncgen.planner.strategies import strategy
 
@@ -52,12 +51,21 @@ def plan(
         toolpaths, machine = _used(toolpaths, machine)
     if asked.saturation == "predictive":
         return _predictive(chosen, toolpaths, machine, asked)
-    retimed = interpolators.retime(chosen(toolpaths, machine, asked), machine, asked)
+    retimed = _retimed(chosen(toolpaths, machine, asked), machine, asked)
     if asked.saturation == "reactive":
         from cncgen.planner.saturation import limit_reactive
 
         return limit_reactive(retimed, machine, asked)
     return retimed
+
+
+def _retimed(plan: Iterator[Trajectory], machine: Machine, asked: PlanOptions) -> Iterator[Trajectory]:
+    """Return a plan as the interpolator that was asked for travels it; the exact one needs no code."""
+    if asked.interpolator == "arclength":
+        return plan
+    from cncgen.planner.interpolators import retime
+
+    return retime(plan, machine, asked)
 
 
 def _used(toolpaths: Iterable[Toolpath], machine: Machine) -> tuple[Iterator[Toolpath], Machine]:
@@ -73,11 +81,10 @@ def _predictive(
     chosen: Strategy, toolpaths: Iterable[Toolpath], machine: Machine, asked: PlanOptions
 ) -> Iterator[Trajectory]:
     """Plan on the machine as its drives can follow; what has no look-ahead for that is planned again under its speeds."""
-    from cncgen.planner import interpolators
     from cncgen.planner.drive_limits import drivable, named
 
     lowered = drivable(machine, asked)
-    plan = interpolators.retime(chosen(toolpaths, lowered, asked), lowered, asked)
+    plan = _retimed(chosen(toolpaths, lowered, asked), lowered, asked)
     if asked.feedrate not in (None, "optimal") or asked.interpolator != "arclength":
         from cncgen.planner.replanning import replan
 

@@ -165,31 +165,31 @@ class _Slowness:
 _NO_CAP = _Slowness(np.zeros(1), np.zeros(1))
 
 
-def plan_bounded(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) -> Iterator[Trajectory]:
-    """Plan the least time with the predicted contour error under ``options.max_contour_error_mm``, where that is given.
+def plan_bounded(
+    chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions, bound: float
+) -> Iterator[Trajectory]:
+    """Plan the least time with the predicted contour error under a bound.
 
     The error is that of Tsai 2010, eqs 9 to 18; the rounds of lowering are ours.
 
     Args:
         chunks: Consecutive stretches of one program; drawn in another thread.
         machine: Limits, period, chord tolerance, servo data.
-        options: The bound, servo data that stand in for the machine's, effort.
+        options: Servo data that stand in for the machine's, effort.
+        bound: Of the error, mm.
 
     Yields:
         Trajectories, from rest to rest, as their speeds become final. Where the bound is not met after all rounds, the
         last one has a warning.
 
     Raises:
-        UsageError: The error is bounded, and an axis of X Y Z has no servo data, or none that can be predicted.
+        UsageError: An axis of X Y Z has no servo data, or none that can be predicted.
         NoPlanError: No motion within the limits was found.
     """
-    bound, source = options.max_contour_error_mm, smooth_blocks(chunks, machine)
-    if bound is None:
-        return plan_blocks(source, machine, options.effort)
     letters = "".join(letter for letter in "XYZ" if letter in machine.axes)
     per = prediction(machine, options, letters).per_centripetal_s2
     centripetal = _AIM * bound / per if per > 0.0 else np.inf
-    plan = plan_blocks(source, machine, options.effort, centripetal)
+    plan = plan_blocks(smooth_blocks(chunks, machine), machine, options.effort, centripetal)
     known: deque[_Slowness] = deque()
     # Below the speed that one period of full jerk gives, no setpoint tells a cap from rest.
     pulse = min(machine.axes[letter].max_jerk for letter in letters) * machine.period_s**2

@@ -15,7 +15,7 @@ from cncgen.toolpath.record import Toolpath
 
 #: Name -> (module, function), the best first: the first one whose module is there is the default.
 _STRATEGIES = {
-    "optimal": ("cncgen.planner.contour_bound", "plan_bounded"),
+    "optimal": ("cncgen.planner.least_time", "plan_least_time"),
     "ild": ("cncgen.planner.ild", "plan_ild"),
     "constant": ("cncgen.planner.constant", "plan_constant"),
     "adaptive": ("cncgen.planner.adaptive", "plan_adaptive"),

@@ -38,8 +38,9 @@ class DifferencePeaks:
             self._measure(np.concatenate([self._tail, np.repeat(self._tail[-1:], 3, axis=0)]))
 
     def _measure(self, rows: Floats) -> None:
-        difference = rows
+        # An axis a row: numpy takes differences and maxima along long rows ten times as fast as across them.
+        difference = np.ascontiguousarray(rows.T)
         for order in range(3):
-            difference = np.diff(difference, axis=0)
-            size = np.abs(difference).max(axis=0) / self._period_s ** (order + 1)
-            np.maximum(self.peak[order], size, out=self.peak[order])
+            difference = difference[:, 1:] - difference[:, :-1]
+            size = np.maximum(difference.max(axis=1), -difference.min(axis=1))
+            np.maximum(self.peak[order], size / self._period_s ** (order + 1), out=self.peak[order])

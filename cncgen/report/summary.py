@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +13,15 @@ from cncgen.machine.record import Axis, Machine
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit, Profile, SharpCorner, Trajectory
 from cncgen.report.differences import DifferencePeaks
-from cncgen.report.line_times import LineTimes
 from cncgen.report.slow_places import SlowPlaces
 from cncgen.report.tables import counted, duration
 from cncgen.setpoints.columns import position_column
 from cncgen.setpoints.record import Setpoints
 from cncgen.toolpath.record import Kind, Program, Toolpath
 from cncgen.units import ORDER_NAMES, ORDERS, file_unit, to_file
+
+if TYPE_CHECKING:
+    from cncgen.report.line_times import LineTimes
 
 Floats = NDArray[np.float64]
 
@@ -177,9 +179,9 @@ class Summary:
 def _turning(trajectory: Trajectory) -> NDArray[np.bool_]:
     """Tell the pieces of a profile whose path is the angle of rotary axes, which is no length, shape (pieces,)."""
     profile, rows = trajectory.profile, trajectory.toolpath
-    if not len(rows):
-        return np.zeros(len(profile), np.bool_)
     turns = path_of(rows).turns
+    if not turns.any():
+        return np.zeros(len(profile), np.bool_)
     middle = 0.5 * (profile.s[:-1] + profile.s[1:])
     row = np.minimum(np.searchsorted(trajectory.row_s[1:], middle, side="left"), len(rows) - 1)
     moves: NDArray[np.bool_] = np.diff(profile.s) > 0.0

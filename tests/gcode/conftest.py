@@ -38,7 +38,7 @@ def run() -> Callable[..., Outcome]:
 
     def read_text(text: str | bytes, **options: Any) -> Outcome:
         data = text.encode() if isinstance(text, str) else text
-        program = read(io.BytesIO(data), "t.ngc", ReadOptions(**options))
+        program = read(io.BytesIO(data), "t.ngc", ReadOptions(**{"chunk_rows": 1_000_000, **options}))
         chunks = list(program.chunks())
         assert len(chunks) == 1
         return Outcome(chunks[0], list(program.diagnostics), program.axes, program.moving_axes)

@@ -24,9 +24,8 @@ Move = tuple[float, float, int]
 
 def outcome(text: str, dialect: str = "fanuc-lathe", **options: Any) -> Any:
     """Return toolpath and errors (code, line, column) of a text that stands from line 3 on."""
-    program = read(
-        io.BytesIO(f"{HEAD}{text}\nM30\n".encode()), "t.nc", ReadOptions(dialect=dialect, **options)
-    )
+    options = {"dialect": dialect, "chunk_rows": 1_000_000, **options}
+    program = read(io.BytesIO(f"{HEAD}{text}\nM30\n".encode()), "t.nc", ReadOptions(**options))
     (path,) = program.chunks()
     faults = [(d.code, d.span.line, d.span.column) for d in program.diagnostics if d.severity == "error"]
     return path, faults, program

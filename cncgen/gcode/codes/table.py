@@ -24,14 +24,14 @@ Handler = Callable[["Interpreter", Block], None]
 #: Modules with `CODES`; a code is looked for in this order, what every program has first.
 _MODULES = (
     "codes.lines",
-    "codes.arcs",
-    "codes.corners",
     "codes.modes",
     "codes.feeds",
+    "codes.program_end",
+    "codes.arcs",
     "codes.spindle",
     "codes.tools",
     "codes.coolant",
-    "codes.program_end",
+    "codes.corners",
     "codes.offsets",
     "codes.offsets_fanuc",
     "codes.dwell",

@@ -8,7 +8,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import Flow, nearest
-from cncgen.gcode.text import descent
 from cncgen.gcode.text.labels import LOOP_END, Cursor
 
 if TYPE_CHECKING:
@@ -20,6 +19,8 @@ _ENDS = ("endwhile", "endrepeat", "while")
 
 def begin_if(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
     """Handle IF: into its branch, or that of the first ELSEIF whose condition holds, or of ELSE, or behind ENDIF."""
+    from cncgen.gcode.text import descent
+
     label = control.label_of(flow)
     control.claim(flow, label, here)
     if control.condition(flow):

@@ -14,7 +14,7 @@ from cncgen.gcode.block import Computed, Flow, Value, nearest
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow import macros
 from cncgen.gcode.flow.calls import LOCALS
-from cncgen.gcode.text import descent, macro_loops
+from cncgen.gcode.text import macro_loops
 from cncgen.gcode.text.labels import LOOP_END
 
 if TYPE_CHECKING:
@@ -72,6 +72,8 @@ def _to(target: Cursor | None) -> Lead:
 
 def _if(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead | None:
     """IF: the conditions of its ELSEIF lines are asked in turn."""
+    from cncgen.gcode.text import descent
+
     branches: list[tuple[Computed, Cursor]] = []
     mark = control.next_mark(here, label, ("elseif", "else", "endif"), "endif")
     while mark.keyword == "elseif":

@@ -6,7 +6,6 @@ from cncgen.gcode.block import Parsed
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.source import MAX_LINE, Source
-from cncgen.gcode.text import descent
 from cncgen.gcode.text.labels import Cursor
 
 #: Texts remembered.
@@ -51,6 +50,8 @@ class LineReader:
             from cncgen.gcode.text import plain_language
 
             return plain_language.parse(text)
+        from cncgen.gcode.text import descent
+
         return descent.parse(text, self._dialect, self._increments)
 
 

@@ -16,7 +16,6 @@ from typing import NamedTuple
 from cncgen.gcode.block import Value
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.source import Source
-from cncgen.gcode.text import descent, grammar
 from cncgen.gcode.text.macro_loops import Loops
 
 #: O-words that lead elsewhere and that nothing leads to.
@@ -182,6 +181,8 @@ def _line_matches(source: Source, pattern: re.Pattern[bytes]) -> Iterator[tuple[
 
 
 def _find_marks(source: Source, index: int, dialect: str) -> Iterator[Marked]:
+    from cncgen.gcode.text import descent, grammar
+
     for begin, line, match in _line_matches(source, _LINE):
         opening = _OPENING.match(match[1]) if dialect == "linuxcnc" else None
         if opening:
