@@ -64,6 +64,13 @@ _SIEMENS = _Doubt(
     "this is of SINUMERIK's own language, of which BSPLINE alone is read",
     "post the program for FANUC or LinuxCNC, or write it with G291, the control's ISO dialect",
 )
+_HEIDENHAIN = _Doubt(
+    re.compile(
+        _BEFORE + rb"[A-Z][ \t]*[-+]?[\d.]+[ \t]*(?P<word>\*)[ \t]*\r?$", re.MULTILINE | re.IGNORECASE
+    ),
+    "blocks that end in * are of Heidenhain's DIN/ISO, which is not read",
+    "post the program as Heidenhain's plain language, or for FANUC or LinuxCNC",
+)
 #: One of these stands in each such line; most texts have none, which is found sooner.
 _OF_SIEMENS = re.compile(rb"=|CYCLE|GOTO|MCALL|TRA|DEF", re.IGNORECASE)
 #: What ``;`` hides, where it stands for the end of a block as in FANUC's manuals.
@@ -80,6 +87,8 @@ def doubts(source: Source, dialect: str) -> Iterator[tuple[Cursor, BlockError]]:
     found = []
     if language_of(dialect) in BOTH and _OF_SIEMENS.search(head):
         found.append((_SIEMENS, _SIEMENS.sign.search(head)))
+    if language_of(dialect) in BOTH and b"*" in head:
+        found.append((_HEIDENHAIN, _HEIDENHAIN.sign.search(head)))
     for doubt in {"fanuc": _FANUC, "linuxcnc": _LINUXCNC}.get(dialect, ()):
         found.append((doubt, doubt.sign.search(head)))
     if language_of(dialect) == "fanuc":

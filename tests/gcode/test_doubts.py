@@ -71,5 +71,12 @@ def test_a_dwell_of_minutes_may_be_milliseconds(
     assert said(run, text, "linuxcnc") == places
 
 
+@pytest.mark.parametrize("dialect", ["linuxcnc", "fanuc"])
+def test_heidenhains_din_iso_is_named(run: Callable[..., Outcome], dialect: str) -> None:
+    """Once, and not where * multiplies or stands in a comment."""
+    text = "G0 X1 (2 * 3) ; see 5*\n#1=[2*3]\nN30 T1 G17 S3500*\nN40 G00 G40 G90 Z+250 *\nM30"
+    assert said(run, text, dialect) == [(3, 17)]
+
+
 def test_linuxcnc_has_axes_u_and_w_and_comments_behind_semicolons(run: Callable[..., Outcome]) -> None:
     assert said(run, "G0 X1 U2 ; G1 X3\nM2", "linuxcnc") == []

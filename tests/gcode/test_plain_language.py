@@ -53,6 +53,11 @@ def test_the_plane_is_that_of_the_poles_axes(run: Any) -> None:
     assert ends(out)[1:] == [[10.242, 0, -16], [20, 0, -16]]
 
 
+@pytest.mark.parametrize("block", ["STOP", "STOP M0", "L X+1 FMAX M0", "STOP M9"])
+def test_stops_may_name_their_m_function(run: Any, block: str) -> None:
+    assert [event.name for event in plain(run, block).path.events].count("stop") == 1
+
+
 def test_lines_in_polar_coordinates(run: Any) -> None:
     out = plain(run, "CC X+10 Y+10\nLP PR+5 PA+0 FMAX\nLP IPA+90 F100\nLP PR+10\nCC\nLP PR+2 PA+180")
     assert ends(out) == [[15, 10, 0], [10, 15, 0], [10, 20, 0], [8, 20, 0]]

@@ -237,8 +237,13 @@ def _begin_program(body: str, at: int) -> Words:
 
 
 def _before(*first: tuple[str, Value], plain: bool = True) -> _Reader:
-    """Return the reader of a block that says some words and, where `plain`, those that stand in it."""
-    return lambda body, at: [*first, *(_words(body, at)[0] if plain else ())]
+    """Return the reader of a block that says some words and, where `plain`, the others that stand in it."""
+
+    def read(body: str, at: int) -> Words:
+        own = _words(body, at)[0] if plain else []
+        return [*first, *(word for word in own if word not in first)]
+
+    return read
 
 
 def _nothing(body: str, at: int) -> Words:
