@@ -6,15 +6,12 @@ ends[k,3] c[k+2]``. ``c[0]`` and ``c[n+1]`` are given; so is ``c[1]`` where the 
 
     F = Σ h/6 (b0^-1/2 + 4 m^-1/2 + b2^-1/2) + Σ extra0 b0^-1/2 + Σ extra2 b2^-1/2,   m = (b0 + 2 c + b2) / 4,
 
-subject to rows r(q) ± A·(c[k], c[k+1], c[k+2]) ≥ 0 that each touch three neighbours. Hence the Newton matrix has five
-diagonals, and an iteration is linear in the number of intervals: three passes over the rows, which memory traffic bounds.
+subject to rows r ± A·(q, d, κ) ≥ 0 at the ends of the intervals (`cncgen.kernels.least_time_problem`) that each touch three
+neighbours. Hence the Newton matrix has five diagonals, and an iteration is linear in the number of intervals: three passes over
+the rows, many at once.
 
-A row of `rows` is (A0, A1, A2, f, w+, w−, λ+, λ−, Δw+, Δw−, Δλ+, Δλ−): `w` slacks, `λ` multipliers. By its kind, r = f
-on an upper bound (`BOX`, one-sided) and on an acceleration, and r = f b^-1/2 on a jerk at the left or the right end of
-the interval, b the ordinate there.
-
-Of the rows of an interval the first ones are awake: the iteration knows of no others. The rest, bounds and accelerations
-that a profile stays far from, sleep until it comes near their limits.
+Of the rows some are awake: the iteration knows of no others. The rest, bounds and accelerations that a profile stays far from,
+sleep until it comes near their limits.
 
 The function r is convex, so its tangent lies below it: a step along which the linearised constraint holds keeps the
 constraint itself (Hunter and Lange, *A tutorial on MM algorithms*, 2004), and slacks may be reset to the constraint's
@@ -27,17 +24,17 @@ from cython.cimports.libc.math import fabs
 
 if cython.compiled:
     from cython.cimports.cncgen.kernels.least_time_between import apply, tighten
-    from cython.cimports.cncgen.kernels.least_time_matrix import factorize, objective, positive, substitute
-    from cython.cimports.cncgen.kernels.least_time_passes import correct, gather, predict
+    from cython.cimports.cncgen.kernels.least_time_matrix import factorize, substitute, survey, turn
+    from cython.cimports.cncgen.kernels.least_time_passes import correct, gather, predict, set_up, wake
+    from cython.cimports.cncgen.kernels.least_time_problem import Problem, sides
 else:
     from cncgen.kernels.least_time_between import apply, tighten
-    from cncgen.kernels.least_time_matrix import factorize, objective, positive, substitute
-    from cncgen.kernels.least_time_passes import correct, gather, predict
+    from cncgen.kernels.least_time_matrix import factorize, substitute, survey, turn
+    from cncgen.kernels.least_time_passes import correct, gather, predict, set_up, wake
+    from cncgen.kernels.least_time_problem import Problem, sides
 
-#: Columns of `rows`.
-WIDTH = 12
-#: What a row bounds.
-BOX, ACCELERATION, JERK_LEFT, JERK_RIGHT = range(4)
+#: What a row bounds: q or the middle ordinate, acceleration or d, jerk.
+BOX, ACCELERATION, JERK = range(3)
 #: Intervals at the start of a window in motion whose limits are eased (`least_time_between.apply`).
 _EASED = cython.declare(cython.Py_ssize_t, 3)
 #: What passes a limit between the ends of intervals, at the optimum of the rows, by more than this part and so many
@@ -61,34 +58,23 @@ _TAKEN = cython.declare(cython.double, 0.4)
 
 @cython.cclass
 class _System:
-    """The Newton system of a problem about its unknowns `c`, and what an iteration changes.
+    """The Newton system of a problem about its unknowns, and what an iteration changes.
 
     Attributes:
-        c, free, h, ends, extra, rows, offset, awake, kind, axis: As `solve` takes them.
+        problem: The problem.
         sides: One-sided constraints that are awake.
-        grad, band, root: ∇F, three upper diagonals of the Newton matrix, and b^-1/2 at both ends of the intervals.
+        band: Three upper diagonals of the Newton matrix.
         dual, right: Residual ∇F − Σ λ ∇g, and right side.
         centre, second: What the corrector's right side has more than the predictor's, by mu and beside it.
         dc: The step.
         out: What a pass over the rows has found.
         step, rise: Part of it that unknowns and slacks have gone, and that multipliers go in the next `gather`.
-        gap, broken: Σ λ w, and the largest part of a limit by which a constraint is broken.
+        gap, broken: Σ λ w, and the largest part of a limit by which it is passed.
     """
 
-    c: cython.double[::1]
-    free: cython.Py_ssize_t
-    h: cython.double[::1]
-    ends: cython.double[:, ::1]
-    extra: cython.double[:, ::1]
-    rows: cython.double[:, ::1]
-    offset: cython.longlong[::1]
-    awake: cython.longlong[::1]
-    kind: cython.char[::1]
-    axis: cython.longlong[::1]
+    problem: Problem
     sides: cython.Py_ssize_t
-    grad: cython.double[::1]
     band: cython.double[:, ::1]
-    root: cython.double[:, ::1]
     dual: cython.double[::1]
     right: cython.double[::1]
     centre: cython.double[::1]
@@ -100,56 +86,42 @@ class _System:
     gap: cython.double
     broken: cython.double
 
-    def __init__(
-        self,
-        c: cython.double[::1],
-        free: cython.Py_ssize_t,
-        h: cython.double[::1],
-        ends: cython.double[:, ::1],
-        extra: cython.double[:, ::1],
-        rows: cython.double[:, ::1],
-        offset: cython.longlong[::1],
-        awake: cython.longlong[::1],
-        kind: cython.char[::1],
-        axis: cython.longlong[::1],
-    ) -> None:
+    def __init__(self, problem: Problem) -> None:
         """Make room beside the problem."""
-        n: cython.Py_ssize_t = h.shape[0]
-        i: cython.Py_ssize_t
-        k: cython.Py_ssize_t
+        n: cython.Py_ssize_t = problem.n
         import numpy
 
-        self.c, self.free, self.h, self.ends, self.extra = c, free, h, ends, extra
-        self.rows, self.offset, self.awake, self.kind, self.axis = rows, offset, awake, kind, axis
-        self.grad, self.dual, self.right = numpy.zeros(n + 2), numpy.zeros(n + 2), numpy.zeros(n + 2)
-        self.centre, self.second, self.dc = numpy.zeros(n + 2), numpy.zeros(n + 2), numpy.zeros(n + 2)
-        self.band, self.root, self.out = numpy.zeros((n + 2, 3)), numpy.zeros((n, 2)), numpy.zeros(6)
+        self.problem = problem
+        self.dual, self.right, self.centre, self.second, self.dc = numpy.zeros((5, n + 2))
+        self.band, self.out = numpy.zeros((3, n + 2)), numpy.zeros(4)
         self.step = self.rise = self.gap = self.broken = 0.0
-        self.sides = 0
-        for k in range(n):
-            for i in range(offset[k], awake[k]):
-                self.sides += 1 if kind[i] == 0 else 2
+        self.sides = sides(problem)
 
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
-    def objective(self) -> cython.double:
-        """Return F, and set up its gradient and its part of the matrix."""
-        return objective(self.c, self.h, self.ends, self.extra, self.grad, self.band, self.root)
-
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    def gather(self, mu: cython.double) -> cython.void:
-        """Go with slacks and multipliers where `c` has gone (or set them up, `mu` > 0); add the rows' share."""
-        gather(
-            self.c, self.ends, self.root, self.rows, self.offset, self.awake, self.kind, self.axis,
-            max(mu, self.gap / max(self.sides, 1)), self.step, self.rise, mu,
-            self.grad, self.dual, self.right, self.band, self.out,
-        )  # fmt: skip
+    def gather(self) -> cython.void:
+        """Go with slacks and multipliers where the unknowns have gone, and set up matrix, right side and residual."""
+        gather(self.problem, self.step, self.rise, self.dual, self.right, self.band, self.out)
         self.broken = self.out[0]
         self.gap = self.out[1]
-        self.sides = cython.cast(cython.Py_ssize_t, self.out[2])
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def set_up(self, mu: cython.double) -> cython.void:
+        """Set up slacks and multipliers on the central path."""
+        wake(self.problem, mu)
+        set_up(self.problem, mu)
+        self.sides = sides(self.problem)
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def wake(self) -> cython.void:
+        """Wake the rows that come near their limits."""
+        if wake(self.problem, self.gap / max(self.sides, 1)):
+            self.sides = sides(self.problem)
 
     @cython.cfunc
     @cython.nogil
@@ -158,8 +130,8 @@ class _System:
         """Return Σ |∇F − Σ λ ∇g| c over the free unknowns."""
         k: cython.Py_ssize_t
         total: cython.double = 0.0
-        for k in range(self.free, self.h.shape[0] + 1):
-            total += fabs(self.dual[k] * self.c[k])
+        for k in range(self.problem.free, self.problem.n + 1):
+            total += fabs(self.dual[k] * self.problem.c[k])
         return total
 
     @cython.cfunc
@@ -167,45 +139,43 @@ class _System:
     @cython.exceptval(check=False)
     def factorize(self) -> cython.bint:
         """Factor the matrix; return False where rounding has taken its positive diagonal."""
-        return factorize(self.band, self.free, self.h.shape[0] + 1)
+        return factorize(self.band, self.problem.free, self.problem.n + 1)
 
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
     def answer(self, dc: cython.double[::1]) -> cython.void:
         """Solve the factored system for its right side."""
-        substitute(self.band, self.free, self.h.shape[0] + 1, self.right, dc)
+        substitute(self.band, self.problem.free, self.problem.n + 1, self.right, dc)
 
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
     def advance(self, least: cython.double) -> cython.void:
-        """Move `c` by Mehrotra's predictor and corrector; the latter aims at a gap of `least` at the least."""
+        """Move the unknowns by Mehrotra's predictor and corrector; the latter aims at a gap of `least` at the least."""
         k: cython.Py_ssize_t
+        lowest: cython.double
         sigma: cython.double
         step: cython.double
         ahead: cython.double
         mu: cython.double
         self.answer(self.dc)
-        predict(
-            self.c, self.dc, self.ends, self.root, self.rows, self.offset, self.awake, self.kind, self.centre, self.second, self.out
-        )  # fmt: skip
-        step = 1.0 / max(1.0, max(self.out[0], positive(self.c, self.dc, self.ends) / _TAKEN))
+        lowest = turn(self.problem, self.dc)
+        predict(self.problem, self.second, self.centre, self.out)
+        step = 1.0 / max(1.0, max(self.out[0], lowest / _TAKEN))
         ahead = 1.0 / max(1.0, self.out[1])
-        sigma = (
-            self.out[2] + step * self.out[3] + ahead * self.out[4] + step * ahead * self.out[5]
-        ) / self.out[2]
-        mu = max(sigma * sigma * sigma * self.out[2], least) / self.sides
+        # Σ w Δλ is −Σ λ w − Σ λ Δw, as the predictor aims at λ w = 0.
+        sigma = 1.0 - ahead + ((step - ahead) * self.out[2] + step * ahead * self.out[3]) / self.gap
+        mu = max(sigma * sigma * sigma * self.gap, least) / self.sides
         for k in range(self.right.shape[0]):
             self.right[k] += self.second[k] + mu * self.centre[k]
         self.answer(self.dc)
-        correct(
-            self.c, self.dc, self.ends, self.root, self.rows, self.offset, self.awake, self.kind, mu, self.out
-        )
-        self.step = 1.0 / max(1.0, max(self.out[0] / 0.99, positive(self.c, self.dc, self.ends) / _TAKEN))
+        lowest = turn(self.problem, self.dc)
+        correct(self.problem, mu, self.out)
+        self.step = 1.0 / max(1.0, max(self.out[0] / 0.99, lowest / _TAKEN))
         self.rise = 1.0 / max(1.0, self.out[1] / 0.99)
         for k in range(self.right.shape[0]):
-            self.c[k] += self.step * self.dc[k]
+            self.problem.c[k] += self.step * self.dc[k]
 
 
 @cython.cclass
@@ -260,7 +230,7 @@ class _Verdict:
                 return -1
         if held and residual < _TRUSTED * f and system.gap < self.gap:
             self.gap = system.gap
-            self.near[:] = system.c
+            self.near[:] = system.problem.c
         elif self.gap < _SETTLED * f:
             self.stalled = self.stalled + 1 if optimal or system.step < 0.02 else 0
             if system.gap > 3.0 * self.gap or self.stalled == _STALLED:
@@ -282,46 +252,16 @@ def _due(iteration: cython.int, gap: cython.double) -> cython.bint:
 
 
 def solve(
-    c: cython.double[::1],
-    free: cython.Py_ssize_t,
-    h: cython.double[::1],
-    ends: cython.double[:, ::1],
-    extra: cython.double[:, ::1],
-    rows: cython.double[:, ::1],
-    offset: cython.longlong[::1],
-    awake: cython.longlong[::1],
-    kind: cython.char[::1],
-    axis: cython.longlong[::1],
-    d1: cython.double[:, :, ::1],
-    d2: cython.double[:, :, ::1],
-    d3: cython.double[:, :, ::1],
-    limits: cython.double[:, ::1],
-    factor: cython.double[:, :, ::1],
-    hidden: cython.double[:, ::1],
-    share: cython.double[:, :, ::1],
+    problem: Problem,
     tolerance: cython.double,
     slack: cython.double,
     most: cython.int,
     report: cython.double[::1],
 ) -> int:
-    """Improve `c` to the least time within the rows; `c`, `rows` and what describes them are changed in place.
+    """Improve the unknowns to the least time within the rows; the problem is changed in place.
 
     Args:
-        c: Shape (n + 2,), positive: start on entry, result on exit.
-        free: Index of the first unknown that may change (1, or 2 where the window starts in motion).
-        h: Shape (n,), lengths of the intervals.
-        ends: Shape (n, 4), see above.
-        extra: Shape (n, 2), further weight of q^-1/2 at the left and right end.
-        rows: Shape (room, `WIDTH`), constraints: those of interval k are ``offset[k]`` to ``offset[k + 1]`` − 1.
-        offset: Shape (n + 1,).
-        awake: Shape (n,): those of interval k that are awake end before ``awake[k]``; the others follow, and
-            wake as they come near their limits. Changed, with the order of the rows.
-        kind, axis: Shape (room,): kind of each row, and the axis that it bounds.
-        d1, d2, d3: Shape (n, 3, axes), derivatives of the path at left end, middle and right end.
-        limits: Shape (2, axes): acceleration, jerk.
-        factor: Shape (n, 2, axes): parts of acceleration and jerk limits that the interval may use.
-        hidden: Shape (n, axes), what d3 may be more at the quarter points than the parabola through its values shows.
-        share: Shape (n, 2, axes), ones: parts of acceleration and jerk limits at the ends that hold them between; updated.
+        problem: With its rows, and unknowns to start from.
         tolerance: Duality gap as a part of F at which to end.
         slack: Part by which a limit may be passed between the ends of an interval.
         most: Iterations at most.
@@ -332,26 +272,28 @@ def solve(
         not converge: −1 out of iterations, or rows that do not hold a limit between the ends of intervals; −2 the matrix
         lost its positive diagonal by rounding.
     """
-    system: _System = _System(c, free, h, ends, extra, rows, offset, awake, kind, axis)
-    verdict: _Verdict = _Verdict(tolerance, slack, h.shape[0] + 2)
+    system: _System = _System(problem)
+    verdict: _Verdict = _Verdict(tolerance, slack, problem.n + 2)
     iteration: cython.int = 0
     status: cython.int = 1
     fresh: cython.bint
-    eased: cython.Py_ssize_t = _EASED if free > 1 else 0
+    eased: cython.Py_ssize_t = _EASED if problem.free > 1 else 0
     f: cython.double = 0.0
     residual: cython.double = 0.0
     with cython.nogil:
-        apply(rows, offset, kind, axis, share, slack, eased)
+        apply(problem, slack, eased)
         for iteration in range(most):
-            f = system.objective()
+            f = survey(problem)
             if _due(iteration, system.gap / f):
                 fresh = system.gap > 0.0006 * f
-                verdict.between(
-                    tighten(c, h, ends, d1, d2, d3, limits, factor, hidden, share, slack, eased, fresh)
-                )
+                verdict.between(tighten(problem, slack, eased, fresh))
                 if fresh or verdict.worst > 1.0 + slack:
-                    apply(rows, offset, kind, axis, share, slack, eased)
-            system.gather(3.0 * f / system.sides if iteration == 0 else 0.0)
+                    apply(problem, slack, eased)
+            if iteration == 0:
+                system.set_up(3.0 * f / system.sides)
+            else:
+                system.wake()
+            system.gather()
             residual = system.residual()
             status = verdict.of(system, f, residual)
             if status < 1:
@@ -362,8 +304,8 @@ def solve(
             system.advance(tolerance * f)
         if status != 0 and verdict.gap < 1e300:
             # Stalled beside the optimum: by rounding, or where a limit was lowered last.
-            c[:] = verdict.near
-            f = system.objective()
+            problem.c[:] = verdict.near
+            f = survey(problem)
             system.gap = verdict.gap
             system.broken = 0.0
             status = 1
@@ -378,36 +320,24 @@ def solve(
     return status
 
 
-def response(
-    c: cython.double[::1],
-    free: cython.Py_ssize_t,
-    h: cython.double[::1],
-    ends: cython.double[:, ::1],
-    extra: cython.double[:, ::1],
-    rows: cython.double[:, ::1],
-    offset: cython.longlong[::1],
-    awake: cython.longlong[::1],
-    kind: cython.char[::1],
-    axis: cython.longlong[::1],
-    out: cython.double[::1],
-) -> int:
+def response(problem: Problem, out: cython.double[::1]) -> int:
     """Tell how the solution follows where its last unknown is pushed: the last column of the inverse Newton matrix.
 
     Args:
-        c, free, h, ends, extra, rows, offset, awake, kind, axis: As `solve` has left them.
+        problem: As `solve` has left it.
         out: Shape (n + 2,), zeros: becomes dc/dc[n], a change of q by the change of q at the end.
 
     Returns:
         0, or −2 where the matrix lost its positive diagonal by rounding.
     """
-    system: _System = _System(c, free, h, ends, extra, rows, offset, awake, kind, axis)
-    n: cython.Py_ssize_t = h.shape[0]
+    system: _System = _System(problem)
+    n: cython.Py_ssize_t = problem.n
     k: cython.Py_ssize_t
     end: cython.double
     positive: cython.bint
     with cython.nogil:
-        system.objective()
-        system.gather(0.0)
+        survey(problem)
+        system.gather()
         positive = system.factorize()
         if positive:
             for k in range(n + 2):

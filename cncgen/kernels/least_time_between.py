@@ -6,8 +6,19 @@
 import cython
 from cython.cimports.libc.math import fabs, sqrt
 
-#: v², half its derivative, and v.
-_Motion = cython.struct(q=cython.double, dq=cython.double, r=cython.double)
+# The columns are named line by line, not one below the other.
+# ruff: noqa: I001
+if cython.compiled:
+    from cython.cimports.cncgen.kernels.least_time_problem import (
+        B, D, END, K, LANES, MOTION, PART, PLACES, ROWS, SCALE, SIZE, Problem, size, vectorized,
+    )  # fmt: skip
+else:
+    from cncgen.kernels.least_time_problem import (
+        B, D, END, K, LANES, MOTION, PART, PLACES, ROWS, SCALE, SIZE, Problem, size, vectorized,
+    )  # fmt: skip
+
+_INDEX = cython.typedef(cython.Py_ssize_t)
+_REAL = cython.typedef(cython.double)
 
 #: What limits are eased by at the start of a window in motion, by the slack.
 _EASE = cython.declare(cython.double, 2.0)
@@ -16,18 +27,6 @@ _EASE = cython.declare(cython.double, 2.0)
 _CONCEALED = cython.declare(cython.double, 0.3)
 #: The largest part of a limit that five values use which is not looked at any closer: between them, it is an eighth more.
 _FAR = cython.declare(cython.double, 0.75)
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _motion(
-    b0: cython.double, b1: cython.double, b2: cython.double, g: cython.double, x: cython.double
-) -> _Motion:
-    """Return the motion at a part `x` of an interval of the length 1 / `g`, by the Bézier ordinates of v²."""
-    u: cython.double = 1.0 - x
-    q: cython.double = b0 * u * u + 2.0 * b1 * u * x + b2 * x * x
-    return _Motion(q, ((b1 - b0) * u + (b2 - b1) * x) * g, sqrt(q))
 
 
 @cython.cfunc
@@ -74,158 +73,175 @@ def _quarter(near: cython.double, middle: cython.double, far: cython.double) -> 
 
 
 @cython.cfunc
-@cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _jerk(
-    e1: cython.double, e2: cython.double, e3: cython.double, at: _Motion, ddq: cython.double
-) -> cython.double:
-    """Return the size of the jerk where the path has the derivatives e1, e2 and e3."""
-    return fabs(e3 * at.q + 3.0 * e2 * at.dq + e1 * ddq) * at.r
-
-
-@cython.ccall
-@cython.nogil
-@cython.exceptval(check=False)
-def tighten(
+@cython.locals(j=_INDEX, m=_INDEX, s=_INDEX, place=_INDEX, x=_REAL, u=_REAL, q=_REAL)
+def _inside(
+    problem: Problem,
     c: cython.double[::1],
-    h: cython.double[::1],
-    ends: cython.double[:, ::1],
-    d1: cython.double[:, :, ::1],
-    d2: cython.double[:, :, ::1],
-    d3: cython.double[:, :, ::1],
-    limits: cython.double[:, ::1],
-    factor: cython.double[:, :, ::1],
-    hidden: cython.double[:, ::1],
-    share: cython.double[:, :, ::1],
+    motion: cython.double[::1],
+    sums: cython.double[::1],
+    block: cython.Py_ssize_t,
+) -> vectorized:
+    """Fill q = v², d and v at the quarter points and in the middle of the intervals of a block, from `PLACES` on."""
+    for place in range(3):
+        x = 0.25 * (place + 1)
+        u = 1.0 - x
+        for j in range(size(problem, block)):
+            m = block * MOTION + j
+            s = PLACES + 3 * place * LANES + j
+            q = motion[m + B] * u * u + 2.0 * c[block * LANES + 1 + j] * u * x + motion[m + END + B] * x * x
+            sums[s] = q
+            sums[s + LANES] = u * motion[m + D] + x * motion[m + END + D]
+            sums[s + 2 * LANES] = sqrt(q)
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+@cython.locals(
+    j=_INDEX, k=_INDEX, m=_INDEX, p=_INDEX, x1=_REAL, x2=_REAL, x3=_REAL, y1=_REAL, y2=_REAL, y3=_REAL, ddq=_REAL,
+    most=_REAL, more=_REAL,
+)  # fmt: skip
+def _sizes(
+    problem: Problem, d1: cython.double[:, :, ::1], d2: cython.double[:, :, ::1], d3: cython.double[:, :, ::1],
+    motion: cython.double[::1], sums: cython.double[::1], block: cython.Py_ssize_t, a: cython.Py_ssize_t,
+) -> vectorized:  # fmt: skip
+    """Fill the sizes of acceleration and jerk of an axis at five places of the intervals of a block.
+
+    Derivatives of the path are parabolas between the ends; what the third one is more at the quarter points adds to the jerk.
+    """
+    for j in range(size(problem, block)):
+        k = block * LANES + j
+        m = block * MOTION + j
+        p = PLACES + j
+        x1 = _quarter(d1[k, 0, a], d1[k, 1, a], d1[k, 2, a])
+        x2 = _quarter(d2[k, 0, a], d2[k, 1, a], d2[k, 2, a])
+        x3 = _quarter(d3[k, 0, a], d3[k, 1, a], d3[k, 2, a])
+        y1 = _quarter(d1[k, 2, a], d1[k, 1, a], d1[k, 0, a])
+        y2 = _quarter(d2[k, 2, a], d2[k, 1, a], d2[k, 0, a])
+        y3 = _quarter(d3[k, 2, a], d3[k, 1, a], d3[k, 0, a])
+        sums[j] = fabs(d2[k, 0, a] * motion[m + B] + d1[k, 0, a] * motion[m + D])
+        sums[LANES + j] = fabs(x2 * sums[p] + x1 * sums[p + LANES])
+        sums[2 * LANES + j] = fabs(d2[k, 1, a] * sums[p + 3 * LANES] + d1[k, 1, a] * sums[p + 4 * LANES])
+        sums[3 * LANES + j] = fabs(y2 * sums[p + 6 * LANES] + y1 * sums[p + 7 * LANES])
+        sums[4 * LANES + j] = fabs(d2[k, 2, a] * motion[m + END + B] + d1[k, 2, a] * motion[m + END + D])
+        ddq = motion[m + K]
+        most = _CONCEALED * problem.limits[1, a] * problem.factor[k, 1, a]
+        more = problem.hidden[k, a]
+        sums[5 * LANES + j] = motion[m + SIZE] * fabs(
+            d3[k, 0, a] * motion[m + B] + 3.0 * d2[k, 0, a] * motion[m + D] + d1[k, 0, a] * ddq
+        )
+        sums[6 * LANES + j] = sums[p + 2 * LANES] * fabs(
+            x3 * sums[p] + 3.0 * x2 * sums[p + LANES] + x1 * ddq
+        ) + min(more * sums[p] * sums[p + 2 * LANES], most)
+        sums[7 * LANES + j] = sums[p + 5 * LANES] * fabs(
+            d3[k, 1, a] * sums[p + 3 * LANES] + 3.0 * d2[k, 1, a] * sums[p + 4 * LANES] + d1[k, 1, a] * ddq
+        )
+        sums[8 * LANES + j] = sums[p + 8 * LANES] * fabs(
+            y3 * sums[p + 6 * LANES] + 3.0 * y2 * sums[p + 7 * LANES] + y1 * ddq
+        ) + min(more * sums[p + 6 * LANES] * sums[p + 8 * LANES], most)
+        sums[9 * LANES + j] = motion[m + SCALE + SIZE] * fabs(
+            d3[k, 2, a] * motion[m + END + B] + 3.0 * d2[k, 2, a] * motion[m + END + D] + d1[k, 2, a] * ddq
+        )
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+@cython.locals(j=_INDEX, k=_INDEX, s=_INDEX, limit=_REAL, inside=_REAL, end=_REAL, bulge=_REAL)
+def _lower(
+    problem: Problem,
+    block: cython.Py_ssize_t,
+    which: cython.Py_ssize_t,
+    a: cython.Py_ssize_t,
     slack: cython.double,
     eased: cython.Py_ssize_t,
     fresh: cython.bint,
 ) -> cython.double:
-    """Lower the limits of intervals between whose ends acceleration or jerk of an axis passes its limit.
-
-    Derivatives of the path are given at both ends and the middle of each interval, and taken as quadratics between; what
-    the third one is more at the quarter points adds to the jerk there.
-    The largest values inside, estimated from three inner points, are compared with those at the ends, where the rows
-    hold them. While the iterates are far from the optimum (`fresh`), ``share[k, 0]`` (acceleration) and ``share[k, 1]``
-    (jerk) become the ratio of the largest value at the ends to the largest inside; later they are only lowered, where a
-    limit is passed, and by half of `slack` more, lest the next iterate pass it again. The largest part of a limit that
-    was found inside is returned, of the first `eased` intervals without their ease (see `apply`).
-    """
-    n: cython.Py_ssize_t = h.shape[0]
-    axes: cython.Py_ssize_t = d1.shape[2]
-    k: cython.Py_ssize_t
-    a: cython.Py_ssize_t
-    b0: cython.double
-    b2: cython.double
-    ddq: cython.double
-    g: cython.double
-    m0: _Motion
-    m1: _Motion
-    m2: _Motion
-    m3: _Motion
-    m4: _Motion
-    x1: cython.double
-    x2: cython.double
-    x3: cython.double
-    y1: cython.double
-    y2: cython.double
-    y3: cython.double
-    v0: cython.double
-    v1: cython.double
-    v2: cython.double
-    v3: cython.double
-    v4: cython.double
-    limit: cython.double
-    inside: cython.double
-    end: cython.double
+    """Lower the acceleration (0) or the jerk limits (1) of an axis in a block; return the largest part of one inside."""
+    sums: cython.double[::1] = problem.sums
+    share: cython.double[:, :, ::1] = problem.share
     near: cython.double = 0.9 if fresh else 1.0 + slack
-    bulge: cython.double
-    most: cython.double
     margin: cython.double = 1.0 if fresh else 1.0 - 0.5 * slack
     worst: cython.double = 0.0
-    if fresh:
-        for k in range(n):
-            for a in range(axes):
-                share[k, 0, a] = 1.0
-                share[k, 1, a] = 1.0
-    for k in range(n):
-        b0 = ends[k, 0] * c[k] + ends[k, 1] * c[k + 1]
-        b2 = ends[k, 2] * c[k + 1] + ends[k, 3] * c[k + 2]
-        g = 1.0 / h[k]
-        ddq = (b0 - 2.0 * c[k + 1] + b2) * g * g
-        m0 = _motion(b0, c[k + 1], b2, g, 0.0)
-        m1 = _motion(b0, c[k + 1], b2, g, 0.25)
-        m2 = _motion(b0, c[k + 1], b2, g, 0.5)
-        m3 = _motion(b0, c[k + 1], b2, g, 0.75)
-        m4 = _motion(b0, c[k + 1], b2, g, 1.0)
-        for a in range(axes):
-            x1 = _quarter(d1[k, 0, a], d1[k, 1, a], d1[k, 2, a])
-            x2 = _quarter(d2[k, 0, a], d2[k, 1, a], d2[k, 2, a])
-            y1 = _quarter(d1[k, 2, a], d1[k, 1, a], d1[k, 0, a])
-            y2 = _quarter(d2[k, 2, a], d2[k, 1, a], d2[k, 0, a])
-            v0 = fabs(d2[k, 0, a] * m0.q + d1[k, 0, a] * m0.dq)
-            v1 = fabs(x2 * m1.q + x1 * m1.dq)
-            v2 = fabs(d2[k, 1, a] * m2.q + d1[k, 1, a] * m2.dq)
-            v3 = fabs(y2 * m3.q + y1 * m3.dq)
-            v4 = fabs(d2[k, 2, a] * m4.q + d1[k, 2, a] * m4.dq)
-            limit = limits[0, a] * factor[k, 0, a]
-            if k < eased:
-                limit *= 1.0 + _EASE * slack
-            inside = max(v1, max(v2, v3))
-            end = max(v0, v4)
-            if max(inside, end) > _FAR * limit:
-                inside = _peak(v0, v1, v2, v3, v4)
-                if inside > near * limit and inside > end:
-                    bulge = margin * end / inside
-                    share[k, 0, a] = min(share[k, 0, a], bulge)
-                    if k + 1 < n:
-                        share[k + 1, 0, a] = min(share[k + 1, 0, a], bulge)
-            if inside > worst * limit:
-                worst = inside / limit
-            x3 = _quarter(d3[k, 0, a], d3[k, 1, a], d3[k, 2, a])
-            y3 = _quarter(d3[k, 2, a], d3[k, 1, a], d3[k, 0, a])
-            limit = limits[1, a] * factor[k, 1, a]
-            most = _CONCEALED * limit
-            v0 = _jerk(d1[k, 0, a], d2[k, 0, a], d3[k, 0, a], m0, ddq)
-            v1 = _jerk(x1, x2, x3, m1, ddq) + min(hidden[k, a] * m1.q * m1.r, most)
-            v2 = _jerk(d1[k, 1, a], d2[k, 1, a], d3[k, 1, a], m2, ddq)
-            v3 = _jerk(y1, y2, y3, m3, ddq) + min(hidden[k, a] * m3.q * m3.r, most)
-            v4 = _jerk(d1[k, 2, a], d2[k, 2, a], d3[k, 2, a], m4, ddq)
-            if k < eased:
-                limit *= 1.0 + _EASE * slack
-            inside = max(v1, max(v2, v3))
-            end = max(v0, v4)
-            if max(inside, end) > _FAR * limit:
-                inside = _peak(v0, v1, v2, v3, v4)
-                if inside > near * limit and inside > end:
-                    share[k, 1, a] = min(share[k, 1, a], margin * end / inside)
-            if inside > worst * limit:
-                worst = inside / limit
+    for j in range(size(problem, block)):
+        k = block * LANES + j
+        s = 5 * which * LANES + j
+        limit = problem.limits[which, a] * problem.factor[k, which, a]
+        if k < eased:
+            limit *= 1.0 + _EASE * slack
+        inside = max(sums[s + LANES], max(sums[s + 2 * LANES], sums[s + 3 * LANES]))
+        end = max(sums[s], sums[s + 4 * LANES])
+        if max(inside, end) > _FAR * limit:
+            inside = _peak(
+                sums[s], sums[s + LANES], sums[s + 2 * LANES], sums[s + 3 * LANES], sums[s + 4 * LANES]
+            )
+            if inside > near * limit and inside > end:
+                bulge = margin * end / inside
+                share[k, which, a] = min(share[k, which, a], bulge)
+                # Acceleration at a node is a row of the interval after it.
+                if which == 0 and k + 1 < problem.n:
+                    share[k + 1, 0, a] = min(share[k + 1, 0, a], bulge)
+        if inside > worst * limit:
+            worst = inside / limit
     return worst
 
 
 @cython.ccall
 @cython.nogil
 @cython.exceptval(check=False)
-def apply(
-    rows: cython.double[:, ::1],
-    offset: cython.longlong[::1],
-    kind: cython.char[::1],
-    axis: cython.longlong[::1],
-    share: cython.double[:, :, ::1],
-    slack: cython.double,
-    eased: cython.Py_ssize_t,
-) -> cython.void:
+@cython.locals(block=_INDEX, a=_INDEX, which=_INDEX)
+def tighten(
+    problem: Problem, slack: cython.double, eased: cython.Py_ssize_t, fresh: cython.bint
+) -> cython.double:
+    """Lower the limits of intervals between whose ends acceleration or jerk of an axis passes its limit.
+
+    The largest values inside, estimated from three inner points, are compared with those at the ends, where the rows
+    hold them. While the iterates are far from the optimum (`fresh`), ``share[k, 0]`` (acceleration) and ``share[k, 1]``
+    (jerk) become the ratio of the largest value at the ends to the largest inside; later they are only lowered, where a
+    limit is passed, and by half of `slack` more, lest the next iterate pass it again. The largest part of a limit that
+    was found inside is returned, of the first `eased` intervals without their ease (see `apply`).
+
+    Args:
+        problem: Its motion as `cncgen.kernels.least_time_matrix.survey` fills it.
+        slack: Part by which a limit may be passed.
+        eased: Number of intervals whose limits are eased.
+        fresh: Whether to begin anew.
+    """
+    worst: cython.double = 0.0
+    if fresh:
+        problem.share[:, :, :] = 1.0
+    for block in range(problem.blocks):
+        _inside(problem, problem.c, problem.motion, problem.sums, block)
+        for a in range(problem.d1.shape[2]):
+            _sizes(problem, problem.d1, problem.d2, problem.d3, problem.motion, problem.sums, block, a)
+            for which in range(2):
+                worst = max(worst, _lower(problem, block, which, a, slack, eased, fresh))
+    return worst
+
+
+@cython.ccall
+@cython.nogil
+@cython.exceptval(check=False)
+def apply(problem: Problem, slack: cython.double, eased: cython.Py_ssize_t) -> cython.void:
     """Set the part f of the limits that each row may use; on the first `eased` intervals `_EASE` times `slack` more.
 
     A window that starts in motion has little choice there: the plan that gave the state may pass its rows by `slack`,
     and rows of two axes that bind against each other would leave none.
     """
-    i: cython.Py_ssize_t
+    b: cython.Py_ssize_t
+    j: cython.Py_ssize_t
     k: cython.Py_ssize_t
-    ease: cython.double
-    for k in range(share.shape[0]):
-        ease = _EASE * slack if k < eased else 0.0
-        for i in range(offset[k], offset[k + 1]):
-            rows[i, 3] = share[k, 0 if kind[i] == 1 else 1, axis[i]] + ease if kind[i] > 0 else 1.0
+    a: cython.longlong
+    which: cython.Py_ssize_t
+    for b in range(problem.count):
+        if problem.batches[b, 2] == 0:
+            continue
+        which = 0 if problem.batches[b, 2] == 1 else 1
+        a = problem.batches[b, 3]
+        k = problem.batches[b, 0] * LANES
+        for j in range(size(problem, problem.batches[b, 0])):
+            problem.rows[b * ROWS + PART + j] = problem.share[k + j, which, a]
+            if k + j < eased:
+                problem.rows[b * ROWS + PART + j] += _EASE * slack

@@ -1,16 +1,13 @@
 # The functions of `least_time_matrix` that another kernel calls as C.
 
-cpdef double objective(
-    double[::1] c,
-    double[::1] h,
-    double[:, ::1] ends,
-    double[:, ::1] extra,
-    double[::1] grad,
-    double[:, ::1] band,
-    double[:, ::1] root,
-) noexcept nogil
+from cncgen.kernels.least_time_problem cimport Problem, vectorized
+
+cpdef double survey(Problem problem) noexcept nogil
+cpdef vectorized begin(Problem problem, Py_ssize_t block) noexcept nogil
+cpdef vectorized spread(Problem problem, Py_ssize_t block, Py_ssize_t column, double[::1] vector) noexcept nogil
+cpdef vectorized gathered(Problem problem, Py_ssize_t block, double[:, ::1] band) noexcept nogil
 cpdef bint factorize(double[:, ::1] band, Py_ssize_t start, Py_ssize_t stop) noexcept nogil
 cpdef void substitute(
     double[:, ::1] band, Py_ssize_t start, Py_ssize_t stop, double[::1] right, double[::1] dc
 ) noexcept nogil
-cpdef double positive(double[::1] c, double[::1] dc, double[:, ::1] ends) noexcept nogil
+cpdef double turn(Problem problem, double[::1] dc) noexcept nogil

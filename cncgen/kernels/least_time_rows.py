@@ -1,43 +1,33 @@
-"""Constraints of the least-time problem as rows over three neighbouring unknowns (docs/least-time.md).
+"""Constraints of the least-time problem as rows, and a profile to start from (docs/least-time.md).
 
-On an interval with Bézier ordinates b0, b1, b2 of q = v² and length h,
-
-    q′(left) = 2 (b1 − b0) / h,   q′(right) = 2 (b2 − b1) / h,   q″ = 2 (b0 − 2 b1 + b2) / h²,
-
-acceleration of an axis is x″ q + x′ q′/2 and its jerk (x‴ q + 3/2 x″ q′ + x′ q″/2) q^1/2. Each is a combination p0 b0 +
-p1 b1 + p2 b2, hence one of the unknowns c[k], c[k+1], c[k+2] of `cncgen.kernels.least_time`.
+What a row is, and how rows and intervals lie in memory, tells `cncgen.kernels.least_time_problem`.
 """
 
 import cython
 from cython.cimports.libc.math import cbrt, fabs, sqrt
 
+# The columns are named line by line, not one below the other.
+# ruff: noqa: I001
 if cython.compiled:
-    from cython.cimports.cncgen.kernels.least_time_passes import exchange
+    from cython.cimports.cncgen.kernels.least_time_matrix import survey
+    from cython.cimports.cncgen.kernels.least_time_problem import (
+        A0, A1, A2, B, D, END, LANES, MOTION, PART, ROOT, ROWS, SCALE, W0, W1, Problem, find_runs, size,
+    )  # fmt: skip
 else:
-    from cncgen.kernels.least_time_passes import exchange
+    from cncgen.kernels.least_time_matrix import survey
+    from cncgen.kernels.least_time_problem import (
+        A0, A1, A2, B, D, END, LANES, MOTION, PART, ROOT, ROWS, SCALE, W0, W1, Problem, find_runs, size,
+    )  # fmt: skip
 
+_INDEX = cython.typedef(cython.Py_ssize_t)
+_REAL = cython.typedef(cython.double)
+#: What a row bounds, as in `cncgen.kernels.least_time`.
+_BOX = cython.declare(cython.longlong, 0)
+_ACCELERATION = cython.declare(cython.longlong, 1)
+_JERK = cython.declare(cython.longlong, 2)
 #: Parts by which numbers that are alike differ by rounding, and below which one beside another is rounding alone.
 _ALIKE = cython.declare(cython.double, 1e-9)
 _NOTHING = cython.declare(cython.double, 1e-13)
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _put(
-    rows: cython.double[:, ::1],
-    i: cython.Py_ssize_t,
-    ends: cython.double[:, ::1],
-    k: cython.Py_ssize_t,
-    p0: cython.double,
-    p1: cython.double,
-    p2: cython.double,
-    limit: cython.double,
-) -> cython.void:
-    """Write the row (p0 b0 + p1 b1 + p2 b2) / limit of interval `k`."""
-    rows[i, 0] = p0 / limit * ends[k, 0]
-    rows[i, 1] = (p0 * ends[k, 1] + p1 + p2 * ends[k, 2]) / limit
-    rows[i, 2] = p2 / limit * ends[k, 3]
 
 
 @cython.cfunc
@@ -66,30 +56,26 @@ def _moves(
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-def _idle(
-    h: cython.double,
-    d1: cython.double[:, :, ::1],
-    d2: cython.double[:, :, ::1],
-    d3: cython.double[:, :, ::1],
-    limits: cython.double[:, ::1],
-    factor: cython.double[:, :, ::1],
-    k: cython.Py_ssize_t,
-    a: cython.Py_ssize_t,
-) -> cython.bint:
+def _idle(problem: Problem, k: cython.Py_ssize_t, a: cython.Py_ssize_t) -> cython.bint:
     """Tell whether axis `a` can never bind in interval `k`: it stands, or on a straight interval another binds first.
 
-    A derivative that changes the direction by rounding over the length `h` of the interval is none. What differs by less than `_ALIKE` is alike, lest rounding say how many rows a problem has.
+    A derivative that changes the direction by rounding over the length `h` of the interval is none. What differs by less
+    than `_ALIKE` is alike, lest rounding say how many rows a problem has.
     """
+    d1: cython.double[:, :, ::1] = problem.d1
+    limits: cython.double[:, ::1] = problem.limits
+    factor: cython.double[:, :, ::1] = problem.factor
+    h: cython.double = problem.h[k]
     b: cython.Py_ssize_t
-    size: cython.double = 0.0
+    most: cython.double = 0.0
     bend: cython.int
     twist: cython.int
     acc: cython.double
     jerk: cython.double
     for b in range(d1.shape[2]):
-        size = max(size, fabs(d1[k, 1, b]))
-    bend = _moves(d2, k, a, _NOTHING * size / h)
-    twist = _moves(d3, k, a, _NOTHING * size / (h * h))
+        most = max(most, fabs(d1[k, 1, b]))
+    bend = _moves(problem.d2, k, a, _NOTHING * most / h)
+    twist = _moves(problem.d3, k, a, _NOTHING * most / (h * h))
     if _moves(d1, k, a, 0.0) < 2 and bend < 2 and twist < 2:
         return True
     if bend > 0 or twist > 0:
@@ -107,167 +93,236 @@ def _idle(
     return False
 
 
-def build(
-    h: cython.double[::1],
-    ends: cython.double[:, ::1],
-    d1: cython.double[:, :, ::1],
-    d2: cython.double[:, :, ::1],
-    d3: cython.double[:, :, ::1],
-    limits: cython.double[:, ::1],
-    factor: cython.double[:, :, ::1],
-    box: cython.double[:, ::1],
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+@cython.locals(j=_INDEX, b=_INDEX, i=_INDEX)
+def _open(
+    problem: Problem,
+    block: cython.Py_ssize_t,
+    end: cython.Py_ssize_t,
+    kind: cython.longlong,
+    axis: cython.Py_ssize_t,
+) -> cython.Py_ssize_t:
+    """Begin the batch after the last one; return where its rows are."""
+    b = problem.count
+    problem.batches[b, 0], problem.batches[b, 1], problem.batches[b, 2], problem.batches[b, 3] = (
+        block,
+        end,
+        kind,
+        axis,
+    )
+    for j in range(LANES):
+        problem.state[b, j] = 0
+    return b * ROWS
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+@cython.locals(i=_INDEX)
+def _put(
+    problem: Problem,
+    j: cython.Py_ssize_t,
+    a0: cython.double,
+    a1: cython.double,
+    a2: cython.double,
+    limit: cython.double,
+) -> cython.void:
+    """Write a row, awake, of interval `j` of its block to the batch after the last one."""
+    i = problem.count * ROWS + j
+    limit = 1.0 / limit
+    problem.rows[i + A0] = a0 * limit
+    problem.rows[i + A1] = a1 * limit
+    problem.rows[i + A2] = a2 * limit
+    problem.rows[i + PART] = 1.0
+    problem.state[problem.count, j] = 2
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+@cython.locals(j=_INDEX)
+def _close(problem: Problem) -> cython.void:
+    """Keep the batch after the last one where it has rows."""
+    for j in range(LANES):
+        if problem.state[problem.count, j] != 0:
+            problem.count += 1
+            return
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+@cython.locals(j=_INDEX, k=_INDEX, m=_INDEX)
+def _bounds(
+    problem: Problem,
+    block: cython.Py_ssize_t,
+    end: cython.Py_ssize_t,
+    bound: cython.double[:, ::1],
     sway: cython.double[:, ::1],
+) -> cython.void:
+    """Write the bounds of q and d of a block at one end; the middle ordinate counts as one at the left end."""
+    for m in range(2 * end, 2 + end):
+        _open(problem, block, end, _BOX, -1)
+        for j in range(size(problem, block)):
+            k = block * LANES + j
+            if bound[k, m] < 1e300 and not (problem.free > 1 and k == 0 and end == 0):
+                _put(problem, j, 1.0, problem.h[k] if m == 1 else 0.0, 0.0, bound[k, m])
+        _close(problem)
+    _open(problem, block, end, _ACCELERATION, 0)
+    for j in range(size(problem, block)):
+        k = block * LANES + j
+        if sway[k, end] < 1e300 and not (problem.free > 1 and k == 0 and end == 0):
+            _put(problem, j, 0.0, 1.0, 0.0, sway[k, end])
+    _close(problem)
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+@cython.locals(j=_INDEX, k=_INDEX, a=_INDEX, e=_INDEX)
+def _limited(
+    problem: Problem,
+    block: cython.Py_ssize_t,
+    end: cython.Py_ssize_t,
     joint: cython.char[::1],
-    given: cython.bint,
-    rows: cython.double[:, ::1],
-    offset: cython.longlong[::1],
-    kind: cython.char[::1],
-    axis: cython.longlong[::1],
-) -> int:
-    """Fill the rows of a window and return how many there are.
+    idle: cython.char[:, ::1],
+) -> cython.void:
+    """Write accelerations and jerks of a block at one end."""
+    d1: cython.double[:, :, ::1] = problem.d1
+    d2: cython.double[:, :, ::1] = problem.d2
+    d3: cython.double[:, :, ::1] = problem.d3
+    e = 2 * end
+    for a in range(d1.shape[2]):
+        _open(problem, block, end, _ACCELERATION, a)
+        for j in range(size(problem, block)):
+            k = block * LANES + j
+            if idle[a, k] == 0 and (
+                (end == 1 and joint[k] != 0) or (end == 0 and (problem.free == 1 or k > 0))
+            ):
+                _put(
+                    problem, j, d2[k, e, a], d1[k, e, a], 0.0, problem.limits[0, a] * problem.factor[k, 0, a]
+                )
+        _close(problem)
+        _open(problem, block, end, _JERK, a)
+        for j in range(size(problem, block)):
+            k = block * LANES + j
+            if idle[a, k] == 0:
+                _put(
+                    problem,
+                    j,
+                    d3[k, e, a],
+                    3.0 * d2[k, e, a],
+                    d1[k, e, a],
+                    problem.limits[1, a] * problem.factor[k, 1, a],
+                )
+        _close(problem)
+
+
+def build(
+    problem: Problem, box: cython.double[:, ::1], sway: cython.double[:, ::1], joint: cython.char[::1]
+) -> cython.void:
+    """Fill the rows of a window, all awake; where it starts in motion, those that the state alone decides are left out.
 
     Args:
-        h, ends: Lengths, and end ordinates by unknowns, of the `n` intervals.
-        d1, d2, d3: Shape (n, 3, axes), derivatives of the path at left end, middle and right end.
-        limits: Shape (2, axes): acceleration, jerk.
-        factor: Shape (n, 2, axes): parts of acceleration and jerk limits that the interval may use.
+        problem: Without rows.
         box: Shape (n, 3): largest q at the left end, for the middle ordinate, and at the right end (infinite: none).
         sway: Shape (n, 2): largest |q′|/2 at the left and at the right end (infinite: none).
         joint: Shape (n,): 1 where acceleration must be held at the right end too (the next interval does not start
             with the same derivatives).
-        given: Whether the state at the left end of the first interval is given (its rows there are left out).
-        rows, offset, kind, axis: As `cncgen.kernels.least_time.solve` takes them, with room for n (5 + 4 axes) rows.
     """
-    n: cython.Py_ssize_t = h.shape[0]
-    i: cython.Py_ssize_t = 0
     k: cython.Py_ssize_t
     a: cython.Py_ssize_t
-    e: cython.Py_ssize_t
-    g: cython.double
-    x1: cython.double
-    x2: cython.double
-    x3: cython.double
-    jerk: cython.double
-    acceleration: cython.double
+    block: cython.Py_ssize_t
+    end: cython.Py_ssize_t
+    axes: cython.Py_ssize_t = problem.d1.shape[2]
+    import numpy
+
+    idle: cython.char[:, ::1] = numpy.empty((axes, problem.n), numpy.int8)
     with cython.nogil:
-        offset[0] = 0
-        for k in range(n):
-            g = 1.0 / h[k]
-            for e in range(3):
-                if box[k, e] < 1e300 and not (given and k == 0 and e < 2):
-                    _put(rows, i, ends, k, e == 0, e == 1, e == 2, box[k, e])
-                    kind[i] = 0
-                    axis[i] = -1
-                    i += 1
-            for e in range(2):
-                if sway[k, e] < 1e300 and not (given and k == 0 and e == 0):
-                    _put(rows, i, ends, k, (e - 1) * g, (1 - 2 * e) * g, e * g, sway[k, e])
-                    kind[i] = 1
-                    axis[i] = 0
-                    i += 1
-            for a in range(d1.shape[2]):
-                if _idle(h[k], d1, d2, d3, limits, factor, k, a):
-                    continue
-                jerk = limits[1, a] * factor[k, 1, a]
-                acceleration = limits[0, a] * factor[k, 0, a]
-                for e in range(0, 3, 2):
-                    x1 = d1[k, e, a] * g
-                    x2 = d2[k, e, a]
-                    x3 = d3[k, e, a]
-                    if e == 0:
-                        if not (given and k == 0):
-                            _put(rows, i, ends, k, x2 - x1, x1, 0.0, acceleration)
-                            kind[i] = 1
-                            axis[i] = a
-                            i += 1
-                        x1 *= g
-                        x2 *= 3.0 * g
-                        _put(rows, i, ends, k, x3 - x2 + x1, x2 - 2.0 * x1, x1, jerk)
-                        kind[i] = 2
-                    else:
-                        if joint[k]:
-                            _put(rows, i, ends, k, 0.0, -x1, x2 + x1, acceleration)
-                            kind[i] = 1
-                            axis[i] = a
-                            i += 1
-                        x1 *= g
-                        x2 *= 3.0 * g
-                        _put(rows, i, ends, k, x1, -x2 - 2.0 * x1, x3 + x2 + x1, jerk)
-                        kind[i] = 3
-                    axis[i] = a
-                    i += 1
-            offset[k + 1] = i
-    return i
+        for a in range(axes):
+            for k in range(problem.n):
+                idle[a, k] = _idle(problem, k, a)
+        problem.count = 0
+        for block in range(problem.blocks):
+            for end in range(2):
+                _bounds(problem, block, end, box, sway)
+                _limited(problem, block, end, joint, idle)
+        find_runs(problem, 2, problem.awake)
+        find_runs(problem, 1, problem.asleep)
 
 
-def thin(
-    c: cython.double[::1],
-    ends: cython.double[:, ::1],
-    rows: cython.double[:, ::1],
-    offset: cython.longlong[::1],
-    awake: cython.longlong[::1],
-    kind: cython.char[::1],
-    axis: cython.longlong[::1],
-    reach: cython.Py_ssize_t,
-    far: cython.double,
-    peak: cython.double[:, ::1],
-) -> cython.void:
-    """Let the bounds and accelerations sleep that a profile stays far from.
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+@cython.locals(i=_INDEX, m=_INDEX)
+def _used(problem: Problem, b: cython.Py_ssize_t, j: cython.Py_ssize_t) -> cython.double:
+    """Return the part of its limit that a row uses which is no jerk."""
+    i = b * ROWS + j
+    m = problem.batches[b, 0] * MOTION + problem.batches[b, 1] * END + j
+    return fabs(problem.rows[i + A0] * problem.motion[m + B] + problem.rows[i + A1] * problem.motion[m + D])
+
+
+def thin(problem: Problem, reach: cython.Py_ssize_t, far: cython.double) -> cython.void:
+    """Let the bounds and accelerations sleep that the profile ``problem.c`` stays far from.
 
     Those of intervals beside a rest stay awake.
 
     Args:
-        c: Shape (n + 2,), the profile.
-        ends, rows, offset, kind, axis: As `build` has left them; changed in place.
-        awake: Shape (n,): becomes where the rows of each interval begin that sleep, the others being put before them.
+        problem: Its rows awake.
         reach: A row stays awake where the profile comes near its limit within so many intervals.
         far: The part of a limit from which it is near.
-        peak: Shape (n, axes + 1), zeros: room for the part that is used of each axis's acceleration, and of bounds.
     """
-    n: cython.Py_ssize_t = peak.shape[0]
-    i: cython.Py_ssize_t
+    n: cython.Py_ssize_t = problem.n
+    axes: cython.Py_ssize_t = problem.d1.shape[2]
+    b: cython.Py_ssize_t
+    j: cython.Py_ssize_t
     k: cython.Py_ssize_t
     m: cython.Py_ssize_t
     a: cython.Py_ssize_t
-    stop: cython.Py_ssize_t
     near: cython.double
+    import numpy
+
+    # The part that is used of each axis's acceleration, and, in the last row, of bounds.
+    peak: cython.double[:, ::1] = numpy.zeros((axes + 1, n))
     with cython.nogil:
-        for k in range(n):
-            for i in range(offset[k], offset[k + 1]):
-                if kind[i] < 2:
-                    a = axis[i] if kind[i] == 1 else peak.shape[1] - 1
-                    near = fabs(rows[i, 0] * c[k] + rows[i, 1] * c[k + 1] + rows[i, 2] * c[k + 2])
-                    peak[k, a] = max(peak[k, a], near)
-        for k in range(n):
-            stop = offset[k + 1]
-            i = offset[k]
-            while i < stop:
-                near = far
-                if kind[i] < 2 and ends[k, 0] != 0.0 and ends[k, 3] != 0.0:
-                    a = axis[i] if kind[i] == 1 else peak.shape[1] - 1
-                    near = 0.0
-                    for m in range(max(k - reach, 0), min(k + reach + 1, n)):
-                        near = max(near, peak[m, a])
-                if near < far:
-                    stop -= 1
-                    exchange(rows, kind, axis, i, stop)
-                else:
-                    i += 1
-            awake[k] = stop
+        survey(problem)
+        for b in range(problem.count):
+            if problem.batches[b, 2] != _JERK:
+                a = problem.batches[b, 3] if problem.batches[b, 2] == _ACCELERATION else axes
+                for j in range(size(problem, problem.batches[b, 0])):
+                    if problem.state[b, j] != 0:
+                        k = problem.batches[b, 0] * LANES + j
+                        peak[a, k] = max(peak[a, k], _used(problem, b, j))
+        for b in range(problem.count):
+            if problem.batches[b, 2] != _JERK:
+                a = problem.batches[b, 3] if problem.batches[b, 2] == _ACCELERATION else axes
+                for j in range(size(problem, problem.batches[b, 0])):
+                    k = problem.batches[b, 0] * LANES + j
+                    if problem.state[b, j] != 0 and problem.ends[k, 0] != 0.0 and problem.ends[k, 3] != 0.0:
+                        near = 0.0
+                        for m in range(max(k - reach, 0), min(k + reach + 1, n)):
+                            near = max(near, peak[a, m])
+                        if near < far:
+                            problem.state[b, j] = 1
+        find_runs(problem, 2, problem.awake)
+        find_runs(problem, 1, problem.asleep)
 
 
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
 def _ceiling(
-    d2: cython.double[:, :, ::1],
-    d3: cython.double[:, :, ::1],
-    limits: cython.double[:, ::1],
+    problem: Problem,
     k: cython.Py_ssize_t,
     e: cython.Py_ssize_t,
     q: cython.double,
 ) -> cython.double:
     """Return q, lowered to what steady motion allows at an end of an interval."""
+    d2: cython.double[:, :, ::1] = problem.d2
+    d3: cython.double[:, :, ::1] = problem.d3
+    limits: cython.double[:, ::1] = problem.limits
     a: cython.Py_ssize_t
     x: cython.double
     for a in range(d2.shape[2]):
@@ -285,17 +340,18 @@ def _ceiling(
 @cython.nogil
 @cython.exceptval(check=False)
 def _gain(
-    d1: cython.double[:, :, ::1],
-    d2: cython.double[:, :, ::1],
-    limits: cython.double[:, ::1],
-    factor: cython.double[:, :, ::1],
+    problem: Problem,
     k: cython.Py_ssize_t,
     e: cython.Py_ssize_t,
-    length: cython.double,
     cap: cython.double,
     state: cython.double[::1],
 ) -> cython.void:
-    """Move ``state`` = (q, acceleration) over a length with full jerk, the acceleration limits and the bound `cap` of q."""
+    """Move ``state`` = (q, acceleration) over an interval with full jerk, the acceleration limits and the bound `cap` of q."""
+    d1: cython.double[:, :, ::1] = problem.d1
+    d2: cython.double[:, :, ::1] = problem.d2
+    limits: cython.double[:, ::1] = problem.limits
+    factor: cython.double[:, :, ::1] = problem.factor
+    length: cython.double = problem.h[k]
     a: cython.Py_ssize_t
     _: cython.int
     acc: cython.double = 1e300
@@ -328,42 +384,30 @@ def _gain(
         state[1] = rate
 
 
-def start(
-    h: cython.double[::1],
-    ends: cython.double[:, ::1],
-    d1: cython.double[:, :, ::1],
-    d2: cython.double[:, :, ::1],
-    d3: cython.double[:, :, ::1],
-    limits: cython.double[:, ::1],
-    factor: cython.double[:, :, ::1],
-    top: cython.double[:, ::1],
-    part: cython.double,
-    free: cython.Py_ssize_t,
-    q: cython.double[:, ::1],
-    c: cython.double[::1],
-) -> cython.void:
-    """Fill `c` with a profile to start from: `part` of one that rises and falls with full jerk along the path.
+def start(problem: Problem, top: cython.double[:, ::1], part: cython.double) -> cython.void:
+    """Fill the free unknowns with a profile to start from: `part` of one that rises and falls with full jerk along the path.
 
     A forward and a backward pass over the nodes below what steady motion allows, as for acceleration limits alone
     (Bobrow et al., *Int. J. Robotics Research* 4(3), 1985), with the acceleration as second state; the lower of both.
 
     Args:
-        h, ends, d1, d2, d3, limits, factor: As in `build`.
+        problem: The others are given.
         top: Shape (n, 2), largest q at both ends of each interval.
         part: Factor of q.
-        free: First unknown to fill; those before it are given.
-        q: Shape (n, 2), room for q at both ends.
-        c: Shape (n + 2,), the result.
     """
-    n: cython.Py_ssize_t = h.shape[0]
+    n: cython.Py_ssize_t = problem.n
+    c: cython.double[::1] = problem.c
+    h: cython.double[::1] = problem.h
+    ends: cython.double[:, ::1] = problem.ends
     k: cython.Py_ssize_t
     import numpy
 
+    q: cython.double[:, ::1] = numpy.empty((n, 2))
     state: cython.double[::1] = numpy.zeros(2)
     with cython.nogil:
         for k in range(n):
-            q[k, 0] = _ceiling(d2, d3, limits, k, 0, top[k, 0])
-            q[k, 1] = _ceiling(d2, d3, limits, k, 2, top[k, 1])
+            q[k, 0] = _ceiling(problem, k, 0, top[k, 0])
+            q[k, 1] = _ceiling(problem, k, 2, top[k, 1])
         for k in range(n):
             if k == 0 or ends[k, 0] == 0.0:
                 # beside a rest: q' = 2 q (1/e − 1)/h
@@ -377,7 +421,7 @@ def start(
                 state[0] = q[k, 0]
                 state[1] = 0.0
             q[k, 0] = state[0]
-            _gain(d1, d2, limits, factor, k, 0, h[k], q[k, 1], state)
+            _gain(problem, k, 0, q[k, 1], state)
             q[k, 1] = state[0]
         for k in range(n - 1, -1, -1):
             if k == n - 1 or ends[k, 3] == 0.0:
@@ -387,47 +431,42 @@ def start(
                 state[0] = q[k, 1]
                 state[1] = 0.0
             q[k, 1] = state[0]
-            _gain(d1, d2, limits, factor, k, 2, h[k], q[k, 0], state)
+            _gain(problem, k, 2, q[k, 0], state)
             q[k, 0] = state[0]
-            if k + 1 >= free:
+            if k + 1 >= problem.free:
                 c[k + 1] = part * min(q[k, 0], q[k, 1])
         c[n + 1] = 1.0
-        if free == 1:
+        if problem.free == 1:
             c[0] = 1.0
 
 
-def nearest(
-    c: cython.double[::1],
-    ends: cython.double[:, ::1],
-    rows: cython.double[:, ::1],
-    offset: cython.longlong[::1],
-    awake: cython.longlong[::1],
-    kind: cython.char[::1],
-    margin: cython.double[::1],
-    closest: cython.char[::1],
-) -> cython.void:
+def nearest(problem: Problem, margin: cython.double[::1], closest: cython.char[::1]) -> cython.void:
     """Name the constraint that each interval comes nearest to.
 
     Args:
-        c, ends, rows, offset, awake, kind: As `cncgen.kernels.least_time.solve` has left them.
+        problem: As `cncgen.kernels.least_time.solve` has left it.
         margin: Shape (n,), 1 on entry: becomes the least slack of a row of the interval, as a part of its limit.
         closest: Shape (n,): becomes the kind of that row.
     """
+    b: cython.Py_ssize_t
     i: cython.Py_ssize_t
+    j: cython.Py_ssize_t
     k: cython.Py_ssize_t
-    w: cython.double
+    m: cython.Py_ssize_t
     r: cython.double
+    w: cython.double
     with cython.nogil:
-        for k in range(margin.shape[0]):
-            for i in range(offset[k], awake[k]):
-                w = rows[i, 4]
-                if kind[i] > 0:
-                    w = min(w, rows[i, 5])
-                r = rows[i, 3]
-                if kind[i] == 2:
-                    r /= sqrt(ends[k, 0] * c[k] + ends[k, 1] * c[k + 1])
-                elif kind[i] == 3:
-                    r /= sqrt(ends[k, 2] * c[k + 1] + ends[k, 3] * c[k + 2])
+        survey(problem)
+        for b in range(problem.count):
+            m = problem.batches[b, 0] * MOTION + ROOT
+            m += (problem.batches[b, 1] if problem.batches[b, 2] == _JERK else 2) * SCALE
+            for j in range(size(problem, problem.batches[b, 0])):
+                if problem.state[b, j] != 2:
+                    continue
+                i = b * ROWS + j
+                k = problem.batches[b, 0] * LANES + j
+                r = problem.rows[i + PART] * problem.motion[m + j]
+                w = min(problem.rows[i + W0], problem.rows[i + W1])
                 if w < margin[k] * r:
                     margin[k] = w / r
-                    closest[k] = kind[i]
+                    closest[k] = problem.batches[b, 2]

@@ -7,14 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.kernels import least_time, least_time_rows
+from cncgen.kernels import least_time, least_time_problem, least_time_rows
 from cncgen.planner.optimal.limits import most
 from cncgen.planner.optimal.track import ENTER, LEAVE, SPLINE
 from cncgen.planner.record import Limit
 
 Floats = NDArray[np.float64]
-#: Values, offsets, ends of those that are awake, kinds and axes of rows, see `cncgen.kernels.least_time.solve`.
-_Rows = tuple[Floats, NDArray[np.int64], NDArray[np.int64], NDArray[np.int8], NDArray[np.int64]]
 
 #: Duality gap, as a part of the time, and part by which limits may be passed between nodes.
 GAP, SLACK = 1e-7, 5e-4
@@ -151,7 +149,7 @@ def solve(given: Intervals, state: tuple[float, float] | None, known: Floats | N
     # Most rows never bind; which ones is seen from the profile to start from.
     first = _Start(_STARTS[0], known)
     for start, thinned in [(first, True), (first, False), *((start, False) for start in starts)]:
-        solution, optimal = _improved(given, columns, start.of(columns, state), state is not None, thinned)
+        solution, optimal = _improved(given, columns, start, state, thinned)
         if optimal:
             return solution
         found.append(solution)
@@ -173,17 +171,14 @@ class _Start:
     known: Floats | None = None
     slower: float = 1.0
 
-    def of(self, columns: _Columns, state: tuple[float, float] | None) -> Floats:
-        """Return the unknowns, shape (n + 2,), of a row that starts at rest or in a state of motion."""
-        n = len(columns.at)
-        c = np.ones(n + 2)
-        free = 1
+    def fill(
+        self, kernel: least_time_problem.Problem, columns: _Columns, state: tuple[float, float] | None
+    ) -> None:
+        """Fill the unknowns of a row that starts at rest or in a state of motion."""
+        c, free = np.asarray(kernel.c), kernel.free
         if state is not None:
             c[:2] = state
-            free = 2
-        least_time_rows.start(
-            columns.h, columns.ends, *columns.shape, columns.edge, self.part, free, np.empty((n, 2)), c
-        )
+        least_time_rows.start(kernel, columns.edge, self.part)
         # Edges of the profile break the jerk limit by far; rounded, they cost fewer iterations.
         x = c[free:-1]
         most_there = _RAISED * x
@@ -195,50 +190,34 @@ class _Start:
             known = self.known[ahead[free - 1 :]]
             there = slice(free, 1 + len(ahead))
             c[there] = self.slower * known if self.slower < 1.0 else np.maximum(c[there], known)
-        return c
 
 
 def _improved(
-    given: Intervals, columns: _Columns, c: Floats, moving: bool, thinned: bool
+    given: Intervals, columns: _Columns, start: _Start, state: tuple[float, float] | None, thinned: bool
 ) -> tuple[Solution, bool]:
-    """Run the interior-point method from `c`; return what it found, and whether that is the least time.
+    """Run the interior-point method from a start; return what it found, and whether that is the least time.
 
-    Where the rows are `thinned`, those sleep at first that `c` stays far from.
+    Where the rows are `thinned`, those sleep at first that the start stays far from.
     """
-    n, _, axes = columns.shape[0].shape
-    free = 2 if moving else 1
-    rows = _rows(columns, moving)
+    kernel = least_time_problem.Problem(
+        1 if state is None else 2, columns.h, columns.ends, columns.extra, *columns.shape, columns.hidden
+    )
+    start.fill(kernel, columns, state)
+    least_time_rows.build(kernel, columns.box, columns.sway, columns.joint)
     if thinned:
-        least_time_rows.thin(c, columns.ends, *rows, _REACH, _FAR, np.zeros((n, axes + 1)))
+        least_time_rows.thin(kernel, _REACH, _FAR)
     report = np.zeros(6)
-    status = least_time.solve(
-        c, free, columns.h, columns.ends, columns.extra, *rows, *columns.shape,
-        columns.hidden, np.ones((n, 2, axes)), GAP, SLACK, MOST_THINNED if thinned else MOST, report,
-    )  # fmt: skip
+    status = least_time.solve(kernel, GAP, SLACK, MOST_THINNED if thinned else MOST, report)
     held = bool(report[2] < SLACK and 0.0 < report[5] < 1.0 + SLACK and report[4] < _STALLED * report[0])
-    q = _ordinates(given, columns.at, columns.ends, c)
-    limit = _binding(given, columns, c, rows[:4])
+    q = _ordinates(given, columns.at, columns.ends, np.asarray(kernel.c))
+    limit = _binding(given, columns, kernel)
     unfelt = 0
     if status >= 0 or held:
-        change = np.zeros(n + 2)
-        least_time.response(c, free, columns.h, columns.ends, columns.extra, *rows, change)
+        change = np.zeros(len(columns.at) + 2)
+        least_time.response(kernel, change)
         unfelt = _unfelt(columns.at, np.abs(change[1:-1]))
     optimal = status == 0 or (status == 1 and report[1] < _STALLED_GAP * report[0])
     return Solution(q, limit, float(report[0]), unfelt, status >= 0 or held), optimal
-
-
-def _rows(columns: _Columns, moving: bool) -> _Rows:
-    """Return the rows of a problem, all awake: values, where those of each interval begin and sleep, kinds and axes."""
-    n, _, axes = columns.shape[0].shape
-    room = n * (5 + 4 * axes)
-    rows = np.empty((room, least_time.WIDTH))
-    offset = np.empty(n + 1, np.int64)
-    kind, axis = np.empty(room, np.int8), np.empty(room, np.int64)
-    least_time_rows.build(
-        columns.h, columns.ends, *columns.shape, columns.box, columns.sway, columns.joint, moving,
-        rows, offset, kind, axis,
-    )  # fmt: skip
-    return rows, offset, offset[1:].copy(), kind, axis
 
 
 def _unfelt(spline: NDArray[np.int64], change: Floats) -> int:
@@ -354,16 +333,11 @@ def _ordinates(given: Intervals, spline: NDArray[np.int64], ends: Floats, c: Flo
     return q
 
 
-def _binding(
-    given: Intervals,
-    columns: _Columns,
-    c: Floats,
-    rows: tuple[Floats, NDArray[np.int64], NDArray[np.int64], NDArray[np.int8]],
-) -> NDArray[np.int8]:
+def _binding(given: Intervals, columns: _Columns, kernel: least_time_problem.Problem) -> NDArray[np.int8]:
     """Name the limit that each interval comes nearest to; none where all are more than a fiftieth away."""
     margin, closest = np.ones(len(columns.at)), np.zeros(len(columns.at), np.int8)
-    least_time_rows.nearest(c, columns.ends, *rows, margin, closest)
-    names = np.array([Limit.FEED, Limit.ACCELERATION, Limit.JERK, Limit.JERK], np.int8)[closest]
+    least_time_rows.nearest(kernel, margin, closest)
+    names = np.array([Limit.FEED, Limit.ACCELERATION, Limit.JERK], np.int8)[closest]
     names = np.where(closest == least_time.BOX, given.top_limit[columns.at], names)
     out = np.full(len(given), Limit.JERK, np.int8)
     out[columns.at] = np.where(margin < _NEAR, names, Limit.NONE)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from types import ModuleType
 
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from cncgen.kernels import least_time, least_time_between, least_time_rows
+from cncgen.kernels import least_time_between, least_time_matrix, least_time_problem, least_time_rows
 from cncgen.planner.optimal import problem
 from cncgen.planner.optimal.problem import Intervals, solve
 from cncgen.planner.optimal.track import ENTER, LEAVE, SPLINE
@@ -17,14 +18,18 @@ from cncgen.planner.record import Limit
 from tests.kernels.plain import uncompiled
 
 
-def plain() -> ModuleType:
-    """Load the kernel and those that it calls uncompiled."""
-    kernel = uncompiled("least_time")
-    for part in ("between", "matrix", "passes"):
-        for name, value in vars(uncompiled(f"least_time_{part}")).items():
-            if callable(value) and hasattr(kernel, name):
-                setattr(kernel, name, value)
-    return kernel
+def plain(monkeypatch: pytest.MonkeyPatch) -> dict[str, ModuleType]:
+    """Load the kernels uncompiled, each with those that it calls."""
+    kernels = {}
+    for part in ("_problem", "_matrix", "_passes", "_between", "_rows", ""):
+        name = f"least_time{part}"
+        kernels[name] = uncompiled(name)
+        monkeypatch.setitem(sys.modules, f"cncgen.kernels.{name}", kernels[name])
+    return kernels
+
+
+#: What `state` says of a row that is awake.
+AWAKE = 2
 
 
 def wave(
@@ -201,8 +206,9 @@ def test_compiled_and_plain_agree(moving: bool, monkeypatch: pytest.MonkeyPatch)
         given.kind[0] = SPLINE
         state = (100.0, 120.0)
     compiled = solve(given, state)
-    monkeypatch.setattr(problem, "least_time", plain())
-    monkeypatch.setattr(problem, "least_time_rows", uncompiled("least_time_rows"))
+    for name, kernel in plain(monkeypatch).items():
+        if hasattr(problem, name):
+            monkeypatch.setattr(problem, name, kernel)
     slow = solve(given, state)
     assert compiled.converged
     assert slow.converged
@@ -218,12 +224,10 @@ def test_rows_left_out_change_nothing(feed: float, monkeypatch: pytest.MonkeyPat
     counts: list[tuple[int, int]] = []
     thin = least_time_rows.thin
 
-    def counted(*arguments: object) -> None:
-        offset, awake = arguments[3:5]
-        assert isinstance(offset, np.ndarray)
-        assert isinstance(awake, np.ndarray)
-        thin(*arguments)
-        counts.append((int(offset[-1]), int((awake - offset[:-1]).sum())))
+    def counted(rows: least_time_problem.Problem, reach: int, far: float) -> None:
+        thin(rows, reach, far)
+        state = np.asarray(rows.state)[: rows.count]
+        counts.append((int((state > 0).sum()), int((state == AWAKE).sum())))
 
     monkeypatch.setattr(least_time_rows, "thin", counted)
     some = solve(given, None)
@@ -247,23 +251,32 @@ def test_a_row_that_should_not_have_been_left_out_comes_back(monkeypatch: pytest
     assert blind.time == pytest.approx(whole.time, rel=0.2 * problem.SLACK)
 
 
+def small(
+    second: np.ndarray, third: np.ndarray, limit: float, hidden: float = 0.0
+) -> least_time_problem.Problem:
+    """Return intervals of length 1 of one axis that moves by its second and third derivative alone, without rows."""
+    n = len(second)
+    ends = np.full((n, 4), 0.5)
+    return least_time_problem.Problem(
+        1, np.ones(n), ends, np.zeros((n, 2)), np.zeros((n, 3, 1)), second[:, :, None].copy(),
+        third[:, :, None].copy(), np.full((2, 1), limit), np.ones((n, 2, 1)), np.full((n, 1), hidden),
+    )  # fmt: skip
+
+
 def test_thinning_keeps_what_is_near_and_what_is_beside_a_rest() -> None:
-    # One axis, three intervals: a bound and an acceleration each, the profile all ones.
-    rows = np.zeros((6, least_time.WIDTH))
-    rows[:, 1] = [0.1, 0.2, 0.1, 0.6, 0.1, 0.1]
-    kind, axis = np.array([0, 1] * 3, np.int8), np.array([-1, 0] * 3)
-    offset = np.array([0, 2, 4, 6])
-    ends = np.full((3, 4), 0.5)
-    ends[0, 0] = 0.0
-    c = np.ones(5)
-    awake = offset[1:].copy()
-    least_time_rows.thin(c, ends, rows, offset, awake, kind, axis, 0, 0.5, np.zeros((3, 2)))
+    # One axis, three intervals: a bound and an acceleration each, of the profile all ones.
+    used = np.array([0.2, 0.6, 0.1])
+    rows = small(np.repeat(used[:, None], 3, axis=1), np.zeros((3, 3)), 1.0)
+    np.asarray(rows.ends)[0, 0] = 0.0
+    box, sway = np.full((3, 3), np.inf), np.full((3, 2), np.inf)
+    box[:, 0] = 10.0
+    least_time_rows.build(rows, box, sway, np.zeros(3, np.int8))
+    least_time_rows.thin(rows, 0, 0.5)
+    kinds = np.asarray(rows.batches)[: rows.count, 2]
+    state = np.asarray(rows.state)[: rows.count, :3]
     # The first interval leaves a rest; of the others, only the acceleration of the second comes near.
-    assert offset.tolist() == [0, 2, 4, 6]
-    assert awake.tolist() == [2, 3, 4]
-    assert rows[:3, 1].tolist() == [0.1, 0.2, 0.6]
-    assert kind[:3].tolist() == [0, 1, 1]
-    assert sorted(rows[:, 1]) == [0.1, 0.1, 0.1, 0.1, 0.2, 0.6]
+    assert kinds.tolist() == [0, 1, 2, 2]
+    assert state.tolist() == [[2, 1, 1], [2, 2, 1], [2, 2, 2], [2, 2, 2]]
 
 
 @pytest.mark.parametrize("at", [11, 42, 50])
@@ -313,28 +326,24 @@ def test_a_limit_that_steps_up_at_a_node_is_held_on_both_sides() -> None:
 def test_what_passes_a_limit_between_the_ends_is_found_wherever_it_is(top: float) -> None:
     """At constant q the acceleration x'' q is the parabola 1 - (x - top)², whose largest value is 1."""
     x = np.array([0.0, 0.5, 1.0])
-    second = (1.0 - (x - top) ** 2)[None, :, None]
-    nothing = np.zeros((1, 3, 1))
-    share = np.ones((1, 2, 1))
-    found = least_time_between.tighten(
-        np.ones(3), np.ones(1), np.full((1, 4), 0.5), nothing, second, nothing, np.full((2, 1), 0.95),
-        np.ones((1, 2, 1)), np.zeros((1, 1)), share, 5e-4, 0, True,
-    )  # fmt: skip
+    second = (1.0 - (x - top) ** 2)[None, :]
+    rows = small(second, np.zeros((1, 3)), 0.95)
+    least_time_matrix.survey(rows)
+    found = least_time_between.tighten(rows, 5e-4, 0, True)
     assert found == pytest.approx(1.0 / 0.95, rel=1e-12)
     # The ends, where the rows hold the limit, are left so much less of it.
-    assert share[0, 0, 0] == pytest.approx(max(second[0, 0, 0], second[0, 2, 0]), rel=1e-12)
+    assert rows.share[0, 0, 0] == pytest.approx(max(second[0, 0], second[0, 2]), rel=1e-12)
 
 
 def test_what_three_values_of_the_third_derivative_hide_adds_to_the_jerk_at_the_speed_there_is() -> None:
     """At v² = 4 throughout, x''' = 0.05 at the ends and 0.1 in the middle is a jerk of 0.4 and 0.8; 0.01 more, of 0.08."""
-    third = np.array([0.05, 0.1, 0.05])[None, :, None]
-    nothing = np.zeros((1, 3, 1))
+    third = np.array([0.05, 0.1, 0.05])[None, :]
 
     def largest(hidden: float, limit: float) -> float:
-        return least_time_between.tighten(
-            np.full(3, 4.0), np.ones(1), np.full((1, 4), 0.5), nothing, nothing, third, np.full((2, 1), limit),
-            np.ones((1, 2, 1)), np.full((1, 1), hidden), np.ones((1, 2, 1)), 5e-4, 0, True,
-        )  # fmt: skip
+        rows = small(np.zeros((1, 3)), third, limit, hidden)
+        rows.c[:] = 4.0
+        least_time_matrix.survey(rows)
+        return least_time_between.tighten(rows, 5e-4, 0, True)
 
     assert largest(0.0, 1.0) == pytest.approx(0.8, rel=1e-12)
     # At the quarter points 0.7 + 0.08, and the parabola through the largest three values has its top in the middle still.
