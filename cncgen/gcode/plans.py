@@ -174,8 +174,11 @@ class Plans:
         modal = self.codes.get(("G", in_force))
         if any(code.group == "canned cycle" for code in codes):
             modal = _UNDER
-        if modal is not None and modal.number != NO_MOTION and not set(modal.summons).isdisjoint(block.words):
-            return modal
+        if modal is not None and modal.number != NO_MOTION:
+            # R of M19, say, is no R of a cycle; axis words of other codes have been dealt with.
+            used = {letter for code in codes for letter in code.words} - _AXIS_LETTERS
+            if not (set(modal.summons) - used).isdisjoint(block.words):
+                return modal
         if moves:
             letter = next(letter for letter in block.words if letter in _AXIS_LETTERS)
             raise BlockError(

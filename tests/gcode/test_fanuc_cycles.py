@@ -46,6 +46,13 @@ def test_k_and_l_repeat_and_k0_only_keeps_the_words(run: Any) -> None:
     assert moves(run, "G81 X7 Z-1 R1 K0\nX8")[0] == [8, 0, 10, 0]
 
 
+def test_r_alone_goes_on_with_the_cycle(run: Any) -> None:
+    """A block with X, Y, Z, R or another axis drills, and no other one does: M19's R is the spindle's angle."""
+    rows = moves(run, "G81 X1 Y1 Z-5 R2\nR3\nF200\nG4 P500\nM19 R90\nX2")
+    assert rows[4:7] == [[1, 1, 3, 0], [1, 1, -5, 1], [1, 1, 10, 0]]
+    assert [row[0] for row in rows if row[2] == -5] == [1, 1, 2]
+
+
 def test_words_stay_from_cycle_to_cycle(run: Any) -> None:
     rows = moves(run, "G81 X1 Z-5 R2\nG83 X2 Q4\nG80")
     assert rows[4:] == [

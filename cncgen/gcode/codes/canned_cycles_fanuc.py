@@ -227,6 +227,7 @@ CODES = tuple(
         text,
         AXES + "rpqkl",
         "motion",
+        summons=AXES + "r",
         dialects=("fanuc",),
     )
     for number, (_, _, text) in _CYCLES.items()
