@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import heapq
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +23,8 @@ RIPPLE = 0.05
 
 #: Places that are kept.
 KEPT = 10
+#: What sums of the same times in another order differ by, s, with room to spare.
+_ROUNDING_S = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,8 +59,13 @@ class SlowPlaces:
         self._open.append(pieces)
         joined = np.concatenate(self._open, axis=1)
         cuts = _valley_cuts(joined[1])
-        for a, b in pairwise([0, *cuts]):
-            self._close(joined[:, a:b])
+        if cuts:
+            starts = [0, *cuts[:-1]]
+            # Which of them may be among the worst, the sums in one go tell, but for rounding.
+            lost = np.add.reduceat(joined[0, : cuts[-1]], starts)
+            least = self._heap[0][0] if len(self._heap) == KEPT else 0.0
+            for n in np.flatnonzero(lost > least - _ROUNDING_S):
+                self._close(joined[:, starts[n] : cuts[n]])
         self._open = [joined[:, cuts[-1] :]] if cuts else [joined]
         # A valley that never ends (a constant speed) is closed too: nothing grows with the program.
         if self._open[0].shape[1] > 200_000:
@@ -80,17 +86,17 @@ class SlowPlaces:
         time, length = np.diff(p.t), np.diff(p.s)
         row = np.searchsorted(trajectory.row_s[1:], 0.5 * (p.s[:-1] + p.s[1:]), side="left")
         row = np.minimum(row, len(rows) - 1)
-        feed = self._feed(trajectory, row)
-        loss = time - length / feed
+        loss = time - length / self._feed(trajectory)[row]
         speed = np.append(p.v[1:], p.v[-1])
-        return np.stack([loss, speed, rows.line[row], p.t[:-1], p.s[:-1], p.limit])[:, ~p.waits]
+        pieces = np.stack([loss, speed, rows.line[row], p.t[:-1], p.s[:-1], p.limit])
+        waits = p.waits
+        return pieces[:, ~waits] if waits.any() else pieces
 
-    def _feed(self, trajectory: Trajectory, row: NDArray[np.int64]) -> Floats:
-        """Return the programmed speed on each row of `row`."""
+    def _feed(self, trajectory: Trajectory) -> Floats:
+        """Return the programmed speed on each row."""
         rows = trajectory.toolpath
-        length = np.diff(trajectory.row_s)[row]
-        inverse = rows.feed_mode[row] == FeedMode.INVERSE_TIME
-        feed = rows.feed[row] * np.where(inverse, length, path_of(rows).per_feed[row])
+        inverse = rows.feed_mode == FeedMode.INVERSE_TIME
+        feed = rows.feed * np.where(inverse, np.diff(trajectory.row_s), path_of(rows).per_feed)
         return np.where(np.isfinite(feed) & (feed > 0), feed, self._rapid)
 
     def _close(self, pieces: Floats) -> None:
@@ -120,8 +126,8 @@ def _valley_cuts(speed: Floats) -> list[int]:
     turns = turning[1:][slope[turning[1:]] != slope[turning[:-1]]]
     cuts: list[int] = []
     low, high, high_at = float(speed[0]) if len(speed) else 0.0, -1.0, -1
-    for at in (*turns.tolist(), len(speed) - 1):
-        value = float(speed[at])
+    places = np.append(turns, len(speed) - 1)
+    for at, value in zip(places.tolist(), speed[places].tolist(), strict=True):
         if value > low * (1 + RIPPLE) + 1e-9 and value > high:
             high, high_at = value, at
         elif high_at >= 0 and value < high * (1 - RIPPLE):

@@ -96,12 +96,15 @@ class Summary:
     def _add(self, trajectory: Trajectory) -> None:
         profile = trajectory.profile
         if len(profile):
-            wait = profile.waits & (profile.limit == Limit.STOP)
+            time, length = np.diff(profile.t), np.diff(profile.s)
+            top = _top_speeds(profile)
             turns = _turning(trajectory)
-            self._waited_s += float(np.diff(profile.t)[wait].sum())
-            self._turned_s += float(np.diff(profile.t)[turns].sum())
-            self._length_mm += float(np.diff(profile.s)[~turns].sum())
-            self._max_feed = max(self._max_feed, float(_top_speeds(profile)[~turns].max(initial=0.0)))
+            if turns.any():
+                self._turned_s += float(time[turns].sum())
+                length, top = length[~turns], top[~turns]
+            self._waited_s += float(time[profile.waits & (profile.limit == Limit.STOP)].sum())
+            self._length_mm += float(length.sum())
+            self._max_feed = max(self._max_feed, float(top.max(initial=0.0)))
         if len(profile.t):
             self._end_s = float(profile.t[-1])
         self._corners.extend(trajectory.corners[: MAX_CORNERS - len(self._corners)])

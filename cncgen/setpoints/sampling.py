@@ -140,7 +140,9 @@ def _chunk(
     orders = max(
         (("vel", "acc", "jerk").index(n) + 1 for n in signals if n in ("vel", "acc", "jerk")), default=0
     )
-    x = path.evaluate(at.s, orders)[:, :, columns]
+    x = path.evaluate(at.s, orders)
+    if columns != list(range(len(letters))):
+        x = x[:, :, columns]
     until = np.inf if last else (stop - 0.5) * period_s
     due = tuple(event for event in waiting if event[0] <= until)
     setpoints = Setpoints(
