@@ -148,17 +148,23 @@ def _stand(t: Floats, y: Floats, knots: Floats, points: Floats, near: float) -> 
     What is left of a bend further on is far below the tolerance, and rounding further on still: it would be motion of an
     axis that does not move.
     """
-    moves = np.abs(y[:, 1:]).max(axis=1) > _LEVEL
+    moves = np.abs(y[:, 1]) > _LEVEL
+    for k in (2, 3):
+        moves |= np.abs(y[:, k]) > _LEVEL
+    axes = np.flatnonzero(~moves.all(axis=0))
+    if not axes.size:
+        return
+    moves = moves[:, axes]
     # Pieces that a control point is attracted by, and whether the axis stands on all of them.
     first = np.clip(np.searchsorted(t, knots[: len(points)], side="right") - 1, 0, len(y) - 1)
     last = np.clip(np.searchsorted(t, knots[5:], side="left"), first + 1, len(y))
-    moved = np.concatenate([np.zeros((1, y.shape[2]), np.int64), np.cumsum(moves, axis=0)])
+    moved = np.concatenate([np.zeros((1, len(axes)), np.int64), np.cumsum(moves, axis=0)])
     stands = moved[last] == moved[first]
     # The same number on all pieces of a stretch: arcs carry rounding.
     begins = np.maximum.accumulate(np.where(moves, np.arange(1, len(y) + 1)[:, None], 0), axis=0)
-    place = np.take_along_axis(y[:, 0], np.minimum(begins, len(y) - 1), axis=0)[first]
-    stands &= np.abs(points - place) < near
-    points[stands] = place[stands]
+    place = y[np.minimum(begins, len(y) - 1), 0, axes][first]
+    stands &= np.abs(points[:, axes] - place) < near
+    points[:, axes] = np.where(stands, place, points[:, axes])
 
 
 def _longest(pieces: Pieces, widest: float) -> Floats:

@@ -5,7 +5,7 @@ The times are estimates in closed form (docs/smoothing.md), of two rows beside e
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +46,10 @@ class _Side:
     acceleration: Floats
     jerk: Floats
     top: Floats
+
+    def of(self, corners: NDArray[np.int64]) -> _Side:
+        """Return that of some of the corners."""
+        return _Side(self.acceleration[corners], self.jerk[corners], self.top[corners])
 
     def lost(self, speed: Floats) -> Floats:
         """Return the time lost against going on at the top speed, where the corner is passed at `speed`, 0 for a stop."""
@@ -194,20 +198,35 @@ class _Judged:
         one, two = leave / drive.jerk, entry / drive.jerk
         norms = np.linalg.norm(one, axis=1) * np.linalg.norm(two, axis=1)
         alike = np.einsum("ij,ij->i", one, two) / norms
-        turn, room = np.abs(self.turn[self.at]), rows.min(axis=0)
+        turn = np.abs(self.turn[self.at])
         best, bound = self._cost(sides, alike, self.length)
         out, size, by_chord = np.full(len(best), np.inf), np.linalg.norm(turn, axis=1), bound == _BY_CHORD
-        if by_chord.any():
-            # The same lengths are tried whatever P is, so that more of it can do what less of it does.
-            unit = drive.reserve_mm / size
-            first = np.ceil(2.0 * np.log2(self.length / unit)) - 1.0
-        for k in range(_TRIED) if by_chord.any() else ():
-            shorter = unit * np.exp2(0.5 * (first - k))
-            cost, _ = self._cost(sides, alike, shorter)
-            better = by_chord & (cost < (1.0 - 1e-9) * best) & (room >= _CROWDED * shorter)
-            best, out = np.where(better, cost, best), np.where(better, shorter, out)
+        few = np.flatnonzero(by_chord)
+        if few.size:
+            slow = replace(
+                self,
+                at=self.at[few],
+                length=self.length[few],
+                across=self.across[few],
+                beyond=(self.beyond[0][few], self.beyond[1][few]),
+            )
+            best[few], out[few] = slow._shorter([side.of(few) for side in sides], alike[few], best[few])
         passed = _passed_speed(drive, turn, size, np.maximum(np.abs(leave), np.abs(entry)))
         return np.where(best < sum(side.lost(passed) for side in sides), out, 0.0)
+
+    def _shorter(self, sides: list[_Side], alike: Floats, best: Floats) -> tuple[Floats, Floats]:
+        """Return what shorter lengths cost where that is less than `best`, and which; infinite where none does."""
+        out = np.full(len(best), np.inf)
+        room = self.corners.length[:, self.at].min(axis=0)
+        # The same lengths are tried whatever P is, so that more of it can do what less of it does.
+        unit = self.drive.reserve_mm / np.linalg.norm(self.turn[self.at], axis=1)
+        first = np.ceil(2.0 * np.log2(self.length / unit)) - 1.0
+        for k in range(_TRIED):
+            shorter = unit * np.exp2(0.5 * (first - k))
+            cost, _ = self._cost(sides, alike, shorter)
+            better = (cost < (1.0 - 1e-9) * best) & (room >= _CROWDED * shorter)
+            best, out = np.where(better, cost, best), np.where(better, shorter, out)
+        return best, out
 
     def _cost(self, sides: list[_Side], alike: Floats, length: Floats) -> tuple[Floats, NDArray[np.int64]]:
         """Return the time that corners rounded with a length cost, shape (k,), and what bounds their speed."""
