@@ -95,15 +95,12 @@ def survey(problem: Problem) -> cython.double:
     return total
 
 
-@cython.ccall
+@cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
 @cython.locals(j=_INDEX, f=_INDEX, m=_INDEX, s=_INDEX, t=_INDEX, x=_REAL, y=_REAL, z=_REAL)
-def begin(problem: Problem, block: cython.Py_ssize_t) -> vectorized:
-    """Begin the sums of a block with F: its gradient in `G`, the negative in `H`, and its Hessian in the matrix.
-
-    In the middle of an interval q is b + h d + h²/4 κ by q, d and κ at the left end.
-    """
+def _begin(problem: Problem, block: cython.Py_ssize_t) -> vectorized:
+    """Do `begin`."""
     fixed: cython.double[::1] = problem.fixed
     motion: cython.double[::1] = problem.motion
     sums: cython.double[::1] = problem.sums
@@ -141,11 +138,22 @@ def begin(problem: Problem, block: cython.Py_ssize_t) -> vectorized:
 @cython.ccall
 @cython.nogil
 @cython.exceptval(check=False)
+def begin(problem: Problem, block: cython.Py_ssize_t) -> cython.void:
+    """Begin the sums of a block with F: its gradient in `G`, the negative in `H`, and its Hessian in the matrix.
+
+    In the middle of an interval q is b + h d + h²/4 κ by q, d and κ at the left end.
+    """
+    _begin(problem, block)
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
 @cython.locals(j=_INDEX, k=_INDEX, f=_INDEX, s=_INDEX, t=_INDEX, x=_REAL, count=_INDEX)
-def spread(
+def _spread(
     problem: Problem, block: cython.Py_ssize_t, column: cython.Py_ssize_t, vector: cython.double[::1]
 ) -> vectorized:
-    """Add the sums of a block that begin in `column`, of (q, d, κ) at both ends, to a vector of the unknowns."""
+    """Do `spread`."""
     fixed: cython.double[::1] = problem.fixed
     sums: cython.double[::1] = problem.sums
     count = size(problem, block)
@@ -179,13 +187,23 @@ def spread(
 @cython.ccall
 @cython.nogil
 @cython.exceptval(check=False)
+def spread(
+    problem: Problem, block: cython.Py_ssize_t, column: cython.Py_ssize_t, vector: cython.double[::1]
+) -> cython.void:
+    """Add the sums of a block that begin in `column`, of (q, d, κ) at both ends, to a vector of the unknowns."""
+    _spread(problem, block, column, vector)
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
 @cython.locals(
     j=_INDEX, k=_INDEX, f=_INDEX, s=_INDEX, t=_INDEX, count=_INDEX, b0=_REAL, b1=_REAL, d0=_REAL, d1=_REAL, k0=_REAL,
     k1=_REAL, k2=_REAL, u1=_REAL, u2=_REAL, v1=_REAL, v2=_REAL, p0=_REAL, p1=_REAL, p2=_REAL, r0=_REAL, r1=_REAL,
     r2=_REAL, t0=_REAL, t1=_REAL, t2=_REAL, both=_REAL, x=_REAL, y=_REAL,
 )  # fmt: skip
-def gathered(problem: Problem, block: cython.Py_ssize_t, band: cython.double[:, ::1]) -> vectorized:
-    """Add the matrix of a block, of (q, d, κ) at both ends, to three upper diagonals of that of the unknowns."""
+def _gathered(problem: Problem, block: cython.Py_ssize_t, band: cython.double[:, ::1]) -> vectorized:
+    """Do `gathered`."""
     fixed: cython.double[::1] = problem.fixed
     sums: cython.double[::1] = problem.sums
     count = size(problem, block)
@@ -234,6 +252,14 @@ def gathered(problem: Problem, block: cython.Py_ssize_t, band: cython.double[:, 
         band[1, k + 1 + j] += sums[j + M12]
     for j in range(count):
         band[0, k + 2 + j] += sums[j + M22]
+
+
+@cython.ccall
+@cython.nogil
+@cython.exceptval(check=False)
+def gathered(problem: Problem, block: cython.Py_ssize_t, band: cython.double[:, ::1]) -> cython.void:
+    """Add the matrix of a block, of (q, d, κ) at both ends, to three upper diagonals of that of the unknowns."""
+    _gathered(problem, block, band)
 
 
 @cython.ccall

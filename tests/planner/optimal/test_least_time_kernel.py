@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from types import ModuleType
 
@@ -10,7 +11,13 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from cncgen.kernels import least_time_between, least_time_matrix, least_time_problem, least_time_rows
+from cncgen.kernels import (
+    least_time_between,
+    least_time_matrix,
+    least_time_passes,
+    least_time_problem,
+    least_time_rows,
+)
 from cncgen.planner.optimal import problem
 from cncgen.planner.optimal.problem import Intervals, solve
 from cncgen.planner.optimal.track import ENTER, LEAVE, SPLINE
@@ -64,11 +71,16 @@ def wave(
 
 def time_of(given: Intervals, c: np.ndarray, ends: np.ndarray, extra: np.ndarray) -> float:
     """Return the time by the objective's definition: Simpson's rule on q^-1/2, and 3 h q^-1/2 beside a rest."""
+    return time_of_complex(given, c, ends, extra).real
+
+
+def time_of_complex(given: Intervals, c: np.ndarray, ends: np.ndarray, extra: np.ndarray) -> complex:
+    """Return the same of complex unknowns, as analytic function."""
     h = given.h[1:-1]
     b0, b2 = ends[:, 0] * c[:-2] + ends[:, 1] * c[1:-1], ends[:, 2] * c[1:-1] + ends[:, 3] * c[2:]
     m = 0.25 * (b0 + b2) + 0.5 * c[1:-1]
     simpson = h / 6.0 * (b0**-0.5 + 4.0 * m**-0.5 + b2**-0.5)
-    return float(np.sum(simpson + extra[:, 0] * b0**-0.5 + extra[:, 1] * b2**-0.5))
+    return complex(np.sum(simpson + extra[:, 0] * b0**-0.5 + extra[:, 1] * b2**-0.5))
 
 
 def motion(given: Intervals, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -122,6 +134,65 @@ def test_the_least_time_is_that_of_a_general_solver(axes: int) -> None:
     assert found.success
     # What the method holds between the ends of an interval too costs a little; it never gains.
     assert found.fun * (1.0 - 1e-4) < ours.time < found.fun * 1.02
+
+
+def constraints(given: Intervals, at: np.ndarray, ends: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """Return r ∓ the part of its limit of every acceleration at a left end and every jerk, by their definitions."""
+    h = given.h[at, None]
+    b0 = (ends[:, 0] * c[:-2] + ends[:, 1] * c[1:-1])[:, None]
+    b2 = (ends[:, 2] * c[1:-1] + ends[:, 3] * c[2:])[:, None]
+    b1 = c[1:-1, None]
+    left, right, bend = (b1 - b0) / h, (b2 - b1) / h, (b0 - 2.0 * b1 + b2) / h**2
+    x1, x2, x3 = given.x1[at], given.x2[at], given.x3[at]
+    acceleration = (x2[:, 0] * b0 + x1[:, 0] * left) / given.limits[0]
+    out = [1.0 - acceleration, 1.0 + acceleration]
+    for end, b, d in ((0, b0, left), (2, b2, right)):
+        jerk = (x3[:, end] * b + 3.0 * x2[:, end] * d + x1[:, end] * bend) / given.limits[1]
+        out += [b**-0.5 - jerk, b**-0.5 + jerk]
+    return np.concatenate([x.ravel() for x in out])
+
+
+def test_residual_matrix_and_right_side_are_those_of_the_constraints_as_they_are_defined() -> None:
+    """∇F − Σ λ ∇g, ∇²F + Σ λ/w ∇g ∇gᵀ and −∇F + Σ λ/w (w − g) ∇g, the gradients by complex steps, exact to rounding."""
+    given = wave(42, height=0.5)
+    at = np.flatnonzero(given.kind == SPLINE)
+    h, ends, extra = problem._spline(given, at, False)
+    rows = least_time_problem.Problem(
+        1, h, ends, extra, given.x1[at], given.x2[at], given.x3[at], given.limits, given.factor[at],
+        given.hidden[at],
+    )  # fmt: skip
+    n, mu = len(at), 1e-3
+    c = 300.0 + 100.0 * np.sin(np.arange(n + 2.0))
+    rows.c[:] = c
+    least_time_rows.build(rows, np.full((n, 3), np.inf), np.full((n, 2), np.inf), np.zeros(n, np.int8))
+    assert least_time_matrix.survey(rows) == pytest.approx(time_of(given, c, ends, extra), rel=1e-13)
+    least_time_passes.set_up(rows, mu)
+    dual, right, band, found = np.zeros(n + 2), np.zeros(n + 2), np.zeros((3, n + 2)), np.zeros(4)
+    least_time_passes.gather(rows, 0.0, 0.0, dual, right, band, found)
+
+    def slope(of: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        return np.stack([np.imag(of(c + 1e-30j * unit)) / 1e-30 for unit in np.eye(n + 2)], axis=-1)
+
+    def time_slope(x: np.ndarray) -> np.ndarray:
+        steps = (time_of_complex(given, x + 1e-30j * unit, ends, extra) for unit in np.eye(n + 2))
+        return np.array([step.imag / 1e-30 for step in steps])
+
+    g, slopes = constraints(given, at, ends, c), slope(lambda x: constraints(given, at, ends, x))
+    # Slacks begin with what the limit is without the motion, at the least.
+    limits = np.concatenate([np.ones(4 * n), constraints(given, at, ends, c)[4 * n :]])
+    jerks = limits[4 * n :].reshape(2, 2, -1)
+    jerks[:] = jerks.mean(axis=1, keepdims=True)
+    w = np.maximum(g, limits)
+    y = mu / w
+    force = time_slope(c)
+    assert dual == pytest.approx(force - slopes.T @ y, rel=1e-9, abs=1e-9 * np.abs(slopes.T @ y).max())
+    wanted = -force + slopes.T @ (y / w * (w - g))
+    assert right == pytest.approx(wanted, rel=1e-9, abs=1e-9 * np.abs(wanted).max())
+    curvature = np.stack([(time_slope(c + u) - time_slope(c - u)) / 2e-2 for u in 1e-2 * np.eye(n + 2)])
+    matrix = curvature + slopes.T @ ((y / w)[:, None] * slopes)
+    for m in range(3):
+        wanted = np.diagonal(matrix, m)
+        assert band[m, : n + 2 - m] == pytest.approx(wanted, rel=1e-6, abs=1e-9 * np.abs(matrix).max())
 
 
 @pytest.mark.parametrize("feed", [20.0, 60.0, 1e4])
