@@ -7,7 +7,7 @@ normal distribution) and the mean of the error over its standard deviation, whos
 
 from __future__ import annotations
 
-import sys
+import argparse
 
 import numpy as np
 
@@ -51,7 +51,9 @@ def report(name: str, truth: dict[str, float], fits: list[Fit]) -> None:
 
 def main() -> None:
     """Run all three models."""
-    seeds = int(sys.argv[1]) if len(sys.argv) > 1 else 100
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("seeds", type=int, nargs="?", default=100, help="noisy logs [default: %(default)s]")
+    seeds = parser.parse_args().seeds
     draws = [np.random.default_rng(seed) for seed in range(seeds)]
     servo = load_servos("dyna-1007")["X"]
     values = {k: float(v) for k, v in servo.parameters.items()}

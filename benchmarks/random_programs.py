@@ -1,10 +1,11 @@
-"""Random programs through our interpreter and LinuxCNC's: ``python benchmarks/random_programs.py [COUNT [SEED]]``.
+"""Random programs through our interpreter and LinuxCNC's.
 
-Prints after each batch how many were run, and each disagreement shrunk to the smallest program that shows it.
+``python benchmarks/random_programs.py [COUNT [SEED]] [--stages STAGE …]`` prints after each batch how many were run, and each disagreement shrunk to the smallest program that shows it.
 """
 
 from __future__ import annotations
 
+import argparse
 import sys
 import tempfile
 import time
@@ -64,6 +65,17 @@ def main(total: int, first_seed: int, stages: tuple[str, ...]) -> int:
 
 
 if __name__ == "__main__":
-    numbers = [int(word) for word in sys.argv[1:] if word.isdigit()]
-    chosen = tuple(word for word in sys.argv[1:] if word in STAGES) or tuple(STAGES)
-    raise SystemExit(main(*(numbers + [10_000, 0][len(numbers) :]), chosen))
+    parser = argparse.ArgumentParser(description="Random programs through our interpreter and LinuxCNC's.")
+    parser.add_argument("count", type=int, nargs="?", default=10_000, help="programs [default: %(default)s]")
+    parser.add_argument(
+        "seed", type=int, nargs="?", default=0, help="first seed, one a batch [default: %(default)s]"
+    )
+    parser.add_argument(
+        "--stages",
+        nargs="+",
+        choices=STAGES,
+        default=tuple(STAGES),
+        help="what programs are made of [default: all]",
+    )
+    chosen = parser.parse_args()
+    raise SystemExit(main(chosen.count, chosen.seed, tuple(chosen.stages)))

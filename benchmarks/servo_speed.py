@@ -7,8 +7,8 @@ wall seconds beside them: on a machine with other work the ratio of the two says
 
 from __future__ import annotations
 
+import argparse
 import os
-import sys
 import time
 
 import numpy as np
@@ -45,8 +45,10 @@ def simulated(name: str, machine: str, setpoints: list[Setpoints]) -> tuple[floa
 
 def main() -> None:
     """Print both."""
-    samples = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
-    sets = int(sys.argv[2]) if len(sys.argv) > 2 else 1000
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("samples", type=int, nargs="?", default=1_000_000, help="[default: %(default)s]")
+    parser.add_argument("sets", type=int, nargs="?", default=1000, help="gain sets [default: %(default)s]")
+    samples, sets = vars(parser.parse_args()).values()
     setpoints = stream(curve(samples))
     print(f"{samples} samples of two axes")
     for machine, names in (("dyna-1007", ("p", "zpetc", "ccc", "zpetc+ccc", "tcf")), ("xy-table", ("p", "ccc", "tcf")),
