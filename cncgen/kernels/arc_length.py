@@ -95,7 +95,7 @@ class _Measured:
         metric_low, metric_high: Shape (m,), the columns that the length of each is taken over,
         low, high: and of the span's own one.
         rational: Whether the span's weights differ.
-        taylor: Its Taylor coefficients, see `_taylor`.
+        taylor, slopes: Its Taylor coefficients, and those of their derivative, see `_taylor`.
         left, right: Derivatives of u(s) at both ends of a cell.
         speed: |C'| at the nodes of the rule,
         nodes, weights, tails: and the rule.
@@ -109,6 +109,7 @@ class _Measured:
     low: cython.Py_ssize_t
     high: cython.Py_ssize_t
     taylor: cython.double[:, ::1]
+    slopes: cython.double[:, ::1]
     left: cython.double[::1]
     right: cython.double[::1]
     speed: cython.double[::1]
@@ -128,6 +129,7 @@ class _Measured:
         self.metric_low = metric_low
         self.metric_high = metric_high
         self.taylor = np.zeros((curves.highest + 1, curves.points.shape[1] + 1))
+        self.slopes = np.zeros_like(self.taylor)
         self.left = np.zeros(3)
         self.right = np.zeros(3)
         self.speed = np.zeros(_POINTS)
@@ -156,7 +158,9 @@ class _Measured:
 @cython.nogil
 @cython.exceptval(check=False)
 def _taylor(on: _Measured) -> cython.void:
-    """Fill ``on.taylor[k]`` with the k-th homogeneous Taylor coefficient about its middle, in half widths."""
+    """Fill ``on.taylor[k]`` with the k-th homogeneous Taylor coefficient about its middle, in half widths, and
+    ``on.slopes[k]`` with that of the derivative.
+    """
     a: cython.double = on.curves.knots[on.span.i]
     b: cython.double = on.curves.knots[on.span.i + 1]
     half: cython.double = 0.5 * (b - a)
@@ -168,6 +172,7 @@ def _taylor(on: _Measured) -> cython.void:
         factor *= half / k
         for d in range(on.taylor.shape[1]):
             on.taylor[k, d] *= factor
+            on.slopes[k - 1, d] = k * on.taylor[k, d]
 
 
 @cython.cfunc
@@ -227,36 +232,35 @@ def _smooth(on: _Measured, mean: cython.double) -> cython.bint:
 @cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _taylor_speed(
-    taylor: cython.double[:, ::1],
-    p: cython.Py_ssize_t,
-    rational: cython.bint,
-    x: cython.double,
-    low: cython.Py_ssize_t,
-    high: cython.Py_ssize_t,
-) -> cython.double:
+def _taylor_speed(on: _Measured, x: cython.double) -> cython.double:
     """|dC/dx| at x in half widths from the middle of the span."""
-    axes: cython.Py_ssize_t = taylor.shape[1] - 1
-    weight: cython.double = taylor[0, axes]
+    p: cython.Py_ssize_t = on.span.p
+    axes: cython.Py_ssize_t = on.taylor.shape[1] - 1
+    weight: cython.double = on.taylor[0, axes]
     change: cython.double = 0.0
     value: cython.double
     slope: cython.double
     total: cython.double = 0.0
     d: cython.Py_ssize_t
     k: cython.Py_ssize_t
-    if rational:
-        weight = taylor[p, axes]
-        for k in range(p - 1, -1, -1):
-            change = change * x + weight
-            weight = weight * x + taylor[k, axes]
-    for d in range(low, high):
-        value = taylor[p, d]
+    if not on.rational:
+        for d in range(on.low, on.high):
+            slope = on.slopes[p - 1, d]
+            for k in range(p - 2, -1, -1):
+                slope = slope * x + on.slopes[k, d]
+            total += slope * slope
+        return sqrt(total) / weight
+    weight = on.taylor[p, axes]
+    for k in range(p - 1, -1, -1):
+        change = change * x + weight
+        weight = weight * x + on.taylor[k, axes]
+    for d in range(on.low, on.high):
+        value = on.taylor[p, d]
         slope = 0.0
         for k in range(p - 1, -1, -1):
             slope = slope * x + value
-            value = value * x + taylor[k, d]
-        if rational:
-            slope -= change * value / weight
+            value = value * x + on.taylor[k, d]
+        slope -= change * value / weight
         total += slope * slope
     return sqrt(total) / weight
 
@@ -269,15 +273,10 @@ def _length(on: _Measured, a: cython.double, b: cython.double) -> cython.double:
 
     ``on.speed`` becomes |dC/dx| at its nodes.
     """
-    taylor: cython.double[:, ::1] = on.taylor
-    p: cython.Py_ssize_t = on.span.p
-    rational: cython.bint = on.rational
-    low: cython.Py_ssize_t = on.low
-    high: cython.Py_ssize_t = on.high
     total: cython.double = 0.0
     n: cython.Py_ssize_t
     for n in range(_POINTS):
-        on.speed[n] = _taylor_speed(taylor, p, rational, a + (b - a) * on.nodes[n], low, high)
+        on.speed[n] = _taylor_speed(on, a + (b - a) * on.nodes[n])
         total += on.weights[n] * on.speed[n]
     return total * (b - a)
 
@@ -330,7 +329,7 @@ def _cell(
     if not regular or abs(whole - length) > 10.0 * tolerance:
         return 1
     _hermite(cell, b, on.left, on.right)
-    speed = _taylor_speed(on.taylor, on.span.p, on.rational, between, on.low, on.high) / width
+    speed = _taylor_speed(on, between) / width
     share = half / length
     slope = 0.0
     for k in range(7, 0, -1):

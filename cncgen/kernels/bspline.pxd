@@ -15,6 +15,7 @@ cdef class Span:
     cdef readonly Py_ssize_t c
     cdef readonly Py_ssize_t i
     cdef readonly Py_ssize_t p
+    cdef readonly bint plain
     cdef double[:, :, ::1] q
     cdef readonly double[:, ::1] value
     cdef double[::1] basis

@@ -53,6 +53,7 @@ class Span:
     Attributes:
         curves: The curves that spans are of.
         c, i, p: Its curve, index and degree; c is −1 before the first one.
+        plain: Whether its weights are all 1: the curve is a polynomial, and its weight is not worked out.
         q: ``q[k, j]``: homogeneous control points of its k-th derivative (NURBS Book, eq. 3.8), the weight last, from the
             point ``q[p + 1, 0]`` as origin.
         value: The curve and its derivatives at a place, shape (4, axes + 1), the weight's last.
@@ -122,7 +123,9 @@ class Span:
         self.c = c
         self.i = i
         self.p = p
+        self.plain = weights[point] == 1.0
         for j in range(1, p + 1):
+            self.plain = self.plain and weights[point + j] == 1.0
             if weights[point + j] > weights[origin]:
                 origin = point + j
         for j in range(p - 1, -1, -1):
@@ -160,11 +163,17 @@ class Span:
         knots: cython.const[cython.double][::1] = self.curves.knots
         i: cython.Py_ssize_t = self.i
         p: cython.Py_ssize_t = self.p
+        columns: cython.Py_ssize_t = self.q.shape[2]
         r: cython.Py_ssize_t
         j: cython.Py_ssize_t
         d: cython.Py_ssize_t
         saved: cython.double
         term: cython.double
+        if self.plain:
+            columns -= 1
+            out[0, columns] = 1.0
+            for r in range(1, min(order, p) + 1):
+                out[r, columns] = 0.0
         self.basis[0] = 1.0
         for r in range(p + 1):
             if r > 0:
@@ -175,7 +184,7 @@ class Span:
                     saved = (u - knots[i + 1 + j - r]) * term
                 self.basis[r] = saved
             if p - r <= order:
-                for d in range(self.q.shape[2]):
+                for d in range(columns):
                     term = 0.0
                     for j in range(r + 1):
                         term += self.basis[j] * self.q[p - r, j, d]
@@ -196,6 +205,10 @@ class Span:
             for d in range(axes + 1):
                 self.value[k, d] = 0.0
         self.homogeneous(order, u, self.value)
+        if self.plain:
+            for d in range(axes):
+                self.value[0, d] += self.q[self.p + 1, 0, d]
+            return
         for d in range(axes):
             self.value[0, d] = self.value[0, d] / self.value[0, axes]
             if order > 0:

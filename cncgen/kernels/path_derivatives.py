@@ -130,7 +130,10 @@ def _row_at(on: Rows, s: cython.double, side: cython.int, near: cython.Py_ssize_
 @cython.nogil
 @cython.exceptval(check=False)
 def _by_length(
-    value: cython.double[:, ::1], order: cython.Py_ssize_t, low: cython.Py_ssize_t, high: cython.Py_ssize_t
+    value: cython.double[:, ::1],
+    order: cython.Py_ssize_t,
+    low: cython.Py_ssize_t,
+    high: cython.Py_ssize_t,
 ) -> cython.double:
     """Turn derivatives by u, one a row of `value`, into those by s; 0 where C' is 0. Returns |C'| over low .. high.
 
@@ -297,6 +300,9 @@ def evaluate(
             if on.kind[at] != _NURBS:
                 u[n] = local / on.length[at] if on.length[at] > 0.0 else 0.0
                 _line(on, at, u[n], order, point)
+                for k in range(order + 1):
+                    for d in range(axes):
+                        out[k, n, d] = point[k, d]
             else:
                 c = on.curve[at]
                 u[n] = parameter_at(on.cells, on.cell_offset[c], on.cell_offset[c + 1], local, side, on.snap)
@@ -305,18 +311,15 @@ def evaluate(
                     if c != span.c or i != span.i:
                         span.enter(c, i, order)
                 span.derivatives(order, u[n])
-                for k in range(order + 1):
-                    for d in range(axes):
-                        point[k, d] = span.value[k, d]
                 if order > 0:
-                    g = _by_length(point, order, on.low[c], on.high[c])
+                    g = _by_length(span.value, order, on.low[c], on.high[c])
                     i = on.curves.degree[c]
                     whole = knots[on.curves.knot_offset[c + 1] - i - 1] - knots[on.curves.knot_offset[c] + i]
                     if g * whole <= on.slow * on.total[c]:
                         slow[found] = n
                         found += 1
-                    _straighten(on, c, order, point)
-            for k in range(order + 1):
-                for d in range(axes):
-                    out[k, n, d] = point[k, d]
+                    _straighten(on, c, order, span.value)
+                for k in range(order + 1):
+                    for d in range(axes):
+                        out[k, n, d] = span.value[k, d]
     return found
