@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,6 +70,20 @@ class Joints:
     zone: Floats
     cuts: Cuts
 
+    def only(self, kept: Bools) -> Joints:
+        """Return those that are kept, of which every rest is one."""
+        number = np.cumsum(kept) - 1
+        return Joints(
+            self.s[kept],
+            self.stop[kept],
+            self.corner[kept],
+            self.speed[kept],
+            self.taken[kept],
+            self.acceleration[kept],
+            self.zone[kept],
+            replace(self.cuts, joint=number[self.cuts.joint]),
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class Beyond:
@@ -135,9 +149,17 @@ def joints_of(
     jerks = np.stack([along_path(within, side[1]) for side in (left, right)])
     passing = np.where(stop | corner, 0.0, speed)
     moving = turn * (passing > 0.0)[:, None]
-    chord = _chord_speed(bounds, s, moving, jerks.max(axis=0), np.minimum(passing, np.sqrt(top)))
-    speed = np.minimum(passing, chord)
     straight = path.kind[path.row_of(0.5 * (s[:-1] + s[1:]))] == Kind.LINE
+    fastest = _reached(bounds, s, np.minimum(passing, np.sqrt(top)), straight, right[1])
+    chord = _chord_speed(bounds, s, moving, jerks.max(axis=0), fastest)
+    rest = (chord <= 0.0) & (passing > 0.0)
+    if rest.any():
+        # Where the chord over a corner asks for rest, chords over others do not reach across.
+        passing = np.where(rest, 0.0, passing)
+        fastest = _reached(bounds, s, np.minimum(passing, np.sqrt(top)), straight, right[1])
+        moving = turn * (passing > 0.0)[:, None]
+        chord = np.where(rest, 0.0, _chord_speed(bounds, s, moving, jerks.max(axis=0), fastest))
+    speed = np.minimum(passing, chord)
     v = _reached(bounds, s, np.minimum(speed, np.sqrt(top)), straight, right[1])
     together = _together(bounds, s, turn, v)
     speed = np.where(together < v, together, speed)

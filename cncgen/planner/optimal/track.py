@@ -129,6 +129,8 @@ def track_of(
     sides = (sides[0][:, first], sides[1][:, last])
     top = np.minimum(top_at(seams[first], sides[0], -1)[0], top_at(seams[last], sides[1])[0])
     joints = joints_of(toolpath, path, bounds, crawls, seams[first], sides, top, before, after)
+    kept = ~_straight_on(path, feeds, joints, sides)
+    joints, sides = joints.only(kept), (sides[0][:, kept], sides[1][:, kept])
     lines = _lines(path, joints)
     if cap and cap.straight:
         # What crawls is slower than any cap.
@@ -225,6 +227,22 @@ def _seams(toolpath: Toolpath, path: Path, feeds: Feeds) -> Floats:
     known = np.where(known < _SEEN, known, 0.0)
     turn = most(np.abs(other - one) / np.maximum(np.abs(one), 1.0))
     return np.delete(s, at[turn < known])
+
+
+def _straight_on(path: Path, feeds: Feeds, joints: Joints, sides: tuple[Floats, Floats]) -> NDArray[np.bool_]:
+    """Tell at which joints a line goes on at its feed but for a turn less than `_SEEN` that setpoints do not feel at the speed there is.
+
+    Ends of lines that a program rounds to its decimals turn what was one line when it was cut.
+    """
+    before, after = path.row_of(joints.s, -1), path.row_of(joints.s)
+    out = (path.kind[before] == Kind.LINE) & (path.kind[after] == Kind.LINE) & (after == before + 1)
+    out &= np.isinf(joints.speed) & ~joints.stop & ~joints.corner
+    out &= np.isclose(feeds.speed[before], feeds.speed[after], rtol=_STRAIGHT, atol=0.0)
+    out[[0, -1]] = False
+    at = np.flatnonzero(out)
+    one, other = (side[1][at] for side in sides)
+    out[at] = most(np.abs(other - one) / np.maximum(np.abs(one), 1.0)) < _SEEN
+    return out
 
 
 def _lines(path: Path, joints: Joints) -> NDArray[np.bool_]:

@@ -317,6 +317,30 @@ def test_a_line_cut_in_two_among_corners_is_passed_as_fast_as_the_line() -> None
     assert alone[2] > 100.0
 
 
+@pytest.mark.parametrize("chord", [1e-3, 1e-4])
+def test_lines_cut_at_rounded_points_take_no_longer(chord: float) -> None:
+    """Cut at points of nine decimals, lines turn by some 1e-8, which no setpoint feels: times once differed by a third.
+
+    On a machine that goes from rest to rest in a few periods, so that most corners of the wave are rests.
+    """
+    axes = {letter: Axis(letter, 2e4, 7e7, 1.5e10) for letter in "XY"}
+    machine = replace(load("generic-mill"), axes=axes, period_s=3.3e-4, chord_tolerance_mm=chord)
+    rng = np.random.default_rng(3)
+    u = np.linspace(0.0, 1.0, 31)
+    points = np.stack([5.0 * u, 1.5 * np.sin(9.0 * u)], axis=1)
+    points[1:] += 1e-3 * rng.normal(size=(30, 2))
+    points = points.round(9)
+    shares = np.sort(rng.uniform(0.0, 1.0, (30, 3)), axis=1)
+    shares[:, 2] = 1.0
+    cut = points[:-1, None] + shares[:, :, None] * np.diff(points, axis=0)[:, None]
+    times = []
+    for each in (points[1:], cut.reshape(-1, 2)):
+        rows = [f"G1 X{x:.9f} Y{y:.9f}" for x, y in each]
+        text = "\n".join(["G21 G90 G61 F20000000", *rows, "M2", ""])
+        times.append(list(plan(read_text(text).chunks(), machine, PlanOptions()))[-1].profile.t[-1])
+    assert times[1] == pytest.approx(times[0], rel=1e-4)
+
+
 #: A line of 11.7 mm, 500 mm/s, and a wave of lines of 0.17 mm, mm in X and Y.
 _WAVE = np.array(
     [
