@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.table import (
     ALONE,
@@ -36,6 +37,8 @@ G53 = 530
 #: G0 and G1.
 _STRAIGHT = (0, 10)
 _PLAIN_MOTIONS = (0, 10, 20, 30)
+#: The group of codes that hold for their block alone.
+_ONE_SHOT = "non-modal"
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +102,7 @@ class Plans:
 
     def _made(self, block: Block, in_force: int) -> Plan:
         """Find the codes of a block, check that they go together, and order them."""
-        codes = self._named(block)
+        codes, remarks = self._named(block)
         motion = self._motion_of(block, codes, in_force)
         if motion is not None and motion not in codes:
             codes.append(motion)
@@ -112,17 +115,19 @@ class Plans:
         for letter in block.words:
             if letter not in allowed:
                 raise _unused(letter, self.codes)
-        steps = [code.run for code in sorted(codes, key=lambda code: code.stage)]
+        steps = remarks + [code.run for code in sorted(codes, key=lambda code: code.stage)]
         steps += [code.after for code in codes if code.after is not None]
         return Plan(tuple(steps))
 
-    def _named(self, block: Block) -> list[Code]:
-        """Return the codes of the G and M words of a block; raise where they do not go together."""
-        codes = [self._code("G", number) for number in block.g]
+    def _named(self, block: Block) -> tuple[list[Code], list[Handler]]:
+        """Return the codes of the G and M words of a block, and what remarks on them; raise where they do not go together."""
+        codes = _without_cancel([self._code("G", number) for number in block.g])
+        remarks: list[Handler] = []
+        if self._table == "fanuc":
+            codes, remarks = _last_of_groups(codes)
         codes += [self._code("M", number) for number in block.m]
-        codes = _without_cancel(codes)
         _check_groups(codes)
-        return _one_mover(codes) if self.dialect == "fanuc" else codes
+        return _one_mover(codes) if self.dialect == "fanuc" else codes, remarks
 
     def _of_lone_words(self, block: Block, codes: list[Code]) -> list[Code]:
         """Return the codes of words that mean something by themselves, unless a code of the block takes them."""
@@ -199,12 +204,35 @@ def _without_cancel(codes: list[Code]) -> list[Code]:
 
 def _one_mover(codes: list[Code]) -> list[Code]:
     """Leave the axis words to a one-shot code of FANUC (``G0 G28 Z0``) that stands beside G0 to G3."""
-    if not any(code.axes == "own" and code.group == "non-modal" for code in codes):
+    if not any(code.axes == "own" and code.group == _ONE_SHOT for code in codes):
         return codes
     return [
         _only_modal(code.number) if code.letter == "G" and code.number in _PLAIN_MOTIONS else code
         for code in codes
     ]
+
+
+def _last_of_groups(codes: list[Code]) -> tuple[list[Code], list[Handler]]:
+    """Return the last G code of each modal group, which alone counts on FANUC's mills, and remarks on the others."""
+    kept: dict[object, Code] = {}
+    remarks: list[Handler] = []
+    for code in reversed(codes):
+        last = kept.setdefault(code if code.group == _ONE_SHOT else code.group, code)
+        if last is not code:
+            remarks.insert(0, _remark_on_conflict(code, last))
+    return list(reversed(kept.values())), remarks
+
+
+def _remark_on_conflict(code: Code, last: Code) -> Handler:
+    """Return what says that a code is passed over for a later one of its group."""
+    message = f"{code.name} and {last.name} are of one modal group ({code.group}): the last one counts"
+
+    def remark(ip: Interpreter, block: Block) -> None:
+        ip.warn(
+            BlockError("modal-conflict", message, code.name, hint="leave the other one out"), Severity.WARNING
+        )
+
+    return remark
 
 
 def _check_groups(codes: list[Code]) -> None:

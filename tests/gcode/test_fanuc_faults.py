@@ -84,3 +84,27 @@ def test_names_of_files_that_no_folder_has(tmp_path: Path) -> None:
     assert candidates(tmp_path, "a\0b") == []
     (tmp_path / "O0100.NGC").write_text("M2\n")
     assert [path.name for path in candidates(tmp_path, "o0100")] == ["O0100.NGC"]
+
+
+@pytest.mark.parametrize(
+    ("block", "end", "column"),
+    [
+        ("G90 G91 G0 X1", [2, 0, 0], 1),
+        ("G0 G1 X5 F100", [5, 0, 0], 1),
+        ("N5 G54 G0 G55 X3", [10, 0, 0], 4),
+        ("G28 G91 Z0. G90", [1, 0, 0], 5),
+        ("G17 G18 G2 X2 Z1 I1 K0 F9", [2, 0, 1], 1),
+    ],
+)
+def test_of_two_codes_of_a_group_the_last_one_counts(
+    run: Run, block: str, end: list[float], column: int
+) -> None:
+    """B-63944EN, 3; on lathes, where G90 is a cycle, and in LinuxCNC it is an error."""
+    out = run(f"#5241=7\nG0 X1\n{block}\nM30", dialect="fanuc")
+    assert out.errors == []
+    assert out.path.end[-1, :3].round(9).tolist() == end
+    places = [(d.code, d.severity, d.span.line, d.span.column) for d in out.diagnostics if d.span]
+    assert places == [("modal-conflict", "warning", 3, column)]
+    for dialect in ("fanuc-lathe", "linuxcnc"):
+        codes = [code for code, line, _ in run(f"G0 X1\n{block}\nM30", dialect=dialect).errors if line == 2]
+        assert codes
