@@ -49,7 +49,7 @@ SLOW_S = 20.0
 #: Mistakes of programs that rounding of arcs makes, rightly refused.
 REFUSED = ("arc-",)
 #: The X-Y table of Tsai 2010 and the die bonder of Yeh and Sun 2008, as the profiles of these names have them.
-TABLE_SERVO = {
+TABLE_SERVO: dict[str, str | float] = {
     "model": "pi-p-feedforward",
     "velocity_pole_1_s": 36.4609,
     "velocity_gain_1_s": 346.592,
@@ -60,7 +60,7 @@ TABLE_SERVO = {
     "control_period_s": 0.0005,
 }
 TABLE = Rig(dict.fromkeys("XY", (250.0, 2450.0, 5e4)), 1e-3, 1e-3, 0.01, dict.fromkeys("XY", TABLE_SERVO))
-BONDER_SERVO = {
+BONDER_SERVO: dict[str, str | float] = {
     "model": "pd-plus",
     "time_constant_s": 0.31,
     "velocity_gain_rad_s_volt": 2506.17,
@@ -166,10 +166,11 @@ def setpoints(seed: int, case: Case, options: cncgen.PlanOptions) -> list[Fault]
         return []
     done = planned(case, to, options)
     faults = judged(done.x, done.times, to, case.rig)
-    verdict = cncgen.judge(done.setpoints, done.program, done.machine)
-    if verdict.breaches and not faults:
-        first = next(iter(verdict.breaches))
-        faults.append(Fault(first.code, 1.0, first.message))
+    if not faults:
+        breaches = cncgen.judge(done.setpoints, done.program, done.machine).breaches
+        faults += [Fault(each.code, 1.0, each.message) for each in breaches if each.severity.name != "NOTE"][
+            :1
+        ]
     return faults
 
 
