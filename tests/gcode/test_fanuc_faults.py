@@ -86,6 +86,17 @@ def test_names_of_files_that_no_folder_has(tmp_path: Path) -> None:
     assert [path.name for path in candidates(tmp_path, "o0100")] == ["O0100.NGC"]
 
 
+def test_the_file_of_a_program_may_leave_out_its_o_and_zeros(tmp_path: Path, run: Run) -> None:
+    names = ("O0012.TXT", "O12", "0012.nc", "12.cnc", "O120.nc", "12.pdf")
+    for name in names:
+        (tmp_path / name).write_text("O12\nG0 X3\nM99\n")
+    assert [path.name for path in candidates(tmp_path, "O0012")] == list(names[:4])
+    assert candidates(tmp_path, "a12") == []
+    called = run("M98 P12\nM30", dialect="fanuc", include=(tmp_path,))
+    assert called.errors == []
+    assert called.path.end[0, 0] == 3.0
+
+
 @pytest.mark.parametrize(
     ("block", "end", "column"),
     [

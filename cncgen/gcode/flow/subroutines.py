@@ -119,7 +119,7 @@ class Subroutines:
         what = f"program {name}" if self.ip.dialect == "fanuc" else f"subroutine o{shown(label)}"
         raise BlockError(
             "sub-missing",
-            f"there is no {what} in the text, and no file {name}.ngc in {places}",
+            f"there is no {what} in the text, and no file of that name in {places}",
             "O",
             hint="--include adds a folder to the search path",
         )

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 #: Suffixes of files with subprograms; FANUC's have often none.
-_SUFFIXES = (".ngc", ".nc", ".tap", ".cnc", "")
+_SUFFIXES = (".ngc", ".nc", ".gcode", ".tap", ".cnc", ".txt", "")
+#: A program of FANUC: its file may leave out the O and leading zeros.
+_NUMBERED = re.compile(r"O0*(\d+)", re.IGNORECASE)
 
 
 def search_path(program: Path | None, include: Sequence[Path]) -> list[Path]:
@@ -15,17 +18,26 @@ def search_path(program: Path | None, include: Sequence[Path]) -> list[Path]:
 
 
 def candidates(folder: Path, name: str) -> list[Path]:
-    """Return the files of a folder that hold a subprogram of that name (names are case-insensitive)."""
+    """Return the files of a folder that may hold a subprogram, the best first (names are case-insensitive)."""
     exact = folder / f"{name}.ngc"
     try:
         if exact.is_file():
             return [exact]
         if not folder.is_dir():
             return []
-        wanted = {f"{name}{suffix}".lower() for suffix in _SUFFIXES}
-        return sorted(path for path in folder.iterdir() if path.name.lower() in wanted and path.is_file())
+        wanted = [f"{spelling}{suffix}".lower() for spelling in _spellings(name) for suffix in _SUFFIXES]
+        found = [path for path in folder.iterdir() if path.name.lower() in wanted and path.is_file()]
+        return sorted(found, key=lambda path: (wanted.index(path.name.lower()), path.name))
     except (OSError, ValueError):  # no name of a file: too long, or with a NUL
         return []
+
+
+def _spellings(name: str) -> Iterator[str]:
+    """Yield how the file of a subprogram may be called, without its suffix."""
+    yield name
+    numbered = _NUMBERED.fullmatch(name)
+    if numbered:
+        yield from (f"O{numbered[1]}", numbered[1].zfill(4), numbered[1])
 
 
 def leaves_path(name: str) -> bool:
