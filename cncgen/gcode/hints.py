@@ -68,7 +68,6 @@ HINTS: dict[str, str] = {
     "profile-corner": "make it smaller, or leave it out",
     "profile-flow": "its branches and loops begin and end within it",
     "profile-length": "a profile is a subroutine of two moves or more",
-    "profile-missing": "Q names the subroutine of the profile: G71 Q100 for o100",
     "profile-not-monotonic": "turn the profile round, or cut the pocket by itself (G71.2, G72.2)",
     "profile-passes": "it is how often the tool goes along the profile",
     "profile-plane": "use G18",

@@ -93,7 +93,12 @@ def _prepare(ip: Interpreter, block: Block, name: str, swap: bool) -> Job:
     """Check the words, go to X and Z of the block, read the profile and go to before its first point."""
     state = ip.state
     if "q" not in block.words:
-        raise BlockError("profile-missing", f"{name} has no subroutine number Q", name)
+        # Alone, G70 and G71 are inches and millimetres of Mach, Siemens and DIN 66025.
+        units = {"G70": "G20 for inches", "G71": "G21 for millimetres"} if not block.words else {}
+        hint = "Q names the subroutine of the profile: G71 Q100 for o100"
+        if name in units:
+            hint = f"{name} is a turning cycle here: write {units[name]}"
+        raise BlockError("profile-missing", f"{name} has no subroutine number Q", name, hint=hint)
     if state.plane != 18:
         raise BlockError("profile-plane", f"{name} works in plane G18, not in G{state.plane}", name)
     number = whole(block, "q", name)
