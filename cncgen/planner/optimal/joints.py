@@ -41,8 +41,8 @@ _HAT = [-1.0, 0.0, 1.0], [0.0, 1.0, 0.0]
 _BEFORE = np.linspace(0.0, 1.0, 17)[1:-1]
 #: Turn of a direction that is as far as it can go.
 _WHOLE = 2.0
-#: What the jerk that a jump takes costs on either side of it, in periods.
-_DELAY = 0.6
+#: What a jump that is passed costs on either side of it, in periods: by itself, and where it takes all jerk along the path.
+_DELAY, _SLOWED = 0.4, 0.7
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +143,9 @@ def joints_of(
     linear, square = bounds.jump(turn, right[2] - left[2])
     speed = speed_within(linear, square, JUMP_SHARE)
     held = speed < np.sqrt(top)
-    corner = held & (speed < _worth_a_stop(bounds, s, stop | held, left[1], right[1], top))
+    v = np.where(held, speed, 0.0)[:, None]
+    lost = _lost(bounds, linear * v + square * v**2, left[1], right[1])
+    corner = held & (speed < _worth_a_stop(bounds, s, stop | held, left[1], right[1], top, lost))
     # Within half a period the largest acceleration leads as far as a jerk of 6 A/T.
     within = np.minimum(bounds.axes.jerk, 6.0 * bounds.axes.acceleration / bounds.period_s)
     jerks = np.stack([along_path(within, side[1]) for side in (left, right)])
@@ -491,11 +493,31 @@ def _weakest(bounds: Bounds, left: Floats, right: Floats) -> tuple[Floats, Float
     return acceleration, jerk, STOP_SPEED * np.minimum(jerk * period, acceleration) * period
 
 
-def _worth_a_stop(bounds: Bounds, s: Floats, slow: Bools, left: Floats, right: Floats, top: Floats) -> Floats:
+def _lost(bounds: Bounds, taken: Floats, left: Floats, right: Floats) -> Floats:
+    """Return what part of the jerk along the path jumps take, shape (n,), the mean of both sides.
+
+    An axis that hardly moves beside the jump leaves the others theirs.
+
+    Args:
+        bounds: Limits.
+        taken: Shape (n, axes), parts of the axes' jerk.
+        left, right: Shape (n, axes), dx/ds on both sides.
+    """
+    jerk = bounds.axes.jerk
+    kept = 1.0 - taken
+    with np.errstate(invalid="ignore"):
+        parts = [along_path(jerk, side / kept) / along_path(jerk, side) for side in (left, right)]
+    return 1.0 - 0.5 * np.nan_to_num(parts[0] + parts[1])
+
+
+def _worth_a_stop(
+    bounds: Bounds, s: Floats, slow: Bools, left: Floats, right: Floats, top: Floats, lost: Floats
+) -> Floats:
     """Return the speed, shape (n,), mm/s, below which a stop takes less time than to pass a jump.
 
     A stop takes v/a more on either side, a being the acceleration that the motion reaches there; passing, the jump leaves
-    little jerk for three periods, which costs about 0.6 T on either side. Slower than J T² or A T nothing is passed.
+    little jerk for three periods, which costs 0.4 to 0.9 T on either side, as much as it takes of the jerk along the path.
+    Slower than J T² or A T nothing is passed.
 
     Args:
         bounds: Limits.
@@ -503,6 +525,7 @@ def _worth_a_stop(bounds: Bounds, s: Floats, slow: Bools, left: Floats, right: F
         slow: Shape (n,), which of them hold the speed back, or rest.
         left, right: Shape (n, axes), dx/ds on both sides.
         top: Shape (n,), the largest q there.
+        lost: Shape (n,), the part of the jerk along the path that each takes.
     """
     acceleration, jerk, slowest = _weakest(bounds, left, right)
     places = np.concatenate([s[:1], s[1:-1][slow[1:-1]], s[-1:]])
@@ -510,7 +533,7 @@ def _worth_a_stop(bounds: Bounds, s: Floats, slow: Bools, left: Floats, right: F
     after = places[np.minimum(np.searchsorted(places, s, side="right"), len(places) - 1)] - s
     speed = np.minimum(np.sqrt(top), np.cbrt(0.25 * np.minimum(before, after) ** 2 * jerk))
     reached = np.minimum(acceleration, np.sqrt(speed * jerk))
-    return np.maximum(slowest, _DELAY * bounds.period_s * reached)
+    return np.maximum(slowest, (_DELAY + _SLOWED * lost) * bounds.period_s * reached)
 
 
 def _crawls(bounds: Bounds, s: Floats, rests: Bools, left: Floats, right: Floats) -> Bools:

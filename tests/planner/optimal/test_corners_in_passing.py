@@ -163,6 +163,32 @@ def test_a_corner_is_passed_where_that_is_faster_than_a_stop(
     assert chosen <= 1.001 * min(times)
 
 
+@pytest.mark.parametrize(
+    ("period", "jerk", "turn", "length"),
+    [(0.002, 27100.0, 0.0872, 1.0), (0.002, 1e4, 0.1082, 0.3), (0.004, 30000.0, 0.05, 8.0)],
+)
+def test_a_corner_that_takes_jerk_along_the_path_is_less_worth_a_pass(
+    period: float, jerk: float, turn: float, length: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Lines that move X and Y alike: a turn takes three quarters of what both of them need. Against both ways, each forced."""
+    limits = {"max_velocity": 300.0, "max_acceleration": 3000.0, "max_jerk": jerk}
+    machine = replace(load("generic-mill"), period_s=period, chord_tolerance_mm=0.01)
+    machine = replace(machine, axes={a: replace(machine.axes[a], **limits) for a in "XYZ"})
+    angle = 0.25 * np.pi + np.array([0.0, turn])
+    way = np.cumsum(length * np.stack([np.cos(angle), np.sin(angle)], axis=1), axis=0)
+    text = "G21 G90 G61 F30000\n" + "".join(f"G1 X{x:.9f} Y{y:.9f}\n" for x, y in way) + "M2\n"
+
+    def time() -> float:
+        return float(list(plan(read_text(text).chunks(), machine, PlanOptions()))[-1].profile.t[-1])
+
+    chosen, times = time(), []
+    for threshold in (0.0, np.inf):
+        monkeypatch.setattr(joints, "_worth_a_stop", lambda *given, v=threshold: np.full(len(given[1]), v))
+        times.append(time())
+    assert abs(times[0] - times[1]) > 1e-4 * chosen
+    assert chosen <= 1.001 * min(times)
+
+
 #: A curve of 0.3 µm with knots near its start, whose last cell begins within rounding of its end.
 _SMALL = """G21 G17 G90 G61 F12000
 G1 X1
