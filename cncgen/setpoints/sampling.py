@@ -82,7 +82,8 @@ def _sample(
         periods = float(np.ceil(trajectory.profile.t[-1] / period_s - _ROUNDING))
         if not periods <= MOST_ROWS:
             raise NoPlanError(_too_long(trajectory, period_s))
-        ticks = int(periods)
+        # Where the first motion takes next to no time, the first tick is where it starts all the same.
+        ticks = max(int(periods), int(trajectory.profile.t[-1] > 0.0))
         while first < ticks:
             stop = min(ticks, first + CHUNK_ROWS)
             chunk, waiting = _chunk(current, path, first, stop, period_s, axes, signals, waiting)

@@ -172,6 +172,14 @@ def test_a_wait_holds(machine: Machine) -> None:
     assert x.tolist() == [[2.0, 3.0, 0.0]] * 21
 
 
+def test_a_motion_of_next_to_no_time_has_its_start_and_its_end(machine: Machine) -> None:
+    """1e-7 mm at 167 mm/s at once take 0.6 ns: the first row is the start position all the same."""
+    options = cncgen.PlanOptions(feedrate="constant")
+    text = "G21 G90 G61\nG1 X0.0000001 F10000\nM2\n"
+    got = sample(cncgen.plan(cncgen.read_text(text), machine, options), machine)
+    assert np.concatenate([chunk.position[:, 0] for chunk in got]).tolist() == [0.0, 1e-7]
+
+
 def test_nothing_gives_nothing_and_faults_are_named(machine: Machine) -> None:
     """No trajectories, no rows; unknown signals are all named at once."""
     assert list(sample([], machine)) == []
