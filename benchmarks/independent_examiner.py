@@ -46,6 +46,8 @@ import cncgen
 
 #: s of CPU that a plan may take before it is called slow.
 SLOW_S = 20.0
+#: Cases after which a line of progress is printed.
+PROGRESS = 50
 #: Mistakes of programs that rounding of arcs makes, rightly refused.
 REFUSED = ("arc-",)
 #: The X-Y table of Tsai 2010 and the die bonder of Yeh and Sun 2008, as the profiles of these names have them.
@@ -441,7 +443,9 @@ def examine(name: str, asked: argparse.Namespace, options: cncgen.PlanOptions) -
     failed: Counter[str] = Counter()
     bad, begun = 0, time.process_time()
     seeds = asked.only or range(*asked.seeds)
-    for seed in seeds:
+    for count, seed in enumerate(seeds):
+        if count and count % PROGRESS == 0:
+            print(f"{name}: {bad} of {count} fail, {time.process_time() - begun:.0f} s of work", flush=True)
         case = random_case(seed, **how)
         faults = tried(check, seed, case, options, asked.most)
         if not faults:

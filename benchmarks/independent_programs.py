@@ -641,7 +641,8 @@ def random_rig(rng: np.random.Generator, axes: str, size: float) -> Rig:
         factor = logarithmic(rng, 10**-1.5, 10**1.5) if wide else logarithmic(rng, 0.5, 2.0)
         second = logarithmic(rng, 0.1, 10.0) if wide and rng.random() < 0.5 else 1.0
         v, a, j = velocity * factor, acceleration * factor * second, jerk * factor * second
-        limits[letter] = (rounded(v), rounded(a), rounded(j))
+        # Machine files begin at 1 µm/s.
+        limits[letter] = (max(rounded(v), 1e-3), rounded(a), rounded(j))
     chord = size * logarithmic(rng, 1e-6, 1e-3) if rng.random() < 0.5 else 1e-3
     return Rig(
         limits,
