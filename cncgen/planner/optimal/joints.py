@@ -41,8 +41,9 @@ _HAT = [-1.0, 0.0, 1.0], [0.0, 1.0, 0.0]
 _BEFORE = np.linspace(0.0, 1.0, 17)[1:-1]
 #: Turn of a direction that is as far as it can go.
 _WHOLE = 2.0
-#: What a jump that is passed costs on either side of it, in periods: by itself, and where it takes all jerk along the path.
-_DELAY, _SLOWED = 0.4, 0.7
+#: What a jump that is passed costs on either side of it, in periods: by itself, and where it takes all jerk along the path; and
+#: what it is taken to cost at least: so slow passes as a side that hardly moves allows leave some windows no start.
+_DELAY, _SLOWED, _LEAST_DELAY = 0.4, 0.5, 0.6
 
 
 @dataclass(frozen=True, slots=True)
@@ -516,7 +517,7 @@ def _worth_a_stop(
     """Return the speed, shape (n,), mm/s, below which a stop takes less time than to pass a jump.
 
     A stop takes v/a more on either side, a being the acceleration that the motion reaches there; passing, the jump leaves
-    little jerk for three periods, which costs 0.4 to 0.9 T on either side, as much as it takes of the jerk along the path.
+    little jerk for three periods, which costs 0.6 to 0.8 T on either side, by what it takes of the jerk along the path.
     Slower than J T² or A T nothing is passed.
 
     Args:
@@ -533,7 +534,7 @@ def _worth_a_stop(
     after = places[np.minimum(np.searchsorted(places, s, side="right"), len(places) - 1)] - s
     speed = np.minimum(np.sqrt(top), np.cbrt(0.25 * np.minimum(before, after) ** 2 * jerk))
     reached = np.minimum(acceleration, np.sqrt(speed * jerk))
-    return np.maximum(slowest, (_DELAY + _SLOWED * lost) * bounds.period_s * reached)
+    return np.maximum(slowest, np.maximum(_DELAY + _SLOWED * lost, _LEAST_DELAY) * bounds.period_s * reached)
 
 
 def _crawls(bounds: Bounds, s: Floats, rests: Bools, left: Floats, right: Floats) -> Bools:
