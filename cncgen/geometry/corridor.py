@@ -21,6 +21,8 @@ _WIDEST, _FACETS, _AROUND = 45.0, 1.5, 4
 _CURVES = 1.0
 #: Knot spans before an open end that the next window fits again: what comes after no longer moves the rest.
 OVERLAP = 24
+#: Parts of the smoothing length, beside a seam of the spans before it, that are tried one after the other where a fit fails.
+_SHORTER = 0.6, 0.3, 0.1
 #: Parts of the tolerance that a fit may use: the first on new ground, the second where an earlier window has fitted.
 _NEW_GROUND, _OLD_GROUND = 0.985, 0.9985
 #: Part of the tolerance up to which an axis that stands in the path is taken to stand on the curve, where what its
@@ -91,13 +93,38 @@ def fit(
     Raises:
         CorridorError: If the tolerance cannot be held.
     """
+    longest = np.minimum(_longest(pieces, widest), np.inf if longest is None else longest)
+    for part in (1.0, *_SHORTER):
+        spline = _attempt(
+            pieces, cuts, head, tail, seam, longest if part == 1.0 else _cut(pieces, seam, longest, part)
+        )
+        if spline.used <= 1.0:
+            return spline
+    raise CorridorError(spline.used, spline.spans)
+
+
+def _cut(pieces: Pieces, seam: Seam | None, longest: Floats, part: float) -> Floats:
+    """Return the largest smoothing lengths of a further try: a part of them, beside a seam of the spans before it.
+
+    What the curve goes on from holds the tolerance with the points that followed there. Others may not, however short
+    lengths are before the seam, where knots are given: shorter ones are needed behind it.
+    """
+    if seam is None:
+        return part * longest
+    spans = seam.knots[-1] - seam.knots[4]
+    near = pieces.t < seam.knots[-1] + spans
+    return np.where(near, np.minimum(longest, part * spans / 4.0), longest)
+
+
+def _attempt(
+    pieces: Pieces, cuts: Floats, head: int, tail: int, seam: Seam | None, longest: Floats
+) -> Spline:
+    """Fit as `fit` does, with the largest smoothing lengths at the ends of pieces given; more of the tolerance may be used."""
     t, axes, total = pieces.t, pieces.y.shape[2], pieces.t[-1]
     laid = 4 if seam is None else 8
     start = t[0] if seam is None else seam.knots[-1]
     places = np.append(cuts[(cuts > start + 1e-9 * (total - t[0])) & (cuts < total)], total)
-    scale = first_scales(pieces)
-    longest = np.minimum(_longest(pieces, widest), np.inf if longest is None else longest)
-    scale = np.minimum(scale, longest)
+    scale = np.minimum(first_scales(pieces), longest)
     share = np.where(t[:-1] < start, _OLD_GROUND, _NEW_GROUND) if seam is not None else _NEW_GROUND
     used = np.empty((len(pieces.y), 2))
     # Taken from the start of the window, so that rounding is that of its size, and an axis that stands is 0.
@@ -132,8 +159,6 @@ def fit(
         if last >= 0:
             break
         room *= 2
-    if not worst <= 1.0:
-        raise CorridorError(worst, last - 4)
     knots, points = knots[: last + 5].copy(), points[:last].copy()
     _stand(t, y, knots, points, _STANDS * pieces.tolerance.min())
     points += origin

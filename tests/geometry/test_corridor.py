@@ -204,6 +204,22 @@ def test_a_seam_goes_on_without_a_trace() -> None:
     assert misses(joined, whole).max() <= 0.01
 
 
+def test_a_seam_that_strains_is_met_by_shorter_lengths_behind_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a thousand windows of noisy lines one found no curve: lengths before a seam cannot mend what follows it."""
+    points = facets(160, 3)
+    points += np.random.default_rng(3).normal(size=points.shape) * [0.006, 0.006, 0.0]
+    whole = polyline(points)
+    first = fit(polyline(points[:101]), np.zeros(0), END_POINT, 0)
+    span = first.spans - 4
+    origin = int(np.searchsorted(whole.t, first.knots[4 + span], side="right")) - 1
+    _, seam = split(first, span, float(whole.t[origin]))
+    rest = polyline(points[origin:], 0.0095)
+    assert misses(fit(rest, np.zeros(0), END_POINT, END_POINT, seam), rest).max() <= 0.0095
+    monkeypatch.setattr(corridor, "_SHORTER", ())
+    with pytest.raises(corridor.CorridorError):
+        fit(rest, np.zeros(0), END_POINT, END_POINT, seam)
+
+
 def test_inches_give_the_same_curve() -> None:
     """2000 facets, a thousand knots: rounding of one round is not to multiply in the next ones. Once it was 10⁻⁵ mm."""
     rng = np.random.default_rng(3)

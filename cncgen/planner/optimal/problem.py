@@ -128,19 +128,11 @@ def solve(given: Intervals, state: tuple[float, float] | None, known: Floats | N
         state: q at the start and the middle ordinate of the first interval, where the motion is under way there.
         known: Shape (k,), middle ordinates of an earlier plan for the first intervals, to start from.
     """
-    at = np.flatnonzero(given.kind == SPLINE)
-    if not len(at):
+    if not (given.kind == SPLINE).any():
         return Solution(
             np.zeros((len(given), 3)), np.full(len(given), Limit.JERK, np.int8), 0.0, len(given), True
         )
-    h, ends, extra = _spline(given, at, state is not None)
-    box, edge = _boxes(given, at, _rest_tops(given))
-    if state is not None:
-        edge[0, 0] = state[0]
-    shape = (given.x1[at], given.x2[at], given.x3[at], given.limits, given.factor[at])
-    columns = _Columns(
-        at, h, ends, extra, box, _sways(given, at), edge, _joints(given, at), given.hidden[at], shape
-    )
+    columns = _columns(given, state)
     found: list[Solution] = []
     starts = [_Start(part) for part in _STARTS[1:]]
     if known is not None:
@@ -155,6 +147,42 @@ def solve(given: Intervals, state: tuple[float, float] | None, known: Floats | N
         found.append(solution)
     # A plan that holds every limit is a plan, though the method did not find the best one.
     return min(found, key=lambda each: (not each.converged, each.time))
+
+
+def profile(given: Intervals) -> tuple[Floats, Floats]:
+    """Return ordinates of q that rise and fall with full jerk from rest to rest, and what bounds them at their ends.
+
+    Args:
+        given: The intervals, at least one of them on the spline.
+
+    Returns:
+        Shape (n, 3), as in `Solution`, and the largest q at both ends of spline intervals, shape (k, 2).
+    """
+    columns = _columns(given, None)
+    kernel = _kernel(columns, None)
+    _Start(_STARTS[0]).fill(kernel, columns, None)
+    return _ordinates(given, columns.at, columns.ends, np.asarray(kernel.c)), columns.edge
+
+
+def _columns(given: Intervals, state: tuple[float, float] | None) -> _Columns:
+    """Return the spline intervals of a row that starts at rest or in a state of motion."""
+    at = np.flatnonzero(given.kind == SPLINE)
+    h, ends, extra = _spline(given, at, state is not None)
+    box, edge = _boxes(given, at, _rest_tops(given))
+    if state is not None:
+        edge[0, 0] = state[0]
+    shape = (given.x1[at], given.x2[at], given.x3[at], given.limits, given.factor[at])
+    return _Columns(
+        at, h, ends, extra, box, _sways(given, at), edge, _joints(given, at), given.hidden[at], shape
+    )
+
+
+def _kernel(columns: _Columns, state: tuple[float, float] | None) -> least_time_problem.Problem:
+    """Return the problem as the kernels take it, without unknowns and rows."""
+    free = 1 if state is None else 2
+    return least_time_problem.Problem(
+        free, columns.h, columns.ends, columns.extra, *columns.shape, columns.hidden
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,9 +227,7 @@ def _improved(
 
     Where the rows are `thinned`, those sleep at first that the start stays far from.
     """
-    kernel = least_time_problem.Problem(
-        1 if state is None else 2, columns.h, columns.ends, columns.extra, *columns.shape, columns.hidden
-    )
+    kernel = _kernel(columns, state)
     start.fill(kernel, columns, state)
     least_time_rows.build(kernel, columns.box, columns.sway, columns.joint)
     if thinned:

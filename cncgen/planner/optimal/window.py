@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.diagnostics import Diagnostic, NoPlanError
 from cncgen.planner.assembly import assemble, kept_for_setpoints, timed, waits_of
 from cncgen.planner.optimal.chords import Course, held
+from cncgen.planner.optimal.creeping import creeping, hurdle
 from cncgen.planner.optimal.joints import nearest
 from cncgen.planner.optimal.limits import Bounds
 from cncgen.planner.optimal.pieces import Pieces, pieces_of
@@ -32,6 +32,8 @@ _LEVEL = 1e-6
 _NEAR = 1.5
 #: Sharp corners that are handed on one by one; beyond them they are counted.
 MAX_CORNERS = 10_000
+#: Intervals before one that is in the way, within which to stop for it.
+_BESIDE = 2
 
 
 @dataclass(slots=True)
@@ -73,11 +75,11 @@ class Window:
                 given = self._intervals(rest)
             elif not whole:
                 given = _cut_short(given)
-            solution = self._solved(given)
+            solution, stops = self._solved(given)
             cut = len(solution.q) < len(given)
             if cut:
                 given = self._intervals(len(solution.q))
-            stands = not cut and bool(rest or whole)
+            stands = stops or (not cut and bool(rest or whole))
             given, solution, pieces = self._held(given, solution, stands)
             final = len(given)
             if not (solution.fallback or stands):
@@ -172,28 +174,29 @@ class Window:
             limits=np.stack([axes.acceleration, axes.jerk]) * self.margin,
         )
 
-    def _solved(self, given: Intervals) -> Solution:
-        """Solve; where that fails, plan less of the path, at last down to the stop that the last plan left in reserve.
+    def _solved(self, given: Intervals) -> tuple[Solution, bool]:
+        """Solve; where that fails, plan less of the path.
 
-        Raises:
-            NoPlanError: There is none in reserve, and no part of the path can be planned.
+        That is what comes before the place that is in the way, where the motion would crawl over that: there it stops. Else
+        half as much, at last down to the stop that the last plan left in reserve, or, from rest, what is left at a creep.
+
+        Returns:
+            The solution, and whether a stop at its end is for good.
         """
-        given_count = len(given)
         q, limit = self.reserve or (np.zeros((0, 3)), np.zeros(0, np.int8))
+        stops = False
         while True:
             solution = solve(given, self.state, q[:, 1] if self.reserve else None)
             if solution.converged:
-                return solution
-            fewer = _stop_before(given.kind, (len(given) + len(q)) // 2)
+                return solution, stops
+            place = hurdle(given, solution.q, self.bounds.period_s)
+            before = _stop_before(given.kind, place)
+            stops = len(q) < before < len(given) - 2 and place - before <= _BESIDE
+            fewer = before if stops else _stop_before(given.kind, (len(given) + len(q)) // 2)
             if fewer <= len(q):
                 if self.reserve:
-                    return Solution(q, limit, 0.0, 0, True, fallback=True)
-                raise NoPlanError(
-                    Diagnostic(
-                        "no-plan",
-                        f"no motion within the limits was found on {given_count} intervals of the path",
-                    )
-                )
+                    return Solution(q, limit, 0.0, 0, True, fallback=True), False
+                return creeping(given), False
             given = _head(given, fewer)
 
     def _hand_on(

@@ -1,0 +1,120 @@
+"""Where no window is solved: a stop where the motion crawls anyway, and at last a creep that holds every limit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.polynomial import Polynomial
+
+import cncgen
+from cncgen.planner.optimal import window
+from cncgen.planner.optimal.creeping import creeping, hurdle
+from cncgen.planner.optimal.problem import Intervals, Solution
+from cncgen.planner.optimal.track import SPLINE
+from cncgen.setpoints import sample
+from tests.planner.optimal.test_least_time_kernel import wave
+
+
+def kinked(at: int, jerk: float) -> Intervals:
+    """Return a wave of whose intervals one has an x''' as beside a cusp."""
+    given = wave(40)
+    x3 = given.x3.copy()
+    x3[at, 1:] = jerk
+    return replace(given, x3=x3)
+
+
+def dense(given: Intervals, q: np.ndarray) -> tuple[float, float]:
+    """Return the largest parts of the limits of acceleration and jerk, by polynomials through the ordinates at 1001 places."""
+    u = np.linspace(0.0, 1.0, 1001)
+    acceleration, jerk = [], []
+    for k in np.flatnonzero(given.kind == SPLINE):
+        b0, b1, b2 = q[k]
+        square = Polynomial([b0, 2.0 * (b1 - b0), b0 - 2.0 * b1 + b2])
+        value, slope, bend = (square.deriv(m)(u) / given.h[k] ** m for m in range(3))
+        for axis, (a, j) in enumerate(given.limits.T):
+            x1, x2, x3 = (
+                np.polyval(np.polyfit([0.0, 0.5, 1.0], x[k, :, axis], 2), u)
+                for x in (given.x1, given.x2, given.x3)
+            )
+            acceleration.append(np.abs(x2 * value + 0.5 * x1 * slope).max() / a)
+            jerk.append(np.abs((x3 * value + 1.5 * x2 * slope + 0.5 * x1 * bend) * np.sqrt(value)).max() / j)
+    return max(acceleration), max(jerk)
+
+
+@pytest.mark.parametrize("jerk", [0.0, 1e6, 1e14])
+def test_a_creep_holds_every_limit(jerk: float) -> None:
+    given = kinked(20, jerk)
+    q = creeping(given).q
+    acceleration, jerks = dense(given, q)
+    assert max(acceleration, jerks) <= 1.0
+    # Of what holds it back it uses most.
+    assert max(acceleration, jerks ** (2.0 / 3.0)) > 0.7
+    assert (q.max(axis=1) <= given.top.min(axis=1)).all()
+
+
+def test_what_is_in_the_way_is_where_limits_are_passed_most_and_only_where_the_motion_crawls() -> None:
+    given = kinked(20, 1e14)
+    q = creeping(kinked(20, 0.0)).q
+    # J T² of 50 mm/s³ a millisecond squared.
+    slow = 0.9 * (50_000.0 * 1e-6) ** 2 / q[20].max()
+    assert hurdle(given, slow * q, 1e-3) == 20
+    assert hurdle(given, 2.0 * slow * q, 1e-3) == 0
+
+
+#: The end of a curve beside doubled control points is a cusp but for 10⁻⁸ mm.
+CUSP = """G61
+G1 X0.002441930795499035 A-0.12500621237171833 F38.9761274
+G6.2 P4 K0 X0.002441930795499035 A-0.12500621237171833 R1 F38.9761274
+K0.0 X0.002441930795499035 A-0.12500621237171833 R1
+K0.0 X0.00419970069363239 A-0.12452534519825657 R1
+K0.0 X0.002441930795499035 A-0.12500621237171833 R1
+K0.260358700 X0.00014312216180170948 A-0.12465263441804306 R1
+K0.260359700 X0.00014312216180170948 A-0.12465263441804306 R1
+K1
+K1
+K1
+K1
+G1 X-0.0045644147717708635 A-0.12009792664617243
+M2
+"""
+
+
+#: A machine of slow axes, one of them rotary, with setpoints every 4.1 ms.
+SLOW = """name = "slow"
+period_s = 0.0041
+chord_tolerance_mm = 1e-05
+path_tolerance_mm = 0.49
+[axes.x]
+max_velocity_mm_s = 0.9908
+max_acceleration_mm_s2 = 10.91
+max_jerk_mm_s3 = 2561.0
+[axes.a]
+max_velocity_deg_s = 1.967
+max_acceleration_deg_s2 = 21.65
+max_jerk_deg_s3 = 5086.0
+"""
+
+
+def test_a_cusp_that_no_window_passes_is_a_stop(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """It took windows of ever fewer intervals, again after each, where the speed is some µm/s."""
+    tried: list[bool] = []
+    solve = window.solve
+
+    def counted(*given: object) -> Solution:
+        solution = solve(*given)
+        tried.append(solution.converged)
+        return solution
+
+    monkeypatch.setattr(window, "solve", counted)
+    (tmp_path / "slow.toml").write_text(SLOW)
+    machine = cncgen.load_machine(tmp_path / "slow.toml")
+    program = cncgen.read_text(CUSP)
+    positions = np.concatenate([points.position for points in sample(cncgen.plan(program, machine), machine)])
+    padded = np.pad(positions[:, [0, -1]], ((3, 3), (0, 0)), mode="edge")
+    for k, limit in enumerate(("max_acceleration", "max_jerk"), start=2):
+        rates = np.abs(np.diff(padded, k, axis=0)).max(axis=0) / machine.period_s**k
+        assert (rates <= [1.001 * getattr(axis, limit) for axis in machine.axes.values()]).all()
+    assert tried.count(False) <= 1 < tried.count(True)
