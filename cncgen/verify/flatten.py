@@ -217,8 +217,9 @@ def _nurbs(toolpath: Toolpath, row: int, start: Floats, chord: float) -> Iterato
             break
         middle = 0.5 * (u[index] + u[index + 1])
         point = at(middle)
-        # Half-way along a smooth piece the curve is farthest from its chord, or nearly so.
-        bad = _chord_distance(point, x[index], x[index + 1]) > 0.5 * chord
+        # Half-way along a smooth piece the curve is farthest from its chord, or nearly so, unless it turns back on it.
+        ends = x[index], x[index + 1]
+        bad = np.maximum(_chord_distance(point, *ends), _beyond(point, *ends)) > 0.5 * chord
         open_ = np.zeros(len(u) - 1, bool)
         open_[index[bad]] = True
         u, x, open_ = _insert(u, x, open_, index[bad], middle[bad], point[bad])
@@ -238,3 +239,15 @@ def _chord_distance(point: Floats, a: Floats, b: Floats) -> Floats:
     size = np.maximum((chord**2).sum(axis=1), 1e-300)
     f = np.clip(((point - a) * chord).sum(axis=1) / size, 0.0, 1.0)
     return np.linalg.norm(point - a - f[:, None] * chord, axis=1)
+
+
+def _beyond(point: Floats, a: Floats, b: Floats) -> Floats:
+    """Return how far a piece goes beyond its ends along its chord: that of one axis may turn back, and lie on the chord's line.
+
+    With the middle of the piece p before that of the chord, of length L, the parabola L t + 4 p t (1 − t) turns within the
+    piece where 4 p > L, at (4 p − L)²/(16 p) beyond the end.
+    """
+    chord = b - a
+    length = np.linalg.norm(chord, axis=1)
+    ahead = np.abs(((point - 0.5 * (a + b)) * chord).sum(axis=1)) / np.maximum(length, 1e-300)
+    return np.maximum(4.0 * ahead - length, 0.0) ** 2 / (16.0 * np.maximum(ahead, 1e-300))

@@ -380,3 +380,11 @@ def test_a_resolution_that_is_told_is_allowed_for() -> None:
     assert not judged(1e-9).holds
     assert "3 decimals: --resolution 0.001" in next(iter(judged(1e-9).breaches)).hint
     assert judged(1e-3).holds
+
+
+def test_where_one_axis_turns_back_on_a_curve_the_path_reaches_the_turn() -> None:
+    """A goes 2 · 0.83 u (1 − u) + 0.2 u² and turns at u = 0.83/1.46, between places that the path is cut at to begin with."""
+    text = "G21 G90 G61\nG6.2 P3 K0 A0 R1 F1000\nK0 A0.83 R1\nK0 A0.2 R1\nK1\nK1\nK1\nM2\n"
+    machine = cncgen.load_machine("generic-mill")
+    points = np.concatenate([each.points for each in flatten(cncgen.read_text(text).chunks(), machine)])
+    assert points[:, 3].max() == pytest.approx(0.83**2 / 1.46, abs=1e-6)
