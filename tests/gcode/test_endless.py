@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from cncgen.gcode.codes import tool_centre
 from cncgen.gcode.flow import executing
 
 Run = Callable[..., Any]
@@ -23,6 +24,11 @@ ROUND = {
     "called": ("o9 sub\no1 do\nG0 X1\nG0 X#1\no1 while [1]\no9 endsub\no9 call [7]\nM2", "linuxcnc", 5),
     "back by M99": ("O1\nN10 G0 X1\nX0\nM99 P10\nM30", "fanuc", 4),
     "back by GOTO": ("O1\nN10 #2=#0\nG0 X1\nG0 X0\nGOTO 10\nM30", "fanuc", 5),
+    "under cutter compensation": (
+        "O1\nG10 L12 P4 R2\nG41 D4 G1 X9 Y9 F100\nN10 X20\nY20\nX1\nY1\nGOTO 10\nM30",
+        "fanuc",
+        8,
+    ),
     "a tool a round": ("O1\nN10 T1 M6\nT2 M6\nGOTO 10\nM30", "fanuc", 4),
 }
 
@@ -34,6 +40,10 @@ ENDING = {
     ),
     "name": "#<n>=0\no1 while [#<n> LT 4000]\nG0 X1\n#<n>=[#<n>+1]\nG0 X0\no1 endwhile\nM2",
     "place": "G91\no1 while [#<_x> LT 40]\nG0 X0.01\nY1\nY-1\no1 endwhile\nM2",
+    "compensated": (
+        "#<n>=5\nG41.1 D1 G1 X5 Y-5 F100\no1 while [#<n> LT 9]\nY#<n>\nX-#<n>\nY-#<n>\n#<n>=[#<n>+0.01]\nX#<n>\n"
+        "o1 endwhile\nM2"
+    ),
     "origin": "o1 while [#5221 LT 4]\nG10 L20 P1 X[#5420-0.001]\nG0 X0\no1 endwhile\nM2",
 }
 
@@ -43,6 +53,17 @@ def test_a_program_that_comes_back_to_the_same_state_is_endless(run: Run, name: 
     text, dialect, line = ROUND[name]
     codes = [(code, at) for code, at, _ in run(text, dialect=dialect, max_steps=100_000).errors]
     assert codes == [("too-many-steps", line)]
+
+
+@pytest.mark.parametrize("loop", ["N10 X9", "N10 Z1\nZ2", "N10 S100\nM8"])
+def test_blocks_wait_for_a_move_under_cutter_compensation_up_to_a_bound(
+    run: Run, monkeypatch: pytest.MonkeyPatch, loop: str
+) -> None:
+    """Nothing there moves in the plane: what waits grew without bound, and each block looked through all of it."""
+    monkeypatch.setattr(tool_centre, "MAX_WAITING", 1000)
+    out = run(f"O1\nG10 L12 P4 R2\nG41 D4 G1 X9 Y9 F100\n{loop}\nGOTO 10\nM30", dialect="fanuc")
+    assert "comp-waiting" in {code for code, _, _ in out.errors}
+    assert {code for code, _, _ in out.errors} <= {"comp-waiting", "too-many-steps"}
 
 
 def test_reading_goes_on_behind_an_endless_loop(run: Run) -> None:

@@ -120,6 +120,11 @@ class CompensatedSink:
         self._block = self.inner.block = block
         _refuse(block, self.plane)
 
+    def snapshot(self, base: Sink) -> tuple[Any, ...] | None:
+        """Return what tells this state from others where it leads straight to the sink of the run, else None."""
+        centre = self.centre.snapshot() if self.inner is base else None
+        return None if centre is None else (self.plane, self._last, self._inches, self._speed, centre)
+
     def beside(self, programmed: Point) -> Point:
         """Return the programmed position with the tool's centre, as far as its moves are known, in the plane."""
         return self._placed(programmed, self.centre.position)
@@ -171,12 +176,9 @@ class CompensatedSink:
 
     def _take(self, move: Callable[[], list[Any]]) -> None:
         """Feed the geometry and pass on what is settled; what is wrong with a move that waited is said before."""
-        waiting = self.centre.waiting()
-        where = f" (the move of line {waiting[-1].block.block.line})" if waiting else ""
-        try:
-            settled = move()
-        except CompensationError as error:
-            raise BlockError(error.code, str(error), hint=error.hint, values=error.values) from None
+        waits = self.centre.last_waiting()
+        where = f" (the move of line {waits.block.block.line})" if waits else ""
+        settled = _or_fault(move)
         for remark in self.centre.take_remarks():
             fault = BlockError(remark.code, f"{remark}{where}", hint=remark.hint, values=remark.values)
             self._warn(fault, Severity.ERROR if remark.refused else Severity.WARNING)
@@ -228,7 +230,8 @@ class CompensatedSink:
     # Other calls wait behind the motions that wait.
 
     def _defer(self, run: Callable[[], None]) -> None:
-        self._pass_on(self.centre.defer(_Call(self._block, run)))
+        call = _Call(self._block, run)
+        self._pass_on(_or_fault(lambda: self.centre.defer(call)))
 
     def use_length_units(self, inches: bool) -> None:
         """Change units: what waits is then passed on in the new ones."""
@@ -319,6 +322,14 @@ class CompensatedSink:
             self.inner.call(text, event)
         else:
             self._defer(lambda: self.inner.call(text, event))
+
+
+def _or_fault(step: Callable[[], list[Any]]) -> list[Any]:
+    """Return what the geometry settles in a step; raise its fault as the block's."""
+    try:
+        return step()
+    except CompensationError as error:
+        raise BlockError(error.code, str(error), hint=error.hint, values=error.values) from None
 
 
 def _refuse(block: Block, plane: int) -> None:

@@ -25,6 +25,8 @@ from typing import Any
 SMOOTH_TURN = 0.05
 #: Move of the plane coordinates below which a block counts as not moving in the plane.
 STILL = 1e-12
+#: Blocks without a move in the plane that may wait for the next one.
+MAX_WAITING = 100_000
 
 #: Where the centre of the nose lies from the controlled point, in radii (Z, X), by lathe tool orientation (Q of the
 #: tool table): the figure "Tool Orientations" of the lathe manual.
@@ -163,7 +165,7 @@ class ToolCentre:
         step = end - self._programmed
         length = abs(step)
         if length < STILL and self._curve:
-            self._queue.append(Piece(self._actual, None, 0, block, rapid))
+            self._wait(Piece(self._actual, None, 0, block, rapid))
             return []
         self._check_entry(length)
         heading = step / length
@@ -206,11 +208,25 @@ class ToolCentre:
         )
 
     def defer(self, block: Any) -> list[Piece | Any]:
-        """Take a block that does not move: it waits behind the moves that wait."""
+        """Take a block that does not move: it waits behind the moves that wait.
+
+        Raises:
+            CompensationError: ``comp-waiting`` (more blocks wait than in any program that ends).
+        """
         if not self._queue:
             return [block]
-        self._queue.append(block)
+        self._wait(block)
         return []
+
+    def _wait(self, item: Piece | Any) -> None:
+        """Put what does not move in the plane behind the moves that wait."""
+        if len(self._queue) >= MAX_WAITING:
+            raise CompensationError(
+                "comp-waiting",
+                f"{MAX_WAITING} blocks wait for the next move in the plane of cutter compensation",
+                "is there a loop that does not move there? G40 ends compensation",
+            )
+        self._queue.append(item)
 
     def rescale(self, factor: float, unit: str) -> None:
         """Take all lengths times `factor` from now on: the program changed its units."""
@@ -241,6 +257,17 @@ class ToolCentre:
     def waiting(self) -> list[Piece]:
         """Return the moves that wait."""
         return [item for item in self._queue if isinstance(item, Piece)]
+
+    def snapshot(self) -> tuple[Any, ...] | None:
+        """Return all that what comes next depends on, or None where blocks wait that cannot be compared."""
+        if not all(isinstance(item, Piece) for item in self._queue):
+            return None
+        place = self._programmed, self._actual, self._shift
+        return self.radius, self.side, self.unit, place, self._curve, list(self._queue)
+
+    def last_waiting(self) -> Piece | None:
+        """Return the last of the moves that wait."""
+        return next((item for item in reversed(self._queue) if isinstance(item, Piece)), None)
 
     def finish(self) -> list[Piece | Any]:
         """Return what waits still (G40, or the end of the program)."""

@@ -44,12 +44,14 @@ class Recurrence:
     def _others(self) -> bytes:
         """Return all state but the numbered parameters; nothing where some of it cannot be seen from here."""
         ip = self._ip
-        if ip.sink is not ip.base or ip.guard is not None or ip.plain is not None:
+        compensation = None if ip.sink is ip.base else self._compensation()
+        if (ip.sink is not ip.base and compensation is None) or ip.guard is not None or ip.plain is not None:
             return b""
         parameters = ip.parameters
         return pickle.dumps(
             (
                 ip.state,
+                compensation,
                 ip.base.where(ip.state.position),
                 parameters.local,
                 parameters.named,
@@ -59,3 +61,10 @@ class Recurrence:
                 self._calls.records,
             )
         )
+
+    def _compensation(self) -> tuple[object, ...] | None:
+        """Return the state of cutter compensation where nothing else stands before the sink of the run, else None."""
+        from cncgen.gcode.codes.cutter_compensation import CompensatedSink
+
+        sink = self._ip.sink
+        return sink.snapshot(self._ip.base) if isinstance(sink, CompensatedSink) else None
