@@ -54,6 +54,24 @@ def test_an_axis_of_a_file_that_a_computed_number_names_is_an_error(folder: Path
     ]
 
 
+@pytest.mark.parametrize(
+    ("text", "axes"),
+    [
+        ("G2 I1\n", "XY"),
+        ("G18 G2 K1\n", "XZ"),
+        ("G018\nG2 K1 I1\n", "XYZ"),
+        ("G19 G2 J1\n", "XYZ"),
+        ("g 1 9 G2 K1\n", "YZ"),
+        ("G17 G2 I1 K1\n", "XY"),
+    ],
+)
+def test_a_full_circle_names_the_axes_of_its_plane(folder: Path, text: str, axes: str) -> None:
+    """Of a circle in X Z that names no axis, the setpoints once had X and Y."""
+    main = folder / "main.ngc"
+    main.write_text("F100\n" + text + "M2\n")
+    assert read(main, "main.ngc", ReadOptions(dialect="linuxcnc")).moving_axes == axes
+
+
 def test_files_that_call_each_other_are_looked_into_once(folder: Path) -> None:
     (folder / "turn.ngc").write_text("o<turn> sub\no7 call\nG1 W1\no<turn> endsub\n")
     main = folder / "main.ngc"

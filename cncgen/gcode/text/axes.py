@@ -19,6 +19,8 @@ MAX_FILES = 1000
 
 _ON_LATHES = {"I": "X", "U": "X", "V": "Y", "K": "Z", "W": "Z"}
 
+#: G18 and G19.
+_PLANE = re.compile(rb"g[\s0]*1\s*([89])(?!\s*[0-9.])", re.IGNORECASE)
 _O_CALL = re.compile(rb"o\s*(?:<([^>\n]*)>|(\d+))\s*call", re.IGNORECASE)
 _P_CALL = re.compile(rb"(?:m\s*0*98|g\s*0*6[56])(?![0-9.])[^\n]{0,200}?p\s*0*(\d+)", re.IGNORECASE)
 
@@ -26,24 +28,32 @@ _P_CALL = re.compile(rb"(?:m\s*0*98|g\s*0*6[56])(?![0-9.])[^\n]{0,200}?p\s*0*(\d
 def moving_axes(text: Source, folders: Sequence[Path] = (), *, lathe: bool = False) -> str:
     """Return the letters of the axes that a program names, in the order of ``XYZABCUVW``.
 
-    I and J name X and Y (a full circle may name no axis at all); on a lathe of FANUC I names X, and U V W are distances along
-    X Y Z. Subprograms in files count where the call says their
-    name or number; what a computed number leads to is seen when it is called.
+    I and J name X and Y, and with K the axes of the planes that G18 and G19 choose (a full circle may name no axis at all); on a
+    lathe of FANUC I names X, and U V W are distances along X Y Z. Subprograms in files count where the call says their name
+    or number; what a computed number leads to is seen when it is called.
 
     Args:
         text: The program.
         folders: Where files of subprograms are looked for.
     """
-    bits = gcode_scan.axis_letters(text.bytes)
+    texts, bits = [text], gcode_scan.axis_letters(text.bytes)
     if folders and bits & (gcode_scan.CALLS | _O):
         for file in _called(text, folders):
             bits |= gcode_scan.axis_letters(file.bytes)
+            texts.append(file)
     named = {chr(65 + k) for k in range(26) if bits >> k & 1}
     if lathe:
         named = {_ON_LATHES.get(letter, letter) for letter in named}
-    elif named & {"I", "J"}:
-        named |= {"X", "Y"}
+    else:
+        named |= {"X", "Y"} if named & {"I", "J"} else set()
+        if named & {"I", "J", "K"} and not named >= set("XYZ"):
+            named |= set().union(*map(_planes, texts))
     return "".join(letter for letter in AXIS_LETTERS if letter in named)
+
+
+def _planes(text: Source) -> set[str]:
+    """Return the axes of the planes other than X Y that a text chooses."""
+    return {axis for match in _PLANE.finditer(text.data) for axis in ("XZ" if match[1] == b"8" else "YZ")}
 
 
 def _called(text: Source, folders: Sequence[Path]) -> Iterator[Source]:
