@@ -29,6 +29,12 @@ ROUND = {
         "fanuc",
         8,
     ),
+    "in a turned frame": ("O1\nG68 X0 Y0 R30\nN10 G0 X1\nX0\nGOTO 10\nM30", "fanuc", 5),
+    "compensated in a frame": (
+        "O1\nG51.1 X0\nG41 D0 G1 X9 F9\nN10 X20\nY20\nX1\nY1\nGOTO 10\nM30",
+        "fanuc",
+        8,
+    ),
     "a tool a round": ("O1\nN10 T1 M6\nT2 M6\nGOTO 10\nM30", "fanuc", 4),
 }
 
@@ -44,6 +50,7 @@ ENDING = {
         "#<n>=5\nG41.1 D1 G1 X5 Y-5 F100\no1 while [#<n> LT 9]\nY#<n>\nX-#<n>\nY-#<n>\n#<n>=[#<n>+0.01]\nX#<n>\n"
         "o1 endwhile\nM2"
     ),
+    "frame": "O1\n#1=0\nN10 G68 X0 Y0 R#1\nG0 X1\nG0 X0\nG69\n#1=#1+1\nIF [#1 LT 900] GOTO 10\nM30",
     "origin": "o1 while [#5221 LT 4]\nG10 L20 P1 X[#5420-0.001]\nG0 X0\no1 endwhile\nM2",
 }
 

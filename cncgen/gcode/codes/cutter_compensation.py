@@ -120,9 +120,9 @@ class CompensatedSink:
         self._block = self.inner.block = block
         _refuse(block, self.plane)
 
-    def snapshot(self, base: Sink) -> tuple[Any, ...] | None:
-        """Return what tells this state from others where it leads straight to the sink of the run, else None."""
-        centre = self.centre.snapshot() if self.inner is base else None
+    def snapshot(self) -> tuple[Any, ...] | None:
+        """Return what tells this state from others, or None where blocks wait that cannot be compared."""
+        centre = self.centre.snapshot()
         return None if centre is None else (self.plane, self._last, self._inches, self._speed, centre)
 
     def beside(self, programmed: Point) -> Point:

@@ -107,6 +107,10 @@ class FramedSink(PassingSink):
         super().__init__(inner)
         self.frame = frame
 
+    def snapshot(self) -> Frame:
+        """Return what tells this state from others."""
+        return self.frame
+
     def straight_traverse(self, end: Point) -> None:
         """Move."""
         self.inner.straight_traverse(self.frame.to_work(end))

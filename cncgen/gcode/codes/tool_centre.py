@@ -27,6 +27,8 @@ SMOOTH_TURN = 0.05
 STILL = 1e-12
 #: Blocks without a move in the plane that may wait for the next one.
 MAX_WAITING = 100_000
+#: Moves that wait at most where states are compared: where more do, they grow in number.
+FEW = 8
 
 #: Where the centre of the nose lies from the controlled point, in radii (Z, X), by lathe tool orientation (Q of the
 #: tool table): the figure "Tool Orientations" of the lathe manual.
@@ -259,8 +261,8 @@ class ToolCentre:
         return [item for item in self._queue if isinstance(item, Piece)]
 
     def snapshot(self) -> tuple[Any, ...] | None:
-        """Return all that what comes next depends on, or None where blocks wait that cannot be compared."""
-        if not all(isinstance(item, Piece) for item in self._queue):
+        """Return all that what comes next depends on, or None where blocks wait that cannot be compared, or many."""
+        if len(self._queue) > FEW or not all(isinstance(item, Piece) for item in self._queue):
             return None
         place = self._programmed, self._actual, self._shift
         return self.radius, self.side, self.unit, place, self._curve, list(self._queue)

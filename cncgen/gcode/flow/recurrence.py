@@ -44,14 +44,14 @@ class Recurrence:
     def _others(self) -> bytes:
         """Return all state but the numbered parameters; nothing where some of it cannot be seen from here."""
         ip = self._ip
-        compensation = None if ip.sink is ip.base else self._compensation()
-        if (ip.sink is not ip.base and compensation is None) or ip.guard is not None or ip.plain is not None:
+        sinks = self._sinks()
+        if sinks is None or ip.guard is not None or ip.plain is not None:
             return b""
         parameters = ip.parameters
         return pickle.dumps(
             (
                 ip.state,
-                compensation,
+                sinks,
                 ip.base.where(ip.state.position),
                 parameters.local,
                 parameters.named,
@@ -62,9 +62,18 @@ class Recurrence:
             )
         )
 
-    def _compensation(self) -> tuple[object, ...] | None:
-        """Return the state of cutter compensation where nothing else stands before the sink of the run, else None."""
-        from cncgen.gcode.codes.cutter_compensation import CompensatedSink
+    def _sinks(self) -> list[object] | None:
+        """Return the states of what stands before the sink of the run, or None where one cannot be told."""
+        ip = self._ip
+        sink, states = ip.sink, list[object]()
+        while sink is not ip.base:
+            from cncgen.gcode.codes.cutter_compensation import CompensatedSink
+            from cncgen.gcode.codes.frames import FramedSink
 
-        sink = self._ip.sink
-        return sink.snapshot(self._ip.base) if isinstance(sink, CompensatedSink) else None
+            if not isinstance(sink, CompensatedSink | FramedSink):
+                return None
+            states.append(sink.snapshot())
+            if states[-1] is None:
+                return None
+            sink = sink.inner
+        return states
