@@ -19,6 +19,7 @@ import time
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NoReturn
@@ -100,6 +101,22 @@ def _alarm(*_: object) -> NoReturn:
     raise TooSlowError
 
 
+class Work:
+    """Processor seconds that planning takes; what judging takes is the examiner's."""
+
+    seconds = 0.0
+
+    @classmethod
+    @contextmanager
+    def counted(cls) -> Iterator[None]:
+        """Count what is done within."""
+        begun = time.process_time()
+        try:
+            yield
+        finally:
+            cls.seconds += time.process_time() - begun
+
+
 # --- plans ----------------------------------------------------------------------------------------------------------
 
 
@@ -135,18 +152,20 @@ def in_degrees(axes: str) -> Floats:
 
 def seconds_of(case: Case, options: cncgen.PlanOptions, unit: float = 1.0) -> float:
     """Return the seconds of motion of a case; the machine's lengths times `unit`."""
-    chunks, summary = cncgen.plan_with_summary(
-        read(case, case.program.written().text()), machine_of(case, unit), options
-    )
-    for _ in chunks:
-        pass
+    with Work.counted():
+        chunks, summary = cncgen.plan_with_summary(
+            read(case, case.program.written().text()), machine_of(case, unit), options
+        )
+        for _ in chunks:
+            pass
     return float(summary.as_json()["motion_time_s"])
 
 
 def planned(case: Case, to: Writer, options: cncgen.PlanOptions) -> Planned:
     """Return all setpoints of a case."""
     machine, program = machine_of(case), read(case, to.text())
-    setpoints = cncgen.sample(cncgen.plan(program, machine, options)).collect()
+    with Work.counted():
+        setpoints = cncgen.sample(cncgen.plan(program, machine, options)).collect()
     found = setpoints.position * in_degrees(setpoints.axes)
     x = np.repeat(to.pieces[0].curve(np.array([0.0])), len(found), axis=0)
     for i, letter in enumerate(to.axes):
@@ -356,7 +375,7 @@ PROPERTIES: dict[str, tuple[Property, dict[str, Any]]] = {
 def tried(check: Property, seed: int, case: Case, options: cncgen.PlanOptions, most_s: int) -> list[Fault]:
     """Return the faults of a case: a diagnostic, an exception and too long a time are faults too."""
     signal.setitimer(signal.ITIMER_PROF, most_s)
-    begun = time.process_time()
+    begun = Work.seconds
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -372,7 +391,7 @@ def tried(check: Property, seed: int, case: Case, options: cncgen.PlanOptions, m
         return [Fault(type(error).__name__, 1.0, str(error)[:300])]
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
-    spent = time.process_time() - begun
+    spent = Work.seconds - begun
     if spent > SLOW_S:
         faults.append(Fault("slow", spent / SLOW_S, f"{spent:.1f} s of work"))
     return faults
