@@ -125,7 +125,11 @@ class Path:
         self._item[self._arc_rows] = np.arange(len(self._arc_rows))
         self._item[self._nurbs_rows] = np.arange(len(self._nurbs_rows))
         self.feed_length: Floats = self._row_lengths()
-        self.row_length: Floats = self._row_lengths() if self._measure_by_faster() else self.feed_length
+        self.row_length: Floats = self.feed_length
+        if self._measure_by_faster():
+            self.row_length = self._row_lengths()
+            # What moves by less than a standstill has its feed along what it is measured by.
+            self.feed_length = np.where(self.feed_length > 0.0, self.feed_length, self.row_length)
         self._drop_unresolved(s_start)
         self.row_s: Floats = s_start + np.concatenate([[0.0], np.cumsum(self.row_length)])
 

@@ -311,3 +311,12 @@ def test_order_of_the_places_does_not_matter(seed: int) -> None:
     shuffled = path.evaluate(s, 3)
     order = np.argsort(s)
     np.testing.assert_array_equal(shuffled[:, order], path.evaluate(s[order], 3))
+
+
+def test_a_rotary_move_below_a_standstill_has_its_feed_along_itself() -> None:
+    """3·10⁻⁸ degrees beside a longer move: its feed was infinite, and the line longer by a tenth when it was cut."""
+    ends = np.zeros((2, 4))
+    ends[:, 3] = [0.1, 0.1 + 5e-10]
+    path = Path("XYZA", np.zeros(4), [LINE] * 2, ends, [-1] * 2, empty_arcs(), empty_nurbs(4))
+    np.testing.assert_allclose(path.row_length, [0.1, 5e-10], rtol=1e-6)
+    np.testing.assert_array_equal(path.per_feed, [1.0, 1.0])
