@@ -30,13 +30,15 @@ def rows_of(
     axes_scale: Floats,
     events: range,
     room: Floats,
+    of: Ints,
 ) -> Toolpath:
     """Return the toolpath of a spline.
 
     A knot span belongs to the source row in which its middle lies; spans of one row in a row make one NURBS row, with
     the line and mode of that row, and with its feed. Where rows of another feed are too short for spans of their own, it
     is the feed that takes the time of all. A feed by inverse time becomes the speed that the row had. The tolerance is
-    what is left of it: the least on the rows over which a chord between setpoints may reach.
+    what is left of it: the least on the rows over which a chord between setpoints may reach. Parts of one straight line have
+    what the whole of it has.
 
     Args:
         spline: Fitted to the rows `moving` of `source`.
@@ -45,7 +47,8 @@ def rows_of(
         moving: Their indices, ascending.
         axes_scale: Shape (axes,): what the columns of the spline were multiplied by.
         events: Rows of `source` that may be events to be put in at their place.
-        room: Shape (rows,), mm: what the spline leaves of the tolerance on each row.
+        room: Shape (lines,), mm: what the spline leaves of the tolerance on each straight line or curve.
+        of: Shape (rows,), ascending: which of these each row is part of.
     """
     knots, points = spline.knots, spline.points / axes_scale
     middle = 0.5 * (knots[4:-5] + knots[5:-4])
@@ -58,6 +61,8 @@ def rows_of(
     inverse = source.feed_mode[moving] == FeedMode.INVERSE_TIME
     feed = np.where(inverse, source.feed[moving] * np.diff(row_t), source.feed[moving])
     at = knots[4:-4]
+    whole = of[owner[first]]
+    begin, end = first[np.searchsorted(whole, whole)], stop[np.searchsorted(whole, whole, side="right") - 1]
     made = replace(
         source,
         start=points[0] if knots[0] == knots[4] else _start(table),
@@ -67,7 +72,7 @@ def rows_of(
         feed_mode=np.where(inverse[owner[first]], FeedMode.SPEED, source.feed_mode[rows]).astype(np.int8),
         path_mode=source.path_mode[rows],
         tolerance=_least(
-            room, row_t, at[np.maximum(first - _AROUND, 0)], at[np.minimum(stop + _AROUND, len(at) - 1)]
+            room[of], row_t, at[np.maximum(begin - _AROUND, 0)], at[np.minimum(end + _AROUND, len(at) - 1)]
         ),
         curve=np.arange(len(rows)),
         line=source.line[rows],

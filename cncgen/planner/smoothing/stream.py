@@ -226,7 +226,7 @@ class _Smoother:
             spline, self.seam = split(spline, span, float(row_t[k]))
         part, part_t, of = stretches.parts_of(window, row_t)
         events = range(int(part[0]), int(stretches.first[upto]))
-        done.add(rows_of(spline, part_t, stretches.parts, part, scale, events, room[of]))
+        done.add(rows_of(spline, part_t, stretches.parts, part, scale, events, room, of))
         return rest
 
 

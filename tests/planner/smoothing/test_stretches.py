@@ -49,6 +49,16 @@ def test_cut_lines_make_the_same_curve(rows: Toolpath) -> None:
     np.testing.assert_allclose(shape(parted), shape(whole), rtol=0.0, atol=1e-8)
 
 
+def test_parts_leave_chords_what_the_whole_leaves() -> None:
+    """Parts away from where smoothing uses most once left them more: a cut line took up to 1.7 % less at 4 ms."""
+    machine, rows = replace(load("generic-mill"), period_s=4e-3), facets(40, 0.9)
+    whole, parted = (join(list(smooth([each], None, machine))) for each in (rows, cut(rows, 3)))
+    of_line = dict(zip(whole.line.tolist(), whole.tolerance.tolist(), strict=True))
+    assert len(parted) > len(whole)
+    assert len(set(of_line.values())) > 5
+    np.testing.assert_allclose(parted.tolerance, [of_line[line] for line in parted.line.tolist()], rtol=1e-6)
+
+
 def seconds(lines: str, machine: Machine) -> float:
     chunks = sound(read_text(f"G21 G90 G64 P0.02\n{lines}M2\n", "a.nc"))
     return max(float(each.profile.t[-1]) for each in plan(chunks, machine, PlanOptions(feedrate="optimal")))
