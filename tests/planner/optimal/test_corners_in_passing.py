@@ -136,6 +136,20 @@ def test_second_differences_hold_where_a_corner_is_passed_under_full_acceleratio
     assert 0.99 < largest <= 1.001
 
 
+def is_the_faster_way(text: str, machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Hold the plan of a program with a corner against both ways, each forced: to pass it, and to stop there."""
+
+    def time() -> float:
+        return float(list(plan(read_text(text).chunks(), machine, PlanOptions()))[-1].profile.t[-1])
+
+    chosen, times = time(), []
+    for threshold in (0.0, np.inf):
+        monkeypatch.setattr(joints, "_worth_a_stop", lambda *given, v=threshold: np.full(len(given[1]), v))
+        times.append(time())
+    assert abs(times[0] - times[1]) > 1e-4 * chosen
+    assert chosen <= 1.001 * min(times)
+
+
 @pytest.mark.parametrize(
     ("velocity", "acceleration", "jerk"), [(100, 1000, 5e4), (250, 2500, 5e4), (500, 500, 1e6)]
 )
@@ -151,16 +165,7 @@ def test_a_corner_is_passed_where_that_is_faster_than_a_stop(
     machine = replace(machine, axes={a: replace(machine.axes[a], **limits) for a in "XYZ"})
     end = length * np.array([1.0 + np.cos(turn), np.sin(turn)])
     text = f"G21 G90 G61 F{60 * velocity}\nG1 X{length:.9f}\nG1 X{end[0]:.9f} Y{end[1]:.9f}\nM2\n"
-
-    def time() -> float:
-        return float(list(plan(read_text(text).chunks(), machine, PlanOptions()))[-1].profile.t[-1])
-
-    chosen, times = time(), []
-    for threshold in (0.0, np.inf):
-        monkeypatch.setattr(joints, "_worth_a_stop", lambda *given, v=threshold: np.full(len(given[1]), v))
-        times.append(time())
-    assert abs(times[0] - times[1]) > 1e-4 * chosen
-    assert chosen <= 1.001 * min(times)
+    is_the_faster_way(text, machine, monkeypatch)
 
 
 @pytest.mark.parametrize(
@@ -177,16 +182,7 @@ def test_a_corner_that_takes_jerk_along_the_path_is_less_worth_a_pass(
     angle = 0.25 * np.pi + np.array([0.0, turn])
     way = np.cumsum(length * np.stack([np.cos(angle), np.sin(angle)], axis=1), axis=0)
     text = "G21 G90 G61 F30000\n" + "".join(f"G1 X{x:.9f} Y{y:.9f}\n" for x, y in way) + "M2\n"
-
-    def time() -> float:
-        return float(list(plan(read_text(text).chunks(), machine, PlanOptions()))[-1].profile.t[-1])
-
-    chosen, times = time(), []
-    for threshold in (0.0, np.inf):
-        monkeypatch.setattr(joints, "_worth_a_stop", lambda *given, v=threshold: np.full(len(given[1]), v))
-        times.append(time())
-    assert abs(times[0] - times[1]) > 1e-4 * chosen
-    assert chosen <= 1.001 * min(times)
+    is_the_faster_way(text, machine, monkeypatch)
 
 
 #: A curve of 0.3 µm with knots near its start, whose last cell begins within rounding of its end.
