@@ -31,6 +31,8 @@ _NEAR = 1.3
 #: In how many parts of a period chords begin that may be too long, and those that are compared with the path, in as many
 #: places.
 _COARSE, _FINE = 8, 32
+#: How often what is between phases, or places, about the one furthest from the path is looked at, and in how many parts.
+_CLOSER, _CLOSE = 3, 8
 #: Periods at the end of an interval in which chords begin: in those before, nothing changes but the interval's own speed.
 _LATE = 2.0
 #: Ratio of curvatures along a chord up to which they are one parabola.
@@ -91,6 +93,30 @@ def held(given: Intervals, course: Course, pieces: Pieces, q: Floats, count: int
     begin, end, over, power = scene.measured(start)
     part = _AIM / over * np.minimum(over, _NEAR) ** (1.0 - power)
     return _lowered(given, scene.s, q, begin, end, part)
+
+
+@dataclass(frozen=True, slots=True)
+class _Compared:
+    """Chords of a period, `k` of them, and how far they are from the path.
+
+    Attributes:
+        phase: Shape (k,), when they begin, in parts of a period.
+        begin, end: Shape (k,), between which ways they lie.
+        over: Shape (k,), the largest distance as a part of the tolerance.
+        quarters: Shape (k,), the mean of the distances a quarter of a period after the start and before the end.
+    """
+
+    phase: Ints
+    begin: Floats
+    end: Floats
+    over: Floats
+    quarters: Floats
+
+    def peaks(self) -> Ints:
+        """Return the phases about which the distance may pass the tolerance, as between them it rises no more than beside."""
+        rise = np.abs(np.diff(self.over)) * (np.diff(self.phase) == 1)
+        more = np.maximum(np.append(0.0, rise), np.append(rise, 0.0))
+        return self.phase[_peaks(self.phase, self.over, more)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,33 +252,81 @@ class _Scene:
             tolerance, and with what power of it v² falls. Over a bend, where a quarter of the chord before its end it is
             three quarters of that, it is as v²; over a corner, where it is a half, as v. Shape (k,) each.
         """
-        step = self.period / _FINE
+        parts = _FINE
         about = np.arange(-2, _FINE // _COARSE + 2)
-        grid = np.unique((np.floor(start / step)[:, None] + about).astype(np.int64))
-        grid = grid[(grid >= 0) & ((grid + _FINE) * step <= self.t[-1])]
-        ticks = np.unique((grid[:, None] + np.arange(_FINE + 1)).ravel())
+        phase = np.unique((np.floor(start * (parts / self.period))[:, None] + about).astype(np.int64))
+        found = []
+        for left in range(_CLOSER, -1, -1):
+            compared = self._compared(phase, parts)
+            found.append(compared)
+            # Over a tip, what a chord leaves out grows with its phase up to where its ends are as far from it, and falls from
+            # there.
+            top = _CLOSE * compared.peaks()
+            if not (left and len(top)):
+                break
+            parts *= _CLOSE
+            phase = np.unique(top[:, None] + np.arange(1 - _CLOSE, _CLOSE))
+        over = np.concatenate([each.over for each in found])
+        far = over > 1.0 + _OVER
+        begin, end, quarters = (
+            np.concatenate(column)[far]
+            for column in zip(*((each.begin, each.end, each.quarters) for each in found), strict=True)
+        )
+        power = 1.0 + np.clip(3.0 - 4.0 * quarters / over[far], 0.0, 1.0)
+        return begin, end, over[far], power
+
+    def _compared(self, phase: Ints, parts: int) -> _Compared:
+        """Compare chords that begin at ascending phases, in parts of a period, with the path."""
+        step, every = self.period / parts, parts // _FINE
+        phase = phase[(phase >= 0) & ((phase + parts) * step <= self.t[-1])]
+        ticks = np.unique((phase[:, None] + every * np.arange(_FINE + 1)).ravel())
         motion = motion_at(self.profile, ticks * step)
         interval = self.owner[motion.piece]
         along = motion.s - self.s[interval]
         x = self.course.positions(interval, along)
-        at = np.searchsorted(ticks, grid)
-        last = at + _FINE
+        at, last = np.searchsorted(ticks, phase), np.searchsorted(ticks, phase + parts)
         clear = self.end[interval[at]] >= interval[last] + (along[last] > 0.0)
-        at, last, grid = at[clear], last[clear], grid[clear]
+        at, last, phase = at[clear], last[clear], phase[clear]
         turned = np.cumsum(self.corner)[interval]
         floor = self._floor(turned[last] > turned[at])
-        over, quarters = np.zeros(len(at)), np.zeros(len(at))
+        away = np.zeros((_FINE + 1, len(at)))
         for k in range(1, _FINE):
-            tolerance = np.maximum(self.tolerance[interval[at + k]], floor)
-            away = _away(x[at + k], x[at], x[last]) / tolerance
-            over = np.maximum(over, away)
-            if k in (_FINE // 4, 3 * _FINE // 4):
-                quarters += 0.5 * away
-        over = np.maximum(over, self._tips(grid * step, x[at], x[last]))
-        far = over > 1.0 + _OVER
-        over = over[far]
-        power = 1.0 + np.clip(3.0 - 4.0 * quarters[far] / over, 0.0, 1.0)
-        return motion.s[at[far]], motion.s[last[far]], over, power
+            here = np.searchsorted(ticks, phase + every * k)
+            tolerance = np.maximum(self.tolerance[interval[here]], floor)
+            away[k] = _away(x[here], x[at], x[last]) / tolerance
+        own, furthest = np.arange(len(at)), away.argmax(axis=0)
+        over = away[furthest, own]
+        more = over - np.minimum(away[furthest - 1, own], away[furthest + 1, own])
+        near = np.flatnonzero(_peaks(phase, over, more))
+        middle = (phase[near] + every * furthest[near]) * step
+        over[near] = np.maximum(over[near], self._closer(middle, x[at[near]], x[last[near]], floor[near]))
+        over = np.maximum(over, self._tips(ticks[at] * step, x[at], x[last]))
+        quarters = 0.5 * (away[_FINE // 4] + away[3 * _FINE // 4])
+        return _Compared(phase, motion.s[at], motion.s[last], over, quarters)
+
+    def _closer(self, middle: Floats, a: Floats, b: Floats, floor: Floats) -> Floats:
+        """Return how far the furthest places within a 32nd part of a period are from chords, as a part of the tolerance.
+
+        Args:
+            middle: Shape (k,), the times about which they are.
+            a, b: Shape (k, axes), the ends of the chords.
+            floor: Shape (k,), the least tolerances.
+        """
+        over, width = np.zeros(len(middle)), self.period / _FINE
+        part = np.linspace(-1.0, 1.0, 2 * _CLOSE + 1)
+        chord = np.repeat(np.arange(len(middle)), len(part))
+        for _ in range(_CLOSER):
+            time = (middle[:, None] + width * part).ravel()
+            order = np.argsort(time)
+            motion = motion_at(self.profile, time[order])
+            interval = self.owner[motion.piece]
+            x = self.course.positions(interval, motion.s - self.s[interval])
+            own = chord[order]
+            away = np.zeros(len(time))
+            away[order] = _away(x, a[own], b[own]) / np.maximum(self.tolerance[interval], floor[own])
+            furthest = away.reshape(-1, len(part)).argmax(axis=1) + len(part) * np.arange(len(middle))
+            over, middle, width = np.maximum(over, away[furthest]), time[furthest], width / _CLOSE
+        return over
 
     def _tips(self, start: Floats, a: Floats, b: Floats) -> Floats:
         """Return how far nodes about which the direction turns fast are from the chords over them, as a part of the tolerance.
@@ -323,6 +397,13 @@ def _away(x: Floats, a: Floats, b: Floats) -> Floats:
     square = np.einsum("ij,ij->i", chord, chord)
     part = np.einsum("ij,ij->i", chord, side) / np.where(square > 0.0, square, 1.0)
     return _size(side - np.clip(part, 0.0, 1.0)[:, None] * chord)
+
+
+def _peaks(phase: Ints, over: Floats, more: Floats) -> Bools:
+    """Tell which of ascending phases are peaks that may pass the tolerance, being so much `more`, by more than rounding."""
+    lower = np.append((np.diff(phase) == 1) & (np.diff(over) > 0.0), False)
+    higher = np.append(False, (np.diff(phase) == 1) & (np.diff(over) < 0.0))
+    return ~lower & ~higher & (more > _OVER) & (over + more > 1.0 + _OVER)
 
 
 def _over(values: Floats, first: Ints, last: Ints) -> Floats:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 import cncgen
 from cncgen.machine.record import Axis, Machine
+from cncgen.planner.motion import motion_at
 from cncgen.planner.optimal import chords, window
 from tests.planner.judging import used
 
@@ -91,6 +92,32 @@ def cusp(gap: float) -> tuple[str, Floats]:
 def test_near_cusps(gap: float, mill: Machine) -> None:
     """A period goes over all of the bend: 9.7, 15.6 and 13.2 tolerances."""
     assert furthest(*cusp(gap)[:1], mill, cusp(gap)[1], 4) <= 1.001
+
+
+@pytest.mark.parametrize(
+    ("gap", "mill"),
+    [
+        (0.003, machine(1e-3, 1e-2, 500.0, 1e6, 2e9)),
+        (0.003, machine(1e-3, 1e-2, 500.0, 1e6, 2e10)),
+        (0.001, machine(4e-3, 1e-3, 200.0, 1e5, 5e7)),
+    ],
+)
+def test_tips_sharper_than_the_tolerance(gap: float, mill: Machine) -> None:
+    """Wherever the tip is along the chord and whenever the chord begins: amid places looked at, 1.026, 1.012 and 1.033
+    tolerances."""
+    text, path = cusp(gap)
+    way = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1)))
+    program = cncgen.read_text(f"G21 G90 G61 F60000\n{text}M2\n")
+    (trajectory,) = cncgen.plan(program, mill)
+    phases, worst = 400, 0.0
+    for phase in range(phases):
+        t = np.arange(phase / phases * mill.period_s, trajectory.profile.t[-1], mill.period_s)
+        ends = motion_at(trajectory.profile, t).s
+        after = int(np.searchsorted(ends, 0.5 * way[-1]))
+        chord = ends[after - 1 : after + 1]
+        x = np.stack([np.interp(chord, way, column) for column in path.T], axis=1)
+        worst = max(worst, away(path[slice(*np.searchsorted(way, chord))], x))
+    assert worst <= 1.001 * mill.chord_tolerance_mm
 
 
 def bent() -> tuple[str, Floats]:
