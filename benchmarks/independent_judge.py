@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from independent_programs import Feed, Floats, Piece, Rig, Writer
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 #: What is allowed beyond a limit, a tolerance or a feed, as a part of it.
@@ -26,6 +27,8 @@ MOST = 40_000
 FEW = 4_000_000
 #: Nearest middles of segments looked at first.
 NEIGHBOURS = 24
+#: Tolerances within which a polyline is near a point: it is less than 0.1 of one from its curve.
+NEAR = 1.5
 #: Samples of each piece that are looked for on the chords.
 SAMPLES = 1500
 
@@ -133,8 +136,35 @@ class Path:
                     reach = 2.0 * (piece.u[k + 1] - piece.u[k])
                     u = piece.u[k] + where[i] * (piece.u[k + 1] - piece.u[k])
                     distance[i] = closest(piece, x[i], u, reach)
+                if distance[i] > tolerance:
+                    # Of turns that lie closer together than polylines tell, another one may be the nearest.
+                    distance[i] = min(distance[i], self._elsewhere(x[i], mine, tolerance))
             ratio = np.minimum(ratio, distance / tolerance)
         return ratio
+
+    def _elsewhere(self, point: Floats, mine: NDArray[np.int64], tolerance: float) -> float:
+        """Return the least distance of a point from the curves at all places where their polylines come near it.
+
+        Args:
+            point: Shape (axes,).
+            mine: Numbers of the segments that are looked at, ascending.
+            tolerance: What is near.
+        """
+        distance, where, _ = to_segments(point, self.a[mine], self.b[mine])
+        padded = np.concatenate([[np.inf], distance, [np.inf]])
+        least = (distance <= padded[:-2]) & (distance <= padded[2:]) & (distance < NEAR * tolerance)
+        found = np.inf
+        for i in np.flatnonzero(least):
+            piece = self.pieces[self.piece[mine[i]]]
+            k = mine[i] - self.first[mine[i]]
+            step = piece.u[k + 1] - piece.u[k]
+            here = (
+                closest(piece, point, piece.u[k] + where[i] * step, 2.0 * step)
+                if len(piece.u) > 2
+                else distance[i]
+            )
+            found = min(found, float(here))
+        return found
 
     def samples(self) -> tuple[Floats, Floats]:
         """Return points of the path, and the tolerance of each: at an end of a piece the wider of both sides."""
