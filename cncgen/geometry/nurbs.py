@@ -136,13 +136,23 @@ def evaluate(table: NurbsTable, curve: ArrayLike, u: ArrayLike, order: int = 0, 
 
 
 def directions(table: NurbsTable) -> Floats:
-    """Return the way of curves that lie on a straight line, shape (m, axes): from the first control point to the furthest.
+    """Return the ways of spans that lie on a straight line, shape (control points, axes): in the row of a span's first control
+    point, from that one to the furthest of its own; those of a curve that lies on one line as a whole all have its way.
 
-    Of other curves, whose control points leave that line by more than the rounding of their coordinates, it is 0. By the
-    convex hull a curve is where its control points are (The NURBS Book, P3.22).
+    Of other spans, whose control points leave that line by more than the rounding of their coordinates, it is 0. By the
+    convex hull a span is where its control points are (The NURBS Book, P3.22).
     """
-    out = np.empty((len(table), table.control_points.shape[1]))
+    out = np.empty_like(table.control_points, float, order="C")
     bspline.directions(columns(table), _ROUNDINGS, out)
+    return out
+
+
+def spans(table: NurbsTable, curve: Ints, u: Floats, side: int = 1) -> Ints:
+    """Return the first control points of the spans of curves at parameters, on a side of knots, shape (n,)."""
+    out = np.empty(len(curve), np.int64)
+    bspline.spans(
+        np.ascontiguousarray(curve, np.int64), np.ascontiguousarray(u, float), side, columns(table), out
+    )
     return out
 
 

@@ -396,9 +396,12 @@ class Path:
 
     @cached_property
     def _along(self) -> Floats:
-        """Shape (nurbs, axes): dx/ds of NURBS that lie on a straight line, in the sense of their first way; 0 of others."""
-        way = splines.directions(self._nurbs.table)
-        length = _metric_norm(way, self._nurbs.low, self._nurbs.high)[:, None]
+        """Shape (control points, axes): dx/ds of spans of NURBS on a straight line, see `splines.directions`; 0 of others."""
+        table = self._nurbs.table
+        way = splines.directions(table)
+        points = np.diff(table.point_offset)
+        low, high = np.repeat(self._nurbs.low, points), np.repeat(self._nurbs.high, points)
+        length = _metric_norm(way, low, high)[:, None]
         return np.divide(way, length, out=np.zeros_like(way), where=length > 0.0)
 
     def _singular(self, slow: Ints, rows: Ints, u: Floats, side: int) -> Ints:
@@ -409,10 +412,10 @@ class Path:
     def _beside_singular(self, out: Floats, pick: Ints, rows: Ints, u: Floats, side: int) -> None:
         """Replace derivatives by s where C' vanishes by those a little beside, or within where the curve ends.
 
-        Curves on straight lines have theirs: the way of the line, forth or back.
+        Spans on straight lines have theirs: the way of the line, forth or back.
         """
         order, item = len(out) - 1, self._item[rows[pick]]
-        total, along = self._nurbs.total[item], self._along[item]
+        total = self._nurbs.total[item]
         at = self._nurbs.at(item, u[pick])
         for first_order, part in _BESIDE[:order]:
             step = side * part * total
@@ -421,6 +424,7 @@ class Path:
             values = splines.evaluate(self._nurbs.table, item, there, order, side)
             path_derivatives.by_length(self._low[rows[pick]], self._high[rows[pick]], values)
             out[first_order:, pick] = values[first_order:]
+        along = self._along[splines.spans(self._nurbs.table, item, there, side)]
         straight = np.any(along != 0.0, axis=1)
         forth = np.sign(np.sum(out[1, pick] * along, axis=1))
         out[1, pick] = np.where(straight[:, None], forth[:, None] * along, out[1, pick])

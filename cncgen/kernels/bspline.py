@@ -297,9 +297,40 @@ def _leaves_line(
     return False
 
 
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _line_through(
+    points: cython.const[cython.double][:, ::1],
+    first: cython.Py_ssize_t,
+    last: cython.Py_ssize_t,
+    roundings: cython.double,
+) -> cython.Py_ssize_t:
+    """The point furthest from the one at `first` of those up to `last`, if all lie on the line of both but for rounding; else -1."""
+    k: cython.Py_ssize_t
+    d: cython.Py_ssize_t
+    furthest: cython.Py_ssize_t = first
+    away: cython.double
+    far: cython.double = 0.0
+    size: cython.double = 0.0
+    for k in range(first, last):
+        away = 0.0
+        for d in range(points.shape[1]):
+            away += (points[k, d] - points[first, d]) * (points[k, d] - points[first, d])
+            size = max(size, abs(points[k, d]))
+        if away > far:
+            far = away
+            furthest = k
+    size = roundings * (nextafter(size, 2.0 * size + 1.0) - size)
+    if far > 0.0 and _leaves_line(points, first, last, furthest, sqrt(far), size):
+        return -1
+    return furthest
+
+
 def directions(curves: Curves, roundings: cython.double, out: cython.double[:, ::1]):
-    """Fill ``out[c]`` with the way of curve c from its first control point to the furthest, if all of them lie on that line
-    as far as the rounding of coordinates, `roundings` units in the last place of the largest, lets that be known; else with 0.
+    """Fill ``out[j]`` with the way of the span whose control points begin with the j-th, from that one to the furthest of them,
+    if all lie on that line as far as the rounding of coordinates, `roundings` units in the last place of the largest, lets that
+    be known; else, and where no span begins, with 0. All spans of a curve that lies on a line have the way of the whole.
     """
     points: cython.const[cython.double][:, ::1] = curves.points
     axes: cython.Py_ssize_t = points.shape[1]
@@ -307,27 +338,41 @@ def directions(curves: Curves, roundings: cython.double, out: cython.double[:, :
     k: cython.Py_ssize_t
     d: cython.Py_ssize_t
     first: cython.Py_ssize_t
+    after: cython.Py_ssize_t
+    whole: cython.Py_ssize_t
+    begin: cython.Py_ssize_t
     furthest: cython.Py_ssize_t
-    away: cython.double
-    far: cython.double
-    size: cython.double
-    bent: cython.bint
     with cython.nogil:
         for c in range(curves.degree.shape[0]):
             first = curves.point_offset[c]
-            furthest = first
-            far = 0.0
-            size = 0.0
-            for k in range(first, curves.point_offset[c + 1]):
-                away = 0.0
-                for d in range(axes):
-                    away += (points[k, d] - points[first, d]) * (points[k, d] - points[first, d])
-                    size = max(size, abs(points[k, d]))
-                away = sqrt(away)
-                if away > far:
-                    far = away
+            after = curves.point_offset[c + 1]
+            whole = _line_through(points, first, after, roundings)
+            for k in range(first, after):
+                begin = first
+                furthest = whole
+                if whole < 0:
+                    begin = k
                     furthest = k
-            size = roundings * (nextafter(size, 2.0 * size + 1.0) - size)
-            bent = far > 0.0 and _leaves_line(points, first, curves.point_offset[c + 1], furthest, far, size)
-            for d in range(axes):
-                out[c, d] = 0.0 if bent else points[furthest, d] - points[first, d]
+                    if k + curves.degree[c] < after:
+                        furthest = max(k, _line_through(points, k, k + curves.degree[c] + 1, roundings))
+                for d in range(axes):
+                    out[k, d] = points[furthest, d] - points[begin, d]
+
+
+def spans(
+    curve: cython.const[cython.longlong][::1],
+    u: cython.const[cython.double][::1],
+    side: cython.int,
+    curves: Curves,
+    out: cython.longlong[::1],
+):
+    """Fill ``out[n]`` with the first control point of the span of curve ``curve[n]`` at ``u[n]``, on `side` of a knot."""
+    span: Span = Span(curves)
+    n: cython.Py_ssize_t
+    c: cython.Py_ssize_t
+    with cython.nogil:
+        for n in range(u.shape[0]):
+            c = curve[n]
+            out[n] = (
+                curves.point_offset[c] + span.find(c, u[n], side) - curves.knot_offset[c] - curves.degree[c]
+            )

@@ -38,7 +38,7 @@ class Rows:
         low, high: Shape (m,), the columns over which the length of each is taken.
         cell_offset, cells: See `arc_length`.
         total: Shape (m,), the length of each.
-        along: Shape (m, axes), dx/ds of curves on a straight line, 0 of others.
+        along: Shape (control points, axes), dx/ds of spans on a straight line in the row of their first control point, 0 of others.
         slow: |dC/du| below this part of its mean over the curve is looked at for whether it vanishes.
     """
 
@@ -227,20 +227,23 @@ def _line(
 @cython.nogil
 @cython.exceptval(check=False)
 def _straighten(
-    on: Rows, c: cython.Py_ssize_t, order: cython.Py_ssize_t, value: cython.double[:, ::1]
+    on: Rows, j: cython.Py_ssize_t, order: cython.Py_ssize_t, value: cython.double[:, ::1]
 ) -> cython.void:
-    """Take from the derivatives of a curve on a straight line what bends it: rounding, large where it turns back."""
+    """Take from the derivatives of a span on a straight line what bends it: rounding, large where it turns back or nearly stands.
+
+    `j` is the first control point of the span.
+    """
     d: cython.Py_ssize_t
     k: cython.Py_ssize_t
     forth: cython.double = 0.0
     straight: cython.bint = False
     for d in range(on.along.shape[1]):
-        forth += value[1, d] * on.along[c, d]
-        straight = straight or on.along[c, d] != 0.0
+        forth += value[1, d] * on.along[j, d]
+        straight = straight or on.along[j, d] != 0.0
     if straight:
         forth = 1.0 if forth > 0.0 else (-1.0 if forth < 0.0 else 0.0)
         for d in range(on.along.shape[1]):
-            value[1, d] = forth * on.along[c, d]
+            value[1, d] = forth * on.along[j, d]
             for k in range(2, order + 1):
                 value[k, d] = 0.0
 
@@ -318,7 +321,8 @@ def evaluate(
                     if g * whole <= on.slow * on.total[c]:
                         slow[found] = n
                         found += 1
-                    _straighten(on, c, order, span.value)
+                    i = on.curves.point_offset[c] + span.i - on.curves.knot_offset[c] - i
+                    _straighten(on, i, order, span.value)
                 for k in range(order + 1):
                     for d in range(axes):
                         out[k, n, d] = span.value[k, d]

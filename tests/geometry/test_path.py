@@ -254,6 +254,25 @@ def test_a_curve_on_a_line_bends_nowhere(way: list[float]) -> None:
         assert set(np.sign(x1[:, 0])) == {-1.0, 1.0}
 
 
+def test_a_straight_span_of_a_bent_curve_bends_nowhere() -> None:
+    """Its last one turns back and ends in equal points, where rounding alone had made third derivatives of up to 1e4."""
+    points = [[0, 0, 0], [0.3, 0.7, -0.2], [0.389, -1.402, -0.676], [-0.193, -1.183, -0.726]]
+    points += [points[2], points[2]]
+    weights = [0.3, 1.2, 0.9, 3.6, 0.6, 1.3]
+    path = path_of_curve(nurbs.single(3, [0] * 4 + [0.4, 0.9] + [1] * 4, points, weights))
+    line = np.subtract(points[2], points[3])
+    begin = float(path.coordinate([0], [0.9])[0])
+    assert np.linalg.norm(path.evaluate([0.5 * begin], 2)[2]) > 0.1
+    s = np.concatenate([np.linspace(begin, path.length, 500), path.length - np.logspace(-12, -1, 100)])
+    for side in (-1, 1):
+        at = s[s > begin] if side < 0 else s
+        _, x1, x2, x3 = path.evaluate(at, 3, side)
+        way = np.tile(np.abs(line) / np.linalg.norm(line), (len(at), 1))
+        np.testing.assert_allclose(np.abs(x1), way, rtol=1e-14)
+        assert not x2.any()
+        assert not x3.any()
+
+
 def test_a_straight_curve_that_ends_in_equal_points_of_other_weights_stays_straight() -> None:
     """C' ~ (1 − u)² at its end, where differences of weighted points once left rounding alone: x''' of 1e13."""
     points = [[0, 0, 0], [9, 15, -0.4], [9, 15, -0.4], [9, 15, -0.4]]

@@ -105,12 +105,13 @@ def test_plain_python_gives_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def straight_or_not(rng: np.random.Generator) -> NurbsTable:
-    """A curve on a line up to rounding, or beside it by some roundings, or of one point."""
-    count = int(rng.integers(2, 7))
+    """A curve on a line up to rounding, or beside it by some roundings, or of one point; some of its spans may lie on one."""
+    degree = int(rng.integers(1, 4))
+    count = int(rng.integers(degree + 1, 9))
     way = rng.normal(size=(count, 1)) * rng.normal(size=3) * rng.choice([0.0, 1e-9, 1.0])
     points = 10.0 ** rng.uniform(-3, 3) + way
     points[int(rng.integers(count))] *= 1.0 + rng.choice([0.0, 1e-15, 1e-12])
-    return nurbs.single(1, np.arange(count + 2.0), points)
+    return nurbs.single(degree, np.arange(count + degree + 1.0), points)
 
 
 def way_of_line(points: np.ndarray) -> np.ndarray:
@@ -123,16 +124,43 @@ def way_of_line(points: np.ndarray) -> np.ndarray:
     return furthest * straight
 
 
-def test_the_way_of_curves_on_a_line() -> None:
+def ways_of_spans(curve: NurbsTable) -> np.ndarray:
+    """That of the whole curve for each control point, or else those of spans, in the rows where their points begin."""
+    points, order = curve.control_points, int(curve.degree[0]) + 1
+    whole = way_of_line(points)
+    if whole.any() or np.ptp(points, axis=0).max() == 0.0:
+        return np.tile(whole, (len(points), 1))
+    out = np.zeros_like(points)
+    for first in range(len(points) - order + 1):
+        out[first] = way_of_line(points[first : first + order])
+    return out
+
+
+def test_the_ways_of_spans_on_a_line() -> None:
     rng = np.random.default_rng(3)
-    curves = [straight_or_not(rng) for _ in range(200)]
-    expected = np.array([way_of_line(curve.control_points) for curve in curves])
-    assert 40 < np.count_nonzero(expected.any(axis=1)) < 160
+    curves = [straight_or_not(rng) for _ in range(300)]
+    expected = [ways_of_spans(curve) for curve in curves]
+    told = [(bool(way.any()), bool(way.any(axis=1).all())) for way in expected]
+    assert all(told.count(kind) > 30 for kind in ((False, False), (True, False), (True, True)))
     table = nurbs.concatenate(curves)
-    np.testing.assert_array_equal(nurbs.directions(table), expected)
-    slowly = np.zeros_like(expected)
+    np.testing.assert_array_equal(nurbs.directions(table), np.concatenate(expected))
+    slowly = np.zeros_like(table.control_points)
     uncompiled("bspline").directions(nurbs.columns(table), 4.0, slowly)
-    np.testing.assert_array_equal(slowly, expected)
+    np.testing.assert_array_equal(slowly, np.concatenate(expected))
+
+
+def test_the_span_of_a_parameter_begins_with_its_first_control_point() -> None:
+    """Of two spans and of three, beside a knot and on either side of it, beyond the ends too."""
+    points = np.random.default_rng(1).normal(size=(10, 3))
+    short = nurbs.single(2, [0, 0, 0, 1, 2, 2, 2], points[:4])
+    long = nurbs.single(2, [0, 0, 0, 1, 2, 2, 3, 3, 3], points[4:])
+    table = nurbs.concatenate([short, long])
+    curve, u = np.array([0, 0, 0, 1, 1, 1, 1]), np.array([-1.0, 1.0, 9.0, 0.5, 1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(nurbs.spans(table, curve, u), [0, 1, 1, 4, 5, 7, 7])
+    np.testing.assert_array_equal(nurbs.spans(table, curve, u, -1), [0, 0, 1, 4, 4, 5, 7])
+    slowly = np.zeros(len(u), np.int64)
+    uncompiled("bspline").spans(curve, u, -1, nurbs.columns(table), slowly)
+    np.testing.assert_array_equal(slowly, [0, 0, 1, 4, 4, 5, 7])
 
 
 def test_a_place_that_is_no_number_has_no_position() -> None:
