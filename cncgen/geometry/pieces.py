@@ -14,6 +14,8 @@ from cncgen.geometry.tables import Floats, Ints
 ARC_SHARE = 1e-3
 #: The same for those of a NURBS.
 NURBS_SHARE = 1e-5
+#: Turn of a cubic piece below which only rounding bends it.
+_STRAIGHT = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,9 +136,13 @@ def _hermite(path: Path, row: Ints, s: Floats, h: Floats) -> Floats:
         ends.append((x, x1 / np.linalg.norm(x1[:, :3], axis=1)[:, None]))
     (x0, d0), (x1, d1) = ends
     h = h[:, None]
-    return np.stack(
-        [x0, d0, 3 * (x1 - x0) / h**2 - (2 * d0 + d1) / h, 2 * (x0 - x1) / h**3 + (d0 + d1) / h**2], 1
-    )
+    way = (x1 - x0) / h
+    # Both less than rounding leaves of them on a straight piece, which is a line then, as if it had been written as one.
+    bent = np.maximum(np.abs(3 * way - 2 * d0 - d1), np.abs(d0 + d1 - 2 * way)).max(axis=1) > _STRAIGHT
+    c1 = np.where(bent[:, None], d0, way)
+    c2 = np.where(bent[:, None], (3 * way - 2 * d0 - d1) / h, 0.0)
+    c3 = np.where(bent[:, None], (d0 + d1 - 2 * way) / h**2, 0.0)
+    return np.stack([x0, c1, c2, c3], 1)
 
 
 def first_scales(pieces: Pieces) -> Floats:

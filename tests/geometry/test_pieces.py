@@ -43,3 +43,20 @@ def test_cells_cover_a_curve_from_end_to_end() -> None:
     assert begin[0] == 0.0
     np.testing.assert_allclose(begin[1:], (begin + width)[:-1], atol=1e-12)
     assert begin[-1] + width[-1] == pytest.approx(path.row_length[1], rel=1e-12)
+
+
+@pytest.mark.parametrize("unit", [1.0, 25.4])
+def test_pieces_of_straight_spans_are_lines(unit: float) -> None:
+    """A polyline written as a curve of degree 1: rounding bent its pieces in some units, and they were sampled as curves are."""
+    x = np.array(
+        [0.0026, 0.0020937338349376706, 0.0050843566691213295, 0.005801748202490801, 0.004144729792416178]
+    )
+    points = unit * np.outer(x, [1.0, 0.3, -0.7])
+    table = nurbs.single(1, [0, 0, 0.0048801, 0.1915253, 0.5012891, 1, 1], points)
+    path = Path("XYZ", points[0], [NURBS], points[-1:], [0], empty_arcs(), table)
+    pieces = pieces_of(path, np.full(1, 0.001 * unit), np.ones(3))
+    assert len(pieces.bend) == 4
+    assert not pieces.bend.any()
+    assert not pieces.y[:, 2:].any()
+    h = np.diff(pieces.t)[:, None]
+    np.testing.assert_allclose(pieces.y[:, 0] + h * pieces.y[:, 1], points[1:], rtol=1e-14)
