@@ -30,9 +30,7 @@ from independent_judge import Path as MeantPath
 from independent_programs import (
     INCH_MM,
     LINEAR,
-    Arc,
     Case,
-    Element,
     Floats,
     Loop,
     Mode,
@@ -213,14 +211,10 @@ def units(seed: int, case: Case, options: cncgen.PlanOptions) -> list[Fault]:
 
 
 def splitting(seed: int, case: Case, options: cncgen.PlanOptions) -> list[Fault]:
-    """Lines, and arcs of exact paths, in up to three parts each, with no stops between: the time changes by 0.1 % at most."""
+    """Lines and arcs in up to three parts each, with no stops between: the time changes by 0.1 % at most."""
     rng = np.random.default_rng((21, seed))
     elements = tuple(Mode("G61") if e == Mode("G61.1") else e for e in case.program.elements)
-    rounded = any(isinstance(e, Mode) and e.text == "G64" for e in elements)
-    parts: list[Element] = []
-    for element in elements:
-        whole = rounded and isinstance(element, Arc | Loop)
-        parts += [element] if whole else element.split(rng)
+    parts = [part for element in elements for part in element.split(rng)]
     program = replace(case.program, dialect="linuxcnc")
     one = replace(case, program=replace(program, elements=elements))
     other = replace(case, program=replace(program, elements=tuple(parts)))

@@ -457,7 +457,7 @@ def units(case: Case) -> None:
 
 
 def splitting(case: Case) -> None:
-    """Straight moves, of G61 arcs too, cut in three: the time changes by less than a thousandth."""
+    """Straight moves and arcs cut in three: the time changes by less than a thousandth."""
     if case.inverse:
         return  # the time of each part would have to be said anew
     cut: list[Move] = []
@@ -681,7 +681,7 @@ PROPERTIES: dict[str, tuple[Callable[[Case], None], st.SearchStrategy[Case]]] = 
     "limits": (limits, cases()),
     "continuous": (continuous, cases()),
     "units": (units, cases()),
-    "splitting": (splitting, st.one_of(cases(modes=("G61",)), chains())),
+    "splitting": (splitting, st.one_of(cases(modes=("G61", "G64")), chains())),
     "relaxing": (relaxing, cases()),
     "reversing": (reversing, cases()),
     "bounds": (bounds, cases()),

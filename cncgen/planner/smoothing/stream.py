@@ -117,7 +117,7 @@ class _Smoother:
             drive = Drive.of(self.machine, rows.axes)
             _judge_corners(rows, path, classes, drive, (self.pace, self.chord), last)
         borders = np.append(np.flatnonzero(classes.parts), len(rows))
-        done = _Done(stretches)
+        done = _Done(stretches, self._reserve(rows.axes))
         at = 0
         for n, first in enumerate(borders[:-1]):
             stop, closed = int(borders[n + 1]), bool(last or borders[n + 1] < len(rows))
@@ -199,7 +199,8 @@ class _Smoother:
         rows = stretches.rows
         scale = axis_scale(rows.axes)
         allowed, most = rows.tolerance[window], self._reserve(rows.axes)
-        given = fit_tolerance(allowed, most, np.minimum(classes.chord[window], most))
+        off = stretches.off[window]
+        given = fit_tolerance(allowed, most, np.minimum(classes.chord[window], most)) - off
         pieces = pieces_of(path, given, scale, window)
         row_t = pieces.row_t
         head = END_DERIVATIVES if _tangent(self.before, classes.entry[window[0]]) else END_POINT
@@ -212,7 +213,7 @@ class _Smoother:
             spline = fit(pieces, _cuts(rows, window, row_t), head, tail, self.seam, longest=longest)
         except CorridorError as fault:
             raise _no_curve(rows, window, fault) from fault
-        room = chord_room(allowed, _deviation(pieces, spline, given), most)
+        room = chord_room(allowed, _deviation(pieces, spline, given) + off, most)
         if final:
             upto, rest, self.seam = int(window[-1]) + 1, int(window[-1]) + 1, None
             self.before = classes.leave[window[-1]]
@@ -233,8 +234,9 @@ class _Smoother:
 class _Done:
     """What is handed on, in order; rows that pass side by side are cut out together, in the parts that they have."""
 
-    def __init__(self, stretches: Stretches) -> None:
+    def __init__(self, stretches: Stretches, chord_mm: float) -> None:
         self._stretches = stretches
+        self._chord_mm = chord_mm
         self._parts: list[Toolpath] = []
         self._first = self._stop = 0
 
@@ -254,9 +256,14 @@ class _Done:
         if self._first < self._stop:
             first = self._stretches.first
             part = between(self._stretches.parts, int(first[self._first]), int(first[self._stop]))
-            # Chords need not share the tolerance with smoothing there.
-            met = np.where(part.path_mode == PathMode.CONTINUOUS, PathMode.EXACT_PATH, part.path_mode)
-            self._parts.append(replace(part, path_mode=met.astype(np.int8)))
+            off = self._stretches.part_off(self._first, self._stop)
+            # Chords need not share the tolerance with smoothing there, but with arcs that are one but for rounding.
+            shared = off > 0.0
+            met = np.where(
+                (part.path_mode == PathMode.CONTINUOUS) & ~shared, PathMode.EXACT_PATH, part.path_mode
+            )
+            tolerance = np.where(shared, chord_room(part.tolerance, off, self._chord_mm), part.tolerance)
+            self._parts.append(replace(part, path_mode=met.astype(np.int8), tolerance=tolerance))
             self._first = self._stop
         return self._parts
 

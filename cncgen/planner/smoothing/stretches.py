@@ -1,7 +1,7 @@
-"""Straight stretches: consecutive lines that go straight on count as one, so that cutting a line changes nothing.
+"""Stretches: lines that go straight on, and arcs that go on about one centre, count as one, so that cutting changes nothing.
 
 How long a row is tells smoothing what is a corner by itself and what a facet (docs/smoothing.md): it must be the length of
-the straight line, not that of the parts in which it is written.
+the straight line, or of the arc, not that of the parts in which it is written.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.path import STANDSTILL
+from cncgen.planner.smoothing.circles import OFF, Circles, arcs_of, goes_on
 from cncgen.planner.smoothing.runs import LEAST_TOLERANCE, axis_scale
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 from cncgen.toolpath.slicing import between
@@ -33,33 +34,46 @@ _MOST = 512
 
 @dataclass(frozen=True, slots=True)
 class Stretches:
-    """A toolpath in which lines that go straight on are one row: m of them, of n ≥ m parts.
+    """A toolpath in which lines that go straight on, and arcs that go on, are one row: m of them, of n ≥ m parts.
 
     Attributes:
         rows: Each with the line of its first part.
-        parts: As they are programmed, but for the digits by which their ends are off the straight line.
+        parts: As they are programmed, but for that by which their ends are off the straight line or the arc.
         first: Shape (m + 1,): where the parts of each row begin, and n.
-        part_length: Shape (n,), mm: how long parts that are lines are, over all axes.
+        part_length: Shape (n,), mm: how long parts are: lines over all axes, arcs in X Y Z.
+        off: Shape (m,), mm: by how much the parts of each row, as programmed, are off it at most; 0 for lines.
     """
 
     rows: Toolpath
     parts: Toolpath
     first: Ints
     part_length: Floats
+    off: Floats
 
     @classmethod
     def of(cls, parts: Toolpath) -> Stretches:
-        """Join the lines of a toolpath under G64 that go straight on at the same speed."""
+        """Join what goes on under G64 at the same speed."""
         places = np.concatenate([parts.start[None], parts.end])
-        places *= axis_scale(parts.axes)
-        steps = np.diff(places, axis=0)
+        turning = _pairs(parts, Kind.ARC)
+        round_on = goes_on(parts, places[:-1], turning)
+        arcs = np.union1d(turning, turning - 1)
+        curved = arcs_of(parts, places[:-1], arcs).length
+        scaled = places * axis_scale(parts.axes)
+        steps = np.diff(scaled, axis=0)
         length = np.sqrt(np.einsum("ij,ij->i", steps, steps))
-        joined = _goes_on(parts, steps, length)
+        length[arcs] = curved
+        joined = _straight_on(parts, steps, length)
+        joined[_alike(parts, length, turning[round_on])] = True
         if not joined.any():
-            return cls(parts, parts, np.arange(len(parts) + 1), length)
-        joined = _straight(joined, places, parts.tolerance)
+            return cls(parts, parts, np.arange(len(parts) + 1), length, np.zeros(len(parts)))
+        joined = _straight(_bounded(joined), scaled, parts)
+        joined, circles = _round(joined, parts, places[:-1])
         first = np.append(np.flatnonzero(~joined), len(parts))
-        return cls(_joined(parts, length, first), _aligned(parts, length, first), first, length)
+        rows, off = _joined(parts, length, first), np.zeros(len(first) - 1)
+        at = np.searchsorted(first, circles.first)
+        off[at] = circles.off
+        aligned = circles.parts_onto(_aligned(parts, length, first))
+        return cls(circles.rows_onto(rows, at), aligned, first, length, off)
 
     def but_last(self) -> Stretches:
         """Return these without the last row."""
@@ -68,7 +82,12 @@ class Stretches:
         rows = parts = between(self.parts, 0, stop)
         if len(first) < len(parts) + 1:
             rows = between(self.rows, 0, len(first) - 1)
-        return Stretches(rows, parts, first, self.part_length[:stop])
+        return Stretches(rows, parts, first, self.part_length[:stop], self.off[: len(first) - 1])
+
+    def part_off(self, first: int, stop: int) -> Floats:
+        """Return `off` of each part of the rows first … stop, those below the rounding of coordinates left out, shape (p,)."""
+        off = np.where(self.off > _OFF * self.rows.tolerance, self.off, 0.0)[first:stop]
+        return np.repeat(off, np.diff(self.first[first : stop + 1]))
 
     def within(self, rows: Ints, most: int) -> int:
         """Return how many of ascending `rows` the first `most` parts from the start of the first one hold."""
@@ -100,22 +119,35 @@ class Stretches:
         return part, np.concatenate([row_t[:1], t]), of
 
 
-def _goes_on(parts: Toolpath, steps: Floats, length: Floats) -> Bools:
-    """Tell which rows are lines that go on in the direction and at the speed of the line before, shape (n,)."""
-    out = np.zeros(len(parts), bool)
-    alike = np.einsum("ij,ij->i", steps[:-1], steps[1:]) > (1.0 - 0.5 * _TURN**2) * length[:-1] * length[1:]
-    two = 1 + np.flatnonzero(alike & (parts.kind[1:] == Kind.LINE) & (parts.kind[:-1] == Kind.LINE))
+def _pairs(parts: Toolpath, kind: Kind) -> Ints:
+    """Return the rows of a kind that follow another of it."""
+    return 1 + np.flatnonzero((parts.kind[1:] == kind) & (parts.kind[:-1] == kind))
+
+
+def _alike(parts: Toolpath, length: Floats, two: Ints) -> Ints:
+    """Return those of rows that are moved at the speed of the row before, under G64 within the same tolerance."""
     one = two - 1
     speed = [np.where(_inverse(parts, at), parts.feed[at] * length[at], parts.feed[at]) for at in (one, two)]
-    tolerance, shorter = parts.tolerance[two], np.minimum(length[one], length[two])
+    tolerance = parts.tolerance[two]
     same = np.abs(speed[1] - speed[0]) <= _SAME * speed[0]
-    same &= (tolerance == parts.tolerance[one]) & (tolerance >= LEAST_TOLERANCE) & (shorter > STANDSTILL)
+    same &= (tolerance == parts.tolerance[one]) & (tolerance >= LEAST_TOLERANCE)
+    same &= np.minimum(length[one], length[two]) > STANDSTILL
     same &= (parts.feed_mode[one] == parts.feed_mode[two]) & (parts.feed_mode[two] != FeedMode.RAPID)
     for at in (one, two):
         same &= parts.path_mode[at] == PathMode.CONTINUOUS
-    one, two, tolerance, shorter = one[same], two[same], tolerance[same], shorter[same]
+    return two[same]
+
+
+def _straight_on(parts: Toolpath, steps: Floats, length: Floats) -> Bools:
+    """Tell which rows are lines that go on in the direction and at the speed of the line before, shape (n,)."""
+    out = np.zeros(len(parts), bool)
+    ahead = np.einsum("ij,ij->i", steps[:-1], steps[1:]) > (1.0 - 0.5 * _TURN**2) * length[:-1] * length[1:]
+    two = _pairs(parts, Kind.LINE)
+    two = _alike(parts, length, two[ahead[two - 1]])
+    one = two - 1
     turn = steps[two] / length[two, None] - steps[one] / length[one, None]
-    out[two[np.linalg.norm(turn, axis=1) * shorter <= _OFF * tolerance]] = True
+    shorter = np.minimum(length[one], length[two])
+    out[two[np.linalg.norm(turn, axis=1) * shorter <= _OFF * parts.tolerance[two]]] = True
     return out
 
 
@@ -124,24 +156,72 @@ def _inverse(parts: Toolpath, at: Ints) -> Bools:
     return out
 
 
-def _straight(joined: Bools, places: Floats, tolerance: Floats) -> Bools:
-    """Return which rows to join with the row before so that every stretch is straight as a whole, and bounded, shape (n,)."""
+def _bounded(joined: Bools) -> Bools:
+    """Return which rows to join with the row before so that stretches are bounded, shape (n,)."""
     index = np.arange(len(joined))
     begin = np.maximum.accumulate(np.where(joined, 0, index))
-    out = joined & ((index - begin) % _MOST != 0)
-    first = np.flatnonzero(~out)
-    stop = np.append(first[1:], len(out))
-    of = np.cumsum(~out) - 1
-    inner = np.flatnonzero(out)
-    chord = (places[stop] - places[first])[of[inner]]
-    way = places[inner] - places[first[of[inner]]]
-    along = np.einsum("ij,ij->i", way, chord) / np.einsum("ij,ij->i", chord, chord)
-    away = way - along[:, None] * chord
-    bent = np.einsum("ij,ij->i", away, away) > (_OFF * tolerance[inner]) ** 2
-    curves = np.zeros(len(first), bool)
-    curves[of[inner[bent]]] = True
-    kept: Bools = out & ~curves[of]
-    return kept
+    out: Bools = joined & ((index - begin) % _MOST != 0)
+    return out
+
+
+def _straight(joined: Bools, places: Floats, parts: Toolpath) -> Bools:
+    """Return which rows to join with the row before so that every stretch of lines is straight as a whole, shape (n,).
+
+    What is not is cut where it turns most, for its length: whether a line goes on must not depend on how short the parts
+    are that meet there. Where no such turn stands out, it is a curve, and its parts are rows.
+    """
+    out = joined.copy()
+    while True:
+        first = np.flatnonzero(~out)
+        stop = np.append(first[1:], len(out))
+        of = np.cumsum(~out) - 1
+        inner = np.flatnonzero(out & (parts.kind == Kind.LINE))
+        chord = (places[stop] - places[first])[of[inner]]
+        way = places[inner] - places[first[of[inner]]]
+        along = np.einsum("ij,ij->i", way, chord) / np.einsum("ij,ij->i", chord, chord)
+        away = way - along[:, None] * chord
+        far = np.einsum("ij,ij->i", away, away) > (_OFF * parts.tolerance[inner]) ** 2
+        if not far.any():
+            return out
+        bent = np.zeros(len(first), bool)
+        bent[of[inner[far]]] = True
+        inner = inner[bent[of[inner]]]
+        out[inner[_kinks(inner, of[inner], first, stop, places, parts.tolerance)]] = False
+
+
+def _kinks(inner: Ints, of: Ints, first: Ints, stop: Ints, places: Floats, tolerance: Floats) -> Bools:
+    """Tell where to cut stretches that are not straight, shape (k,): at the largest turns, or everywhere.
+
+    Args:
+        inner: Shape (k,): rows at whose starts they may be cut.
+        of, first, stop: Shape (k,), which stretch each is in; shape (m,), where they begin and end.
+        places: Shape (n + 1, axes): the ends of rows, mm.
+        tolerance: Shape (n,), mm.
+    """
+    steps = places[inner] - places[inner - 1], places[inner + 1] - places[inner]
+    ways = [step / np.linalg.norm(step, axis=1)[:, None] for step in steps]
+    reach = [np.linalg.norm(places[end] - places[inner], axis=1) for end in (first[of], stop[of])]
+    turn = np.linalg.norm(ways[1] - ways[0], axis=1) * np.minimum(*reach)
+    most = np.zeros(len(first))
+    np.maximum.at(most, of, turn)
+    most = most[of]
+    out: Bools = (turn >= 0.5 * most) | (most <= _OFF * tolerance[inner])
+    return out
+
+
+def _round(joined: Bools, parts: Toolpath, starts: Floats) -> tuple[Bools, Circles]:
+    """Return which rows to join so that every stretch of arcs is one arc as a whole, shape (n,), and these arcs."""
+    first = np.flatnonzero(~joined)
+    stop = np.append(first[1:], len(joined))
+    chains = (stop - first > 1) & (parts.kind[first] == Kind.ARC)
+    first, stop = first[chains], stop[chains]
+    circles = Circles.of_parts(parts, starts, first, stop)
+    good = circles.off <= OFF * parts.tolerance[first]
+    if good.all():
+        return joined, circles
+    kept = joined.copy()
+    kept[circles.parts[~good[circles.of]]] = False
+    return kept, Circles.of_parts(parts, starts, first[good], stop[good])
 
 
 def _joined(parts: Toolpath, length: Floats, first: Ints) -> Toolpath:
@@ -156,7 +236,7 @@ def _joined(parts: Toolpath, length: Floats, first: Ints) -> Toolpath:
 
 
 def _aligned(parts: Toolpath, length: Floats, first: Ints) -> Toolpath:
-    """Return parts that begin at `first` in each row with all their ends on its straight line.
+    """Return parts that begin at `first` in each row with all their ends on its straight line; of arcs too.
 
     What is joined may pass exactly, and the least turn that is left of rounding would be a corner there.
     """

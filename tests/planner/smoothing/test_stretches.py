@@ -169,6 +169,15 @@ def test_times_of_parts_add_up() -> None:
 def test_facets_of_a_slight_curve_are_no_line() -> None:
     """400 facets on a radius of 1 km turn by 10⁻⁹ rad each: ℓ²κ/2 = 5·10⁻¹³ mm of one, 20 nm of all beside P = 10 µm."""
     angle = 1e-9 * np.arange(401)
-    ends = 1e6 * np.stack([np.sin(angle), 1.0 - np.cos(angle), 0.0 * angle], axis=1)
+    ends = 1e6 * np.stack([np.sin(angle), 2.0 * np.sin(0.5 * angle) ** 2, 0.0 * angle], axis=1)
     rows = toolpath(ends[0], ends[1:])
     np.testing.assert_array_equal(Stretches.of(rows).first, np.arange(401))
+
+
+def test_a_slight_turn_parts_lines_however_they_are_cut() -> None:
+    """2·10⁻⁸ rad at 1 mm is 20 nm, over 10⁻⁶ P; beside parts of 0.3 mm it is 6 nm, and once parted all parts or none."""
+    ends = np.cumsum([[1.0, 0.0, 0.0], [1.0, 2e-8, 0.0], [1.0, 2e-8, 0.0]], axis=0)
+    whole = toolpath([0, 0, 0], ends.tolist())
+    np.testing.assert_array_equal(Stretches.of(whole).first, [0, 1, 3])
+    parted = cut(whole, 4)
+    np.testing.assert_array_equal(Stretches.of(parted).first, [0, 4, 12])
