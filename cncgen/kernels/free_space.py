@@ -95,6 +95,7 @@ class FreeSpace:
         distance: Shape (m + 1,): the least distance of each vertex from the points' chords, among the places it can be
             matched with; infinite at first, lowered.
         at: Shape (m + 1,): the chord that it is reached on, counted over all calls.
+        during: Shape (m + 1, 2): the first and the last chord on which it can be matched; -1 at first.
     """
 
     line: cython.double[:, ::1]
@@ -102,6 +103,7 @@ class FreeSpace:
     ended: cython.bint
     distance: cython.double[::1]
     at: cython.longlong[::1]
+    during: cython.longlong[:, ::1]
     low: cython.double[::1]
     high: cython.double[::1]
     next_low: cython.double[::1]
@@ -112,13 +114,14 @@ class FreeSpace:
     nearest: cython.double
     nearest_segment: cython.Py_ssize_t
 
-    def __init__(self, line, allowed, ended, distance, at, scratch) -> None:
+    def __init__(self, line, allowed, ended, distance, at, during, scratch) -> None:
         """Take the arrays; `scratch` has shape (4, m)."""
         self.line = line
         self.allowed = allowed
         self.ended = ended
         self.distance = distance
         self.at = at
+        self.during = during
         self.low = scratch[0]
         self.high = scratch[1]
         self.next_low = scratch[2]
@@ -279,6 +282,10 @@ class FreeSpace:
             if least < self.distance[j + 1] * self.distance[j + 1]:
                 self.distance[j + 1] = sqrt(least)
                 self.at[j + 1] = number
+            if self.during[j + 1, 0] < 0 or number < self.during[j + 1, 0]:
+                self.during[j + 1, 0] = number
+            if number > self.during[j + 1, 1]:
+                self.during[j + 1, 1] = number
         if j + 2 < self.line.shape[0] and self.allowed[j + 1] * scale < allowed:
             there = _near(self.line, j + 1, points, i, self.allowed[j + 1] * scale)
             if there.low > low:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.kernels import free_space as kernel
-from cncgen.verify.standing import Stands, Wait
+from cncgen.verify.standing import BETWEEN_TICKS, Passed, Stands, Wait
 from cncgen.verify.window import Window
 
 Floats = NDArray[np.float64]
@@ -27,6 +27,8 @@ STRIDE, STATES = 512, 16
 HORIZON = 8192
 #: Cells that may be looked at for that in all, and for each row that is done; after them the setpoints are lost.
 PATIENCE, PATIENCE_A_ROW = 50_000_000, 300
+#: Part of the tolerance by which a stand may be further from a wait's place than what comes nearest.
+_AS_NEAR = 1e-3
 #: What the factor on the tolerance is found to.
 _FINE = 1.001
 #: Factor beyond which the setpoints are lost.
@@ -123,6 +125,7 @@ class Matching:
         """
         self._path, self._period = window, period_s
         self._stands = Stands(still_mm)
+        self._waited = -2  # The segment of the last wait, counted from the path's start.
         self.waits: list[Wait] = []
         self.out, self.back = Worst(), Worst()
         self.faults: list[Fault] = []
@@ -212,7 +215,9 @@ class Matching:
     def _space_at(self, state: _State) -> kernel.FreeSpace:
         path = self._path
         scratch = np.empty((4, len(path)))
-        space = kernel.FreeSpace(path.points, path.allowed, path.ended, path.distance, path.at, scratch)
+        space = kernel.FreeSpace(
+            path.points, path.allowed, path.ended, path.distance, path.at, path.during, scratch
+        )
         space.enter(state.first - path.dropped, state.low, state.high)
         return space
 
@@ -330,6 +335,7 @@ class Matching:
         while True:
             path.distance[on + 1 :] = np.linalg.norm(path.points[on + 1 :] - last, axis=1)
             path.at[on + 1 :] = self._row
+            path.during[on + 1 :] = self._row
             furthest = max(furthest, float(path.distance[on + 1 :].max(initial=0.0)))
             self._judge_vertices(len(path))
             path.drop(len(path) - 1)
@@ -387,20 +393,25 @@ class Matching:
             self._plain = True
 
     def _judge_waits(self, stop: int) -> None:
-        """Look for the waits at the vertices up to `stop`.
-
-        A stand between two ticks shows as up to two periods less.
-        """
+        """Look for the waits at the vertices up to `stop`."""
         path = self._path
         for k in np.flatnonzero(path.wait_s[:stop]).tolist():
             asked, row = float(path.wait_s[k]) / self._period, int(path.at[k + 1])
             if not np.isfinite(path.distance[k + 1]):
                 continue
-            found = self._stands.longest(row)
-            if found < asked - 2.0 - 1e-6:
+            near = float(path.distance[k + 1]) + _AS_NEAR * float(path.allowed[k])
+            first, last = path.during[k + 1].tolist()
+            passed = Passed(path.points[k + 1].copy(), row, first, last, near)
+            # Waits after one another are segments of no length, and each asks for all of them so far.
+            again = self._waited == path.dropped + k - 1 and bool(
+                (path.points[k] == path.points[k + 1]).all()
+            )
+            self._waited = path.dropped + k
+            found = self._stands.found(asked, passed, again)
+            if found < asked - BETWEEN_TICKS:
                 self.waits.append(Wait(int(path.line[k]), asked, found, max(0.5 * row - 0.25, 0.0)))
             path.wait_s[k] = 0.0
         # A vertex that a kept state may still go back behind is judged later, though its stand is over.
         later = np.flatnonzero(path.wait_s[stop : len(path)]) + stop + 1
-        seen = path.at[later][np.isfinite(path.distance[later])]
+        seen = path.during[later, 0][np.isfinite(path.distance[later])]
         self._stands.forget(min([self._marks[0].row, *seen.tolist()]))

@@ -33,6 +33,7 @@ class Window:
         wait_s: Shape (m,), how long the axes have to stand at the end.
         distance: Shape (m + 1,), the least distance of each vertex, infinite where it has not been reached.
         at: Shape (m + 1,), the chord that it was reached on.
+        during: Shape (m + 1, 2), the first and the last chord on which it can be matched.
         ended: The last segment is the path's last.
         dropped: How many segments have been forgotten.
     """
@@ -51,6 +52,7 @@ class Window:
         self.line = np.zeros(0, np.int64)
         self.tolerance = self.allowed = self.wait_s = np.zeros(0)
         self.distance, self.at = np.array([np.inf]), np.zeros(1, np.int64)
+        self.during = np.full((1, 2), -1, np.int64)
         self.ended = False
         self.dropped = 0
         self._append(first.points[:1], first.line[:1], first.tolerance[:1], np.zeros(1))
@@ -75,7 +77,7 @@ class Window:
     def drop(self, count: int) -> None:
         """Forget the first segments."""
         self.dropped += count
-        for name in ("points", "line", "tolerance", "allowed", "wait_s", "distance", "at"):
+        for name in ("points", "line", "tolerance", "allowed", "wait_s", "distance", "at", "during"):
             setattr(self, name, getattr(self, name)[count:].copy())
 
     def vertex_allowed(self) -> Floats:
@@ -93,6 +95,7 @@ class Window:
         self.wait_s = np.concatenate([self.wait_s, wait_s])
         self.distance = np.concatenate([self.distance, np.full(count, np.inf)])
         self.at = np.concatenate([self.at, np.zeros(count, np.int64)])
+        self.during = np.concatenate([self.during, np.full((count, 2), -1, np.int64)])
 
 
 def _cut(pieces: Iterable[Polyline], longest: float) -> Iterator[tuple[Floats, Ints, Floats, Floats]]:

@@ -185,3 +185,32 @@ def test_a_wait_before_steps_within_the_tolerance_is_found() -> None:
     text = "\n".join(["G21 G90 G17 G94 F3000 G61", *way, "M2", ""])
     setpoints = sample(cncgen.plan(read_text(text), "generic-mill")).collect()
     assert judge(setpoints, read_text(text), "generic-mill").holds
+
+
+FOLDS = [
+    (1, "G1 X0.07", "G1 X0.06", "G4 P0.05", "G1 Y5"),
+    (2, "G1 X0.06", "G4 P0.05", "G1 X0.07", "G1 X0.06", "G4 P0.05", "G1 Y5"),
+    (2, "G1 X0.06", "G4 P0.03", "G1 X0.07", "G1 X0.06", "G4 P0.02", "G4 P0.04", "G1 Y5"),
+    (3, "G1 X0.06", "G1 X0.05", "G1 X0.06", "G4 P0.04", "G1 X0.055", "G4 P0.03", "G1 X0.06", "G4 P0.05"),
+]
+
+
+@pytest.mark.parametrize(("count", "blocks"), [(count, blocks) for count, *blocks in FOLDS])
+def test_waits_where_the_path_folds_within_its_tolerance(count: int, blocks: list[str]) -> None:
+    """A pass before the one that is waited at is as near: all waits are found, and one whose stand is left out is missed."""
+    text = "\n".join(["G21 G90 F3000 G64 P0.03", *blocks, "M2", ""])
+
+    def waits(position: np.ndarray) -> list[dict[str, float]]:
+        chunk = replace(setpoints, position=np.ascontiguousarray(position))
+        stream = SetpointStream("test", setpoints.axes, setpoints.period_s, iter([chunk]))
+        verdict = judge(stream, read_text(text), MACHINE)
+        return [dict(item.values) for item in verdict.breaches if item.code == "verify-dwell"]
+
+    setpoints = sample(cncgen.plan(read_text(text), MACHINE)).collect()
+    assert waits(setpoints.position) == []
+    still = np.flatnonzero((np.diff(setpoints.position, axis=0) == 0).all(axis=1))
+    stands = [stand for stand in np.split(still, np.flatnonzero(np.diff(still) > 1) + 1) if len(stand) > 10]
+    assert len(stands) == count
+    for stand in stands:
+        (found,) = waits(np.delete(setpoints.position, stand, axis=0))
+        assert blocks[int(found["line"]) - 2].startswith("G4")

@@ -111,14 +111,14 @@ def test_compiled_as_uncompiled(kind: int, seed: int, allowed: float) -> None:
     limit = allowed * rng.uniform(0.5, 2.0, m)
     results = []
     for kernel in (free_space, uncompiled("free_space")):
-        distance, at = np.full(m + 1, np.inf), np.zeros(m + 1, np.int64)
-        space = kernel.FreeSpace(line, limit, True, distance, at, np.empty((4, m)))
+        distance, at, during = np.full(m + 1, np.inf), np.zeros(m + 1, np.int64), np.full((m + 1, 2), -1)
+        space = kernel.FreeSpace(line, limit, True, distance, at, during, np.empty((4, m)))
         space.enter(0, [0.0], [0.0])
         away, segment = np.zeros(len(points)), np.zeros(len(points), np.int64)
         end = space.run(points, 0, len(points) - 1, 1.0, 0, 0, away, segment)
         dead = end[0]
         end = end + space.run(points, dead, len(points) - 1, 8.0, dead, 0, away, segment)
-        results.append((end, space.reached(), space.cells, distance, at, away, segment))
+        results.append((end, space.reached(), space.cells, distance, at, during, away, segment))
     for ours, other in zip(*results, strict=True):
         if isinstance(ours, np.ndarray):
             np.testing.assert_array_equal(ours, other)
