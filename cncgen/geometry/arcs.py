@@ -11,6 +11,8 @@ from cncgen.geometry.tables import ArcTable, Floats
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 _NODES, _WEIGHTS = 0.5 + 0.5 * _NODES, 0.5 * _WEIGHTS
+#: Part of an axis in the plane of an arc, of 1, below which that axis does not turn.
+_FLAT = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +60,22 @@ class Spirals:
         if order > 2:
             out[3, :, :3] = -3.0 * k * outward - r * along
         return out
+
+    def turning_points(self) -> tuple[NDArray[np.int64], Floats]:
+        """Return where the turning part of x' has no part along X, Y or Z: which arc, and the angle there, shape (n,) each.
+
+        r' = k outward + r along is √(k² + r²) times `along` at the angle θ − atan(k/r), whose component i is
+        cos θ e2_i − sin θ e1_i.
+        """
+        first = np.arctan2(self.e2, self.e1) % np.pi
+        count = np.maximum(np.ceil((self.sweep[:, None] - first) / np.pi), 0.0).astype(np.int64)
+        count[np.hypot(self.e1, self.e2) < _FLAT] = 0
+        at = np.repeat(np.arange(count.size), count.ravel())
+        step = np.arange(len(at)) - np.repeat(np.cumsum(count) - count.ravel(), count.ravel())
+        arc, angle = at // 3, first.ravel()[at] + np.pi * step
+        angle += np.arctan2(self.growth[arc], self.radius[arc] + self.growth[arc] * angle)
+        inside = (angle > 0.0) & (angle < self.sweep[arc])
+        return arc[inside], angle[inside]
 
     def speed(self, arc: NDArray[np.int64], angle: Floats) -> Floats:
         """Return ds/dθ, mm/rad, shape (n,)."""

@@ -470,6 +470,11 @@ class Path:
         """
         return self._borders(arc_length.PANEL | arc_length.KNOT | arc_length.CUSP)
 
+    def turning_points(self) -> Floats:
+        """Return, ascending, the s within arcs at which the turn leaves one of X Y Z standing: there it begins to go back."""
+        item, angle = self._arcs.turning_points()
+        return np.sort(self.row_s[self._arc_rows[item]] + self._arcs.length_to(item, angle))
+
     def panels(self, rows: Ints) -> tuple[Ints, Floats, Floats]:
         """Return the panels of NURBS rows: which of `rows` each belongs to, its distance from their start, its length.
 

@@ -100,6 +100,24 @@ def test_helix_has_closed_form_derivatives() -> None:
     np.testing.assert_allclose(path.curvature(s), r / g**2, rtol=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("end", "sweep"),
+    [
+        ([10.0, 0.0, 4.0], 6 * np.pi),
+        ([-3.0, 9.6, 0.0], 2 * np.pi + np.arctan2(9.6, -3.0)),
+        ([0, 10, 0], np.pi / 2),
+    ],
+)
+def test_turning_points_are_where_an_axis_begins_to_go_back(end: list[float], sweep: float) -> None:
+    """They are where coordinates of places close together change from rising to falling; the ends of an arc are none."""
+    path = one_arc([10, 0, 0], end, [0, 0, 0], [0, 0, 1], sweep)
+    s = np.linspace(0.0, path.length, 400_001)
+    rises = np.diff(path.evaluate(s, 0)[0][:, :2], axis=0) > 0
+    expected = np.sort(np.concatenate([s[1:-1][rises[1:, i] != rises[:-1, i]] for i in range(2)]))
+    expected = expected[(expected > s[2]) & (expected < s[-3])]
+    assert path.turning_points() == pytest.approx(expected, abs=2.0 * s[1])
+
+
 def test_arc_with_radii_that_differ_by_a_tolerance_has_exact_speed() -> None:
     path = one_arc([10, 0, 0], [0, 10.01, 0], [0, 0, 0], [0, 0, 1], np.pi / 2)
     theta = np.linspace(0, np.pi / 2, 20001)

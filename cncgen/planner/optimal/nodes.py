@@ -387,10 +387,15 @@ def _probes(path: Path, joints: Joints, seen: float) -> tuple[Floats, Floats]:
     """Return places to look at the path, four a panel: borders of its panels, its breakpoints, and points between; and the
     length of the panel there, which a polynomial of low degree carries (infinite on lines and arcs).
 
+    An arc is cut where an axis stands on it: beside a weak axis, what the path allows changes by as much as the limits
+    differ within a small angle there, which places any way apart would miss.
+
     Panels that begin nearer to a breakpoint than `seen` are too small to be seen: about a cusp their derivatives are
     rounding alone.
     """
+    turning = path.turning_points()
     borders = path.sample_borders()
+    borders = np.union1d(borders, turning[np.diff(turning, prepend=-np.inf) > seen])
     near = nearest(joints.s, borders)
     borders = np.union1d(borders[np.abs(joints.s[near] - borders) > seen], joints.s)
     length = np.diff(borders)
