@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,8 @@ _FAR, _REACH = 0.45, 3
 #: The starts tried one after the other, as parts of q of the profile that rises and falls with full jerk. From rest, a
 #: small enough part holds every limit, whatever the intervals.
 _STARTS = (0.8, 0.1, 0.9, 0.01, 1e-4, 1e-7)
+#: How often the first of them is tried: with some rows asleep, and with all of them.
+_FIRST = 2
 #: Part of q of an earlier plan that is tried after that plan itself.
 _SLOWER = 0.9
 #: Part by which two bounds of q, or two parts of a limit, differ that are taken for one.
@@ -120,13 +123,19 @@ class _Columns:
     shape: tuple[Floats, Floats, Floats, Floats, Floats]
 
 
-def solve(given: Intervals, state: tuple[float, float] | None, known: Floats | None = None) -> Solution:
+def solve(
+    given: Intervals,
+    state: tuple[float, float] | None,
+    known: Floats | None = None,
+    hopeless: Callable[[Solution], int] = lambda _: 0,
+) -> Solution:
     """Find the least time on a row of intervals that ends at rest.
 
     Args:
         given: The intervals; the last one enters rest, the first one leaves it unless `state` says otherwise.
         state: q at the start and the middle ordinate of the first interval, where the motion is under way there.
         known: Shape (k,), middle ordinates of an earlier plan for the first intervals, to start from.
+        hopeless: Tells of what the first start led to, where limits are passed, that others need not be tried.
     """
     if not (given.kind == SPLINE).any():
         return Solution(
@@ -145,6 +154,8 @@ def solve(given: Intervals, state: tuple[float, float] | None, known: Floats | N
         if optimal:
             return solution
         found.append(solution)
+        if len(found) == _FIRST and not any(each.converged for each in found) and hopeless(solution):
+            return solution
     # A plan that holds every limit is a plan, though the method did not find the best one.
     return min(found, key=lambda each: (not each.converged, each.time))
 

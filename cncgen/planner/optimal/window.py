@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -177,8 +178,9 @@ class Window:
     def _solved(self, given: Intervals) -> tuple[Solution, bool]:
         """Solve; where that fails, plan less of the path.
 
-        That is what comes before the place that is in the way, where the motion would crawl over that: there it stops. Else
-        half as much, at last down to the stop that the last plan left in reserve, or, from rest, what is left at a creep.
+        That is what comes before the place that is in the way, where the motion would crawl over that: there it stops, which
+        costs as good as nothing, and other starts are not tried. Else half as much, at last down to the stop that the last
+        plan left in reserve, or, from rest, what is left at a creep.
 
         Returns:
             The solution, and whether a stop at its end is for good.
@@ -186,18 +188,24 @@ class Window:
         q, limit = self.reserve or (np.zeros((0, 3)), np.zeros(0, np.int8))
         stops = False
         while True:
-            solution = solve(given, self.state, q[:, 1] if self.reserve else None)
+            crawls = partial(self._stop_for, given, len(q))
+            solution = solve(given, self.state, q[:, 1] if self.reserve else None, crawls)
             if solution.converged:
                 return solution, stops
-            place = hurdle(given, solution.q, self.bounds.period_s)
-            before = _stop_before(given.kind, place)
-            stops = len(q) < before < len(given) - 2 and place - before <= _BESIDE
-            fewer = before if stops else _stop_before(given.kind, (len(given) + len(q)) // 2)
+            before = crawls(solution)
+            stops = before > 0
+            fewer = before or _stop_before(given.kind, (len(given) + len(q)) // 2)
             if fewer <= len(q):
                 if self.reserve:
                     return Solution(q, limit, 0.0, 0, True, fallback=True), False
                 return creeping(given), False
             given = _head(given, fewer)
+
+    def _stop_for(self, given: Intervals, least: int, found: Solution) -> int:
+        """Return after how many intervals, more than `least`, to stop for what is in the way of a motion that crawls over it; or 0."""
+        place = hurdle(given, found.q, self.bounds.period_s)
+        before = _stop_before(given.kind, place)
+        return before if least < before < len(given) - 2 and place - before <= _BESIDE else 0
 
     def _hand_on(
         self, given: Intervals, solution: Solution, pieces: Pieces, final: int

@@ -10,7 +10,7 @@ import pytest
 from numpy.polynomial import Polynomial
 
 import cncgen
-from cncgen.planner.optimal import window
+from cncgen.planner.optimal import problem, window
 from cncgen.planner.optimal.creeping import creeping, hurdle
 from cncgen.planner.optimal.problem import Intervals, Solution
 from cncgen.planner.optimal.track import SPLINE
@@ -118,3 +118,22 @@ def test_a_cusp_that_no_window_passes_is_a_stop(monkeypatch: pytest.MonkeyPatch,
         rates = np.abs(np.diff(padded, k, axis=0)).max(axis=0) / machine.period_s**k
         assert (rates <= [1.001 * getattr(axis, limit) for axis in machine.axes.values()]).all()
     assert tried.count(False) <= 1 < tried.count(True)
+
+
+def test_where_the_motion_crawls_over_what_is_in_the_way_no_other_start_is_tried(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """One with some rows asleep, and one with all of them: seven starts had been tried before it stopped there."""
+    tried: list[bool] = []
+    improved = problem._improved
+
+    def counted(*given: object) -> tuple[Solution, bool]:
+        solution, optimal = improved(*given)
+        tried.append(solution.converged)
+        return solution, optimal
+
+    monkeypatch.setattr(problem, "_improved", counted)
+    (tmp_path / "slow.toml").write_text(SLOW)
+    (trajectory, *_) = cncgen.plan(cncgen.read_text(CUSP), cncgen.load_machine(tmp_path / "slow.toml"))
+    assert trajectory.profile.t[-1] > 0.0
+    assert tried.count(False) == 2
