@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.planner.motion import motion_at
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit, Trajectory
 from cncgen.toolpath.record import FeedMode
@@ -79,16 +80,18 @@ class SlowPlaces:
         return [place for _, _, place in sorted(self._heap, reverse=True)]
 
     def _pieces(self, trajectory: Trajectory) -> Floats:
-        """Return loss, speed at the end, line, t, s, limit of each moving piece, shape (6, pieces)."""
+        """Return loss, speed at the end, line, limit, and least speed with its t and s, of each moving piece, shape (7, pieces)."""
         p, rows = trajectory.profile, trajectory.toolpath
         if not len(p) or not len(rows):
-            return np.zeros((6, 0))
+            return np.zeros((7, 0))
         time, length = np.diff(p.t), np.diff(p.s)
         row = np.searchsorted(trajectory.row_s[1:], 0.5 * (p.s[:-1] + p.s[1:]), side="left")
         row = np.minimum(row, len(rows) - 1)
         loss = time - length / self._feed(trajectory)[row]
-        speed = np.append(p.v[1:], p.v[-1])
-        pieces = np.stack([loss, speed, rows.line[row], p.t[:-1], p.s[:-1], p.limit])
+        speed = np.append(p.v[1:], np.maximum(motion_at(p, p.t[-1:]).v, 0.0))
+        # A piece is slowest at one of its ends.
+        at = np.arange(len(p)) + (speed <= p.v)
+        pieces = np.stack([loss, speed, rows.line[row], p.limit, np.minimum(speed, p.v), p.t[at], p.s[at]])
         waits = p.waits
         return pieces[:, ~waits] if waits.any() else pieces
 
@@ -103,16 +106,10 @@ class SlowPlaces:
         lost = float(pieces[0].sum())
         if not pieces.shape[1] or lost <= 0 or (len(self._heap) == KEPT and lost <= self._heap[0][0]):
             return
-        slowest = int(np.argmin(pieces[1]))
-        by_limit = np.bincount(pieces[5].astype(np.int64), weights=np.maximum(pieces[0], 0.0))
-        place = SlowPlace(
-            lost,
-            int(pieces[2, slowest]),
-            float(pieces[3, slowest]),
-            float(pieces[4, slowest]),
-            float(pieces[1, slowest]),
-            Limit(int(np.argmax(by_limit))),
-        )
+        by_limit = np.bincount(pieces[3].astype(np.int64), weights=np.maximum(pieces[0], 0.0))
+        slowest = pieces[:, np.argmin(pieces[4])]
+        line, (feed, t, s) = int(slowest[2]), slowest[4:].tolist()
+        place = SlowPlace(lost, line, t, s, feed, Limit(int(np.argmax(by_limit))))
         self._count += 1
         heapq.heappush(self._heap, (lost, self._count, place))
         if len(self._heap) > KEPT:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cncgen.pipeline import read_text
+from cncgen.pipeline import plan, read_text
+from cncgen.planner.motion import motion_at
 from cncgen.planner.record import Limit, Profile, Trajectory
 from cncgen.report.slow_places import KEPT, SlowPlaces
 
@@ -23,9 +24,9 @@ def trajectory(losses: list[float], rapid: bool = False) -> Trajectory:
     time[1::2] += losses
     v = np.where(np.arange(pieces) % 2, 2.0, 10.0)
     limit = np.where(np.arange(pieces) % 2, Limit.JERK, Limit.FEED).astype(np.int8)
-    zero, slowing = np.zeros(pieces), np.full(pieces, -1.0)
+    zero = np.zeros(pieces)
     profile = Profile(
-        np.concatenate([[0.0], np.cumsum(time)]), 5.0 * np.arange(pieces + 1.0), v, slowing, zero, zero, limit
+        np.concatenate([[0.0], np.cumsum(time)]), 5.0 * np.arange(pieces + 1.0), v, zero, zero, zero, limit
     )
     row_s = np.append(10.0 * np.arange(len(losses) + 1.0), 10.0 * len(losses))
     return Trajectory(toolpath, row_s[: len(toolpath) + 1], profile)
@@ -40,8 +41,11 @@ def test_the_worst_ten_with_line_place_and_limit() -> None:
     assert KEPT == 10
     assert [place.line for place in found] == [k + 2 for k in order]
     assert [place.lost_s for place in found] == pytest.approx([losses[k] for k in order], abs=1e-12)
-    assert [place.s_mm for place in found] == [10.0 * k for k in order]
-    assert [place.t_s for place in found] == pytest.approx([k + sum(losses[:k]) for k in order], abs=1e-12)
+    # Each row becomes slow in its middle.
+    assert [place.s_mm for place in found] == [10.0 * k + 5.0 for k in order]
+    assert [place.t_s for place in found] == pytest.approx(
+        [k + 0.5 + sum(losses[:k]) for k in order], abs=1e-12
+    )
     assert {(place.feed_mm_s, place.limit) for place in found} == {(2.0, Limit.JERK)}
 
 
@@ -57,3 +61,20 @@ def test_no_loss_is_no_place() -> None:
     slow = SlowPlaces(100.0)
     slow.add(trajectory([0.0, 0.0]))
     assert slow.worst() == []
+
+
+def test_a_place_is_where_and_when_the_motion_is_as_slow_as_it_says() -> None:
+    """Time, path and speed are those of one instant of the plan: rests, too, at both ends and in the corners."""
+    program = read_text("G21 G90 G61 F6000\nG1 X40\nY20\nX0 Y20.5\nG2 X5 Y25.5 I5\nG1 X30\nM2\n")
+    slow, plans = SlowPlaces(500.0), list(plan(program, "xy-table"))
+    for each in plans:
+        slow.add(each)
+    found = sorted(slow.worst(), key=lambda place: place.t_s)
+    (profile,) = (each.profile for each in plans)
+    there = motion_at(profile, np.array([place.t_s for place in found]))
+    assert there.v == pytest.approx([place.feed_mm_s for place in found], abs=1e-6)
+    assert there.s == pytest.approx([place.s_mm for place in found], abs=1e-9)
+    rests = sorted(place.s_mm for place in found if place.feed_mm_s < 1e-6)
+    # From rest, after 40 and 60 mm, after a line of √(40² + ½²) mm, and, an arc of 5 mm and 25 mm later, the end.
+    long = 60.0 + np.hypot(40.0, 0.5)
+    assert rests == pytest.approx([0.0, 40.0, 60.0, long, long + 2.5 * np.pi + 25.0], abs=1e-6)
