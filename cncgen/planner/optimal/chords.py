@@ -66,6 +66,16 @@ class Course:
             first = last
         return out
 
+    def breakpoints(self) -> Floats:
+        """Return the ways from the first interval on to the places where derivatives may jump, shape (k,), ascending, mm."""
+        found, way = [], 0.0
+        for track, rows in self.parts:
+            first, last = track.s[[rows.start, rows.stop]]
+            s = track.path.breakpoints()
+            found.append(s[(s > first) & (s < last)] - first + way)
+            way += last - first
+        return np.concatenate(found)
+
     def tolerance(self) -> Floats:
         """Return how far chords may be from the path on each interval, shape (n,), mm."""
         return np.concatenate([track.chord[rows] for track, rows in self.parts])

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.path import Path
-from cncgen.planner.assembly import Cuts
 from cncgen.planner.optimal.limits import (
     JUMP_SHARE,
     STOP_SPEED,
@@ -59,7 +58,8 @@ class Joints:
             the path has there for other reasons where that is lower.
         acceleration: Shape (n,), mm/s²: largest size of the acceleration along the path by the jump; infinite for none.
         zone: Shape (n,), mm: how far on both sides a setpoint's third difference can see the jump; 0 for none.
-        cuts: Those where it rests, and which chords would cut by more than their tolerance if no setpoint fell near them.
+        cuts: Shape (n,), bool: it rests, and chords might cut the corner by more than their tolerance if no setpoint fell
+            near it. The end of a block is left to the start of the next one.
     """
 
     s: Floats
@@ -69,11 +69,10 @@ class Joints:
     taken: Floats
     acceleration: Floats
     zone: Floats
-    cuts: Cuts
+    cuts: Bools
 
     def only(self, kept: Bools) -> Joints:
         """Return those that are kept, of which every rest is one."""
-        number = np.cumsum(kept) - 1
         return Joints(
             self.s[kept],
             self.stop[kept],
@@ -82,7 +81,7 @@ class Joints:
             self.taken[kept],
             self.acceleration[kept],
             self.zone[kept],
-            replace(self.cuts, joint=number[self.cuts.joint]),
+            self.cuts[kept],
         )
 
 
@@ -185,7 +184,7 @@ def joints_of(
         taken=np.stack([pulse, taken + sway], 1) * passed[:, None, None],
         acceleration=acceleration,
         zone=zone * passed,
-        cuts=_cuts(bounds, stop, turn, left[1:3], right[1:3]),
+        cuts=_cuts(bounds, s, stop, turn, left[1:3], right[1:3]),
     )
 
 
@@ -385,38 +384,47 @@ def _largest_part(
     return low
 
 
-def _cuts(bounds: Bounds, stop: Bools, turn: Floats, left: Floats, right: Floats) -> Cuts:
-    """Return the rests in corners that the chord of a period may cut by more than the chord tolerance.
+def _cuts(bounds: Bounds, s: Floats, stop: Bools, turn: Floats, left: Floats, right: Floats) -> Bools:
+    """Tell which corners are rests that the chord of a period may cut by more than the chord tolerance, shape (n,).
 
-    With the setpoints a = j₁ τ³/6 before and b = j₂ (T − τ)³/6 after it at most, |Δ|/2 of that is cut where a = b. Within
-    half a period the largest acceleration leads as far as a jerk of 6 A/T. What curves beside it do is added for the whole
-    way of a period.
+    With the setpoints a = j₁ τ³/6 before and b = j₂ (T − τ)³/6 after it at most, |Δ| a b/(a + b) is cut. That is largest at
+    1/(j₁ τ⁴) = 1/(j₂ (T − τ)⁴), |Δ| T³/6 by the fourth power of j₁^(-1/4) + j₂^(-1/4); for a = A₁ τ²/2 and b likewise, |Δ| T²/2 by
+    the third power of A₁^(-1/3) + A₂^(-1/3). What curves beside it do is added for the whole way of a period. Rests within a
+    period of each other, J T³/32 or A T²/4 apart at most, are in one chord, and their Δ add up.
 
     Args:
         bounds: Limits.
+        s: Shape (n,), where they are.
         stop: Shape (n,), which corners are rests.
         turn: Shape (n, axes), Δ there.
         left, right: Shape (2, n, axes), dx/ds and d²x/ds² on both sides.
     """
-    # The start of a block is the end of the one before it.
-    rest = 1 + np.flatnonzero(stop[1:] & turn[1:].any(axis=1))
+    out = np.zeros(len(stop), bool)
+    # The end of a block is the start of the next one.
+    rest = np.flatnonzero(stop[:-1] & turn[:-1].any(axis=1))
     acceleration, jerk = (
         np.stack([along_path(limit, side[0, rest]) for side in (left, right)], axis=1)
         for limit in (bounds.axes.acceleration, bounds.axes.jerk)
     )
     period, size = bounds.period_s, _size(bounds, turn[rest])
-    root = np.cbrt(np.minimum(jerk, 6.0 * acceleration / period))
-    way = (period / (1.0 / root).sum(axis=1)) ** 3 / 6.0
+    way = np.minimum(
+        period**3 / 3.0 / (jerk**-0.25).sum(axis=1) ** 4,
+        period**2 / (acceleration ** (-1.0 / 3.0)).sum(axis=1) ** 3,
+    )
     longest = np.minimum(jerk * period**3 / 6.0, acceleration * period**2 / 2.0)
     bend = np.stack([_size(bounds, side[1, rest]) for side in (left, right)], axis=1)
     # At a cusp there is no curvature; on the way of a period no direction turns by more than two.
-    bend = np.fmin(bend, _WHOLE / longest)
-    # Squares of the least of turns are none.
-    with np.errstate(divide="ignore", invalid="ignore"):
-        room, bend = bounds.chord_mm / size, np.nan_to_num(bend / size[:, None])
+    bend = np.nan_to_num(np.fmin(bend, _WHOLE / longest))
+    # Twice what is cut, by |Δ|, and by the bends.
     curved = 0.5 * (bend * longest).sum(axis=1) * way + 0.25 * (bend * longest**2).max(axis=1)
-    far = way + curved > 2.0 * room
-    return Cuts(rest[far], room[far], bend[far], acceleration[far], jerk[far])
+    apart = np.minimum(jerk * period**3 / 32.0, acceleration * period**2 / 4.0).max(axis=1, initial=0.0)
+    first, last = (
+        np.searchsorted(s[rest], s[rest] - apart),
+        np.searchsorted(s[rest], s[rest] + apart, "right"),
+    )
+    turned = np.concatenate([[0.0], np.cumsum(size)])
+    out[rest] = (turned[last] - turned[first]) * way + curved > 2.0 * bounds.chord_mm
+    return out
 
 
 def _size(bounds: Bounds, turn: Floats) -> Floats:

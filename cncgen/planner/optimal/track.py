@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, NoPlanError, Span
 from cncgen.geometry.path import Path
-from cncgen.planner.assembly import Cuts
 from cncgen.planner.optimal.caps import SpeedCap
 from cncgen.planner.optimal.joints import Beyond, Joints, distinct, joints_of, nearest
 from cncgen.planner.optimal.limits import JUMP_SHARE, SWAY_SHARE, Bounds, along_path, most
@@ -63,7 +62,7 @@ class Track:
         chord: Shape (n,), mm: how far the chord of a period may be from the path there.
         stop: Shape (n + 1,), bool: nodes of rest.
         corner: Shape (n + 1,), bool: nodes where the motion slows or rests because the derivatives jump.
-        cuts: Nodes of rest that chords would cut too far if no setpoint fell near them.
+        cuts: Shape (n,), bool: intervals from rest at a corner that chords might cut too far if no setpoint fell near it.
         events: Node, source line and event, in order.
     """
 
@@ -83,7 +82,7 @@ class Track:
     chord: Floats
     stop: NDArray[np.bool_]
     corner: NDArray[np.bool_]
-    cuts: Cuts
+    cuts: NDArray[np.bool_]
     events: list[tuple[int, int, Event]]
 
     def __len__(self) -> int:
@@ -158,8 +157,8 @@ def track_of(
     ]
     top3 = np.stack([t for t, _ in tops], axis=1)
     which = np.stack([limit for _, limit in tops], axis=1)
-    stop, corner = np.zeros((2, n + 1), bool)
-    stop[node], corner[node] = joints.stop, joints.corner
+    stop, corner, cuts = np.zeros((3, n + 1), bool)
+    stop[node], corner[node], cuts[node] = joints.stop, joints.corner, joints.cuts
     if cap:
         capped = cap.on_intervals(s, x, stop[:-1], stop[1:])
         capped[node[:-1][lines]] = np.inf
@@ -189,7 +188,7 @@ def track_of(
         chord=_chords(toolpath, row, bounds),
         stop=stop,
         corner=corner,
-        cuts=replace(joints.cuts, joint=node[joints.cuts.joint]),
+        cuts=cuts[:-1],
         events=_events(toolpath, path, s),
     )
 

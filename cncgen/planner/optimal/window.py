@@ -9,13 +9,14 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.planner.assembly import assemble, kept_for_setpoints, timed, waits_of
+from cncgen.planner.assembly import assemble, timed, waits_of
 from cncgen.planner.optimal.chords import Course, held
 from cncgen.planner.optimal.creeping import creeping, hurdle
 from cncgen.planner.optimal.joints import nearest
 from cncgen.planner.optimal.limits import Bounds
 from cncgen.planner.optimal.pieces import Pieces, pieces_of
 from cncgen.planner.optimal.problem import Intervals, Solution, solve
+from cncgen.planner.optimal.rests import Rests, Way
 from cncgen.planner.optimal.track import ENTER, LEAVE, LINE, SPLINE, Track
 from cncgen.planner.record import Limit, SharpCorner, Trajectory
 
@@ -50,6 +51,8 @@ class Window:
         reserve: Ordinates and limits of the first open intervals, down to a stop, of the last plan of this window.
         corners: Sharp corners handed on so far.
         wanted: Intervals at which the window is planned next.
+        past: What has been handed on, down to a period before `t_s` at least.
+        cornered: Whether the last row that was handed on had rests that chords might cut.
     """
 
     bounds: Bounds
@@ -61,6 +64,8 @@ class Window:
     reserve: tuple[Floats, NDArray[np.int8]] | None = None
     corners: int = 0
     wanted: int = SIZE
+    past: list[Way] = field(default_factory=list)
+    cornered: bool = False
 
     def __len__(self) -> int:
         return sum(len(track) for track in self.tracks) - self.used
@@ -213,12 +218,13 @@ class Window:
         """Turn the first `final` intervals into trajectories, and take them out of the window."""
         n = len(given)
         position = 0
+        longer = self._longer(given, pieces, final)
         while position < final:
             track = self.tracks[0]
             count = min(len(track) - self.used, final - position)
             whole = self.used + count == len(track)
             part = slice(position, position + count)
-            yield self._trajectory(track, count, whole, pieces, solution, part)
+            yield self._trajectory(track, count, whole, pieces, solution, part, longer[part])
             position += count
             self.used += count
             if whole:
@@ -233,8 +239,37 @@ class Window:
             self.tracks[0].kind[self.used] = LEAVE
             self.tracks[0].corner[self.used] = True
 
+    def _longer(self, given: Intervals, pieces: Pieces, final: int) -> Floats:
+        """Return how much longer than the program asks for rests last before the first `final` intervals, shape (final,), s."""
+        parts = self._parts(len(given))
+        cuts = np.concatenate([track.cuts[rows] for track, rows in parts])[:final]
+        cornered, self.cornered = self.cornered, bool(cuts.any())
+        if not (cornered or self.cornered):
+            return np.zeros(final)
+        dwells = np.zeros(len(given) + 1)
+        first = 0
+        for track, rows in parts:
+            events = [event for event in track.events if rows.start <= event[0] <= rows.stop]
+            dwells[first : first + rows.stop - rows.start + 1] += waits_of(
+                events, rows.stop - rows.start + 1, rows.start
+            )
+            first += rows.stop - rows.start
+        way = Way.planned(Course(parts, self.bounds), given.h, pieces)
+        stands = cuts | (dwells[:final] > 0.0)
+        # What chords of the row before it reach over is known only now.
+        stands[0] |= self.state is None
+        rests = Rests(way, self.past, np.flatnonzero(stands), [self.t_s], [0.0])
+        return rests.lengthened(way.profile.t[pieces.offset], dwells)[:final]
+
     def _trajectory(
-        self, track: Track, count: int, whole: bool, pieces: Pieces, solution: Solution, part: slice
+        self,
+        track: Track,
+        count: int,
+        whole: bool,
+        pieces: Pieces,
+        solution: Solution,
+        part: slice,
+        longer: Floats,
     ) -> Trajectory:
         first = self.used
         last = first + count if whole else first + count - 1
@@ -243,11 +278,8 @@ class Window:
         first_piece, last_piece = pieces.offset[part.start], pieces.offset[part.stop]
         cut = slice(first_piece, last_piece)
         offset = pieces.offset[part.start : part.stop + 1] - first_piece
-        cuts = track.cuts.between(first, first + count + whole)
         why = np.where(waits > 0.0, np.int8(Limit.STOP), np.int8(Limit.CHORD))
-        if len(cuts):
-            way = np.concatenate([[0.0], np.cumsum(pieces.duration[cut])])[offset]
-            waits = kept_for_setpoints(self.t_s, way, waits, cuts, self.bounds.period_s)
+        waits[:-1] += longer
         owner = np.repeat(np.arange(count), np.diff(offset))
         profile, arrival = assemble(
             self.t_s,
@@ -259,6 +291,8 @@ class Window:
             why,
         )
         self.t_s = float(profile.t[-1])
+        self.past = [way for way in self.past if way.profile.t[-1] > self.t_s - self.bounds.period_s]
+        self.past.append(Way.gone(track, profile, self.bounds))
         slow = slow_nodes(track, first, solution.q[part, 0], solution.limit[part], self.bounds.period_s)
         room = max(0, MAX_CORNERS - self.corners)
         self.corners += len(slow)

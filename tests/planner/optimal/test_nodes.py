@@ -17,7 +17,6 @@ from cncgen.machine.record import Axis, Machine
 from cncgen.pipeline import plan as plan_program
 from cncgen.pipeline import read_text, sample
 from cncgen.planner import PlanOptions, plan
-from cncgen.planner.assembly import Cuts
 from cncgen.planner.motion import motion_at
 from cncgen.planner.optimal import nodes
 from cncgen.planner.optimal.blocks import blocks
@@ -90,7 +89,7 @@ def test_speed_that_acceleration_leads_to_from_slow_places() -> None:
         taken=np.zeros((2, 2, 1)),
         acceleration=np.full(2, np.inf),
         zone=np.zeros(2),
-        cuts=Cuts(np.zeros(0, np.int64), np.zeros(0), *np.zeros((3, 0, 2))),
+        cuts=np.zeros(2, bool),
     )
     speed = np.sqrt([100.0, 100.0, 7.0, 100.0, 100.0, 100.0])
     found = nodes._gained(s, speed, np.array([2.0, 2.0, 2.0, 4.0, 4.0, 4.0]), joints)

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import pairwise
+from types import MappingProxyType
 
 import numpy as np
 import pytest
 
 import cncgen
 from cncgen.machine import load
-from cncgen.machine.record import Machine
-from cncgen.planner.assembly import Cuts, kept_for_setpoints
+from cncgen.machine.record import Axis, Machine
+from cncgen.planner import PlanOptions, plan
 from cncgen.planner.record import Limit
 from cncgen.report.line_times import LineTimes
 
@@ -42,33 +45,99 @@ def test_no_time_is_spent_where_chords_cut_less_than_their_tolerance() -> None:
     assert one == pytest.approx(other, abs=1e-12)
 
 
-def test_waits_are_lengthened_up_to_the_next_setpoint() -> None:
-    """Worked by hand, T = 1 s from t = 0.25: arrivals at 0.75 (to 1), 1.5 (a dwell of 0.75 has 2 in it), 3 (on time)."""
-    way = np.array([0.0, 0.5, 1.0, 1.75, 2.0])
-    waits = np.array([0.0, 0.0, 0.75, 0.0, 0.0])
-    cuts = Cuts(np.array([1, 2, 3]), np.zeros(3), np.zeros((3, 2)), np.ones((3, 2)), np.ones((3, 2)))
-    out = kept_for_setpoints(0.25, way, waits, cuts, 1.0)
-    assert out.tolist() == [0.0, 0.25, 0.75, 0.0, 0.0]
+#: Limits that jerk alone is felt of: legs up to some mm take 4 (L/(2 J))^(1/3), and leave a rest, as they reach one, by J t³/6.
+JERK, MARGIN, PERIOD, CHORD = 1e5, 0.9993, 0.02, 1e-3
+JERKY = Machine(
+    "jerky",
+    MappingProxyType({a: Axis(a, 1e4, 1e5, JERK) for a in "XY"}),
+    period_s=PERIOD,
+    chord_tolerance_mm=CHORD,
+)
 
 
-@pytest.mark.parametrize("phase", [0.05, 0.3, 0.5, 0.6, 0.95])
-@pytest.mark.parametrize("room", [1e-4, 1e-3, 0.01, 0.03])
-def test_a_wait_ends_as_soon_as_the_chord_is_near_enough(phase: float, room: float) -> None:
-    """T = 1 s, jerks of 1 and 2 mm/s³, A out of reach: a = τ³/6 before, b = τ³/3 after; a b/(a + b) by trying all waits."""
-    cuts = Cuts(
-        np.array([1]), np.array([room]), np.zeros((1, 2)), np.full((1, 2), 1e3), np.array([[1.0, 2.0]])
-    )
-    out = kept_for_setpoints(0.0, np.array([0.0, 3.0 + phase]), np.zeros(2), cuts, 1.0)
-    waits = np.linspace(0.0, 1.0 - phase, 100_001)
-    before, after = phase**3 / 6.0, (1.0 - phase - waits) ** 3 / 3.0
-    assert out[1] == pytest.approx(waits[np.argmax(before * after <= room * (before + after))], abs=1e-4)
+def motion_s(places: Sequence[tuple[float, float]]) -> float:
+    """Return the time of lines with exact stops."""
+    text = "\n".join(f"G1 X{x:.6f} Y{y:.6f}" for x, y in places)
+    return end_s(f"G21 G90 G61.1 F1000000\n{text}\nM2\n", JERKY)
 
 
-def test_a_corner_near_the_next_one_has_a_setpoint() -> None:
-    """T = 1 s, with room enough: the rest at 1.5 s is followed by one at 2.2 s, within a period."""
-    cuts = Cuts(np.array([1, 2]), np.full(2, 10.0), np.zeros((2, 2)), np.ones((2, 2)), np.ones((2, 2)))
-    out = kept_for_setpoints(0.0, np.array([0.0, 1.5, 2.2]), np.zeros(3), cuts, 1.0)
-    assert out.tolist() == [0.0, 0.5, 0.0]
+def end_s(text: str, mill: Machine) -> float:
+    """Return when a plan ends."""
+    program = cncgen.read_text(text, options=cncgen.ReadOptions(dialect="linuxcnc"))
+    (*_, last) = plan(program.chunks(), mill, PlanOptions())
+    return float(last.profile.t[-1])
+
+
+def waited(legs: Sequence[float], cut: Callable[[float, float], float]) -> float:
+    """Return the time of legs, each rest between them the shortest with a setpoint near enough, by trying 20,001 waits.
+
+    Args:
+        legs: Lengths, mm, that last a period at least.
+        cut: How far the chord between setpoints so far, in mm, before and after a rest is from it.
+    """
+
+    def gone(t: float) -> float:
+        return MARGIN * JERK * max(t, 0.0) ** 3 / 6.0
+
+    t = 0.0
+    for length in legs[:-1]:
+        t += 4.0 * (length / (2.0 * MARGIN * JERK)) ** (1 / 3)
+        since = t % PERIOD
+        due = PERIOD - since
+        waits = np.linspace(0.0, due, 20_001)
+        t += next(wait for wait in waits if cut(gone(since), gone(due - wait)) <= CHORD)
+    return t + 4.0 * (legs[-1] / (2.0 * MARGIN * JERK)) ** (1 / 3)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_turn_back_waits_until_a_setpoint_is_within_the_tolerance_of_it(seed: int) -> None:
+    """The nearer of both setpoints counts: what is beside the chord is on the path (once twice their harmonic mean counted)."""
+    legs = np.random.default_rng(seed).uniform(0.3, 2.0, 12).round(6)
+    x = np.cumsum(legs * (-1.0) ** np.arange(12))
+    assert motion_s([(place, 0.0) for place in x]) == pytest.approx(waited(legs, min), abs=2e-4 * PERIOD)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_right_angle_waits_until_its_chord_is_within_the_tolerance(seed: int) -> None:
+    """The height of the triangle of both ways is a b/√(a² + b²)."""
+    legs = np.random.default_rng(seed).uniform(0.3, 2.0, 12).round(6)
+    places = [(legs[: 2 * k + 1 : 2].sum(), legs[1 : 2 * k : 2].sum()) for k in range(7)]
+    stairs = [place for x, y in pairwise(places) for place in ((x[0], y[1]), y)]
+    # From (legs[0], 0): the first leg is the second one of the stairs.
+    stairs = [(legs[0], 0.0), *((x, y) for x, y in stairs)][:12]
+
+    def height(a: float, b: float) -> float:
+        return a * b / np.hypot(a, b) if a > 0.0 and b > 0.0 else 0.0
+
+    assert motion_s(stairs) == pytest.approx(waited(legs, height), abs=2e-4 * PERIOD)
+
+
+def test_waits_do_not_depend_on_where_blocks_and_windows_end() -> None:
+    """3000 turns back, two blocks of rows and the windows in them: a setpoint is within (6 δ/J)^(1/3) of each, and no sooner."""
+    legs = np.random.default_rng(5).uniform(0.3, 2.0, 3000).round(6)
+    x = np.cumsum(legs * (-1.0) ** np.arange(3000))
+    near, t = (6.0 * CHORD / (MARGIN * JERK)) ** (1 / 3), 0.0
+    for lasts in 4.0 * (legs / (2.0 * MARGIN * JERK)) ** (1 / 3):
+        since = t % PERIOD
+        t += lasts + (max(PERIOD - since - near, 0.0) if since > near else 0.0)
+    assert motion_s([(place, 0.0) for place in x]) == pytest.approx(t, abs=0.01 * PERIOD)
+
+
+def test_what_a_chord_goes_over_within_the_tolerance_is_not_waited_for() -> None:
+    """Back by 0.3 µm and on: the chord over both turns lies on the path (once a setpoint fell on the first)."""
+    legs = [1.5, 3e-4, 1.5]
+    expected = sum(4.0 * (length / (2.0 * MARGIN * JERK)) ** (1 / 3) for length in legs)
+    assert motion_s([(1.5, 0.0), (1.4997, 0.0), (2.9997, 0.0)]) == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_path_and_its_reverse_take_as_many_setpoints(seed: int) -> None:
+    """The setpoints of one, backwards, are a motion of the other: whoever waits least differs by less than a period."""
+    legs = 10.0 ** np.random.default_rng(seed).uniform(-4.0, 0.3, 40)
+    x = np.cumsum(legs * (-1.0) ** np.arange(40)).round(6)
+    x = np.concatenate([[0.0], x])
+    there, back = (motion_s([(p - way[0], 0.0) for p in way[1:]]) for way in (x, x[::-1]))
+    assert np.ceil(there / PERIOD) == np.ceil(back / PERIOD)
 
 
 def test_what_is_waited_for_a_setpoint_is_no_dwell_of_the_program() -> None:
