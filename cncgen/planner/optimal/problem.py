@@ -43,6 +43,8 @@ _STALLED = 0.1
 _FELT = 1e-4
 #: Duality gap, as a part of the time, up to which what has stalled beside the optimum is taken for it.
 _STALLED_GAP = 4e-4
+#: Part of q of what has stalled from which it is tried again.
+_BELOW = 0.95
 #: Slack of a row, as a part of its limit, below which it is said to bind.
 _NEAR = 0.02
 
@@ -150,9 +152,14 @@ def solve(
     # Most rows never bind; which ones is seen from the profile to start from.
     first = _Start(_STARTS[0], known)
     for start, thinned in [(first, True), (first, False), *((start, False) for start in starts)]:
-        solution, optimal = _improved(given, columns, start, state, thinned)
-        if optimal:
+        solution, left = _improved(given, columns, start, state, thinned)
+        if left == 0.0:
             return solution
+        if left < _STALLED_GAP:
+            # Far off the central path steps stay short; from a little below where it is it comes to the optimum.
+            below = _Start(_STARTS[0], solution.q[:, 1], _BELOW)
+            other, less = _improved(given, columns, below, state, thinned=False)
+            return other if less < _STALLED_GAP and other.time < solution.time else solution
         found.append(solution)
         if len(found) == _FIRST and not any(each.converged for each in found) and hopeless(solution):
             return solution
@@ -233,10 +240,12 @@ class _Start:
 
 def _improved(
     given: Intervals, columns: _Columns, start: _Start, state: tuple[float, float] | None, thinned: bool
-) -> tuple[Solution, bool]:
-    """Run the interior-point method from a start; return what it found, and whether that is the least time.
+) -> tuple[Solution, float]:
+    """Run the interior-point method from a start; where the rows are `thinned`, those sleep at first that it stays far from.
 
-    Where the rows are `thinned`, those sleep at first that the start stays far from.
+    Returns:
+        What it found, and the duality gap that is left, as a part of the time, where it stalled beside the optimum; 0 at the
+        optimum, infinite elsewhere.
     """
     kernel = _kernel(columns, state)
     start.fill(kernel, columns, state)
@@ -253,8 +262,8 @@ def _improved(
         change = np.zeros(len(columns.at) + 2)
         least_time.response(kernel, change)
         unfelt = _unfelt(columns.at, np.abs(change[1:-1]))
-    optimal = status == 0 or (status == 1 and report[1] < _STALLED_GAP * report[0])
-    return Solution(q, limit, float(report[0]), unfelt, status >= 0 or held), optimal
+    left = 0.0 if status == 0 else float(report[1] / report[0]) if status == 1 else np.inf
+    return Solution(q, limit, float(report[0]), unfelt, status >= 0 or held), left
 
 
 def _unfelt(spline: NDArray[np.int64], change: Floats) -> int:
