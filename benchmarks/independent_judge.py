@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from independent_programs import Feed, Floats, Piece, Rig, Writer
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 #: What is allowed beyond a limit, a tolerance or a feed, as a part of it.
@@ -136,35 +135,40 @@ class Path:
                     reach = 2.0 * (piece.u[k + 1] - piece.u[k])
                     u = piece.u[k] + where[i] * (piece.u[k + 1] - piece.u[k])
                     distance[i] = closest(piece, x[i], u, reach)
-                if distance[i] > tolerance:
-                    # Of turns that lie closer together than polylines tell, another one may be the nearest.
-                    distance[i] = min(distance[i], self._elsewhere(x[i], mine, tolerance))
             ratio = np.minimum(ratio, distance / tolerance)
+        # Of turns that lie closer together than polylines tell, another one may be the nearest: asked of the largest alone.
+        while len(ratio) and ratio[worst := int(ratio.argmax())] > 1.0:
+            found = self._elsewhere(x[worst], per)
+            if found >= ratio[worst]:
+                break
+            ratio[worst] = found
         return ratio
 
-    def _elsewhere(self, point: Floats, mine: NDArray[np.int64], tolerance: float) -> float:
-        """Return the least distance of a point from the curves at all places where their polylines come near it.
+    def _elsewhere(self, point: Floats, per: Floats) -> float:
+        """Return the least distance of a point from the curves, at all places where their polylines come near it.
 
         Args:
             point: Shape (axes,).
-            mine: Numbers of the segments that are looked at, ascending.
-            tolerance: What is near.
+            per: The tolerance of each segment.
+
+        Returns:
+            As a part of the tolerance there; infinite where none comes near.
         """
-        distance, where, _ = to_segments(point, self.a[mine], self.b[mine])
+        distance, where, _ = to_segments(point, self.a, self.b)
         padded = np.concatenate([[np.inf], distance, [np.inf]])
-        least = (distance <= padded[:-2]) & (distance <= padded[2:]) & (distance < NEAR * tolerance)
-        found = np.inf
+        least = (distance <= padded[:-2]) & (distance <= padded[2:]) & (distance < NEAR * per)
+        ratio = np.inf
         for i in np.flatnonzero(least):
-            piece = self.pieces[self.piece[mine[i]]]
-            k = mine[i] - self.first[mine[i]]
+            piece = self.pieces[self.piece[i]]
+            k = i - self.first[i]
             step = piece.u[k + 1] - piece.u[k]
             here = (
                 closest(piece, point, piece.u[k] + where[i] * step, 2.0 * step)
                 if len(piece.u) > 2
                 else distance[i]
             )
-            found = min(found, float(here))
-        return found
+            ratio = min(ratio, float(here / per[i]))
+        return ratio
 
     def samples(self) -> tuple[Floats, Floats]:
         """Return points of the path, and the tolerance of each: at an end of a piece the wider of both sides."""
