@@ -15,8 +15,9 @@ END_POINT, END_DERIVATIVES = 1, 4
 #: Tries in which the smoothing length may grow.
 ROUNDS = 2
 #: Largest smoothing length, in tolerances, and in mean lengths of the rows around, of which so many on both sides count:
-#: facets and noise are gone by then, and what is longer is the curve itself, which a longer one makes no faster.
-_WIDEST, _FACETS, _AROUND = 45.0, 1.5, 4
+#: facets and noise are gone by then, and what is longer is the curve itself, which a longer one makes no faster. And as a
+#: part of all that is fitted.
+WIDEST, FACETS, AROUND, RUN_PART = 45.0, 1.5, 4, 0.1
 #: L³ κ² on a circle, in tolerances.
 _CURVES = 1.0
 #: Knot spans before an open end that the next window fits again: what comes after no longer moves the rest.
@@ -76,7 +77,7 @@ def fit(
     head: int,
     tail: int,
     seam: Seam | None = None,
-    widest: float = _WIDEST,
+    widest: float = WIDEST,
     longest: Floats | None = None,
 ) -> Spline:
     """Fit the smoothest spline to pieces that stays within their tolerance.
@@ -197,11 +198,11 @@ def _longest(pieces: Pieces, widest: float) -> Floats:
     length = np.diff(pieces.row_t)[pieces.row]
     n = len(length)
     summed = np.concatenate([[0.0], np.cumsum(length)])
-    first = np.maximum(np.arange(n + 1) - _AROUND, 0)
-    last = np.minimum(np.arange(n + 1) + _AROUND, n)
-    facets = _FACETS * (summed[last] - summed[first]) / (last - first)
+    first = np.maximum(np.arange(n + 1) - AROUND, 0)
+    last = np.minimum(np.arange(n + 1) + AROUND, n)
+    facets = FACETS * (summed[last] - summed[first]) / (last - first)
     tolerance = np.maximum(np.append(pieces.tolerance, 0.0), np.append(0.0, pieces.tolerance))
-    out: Floats = np.minimum(np.maximum(widest * tolerance, facets), 0.1 * (pieces.t[-1] - pieces.t[0]))
+    out: Floats = np.minimum(np.maximum(widest * tolerance, facets), RUN_PART * (pieces.t[-1] - pieces.t[0]))
     bends = np.append(_bends(pieces), np.inf)
     return np.minimum(out, np.minimum(bends, np.roll(bends, 1)))
 

@@ -10,11 +10,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry.corridor import AROUND, FACETS, RUN_PART, WIDEST
 from cncgen.planner.rows import across, chord_speed
 from cncgen.planner.smoothing.chords import chord_left, chord_room, fit_tolerance
 from cncgen.planner.smoothing.corners import BEND, TWIST, Corners, Drive
 from cncgen.planner.smoothing.shares import chord_need
 
+Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
 
 #: Part of the jerk limit that a step of the tangent takes at most, and speed in J T² up to which a stop costs less, as in
@@ -35,6 +37,8 @@ _UNTOLD = 0.5
 _TRIED = 17
 #: Row of chords among what bounds the speed of a rounded corner.
 _BY_CHORD = 2
+#: Part of the estimated time of a curve that chords hold, below which stops at all of its corners are taken to be faster.
+_SURELY = 0.95
 #: A turn below which there is no corner.
 _NONE = 1e-6
 
@@ -102,7 +106,59 @@ def rounding(
             beyond = pace[at - 1], pace[at + 1]
             curved = _largest_bend(corners.leave[at], corners.entry[at])
             widest[at] = _Judged(drive, corners, at, turn, length[at], curved, beyond).worth()
+        rest = corners.joined & (size >= _NONE) & ~looked_at
+        if rest.any():
+            widest[_better_stopped(drive, corners, turn, fit, rest, widest > 0.0)] = 0.0
     return widest, speed
+
+
+def _better_stopped(
+    drive: Drive, corners: Corners, turn: Floats, fit: Floats, among: Bools, rounded: Bools
+) -> Bools:
+    """Tell which corners chords hold so that a stop at each of them takes less time, shape (n,).
+
+    Amid rows shorter than their smoothing lengths all corners bend the way together: those that follow each other are
+    weighed together, by the time of half of the row on either side of each.
+
+    Args:
+        drive, corners, fit: See `rounding`.
+        turn: Shape (n, axes), Δ.
+        among: Shape (n,), the corners that are weighed.
+        rounded: Shape (n,), those that are rounded so far.
+    """
+    size, apart = np.linalg.norm(turn, axis=1), corners.length[1, :-1]
+    out = np.zeros(len(size), bool)
+    at = np.flatnonzero(among)
+    group = np.cumsum(np.diff(at, prepend=-1) > 1)
+    # Were all of the turn made on the shorter row beside it, and full jerk of all axes used from stop to stop.
+    near, far = (each[at] for each in (corners.length.min(axis=0), corners.length.max(axis=0)))
+    steep = chord_speed(size[at] / near, 0.5 * drive.chord_mm, drive.period_s)
+    reached = np.cbrt(0.25 * np.linalg.norm(drive.jerk) * far**2)
+    held = steep < np.minimum(reached, corners.feed[:, at].max(axis=0))
+    if not held.any():
+        return out
+    seen = (np.bincount(group, held) > 0.0)[group]
+    at, group = at[seen], group[seen]
+    course = _Course.of(corners, corners.joined & rounded)
+    most = np.minimum(3.0 * fit / size, course.longest(corners.tolerance))
+    length = _graded(np.where(course.joined, most, np.inf), apart)
+    bend = course.bend(at, length[at])
+    chord = _rounded_speeds(drive, turn[at], length[at], bend, corners.tolerance[at])[_BY_CHORD]
+    stopped, bent = np.zeros((2, len(at)))
+    for k, direction in enumerate((corners.leave[at], corners.entry[at])):
+        half, feed = 0.5 * corners.length[k, at], corners.feed[k, at]
+        arc = chord_speed(corners.bend[k, at], drive.chord_mm, drive.period_s)
+        # What the row reaches between two stops, and what it allows besides.
+        side, free = (
+            _side(drive, direction, 2.0 * half, np.minimum(feed, arc), np.full(len(at), v))
+            for v in (0.0, np.inf)
+        )
+        stopped += half / side.top + 0.5 * _change_time(side.top, side.acceleration, side.jerk)
+        slow, near = np.minimum(half, _CHORD * length[at]), np.minimum(chord, free.top)
+        # Where the feed holds the curve, that is shorter than the lines.
+        bent += np.where(chord < free.top, slow / near, 0.0) + (half - slow) / np.maximum(near, side.top)
+    out[at] = (np.bincount(group, stopped) < _SURELY * np.bincount(group, bent))[group]
+    return out
 
 
 def _graded(length: Floats, apart: Floats) -> Floats:
@@ -116,6 +172,72 @@ def _graded(length: Floats, apart: Floats) -> Floats:
     out[1:] = np.minimum(out[1:], length[:-1] + _GRADE * apart)
     out[:-1] = np.minimum(out[:-1], length[1:] + _GRADE * apart)
     return out
+
+
+@dataclass(frozen=True, slots=True)
+class _Course:
+    """The polyline that turns at corners as the path does, and is straight between: n of them have n + 1 rows.
+
+    Attributes:
+        s: Shape (n + 2,), mm: path coordinate of the ends of rows.
+        place: Shape (n + 2, axes), mm.
+        step: Shape (n + 1, axes): dx/ds on each row.
+        run: Shape (2, n): the corners with which each corner's run begins and ends.
+        joined: Shape (n,): whether each is in a run.
+    """
+
+    s: Floats
+    place: Floats
+    step: Floats
+    run: NDArray[np.int64]
+    joined: Bools
+
+    @classmethod
+    def of(cls, corners: Corners, joined: Bools) -> _Course:
+        """Return that of corners of which those `joined`, shape (n,), are in a run with what is beside them."""
+        length = np.append(corners.length[0, :1], corners.length[1])
+        turn = np.where(joined[:, None], corners.entry - corners.leave, 0.0)
+        steps = corners.leave[0] + np.concatenate([np.zeros_like(turn[:1]), np.cumsum(turn, axis=0)])
+        s = np.append(0.0, np.cumsum(length))
+        place = np.concatenate([np.zeros_like(steps[:1]), np.cumsum(steps * length[:, None], axis=0)])
+        index = np.arange(len(joined))
+        first = np.maximum.accumulate(np.where(joined, 0, index + 1))
+        last = np.minimum.accumulate(np.where(joined, index[-1], index - 1)[::-1])[::-1]
+        return cls(s, place, steps, np.stack([first, last]), joined)
+
+    def bend(self, at: NDArray[np.int64], length: Floats) -> Floats:
+        """Return |x''| at corners where all others of their runs are rounded too, shape (k,), 1/mm.
+
+        The response of a turn is about as wide as a triangle of the height 1/(3 L): the second difference of the path, which
+        goes straight on beyond its run, over 3 L on either side.
+
+        Args:
+            at: Shape (k,), which corners; all joined.
+            length: Shape (k,), smoothing length there, mm.
+        """
+        step = length / BEND
+        first, last = self.run[:, at]
+        begin, end = self.s[first], self.s[last + 2]
+        here = self.s[at + 1]
+        back, on = np.maximum(here - step, begin), np.minimum(here + step, end)
+        before, after = (
+            np.stack([np.interp(s, self.s, column) for column in self.place.T], axis=-1) for s in (back, on)
+        )
+        before -= (back - (here - step))[:, None] * self.step[first]
+        after += (here + step - on)[:, None] * self.step[last + 1]
+        out: Floats = np.linalg.norm(before - 2.0 * self.place[at + 1] + after, axis=1) / step**2
+        return out
+
+    def longest(self, tolerance: Floats) -> Floats:
+        """Return the largest smoothing length that a fit has at each corner, shape (n,), mm (`cncgen.geometry.corridor`)."""
+        n = len(self.joined)
+        index = np.arange(n)
+        first = np.maximum(index + 1 - AROUND, self.run[0])
+        last = np.minimum(index + 1 + AROUND, self.run[1] + 2)
+        facets = FACETS * (self.s[last] - self.s[first]) / (last - first)
+        run = self.s[self.run[1] + 2] - self.s[self.run[0]]
+        out: Floats = np.minimum(np.maximum(WIDEST * tolerance, facets), RUN_PART * run)
+        return out
 
 
 def _bend(turn: Floats, length: Floats, apart: Floats, at: NDArray[np.int64]) -> Floats:

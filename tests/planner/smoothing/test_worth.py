@@ -232,3 +232,50 @@ def test_what_is_worth_less_tolerance_is_not_given_up_with_more() -> None:
     ]
     assert np.isfinite(lengths).all()
     np.testing.assert_allclose(lengths, lengths[0], rtol=1e-12)
+
+
+def fast(limits: tuple[float, float, float], period: float, chord: float) -> Machine:
+    axes = {letter: Axis(letter, *limits) for letter in "XYZ"}
+    return Machine("fast", axes, period_s=period, chord_tolerance_mm=chord)
+
+
+@pytest.mark.parametrize(
+    ("limits", "period", "chord", "tolerance"),
+    [((100.0, 2e6, 2e10), 5.4e-5, 1.41e-5, 0.0237), ((1e4, 5e8, 2e11), 8.1e-5, 1.03e-5, 4.9)],
+)
+@pytest.mark.parametrize("corners", [1, 4, 9])
+def test_what_chords_hold_below_the_speed_from_stop_to_stop_is_not_rounded(
+    limits: tuple[float, float, float], period: float, chord: float, tolerance: float, corners: int
+) -> None:
+    """Within P larger than the lines δ of 10 nm lets a curve be passed slower than lines from stop to stop: up to ten times."""
+    turns = np.array([0.0, 1.2, 0.4, -0.9, 0.3, 1.5, 0.1, -1.1, 0.5, 1.3])[: corners + 1]
+    way = np.array([25.0, 14.0, 31.0, 18.0, 22.0, 36.0, 17.0, 27.0, 33.0, 21.0])[: corners + 1] * 1e-3
+    ends = np.cumsum(way[:, None] * np.stack([np.cos(turns), np.sin(turns)], axis=1), axis=0)
+    rows = "".join(f"G1 X{x:.6f} Y{y:.6f}\n" for x, y in ends)
+    where = fast(limits, period, chord)
+    stops, wide = (
+        seconds(f"G21 G90 F400000 {mode}\n{rows}M2\n", where) for mode in ("G61.1", f"G64 P{tolerance}")
+    )
+    assert wide <= 1.001 * stops
+
+
+def test_the_bend_of_many_corners_is_that_of_the_curve_behind_them() -> None:
+    """Facets of a circle, much shorter than L: the second difference of the polyline is 1/R, and of one corner Δ/(3 L)."""
+    radius, turn, count = 5.0, 0.02, 400
+    heading = turn * np.arange(count + 1)
+    ways = np.stack([np.cos(heading), np.sin(heading), 0.0 * heading], axis=1)
+    facet = 2.0 * radius * np.sin(0.5 * turn)
+    chain = Corners(
+        ways[:-1],
+        ways[1:],
+        np.full((2, count), facet),
+        np.full((2, count), 100.0),
+        np.full(count, 0.01),
+        np.ones(count, bool),
+        np.zeros((2, count)),
+    )
+    course = worth._Course.of(chain, chain.joined)
+    assert course.bend(np.array([200]), np.array([0.3]))[0] == pytest.approx(1.0 / radius, rel=0.01)
+    one = corner(0.01, length=50.0)
+    alone = worth._Course.of(one, one.joined).bend(np.array([0]), np.array([0.3]))
+    assert alone[0] == pytest.approx(2.0 * np.sin(0.5) / 0.9, rel=1e-9)
