@@ -6,14 +6,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cncgen.geometry.pieces import Pieces, first_scales
+from cncgen.geometry.pieces import Pieces, first_scales, joint_scales
 from cncgen.geometry.tables import Floats
 from cncgen.kernels import smoothing
 
 #: Control points that the curve shares with the path at a closed end: the end point, or three derivatives as well.
 END_POINT, END_DERIVATIVES = 1, 4
-#: Tries in which the smoothing length may grow.
-ROUNDS = 2
+#: Tries in which the smoothing length may grow, and the part of the tolerance that it is to use at least; and on few pieces,
+#: where more tries take no time: so many.
+ROUNDS, _USED = 2, 0.85
+_FEW_ROUNDS, _FEW_USED, _FEW = 8, 0.96, 512
+#: What is left of the first guess of a smoothing length in the end; lengths that the rows beside a joint have at least, so
+#: that knots are laid about it; half of the span about a step of curvature; largest lengths up to which a joint is felt.
+_LEFT, _LONE, _HALF, _FELT = 0.7, 2.5137, 0.35, 4.0
 #: Largest smoothing length, in tolerances, and in mean lengths of the rows around, of which so many on both sides count:
 #: facets and noise are gone by then, and what is longer is the curve itself, which a longer one makes no faster. And as a
 #: part of all that is fitted.
@@ -124,7 +129,9 @@ def _attempt(
     t, axes, total = pieces.t, pieces.y.shape[2], pieces.t[-1]
     laid = 4 if seam is None else 8
     start = t[0] if seam is None else seam.knots[-1]
+    cuts = np.union1d(cuts, _about_joints(pieces, longest))
     places = np.append(cuts[(cuts > start + 1e-9 * (total - t[0])) & (cuts < total)], total)
+    rounds, least = (_FEW_ROUNDS, _FEW_USED) if len(pieces.y) <= _FEW else (ROUNDS, _USED)
     scale = np.minimum(first_scales(pieces), longest)
     share = np.where(t[:-1] < start, _OLD_GROUND, _NEW_GROUND) if seam is not None else _NEW_GROUND
     used = np.empty((len(pieces.y), 2))
@@ -148,7 +155,8 @@ def _attempt(
             places,
             scale.copy(),
             longest,
-            ROUNDS,
+            rounds,
+            least,
             knots,
             laid,
             fixed,
@@ -166,6 +174,27 @@ def _attempt(
     if seam is not None:
         points[:4] = seam.points
     return Spline(knots, points, worst, allowed * used.max(axis=1))
+
+
+def _about_joints(pieces: Pieces, longest: Floats) -> Floats:
+    """Return where knots are laid about joints that are rounded by themselves, mm.
+
+    How fast the curve is passed there depends on where its knots are, for its third derivative is linear between them. At a turn
+    that changes its sign, and a knot stands there; at a step of curvature it is largest, and a span lies about it. Left to
+    what comes before, they would be anywhere, and a little more tolerance could take longer.
+
+    Args:
+        pieces, longest: See `_attempt`.
+    """
+    joint = np.flatnonzero(np.diff(pieces.row, prepend=-1))[1:]
+    by_turn, by_step = (each[joint - 1] for each in joint_scales(pieces))
+    guess, length = np.minimum(by_turn, by_step), np.diff(pieces.row_t)
+    left = np.minimum(_LEFT * guess, longest[joint])
+    lone = np.minimum(length[1:], length[:-1]) > _LONE * left
+    lone &= guess < _FELT * longest[joint]
+    turn, step = lone & (by_turn <= by_step), lone & (by_turn > by_step)
+    at, half = pieces.t[joint], _HALF * left[step]
+    return np.concatenate([at[turn], at[step] - half, at[step] + half])
 
 
 def _stand(t: Floats, y: Floats, knots: Floats, points: Floats, near: float) -> None:

@@ -146,7 +146,14 @@ def _hermite(path: Path, row: Ints, s: Floats, h: Floats) -> Floats:
 
 
 def first_scales(pieces: Pieces) -> Floats:
-    """Guess the smoothing length at the ends of pieces, shape (n + 1,), mm.
+    """Guess the smoothing length at the ends of pieces, shape (n + 1,), mm: that of the turn and of the step there."""
+    out = np.full(len(pieces.t), 1e9)
+    out[1:-1] = np.minimum(*joint_scales(pieces))
+    return out
+
+
+def joint_scales(pieces: Pieces) -> tuple[Floats, Floats]:
+    """Guess the smoothing lengths that the turn and the step of curvature between pieces take, shape (n − 1,), mm.
 
     A smoothing spline of order 3 and length L rounds a turn by Δx' off by L |Δx'| / 3, and a step of curvature Δx'' by
     about 0.14 L² |Δx''| (docs/smoothing.md). L is half as much again as what makes that the tolerance, for turns and
@@ -156,8 +163,6 @@ def first_scales(pieces: Pieces) -> Floats:
     turn = y[1:, 1] - (y[:-1, 1] + h[:-1] * (2 * y[:-1, 2] + 3 * h[:-1] * y[:-1, 3]))
     step = 2 * y[1:, 2] - (2 * y[:-1, 2] + 6 * h[:-1] * y[:-1, 3])
     within = np.minimum(pieces.tolerance[1:], pieces.tolerance[:-1])
-    out = np.full(len(pieces.t), 1e9)
     by_turn = 4.0 * within / np.maximum(np.linalg.norm(turn, axis=1), 1e-9 * within)
     by_step = np.sqrt(within / (0.067 * np.linalg.norm(step, axis=1) + 1e-18 * within))
-    out[1:-1] = np.minimum(by_turn, by_step)
-    return out
+    return by_turn, by_step

@@ -557,6 +557,7 @@ def fit(
     scale: cython.double[::1],
     longest: cython.const[cython.double][::1],
     rounds: cython.Py_ssize_t,
+    least: cython.double,
     knots: cython.double[::1],
     laid: cython.Py_ssize_t,
     fixed: cython.double[:, ::1],
@@ -580,6 +581,7 @@ def fit(
         scale: Shape (n + 1,): smoothing length at the ends of pieces, to start from; updated.
         longest: Shape (n + 1,): largest smoothing length there.
         rounds: Tries in which the smoothing length may grow; after them it only shrinks.
+        least: Part of the tolerance that is to be used: below it the length grows.
         knots: Room for the knots, the given ones in place.
         laid: Index of the last given knot.
         fixed: Shape as `points`; where the curve goes on from another its first four rows are given.
@@ -633,5 +635,5 @@ def fit(
                 break
             if turn > rounds + 60:
                 break
-            adjust(t, scale, used, longest, turn <= rounds, change)
+            adjust(t, scale, used, longest, turn <= rounds, least, change)
     return last, worst

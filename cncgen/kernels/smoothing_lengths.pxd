@@ -19,5 +19,6 @@ cpdef void adjust(
     double[:, ::1] used,
     const double[::1] longest,
     bint grow,
+    double least,
     double[::1] change,
 ) noexcept nogil

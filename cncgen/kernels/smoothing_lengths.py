@@ -18,6 +18,9 @@ _MESH = cython.declare(cython.double, 1.0)
 #: numbers: programs are made of round numbers, and where the two are equal rounding chooses.
 _ONE = cython.declare(cython.double, 1.0873)
 _TWO = cython.declare(cython.double, 1.6127)
+#: Strides between cuts up to which all are made to fit, and what is added to their number before its fraction goes.
+_MANY = cython.declare(cython.Py_ssize_t, 64)
+_UP = cython.declare(cython.double, 0.6873)
 #: Knot distance, as a part of what it would be, below which a cut makes no knot beside another: the equations would lose
 #: all digits, (L/h)⁶ is their condition.
 _LEAST = cython.declare(cython.double, 0.02)
@@ -64,6 +67,47 @@ def lower(t: cython.const[cython.double][::1], scale: cython.double[::1]) -> cyt
         scale[k] = min(scale[k], scale[k + 1] + _GRADE * (t[k + 1] - t[k]))
 
 
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _stride(
+    t: cython.const[cython.double][::1], scale: cython.double[::1], k: cython.Py_ssize_t, at: cython.double
+) -> cython.double:
+    """Distance from a place of piece k to the next knot: a smoothing length, taken in the middle of the step."""
+    n: cython.Py_ssize_t = t.shape[0] - 1
+    step: cython.double = _MESH * length_at(t, scale, k, at)
+    middle: cython.double = min(at + 0.5 * step, t[n])
+    while k < n - 1 and t[k + 1] <= middle:
+        k += 1
+    return _MESH * min(length_at(t, scale, k, middle), 1.25 * step)
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _share(
+    t: cython.const[cython.double][::1],
+    scale: cython.double[::1],
+    k: cython.Py_ssize_t,
+    at: cython.double,
+    end: cython.double,
+) -> cython.double:
+    """How many strides lead from a place of piece k to `end`; −1 for more than `_MANY`."""
+    n: cython.Py_ssize_t = t.shape[0] - 1
+    count: cython.Py_ssize_t = 0
+    step: cython.double = 1.0
+    while at < end:
+        if count == _MANY:
+            return -1.0
+        while k < n - 1 and t[k + 1] <= at:
+            k += 1
+        step = _stride(t, scale, k, at)
+        at += step
+        count += 1
+    return count - (at - end) / step
+
+
 @cython.ccall
 @cython.nogil
 @cython.exceptval(check=False)
@@ -77,7 +121,8 @@ def lay(
     """Lay knots from ``knots[laid]`` to the last cut; returns the index of the last, −1 without room.
 
     Knots stand a smoothing length apart, taken in the middle of the step. Every cut is a knot, but where the one before
-    it or the last one of all is closer than `_LEAST` of that.
+    it or the last one of all is closer than `_LEAST` of that. Between cuts that are `_MANY` steps apart at most all steps
+    are longer or shorter by one factor, so that on both sides of a cut knots stand alike.
     """
     i: cython.Py_ssize_t = laid
     k: cython.Py_ssize_t = 0
@@ -86,7 +131,11 @@ def lay(
     at: cython.double = knots[laid]
     end: cython.double = cuts[cuts.shape[0] - 1]
     step: cython.double
-    middle: cython.double
+    share: cython.double
+    begin: cython.double
+    first: cython.Py_ssize_t
+    count: cython.Py_ssize_t
+    j: cython.Py_ssize_t
     m: cython.Py_ssize_t = 0
     for c in range(cuts.shape[0]):
         m = k
@@ -95,15 +144,32 @@ def lay(
         step = _LEAST * _MESH * length_at(t, scale, m, cuts[c])
         if cuts[c] < end and (cuts[c] - at < step or end - cuts[c] < step):
             continue
+        while k < n - 1 and t[k + 1] <= at:
+            k += 1
+        share = _share(t, scale, k, at, cuts[c])
+        if share > 0.0:
+            count = max(cython.cast(cython.Py_ssize_t, share + _UP), 1)
+            if i + count + _P + 1 >= knots.shape[0]:
+                return -1
+            share /= count
+            begin = at
+            first = i
+            for j in range(count):
+                while k < n - 1 and t[k + 1] <= at:
+                    k += 1
+                at += share * _stride(t, scale, k, at)
+                i += 1
+                knots[i] = at
+            share = (cuts[c] - begin) / (at - begin)
+            for j in range(first + 1, i):
+                knots[j] = begin + share * (knots[j] - begin)
+            at = cuts[c]
+            knots[i] = at
+            continue
         while at < cuts[c]:
             while k < n - 1 and t[k + 1] <= at:
                 k += 1
-            step = _MESH * length_at(t, scale, k, at)
-            m = k
-            middle = min(at + 0.5 * step, t[n])
-            while m < n - 1 and t[m + 1] <= middle:
-                m += 1
-            step = _MESH * min(length_at(t, scale, m, middle), 1.25 * step)
+            step = _stride(t, scale, k, at)
             if at + _TWO * step >= cuts[c]:
                 # What is left makes one span, or two of half of it.
                 if at + _ONE * step < cuts[c]:
@@ -178,6 +244,7 @@ def adjust(
     used: cython.double[:, ::1],
     longest: cython.const[cython.double][::1],
     grow: cython.bint,
+    least: cython.double,
     change: cython.double[::1],
 ) -> cython.void:
     """Shrink the smoothing length where the tolerance is exceeded, grow it where much of it is left.
@@ -206,9 +273,9 @@ def adjust(
             m -= 1
         change[k] = 1.0
         if most > 1.0:
-            change[k] = max(0.35, 0.93 / most)
-        elif grow and most < 0.85:
-            change[k] = min(1.6, sqrt(0.92 / max(most, 1e-3)))
+            change[k] = max(0.35, (0.5 + 0.5 * least if grow else 0.93) / most)
+        elif grow and most < least:
+            change[k] = min(1.6, sqrt((0.5 + 0.5 * least) / max(most, 1e-3)))
         change[k] = floor(_STEPS * change[k]) / _STEPS
     for k in range(n + 1):
         scale[k] = min(scale[k] * change[k], longest[k])

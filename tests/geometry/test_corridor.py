@@ -71,7 +71,7 @@ def test_a_turn_is_rounded_as_the_closed_form_says(length: float) -> None:
     knots, fixed, out = np.zeros(4000), np.zeros((4000, 3)), np.zeros((4000, 3))
     used, scale = np.zeros((240, 2)), np.full(241, length)
     last, _ = smoothing.fit(
-        pieces.t, pieces.y, pieces.bend, pieces.tolerance, pieces.t[-1:], scale, scale.copy(), 0,
+        pieces.t, pieces.y, pieces.bend, pieces.tolerance, pieces.t[-1:], scale, scale.copy(), 0, 0.85,
         knots, 4, fixed, END_POINT, END_POINT, out, used,
     )  # fmt: skip
     at_turn = np.linalg.norm(BSpline(knots[: last + 5], out[:last], 4)(30 * length))
@@ -206,8 +206,8 @@ def test_a_seam_goes_on_without_a_trace() -> None:
 
 def test_a_seam_that_strains_is_met_by_shorter_lengths_behind_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a thousand windows of noisy lines one found no curve: lengths before a seam cannot mend what follows it."""
-    points = facets(160, 3)
-    points += np.random.default_rng(3).normal(size=points.shape) * [0.006, 0.006, 0.0]
+    points = facets(160, 6)
+    points += np.random.default_rng(6).normal(size=points.shape) * [0.006, 0.006, 0.0]
     whole = polyline(points)
     first = fit(polyline(points[:101]), np.zeros(0), END_POINT, 0)
     span = first.spans - 4

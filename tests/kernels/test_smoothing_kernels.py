@@ -43,7 +43,7 @@ def fitted(kernel: ModuleType, pieces: Pieces, tail: int) -> tuple:
     knots, fixed, points = np.zeros(room), np.zeros((room, 3)), np.zeros((room, 3))
     used, scale = np.zeros((n, 2)), np.minimum(first_scales(pieces), 0.5)
     last, worst = kernel.fit(
-        pieces.t, pieces.y, pieces.bend, pieces.tolerance, pieces.t[-1:], scale, np.full(n + 1, 0.5), 2,
+        pieces.t, pieces.y, pieces.bend, pieces.tolerance, pieces.t[-1:], scale, np.full(n + 1, 0.5), 2, 0.85,
         knots, 4, fixed, END_POINT, tail, points, used,
     )  # fmt: skip
     return last, worst, knots, points, used, scale
@@ -70,7 +70,7 @@ def test_plain_python_lays_the_same_lengths_knots_and_samples() -> None:
         count = kernel.choose(pieces.t, pieces.bend, knots, 4, last, at)
         here = kernel.length_at(pieces.t, scale, 5, 0.3 * pieces.t[5] + 0.7 * pieces.t[6])
         lowered = scale.copy()
-        kernel.adjust(pieces.t, scale, used, np.full(31, 0.3), True, change)
+        kernel.adjust(pieces.t, scale, used, np.full(31, 0.3), True, 0.85, change)
         made.append((last, knots, count, at, here, lowered, scale, change))
     for ours, theirs in zip(*made, strict=True):
         np.testing.assert_array_equal(ours, theirs)
@@ -83,7 +83,7 @@ def test_lengths_change_by_steps() -> None:
     for rounding in (0.0, 1e-12):
         used = np.random.default_rng(8).uniform(0.2, 1.3, (30, 2)) * (1.0 + rounding)
         scale, change = np.full(31, 0.01), np.zeros(31)
-        smoothing_lengths.adjust(pieces.t, scale, used, np.full(31, 1.0), True, change)
+        smoothing_lengths.adjust(pieces.t, scale, used, np.full(31, 1.0), True, 0.85, change)
         made.append(change)
     np.testing.assert_array_equal(*made)
     assert (change > 1.0).any()
