@@ -16,8 +16,10 @@ from cncgen.toolpath.record import PathMode, Toolpath
 Floats = NDArray[np.float64]
 
 #: Room for chords, by what v² κ T²/8 says of them: where curvature changes within a period, or the speed does, they are
-#: longer by some per cent. Beside a curve that was left room for the longest chords, and beside one that has used it up.
-ROOM, TIGHT = 1.03, 1.1
+#: longer by some per cent. Where it is less, the motion that is found is measured (`cncgen.planner.optimal.chords`).
+ROOM = 1.03
+#: Part of the tolerance, of P or of δ where that is more, that is left to smoothing at least.
+_LEAST = 0.03
 
 
 def chord_within(machine: Machine, axes: str) -> float:
@@ -39,15 +41,19 @@ def chord_within(machine: Machine, axes: str) -> float:
 
 
 def fit_tolerance(tolerance: Floats, chord_mm: float, need: Floats | float | None = None) -> Floats:
-    """Return what a smoothed curve may leave its path by, so that the chords between setpoints have room: half at least.
+    """Return what a smoothed curve may leave its path by, so that the chords between setpoints have room.
+
+    Where chords need all of it, next to nothing is left: speed goes with the root of their room, the smoothing length with that
+    of P at best, and what it gains at joints is less.
 
     Args:
         tolerance: Shape (n,), P, mm.
         chord_mm: δ, the largest chord that there can be (`chord_within`).
         need: Shape (n,), mm: the chord to leave room for, δ at most; None for δ.
     """
-    kept = ROOM * chord_mm if need is None else np.minimum(TIGHT * need, ROOM * chord_mm)
-    return np.clip(np.maximum(tolerance, chord_mm) - kept, 0.5 * tolerance, tolerance)
+    kept = ROOM * chord_mm if need is None else np.minimum(need, ROOM * chord_mm)
+    both = np.maximum(tolerance, chord_mm)
+    return np.clip(both - kept, np.minimum(_LEAST * both, tolerance), tolerance)
 
 
 def chord_room(tolerance: Floats, deviation: Floats, chord_mm: float) -> Floats:
@@ -57,7 +63,7 @@ def chord_room(tolerance: Floats, deviation: Floats, chord_mm: float) -> Floats:
 
 def chord_left(room: Floats, chord_mm: float) -> Floats:
     """Return the chord to which the room beside a curve holds the motion, mm: δ at most."""
-    return np.where(_tight(room, chord_mm), room / TIGHT, chord_mm)
+    return np.where(_tight(room, chord_mm), room, chord_mm)
 
 
 def _tight(room: Floats, chord_mm: float) -> NDArray[np.bool_]:

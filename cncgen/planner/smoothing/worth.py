@@ -39,6 +39,9 @@ _TRIED = 17
 _BY_CHORD = 2
 #: Part of the estimated time of a curve that chords hold, below which stops at all of its corners are taken to be faster.
 _SURELY = 0.95
+#: Chord tolerances up to which P is better left to chords where they hold the speed at a step of curvature; and ways of a period
+#: that such a step is spread by at most onto a line where P is more.
+_NARROW, _SPREAD = 1.5, 3.0
 #: A turn below which there is no corner.
 _NONE = 1e-6
 
@@ -109,7 +112,34 @@ def rounding(
         rest = corners.joined & (size >= _NONE) & ~looked_at
         if rest.any():
             widest[_better_stopped(drive, corners, turn, fit, rest, widest > 0.0)] = 0.0
+    widest = np.minimum(widest, _steps(drive, corners, turn, size))
     return widest, speed
+
+
+def _steps(drive: Drive, corners: Corners, turn: Floats, size: Floats) -> Floats:
+    """Return the largest smoothing length that is worth it where curves meet whose chords hold the speed below what the step
+    of curvature between them allows as it is, shape (n,), mm: 0 for none, infinite elsewhere.
+
+    Setpoints see that step, Δ, as ¾ v² |Δ|/T of jerk, and it may take `_SHARE`; and the turn there may be, see `_passed_speed`.
+    Then what smoothing uses of a narrow tolerance is better left to the chords. Of a wide one some ways of a period do: where
+    chords bound the speed a turn takes ∫ κ^½ ds of time, the longer the further it is spread onto a line.
+
+    Args:
+        drive, corners: See `rounding`.
+        turn: Shape (n, axes), Δx'.
+        size: Shape (n,), |Δx'|.
+    """
+    step = corners.bend.sum(axis=0)
+    gain = np.maximum(np.abs(corners.leave), np.abs(corners.entry))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        by_chord = chord_speed(corners.bend.max(axis=0), drive.chord_mm, drive.period_s)
+        passed = np.sqrt(_SHARE / 0.75 * drive.jerk.min() * drive.period_s / step)
+        corner = np.where(size > 0.0, _passed_speed(drive, np.abs(turn), size, gain), np.inf)
+    held = corners.joined & (step > 0.0) & (np.minimum(passed, corner) >= by_chord)
+    narrow = corners.tolerance <= _NARROW * drive.chord_mm
+    onto_line = corners.bend.min(axis=0) == 0.0
+    wide = np.where(onto_line, _SPREAD * by_chord * drive.period_s, np.inf)
+    return np.where(held, np.where(narrow, 0.0, wide), np.inf)
 
 
 def _better_stopped(

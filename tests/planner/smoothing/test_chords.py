@@ -55,9 +55,10 @@ def test_smoothing_and_chords_together_keep_the_tolerance(p: float, r: float) ->
 def test_the_parts_add_up_to_the_tolerance() -> None:
     tolerance = np.array([1e-5, 0.0005, 0.001, 0.0015, 0.002, 0.01, 1.0])
     fit = fit_tolerance(tolerance, CHORD)
-    assert (fit >= 0.5 * tolerance).all()
+    # Of P or δ, whichever is more, 3 % is left to smoothing, unless P is less than that.
+    np.testing.assert_allclose(fit[:4], [1e-5, 3e-5, 3e-5, 0.0015 - 1.03 * CHORD])
     # Chords are some per cent longer than the curvature at their middle says.
-    np.testing.assert_allclose(fit[5:], tolerance[5:] - 1.03 * CHORD)
+    np.testing.assert_allclose(fit[3:], tolerance[3:] - 1.03 * CHORD)
 
 
 @pytest.mark.parametrize("tolerance", [0.0004, 0.001, 0.0015])
@@ -73,7 +74,7 @@ def test_the_speed_is_that_of_the_chord_that_is_left(tolerance: float) -> None:
     left = made.tolerance[path.row_of(s, 1)]
     tight = left < 1.03 * CHORD
     assert tight.any()
-    expected = 500.0 * np.sqrt(2 * left / 1.1 / bend - (left / 1.1) ** 2)
+    expected = 500.0 * np.sqrt(2 * left / bend - left**2)
     np.testing.assert_allclose(speed(s, path.evaluate(s, 2)), np.where(tight, expected, np.inf), rtol=1e-9)
     assert (
         chord_speed_within(replace(made, tolerance=0 * made.tolerance + 1.03 * CHORD), CHORD, 0.004) is None
@@ -225,3 +226,31 @@ def test_a_curve_that_is_met_exactly_shares_its_tolerance_with_nothing() -> None
         program = pipeline.read_text(f"G21 G17 G90 G94 {mode}\nG6.2 P4 {curve}")
         times.append(list(pipeline.plan(program, machine(0.004)))[-1].profile.t[-1])
     assert times[0] == pytest.approx(times[1], rel=1e-12)
+
+
+def seconds(text: str, where: Machine) -> float:
+    """Return the time of the motion."""
+    *_, last = pipeline.plan(pipeline.read_text(text), where)
+    return float(last.profile.t[-1])
+
+
+HALVES = "".join(f"G{2 + k % 2} X{2 * k + 2} Y0 I1 J0\n" for k in range(8))
+STADIUM = "G1 X10\nG3 X10 Y2 I0 J1\nG1 X0\nG3 X0 Y0 I0 J-1\n"
+
+
+@pytest.mark.parametrize("body", [HALVES, STADIUM], ids=["half circles", "stadium"])
+@pytest.mark.parametrize(
+    ("period_s", "chord_mm"), [(0.001, 1e-4), (0.004, 1e-3), (0.004, 1e-4), (0.01, 1e-3)]
+)
+@pytest.mark.parametrize("part", [1.0, 2.0, 30.0])
+def test_arcs_that_chords_hold_take_no_longer_for_a_tolerance(
+    body: str, period_s: float, chord_mm: float, part: float
+) -> None:
+    """P of δ, where smoothing had half of it, once took up to 36 % longer than the arcs as they are, and 29 % longer than stops."""
+    axes = {letter: Axis(letter, 250.0, 2500.0, 5e4) for letter in "XYZ"}
+    where = Machine("held", axes, period_s=period_s, chord_tolerance_mm=chord_mm)
+    exact, stopped, rounded = (
+        seconds(f"{mode} F4000\n{body}M2\n", where) for mode in ("G61", "G61.1", f"G64 P{part * chord_mm}")
+    )
+    assert rounded <= 1.001 * stopped
+    assert rounded <= 1.045 * exact

@@ -91,11 +91,11 @@ def test_the_speed_is_what_the_limits_leave_of_the_turn() -> None:
     drive = Drive.of(machine(), "XYZ")
     for tolerance in (0.01, 5.0):
         need = float(chord_need(drive, corner(tolerance))[0])
-        kept = min(1.1 * need, 1.03 * drive.reserve_mm)
+        kept = min(need, 1.03 * drive.reserve_mm)
         length = 3.0 * (tolerance - kept) / np.linalg.norm(turn)
         by_jerk = np.cbrt(JERK * length**2 / (0.1475 * turn.max()))
         by_acceleration = np.sqrt(3.0 * 2000.0 * length / turn.max())
-        chord = kept / 1.1 if kept < 1.03 * drive.reserve_mm else drive.reserve_mm
+        chord = kept if kept < 1.03 * drive.reserve_mm else drive.reserve_mm
         by_chord = 2.0 / PERIOD * np.sqrt(2.0 * chord * 3.0 * length / np.linalg.norm(turn) - chord**2)
         assert by_chord > 0.99 * min(by_jerk, by_acceleration)
         _, speed = rounding(drive, corner(tolerance))
