@@ -161,7 +161,8 @@ def _better_stopped(
     at = np.flatnonzero(among)
     group = np.cumsum(np.diff(at, prepend=-1) > 1)
     # Were all of the turn made on the shorter row beside it, and full jerk of all axes used from stop to stop.
-    near, far = (each[at] for each in (corners.length.min(axis=0), corners.length.max(axis=0)))
+    ways = _between_turns(corners, size)
+    near, far = ways.min(axis=0)[at], ways.max(axis=0)[at]
     steep = chord_speed(size[at] / near, 0.5 * drive.chord_mm, drive.period_s)
     reached = np.cbrt(0.25 * np.linalg.norm(drive.jerk) * far**2)
     held = steep < np.minimum(reached, corners.feed[:, at].max(axis=0))
@@ -176,7 +177,7 @@ def _better_stopped(
     chord = _rounded_speeds(drive, turn[at], length[at], bend, corners.tolerance[at])[_BY_CHORD]
     stopped, bent = np.zeros((2, len(at)))
     for k, direction in enumerate((corners.leave[at], corners.entry[at])):
-        half, feed = 0.5 * corners.length[k, at], corners.feed[k, at]
+        half, feed = 0.5 * ways[k, at], corners.feed[k, at]
         arc = chord_speed(corners.bend[k, at], drive.chord_mm, drive.period_s)
         # What the row reaches between two stops, and what it allows besides.
         side, free = (
@@ -189,6 +190,25 @@ def _better_stopped(
         bent += np.where(chord < free.top, slow / near, 0.0) + (half - slow) / np.maximum(near, side.top)
     out[at] = (np.bincount(group, stopped) < _SURELY * np.bincount(group, bent))[group]
     return out
+
+
+def _between_turns(corners: Corners, size: Floats) -> Floats:
+    """Return how far the turns before and after each corner are, shape (2, n), mm: a row that is cut in parts is one way.
+
+    Args:
+        corners: See `rounding`.
+        size: Shape (n,), |Δx'|.
+    """
+    s = np.cumsum(np.append(corners.length[0, :1], corners.length[1]))
+    turns = np.flatnonzero((size >= _NONE) | ~corners.joined)
+    places = np.concatenate([[0.0], s[turns], s[-1:]])
+    here = s[:-1]
+    return np.stack(
+        [
+            here - places[np.searchsorted(turns, np.arange(len(size)))],
+            places[np.searchsorted(turns, np.arange(len(size)), side="right") + 1] - here,
+        ]
+    )
 
 
 def _graded(length: Floats, apart: Floats) -> Floats:

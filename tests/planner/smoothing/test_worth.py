@@ -279,3 +279,22 @@ def test_the_bend_of_many_corners_is_that_of_the_curve_behind_them() -> None:
     one = corner(0.01, length=50.0)
     alone = worth._Course.of(one, one.joined).bend(np.array([0]), np.array([0.3]))
     assert alone[0] == pytest.approx(2.0 * np.sin(0.5) / 0.9, rel=1e-9)
+
+
+def test_a_way_between_turns_is_not_that_of_a_part() -> None:
+    """Rows of 1, 2, 3, 4 and 5 mm that turn after the second and go straight on elsewhere; then with an end of the run."""
+    length = np.array([1.0, 2.0, 3.0, 4.0, 5.0])
+    still = np.zeros((4, 3))
+    size = np.array([0.0, 0.5, 0.0, 1e-8])
+    for joined, after in ((True, [2.0, 12.0, 9.0, 5.0]), (False, [2.0, 7.0, 4.0, 5.0])):
+        corners = Corners(
+            still,
+            still,
+            np.stack([length[:-1], length[1:]]),
+            np.ones((2, 4)),
+            np.ones(4),
+            np.array([True, True, True, joined]),
+            np.zeros((2, 4)),
+        )
+        ways = worth._between_turns(corners, size)
+        np.testing.assert_allclose(ways, [[1.0, 3.0, 3.0, 7.0], after])
