@@ -173,6 +173,10 @@ def _better_stopped(
     course = _Course.of(corners, corners.joined & rounded)
     most = np.minimum(3.0 * fit / size, course.longest(corners.tolerance))
     length = _graded(np.where(course.joined, most, np.inf), apart)
+    # Nor is it longer than the curve that the corners are lets it be, which it would leave by some L³ κ² (`cncgen.geometry.corridor`).
+    curved = course.bend(at, ways.max(axis=0)[at])
+    with np.errstate(divide="ignore"):
+        length[at] = np.minimum(length[at], np.cbrt(fit[at] / curved**2))
     bend = course.bend(at, length[at])
     chord = _rounded_speeds(drive, turn[at], length[at], bend, corners.tolerance[at])[_BY_CHORD]
     stopped, bent = np.zeros((2, len(at)))

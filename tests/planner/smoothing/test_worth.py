@@ -259,6 +259,20 @@ def test_what_chords_hold_below_the_speed_from_stop_to_stop_is_not_rounded(
     assert wide <= 1.001 * stops
 
 
+def test_a_wave_of_short_rows_that_chords_hold_is_not_rounded() -> None:
+    """L of each turn alone was longer than the wave lets it be, and its bend too little: it took half as long again as stops."""
+    x = [39, 74, 112, 142, 178, 202, 233, 264, 293, 323, 358, 387, 430, 462, 499]
+    x += [531, 569, 608, 643, 676, 704, 733, 765, 791, 822, 854, 888, 926, 960, 993]
+    y = [-51, -79, -111, -112, -94, -56, -17, 42, 92, 130, 145, 152, 134, 86, 44]
+    y += [-1, -41, -71, -72, -65, -29, 20, 68, 118, 160, 181, 188, 168, 136, 90]
+    rows = "".join(f"G1 X{1e-4 * a:.4f} Y{1e-4 * b:.4f}\n" for a, b in zip(x, y, strict=True))
+    where = fast((1000.0, 2.6e6, 2.6e9), 1.7e-4, 1e-5)
+    stops, wide = (
+        seconds(f"G21 G90 F100000 {mode}\n{rows}M2\n", where) for mode in ("G61.1", "G64 P0.005906975")
+    )
+    assert wide <= 1.001 * stops
+
+
 def test_the_bend_of_many_corners_is_that_of_the_curve_behind_them() -> None:
     """Facets of a circle, much shorter than L: the second difference of the polyline is 1/R, and of one corner Δ/(3 L)."""
     radius, turn, count = 5.0, 0.02, 400
