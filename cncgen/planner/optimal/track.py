@@ -26,6 +26,8 @@ SPLINE, LEAVE, ENTER, LINE = range(4)
 #: Turn of the direction, and part of the feed that changes, below which a straight line goes on: that of coordinates
 #: rounded in their last places.
 _STRAIGHT = 1e-9
+#: Time of a part of a row that crawls, in periods, which is none: a knot and the cusp beside it are parted by rounding alone.
+_BRIEF = 1e-4
 #: Rounding of a coordinate, as a part of it, that two directions may differ by on either side.
 _DIGITS = 2.0**-50
 #: Change of a direction, as a part of it, that is rounding alone.
@@ -124,7 +126,8 @@ def track_of(
     sides[0][:, 0], sides[1][:, -1] = sides[1][:, 0], sides[0][:, -1]
     crawls = crawling(path, feeds.speed, bounds)
     between = path.row_of(0.5 * (seams[:-1] + seams[1:]))
-    first, last = distinct(seams, sides, bounds, crawls[between], path.kind[between] == Kind.NURBS)
+    apart = _lasting(seams, between, feeds.speed, bounds.period_s) & crawls[between]
+    first, last = distinct(seams, sides, bounds, apart, path.kind[between] == Kind.NURBS)
     sides = (sides[0][:, first], sides[1][:, last])
     top = np.minimum(top_at(seams[first], sides[0], -1)[0], top_at(seams[last], sides[1])[0])
     joints = joints_of(toolpath, path, bounds, crawls, seams[first], sides, top, before, after)
@@ -226,6 +229,21 @@ def _seams(toolpath: Toolpath, path: Path, feeds: Feeds) -> Floats:
     known = np.where(known < _SEEN, known, 0.0)
     turn = most(np.abs(other - one) / np.maximum(np.abs(one), 1.0))
     return np.delete(s, at[turn < known])
+
+
+def _lasting(seams: Floats, row: Ints, speed: Floats, period_s: float) -> NDArray[np.bool_]:
+    """Tell which stretches between seams take time at their feed, or are the longest of their row, which must not vanish.
+
+    Args:
+        seams: Shape (n + 1,), path coordinate.
+        row: Shape (n,), the row of each stretch.
+        speed: Shape (rows,), mm/s, feeds.
+        period_s: T.
+    """
+    length = np.diff(seams)
+    longest = np.zeros(len(speed))
+    np.maximum.at(longest, row, length)
+    return (length > _BRIEF * period_s * speed[row]) | (length >= longest[row])
 
 
 def _straight_on(path: Path, feeds: Feeds, joints: Joints, sides: tuple[Floats, Floats]) -> NDArray[np.bool_]:
