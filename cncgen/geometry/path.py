@@ -37,6 +37,11 @@ _SLIGHT = 1e-2
 _SLOW, _SINGULAR = 1e-4, 1e-9
 #: Parts of its length by which the first and the further ones are taken beside it: far enough to keep their digits.
 _BESIDE = ((1, 1e-10), (2, 1e-8))
+#: Rounding of the derivatives of a curve by its parameter, as a part of what its control points make of them; and the part
+#: of a bend that rounding may be where derivatives are told from it.
+_LOST, _TOLD = 2.0**-46, 1e-3
+#: Ratio of the largest |C'| on a tiny cell to its mean from which C' vanishes there.
+_UNEVEN = 1.7
 
 
 @dataclass(frozen=True, slots=True)
@@ -360,7 +365,7 @@ class Path:
             if arcs.size:
                 out[:, arcs] = self._evaluate_arcs(rows[arcs], at[arcs], order)
         if found:
-            self._beside_singular(out, self._singular(slow[:found], rows, u, side), rows, u, side)
+            self._beside_singular(out, self._singular(slow[:found], rows, at, u, side), rows, u, side)
         return out
 
     def _evaluate_arcs(self, rows: Ints, s: Floats, order: int) -> Floats:
@@ -404,10 +409,67 @@ class Path:
         length = _metric_norm(way, low, high)[:, None]
         return np.divide(way, length, out=np.zeros_like(way), where=length > 0.0)
 
-    def _singular(self, slow: Ints, rows: Ints, u: Floats, side: int) -> Ints:
-        """Return at which of the places where |C'| is small it vanishes: where cells are tiny."""
+    def _singular(self, slow: Ints, rows: Ints, s: Floats, u: Floats, side: int) -> Ints:
+        """Return at which of the places where |C'| is small it vanishes, or leaves of the further derivatives by s only rounding.
+
+        Cells of the table of lengths are short there. They are, too, where a curve goes round a sharp bend, as it does beside
+        a control point of large weight: derivatives are what they are there, and others a little beside.
+        """
         item = self._item[rows[slow]]
-        return slow[self._nurbs.cell_length(item, u[slow], side) <= _SINGULAR * self._nurbs.total[item]]
+        brief = self._nurbs.cell_length(item, u[slow], side) <= _SINGULAR * self._nurbs.total[item]
+        slow, item = slow[brief], item[brief]
+        if not slow.size:
+            return slow
+        beside = _BESIDE[1][1] * self._nurbs.total[item]
+        first, last = (np.searchsorted(self._cusps, s[slow] + way) for way in (-beside, beside))
+        return slow[(first < last) | self._rounded(item, u[slow], side)]
+
+    @cached_property
+    def _cusps(self) -> Floats:
+        """The s, ascending, of the tiny cells of NURBS in which C' vanishes, as far as can be told.
+
+        With |C'| ~ |u − u₀| or a higher power of it, |C'| at an end of such a cell times its width in u is at least twice its
+        length; where C' is small and does not vanish, it is about the length.
+        """
+        found = self._nurbs
+        flagged = np.cumsum(found.begins & arc_length.CUSP != 0)
+        item = np.repeat(np.arange(len(found.total)), np.diff(found.offset))
+        # What is flagged begins and ends rows of tiny cells by turns, anew in each curve.
+        before = np.concatenate([[0], flagged])[found.offset[:-1]]
+        tiny = np.flatnonzero((flagged - before[item]) % 2 == 1)
+        start, s, length, width = found.cells[tiny, :4].T
+        item = item[tiny]
+        # Start and width may add up to the float beyond a knot.
+        end = np.minimum(np.append(found.cells[1:, 0], np.inf)[tiny], start + width)
+        end = np.where(tiny + 1 == found.offset[item + 1], start + width, end)
+        speed = [
+            _metric_norm(
+                splines.evaluate(found.table, item, u, 1, side)[1], found.low[item], found.high[item]
+            )
+            for u, side in ((start, 1), (end, -1))
+        ]
+        vanishes = np.maximum(*speed) * width >= _UNEVEN * length
+        return self.row_s[self._nurbs_rows[item]][vanishes] + s[vanishes]
+
+    def _rounded(self, item: Ints, u: Floats, side: int) -> NDArray[np.bool_]:
+        """Tell at which parameters of NURBS d²x/ds² or d³x/ds³ is rounding rather than a bend.
+
+        The k-th derivative by u is known to a part of L (p/w)^k, L the length of the curve, p its degree and w the width
+        of the span, and that by s to the same divided by |C'|^k. A bend of radius R has 1/R and 1/R² of them.
+        """
+        table = self._nurbs.table
+        values = splines.evaluate(table, item, u, 3, side)
+        low, high = self._nurbs.low[item], self._nurbs.high[item]
+        speed = _metric_norm(values[1], low, high)
+        path_derivatives.by_length(low, high, values)
+        p = table.degree[item]
+        knot = splines.spans(table, item, u, side) - table.point_offset[item] + table.knot_offset[item] + p
+        width, total = table.knots[knot + 1] - table.knots[knot], self._nurbs.total[item]
+        second, third = (np.abs(values[order]).max(axis=1) for order in (2, 3))
+        bend = np.maximum(second, np.sqrt(third))
+        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+            by_s = p / (width * speed)
+            return ~(_LOST * total * by_s**2 * np.maximum(1.0, by_s / bend) <= _TOLD * bend)
 
     def _beside_singular(self, out: Floats, pick: Ints, rows: Ints, u: Floats, side: int) -> None:
         """Replace derivatives by s where C' vanishes by those a little beside, or within where the curve ends.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -241,6 +243,41 @@ def test_cusp_is_a_breakpoint_with_a_tangent_on_each_side() -> None:
     assert np.isfinite(path.evaluate(np.linspace(0, path.length, 1001), 3)).all()
     exact = (13**1.5 - 8) / 27 * 2
     assert path.length == pytest.approx(exact, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("points", "weights"),
+    [
+        ([[0, 0, 0], [5, 5, 0], [10, 0, 0], [15, 5, 0], [20, 0, 0]], [1, 1e3, 1e-3, 1, 1]),
+        # Beside the knot a cell is tiny, though |C'| does not vanish on it.
+        (
+            [
+                [-8.251, -7.486, 0],
+                [-0.446, -2.5, 0],
+                [-7.934, 2.426, 0],
+                [0.235, 2.376, 0],
+                [-7.776, -9.174, 0],
+                [9.07, -8.86, 0],
+            ],
+            [1, 1e-3, 1e3, 1e3, 0.1, 1],
+        ),
+    ],
+)
+def test_derivatives_in_a_sharp_bend_are_those_of_the_bend(
+    points: list[list[float]], weights: list[float]
+) -> None:
+    """Beside a control point of large weight |C'| is 1e-5 of its mean: x' changes by the integral of x'', x'' by the next one's."""
+    inner = len(points) - 2
+    path = path_of_curve(
+        nurbs.single(2, [0, 0, *range(inner + 1), inner, inner], points, [float(w) for w in weights])
+    )
+    knot = float(path.coordinate(0, 1.0)[0])
+    for side in (-1, 1):
+        s = knot + side * np.geomspace(1e-9, 1e-6, 4001)
+        _, *x = path.evaluate(s, 3, side)
+        for one, other in itertools.pairwise(x):
+            change = np.sum(0.5 * (other[1:] + other[:-1]) * np.diff(s)[:, None], axis=0)
+            np.testing.assert_allclose(change, one[-1] - one[0], atol=1e-3 * np.abs(one).max())
 
 
 @pytest.mark.parametrize("away", [0.0, 300.0, 1e5])

@@ -168,3 +168,29 @@ def test_turns_of_one_arc_beside_a_weak_axis_keep_its_velocity(effort: str) -> N
     x = np.column_stack([setpoints.position, np.zeros(len(setpoints))])
     assert used(x, machine) <= 1.001
     assert 42.0 < setpoints.time_s[-1] < 42.0 * 1.02
+
+
+@pytest.mark.parametrize(
+    ("rows", "period"),
+    [
+        ("K0 X0 Y0 R1|K0 X5 Y5 R1000|K0 X10 Y0 R0.001|K1 X15 Y5 R1|K2 X20 Y0 R1|K3|K3|K3", 1e-4),
+        ("K0 X0 Y0 R1|K0 X5 Y5 R1000|K0 X10 Y0 R0.001|K1 X15 Y5 R1|K2 X20 Y0 R1|K3|K3|K3", 2.5e-4),
+        (
+            "K0 X-8.251 Y-7.486 R1|K0 X-0.446 Y-2.5 R0.001|K0 X-7.934 Y2.426 R1000|K1 X0.235 Y2.376 R1000|"
+            "K2 X-7.776 Y-9.174 R0.1|K3 X9.07 Y-8.86 R1|K4|K4|K4",
+            1e-4,
+        ),
+    ],
+)
+def test_bends_beside_control_points_of_large_weight_keep_the_jerk(rows: str, period: float) -> None:
+    """Derivatives were taken a little beside, where the bend is over: the jerk limit was passed by 25, 4 and 33 %.
+
+    Judged by differences of setpoints.
+    """
+    machine = Machine("fine", {k: Axis(k, 250.0, 2500.0, 5e4) for k in "XYZ"}, period_s=period)
+    start, curve = rows.split("|")[0].split(maxsplit=1)[1][:-3], rows.replace("|", "\n")
+    program = read_text(f"G21 G90 G61 F6000\nG1 {start}\nG6.2 P3 {curve}\nM2\n", "weights.nc")
+    setpoints = sample(plan_program(program, machine)).collect()
+    assert setpoints.axes == "XY"
+    x = np.column_stack([setpoints.position, np.zeros(len(setpoints))])
+    assert used(x, machine) <= 1.001
