@@ -31,7 +31,9 @@ def creeping(given: Intervals) -> Solution:
 
 
 def hurdle(given: Intervals, q: Floats, period_s: float) -> int:
-    """Return the interval that passes its limits most, where the motion crawls over it; 0 for none.
+    """Return the node beside which limits are passed most, where the motion crawls over it; 0 for none.
+
+    Of both ends of the interval that passes them it is that where x''' is the larger part of the jerk limit of an axis.
 
     Slower than the smaller of J T² and A T, as beside a cusp that is all but one, a stop costs as good as nothing.
 
@@ -46,7 +48,8 @@ def hurdle(given: Intervals, q: Floats, period_s: float) -> int:
     steep = np.abs(given.x1[worst]).max(axis=0, keepdims=True)
     a, j = (float(along_path(limit, steep)[0]) for limit in given.limits)
     slow = np.sqrt(q[worst].max()) < STOP_SPEED * min(j * period_s, a) * period_s
-    return int(worst) if slow else 0
+    left, right = (np.abs(given.x3[worst, end] / given.limits[1]).max() for end in (0, 2))
+    return int(worst + (right > left)) if slow else 0
 
 
 def _part(given: Intervals, q: Floats, edge: Floats) -> float:

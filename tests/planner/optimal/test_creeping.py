@@ -60,8 +60,37 @@ def test_what_is_in_the_way_is_where_limits_are_passed_most_and_only_where_the_m
     q = creeping(kinked(20, 0.0)).q
     # J T² of 50 mm/s³ a millisecond squared.
     slow = 0.9 * (50_000.0 * 1e-6) ** 2 / q[20].max()
-    assert hurdle(given, slow * q, 1e-3) == 20
+    assert hurdle(given, slow * q, 1e-3) == 21
     assert hurdle(given, 2.0 * slow * q, 1e-3) == 0
+    before = replace(given, x3=np.ascontiguousarray(given.x3[:, ::-1]))
+    assert hurdle(before, slow * q, 1e-3) == 20
+
+
+#: A conic that turns within a micrometre of its knot.
+TIP = """G61
+G6.2 P3 K0 X0 A0 R3.02665 F30000000
+K0 X0.873815532 A0.117688724 R4.28043
+K0 X0.108442135 A-0.421791397 R0.20135
+K0.034844178 X0.482343985 A-1.825645560 R0.21945
+K1
+K1
+K1
+M2
+"""
+
+
+def test_it_stops_where_the_path_turns_not_an_interval_before() -> None:
+    """The interval after such a stop was all of the turn, from rest: a hundred times the jerk of an axis took 1.71 times as long."""
+    times = []
+    for jerk in (5e10, 5e12):
+        axes = {
+            "X": cncgen.machine.Axis("X", 2e5, 2e7, 2e11),
+            "A": cncgen.machine.Axis("A", *np.radians([3e4, 5e6, jerk])),
+        }
+        where = cncgen.Machine("fast", axes, period_s=1.9e-4, chord_tolerance_mm=0.001)
+        *_, last = cncgen.plan(cncgen.read_text(TIP, "tip.nc"), where)
+        times.append(last.profile.t[-1])
+    assert times[1] <= 1.01 * times[0]
 
 
 #: The end of a curve beside doubled control points is a cusp but for 10⁻⁸ mm.
