@@ -4,15 +4,15 @@ The library in a line a stage: `read` a program (`read_text`: from memory), `pla
 trajectory (`plan_with_summary`: both, with the figures of the plan), `write` the setpoints (`read_setpoints` reads
 those of any origin), `simulate` the servo axes, `judge` them against program and machine. Lengths are mm, times s,
 angles rad. What is wrong with a program, a machine file or a call raises `CncgenError` with all its diagnostics. Names
-are imported when they are first used, so that ``import cncgen`` costs nothing.
+are imported when they are first used, so that ``import cncgen`` costs nothing: not even `typing` is imported.
 """
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
-
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from cncgen.diagnostics import CncgenError as CncgenError
     from cncgen.diagnostics import Diagnostic as Diagnostic
     from cncgen.machine import Machine as Machine
@@ -58,6 +58,8 @@ def __getattr__(name: str) -> Any:
     """Import a public name on first use (PEP 562)."""
     if name not in _PUBLIC:
         raise AttributeError(f"module 'cncgen' has no attribute {name!r}")
+    import importlib
+
     value = globals()[name] = getattr(importlib.import_module(_PUBLIC[name]), name)
     return value
 

@@ -204,6 +204,7 @@ class OutputFile:
         handle = _nameless(self._target.parent)
         if handle is None:
             self._temporary = _beside(self._target)
+            _temporaries.add(self._temporary)
             handle = os.open(self._temporary, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600)
         umask = os.umask(0)
         os.umask(umask)
@@ -241,6 +242,7 @@ class OutputFile:
             if self._target is not None and self._temporary is None and not self.file.closed:
                 self.file.flush()
                 self._temporary = _beside(self._target)
+                _temporaries.add(self._temporary)
                 _give_name(self.file.fileno(), self._temporary)
             self.file.close()
 
@@ -257,6 +259,7 @@ class OutputFile:
         def name() -> None:
             if self._temporary is not None and self._target is not None:
                 os.replace(self._temporary, self._target)
+                _temporaries.discard(self._temporary)
                 self._temporary = None
 
         try:
@@ -271,7 +274,19 @@ class OutputFile:
         if self._temporary is not None:
             with suppress(OSError):
                 os.unlink(self._temporary)
+            _temporaries.discard(self._temporary)
             self._temporary = None
+
+
+#: Names of files that are being written, beside their targets.
+_temporaries: set[str] = set()
+
+
+def remove_temporaries() -> None:
+    """Remove what is half written, before the process ends without running down."""
+    for path in tuple(_temporaries):
+        with suppress(OSError):
+            os.unlink(path)
 
 
 def _beside(target: Path) -> str:

@@ -10,14 +10,13 @@ import sys
 import traceback
 import warnings
 from collections.abc import Sequence
-from contextlib import suppress
 from typing import Any
 
 import click
 
 from cncgen.cli import messages
 from cncgen.diagnostics import CncgenError, Diagnostic, RemarkWarning
-from cncgen.files import silence, together
+from cncgen.files import remove_temporaries, silence, together
 
 #: Commands in the order of ``--help``, each a module of this package with a click command `command`.
 COMMANDS = (
@@ -85,7 +84,6 @@ def run(arguments: Sequence[str] | None = None) -> int:
     messages.reset()
     warnings.showwarning = _show_warning
     warnings.simplefilter("always", RemarkWarning)
-    _clean_up_on_signals()
     try:
         code = _run(arguments)
         if sys.stdout is not None:
@@ -143,18 +141,11 @@ def _origin(error: Exception) -> str:
     return f"{os.path.basename(frames[-1].filename)}:{frames[-1].lineno}: "
 
 
-def _clean_up_on_signals() -> None:
-    """Let the signals that end a process end it as an exception does; where one is ignored (nohup) it stays so."""
-    for name in ("SIGTERM", "SIGHUP"):
-        with suppress(ValueError, AttributeError):  # not in the main thread; a system without the signal
-            number = getattr(signal, name)
-            if signal.getsignal(number) is signal.SIG_DFL:
-                signal.signal(number, _terminate)
-
-
-def _terminate(number: int, frame: Any) -> None:
-    """Leave on a signal as on an exception, so that half-written files are removed."""
-    raise SystemExit(128 + number)
+def last_words(number: int) -> None:
+    """Remove half-written files, and say what happened, where a signal ends the process amid an import."""
+    remove_temporaries()
+    if number == signal.SIGINT:
+        messages.error("interrupted")
 
 
 def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import sys
 from collections.abc import Callable, Iterable, Iterator
@@ -9,7 +10,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
 
 from cncgen.diagnostics import CncgenError, Diagnostic, Diagnostics, Severity, json_values, more
-from cncgen.files import STANDARD, open_output, silence
+from cncgen.files import STANDARD, file_fault, open_output, silence
 
 if TYPE_CHECKING:
     import click
@@ -120,13 +121,32 @@ def write_summary(path: str | None, values: dict[str, Any]) -> None:
 @contextmanager
 def open_summary(path: str | None) -> Iterator[Callable[[dict[str, Any]], None]]:
     """Open what ``--summary`` names before the work is done for it; yield what writes the summary there."""
-    if path is None or path == STANDARD:
-        yield lambda values: plain(json.dumps(json_values(values), indent=2)) if path else None
+    if path is None:
+        yield lambda values: None
+        return
+    if path == STANDARD:
+        if sys.stderr is None:  # the process was started with it closed
+            raise file_fault("standard error", "write", OSError(errno.EBADF, "it is closed"))
+        yield lambda values: _to_standard_error(_as_json(values))
         return
     with open_output(path) as file:
 
         def write(values: dict[str, Any]) -> None:
-            file.write(json.dumps(json_values(values), indent=2).encode() + b"\n")
+            file.write(_as_json(values).encode() + b"\n")
             file.flush()
 
         yield write
+
+
+def _as_json(values: dict[str, Any]) -> str:
+    return json.dumps(json_values(values), indent=2)
+
+
+def _to_standard_error(text: str) -> None:
+    """Print what was asked for, unlike `plain`: where there is no room for it, that is a fault as with a file."""
+    try:
+        print(text, file=sys.stderr, flush=True)
+    except BrokenPipeError:  # the reader went away; other files may wait for the end
+        silence(sys.stderr)
+    except OSError as error:
+        raise file_fault("standard error", "write", error) from error

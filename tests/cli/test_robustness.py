@@ -176,6 +176,41 @@ def test_a_log_that_is_full_costs_no_setpoints(tmp_path: Path, small: Path) -> N
     assert len((tmp_path / "out.csv").read_text().splitlines()) > 2
 
 
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
+@pytest.mark.parametrize("stderr", ["/dev/full", None], ids=["full", "closed"])
+@pytest.mark.parametrize("command", [PLAN, ("simulate", "--feedrate", "ild", "-m", "xy-table")])
+def test_a_summary_that_finds_no_room_on_standard_error(
+    small: Path, command: tuple[str, ...], stderr: str | None
+) -> None:
+    """It was asked for there, unlike a log: the run fails as with a file, and leaves none."""
+    with open(stderr or os.devnull, "wb") as sink:
+        run = subprocess.run(
+            [sys.executable, "-m", "cncgen", *command, str(small), "-o", "out.csv", "--summary", "-"],
+            stderr=sink,
+            timeout=60,
+            check=False,
+            cwd=small.parent,
+            preexec_fn=None if stderr else lambda: os.close(2),
+        )
+    assert run.returncode == 2
+    assert [path.name for path in small.parent.iterdir()] == ["small.nc"]
+
+
+def test_a_summary_whose_reader_goes_away_costs_no_setpoints(small: Path) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    run = subprocess.run(
+        [sys.executable, "-m", "cncgen", *PLAN, str(small), "-q", "-o", "out.csv", "--summary", "-"],
+        stderr=writer,
+        timeout=60,
+        check=False,
+        cwd=small.parent,
+    )
+    os.close(writer)
+    assert run.returncode == 0
+    assert (small.parent / "out.csv").exists()
+
+
 def test_a_disk_that_fills_leaves_no_partial_file(tmp_path: Path, small: Path) -> None:
     """A limit on the size of files stands in for the disk; what was there before stays."""
     out = tmp_path / "out.csv"
@@ -459,6 +494,70 @@ def test_an_interrupt_while_commands_are_imported(monkeypatch: pytest.MonkeyPatc
     with pytest.raises(SystemExit) as left:
         main([])
     assert left.value.code == 130
+
+
+def test_the_entry_imports_nothing() -> None:
+    """Until `main` takes the signals, an interrupt is the interpreter's, which shows it as a traceback."""
+    script = (
+        "import sys; before = set(sys.modules); import cncgen.cli; print(*sorted({*sys.modules} - before))"
+    )
+    run = subprocess.run([sys.executable, "-c", script], capture_output=True, timeout=60, check=True)
+    assert run.stdout.split() == [b"cncgen", b"cncgen.cli"]
+
+
+#: A run that interrupts itself where a function of a name, in a file of a name, is called for the n-th time.
+INTERRUPTED = """
+import os, signal, sys
+file, function, count = sys.argv[1], sys.argv[2], int(sys.argv[3])
+def profile(frame, event, argument):
+    global count
+    code = frame.f_code
+    if event == "call" and file in code.co_filename and function in (code.co_name, "*"):
+        count -= 1
+        if count == 0:
+            sys.setprofile(None)
+            os.kill(os.getpid(), signal.SIGINT)
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from cncgen.cli import main
+sys.setprofile(profile)
+main(["plan", "--feedrate", "ild", "small.nc", "-o", "out.csv"])
+"""
+
+
+@pytest.mark.parametrize(
+    ("file", "function", "count"),
+    [
+        # Of a weak reference: what it raises is printed, and the import goes on.
+        *(("importlib._bootstrap", "cb", count) for count in (1, 2, 7, 40)),
+        # What it raises becomes RuntimeError.
+        *(("functools.py", "__set_name__", count) for count in (1, 2, 7)),
+        # Any call after that of `main`.
+        *(("", "*", count) for count in (2, 7, 40, 400, 4000)),
+    ],
+)
+def test_an_interrupt_amid_imports(in_folder: Path, file: str, function: str, count: int) -> None:
+    run = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED, file, function, str(count)],
+        capture_output=True,
+        timeout=60,
+        check=False,
+    )
+    assert run.returncode == 130
+    assert run.stderr in (b"", b"cncgen: error: interrupted\n")
+    assert [path.name for path in in_folder.iterdir()] == ["small.nc"]
+
+
+def test_a_signal_amid_an_import_leaves_no_temporary_file(
+    in_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the system has no nameless files, what is half written has a name, and is removed before the process ends."""
+    monkeypatch.setattr(files, "_nameless", lambda folder: None)
+    file = files.OutputFile("out.csv")
+    assert len(list(in_folder.iterdir())) == 2
+    app.last_words(signal.SIGTERM)
+    assert [path.name for path in in_folder.iterdir()] == ["small.nc"]
+    file.discard()
+    assert files._temporaries == set()
 
 
 @pytest.mark.parametrize("command", ["check", "plan", "convert"])
