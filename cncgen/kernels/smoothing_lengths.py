@@ -108,6 +108,37 @@ def _share(
     return count - (at - end) / step
 
 
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _evenly(
+    t: cython.const[cython.double][::1],
+    scale: cython.double[::1],
+    k: cython.Py_ssize_t,
+    knots: cython.double[::1],
+    first: cython.Py_ssize_t,
+    count: cython.Py_ssize_t,
+    share: cython.double,
+    end: cython.double,
+) -> cython.void:
+    """Lay `count` knots after ``knots[first]``, which lies on piece k, the last of them at `end`: by steps of which about that
+    `share` is taken, all by one factor.
+    """
+    j: cython.Py_ssize_t
+    n: cython.Py_ssize_t = t.shape[0] - 1
+    begin: cython.double = knots[first]
+    at: cython.double = begin
+    for j in range(first + 1, first + count + 1):
+        while k < n - 1 and t[k + 1] <= at:
+            k += 1
+        at += share * _stride(t, scale, k, at)
+        knots[j] = at
+    share = (end - begin) / (at - begin)
+    for j in range(first + 1, first + count):
+        knots[j] = begin + share * (knots[j] - begin)
+    knots[first + count] = end
+
+
 @cython.ccall
 @cython.nogil
 @cython.exceptval(check=False)
@@ -132,10 +163,7 @@ def lay(
     end: cython.double = cuts[cuts.shape[0] - 1]
     step: cython.double
     share: cython.double
-    begin: cython.double
-    first: cython.Py_ssize_t
     count: cython.Py_ssize_t
-    j: cython.Py_ssize_t
     m: cython.Py_ssize_t = 0
     for c in range(cuts.shape[0]):
         m = k
@@ -151,20 +179,9 @@ def lay(
             count = max(cython.cast(cython.Py_ssize_t, share + _UP), 1)
             if i + count + _P + 1 >= knots.shape[0]:
                 return -1
-            share /= count
-            begin = at
-            first = i
-            for j in range(count):
-                while k < n - 1 and t[k + 1] <= at:
-                    k += 1
-                at += share * _stride(t, scale, k, at)
-                i += 1
-                knots[i] = at
-            share = (cuts[c] - begin) / (at - begin)
-            for j in range(first + 1, i):
-                knots[j] = begin + share * (knots[j] - begin)
+            _evenly(t, scale, k, knots, i, count, share / count, cuts[c])
+            i += count
             at = cuts[c]
-            knots[i] = at
             continue
         while at < cuts[c]:
             while k < n - 1 and t[k + 1] <= at:

@@ -131,9 +131,11 @@ def _steps(drive: Drive, corners: Corners, turn: Floats, size: Floats) -> Floats
     """
     step = corners.bend.sum(axis=0)
     gain = np.maximum(np.abs(corners.leave), np.abs(corners.entry))
+    # A rotary axis that stands there has no part in it.
+    jerk = np.min(np.where(~drive.rotary | (gain > 0.0), drive.jerk, np.inf), axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         by_chord = chord_speed(corners.bend.max(axis=0), drive.chord_mm, drive.period_s)
-        passed = np.sqrt(_SHARE / 0.75 * drive.jerk.min() * drive.period_s / step)
+        passed = np.sqrt(_SHARE / 0.75 * jerk * drive.period_s / step)
         corner = np.where(size > 0.0, _passed_speed(drive, np.abs(turn), size, gain), np.inf)
     held = corners.joined & (step > 0.0) & (np.minimum(passed, corner) >= by_chord)
     narrow = corners.tolerance <= _NARROW * drive.chord_mm

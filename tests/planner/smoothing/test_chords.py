@@ -254,3 +254,20 @@ def test_arcs_that_chords_hold_take_no_longer_for_a_tolerance(
     )
     assert rounded <= 1.001 * stopped
     assert rounded <= 1.045 * exact
+
+
+def test_a_rotary_axis_that_stands_decides_nothing_about_arcs() -> None:
+    """Its jerk is of another unit: where it counted, a slow one had arcs rounded that chords hold."""
+    times = []
+    for jerk in (1e4, 1e-2):
+        axes = {letter: Axis(letter, 250.0, 2500.0, 5e4) for letter in "XYZ"} | {
+            "A": Axis("A", 1.0, 1.0, jerk)
+        }
+        where = Machine("held", axes, period_s=0.004, chord_tolerance_mm=1e-4)
+        text = f"G64 P0.0001 F4000\n{HALVES}G61 G1 A0.0001\nM2\n"
+        chunks = list(pipeline.plan(pipeline.read_text(text), where))
+        first = next(
+            t for chunk in chunks for t, s in zip(chunk.profile.t, chunk.profile.s, strict=True) if s >= 25.13
+        )
+        times.append(first)
+    assert times[1] == pytest.approx(times[0], rel=1e-3)
