@@ -279,6 +279,15 @@ def test_the_summary_of_a_plan() -> None:
         cncgen.plan_with_summary(square(), feed_rate="ild")
 
 
+def test_a_summary_of_setpoints_that_were_not_drawn_is_an_error_and_no_row_of_zeros() -> None:
+    """A plan that is half drawn has no time: what `as_json` gave before the end were the figures so far."""
+    stream, summary = cncgen.plan_with_summary(square(), "xy-table")
+    with pytest.raises(cncgen.CncgenError, match="drawn to their end"):
+        summary.as_json()
+    drawn = stream.collect()
+    assert summary.as_json()["motion_time_s"] == pytest.approx(drawn.time_s[-1], abs=0.001)
+
+
 def test_a_stream_is_drawn_once() -> None:
     """A second time it would look like a program that moves nothing."""
     plan, stream = cncgen.plan(square()), cncgen.sample(cncgen.plan(square()))

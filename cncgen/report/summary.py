@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.diagnostics import Diagnostic, Diagnostics, Severity
+from cncgen.diagnostics import Diagnostic, Diagnostics, Severity, UsageError
 from cncgen.machine.record import Axis, Machine
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit, Profile, SharpCorner, Trajectory
@@ -50,6 +50,7 @@ class Summary:
         self._corner_count = self._motions = 0
         self._end_s = self._waited_s = self._turned_s = self._length_mm = self._max_feed = 0.0
         self._values: dict[str, Any] = {}
+        self._complete = False
         self.remarks = Diagnostics()
 
     def over_toolpaths(self, chunks: Iterable[Toolpath]) -> Iterator[Toolpath]:
@@ -71,6 +72,7 @@ class Summary:
             yield chunk
         self._differences.finish()
         self._remark_on_limits()
+        self._complete = True
 
     def _remark_on_limits(self) -> None:
         """Say which limits the setpoints break; a strategy of the papers knows no jerk of an axis."""
@@ -118,7 +120,20 @@ class Summary:
         self._values.update(values)
 
     def as_json(self) -> dict[str, Any]:
-        """Return what ``cncgen plan --summary`` writes, as plain values."""
+        """Return what ``cncgen plan --summary`` writes, as plain values.
+
+        Raises:
+            UsageError: The setpoints have not been drawn to their end: half a plan has no time.
+        """
+        if not self._complete:
+            hint = "draw the stream first: stream.collect(), cncgen.write(stream, …) or cncgen.simulate(stream, …)"
+            raise UsageError(
+                Diagnostic(
+                    "summary-early",
+                    "the setpoints of this summary have not been drawn to their end",
+                    hint=hint,
+                )
+            )
         moving = self._end_s - self._waited_s
         feeding = moving - self._turned_s
         diagnostics = [*self._program.diagnostics, *self.remarks]
