@@ -56,6 +56,14 @@ class Segment:
             return slope < -TINY
         return self.centre.imag < self.start.imag
 
+    def radius(self) -> float:
+        """Return the radius of an arc: that of its start, as LinuxCNC's turning cycles have it (seen on its interpreter).
+
+        That of its end may be another by the tolerance of arcs, and then no point of the circle is the end.
+        """
+        assert self.centre is not None
+        return abs(self.start - self.centre)
+
     def sweep(self) -> float:
         """Return the angle of an arc, positive."""
         assert self.centre is not None
@@ -77,7 +85,7 @@ class Segment:
                 return []
             part = (level - low) / (high - low)
             return [complex(self.start.real + part * (self.end.real - self.start.real), level)]
-        half = abs(self.end - self.centre) ** 2 - (level - self.centre.imag) ** 2
+        half = self.radius() ** 2 - (level - self.centre.imag) ** 2
         if half < 0.0:
             return []
         points = [complex(self.centre.real + s * math.sqrt(half), level) for s in (-1, 1)]
@@ -110,8 +118,7 @@ class Segment:
         """Return the ends, and the points of an arc where it turns back along either axis."""
         points = [self.start, self.end]
         if self.centre is not None:
-            radius = abs(self.end - self.centre)
-            points += [p for k in range(4) if self.holds(p := self.centre + radius * 1j**k)]
+            points += [p for k in range(4) if self.holds(p := self.centre + self.radius() * 1j**k)]
         return points
 
     def halves(self) -> list[Segment]:
@@ -119,9 +126,10 @@ class Segment:
         if self.centre is None:
             return [self]
         centre, spoke = self.centre, self.start - self.centre
-        tops = [centre + sign * 1j * abs(self.end - centre) for sign in (1, -1)]
-        cuts = [p for p in tops if self.holds(p) and min(abs(p - self.start), abs(p - self.end)) > TINY]
-        cuts.sort(key=lambda p: self.spin * cmath.phase((p - centre) / spoke) % math.tau)
+        tops = [centre + sign * 1j * self.radius() for sign in (1, -1)]
+        # By angles: where the radii differ a little, a top in the end's own direction is not the end.
+        places = sorted((self.spin * cmath.phase((p - centre) / spoke) % math.tau, p) for p in tops)
+        cuts = [p for angle, p in places if TINY < angle < self.sweep() - TINY]
         return [replace(self, start=a, end=b) for a, b in pairwise([self.start, *cuts, self.end])]
 
     def seen(self, across: complex, swap: bool) -> Segment:
