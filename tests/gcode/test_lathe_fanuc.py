@@ -225,6 +225,8 @@ def test_corners_of_a_line_in_the_words_of_lathes() -> None:
     signs = old.format(",R2.", ",C1.", "I3. K0.")
     assert moves(old.format("R2.", "K-1.", "R3.")) == moves(signs)
     assert moves(old.format("R2.", "I-1.", "R3.")) == moves(signs)
+    # The sign tells which way the next move goes (B-64304EN-1, 8), of R as of I and K.
+    assert moves(old.format("R-2.", "K-1.", "R3.")) == moves(signs)
     _, _, program = outcome("G0 X20. Z2. F.1\nG3 I-10. X20.")
     assert program.moving_axes == "XZ"
     found = [(d.code, d.span.line) for d in outcome("F.1\nG1 Z-10. C1.\nX40.")[2].diagnostics if d.span]

@@ -55,7 +55,7 @@ def turned(ip: Interpreter, block: Block) -> Block:
 
 
 def _corner(ip: Interpreter, block: Block, words: dict[str, float]) -> None:
-    """Put R, I and K of a line as the rounding or chamfer that they mean; the sign of I and K tells only the way."""
+    """Put R, I and K of a line as the rounding or chamfer that they mean; their sign tells only the way."""
     if "a" in words:
         message = f"A{words['a']:g} is the angle of a line, as drawings have it, which is not read"
         raise BlockError("drawing-angle", message, "A", hint="give X and Z of its end")
@@ -65,5 +65,4 @@ def _corner(ip: Interpreter, block: Block, words: dict[str, float]) -> None:
         ip.warn(BlockError("other-control", message, "C", hint="a chamfer is ,C"), Severity.WARNING)
     for letter, corner in _CORNERS.items():
         if letter in words:
-            size = words.pop(letter)
-            words[corner] = size if letter == "r" else abs(size)
+            words[corner] = abs(words.pop(letter))
