@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from cncgen.pipeline import plan, plan_with_summary, read, read_text
 from cncgen.planner import PlanOptions
+from cncgen.planner.record import Limit, Profile
 from cncgen.report.line_times import LineTimes
 
 PROGRAM = """G21 G90 G61 F600
@@ -61,3 +63,27 @@ def test_a_real_part(programs: Path) -> None:
     stream.collect()
     values = summary.as_json()
     assert times.total_s == pytest.approx(values["motion_time_s"] + values["dwell_time_s"], rel=1e-9)
+
+
+def test_lines_of_one_time_stand_in_the_order_of_the_program() -> None:
+    """Four lines of a second each: the first two of them come first, and none of the events between them takes time."""
+    times = gathered(
+        "G21 G90 G61 F600\n" + "".join(f"M3 S{k}\nG1 X{10 * k}\n" for k in (1, 2, 3, 4)) + "M2\n", "constant"
+    )
+    assert times.lines == 4
+    assert [item.line for item in times.longest(3)] == [3, 5, 7]
+
+
+def test_a_wait_that_is_no_dwell_is_time_of_its_line() -> None:
+    """A standing piece that a strategy puts in for another reason than an event is motion of the row; a dwell is not."""
+    (whole,) = plan(read_text("G21 G90 G61 F600\nG1 X10\nX20\nM2\n"), "xy-table", feedrate="constant")
+    for limit, waited in ((Limit.STOP, 0.0), (Limit.SATURATION, 0.25)):
+        v, still = np.array([10.0, 0.0, 10.0]), np.zeros(3)
+        profile = Profile(
+            np.array([0.0, 0.5, 0.75, 2.25]), np.array([0.0, 5.0, 5.0, 20.0]), v, still, still, still,
+            np.array([Limit.FEED, limit, Limit.FEED], np.int8),
+        )  # fmt: skip
+        times = LineTimes()
+        times.add(replace(whole, profile=profile))
+        found = {item.line: item.time_s for item in times.longest(5)}
+        assert found == pytest.approx({2: 1.0 + waited, 3: 1.0})

@@ -1,0 +1,154 @@
+"""The summary of a plan: closed forms of motions at constant speed, and hand-made stages with known figures."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from cncgen.diagnostics import Diagnostic
+from cncgen.machine import load_machine
+from cncgen.machine.record import Machine
+from cncgen.pipeline import plan_with_summary, read_text
+from cncgen.planner import PlanOptions
+from cncgen.planner.record import Limit, Profile, SharpCorner, Trajectory
+from cncgen.report import summary as summary_module
+from cncgen.report.summary import Summary, _top_speeds
+from cncgen.setpoints.record import Setpoints
+
+ONE_LINE = "G21 G90 G61 F600\nG1 X10\nM2\n"
+
+
+def summed(text: str, machine: str = "xy-table", feedrate: str = "constant") -> dict[str, Any]:
+    """Plan a program to its end and return its summary."""
+    stream, summary = plan_with_summary(read_text(text), machine, PlanOptions(feedrate=feedrate))
+    stream.collect()
+    return summary.as_json()
+
+
+def one_line(machine: Machine | None = None) -> tuple[Summary, Trajectory]:
+    """Return an empty summary of a line of 10 mm, and a trajectory that travels it in 1 s."""
+    program = read_text(ONE_LINE)
+    (toolpath,) = program.chunks()
+    still = np.zeros(1)
+    profile = Profile(
+        np.array([0.0, 1.0]), np.array([0.0, 10.0]), still + 10.0, still, still, still,
+        np.array([Limit.FEED], np.int8),
+    )  # fmt: skip
+    row_s = np.full(len(toolpath) + 1, 10.0)
+    row_s[0] = 0.0
+    return Summary(program, machine or load_machine("xy-table"), "mine"), Trajectory(toolpath, row_s, profile)
+
+
+def finished(summary: Summary, *trajectories: Trajectory, rows: int = 1) -> dict[str, Any]:
+    """Draw hand-made trajectories, and setpoints at rest, through a summary."""
+    list(summary.over_trajectories(trajectories))
+    list(summary.over_setpoints([Setpoints("X", 0.001, 0, np.zeros((rows, 1)))]))
+    return summary.as_json()
+
+
+def test_times_and_feeds_of_constant_speed() -> None:
+    """20 mm at 10 mm/s and half a second of dwell; steps of speed ask v/T of acceleration and v/T² of jerk."""
+    found = summed("G21 G90 G61 F600\nG1 X10\nG4 P0.5\nG1 X20\nM2\n")
+    assert found["motion_time_s"] == pytest.approx(2.0, abs=1e-12)
+    assert found["dwell_time_s"] == pytest.approx(0.5, abs=1e-12)
+    assert found["path_length_mm"] == pytest.approx(20.0, abs=1e-12)
+    assert found["feed_mm_s"] == pytest.approx({"mean": 10.0, "max": 10.0}, abs=1e-9)
+    assert (found["motions"], found["samples"], found["period_s"]) == (2, 2501, 0.001)
+    peak = found["peak"]["x"]
+    assert peak["unit"] == "mm"
+    assert peak["velocity"] == pytest.approx(10.0, rel=1e-6)
+    assert peak["acceleration"] == pytest.approx(10.0 / 1e-3, rel=1e-6)
+    assert peak["jerk"] == pytest.approx(10.0 / 1e-6, rel=1e-6)
+    for name, limit in (("velocity", 250.0), ("acceleration", 2450.0), ("jerk", 50_000.0)):
+        assert peak[f"{name}_of_limit"] == pytest.approx(peak[name] / limit, rel=1e-12)
+    (remark,) = found["diagnostics"]
+    assert remark["code"] == "plan-over-limits"
+    assert "constant asks more" in remark["message"]
+    assert "X acceleration 408.2 %, X jerk 2e+04 % of the limit" in remark["message"]
+    assert "velocity" not in remark["message"]
+
+
+def test_turning_is_no_length_and_its_time_is_not_that_of_the_feed() -> None:
+    """10 mm in 1 s and 36° at 6°/s: the mean feed is that of the second alone."""
+    found = summed("G21 G90 G61\nG1 X10 F600\nG1 A36 F360\nM2\n", "generic-mill")
+    assert found["motion_time_s"] == pytest.approx(7.0, abs=1e-9)
+    assert found["path_length_mm"] == pytest.approx(10.0, abs=1e-9)
+    assert found["feed_mm_s"] == pytest.approx({"mean": 10.0, "max": 10.0}, abs=1e-9)
+    assert found["peak"]["a"]["unit"] == "deg"
+    assert found["peak"]["a"]["velocity"] == pytest.approx(6.0, rel=1e-6)
+    # Without a millimetre there is no feed at all.
+    assert summed("G1 A36 F360\nM2\n", "generic-mill")["feed_mm_s"] == {"mean": 0.0, "max": 0.0}
+
+
+def test_a_plan_within_its_limits_has_no_remark() -> None:
+    assert summed(ONE_LINE, feedrate="optimal")["diagnostics"] == []
+
+
+@pytest.mark.parametrize(("excess", "told"), [(3_900.0, False), (4_100.0, True)])
+def test_what_rounding_makes_of_a_difference_is_no_remark(excess: float, told: bool) -> None:
+    """Setpoints rounded to 1e-9 mm err by 0.5e-9 (2/T)³ in jerk: 4000 mm/s³ every 0.1 ms, of a limit of 50000."""
+    machine = replace(load_machine("xy-table"), period_s=1e-4)
+    summary, _ = one_line(machine)
+    # Acceleration in steps: on, off, on the other way, off; each step is one third difference of J T³.
+    steps = np.repeat([0.0, 1.0, 0.0, -1.0, 0.0], [3, 40, 1, 40, 3]) * (50_000.0 + excess) * 1e-12
+    position = np.cumsum(np.cumsum(steps))
+    list(summary.over_setpoints([Setpoints("X", 1e-4, 0, position[:, None])]))
+    assert summary.as_json()["peak"]["x"]["jerk"] == pytest.approx(50_000.0 + excess, rel=1e-6)
+    assert [item.code for item in summary.remarks] == ["plan-over-limits"] * told
+
+
+def test_what_a_strategy_says_beside_is_handed_on() -> None:
+    """Plain values go into the summary; arrays do not; corners beyond the listed ones are counted; remarks gathered."""
+    summary, trajectory = one_line()
+    corner = SharpCorner(2, (10.0, 20.0, 30.0), 5.0, Limit.CONTOUR_ERROR, 0.25)
+    remark = Diagnostic("mine", "said")
+    values = {"passes": 3, "kind": "k", "whole": True, "none": None, "shape": np.zeros(2),
+              "corners_total": 7, "diagnostics": [remark]}  # fmt: skip
+    found = finished(summary, replace(trajectory, corners=(corner,), values=values))
+    assert {k: found[k] for k in ("passes", "kind", "whole", "none")} == {
+        "passes": 3, "kind": "k", "whole": True, "none": None,
+    }  # fmt: skip
+    assert not {"shape", "corners_total"} & set(found)
+    assert found["sharp_corner_count"] == 7
+    # The axes that the program moves: X alone.
+    assert found["sharp_corners"] == [
+        {"line": 2, "position": {"x_mm": 10.0}, "feed_mm_s": 5.0, "limit": "contour_error", "t_s": 0.25}
+    ]
+    assert [item["code"] for item in found["diagnostics"]] == ["mine"]
+
+
+def test_corners_are_counted_beyond_those_that_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(summary_module, "MAX_CORNERS", 3)
+    summary, trajectory = one_line()
+    corners = tuple(SharpCorner(k, (0.0,), 1.0, Limit.CORNER, 0.0) for k in range(2))
+    found = finished(summary, *[replace(trajectory, corners=corners)] * 3)
+    assert found["sharp_corner_count"] == 6
+    assert [corner["line"] for corner in found["sharp_corners"]] == [0, 1, 0]
+
+
+def test_lengths_of_stretches_add_up_and_the_time_is_that_of_the_last() -> None:
+    summary, trajectory = one_line()
+    profile = trajectory.profile
+    later = replace(trajectory, profile=replace(profile, t=profile.t + 1.0, v=0.5 * profile.v))
+    found = finished(summary, trajectory, later)
+    assert (found["motion_time_s"], found["path_length_mm"]) == (2.0, 20.0)
+    assert found["feed_mm_s"] == {"mean": 10.0, "max": 10.0}
+
+
+@given(st.floats(0.01, 5.0), st.floats(0.0, 50.0), st.floats(-40.0, 40.0), st.floats(-60.0, 60.0))
+def test_the_largest_speed_of_a_piece(time: float, v: float, a: float, j: float) -> None:
+    """v + a t + j t²/2 by dense samples, wherever it is not largest where the next piece begins."""
+    t = np.linspace(0.0, time, 4001)
+    speed = v + a * t + 0.5 * j * t**2
+    between = abs(j) * (t[1] - t[0]) ** 2 / 8.0 + 1e-9
+    assume(speed.max() > speed[-1] + between)
+    one = np.ones(1)
+    profile = Profile(
+        np.array([0.0, time]), np.zeros(2), v * one, a * one, j * one, 0 * one, np.zeros(1, np.int8)
+    )
+    assert _top_speeds(profile)[0] == pytest.approx(speed.max(), abs=between)
