@@ -188,8 +188,16 @@ TEXT = "t_s,x_mm,a_deg\n0,1,90\n0.001,2,180\n"
         b"# logged by a drive\n#\n" + TEXT.encode(),
         TEXT.replace("t_s,x_mm,a_deg", '"T_S", "X_mm" ,A_DEG').encode(),
         TEXT.rstrip("\n").encode(),
+        b"t_s,state,x_mm,a_deg,note\n0,idle,1,90,\n0.001,run,2,180,nan\n",
     ],
-    ids=["byte order mark", "carriage returns", "comments", "quotes and capitals", "no last line feed"],
+    ids=[
+        "byte order mark",
+        "carriage returns",
+        "comments",
+        "quotes and capitals",
+        "no last line feed",
+        "further columns of text",
+    ],
 )
 def test_csv_of_spreadsheets_and_drives(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "a.csv").write_bytes(content)

@@ -106,6 +106,8 @@ class _Table:
             )
         warn_of_columns(names, name)
         self.time = names.index("t_s")
+        #: Columns that must hold numbers: what stands in further ones, a state or a date, is nobody's matter.
+        self.wanted = frozenset((self.time, *(k for _, k in self.columns)))
         self.axes = "".join(letter for letter, _ in self.columns)
 
     def block(self, matrix: NDArray[np.float64]) -> Block:
@@ -144,7 +146,7 @@ class _Table:
         column = 1
         for k, cell in enumerate(cells):
             value = _number(cell)
-            if not math.isfinite(value):
+            if not math.isfinite(value) and k in self.wanted:
                 shown = cell.strip()[:40].decode("utf-8", "replace")
                 message = f"{shown!r} is not a finite number"
                 faults.add(self._fault("setpoints-number", message, line, column, len(cell)))
