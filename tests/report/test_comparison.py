@@ -101,3 +101,53 @@ def test_fluctuation_of_arclength_is_that_of_the_setpoints(programs: Path) -> No
     chord = np.linalg.norm(np.diff(x, axis=0), axis=1)[:-2]
     assert found.max_part < 1e-6
     assert np.abs(chord / chord.max() - 1.0).max() < 1e-3
+
+
+@pytest.mark.parametrize("name", ["taylor1", "taylor2"])
+def test_fluctuation_of_taylor_is_that_of_its_setpoints(name: str, programs: Path) -> None:
+    """At constant feed every whole period commands v T; travelled is the arc over the chord between two setpoints.
+
+    An arc that turns by θ is as long as its chord times 1 + θ²/24, but for θ⁴ and the change of curvature.
+    """
+    machine = replace(load("xy-table"), max_contour_error_mm=None)
+    chunks = list(read(programs / "heart.nc").chunks())
+    options = PlanOptions(feedrate="constant", interpolator=name)
+    (found,) = feed_fluctuations(chunks, machine, options, [name])
+    x = np.concatenate([c.position for c in sample(plan(chunks, machine, options), machine)])
+    step = np.diff(x, axis=0)
+    turn = np.gradient(np.unwrap(np.arctan2(step[:, 1], step[:, 0])))
+    arc = np.linalg.norm(step, axis=1) * (1.0 + turn**2 / 24.0)
+    (exact,) = plan(chunks, machine, PlanOptions(feedrate="constant"))
+    whole = int(exact.profile.t[-1] / machine.period_s) - 1
+    part = arc[:whole] / (5000.0 / 60.0 * machine.period_s) - 1.0
+    assert found.max_part > 1e-4
+    assert found.max_part == pytest.approx(np.abs(part).max(), rel=0.02)
+    assert found.rms_part == pytest.approx(np.sqrt(np.mean(part**2)), rel=0.02)
+
+
+def test_peaks_are_those_of_the_worst_axis_among_those_that_are_asked() -> None:
+    """A slope of 4 in 3 at 100 mm/s: Y has the larger steps; a table with a tenth of X's jerk has X the nearer to its limit."""
+    machine = load("xy-table")
+    axes = dict(machine.axes)
+    axes["X"] = replace(axes["X"], max_jerk=0.1 * axes["X"].max_jerk)
+    chunks = chunks_of("G21 G90 G1 X30 Y40 F6000\nM2\n")
+    slow = replace(machine, axes=axes)
+    (found,) = compare_strategies(chunks, slow, PlanOptions(), ["constant"])
+    assert found.acceleration == pytest.approx(80.0 / 1e-3, rel=1e-6)
+    assert found.jerk == pytest.approx(80.0 / 1e-6, rel=1e-6)
+    assert found.acceleration_of_limit == pytest.approx(80.0 / 1e-3 / 2450.0, rel=1e-6)
+    assert found.jerk_of_limit == pytest.approx(60.0 / 1e-6 / 5000.0, rel=1e-6)
+    (alone,) = compare_strategies(chunks, slow, PlanOptions(), ["constant"], axes="X")
+    assert alone.acceleration == pytest.approx(60.0 / 1e-3, rel=1e-6)
+
+
+def test_without_names_the_papers_strategies_and_ours() -> None:
+    found = compare_strategies(chunks_of("G1 X5 F600\nM2\n"), load("xy-table"), PlanOptions())
+    assert [one.feedrate for one in found] == ["adaptive", "curvature", "ild", "optimal"]
+
+
+def test_nothing_that_moves_has_no_fluctuation() -> None:
+    (found,) = feed_fluctuations(
+        chunks_of("G4 P0.5\nM2\n"), load("xy-table"), PlanOptions(feedrate="ild"), ["taylor1"]
+    )
+    assert (found.max_part, found.rms_part) == (0.0, 0.0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from cncgen.pipeline import plan, read_text
 from cncgen.planner.motion import motion_at
 from cncgen.planner.record import Limit, Profile, Trajectory
 from cncgen.report.slow_places import KEPT, SlowPlaces
+from cncgen.toolpath.record import FeedMode
 
 #: Lines of 10 mm at 10 mm/s, one a row from line 2 on.
 COUNT = 13
@@ -78,3 +81,26 @@ def test_a_place_is_where_and_when_the_motion_is_as_slow_as_it_says() -> None:
     # From rest, after 40 and 60 mm, after a line of √(40² + ½²) mm, and, an arc of 5 mm and 25 mm later, the end.
     long = 60.0 + np.hypot(40.0, 0.5)
     assert rests == pytest.approx([0.0, 40.0, 60.0, long, long + 2.5 * np.pi + 25.0], abs=1e-6)
+
+
+def test_slow_feeds_are_feeds() -> None:
+    """12 mm/min: the motion loses what it takes longer than its own feed, and not than the machine's rapid."""
+    program = read_text("G21 G90 G61 F12\nG1 X0.1\nM2\n")
+    slow = SlowPlaces(500.0)
+    for each in plan(program, "xy-table"):
+        slow.add(each)
+    assert sum(place.lost_s for place in slow.worst()) < 0.02
+
+
+def test_an_inverse_time_feed_asks_for_the_time_of_its_row() -> None:
+    """10 mm in 1/0.5 s at G93 F30: the row of 3.2 s loses 1.2 s, whatever a speed of 0.5 would take."""
+    whole = trajectory([2.2])
+    inverse = replace(
+        whole.toolpath,
+        feed=np.full(len(whole.toolpath), 0.5),
+        feed_mode=np.full(len(whole.toolpath), FeedMode.INVERSE_TIME, np.int8),
+    )
+    slow = SlowPlaces(500.0)
+    slow.add(replace(whole, toolpath=inverse))
+    (place,) = slow.worst()
+    assert place.lost_s == pytest.approx(1.2, abs=1e-12)

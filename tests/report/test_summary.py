@@ -85,6 +85,16 @@ def test_turning_is_no_length_and_its_time_is_not_that_of_the_feed() -> None:
     assert summed("G1 A36 F360\nM2\n", "generic-mill")["feed_mm_s"] == {"mean": 0.0, "max": 0.0}
 
 
+def test_only_events_are_dwells() -> None:
+    """A wait that a strategy puts in for another reason than an event is time of the motion."""
+    summary, trajectory = one_line()
+    v, still = np.array([10.0, 0.0, 0.0, 10.0]), np.zeros(4)
+    limit = np.array([Limit.FEED, Limit.STOP, Limit.SATURATION, Limit.STOP], np.int8)
+    t, s = np.array([0.0, 0.5, 0.75, 1.25, 1.75]), np.array([0.0, 5.0, 5.0, 5.0, 10.0])
+    found = finished(summary, replace(trajectory, profile=Profile(t, s, v, still, still, still, limit)))
+    assert (found["motion_time_s"], found["dwell_time_s"]) == (1.5, 0.25)
+
+
 def test_a_plan_within_its_limits_has_no_remark() -> None:
     assert summed(ONE_LINE, feedrate="optimal")["diagnostics"] == []
 

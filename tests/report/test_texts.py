@@ -35,7 +35,7 @@ def cells(table: str) -> list[list[str]]:
 
 
 def test_strategies_side_by_side_in_micrometres() -> None:
-    head, whole, failed = cells(comparing.strategy_table([WHOLE, FAILED]))
+    head, failed, whole = cells(comparing.strategy_table([FAILED, WHOLE]))
     assert whole == ["ild", "1.2500", "12.5", "2.5", "7.5", "1234.6", "0.5", "98765", "1.5"]
     assert failed == ["optimal", "no-plan", *["-"] * 7]
     assert len(head) == 9
@@ -89,7 +89,7 @@ def test_a_controller_that_cannot_be_had_is_left_to_the_others() -> None:
         comparing.compare_controllers(points, servos, ["tcf", "tcf"])
     assert caught.value.diagnostics[0].message == failed["fault"]
     # Any other error is not a matter of the controller.
-    with pytest.raises(UsageError, match="'Y'|Y"):
+    with pytest.raises(UsageError, match="axis Y"):
         comparing.compare_controllers(points, {"X": servos["X"]}, ["p", "tcf"])
 
 
