@@ -60,7 +60,9 @@ DENSITY = {
 }
 #: First interval from rest, as a part of the distance in which full jerk from rest reaches full acceleration, of that in
 #: which it reaches the largest speed there, of the radius of curvature there, and of the distance to the next slow place.
-_FIRST, _SLOW, _BEND, _PART = 0.125, 0.075, 0.005, 1.0 / 24.0
+_FIRST, _SLOW, _BEND, _PART = 0.125, 0.075, 0.005, 1.0 / 60.0
+#: The least first interval from rest where the path bends no more on it, in periods at the speed there.
+_BRIEF = 0.002
 #: Distance between nodes, as a part of a jump's zone, below which the end of the zone is no node of its own.
 _NARROW = 0.2
 #: Spacing beside the first interval, as a part of it: there v, and so the jerk of a constant q'', changes fastest.
@@ -336,8 +338,8 @@ def _first(
     """
     curved = ~(np.concatenate([[True], lines]) & np.concatenate([lines, [True]]))
     rest = np.flatnonzero(joints.stop & curved)
-    # A corner that is passed slows the motion as a rest does.
-    slow = joints.s[joints.stop | np.isfinite(joints.speed)]
+    # A corner that is passed slows the motion as a rest does, and so does what is slower beyond a breakpoint.
+    slow = joints.s[joints.stop | np.isfinite(joints.speed) | _slower(bounds, joints, sides, top_at)]
     apart = _PART * np.diff(slow, prepend=-np.inf, append=np.inf)
     at = np.searchsorted(slow, joints.s[rest])
     gap = np.diff(joints.s, prepend=-np.inf, append=np.inf) / 3.0
@@ -346,13 +348,32 @@ def _first(
         acceleration, jerk, _, turn, _ = along(bounds, x[:, rest])
         with np.errstate(divide="ignore"):
             # From rest full jerk reaches v after √(2 v/j) and so (2 v)^(3/2)/(6 √j).
-            slow = (2.0 * np.sqrt(top_at(joints.s[rest], x[:, rest], side))) ** 1.5 / (6.0 * np.sqrt(jerk))
+            speed = np.sqrt(top_at(joints.s[rest], x[:, rest], side))
+            slow = (2.0 * speed) ** 1.5 / (6.0 * np.sqrt(jerk))
             wanted = [_FIRST * acceleration**3 / (6.0 * jerk**2), _SLOW * slow, _BEND / turn]
-        seen = _seen(bounds, x[1], joints.s)[rest]
+        # What is fast enough at once is so on less than nodes are apart: constant jerk takes three times as long as that speed.
+        least, brief = _seen(bounds, x[1], joints.s)[rest], _BRIEF * bounds.period_s * speed
+        least = np.where(wanted[2] > brief, np.minimum(least, brief), least)
         out = np.full(len(joints.s), np.inf)
-        out[rest] = np.minimum.reduce([np.maximum(np.minimum.reduce(wanted), seen), far, near[rest]])
+        out[rest] = np.minimum.reduce([np.maximum(np.minimum.reduce(wanted), least), far, near[rest]])
         found.append(out)
     return found[0], found[1]
+
+
+def _slower(bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats], top_at: TopAt) -> NDArray[np.bool_]:
+    """Tell at which breakpoints a stretch ends that is slower than what leads to it, and than full jerk from a rest gets there.
+
+    It does so from v = (9/2 J d²)^(1/3) at the distance d.
+    """
+    rests = joints.s[joints.stop]
+    if not len(rests):
+        return joints.stop
+    left, right = (top_at(joints.s, x, side) for x, side in zip(sides, (-1, 1), strict=True))
+    low = np.minimum(left, right)
+    away = np.abs(joints.s - rests[nearest(rests, joints.s)])
+    jerk = along_path(bounds.axes.jerk, sides[0][1], sides[1][1])
+    out: NDArray[np.bool_] = low * (1.0 + _ALIKE) < np.maximum(left, right)
+    return out & (low**1.5 < 4.5 * jerk * away**2)
 
 
 def _clear(first: tuple[Floats, Floats], probes: Floats, spacing: Floats, s: Floats) -> tuple[Floats, Floats]:

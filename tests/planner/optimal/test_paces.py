@@ -114,6 +114,16 @@ def test_a_crawling_curve_turns_back_without_loss_where_rounding_parts_knots_fro
     assert done[-1].profile.t[-1] == pytest.approx(60.0 * way / 0.01, rel=2e-3)
 
 
+@pytest.mark.parametrize("radius", [5e-3, 1e-2, 0.1])
+def test_crawling_arcs_lose_nothing_at_their_ends(radius: float) -> None:
+    """A thousandth of their time at most: setpoints every 10 ms tell 60 µm apart, and they took up to 19 % longer."""
+    coarse = {letter: replace(MACHINE.axes[letter], max_acceleration=1e5, max_jerk=3e6) for letter in "XYZ"}
+    machine = replace(MACHINE, axes=coarse, period_s=1e-2)
+    arcs = "\n".join(f"G3 X{2 * k * radius:.3f} Y0 I{radius} J0" for k in (1, 2, 3))
+    *_, last = plan(read_text(f"G21 G90 G61 F2.4\n{arcs}\nM2\n").chunks(), machine, PlanOptions())
+    assert last.profile.t[-1] == pytest.approx(3.0 * np.pi * radius / 0.04, rel=1e-3)
+
+
 def test_what_crawls_is_told_by_speed_and_time() -> None:
     """J T² is 0.05 mm/s, a fiftieth of it 0.06 mm/min; a row must last 2000 times √(v/J) to begin and end at rest."""
     chunk = rows_of("G61 G94 F0.059\nG1 X1\nF0.061 X2\nF0.03 X2.0002\nX2.00021")
