@@ -26,8 +26,9 @@ Ints = NDArray[np.int64]
 _OFF = 1e-6
 #: Turn from which parts are no straight line, however short they are.
 _TURN = 1e-3
-#: Part of the speed by which that of parts may differ: speeds of G93 come from lengths, with their rounding.
-_SAME = 1e-9
+#: Part of the speed by which that of parts may differ, and may at most where parts are so short that the room for
+#: coordinates is more of them than that: speeds of G93 come from lengths, with their rounding.
+_SAME, _SAME_WHERE_SHORT = 1e-9, 1e-5
 #: Parts of a row at most: what has been read of a stretch waits for its end.
 _MOST = 512
 
@@ -129,9 +130,11 @@ def _alike(parts: Toolpath, length: Floats, two: Ints) -> Ints:
     one = two - 1
     speed = [np.where(_inverse(parts, at), parts.feed[at] * length[at], parts.feed[at]) for at in (one, two)]
     tolerance = parts.tolerance[two]
-    same = np.abs(speed[1] - speed[0]) <= _SAME * speed[0]
+    shorter = np.minimum(length[one], length[two])
+    rounding = np.minimum(_OFF * tolerance, _SAME_WHERE_SHORT * shorter)
+    same = np.abs(speed[1] - speed[0]) * shorter <= np.maximum(_SAME * shorter, rounding) * speed[0]
     same &= (tolerance == parts.tolerance[one]) & (tolerance >= LEAST_TOLERANCE)
-    same &= np.minimum(length[one], length[two]) > STANDSTILL
+    same &= shorter > STANDSTILL
     same &= (parts.feed_mode[one] == parts.feed_mode[two]) & (parts.feed_mode[two] != FeedMode.RAPID)
     for at in (one, two):
         same &= parts.path_mode[at] == PathMode.CONTINUOUS
@@ -225,7 +228,7 @@ def _round(joined: Bools, parts: Toolpath, starts: Floats) -> tuple[Bools, Circl
 
 
 def _joined(parts: Toolpath, length: Floats, first: Ints) -> Toolpath:
-    """Return the toolpath of rows whose parts begin at `first`."""
+    """Return the toolpath of rows whose parts begin at `first`, each at the speed of the first."""
     begin, last = first[:-1], first[1:] - 1
     inverse = _inverse(parts, begin) & (last > begin)
     share = np.ones(len(begin))
@@ -236,7 +239,7 @@ def _joined(parts: Toolpath, length: Floats, first: Ints) -> Toolpath:
 
 
 def _aligned(parts: Toolpath, length: Floats, first: Ints) -> Toolpath:
-    """Return parts that begin at `first` in each row with all their ends on its straight line; of arcs too.
+    """Return parts that begin at `first` in each row with all their ends on its straight line; of arcs too; at one speed.
 
     What is joined may pass exactly, and the least turn that is left of rounding would be a corner there.
     """
@@ -250,4 +253,7 @@ def _aligned(parts: Toolpath, length: Floats, first: Ints) -> Toolpath:
     end = parts.end.copy()
     begin = starts[first[:-1]][of]
     end[inner] = begin + share[:, None] * (parts.end[first[1:] - 1][of] - begin)
-    return replace(parts, end=end)
+    same = ~_inverse(parts, inner + 1)
+    feed = parts.feed.copy()
+    feed[inner[same] + 1] = parts.feed[first[:-1]][of[same]]
+    return replace(parts, end=end, feed=feed)

@@ -215,3 +215,16 @@ def test_times_of_parts_add_up() -> None:
     assert len(joined) == 1
     assert joined.feed[0] == pytest.approx(0.25)
     assert joined.arcs.sweep[joined.curve[0]] == pytest.approx(4.0)
+
+
+def test_speeds_may_be_rounded_as_coordinates_are() -> None:
+    """Thirds of an arc of 4 µm whose lengths are rounded by a millionth of a micrometre, which G93 makes speeds of."""
+    rows = arcs([4.0], [0.3, 0.6], radius=0.004)
+    speed = 200.0 * (1.0 + np.array([0.0, 3e-7, -2e-7]))
+    rows = replace(rows, feed=speed, tolerance=np.full(3, 0.003))
+    found = Stretches.of(rows)
+    assert found.first.tolist() == [0, 3]
+    assert found.parts.feed.tolist() == [200.0] * 3
+    # What is long enough to know better has another speed.
+    longer = replace(arcs([4.0], [0.3, 0.6]), feed=speed, tolerance=np.full(3, 0.003))
+    assert Stretches.of(longer).first.tolist() == [0, 1, 2, 3]
