@@ -180,7 +180,9 @@ class Move:
     def write(self, to: Writer) -> None:
         """Append the block."""
         before, after, feed = to.feed_words(self.feed)
-        words, end = to.coordinates(self.by or dict.fromkeys(to.axes, 0.0), self.decimals)
+        # A program with all digits has them here too: eight of them would end parts of a tiny move elsewhere.
+        decimals = None if to.decimals is None else self.decimals
+        words, end = to.coordinates(self.by or dict.fromkeys(to.axes, 0.0), decimals)
         to.emit(before, "G0" if feed.kind == "traverse" else "G1", *words, after)
         start = to.at
         linear = any(end[i] != start[i] for i, letter in enumerate(to.axes) if letter in LINEAR)
