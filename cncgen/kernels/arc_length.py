@@ -42,45 +42,48 @@ _PANEL_LEAST = cython.declare(cython.double, 1e-10)
 @cython.nogil
 @cython.exceptval(check=False)
 def _hermite(
-    cell: cython.double[::1],
+    cells: cython.double[:, ::1],
+    row: cython.Py_ssize_t,
     u_end: cython.double,
     left: cython.double[::1],
     right: cython.double[::1],
 ) -> cython.void:
-    """Fill the coefficients of the polynomial of degree 7 that has u and du/ds .. d³u/ds³ at both ends of a cell."""
-    h: cython.double = cell[2]
+    """Fill the coefficients of the polynomial of degree 7 that has u and du/ds .. d³u/ds³ at both ends of the cell in a row."""
+    h: cython.double = cells[row, 2]
     a1: cython.double = left[0] * h
     a2: cython.double = left[1] * h * h * 0.5
     a3: cython.double = left[2] * h * h * h / 6.0
     # What the cubic Taylor polynomial of the start misses at the end, in value and derivatives.
-    e0: cython.double = u_end - cell[0] - a1 - a2 - a3
+    e0: cython.double = u_end - cells[row, 0] - a1 - a2 - a3
     e1: cython.double = right[0] * h - a1 - 2.0 * a2 - 3.0 * a3
     e2: cython.double = right[1] * h * h - 2.0 * a2 - 6.0 * a3
     e3: cython.double = right[2] * h * h * h - 6.0 * a3
-    cell[4] = cell[0]
-    cell[5] = a1
-    cell[6] = a2
-    cell[7] = a3
-    cell[8] = 35.0 * e0 - 15.0 * e1 + 2.5 * e2 - e3 / 6.0
-    cell[9] = -84.0 * e0 + 39.0 * e1 - 7.0 * e2 + 0.5 * e3
-    cell[10] = 70.0 * e0 - 34.0 * e1 + 6.5 * e2 - 0.5 * e3
-    cell[11] = -20.0 * e0 + 10.0 * e1 - 2.0 * e2 + e3 / 6.0
+    cells[row, 4] = cells[row, 0]
+    cells[row, 5] = a1
+    cells[row, 6] = a2
+    cells[row, 7] = a3
+    cells[row, 8] = 35.0 * e0 - 15.0 * e1 + 2.5 * e2 - e3 / 6.0
+    cells[row, 9] = -84.0 * e0 + 39.0 * e1 - 7.0 * e2 + 0.5 * e3
+    cells[row, 10] = 70.0 * e0 - 34.0 * e1 + 6.5 * e2 - 0.5 * e3
+    cells[row, 11] = -20.0 * e0 + 10.0 * e1 - 2.0 * e2 + e3 / 6.0
 
 
 @cython.cfunc
 @cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _horner(cell: cython.const[cython.double][::1], tau: cython.double) -> cython.double:
-    """u at tau in 0 .. 1 of a cell, kept inside the cell."""
-    u: cython.double = cell[11]
+def _horner(
+    cells: cython.const[cython.double][:, ::1], row: cython.Py_ssize_t, tau: cython.double
+) -> cython.double:
+    """u at tau in 0 .. 1 of the cell in a row, kept inside the cell."""
+    u: cython.double = cells[row, 11]
     k: cython.Py_ssize_t
     for k in range(7):
-        u = u * tau + cell[10 - k]
-    if u < cell[0]:
-        return cell[0]
-    if u > cell[0] + cell[3]:
-        return cell[0] + cell[3]
+        u = u * tau + cells[row, 10 - k]
+    if u < cells[row, 0]:
+        return cells[row, 0]
+    if u > cells[row, 0] + cells[row, 3]:
+        return cells[row, 0] + cells[row, 3]
     return u
 
 
@@ -184,7 +187,6 @@ def _inverse_derivatives(on: _Measured, out: cython.double[::1]) -> cython.bint:
     With g = ds/du = |C'|: g g' = C'.C'', g g'' + g'² = C''.C'' + C'.C'''. The first two are the coefficients of the
     interpolator by Taylor's series: S.-S. Yeh and J.-T. Sun (2008), eq. 3.1.
     """
-    value: cython.double[:, ::1] = on.span.value
     g: cython.double
     c11: cython.double = 0.0
     c12: cython.double = 0.0
@@ -194,10 +196,10 @@ def _inverse_derivatives(on: _Measured, out: cython.double[::1]) -> cython.bint:
     g1: cython.double
     g2: cython.double
     for d in range(on.low, on.high):
-        c11 += value[1, d] * value[1, d]
-        c12 += value[1, d] * value[2, d]
-        c22 += value[2, d] * value[2, d]
-        c13 += value[1, d] * value[3, d]
+        c11 += on.span.value[1, d] * on.span.value[1, d]
+        c12 += on.span.value[1, d] * on.span.value[2, d]
+        c22 += on.span.value[2, d] * on.span.value[2, d]
+        c13 += on.span.value[1, d] * on.span.value[3, d]
     g = sqrt(c11)
     if not g > 0.0:
         return False
@@ -285,14 +287,19 @@ def _length(on: _Measured, a: cython.double, b: cython.double) -> cython.double:
 @cython.nogil
 @cython.exceptval(check=False)
 def _cell(
-    on: _Measured, b: cython.double, tolerance: cython.double, least: cython.double, cell: cython.double[::1]
+    on: _Measured,
+    b: cython.double,
+    tolerance: cython.double,
+    least: cython.double,
+    cells: cython.double[:, ::1],
+    row: cython.Py_ssize_t,
 ) -> cython.int:
-    """Make the cell from ``cell[0]`` to u = b, s from ``cell[1]``.
+    """Make the cell in a row, from u in its first column to b, s from its second one.
 
     Returns 2 where length and inverse are within tolerance, 1 where only |C'| is smooth (or the length below `least`),
     else 0.
     """
-    a: cython.double = cell[0]
+    a: cython.double = cells[row, 0]
     middle: cython.double = 0.5 * (a + b)
     left: cython.double = on.curves.knots[on.span.i]
     right: cython.double = on.curves.knots[on.span.i + 1]
@@ -314,12 +321,12 @@ def _cell(
         return 0
     half = _length(on, start, between)
     length = half + _length(on, between, end)
-    cell[2] = length
-    cell[3] = b - a
-    cell[4] = a
-    cell[5] = b - a
+    cells[row, 2] = length
+    cells[row, 3] = b - a
+    cells[row, 4] = a
+    cells[row, 5] = b - a
     for k in range(6, 12):
-        cell[k] = 0.0
+        cells[row, k] = 0.0
     if not length > tolerance or not (a < middle and middle < b):
         return 2
     on.span.derivatives(3, a)
@@ -328,14 +335,17 @@ def _cell(
     regular = _inverse_derivatives(on, on.right) and regular
     if not regular or abs(whole - length) > 10.0 * tolerance:
         return 1
-    _hermite(cell, b, on.left, on.right)
+    _hermite(cells, row, b, on.left, on.right)
     speed = _taylor_speed(on, between) / width
     share = half / length
     slope = 0.0
     for k in range(7, 0, -1):
-        slope = slope * share + k * cell[4 + k]
+        slope = slope * share + k * cells[row, 4 + k]
     # The slope is asked too: across a symmetric cusp the polynomial meets the middle, where nothing moves.
-    if abs(_horner(cell, share) - middle) * speed <= tolerance and abs(slope * speed / length - 1.0) < 1e-6:
+    if (
+        abs(_horner(cells, row, share) - middle) * speed <= tolerance
+        and abs(slope * speed / length - 1.0) < 1e-6
+    ):
         return 2
     return 1
 
@@ -387,7 +397,7 @@ def _cut_span(
     while rows < out.shape[0]:
         out[rows, 0] = a
         out[rows, 1] = s
-        grade = _cell(on, b, within, least if look else 1e300, out[rows])
+        grade = _cell(on, b, within, least if look else 1e300, out, rows)
         look = grade == 0
         if grade < 2:
             b = 0.5 * (a + b)
@@ -512,7 +522,7 @@ def parameter_at(
         return cell[low, 0]
     if tau >= cell[low, 2] - snap:
         return end
-    return _horner(cell[low], tau / cell[low, 2])
+    return _horner(cell, low, tau / cell[low, 2])
 
 
 def invert(

@@ -79,7 +79,6 @@ class Span:
         By bisection over the parameter range (NURBS Book, A2.1), of which the first or last span is what a `u` outside
         gets.
         """
-        knots: cython.const[cython.double][::1] = self.curves.knots
         p: cython.Py_ssize_t = self.curves.degree[c]
         first: cython.Py_ssize_t = self.curves.knot_offset[c] + p
         last: cython.Py_ssize_t = self.curves.knot_offset[c + 1] - p - 1
@@ -88,13 +87,13 @@ class Span:
         middle: cython.Py_ssize_t
         while high - low > 1:
             middle = (low + high) // 2
-            if knots[middle] < u or (side >= 0 and knots[middle] == u):
+            if self.curves.knots[middle] < u or (side >= 0 and self.curves.knots[middle] == u):
                 low = middle
             else:
                 high = middle
-        while low > first and knots[low] == knots[low + 1]:
+        while low > first and self.curves.knots[low] == self.curves.knots[low + 1]:
             low -= 1
-        while low < last - 1 and knots[low] == knots[low + 1]:
+        while low < last - 1 and self.curves.knots[low] == self.curves.knots[low + 1]:
             low += 1
         return low
 
@@ -109,11 +108,8 @@ class Span:
         which the curve stays and the quotient rule would take alike numbers from each other.
         """
         p: cython.Py_ssize_t = self.curves.degree[c]
-        knots: cython.const[cython.double][::1] = self.curves.knots
-        points: cython.const[cython.double][:, ::1] = self.curves.points
-        weights: cython.const[cython.double][::1] = self.curves.weights
         point: cython.Py_ssize_t = self.curves.point_offset[c] + i - self.curves.knot_offset[c] - p
-        axes: cython.Py_ssize_t = points.shape[1]
+        axes: cython.Py_ssize_t = self.curves.points.shape[1]
         j: cython.Py_ssize_t
         k: cython.Py_ssize_t
         d: cython.Py_ssize_t
@@ -123,29 +119,31 @@ class Span:
         self.c = c
         self.i = i
         self.p = p
-        self.plain = weights[point] == 1.0
+        self.plain = self.curves.weights[point] == 1.0
         for j in range(1, p + 1):
-            self.plain = self.plain and weights[point + j] == 1.0
-            if weights[point + j] > weights[origin]:
+            self.plain = self.plain and self.curves.weights[point + j] == 1.0
+            if self.curves.weights[point + j] > self.curves.weights[origin]:
                 origin = point + j
         for j in range(p - 1, -1, -1):
             alike = True
             for d in range(axes):
-                if points[point + j, d] != points[point + j + 1, d]:
+                if self.curves.points[point + j, d] != self.curves.points[point + j + 1, d]:
                     alike = False
             if alike:
                 origin = point + j
         for d in range(axes):
-            self.q[p + 1, 0, d] = points[origin, d]
+            self.q[p + 1, 0, d] = self.curves.points[origin, d]
         for j in range(p + 1):
             for d in range(axes):
-                self.q[0, j, d] = (points[point + j, d] - points[origin, d]) * weights[point + j]
-            self.q[0, j, axes] = weights[point + j]
+                self.q[0, j, d] = (
+                    self.curves.points[point + j, d] - self.curves.points[origin, d]
+                ) * self.curves.weights[point + j]
+            self.q[0, j, axes] = self.curves.weights[point + j]
         for k in range(1, order + 1):
             if k > p:
                 break
             for j in range(p - k + 1):
-                factor = (p - k + 1) / (knots[i + 1 + j] - knots[i + k - p + j])
+                factor = (p - k + 1) / (self.curves.knots[i + 1 + j] - self.curves.knots[i + k - p + j])
                 for d in range(axes + 1):
                     self.q[k, j, d] = factor * (self.q[k - 1, j + 1, d] - self.q[k - 1, j, d])
 
@@ -160,7 +158,6 @@ class Span:
         Basis functions by the Cox-de Boor recurrence (NURBS Book, A2.2): at degree p - k they meet the points of the
         k-th derivative.
         """
-        knots: cython.const[cython.double][::1] = self.curves.knots
         i: cython.Py_ssize_t = self.i
         p: cython.Py_ssize_t = self.p
         columns: cython.Py_ssize_t = self.q.shape[2]
@@ -179,9 +176,9 @@ class Span:
             if r > 0:
                 saved = 0.0
                 for j in range(r):
-                    term = self.basis[j] / (knots[i + 1 + j] - knots[i + 1 + j - r])
-                    self.basis[j] = saved + (knots[i + 1 + j] - u) * term
-                    saved = (u - knots[i + 1 + j - r]) * term
+                    term = self.basis[j] / (self.curves.knots[i + 1 + j] - self.curves.knots[i + 1 + j - r])
+                    self.basis[j] = saved + (self.curves.knots[i + 1 + j] - u) * term
+                    saved = (u - self.curves.knots[i + 1 + j - r]) * term
                 self.basis[r] = saved
             if p - r <= order:
                 for d in range(columns):

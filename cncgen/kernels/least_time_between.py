@@ -152,6 +152,8 @@ def _sizes(
 @cython.locals(j=_INDEX, k=_INDEX, s=_INDEX, limit=_REAL, inside=_REAL, end=_REAL, bulge=_REAL)
 def _lower(
     problem: Problem,
+    sums: cython.double[::1],
+    share: cython.double[:, :, ::1],
     block: cython.Py_ssize_t,
     which: cython.Py_ssize_t,
     a: cython.Py_ssize_t,
@@ -160,8 +162,6 @@ def _lower(
     fresh: cython.bint,
 ) -> cython.double:
     """Lower the acceleration (0) or the jerk limits (1) of an axis in a block; return the largest part of one inside."""
-    sums: cython.double[::1] = problem.sums
-    share: cython.double[:, :, ::1] = problem.share
     near: cython.double = 0.9 if fresh else 1.0 + slack
     margin: cython.double = 1.0 if fresh else 1.0 - 0.5 * slack
     worst: cython.double = 0.0
@@ -217,7 +217,9 @@ def tighten(
         for a in range(problem.d1.shape[2]):
             _sizes(problem, problem.d1, problem.d2, problem.d3, problem.motion, problem.sums, block, a)
             for which in range(2):
-                worst = max(worst, _lower(problem, block, which, a, slack, eased, fresh))
+                worst = max(
+                    worst, _lower(problem, problem.sums, problem.share, block, which, a, slack, eased, fresh)
+                )
     return worst
 
 

@@ -99,11 +99,14 @@ def survey(problem: Problem) -> cython.double:
 @cython.nogil
 @cython.exceptval(check=False)
 @cython.locals(j=_INDEX, f=_INDEX, m=_INDEX, s=_INDEX, t=_INDEX, x=_REAL, y=_REAL, z=_REAL)
-def _begin(problem: Problem, block: cython.Py_ssize_t) -> vectorized:
+def _begin(
+    problem: Problem,
+    fixed: cython.double[::1],
+    motion: cython.double[::1],
+    sums: cython.double[::1],
+    block: cython.Py_ssize_t,
+) -> vectorized:
     """Do `begin`."""
-    fixed: cython.double[::1] = problem.fixed
-    motion: cython.double[::1] = problem.motion
-    sums: cython.double[::1] = problem.sums
     for j in range(SUMMED):
         sums[j] = 0.0
         sums[SUMS + j] = 0.0
@@ -143,7 +146,7 @@ def begin(problem: Problem, block: cython.Py_ssize_t) -> cython.void:
 
     In the middle of an interval q is b + h d + h²/4 κ by q, d and κ at the left end.
     """
-    _begin(problem, block)
+    _begin(problem, problem.fixed, problem.motion, problem.sums, block)
 
 
 @cython.cfunc
@@ -151,11 +154,14 @@ def begin(problem: Problem, block: cython.Py_ssize_t) -> cython.void:
 @cython.exceptval(check=False)
 @cython.locals(j=_INDEX, k=_INDEX, f=_INDEX, s=_INDEX, t=_INDEX, x=_REAL, count=_INDEX)
 def _spread(
-    problem: Problem, block: cython.Py_ssize_t, column: cython.Py_ssize_t, vector: cython.double[::1]
+    problem: Problem,
+    fixed: cython.double[::1],
+    sums: cython.double[::1],
+    block: cython.Py_ssize_t,
+    column: cython.Py_ssize_t,
+    vector: cython.double[::1],
 ) -> vectorized:
     """Do `spread`."""
-    fixed: cython.double[::1] = problem.fixed
-    sums: cython.double[::1] = problem.sums
     count = size(problem, block)
     k = block * LANES
     for j in range(count):
@@ -191,7 +197,7 @@ def spread(
     problem: Problem, block: cython.Py_ssize_t, column: cython.Py_ssize_t, vector: cython.double[::1]
 ) -> cython.void:
     """Add the sums of a block that begin in `column`, of (q, d, κ) at both ends, to a vector of the unknowns."""
-    _spread(problem, block, column, vector)
+    _spread(problem, problem.fixed, problem.sums, block, column, vector)
 
 
 @cython.cfunc
@@ -202,10 +208,14 @@ def spread(
     k1=_REAL, k2=_REAL, u1=_REAL, u2=_REAL, v1=_REAL, v2=_REAL, p0=_REAL, p1=_REAL, p2=_REAL, r0=_REAL, r1=_REAL,
     r2=_REAL, t0=_REAL, t1=_REAL, t2=_REAL, both=_REAL, x=_REAL, y=_REAL,
 )  # fmt: skip
-def _gathered(problem: Problem, block: cython.Py_ssize_t, band: cython.double[:, ::1]) -> vectorized:
+def _gathered(
+    problem: Problem,
+    fixed: cython.double[::1],
+    sums: cython.double[::1],
+    block: cython.Py_ssize_t,
+    band: cython.double[:, ::1],
+) -> vectorized:
     """Do `gathered`."""
-    fixed: cython.double[::1] = problem.fixed
-    sums: cython.double[::1] = problem.sums
     count = size(problem, block)
     k = block * LANES
     for j in range(count):
@@ -259,7 +269,7 @@ def _gathered(problem: Problem, block: cython.Py_ssize_t, band: cython.double[:,
 @cython.exceptval(check=False)
 def gathered(problem: Problem, block: cython.Py_ssize_t, band: cython.double[:, ::1]) -> cython.void:
     """Add the matrix of a block, of (q, d, κ) at both ends, to three upper diagonals of that of the unknowns."""
-    _gathered(problem, block, band)
+    _gathered(problem, problem.fixed, problem.sums, block, band)
 
 
 @cython.ccall
@@ -336,6 +346,7 @@ def substitute(
 )  # fmt: skip
 def _turn(
     problem: Problem,
+    c: cython.double[::1],
     dc: cython.double[::1],
     fixed: cython.double[::1],
     motion: cython.double[::1],
@@ -343,7 +354,6 @@ def _turn(
     block: cython.Py_ssize_t,
 ) -> vectorized:
     """Fill the steps of the motion of a block, and raise its part of what `turn` returns, in the first column of `sums`."""
-    c: cython.double[::1] = problem.c
     for j in range(size(problem, block)):
         k = block * LANES + j
         f = block * FIXED + j
@@ -376,7 +386,7 @@ def turn(problem: Problem, dc: cython.double[::1]) -> cython.double:
     for j in range(LANES):
         sums[j] = 0.0
     for block in range(problem.blocks):
-        _turn(problem, dc, problem.fixed, problem.motion, sums, block)
+        _turn(problem, problem.c, dc, problem.fixed, problem.motion, sums, block)
     for j in range(LANES):
         most = max(most, sums[j])
     return most

@@ -62,9 +62,6 @@ def _idle(problem: Problem, k: cython.Py_ssize_t, a: cython.Py_ssize_t) -> cytho
     A derivative that changes the direction by rounding over the length `h` of the interval is none. What differs by less
     than `_ALIKE` is alike, lest rounding say how many rows a problem has.
     """
-    d1: cython.double[:, :, ::1] = problem.d1
-    limits: cython.double[:, ::1] = problem.limits
-    factor: cython.double[:, :, ::1] = problem.factor
     h: cython.double = problem.h[k]
     b: cython.Py_ssize_t
     most: cython.double = 0.0
@@ -72,22 +69,26 @@ def _idle(problem: Problem, k: cython.Py_ssize_t, a: cython.Py_ssize_t) -> cytho
     twist: cython.int
     acc: cython.double
     jerk: cython.double
-    for b in range(d1.shape[2]):
-        most = max(most, fabs(d1[k, 1, b]))
+    for b in range(problem.d1.shape[2]):
+        most = max(most, fabs(problem.d1[k, 1, b]))
     bend = _moves(problem.d2, k, a, _NOTHING * most / h)
     twist = _moves(problem.d3, k, a, _NOTHING * most / (h * h))
-    if _moves(d1, k, a, 0.0) < 2 and bend < 2 and twist < 2:
+    if _moves(problem.d1, k, a, 0.0) < 2 and bend < 2 and twist < 2:
         return True
     if bend > 0 or twist > 0:
         return False
-    for b in range(d1.shape[2]):
+    for b in range(problem.d1.shape[2]):
         if b == a:
             continue
         # The part of its limits that b takes, by the part that a takes of its own.
-        acc = fabs(d1[k, 0, b]) * limits[0, a] * factor[k, 0, a]
-        acc /= fabs(d1[k, 0, a]) * limits[0, b] * factor[k, 0, b]
-        jerk = limits[1, a] * factor[k, 1, a] / (fabs(d1[k, 0, a]) * limits[1, b] * factor[k, 1, b])
-        jerk *= fabs(d1[k, 0, b])
+        acc = fabs(problem.d1[k, 0, b]) * problem.limits[0, a] * problem.factor[k, 0, a]
+        acc /= fabs(problem.d1[k, 0, a]) * problem.limits[0, b] * problem.factor[k, 0, b]
+        jerk = (
+            problem.limits[1, a]
+            * problem.factor[k, 1, a]
+            / (fabs(problem.d1[k, 0, a]) * problem.limits[1, b] * problem.factor[k, 1, b])
+        )
+        jerk *= fabs(problem.d1[k, 0, b])
         if min(acc, jerk) > 1.0 - _ALIKE and (b < a or max(acc, jerk) > 1.0 + _ALIKE):
             return True
     return False
@@ -190,11 +191,8 @@ def _limited(
     idle: cython.char[:, ::1],
 ) -> cython.void:
     """Write accelerations and jerks of a block at one end."""
-    d1: cython.double[:, :, ::1] = problem.d1
-    d2: cython.double[:, :, ::1] = problem.d2
-    d3: cython.double[:, :, ::1] = problem.d3
     e = 2 * end
-    for a in range(d1.shape[2]):
+    for a in range(problem.d1.shape[2]):
         _open(problem, block, end, _ACCELERATION, a)
         for j in range(size(problem, block)):
             k = block * LANES + j
@@ -202,7 +200,12 @@ def _limited(
                 (end == 1 and joint[k] != 0) or (end == 0 and (problem.free == 1 or k > 0))
             ):
                 _put(
-                    problem, j, d2[k, e, a], d1[k, e, a], 0.0, problem.limits[0, a] * problem.factor[k, 0, a]
+                    problem,
+                    j,
+                    problem.d2[k, e, a],
+                    problem.d1[k, e, a],
+                    0.0,
+                    problem.limits[0, a] * problem.factor[k, 0, a],
                 )
         _close(problem)
         _open(problem, block, end, _JERK, a)
@@ -212,9 +215,9 @@ def _limited(
                 _put(
                     problem,
                     j,
-                    d3[k, e, a],
-                    3.0 * d2[k, e, a],
-                    d1[k, e, a],
+                    problem.d3[k, e, a],
+                    3.0 * problem.d2[k, e, a],
+                    problem.d1[k, e, a],
                     problem.limits[1, a] * problem.factor[k, 1, a],
                 )
         _close(problem)
@@ -320,18 +323,15 @@ def _ceiling(
     q: cython.double,
 ) -> cython.double:
     """Return q, lowered to what steady motion allows at an end of an interval."""
-    d2: cython.double[:, :, ::1] = problem.d2
-    d3: cython.double[:, :, ::1] = problem.d3
-    limits: cython.double[:, ::1] = problem.limits
     a: cython.Py_ssize_t
     x: cython.double
-    for a in range(d2.shape[2]):
-        x = fabs(d2[k, e, a])
-        if x * q > limits[0, a]:
-            q = limits[0, a] / x
-        x = fabs(d3[k, e, a])
+    for a in range(problem.d2.shape[2]):
+        x = fabs(problem.d2[k, e, a])
+        if x * q > problem.limits[0, a]:
+            q = problem.limits[0, a] / x
+        x = fabs(problem.d3[k, e, a])
         if x > 0.0:
-            x = cbrt(limits[1, a] / x)
+            x = cbrt(problem.limits[1, a] / x)
             q = min(q, x * x)
     return q
 
@@ -347,10 +347,6 @@ def _gain(
     state: cython.double[::1],
 ) -> cython.void:
     """Move ``state`` = (q, acceleration) over an interval with full jerk, the acceleration limits and the bound `cap` of q."""
-    d1: cython.double[:, :, ::1] = problem.d1
-    d2: cython.double[:, :, ::1] = problem.d2
-    limits: cython.double[:, ::1] = problem.limits
-    factor: cython.double[:, :, ::1] = problem.factor
     length: cython.double = problem.h[k]
     a: cython.Py_ssize_t
     _: cython.int
@@ -362,14 +358,17 @@ def _gain(
     v: cython.double = sqrt(q)
     rate: cython.double = state[1]
     t: cython.double
-    for a in range(d1.shape[2]):
-        most = max(most, fabs(d1[k, e, a]))
-    for a in range(d1.shape[2]):
-        x = fabs(d1[k, e, a])
+    for a in range(problem.d1.shape[2]):
+        most = max(most, fabs(problem.d1[k, e, a]))
+    for a in range(problem.d1.shape[2]):
+        x = fabs(problem.d1[k, e, a])
         # An axis that turns about here asks for nothing; how much that is, would be rounding by rounding.
         if x > _ALIKE * most:
-            acc = min(acc, max(limits[0, a] * factor[k, 0, a] - fabs(d2[k, e, a]) * q, 0.0) / x)
-            jerk = min(jerk, limits[1, a] * factor[k, 1, a] / x)
+            acc = min(
+                acc,
+                max(problem.limits[0, a] * problem.factor[k, 0, a] - fabs(problem.d2[k, e, a]) * q, 0.0) / x,
+            )
+            jerk = min(jerk, problem.limits[1, a] * problem.factor[k, 1, a] / x)
     t = cbrt(6.0 * length / jerk)
     if v * t > length:
         t = length / v
