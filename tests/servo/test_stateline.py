@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.linalg import expm
 
 from cncgen.kernels import servo_stateline
 from cncgen.servo.controllers import stateline
@@ -90,6 +91,82 @@ def test_no_deadlock_over_1000_random_paths_and_gains():
         run = run_stateline(reference, axes, rule, 10.0 ** rng.uniform(-3, 0))
         assert run.place[-1] == len(reference) - 1
         assert run.forced == 0
+
+
+def followed(reference, axes, rule, bound, period=0.0005, spread=0.016):
+    """Eqs 7, Rule 2 and the jerk rule term by term, with each loop's step by the matrix exponential; shorter than patience.
+
+    Returns positions and reference index of each control period, and how many periods were held.
+    """
+    n = len(reference)
+    speeds = np.zeros(
+        (n + 3, len(axes))
+    )  # of the period that ends at row i; 0 before the first and after the last row
+    speeds[1:n] = np.diff(reference, axis=0) / period
+    gains = np.array([axis.error_gains for axis in axes])
+    kve, kac, kje = gains.T
+    flows = [
+        expm(period * np.array([[0.0, 1.0, 0.0], [0.0, -1.0 / axis.lag, 1.0 / axis.lag], [0.0, 0.0, 0.0]]))
+        for axis in axes
+    ]
+    state = np.column_stack([reference[0], np.zeros(len(axes))])
+    at, moved, moved_before = 0, 0.0, 0.0
+    positions, places, held = [], [], 0
+    while True:
+        error = reference[at] - state[:, 0]
+        if at == n - 1 and (np.abs(error) <= bound + 1e-6).all():
+            return np.array(positions), places, held
+        now, following, after = moved * speeds[at], speeds[at + 1], speeds[at + 2]
+        before = moved_before * speeds[at - 1] if at else 0.0 * now
+        left = {
+            Rule.NONE: 0.0 * error,
+            Rule.ERROR: error,
+            Rule.RULE_2: error + (kve + kac / spread) * (following - now),
+            Rule.JERK: error
+            + (kve + kac / spread) * (following - now)
+            + kje / spread * ((after - following) - (now - before)),
+        }[rule]
+        # An axis whose error is within the bound never holds the line: waiting cannot help it.
+        agrees = (np.abs(error) <= bound) | (np.abs(left) <= np.abs(kve * following) + bound)
+        high = at < n - 1 and bool(agrees.all())
+        held += at < n - 1 and not high
+        moved, moved_before = float(high), moved
+        at += high
+        for i, axis in enumerate(axes):
+            command = axis.gain * (reference[at, i] - state[i, 0])
+            state[i] = (flows[i] @ [*state[i], command])[:2]
+        positions.append(state[:, 0].copy())
+        places.append(at)
+
+
+@pytest.mark.parametrize("rule", list(Rule))
+def test_a_run_is_the_rules_term_by_term(rule):
+    """Unlike axes on a path of corners, and one too short to have a period before and one after."""
+    axes = (StatelineAxis(60.0, 0.004), StatelineAxis(25.0, 0.012))
+    rng = np.random.default_rng(3)
+    for rows, size, bound in ((31, 1.0, 0.02), (23, 0.3, 0.005), (3, 0.2, 0.01), (2, 0.2, 0.01)):
+        master = np.cumsum(rng.normal(size=(6, 2)) * size, axis=0)
+        reference = interpolate(master, 8, 3)[:rows]
+        run = run_stateline(reference, axes, rule, bound)
+        position, places, held = followed(reference, axes, rule, bound)
+        assert run.place.tolist() == places
+        assert run.position == pytest.approx(position, abs=1e-10)
+        assert (run.held, run.forced) == (held, 0)
+        assert run.held > 0 or rows < 4 or rule is Rule.NONE
+
+
+def test_patience_ends_a_wait():
+    """A step of 10 mm and then a tiny one, before which E e^(−10 t) comes down to 21 µm: 0.6 s, unless patience ends before."""
+    reference = np.array([[0.0], [10.0], [10.0001]])
+    axis = [StatelineAxis(10.0, 0.004)]
+    patient = run_stateline(reference, axis, Rule.ERROR, 1e-3)
+    hasty = run_stateline(reference, axis, Rule.ERROR, 1e-3, patience_s=0.05)
+    assert patient.forced == 0
+    assert np.bincount(patient.place)[1] * patient.period == pytest.approx(0.62, abs=0.03)
+    assert hasty.forced == 1
+    # Held for a hundred control periods of 0.5 ms, and forced in the next.
+    assert np.bincount(hasty.place)[1] == 101
+    assert hasty.held == 101
 
 
 def test_error_gains_are_those_of_ramp_and_parabola():
