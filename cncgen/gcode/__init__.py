@@ -33,7 +33,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from cncgen.diagnostics import Diagnostics, ProgramError, RunDiagnostics
-from cncgen.gcode.codes.table import LATHE
+from cncgen.gcode.codes.table import LATHE, language_of
 from cncgen.gcode.flow.running import Runner
 from cncgen.gcode.sinks.counting import CountingSink
 from cncgen.gcode.source import open_source
@@ -72,7 +72,9 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
 
     def chunks() -> Iterator[Toolpath]:
         builder = ToolpathBuilder(axes, np.zeros(len(axes)), [name])
-        sink = ColumnsSink(builder, options.tolerance_mm)
+        sink = ColumnsSink(
+            builder, options.tolerance_mm, degrees_count=language_of(choice.dialect) == "fanuc"
+        )
         handed = False
         runner = Runner(
             text, options, sink, RunDiagnostics(diagnostics), path=path, axes=moving, choice=choice

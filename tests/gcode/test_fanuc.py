@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 import pytest
+
+from cncgen.toolpath.record import FeedMode, Kind
 
 
 def points(out: Any) -> list[list[float]]:
@@ -23,6 +26,36 @@ def fanuc(run: Any, text: str, **options: Any) -> list[list[float]]:
 def test_jumps_and_loops(run: Any) -> None:
     text = "#1=0\nWHILE[#1LT3]DO1\n#1=#1+1\nG0X#1\nEND1\nIF[#1EQ3]GOTO100\nG0X99\nN100 G0Y1\nGOTO 200\nX98\nN200 M30"
     assert fanuc(run, text) == [[1, 0, 0], [2, 0, 0], [3, 0, 0], [3, 1, 0]]
+
+
+@pytest.mark.parametrize(
+    ("line", "minutes"),
+    [
+        # The manual's own example: 20 mm and 40 degrees at F300 take 0.14907 min (B-63174EN, 4.2).
+        ("G1 X20. C40. F300.", math.hypot(20.0, 40.0) / 300.0),
+        ("G1 X3. Y4. C12. F300.", 13.0 / 300.0),
+        ("G20 G1 X1. A2. F10.", math.hypot(1.0, 2.0) / 10.0),
+        ("G95 S100 M3 G1 X20. C40. F2.", math.hypot(20.0, 40.0) / 200.0),
+        ("G93 G1 X20. C40. F5.", 1.0 / 5.0),
+        ("G1 A3. C4. F300.", 5.0 / 300.0),
+        ("G1 X20. F300.", 20.0 / 300.0),
+        ("G2 X20. Y0 I10. J0 A90. F300.", 10.0 * math.pi / 300.0),
+    ],
+)
+def test_degrees_count_in_the_feed_of_lines(run: Any, line: str, minutes: float) -> None:
+    """F is along all axes, degrees as millimetres (inches); of an arc it is along the arc."""
+    path = run(f"G91 {line}\nM30", dialect="fanuc").path
+    (row,) = np.flatnonzero(path.kind != Kind.EVENT)
+    way = path.end[row] - path.start
+    linear = [k for k, letter in enumerate(path.axes) if letter in "XYZ"]
+    length = np.linalg.norm(way[linear]) or np.linalg.norm(way)
+    length = 10.0 * math.pi if path.kind[row] == Kind.ARC else length
+    seconds = (
+        1.0 / path.feed[row] if path.feed_mode[row] == FeedMode.INVERSE_TIME else length / path.feed[row]
+    )
+    assert seconds == pytest.approx(60.0 * minutes, rel=1e-12)
+    of_linuxcnc = run("G91 G1 X20 C40 F300\nM2", dialect="linuxcnc").path
+    assert of_linuxcnc.feed[0] == pytest.approx(5.0)
 
 
 def test_nested_loops(run: Any) -> None:
