@@ -99,7 +99,9 @@ def fit(
     Raises:
         CorridorError: If the tolerance cannot be held.
     """
-    longest = np.minimum(_longest(pieces, widest), np.inf if longest is None else longest)
+    unasked = _longest(pieces, widest)
+    longest = unasked if longest is None else np.minimum(unasked, longest)
+    cuts = np.union1d(cuts, _about_joints(pieces, longest, unasked))
     for part in (1.0, *_SHORTER):
         spline = _attempt(
             pieces, cuts, head, tail, seam, longest if part == 1.0 else _cut(pieces, seam, longest, part)
@@ -129,7 +131,6 @@ def _attempt(
     t, axes, total = pieces.t, pieces.y.shape[2], pieces.t[-1]
     laid = 4 if seam is None else 8
     start = t[0] if seam is None else seam.knots[-1]
-    cuts = np.union1d(cuts, _about_joints(pieces, longest))
     places = np.append(cuts[(cuts > start + 1e-9 * (total - t[0])) & (cuts < total)], total)
     rounds, least = (_FEW_ROUNDS, _FEW_USED) if len(pieces.y) <= _FEW else (ROUNDS, _USED)
     scale = np.minimum(first_scales(pieces), longest)
@@ -176,7 +177,7 @@ def _attempt(
     return Spline(knots, points, worst, allowed * used.max(axis=1))
 
 
-def _about_joints(pieces: Pieces, longest: Floats) -> Floats:
+def _about_joints(pieces: Pieces, longest: Floats, unasked: Floats) -> Floats:
     """Return where knots are laid about joints that are rounded by themselves, mm.
 
     How fast the curve is passed there depends on where its knots are, for its third derivative is linear between them. At a turn
@@ -184,14 +185,16 @@ def _about_joints(pieces: Pieces, longest: Floats) -> Floats:
     what comes before, they would be anywhere, and a little more tolerance could take longer.
 
     Args:
-        pieces, longest: See `_attempt`.
+        pieces: See `fit`.
+        longest: Shape (n + 1,), the largest smoothing lengths at the ends of pieces, mm.
+        unasked: Shape (n + 1,), those that the pieces alone make: a joint that asks for more is not felt.
     """
     joint = np.flatnonzero(np.diff(pieces.row, prepend=-1))[1:]
     by_turn, by_step = (each[joint - 1] for each in joint_scales(pieces))
     guess, length = np.minimum(by_turn, by_step), np.diff(pieces.row_t)
     left = np.minimum(_LEFT * guess, longest[joint])
     lone = np.minimum(length[1:], length[:-1]) > _LONE * left
-    lone &= guess < _FELT * longest[joint]
+    lone &= guess < _FELT * unasked[joint]
     turn, step = lone & (by_turn <= by_step), lone & (by_turn > by_step)
     at, half = pieces.t[joint], _HALF * left[step]
     return np.concatenate([at[turn], at[step] - half, at[step] + half])
