@@ -141,18 +141,20 @@ def followed(reference, axes, rule, bound, period=0.0005, spread=0.016):
 
 @pytest.mark.parametrize("rule", list(Rule))
 def test_a_run_is_the_rules_term_by_term(rule):
-    """Unlike axes on a path of corners, and one too short to have a period before and one after."""
-    axes = (StatelineAxis(60.0, 0.004), StatelineAxis(25.0, 0.012))
+    """Unlike axes on paths of corners, bounds from micrometres to most of a step, references of two rows and more."""
     rng = np.random.default_rng(3)
-    for rows, size, bound in ((31, 1.0, 0.02), (23, 0.3, 0.005), (3, 0.2, 0.01), (2, 0.2, 0.01)):
-        master = np.cumsum(rng.normal(size=(6, 2)) * size, axis=0)
-        reference = interpolate(master, 8, 3)[:rows]
+    held_at_all = 0
+    for rows in (2, 3, 4, 5, *[12] * 5, 31):
+        axes = [StatelineAxis(rng.uniform(20.0, 70.0), lag) for lag in rng.uniform(0.002, 0.012, 2)]
+        master = np.cumsum(rng.normal(size=(6, 2)) * rng.choice([0.02, 0.3, 1.0]), axis=0)
+        reference, bound = interpolate(master, 8, 3)[:rows], 10.0 ** rng.uniform(-2.5, -0.5)
         run = run_stateline(reference, axes, rule, bound)
         position, places, held = followed(reference, axes, rule, bound)
         assert run.place.tolist() == places
-        assert run.position == pytest.approx(position, abs=1e-10)
+        assert run.position == pytest.approx(position.reshape(-1, 2), abs=1e-10)
         assert (run.held, run.forced) == (held, 0)
-        assert run.held > 0 or rows < 4 or rule is Rule.NONE
+        held_at_all += held
+    assert (held_at_all > 0) == (rule is not Rule.NONE)
 
 
 def test_patience_ends_a_wait():
