@@ -23,7 +23,7 @@ from cncgen.gcode.codes.table import (
     language_of,
     table,
 )
-from cncgen.gcode.codes.unsupported import ON_LATHES, WITHOUT, shown
+from cncgen.gcode.codes.unsupported import ON_LATHES, ON_MILLS, WITHOUT, shown
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import NO_MOTION, Stage
 
@@ -152,8 +152,8 @@ class Plans:
             other = next((d for d in others if d != self._table and (letter, number) in table(d)), None)
             if other:
                 hint = f"it is a code of the {other} dialect: --dialect {other}"
-            if self._table == LATHE and letter == "G":
-                hint = ON_LATHES.get(number, hint)
+            if letter == "G" and self.dialect == "fanuc":
+                hint = (ON_LATHES if self._table == LATHE else ON_MILLS).get(number, hint)
             raise BlockError(
                 "unknown-code", f"{shown(letter, number, name)} is not supported", name, hint=hint
             )

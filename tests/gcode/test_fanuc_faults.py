@@ -119,3 +119,11 @@ def test_of_two_codes_of_a_group_the_last_one_counts(
     for dialect in ("fanuc-lathe", "linuxcnc"):
         codes = [code for code, line, _ in run(f"G0 X1\n{block}\nM30", dialect=dialect).errors if line == 2]
         assert codes
+
+
+@pytest.mark.parametrize("line", ["G70 I50. J15. L12", "G71 I50. J30. K30. L3", "G72 I50. J30. K30. L3"])
+def test_rows_of_holes_of_haas_are_not_taken_for_a_lathe(run: Run, line: str) -> None:
+    """On a mill these are patterns of holes: sending the programmer to the dialect of lathes leads astray."""
+    found = run(f"G81 Z-5. R2. F100. L0\n{line}\nG80\nM30", dialect="fanuc").diagnostics
+    (fault,) = [d for d in found if d.severity == "error"]
+    assert (fault.code, "holes" in fault.message, "each hole" in fault.hint) == ("unknown-code", True, True)

@@ -16,7 +16,8 @@ MEANING: dict[tuple[str, int], str] = {
     ("G", 370): "automatic tool length measurement",
     **dict.fromkeys((("G", 412), ("G", 422)), "three-dimensional cutter compensation"),
     ("G", 435): "tool centre point control with tool vectors",
-    **dict.fromkeys((("G", n) for n in (450, 460, 470, 480)), "a tool offset added to a motion"),
+    **dict.fromkeys((("G", n) for n in (450, 460, 480)), "a tool offset added to a motion"),
+    ("G", 470): "a tool offset added to a motion; engraving on Haas's mills",
     **dict.fromkeys((("G", 502), ("G", 512)), "polygon turning"),
     ("G", 531): "turning the tool axis along a tilted plane",
     ("G", 542): "dynamic fixture offset",
@@ -24,7 +25,9 @@ MEANING: dict[tuple[str, int], str] = {
     ("G", 600): "single direction positioning",
     ("G", 661): "a modal macro called in each block",
     **dict.fromkeys((("G", 682), ("G", 683), ("G", 684)), "a tilted working plane"),
-    **dict.fromkeys((("G", n) for n in (700, 710, 720)), "a turning cycle of lathes"),
+    **dict.fromkeys(
+        (("G", n) for n in (700, 710, 720)), "a turning cycle of lathes, a row of holes on Haas's mills"
+    ),
     **dict.fromkeys((("G", n) for n in (750, 770, 780, 790)), "a grinding cycle"),
     ("G", 811): "chopping",
     ("G", 1500): "a general pocket cycle",
@@ -33,7 +36,17 @@ MEANING: dict[tuple[str, int], str] = {
 
 _TILTED = "post it with the rotary axes in place and X Y Z as the axes go, or with G43.4, which is read"
 #: What to do without a code that is not read.
-WITHOUT: dict[tuple[str, int], str] = dict.fromkeys((("G", n) for n in (531, 682, 683, 684)), _TILTED)
+WITHOUT: dict[tuple[str, int], str] = {
+    **dict.fromkeys((("G", n) for n in (531, 682, 683, 684)), _TILTED),
+    **dict.fromkeys(
+        (("G", n) for n in (120, 130, 470, 1500)), "post it as the moves that it makes: G1, G2, G3"
+    ),
+}
+#: What mills of FANUC have in place of codes that only lathes read, G numbers in tenths.
+ON_MILLS: dict[int, str] = dict.fromkeys(
+    (700, 710, 720),
+    "a lathe's program wants --dialect fanuc-lathe; on a mill, write X and Y of each hole in a block of its own",
+)
 #: What lathes of FANUC (system A) have in place of codes of mills, G numbers in tenths.
 ON_LATHES: dict[int, str] = {
     330: "lathes cut threads with G32",
