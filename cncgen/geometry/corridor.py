@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cncgen.geometry.columns import most
 from cncgen.geometry.pieces import Pieces, first_scales, joint_scales
 from cncgen.geometry.tables import Floats
 from cncgen.kernels import smoothing
@@ -174,7 +175,7 @@ def _attempt(
     points += origin
     if seam is not None:
         points[:4] = seam.points
-    return Spline(knots, points, worst, allowed * used.max(axis=1))
+    return Spline(knots, points, worst, allowed * most(used))
 
 
 def _about_joints(pieces: Pieces, longest: Floats, unasked: Floats) -> Floats:

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cncgen.geometry import nurbs as splines
 from cncgen.geometry.arcs import Spirals, spirals
+from cncgen.geometry.columns import most, norm, total
 from cncgen.geometry.tables import ArcTable, Floats, Ints, NurbsTable
 from cncgen.kernels import arc_length, path_derivatives
 from cncgen.units import ROTARY_LETTERS
@@ -150,10 +151,10 @@ class Path:
             moves[rows] = np.maximum.reduceat(away, first, axis=0)[chosen]
         moves[self._arc_rows, :3] = 1.0
         low, high = np.zeros(len(moves), np.int64), np.full(len(moves), 3, np.int64)
-        still = moves[:, :3].max(axis=1, initial=0.0) <= STANDSTILL
+        still = most(moves[:, :3]) <= STANDSTILL
         for group in (rotary, uvw):
             if group.stop > group.start:
-                here = still & (moves[:, group].max(axis=1) > STANDSTILL)
+                here = still & (most(moves[:, group]) > STANDSTILL)
                 low[here], high[here] = group.start, group.stop
         if rows.size and len(self.axes) > 3:
             # A curve that halts in these columns while another axis goes on is measured over all of them.
@@ -194,7 +195,7 @@ class Path:
     def _row_lengths(self) -> Floats:
         column = np.arange(len(self.axes))
         within = (column >= self._low[:, None]) & (column < self._high[:, None])
-        length = np.sqrt(np.sum(np.where(within, self._delta, 0.0) ** 2, axis=1))
+        length = norm(np.where(within, self._delta, 0.0))
         length[self._arc_rows] = self._arcs.length
         length[self._nurbs_rows] = self._nurbs.total
         return length
@@ -205,7 +206,7 @@ class Path:
         Increments that add up to a point but for rounding, and then that point, make such a row: it has no direction, and
         its ends are one place.
         """
-        ends = np.abs(self.end).max(axis=1, initial=0.0)
+        ends = most(np.abs(self.end))
         size = np.maximum(ends, max(abs(s_start), abs(s_start + float(self.row_length.sum()))))
         lost = self.row_length <= _SAME_PLACE * _ROUNDINGS * np.spacing(size)
         self.row_length[lost] = 0.0
@@ -583,7 +584,7 @@ def _metric_dot(a: Floats, b: Floats, low: Ints, high: Ints) -> Floats:
         span = slice(int(low[0]), int(high[0]))
         return np.einsum("ij,ij->i", a[:, span], b[:, span])
     column = np.arange(a.shape[1])
-    return np.sum(np.where((column >= low[:, None]) & (column < high[:, None]), a * b, 0.0), axis=1)
+    return total(np.where((column >= low[:, None]) & (column < high[:, None]), a * b, 0.0))
 
 
 def _halting(nurbs: NurbsTable, low: Ints, high: Ints, chosen: Ints) -> NDArray[np.bool_]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry.columns import most, norm
 from cncgen.geometry.path import ARC, LINE, NURBS, Path
 from cncgen.geometry.tables import Floats, Ints
 
@@ -68,7 +69,7 @@ def pieces_of(path: Path, tolerance: Floats, scale: Floats, rows: Ints | None = 
         y[curved] = cubic
         ends = 2.0 * cubic[:, 2], 2.0 * cubic[:, 2] + 6.0 * h[curved, None] * cubic[:, 3]
         # The second derivative of a cubic is linear.
-        bend[curved] = np.maximum(*(np.linalg.norm(end, axis=1) for end in ends))
+        bend[curved] = np.maximum(*(norm(end) for end in ends))
     straight = kind[row] == LINE
     y[straight] *= scale
     share = np.select([kind == LINE, kind == ARC], [0.0, ARC_SHARE], NURBS_SHARE)
@@ -106,7 +107,7 @@ def _nurbs_cuts(path: Path, rows: Ints, tolerance: Floats) -> tuple[Ints, Floats
     c = np.moveaxis(_hermite(path, rows[of], begin, width), 1, 0)
     u = half[:, None]
     middle = path.evaluate_parameter(rows[of], path.parameter_after(rows[of], begin + half))[0]
-    miss = np.linalg.norm(c[0] + u * (c[1] + u * (c[2] + u * c[3])) - middle, axis=1)
+    miss = norm(c[0] + u * (c[1] + u * (c[2] + u * c[3])) - middle)
     turn = width * path.curvature_after(rows[of], begin + half)
     count = np.ceil(np.maximum((miss / (NURBS_SHARE * tolerance[of])) ** 0.25, turn / 0.4))
     count = count.clip(1, 1000).astype(np.int64)
@@ -133,12 +134,12 @@ def _hermite(path: Path, row: Ints, s: Floats, h: Floats) -> Floats:
     for at, side in ((s, 1), (s + h, -1)):
         u = path.parameter_after(row, at, side)
         x, x1 = path.evaluate_parameter(row, u, 1, side)
-        ends.append((x, x1 / np.linalg.norm(x1[:, :3], axis=1)[:, None]))
+        ends.append((x, x1 / norm(x1[:, :3])[:, None]))
     (x0, d0), (x1, d1) = ends
     h = h[:, None]
     way = (x1 - x0) / h
     # Both less than rounding leaves of them on a straight piece, which is a line then, as if it had been written as one.
-    bent = np.maximum(np.abs(3 * way - 2 * d0 - d1), np.abs(d0 + d1 - 2 * way)).max(axis=1) > _STRAIGHT
+    bent = most(np.maximum(np.abs(3 * way - 2 * d0 - d1), np.abs(d0 + d1 - 2 * way))) > _STRAIGHT
     c1 = np.where(bent[:, None], d0, way)
     c2 = np.where(bent[:, None], (3 * way - 2 * d0 - d1) / h, 0.0)
     c3 = np.where(bent[:, None], (d0 + d1 - 2 * way) / h**2, 0.0)
@@ -163,6 +164,6 @@ def joint_scales(pieces: Pieces) -> tuple[Floats, Floats]:
     turn = y[1:, 1] - (y[:-1, 1] + h[:-1] * (2 * y[:-1, 2] + 3 * h[:-1] * y[:-1, 3]))
     step = 2 * y[1:, 2] - (2 * y[:-1, 2] + 6 * h[:-1] * y[:-1, 3])
     within = np.minimum(pieces.tolerance[1:], pieces.tolerance[:-1])
-    by_turn = 4.0 * within / np.maximum(np.linalg.norm(turn, axis=1), 1e-9 * within)
-    by_step = np.sqrt(within / (0.067 * np.linalg.norm(step, axis=1) + 1e-18 * within))
+    by_turn = 4.0 * within / np.maximum(norm(turn), 1e-9 * within)
+    by_step = np.sqrt(within / (0.067 * norm(step) + 1e-18 * within))
     return by_turn, by_step

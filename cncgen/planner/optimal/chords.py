@@ -13,8 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry.columns import most
 from cncgen.planner.motion import motion_at
-from cncgen.planner.optimal.limits import Bounds, most
+from cncgen.planner.optimal.limits import Bounds
 from cncgen.planner.optimal.pieces import Pieces
 from cncgen.planner.optimal.problem import Intervals
 from cncgen.planner.optimal.track import LINE, SPLINE, Track

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry.columns import most
 from cncgen.geometry.path import Path
 from cncgen.planner.optimal.limits import (
     JUMP_SHARE,
@@ -15,7 +16,6 @@ from cncgen.planner.optimal.limits import (
     SWAY_SHARE,
     Bounds,
     along_path,
-    most,
     resolution,
     speed_within,
 )

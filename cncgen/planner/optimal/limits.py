@@ -8,6 +8,7 @@ from functools import reduce
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry.columns import least
 from cncgen.kernels import along_path as kernel
 from cncgen.machine.record import Machine
 from cncgen.planner.record import Limit
@@ -96,16 +97,6 @@ class Bounds:
         return np.abs(turn) / weak, 0.75 * np.abs(bend) / (self.axes.jerk * period)
 
 
-def most(values: Floats) -> Floats:
-    """Return the maximum over the last, short axis; over few columns much faster than `max`."""
-    return reduce(np.maximum, np.moveaxis(values, -1, 0))
-
-
-def least(values: Floats) -> Floats:
-    """Return the minimum over the last, short axis, see `most`."""
-    return reduce(np.minimum, np.moveaxis(values, -1, 0))
-
-
 def along_path(limit: Floats, *x1: Floats) -> Floats:
     """Return the largest speed, acceleration or jerk along the path that keeps every axis to its limit, shape (n,).
 
@@ -132,7 +123,8 @@ def resolution(bounds: Bounds, x1: Floats) -> Floats:
         x1: Shape (n, axes), dx/ds at places of the path.
     """
     gain = np.abs(x1)
-    gain[:, :3] = gain[:, :3].any(axis=0)
+    # Column by column, for one that moves is seen at its first places.
+    gain[:, :3] = [column.any() for column in gain[:, :3].T]
     by_jerk = along_path(bounds.axes.jerk, gain) * bounds.period_s**3 / 6.0
     by_acceleration = along_path(bounds.axes.acceleration, gain) * bounds.period_s**2 / 2.0
     found = np.minimum(_UNSEEN[0] * by_jerk, _UNSEEN[1] * by_acceleration)

@@ -8,10 +8,11 @@ from dataclasses import astuple, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry.columns import most
 from cncgen.geometry.path import Path
 from cncgen.kernels import along_path as kernel
 from cncgen.planner.optimal.joints import Joints, nearest
-from cncgen.planner.optimal.limits import Bounds, along_path, most, resolution
+from cncgen.planner.optimal.limits import Bounds, along_path, resolution
 from cncgen.toolpath.record import Kind
 
 Floats = NDArray[np.float64]

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry.columns import anywhere, least, most
 from cncgen.kernels import least_time, least_time_problem, least_time_rows
-from cncgen.planner.optimal.limits import most
 from cncgen.planner.optimal.track import ENTER, LEAVE, SPLINE
 from cncgen.planner.record import Limit
 
@@ -332,7 +332,7 @@ def _boxes(given: Intervals, spline: NDArray[np.int64], rest: Floats) -> tuple[F
     edge = np.stack([np.minimum(left, np.roll(rest, 1)), np.minimum(right, np.roll(rest, -1))], 1)[spline]
     # A convex bound is met by the parabola through its three values, a concave one, maybe with an edge, by its chords.
     middle = np.minimum(2.0 * top[:, 1] - 0.5 * (top[:, 0] + top[:, 2]), top[:, 1])
-    middle = np.maximum(middle, 0.5 * top.min(axis=1))
+    middle = np.maximum(middle, 0.5 * least(top))
     box = np.stack([edge[:, 0], middle[spline], np.full(len(spline), np.inf)], 1)
     # With the same bound on both sides, the ordinate between two bounded ones is bounded.
     # Alike but for rounding, and what a fit makes of it, which no choice of units may turn into another problem.
@@ -362,7 +362,7 @@ def _joints(given: Intervals, spline: NDArray[np.int64]) -> NDArray[np.int8]:
     turn = most(np.abs(given.x1[after, 0] - given.x1[spline, 2]))
     bend = np.abs(given.x2[after, 0] - given.x2[spline, 2]) * given.top[spline, 2, None] / given.limits[0]
     # What its neighbour is left of the limit may be more than what it has itself, beside a corner that takes a part.
-    more = (given.factor[after, 0] > (1.0 + _ALIKE) * given.factor[spline, 0]).any(axis=1)
+    more = anywhere(given.factor[after, 0] > (1.0 + _ALIKE) * given.factor[spline, 0])
     jump = (turn > 1e-9) | (most(bend) > _JUMP) | more | (given.kind[after] == ENTER)
     return jump.astype(np.int8)
 

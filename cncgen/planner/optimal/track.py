@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, NoPlanError, Span
+from cncgen.geometry.columns import most
 from cncgen.geometry.path import Path
 from cncgen.planner.optimal.caps import SpeedCap
 from cncgen.planner.optimal.joints import Beyond, Joints, distinct, joints_of, nearest
-from cncgen.planner.optimal.limits import JUMP_SHARE, SWAY_SHARE, Bounds, along_path, most
+from cncgen.planner.optimal.limits import JUMP_SHARE, SWAY_SHARE, Bounds, along_path
 from cncgen.planner.optimal.nodes import DENSITY, MOST, TooManyNodesError, placed
 from cncgen.planner.optimal.paces import Feeds, crawling
 from cncgen.toolpath.record import Event, Kind, PathMode, Toolpath
@@ -333,7 +334,8 @@ def _hidden(path: Path, s: Floats, kind: NDArray[np.int8], x3: Floats, top: Floa
     there = np.clip(there, -bound, bound)
     shown = np.einsum("pe,nea->npa", _QUARTERS, x3[at])
     # At a cusp there is nothing to compare.
-    out[at] = _HIDDEN * np.nan_to_num(np.abs(there - shown).max(axis=1), nan=0.0, posinf=0.0)
+    apart = np.abs(there - shown)
+    out[at] = _HIDDEN * np.nan_to_num(np.maximum(apart[:, 0], apart[:, 1]), nan=0.0, posinf=0.0)
     return out
 
 

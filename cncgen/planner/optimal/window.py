@@ -413,15 +413,24 @@ def _minima(s: Floats, q: Floats, limit: NDArray[np.int8], period_s: float) -> N
     named = np.flatnonzero(
         (q[low] < 0.8 * level) & ~np.isin(limit[low], (Limit.NONE, Limit.FEED, Limit.STOP))
     )
-    v = np.sqrt(q)
-    lost = [
-        _time_below(s[before[i] : after[i] + 1], v[before[i] : after[i] + 1], np.sqrt(level[i]))
-        for i in named
-    ]
-    return low[named[np.asarray(lost) >= period_s]]
+    first, last = before[named], after[named]
+    return low[named[_time_below(s, np.sqrt(q), first, last, np.sqrt(level[named])) >= period_s]]
 
 
-def _time_below(s: Floats, v: Floats, level: float) -> float:
-    """Return what the way takes more where the speed is below a level than it would at that."""
-    v = np.minimum(v, level)
-    return float(np.sum(2.0 * np.diff(s) / (v[1:] + v[:-1]))) - float(s[-1] - s[0]) / level
+def _time_below(
+    s: Floats, v: Floats, first: NDArray[np.int64], last: NDArray[np.int64], level: Floats
+) -> Floats:
+    """Return what ways take more where the speed is below a level than they would at that, shape (k,), s.
+
+    Args:
+        s, v: Shape (n,), places and the speed there.
+        first, last: Shape (k,), where each way begins and ends, further on.
+        level: Shape (k,), mm/s.
+    """
+    count = last - first
+    begin = np.cumsum(count) - count
+    at = np.arange(count.sum()) + np.repeat(first - begin, count)
+    top = np.repeat(level, count)
+    time = 2.0 * (s[at + 1] - s[at]) / (np.minimum(v[at + 1], top) + np.minimum(v[at], top))
+    spent: Floats = np.add.reduceat(time, begin) if len(time) else np.zeros(0)
+    return spent - (s[last] - s[first]) / level

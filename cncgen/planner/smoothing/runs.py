@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry.columns import most, norm
 from cncgen.geometry.path import STANDSTILL, Path, metric_columns
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 from cncgen.units import DEGREE
@@ -70,7 +71,7 @@ def classify(toolpath: Toolpath, path: Path, scale: Floats, free: NDArray[np.boo
     entry, leave = _tangents(path, scale)
     event = toolpath.kind == Kind.EVENT
     resting = rests(toolpath)
-    away = np.abs(toolpath.end - toolpath.starts).max(axis=1) if count else np.zeros(0)
+    away = most(np.abs(toolpath.end - toolpath.starts)) if count else np.zeros(0)
     idle = (event & ~resting) | ((toolpath.kind == Kind.LINE) & (away <= STANDSTILL))
     sideways = np.abs(entry[:, 3:]).max(axis=1, initial=0.0)
     within = (toolpath.kind == Kind.LINE) | (toolpath.kind == Kind.ARC)
@@ -97,7 +98,7 @@ def _tangents(path: Path, scale: Floats) -> tuple[Floats, Floats]:
     for at, side in ((path.row_s[:-1], 1), (path.row_s[1:], -1)):
         u = path.parameter(rows, at, side)
         x1 = path.evaluate_parameter(rows, u, 1, side)[1]
-        speed = np.linalg.norm(x1[:, :3], axis=1)[:, None]
+        speed = norm(x1[:, :3])[:, None]
         out.append(np.divide(x1 * scale, speed, out=np.zeros_like(x1), where=speed > 0))
     return out[0], out[1]
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry.columns import least
 from cncgen.planner.smoothing.chords import ROOM, fit_tolerance
 from cncgen.planner.smoothing.corners import BEND, TWIST, Corners, Drive
 
@@ -54,10 +55,8 @@ def _turn_need(drive: Drive, corners: Corners, at: Ints, turn: Floats, size: Flo
     """Return the chord that is made at corners that are rounded by themselves, shape (k,), mm; see `chord_need`."""
     gain = np.maximum(np.abs(corners.leave[at]), np.abs(corners.entry[at]))
     with np.errstate(divide="ignore"):
-        top = np.minimum(corners.feed[:, at].max(axis=0), np.min(drive.velocity / gain, axis=1))
-        jerk, acceleration = (
-            np.min(limit / turn, axis=1) * size for limit in (drive.jerk, drive.acceleration)
-        )
+        top = np.minimum(corners.feed[:, at].max(axis=0), least(drive.velocity / gain))
+        jerk, acceleration = (least(limit / turn) * size for limit in (drive.jerk, drive.acceleration))
     need = np.zeros(len(at))
     for _ in range(_ROUNDS):
         length = _WAY * fit_tolerance(corners.tolerance[at], drive.reserve_mm, need) / size

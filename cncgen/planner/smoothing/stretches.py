@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry.columns import norm
 from cncgen.geometry.path import STANDSTILL
 from cncgen.planner.smoothing.circles import OFF, Circles, arcs_of, goes_on
 from cncgen.planner.smoothing.runs import LEAST_TOLERANCE, axis_scale
@@ -150,7 +151,7 @@ def _straight_on(parts: Toolpath, steps: Floats, length: Floats) -> Bools:
     one = two - 1
     turn = steps[two] / length[two, None] - steps[one] / length[one, None]
     shorter = np.minimum(length[one], length[two])
-    out[two[np.linalg.norm(turn, axis=1) * shorter <= _OFF * parts.tolerance[two]]] = True
+    out[two[norm(turn) * shorter <= _OFF * parts.tolerance[two]]] = True
     return out
 
 
@@ -202,9 +203,9 @@ def _kinks(inner: Ints, of: Ints, first: Ints, stop: Ints, places: Floats, toler
         tolerance: Shape (n,), mm.
     """
     steps = places[inner] - places[inner - 1], places[inner + 1] - places[inner]
-    ways = [step / np.linalg.norm(step, axis=1)[:, None] for step in steps]
-    reach = [np.linalg.norm(places[end] - places[inner], axis=1) for end in (first[of], stop[of])]
-    turn = np.linalg.norm(ways[1] - ways[0], axis=1) * np.minimum(*reach)
+    ways = [step / norm(step)[:, None] for step in steps]
+    reach = [norm(places[end] - places[inner]) for end in (first[of], stop[of])]
+    turn = norm(ways[1] - ways[0]) * np.minimum(*reach)
     most = np.zeros(len(first))
     np.maximum.at(most, of, turn)
     most = most[of]

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry.columns import least, norm
 from cncgen.geometry.corridor import AROUND, FACETS, RUN_PART, WIDEST
 from cncgen.planner.rows import across, chord_speed
 from cncgen.planner.smoothing.chords import chord_left, chord_room, fit_tolerance
@@ -89,7 +90,7 @@ def rounding(
         the corner rounded as far as the tolerance allows.
     """
     turn = np.where(corners.joined[:, None], corners.entry - corners.leave, 0.0)
-    size = np.linalg.norm(turn, axis=1)
+    size = norm(turn)
     widest = np.full(len(size), np.inf)
     if not len(size):
         return widest, widest
@@ -132,7 +133,7 @@ def _steps(drive: Drive, corners: Corners, turn: Floats, size: Floats) -> Floats
     step = corners.bend.sum(axis=0)
     gain = np.maximum(np.abs(corners.leave), np.abs(corners.entry))
     # A rotary axis that stands there has no part in it.
-    jerk = np.min(np.where(~drive.rotary | (gain > 0.0), drive.jerk, np.inf), axis=1)
+    jerk = least(np.where(~drive.rotary | (gain > 0.0), drive.jerk, np.inf))
     with np.errstate(divide="ignore", invalid="ignore"):
         by_chord = chord_speed(corners.bend.max(axis=0), drive.chord_mm, drive.period_s)
         passed = np.sqrt(_SHARE / 0.75 * jerk * drive.period_s / step)
@@ -158,7 +159,7 @@ def _better_stopped(
         among: Shape (n,), the corners that are weighed.
         rounded: Shape (n,), those that are rounded so far.
     """
-    size, apart = np.linalg.norm(turn, axis=1), corners.length[1, :-1]
+    size, apart = norm(turn), corners.length[1, :-1]
     out = np.zeros(len(size), bool)
     at = np.flatnonzero(among)
     group = np.cumsum(np.diff(at, prepend=-1) > 1)
@@ -281,7 +282,7 @@ class _Course:
         )
         before -= (back - (here - step))[:, None] * self.step[first]
         after += (here + step - on)[:, None] * self.step[last + 1]
-        out: Floats = np.linalg.norm(before - 2.0 * self.place[at + 1] + after, axis=1) / step**2
+        out: Floats = norm(before - 2.0 * self.place[at + 1] + after) / step**2
         return out
 
     def longest(self, tolerance: Floats) -> Floats:
@@ -311,7 +312,7 @@ def _bend(turn: Floats, length: Floats, apart: Floats, at: NDArray[np.int64]) ->
         there = (at + k >= 0) & (at + k < len(turn))
         other = np.where(there, at + k, at)
         total += (there * response(np.abs(place[other] - place[at]) / length))[:, None] * turn[other]
-    out: Floats = np.linalg.norm(total, axis=1) / length
+    out: Floats = norm(total) / length
     return out
 
 
@@ -374,11 +375,11 @@ class _Judged:
         rows, feed = self.corners.length[:, self.at], self.corners.feed[:, self.at]
         sides = [_side(drive, u, rows[k], feed[k], self.beyond[k]) for k, u in enumerate((leave, entry))]
         one, two = leave / drive.jerk, entry / drive.jerk
-        norms = np.linalg.norm(one, axis=1) * np.linalg.norm(two, axis=1)
+        norms = norm(one) * norm(two)
         alike = np.einsum("ij,ij->i", one, two) / norms
         turn = np.abs(self.turn[self.at])
         best, bound = self._cost(sides, alike, self.length)
-        out, size, by_chord = np.full(len(best), np.inf), np.linalg.norm(turn, axis=1), bound == _BY_CHORD
+        out, size, by_chord = np.full(len(best), np.inf), norm(turn), bound == _BY_CHORD
         few = np.flatnonzero(by_chord)
         if few.size:
             slow = replace(
@@ -397,7 +398,7 @@ class _Judged:
         out = np.full(len(best), np.inf)
         room = self.corners.length[:, self.at].min(axis=0)
         # The same lengths are tried whatever P is, so that more of it can do what less of it does.
-        unit = self.drive.reserve_mm / np.linalg.norm(self.turn[self.at], axis=1)
+        unit = self.drive.reserve_mm / norm(self.turn[self.at])
         first = np.ceil(2.0 * np.log2(self.length / unit)) - 1.0
         for k in range(_TRIED):
             shorter = unit * np.exp2(0.5 * (first - k))
@@ -432,12 +433,10 @@ class _Judged:
 def _side(drive: Drive, direction: Floats, length: Floats, feed: Floats, beyond: Floats) -> _Side:
     """Return the side of corners on rows of a direction, that reach the speed `beyond` at their other ends."""
     gain = np.abs(direction)
-    acceleration = np.min(drive.acceleration / gain, axis=1)
-    jerk = np.min(drive.jerk / gain, axis=1)
+    acceleration = least(drive.acceleration / gain)
+    jerk = least(drive.jerk / gain)
     reached = np.maximum(_reached(length, acceleration, jerk), beyond)
-    return _Side(
-        acceleration, jerk, np.minimum(np.minimum(feed, np.min(drive.velocity / gain, axis=1)), reached)
-    )
+    return _Side(acceleration, jerk, np.minimum(np.minimum(feed, least(drive.velocity / gain)), reached))
 
 
 def _rounded_speeds(drive: Drive, turn: Floats, length: Floats, bend: Floats, tolerance: Floats) -> Floats:
@@ -449,8 +448,8 @@ def _rounded_speeds(drive: Drive, turn: Floats, length: Floats, bend: Floats, to
         length, bend, tolerance: Shape (n,), L, largest |x''| and P.
     """
     size = np.abs(turn)
-    jerk = np.cbrt(np.min(drive.jerk / size, axis=1) * length**2 / TWIST)
-    acceleration = np.sqrt(np.min(drive.acceleration / size, axis=1) * length / BEND)
+    jerk = np.cbrt(least(drive.jerk / size) * length**2 / TWIST)
+    acceleration = np.sqrt(least(drive.acceleration / size) * length / BEND)
     deviation = BEND * np.sqrt(np.einsum("ij,ij->i", turn, turn)) * length
     left = chord_left(chord_room(tolerance, deviation, drive.reserve_mm), drive.reserve_mm)
     chord = chord_speed(bend, left, drive.period_s)
@@ -467,10 +466,10 @@ def _passed_speed(drive: Drive, turn: Floats, size: Floats, gain: Floats) -> Flo
         gain: Shape (n, axes), the larger |dx/ds| of both sides.
     """
     period = drive.period_s
-    jerk, acceleration = (np.min(limit / turn, axis=1) for limit in (drive.jerk, drive.acceleration))
+    jerk, acceleration = (least(limit / turn) for limit in (drive.jerk, drive.acceleration))
     passed = np.minimum(_SHARE * jerk * period**2, acceleration * period)
     passed = np.minimum(passed, 4.0 * drive.chord_mm / (period * size))
-    return np.where(passed >= _STOP * np.min(drive.jerk / gain, axis=1) * period**2, passed, 0.0)
+    return np.where(passed >= _STOP * least(drive.jerk / gain) * period**2, passed, 0.0)
 
 
 def _change_time(change: Floats, acceleration: Floats, jerk: Floats) -> Floats:
