@@ -1,13 +1,15 @@
 """Matrix exponential and holds, beside scipy's; the bilinear form beside the printed appendix of Tsai 2010."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.linalg import expm
+from scipy.linalg import expm, matrix_balance
 from scipy.signal import cont2discrete
 
-from cncgen.servo.discretise import bilinear, exponential, held, ramped
+from cncgen.servo.discretise import _balanced, bilinear, exponential, held, ramped
 
 
 @given(st.integers(1, 6), st.integers(0, 10**6), st.floats(-3, 3))
@@ -65,3 +67,30 @@ def test_bilinear_is_appendix_a_2():
     above, below = bilinear([b2, b1, b0], [1.0, a3, a2, a1, a0], t)
     assert above == pytest.approx(d, rel=1e-12)
     assert below == pytest.approx(c, rel=1e-12)
+
+
+@given(st.integers(2, 7), st.integers(0, 10**6))
+def test_balancing_is_exact_and_as_good_as_scipys(order, seed):
+    """D⁻¹ M D to the bit, D of powers of two; its norm within twice that of LAPACK's balancing, rows and columns alike."""
+    rng = np.random.default_rng(seed)
+    matrix = (
+        rng.normal(size=(order, order))
+        * 10.0 ** rng.uniform(-8, 8, (order, 1))
+        / 10.0 ** rng.uniform(-8, 8, order)
+    )
+    balanced, scale = _balanced(matrix)
+    assert (np.frexp(scale)[0] == 0.5).all()
+    assert (scale[:, None] * balanced / scale == matrix).all()
+    reference = matrix_balance(matrix, permute=False)[0]
+    assert np.linalg.norm(balanced, 1) <= 2.0 * np.linalg.norm(reference, 1)
+    off = np.abs(balanced) - np.diag(np.abs(np.diag(balanced)))
+    ratio = off.sum(axis=0) / off.sum(axis=1)
+    assert ((ratio > 0.45) & (ratio < 2.2)).all()
+
+
+def test_balancing_leaves_a_state_that_nothing_couples_to():
+    """A row or a column of zeros has no size to be brought to; the others are balanced all the same."""
+    matrix = np.array([[0.0, 0.0, 0.0], [1.0, 2.0, 1e8], [1.0, 1e-8, 3.0]])
+    balanced, scale = _balanced(matrix)
+    assert scale[0] == 1.0
+    assert abs(math.log2(balanced[1, 2] / balanced[2, 1])) <= 2.0

@@ -2,10 +2,15 @@
 
 import numpy as np
 import pytest
+from scipy.signal import cont2discrete
 
+from cncgen.machine.servo_schema import resolve
 from cncgen.servo.controllers import hinf
+from cncgen.servo.controllers.hinf_servo import check, controller_of, family
 from cncgen.servo.discretise import ramped
 from cncgen.servo.plants import companion
+
+from .bench import profile
 
 
 def stage(frequency=25.0, damping=0.05, gain=1.0):
@@ -94,3 +99,37 @@ def test_conditions_are_checked():
         hinf.mixed_sensitivity(stage(), W1, WT, 0.0)
     with pytest.raises(ValueError, match="strictly proper"):
         hinf.mixed_sensitivity(([1.0, 1.0], [1.0, 2.0]), W1, WT, 0.1)
+
+
+def test_the_check_of_bounds_is_the_worst_of_all_plants():
+    """|S| and |T| of each plant of the family, held by scipy, with the sampled controller: the largest at each frequency."""
+    values = resolve(profile("flexure-stage")["X"], "X")
+    period = 0.0005
+    controller = controller_of(values, period)
+    found = check(values, controller, period, count=60)
+    z = np.exp(1j * found.frequency * period)
+    order = np.eye(len(controller.a))
+    law = np.array(
+        [
+            controller.d_setpoint
+            + controller.c @ np.linalg.solve(x * order - controller.a, controller.b_setpoint)
+            for x in z
+        ]
+    )
+    worst_s, worst_t = np.zeros(60), np.zeros(60)
+    for above, below in family(values):
+        up, down, _ = cont2discrete((above, below), period, "zoh")
+        response = law * np.polyval(np.squeeze(up), z) / np.polyval(down, z)
+        worst_s = np.maximum(worst_s, np.abs(1.0 / (1.0 + response)))
+        worst_t = np.maximum(worst_t, np.abs(response / (1.0 + response)))
+    assert values["delay_s"] == 0.0
+    assert found.plants == 9
+    assert found.sensitivity == pytest.approx(worst_s, rel=1e-5)
+    assert found.complementary == pytest.approx(worst_t, rel=1e-5)
+    assert found.holds
+    assert found.allowed.max() == values["sensitivity_peak"]
+    weight = hinf.performance_weight(
+        values["sensitivity_bandwidth_rad_s"], values["sensitivity_peak"], values["sensitivity_offset"]
+    )
+    w1 = np.abs(np.polyval(weight[0], 1j * found.frequency) / np.polyval(weight[1], 1j * found.frequency))
+    assert found.allowed == pytest.approx(np.minimum(1.0 / w1, values["sensitivity_peak"]))

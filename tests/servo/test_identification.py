@@ -113,6 +113,13 @@ def test_an_excitation_that_cannot_be_is_refused():
         swept_sine(AXIS, T, low_hz=50.0, high_hz=10.0)
     with pytest.raises(UsageError, match="excite-travel"):
         swept_sine(Axis("X", 250.0, 2450.0, 5e4, (-1.0, 1.0)), T)
+    # The swing goes both ways from its centre: each end of the travel is one that it may leave.
+    reach = float(np.abs(swept_sine(AXIS, T)).max())
+    for travel in ((-10.0 * reach, 0.9 * reach), (-0.9 * reach, 10.0 * reach)):
+        with pytest.raises(UsageError, match="excite-travel"):
+            swept_sine(Axis("X", 250.0, 2450.0, 5e4, travel), T)
+        clear = 5.0 * reach if travel[1] > reach else -5.0 * reach
+        assert len(swept_sine(Axis("X", 250.0, 2450.0, 5e4, travel), T, center=clear)) > 1
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,14 @@ from cncgen.servo.controllers.tcf import loop_on_a_line
 from cncgen.servo.named_schemes import scheme_maker
 from cncgen.servo.simulate import own_scheme, simulate, simulate_scheme
 from cncgen.servo.summary import summarize
-from cncgen.servo.tuning.analysis import axis_open_loop, linear_loop, open_loops, open_response
+from cncgen.servo.tuning.analysis import (
+    OpenLoop,
+    axis_open_loop,
+    closed_bandwidth_hz,
+    linear_loop,
+    open_loops,
+    open_response,
+)
 from cncgen.servo.tuning.placement import VELOCITY_RATIO, check_stable, phase_margin, placed, placed_settings
 from cncgen.servo.tuning.search import search
 
@@ -193,3 +200,40 @@ def test_what_cannot_be_placed_is_said():
         placed(profile("die-bonder")["X"], "X", 0.1, 0.5)
     with pytest.raises(UsageError, match="tune-search"):
         search(list(stream(circle(10.0, 60.0)[:100])), {"X": ratio, "Y": ratio}, sets=2)
+
+
+def test_bandwidth_of_a_fast_sampled_loop():
+    """G = k/(z − 1 + k) of an integrator under P, k = Kv T = 1/2: |G|² = 1/2 where 5/4 − cos ωT = 1/2; k = 0.9 falls nowhere."""
+    for k, hertz in ((0.5, math.acos(0.75) / 0.002 / math.pi), (0.9, math.inf)):
+        loop = linear_loop(Servo("first-order", {"position_gain_1_s": k / 0.001}), "X", 0.001)
+        assert closed_bandwidth_hz(loop) == pytest.approx(hertz, rel=5e-3)
+
+
+def test_a_bode_table_of_an_integrator_behind_a_dead_time():
+    """ωc e^(−jωτ)/(jω): −90° − ωτ at every row, turned on beyond −180°, from 0.1 Hz to half the control frequency."""
+    crossover, delay, period = 40.0, 0.004, 0.001
+    loop = OpenLoop("X", period, lambda w: crossover * np.exp(-1j * w * delay) / (1j * w))
+    rows = np.array([[float(cell) for cell in row.split()] for row in loop.bode_table(60).splitlines()[1:]])
+    w = 2.0 * math.pi * rows[:, 0]
+    assert rows[0, 0] == 0.1
+    assert rows[-1, 0] == pytest.approx(0.4995 / period, rel=1e-3)
+    assert rows[:, 1] == pytest.approx(20.0 * np.log10(crossover / w), abs=0.02)
+    # The table's frequencies have four digits.
+    assert rows[:, 2] == pytest.approx(-90.0 - np.degrees(w * delay), abs=0.5)
+    # Of the turns that a phase may be counted from, the one that begins nearest −90°.
+    for degrees, shown in ((100.0, -260.0), (80.0, 80.0), (-179.0, -179.0)):
+        fixed = OpenLoop("X", period, lambda w, at=degrees: np.full(len(w), np.exp(1j * math.radians(at))))
+        assert float(fixed.bode_table(3).splitlines()[1].split()[2]) == shown
+
+
+def test_distance_of_a_contour_loop_from_minus_one():
+    """|1 + W G| of P-controlled integrators, G = T/(z − 1 + Kv T) and W = P + I T z/(z − 1), on a grid ten times as fine."""
+    period, proportional, integral = 0.001, 90.0, 900.0
+    loops, least = [], math.inf
+    for gain in (30.0, 80.0):
+        loops.append(linear_loop(Servo("first-order", {"position_gain_1_s": gain}), "X", period))
+        z = np.exp(1j * np.geomspace(0.1, math.pi / period, 6000) * period)
+        weight = proportional + integral * period * z / (z - 1.0)
+        least = min(least, np.abs(1.0 + weight * period / (z - 1.0 + gain * period)).min())
+    assert 0.5 < least < 0.99
+    assert ccc.contour_modulus(loops, proportional, integral) == pytest.approx(least, rel=1e-4)
