@@ -20,7 +20,7 @@ of slacks and of multipliers each as long as they may be.
 """
 
 import cython
-from cython.cimports.libc.math import fabs
+from cython.cimports.libc.math import fabs, log
 
 if cython.compiled:
     from cython.cimports.cncgen.kernels.least_time_between import apply, tighten
@@ -265,7 +265,8 @@ def solve(
         tolerance: Duality gap as a part of F at which to end.
         slack: Part by which a limit may be passed between the ends of an interval.
         most: Iterations at most.
-        report: Shape (6,): F, gap, primal infeasibility, iterations, dual residual, worst ratio between the ends.
+        report: Shape (7,): F, gap, primal infeasibility, iterations, dual residual, worst ratio between the ends, and by how
+            much steps fell short: −Σ log of the part of each that was gone.
 
     Returns:
         0; 1 where it came near and then stalled (every limit held, dual residual ten times larger at most); or why it did
@@ -280,6 +281,7 @@ def solve(
     eased: cython.Py_ssize_t = _EASED if problem.free > 1 else 0
     f: cython.double = 0.0
     residual: cython.double = 0.0
+    short: cython.double = 0.0
     with cython.nogil:
         apply(problem, slack, eased)
         for iteration in range(most):
@@ -302,6 +304,7 @@ def solve(
                 status = -2
                 break
             system.advance(tolerance * f)
+            short -= log(system.step)
         if status != 0 and verdict.gap < 1e300:
             # Stalled beside the optimum: by rounding, or where a limit was lowered last.
             problem.c[:] = verdict.near
@@ -317,6 +320,7 @@ def solve(
     report[3] = iteration
     report[4] = residual
     report[5] = verdict.worst
+    report[6] = short
     return status
 
 

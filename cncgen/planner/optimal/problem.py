@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +45,11 @@ _FELT = 1e-4
 _STALLED_GAP = 4e-4
 #: Part of q of what has stalled from which it is tried again.
 _BELOW = 0.95
+#: How much steps may fall short (−Σ log of their lengths) of what was found by them: by short steps, each as long as one row
+#: lets it be, rounding grows until iterates differ by up to 10⁻⁵ of the time.
+_SHORT = 24.0
+#: What is so found is tried again from a little below until its time stays, to this part of it, and how often at most.
+_STAYS, _AGAIN = 1e-10, 6
 #: Slack of a row, as a part of its limit, below which it is said to bind.
 _NEAR = 0.02
 
@@ -152,17 +157,12 @@ def solve(
     # Most rows never bind; which ones is seen from the profile to start from.
     first = _Start(_STARTS[0], known)
     for start, thinned in [(first, True), (first, False), *((start, False) for start in starts)]:
-        solution, left = _improved(given, columns, start, state, thinned)
-        if left == 0.0:
-            return solution
-        if left < _STALLED_GAP:
-            # Far off the central path steps stay short; from a little below where it is it comes to the optimum.
-            below = _Start(_STARTS[0], solution.q[:, 1], _BELOW)
-            other, less = _improved(given, columns, below, state, thinned=False)
-            return other if less < _STALLED_GAP and other.time < solution.time else solution
-        found.append(solution)
-        if len(found) == _FIRST and not any(each.converged for each in found) and hopeless(solution):
-            return solution
+        run = _improved(given, columns, start, state, thinned)
+        if run.left < _STALLED_GAP:
+            return _settled(given, columns, state, run)
+        found.append(run.solution)
+        if len(found) == _FIRST and not any(each.converged for each in found) and hopeless(run.solution):
+            return run.solution
     # A plan that holds every limit is a plan, though the method did not find the best one.
     return min(found, key=lambda each: (not each.converged, each.time))
 
@@ -238,21 +238,53 @@ class _Start:
             c[there] = self.slower * known if self.slower < 1.0 else np.maximum(c[there], known)
 
 
+@dataclass(frozen=True, slots=True)
+class _Run:
+    """What the interior-point method has come to from a start.
+
+    Attributes:
+        solution: What it found.
+        left: The duality gap that is left, as a part of the time, where it stalled beside the optimum; 0 at the optimum,
+            infinite elsewhere.
+        short: By how much its steps fell short, −Σ log of their lengths.
+    """
+
+    solution: Solution
+    left: float
+    short: float
+
+
+def _settled(given: Intervals, columns: _Columns, state: tuple[float, float] | None, run: _Run) -> Solution:
+    """Try what was found, at the optimum or beside it, again from a little below, where that may lead elsewhere.
+
+    Far off the central path steps stay short; from a little below where it is a run comes to the optimum. And what rounding has
+    become over short steps stays in the parts of limits that rows may use between their ends, which are taken from iterates:
+    from a little below, steps are long, and what differs falls by a thousand each time.
+    """
+    for _ in range(_AGAIN):
+        if run.left == 0.0 and run.short < _SHORT:
+            break
+        below = _Start(_STARTS[0], run.solution.q[:, 1], _BELOW)
+        again = _improved(given, columns, below, state, thinned=False)
+        stays = abs(again.solution.time - run.solution.time) <= _STAYS * run.solution.time
+        if again.left >= _STALLED_GAP or (run.left > 0.0 and again.solution.time >= run.solution.time):
+            break
+        run = replace(again, short=np.inf)
+        if stays:
+            break
+    return run.solution
+
+
 def _improved(
     given: Intervals, columns: _Columns, start: _Start, state: tuple[float, float] | None, thinned: bool
-) -> tuple[Solution, float]:
-    """Run the interior-point method from a start; where the rows are `thinned`, those sleep at first that it stays far from.
-
-    Returns:
-        What it found, and the duality gap that is left, as a part of the time, where it stalled beside the optimum; 0 at the
-        optimum, infinite elsewhere.
-    """
+) -> _Run:
+    """Run the interior-point method from a start; where the rows are `thinned`, those sleep at first that it stays far from."""
     kernel = _kernel(columns, state)
     start.fill(kernel, columns, state)
     least_time_rows.build(kernel, columns.box, columns.sway, columns.joint)
     if thinned:
         least_time_rows.thin(kernel, _REACH, _FAR)
-    report = np.zeros(6)
+    report = np.zeros(7)
     status = least_time.solve(kernel, GAP, SLACK, MOST_THINNED if thinned else MOST, report)
     held = bool(report[2] < SLACK and 0.0 < report[5] < 1.0 + SLACK and report[4] < _STALLED * report[0])
     q = _ordinates(given, columns.at, columns.ends, np.asarray(kernel.c))
@@ -263,7 +295,7 @@ def _improved(
         least_time.response(kernel, change)
         unfelt = _unfelt(columns.at, np.abs(change[1:-1]))
     left = 0.0 if status == 0 else float(report[1] / report[0]) if status == 1 else np.inf
-    return Solution(q, limit, float(report[0]), unfelt, status >= 0 or held), left
+    return _Run(Solution(q, limit, float(report[0]), unfelt, status >= 0 or held), left, float(report[6]))
 
 
 def _unfelt(spline: NDArray[np.int64], change: Floats) -> int:

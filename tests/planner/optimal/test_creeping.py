@@ -156,10 +156,10 @@ def test_where_the_motion_crawls_over_what_is_in_the_way_no_other_start_is_tried
     tried: list[bool] = []
     improved = problem._improved
 
-    def counted(*given: object) -> tuple[Solution, bool]:
-        solution, optimal = improved(*given)
-        tried.append(solution.converged)
-        return solution, optimal
+    def counted(*given: object) -> problem._Run:
+        run = improved(*given)
+        tried.append(run.solution.converged)
+        return run
 
     monkeypatch.setattr(problem, "_improved", counted)
     (tmp_path / "slow.toml").write_text(SLOW)

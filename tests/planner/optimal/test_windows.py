@@ -54,10 +54,10 @@ def test_windows_begin_where_there_is_more_than_one_way_on(monkeypatch: pytest.M
     runs: list[bool] = []
     improved = problem._improved
 
-    def counted(*given: object) -> tuple[problem.Solution, float]:
-        solution, left = improved(*given)
-        runs.append(left == 0.0)
-        return solution, left
+    def counted(*given: object) -> problem._Run:
+        run = improved(*given)
+        runs.append(run.left == 0.0)
+        return run
 
     monkeypatch.setattr(problem, "_improved", counted)
     monkeypatch.setattr(window, "SIZE", 400)
