@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,16 +12,21 @@ import pytest
 from cncgen.diagnostics import NoPlanError, UsageError
 from cncgen.machine.record import Axis, Servo
 from cncgen.servo import plants
-from cncgen.servo.controllers import tcf
+from cncgen.servo.bank import LoopBank
+from cncgen.servo.controllers import ccc, tcf
 from cncgen.servo.controllers.hinf_servo import family
+from cncgen.servo.controllers.p import p
 from cncgen.servo.controllers.pid import pid
+from cncgen.servo.loop import close_loop, follow_transfer_function
 from cncgen.servo.mirror import Compensation
-from cncgen.servo.simulate import RUNAWAY_MM
+from cncgen.servo.models import control_period
+from cncgen.servo.named_schemes import Settings, cross_coupling, scheme_maker
+from cncgen.servo.simulate import RUNAWAY_MM, own_scheme
 from cncgen.servo.stream import blocks
 from cncgen.servo.summary import summarize
 from cncgen.setpoints.record import Setpoints
 
-from .bench import run, stream
+from .bench import profile, run, run_scheme, stream
 
 T = 0.001
 
@@ -181,3 +187,75 @@ def test_the_summary_is_in_the_units_of_files_with_the_times_of_the_worst() -> N
     worst = int(response.contour_error_mm.argmax())
     assert 500 < worst < 700
     assert found["contour_error_max_t_s"] == pytest.approx(worst * T)
+
+
+@pytest.mark.parametrize("sampled", [True, False])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_an_axis_sticks_until_its_drive_is_above_the_friction(sign: float, sampled: bool) -> None:
+    """P at rest: 97.5 % of the Coulomb friction never moves the axis, 102.5 % does, either way, sampled or continuous."""
+    plant = plants.velocity_loop(2.0, 0.005).with_imperfections(coulomb=2.0)
+    controller = p(1.0) if sampled else replace(p(1.0), continuous=True)
+    loop = close_loop(plant, controller, T)
+    for error, moves in ((1.95, False), (2.05, True)):
+        rows = np.full((100, 1), sign * error)
+        rows[0] = 0.0
+        position = LoopBank([loop], T).run(rows)[0][:, 0]
+        assert (np.abs(position).max() > 0.0) == moves
+        assert (sign * position >= 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("period", "parts"),
+    [(0.001 / 1.9, None), (0.001 / 2.1, None), (0.001 / 2.0, 2), (0.0021, None), (0.001, 1)],
+)
+def test_a_control_period_parts_the_setpoints(period: float, parts: int | None) -> None:
+    """A whole number of times, and one that is a little more or less is none."""
+    servo = Servo("first-order", {"position_gain_1_s": 50.0, "control_period_s": period})
+    if parts is None:
+        with pytest.raises(UsageError, match="servo-period"):
+            control_period(servo, "X", T)
+    else:
+        assert control_period(servo, "X", T) == T / parts
+
+
+def test_a_plant_in_z_has_its_own_control_period() -> None:
+    servo = Servo("plant", {"numerator": [0.0005], "denominator": [1.0, -1.0], "sample_time_s": 0.0005,
+                            "position_gain_1_mm": 50.0})  # fmt: skip
+    assert control_period(servo, "X", T) == 0.0005
+
+
+def test_a_ratio_in_z_behind_three_of_its_periods() -> None:
+    """0.3 s of 0.1 s each, which is a little less than 3 in doubles: 1/(z − 1/2) comes three samples later."""
+    now, late = (
+        LoopBank(
+            [follow_transfer_function(np.array([1.0]), np.array([1.0, -0.5]), 0.1, delay, discrete=True)], 0.1
+        )
+        for delay in (0.0, 0.3)
+    )
+    rows = np.random.default_rng(3).normal(size=(60, 1))
+    rows[0] = 0.0
+    undelayed, delayed = now.run(rows)[0][:, 0], late.run(rows)[0][:, 0]
+    assert delayed[3:] == pytest.approx(undelayed[:-3], abs=1e-12)
+    assert not delayed[:4].any()
+
+
+def test_coupled_axes_are_linear() -> None:
+    """Two axes of which one turns have no path that an error could stand across."""
+    servos = {k: Servo("pd-plus", {"time_constant_s": 0.3, "velocity_gain_rad_s_volt": 2500.0, "counts_per_rad": 1600.0,
+                                   f"counts_per_{'deg' if k == 'A' else 'mm'}": 1000.0, "position_gain_volt_count": 0.01,
+                                   "derivative_gain_volt_s_rad": 0.03}) for k in "XA"}  # fmt: skip
+    rows = np.zeros((20, 2))
+    for name in ("ccc", "tcf"):
+        with pytest.raises(UsageError, match="it couples two or three linear axes, not X, A"):
+            run_scheme(rows, scheme_maker(name, servos), axes="XA")
+
+
+def test_gains_of_a_coupling_are_fitted_unless_both_are_given() -> None:
+    """What one of them would be beside the other is not known: both are lowered together."""
+    loops = own_scheme(profile("dyna-1007"), "XY", T).loops
+    fit = ccc.fitted(loops)
+    for settings in (Settings(), Settings(ccc_proportional=1.0), Settings(ccc_integral_1_s=1.0)):
+        assert cross_coupling(loops, "XY", settings) == fit
+    own = ccc.own_gain(loops)
+    given = cross_coupling(loops, "XY", Settings(ccc_proportional=2.0, ccc_integral_1_s=3.0))
+    assert (given.proportional, given.integral) == pytest.approx((2.0 * own, 3.0 * own))

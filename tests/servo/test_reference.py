@@ -88,6 +88,7 @@ def test_profiles_are_what_the_paper_says():
 @pytest.mark.parametrize(
     ("system", "fault"),
     [
+        (((1, 5, 4, 20), (1, 2, 3, 4, 5)), "imaginary"),
         (((1, 0, 4), (1, 2, 3, 4)), "imaginary"),
         (((1, 4, 4), (1, 2, 3, 4)), "double"),
         (((1, 2, 3), (1, 2)), "proper"),
