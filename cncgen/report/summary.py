@@ -48,7 +48,7 @@ class Summary:
         self._differences = DifferencePeaks(len(self._axes), machine.period_s)
         self._corners: list[SharpCorner] = []
         self._corner_count = self._motions = 0
-        self._end_s = self._waited_s = self._turned_s = self._length_mm = self._max_feed = 0.0
+        self._end_s = self._waited_s = self._stood_s = self._turned_s = self._length_mm = self._max_feed = 0.0
         self._values: dict[str, Any] = {}
         self._complete = False
         self.remarks = Diagnostics()
@@ -105,6 +105,9 @@ class Summary:
                 self._turned_s += float(time[turns].sum())
                 length, top = length[~turns], top[~turns]
             self._waited_s += float(time[profile.waits & (profile.limit == Limit.STOP)].sum())
+            if profile.t[0] == 0.0 and profile.waits[0] and profile.limit[0] != Limit.STOP:
+                # Until the first motion a plan may wait for a setpoint that meets it well.
+                self._stood_s = float(time[0])
             self._length_mm += float(length.sum())
             self._max_feed = max(self._max_feed, float(top.max(initial=0.0)))
         if len(profile.t):
@@ -134,7 +137,7 @@ class Summary:
                     hint=hint,
                 )
             )
-        moving = self._end_s - self._waited_s
+        moving = self._end_s - self._waited_s - self._stood_s
         feeding = moving - self._turned_s
         diagnostics = [*self._program.diagnostics, *self.remarks]
         return {

@@ -34,6 +34,11 @@ _KEPT = 0.9999
 _PARTS = np.array([0.0, 0.25, 0.5, 0.75])
 
 
+#: Starts that are tried within the first period, how often the time between two of them is halved, and how many periods a
+#: motion lasts from which less than one of them is no matter.
+_STARTS, _HALVINGS, _SHORT = 16, 8, 100.0
+
+
 @dataclass(frozen=True, slots=True)
 class Way:
     """A path under intervals, and a motion on it.
@@ -186,6 +191,46 @@ class Rests:
                 break
         ways, places, tolerance = (np.concatenate(each) for each in zip(*found, strict=True))
         return ways, places, tolerance
+
+
+def started(way: Way, stands: Ints, node_t: Floats, dwells: Floats, ends: bool) -> tuple[Floats, float]:
+    """Return how much longer than its dwell each rest of a motion that starts lasts, shape (n,), s, and when it starts.
+
+    What waits for a setpoint at the start need not wait for it on the way, and the stand before the first motion is none of
+    it, as that after the last one is not. So it starts within the first period such that it takes the least time and meets no
+    more setpoints: a motion and its reverse, which can meet the same, take as long. Of long motions that is next to nothing.
+
+    Args:
+        way: What is planned.
+        stands: Intervals, none of them the first, that begin at a rest which lasts, or may have to.
+        node_t: Shape (n + 1,), s: when the motion is at the nodes, without waits.
+        dwells: Shape (≥ n,), s: what the program asks for at them.
+        ends: Whether the motion ends with them; else what follows must not be later.
+    """
+    period = way.course.bounds.period_s
+    least = float(node_t[-1] + dwells[: len(node_t) - 1].sum())
+
+    def from_start(at: float) -> tuple[float, float, Floats]:
+        longer = Rests(way, [], stands, [at], [0.0]).lengthened(node_t, dwells)
+        return least + float(longer.sum()), at, longer
+
+    best = from_start(0.0)
+    if best[0] - least <= _ROUNDING * period or best[0] > _SHORT * period:
+        return best[2], 0.0
+    latest = (np.ceil(best[0] / period - _ROUNDING) if ends else best[0] / period + _ROUNDING) * period
+    tried = np.append(np.arange(1, _STARTS) / _STARTS * period, latest - least)
+    for at in np.sort(tried[(tried > 0.0) & (tried < period)]).tolist():
+        found = from_start(at)
+        if found[0] + at <= latest + _ROUNDING * period and found[0] < best[0]:
+            best = found
+    low, high = best[1], best[1] + period / _STARTS
+    for _ in range(_HALVINGS if best[0] > least else 0):
+        found = from_start(0.5 * (low + high))
+        if found[0] + found[1] <= latest + _ROUNDING * period and found[0] < best[0]:
+            best, low = found, found[1]
+        else:
+            high = found[1]
+    return best[2], best[1]
 
 
 def _most(x: Floats, tolerance: Floats) -> float:

@@ -16,7 +16,7 @@ from cncgen.planner.optimal.joints import nearest
 from cncgen.planner.optimal.limits import Bounds
 from cncgen.planner.optimal.pieces import Pieces, pieces_of
 from cncgen.planner.optimal.problem import Intervals, Solution, solve
-from cncgen.planner.optimal.rests import Rests, Way
+from cncgen.planner.optimal.rests import Rests, Way, started
 from cncgen.planner.optimal.track import ENTER, LEAVE, LINE, SPLINE, Track
 from cncgen.planner.record import Limit, SharpCorner, Trajectory
 
@@ -97,7 +97,7 @@ class Window:
                 final += int(given.kind[final] == ENTER)
             # From here the motion can stop where the last plan did, and maybe not before.
             self.wanted = max(SIZE, 3 * (len(given) - final) // 2)
-            yield from self._hand_on(given, solution, pieces, final)
+            yield from self._hand_on(given, solution, pieces, final, last and final == len(self))
 
     def _parts(self, count: int) -> list[tuple[Track, slice]]:
         """Return which tracks the first `count` open intervals are, and which of theirs."""
@@ -213,12 +213,12 @@ class Window:
         return before if least < before < len(given) - 2 and place - before <= _BESIDE else 0
 
     def _hand_on(
-        self, given: Intervals, solution: Solution, pieces: Pieces, final: int
+        self, given: Intervals, solution: Solution, pieces: Pieces, final: int, ends: bool
     ) -> Iterator[Trajectory]:
-        """Turn the first `final` intervals into trajectories, and take them out of the window."""
+        """Turn the first `final` intervals into trajectories, and take them out of the window; whether the program `ends` there."""
         n = len(given)
         position = 0
-        longer = self._longer(given, pieces, final)
+        longer = self._longer(given, pieces, final, ends)
         while position < final:
             track = self.tracks[0]
             count = min(len(track) - self.used, final - position)
@@ -239,7 +239,7 @@ class Window:
             self.tracks[0].kind[self.used] = LEAVE
             self.tracks[0].corner[self.used] = True
 
-    def _longer(self, given: Intervals, pieces: Pieces, final: int) -> Floats:
+    def _longer(self, given: Intervals, pieces: Pieces, final: int, ends: bool) -> Floats:
         """Return how much longer than the program asks for rests last before the first `final` intervals, shape (final,), s."""
         parts = self._parts(len(given))
         cuts = np.concatenate([track.cuts[rows] for track, rows in parts])[:final]
@@ -256,6 +256,12 @@ class Window:
             first += rows.stop - rows.start
         way = Way.planned(Course(parts, self.bounds), given.h, pieces)
         stands = cuts | (dwells[:final] > 0.0)
+        if not self.past and not dwells[0]:
+            # The first wait is before the motion starts.
+            after = np.flatnonzero(stands[1:]) + 1
+            longer, start = started(way, after, way.profile.t[pieces.offset], dwells, ends)
+            longer[0] = start
+            return longer[:final]
         # What chords of the row before it reach over is known only now.
         stands[0] |= self.state is None
         rests = Rests(way, self.past, np.flatnonzero(stands), [self.t_s], [0.0])

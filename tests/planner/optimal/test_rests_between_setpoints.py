@@ -140,19 +140,58 @@ def test_a_path_and_its_reverse_take_as_many_setpoints(seed: int) -> None:
     assert np.ceil(there / PERIOD) == np.ceil(back / PERIOD)
 
 
+def plan_of(legs: np.ndarray) -> tuple[float, float]:
+    """Return the time of turns back with exact stops, and of them what is waited before the first motion."""
+    text = "\n".join(f"G1 X{x:.6f}" for x in np.cumsum(legs * (-1.0) ** np.arange(len(legs))))
+    program = cncgen.read_text(
+        f"G21 G90 G61.1 F1000000\n{text}\nM2\n", options=cncgen.ReadOptions(dialect="linuxcnc")
+    )
+    (*_, last) = done = list(plan(program.chunks(), JERKY, PlanOptions()))
+    first = done[0].profile
+    return float(last.profile.t[-1]), float(first.t[1]) if first.waits[0] else 0.0
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_short_path_and_its_reverse_take_as_long(seed: int) -> None:
+    """Less than the hundredth that is asked; once up to a period of some twenty, 2.7 %, and a stand before the start is none of it."""
+    legs = np.random.default_rng(seed).uniform(0.3, 2.0, 6).round(6)
+    (there, stood), (back, waited_first) = plan_of(legs), plan_of(legs[::-1])
+    assert max(stood, waited_first) < PERIOD
+    assert back - waited_first == pytest.approx(there - stood, rel=2e-3)
+    # No setpoint more than where the motion starts at once.
+    least = waited(legs, min)
+    assert np.ceil(there / PERIOD) == np.ceil(least / PERIOD)
+    assert there - stood <= least + 1e-3 * PERIOD
+
+
+def test_the_summary_counts_no_stand_before_the_first_motion() -> None:
+    """Time of motion, and that of lines, is from when the axes leave to when they arrive, but for dwells."""
+    mill = replace(machine(0.02), chord_tolerance_mm=1e-4)
+    program = cncgen.read_text(HOLES.replace("G4 P0.0005\n", ""))
+    first = next(iter(cncgen.plan(program, mill))).profile
+    stood = float(first.t[1])
+    assert first.waits[0]
+    assert 0.0 < stood < mill.period_s
+    chunks, summary = cncgen.plan_with_summary(program, mill, PlanOptions())
+    assert list(chunks)[-1].time_s[-1] >= float(first.t[-1])
+    assert summary.as_json()["motion_time_s"] == pytest.approx(float(first.t[-1]) - stood, abs=1e-12)
+    assert summary.as_json()["dwell_time_s"] == 0.0
+
+
 def test_what_is_waited_for_a_setpoint_is_no_dwell_of_the_program() -> None:
     """It belongs to the line that ends there: only G4 dwells, half a millisecond at least, one period at most."""
     mill = replace(machine(0.02), chord_tolerance_mm=1e-4)
     lines = LineTimes()
-    waits = {Limit.CHORD: 0.0, Limit.STOP: 0.0}
+    waits, stood = {Limit.CHORD: 0.0, Limit.STOP: 0.0}, 0.0
     for part in cncgen.plan(cncgen.read_text(HOLES), mill):
         lines.add(part)
         p = part.profile
         still = (p.v == 0) & (p.a == 0) & (p.j == 0) & (p.c == 0)
         for limit in waits:
             waits[limit] += float(np.diff(p.t)[still & (p.limit == limit)].sum())
+        stood += p.t[1] if still[0] and p.t[0] == 0.0 else 0.0
         end = p.t[-1]
     assert waits[Limit.CHORD] > 0.02
     assert 0.0005 <= waits[Limit.STOP] < 0.0205
     # What a dwell is lengthened by is not told apart from it.
-    assert lines.total_s == pytest.approx(end - waits[Limit.STOP] + 0.0005, abs=1e-9)
+    assert lines.total_s == pytest.approx(end - stood - waits[Limit.STOP] + 0.0005, abs=1e-9)
