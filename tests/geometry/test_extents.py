@@ -78,6 +78,26 @@ def test_arcs_against_dense_points(
     assert (high[0] <= dense.max(axis=0) + slack + 1e-12).all()
 
 
+@given(st.integers(0, 10**6), st.floats(0.1, 20.0), st.floats(-1.5, 1.5))
+def test_helices_about_any_axis_against_dense_points(seed: int, sweep: float, rise: float) -> None:
+    """A coordinate that turns as fast as it rises stands still nowhere or for long; ends and tops are found all the same."""
+    steps, rng = 4001, np.random.default_rng(seed)
+    n, start = rng.normal(size=(2, 3))
+    n /= np.linalg.norm(n)
+    start -= (start @ n) * n
+    # Rise a radian in parts of the radius: below 1 some coordinates turn back, above 1 none of them need.
+    whole = rise * np.linalg.norm(start) * sweep
+    end = start * np.cos(sweep) + np.cross(n, start) * np.sin(sweep) + whole * n
+    one = arc([0, 0, 0], list(n), sweep, list(start), list(end))
+    low, high = arc_extents(one)
+    dense = one.evaluate(np.zeros(steps, np.int64), np.linspace(0.0, sweep, steps), 0)[0]
+    slack = np.linalg.norm(start) * (sweep / steps) ** 2 + 1e-12
+    assert (low[0] <= dense.min(axis=0) + 1e-12).all()
+    assert (high[0] >= dense.max(axis=0) - 1e-12).all()
+    np.testing.assert_allclose(low[0], dense.min(axis=0), rtol=0.0, atol=slack)
+    np.testing.assert_allclose(high[0], dense.max(axis=0), rtol=0.0, atol=slack)
+
+
 def test_the_top_of_a_parabola_and_of_a_rational_half_circle() -> None:
     """Bézier (0,0) (1,2) (2,0): y = 4t(1 − t), its top is 1. A rational half circle of radius 1 reaches 1."""
     parabola = nurbs.single(2, [0, 0, 0, 1, 1, 1], [[0, 0, 0], [1, 2, 0], [2, 0, 0]])

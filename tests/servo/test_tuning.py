@@ -11,7 +11,7 @@ from cncgen.machine.record import Servo
 from cncgen.servo import plants
 from cncgen.servo.controllers import ccc
 from cncgen.servo.controllers.tcf import loop_on_a_line
-from cncgen.servo.named_schemes import scheme_maker
+from cncgen.servo.named_schemes import Settings, scheme_maker
 from cncgen.servo.simulate import own_scheme, simulate, simulate_scheme
 from cncgen.servo.summary import summarize
 from cncgen.servo.tuning.analysis import (
@@ -23,7 +23,7 @@ from cncgen.servo.tuning.analysis import (
     open_response,
 )
 from cncgen.servo.tuning.placement import VELOCITY_RATIO, check_stable, phase_margin, placed, placed_settings
-from cncgen.servo.tuning.search import search
+from cncgen.servo.tuning.search import _trials, search
 
 from .bench import circle, profile, stream
 
@@ -190,6 +190,33 @@ def test_a_search_finds_less_contour_error_within_the_margin():
     assert found.contour_rms_mm == again.contour_rms_mm
     assert summarize(simulate(iter(setpoints), found.servos))["contour_error_rms_mm"] == found.contour_rms_mm
     assert all(axis_open_loop(found.servos[k], k, 0.001).margins().modulus >= 0.59 for k in "XY")
+
+
+def test_a_trial_multiplies_the_gains_that_are_there_to_be_changed():
+    """Each by e to its own entry of a draw; gains that are 0 or absent stay, and H-infinity has none to be changed."""
+    setpoints = tuple(stream(circle(10.0, 60.0, turns=0.2)))
+    pi = {
+        "numerator": [1000.0],
+        "denominator": [1.0, 10.0, 0.0],
+        "position_gain_1_mm": 2.0,
+        "integral_gain_1_mm_s": 3.0,
+    }
+    servos = {"X": Servo("plant", pi), "Y": Servo("plant", {**pi, "integral_gain_1_mm_s": 0.0})}
+    trials = _trials(setpoints, servos, "p", Settings(), 0.5)
+    assert trials.names == (
+        ("X", "position_gain_1_mm"), ("X", "integral_gain_1_mm_s"), ("Y", "position_gain_1_mm"),
+    )  # fmt: skip
+    found, _ = trials.gains(np.log([2.0, 0.5, 3.0]))
+    assert found["X"].parameters["position_gain_1_mm"] == pytest.approx(4.0)
+    assert found["X"].parameters["integral_gain_1_mm_s"] == pytest.approx(1.5)
+    assert found["Y"].parameters["position_gain_1_mm"] == pytest.approx(6.0)
+    assert servos["X"].parameters["position_gain_1_mm"] == 2.0
+    designed = {
+        k: Servo("plant", {**servo.parameters, "controller": "h-infinity"})
+        for k, servo in profile("flexure-stage").items()
+    }
+    with pytest.raises(UsageError, match="no axis has a model whose gains can be searched"):
+        _trials(setpoints, designed, "p", Settings(), 0.5)
 
 
 def test_what_cannot_be_placed_is_said():
