@@ -280,6 +280,17 @@ def test_short_steps_leave_no_rounding_in_the_time() -> None:
         assert properties.planned(replace(case, scale=scale)).time == pytest.approx(time, rel=1e-9)
 
 
+def test_spacings_beside_a_rest_in_other_units() -> None:
+    """Looked at in quarters of a panel they are as 2 to 3: rounding once chose whether they grow between (once 5e-7 apart)."""
+    turn = properties.Arc(0.277022, 0.10226351881399598, 2.0 * math.pi, -3.0)
+    end = properties.Line((9.659910850657212e-08, 2.5857537309950945e-08, 3e-08, 0.0))
+    limits = ((80.7993, 76.4778, 52962.0), (269.331, 254.926, 176540.0), *((8.07993, 7.64778, 5296.2),) * 2)
+    case = properties.Case((turn, end), 100.0, False, "G61.1", limits)
+    time = properties.planned(case).time
+    for scale in (25.4, 2.7, 0.91):
+        assert properties.planned(replace(case, scale=scale)).time == pytest.approx(time, rel=1e-9)
+
+
 def test_a_straight_curve_that_stands_at_its_end_is_passed_at_feed() -> None:
     """Three equal points where two lines join: panels and x''' there are the parameter's (once 1.8 % longer, one way)."""
     points = ((1.0, 0.0, 1.0),) * 3

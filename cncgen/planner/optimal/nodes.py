@@ -79,7 +79,7 @@ _UNSEEN = (2.0 / 3.0, 1.25), (0.5, 0.25)
 #: Part of the limits that following the path at top speed takes at most where the path counts as straight: there the
 #: motion cruises, further from everything else than it needs to reach that speed.
 _CALM = 0.01
-#: Part by which bounds of q that are taken for one differ.
+#: Part by which bounds of q that are taken for one differ, and ratios of spacings.
 _ALIKE = 1e-6
 #: Turn of the direction over a panel, or part of one, below which the path is straight there but for rounding.
 _NO_TURN = 1e-9
@@ -467,7 +467,8 @@ def _graded(s: Floats, spacing: Floats, growth: Floats) -> tuple[Floats, Floats]
     backward = np.minimum.accumulate((spacing + grown)[::-1])[::-1] - grown
     low = np.minimum(np.minimum(forward, backward), spacing)
     top = np.maximum(spacing[:-1], spacing[1:])
-    steep = np.flatnonzero(top > _STEEP * np.minimum(low[:-1], low[1:]))
+    # Beyond rounding: beside a rest spacings at quarters of a panel are as 1 to 2 to 3.
+    steep = np.flatnonzero(top > (1.0 + _ALIKE) * _STEEP * np.minimum(low[:-1], low[1:]))
     left, right, top, rate = s[steep], s[steep + 1], top[steep], growth[steep]
     # Where growth from both ends meets, if it does so below the top.
     met = 0.5 * (left + right + (low[steep + 1] - low[steep]) / rate)

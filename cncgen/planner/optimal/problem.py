@@ -266,11 +266,12 @@ def _settled(given: Intervals, columns: _Columns, state: tuple[float, float] | N
             break
         below = _Start(_STARTS[0], run.solution.q[:, 1], _BELOW)
         again = _improved(given, columns, below, state, thinned=False)
-        stays = abs(again.solution.time - run.solution.time) <= _STAYS * run.solution.time
-        if again.left >= _STALLED_GAP or (run.left > 0.0 and again.solution.time >= run.solution.time):
+        longer = again.solution.time / run.solution.time - 1.0
+        # What has stalled may be shorter than the optimum by what its parts of limits lack.
+        if again.left >= _STALLED_GAP or longer > (_STALLED_GAP if again.left == 0.0 else 0.0):
             break
         run = replace(again, short=np.inf)
-        if stays:
+        if abs(longer) <= _STAYS:
             break
     return run.solution
 

@@ -142,3 +142,27 @@ def test_stretched_is_the_time_on_a_parabola(x: float) -> None:
     u, weight = np.polynomial.legendre.leggauss(60)
     u, weight = 0.5 + 0.5 * u, 0.5 * weight
     assert _stretched(np.array([x]))[0] == pytest.approx(np.sum(weight / (1.0 - x * u * u)), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("times", "lefts", "kept"),
+    [
+        ((1.0, 1.000001, 1.000001), (2e-6, 0.0, 0.0), 2),
+        ((1.0, 1.000001), (2e-6, 1e-6), 0),
+        ((1.0, 0.999, 0.999), (2e-6, 0.0, 0.0), 2),
+        ((1.0, 1.01), (2e-6, 0.0), 0),
+        ((1.0, 1.000001), (0.0, np.inf), 0),
+        ((1.0, 1.000001, 1.000001, 1.000001), (0.0, 0.0, 0.0, 0.0), 2),
+    ],
+)
+def test_what_stalled_or_came_by_short_steps_is_tried_again_until_it_stays(
+    monkeypatch: pytest.MonkeyPatch, times: tuple[float, ...], lefts: tuple[float, ...], kept: int
+) -> None:
+    """The optimum is taken though what stalled is shorter by less than its gap may be; what is no better is not (by the rule)."""
+    runs = [
+        problem._Run(problem.Solution(np.zeros((1, 3)), np.zeros(1, np.int8), time, 0, True), left, 30.0)
+        for time, left in zip(times, lefts, strict=True)
+    ]
+    following = iter(runs[1:])
+    monkeypatch.setattr(problem, "_improved", lambda *_, **__: next(following))
+    assert problem._settled(None, None, None, runs[0]) is runs[kept].solution  # type: ignore[arg-type]
