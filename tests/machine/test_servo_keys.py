@@ -95,6 +95,58 @@ def test_a_rotary_axis_has_its_own_key_and_radians_inside(name: str, parameter: 
         assert found == {linear}
 
 
+#: What stands before the length in the unit of a key where it divides: 1/mm, N·m/mm, N·m·s/mm, s/mm, counts per mm.
+UNITS_ABOVE = {"1", "m", "s", "per"}
+#: Lists of coefficients, whose units stand in no name: of a plant mm a drive input, of a controller drive input a mm.
+POWERS_OF_LISTS = {("plant", "numerator"): 1, ("plant", "controller_numerator"): -1}
+
+
+@pytest.mark.parametrize(("name", "parameter"), KEYS)
+def test_a_keys_name_says_the_power_of_its_length(name: str, parameter: Parameter) -> None:
+    """``{l}`` divides where another unit or a 1 stands before it, and multiplies where it is the first one."""
+    words = parameter.name.split("_")
+    if "{l}" not in words:
+        expected = POWERS_OF_LISTS.get((name, parameter.name), 0)
+    else:
+        expected = -1 if words[words.index("{l}") - 1] in UNITS_ABOVE else 1
+    assert parameter.power == expected
+
+
+#: Defaults of a design, which is asked for by keys without a default.
+DESIGN = {
+    "sensitivity_peak", "sensitivity_offset", "control_weight", "frequency_uncertainty", "gain_uncertainty",
+    "complementary_peak",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "parameter"), KEYS)
+def test_what_a_table_does_not_say_has_no_effect(name: str, parameter: Parameter) -> None:
+    """No friction, play, noise, dead time or gain is there unless it is given."""
+    resolved = servo_schema.resolve(Servo(name, minimal(name)), "X")
+    if parameter.key("X") not in minimal(name) and parameter.kind in ("number", "integer", "numbers"):
+        assert (resolved[parameter.symbol] or 0) == 0 or parameter.name in DESIGN
+    kinds = {"feedback": "motor", "controller": "pid", "feedforward": True}
+    if parameter.name in kinds:
+        assert resolved[parameter.symbol] == kinds[parameter.name]
+
+
+@pytest.mark.parametrize(
+    ("size", "fault"), [(1e-90, ""), (1e90, ""), (-1e90, ""), (0.99e-90, "size"), (-1.01e90, "size")]
+)
+def test_coefficients_are_within_what_their_products_can_hold(size: float, fault: str) -> None:
+    table = {**minimal("plant"), "numerator": [1.0], "denominator": [size, 3.0, 0.0]}
+    found = [text for _, key, text in servo_schema.faults(table, "X") if key == "denominator"]
+    assert len(found) == bool(fault)
+    assert all(fault in text for text in found)
+
+
+@pytest.mark.parametrize("degree", [11, 12])
+def test_a_denominator_has_eleven_powers_at_most(degree: int) -> None:
+    table = {**minimal("plant"), "numerator": [1.0], "denominator": [1.0] * (degree + 1)}
+    found = [text for _, key, text in servo_schema.faults(table, "X") if key == "denominator"]
+    assert found == (["has degree 12; 11 is the most"] if degree == 12 else [])
+
+
 def test_integers_are_doubles_inside() -> None:
     """TOML's integers are Python's: arrays of those beyond 64 bits would hold objects."""
     table = {**minimal("transfer-function"), "numerator": [10**22], "denominator": [1, 10**22]}
