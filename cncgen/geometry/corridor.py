@@ -210,7 +210,7 @@ def _stand(t: Floats, y: Floats, knots: Floats, points: Floats, near: float) -> 
     moves = np.abs(y[:, 1]) > _LEVEL
     for k in (2, 3):
         moves |= np.abs(y[:, k]) > _LEVEL
-    axes = np.flatnonzero(~moves.all(axis=0))
+    axes = np.flatnonzero([not column.all() for column in moves.T])
     if not axes.size:
         return
     moves = moves[:, axes]

@@ -193,9 +193,11 @@ class Path:
         return some
 
     def _row_lengths(self) -> Floats:
+        length = np.zeros(len(self.kind))
+        lines = np.flatnonzero(self.kind == LINE)
         column = np.arange(len(self.axes))
-        within = (column >= self._low[:, None]) & (column < self._high[:, None])
-        length = norm(np.where(within, self._delta, 0.0))
+        within = (column >= self._low[lines, None]) & (column < self._high[lines, None])
+        length[lines] = norm(np.where(within, self._delta[lines], 0.0))
         length[self._arc_rows] = self._arcs.length
         length[self._nurbs_rows] = self._nurbs.total
         return length

@@ -39,6 +39,9 @@ def assemble(
     """
     at_rest = np.flatnonzero(waits > 0.0)
     where = offset[at_rest]
+    if not len(where):
+        t = start_s + np.concatenate([[0.0], np.cumsum(moves[0])])
+        return Profile(t, place, *moves[1:], limit), t[offset]
     duration, v, a, j, c = (np.insert(column, where, 0.0) for column in moves)
     duration[where + np.arange(len(where))] = waits[at_rest]
     t = start_s + np.concatenate([[0.0], np.cumsum(duration)])

@@ -131,14 +131,13 @@ def chord_speed(curvature: Floats, tolerance_mm: Floats | float, period_s: float
     return out
 
 
-def across(x1: Floats, x2: Floats) -> Floats:
-    """Return the size of the part of x'' across x', shape (n,): what lies along it bends no chord.
+def across(x1: Floats, x2: Floats, scale: Floats) -> Floats:
+    """Return the size of the part of x'' across x', columns multiplied by `scale`, shape (n,): what lies along it bends no chord.
 
     Over X Y Z alone all of x'' is across x'; where further axes count, |x'| is not 1.
     """
     out = np.empty(len(x1))
-    one = np.ones(x1.shape[1])
-    along_path.across(np.ascontiguousarray(x1), np.ascontiguousarray(x2), one, out)
+    along_path.across(np.ascontiguousarray(x1), np.ascontiguousarray(x2), scale, out)
     return out
 
 

@@ -122,13 +122,14 @@ def resolution(bounds: Bounds, x1: Floats) -> Floats:
         bounds: Limits.
         x1: Shape (n, axes), dx/ds at places of the path.
     """
-    gain = np.abs(x1)
-    # Column by column, for one that moves is seen at its first places.
-    gain[:, :3] = [column.any() for column in gain[:, :3].T]
+    # Of X Y Z alone it is the same everywhere. Column by column, for one that moves is seen at its first places.
+    gain = np.abs(x1 if x1.shape[1] > 3 else x1[:1])
+    gain[:, :3] = [column.any() for column in x1[:, :3].T]
     by_jerk = along_path(bounds.axes.jerk, gain) * bounds.period_s**3 / 6.0
     by_acceleration = along_path(bounds.axes.acceleration, gain) * bounds.period_s**2 / 2.0
     found = np.minimum(_UNSEEN[0] * by_jerk, _UNSEEN[1] * by_acceleration)
-    return np.where(np.isfinite(found), np.minimum(found, bounds.chord_mm), 0.0)
+    shown = np.where(np.isfinite(found), np.minimum(found, bounds.chord_mm), 0.0)
+    return np.broadcast_to(shown, len(x1)).copy()
 
 
 def speed_within(linear: Floats, square: Floats, share: float) -> Floats:

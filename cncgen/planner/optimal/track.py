@@ -332,10 +332,13 @@ def _hidden(path: Path, s: Floats, kind: NDArray[np.int8], x3: Floats, top: Floa
     there = path.evaluate(quarters.ravel(), 3)[3].reshape(len(at), 2, -1)
     bound = 0.3 / np.diff(s)[at, None, None] ** 2
     there = np.clip(there, -bound, bound)
-    shown = np.einsum("pe,nea->npa", _QUARTERS, x3[at])
+    three = np.moveaxis(x3[at], 1, 0)
     # At a cusp there is nothing to compare.
-    apart = np.abs(there - shown)
-    out[at] = _HIDDEN * np.nan_to_num(np.maximum(apart[:, 0], apart[:, 1]), nan=0.0, posinf=0.0)
+    apart = [
+        np.abs(there[:, n] - (part[0] * three[0] + part[1] * three[1] + part[2] * three[2]))
+        for n, part in enumerate(_QUARTERS)
+    ]
+    out[at] = _HIDDEN * np.nan_to_num(np.maximum(*apart), nan=0.0, posinf=0.0)
     return out
 
 

@@ -96,8 +96,6 @@ def chord_speed_within(
     def speed(s: Floats, x: Floats) -> Floats:
         # The end of a row is the start of the next one.
         chord = np.minimum(left[path.row_of(s, -1)], left[path.row_of(s, 1)])
-        return np.where(
-            chord < np.inf, chord_speed(across(x[1] * scale, x[2] * scale), chord, period_s), np.inf
-        )
+        return np.where(chord < np.inf, chord_speed(across(x[1], x[2], scale), chord, period_s), np.inf)
 
     return speed

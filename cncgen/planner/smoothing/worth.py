@@ -329,7 +329,7 @@ def _largest_bend(leave: Floats, entry: Floats) -> Floats:
     out = np.zeros(len(leave))
     for part in (0.02, 0.1, 0.25, 0.5, 0.75, 0.9, 0.98, np.clip(slowest, 0.02, 0.98)):
         parts = np.broadcast_to(part, len(leave))
-        bend = across(leave + parts[:, None] * turn, turn)
+        bend = across(leave + parts[:, None] * turn, turn, np.ones(turn.shape[1]))
         out = np.maximum(out, np.interp(np.abs(parts - 0.5), made, there) * bend)
     return out
 
