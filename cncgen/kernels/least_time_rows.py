@@ -325,14 +325,18 @@ def _ceiling(
     """Return q, lowered to what steady motion allows at an end of an interval."""
     a: cython.Py_ssize_t
     x: cython.double
+    # The least cube of a speed.
+    cube: cython.double = 1e300
     for a in range(problem.d2.shape[2]):
         x = fabs(problem.d2[k, e, a])
         if x * q > problem.limits[0, a]:
             q = problem.limits[0, a] / x
         x = fabs(problem.d3[k, e, a])
         if x > 0.0:
-            x = cbrt(problem.limits[1, a] / x)
-            q = min(q, x * x)
+            cube = min(cube, problem.limits[1, a] / x)
+    if cube * cube < 2.0 * q * q * q:
+        x = cbrt(cube)
+        q = min(q, x * x)
     return q
 
 
@@ -437,6 +441,27 @@ def start(problem: Problem, top: cython.double[:, ::1], part: cython.double) -> 
         c[n + 1] = 1.0
         if problem.free == 1:
             c[0] = 1.0
+
+
+def rounded(problem: Problem, times: cython.int, raised: cython.double) -> cython.void:
+    """Average the free unknowns over three neighbours, but the outermost, so many `times`; to `raised` times what they were at most."""
+    c: cython.double[::1] = problem.c
+    k: cython.Py_ssize_t
+    _: cython.int
+    before: cython.double
+    here: cython.double
+    import numpy
+
+    most: cython.double[::1] = raised * numpy.asarray(c)
+    with cython.nogil:
+        for _ in range(times):
+            before = c[problem.free]
+            for k in range(problem.free + 1, problem.n):
+                here = c[k]
+                c[k] = 0.25 * (before + c[k + 1]) + 0.5 * here
+                before = here
+        for k in range(problem.free, problem.n + 1):
+            c[k] = min(c[k], most[k])
 
 
 def nearest(problem: Problem, margin: cython.double[::1], closest: cython.char[::1]) -> cython.void:

@@ -24,7 +24,7 @@ MOST, MOST_THINNED = 120, 40
 _FAR, _REACH = 0.45, 3
 #: The starts tried one after the other, as parts of q of the profile that rises and falls with full jerk. From rest, a
 #: small enough part holds every limit, whatever the intervals.
-_STARTS = (0.8, 0.1, 0.9, 0.01, 1e-4, 1e-7)
+_STARTS = (0.9, 0.1, 0.8, 0.01, 1e-4, 1e-7)
 #: How often the first of them is tried: with some rows asleep, and with all of them.
 _FIRST = 2
 #: Part of q of an earlier plan that is tried after that plan itself.
@@ -34,7 +34,7 @@ _ALIKE = 1e-6
 #: A jump of the acceleration of an axis, as a part of its limit, for which both sides of a node are looked at.
 _JUMP = 1e-4
 #: Times that the profile to start from is averaged over three neighbours.
-_ROUNDINGS = 16
+_ROUNDINGS = 48
 #: Factor by which that may raise q: beside rows a million times as fast it would be far above every limit of a slow one.
 _RAISED = 2.0
 #: Dual residual, as a part of the time, above which what holds the limits is no plan: it may take a thousand times as long.
@@ -189,9 +189,11 @@ def _columns(given: Intervals, state: tuple[float, float] | None) -> _Columns:
     box, edge = _boxes(given, at, _rest_tops(given))
     if state is not None:
         edge[0, 0] = state[0]
-    shape = (given.x1[at], given.x2[at], given.x3[at], given.limits, given.factor[at])
+    # Without a rest among them they are looked at where they lie.
+    pick = slice(at[0], at[-1] + 1) if at[-1] - at[0] < len(at) else at
+    shape = (given.x1[pick], given.x2[pick], given.x3[pick], given.limits, given.factor[pick])
     return _Columns(
-        at, h, ends, extra, box, _sways(given, at), edge, _joints(given, at), given.hidden[at], shape
+        at, h, ends, extra, box, _sways(given, at), edge, _joints(given, at), given.hidden[pick], shape
     )
 
 
@@ -226,11 +228,7 @@ class _Start:
             c[:2] = state
         least_time_rows.start(kernel, columns.edge, self.part)
         # Edges of the profile break the jerk limit by far; rounded, they cost fewer iterations.
-        x = c[free:-1]
-        most_there = _RAISED * x
-        for _ in range(_ROUNDINGS):
-            x[1:-1] = 0.25 * (x[:-2] + x[2:]) + 0.5 * x[1:-1]
-        np.minimum(x, most_there, out=x)
+        least_time_rows.rounded(kernel, _ROUNDINGS, _RAISED)
         if self.known is not None:
             ahead = columns.at[columns.at < len(self.known)]
             known = self.known[ahead[free - 1 :]]
@@ -391,13 +389,13 @@ def _sways(given: Intervals, spline: NDArray[np.int64]) -> Floats:
 
 def _joints(given: Intervals, spline: NDArray[np.int64]) -> NDArray[np.int8]:
     """Tell which spline intervals need their acceleration held at the right end too."""
-    after = np.minimum(spline + 1, len(given) - 1)
-    turn = most(np.abs(given.x1[after, 0] - given.x1[spline, 2]))
-    bend = np.abs(given.x2[after, 0] - given.x2[spline, 2]) * given.top[spline, 2, None] / given.limits[0]
+    turn = most(np.abs(given.x1[1:, 0] - given.x1[:-1, 2]))
+    bend = np.abs(given.x2[1:, 0] - given.x2[:-1, 2]) * given.top[:-1, 2, None] / given.limits[0]
     # What its neighbour is left of the limit may be more than what it has itself, beside a corner that takes a part.
-    more = anywhere(given.factor[after, 0] > (1.0 + _ALIKE) * given.factor[spline, 0])
-    jump = (turn > 1e-9) | (most(bend) > _JUMP) | more | (given.kind[after] == ENTER)
-    return jump.astype(np.int8)
+    more = anywhere(given.factor[1:, 0] > (1.0 + _ALIKE) * given.factor[:-1, 0])
+    jump = (turn > 1e-9) | (most(bend) > _JUMP) | more | (given.kind[1:] == ENTER)
+    # The last interval of all enters rest, so each on the spline has one after it.
+    return jump[spline].astype(np.int8)
 
 
 def _ordinates(given: Intervals, spline: NDArray[np.int64], ends: Floats, c: Floats) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -332,6 +333,24 @@ def small(
         1, np.ones(n), ends, np.zeros((n, 2)), np.zeros((n, 3, 1)), second[:, :, None].copy(),
         third[:, :, None].copy(), np.full((2, 1), limit), np.ones((n, 2, 1)), np.full((n, 1), hidden),
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("free", [1, 2])
+def test_a_profile_is_rounded_by_binomial_weights_and_not_raised_beyond_its_part(free: int) -> None:
+    """Far from its ends: averages over three neighbours are binomial weights; a step of 10 is raised to twice 1 beside it."""
+    rows = small(np.zeros((40, 3)), np.zeros((40, 3)), 1.0)
+    c = np.asarray(rows.c)
+    c[21] = 3.0
+    rows.free = free
+    least_time_rows.rounded(rows, 5, 100.0)
+    weights = np.array([math.comb(10, k) for k in range(11)]) / 2.0**10
+    assert c[16:27] == pytest.approx(1.0 + 2.0 * weights, rel=1e-15)
+    assert np.all(c[:16] == 1.0)
+    assert np.all(c[27:] == 1.0)
+    c[:21], c[21:] = 1.0, 10.0
+    least_time_rows.rounded(rows, 50, 2.0)
+    assert c[20] == 2.0
+    assert np.all(np.diff(c) >= 0.0)
 
 
 def test_thinning_keeps_what_is_near_and_what_is_beside_a_rest() -> None:
