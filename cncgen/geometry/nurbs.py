@@ -1,4 +1,8 @@
-"""Rational B-splines: derivatives at parameters and arc length, for many curves at once, over the kernel."""
+"""Rational B-splines: derivatives at parameters and arc length, for many curves at once, over the kernel.
+
+A curve is Σ N_i w_i P_i / Σ N_i w_i (L. Piegl and W. Tiller, The NURBS Book (1997), eq. 4.1), in the columns of a
+`cncgen.geometry.tables.NurbsTable`.
+"""
 
 from __future__ import annotations
 
@@ -190,13 +194,20 @@ class Lengths:
     total: Floats
 
     def parameter(self, curve: Ints, s: Floats, side: int = 1, snap: float = 0.0) -> Floats:
-        """Return the parameters at arc lengths `s` from the start of curves; what is within `snap` of a knot is it."""
+        """Return the parameters at arc lengths from the start of curves, shape (n,): one polynomial of degree 7 a cell.
+
+        Args:
+            curve: Shape (n,), int64, rows of the table.
+            s: Shape (n,), mm or rad.
+            side: Where the curve stands still at s: 1 for the end of that stretch, −1 for its start.
+            snap: What is within this length (mm or rad) of a knot is at the knot.
+        """
         out = np.empty(len(s))
         arc_length.invert(curve, np.ascontiguousarray(s), side, snap, self.offset, self.cells, out)
         return out
 
     def cell_length(self, curve: Ints, u: Floats, side: int = 1) -> Floats:
-        """Return the lengths of the cells at parameters `u` of curves; where two meet, of the one on `side`.
+        """Return the lengths (mm or rad) of the cells at parameters `u` of curves, shape (n,); where two meet, on `side`.
 
         They are few, for each is looked for by itself.
         """
@@ -208,7 +219,7 @@ class Lengths:
         return out
 
     def at(self, curve: Ints, u: Floats) -> Floats:
-        """Return the arc lengths from the start of curves to parameters `u`."""
+        """Return the arc lengths (mm or rad) from the start of curves to parameters `u`, shape (n,)."""
         out = np.empty(len(u))
         arc_length.lengths(
             curve,

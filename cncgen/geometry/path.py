@@ -281,7 +281,7 @@ class Path:
         return self.parameter_after(rows, at - self.row_s[rows], side)
 
     def parameter_after(self, rows: Ints, distance: Floats, side: int = 1) -> Floats:
-        """Return each row's own parameter at a distance in s from its start; see `parameter`."""
+        """Return each row's own parameter at a distance in s (mm or rad) from its start, shape (n,); see `parameter`."""
         length = self.row_length[rows]
         local = np.minimum(np.clip(distance, 0.0, None), length)
         out = np.divide(local, length, out=np.zeros_like(local), where=length > 0)

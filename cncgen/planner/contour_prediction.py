@@ -32,6 +32,8 @@ _MEMORY = 0.9
 def bilinear(coefficients: Floats, degree: int, period_s: float) -> Floats:
     """Substitute s = (2/T)(1 − z⁻¹)/(1 + z⁻¹) into a polynomial of s and multiply by (T(1 + z⁻¹))^degree.
 
+    Source of the rule: A. Tustin, Journal of the IEE 94, part IIA (1947) 130.
+
     Args:
         coefficients: Shape (m + 1,), highest power first, m <= degree.
         degree: Degree of the system that the polynomial belongs to.
@@ -54,8 +56,12 @@ def error_filter(numerator: Floats, denominator: Floats, period_s: float) -> tup
     E/V = T/2 · (1 + z⁻¹)/(1 − z⁻¹) · (c − d)/c. A loop that ends where it is told has (c − d)(1) = 0; that factor
     1 − z⁻¹ is divided out, which leaves the same ratio without the integrator of eq. 15, whose rounding would drift.
 
+    Args:
+        numerator, denominator: The closed loop Y/R in s, highest power first; that of eq. 9 has shapes (3,) and (5,).
+        period_s: T.
+
     Returns:
-        Coefficients b, a of z⁰, z⁻¹, …, of equal length, a_0 = 1.
+        Coefficients b, a of z⁰, z⁻¹, …, shape (degree + 1,) each, a_0 = 1; E in mm of V in mm/s.
 
     Raises:
         ValueError: The closed loop has no unit gain at rest.
@@ -75,8 +81,11 @@ def error_filter(numerator: Floats, denominator: Floats, period_s: float) -> tup
 def static_coefficients(numerator: Floats, denominator: Floats) -> tuple[float, float]:
     """Return (E/V in s, contour error per centripetal acceleration in s²) of a loop in the steady state.
 
-    With E/R = e1 s + e2 s² + … the radius of a circle traced at ω grows by the factor |G| = 1 − (e2 + e1²/2)ω²·(−1);
-    to second order the path runs inside (or outside) by |e2 + e1²/2| v²κ.
+    With E/R = 1 − G = e1 s + e2 s² + … a circle traced at ω is larger by |G(jω)| = 1 + (e2 + e1²/2) ω² + O(ω⁴), so to
+    second order the path runs outside (or, where that is negative, inside) by |e2 + e1²/2| v²κ.
+
+    Args:
+        numerator, denominator: G in s, highest power first, of any lengths, with G(0) = 1.
     """
     difference = np.polysub(denominator, numerator)[::-1]
     low = denominator[::-1]

@@ -41,7 +41,7 @@ class Segments:
 
 
 def joint_caps(cap: Floats, top: Floats) -> Floats:
-    """Lower the speed of each joint to the tops of the segments on its two sides."""
+    """Lower the speeds of joints, shape (n + 1,), to the tops of the segments on their two sides, shape (n,); mm/s."""
     lowered = cap.copy()
     np.minimum(lowered[:-1], top, out=lowered[:-1])
     np.minimum(lowered[1:], top, out=lowered[1:])

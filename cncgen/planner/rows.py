@@ -117,7 +117,9 @@ def rows_of(toolpath: Toolpath, path: Path, machine: Machine, bends: bool = True
 
 
 def chord_speed(curvature: Floats, tolerance_mm: Floats | float, period_s: float) -> Floats:
-    """Return the speed whose chord over a period stays within the tolerance of the arc (Tsai 2010, eq. 24).
+    """Return the speed, mm/s, whose chord over a period stays within the tolerance of the arc (Tsai 2010, eq. 24).
+
+    Of curvatures of any shape, 1/mm, and a tolerance for all or each; infinite where there is no curvature.
 
     V_af = (2/T_s) √(ρ² − (ρ − δ)²) = (2/T_s) √(2δ/κ − δ²) with ρ = 1/κ. Where ρ is below δ, and the formula soon has no
     root, it is (2/T_s) √(δ/κ): no point of a way of V T_s is further than V T_s/2 < δ from its nearer end. With rotary axes,

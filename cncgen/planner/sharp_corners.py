@@ -74,5 +74,5 @@ class CornerRule:
 
 
 def curvature_speed(curvature: Floats, feed_mm_s: float | Floats, kbar_per_mm: float) -> Floats:
-    """Return V_cf = κ̄ V_max / (κ + κ̄), eq. 25: the feed is halved where κ = κ̄ (1/mm)."""
+    """Return V_cf = κ̄ V_max / (κ + κ̄) (Tsai 2010, eq. 25), mm/s, of curvatures κ (1/mm), shape (n,): half the feed at κ = κ̄."""
     return kbar_per_mm * feed_mm_s / (curvature + kbar_per_mm)

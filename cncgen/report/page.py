@@ -10,7 +10,6 @@ from html import escape
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cncgen.machine.record import Machine
 from cncgen.report.line_times import LineTimes
@@ -21,8 +20,6 @@ from cncgen.setpoints.columns import file_units, position_column
 from cncgen.setpoints.record import Setpoints
 from cncgen.units import ORDER_NAMES, ORDERS, file_unit, to_file
 from cncgen.verify.verdict import Verdict
-
-Floats = NDArray[np.float64]
 
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 960px; margin: 2em auto; padding: 0 1em; color: #222;

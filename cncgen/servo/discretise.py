@@ -94,24 +94,3 @@ def ramped(a: Floats, b: Floats, period: float) -> tuple[Floats, Floats, Floats]
     result = exponential(block)
     constant, slope = result[:n, n : n + m], result[:n, n + m :]
     return result[:n, :n], constant - slope, slope
-
-
-def bilinear(numerator: Floats, denominator: Floats, period: float) -> tuple[Floats, Floats]:
-    """Return (d, c) of a transfer function in z⁻¹ by s = 2/T (1 − z⁻¹)/(1 + z⁻¹), lowest power of z⁻¹ first.
-
-    Source of the rule: A. Tustin, Journal of the IEE 94, part IIA (1947) 130.
-    With four poles and two zeros this is Tsai 2010, appendix A-2 (times the common factor T⁴ of both polynomials).
-    """
-    degree = len(denominator) - 1
-
-    def transformed(polynomial: Floats) -> Floats:
-        total: Floats = np.zeros(degree + 1)
-        for power, value in enumerate(polynomial[::-1]):
-            term: Floats = np.array([value * 2.0**power * period ** (degree - power)])
-            for factor, times in (([1.0, -1.0], power), ([1.0, 1.0], degree - power)):
-                for _ in range(times):
-                    term = np.convolve(term, factor)
-            total = total + term
-        return total
-
-    return transformed(np.asarray(numerator, float)), transformed(np.asarray(denominator, float))

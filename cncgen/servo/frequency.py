@@ -55,7 +55,10 @@ def response_to_drive(loop: AxisLoop, frequencies: Floats) -> Complexes:
 
     Args:
         loop: The loop.
-        frequencies: rad/s, up to π over the control period.
+        frequencies: Shape (n,), rad/s, up to π over the control period.
+
+    Returns:
+        Shape (n,), mm (or rad) a unit of drive input.
     """
     a, _, _ = loop.transition()
     b = loop.inputs[1 if loop.sampled else 0, 0, 2]
@@ -63,7 +66,7 @@ def response_to_drive(loop: AxisLoop, frequencies: Floats) -> Complexes:
 
 
 def response_to_setpoint(loop: AxisLoop, frequencies: Floats) -> Complexes:
-    """Return the response of the position to the setpoint, the loop being closed; frequencies in rad/s."""
+    """Return the response of the position to the setpoint, the loop being closed, at frequencies in rad/s; shape (n,) both."""
     a, start, end = loop.transition()
     z = np.exp(1j * np.asarray(frequencies) * loop.period)
     plain = _response(a, start, loop.output, frequencies, loop.period)
@@ -72,7 +75,7 @@ def response_to_setpoint(loop: AxisLoop, frequencies: Floats) -> Complexes:
 
 
 def open_loop(loop: AxisLoop, frequencies: Floats) -> Complexes:
-    """Return L(e^jωT) of a sampled loop, broken at the drive's input: −(drive asked for)/(drive given).
+    """Return L(e^jωT) of a sampled loop, broken at the drive's input: −(drive asked for)/(drive given), shape (n,).
 
     For a continuous controller the flow under a held drive is exact only for the plant; use `continuous_open_loop`.
     """
@@ -107,7 +110,7 @@ class Margins:
 
 
 def margins(response: Complexes, frequencies: Floats) -> Margins:
-    """Return the margins of L(jω) given at rising frequencies (rad/s), interpolated between them."""
+    """Return the margins of L(jω), shape (n,), given at rising frequencies (rad/s), interpolated between them."""
     size, phase = np.abs(response), np.unwrap(np.angle(response))
     phase -= 2 * math.pi * round((phase[0] + math.pi / 2) / (2 * math.pi))
     log = np.log(np.maximum(size, 1e-300))

@@ -1,4 +1,4 @@
-"""Matrix exponential and holds, beside scipy's; the bilinear form beside the printed appendix of Tsai 2010."""
+"""Matrix exponential, its balancing, and holds, beside scipy's."""
 
 import math
 
@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm, matrix_balance
 from scipy.signal import cont2discrete
 
-from cncgen.servo.discretise import _balanced, bilinear, exponential, held, ramped
+from cncgen.servo.discretise import _balanced, exponential, held, ramped
 
 
 @given(st.integers(1, 6), st.integers(0, 10**6), st.floats(-3, 3))
@@ -43,30 +43,6 @@ def test_holds_are_scipys(hold, ours):
         assert start + phi @ end == pytest.approx(expected[1], rel=1e-10)
         assert end == pytest.approx(expected[3], rel=1e-10)
     assert phi == pytest.approx(expected[0], rel=1e-10)
-
-
-def test_bilinear_is_appendix_a_2():
-    """Tsai 2010, A-2, multiplied out by hand from the printed c0 … c4 and d0 … d4."""
-    t = 0.001
-    a0, a1, a2, a3, b1, b2 = 1.938e9, 3.538e7, 2.135e5, 698.4, 3.476e7, 1.471e5
-    b0 = a0
-    c = [
-        16 + 8 * a3 * t + 4 * a2 * t**2 + 2 * a1 * t**3 + a0 * t**4,
-        -64 - 16 * a3 * t + 4 * a1 * t**3 + 4 * a0 * t**4,
-        96 - 8 * a2 * t**2 + 6 * a0 * t**4,
-        -64 + 16 * a3 * t - 4 * a1 * t**3 + 4 * a0 * t**4,
-        16 - 8 * a3 * t + 4 * a2 * t**2 - 2 * a1 * t**3 + a0 * t**4,
-    ]
-    d = [
-        4 * b2 * t**2 + 2 * b1 * t**3 + b0 * t**4,
-        4 * b1 * t**3 + 4 * b0 * t**4,
-        -8 * b2 * t**2 + 6 * b0 * t**4,
-        -4 * b1 * t**3 + 4 * b0 * t**4,
-        4 * b2 * t**2 - 2 * b1 * t**3 + b0 * t**4,
-    ]
-    above, below = bilinear([b2, b1, b0], [1.0, a3, a2, a1, a0], t)
-    assert above == pytest.approx(d, rel=1e-12)
-    assert below == pytest.approx(c, rel=1e-12)
 
 
 @given(st.integers(2, 7), st.integers(0, 10**6))

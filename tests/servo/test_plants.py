@@ -11,7 +11,6 @@ from cncgen.machine.record import Servo
 from cncgen.servo import plants
 from cncgen.servo.controllers.base import Controller
 from cncgen.servo.controllers.p import p
-from cncgen.servo.controllers.pd import pd
 from cncgen.servo.controllers.pd_plus import pd_plus
 from cncgen.servo.controllers.pi_p_feedforward import pi_p_feedforward
 from cncgen.servo.controllers.pid import pid
@@ -188,7 +187,7 @@ def test_friction_is_that_of_an_event_driven_integration(coulomb):
     tau, gain, kp, kd = 0.02, 30.0, 2.0, 0.05
     plant = plants.velocity_loop(gain, tau).with_imperfections(coulomb=coulomb)
     command = 3.0 * np.sin(np.arange(400) * 0.03)
-    ours = one_axis(close_loop(plant, pd(kp, kd, T), T), command)
+    ours = one_axis(close_loop(plant, pd_plus(kp, kd, 0.0, 0.0, T), T), command)
     y, v, before, rows = 0.0, 0.0, (0.0, 0.0), []
     for r in command:
         rows.append(y)

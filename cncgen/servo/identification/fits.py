@@ -102,6 +102,14 @@ def fit_first_order(command: Floats, position: Floats, period_s: float, *, frict
 
     The control period is the log's. An offset of the position (zeros that differ) is fitted beside. The axis is at rest
     when the log begins.
+
+    Args:
+        command, position: Shape (n,), mm or rad.
+        period_s: Between rows.
+        friction: Whether ``coulomb_lag_mm`` is fitted (rad of a rotary axis).
+
+    Raises:
+        ValueError: The command does not change.
     """
     size = _typical(command - command[0])
 
@@ -141,6 +149,13 @@ def fit_fourth_order(command: Floats, position: Floats, period_s: float) -> Fit:
 
     An offset of the position is fitted beside. The six coefficients are what a log of the closed loop determines;
     several sets of gains of appendix A-1 give the same ones.
+
+    Args:
+        command, position: Shape (n,), mm or rad.
+        period_s: Between rows; between them the command goes straight.
+
+    Raises:
+        ValueError: The command does not change.
     """
     size = _typical(command - command[0])
     start = float(position[0] - command[0]) / size
@@ -201,7 +216,10 @@ def _square(values: Floats) -> float:
 def _start(
     unit: Callable[[Floats, float], Floats], drive: Floats, position: Floats, period_s: float
 ) -> Floats:
-    """Return (gain, τ, bias, offset) of the smooth problem: for a given τ the other three are linear least squares."""
+    """Return (gain, τ, bias, offset) of the smooth problem: for a given τ the other three are linear least squares.
+
+    `unit` gives the position, shape (n,), under a drive input, shape (n,), of a motor of gain 1 and a lag, s.
+    """
     from scipy.optimize import minimize_scalar
 
     def projected(log_lag: float) -> tuple[float, Floats]:
@@ -223,7 +241,10 @@ def _start(
 
 
 def _solved(residual: Callable[[Floats], Floats], start: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return (θ, covariance, residual) of the least-squares solution from a start."""
+    """Return θ, shape (k,), its covariance, (k, k), and the residual, (n,), of the least-squares solution from a start.
+
+    The covariance is that of the linearised problem, σ² (Jᵀ J)⁻¹ with σ² = |r|²/(n − k).
+    """
     from scipy.optimize import least_squares
 
     def bounded(theta: Floats) -> Floats:

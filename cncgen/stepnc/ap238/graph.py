@@ -8,12 +8,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cncgen.stepnc.entities import Entities, Entity, Skip
 from cncgen.stepnc.part21 import Exchange
-
-Ints = NDArray[np.int64]
 
 
 class Index:
