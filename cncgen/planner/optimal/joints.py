@@ -16,6 +16,7 @@ from cncgen.planner.optimal.limits import (
     SWAY_SHARE,
     Bounds,
     along_path,
+    lowered,
     resolution,
     speed_within,
 )
@@ -208,9 +209,9 @@ def _reached(bounds: Bounds, s: Floats, speed: Floats, straight: Bools, right: F
         height = speed**power
         rise = np.where(straight, rate * np.diff(s), np.inf)
         way = np.concatenate([[0.0], np.cumsum(np.minimum(rise, height.max()))])
-        after = np.minimum.accumulate(height - way) + way
-        before = np.minimum.accumulate((height + way)[::-1])[::-1] - way
-        speed = np.minimum(speed, np.maximum(np.minimum(after, before), 0.0) ** (1.0 / power))
+        least = lowered(height, way)
+        # What nothing around lowers keeps its digits: ways over many joints have few of those of a slow one.
+        speed = np.where(least < height, np.maximum(least, 0.0) ** (1.0 / power), speed)
     return speed
 
 

@@ -137,3 +137,19 @@ def speed_within(linear: Floats, square: Floats, share: float) -> Floats:
     with np.errstate(divide="ignore", over="ignore"):
         v = 2.0 * share / (linear + np.sqrt(linear**2 + 4.0 * share * square))
     return least(v)
+
+
+def lowered(values: Floats, way: Floats) -> Floats:
+    """Return the largest values, no larger than those given, that change from place to place by no more than the way does.
+
+    Values that no other one lowers are returned to the last digit, however much longer the way is.
+
+    Args:
+        values: Shape (n,).
+        way: Shape (n,), ascending.
+    """
+    up, down = values - way, (values + way)[::-1]
+    from_before, from_after = np.minimum.accumulate(up), np.minimum.accumulate(down)[::-1]
+    after = np.where(up <= from_before, values, from_before + way)
+    before = np.where(down[::-1] <= from_after, values, from_after - way)
+    return np.minimum(np.minimum(after, before), values)

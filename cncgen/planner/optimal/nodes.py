@@ -12,7 +12,7 @@ from cncgen.geometry.columns import most
 from cncgen.geometry.path import Path
 from cncgen.kernels import along_path as kernel
 from cncgen.planner.optimal.joints import Joints, nearest
-from cncgen.planner.optimal.limits import Bounds, along_path, resolution
+from cncgen.planner.optimal.limits import Bounds, along_path, lowered, resolution
 from cncgen.toolpath.record import Kind
 
 Floats = NDArray[np.float64]
@@ -318,9 +318,7 @@ def _gained(s: Floats, speed: Floats, acceleration: Floats, joints: Joints) -> F
     q[at] = np.minimum(q[at], np.where(joints.stop, 0.0, joints.speed**2))
     rise = 2.0 * np.maximum(acceleration[:-1], acceleration[1:]) * np.diff(s)
     way = np.concatenate([[0.0], np.cumsum(np.minimum(rise, q.max()))])
-    after = np.minimum.accumulate(q - way) + way
-    before = np.minimum.accumulate((q + way)[::-1])[::-1] - way
-    return np.maximum(np.minimum(after, before), 0.0)
+    return np.maximum(lowered(q, way), 0.0)
 
 
 def _from_others(s: Floats, mine: NDArray[np.bool_]) -> Floats:
@@ -463,9 +461,7 @@ def _graded(s: Floats, spacing: Floats, growth: Floats) -> tuple[Floats, Floats]
         Places, those inserted among them, and the spacing there.
     """
     grown = np.concatenate([[0.0], np.cumsum(growth * np.diff(s))])
-    forward = np.minimum.accumulate(spacing - grown) + grown
-    backward = np.minimum.accumulate((spacing + grown)[::-1])[::-1] - grown
-    low = np.minimum(np.minimum(forward, backward), spacing)
+    low = lowered(spacing, grown)
     top = np.maximum(spacing[:-1], spacing[1:])
     # Beyond rounding: beside a rest spacings at quarters of a panel are as 1 to 2 to 3.
     steep = np.flatnonzero(top > (1.0 + _ALIKE) * _STEEP * np.minimum(low[:-1], low[1:]))
