@@ -61,6 +61,8 @@ class Joints:
         zone: Shape (n,), mm: how far on both sides a setpoint's third difference can see the jump; 0 for none.
         cuts: Shape (n,), bool: it rests, and chords might cut the corner by more than their tolerance if no setpoint fell
             near it. The end of a block is left to the start of the next one.
+        doubt: Shape (n,): the speed there, as a part of that below which a stop seems to take less time; infinite where there
+            is no choice.
     """
 
     s: Floats
@@ -71,6 +73,15 @@ class Joints:
     acceleration: Floats
     zone: Floats
     cuts: Bools
+    doubt: Floats
+
+    def reached(self) -> tuple[Floats, Floats]:
+        """Return how far before and after each of them zones reach that begin beyond it, shape (n,), mm; infinite for none."""
+        seen = self.zone > 0.0
+        first = np.minimum.accumulate(np.where(seen, self.s - self.zone, np.inf)[::-1])[::-1]
+        last = np.maximum.accumulate(np.where(seen, self.s + self.zone, -np.inf))
+        before, after = self.s - first, last - self.s
+        return np.where(before > 0.0, before, np.inf), np.where(after > 0.0, after, np.inf)
 
     def only(self, kept: Bools) -> Joints:
         """Return those that are kept, of which every rest is one."""
@@ -83,6 +94,7 @@ class Joints:
             self.acceleration[kept],
             self.zone[kept],
             self.cuts[kept],
+            self.doubt[kept],
         )
 
 
@@ -119,6 +131,7 @@ def joints_of(
     top: Floats,
     before: Beyond | None,
     after: Beyond | None,
+    told: NDArray[np.int8] | None = None,
 ) -> Joints:
     """Classify the breakpoints of a block.
 
@@ -130,7 +143,10 @@ def joints_of(
         sides: Derivatives on the left and on the right of each breakpoint, shape (4, n, axes) each.
         top: Shape (n,), the largest q there by everything else.
         before, after: The end of the block before and the start of the next; None where the motion starts or ends here.
+        told: Shape (n,), int8: -1 where to stop, 1 where to pass if jumps and chords allow it at all, 0 where to choose; None
+            for nowhere.
     """
+    told = np.zeros(len(s), np.int8) if told is None else told
     left, right = sides[0].copy(), sides[1].copy()
     stop = np.zeros(len(s), bool)
     stop[nearest(s, _rests(toolpath, path, crawls))] = True
@@ -140,13 +156,15 @@ def joints_of(
         else:
             mine[:, end] = beyond.derivatives
             stop[end] |= beyond.rest
+    rests = stop.copy()
     turn = right[1] - left[1]
     linear, square = bounds.jump(turn, right[2] - left[2])
-    speed = speed_within(linear, square, JUMP_SHARE)
+    speed = allowed = speed_within(linear, square, JUMP_SHARE)
     held = speed < np.sqrt(top)
     v = np.where(held, speed, 0.0)[:, None]
     lost = _lost(bounds, linear * v + square * v**2, left[1], right[1])
-    corner = held & (speed < _worth_a_stop(bounds, s, stop | held, left[1], right[1], top, lost))
+    worth = _worth_a_stop(bounds, s, stop | held, left[1], right[1], top, lost)
+    corner = (held & (speed < worth) & (told <= 0)) | ((told < 0) & ~rests)
     # Within half a period the largest acceleration leads as far as a jerk of 6 A/T.
     within = np.minimum(bounds.axes.jerk, 6.0 * bounds.axes.acceleration / bounds.period_s)
     jerks = np.stack([along_path(within, side[1]) for side in (left, right)])
@@ -170,10 +188,14 @@ def joints_of(
     taken = linear * v + square * v**2
     felt = (most(taken) > _NEGLIGIBLE) | (chord < np.sqrt(top))
     corner |= felt & (speed < np.sqrt(top))
-    speed[corner & _crawls(bounds, s, stop | (speed <= 0.0), left[1], right[1])] = 0.0
+    speed[corner & (told <= 0) & _crawls(bounds, s, stop | (speed <= 0.0), left[1], right[1])] = 0.0
     speed[~felt & ~corner & ~stop] = np.inf
     stop |= speed <= 0.0
     passed = felt & ~stop
+    # What chords hold is as slow for what lies between.
+    slow = stop | held | (chord < np.sqrt(top))
+    worth = np.where(chord < passing, _worth_a_stop(bounds, s, slow, left[1], right[1], top, lost), worth)
+    choice = passed | (corner & (speed <= 0.0) & ~rests & (chord > 0.0))
     acceleration, zone, sway = _swayed(bounds, together, turn * passed[:, None], left[1], right[1])
     # A pulse of acceleration v Δ is v Δ/T in the second difference that sees it.
     pulse = np.abs(turn) * v / (bounds.axes.acceleration * bounds.period_s)
@@ -186,7 +208,13 @@ def joints_of(
         acceleration=acceleration,
         zone=zone * passed,
         cuts=_cuts(bounds, s, stop, turn, left[1:3], right[1:3]),
+        doubt=_doubt(choice, np.minimum(np.minimum(allowed, chord), np.sqrt(top)), worth),
     )
+
+
+def _doubt(choice: Bools, speed: Floats, worth: Floats) -> Floats:
+    """Return the speed as a part of the one that is worth a stop, shape (n,), where there is a choice; else infinity."""
+    return np.divide(speed, worth, out=np.full(len(speed), np.inf), where=choice & (worth > 0.0))
 
 
 def _reached(bounds: Bounds, s: Floats, speed: Floats, straight: Bools, right: Floats) -> Floats:

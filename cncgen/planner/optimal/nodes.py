@@ -86,7 +86,7 @@ _NO_TURN = 1e-9
 #: Ratio of spacings at neighbouring places from which they are not taken for linear between.
 _STEEP = 1.5
 #: Nodes of a block up to which they stand closer, and how much closer at most.
-_AMPLE, _CLOSEST = 3000, 4.0
+AMPLE, CLOSEST = 3000, 4.0
 #: Nodes of a block at most: their derivatives, limits and rows take about a kilobyte each.
 MOST = 5_000_000
 #: Least distance of nodes, as a part of the length of the block: rounding is a thousandth of it.
@@ -156,10 +156,11 @@ def placed(
     lines: NDArray[np.bool_],
     top_at: TopAt,
     density: Density,
+    closer: float | None = None,
 ) -> Floats:
     """Return the nodes of a block, ascending: its breakpoints, and what lies between.
 
-    What the spline loses falls with the spacing, and `_AMPLE` nodes cost next to nothing: where there are fewer, they stand
+    What the spline loses falls with the spacing, and `AMPLE` nodes cost next to nothing: where there are fewer, they stand
     closer, by a factor that is the root of what is left, so that none is a step.
 
     Args:
@@ -170,13 +171,16 @@ def placed(
         lines: Shape (breakpoints − 1,): stretches that need no nodes between their ends.
         top_at: Gives the largest q.
         density: How close they stand.
+        closer: Factor by which they stand closer than that; by default as above.
 
     Raises:
         TooManyNodesError: They are more than `MOST`.
     """
     survey = _Survey.of(path, bounds, joints, sides, lines, top_at)
+    if closer is not None:
+        return _place(survey, density.times(closer))
     s = _place(survey, density)
-    closer = float(np.clip(np.sqrt(_AMPLE / len(s)), 1.0, _CLOSEST))
+    closer = float(np.clip(np.sqrt(AMPLE / len(s)), 1.0, CLOSEST))
     return _place(survey, density.times(closer)) if closer > 1.0 else s
 
 
@@ -416,6 +420,7 @@ def _probes(path: Path, joints: Joints, seen: float) -> tuple[Floats, Floats]:
     turning = path.turning_points()
     borders = path.sample_borders()
     borders = np.union1d(borders, turning[np.diff(turning, prepend=-np.inf) > seen])
+    borders = borders[(borders >= joints.s[0]) & (borders <= joints.s[-1])]
     near = nearest(joints.s, borders)
     borders = np.union1d(borders[np.abs(joints.s[near] - borders) > seen], joints.s)
     length = np.diff(borders)

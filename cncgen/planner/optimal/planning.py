@@ -16,7 +16,8 @@ from cncgen.planner.optimal.caps import SpeedCap
 from cncgen.planner.optimal.joints import Beyond, ends_of
 from cncgen.planner.optimal.limits import Bounds
 from cncgen.planner.optimal.paces import paced
-from cncgen.planner.optimal.track import Track, track_of
+from cncgen.planner.optimal.track import Track
+from cncgen.planner.optimal.trials import Trials
 from cncgen.planner.optimal.window import MARGIN, Window
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit, Trajectory
@@ -94,6 +95,7 @@ def _tracks(
     before: Beyond | None = None
     still: list[Toolpath] = []
     bounds: Bounds | None = None
+    trials = Trials(effort)
 
     with closing(ahead(source, AHEAD)) as ready:
         for block, cap in ready:
@@ -106,11 +108,11 @@ def _tracks(
             bounds = bounds or bounds_of(toolpath.axes)
             if held is not None:
                 after = ends_of(toolpath, path, bounds)[0]
-                yield track_of(*held[:2], bounds, before, after, effort, held[2]), False
+                yield trials.track_of(*held[:2], bounds, before, after, held[2]), False
                 before = ends_of(*held[:2], bounds)[1]
             held = toolpath, path, cap
     if held is not None and bounds is not None:
-        yield track_of(*held[:2], bounds, before, None, effort, held[2]), True
+        yield trials.track_of(*held[:2], bounds, before, None, held[2]), True
     if still:
         yield join(still), True
 

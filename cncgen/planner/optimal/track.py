@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 
 import numpy as np
@@ -14,7 +14,7 @@ from cncgen.geometry.path import Path
 from cncgen.planner.optimal.caps import SpeedCap
 from cncgen.planner.optimal.joints import Beyond, Joints, distinct, joints_of, nearest
 from cncgen.planner.optimal.limits import JUMP_SHARE, SWAY_SHARE, Bounds, along_path
-from cncgen.planner.optimal.nodes import DENSITY, MOST, TooManyNodesError, placed
+from cncgen.planner.optimal.nodes import DENSITY, MOST, Density, TooManyNodesError, placed
 from cncgen.planner.optimal.paces import Feeds, crawling
 from cncgen.toolpath.record import Event, Kind, PathMode, Toolpath
 
@@ -92,109 +92,178 @@ class Track:
         return len(self.kind)
 
 
-def track_of(
-    toolpath: Toolpath,
-    path: Path,
-    bounds: Bounds,
-    before: Beyond | None,
-    after: Beyond | None,
-    effort: str,
-    cap: SpeedCap | None = None,
-) -> Track:
-    """Cut a block into intervals.
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A block, or a part of one, and its `n` breakpoints, before it is known which of them are rests.
 
-    Args:
-        toolpath, path: The block, of a length greater than 0.
+    Attributes:
+        toolpath, path: The block and its geometry.
         bounds: Limits.
-        before, after: The end of the block before and the start of the next; None where the motion starts or ends at
-            this block's border.
-        effort: Density of the nodes.
+        feeds: Of its rows.
         cap: A largest speed along the path, beside the bounds.
-
-    Raises:
-        NoPlanError: It would be more intervals than memory is meant for.
+        density: How close nodes stand.
+        crawls: Shape (rows,), which rows begin and end at rest.
+        s: Shape (n,), the breakpoints, path coordinate.
+        sides: Derivatives on the left and on the right of each, shape (4, n, axes) each.
+        top: Shape (n,), the largest q there by everything but jumps.
+        before, after: The end of the block before and the start of the next; None where the motion starts or ends.
     """
-    feeds = Feeds.of(toolpath, path)
 
-    def top_at(s: Floats, x: Floats, side: int = 1) -> tuple[Floats, NDArray[np.int8]]:
-        row = path.row_of(s, side)
-        q, limit = bounds.top(feeds.speed[row], feeds.limit[row], x[1], x[2])
-        return (cap.lower(s, x, q) if cap else q), limit
+    toolpath: Toolpath
+    path: Path
+    bounds: Bounds
+    feeds: Feeds
+    cap: SpeedCap | None
+    density: Density
+    crawls: NDArray[np.bool_]
+    s: Floats
+    sides: tuple[Floats, Floats]
+    top: Floats
+    before: Beyond | None
+    after: Beyond | None
 
-    seams = _seams(toolpath, path, feeds)
-    sides = (path.evaluate(seams, 3, -1), path.evaluate(seams, 3, 1))
-    # Beyond its ends a path is what it is within; a curve that ends in a cusp has no direction there.
-    sides[0][:, 0], sides[1][:, -1] = sides[1][:, 0], sides[0][:, -1]
-    crawls = crawling(path, feeds.speed, bounds)
-    between = path.row_of(0.5 * (seams[:-1] + seams[1:]))
-    apart = _lasting(seams, between, feeds.speed, bounds.period_s) & crawls[between]
-    first, last = distinct(seams, sides, bounds, apart, path.kind[between] == Kind.NURBS)
-    sides = (sides[0][:, first], sides[1][:, last])
-    top = np.minimum(top_at(seams[first], sides[0], -1)[0], top_at(seams[last], sides[1])[0])
-    joints = joints_of(toolpath, path, bounds, crawls, seams[first], sides, top, before, after)
-    kept = ~_straight_on(path, feeds, joints, sides)
-    joints, sides = joints.only(kept), (sides[0][:, kept], sides[1][:, kept])
-    lines = _lines(path, joints)
-    if cap and cap.straight:
-        # What crawls is slower than any cap.
-        lines &= crawls[path.row_of(0.5 * (joints.s[:-1] + joints.s[1:]))]
-    try:
-        s = placed(
-            path, bounds, joints, sides, lines, lambda at, x, side: top_at(at, x, side)[0], DENSITY[effort]
+    @classmethod
+    def of(
+        cls,
+        toolpath: Toolpath,
+        path: Path,
+        bounds: Bounds,
+        before: Beyond | None,
+        after: Beyond | None,
+        effort: str,
+        cap: SpeedCap | None,
+    ) -> Section:
+        """Take a block, see `cncgen.planner.optimal.trials`."""
+        feeds = Feeds.of(toolpath, path)
+        seams = _seams(toolpath, path, feeds)
+        sides = (path.evaluate(seams, 3, -1), path.evaluate(seams, 3, 1))
+        # Beyond its ends a path is what it is within; a curve that ends in a cusp has no direction there.
+        sides[0][:, 0], sides[1][:, -1] = sides[1][:, 0], sides[0][:, -1]
+        crawls = crawling(path, feeds.speed, bounds)
+        between = path.row_of(0.5 * (seams[:-1] + seams[1:]))
+        apart = _lasting(seams, between, feeds.speed, bounds.period_s) & crawls[between]
+        first, last = distinct(seams, sides, bounds, apart, path.kind[between] == Kind.NURBS)
+        sides = (sides[0][:, first], sides[1][:, last])
+        out = cls(
+            toolpath,
+            path,
+            bounds,
+            feeds,
+            cap,
+            DENSITY[effort],
+            crawls,
+            seams[first],
+            sides,
+            np.zeros(len(first)),
+            before,
+            after,
         )
-    except TooManyNodesError as many:
-        raise NoPlanError(_too_many(toolpath, path, many)) from None
-    n = len(s) - 1
-    middle = 0.5 * (s[:-1] + s[1:])
-    right = path.evaluate(s[:-1], 3)
-    node = nearest(s, joints.s)
-    left = np.empty_like(right)
-    left[:, :-1] = right[:, 1:]
-    # Breakpoints that no setpoint can tell apart are one node, whose sides are those of the first and of the last.
-    left[:, node[1:] - 1] = sides[0][:, 1:]
-    right[:, node[:-1]] = sides[1][:, :-1]
-    x = np.stack([right, path.evaluate(middle, 3), left], axis=2)
-    row = path.row_of(middle)
-    tops = [
-        bounds.top(feeds.speed[row], feeds.limit[row], np.ascontiguousarray(x[1, :, e]), x[2, :, e])
-        for e in range(3)
-    ]
-    top3 = np.stack([t for t, _ in tops], axis=1)
-    which = np.stack([limit for _, limit in tops], axis=1)
-    stop, corner, cuts = np.zeros((3, n + 1), bool)
-    stop[node], corner[node], cuts[node] = joints.stop, joints.corner, joints.cuts
-    if cap:
-        capped = cap.on_intervals(s, x, stop[:-1], stop[1:])
-        capped[node[:-1][lines]] = np.inf
-        which[capped < top3] = cap.limit
-        top3 = np.minimum(top3, capped)
-    node_top, node_acceleration = np.full((2, n + 1), np.inf)
-    node_top[node], node_acceleration[node] = joints.speed**2, joints.acceleration
-    kind = np.full(n, SPLINE, np.int8)
-    kind[stop[:-1]] = LEAVE
-    kind[stop[1:]] = ENTER
-    kind[node[:-1][lines]] = LINE
-    _calm(x, np.diff(s), kind == SPLINE)
-    return Track(
-        toolpath=toolpath,
-        path=path,
-        s=s,
-        kind=kind,
-        x1=np.ascontiguousarray(x[1]),
-        x2=np.ascontiguousarray(x[2]),
-        x3=np.ascontiguousarray(x[3]),
-        top=top3,
-        top_limit=which[np.arange(n), top3.argmin(axis=1)],
-        node_top=node_top,
-        node_acceleration=node_acceleration,
-        factor=_factors(s, joints),
-        hidden=_hidden(path, s, kind, x[3], top3, bounds.axes.jerk),
-        chord=_chords(toolpath, row, bounds),
-        stop=stop,
-        corner=corner,
-        cuts=cuts[:-1],
-        events=_events(toolpath, path, s),
-    )
+        top = np.minimum(out._top_at(seams[first], sides[0], -1), out._top_at(seams[last], sides[1], 1))
+        return replace(out, top=top)
+
+    def part(self, start: float, end: float) -> tuple[Section, slice]:
+        """Return what lies between two places, from rest to rest, and which of the breakpoints are within."""
+        inner = slice(int(np.searchsorted(self.s, start, "right")), int(np.searchsorted(self.s, end)))
+        s = np.concatenate([[start], self.s[inner], [end]])
+        x = self.path.evaluate(s[:1], 3, 1), self.path.evaluate(s[-1:], 3, -1)
+        sides = [np.concatenate([x[0], each[:, inner], x[1]], axis=1) for each in self.sides]
+        top = np.concatenate([self._top_at(s[:1], x[0], 1), self.top[inner], self._top_at(s[-1:], x[1], -1)])
+        return replace(self, s=s, sides=(sides[0], sides[1]), top=top, before=None, after=None), inner
+
+    def joints(self, told: NDArray[np.int8] | None = None) -> Joints:
+        """Classify the breakpoints, some of which may be `told` to be passed or to be stops."""
+        return joints_of(
+            self.toolpath,
+            self.path,
+            self.bounds,
+            self.crawls,
+            self.s,
+            self.sides,
+            self.top,
+            self.before,
+            self.after,
+            told,
+        )
+
+    def _top_at(self, s: Floats, x: Floats, side: int) -> Floats:
+        """Return the largest q at places with the derivatives x by all but jumps."""
+        row = self.path.row_of(s, side)
+        q, _ = self.bounds.top(self.feeds.speed[row], self.feeds.limit[row], x[1], x[2])
+        return self.cap.lower(s, x, q) if self.cap else q
+
+    def track(self, joints: Joints, closer: float | None = None) -> Track:
+        """Cut it into intervals.
+
+        Args:
+            joints: Its breakpoints.
+            closer: Factor by which nodes stand closer than their density tells; by default by how few they are.
+
+        Raises:
+            NoPlanError: It would be more intervals than memory is meant for.
+        """
+        toolpath, path, bounds, feeds, cap = self.toolpath, self.path, self.bounds, self.feeds, self.cap
+        sides, crawls = self.sides, self.crawls
+        kept = ~_straight_on(path, feeds, joints, sides)
+        joints, sides = joints.only(kept), (sides[0][:, kept], sides[1][:, kept])
+        lines = _lines(path, joints)
+        if cap and cap.straight:
+            # What crawls is slower than any cap.
+            lines &= crawls[path.row_of(0.5 * (joints.s[:-1] + joints.s[1:]))]
+        try:
+            s = placed(path, bounds, joints, sides, lines, self._top_at, self.density, closer)
+        except TooManyNodesError as many:
+            raise NoPlanError(_too_many(toolpath, path, many)) from None
+        n = len(s) - 1
+        middle = 0.5 * (s[:-1] + s[1:])
+        right = path.evaluate(s[:-1], 3)
+        node = nearest(s, joints.s)
+        left = np.empty_like(right)
+        left[:, :-1] = right[:, 1:]
+        # Breakpoints that no setpoint can tell apart are one node, whose sides are those of the first and of the last.
+        left[:, node[1:] - 1] = sides[0][:, 1:]
+        right[:, node[:-1]] = sides[1][:, :-1]
+        x = np.stack([right, path.evaluate(middle, 3), left], axis=2)
+        row = path.row_of(middle)
+        tops = [
+            bounds.top(feeds.speed[row], feeds.limit[row], np.ascontiguousarray(x[1, :, e]), x[2, :, e])
+            for e in range(3)
+        ]
+        top3 = np.stack([t for t, _ in tops], axis=1)
+        which = np.stack([limit for _, limit in tops], axis=1)
+        stop, corner, cuts = np.zeros((3, n + 1), bool)
+        stop[node], corner[node], cuts[node] = joints.stop, joints.corner, joints.cuts
+        if cap:
+            capped = cap.on_intervals(s, x, stop[:-1], stop[1:])
+            capped[node[:-1][lines]] = np.inf
+            which[capped < top3] = cap.limit
+            top3 = np.minimum(top3, capped)
+        node_top, node_acceleration = np.full((2, n + 1), np.inf)
+        node_top[node], node_acceleration[node] = joints.speed**2, joints.acceleration
+        kind = np.full(n, SPLINE, np.int8)
+        kind[stop[:-1]] = LEAVE
+        kind[stop[1:]] = ENTER
+        kind[node[:-1][lines]] = LINE
+        _calm(x, np.diff(s), kind == SPLINE)
+        return Track(
+            toolpath=toolpath,
+            path=path,
+            s=s,
+            kind=kind,
+            x1=np.ascontiguousarray(x[1]),
+            x2=np.ascontiguousarray(x[2]),
+            x3=np.ascontiguousarray(x[3]),
+            top=top3,
+            top_limit=which[np.arange(n), top3.argmin(axis=1)],
+            node_top=node_top,
+            node_acceleration=node_acceleration,
+            factor=_factors(s, joints),
+            hidden=_hidden(path, s, kind, x[3], top3, bounds.axes.jerk),
+            chord=_chords(toolpath, row, bounds),
+            stop=stop,
+            corner=corner,
+            cuts=cuts[:-1],
+            events=_events(toolpath, path, s),
+        )
 
 
 def _too_many(toolpath: Toolpath, path: Path, many: TooManyNodesError) -> Diagnostic:
@@ -349,6 +418,7 @@ def _chords(toolpath: Toolpath, row: Ints, bounds: Bounds) -> Floats:
 
 def _events(toolpath: Toolpath, path: Path, s: Floats) -> list[tuple[int, int, Event]]:
     rows = np.flatnonzero(toolpath.kind == Kind.EVENT)
+    rows = rows[(path.row_s[rows] >= s[0]) & (path.row_s[rows] <= s[-1])]
     node = nearest(s, path.row_s[rows]) if len(rows) else rows
     return [
         (int(at), int(toolpath.line[row]), toolpath.events[toolpath.curve[row]])

@@ -99,6 +99,15 @@ class Window:
             self.wanted = max(SIZE, 3 * (len(given) - final) // 2)
             yield from self._hand_on(given, solution, pieces, final, last and final == len(self))
 
+    def arrival(self) -> Floats | None:
+        """Return when a motion from rest to rest over all that is open reaches each node, s; None where none is found at once."""
+        given = self._intervals(len(self))
+        solution = solve(given, None, None, lambda _: 1)
+        if not solution.converged:
+            return None
+        pieces = self._held(given, solution, True)[2]
+        return np.concatenate([[0.0], np.cumsum(pieces.duration)])[pieces.offset]
+
     def _parts(self, count: int) -> list[tuple[Track, slice]]:
         """Return which tracks the first `count` open intervals are, and which of theirs."""
         parts = []

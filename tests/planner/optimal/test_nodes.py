@@ -91,6 +91,7 @@ def test_speed_that_acceleration_leads_to_from_slow_places() -> None:
         acceleration=np.full(2, np.inf),
         zone=np.zeros(2),
         cuts=np.zeros(2, bool),
+        doubt=np.full(2, np.inf),
     )
     speed = np.sqrt([100.0, 100.0, 7.0, 100.0, 100.0, 100.0])
     found = nodes._gained(s, speed, np.array([2.0, 2.0, 2.0, 4.0, 4.0, 4.0]), joints)

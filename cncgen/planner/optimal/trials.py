@@ -1,0 +1,225 @@
+"""Corners of which no estimate tells whether to pass them or to stop: a short piece of the path is planned both ways."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.geometry.path import Path
+from cncgen.planner.optimal.caps import SpeedCap
+from cncgen.planner.optimal.joints import Beyond, Joints, nearest
+from cncgen.planner.optimal.limits import Bounds
+from cncgen.planner.optimal.nodes import AMPLE, CLOSEST
+from cncgen.planner.optimal.track import Section, Track
+from cncgen.planner.optimal.window import MARGIN, Window
+from cncgen.toolpath.record import Toolpath
+
+Ints = NDArray[np.int64]
+Told = NDArray[np.int8]
+
+#: Speed at a jump, as a part of that at which a stop seems to take as long as to pass it, between which both are tried.
+_SLOWEST, _FASTEST = 0.3, 2.0
+#: Nodes that are planned at once at most.
+_SIZE = 600
+#: How much closer nodes of trials stand, beside those of the plan.
+_COARSER = 0.5
+#: In how many ways a piece is tried at most, and fewer than which are not worth it.
+_WAYS, _FEWEST = 8, 4
+#: Nodes that a trial costs by itself, that all trials of a program cost at most, and part of its nodes that they cost besides.
+_EACH, _MOST, _PART = 400, 10_000, 0.02
+#: Part of the time by which another way must be faster to be taken.
+_LESS = 1e-4
+
+
+@dataclass(slots=True)
+class Trials:
+    """Trials of a program, block by block.
+
+    Attributes:
+        effort: Density of the nodes, and part of the limits that is planned with.
+        left: Nodes that trials may still cost.
+    """
+
+    effort: str
+    left: float = _MOST
+
+    def track_of(
+        self,
+        toolpath: Toolpath,
+        path: Path,
+        bounds: Bounds,
+        before: Beyond | None,
+        after: Beyond | None,
+        cap: SpeedCap | None = None,
+    ) -> Track:
+        """Cut a block into intervals.
+
+        Args:
+            toolpath, path: The block, of a length greater than 0.
+            bounds: Limits.
+            before, after: The end of the block before and the start of the next; None where the motion starts or ends at
+                this block's border.
+            cap: A largest speed along the path, beside the bounds.
+
+        Raises:
+            NoPlanError: It would be more intervals than memory is meant for.
+        """
+        section = Section.of(toolpath, path, bounds, before, after, self.effort, cap)
+        joints = section.joints()
+        track = section.track(joints)
+        self.left += _PART * len(track)
+        told = self._tried(section, joints, track)
+        return track if told is None else section.track(section.joints(told))
+
+    def _tried(self, section: Section, joints: Joints, track: Track) -> Told | None:
+        """Return where to stop (-1) and what to pass (1), shape (breakpoints,), where trials tell other than the joints; else None."""
+        # What is passed below that is so as chords hold its speed, which the estimate does not weigh.
+        doubtful = (joints.doubt < _FASTEST) & ((joints.doubt > _SLOWEST) | ~joints.stop)
+        doubtful[[0, -1]] = False
+        if not doubtful.any():
+            return None
+        told = np.where(joints.stop, -1, np.where(np.isfinite(joints.speed), 1, 0)).astype(np.int8)
+        told[[0, -1]] = 0
+        before = told.copy()
+        closest = float(np.clip(AMPLE / len(track), 1.0, CLOSEST))
+        closer = max(1.0, _COARSER * closest)
+        for start, end in _pieces(nearest(track.s, joints.s), joints.stop):
+            piece, inner = section.part(float(track.s[start]), float(track.s[end]))
+            if not doubtful[inner].any():
+                continue
+            each = _EACH + (end - start) * closer / closest
+            ways = min(_WAYS, int(self.left / each))
+            if ways < _FEWEST:
+                break
+            told[inner], tried = _fastest(
+                piece, told[inner], doubtful[inner], ways, closer, MARGIN[self.effort]
+            )
+            self.left -= tried * each
+        return None if np.array_equal(told, before) else told
+
+
+class _Between(NamedTuple):
+    """What lies between two stops that nothing reaches over: its time, and its stops, both ends included."""
+
+    seconds: float
+    stops: tuple[int, ...]
+
+
+def _pieces(node: Ints, stop: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return the first and the last node of what is planned at once: from stop to stop, or as far as `_SIZE` tells."""
+    rests = node[stop]
+    out = []
+    start, last = 0, int(node[-1])
+    while start < last:
+        within = rests[(rests > start) & (rests <= start + _SIZE)]
+        end = min(last, start + _SIZE) if last <= start + _SIZE or not len(within) else int(within[-1])
+        out.append((start, end))
+        start = end
+    return out
+
+
+def _fastest(
+    piece: Section, told: Told, doubtful: NDArray[np.bool_], ways: int, closer: float, margin: float
+) -> tuple[Told, int]:
+    """Return the fastest chain of what was tried between the stops of a piece.
+
+    First as it is, stops at all in doubt, and at none; then each the other way than what was best of that.
+
+    Args:
+        piece: From rest to rest.
+        told: Shape (n,), what is told to the breakpoints within it.
+        doubtful: Shape (n,), which of them are in doubt.
+        ways: Trials at most.
+        closer: Factor by which nodes stand closer than their density tells.
+        margin: Part of the limits that is planned with.
+
+    Returns:
+        What to tell them, shape (n,), and how many trials that took.
+    """
+    found: dict[tuple[int, int], _Between] = {}
+    tried: set[bytes] = set()
+    best, flips = told, False
+    fresh = [told, *(np.where(doubtful, each, told).astype(np.int8) for each in (-1, 1))]
+    while fresh:
+        for way in fresh:
+            if way.tobytes() in tried:
+                continue
+            _plan(piece, way, closer, margin, found, 0.0 if way is told else _LESS)
+            tried.add(way.tobytes())
+            if not found:
+                # Something is in the way of every motion over it.
+                return told, len(tried)
+        before, kept = best, np.zeros(len(told) + 2, bool)
+        kept[_chain(found, len(told) + 1)] = True
+        best = np.where(doubtful, np.where(kept[1:-1], -1, 1), told).astype(np.int8)
+        if flips and np.array_equal(best, before):
+            break
+        flips = True
+        fresh = [way for way in _flipped(best, doubtful) if way.tobytes() not in tried][: ways - len(tried)]
+    return best, len(tried)
+
+
+def _plan(
+    piece: Section,
+    told: Told,
+    closer: float,
+    margin: float,
+    found: dict[tuple[int, int], _Between],
+    less: float,
+) -> None:
+    """Plan a piece from rest to rest, and keep what it takes between stops where that is less than what was `found`."""
+    joints = piece.joints(np.concatenate([[0], told, [0]]).astype(np.int8))
+    track = piece.track(joints, closer)
+    arrival = Window(piece.bounds, margin, [track]).arrival()
+    if arrival is None:
+        return
+    t = arrival[nearest(track.s, joints.s)] + 0.5 * piece.bounds.period_s * np.cumsum(joints.cuts)
+    before, after = joints.reached()
+    # What a zone reaches over does not part the ways on both its sides.
+    parts = joints.stop & np.isinf(before) & np.isinf(after)
+    parts[[0, -1]] = True
+    for i, j in pairwise(np.flatnonzero(parts).tolist()):
+        seconds = float(t[j] - t[i]) * (1.0 + less)
+        if (i, j) not in found or seconds < found[i, j].seconds:
+            found[i, j] = _Between(seconds, tuple((i + np.flatnonzero(joints.stop[i : j + 1])).tolist()))
+
+
+def _chain(found: dict[tuple[int, int], _Between], last: int) -> list[int]:
+    """Return the stops, from 0 to `last`, of the ways that take the least time together."""
+    best: dict[int, tuple[float, list[int]]] = {0: (0.0, [])}
+    for i, j in sorted(found):
+        if i in best:
+            total = best[i][0] + found[i, j].seconds
+            if j not in best or total < best[j][0]:
+                best[j] = total, [*best[i][1], *found[i, j].stops]
+    return best[last][1]
+
+
+def _flipped(told: Told, doubtful: NDArray[np.bool_]) -> list[Told]:
+    """Return what to tell the breakpoints within a piece so that each in doubt is tried the other way.
+
+    Those are tried together between which there is a way from stop to stop, over which zones hardly reach.
+    """
+    stops = np.flatnonzero(told < 0)
+    groups: list[tuple[int, list[int]]] = []
+    for k in np.flatnonzero(doubtful).tolist():
+        at = int(np.searchsorted(stops, k))
+        own = int(at < len(stops) and stops[at] == k)
+        before = int(stops[at - 1]) if at else -1
+        after = int(stops[at + own]) if at + own < len(stops) else len(told)
+        for number, (end, members) in enumerate(groups):
+            if end < before:
+                groups[number] = after, [*members, k]
+                break
+        else:
+            groups.append((after, [k]))
+    out = []
+    for _, members in groups:
+        other = told.copy()
+        other[members] *= -1
+        out.append(other)
+    return out
