@@ -348,6 +348,7 @@ WRONG = {
     "no bottom": ("G0 X50. Z2.\nG75 Z-5. Q1000 F.1", ("cycle-words", 4, 1)),
     "x and u": ("G0 X50. U2.", ("axis-words-twice", 3, 9)),
     "an angle": ("F.1\nG1 X50. A45.", ("drawing-angle", 4, 9)),
+    "an angle alone": ("F.1\nG1 X50.\nA45. R2.", ("drawing-angle", 5, 1)),
     "a wide tool": ("G0 X30. Z2.\nG76 X20. Z-5. K1. D.3 A180 F1.", ("thread-words", 4, 23)),
     "a mill's code": ("G43 H1", ("unknown-code", 3, 1)),
 }  # fmt: skip

@@ -35,7 +35,7 @@ def turned(ip: Interpreter, block: Block) -> Block:
         BlockError: A place and a distance along the same axis, or an angle in place of one.
     """
     words = block.words
-    if not words.keys() & {"x", "z", "u", "v", "w"} or not _OTHER_WORDS.isdisjoint(block.g):
+    if not words.keys() & {"x", "z", "u", "v", "w", "a"} or not _OTHER_WORDS.isdisjoint(block.g):
         return block
     found = dict(words)
     if "x" in found:

@@ -17,7 +17,8 @@ _MAX_FAILURES = 1000
 class Faults:
     """Hands the faults of lines to the reporter.
 
-    Blocks that wait are run before a fault is said (`settle`), so that theirs come first.
+    Blocks that wait are run before a fault is said (`settle`), so that theirs come first; what the line said for those
+    after it is put in force behind it (`take_up`, of its text).
     """
 
     def __init__(self, sources: list[Source], sink: Sink, reporter: Reporter) -> None:
@@ -25,6 +26,7 @@ class Faults:
         self._sink = sink
         self._reporter = reporter
         self.settle: Callable[[], None] = lambda: None
+        self.take_up: Callable[[str], None] = lambda text: None
         #: Whether anything was wrong so far.
         self.found = False
         #: What was said of which line.
@@ -51,6 +53,7 @@ class Faults:
         if (here, error.code) not in self._said:
             self._said.add((here, error.code))
             self.at(here, error)
+            self.take_up(self._sources[here.source].text_at(here.offset))
             return
         self._failures += 1
         if self._failures % _MAX_FAILURES == 0:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from cncgen.gcode.codes.table import language_of
@@ -12,6 +13,7 @@ from cncgen.gcode.flow.executing import Executor
 from cncgen.gcode.flow.faults import Faults
 from cncgen.gcode.flow.o_words import FlowControl
 from cncgen.gcode.flow.reading import LineReader, Percent
+from cncgen.gcode.flow.taking_up import take_up
 from cncgen.gcode.flow.waiting import Waiting
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Sink
@@ -64,6 +66,7 @@ def assemble(
     compiler = Compiler(ip, control, executor.execute)
     waiting = Waiting(ip, sources, compiler, executor, faults, batches=batches)
     control.calls.settle = faults.settle = waiting.settle
+    faults.take_up = partial(take_up, ip)
     return Parts(
         sources=sources,
         ip=ip,

@@ -1,0 +1,91 @@
+"""Going on behind a line that failed: what it says of modes, and where it leads, counts for the lines after it.
+
+Else those would be blamed for what the failed line was to set: coordinates without a motion code, arcs from a place
+where the tool is not. Nothing of this reaches a plan, since a program with errors has none.
+"""
+
+from __future__ import annotations
+
+import re
+from contextlib import suppress
+
+from cncgen.gcode.block import AXIS_INDEX, Block, Value, tenths
+from cncgen.gcode.codes.lathe_words import turned
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.text import descent, grammar
+from cncgen.gcode.text.expressions import evaluate
+
+_STRAIGHT_AND_ARCS = frozenset((0, 10, 20, 30))
+#: Modes that a line sets by a code alone, numbers in tenths: planes, units, distances, what F means.
+_MODES = frozenset((170, 180, 190, 200, 210, 900, 910, 901, 911, 930, 940, 950))
+#: On lathes some of these are cycles, or mean something else.
+_MODES_OF_LATHES = frozenset((170, 180, 190, 200, 210))
+_WORD = re.compile(r"([a-z])([+-]?(?:\d+\.?\d*|\.\d+))")
+
+
+def take_up(ip: Interpreter, text: str) -> None:
+    """Put the modes of a line that failed in force, with its feed rate, and stand where its axis words lead.
+
+    Lines that do something else with their axis words change no place; in G91 the place is left as well, which arcs
+    with centres from their start do not mind.
+    """
+    if ip.dialect not in ("linuxcnc", "fanuc") or ip.guard is not None:
+        return
+    words, codes = _said(ip, text)
+    modes = _MODES_OF_LATHES if ip.lathe else _MODES
+    motions = [number for number in codes if number in _STRAIGHT_AND_ARCS]
+    if motions:
+        ip.state.motion = motions[-1]
+    if ip.state.compensation != 40:
+        # Cutter compensation holds moves back, and knows by itself where it is.
+        return
+    feed = {"f": words["f"]} if words.get("f", 0.0) > 0.0 else {}
+    for block in (*(Block({}, (number,)) for number in codes if number in modes), Block(feed)):
+        _try(ip, block)
+    plain = ip.state.motion in _STRAIGHT_AND_ARCS and modes.union(_STRAIGHT_AND_ARCS).issuperset(codes)
+    if plain and ip.state.absolute:
+        _stand(ip, Block({letter: v for letter, v in words.items() if letter in AXIS_INDEX}))
+
+
+def _said(ip: Interpreter, text: str) -> tuple[dict[str, float], list[int]]:
+    """Return the words of a line that have values, and its G codes; none of a line that jumps or loops."""
+    pairs: list[tuple[str, Value]]
+    try:
+        parsed = descent.parse(text, ip.dialect)
+    except BlockError:
+        pairs = [(letter, float(value)) for letter, value in _WORD.findall(grammar.normalise(text))]
+    else:
+        pairs = [] if parsed.flow is not None else parsed.words
+    words: dict[str, float] = {}
+    codes: list[int] = []
+    for letter, value in pairs:
+        try:
+            number = evaluate(value, ip.parameters)
+            if letter == "g":
+                codes.append(tenths("G", number))
+            elif number == number:
+                words[letter] = number
+        except BlockError:
+            continue
+    return words, codes
+
+
+def _try(ip: Interpreter, block: Block) -> None:
+    """Execute a block that says no more than what the failed line does."""
+    if not block.words and not block.g:
+        return
+    here = ip.base.block
+    with suppress(BlockError):
+        ip.execute(block)
+    ip.base.block = here
+
+
+def _stand(ip: Interpreter, block: Block) -> None:
+    """Take the place where axis words lead for that of the tool."""
+    if not block.words:
+        return
+    if ip.state.diameter and not ip.lathe and "x" in block.words:
+        block.words["x"] *= 0.5
+    with suppress(BlockError):
+        ip.state.position = ip.end_point(turned(ip, block) if ip.lathe else block)
