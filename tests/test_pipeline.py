@@ -13,7 +13,7 @@ import pytest
 
 import cncgen
 from cncgen.diagnostics import ProgramError, UsageError
-from cncgen.pipeline import canon, judge, language_of, plan_with_summary, read_text
+from cncgen.pipeline import canon, judge, language_of, plan_with_summary, read_text, report_page
 from cncgen.planner import PlanOptions
 
 SQUARE = "G21 G90 G61\nG0 X0 Y0\nG1 X10 F1200\nY10\nX0\nY0\nM2\n"
@@ -202,3 +202,29 @@ def test_a_file_that_is_no_regular_file(tmp_path: Path) -> None:
     program = cncgen.read(pipe)
     writer.join()
     assert sum(len(chunk) for chunk in program.chunks()) >= 5
+
+
+def test_the_summary_names_the_strategy_that_is_taken_by_itself() -> None:
+    stream, summary = plan_with_summary(read_text(SQUARE), "xy-table")
+    stream.collect()
+    assert summary.as_json()["feedrate"] == "optimal"
+
+
+def test_a_language_that_is_told_is_not_guessed() -> None:
+    """G-code under the name of a STEP file, and read as one where that is asked for."""
+    guessed = read_text(SQUARE, "part.stp")
+    list(guessed.chunks())
+    assert guessed.diagnostics.has_errors
+    told = read_text(SQUARE, "part.stp", language="gcode")
+    assert sum(len(chunk) for chunk in told.chunks()) >= 5
+    assert not told.diagnostics.has_errors
+    assert read_text(SQUARE, "part.nc", language="stepnc").language == "stepnc"
+
+
+def test_a_page_on_a_program_from_memory_has_no_verdict(tmp_path: Path) -> None:
+    """What can be read again is verified, in the language that it was read in."""
+    file = tmp_path / "square.stp"
+    file.write_text(SQUARE)
+    page, _ = report_page(cncgen.read(file, language="gcode"), "xy-table", language="gcode")
+    assert "Every limit holds." in page
+    assert "Verified" not in report_page(read_text(SQUARE), "xy-table")[0]
