@@ -15,6 +15,7 @@ from cncgen.geometry.corridor import AROUND, FACETS, RUN_PART, WIDEST
 from cncgen.planner.rows import across, chord_speed
 from cncgen.planner.smoothing.chords import chord_left, chord_room, fit_tolerance
 from cncgen.planner.smoothing.corners import BEND, TWIST, Corners, Drive
+from cncgen.planner.smoothing.passage import REACH, Way, bends, response, turned
 from cncgen.planner.smoothing.shares import chord_need
 
 Bools = NDArray[np.bool_]
@@ -32,8 +33,11 @@ _GRADE = 0.4
 #: the cosine c between the directions; where acceleration does; where chords do, on which setpoints are dense. Measured
 #: against plans, and somewhat more than that, so that what is rounded is faster.
 _JERK, _ACCELERATION, _CHORD = 0.4, 1.3, 1.2
-#: Ways of a period at that speed which are passed so besides, beyond a smoothing length: setpoints tell no parts of it.
-_UNTOLD = 0.5
+#: Ways of a period at that speed which are passed so besides, beyond a smoothing length: setpoints tell no parts of it. And
+#: where chords hold the speed.
+_UNTOLD, _UNTOLD_HELD = 0.5, 0.25
+#: Periods that a corner whose speed chords hold takes on each side beyond what its bend makes: by what plans took.
+_LATE = 0.1
 #: Smoothing lengths that are tried where chords bound the speed, in powers of √2.
 _TRIED = 17
 #: Row of chords among what bounds the speed of a rounded corner.
@@ -108,8 +112,10 @@ def rounding(
         if len(at):
             pace = np.append(np.where(corners.joined, speed, 0.0), [0.0, before])
             beyond = pace[at - 1], pace[at + 1]
-            curved = _largest_bend(corners.leave[at], corners.entry[at])
-            widest[at] = _Judged(drive, corners, at, turn, length[at], curved, beyond).worth()
+            leave, entry = corners.leave[at], corners.entry[at]
+            curved, out = _largest_bend(leave, entry), bends(leave, entry)
+            fitted = np.minimum(length, _Course.of(corners, corners.joined).longest(corners.tolerance))[at]
+            widest[at] = _Judged(drive, corners, at, turn, fitted, curved, out, beyond).worth()
         rest = corners.joined & (size >= _NONE) & ~looked_at
         if rest.any():
             widest[_better_stopped(drive, corners, turn, fit, rest, widest > 0.0)] = 0.0
@@ -325,26 +331,12 @@ def _largest_bend(leave: Floats, entry: Floats) -> Floats:
     turn = entry - leave
     slowest = -np.einsum("ij,ij->i", leave, turn) / np.einsum("ij,ij->i", turn, turn)
     s = np.linspace(0.0, 3.0, 61)
-    made, there = _turned(s), response(s)
+    made, there = turned(s), response(s)
     out = np.zeros(len(leave))
     for part in (0.02, 0.1, 0.25, 0.5, 0.75, 0.9, 0.98, np.clip(slowest, 0.02, 0.98)):
         parts = np.broadcast_to(part, len(leave))
         bend = across(leave + parts[:, None] * turn, turn, np.ones(turn.shape[1]))
         out = np.maximum(out, np.interp(np.abs(parts - 0.5), made, there) * bend)
-    return out
-
-
-def _turned(s: Floats) -> Floats:
-    """Return ∫₀ˢ h: the part of a turn that is made on a way of s L from its middle; see `response`."""
-    out: Floats = (3.0 - np.exp(-s) - 2.0 * np.exp(-0.5 * s) * np.cos(0.5 * np.sqrt(3.0) * s)) / 6.0
-    return out
-
-
-def response(s: Floats) -> Floats:
-    """Return h(s) = (1/π) ∫₀^∞ cos ωs/(1 + ω⁶) dω, s ≥ 0: x'' L/Δ at a distance of s L from a turn Δ."""
-    half = np.exp(-0.5 * s)
-    wave = 0.5 * np.sqrt(3.0) * s
-    out: Floats = (half * half + half * (np.cos(wave) + np.sqrt(3.0) * np.sin(wave))) / 6.0
     return out
 
 
@@ -358,6 +350,7 @@ class _Judged:
         turn: Shape (n, axes), Δ of all.
         length: Shape (k,), the L that the tolerance allows.
         across: Shape (k,), largest |x''| across x' times L where a corner is rounded by itself.
+        bends: Shape (2, steps + 1, k), that on the way out of it (`passage.bends`).
         beyond: Shape (k,) each, the speed at the other end of the row before and after.
     """
 
@@ -367,6 +360,7 @@ class _Judged:
     turn: Floats
     length: Floats
     across: Floats
+    bends: Floats
     beyond: tuple[Floats, Floats]
 
     def worth(self) -> Floats:
@@ -387,6 +381,7 @@ class _Judged:
                 at=self.at[few],
                 length=self.length[few],
                 across=self.across[few],
+                bends=self.bends[..., few],
                 beyond=(self.beyond[0][few], self.beyond[1][few]),
             )
             best[few], out[few] = slow._shorter([side.of(few) for side in sides], alike[few], best[few])
@@ -395,16 +390,20 @@ class _Judged:
 
     def _shorter(self, sides: list[_Side], alike: Floats, best: Floats) -> tuple[Floats, Floats]:
         """Return what shorter lengths cost where that is less than `best`, and which; infinite where none does."""
-        out = np.full(len(best), np.inf)
+        k = len(best)
         room = self.corners.length[:, self.at].min(axis=0)
         # The same lengths are tried whatever P is, so that more of it can do what less of it does.
         unit = self.drive.reserve_mm / norm(self.turn[self.at])
         first = np.ceil(2.0 * np.log2(self.length / unit)) - 1.0
-        for k in range(_TRIED):
-            shorter = unit * np.exp2(0.5 * (first - k))
-            cost, _ = self._cost(sides, alike, shorter)
-            better = (cost < (1.0 - 1e-9) * best) & (room >= _CROWDED * shorter)
-            best, out = np.where(better, cost, best), np.where(better, shorter, out)
+        tried = unit * np.exp2(0.5 * (first - np.arange(_TRIED)[:, None]))
+        every = np.tile(np.arange(k), _TRIED)
+        several = replace(self, at=self.at[every], across=self.across[every], bends=self.bends[..., every])
+        cost, _ = several._cost([side.of(every) for side in sides], alike[every], tried.ravel())
+        cost = np.where(room >= _CROWDED * tried, cost.reshape(tried.shape), np.inf)
+        out = np.full(k, np.inf)
+        for length, lost in zip(tried, cost, strict=True):
+            better = lost < (1.0 - 1e-9) * best
+            best, out = np.where(better, lost, best), np.where(better, length, out)
         return best, out
 
     def _cost(self, sides: list[_Side], alike: Floats, length: Floats) -> tuple[Floats, NDArray[np.int64]]:
@@ -417,17 +416,54 @@ class _Judged:
             bend[crowded] = np.maximum(bend[crowded], _bend(self.turn, length[crowded], apart, at))
         speeds = _rounded_speeds(drive, self.turn[self.at], length, bend, tolerance)
         speed, bound = speeds.min(axis=0), speeds.argmin(axis=0)
-        step = speed * drive.period_s
         by_jerk = (speed / speeds[0]) ** 3
-        other = np.where(bound == _BY_CHORD, _CHORD / (1.0 + step / length), _ACCELERATION)
-        parts = by_jerk * (_JERK + 0.5 * (alike + alike**3)) + (1.0 - by_jerk) * other
-        way = parts * length + _UNTOLD * np.maximum(step - length, 0.0)
-        rows = self.corners.length[:, self.at]
-        lost = [
-            side.lost(speed) + side.crawled(np.minimum(way, 0.5 * rows[k]), speed)
-            for k, side in enumerate(sides)
-        ]
-        return lost[0] + lost[1], bound
+        step = speed * drive.period_s
+        untold = _UNTOLD * np.maximum(step - length, 0.0)
+        jerked = _JERK + 0.5 * (alike + alike**3)
+        by_chord = bound == _BY_CHORD
+        other = np.where(by_chord, _CHORD / (1.0 + step / length), _ACCELERATION)
+        half = 0.5 * self.corners.length[:, self.at]
+
+        def lost(parts: Floats) -> Floats:
+            way = np.minimum(parts * length + untold, half)
+            return np.stack([side.lost(speed) + side.crawled(way[k], speed) for k, side in enumerate(sides)])
+
+        cost = lost(by_jerk * jerked + (1.0 - by_jerk) * other)
+        held = np.flatnonzero(by_chord)
+        if held.size:
+            beyond = _UNTOLD_HELD * np.maximum(step - length, 0.0)[held]
+            made = self._held(held, [side.of(held) for side in sides], length[held], bend[held], beyond)
+            part = by_jerk[held]
+            alone = part * lost(jerked)[:, held] + (1.0 - part) * made
+            crowded = half[:, held] < REACH * length[held]
+            cost[:, held] = np.where(crowded, np.maximum(alone, cost[:, held]), alone)
+        return cost.sum(axis=0), bound
+
+    def _held(
+        self, which: NDArray[np.int64], sides: list[_Side], length: Floats, bend: Floats, untold: Floats
+    ) -> Floats:
+        """Return the time that corners lose on each side whose speed chords hold, shape (2, n).
+
+        Args:
+            which: Shape (n,), of those that are weighed.
+            sides, length, bend: Of these: limits, L, and the largest |x''| in the middle.
+            untold: Shape (n,), mm: the way besides, of which setpoints tell no parts.
+        """
+        drive, at = self.drive, self.at[which]
+        deviation = BEND * np.linalg.norm(self.turn[at], axis=1) * length
+        left = chord_left(
+            chord_room(self.corners.tolerance[at], deviation, drive.reserve_mm), drive.reserve_mm
+        )
+        # Where rows are short others beside it bend the way as well.
+        curved = self.bends[..., which] * (bend / self.across[which])
+        half = 0.5 * self.corners.length[:, at]
+        lost = []
+        for k, side in enumerate(sides):
+            way = Way(
+                curved[k], length, half[k], left, side.acceleration, side.jerk, side.top, drive.period_s
+            )
+            lost.append(way.lost() + side.crawled(untold, way.slowest()) + _LATE * drive.period_s)
+        return np.stack(lost)
 
 
 def _side(drive: Drive, direction: Floats, length: Floats, feed: Floats, beyond: Floats) -> _Side:
