@@ -37,13 +37,13 @@ def bends(leave: Floats, entry: Floats) -> Floats:
     Args:
         leave, entry: Shape (n, axes), x' before and after.
     """
-    turn = entry - leave
+    turn, scale = entry - leave, np.ones(entry.shape[1])
     s = np.linspace(0.0, REACH, STEPS + 1)
     made, there = turned(s), _MESHED * np.abs(response(s))
     return np.stack(
         [
             [
-                bend * across(leave + (0.5 + sign * part) * turn, turn)
+                bend * across(leave + (0.5 + sign * part) * turn, turn, scale)
                 for part, bend in zip(made, there, strict=True)
             ]
             for sign in (-1.0, 1.0)
