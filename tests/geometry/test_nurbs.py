@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -87,6 +88,25 @@ def test_what_is_no_curve_is_refused(
 ) -> None:
     with pytest.raises(ValueError, match=message):
         nurbs.single(degree, knots, points, weights)
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "message"),
+    [
+        ("degree", 0, "degree"),
+        ("weights", -1.0, "positive"),
+        ("knots", 5.0, "decrease"),
+        ("control_points", np.inf, "finite"),
+    ],
+)
+def test_one_curve_among_others_that_is_none_is_refused(column: str, value: float, message: str) -> None:
+    """Two curves, of which the first has a fault."""
+    one = nurbs.single(1, [0, 0, 1, 1], [[0, 0, 0], [1, 1, 1]])
+    both = nurbs.concatenate([one, one])
+    broken = getattr(both, column).copy()
+    broken[1 if column == "knots" else 0] = value
+    with pytest.raises(ValueError, match=message):
+        nurbs.check(replace(both, **{column: broken}))
 
 
 @given(st.lists(curves(), min_size=1, max_size=4), st.integers(0, 2**16))
