@@ -42,5 +42,6 @@ class DifferencePeaks:
         difference = np.ascontiguousarray(rows.T)
         for order in range(3):
             difference = difference[:, 1:] - difference[:, :-1]
-            size = np.maximum(difference.max(axis=1), -difference.min(axis=1))
+            # From zero, since the opposite of zero is -0, which an axis that stands would show.
+            size = np.maximum(difference.max(axis=1), 0.0 - difference.min(axis=1))
             np.maximum(self.peak[order], size / self._period_s ** (order + 1), out=self.peak[order])

@@ -68,6 +68,14 @@ def test_differences_do_not_depend_on_chunks(rows: int, cuts: list[int], seed: i
         np.testing.assert_allclose(peaks.peak[order - 1], expected, rtol=1e-12)
 
 
+def test_an_axis_that_stands_has_peaks_of_zero_and_not_of_minus_zero() -> None:
+    peaks = DifferencePeaks(1, 0.001)
+    peaks.add(np.full((5, 1), 2.0))
+    peaks.finish()
+    assert not np.signbit(peaks.peak).any()
+    assert not peaks.peak.any()
+
+
 def test_largest_speed_lies_within_a_piece() -> None:
     """v = 1 + 4 t − t² peaks at t = 2 with 5."""
     one = np.ones(1)
