@@ -47,7 +47,7 @@ _STALLED_GAP = 4e-4
 _BELOW = 0.95
 #: How much steps may fall short (−Σ log of their lengths) of what was found by them: by short steps, each as long as one row
 #: lets it be, rounding grows until iterates differ by up to 10⁻⁵ of the time.
-_SHORT = 24.0
+_SHORT = 18.0
 #: What is so found is tried again from a little below until its time stays, to this part of it, and how often at most.
 _STAYS, _AGAIN = 1e-10, 6
 #: Part of q of the best plan of those that are no optimum from which it is tried again, and how much shorter it must be, as a
