@@ -435,8 +435,8 @@ class _Judged:
             made = self._held(held, [side.of(held) for side in sides], length[held], bend[held], beyond)
             part = by_jerk[held]
             alone = part * lost(jerked)[:, held] + (1.0 - part) * made
-            crowded = half[:, held] < REACH * length[held]
-            cost[:, held] = np.where(crowded, np.maximum(alone, cost[:, held]), alone)
+            short = half[:, held] < REACH * length[held]
+            cost[:, held] = np.where(short, np.maximum(alone, cost[:, held]), alone)
         return cost.sum(axis=0), bound
 
     def _held(
