@@ -245,6 +245,50 @@ def test_cusp_is_a_breakpoint_with_a_tangent_on_each_side() -> None:
     assert path.length == pytest.approx(exact, abs=1e-9)
 
 
+def test_cusps_of_many_curves_stand_where_each_of_them_stops() -> None:
+    """Of curves end to end those that stop: (t², t³) of two sizes, at a knot where three points are one, at a start that is one.
+
+    A sharp bend beside a point of large weight and a plain curve have none. Places of (t², t³) are (13√13 − 8)/27 of its size
+    from each end, that of the knot is the length of its first span.
+    """
+    cusp = np.array([[1, -1, 0], [-1 / 3, 1, 0], [-1 / 3, -1, 0], [1, 1, 0]])
+    flat = [0.0] * 4 + [1.0] * 4
+    plain = nurbs.single(3, flat, [[0, 0, 0], [5, 5, 0], [10, -5, 0], [15, 5, 0]])
+    bend = nurbs.single(
+        2,
+        [0, 0, 0, 1, 2, 3, 3, 3],
+        [[0, 0, 0], [5, 5, 0], [10, 0, 0], [15, 5, 0], [20, 0, 0]],
+        [1, 1e3, 1e-3, 1, 1],
+    )
+    halves = [[0, 0, 0], [5, 5, 0], [10, 5, 0], [10, 5, 0], [10, 5, 0], [5, -5, 0], [0, -9, 0]]
+    knot = nurbs.single(3, [0, 0, 0, 0, 1, 1, 1, 2, 2, 2, 2], halves)
+    start = nurbs.single(3, flat, [[0, 0, 0], [0, 0, 0], [10, -5, 0], [15, 5, 0]])
+    tables = [nurbs.single(3, flat, cusp), bend, knot, plain, nurbs.single(3, flat, 10.0 * cusp), start, bend]
+    moved, ends, at = [], [], np.zeros(3)
+    for table in tables:
+        points = table.control_points - table.control_points[0] + at
+        moved.append(nurbs.single(int(table.degree[0]), table.knots, points, table.weights))
+        at = points[-1]
+        ends.append(at)
+    n = len(tables)
+    path = Path(
+        "XYZ",
+        np.zeros(3),
+        [NURBS] * n,
+        np.array(ends),
+        list(range(n)),
+        empty_arcs(),
+        nurbs.concatenate(moved),
+    )
+    half = (13**1.5 - 8) / 27
+    first = nurbs.lengths(nurbs.single(3, flat, halves[:4])).total[0]
+    want = path.row_s[[0, 2, 4, 5]] + [half, first, 10.0 * half, 0.0]
+    found = path._cusps
+    assert (np.diff(found) >= 0.0).all()
+    assert np.abs(found[:, None] - want).min(axis=1) == pytest.approx(np.zeros(len(found)), abs=1e-8)
+    assert np.abs(found[:, None] - want).min(axis=0) == pytest.approx(np.zeros(len(want)), abs=1e-8)
+
+
 @pytest.mark.parametrize(
     ("points", "weights"),
     [
