@@ -18,7 +18,8 @@ class EventWriter:
     def write(self, chunk: Setpoints) -> None:
         """Write the events of a chunk."""
         for t_s, line, event in chunk.events:
-            wait = {"dwell_s": event.dwell_s} if event.dwell_s else {}
+            # A dwell of no time is one as well: who reads the file adds up all of them.
+            wait = {"dwell_s": event.dwell_s} if event.dwell_s or event.name == "dwell" else {}
             record = {"t_s": round(t_s, 9), "line": line, "event": event.name, **wait, **event.values}
             self._sink.write((json.dumps(json_values(record)) + "\n").encode())
 

@@ -126,9 +126,11 @@ def test_events_are_lines_of_json_with_the_wait_of_a_dwell() -> None:
     events = (
         (0.25, 3, Event("dwell", rest=True, dwell_s=0.5)),
         (1.0 / 3.0, 4, Event("spindle", values={"rpm": 300.0})),
+        (0.5, 5, Event("dwell", rest=True)),
     )
     EventWriter(sink).write(Setpoints("X", T, 0, np.zeros((1, 1)), events=events))
     assert [json.loads(line) for line in sink.getvalue().splitlines()] == [
         {"t_s": 0.25, "line": 3, "event": "dwell", "dwell_s": 0.5},
         {"t_s": 0.333333333, "line": 4, "event": "spindle", "rpm": 300.0},
+        {"t_s": 0.5, "line": 5, "event": "dwell", "dwell_s": 0.0},
     ]
