@@ -78,6 +78,14 @@ def test_ends_are_kept() -> None:
     assert piece.tolist() == [0, 0, 19, 19]
 
 
+def test_places_outside_are_at_the_ends() -> None:
+    """A place before the start or beyond the end, by rounding, is left at the first and the last time."""
+    t, s, v, a, j, c = chained(9)
+    time = np.zeros(4)
+    profile.invert(np.array([s[0] - 1e-9, s[0], s[-1], s[-1] + 1e-9]), t, s, v, a, j, c, np.zeros(4), time)
+    assert time == pytest.approx([0.0, 0.0, t[-1], t[-1]], abs=1e-12)
+
+
 @settings(max_examples=30, deadline=None, derandomize=True)
 @given(
     st.floats(0.0, 0.1),

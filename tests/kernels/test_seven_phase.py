@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import quad
+from scipy.integrate import quad, solve_ivp
 
 from cncgen.kernels import seven_phase
 from tests.kernels.plain import uncompiled
@@ -69,11 +69,13 @@ segments = st.lists(
 
 @pytest.mark.parametrize("kind", [BELL, LINEAR, EXPONENTIAL])
 @settings(max_examples=25, deadline=None, derandomize=True)
-@given(segments, st.floats(0.0, 50.0))
-def test_look_ahead_is_the_slow_one(kind: int, rows: list[tuple[float, ...]], start: float) -> None:
-    """Closed inverses of the ramps against bisection over integrated ramps."""
+@given(segments, st.floats(0.0, 50.0), st.sampled_from([0.0, 20.0, 150.0]))
+def test_look_ahead_is_the_slow_one(
+    kind: int, rows: list[tuple[float, ...]], start: float, end: float
+) -> None:
+    """Closed inverses of the ramps against bisection over integrated ramps; to rest or on to what follows."""
     length, acc, jerk, caps = (np.array(column) for column in zip(*rows, strict=True))
-    cap = np.append(caps, 0.0)
+    cap = np.append(caps, end)
     v = np.zeros(len(cap))
     v[0] = start
     seven_phase.look_ahead(kind, length, acc, jerk, cap, v)
@@ -118,6 +120,43 @@ def test_profiles_obey_their_limits(kind: int, rows: list[tuple[float, ...]]) ->
                 # v = v0 + (a0/λ)(1 − e^(−λτ)), λ = √c
                 speed = v0 + a0 / c**0.5 * (1.0 - exp(-(c**0.5) * tau))
         assert speed == pytest.approx(v[i + 1], rel=1e-6, abs=1e-5)
+
+
+@pytest.mark.parametrize("kind", [BELL, LINEAR, EXPONENTIAL])
+def test_each_piece_is_as_long_as_its_speed_takes_it(kind: int) -> None:
+    """Lengths of pieces by integrating v'' = j + c v over each; over a whole ramp what is wrong in one could cancel."""
+    pieces, _, _ = laid_out(kind, [(30.0, 2e3, 5e4, 80.0), (0.3, 900.0, 2e4, 5.0), (40.0, 2e3, 5e4, 90.0)])
+    assert len(pieces) > 6
+    for tau, v, a, j, c, _phase, length in pieces:
+        exact = solve_ivp(
+            lambda _, y, j=j, c=c: [y[1], y[2], j + c * y[1]], (0.0, tau), [0.0, v, a], rtol=1e-12, atol=1e-12
+        )
+        assert length == pytest.approx(exact.y[0, -1], rel=1e-9)
+
+
+def test_a_slow_feed_is_kept_all_along() -> None:
+    """At a top of 0.5 mm/s ramps of 2 √(F/J) either side, each F √(F/J) long: T = L/F + 2 √(F/J)."""
+    top, jerk = 0.5, 5e4
+    table, offset = np.zeros((7, 7)), np.zeros(2, np.int64)
+    count = seven_phase.build(
+        BELL, np.array([10.0]), np.array([2e3]), np.array([jerk]), np.array([top]), np.zeros(2), table, offset
+    )
+    assert table[:count, 0].sum() == pytest.approx(10.0 / top + 2.0 * (top / jerk) ** 0.5, rel=1e-12)
+    assert table[:count, 6].sum() == pytest.approx(10.0, rel=1e-12)
+
+
+def test_a_segment_too_short_for_its_own_ramp_is_passed_at_the_mean() -> None:
+    """Joints that differ by rounding alone, on a length that no ramp fits into: one piece, of its length, at their mean."""
+    v = np.array([50.0, 50.0 * (1.0 + 4e-16), 50.0])
+    length = np.array([1e-15, 2.0])
+    table, offset = np.zeros((14, 7)), np.zeros(3, np.int64)
+    one = np.ones(2)
+    seven_phase.build(BELL, length, 2e3 * one, 5e4 * one, 60.0 * one, v, table, offset)
+    assert offset[1] == 1
+    tau, speed, *rest, carried = table[0]
+    assert (speed, rest) == (pytest.approx(50.0), [0.0] * 4)
+    assert tau == pytest.approx(1e-15 / 50.0)
+    assert carried == pytest.approx(1e-15)
 
 
 def test_long_medium_short() -> None:
