@@ -29,6 +29,9 @@ Floats = NDArray[np.float64]
 #: Steps shorter than this part of the longest are left out of the fluctuation: a machine at rest has no feed.
 _LEAST_STEP = 1e-6
 
+#: How long the last setpoint is held for the axes to come to rest.
+_SETTLE_S = 0.1
+
 
 @dataclass(frozen=True, slots=True)
 class StrategyFigures:
@@ -37,7 +40,8 @@ class StrategyFigures:
     Attributes:
         feedrate: Name of the strategy.
         time_s: Motion and dwells.
-        contour_max_mm, contour_rms_mm: True contour error of the simulated axes: distance from the commanded path.
+        contour_max_mm, contour_rms_mm: True contour error of the simulated axes: distance from the commanded path. The
+            largest one counts while they come to rest as well: strategies that end in motion overshoot there.
         predicted_max_mm: The contour error that Tsai's eqs 15 to 18 predict.
         acceleration, jerk: Largest second and third difference of the setpoints over all axes, rest before and
             after included; mm (or rad) and s.
@@ -150,7 +154,7 @@ def _figures(
         feedrate=options.feedrate or available()[0],
         time_s=float(trajectories[-1].profile.t[-1]),
         contour_max_mm=None if errors is None else float(errors.max()),
-        contour_rms_mm=None if errors is None else float(np.sqrt(np.mean(errors**2))),
+        contour_rms_mm=None if errors is None else float(np.sqrt(np.mean(errors[: len(position)] ** 2))),
         predicted_max_mm=None if predicted is None else float(predicted.max(initial=0.0)),
         acceleration=float(second.max()),
         jerk=float(third.max()),
@@ -171,14 +175,18 @@ def _peaks(position: Floats, order: int, period_s: float) -> Floats:
 def _contour_errors(
     setpoints: Sequence[Setpoints], machine: Machine, options: PlanOptions, axes: str
 ) -> Floats | None:
-    """Return the contour errors of the simulated axes; None where an axis has no servo data or none is linear."""
+    """Return the contour errors of the simulated axes, a row a setpoint and those of coming to rest behind the last one.
+
+    None where an axis has no servo data or none is linear.
+    """
     servos: dict[str, Servo] = {}
     for letter in axes:
         servo = servo_of(machine, options, letter)
         if servo is None:
             return None
         servos[letter] = servo
-    errors = np.concatenate([chunk.contour_error_mm for chunk in simulate(iter(setpoints), servos)])
+    response = simulate(iter(setpoints), servos, settle_s=_SETTLE_S)
+    errors = np.concatenate([chunk.contour_error_mm for chunk in response])
     return None if np.isnan(errors).all() else errors
 
 

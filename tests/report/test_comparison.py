@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cncgen.machine import load
+from cncgen.machine import Servo, load
 from cncgen.pipeline import read, read_text
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.interpolators import STEPPERS
@@ -48,6 +48,26 @@ def test_peaks_are_third_differences_with_rest_around() -> None:
     assert found.acceleration == pytest.approx(100.0 / 1e-3, rel=1e-6)
     assert found.jerk == pytest.approx(100.0 / 1e-6, rel=1e-6)
     assert found.acceleration_of_limit == pytest.approx(1e5 / 2450.0, rel=1e-6)
+
+
+def test_a_stop_out_of_motion_shows_its_overshoot() -> None:
+    """At v = 100 mm/s the axis lags v/Kv behind the last setpoint; then τ y'' + y' + Kv y = 0 passes it, y the way beyond."""
+    gain, lag, speed = 80.0, 0.02, 100.0
+    servo = Servo("first-order", {"position_gain_1_s": gain, "time_constant_s": lag})
+    machine = load("xy-table")
+    # The loop's own period delays it: short, so that the closed form, which has none, holds.
+    machine = replace(
+        machine, period_s=1e-4, axes={k: replace(a, servo=servo) for k, a in machine.axes.items()}
+    )
+    (found,) = compare_strategies(
+        chunks_of("G21 G90 G1 X50 F6000\nM2\n"), machine, PlanOptions(), ["constant"]
+    )
+    fade, turn = 0.5 / lag, np.sqrt(gain / lag - 0.25 / lag**2)
+    t = np.linspace(0.0, 0.1, 10_001)
+    begin = -speed / gain
+    beyond = np.exp(-fade * t) * (begin * np.cos(turn * t) + (speed + fade * begin) / turn * np.sin(turn * t))
+    assert found.contour_max_mm == pytest.approx(beyond.max(), rel=0.01)
+    assert found.contour_rms_mm == pytest.approx(0.0, abs=1e-9)
 
 
 def test_without_servo_data_the_errors_are_left_out() -> None:
