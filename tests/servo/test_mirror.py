@@ -1,11 +1,18 @@
 """Mirror compensation: what theory says of its error, streams, limits."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from cncgen.diagnostics import NoPlanError, UsageError
+from cncgen.machine import load_machine
 from cncgen.machine.record import Axis, Servo
+from cncgen.pipeline import read_text
+from cncgen.planner import PlanOptions, plan
 from cncgen.servo.mirror import Compensation
+from cncgen.servo.reserve import compensated_plan
+from cncgen.setpoints import sample
 
 from .bench import circle, profile, run, stream
 
@@ -70,3 +77,23 @@ def test_a_command_that_breaks_a_limit_is_refused_with_the_place():
 def test_no_passes_are_refused():
     with pytest.raises(UsageError, match="compensate-passes"):
         compensated(circle(10.0, 60.0)[:50], profile("xy-table"), passes=0)
+
+
+def test_a_motion_that_needs_no_room_is_planned_to_the_full_limits():
+    """A stiff loop within roomy limits: the command keeps them at once, none is lowered, and the time is the plan's."""
+    (program,) = read_text("G21 G90 G61\nG1 X5 Y3 F300\nM2\n").chunks()
+    machine, options = load_machine("xy-table"), PlanOptions(feedrate="ild", profile="bell")
+    servos = {k: Servo("first-order", {"position_gain_1_s": 900.0}) for k in "XY"}
+    roomy = replace(
+        machine,
+        axes={
+            k: replace(a, max_acceleration=50.0 * a.max_acceleration, max_jerk=1e4 * a.max_jerk)
+            for k, a in machine.axes.items()
+        },
+    )
+    found = compensated_plan([program], roomy, servos, axes="XY", options=options, passes=1, settle_s=0.0)
+    assert found.shares == {"X": (1.0, 1.0, 1.0), "Y": (1.0, 1.0, 1.0)}
+    planned = list(sample(plan(iter([program]), roomy, options), roomy, axes="XY"))
+    rows = sum(map(len, planned))
+    assert found.time_s == found.full_time_s == pytest.approx((rows - 1) * 0.001)
+    assert found.gained["full_before"] == found.gained["before"]
