@@ -360,6 +360,13 @@ def test_what_is_wrong_is_named_where_it_stands(name: str) -> None:
     assert outcome(text)[1][0] == expected
 
 
+def test_the_fault_of_a_word_of_a_profile_names_its_line() -> None:
+    text = "G0 X60. Z2.\nG71 U2. R1.\nG71 P1 Q2 U.4 W.1 F.2\nN1 G0 X20.\nG1 Z-6. A170.\nN2 X50."
+    said = [(d.code, d.span.line, d.message) for d in outcome(text)[2].diagnostics if d.span]
+    assert [line for code, line, _ in said if code == "drawing-angle"] == [5, 7]
+    assert "line 7 of the profile" in next(message for code, _, message in said if code == "drawing-angle")
+
+
 def test_a_tool_that_is_in_no_table_and_an_offset_under_compensation(tmp_path: Any) -> None:
     table = tmp_path / "tools.tbl"
     table.write_text("T1 P1 D0.8 Q3\n")

@@ -73,6 +73,12 @@ def _read(ip: Interpreter, text: str, at: Cursor) -> Iterator[Block]:
     yield block
 
 
+def _of_line(block: Block, error: BlockError) -> BlockError:
+    """Return the fault of a line of a profile as one of the cycle, which names the line."""
+    message = f"line {block.line} of the profile: {error.message}"
+    return BlockError(error.code, message, "P", hint=error.hint, values=error.values)
+
+
 def _execute(ip: Interpreter, block: Block) -> None:
     """Execute a line of a profile; its faults name it."""
     try:
@@ -81,8 +87,7 @@ def _execute(ip: Interpreter, block: Block) -> None:
         if block.words or block.g or block.m:
             ip.execute(block)
     except BlockError as error:
-        message = f"line {block.line} of the profile: {error.message}"
-        raise BlockError(error.code, message, "P", hint=error.hint, values=error.values) from None
+        raise _of_line(block, error) from None
     if ip.jump is not None:
         ip.jump = None
         message = f"line {block.line} calls a program or returns from one within the profile"
@@ -103,7 +108,10 @@ def _profile(ip: Interpreter, block: Block, name: str) -> tuple[list[Segment], b
     ip.sink, ip.guard, rapid = recorder, None, None
     try:
         for written in _lines(ip, block, name):
-            line = turned(ip, written)
+            try:
+                line = turned(ip, written)
+            except BlockError as error:
+                raise _of_line(written, error) from None
             codes = tuple(number for number in line.g if number in _MOTIONS)
             words = {letter: value for letter, value in line.words.items() if letter in _WORDS}
             if codes or words:
