@@ -102,7 +102,8 @@ def top(
     """Fill `q` with the largest v^2 at places by feed, axis velocities, the chord of a period, and `centripetal` v^2 times
     the curvature; `kind` with what holds it: ``feed_kind[n]``, or of `kinds` the one for velocity, chord, or curvature.
 
-    Chords are those of all axes, multiplied by `scale`; the curvature is that of X Y Z, the first three.
+    Chords are those of all axes, multiplied by `scale`; the curvature is that of X Y Z, the first three. Beside a bend whose
+    radius is below the tolerance d, a way of 2 d in a period keeps to it whatever the bend is.
     """
     axes: cython.Py_ssize_t = x1.shape[1]
     n: cython.Py_ssize_t
@@ -111,6 +112,7 @@ def top(
     other: cython.double
     curvature: cython.double
     bend: cython.double
+    size: cython.double
     with cython.nogil:
         for n in range(q.shape[0]):
             curvature = 0.0
@@ -127,6 +129,12 @@ def top(
                 v = other
                 kind[n] = kinds[0]
             other = _chord_speed(bend, tolerance, period)
+            if other < v and bend * tolerance > 1.0:
+                # Sharper than the tolerance: no point of a period's way is further than half of it from its nearer end.
+                size = 0.0
+                for d in range(axes):
+                    size += x1[n, d] * scale[d] * (x1[n, d] * scale[d])
+                other = max(other, _over(2.0 / period * tolerance, sqrt(size)))
             if other < v:
                 v = other
                 kind[n] = kinds[1]

@@ -68,10 +68,13 @@ def formulas(x1: Floats, x2: Floats, x3: Floats) -> tuple[Floats, ...]:
         def chord_of(bend: Floats) -> Floats:
             return 2.0 / PERIOD * np.sqrt(TOLERANCE * np.maximum(2.0 / bend - TOLERANCE, 1.0 / bend))
 
+        # Sharper than the tolerance: half of a period's way is no more than that.
+        common = across if axes > 3 else curvature
+        way = np.where(common > 1.0 / TOLERANCE, 2.0 * TOLERANCE / PERIOD / np.linalg.norm(y1, axis=1), 0.0)
         speeds = [
             np.where(np.arange(n) % 3 == 0, np.inf, 80.0),
             weakest,
-            chord_of(across if axes > 3 else curvature),
+            np.maximum(chord_of(common), way),
             np.sqrt(12000.0 / curvature),
         ]
         steep, bend, twist = (np.abs(x / acceleration).max(axis=1) for x in (x1, x2, x3))
