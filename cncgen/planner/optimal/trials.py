@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -29,8 +29,10 @@ _SIZE = 600
 _COARSER = 0.5
 #: In how many ways a piece is tried at most, and fewer than which are not worth it.
 _WAYS, _FEWEST = 8, 4
-#: Nodes that a trial costs by itself, that all trials of a program cost at most, and part of its nodes that they cost besides.
-_EACH, _MOST, _PART = 400, 10_000, 0.02
+#: Nodes that a trial costs by itself, that all trials of a program cost at most by its effort (100,000 take about a second),
+#: and part of its nodes that they cost besides.
+_EACH, _PART = 400, 0.02
+_MOST = {"best": 100_000, "fast": 10_000}
 #: Part of the time by which another way must be faster to be taken.
 _LESS = 1e-4
 
@@ -45,7 +47,10 @@ class Trials:
     """
 
     effort: str
-    left: float = _MOST
+    left: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.left = _MOST[self.effort]
 
     def track_of(
         self,

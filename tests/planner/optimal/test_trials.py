@@ -64,6 +64,16 @@ def test_passing_corners_takes_no_longer_than_stops(case: tuple) -> None:
     assert passed <= 1.001 * stopped
 
 
+def test_a_polygon_of_lines_of_some_periods_takes_no_longer_than_with_stops() -> None:
+    """60 corners at 10 ms, which chords of 0.1 µm hold: with trials of the first of them alone it took 0.8 % more."""
+    axes = {letter: Axis(letter, 100.0, 1000.0, 5e4) for letter in "XY"}
+    machine = Machine("coarse", axes, period_s=0.01, chord_tolerance_mm=1e-4)
+    at = 2.0 * np.pi * np.arange(1, 61) / 60.0
+    rows = "".join(f"X{10.0 * np.cos(a) - 10.0:.6f} Y{10.0 * np.sin(a):.6f}\n" for a in at)
+    passed, stopped = (_seconds(f"G21 G90 {mode} G1 F6000\n{rows}M2\n", machine) for mode in ("G61", "G61.1"))
+    assert passed <= 1.001 * stopped
+
+
 def test_trials_cost_a_bounded_part(monkeypatch: pytest.MonkeyPatch) -> None:
     """2100 corners, each in doubt or nearly: what is tried is a few pieces, however long the program is."""
     tried = []
@@ -78,7 +88,7 @@ def test_trials_cost_a_bounded_part(monkeypatch: pytest.MonkeyPatch) -> None:
     x, y = np.cumsum(np.cos(turn)), np.cumsum(np.sin(turn))
     rows = "\n".join(f"G1 X{a:.5f} Y{b:.5f}" for a, b in zip(x, y, strict=True))
     _seconds(f"G21 G90 G61 F6000\n{rows}\nM2\n", cncgen.load_machine("generic-mill"))
-    assert 0 < len(tried) <= trials._MOST / trials._EACH + 10
+    assert 0 < len(tried) <= trials._MOST["best"] / trials._EACH + 10
 
 
 def _seconds(text: str, machine: Machine) -> float:
