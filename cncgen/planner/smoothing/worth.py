@@ -36,8 +36,9 @@ _JERK, _ACCELERATION, _CHORD = 0.4, 1.3, 1.2
 #: Ways of a period at that speed which are passed so besides, beyond a smoothing length: setpoints tell no parts of it. And
 #: where chords hold the speed.
 _UNTOLD, _UNTOLD_HELD = 0.5, 0.25
-#: Periods that a corner whose speed chords hold takes on each side beyond what its bend makes: by what plans took.
-_LATE = 0.1
+#: Periods that a corner whose speed chords hold takes on each side beyond what its bend makes, by what plans took; and the more of
+#: them that one takes that turns back.
+_LATE, _BACK = 0.1, 0.4
 #: Smoothing lengths that are tried where chords bound the speed, in powers of √2.
 _TRIED = 17
 #: Row of chords among what bounds the speed of a rounded corner.
@@ -434,6 +435,8 @@ class _Judged:
             beyond = _UNTOLD_HELD * np.maximum(step - length, 0.0)[held]
             made = self._held(held, [side.of(held) for side in sides], length[held], bend[held], beyond)
             part = by_jerk[held]
+            # What turns back must stop and start in every axis at once.
+            made = made + _BACK * drive.period_s * np.maximum(-alike[held], 0.0)
             alone = part * lost(jerked)[:, held] + (1.0 - part) * made
             short = half[:, held] < REACH * length[held]
             cost[:, held] = np.where(short, np.maximum(alone, cost[:, held]), alone)
