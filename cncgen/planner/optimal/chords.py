@@ -3,7 +3,7 @@
 Bounds of the speed hold the chord that speed and curvature at one place would make. Where the speed changes by a multiple
 within a period, a chord reaches from a slow bend onto a fast line, or over a sharper bend than where it began. What a plan
 does there is known once it is made: chords that leave the path by more than their tolerance lower the bounds of what they
-lie over, and it is made again (docs/least-time.md).
+lie over, and it is made again (docs/corners.md).
 """
 
 from __future__ import annotations

@@ -87,7 +87,7 @@ class Bounds:
 
         A step of dx/ds by Δ at speed v is a pulse of acceleration v Δ; the third difference over a period T weighs the
         pulse's derivative by the quadratic B-spline B' with |B'| ≤ 1/T², the second difference by at most 1/T. A step of
-        d²x/ds² is a step of acceleration v² Δ, weighed by B ≤ 3/(4 T) (docs/least-time.md).
+        d²x/ds² is a step of acceleration v² Δ, weighed by B ≤ 3/(4 T) (docs/corners.md).
 
         Args:
             turn, bend: Shape (n, axes), steps of dx/ds and d²x/ds².

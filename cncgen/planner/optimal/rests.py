@@ -3,7 +3,7 @@
 At a rest in a corner nothing moves when it is reached, but no setpoint need lie on it: where a period leads far from rest, the
 chord from the setpoint before to the one after would cut the corner by more than the tolerance. When setpoints fall is known
 once the motion up to there is, so that chord is compared with the path, whatever lies under it, and the rest lasts just so long
-that it keeps to the tolerance (docs/least-time.md).
+that it keeps to the tolerance (docs/corners.md).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The time that a rounded corner takes whose speed chords hold: the way through its bend, step by step (docs/smoothing.md)."""
+"""The time that a rounded corner takes whose speed chords hold: the way through its bend, step by step (docs/rounding.md)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """What the chords between setpoints will take of the tolerance beside a smoothed path: an estimate, from the corners alone.
 
 The less it is, the more is left to smoothing. Whatever it is, the tolerance is kept: what smoothing has really left holds
-the chords (`cncgen.planner.smoothing.chords`). The derivation stands in docs/smoothing.md.
+the chords (`cncgen.planner.smoothing.chords`). The derivation stands in docs/rounding.md.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Which corners are worth rounding, and how far: where the rounded path takes less time than to stop, or to pass, as it is.
 
-The times are estimates in closed form (docs/smoothing.md), of two rows beside each other at a time.
+The times are estimates in closed form (docs/rounding.md), of two rows beside each other at a time.
 """
 
 from __future__ import annotations
