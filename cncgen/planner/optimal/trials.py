@@ -24,7 +24,7 @@ Told = NDArray[np.int8]
 #: Speed at a jump, as a part of that at which a stop seems to take as long as to pass it, between which both are tried.
 _SLOWEST, _FASTEST = 0.3, 2.0
 #: Nodes that are planned at once at most.
-_SIZE = 600
+_SIZE = 1200
 #: How much closer nodes of trials stand, beside those of the plan.
 _COARSER = 0.5
 #: In how many ways a piece is tried at most, and fewer than which are not worth it.
@@ -115,15 +115,23 @@ class _Between(NamedTuple):
 
 
 def _pieces(node: Ints, stop: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return the first and the last node of what is planned at once: from stop to stop, or as far as `_SIZE` tells."""
+    """Return the first and the last node of what is planned at once, of `_SIZE` nodes at most.
+
+    They are halves of halves, parted at the stop next to the middle, so that a path and its reverse have the same, but for
+    ties.
+    """
     rests = node[stop]
-    out = []
-    start, last = 0, int(node[-1])
-    while start < last:
-        within = rests[(rests > start) & (rests <= start + _SIZE)]
-        end = min(last, start + _SIZE) if last <= start + _SIZE or not len(within) else int(within[-1])
-        out.append((start, end))
-        start = end
+    out, left = [], [(0, int(node[-1]))]
+    while left:
+        start, end = left.pop()
+        if end - start <= _SIZE:
+            out.append((start, end))
+            continue
+        within = rests[(rests > start) & (rests < end)]
+        middle = (start + end) // 2
+        if len(within):
+            middle = int(within[np.argmin(np.abs(2 * within - start - end))])
+        left += [(middle, end), (start, middle)]
     return out
 
 

@@ -74,6 +74,20 @@ def test_a_polygon_of_lines_of_some_periods_takes_no_longer_than_with_stops() ->
     assert passed <= 1.001 * stopped
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_a_path_and_its_reverse_are_tried_in_the_same_pieces(seed: int) -> None:
+    """Of 1200 nodes at most, one after the other, parted at stops; once they were cut from the start on."""
+    draw = np.random.default_rng(seed)
+    node = np.unique(np.concatenate([[0, 9001], draw.integers(1, 9001, 200)]))
+    stop = draw.random(len(node)) < 0.5
+    stop[[0, -1]] = True
+    pieces = trials._pieces(node, stop)
+    back = trials._pieces(9001 - node[::-1], stop[::-1])
+    assert [(9001 - end, 9001 - start) for start, end in back[::-1]] == pieces
+    assert [start for start, _ in pieces] == [0, *(end for _, end in pieces[:-1])]
+    assert max(end - start for start, end in pieces) <= trials._SIZE
+
+
 def test_trials_cost_a_bounded_part(monkeypatch: pytest.MonkeyPatch) -> None:
     """2100 corners, each in doubt or nearly: what is tried is a few pieces, however long the program is."""
     tried = []
