@@ -308,12 +308,13 @@ class Arc:
         return curve, np.linspace(0.0, 1.0, int(np.clip(fine, 16, FINEST)) + 1)
 
     def split(self, rng: np.random.Generator) -> Sequence[Element]:
-        """Cut it in one to three; what is left out as a whole (`_centre`) is not there in parts either."""
+        """Cut it in one to three; what would be left out (`_centre`), as a whole or of the parts, leaves it whole."""
         cuts = np.sort(rng.uniform(0.0, 1.0, int(rng.integers(0, 3))))
         ends = np.concatenate([[0.0], cuts, [1.0]])
-        chord = 2.0 * abs(math.sin(0.5 * self.sweep))
+        sweeps = self.sweep * np.append(np.diff(ends), 1.0)
+        chords = 2.0 * np.abs(np.sin(0.5 * sweeps))
         if np.diff(ends).min() * abs(self.sweep) < 0.05 or (
-            self.word == "radius" and not 1.1e-3 < chord < 1.9998
+            self.word == "radius" and not ((chords > 1.1e-3) & (chords < 1.9998)).all()
         ):
             return [self]
         return [
