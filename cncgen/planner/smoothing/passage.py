@@ -81,7 +81,8 @@ class Way:
         """Return the time lost against going on at the top speed, s.
 
         In the middle the acceleration is 0. From there on it grows by the jerk, as far as chords let the speed rise; what is
-        left when the bend ends is a change of speed on a straight line.
+        left when the bend ends is a change of speed on a straight line. Where the middle is slow beside what full jerk reaches
+        on one step, durations come out too long, which speaks against rounding.
         """
         caps = np.minimum(chord_speed(self.bend, self.chord, self.period_s), self.top)
         ends = np.minimum(self.length * np.linspace(0.0, REACH, STEPS + 1)[:, None], self.room)
