@@ -48,8 +48,9 @@ _BELOW = 0.95
 #: How much steps may fall short (−Σ log of their lengths) of what was found by them: by short steps, each as long as one row
 #: lets it be, rounding grows until iterates differ by up to 10⁻⁵ of the time.
 _SHORT = 18.0
-#: What is so found is tried again from a little below until its time stays, to this part of it, and how often at most.
-_STAYS, _AGAIN = 1e-10, 6
+#: What is so found is tried again from a little below until its time stays, to this part of it (what differs falls by a
+#: thousand each time, so to 10⁻¹⁰), and how often at most.
+_STAYS, _AGAIN = 1e-7, 6
 #: Part of q of the best plan of those that are no optimum from which it is tried again, and how much shorter it must be, as a
 #: part of its time, to be tried from there once more.
 _WITHIN, _GAINED = 0.3, 1e-3
@@ -263,8 +264,9 @@ def _settled(given: Intervals, columns: _Columns, state: tuple[float, float] | N
     become over short steps stays in the parts of limits that rows may use between their ends, which are taken from iterates:
     from a little below, steps are long, and what differs falls by a thousand each time.
     """
+    rough = run.short >= _SHORT
     for _ in range(_AGAIN):
-        if run.left == 0.0 and run.short < _SHORT:
+        if run.left == 0.0 and not rough:
             break
         below = _Start(_STARTS[0], run.solution.q[:, 1], _BELOW)
         again = _improved(given, columns, below, state, thinned=False)
@@ -272,7 +274,7 @@ def _settled(given: Intervals, columns: _Columns, state: tuple[float, float] | N
         # What has stalled may be shorter than the optimum by what its parts of limits lack.
         if again.left >= _STALLED_GAP or longer > (_STALLED_GAP if again.left == 0.0 else 0.0):
             break
-        run = replace(again, short=np.inf)
+        run = again
         if abs(longer) <= _STAYS:
             break
     return run.solution
