@@ -170,18 +170,18 @@ def joints_of(
     jerks = np.stack([along_path(within, side[1]) for side in (left, right)])
     passing = np.where(stop | corner, 0.0, speed)
     moving = turn * (passing > 0.0)[:, None]
-    straight = path.kind[path.row_of(0.5 * (s[:-1] + s[1:]))] == Kind.LINE
-    fastest = _reached(bounds, s, np.minimum(passing, np.sqrt(top)), straight, right[1])
+    rises = _rises(bounds, path, s, right[1])
+    fastest = _reached(np.minimum(passing, np.sqrt(top)), rises)
     chord = _chord_speed(bounds, s, moving, jerks.max(axis=0), fastest)
     rest = (chord <= 0.0) & (passing > 0.0)
     if rest.any():
         # Where the chord over a corner asks for rest, chords over others do not reach across.
         passing = np.where(rest, 0.0, passing)
-        fastest = _reached(bounds, s, np.minimum(passing, np.sqrt(top)), straight, right[1])
+        fastest = _reached(np.minimum(passing, np.sqrt(top)), rises)
         moving = turn * (passing > 0.0)[:, None]
         chord = np.where(rest, 0.0, _chord_speed(bounds, s, moving, jerks.max(axis=0), fastest))
     speed = np.minimum(passing, chord)
-    v = _reached(bounds, s, np.minimum(speed, np.sqrt(top)), straight, right[1])
+    v = _reached(np.minimum(speed, np.sqrt(top)), rises)
     together = _together(bounds, s, turn, v)
     speed = np.where(together < v, together, speed)
     v = together[:, None]
@@ -217,25 +217,42 @@ def _doubt(choice: Bools, speed: Floats, worth: Floats) -> Floats:
     return np.divide(speed, worth, out=np.full(len(speed), np.inf), where=choice & (worth > 0.0))
 
 
-def _reached(bounds: Bounds, s: Floats, speed: Floats, straight: Bools, right: Floats) -> Floats:
-    """Return the speed, shape (n,), that is left of the one that each joint allows by the joints around.
+def _rises(bounds: Bounds, path: Path, s: Floats, right: Floats) -> tuple[Floats, Floats]:
+    """Return by how much v² and v^(3/2) change from joint to joint at most, shape (n − 1,) each; infinite for no bound.
 
     On a straight line v² changes by 2 A d at most over the distance d. What has the speed v and came from rest, or must
-    come to rest, has the acceleration √(2 J v) at most, with which v^(3/2) changes by √(9/2 J) d.
+    come to rest, has the acceleration √(2 J v) at most, with which v^(3/2) changes by √(9/2 J) d. On a curve whose
+    coordinate is arc length in X Y Z the acceleration along it is a component of what these three can do together.
 
     Args:
         bounds: Limits.
+        path: The path.
         s: Shape (n,), where the joints are.
-        speed: Shape (n,), v that each of them allows.
-        straight: Shape (n − 1,), between which of them the path is a straight line.
         right: Shape (n, axes), dx/ds on their right.
     """
+    row = path.row_of(0.5 * (s[:-1] + s[1:]))
+    straight = path.kind[row] == Kind.LINE
     acceleration, jerk = (
         along_path(each, right[:-1]) for each in (bounds.axes.acceleration, bounds.axes.jerk)
     )
-    for power, rate in ((2.0, 2.0 * acceleration), (1.5, np.sqrt(4.5 * jerk))):
+    # Axes that the machine lacks have none, and do not move.
+    three = bounds.axes.acceleration[:3]
+    whole = float(np.linalg.norm(three[np.isfinite(three)]))
+    bent = np.where(path.moves_xyz[row], whole, np.inf)
+    apart = np.diff(s)
+    square = 2.0 * np.where(straight, acceleration, bent) * apart
+    return square, np.where(straight, np.sqrt(4.5 * jerk) * apart, np.inf)
+
+
+def _reached(speed: Floats, rises: tuple[Floats, Floats]) -> Floats:
+    """Return the speed, shape (n,), that is left of the one that each joint allows by the joints around.
+
+    Args:
+        speed: Shape (n,), v that each of them allows.
+        rises: Shape (n − 1,) each, by how much v² and v^(3/2) change from one to the next at most.
+    """
+    for power, rise in zip((2.0, 1.5), rises, strict=True):
         height = speed**power
-        rise = np.where(straight, rate * np.diff(s), np.inf)
         way = np.concatenate([[0.0], np.cumsum(np.minimum(rise, height.max()))])
         least = lowered(height, way)
         # What nothing around lowers keeps its digits: ways over many joints have few of those of a slow one.

@@ -79,6 +79,8 @@ _UNSEEN = (2.0 / 3.0, 1.25), (0.5, 0.25)
 #: Part of the limits that following the path at top speed takes at most where the path counts as straight: there the
 #: motion cruises, further from everything else than it needs to reach that speed.
 _CALM = 0.01
+#: Part of the speed reached from a rest below which a bend slows the motion down, and the largest logarithm of a speed.
+_LOWER, _LOGS = 0.7, 100.0
 #: Part by which bounds of q that are taken for one differ, and ratios of spacings.
 _ALIKE = 1e-6
 #: Turn of the direction over a panel, or part of one, below which the path is straight there but for rounding.
@@ -134,6 +136,8 @@ class _Survey:
         x = path.evaluate(probes, 3)
         x[:, np.searchsorted(probes, joints.s)] = sides[1]
         x[:, -1] = sides[0][:, -1]
+        shape = _shape(bounds, x, probes, joints, sides, top_at)
+        bends = _bends(shape, probes, joints)
         return cls(
             bounds,
             joints,
@@ -141,10 +145,10 @@ class _Survey:
             lines,
             probes,
             panels,
-            _shape(bounds, x, probes, joints, sides, top_at),
+            shape,
             x[3],
             _seen(bounds, x[1], probes),
-            _first(bounds, joints, sides, lines, top_at),
+            _first(bounds, joints, sides, lines, top_at, bends),
         )
 
 
@@ -332,12 +336,59 @@ def _from_others(s: Floats, mine: NDArray[np.bool_]) -> Floats:
     return np.minimum(s - before, after - s)
 
 
+def _bends(shape: tuple[Floats, ...], s: Floats, joints: Joints) -> tuple[Floats, Floats]:
+    """Return how far before and after each breakpoint where the motion rests it must slow down for a bend, infinite for none.
+
+    That is the nearest place of which the speed, by what the path is like there, is a part `_LOWER` of what full jerk and full
+    acceleration from the rest reach between, as the path lets them.
+
+    Args:
+        shape: What `_shape` says of the places `s`.
+        s: Shape (n,), places, ascending.
+        joints: The breakpoints, which are among the places.
+    """
+    acceleration, jerk, bend, _, twist, top = shape
+    rest = np.searchsorted(s, joints.s[joints.stop])
+    found = np.full((2, len(joints.s)), np.inf)
+    if not len(rest):
+        return found[0], found[1]
+    with np.errstate(divide="ignore"):
+        speed = np.minimum(np.sqrt(np.minimum(top, acceleration / bend)), np.cbrt(jerk / twist))
+    here = np.arange(len(s))
+    for out, step in zip(found, (-1, 1), strict=True):
+        # Number of the rest that each place is left from, in the order of the way; −1 before the first one.
+        order = here[::step]
+        number = np.searchsorted(np.sort(step * rest), step * order, side="right") - 1
+        order, number = order[number >= 0], number[number >= 0]
+        start = rest[::step][number]
+        way = np.abs(s[order] - s[start])
+        gained = np.minimum(np.cbrt(4.5 * jerk[start] * way**2), np.sqrt(2.0 * acceleration[start] * way))
+        # The largest so far from each rest: of logarithms, which the numbers of rests keep apart.
+        with np.errstate(divide="ignore"):
+            height = np.log(np.minimum(gained, speed[order])).clip(-_LOGS, _LOGS)
+        reached = np.maximum.accumulate(height + 4.0 * _LOGS * number) - 4.0 * _LOGS * number
+        slow = np.flatnonzero(np.log(speed[order]) < reached + np.log(_LOWER))
+        away = np.full(len(rest), np.inf)
+        np.minimum.at(away, number[slow], way[slow])
+        out[joints.stop] = away[::step]
+    return found[0], found[1]
+
+
 def _first(
-    bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats], lines: NDArray[np.bool_], top_at: TopAt
+    bounds: Bounds,
+    joints: Joints,
+    sides: tuple[Floats, Floats],
+    lines: NDArray[np.bool_],
+    top_at: TopAt,
+    bends: tuple[Floats, Floats],
 ) -> tuple[Floats, Floats]:
     """Return the lengths of the intervals before and after each breakpoint where the motion rests.
 
     They are infinite where it does not rest, and where nothing but straight lines from rest to rest meets.
+
+    Args:
+        bounds, joints, sides, lines, top_at: As `placed` takes them.
+        bends: Shape (breakpoints,) each, how far before and after each rest the motion must slow down for a bend.
     """
     curved = ~(np.concatenate([[True], lines]) & np.concatenate([lines, [True]]))
     rest = np.flatnonzero(joints.stop & curved)
@@ -347,7 +398,10 @@ def _first(
     at = np.searchsorted(slow, joints.s[rest])
     gap = np.diff(joints.s, prepend=-np.inf, append=np.inf) / 3.0
     found = []
-    for x, far, near, side in ((sides[0], apart[at], gap[:-1], -1), (sides[1], apart[at + 1], gap[1:], 1)):
+    for x, far, near, bent, side in (
+        (sides[0], apart[at], gap[:-1], bends[0], -1),
+        (sides[1], apart[at + 1], gap[1:], bends[1], 1),
+    ):
         acceleration, jerk, _, turn, _ = along(bounds, x[:, rest])
         with np.errstate(divide="ignore"):
             # From rest full jerk reaches v after √(2 v/j) and so (2 v)^(3/2)/(6 √j).
@@ -358,6 +412,7 @@ def _first(
         least, brief = _seen(bounds, x[1], joints.s)[rest], _BRIEF * bounds.period_s * speed
         least = np.where(wanted[2] > brief, np.minimum(least, brief), least)
         out = np.full(len(joints.s), np.inf)
+        wanted.append(_PART * bent[rest])
         out[rest] = np.minimum.reduce([np.maximum(np.minimum.reduce(wanted), least), far, near[rest]])
         found.append(out)
     return found[0], found[1]

@@ -156,6 +156,32 @@ def test_a_rest_near_a_slow_feed_is_reached_at_full_jerk(far: float) -> None:
     assert last.profile.t[-1] <= known
 
 
+@pytest.mark.parametrize("back", [False, True])
+@pytest.mark.parametrize("b", [0.1, 0.03, 0.01])
+def test_a_rest_near_a_bend_is_reached_at_full_jerk(b: float, back: bool) -> None:
+    """A C² curve whose last span is straight: from v₀ where that begins to v and to rest, as in the test above, is a plan.
+
+    A single interval of constant jerk, sized for the way to the next breakpoint, took 4.8 to 10 ms longer.
+    """
+    machine = Machine(
+        "table", {letter: Axis(letter, 250.0, 2450.0, 5e4) for letter in "XY"}, 1e-3, 1e-3, 0.01
+    )
+    points = np.array([(0, 0), (5, 0), (10 - b, 0), (10, 0), (10, b), (10, 2 * b), (10, 4 * b)])
+    points = points[::-1] - points[-1] if back else points
+    knots = [0, 0, 0, 0, 0.25, 0.5, 0.75, 1, 1, 1, 1]
+    first, *rest = [f"K{knot} X{x} Y{y} R1" for knot, (x, y) in zip(knots, points.tolist(), strict=False)]
+    curve = "\n".join([f"G6.2 P4 {first} F60000", *rest, *["K1"] * 4])
+    (part,) = plan_program(read_text(f"G21 G90 G94 G61\n{curve}\nM2\n"), machine)
+    motion = part.profile
+    # The span begins at 13/12 b, a mean of b and 2 b.
+    way, jerk = 4 * b - 13 / 12 * b, 0.9993 * 5e4
+    place = way if back else motion.s[-1] - way
+    there = brentq(lambda t: motion_at(motion, np.array([t])).s[0] - place, 0.0, motion.t[-1])
+    took, slow = there if back else motion.t[-1] - there, motion_at(motion, np.array([there])).v[0]
+    top = brentq(lambda v: (v + slow) * np.sqrt((v - slow) / jerk) + v * np.sqrt(v / jerk) - way, slow, 100.0)
+    assert took <= 2.0 * np.sqrt((top - slow) / jerk) + 2.0 * np.sqrt(top / jerk)
+
+
 def test_an_interval_from_rest_holds_nothing_finer_than_itself() -> None:
     """Two places that want nodes 0.01 apart: at 0.3 after the first breakpoint, and at 0.2 before the last."""
     s, probes = np.array([0.0, 1.0, 3.0]), np.array([0.0, 0.1, 0.3, 0.6, 1.0, 1.5, 2.8, 2.9, 3.0])
