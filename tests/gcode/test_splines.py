@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 
-from cncgen.toolpath.record import Kind, Toolpath
+from cncgen.toolpath.record import FeedMode, Kind, Toolpath
 
 
 def curve(path: Toolpath, u: np.ndarray) -> np.ndarray:
@@ -69,6 +69,26 @@ def test_g5_2_has_uniform_knots_and_its_weights(run: Any) -> None:
     assert out.path.nurbs.knots.tolist() == [0, 0, 0, 1, 2, 3, 3, 3]
     assert out.path.nurbs.weights.tolist() == [1, 1, 1, 1, 2]
     assert out.path.nurbs.control_points[-1, :2].tolist() == [0, 0]
+
+
+@pytest.mark.parametrize(
+    "spline",
+    [
+        "G5 X10 Y0 I5 J10 P-5 Q10 F6",
+        "G5.1 X10 Y0 I5 J10 F6",
+        "G5.2 P1 L3 F12\nX5 Y5 P1 F8\nX10 Y0 P1 F6\nG5.3",
+        "BSPLINE X3 Y3 F6\nX5 Y5\nX10 Y0",
+    ],
+)
+def test_splines_in_inverse_time_take_their_part_of_a_minute(run: Any, spline: str) -> None:
+    """F6 under G93 is a sixth of a minute, as of a line: 0.1 motions a second; of several blocks the last one says it."""
+    out = run(f"G93\n{spline}\nG1 X0 F30\nG94 G1 X1 F60\nM2")
+    assert out.errors == []
+    rows = out.path.kind != Kind.EVENT
+    assert out.path.kind[rows].tolist() == [Kind.NURBS, Kind.LINE, Kind.LINE]
+    inverse = FeedMode.INVERSE_TIME
+    assert out.path.feed_mode[rows].tolist() == [inverse, inverse, FeedMode.SPEED]
+    np.testing.assert_allclose(out.path.feed[rows], [0.1, 0.5, 1.0])
 
 
 def test_g6_2_circle_is_round(programs: Any) -> None:

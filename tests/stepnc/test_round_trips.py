@@ -1,6 +1,7 @@
 """G-code to AP238 to G-code keeps every motion; STEP-NC to G-code is what rs274 reads too."""
 
 import io
+import math
 import re
 import shutil
 import subprocess
@@ -9,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cncgen.diagnostics import UsageError
 from cncgen.gcode import read as read_gcode
 from cncgen.stepnc import canon, gcode_lines, read, write_ap238
 from cncgen.toolpath.reading import ReadOptions
@@ -131,6 +133,31 @@ def test_tools_spindle_coolant_dwells_stops_and_modes_go_along():
     stepnc = one(read(io.BytesIO(stream.getvalue().encode()), "t.stp", WHOLE))
     same(original, stepnc)
     same(original, from_gcode("\n".join(gcode_lines([stepnc]))))
+
+
+@pytest.mark.parametrize(
+    ("motion", "way"),
+    [
+        ("G1 X3 Y4", 5.0),
+        ("G2 X10 Y10 Z2 J10", math.hypot(15.0 * math.pi, 2.0)),
+        ("G5.1 X10 Y0 I5 J10", 5.0 * math.sqrt(5.0) + 2.5 * math.asinh(2.0)),
+        ("G1 B30 C0", math.radians(30.0)),
+    ],
+)
+def test_a_part_of_a_minute_becomes_a_speed_along_the_way(motion, way):
+    """G93 F6 is 10 s for a motion: AP238 has speeds alone. Three quarters of a helix, and a parabola 10 wide and 5 high."""
+    axes = " B0 C0" if "B" in motion else ""
+    original = from_gcode(f"(START, X0 Y0 Z0{axes})\nG93 {motion} F6\nM2\n")
+    stream = io.StringIO()
+    write_ap238([original], stream)
+    made = one(read(io.BytesIO(stream.getvalue().encode()), "t.stp", WHOLE))
+    np.testing.assert_allclose(motions(made)[2], way / 10.0, rtol=1e-9)
+
+
+def test_axes_that_ap238_has_no_place_for_are_refused():
+    for text, axes in (("G0 A5", "XYZA"), ("G0 B5", "XYZB")):
+        with pytest.raises(UsageError, match=f"not of axes {axes}"):
+            write_ap238([from_gcode(f"{text}\nM2\n")], io.StringIO())
 
 
 @pytest.mark.parametrize("path", STEPNC, ids=lambda p: p.stem)

@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from cncgen.gcode.block import AXES, BSPLINE, Block
-from cncgen.gcode.codes.lines import check_feed, has_axis
+from cncgen.gcode.codes.lines import check_feed, has_axis, inverse_rate
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -78,7 +78,7 @@ def close(ip: Interpreter, block: Block) -> None:
         knots.append(knots[-1] + interval)
     knots += [knots[-1]] * degree
     ip.sink.block = spline.block
-    ip.sink.nurbs_feed(Curve(degree, spline.points, spline.weights, knots))
+    ip.sink.nurbs_feed(Curve(degree, spline.points, spline.weights, knots, inverse_rate(ip)))
 
 
 CODES = (

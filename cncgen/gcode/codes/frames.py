@@ -7,7 +7,7 @@ work coordinates: ``work = rotation (scaling (mirror (programmed)))``, the order
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
@@ -139,7 +139,7 @@ class FramedSink(PassingSink):
     def nurbs_feed(self, curve: Curve) -> None:
         """Move: control points are carried along, weights and knots stay."""
         points = [self.frame.to_work(list(point)) for point in curve.points]
-        self.inner.nurbs_feed(Curve(curve.degree, points, curve.weights, curve.knots))
+        self.inner.nurbs_feed(replace(curve, points=points))
 
     def place(self, position: Point) -> None:
         """Stand somewhere."""

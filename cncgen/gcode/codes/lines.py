@@ -35,6 +35,11 @@ def check_feed(ip: Interpreter, block: Block, name: str) -> None:
         )
 
 
+def inverse_rate(ip: Interpreter) -> float | None:
+    """Return the rate (1/min) of a motion in inverse time mode, None in the others."""
+    return ip.state.feed if ip.state.feed_mode == 93 else None
+
+
 def has_axis(block: Block) -> bool:
     """Tell whether the block has an axis word."""
     return not AXIS_INDEX.keys().isdisjoint(block.words) or "@" in block.words or "^" in block.words

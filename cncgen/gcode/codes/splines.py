@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.lines import check_feed
+from cncgen.gcode.codes.lines import check_feed, inverse_rate
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -79,7 +79,7 @@ def cubic(ip: Interpreter, block: Block) -> None:
         [end[0] + second[0], end[1] + second[1], *end[2:]],
         end,
     ]
-    ip.sink.nurbs_feed(Curve(3, points, (1.0,) * 4, (0.0,) * 4 + (1.0,) * 4))
+    ip.sink.nurbs_feed(Curve(3, points, (1.0,) * 4, (0.0,) * 4 + (1.0,) * 4, inverse_rate(ip)))
     state.position, state.moved = end, True
 
 
@@ -92,7 +92,8 @@ def quadratic(ip: Interpreter, block: Block) -> None:
     assert offset is not None
     end, start = ip.end_point(block), state.position
     middle = [start[0] + offset[0], start[1] + offset[1], *start[2:]]
-    ip.sink.nurbs_feed(Curve(2, [start, middle, end], (1.0,) * 3, (0.0,) * 3 + (1.0,) * 3))
+    points = [start, middle, end]
+    ip.sink.nurbs_feed(Curve(2, points, (1.0,) * 3, (0.0,) * 3 + (1.0,) * 3, inverse_rate(ip)))
     state.position, state.moved = end, True
 
 
@@ -161,7 +162,7 @@ def end_nurbs(ip: Interpreter, block: Block) -> None:
         )
     inner = count - order
     knots = [0.0] * order + [float(k) for k in range(1, inner + 1)] + [float(inner + 1)] * order
-    ip.sink.nurbs_feed(Curve(order - 1, spline.points, spline.weights, knots))
+    ip.sink.nurbs_feed(Curve(order - 1, spline.points, spline.weights, knots, inverse_rate(ip)))
     state.position, state.moved = spline.points[-1], True
 
 

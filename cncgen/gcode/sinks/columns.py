@@ -177,6 +177,8 @@ class ColumnsSink:
     def nurbs_feed(self, curve: Curve) -> None:
         """Take a B-spline."""
         self.flush()
+        if curve.rate is not None:
+            self._feed = curve.rate
         points = self._machine(np.array(curve.points, float))
         points[0] = self.builder.position
         one = np.ones(1)

@@ -48,12 +48,16 @@ class MotionBatch(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """A rational B-spline in program coordinates: `points` are positions, the first is where the motion starts."""
+    """A rational B-spline in program coordinates: `points` are positions, the first is where the motion starts.
+
+    `rate` (1/min) is how often a minute the motion could be made, in inverse time mode; None in the other modes.
+    """
 
     degree: int
     points: Sequence[Sequence[float]]
     weights: Sequence[float]
     knots: Sequence[float]
+    rate: float | None = None
 
 
 class Sink(Protocol):

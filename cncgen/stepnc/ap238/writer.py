@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.geometry import nurbs
 from cncgen.stepnc.ap238.aim_file import AimFile, E
 from cncgen.stepnc.part21 import Ref
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
@@ -52,6 +53,25 @@ def write_ap238(chunks: Iterable[Toolpath], stream: TextIO, name: str = "", inch
         writer.chunk(chunk)
     writer.close()
     stream.write("ENDSEC;\nEND-ISO-10303-21;\n")
+
+
+def _way(toolpath: Toolpath, row: int, points: Floats) -> float:
+    """Return the length of a motion in X Y Z, mm, or, where they stand still, what the rotary axes turn by, rad.
+
+    Args:
+        row: Of the motion.
+        points: Shape (2, axes): where it begins and ends.
+    """
+    begin, end = points
+    index = toolpath.curve[row : row + 1]
+    if toolpath.kind[row] == Kind.NURBS:
+        one = nurbs.take(toolpath.nurbs, index)
+        return float(nurbs.lengths(one, np.zeros(1, np.int64), np.full(1, 3)).total[0])
+    if toolpath.kind[row] == Kind.ARC:
+        centre, normal = toolpath.arcs.centre[index[0]], toolpath.arcs.normal[index[0]]
+        across = np.linalg.norm(np.cross(normal, begin[:3] - centre)) * toolpath.arcs.sweep[index[0]]
+        return math.hypot(across, (end[:3] - begin[:3]) @ normal)
+    return float(np.linalg.norm((end - begin)[:3]) or np.linalg.norm((end - begin)[3:]))
 
 
 def _all(first: Toolpath | None, rest: Iterator[Toolpath]) -> Iterator[Toolpath]:
@@ -149,11 +169,10 @@ class _Writer:
         points = np.concatenate([starts[begin : begin + 1], toolpath.end[begin:end]])
         if kind == Kind.LINE:
             curve = self.file.add("POLYLINE", "", tuple(self.file.points(points[:, :3])))
-            length = float(np.linalg.norm(np.diff(points[:, :3], axis=0), axis=1).sum())
         elif kind == Kind.ARC:
-            curve, length = self._arc(toolpath, points[0, :3], points[1, :3], int(toolpath.curve[begin]))
+            curve = self._arc(toolpath, points[0, :3], points[1, :3], int(toolpath.curve[begin]))
         else:
-            curve, length = self._spline(toolpath, points[0], int(toolpath.curve[begin]))
+            curve = self._spline(toolpath, int(toolpath.curve[begin]))
         path = self._path("cutter location trajectory")
         self.file.property(path, "basic curve", "REPRESENTATION", "basic curve", curve)
         self._tool_axis(path, toolpath, points, kind)
@@ -166,7 +185,7 @@ class _Writer:
             keyword = "MACHINING_TOOLPATH_SPEED_PROFILE_REPRESENTATION"
             self.file.words(path, "speed profile", "rapid", keyword)
         elif mode == FeedMode.INVERSE_TIME:
-            feed *= length
+            feed *= _way(toolpath, begin, points)
         self._attach(path, None if mode == FeedMode.RAPID else feed)
 
     def _attach(self, path: Ref, feed: float | None) -> None:
@@ -197,7 +216,7 @@ class _Writer:
             file.property(technology, "spindle", keyword, "spindle speed", item)
         return technology
 
-    def _arc(self, toolpath: Toolpath, start: Floats, end: Floats, index: int) -> tuple[Ref, float]:
+    def _arc(self, toolpath: Toolpath, start: Floats, end: Floats, index: int) -> Ref:
         table, file = toolpath.arcs, self.file
         centre, normal, sweep = table.centre[index], table.normal[index], float(table.sweep[index])
         radius = float(np.linalg.norm(start - centre))
@@ -210,10 +229,9 @@ class _Writer:
         else:
             basis = file.add("CIRCLE", "", place, radius / file.unit)
         master = E("CARTESIAN")
-        curve = file.add("TRIMMED_CURVE", "", basis, (trims[0],), (trims[1],), E("T"), master)
-        return curve, math.hypot(radius * sweep, rise)
+        return file.add("TRIMMED_CURVE", "", basis, (trims[0],), (trims[1],), E("T"), master)
 
-    def _spline(self, toolpath: Toolpath, start: Floats, index: int) -> tuple[Ref, float]:
+    def _spline(self, toolpath: Toolpath, index: int) -> Ref:
         table, file = toolpath.nurbs, self.file
         points = slice(int(table.point_offset[index]), int(table.point_offset[index + 1]))
         control, weights = table.control_points[points, :3], table.weights[points]
@@ -222,10 +240,9 @@ class _Writer:
         refs = tuple(file.points(control))
         head = (int(table.degree[index]), refs, E("UNSPECIFIED"), E("F"), E("U"))
         tail = (tuple(counts.tolist()), tuple(values.tolist()), E("UNSPECIFIED"))
-        length = float(np.linalg.norm(np.diff(control, axis=0), axis=1).sum())
         if (weights == weights[0]).all():
-            return file.add("B_SPLINE_CURVE_WITH_KNOTS", "", *head, *tail), length
-        curve = file.add_complex(
+            return file.add("B_SPLINE_CURVE_WITH_KNOTS", "", *head, *tail)
+        return file.add_complex(
             ("BOUNDED_CURVE", ()),
             ("B_SPLINE_CURVE", head),
             ("B_SPLINE_CURVE_WITH_KNOTS", tail),
@@ -234,7 +251,6 @@ class _Writer:
             ("RATIONAL_B_SPLINE_CURVE", (tuple(weights.tolist()),)),
             ("REPRESENTATION_ITEM", ("",)),
         )
-        return curve, length
 
     def _tool_axis(self, path: Ref, toolpath: Toolpath, points: Floats, kind: int) -> None:
         """Write the tool axis at the points of a line, or at start and end of another curve, where there is one."""
