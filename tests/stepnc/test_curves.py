@@ -213,6 +213,78 @@ def test_trimmed_spline_is_the_part_between():
     assert part is not None
 
 
+def test_a_spline_is_trimmed_by_the_points_on_it():
+    """y = x (4 - x) / 4 as a Bézier curve, x = 4u: from x = 1 to x = 3; a point 0.01 mm beside it is refused."""
+
+    def parabola(part, begin, end):
+        refs = tuple(part.point(*p) for p in ((0, 0, 0), (2, 2, 0), (4, 0, 0)))
+        basis = part.add("BEZIER_CURVE", "", 2, refs, E("UNSPECIFIED"), E("F"), E("F"))
+        return part.trimmed(basis, begin, end)
+
+    table = followed(lambda p: parabola(p, (1, 0.75, 0), (3, 0.75, 0))).nurbs
+    np.testing.assert_allclose(table.knots[[0, -1]], [0.25, 0.75], atol=1e-9)
+    np.testing.assert_allclose(table.control_points, [[1, 0.75, 0], [2, 1.25, 0], [3, 0.75, 0]], atol=1e-9)
+    assert "stepnc-geometry" in failing(lambda p: parabola(p, (1, 0.76, 0), (3, 0.75, 0)))
+
+
+@pytest.mark.parametrize(
+    ("begin", "end", "sense", "corners"),
+    [
+        ((4, 2, 0), (0, 0, 0), True, [(4, 4), (0, 4), (0, 0)]),
+        ((0, 0, 0), (4, 2, 0), False, [(0, 4), (4, 4), (4, 2)]),
+        ((2, 4, 0), (4, 2, 0), True, [(0, 4), (0, 0), (4, 0), (4, 2)]),
+        ((4, 2, 0), (2, 4, 0), False, [(4, 0), (0, 0), (0, 4), (2, 4)]),
+        ((0, 0, 0), (0, 0, 0), True, [(4, 0), (4, 4), (0, 4), (0, 0)]),
+        ((0, 0, 0), (0, 0, 0), False, [(0, 4), (4, 4), (4, 0), (0, 0)]),
+    ],
+)
+def test_a_closed_polyline_is_trimmed_by_way_of_its_end(begin, end, sense, corners):
+    """Round a square of 4 mm from (0, 0) against the clock, or with it: as on a circle, the parameters go round."""
+    square = ((0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0), (0, 0, 0))
+    path = followed(lambda p: p.trimmed(p.polyline(*square), begin, end, sense))
+    cut = motions(path)[-len(corners) :]
+    np.testing.assert_allclose(path.starts[cut[0], :2], begin[:2], atol=1e-12)
+    np.testing.assert_allclose(path.end[cut, :2], corners, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("begin", "end", "sense", "sweep"),
+    [
+        (90, 0, True, 270),
+        (0, 90, False, -270),
+        (270, 30, True, 120),
+        (30, 270, False, -120),
+        (0, 0, True, 360),
+    ],
+)
+def test_a_closed_spline_is_trimmed_by_way_of_its_end(begin, end, sense, sweep):
+    """A circle of 5 mm as a rational quadratic that begins at 0 degrees: its parts turn as those of a CIRCLE do."""
+    place = {a: (5 * math.cos(math.radians(a)), 5 * math.sin(math.radians(a)), 0.0) for a in (begin, end)}
+    round_it = splines.ellipse_arc(np.zeros(3), 5.0 * np.eye(3)[0], 5.0 * np.eye(3)[1], 0.0, 2 * math.pi)
+
+    def trimmed(part):
+        refs = tuple(part.point(*p) for p in round_it.control)
+        knots, counts = np.unique(round_it.knots, return_counts=True)
+        basis = part.complex(
+            ("B_SPLINE_CURVE", (2, refs, E("CIRCULAR_ARC"), E("T"), E("F"))),
+            ("B_SPLINE_CURVE_WITH_KNOTS", (tuple(counts.tolist()), tuple(knots.tolist()), E("UNSPECIFIED"))),
+            ("RATIONAL_B_SPLINE_CURVE", (tuple(round_it.weights.tolist()),)),
+        )
+        return part.trimmed(basis, place[begin], place[end], sense)
+
+    table = followed(trimmed).nurbs
+    angles = []
+    for c in range(len(table)):
+        points, knots = (slice(*offset[c : c + 2]) for offset in (table.point_offset, table.knot_offset))
+        part = Nurbs(2, table.control_points[points], table.weights[points], table.knots[knots])
+        way = splines.evaluate(part, np.linspace(*part.knots[[0, -1]], 100))
+        angles += np.arctan2(way[:, 1], way[:, 0]).tolist()
+    turned = np.degrees(np.unwrap(angles))
+    assert (turned[0] - begin + 180) % 360 == pytest.approx(180, abs=1e-5)
+    assert turned[-1] - turned[0] == pytest.approx(sweep, abs=1e-5)
+    assert (np.sign(sweep) * np.diff(turned) > -1e-6).all()
+
+
 def test_composite_with_a_segment_turned_round():
     def composite(part):
         one = part.polyline((0, 0, 0), (5, 0, 0))
@@ -238,6 +310,28 @@ def test_polyline_trimmed_by_parameters_and_points():
 
     path = followed(trimmed)
     np.testing.assert_allclose(path.end[motions(path)], [[4, 0, 0], [4, 1, 0]])
+
+
+def test_lines_lead_to_arcs_through_via_points_and_away():
+    def via(part):
+        arc = part.add("VIA_ARC_POINT", "", (10.0, 5.0, 0.0))
+        points = [part.point(0, 0, 0), part.point(5, 0, 0), arc, part.point(5, 10, 0), part.point(0, 10, 0)]
+        return part.add("POLYLINE", "", tuple(points))
+
+    path = followed(via)
+    rows = motions(path)
+    assert path.kind[rows].tolist() == [Kind.LINE, Kind.ARC, Kind.LINE]
+    np.testing.assert_allclose(path.end[rows], [[5, 0, 0], [5, 10, 0], [0, 10, 0]], atol=1e-12)
+    np.testing.assert_allclose(path.arcs.centre, [[5, 5, 0]], atol=1e-12)
+    np.testing.assert_allclose(path.arcs.sweep, [math.pi])
+
+
+@pytest.mark.parametrize("axis", [(1, 0, 0), (-1, 0, 0)])
+def test_without_its_own_x_a_placement_along_x_has_x_along_y(axis):
+    """first_proj_axis of ISO 10303-42: X of the space, and Y of it where the axis is X; a circle begins on it."""
+    path = followed(lambda p: p.circle(5, axis=axis))
+    np.testing.assert_allclose(path.end[motions(path)[-1]], [0, 5, 0], atol=1e-12)
+    np.testing.assert_allclose(path.arcs.normal[-1], axis, atol=1e-12)
 
 
 def test_via_points_make_arcs_and_circles():

@@ -156,7 +156,7 @@ class Curves:
         forward = entity.flag("sense_agreement") is not False
         kind = basis.keyword
         if any(basis.instance.part(k) or k in kind for k in _SPLINES):
-            return [self._trimmed_spline(entity, basis, trims, forward)]
+            return self._trimmed_spline(entity, basis, trims, forward)
         if kind == "LINE":
             return [self._trimmed_line(entity, basis, trims)]
         if kind == "CIRCLE":
@@ -166,7 +166,7 @@ class Curves:
         if kind == "HELIX":
             return [self._trimmed_helix(entity, basis, trims)]
         if kind == "POLYLINE":
-            return [self._trimmed_polyline(entity, basis, trims)]
+            return self._trimmed_polyline(entity, basis, trims, forward)
         raise entity.fault("stepnc-unsupported", f"a trimmed {kind} cannot be read")
 
     def _trimmed_line(self, entity: Entity, basis: Entity, trims: tuple[Trim, Trim]) -> Piece:
@@ -250,25 +250,31 @@ class Curves:
         height = (start - origin) @ z
         return Arc(start, end, origin + height * z, z if forward else -z, sweep)
 
-    def _trimmed_polyline(self, entity: Entity, basis: Entity, trims: tuple[Trim, Trim]) -> Piece:
-        points = self._polyline(basis)[0]
-        if not isinstance(points, Polyline):
+    def _trimmed_polyline(
+        self, entity: Entity, basis: Entity, trims: tuple[Trim, Trim], forward: bool
+    ) -> list[Piece]:
+        """Return the part of a polyline between trims; sense_agreement is asked only where both ways lead there."""
+        line = self._polyline(basis)[0]
+        if not isinstance(line, Polyline):
             raise entity.fault("stepnc-unsupported", "a trimmed polyline with via points cannot be read")
-        places = [_place_on(points.points, t) for t in trims]
-        last = len(points.points) - 1
-        if not all(0 <= p <= last + 1e-9 for p in places) or abs(places[0] - places[1]) < 1e-12:
+        places = [_place_on(line.points, t) for t in trims]
+        last = len(line.points) - 1
+        closed = _closes(line)
+        if not all(0 <= p <= last + 1e-9 for p in places) or (
+            not closed and abs(places[0] - places[1]) < 1e-12
+        ):
             text = f"trims at {places[0]:g} and {places[1]:g} of a polyline of {last} lines"
             raise entity.fault("stepnc-geometry", text)
-        low, high = min(places), min(max(places), last)
-        inner = np.arange(math.floor(low) + 1, math.ceil(high))
-        at = np.concatenate([[low], inner, [high]])
-        k = np.minimum(at.astype(int), last - 1)
-        cut = points.points[k] + (at - k)[:, None] * (points.points[k + 1] - points.points[k])
-        return Polyline(cut if places[0] < places[1] else cut[::-1])
+        begin, end = (min(p, float(last)) for p in places)
+        if not closed:
+            forward = begin < end
+        begin, end = (begin, end) if forward else (end, begin)
+        parts: list[Piece] = [_part_of(line, *s) for s in _stretches(begin, end, 0.0, last)]
+        return parts if forward else reverse(parts)
 
     def _trimmed_spline(
         self, entity: Entity, basis: Entity, trims: tuple[Trim, Trim], forward: bool
-    ) -> Nurbs:
+    ) -> list[Piece]:
         curve = self._spline(basis)
         low, high = float(curve.knots[0]), float(curve.knots[-1])
         at = []
@@ -286,12 +292,12 @@ class Curves:
                 raise entity.fault("stepnc-geometry", text)
             at.append(min(max(u, low), high))
         begin, end = at if forward else at[::-1]
-        if not begin < end:
+        if not begin < end and not _closes(curve):
             raise entity.fault(
                 "stepnc-geometry", f"the curve is trimmed from {begin:g} to {end:g}: nothing is left"
             )
-        part = splines.cut(curve, begin, end)
-        return part if forward else part.reversed()
+        parts: list[Piece] = [splines.cut(curve, *s) for s in _stretches(begin, end, low, high)]
+        return parts if forward else reverse(parts)
 
     # Composite curves and splines
 
@@ -390,6 +396,31 @@ def _sweep(begin: float, end: float, forward: bool, full: bool) -> float:
     if full:
         return 2 * math.pi
     return (end - begin if forward else begin - end) % (2 * math.pi) or 2 * math.pi
+
+
+def _closes(curve: Polyline | Nurbs) -> bool:
+    """Tell whether a curve ends where it begins."""
+    return float(np.linalg.norm(curve.end - curve.start)) <= GAP_TOLERANCE
+
+
+def _stretches(begin: float, end: float, low: float, high: float) -> list[tuple[float, float]]:
+    """Return the stretches of parameters from `begin` to `end` of a curve from `low` to `high`, in order.
+
+    Where `end` is not after `begin` the curve is a closed one, whose parameters go round: it is gone along by way of the
+    place where it closes (ISO 10303-42, trimmed_curve).
+    """
+    least = 1e-9 * (high - low)
+    if end > begin:
+        return [(begin, end)]
+    return [(a, b) for a, b in ((begin, high), (low, end)) if b - a > least]
+
+
+def _part_of(line: Polyline, begin: float, end: float) -> Polyline:
+    """Return a polyline from one place to another, both in lines from its start, begin < end."""
+    last = len(line.points) - 1
+    at = np.concatenate([[begin], np.arange(math.floor(begin) + 1, math.ceil(end)), [end]])
+    k = np.minimum(at.astype(int), last - 1)
+    return Polyline(line.points[k] + (at - k)[:, None] * (line.points[k + 1] - line.points[k]))
 
 
 def _place_on(points: Floats, trim: Trim) -> float:
