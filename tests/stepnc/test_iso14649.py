@@ -615,6 +615,74 @@ def test_a_ball_round_a_cylinder_leaves_its_centre_on_a_larger_one():
     np.testing.assert_allclose(np.hypot(centre[:, 0], centre[:, 2]), 25.0, atol=2e-3)
 
 
+def contact_with_axes(part, points, normals, axes, body="BALL_ENDMILL", edge=None):
+    """A contact path of a tool of 10 mm with its own tool axes: returns what `Part.read` does."""
+    basic = part.add("CURVE_WITH_NORMAL_VECTOR", points, normals)
+    contact = part.add("CUTTER_CONTACT_TRAJECTORY", *HEAD, None, basic, axes, None)
+    part.project(part.plan(part.step(part.freeform(contact, tool=part.tool(body=body, edge=edge)))))
+    path, found = part.read()
+    assert codes(found, "error") == []
+    return path
+
+
+def test_a_contact_path_with_its_own_tool_axes_keeps_each():
+    """A ball of 5 mm: tip = p + 5 (n - a), wherever the normal turns and the tool leans, at the points and between."""
+    part = Part()
+    lean, turn = math.radians(30), math.radians(20)
+    leaning = (math.sin(lean), 0.0, math.cos(lean))
+    sloped = (0.0, math.sin(turn), math.cos(turn))
+    points = part.polyline((0, 0, 0), (10, 0, 0), (20, 0, 0))
+    normals = part.polyline((0, 0, 1), sloped, (0, 0, 1))
+    path = contact_with_axes(part, points, normals, part.polyline((0, 0, 1), leaning, (0, 0, 1)))
+    rows = motions(path)
+    axes = tool_axes(path, rows)
+    touched = path.end[rows, :3] + 5 * axes  # the ball's centre, 5 mm along the normal from the contact
+    middle = int(np.argmin(np.linalg.norm(axes - leaning, axis=1)))
+    np.testing.assert_allclose(axes[middle], leaning, atol=1e-12)
+    np.testing.assert_allclose(touched[middle], np.array([10, 0, 0]) + 5 * np.array(sloped), atol=1e-12)
+    # Between, the centre lies 5 mm from the line that is touched, less what the chords bulge.
+    np.testing.assert_allclose(np.hypot(touched[:, 1], touched[:, 2]), 5.0, atol=5e-5)
+
+
+def test_where_only_the_tool_axis_turns_the_contact_point_stays_on_its_line():
+    """From upright to 60 degrees about a ball on a plane: its centre stays 5 mm above the line, but for 5 (1 - cos 0.25°)."""
+    part = Part()
+    lean = math.radians(60)
+    axes = part.polyline((0, 0, 1), (math.sin(lean), 0, math.cos(lean)))
+    path = contact_with_axes(
+        part, part.polyline((0, 0, 0), (10, 0, 0)), part.polyline((0, 0, 1), (0, 0, 1)), axes
+    )
+    rows = motions(path)
+    centre = path.end[rows, :3] + 5 * tool_axes(path, rows)
+    np.testing.assert_allclose(centre[:, 2], 5.0, atol=5e-5)
+    between = (path.starts[rows[1:], :3] + path.end[rows[1:], :3]) / 2
+    b = (path.starts[rows[1:], 3] + path.end[rows[1:], 3]) / 2
+    np.testing.assert_allclose(between[:, 2] + 5 * np.cos(b), 5.0, atol=5e-5)
+
+
+def test_composite_contact_paths_have_the_axes_of_each_part():
+    """Two lines; on the first the tool goes from upright to 30 degrees towards X, on the second back again."""
+    part = Part()
+    lean = (0.5, 0.0, math.sqrt(0.75))
+
+    def joined(begin, middle, end):
+        lines = [part.polyline(begin, middle), part.polyline(middle, end)]
+        segments = [part.add("COMPOSITE_CURVE_SEGMENT", E("CONTINUOUS"), E("T"), x) for x in lines]
+        return part.add("COMPOSITE_CURVE", "", tuple(segments), E("U"))
+
+    points = joined((0, 0, 0), (10, 0, 0), (30, 0, 0))
+    normals = joined(*3 * [(0, 0, 1)])
+    path = contact_with_axes(part, points, normals, joined((0, 0, 1), lean, (0, 0, 1)))
+    rows = motions(path)
+    b = path.end[rows, 3]
+    assert b.max() == pytest.approx(math.radians(30))
+    # The contact is 5 (n - a) off the tip: where the tool leans most it is at X 10, and it leans by the length between.
+    contact = path.end[rows, :3] + 5 * tool_axes(path, rows) - (0, 0, 5)
+    np.testing.assert_allclose(contact[:, 1:], 0.0, atol=5e-5)
+    x = contact[:, 0]
+    np.testing.assert_allclose(np.degrees(b), np.interp(x, [0, 10, 30], [0, 30, 0]), atol=1e-3)
+
+
 def leaning_contact(part, points, normals, angles, forward=None, body="BALL_ENDMILL"):
     """A contact path of a tool of 10 mm with a constant tilt and yaw, degrees; returns what `Part.read` does."""
     basic = part.add("CURVE_WITH_NORMAL_VECTOR", points, normals)

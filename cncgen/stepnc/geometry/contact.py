@@ -130,20 +130,64 @@ def locations(
         ValueError: See `Lean.along`.
     """
     out: list[Piece] = []
-    for piece in couple(contact, normals):
+    touching = couple(contact, normals)
+    tilted = [] if axes is None else couple(contact, axes)
+    if tilted and len(tilted) != len(touching):
+        touching, tilted = [_joined(touching)], [_joined(tilted)]
+    for k, piece in enumerate(touching):
         assert piece.axes is not None
+        if tilted:
+            points, directions, tool = _with_both(piece, tilted[k])
+            out.append(Polyline(tips(points, directions, tool, radius, edge), tool))
+            continue
         points, directions = with_axes(piece.points, piece.axes)
-        if axes is not None:
-            (along,) = couple([Polyline(points)], axes)
-            assert along.axes is not None
-            out.append(Polyline(tips(points, directions, along.axes, radius, edge), along.axes))
-        elif isinstance(upright, Lean):
+        if isinstance(upright, Lean):
             points, directions, tool = upright.along(points, directions)
             out.append(Polyline(tips(points, directions, tool, radius, edge), tool))
         else:
             tool = np.tile(upright, (len(points), 1))
             out.append(Polyline(tips(points, directions, tool, radius, edge)))
     return out
+
+
+def _joined(pieces: list[Polyline]) -> Polyline:
+    """Return pieces with tool axes as one."""
+    axes = [piece.axes for piece in pieces if piece.axes is not None]
+    return Polyline(np.concatenate([piece.points for piece in pieces]), np.concatenate(axes))
+
+
+def _with_both(touching: Polyline, tilted: Polyline) -> tuple[Floats, Floats, Floats]:
+    """Return points, normals and tool axes, each of shape (n, 3), so many that neither turns much from one to the next.
+
+    Both go along the same path: `touching` has its normals, `tilted` the axes. Where they are not given at the same points
+    they are taken over by the length up to each.
+    """
+    assert touching.axes is not None
+    assert tilted.axes is not None
+    points, normals, axes = touching.points, touching.axes, tilted.axes
+    if len(points) != len(axes):
+        along, other = _way(points), _way(tilted.points)
+        other *= along[-1] / max(other[-1], 1e-300)
+        at = np.union1d(along, other)
+        points, normals = _taken(at, along, points), _unit(_taken(at, along, normals))
+        axes = _unit(_taken(at, other, axes))
+    turns = [np.arccos(np.clip((v[:-1] * v[1:]).sum(axis=1), -1.0, 1.0)) for v in (normals, axes)]
+    counts = np.maximum(np.ceil(np.maximum(*turns) / AXIS_STEP).astype(np.int64), 1)
+    return (*with_axes(points, normals, counts), with_axes(points, axes, counts)[1])
+
+
+def _way(points: Floats) -> Floats:
+    """Return the length of a path up to each of its points, shape (n,), mm."""
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+
+
+def _taken(at: Floats, s: Floats, values: Floats) -> Floats:
+    """Return values, shape (n, 3), known at lengths `s`, at other ones, linearly between."""
+    return np.column_stack([np.interp(at, s, column) for column in values.T])
+
+
+def _unit(vectors: Floats) -> Floats:
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
 def leaning(path: list[Piece], normals: list[Piece], lean: Lean) -> list[Piece]:
