@@ -114,14 +114,66 @@ def test_void_values_are_not_set():
     assert next(e for e in path.events if e.name == "spindle").values["speed_rpm"] == 1200.0
 
 
-def test_revolutions_per_minute_and_radians_per_second():
-    aim = Aim()
+def turning(aim, kind):
+    """Add a unit of spindle speeds: revolutions or degrees a minute, radians a second, hertz, or revolutions alone."""
     revolution = aim.file.add("CONTEXT_DEPENDENT_UNIT", None, "revolution")
-    unit = aim.file._product((revolution, 1.0), (aim.minute(), -1.0))
-    path, _ = aim.one_path(
-        aim.polyline((0, 0, 0), (5, 0, 0)), aim.technology(spindle=-1500.0, spindle_unit=unit)
+    radian = aim.file.add_complex(
+        ("NAMED_UNIT", (DERIVED,)), ("PLANE_ANGLE_UNIT", ()), ("SI_UNIT", (None, E("RADIAN")))
     )
-    assert next(e for e in path.events if e.name == "spindle").values["speed_rpm"] == pytest.approx(1500.0)
+    hertz = aim.file.add_complex(("NAMED_UNIT", (DERIVED,)), ("SI_UNIT", (None, E("HERTZ"))))
+    return {
+        "rev/min": lambda: aim.file._product((revolution, 1.0), (aim.minute(), -1.0)),
+        "deg/min": lambda: aim.file._product((aim.degree, 1.0), (aim.minute(), -1.0)),
+        "rad/s": lambda: aim.file._product((radian, 1.0), (aim.file.second, -1.0)),
+        "Hz": lambda: hertz,
+        "rev": lambda: revolution,
+    }[kind]()
+
+
+@pytest.mark.parametrize(
+    ("kind", "speed", "warned"),
+    [
+        ("rev/min", 1500.0, []),
+        ("deg/min", 540_000.0, []),
+        ("rad/s", 50.0 * math.pi, []),
+        ("Hz", 25.0, []),
+        ("rev", 25.0, ["stepnc-speed-unit"]),
+    ],
+)
+def test_spindle_speeds_in_every_unit_of_turning(kind, speed, warned):
+    """1500 rev/min are 25 turns, 50 pi rad a second; a unit without time is taken as a second's."""
+    aim = Shaped()
+    technology = aim.technology(spindle=-speed, spindle_unit=turning(aim, kind))
+    path, found = aim.one_path(aim.polyline((0, 0, 0), (5, 0, 0)), technology)
+    assert codes(found) == warned
+    values = next(e for e in path.events if e.name == "spindle").values
+    assert values["speed_rpm"] == pytest.approx(1500.0)
+    assert values["direction"] == 1
+
+
+def test_a_feed_per_tooth_in_millimetres_a_tooth():
+    """0.1 mm a tooth, 4 teeth, 10 turns a second: 4 mm/s; the unit has the tooth in it."""
+    aim = Aim()
+    tooth = aim.file.add("CONTEXT_DEPENDENT_UNIT", None, "tooth")
+    unit = aim.file._product((aim.file.mm, 1.0), (tooth, -1.0))
+    technology = aim.technology(0.1, unit=unit, name="feed per tooth", spindle=-10.0)
+    step, operation = aim.step()
+    aim.path(operation, aim.polyline((0, 0, 0), (5, 0, 0)), technology)
+    tool = aim.file.add(
+        "MACHINING_TOOL", "7", "endmill", (operation,), aim.file.add("ACTION_RESOURCE_TYPE", "")
+    )
+    body = aim.file.add("RESOURCE_PROPERTY", "tool body", "", tool)
+    ratio = aim.file.add_complex(("NAMED_UNIT", (DERIVED,)), ("RATIO_UNIT", ()))
+    teeth = aim.file.measure("number of effective teeth", 4.0, ratio)
+    # What is no number of a tool's, or in a unit of no use here, is passed over.
+    pressure = aim.file.add_complex(("NAMED_UNIT", (DERIVED,)), ("SI_UNIT", (E("KILO"), E("PASCAL"))))
+    coat = aim.file.add("DESCRIPTIVE_REPRESENTATION_ITEM", "coating", "TiN")
+    items = (teeth, aim.file.measure("clamping pressure", 5.0, pressure), coat)
+    held = aim.file.add("REPRESENTATION", "", items, aim.file.context)
+    aim.file.add("RESOURCE_PROPERTY_REPRESENTATION", "", "", body, held)
+    path, found = aim.read(aim.plan(step))
+    assert codes(found) == []
+    assert path.feed[motions(path)[-1]] == pytest.approx(4.0)
 
 
 def test_tools_by_the_operations_that_use_them_gather_their_values():

@@ -271,6 +271,70 @@ def test_approach_by_an_angle_and_by_an_arc():
     assert np.dot(touch - path.arcs.centre[0], touch - [-10, 5, 0]) == pytest.approx(0, abs=1e-9)
 
 
+ONTO = {
+    "line": lambda part: part.polyline((0, 0, 0), (9, 0, 0)),
+    "arc": lambda part: part.trimmed(part.circle(9, origin=(0, 9, 0)), (0, 0, 0), (9, 9, 0)),
+    "spline": lambda part: part.add(
+        "BEZIER_CURVE", "", 2, tuple(part.point(*p) for p in ((0, 0, 0), (5, 0, 0), (9, 4, 0))),
+        E("UNSPECIFIED"), E("F"), E("F"),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("curve", ONTO)
+@pytest.mark.parametrize(("kind", "fix"), [("APPROACH", (-20, 3, 10)), ("LIFT", (20, 3, 10))])
+def test_the_last_line_of_an_approach_meets_the_path_at_its_angle(curve, kind, fix):
+    """10 mm long, at 30 degrees to the path's first direction, X (of a lift: to its last), in the plane towards the point.
+
+    With a direction of its own, straight down, that plane is upright.
+    """
+    for direction in (None, (0, 0, -1)):
+
+        def angled(part, direction=direction):
+            way = None if direction is None else part.direction(*direction)
+            head = (E("T"), E(kind), None, None, None, part.point(*fix))
+            return part.add("AP_LIFT_PATH_ANGLE", *head, way, 30.0, 10.0)
+
+        def path(part):
+            made = ONTO[curve](part)
+            return part.trajectory(made, forward=False if kind == "LIFT" else None)
+
+        made, found = paths_of(*((angled, path) if kind == "APPROACH" else (path, angled)))
+        assert codes(found, "error") == []
+        rows = motions(made)
+        at = made.starts[rows] if kind == "LIFT" else made.end[rows]
+        meeting = rows[np.flatnonzero(np.linalg.norm(at, axis=1) < 1e-9)[-1 if kind == "LIFT" else 0]]
+        way = made.end[meeting] - made.starts[meeting]
+        assert np.linalg.norm(way) == pytest.approx(10.0)
+        # A lift goes off the path, which comes along -X.
+        tangent = np.array([-1.0 if kind == "LIFT" else 1.0, 0, 0])
+        assert way @ tangent == pytest.approx(10 * math.cos(math.radians(30)), abs=1e-4)
+        across = (way - way @ tangent * tangent) * (1 if kind == "LIFT" else -1)
+        plane = np.array([0, 3, 10]) if direction is None else np.array([0, 0, 1])
+        np.testing.assert_allclose(across / np.linalg.norm(across), plane / np.linalg.norm(plane), atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("keyword", "fix", "values"),
+    [
+        ("AP_LIFT_PATH_ANGLE", (-20, 3, 10), (30.0, 0.0)),
+        ("AP_LIFT_PATH_TANGENT", (-20, 3, 10), (0.0,)),
+        ("AP_LIFT_PATH_TANGENT", (-20, 0, 0), (5.0,)),
+        ("AP_LIFT_PATH_TANGENT", (0, 4, 0), (5.0,)),
+        ("AP_LIFT_PATH_ANGLE", None, (30.0, 5.0)),
+    ],
+)
+def test_approaches_that_no_path_makes_are_refused(keyword, fix, values):
+    """No bend, no radius, in line with the path, within the circle, from nowhere."""
+
+    def approach(part):
+        point = None if fix is None else part.point(*fix)
+        return part.add(keyword, E("T"), E("APPROACH"), None, None, None, point, None, *values)
+
+    _, found = paths_of(approach, line((0, 0, 0), (9, 0, 0)))
+    assert codes(found, "error") == ["stepnc-geometry" if fix else "stepnc-missing"]
+
+
 def test_axis_trajectory():
     def axes(part):
         commands = tuple(
@@ -476,6 +540,52 @@ def test_tool_axis_curve_turns_b_and_c():
     assert (np.diff(b) >= -1e-12).all()
     np.testing.assert_allclose(c[b > 1e-9], math.pi / 2, atol=1e-9)
     np.testing.assert_allclose(b, x / 10 * math.pi / 4, atol=1e-9)  # along the great circle
+
+
+def composite(part, *curves):
+    """A composite curve of curves, end to end."""
+    parts = [part.add("COMPOSITE_CURVE_SEGMENT", E("CONTINUOUS"), E("T"), c) for c in curves]
+    return part.add("COMPOSITE_CURVE", "", tuple(parts), E("U"))
+
+
+def test_a_tool_axis_of_two_directions_goes_along_the_length_of_several_curves():
+    """Linearly from upright to 45 degrees towards X: a line of 10 mm and half a circle of 10 mm across are 10 : 5 pi."""
+    part = Part()
+    half = part.trimmed(part.circle(5, origin=(10, 5, 0)), (10, 0, 0), (10, 10, 0))
+    path = composite(part, part.polyline((0, 0, 0), (10, 0, 0)), half)
+    made, found = part.run_curve(path, axis=part.polyline((0, 0, 1), (1, 0, 1))).read()
+    assert codes(found) == []
+    rows = motions(made)
+    corner = rows[np.argmin(np.linalg.norm(made.end[rows, :3] - (10, 0, 0), axis=1))]
+    np.testing.assert_allclose(made.end[corner, :3], [10, 0, 0], atol=1e-12)
+    assert math.tan(made.end[corner, 3]) == pytest.approx(10 / (10 + 5 * math.pi), rel=1e-4)
+    np.testing.assert_allclose(made.end[rows[-1]], [10, 10, 0, math.pi / 4, 0], atol=1e-9)
+
+
+def test_curves_and_tool_axes_in_as_many_parts_go_together():
+    """Two lines of different length: where they meet the tool leans by the 45 degrees at which the axes' curves meet."""
+    part = Part()
+    path = composite(part, part.polyline((0, 0, 0), (10, 0, 0)), part.polyline((10, 0, 0), (10, 30, 0)))
+    axis = composite(part, part.polyline((0, 0, 1), (1, 0, 1)), part.polyline((1, 0, 1), (0, 0, 1)))
+    made, found = part.run_curve(path, axis=axis).read()
+    assert codes(found) == []
+    rows = motions(made)
+    corner = rows[np.argmin(np.linalg.norm(made.end[rows, :3] - (10, 0, 0), axis=1))]
+    np.testing.assert_allclose(made.end[corner], [10, 0, 0, math.pi / 4, 0], atol=1e-9)
+    np.testing.assert_allclose(made.end[rows[-1], :4], [10, 30, 0, 0], atol=1e-9)
+
+
+def test_a_tool_axis_on_a_cone_goes_round_with_an_arc():
+    """A tool that leans outwards by 45 degrees all along a circle: B stays, but for great circles between, C turns along."""
+    part = Part()
+    path = part.trimmed(part.circle(10), 0, 180, master="PARAMETER")
+    axis = part.trimmed(part.circle(1, origin=(0, 0, 1)), 0, 180, master="PARAMETER")
+    made, found = part.run_curve(path, axis=axis).read()
+    assert codes(found) == []
+    rows = motions(made)[-100:]  # beyond the way to the beginning
+    np.testing.assert_allclose(made.end[rows, 3], math.pi / 4, atol=5e-5)
+    turned = np.unwrap(made.end[rows, 4]) - np.arctan2(made.end[rows, 1], made.end[rows, 0])
+    np.testing.assert_allclose(np.cos(turned), 1.0, atol=1e-6)
 
 
 def test_a_tilted_feature_turns_the_tool():
