@@ -67,6 +67,20 @@ def test_a_polygon_of_no_sides_is_refused(sides):
     assert codes(part.read()[1], "error") == ["stepnc-geometry"]
 
 
+@pytest.mark.parametrize("top", [39.0, 25.0])
+def test_corners_that_rings_a_diameter_apart_leave_are_cut_too(top):
+    """In a corner of angle a rings 8 mm apart stand 8 / sin (a/2) mm apart, more than the tool of 8 mm reaches."""
+    triangle = ((0.0, top), (-40.0, -15.0), (40.0, -15.0))
+    part = Features()
+    strategy = part.add("CONTOUR_PARALLEL", 0.0, E("T"), E("CCW"), E("CLIMB"))
+    operation = part.operation(
+        "BOTTOM_AND_SIDE_FINISH_MILLING", 3.0, 8.0, None, None, strategy=strategy, diameter=8.0
+    )
+    heights, found = part.mill(part.pocket(part.polygon(*triangle)), operation).heights(4.0)
+    assert codes(found) == []
+    check_cut(heights, Polygon(triangle), 4.0, 6.0)
+
+
 def test_a_pocket_with_bosses():
     part = Features()
     bosses = (
@@ -328,6 +342,92 @@ def test_corners_too_sharp_for_the_tool_are_warned_of():
     part = Features()
     part.mill(part.pocket(part.rectangle(60, 40), corner=2.0), pocket_operation(part))
     assert "stepnc-corner" in codes(part.read()[1], "warning")
+
+
+def test_a_profile_stands_where_its_own_placement_says():
+    """60 by 30 mm turned by a quarter about its middle and moved by (5, -3): 30 along X, 60 along Y."""
+    part = Features()
+    place = part.placement((5, -3, 0), (0, 0, 1), (0, 1, 0))
+    profile = part.add("RECTANGULAR_CLOSED_PROFILE", place, part.size(30), part.size(60))
+    part.mill(part.pocket(profile), pocket_operation(part))
+    heights, found = part.heights(4.0)
+    assert codes(found) == []
+    check_cut(heights, box(-10, -33, 20, 27), 4.0, 6.0)
+
+
+def face(width, unit):
+    """Return the extent across of facing a width in a unit, mm, and the diagnostics; the lines go along Y."""
+    part = Features()
+    course = part.add("LINEAR_PATH", None, part.size(40), part.direction(0, 1, 0))
+    profile = part.add("LINEAR_PROFILE", None, part.add("NUMERIC_PARAMETER", "w", float(width), unit))
+    feature = part.add("PLANAR_FACE", *part.head(2.0), course, profile, None, ())
+    path, found = part.mill(feature, part.operation("PLANE_FINISH_MILLING", 2.0, None)).read()
+    cut = path.end[motions(path)]
+    return np.ptp(cut[np.isclose(cut[:, 2], -2.0), 0]) if codes(found, "error") == [] else None, codes(found)
+
+
+@pytest.mark.parametrize(
+    ("width", "unit"), [(60, "MM"), (60, ""), (6, "cm"), (0.06, "M"), (60 / 25.4, "INCH"), (60 / 25.4, "in")]
+)
+def test_numeric_parameters_have_their_unit(width, unit):
+    """60 mm wide: from the first line to the last the tool of 8 mm goes no less than to where nothing is left."""
+    extent, found = face(width, unit)
+    assert found == []
+    assert 60 - 8 <= extent + 1e-6 < 60 + 8
+    assert extent == pytest.approx(face(60, "MM")[0])
+    assert face(1, "cubit")[1] == ["stepnc-unit"]
+
+
+def test_an_outline_that_is_left_open_is_closed_by_a_line():
+    part = Features()
+    outline = part.add(
+        "GENERAL_CLOSED_PROFILE", None, part.polyline((-30, -20, 0), (30, -20, 0), (30, 20, 0))
+    )
+    part.mill(part.pocket(outline), pocket_operation(part))
+    heights, found = part.heights(4.0)
+    assert codes(found, "error") == []
+    check_cut(heights, Polygon([(-30, -20), (30, -20), (30, 20)]), 4.0, 6.0)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_an_open_pocket_whose_open_side_is_a_curve_of_its_own(turned):
+    """The wall along X at Y -15, 40 long; the open side goes round by (20, 15) and (-20, 15), either way."""
+    part = Features()
+    place = part.placement((-20, -15, 0))
+    wall = part.add("LINEAR_PROFILE", place, part.add("NUMERIC_PARAMETER", "l", 40.0, "MM"))
+    open_side = [(20, -15, 0), (20, 15, 0), (-20, 15, 0), (-20, -15, 0)]
+    boundary = part.add("GENERAL_PROFILE", None, part.polyline(*(open_side[::-1] if turned else open_side)))
+    condition = part.add("PLANAR_POCKET_BOTTOM_CONDITION")
+    feature = part.add("OPEN_POCKET", *part.head(), (), None, condition, None, None, boundary, wall)
+    part.mill(feature, pocket_operation(part))
+    heights, found = part.heights(4.0)
+    assert codes(found, "error") == []
+    points, shape = cells()
+    inside = shapely.contains(box(-20, -15, 20, 15).buffer(-GRID), points).reshape(shape)
+    np.testing.assert_allclose(heights[inside], -6.0)
+    behind = shapely.contains(box(-50, -40, 50, -15 - GRID), points).reshape(shape)
+    np.testing.assert_array_equal(heights[behind], 0.0)
+
+
+def test_an_open_side_that_does_not_meet_the_wall_is_refused():
+    part = Features()
+    wall = part.add("LINEAR_PROFILE", None, part.add("NUMERIC_PARAMETER", "l", 40.0, "MM"))
+    boundary = part.add("GENERAL_PROFILE", None, part.polyline((41, 0, 0), (40, 20, 0), (0, 0, 0)))
+    condition = part.add("PLANAR_POCKET_BOTTOM_CONDITION")
+    feature = part.add("OPEN_POCKET", *part.head(), (), None, condition, None, None, boundary, wall)
+    part.mill(feature, pocket_operation(part))
+    assert codes(part.read()[1], "error") == ["stepnc-geometry"]
+
+
+def test_an_outside_profile_is_as_deep_as_its_profile_is_swept():
+    """Without a depth plane: 4 mm along Z."""
+    part = Features()
+    sweep = part.add("LINEAR_PATH", None, part.size(4), part.direction(0, 0, -1))
+    outline = part.polygon((-20, -10), (20, -10), (20, 10), (-20, 10))
+    feature = part.add("GENERAL_OUTSIDE_PROFILE", *part.head(None), sweep, outline)
+    path, found = part.mill(feature, part.operation("SIDE_FINISH_MILLING", 6.0, 2.0, None)).read()
+    assert codes(found, "error") == []
+    assert path.end[motions(path), 2].min() == pytest.approx(-4.0)
 
 
 def test_a_placement_that_repeats_the_feature_is_taken_as_none():
