@@ -136,11 +136,20 @@ class Shaped(Aim):
         aspect = self.file.add("COMPOSITE_SHAPE_ASPECT", "", "", shape, E("T"))
         self.file.add("FEATURE_COMPONENT_RELATIONSHIP", name, usage, aspect, member)
 
-    def machine(self, feature, keyword="BOTTOM_AND_SIDE_MILLING_OPERATION", detail="finish", kind="endmill"):
-        """Add a workingstep that machines a feature, and return it with its operation."""
+    def machine(
+        self,
+        feature,
+        keyword="BOTTOM_AND_SIDE_MILLING_OPERATION",
+        detail="finish",
+        kind="endmill",
+        technology=None,
+        tool=(),
+    ):
+        """Add a workingstep that machines a feature, and return it with its operation; `tool` as for `tool`."""
         step, op = self.step(keyword, detail)
-        self.file.add("MACHINING_TECHNOLOGY_RELATIONSHIP", "", "", op, self.technology(600.0))
-        self.tool(op, kind)
+        technology = technology or self.technology(600.0)
+        self.file.add("MACHINING_TECHNOLOGY_RELATIONSHIP", "", "", op, technology)
+        self.tool(op, kind, *tool)
         process = self.file.method("MACHINING_FEATURE_PROCESS")
         self.file.add("MACHINING_FEATURE_RELATIONSHIP", "", "", step, process)
         action = self.file.add("PROPERTY_PROCESS", "machining", "", process, "")
@@ -158,14 +167,20 @@ class Shaped(Aim):
         """Add a placement."""
         return self.file.placement(*(np.array(v, float) for v in (xyz, axis, reference)), name)
 
-    def tool(self, operation, kind):
-        """Add a tool of 8 mm that an operation uses."""
+    def tool(self, operation, kind, *more):
+        """Add a tool of 8 mm that an operation uses, with more (name, mm or text) of it."""
         tool = self.file.add(
             "MACHINING_TOOL", "T", kind, (operation,), self.file.add("ACTION_RESOURCE_TYPE", "mill")
         )
         prop = self.file.add("RESOURCE_PROPERTY", "effective cutting diameter", "", tool)
         size = self.file.measure("effective cutting diameter", 8.0, self.file.mm)
-        held = self.file.add("REPRESENTATION", "", (size,), self.file.context)
+        words = [
+            self.file.measure(name, value, self.file.mm)
+            if isinstance(value, float)
+            else self.file.add("DESCRIPTIVE_REPRESENTATION_ITEM", name, value)
+            for name, value in more
+        ]
+        held = self.file.add("REPRESENTATION", "", (size, *words), self.file.context)
         self.file.add("RESOURCE_PROPERTY_REPRESENTATION", "", "", prop, held)
 
     def describe(self, shape, keyword, name, *items):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from cncgen.stepnc import read
+from cncgen.toolpath.record import FeedMode
 from tests.stepnc.aim import Aim, E, Shaped
 from tests.stepnc.building import codes, motions
 from tests.stepnc.heightfield import removed
@@ -295,6 +296,121 @@ def test_an_open_pocket_is_left_over_its_open_side():
     assert high[1] >= 15
 
 
+@pytest.mark.parametrize("turned", [False, True])
+def test_an_open_pocket_whose_open_side_is_a_curve_of_its_own(turned):
+    """The wall along X at Y -15, from X -20 to 20; the open side goes round by (20, 15) and (-20, 15), either way."""
+    aim = Shaped()
+    corners = [(20, -15, 0), (20, 15, 0), (-20, 15, 0), (-20, -15, 0)]
+    open_side = aim.polyline(*(corners[::-1] if turned else corners))
+    wall = [("profile length", 40.0), ("", aim.place(-20, -15, 0))]
+    path, found = aim.mill(
+        "POCKET",
+        aim.place(0, 0, 0),
+        [
+            ("wall boundary", "LINEAR_PROFILE", wall, "wall", "wall boundary usage"),
+            ("open boundary", "OPEN_PATH_PROFILE", [("", open_side)], "boundary"),
+        ],
+        limit=-5.0,
+    )
+    assert codes(found) == []
+    low, high, _ = extent(path)
+    assert low[1] == pytest.approx(-11, abs=1e-3)
+    assert high[1] >= 15
+    assert low[0] <= -20
+    assert high[0] >= 20
+
+
+def test_an_outline_that_is_left_open_is_closed_by_a_line():
+    """A triangle of which two sides are given: the tool of 8 mm keeps 4 mm from the third too, x = y."""
+    aim = Shaped()
+    sides = aim.polyline((0, 0, 0), (40, 0, 0), (40, 40, 0))
+    path, found = aim.mill(
+        "POCKET",
+        aim.place(0, 0, 0),
+        [("boundary", "CLOSED_PATH_PROFILE", [("", sides)], "boundary")],
+        limit=-5.0,
+    )
+    assert codes(found) == []
+    cut = path.end[motions(path)]
+    cut = cut[np.isclose(cut[:, 2], -5.0)]
+    assert ((cut[:, 0] - cut[:, 1]) / math.sqrt(2)).min() == pytest.approx(4.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("convention", ["bottom", "top"])
+@pytest.mark.parametrize("closed", ["start", "end"])
+def test_each_end_of_a_slot_is_as_it_is_given(convention, closed):
+    """As wide as the tool, 40 long from Y 30 on: it stops at a radiused end and goes beyond an open one.
+
+    The path of ISO 10303 begins at the other end than that of the placement of ISO 14649.
+    """
+    aim = Shaped()
+    ends = {"start": "open", "end": "open"} | {closed: "radiused"}
+    path, found = aim.mill(
+        "SLOT",
+        swept_place(aim, convention, 5.0, 40.0),
+        [
+            ("course of travel", "PATH_FEATURE_COMPONENT", [("distance", 40.0)]),
+            ("swept shape", "SQUARE_U_PROFILE", [("width", 8.0), ("depth", 5.0), ("first angle", 90.0)]),
+            *(
+                (f"course of travel {end}", "SLOT_END", [("radius", 0.0)], kind, "slot end usage")
+                for end, kind in ends.items()
+            ),
+        ],
+        limit=-5.0 if convention == "top" else None,
+    )
+    assert codes(found, "error") == []
+    low, high, _ = extent(path)
+    at_low = (closed == "start") == (convention == "top")
+    assert (low[1] == pytest.approx(30.0, abs=1e-3)) == at_low
+    assert (high[1] == pytest.approx(70.0, abs=1e-3)) == (not at_low)
+    assert low[1] <= 30.001
+    assert high[1] >= 69.999
+
+
+def test_a_slot_along_a_curve():
+    """As wide as the tool, along two lines: the tool's axis goes along them."""
+    aim = Shaped()
+    course = aim.polyline((0, 0, 0), (0, 30, 0), (20, 50, 0))
+    path, found = aim.mill(
+        "SLOT",
+        aim.place(0, 0, 0),
+        [
+            ("course of travel", "PATH_FEATURE_COMPONENT", [("", course)], "complex"),
+            ("swept shape", "SQUARE_U_PROFILE", [("width", 8.0)]),
+        ],
+        limit=-3.0,
+    )
+    assert codes(found) == []
+    cut = path.end[motions(path)]
+    cut = cut[np.isclose(cut[:, 2], -3.0), :2]
+    assert np.linalg.norm(cut - (0, 30), axis=1).min() < 1e-6
+    off = np.where(cut[:, 1] <= 30, cut[:, 0], (cut[:, 0] - cut[:, 1] + 30) / math.sqrt(2))
+    np.testing.assert_allclose(off, 0.0, atol=1e-6)
+
+
+def test_a_face_within_a_closed_boundary():
+    """A circle of 20 mm about (10, 15) instead of the rectangle of 30 by 40 mm: the lines go beyond it, not over all."""
+    aim = Shaped()
+    circle = [("diameter", 20.0), ("", aim.place(10, 15, 0))]
+    path, found = aim.mill(
+        "FLAT_FACE",
+        aim.place(0, 0, -2),
+        [
+            ("course of travel", "PATH_FEATURE_COMPONENT", [("distance", 40.0)]),
+            ("removal boundary", "LINEAR_PROFILE", [("profile length", 30.0)]),
+            ("face boundary", "CIRCULAR_CLOSED_PROFILE", circle, "boundary"),
+        ],
+        operation="PLANE_MILLING_OPERATION",
+        own=[("removal depth", 2.0)],
+    )
+    assert codes(found) == []
+    low, high, _ = extent(path)
+    middle = (low + high) / 2
+    assert middle[1] == pytest.approx(15.0)
+    assert high[1] - low[1] == pytest.approx(20 + 2 * (2.5 * 4 - 4), abs=1e-4)  # overcut_length: 2.5 radii
+    assert high[0] < 20 + 4
+
+
 def test_a_boss_stays_in_a_pocket():
     """A round boss of 10 mm in the middle, as high as the pocket is deep: the tool's axis stays 9 mm from its centre."""
     aim = Shaped()
@@ -361,7 +477,10 @@ def test_a_face_from_its_bottom_with_its_removal_depth():
     assert high[1] > 40
 
 
-def test_a_hole_that_is_milled_with_its_taper():
+@pytest.mark.parametrize(
+    "taper", [("final diameter", 20.0), ("taper angle", math.degrees(math.atan(0.5)))], ids=lambda t: t[0]
+)
+def test_a_hole_that_is_milled_with_its_taper(taper):
     """30 mm at the top, 20 mm at 10 deep; cut in one pass its walls stand where the bottom is: 10 - 4 mm."""
     aim = Shaped()
     path, found = aim.mill(
@@ -369,7 +488,7 @@ def test_a_hole_that_is_milled_with_its_taper():
         aim.place(0, 0, 0),
         [
             ("diameter", "CIRCULAR_CLOSED_PROFILE", [("diameter", 30.0)]),
-            ("change in diameter", "TAPER", [("final diameter", 20.0)], "diameter taper", "taper usage"),
+            ("change in diameter", "TAPER", [taper], "taper", "taper usage"),
             ("hole depth start", "HOLE_BOTTOM", [("radius", 0.0)], "through", "hole bottom usage"),
         ],
         limit=-10.0,
@@ -507,6 +626,36 @@ def test_a_pocket_with_the_placement_of_one_standard_and_the_depth_plane_of_the_
     low, high, level = extent(path)
     assert level == pytest.approx(-30.0)
     np.testing.assert_allclose([low, high], [[49, 114], [91, 186]], atol=1e-3)
+
+
+def test_tapping_with_the_pitch_of_the_tap():
+    """1.25 mm a turn at 8 turns a second are 10 mm/s, whatever feed is given; the way out turns the other way."""
+    aim = Shaped()
+    technology = aim.technology(600.0 * 60, spindle=-8.0)
+    step, _ = aim.machine(
+        hole_of(aim, 20, 30, -6), "TAPPING_OPERATION", "tapping", "tap", technology, [("thread pitch", 1.25)]
+    )
+    path, found = aim.read(aim.plan(step))
+    assert codes(found, "error") == []
+    rows = [k for k in motions(path) if path.feed_mode[k] == FeedMode.SPEED]
+    np.testing.assert_allclose(path.end[rows, 2], [-6, 5])
+    np.testing.assert_allclose(path.feed[rows], 10.0)
+    assert [e.values["direction"] for e in path.events if e.name == "spindle"] == [1, -1]
+
+
+@pytest.mark.parametrize(("hand", "sense"), [("right", 1), ("left", -1)])
+def test_a_cutting_speed_turns_as_the_hand_of_the_tool(hand, sense):
+    """0.2 m/s on 8 mm are 200 / (8 pi) turns a second; ISO 14649-10: clockwise, 1, for right-handed cutters."""
+    aim = Shaped()
+    per_second = aim.file._product((aim.file.mm, 1.0), (aim.file.second, -1.0))
+    technology = aim.technology(600.0, spindle=200.0, spindle_unit=per_second)
+    hole, hands = hole_of(aim, 20, 30, -6), [("hand of cut", hand)]
+    step, _ = aim.machine(hole, "DRILLING_OPERATION", "drilling", "twist drill", technology, hands)
+    path, found = aim.read(aim.plan(step))
+    assert codes(found, "error") == []
+    values = next(e for e in path.events if e.name == "spindle").values
+    assert values["speed_rpm"] == pytest.approx(200 / (8 * math.pi) * 60)
+    assert values["direction"] == sense
 
 
 def test_an_outline_given_at_the_top_is_not_mirrored():

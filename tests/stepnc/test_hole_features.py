@@ -70,6 +70,27 @@ def test_tapping_turns_back():
     assert [e.values["direction"] for e in path.events if e.name == "spindle"] == [1, -1]
 
 
+@pytest.mark.parametrize(
+    ("feed", "spindle", "code"), [(None, -10.0, "stepnc-missing"), (0.01, None, "stepnc-missing")]
+)
+def test_tapping_without_a_feed_or_a_speed_is_refused(feed, spindle, code):
+    part = Features()
+    through = part.add("THROUGH_BOTTOM_CONDITION")
+    hole = part.add("ROUND_HOLE", *part.head(20.0), part.size(6), None, through)
+    tap, technology = part.tool("T", 6.0, body="TAP"), part.technology(feed, spindle)
+    head = (None, None, "op", 5.0, None, tap, technology, None)
+    part.mill(hole, part.add("TAPPING", *head, *(None,) * 5, None, E("F")))
+    assert code in codes(part.read()[1], "error")
+
+
+def test_operations_of_holes_are_for_round_ones():
+    part = Features()
+    pocket = part.pocket(part.rectangle(60, 40))
+    head = (None, None, "op", 5.0, None, part.tool("T", 6.0, body="TWIST_DRILL"), part.technology(), None)
+    part.mill(pocket, part.add("DRILLING", *head, *(None,) * 5, None))
+    assert codes(part.read()[1], "error") == ["stepnc-unsupported"]
+
+
 def drilled_pattern(keyword, own, base=(0, 0, 0)):
     """Return the middles of the holes of a pattern, and the diagnostics; `own` makes its attributes."""
     part = Features()
