@@ -351,6 +351,64 @@ def test_probing_goes_along_its_toolpath_and_measures_nothing():
     assert codes(found, "error") == ["stepnc-unsupported"]
 
 
+def test_probing_stands_in_a_workplan_without_a_workingstep_too():
+    aim = Aim()
+    probing = aim.file.method("MACHINING_TOUCH_PROBING", "probe", "workpiece probing")
+    aim.path(probing, aim.polyline((0, 0, 0), (5, 0, 0)), aim.technology())
+    path, found = aim.read(aim.plan(probing))
+    assert path.end[motions(path)].tolist() == [[5, 0, 0]]
+    assert codes(found) == ["probe-not-run"]
+
+
+def test_a_workingstep_of_two_operations_is_refused():
+    aim = Aim()
+    step, _ = aim.step()
+    other = aim.file.method("FREEFORM_MILLING_OPERATION", "op")
+    aim.file.add("MACHINING_OPERATION_RELATIONSHIP", "", "", step, other)
+    assert codes(aim.read(aim.plan(step))[1], "error") == ["stepnc-unsupported"]
+
+
+@pytest.mark.parametrize(("angle", "said"), [(0.0, []), (5.0, ["stepnc-unsupported"])])
+def test_a_constant_tilt_of_nothing_is_none(angle, said):
+    aim = Shaped()
+    step, operation = aim.step()
+    aim.path(operation, aim.polyline((0, 0, 0), (5, 0, 0)), aim.technology())
+    tilt = aim.file.measure("tilt angle", angle, aim.degree)
+    keyword = "MACHINING_TOOL_DIRECTION_REPRESENTATION"
+    aim.file.property(operation, "tool direction", keyword, "five axes const tilt yaw", tilt)
+    path, found = aim.read(aim.plan(step))
+    assert codes(found, "error") == said
+    assert path.axes == "XYZ"
+
+
+def test_ways_between_toolpaths_go_straight_or_by_the_security_plane():
+    """From (5, 0, 0) to (20, 0, 0): straight, then back by the setup's plane at 30 mm; a toolpath of no kind is refused."""
+    aim = Aim()
+    step, operation = aim.step()
+    technology = aim.technology()
+    for curve, kind in (
+        (((0, 0, 0), (5, 0, 0)), "connect direct"),
+        (((20, 0, 0), (25, 0, 0)), "connect security plane"),
+        (((0, 0, 0), (1, 0, 0)), None),
+    ):
+        aim.path(operation, aim.polyline(*curve), technology)
+        if kind is not None:
+            path = aim.file.method("MACHINING_TOOLPATH", "", kind)
+            aim.sequence("MACHINING_TOOLPATH_SEQUENCE_RELATIONSHIP", operation, path)
+    plane = aim.file.add("PLANE", "", aim.file.placement(np.array([0, 0, 30.0]), np.eye(3)[2], np.eye(3)[0]))
+    aim.file.property(step, "security plane", "REPRESENTATION", "security plane", plane)
+    path, found = aim.read(aim.plan(step))
+    assert codes(found) == []
+    assert path.end[motions(path)].tolist() == [
+        [5, 0, 0], [20, 0, 0], [25, 0, 0], [25, 0, 30], [0, 0, 30], [0, 0, 0], [1, 0, 0],
+    ]  # fmt: skip
+    aim = Aim()
+    step, operation = aim.step()
+    odd = aim.file.method("MACHINING_TOOLPATH", "", "pirouette")
+    aim.sequence("MACHINING_TOOLPATH_SEQUENCE_RELATIONSHIP", operation, odd)
+    assert codes(aim.read(aim.plan(step))[1], "error") == ["stepnc-unsupported"]
+
+
 def test_what_is_disabled_is_not_executed():
     aim = Aim()
     steps = []

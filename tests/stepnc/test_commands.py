@@ -1,5 +1,6 @@
 """The commands on STEP-NC files."""
 
+import math
 from pathlib import Path
 
 from cncgen.cli.app import run
@@ -43,6 +44,28 @@ def test_tree_adds_up_length_and_time():
         "  parallel 'alone'",
         "    set mark 'mark'",
     ]
+
+
+def test_tree_measures_splines_and_names_assignments():
+    """A quarter circle of 10 mm as a rational spline is 5 pi mm long, at 1 mm/s; 7300 mm take 2 h 1 min 40 s."""
+    part = Part()
+    refs = tuple(part.point(*p) for p in ((0, 0, 0), (10, 0, 0), (10, 10, 0)))
+    quarter = part.complex(
+        ("B_SPLINE_CURVE", (2, refs, E("CIRCULAR_ARC"), E("F"), E("F"))),
+        ("B_SPLINE_CURVE_WITH_KNOTS", ((3, 3), (0.0, 1.0), E("UNSPECIFIED"))),
+        ("RATIONAL_B_SPLINE_CURVE", ((1.0, math.sqrt(0.5), 1.0),)),
+    )
+    slow = part.technology(feed=0.001)
+    curve = part.trajectory(quarter, technology=slow)
+    line = part.trajectory(part.polyline((0, 0, 0), (7300, 0, 0)), technology=slow)
+    count = part.add("NC_VARIABLE", "count", None)
+    steps = [part.step(part.freeform(path)) for path in (curve, line)]
+    part.project(part.plan(*steps, part.add("ASSIGNMENT", "", count, 2.0)))
+    lines = list(tree(part.text().encode(), "t.stp"))
+    assert lines[1].endswith(f"1 motion, {5 * math.pi:.1f} mm cut, {5 * math.pi:.1f} s")
+    # Between the steps the tool goes back to the origin, 14.1 mm rapid.
+    assert lines[2].endswith(", 7300.0 mm cut, 14.1 mm rapid, 2:01:40 h")
+    assert lines[3].startswith("  assignment to count (#")
 
 
 def test_a_feed_of_next_to_nothing_takes_endless():

@@ -386,6 +386,20 @@ def test_functions_between_workingsteps():
     assert codes(found) == ["stepnc-channel"] * 2
 
 
+def test_a_tool_that_is_unloaded_neither_turns_nor_is_cooled_and_is_loaded_again():
+    part = Part()
+    tool = part.tool("9")
+    wet = part.add("MILLING_MACHINE_FUNCTIONS", E("T"), None, None, E("F"), None, (), E("F"), None, None, ())
+    cut = part.step(part.freeform(part.trajectory(square(part)), tool=tool, functions=wet))
+    part.project(part.plan(cut, part.add("UNLOAD_TOOL", "", tool), cut))
+    path, found = part.read()
+    assert codes(found, "error") == []
+    said = [(e.name, e.values.get("direction", e.values.get("flood"))) for e in events(path)]
+    once = [("tool", None), ("coolant", True), ("spindle", 1)]
+    out = [("spindle", 0), ("coolant", False), ("user", None)]
+    assert [s for s in said if s[0] != "end"][:9] == [*once, *out, *once]
+
+
 def test_functions_as_canonical_calls():
     """What NIST's functions have a call for is one, the rest a comment."""
     part = Part()
