@@ -39,8 +39,8 @@ _SLOPE = [-1.5, -0.5, 0.5, 1.5], [0.0, 1.0, -1.0, 0.0]
 _HAT = [-1.0, 0.0, 1.0], [0.0, 1.0, 0.0]
 #: Where a corner lies on a chord over it: parts of its length.
 _BEFORE = np.linspace(0.0, 1.0, 17)[1:-1]
-#: Turn of a direction that is as far as it can go.
-_WHOLE = 2.0
+#: Turn of a direction that is as far as it can go, and up to which it is none but for rounding.
+_WHOLE, _NO_TURN = 2.0, 1e-9
 #: What a jump that is passed costs on either side of it, in periods: by itself, and where it takes all jerk along the path; and
 #: what it is taken to cost at least: so slow passes as a side that hardly moves allows leave some windows no start.
 _DELAY, _SLOWED, _LEAST_DELAY = 0.4, 0.5, 0.6
@@ -447,12 +447,14 @@ def _cuts(bounds: Bounds, s: Floats, stop: Bools, turn: Floats, left: Floats, ri
     """
     out = np.zeros(len(stop), bool)
     # The end of a block is the start of the next one.
-    rest = np.flatnonzero(stop[:-1] & turn[:-1].any(axis=1))
+    size = _size(bounds, turn)
+    rest = np.flatnonzero(stop[:-1] & (size[:-1] > _NO_TURN))
+    size = size[rest]
     acceleration, jerk = (
         np.stack([along_path(limit, side[0, rest]) for side in (left, right)], axis=1)
         for limit in (bounds.axes.acceleration, bounds.axes.jerk)
     )
-    period, size = bounds.period_s, _size(bounds, turn[rest])
+    period = bounds.period_s
     way = np.minimum(
         period**3 / 3.0 / (jerk**-0.25).sum(axis=1) ** 4,
         period**2 / (acceleration ** (-1.0 / 3.0)).sum(axis=1) ** 3,

@@ -302,6 +302,27 @@ def test_a_joint_near_the_end_of_a_curve_takes_what_it_does_at_the_speed_there()
     assert times[1] == pytest.approx(times[0], rel=1e-9)
 
 
+def test_a_knot_that_turns_by_rounding_is_no_corner_that_chords_cut() -> None:
+    """A span of 10⁻⁶ begins at a sharp bend. Where to stop there was tried with a wait for a setpoint in one unit alone: 6e-4."""
+    knots = [0, 0, 0, 0.24352191, 0.24352291, 0.469957198, 0.920253219]
+    points = [
+        "X0 Y0", "X6.7590059564178 Y13.119699258730563", "X0 Y0", "X7.745054878482999 Y-5.622314979279545",
+        "X10.054310397331534 Y-8.834740680270444", "X19.004355073400625 Y-13.93077840583608",
+        "X19.004355073400625 Y-13.93077840583608",
+    ]  # fmt: skip
+    curve = "\n".join(f"K{knot} {point} R1" for knot, point in zip(knots, points, strict=True))
+    times = []
+    for word, unit in (("G21", 1.0), ("G20", 25.4)):
+        axes = {
+            "X": Axis("X", 300.0 * unit, 4e6 * unit, 9e9 * unit),
+            "Y": Axis("Y", 900.0 * unit, 5e6 * unit, 1e10 * unit),
+        }
+        machine = Machine("fast", axes, 0.00025, 0.001 * unit)
+        text = f"{word} G17 G90 G94 F10524.8498639\nG6.2 P3 {curve}\nK1\nK1\nK1\nM2\n"
+        times.append(list(plan(read_text(text).chunks(), machine, PlanOptions()))[-1].profile.t[-1])
+    assert times[1] == pytest.approx(times[0], rel=1e-9)
+
+
 @pytest.mark.parametrize("start", [0.0, 123.456, 1000.0])
 @pytest.mark.parametrize("way", ["G1 X0.2 Y0.1", "G1 X0.1 Y0.1\nG1 X0.1"])
 def test_a_point_that_increments_reach_but_for_rounding_hides_no_corner(way: str, start: float) -> None:
