@@ -139,6 +139,7 @@ def solve(
     state: tuple[float, float] | None,
     known: Floats | None = None,
     hopeless: Callable[[Solution], int] = lambda _: 0,
+    settled: bool = False,
 ) -> Solution:
     """Find the least time on a row of intervals that ends at rest.
 
@@ -147,6 +148,7 @@ def solve(
         state: q at the start and the middle ordinate of the first interval, where the motion is under way there.
         known: Shape (k,), middle ordinates of an earlier plan for the first intervals, to start from.
         hopeless: Tells of what the first start led to, where limits are passed, that others need not be tried.
+        settled: Whether what is found is tried again until its time stays, whatever it was found by.
     """
     if not (given.kind == SPLINE).any():
         return Solution(
@@ -163,7 +165,7 @@ def solve(
     for start, thinned in [(first, True), (first, False), *((start, False) for start in starts)]:
         run = _improved(given, columns, start, state, thinned)
         if run.left < _STALLED_GAP:
-            return _settled(given, columns, state, run)
+            return _settled(given, columns, state, run, settled)
         found.append(run.solution)
         if len(found) == _FIRST and not any(each.converged for each in found) and hopeless(run.solution):
             return run.solution
@@ -257,14 +259,16 @@ class _Run:
     short: float
 
 
-def _settled(given: Intervals, columns: _Columns, state: tuple[float, float] | None, run: _Run) -> Solution:
-    """Try what was found, at the optimum or beside it, again from a little below, where that may lead elsewhere.
+def _settled(
+    given: Intervals, columns: _Columns, state: tuple[float, float] | None, run: _Run, always: bool = False
+) -> Solution:
+    """Try what was found, at the optimum or beside it, again from a little below, where that may lead elsewhere, or `always`.
 
     Far off the central path steps stay short; from a little below where it is a run comes to the optimum. And what rounding has
     become over short steps stays in the parts of limits that rows may use between their ends, which are taken from iterates:
     from a little below, steps are long, and what differs falls by a thousand each time.
     """
-    rough = run.short >= _SHORT
+    rough = always or run.short >= _SHORT
     for _ in range(_AGAIN):
         if run.left == 0.0 and not rough:
             break

@@ -36,6 +36,9 @@ _NEAR = 1.5
 MAX_CORNERS = 10_000
 #: Intervals before one that is in the way, within which to stop for it.
 _BESIDE = 2
+#: Intervals at the start of a program that are solved again until their time stays: a path differs by rounding in another unit,
+#: and by 10⁻⁹ where it is fitted, which a solver that ends at a gap of 10⁻⁷ may turn into 10⁻⁶. Takes some 0.1 s of CPU.
+_SETTLED = 20_000
 
 
 @dataclass(slots=True)
@@ -53,6 +56,7 @@ class Window:
         wanted: Intervals at which the window is planned next.
         past: What has been handed on, down to a period before `t_s` at least.
         cornered: Whether the last row that was handed on had rests that chords might cut.
+        unsettled: Intervals that may still be solved again until their time stays.
     """
 
     bounds: Bounds
@@ -66,6 +70,7 @@ class Window:
     wanted: int = SIZE
     past: list[Way] = field(default_factory=list)
     cornered: bool = False
+    unsettled: int = _SETTLED
 
     def __len__(self) -> int:
         return sum(len(track) for track in self.tracks) - self.used
@@ -87,6 +92,7 @@ class Window:
                 given = self._intervals(len(solution.q))
             stands = stops or (not cut and bool(rest or whole))
             given, solution, pieces = self._held(given, solution, stands)
+            self.unsettled -= len(given)
             final = len(given)
             if not (solution.fallback or stands):
                 final = _last_top(solution.q[:, 1], self._unfelt(solution, pieces))
@@ -142,7 +148,7 @@ class Window:
             if lower is None:
                 break
             known = _SLOWER * np.minimum(solution.q[:, 1], lower.top.min(axis=1))
-            again = solve(lower, self.state, known)
+            again = solve(lower, self.state, known, settled=self.unsettled > 0)
             if not again.converged:
                 break
             given, solution = lower, again
@@ -200,10 +206,11 @@ class Window:
             The solution, and whether a stop at its end is for good.
         """
         q, limit = self.reserve or (np.zeros((0, 3)), np.zeros(0, np.int8))
+        known = q[:, 1] if self.reserve else None
         stops = False
         while True:
             crawls = partial(self._stop_for, given, len(q))
-            solution = solve(given, self.state, q[:, 1] if self.reserve else None, crawls)
+            solution = solve(given, self.state, known, crawls, settled=self.unsettled > 0)
             if solution.converged:
                 return solution, stops
             before = crawls(solution)

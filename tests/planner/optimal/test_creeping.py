@@ -132,8 +132,8 @@ def test_a_cusp_that_no_window_passes_is_a_stop(monkeypatch: pytest.MonkeyPatch,
     tried: list[bool] = []
     solve = window.solve
 
-    def counted(*given: object) -> Solution:
-        solution = solve(*given)
+    def counted(*given: object, **how: bool) -> Solution:
+        solution = solve(*given, **how)
         tried.append(solution.converged)
         return solution
 
@@ -158,8 +158,8 @@ def test_where_the_motion_crawls_over_what_is_in_the_way_no_other_start_is_tried
     tried: list[bool] = []
     improved = problem._improved
 
-    def counted(*given: object) -> problem._Run:
-        run = improved(*given)
+    def counted(*given: object, **how: bool) -> problem._Run:
+        run = improved(*given, **how)
         tried.append(run.solution.converged)
         return run
 

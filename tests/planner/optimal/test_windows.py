@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partialmethod
 from types import MappingProxyType
 
 import numpy as np
@@ -55,8 +56,8 @@ def test_windows_begin_where_there_is_more_than_one_way_on(monkeypatch: pytest.M
     runs: list[bool] = []
     improved = problem._improved
 
-    def counted(*given: object) -> problem._Run:
-        run = improved(*given)
+    def counted(*given: object, **how: bool) -> problem._Run:
+        run = improved(*given, **how)
         runs.append(run.left == 0.0)
         return run
 
@@ -137,6 +138,28 @@ def test_a_line_from_rest_to_rest_takes_its_seven_phases(length: float) -> None:
     assert duration.sum() == pytest.approx(expected, rel=1e-9)
 
 
+def test_the_windows_of_a_short_program_are_solved_until_their_time_stays(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Those that begin within the first 20,000 intervals, as what is later weighs little (by the rule)."""
+    asked: list[tuple[int, bool]] = []
+    solve = window.solve
+
+    def noted(given: Intervals, *rest: object, settled: bool) -> problem.Solution:
+        asked.append((len(given), settled))
+        return solve(given, *rest, settled=settled)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(window, "solve", noted)
+    monkeypatch.setattr(
+        window.Window, "__init__", partialmethod(window.Window.__init__, unsettled=1000, wanted=400)
+    )
+    monkeypatch.setattr(window, "SIZE", 400)
+    positions(chunked(facets(1500), 1500), load("generic-mill"))
+    before = np.cumsum([0, *(count for count, _ in asked)])[:-1]
+    assert len(asked) > 5
+    assert [settled for _, settled in asked] == (before < 1000).tolist()
+
+
 @pytest.mark.parametrize("x", [-3.0, -0.2, -1e-4, 0.0, 1e-5, 0.3, 0.9])
 def test_stretched_is_the_time_on_a_parabola(x: float) -> None:
     """artanh(√x)/√x = ∫ du / (1 − x u²) over 0 … 1."""
@@ -146,27 +169,40 @@ def test_stretched_is_the_time_on_a_parabola(x: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("times", "lefts", "kept"),
+    ("times", "lefts", "short", "always", "kept"),
     [
-        ((1.0, 1.000001, 1.000001), (2e-6, 0.0, 0.0), 2),
-        ((1.0, 1.000001), (2e-6, 1e-6), 0),
-        ((1.0, 0.999, 0.999), (2e-6, 0.0, 0.0), 2),
-        ((1.0, 1.01), (2e-6, 0.0), 0),
-        ((1.0, 1.000001), (0.0, np.inf), 0),
-        ((1.0, 1.000001, 1.000001, 1.000001), (0.0, 0.0, 0.0, 0.0), 2),
+        ((1.0, 1.000001, 1.000001), (2e-6, 0.0, 0.0), 30.0, False, 2),
+        ((1.0, 1.000001), (2e-6, 1e-6), 30.0, False, 0),
+        ((1.0, 0.999, 0.999), (2e-6, 0.0, 0.0), 30.0, False, 2),
+        ((1.0, 1.01), (2e-6, 0.0), 30.0, False, 0),
+        ((1.0, 1.000001), (0.0, np.inf), 30.0, False, 0),
+        ((1.0, 1.000001, 1.000001, 1.000001), (0.0, 0.0, 0.0, 0.0), 30.0, False, 2),
+        ((1.0, 1.000001), (2e-6, 0.0), 5.0, False, 1),
+        ((1.0,), (0.0,), 5.0, False, 0),
+        ((1.0, 1.000001, 1.000001), (0.0, 0.0, 0.0), 5.0, True, 2),
+        ((1.0, 1.00000005), (0.0, 0.0), 5.0, True, 1),
     ],
 )
 def test_what_stalled_or_came_by_short_steps_is_tried_again_until_it_stays(
-    monkeypatch: pytest.MonkeyPatch, times: tuple[float, ...], lefts: tuple[float, ...], kept: int
+    monkeypatch: pytest.MonkeyPatch,
+    times: tuple[float, ...],
+    lefts: tuple[float, ...],
+    short: float,
+    always: bool,
+    kept: int,
 ) -> None:
-    """The optimum is taken though what stalled is shorter by less than its gap may be; what is no better is not (by the rule)."""
+    """The optimum is taken though what stalled is shorter by less than its gap may be; what is no better is not (by the rule).
+
+    What has merely stalled is tried until the optimum, what came by short steps, and what is asked for, until its time stays.
+    """
     runs = [
-        problem._Run(problem.Solution(np.zeros((1, 3)), np.zeros(1, np.int8), time, 0, True), left, 30.0)
+        problem._Run(problem.Solution(np.zeros((1, 3)), np.zeros(1, np.int8), time, 0, True), left, short)
         for time, left in zip(times, lefts, strict=True)
     ]
     following = iter(runs[1:])
     monkeypatch.setattr(problem, "_improved", lambda *_, **__: next(following))
-    assert problem._settled(None, None, None, runs[0]) is runs[kept].solution  # type: ignore[arg-type]
+    found = problem._settled(None, None, None, runs[0], always)  # type: ignore[arg-type]
+    assert found is runs[kept].solution
 
 
 #: A quintic with knots within a thousandth of each other and a span on next to no way, a line and an arc.
