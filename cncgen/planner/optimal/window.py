@@ -28,6 +28,8 @@ SIZE = 1600
 MARGIN = {"best": 0.9993, "fast": 0.9965}
 #: How often bounds of q are lowered for chords that are too long, and the part of q to begin with then.
 _ROUNDS, _SLOWER = 6, 0.9
+#: Periods before what feels the end of a window in which nothing is final: that of a chord, and one to brake in for the next.
+_CLEAR = 2.0
 #: Part of q by which neighbours on a plateau may differ.
 _LEVEL = 1e-6
 #: Periods beside a jump of the path in which a setpoint's third difference sees it, and a minimum of the speed is its.
@@ -165,10 +167,14 @@ class Window:
             first = here.stop
 
     def _unfelt(self, solution: Solution, pieces: Pieces) -> int:
-        """Return how many intervals do not depend on where the window ends, nor, where most of it is longer, do chords on them."""
+        """Return how many intervals do not depend on where the window ends, nor do chords on them and in a period behind.
+
+        What the next window finds of a chord that begins behind them it can only mend by braking before that begins.
+        """
         t = np.concatenate([[0.0], np.cumsum(pieces.duration)])[pieces.offset]
-        upto = int(np.searchsorted(t, t[solution.unfelt] - self.bounds.period_s, side="right")) - 1
-        return upto if 2 * upto > solution.unfelt else solution.unfelt
+        clear = t[solution.unfelt] - _CLEAR * self.bounds.period_s
+        upto = int(np.searchsorted(t, clear, side="right")) - 1
+        return max(upto, 0)
 
     def _intervals(self, count: int) -> Intervals:
         """Return the first `count` open intervals as one row that ends at rest."""
