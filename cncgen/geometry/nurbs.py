@@ -144,7 +144,7 @@ def directions(table: NurbsTable) -> Floats:
     point, from that one to the furthest of its own; those of a curve that lies on one line as a whole all have its way.
 
     Of other spans, whose control points leave that line by more than the rounding of their coordinates, it is 0. By the
-    convex hull a span is where its control points are (The NURBS Book, P3.22).
+    convex hull a span is where its control points are (The NURBS Book, section 4.2).
     """
     out = np.empty_like(table.control_points, float, order="C")
     bspline.directions(columns(table), _ROUNDINGS, out)
@@ -152,7 +152,10 @@ def directions(table: NurbsTable) -> Floats:
 
 
 def spans(table: NurbsTable, curve: Ints, u: Floats, side: int = 1) -> Ints:
-    """Return the first control points of the spans of curves at parameters, on a side of knots, shape (n,)."""
+    """Return the first control points of the spans of curves at parameters, on a side of knots, shape (n,).
+
+    A span is found by bisection (The NURBS Book, Algorithm A2.1), on either side of a knot.
+    """
     out = np.empty(len(curve), np.int64)
     bspline.spans(
         np.ascontiguousarray(curve, np.int64), np.ascontiguousarray(u, float), side, columns(table), out
@@ -235,7 +238,10 @@ class Lengths:
 
 
 def lengths(table: NurbsTable, low: Ints | None = None, high: Ints | None = None) -> Lengths:
-    """Measure every curve of a table by adaptive Gauss-Legendre quadrature (docs/arc-length.md).
+    """Measure every curve of a table by adaptive Gauss-Legendre quadrature (B. Guenter and R. Parent (1990)).
+
+    The way back is a Hermite polynomial a cell, the feed correction polynomial of K. Erkorkmaz and Y. Altintas (2005);
+    docs/arc-length.md has what is done otherwise.
 
     Args:
         low, high: Shape (m,): the columns over which to measure; all where None.

@@ -570,7 +570,11 @@ class Path:
 
 
 def curvature_of(first: Floats, second: Floats) -> Floats:
-    """Return |C' × C''| / |C'|³ of derivatives of shape (n, 3) by any parameter; 0 where C' is 0."""
+    """Return κ = |C' × C''| / |C'|³ (M. P. do Carmo (1976), section 1-5, exercise 12), shape (n,), 1/mm; 0 where C' is 0.
+
+    Args:
+        first, second: C' and C'' by any parameter, shape (n, 3).
+    """
     speed = np.linalg.norm(first, axis=1)
     area = np.linalg.norm(np.cross(first, second), axis=1)
     return np.divide(area, speed**3, out=np.zeros_like(area), where=speed > 0)

@@ -11,8 +11,8 @@ from cncgen.geometry.tables import Floats, NurbsTable
 def split(table: NurbsTable, curve: int, at: Floats) -> NurbsTable:
     """Return a curve of a table cut at parameters, as a table of ``len(at) + 1`` curves in order.
 
-    Each parameter is made a knot of full multiplicity by inserting it (W. Boehm, *Computer-Aided Design* 12, 1980);
-    there the control polygon meets the curve and comes apart.
+    Each parameter is made a knot of full multiplicity by inserting it (W. Boehm (1980); The NURBS Book, section 5.2); there
+    the control polygon meets the curve and comes apart.
 
     Args:
         table: Curves.

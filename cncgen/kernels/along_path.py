@@ -191,7 +191,8 @@ def chord_speed(
     out: cython.double[::1],
 ):
     """Fill `out` with the speed whose chord over a period stays within ``tolerance[n]`` of a path that bends by ``bend[n]``:
-    (2/T) sqrt(2 d/k - d^2), or (2/T) sqrt(d/k) where that is more.
+    (2/T) sqrt(2 d/k - d^2) (S.-S. Yeh and P.-L. Hsu (2002); Tsai (2010), eq. 24, with T for Ts, d for delta, k for kappa),
+    or (2/T) sqrt(d/k) where that is more: where the tolerance d is above the radius 1/k.
     """
     n: cython.Py_ssize_t
     with cython.nogil:

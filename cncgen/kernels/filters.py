@@ -12,7 +12,7 @@ def recursive(
 ) -> cython.void:
     """Filter x into y by Σ a_i y[k−i] = Σ b_i x[k−i], a_0 = 1.
 
-    The transposed direct form II (A. V. Oppenheim and R. W. Schafer, Discrete-Time Signal Processing, section 6.4).
+    The transposed direct form II (A. V. Oppenheim and R. W. Schafer, Discrete-Time Signal Processing (1999), section 6.4).
 
     Args:
         b, a: Shape (m + 1,).

@@ -7,7 +7,8 @@ import numpy as np
 def cycles(offsets: cython.longlong[::1], targets: cython.longlong[::1], most: cython.int) -> list:
     """Return up to `most` cycles of a directed graph, each as the list of its nodes in order.
 
-    A node that stands on the walk's own stack closes a cycle; every cycle of the graph that is reported this way is
+    A node that stands on the walk's own stack closes a cycle, and a graph without such a back edge has none (T. H. Cormen,
+    C. E. Leiserson, R. L. Rivest and C. Stein (2009), Lemma 22.11); every cycle of the graph that is reported this way is
     real, and at least one is reported of a graph that has any.
 
     Args:

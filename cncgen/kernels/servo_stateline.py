@@ -39,6 +39,55 @@ def _agrees(
     return -bound - gains[3] <= error + change <= bound + gains[3]
 
 
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _line_goes_high(
+    rule: cython.Py_ssize_t,
+    reference: cython.double[:, ::1],
+    at: cython.Py_ssize_t,
+    moving: cython.double,
+    previous: cython.double,
+    period: cython.double,
+    state: cython.double[:, ::1],
+    gains: cython.double[:, ::1],
+) -> cython.bint:
+    """Tell whether every axis lets the reference go on from row `at`, the line's AND; see `run` for the arguments.
+
+    I V of Rule 2 is the commanded speed of a period, 0 where the line was low (`moving`, and `previous` before that).
+    """
+    n: cython.Py_ssize_t = reference.shape[0]
+    i: cython.Py_ssize_t
+    for i in range(reference.shape[1]):
+        if not _agrees(
+            rule,
+            reference[at, i] - state[i, 0],
+            moving * (reference[at, i] - reference[at - 1, i]) / period if at > 0 else 0.0,
+            (reference[at + 1, i] - reference[at, i]) / period,
+            (reference[at + 2, i] - reference[at + 1, i]) / period if at < n - 2 else 0.0,
+            previous * (reference[at - 1, i] - reference[at - 2, i]) / period if at > 1 else 0.0,
+            gains[i],
+        ):
+            return False
+    return True
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _has_settled(
+    end: cython.double[::1], state: cython.double[:, ::1], gains: cython.double[:, ::1]
+) -> cython.bint:
+    """Tell whether every axis is within its δ of the reference's end, and within 1e-6 where δ is 0."""
+    i: cython.Py_ssize_t
+    error: cython.double
+    for i in range(end.shape[0]):
+        error = end[i] - state[i, 0]
+        if not (-gains[i, 3] - 1e-6 <= error <= gains[i, 3] + 1e-6):
+            return False
+    return True
+
+
 def run(
     reference: cython.double[:, ::1],
     flow: cython.double[:, :, ::1],
@@ -82,31 +131,14 @@ def run(
     previous: cython.double = 0.0
     taken: cython.Py_ssize_t = -1
     high: cython.bint
-    settled: cython.bint
-    error: cython.double
     command: cython.double
     x: cython.double
     with cython.nogil:
         for k in range(room):
-            high = True
-            settled = at == n - 1
-            for i in range(axes):
-                error = reference[at, i] - state[i, 0]
-                if settled and not (-gains[i, 3] - 1e-6 <= error <= gains[i, 3] + 1e-6):
-                    settled = False
-                if at < n - 1 and not _agrees(
-                    rule,
-                    error,
-                    moving * (reference[at, i] - reference[at - 1, i]) / period if at > 0 else 0.0,
-                    (reference[at + 1, i] - reference[at, i]) / period,
-                    (reference[at + 2, i] - reference[at + 1, i]) / period if at < n - 2 else 0.0,
-                    previous * (reference[at - 1, i] - reference[at - 2, i]) / period if at > 1 else 0.0,
-                    gains[i],
-                ):
-                    high = False
-            if settled:
+            if at == n - 1 and _has_settled(reference[at], state, gains):
                 taken = k
                 break
+            high = at == n - 1 or _line_goes_high(rule, reference, at, moving, previous, period, state, gains)
             if not high:
                 waited += 1
                 counts[0] += 1

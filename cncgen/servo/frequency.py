@@ -110,7 +110,10 @@ class Margins:
 
 
 def margins(response: Complexes, frequencies: Floats) -> Margins:
-    """Return the margins of L(jω), shape (n,), given at rising frequencies (rad/s), interpolated between them."""
+    """Return the margins of L(jω), shape (n,), given at rising frequencies (rad/s), interpolated between them.
+
+    Gain margin g_m, phase margin φ_m and the distance s_m of L from −1 (K. J. Åström and R. M. Murray (2008), section 9.3).
+    """
     size, phase = np.abs(response), np.unwrap(np.angle(response))
     phase -= 2 * math.pi * round((phase[0] + math.pi / 2) / (2 * math.pi))
     log = np.log(np.maximum(size, 1e-300))

@@ -83,6 +83,9 @@ def clamped(curve: Nurbs) -> Nurbs:
 def ellipse_arc(centre: Floats, major: Floats, minor: Floats, begin: float, sweep: float) -> Nurbs:
     """Return centre + major cos t + minor sin t, t from `begin` by `sweep` rad, as a rational quadratic.
 
+    Arcs of a quarter turn or less, one knot span each, their middle points weighted by the cosine of half their angle
+    (L. Piegl and W. Tiller, The NURBS Book (1997), Algorithm A7.1; the knots here are whole numbers).
+
     Args:
         centre: Shape (3,), mm.
         major, minor: Shape (3,): the conjugate half diameters.
