@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 @message_options
 @click.pass_context
 def command(context: click.Context) -> None:
-    """List machine profiles; show one as TOML, or the keys of such a file."""
+    """List machine profiles, show one, or list the keys.
+
+    A profile is shown as TOML to copy and edit; keys are those of such a file.
+    """
     if context.invoked_subcommand is None:
         from cncgen.files import write_text
         from cncgen.machine import load, profile_names
@@ -42,7 +45,10 @@ def _described(machine: Machine) -> str:
 @click.argument("name", metavar="NAME|FILE", type=MACHINE)
 @message_options
 def show(name: str) -> None:
-    """Print a profile, or a machine file as it is understood, as TOML to copy and edit."""
+    """Print a machine as TOML to copy and edit.
+
+    A profile, or a machine file as it is understood.
+    """
     from cncgen.files import write_text
     from cncgen.machine import load, profile_names, to_toml
     from cncgen.machine.profiles import profile_text
@@ -53,7 +59,10 @@ def show(name: str) -> None:
 @command.command("keys")
 @message_options
 def keys() -> None:
-    """List the keys of machine files, of an axis x; a rotary one has deg where they have mm."""
+    """List the keys of machine files.
+
+    Of an axis x; a rotary one has deg where they have mm.
+    """
     from cncgen.files import write_text
     from cncgen.machine.keys import rows
     from cncgen.report.tables import left_table

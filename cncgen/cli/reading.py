@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import codecs
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -18,8 +17,6 @@ if TYPE_CHECKING:
 
 #: Suffixes of setpoint files.
 _SETPOINT_SUFFIXES = (".csv", ".jsonl", ".npy", ".npz", ".f64", ".hal", ".arrow")
-#: What files of setpoints begin with that have another name: a header, or a signature. No program begins so.
-_SETPOINT_HEADS = (b"t_s,", b'"t_s"', b'{"t_s"', b"\x93NUMPY", b"PK\x03\x04", b"ARROW1")
 
 
 def is_setpoint_file(name: str) -> bool:
@@ -28,10 +25,11 @@ def is_setpoint_file(name: str) -> bool:
     Any other one is a program; what cannot be read is named by its reader.
     """
     from cncgen.files import head_of
+    from cncgen.pipeline.reading import holds_setpoints
 
     if name.lower().endswith(_SETPOINT_SUFFIXES):
         return True
-    return head_of(name, 16).removeprefix(codecs.BOM_UTF8).startswith(_SETPOINT_HEADS)
+    return holds_setpoints(head_of(name, 16))
 
 
 @contextmanager

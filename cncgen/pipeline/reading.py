@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import importlib
 import io
 import os
@@ -32,6 +33,8 @@ _PART21 = re.compile(
     rb"(?:\xef\xbb\xbf)?(?:\s|%b\*/)*(?:ISO-10303-21(?:\s|%b\*/)*;|%b\*?\Z)" % (_COMMENT, _COMMENT, _COMMENT),
     re.IGNORECASE,
 )
+#: What files of setpoints, and of responses to them, begin with: a header of columns, or a signature. No program begins so.
+_SETPOINT_HEADS = (b"t_s,", b'"t_s"', b'{"t_s"', b"\x93NUMPY", b"PK\x03\x04", b"ARROW1")
 #: Bytes that are looked at for it.
 _HEAD_BYTES = 4096
 
@@ -42,6 +45,11 @@ def language_of(name: str, head: bytes) -> str:
         return "stepnc"
     suffix = PurePath(name).suffix.lower()
     return "stepnc" if suffix in SUFFIXES["stepnc"] else "gcode"
+
+
+def holds_setpoints(head: bytes) -> bool:
+    """Tell whether what begins so holds setpoints, or a response to them, and no program."""
+    return head.removeprefix(codecs.BOM_UTF8).startswith(_SETPOINT_HEADS)
 
 
 def read(
@@ -116,7 +124,7 @@ def read_text(
     """
     given = expect(text, (str, bytes, bytearray, memoryview), "text", "str or bytes")
     content = given.encode(errors="replace") if isinstance(given, str) else bytes(given)
-    reader = reader_of(language or language_of(name, content[:_HEAD_BYTES]))
+    reader = _reader(language, name, content[:_HEAD_BYTES])
     program: Program = reader.read(io.BytesIO(content), name, _reading(options))
     return program
 
@@ -157,12 +165,25 @@ def _opened(
     if "\n" in name and not os.path.exists(name):
         raise wrong("the program is a text, not the name of a file", "cncgen.read_text reads a text")
     if content is not None:
-        yield reader_of(language or language_of(name, content[:_HEAD_BYTES])), io.BytesIO(content), name
+        yield _reader(language, name, content[:_HEAD_BYTES]), io.BytesIO(content), name
         return
     with open_input(name) as file:
-        reader = reader_of(language or language_of(name, _head(file)))
+        reader = _reader(language, name, _head(file))
         regular = name != STANDARD and stat.S_ISREG(os.fstat(file.fileno()).st_mode)
         yield reader, Path(name) if regular else file, name
+
+
+def _reader(language: str | None, name: str, head: bytes) -> ModuleType:
+    """Return the package that reads a program of that name, which begins so, in a language; None: by name and beginning.
+
+    Raises:
+        UsageError: There is no such language, or it is no program.
+    """
+    if language is None and holds_setpoints(head):
+        text = f"{name} holds setpoints or a response, not a program"
+        hint = "cncgen simulate, verify, compensate and plot take setpoints; cncgen.read_setpoints reads them"
+        raise UsageError(Diagnostic("setpoints-as-program", text, hint=hint))
+    return reader_of(language or language_of(name, head))
 
 
 def _head(file: BinaryIO) -> bytes:

@@ -147,7 +147,7 @@ def _velocity_loop_table(letter: str, fit: Fit) -> str:
     p, unit, factor = fit.parameters, file_unit(letter), to_file(letter)
     gain, lag = p["gain"] * factor, p["time_constant_s"]
     lines = [
-        f"# {name} = {value!r} ± {fit.uncertainty[name]:.2g} (inside units)" for name, value in p.items()
+        f"# {name} = {value!r} ± {fit.uncertainty[name]:.2g} in mm, rad and s" for name, value in p.items()
     ]
     lines += [
         f"[axes.{letter.lower()}.servo]",
