@@ -604,6 +604,7 @@ def fit(
     b: cython.double[:, ::1] = np.empty((5, 5))
     work: cython.double[:, :, ::1] = np.empty((3, 5, axes))
     change: cython.double[::1] = np.empty(n + 1)
+    strides: cython.double[::1] = np.empty(n + 1)
     last: cython.Py_ssize_t = -1
     samples: cython.Py_ssize_t
     j: cython.Py_ssize_t
@@ -612,7 +613,7 @@ def fit(
     with cython.nogil:
         lower(t, scale)
         while True:
-            last = lay(t, scale, cuts, knots, laid)
+            last = lay(t, scale, cuts, knots, laid, strides)
             if last < 0:
                 break
             for j in range(1, _P + 1):

@@ -3,7 +3,12 @@
 cpdef double length_at(const double[::1] t, double[::1] scale, Py_ssize_t k, double at) noexcept nogil
 cpdef void lower(const double[::1] t, double[::1] scale) noexcept nogil
 cpdef Py_ssize_t lay(
-    const double[::1] t, double[::1] scale, const double[::1] cuts, double[::1] knots, Py_ssize_t laid
+    const double[::1] t,
+    double[::1] scale,
+    const double[::1] cuts,
+    double[::1] knots,
+    Py_ssize_t laid,
+    double[::1] strides,
 ) noexcept nogil
 cpdef Py_ssize_t choose(
     const double[::1] t,

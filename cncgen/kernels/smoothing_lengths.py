@@ -6,7 +6,7 @@ The length is kept at the ends of the pieces of the path, and grows away from th
 """
 
 import cython
-from cython.cimports.libc.math import floor, sqrt
+from cython.cimports.libc.math import expm1, floor, log, sqrt
 
 #: Degree of the spline.
 _P = cython.declare(cython.Py_ssize_t, 4)
@@ -14,12 +14,10 @@ _P = cython.declare(cython.Py_ssize_t, 4)
 _GRADE = cython.declare(cython.double, 0.4)
 #: Knot distance as a part of the smoothing length.
 _MESH = cython.declare(cython.double, 1.0)
-#: Knot distances that are left before a cut up to which they make one span, and two. These and the next ones are no round
-#: numbers: programs are made of round numbers, and where the two are equal rounding chooses.
-_ONE = cython.declare(cython.double, 1.0873)
-_TWO = cython.declare(cython.double, 1.6127)
-#: Strides between cuts up to which all are made to fit, and what is added to their number before its fraction goes.
-_MANY = cython.declare(cython.Py_ssize_t, 64)
+#: Logarithm by which L grows from knot to knot where its slope is `_GRADE`: knots stand closer there by as much as this is less.
+_RATE = cython.declare(cython.double, 0.392)
+#: What is added to the number of strides between cuts before its fraction goes: no round number, nor are the next ones, for
+#: programs are made of round numbers, and where two are equal rounding chooses.
 _UP = cython.declare(cython.double, 0.6873)
 #: Knot distance, as a part of what it would be, below which a cut makes no knot beside another: the equations would lose
 #: all digits, (L/h)⁶ is their condition.
@@ -35,23 +33,31 @@ _CURVED = cython.declare(cython.double, 0.2037)
 _STEPS = cython.declare(cython.double, 1024.0)
 
 
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _largest(start: cython.double, end: cython.double, length: cython.double) -> cython.double:
+    """Largest smoothing length on a piece of a length, by those at its ends.
+
+    On pieces of up to two lengths it does not grow: it would do so and shrink again from knot to knot, and shake the curve.
+    From eight lengths on it grows freely.
+    """
+    larger: cython.double = max(start, end)
+    free: cython.double = min(max((length / larger - 2.0) / 6.0, 0.0), 1.0)
+    return max(min(larger + 0.5 * _GRADE * free * length, 0.5 * (start + end + _GRADE * length)), larger)
+
+
 @cython.ccall
 @cython.nogil
 @cython.exceptval(check=False)
 def length_at(
     t: cython.const[cython.double][::1], scale: cython.double[::1], k: cython.Py_ssize_t, at: cython.double
 ) -> cython.double:
-    """Smoothing length at a place of piece k: that of the ends, growing away from them where the piece is long.
-
-    On pieces of up to two lengths it does not grow: it would do so and shrink again from knot to knot, and shake the curve.
-    From eight lengths on it grows freely.
-    """
+    """Smoothing length at a place of piece k: that of the ends, growing away from them where the piece is long."""
     left: cython.double = scale[k] + _GRADE * (at - t[k])
     right: cython.double = scale[k + 1] + _GRADE * (t[k + 1] - at)
-    larger: cython.double = max(scale[k], scale[k + 1])
-    length: cython.double = t[k + 1] - t[k]
-    free: cython.double = min(max((length / larger - 2.0) / 6.0, 0.0), 1.0)
-    return min(left, right, larger + 0.5 * _GRADE * free * length)
+    return min(left, right, _largest(scale[k], scale[k + 1], t[k + 1] - t[k]))
 
 
 @cython.ccall
@@ -71,72 +77,74 @@ def lower(t: cython.const[cython.double][::1], scale: cython.double[::1]) -> cyt
 @cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _stride(
-    t: cython.const[cython.double][::1], scale: cython.double[::1], k: cython.Py_ssize_t, at: cython.double
-) -> cython.double:
-    """Distance from a place of piece k to the next knot: a smoothing length, taken in the middle of the step."""
-    n: cython.Py_ssize_t = t.shape[0] - 1
-    step: cython.double = _MESH * length_at(t, scale, k, at)
-    middle: cython.double = min(at + 0.5 * step, t[n])
-    while k < n - 1 and t[k + 1] <= middle:
-        k += 1
-    return _MESH * min(length_at(t, scale, k, middle), 1.25 * step)
+def _growing(start: cython.double, end: cython.double) -> cython.double:
+    """Strides on the way on which L grows, or shrinks, from one length to another."""
+    return log(end / start) / _RATE if end > start else 0.0
 
 
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-def _share(
+def _count(
+    t: cython.const[cython.double][::1], scale: cython.double[::1], strides: cython.double[::1]
+) -> cython.void:
+    """Fill `strides` with how many lead from the start to the ends of pieces: ∫dt/L, more of it where L changes (`_RATE`)."""
+    k: cython.Py_ssize_t
+    length: cython.double
+    most: cython.double
+    strides[0] = 0.0
+    for k in range(t.shape[0] - 1):
+        length = t[k + 1] - t[k]
+        most = _largest(scale[k], scale[k + 1], length)
+        strides[k + 1] = (
+            strides[k]
+            + _growing(scale[k], most)
+            + _growing(scale[k + 1], most)
+            + max(length - (2.0 * most - scale[k] - scale[k + 1]) / _GRADE, 0.0) / most
+        )
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _strides_at(
     t: cython.const[cython.double][::1],
     scale: cython.double[::1],
+    strides: cython.double[::1],
     k: cython.Py_ssize_t,
     at: cython.double,
-    end: cython.double,
 ) -> cython.double:
-    """How many strides lead from a place of piece k to `end`; −1 for more than `_MANY`."""
-    n: cython.Py_ssize_t = t.shape[0] - 1
-    count: cython.Py_ssize_t = 0
-    step: cython.double = 1.0
-    while at < end:
-        if count == _MANY:
-            return -1.0
-        while k < n - 1 and t[k + 1] <= at:
-            k += 1
-        step = _stride(t, scale, k, at)
-        at += step
-        count += 1
-    return count - (at - end) / step
+    """How many strides lead to a place of piece k."""
+    after: cython.double = at - t[k]
+    before: cython.double = t[k + 1] - at
+    most: cython.double = _largest(scale[k], scale[k + 1], t[k + 1] - t[k])
+    if after * _GRADE <= most - scale[k]:
+        return strides[k] + _growing(scale[k], scale[k] + _GRADE * after)
+    if before * _GRADE <= most - scale[k + 1]:
+        return strides[k + 1] - _growing(scale[k + 1], scale[k + 1] + _GRADE * before)
+    return strides[k] + _growing(scale[k], most) + (after - (most - scale[k]) / _GRADE) / most
 
 
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-def _evenly(
+def _place_of(
     t: cython.const[cython.double][::1],
     scale: cython.double[::1],
+    strides: cython.double[::1],
     k: cython.Py_ssize_t,
-    knots: cython.double[::1],
-    first: cython.Py_ssize_t,
-    count: cython.Py_ssize_t,
-    share: cython.double,
-    end: cython.double,
-) -> cython.void:
-    """Lay `count` knots after ``knots[first]``, which lies on piece k, the last of them at `end`: by steps of which about that
-    `share` is taken, all by one factor.
-    """
-    j: cython.Py_ssize_t
-    n: cython.Py_ssize_t = t.shape[0] - 1
-    begin: cython.double = knots[first]
-    at: cython.double = begin
-    for j in range(first + 1, first + count + 1):
-        while k < n - 1 and t[k + 1] <= at:
-            k += 1
-        at += share * _stride(t, scale, k, at)
-        knots[j] = at
-    share = (end - begin) / (at - begin)
-    for j in range(first + 1, first + count):
-        knots[j] = begin + share * (knots[j] - begin)
-    knots[first + count] = end
+    count: cython.double,
+) -> cython.double:
+    """The place on piece k to which so many strides lead."""
+    after: cython.double = count - strides[k]
+    before: cython.double = strides[k + 1] - count
+    most: cython.double = _largest(scale[k], scale[k + 1], t[k + 1] - t[k])
+    rise: cython.double = _growing(scale[k], most)
+    if after <= rise:
+        return t[k] + scale[k] * expm1(_RATE * after) / _GRADE
+    if before <= _growing(scale[k + 1], most):
+        return t[k + 1] - scale[k + 1] * expm1(_RATE * before) / _GRADE
+    return t[k] + (most - scale[k]) / _GRADE + (after - rise) * most
 
 
 @cython.ccall
@@ -148,57 +156,57 @@ def lay(
     cuts: cython.const[cython.double][::1],
     knots: cython.double[::1],
     laid: cython.Py_ssize_t,
+    strides: cython.double[::1],
 ) -> cython.Py_ssize_t:
     """Lay knots from ``knots[laid]`` to the last cut; returns the index of the last, −1 without room.
 
-    Knots stand a smoothing length apart, taken in the middle of the step. Every cut is a knot, but where the one before
-    it or the last one of all is closer than `_LEAST` of that. Between cuts that are `_MANY` steps apart at most all steps
-    are longer or shorter by one factor, so that on both sides of a cut knots stand alike.
+    Every cut is a knot, but where the one before it or the last one of all is closer than `_LEAST` of a knot distance. Between
+    cuts knots stand a smoothing length apart: one stride (`_count`), or as near to that as their number lets it be. So the
+    reverse of a path has the same knots, and on both sides of a cut they stand alike.
+
+    Args:
+        t, scale: Ends of pieces, and the smoothing lengths there.
+        cuts: Ascending.
+        knots: Room for them, up to `laid` in place.
+        laid: Index of the last one in place.
+        strides: Shape as `t`, to work in.
     """
     i: cython.Py_ssize_t = laid
+    j: cython.Py_ssize_t
     k: cython.Py_ssize_t = 0
     c: cython.Py_ssize_t
     n: cython.Py_ssize_t = t.shape[0] - 1
     at: cython.double = knots[laid]
     end: cython.double = cuts[cuts.shape[0] - 1]
-    step: cython.double
+    least: cython.double
+    begun: cython.double
     share: cython.double
+    here: cython.double
     count: cython.Py_ssize_t
     m: cython.Py_ssize_t = 0
+    _count(t, scale, strides)
+    while k < n - 1 and t[k + 1] <= at:
+        k += 1
+    begun = _strides_at(t, scale, strides, k, at)
     for c in range(cuts.shape[0]):
-        m = k
         while m < n - 1 and t[m + 1] <= cuts[c]:
             m += 1
-        step = _LEAST * _MESH * length_at(t, scale, m, cuts[c])
-        if cuts[c] < end and (cuts[c] - at < step or end - cuts[c] < step):
+        least = _LEAST * _MESH * length_at(t, scale, m, cuts[c])
+        if cuts[c] < end and (cuts[c] - at < least or end - cuts[c] < least):
             continue
-        while k < n - 1 and t[k + 1] <= at:
-            k += 1
-        share = _share(t, scale, k, at, cuts[c])
-        if share > 0.0:
-            count = max(cython.cast(cython.Py_ssize_t, share + _UP), 1)
-            if i + count + _P + 1 >= knots.shape[0]:
-                return -1
-            _evenly(t, scale, k, knots, i, count, share / count, cuts[c])
-            i += count
-            at = cuts[c]
-            continue
-        while at < cuts[c]:
-            while k < n - 1 and t[k + 1] <= at:
+        here = _strides_at(t, scale, strides, m, cuts[c])
+        share = (here - begun) / _MESH
+        count = max(cython.cast(cython.Py_ssize_t, share + _UP), 1)
+        if i + count + _P + 1 >= knots.shape[0]:
+            return -1
+        share = (here - begun) / count
+        for j in range(1, count):
+            while k < n - 1 and strides[k + 1] <= begun + j * share:
                 k += 1
-            step = _stride(t, scale, k, at)
-            if at + _TWO * step >= cuts[c]:
-                # What is left makes one span, or two of half of it.
-                if at + _ONE * step < cuts[c]:
-                    at = 0.5 * (at + cuts[c])
-                else:
-                    at = cuts[c]
-            else:
-                at = at + step
-            i += 1
-            if i + _P + 1 >= knots.shape[0]:
-                return -1
-            knots[i] = at
+            knots[i + j] = _place_of(t, scale, strides, k, begun + j * share)
+        i += count
+        knots[i] = at = cuts[c]
+        begun = here
     return i
 
 
@@ -220,6 +228,7 @@ def choose(
     n: cython.Py_ssize_t = t.shape[0] - 1
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t = first
+    j: cython.Py_ssize_t = first
     count: cython.Py_ssize_t = 0
     here: cython.double
     longer: cython.double
@@ -233,8 +242,11 @@ def choose(
             count += 1
         while i < last and knots[i + 1] <= t[k]:
             i += 1
-        longer = _LONGER if bend[k] == 0.0 else _CURVED
-        if t[k + 1] - t[k] <= longer * (knots[i + 1] - knots[i]):
+        # Spans may be of other sizes at both ends.
+        while j < last - 1 and knots[j + 1] < t[k + 1]:
+            j += 1
+        longer = 0.5 * (_LONGER if bend[k] == 0.0 else _CURVED)
+        if t[k + 1] - t[k] <= longer * (knots[i + 1] - knots[i] + knots[j + 1] - knots[j]):
             continue
         while i < last and knots[i] < t[k + 1]:
             if count + 4 >= at.shape[0]:

@@ -206,8 +206,8 @@ def test_a_seam_goes_on_without_a_trace() -> None:
 
 def test_a_seam_that_strains_is_met_by_shorter_lengths_behind_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a thousand windows of noisy lines one found no curve: lengths before a seam cannot mend what follows it."""
-    points = facets(160, 6)
-    points += np.random.default_rng(6).normal(size=points.shape) * [0.006, 0.006, 0.0]
+    points = facets(160, 88)
+    points += np.random.default_rng(88).normal(size=points.shape) * [0.006, 0.006, 0.0]
     whole = polyline(points)
     first = fit(polyline(points[:101]), np.zeros(0), END_POINT, 0)
     span = first.spans - 4
@@ -218,6 +218,22 @@ def test_a_seam_that_strains_is_met_by_shorter_lengths_behind_it(monkeypatch: py
     monkeypatch.setattr(corridor, "_SHORTER", ())
     with pytest.raises(corridor.CorridorError):
         fit(rest, np.zeros(0), END_POINT, END_POINT, seam)
+
+
+@pytest.mark.parametrize("tolerance", [0.002, 0.01, 0.1])
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_the_reverse_of_a_path_is_fitted_by_the_same_curve(noise: float, tolerance: float) -> None:
+    """80 facets of 0.05 to 0.4 mm, two knots given. Once knots were laid from the start, and their number was another."""
+    rng = np.random.default_rng(11)
+    points = facets(720, length=0.05)[np.cumsum(rng.integers(1, 9, 80))] + rng.normal(
+        scale=noise, size=(80, 3)
+    )
+    forth, back = polyline(points, tolerance), polyline(points[::-1], tolerance)
+    one, other = (
+        fit(way, way.t[at], END_POINT, END_POINT) for way, at in ((forth, [20, 33]), (back, [46, 59]))
+    )
+    np.testing.assert_allclose(other.points[::-1], one.points, atol=1e-8)
+    np.testing.assert_allclose(other.knots[-1] - other.knots[::-1], one.knots, atol=1e-8)
 
 
 def test_inches_give_the_same_curve() -> None:

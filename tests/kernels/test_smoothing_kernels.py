@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from types import ModuleType
 
 import numpy as np
@@ -65,7 +66,7 @@ def test_plain_python_lays_the_same_lengths_knots_and_samples() -> None:
     for kernel in (smoothing_lengths, lengths):
         scale, knots, at, change = start.copy(), np.zeros(2000), np.zeros(6000), np.zeros(31)
         kernel.lower(pieces.t, scale)
-        last = kernel.lay(pieces.t, scale, np.array([pieces.t[7], pieces.t[-1]]), knots, 4)
+        last = kernel.lay(pieces.t, scale, pieces.t[[7, -1]], knots, 4, np.empty(31))
         knots[last + 1 : last + 5] = knots[last]
         count = kernel.choose(pieces.t, pieces.bend, knots, 4, last, at)
         here = kernel.length_at(pieces.t, scale, 5, 0.3 * pieces.t[5] + 0.7 * pieces.t[6])
@@ -103,4 +104,44 @@ def test_lengths_grow_by_four_tenths_of_the_way() -> None:
 def test_there_is_no_room_for_more_knots_than_there_is_room() -> None:
     pieces = polyline(12, 1)
     scale = np.full(13, 1e-3)
-    assert smoothing_lengths.lay(pieces.t, scale, pieces.t[-1:], np.zeros(50), 4) == -1
+    assert smoothing_lengths.lay(pieces.t, scale, pieces.t[-1:], np.zeros(50), 4, np.empty(13)) == -1
+
+
+def test_knots_stand_alike_by_the_length_between_them() -> None:
+    """∫dt/L, by the trapezoidal rule, from one knot to the next, and somewhat more where L changes: all alike between cuts."""
+    pieces = polyline(30, 7)
+    scale, knots = np.random.default_rng(9).uniform(0.02, 0.3, 31), np.zeros(3000)
+    smoothing_lengths.lower(pieces.t, scale)
+    cuts = np.array([0.3 * pieces.t[4] + 0.7 * pieces.t[5], pieces.t[11], pieces.t[-1]])
+    last = smoothing_lengths.lay(pieces.t, scale, cuts, knots, 4, np.empty(31))
+    s = np.union1d(np.linspace(0.0, pieces.t[-1], 400_001), np.concatenate([pieces.t, knots[4 : last + 1]]))
+    k = np.clip(np.searchsorted(pieces.t, s, side="right") - 1, 0, 29)
+    length = np.array([smoothing_lengths.length_at(pieces.t, scale, *at) for at in zip(k, s, strict=True)])
+    weight = np.where(np.abs(np.diff(length)) > 0.2 * np.diff(s), 0.4 / 0.392, 1.0)
+    strides = np.append(0.0, np.cumsum(weight * np.diff(s) * 0.5 * (1.0 / length[1:] + 1.0 / length[:-1])))
+    steps = np.diff(strides[np.searchsorted(s, knots[4 : last + 1])])
+    borders = np.searchsorted(knots[4 : last + 1], np.append(0.0, cuts))
+    for first, stop in pairwise(borders):
+        assert stop - first > 3
+        np.testing.assert_allclose(steps[first:stop], steps[first], rtol=1e-3)
+        assert abs(steps[first] * (stop - first) - (stop - first)) < 0.7
+
+
+def test_the_reverse_of_a_path_has_its_knots_and_samples() -> None:
+    """Once laid from the start, they were not: which curve came out turned on the direction."""
+    pieces, rng = polyline(30, 3), np.random.default_rng(4)
+    scale, bend = rng.uniform(0.01, 0.4, 31), rng.choice([0.0, 1.0], 30)
+    cuts = np.append(pieces.t[0], pieces.t[[7, 19, -1]])
+    made = []
+    for way in (1, -1):
+        t, length = (np.ascontiguousarray(column[::way]) for column in (way * pieces.t, scale))
+        t -= t[0]
+        knots, at = np.zeros(2000), np.zeros(6000)
+        smoothing_lengths.lower(t, length)
+        places = np.ascontiguousarray((way * cuts)[::way])
+        last = smoothing_lengths.lay(t, length, (places - places[0])[1:], knots, 4, np.empty(31))
+        knots[last + 1 : last + 5] = knots[last]
+        count = smoothing_lengths.choose(t, np.ascontiguousarray(bend[::way]), knots, 4, last, at)
+        made.append((knots[4 : last + 1], at[:count]))
+    for forth, back in zip(*made, strict=True):
+        np.testing.assert_allclose(forth, forth[-1] - back[::-1], atol=1e-10)
