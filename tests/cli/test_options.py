@@ -23,6 +23,16 @@ LINE = "G21 G90 G61\nG1 X10 F3000\nM2\n"
 #: With a corner that G64 may round.
 CORNER = "G21 G90 G64 P0.05\nG1 X10 F3000\nY10\nM2\n"
 
+#: Servo data: P loops of 50 1/s, which lag by v/Kv, 1 mm at 50 mm/s.
+SLOW_LOOPS = """
+[axes.x.servo]
+model = "first-order"
+position_gain_1_s = 50.0
+[axes.y.servo]
+model = "first-order"
+position_gain_1_s = 50.0
+"""
+
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -195,10 +205,7 @@ def test_a_simulation_goes_on_while_the_axes_settle(folder: Path) -> None:
 
 def test_a_simulation_takes_the_servo_data_of_axis_params(folder: Path) -> None:
     """And not the machine's: a P loop of 50 1/s lags by v/Kv, 1 mm at 50 mm/s."""
-    (folder / "servo.toml").write_text(
-        '[axes.x.servo]\nmodel = "first-order"\nposition_gain_1_s = 50.0\n'
-        '[axes.y.servo]\nmodel = "first-order"\nposition_gain_1_s = 50.0\n'
-    )
+    (folder / "servo.toml").write_text(SLOW_LOOPS)
     assert call("simulate line.nc -m xy-table --axis-params servo.toml -q -o r.csv") == 0
     rows = table("r.csv")
     middle = np.argmin(np.abs(rows[:, 1] - 7.0))
@@ -258,6 +265,21 @@ def test_a_command_is_held_until_it_has_settled(folder: Path) -> None:
     assert rows["usual"] == len(table("s.csv")) + 100
     assert rows["longer"] == rows["usual"] + 150
     assert rows["longer program"] == rows["program"] + 150
+
+
+@pytest.mark.parametrize("source", ["s.csv", "line.nc"])
+def test_each_pass_of_a_compensation_comes_closer(folder: Path, source: str) -> None:
+    """With the servo data of --axis-params: the lag is 1 mm before, and each pass leaves the lag of the lag."""
+    (folder / "servo.toml").write_text(SLOW_LOOPS)
+    assert call("plan line.nc -m xy-table -q -o s.csv") == 0
+    left = []
+    for passes in (1, 2):
+        line = f"compensate {source} -m xy-table --axis-params servo.toml --passes {passes} -q -o c.csv"
+        assert call(f"{line} {'--no-limits' if source == 's.csv' else ''} --summary g.json") == 0
+        gained = json.loads((folder / "g.json").read_text())
+        assert gained["before"]["tracking_max_mm"] == pytest.approx(1.0, abs=0.05)
+        left.append(gained["after"]["tracking_max_mm"])
+    assert left[1] < 0.8 * left[0] < 0.8 * 0.8
 
 
 @pytest.mark.parametrize(("axis", "column", "limit"), [("X", "x_mm", 50_000.0), ("A", "a_deg", 20_000.0)])
