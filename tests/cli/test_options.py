@@ -348,4 +348,4 @@ def test_a_report_plans_and_verifies_the_program_that_was_meant(folder: Path) ->
     assert call(line) == 0
     assert '<h2>Verified</h2><p><span class="good">Every limit holds.' in (folder / "page.html").read_text()
     assert call(f"{line} --feedrate ild") == 0
-    assert "ild" in (folder / "page.html").read_text()
+    assert "<td>feedrate strategy</td><td>ild</td>" in (folder / "page.html").read_text()
