@@ -6,8 +6,9 @@ x(t) of degree 4 with simple knots that minimises
 
     integral |x - y|² dt + integral L(t)^6 |x'''|² dt,
 
-where the smoothing length L(t) is made as large as |x(t) - y(t)| <= tolerance allows (docs/smoothing.md). Columns of
-y are scaled so that all are mm. Lengths, knots and samples are laid by `cncgen.kernels.smoothing_lengths`.
+where the smoothing length L(t) is made as large as |x(t) - y(t)| <= tolerance allows (docs/smoothing.md): graduation by
+splines (I. J. Schoenberg (1964)) with a weight that varies along the path. Columns of y are scaled so that all are mm.
+Lengths, knots and samples are laid by `cncgen.kernels.smoothing_lengths`.
 """
 
 import cython
@@ -58,7 +59,7 @@ def _basis(
     u: cython.double,
     b: cython.double[::1],
 ) -> cython.void:
-    """Fill b with the basis functions of degree 4 that live on span i (The NURBS Book, A2.2)."""
+    """Fill b with the basis functions of degree 4 that live on span i (The NURBS Book, Algorithm A2.2)."""
     r: cython.Py_ssize_t
     j: cython.Py_ssize_t
     saved: cython.double
@@ -267,7 +268,7 @@ def _polar(
     origin: cython.double,
     out: cython.double[:, ::1],
 ) -> cython.void:
-    """Set control point i to that of piece k: its polar form of degree 4 at ``knots[i + 1 .. i + 4]`` (L. Ramshaw)."""
+    """Set control point i to that of piece k: its polar form of degree 4 at ``knots[i + 1 .. i + 4]`` (L. Ramshaw (1989))."""
     a: cython.double = knots[i + 1] - origin
     b: cython.double = knots[i + 2] - origin
     c: cython.double = knots[i + 3] - origin
@@ -463,6 +464,54 @@ def _square(e: cython.double[:, ::1], u: cython.double) -> cython.double:
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
+def _compare_stretch(
+    beside: cython.double[:, ::1],
+    start: cython.double,
+    a: cython.double,
+    e: cython.double,
+    middle: cython.double,
+    turn: cython.double,
+    tolerance: cython.double,
+    used: cython.double[::1],
+) -> cython.void:
+    """Raise `used`, of both halves of a piece, to the part of the tolerance that is used from a to e, on one span and piece.
+
+    Args:
+        beside: Shape (5, axes): x − y in powers of the place on the span, which begins at `start`.
+        start, a, e, middle: Places along the pieces, `middle` that of the piece.
+        turn: Bound of |x'' − y''|.
+        tolerance: Of the piece.
+        used: Shape (2,).
+    """
+    width: cython.double = 8.0 * _SLACK * tolerance / (turn + 1e-300)
+    steps: cython.Py_ssize_t = cython.cast(cython.Py_ssize_t, min((e - a) / sqrt(width), 1.0 * _MOST)) + 1
+    m: cython.Py_ssize_t
+    here: cython.double
+    before: cython.double = _square(beside, a - start)
+    after: cython.double
+    left: cython.double = -1.0
+    right: cython.double = -1.0
+    extra: cython.double
+    width = (e - a) / steps
+    extra = 0.125 * width * width * turn
+    for m in range(1, steps + 1):
+        here = a + m * width
+        after = _square(beside, here - start)
+        # What spans the middle counts on both halves; what ends there, but for rounding, does not.
+        if here - width < middle - 1e-6 * width:
+            left = max(left, max(before, after))
+        if here > middle + 1e-6 * width:
+            right = max(right, max(before, after))
+        before = after
+    if left >= 0.0:
+        used[0] = max(used[0], (sqrt(left) + extra) / tolerance)
+    if right >= 0.0:
+        used[1] = max(used[1], (sqrt(right) + extra) / tolerance)
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
 def _compare(
     t: cython.const[cython.double][::1],
     y: cython.const[cython.double][:, :, ::1],
@@ -485,20 +534,10 @@ def _compare(
     n: cython.Py_ssize_t = t.shape[0] - 1
     i: cython.Py_ssize_t
     k: cython.Py_ssize_t = 0
-    m: cython.Py_ssize_t
-    steps: cython.Py_ssize_t
     a: cython.double
     e: cython.double
     turn: cython.double
-    here: cython.double
-    before: cython.double
-    after: cython.double
-    left: cython.double
-    right: cython.double
-    extra: cython.double
-    width: cython.double
     worst: cython.double = 0.0
-    middle: cython.double
     q: cython.double[:, ::1] = room[0]
     x: cython.double[:, ::1] = room[1]
     beside: cython.double[:, ::1] = room[2]
@@ -519,28 +558,10 @@ def _compare(
             k += 1
         while a < knots[i + 1]:
             e = min(knots[i + 1], t[k + 1]) if k < n - 1 else knots[i + 1]
-            width = 8.0 * _SLACK * tolerance[k] / (turn + bend[k] + 1e-300)
-            steps = cython.cast(cython.Py_ssize_t, min((e - a) / sqrt(width), 1.0 * _MOST)) + 1
-            width = (e - a) / steps
-            extra = 0.125 * width * width * (turn + bend[k])
-            middle = 0.5 * (t[k] + t[k + 1])
             _beside(x, y, k, knots[i] - t[k], bend[k] > 0.0, beside)
-            before = _square(beside, a - knots[i])
-            left = -1.0
-            right = -1.0
-            for m in range(1, steps + 1):
-                here = a + m * width
-                after = _square(beside, here - knots[i])
-                # What spans the middle counts on both halves; what ends there, but for rounding, does not.
-                if here - width < middle - 1e-6 * width:
-                    left = max(left, max(before, after))
-                if here > middle + 1e-6 * width:
-                    right = max(right, max(before, after))
-                before = after
-            if left >= 0.0:
-                used[k, 0] = max(used[k, 0], (sqrt(left) + extra) / tolerance[k])
-            if right >= 0.0:
-                used[k, 1] = max(used[k, 1], (sqrt(right) + extra) / tolerance[k])
+            _compare_stretch(
+                beside, knots[i], a, e, 0.5 * (t[k] + t[k + 1]), turn + bend[k], tolerance[k], used[k]
+            )
             worst = max(worst, max(used[k, 0], used[k, 1]))
             a = e
             if k < n - 1 and t[k + 1] <= a:
