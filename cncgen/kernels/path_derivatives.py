@@ -288,6 +288,8 @@ def evaluate(
     d: cython.Py_ssize_t
     c: cython.Py_ssize_t
     i: cython.Py_ssize_t
+    needed: cython.Py_ssize_t
+    rest: cython.double[::1] = np.zeros(1)
     local: cython.double
     g: cython.double
     whole: cython.double
@@ -308,12 +310,18 @@ def evaluate(
                         out[k, n, d] = point[k, d]
             else:
                 c = on.curve[at]
-                u[n] = parameter_at(on.cells, on.cell_offset[c], on.cell_offset[c + 1], local, side, on.snap)
+                u[n] = parameter_at(
+                    on.cells, on.cell_offset[c], on.cell_offset[c + 1], local, side, on.snap, rest
+                )
+                needed = max(order, 1) if rest[0] != 0.0 else order
                 if c != span.c or not (knots[span.i] < u[n] and u[n] < knots[span.i + 1]):
                     i = span.find(c, u[n], side)
                     if c != span.c or i != span.i:
-                        span.enter(c, i, order)
-                span.derivatives(order, u[n])
+                        span.enter(c, i, max(order, 1))
+                span.derivatives(needed, u[n])
+                if rest[0] != 0.0:
+                    for d in range(axes):
+                        span.value[0, d] += rest[0] * span.value[1, d]
                 if order > 0:
                     g = _by_length(span.value, order, on.low[c], on.high[c])
                     i = on.curves.degree[c]

@@ -178,3 +178,19 @@ def test_rows_are_found_in_any_order(side: int) -> None:
         path._columns, s, side, 0, rows, np.zeros(len(s)), slow, np.zeros((1, len(s), 3))
     )
     np.testing.assert_array_equal(rows, path.row_of(s, side))
+
+
+@pytest.mark.parametrize("weight", [1e3, 1e5])
+def test_places_beside_a_heavy_point_lie_where_their_coordinate_says(weight: float) -> None:
+    """Second differences over 1 nm are x'' of the place but for rounding of the coordinate, by at most four of its units.
+
+    |C'| is hundreds of times its mean there, and the rounding of the parameter as many times that: 12 and 160 units.
+    """
+    points = np.array([[0.0, 0.0, 0.0], [4.0, 8.0, 0.0], [9.0, -3.0, 0.0], [12.0, 5.0, 0.0]])
+    curve = nurbs.single(3, np.repeat([0.0, 1.0], 4), points, np.array([1.0, weight, 1.0, 1.0]))
+    path, way = path_of_curve(curve), 1e-6
+    s = np.linspace(path.row_s[0], path.row_s[-1], 4001)[1:-1, None] + way * np.arange(-1, 2)
+    x = path.evaluate(s.ravel(), 2).reshape(3, len(s), 3, 3)
+    step = np.abs(np.diff(x[0], 2, axis=1)).max(axis=(1, 2))
+    bend = 1.01 * way**2 * np.abs(x[2]).max(axis=(1, 2))
+    assert (step - bend).max() <= 4.0 * np.spacing(path.row_s[-1])
