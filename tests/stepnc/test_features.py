@@ -1,5 +1,6 @@
 """Toolpaths of features: what is cut, by heights on a grid, against the region that a round tool reaches; and the sequences of holes."""
 
+import cmath
 import math
 from pathlib import Path
 
@@ -154,7 +155,10 @@ def test_approaches_go_down_no_steeper_than_they_say(keyword, values):
         drop = path.starts[k, 2] - path.end[k, 2]
         if path.kind[k] == Kind.ARC:
             a = path.curve[k]
-            length = np.linalg.norm(path.starts[k, :2] - path.arcs.centre[a, :2]) * path.arcs.sweep[a]
+            begin, end = (complex(*(p[k, :2] - path.arcs.centre[a, :2])) for p in (path.starts, path.end))
+            turn = math.copysign(path.arcs.sweep[a], path.arcs.normal[a, 2])
+            assert abs(begin * cmath.exp(1j * turn) - end) < 1e-9  # it ends where it has turned to
+            length = abs(begin) * path.arcs.sweep[a]
         else:
             length = np.linalg.norm(path.end[k, :2] - path.starts[k, :2])
         slopes.append(math.degrees(math.atan2(drop, length)))

@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 import shapely
 
+from cncgen.stepnc.features.holes import tip_length
+from cncgen.stepnc.model import Tool
+from cncgen.toolpath.record import FeedMode
 from tests.stepnc.building import E, codes, motions
 from tests.stepnc.featured import GRID, ORIGIN, Features, cells, depths, hole_part, pocket_operation, tops
 
@@ -15,6 +18,37 @@ def test_drilling_goes_deeper_by_the_point():
     moves, path = depths(hole_part("DRILLING", body="TWIST_DRILL", tip=31.0))
     assert moves[-3:] == [(5.0, True), (-23.004303, False), (5.0, False)]
     assert path.feed[motions(path)[-1]] == 10.0
+
+
+@pytest.mark.parametrize(
+    ("tip", "around", "length"),
+    [
+        (0.0, 0.0, 2.0),
+        (30.0, 0.0, 5 * math.tan(math.pi / 6) + 2 / math.sqrt(3)),
+        (0.0, 30.0, 2 * math.cos(math.pi / 6) / math.sqrt(3)),
+        (None, None, 0.0),
+    ],
+)
+def test_a_rounded_edge_makes_the_point_longer(tip, around, length):
+    """An arc of 2 mm touches edge and side r / tan (i/2) from where they meet at the inner angle i: 90, 120, 120 degrees."""
+    degrees = [None if a is None else math.radians(a) for a in (tip, around)]
+    drill = Tool(1, "drill", "twist drill", 10.0, 2, degrees[0], 2.0, circumference_angle=degrees[1])
+    assert tip_length(drill) == pytest.approx(length)
+
+
+def test_a_feed_per_tooth_is_reduced_as_a_feed_is():
+    """0.1 mm a tooth, 2 teeth, 10 turns a second are 2 mm/s; at half the speed and a quarter of the feed 0.5 mm/s."""
+    part = Features()
+    hole = part.add("ROUND_HOLE", *part.head(20.0), part.size(10), None, part.add("THROUGH_BOTTOM_CONDITION"))
+    technology = part.technology(None, -10.0, feedrate_per_tooth=0.1)
+    drill = part.tool("T", 10.0, body="TWIST_DRILL")
+    plan = part.add("DRILLING_TYPE_STRATEGY", 0.5, 0.25, 2.0, None, None, None)
+    head = (None, None, "op", 5.0, None, drill, technology, None)
+    path, found = part.mill(hole, part.add("DRILLING", *head, *(None,) * 5, plan)).read()
+    assert codes(found, "error") == []
+    feeds = [float(path.feed[k]) for k in motions(path) if path.feed_mode[k] == FeedMode.SPEED]
+    assert feeds[:2] == pytest.approx([0.5, 2.0])
+    assert [e.values["speed_rpm"] for e in path.events if e.name == "spindle"] == [300.0, 600.0]
 
 
 def test_drilling_with_overcut_dwell_and_feed_on_retract():
@@ -386,11 +420,13 @@ def test_an_allowance_lies_over_a_round_bottom():
         (("FLAT_HOLE_BOTTOM",), ["stepnc-tip"]),
         (("CONICAL_HOLE_BOTTOM", 90.0, None), ["stepnc-tip"]),
         (("CONICAL_HOLE_BOTTOM", 120.0, None), []),
+        (("CONICAL_HOLE_BOTTOM", 120.4, None), []),
+        (("CONICAL_HOLE_BOTTOM", 119.4, None), ["stepnc-tip"]),
         (("THROUGH_BOTTOM_CONDITION",), []),
     ],
 )
 def test_a_drills_point_that_is_not_the_bottoms(bottom, expected):
-    """The drill's edges stand at 30 degrees: a point of 120."""
+    """The drill's edges stand at 30 degrees: a point of 120, half a degree more or less."""
     part = Features()
     hole = part.add("ROUND_HOLE", *part.head(), part.size(10), None, part.add(*bottom))
     tool = part.tool("T", 10.0, body="TWIST_DRILL", tip=30.0)
