@@ -171,6 +171,21 @@ def test_approaches_go_down_no_steeper_than_they_say(keyword, values):
         assert max(entering) <= limit + 1e-6
 
 
+@pytest.mark.parametrize("width", [40.0, 13.0])
+def test_without_an_approach_the_tool_goes_down_in_a_helix(width):
+    """Of 0.4 diameters, 3.2 mm, radius at 10 degrees, as NIST's interpreter does; smaller where no more fits: 2.5 mm."""
+    part = Features()
+    part.mill(part.pocket(part.rectangle(60, width)), pocket_operation(part))
+    path, found = part.read()
+    assert codes(found, "error") == []
+    down = next(k for k in motions(path) if path.kind[k] == Kind.ARC and path.end[k, 2] < path.starts[k, 2])
+    arc = path.curve[down]
+    radius = np.linalg.norm(path.starts[down, :2] - path.arcs.centre[arc, :2])
+    assert radius == pytest.approx(min(3.2, (width - 8) / 2), abs=1e-6)
+    drop = path.starts[down, 2] - path.end[down, 2]
+    assert math.degrees(math.atan2(drop, radius * path.arcs.sweep[arc])) == pytest.approx(10.0)
+
+
 def test_a_slot_as_wide_as_the_tool_and_a_wider_one():
     for width in (8.0, 14.0):
         part = Features()
