@@ -32,13 +32,16 @@ _GRADE = 0.4
 #: Smoothing lengths on each side that are passed at the speed of the corner: where jerk bounds it, besides (c + c³)/2 by
 #: the cosine c between the directions; where acceleration does; where chords do, on which setpoints are dense. Measured
 #: against plans, and somewhat more than that, so that what is rounded is faster.
-_JERK, _ACCELERATION, _CHORD = 0.4, 1.3, 1.2
-#: Ways of a period at that speed which are passed so besides, beyond a smoothing length: setpoints tell no parts of it. And
-#: where chords hold the speed.
-_UNTOLD, _UNTOLD_HELD = 0.5, 0.25
-#: Periods that a corner whose speed chords hold takes on each side beyond what its bend makes, by what plans took; and the more of
-#: them that one takes that turns back.
-_LATE, _BACK = 0.1, 0.4
+_JERK, _ACCELERATION, _CHORD = -0.3, 1.3, 1.2
+#: Ways of a period at that speed which are passed so besides, beyond a smoothing length: setpoints tell no parts of it.
+_UNTOLD = 0.1
+#: Periods that a corner whose speed chords hold takes on each side beyond what its bend makes, where it turns all the way back.
+_BACK = 0.5
+#: Periods that a corner takes on each side that is passed as it is, and the more of them that take all of the jerk along the path.
+_MET, _TAKEN = 0.15, 1.5
+#: Part of the time in which the acceleration grows that a run from a slow place on a smooth row takes longer than from a rest:
+#: nodes lie in geometric distances there (docs/evidence.md).
+_RUN = 0.0125
 #: Smoothing lengths that are tried where chords bound the speed, in powers of √2.
 _TRIED = 17
 #: Row of chords among what bounds the speed of a rounded corner.
@@ -68,6 +71,11 @@ class _Side:
         """Return the time lost against going on at the top speed, where the corner is passed at `speed`, 0 for a stop."""
         change = np.maximum(self.top - speed, 0.0)
         return _change_time(change, self.acceleration, self.jerk) * change / (2.0 * self.top)
+
+    def ramp(self, speed: Floats) -> Floats:
+        """Return the time in which the acceleration grows that a change from `speed` to the top speed takes."""
+        change = np.maximum(self.top - speed, 0.0)
+        return np.minimum(self.acceleration / self.jerk, np.sqrt(change / self.jerk))
 
     def crawled(self, way: Floats, speed: Floats) -> Floats:
         """Return the time lost on a way that is passed at `speed`."""
@@ -144,7 +152,8 @@ def _steps(drive: Drive, corners: Corners, turn: Floats, size: Floats) -> Floats
     with np.errstate(divide="ignore", invalid="ignore"):
         by_chord = chord_speed(corners.bend.max(axis=0), drive.chord_mm, drive.period_s)
         passed = np.sqrt(_SHARE / 0.75 * jerk * drive.period_s / step)
-        corner = np.where(size > 0.0, _passed_speed(drive, np.abs(turn), size, gain), np.inf)
+        corner = _passed_speed(drive, np.abs(turn), size)
+        corner[corner < _STOP * least(drive.jerk / gain) * drive.period_s**2] = 0.0
     held = corners.joined & (step > 0.0) & (np.minimum(passed, corner) >= by_chord)
     narrow = corners.tolerance <= _NARROW * drive.chord_mm
     onto_line = corners.bend.min(axis=0) == 0.0
@@ -372,9 +381,8 @@ class _Judged:
         one, two = leave / drive.jerk, entry / drive.jerk
         norms = norm(one) * norm(two)
         alike = np.einsum("ij,ij->i", one, two) / norms
-        turn = np.abs(self.turn[self.at])
         best, bound = self._cost(sides, alike, self.length)
-        out, size, by_chord = np.full(len(best), np.inf), norm(turn), bound == _BY_CHORD
+        out, by_chord = np.full(len(best), np.inf), bound == _BY_CHORD
         few = np.flatnonzero(by_chord)
         if few.size:
             slow = replace(
@@ -386,8 +394,21 @@ class _Judged:
                 beyond=(self.beyond[0][few], self.beyond[1][few]),
             )
             best[few], out[few] = slow._shorter([side.of(few) for side in sides], alike[few], best[few])
-        passed = _passed_speed(drive, turn, size, np.maximum(np.abs(leave), np.abs(entry)))
-        return np.where(best < sum(side.lost(passed) for side in sides), out, 0.0)
+        return np.where(best < self._unrounded(sides), out, 0.0)
+
+    def _unrounded(self, sides: list[_Side]) -> Floats:
+        """Return the time that corners cost as they are, shape (k,): passed, where that takes less, or in a stop."""
+        drive, turn = self.drive, np.abs(self.turn[self.at])
+        ways = np.abs(self.corners.leave[self.at]), np.abs(self.corners.entry[self.at])
+        speed = _passed_speed(drive, turn, norm(turn))
+        left = drive.jerk - turn * speed[:, None] / drive.period_s**2
+        stop, passed = np.zeros((2, len(speed)))
+        for side, gain in zip(sides, ways, strict=True):
+            taken = 1.0 - least(left / gain) / side.jerk
+            late = (_MET + _TAKEN * taken) * drive.period_s
+            stop += side.lost(np.zeros_like(speed))
+            passed += side.lost(speed) + late * np.maximum(1.0 - speed / side.top, 0.0)
+        return np.minimum(passed, stop)
 
     def _shorter(self, sides: list[_Side], alike: Floats, best: Floats) -> tuple[Floats, Floats]:
         """Return what shorter lengths cost where that is less than `best`, and which; infinite where none does."""
@@ -432,25 +453,21 @@ class _Judged:
         cost = lost(by_jerk * jerked + (1.0 - by_jerk) * other)
         held = np.flatnonzero(by_chord)
         if held.size:
-            beyond = _UNTOLD_HELD * np.maximum(step - length, 0.0)[held]
-            made = self._held(held, [side.of(held) for side in sides], length[held], bend[held], beyond)
+            made = self._held(held, [side.of(held) for side in sides], length[held], bend[held])
             part = by_jerk[held]
-            # What turns back must stop and start in every axis at once.
-            made = made + _BACK * drive.period_s * np.maximum(-alike[held], 0.0)
             alone = part * lost(jerked)[:, held] + (1.0 - part) * made
+            # What turns back must stop and start in every axis at once.
+            alone = alone + _BACK * drive.period_s * np.maximum(-alike[held], 0.0)
             short = half[:, held] < REACH * length[held]
             cost[:, held] = np.where(short, np.maximum(alone, cost[:, held]), alone)
-        return cost.sum(axis=0), bound
+        return cost.sum(axis=0) + sum(_RUN * side.ramp(speed) for side in sides), bound
 
-    def _held(
-        self, which: NDArray[np.int64], sides: list[_Side], length: Floats, bend: Floats, untold: Floats
-    ) -> Floats:
+    def _held(self, which: NDArray[np.int64], sides: list[_Side], length: Floats, bend: Floats) -> Floats:
         """Return the time that corners lose on each side whose speed chords hold, shape (2, n).
 
         Args:
             which: Shape (n,), of those that are weighed.
             sides, length, bend: Of these: limits, L, and the largest |x''| in the middle.
-            untold: Shape (n,), mm: the way besides, of which setpoints tell no parts.
         """
         drive, at = self.drive, self.at[which]
         deviation = BEND * np.linalg.norm(self.turn[at], axis=1) * length
@@ -465,7 +482,7 @@ class _Judged:
             way = Way(
                 curved[k], length, half[k], left, side.acceleration, side.jerk, side.top, drive.period_s
             )
-            lost.append(way.lost() + side.crawled(untold, way.slowest()) + _LATE * drive.period_s)
+            lost.append(way.lost())
         return np.stack(lost)
 
 
@@ -495,20 +512,18 @@ def _rounded_speeds(drive: Drive, turn: Floats, length: Floats, bend: Floats, to
     return np.stack([jerk, acceleration, chord])
 
 
-def _passed_speed(drive: Drive, turn: Floats, size: Floats, gain: Floats) -> Floats:
-    """Return the speed at which corners are passed that are not rounded, 0 where they are stops.
+def _passed_speed(drive: Drive, turn: Floats, size: Floats) -> Floats:
+    """Return the speed at which corners may be passed that are not rounded, mm/s.
 
     Args:
         drive: See there.
         turn: Shape (n, axes), |Δ| of each axis.
         size: Shape (n,), |Δ|.
-        gain: Shape (n, axes), the larger |dx/ds| of both sides.
     """
     period = drive.period_s
     jerk, acceleration = (least(limit / turn) for limit in (drive.jerk, drive.acceleration))
     passed = np.minimum(_SHARE * jerk * period**2, acceleration * period)
-    passed = np.minimum(passed, 4.0 * drive.chord_mm / (period * size))
-    return np.where(passed >= _STOP * least(drive.jerk / gain) * period**2, passed, 0.0)
+    return np.minimum(passed, 4.0 * drive.chord_mm / (period * size))
 
 
 def _change_time(change: Floats, acceleration: Floats, jerk: Floats) -> Floats:
