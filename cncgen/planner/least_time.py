@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from cncgen.machine.record import Machine
-from cncgen.planner.optimal.planning import plan_blocks, smooth_blocks
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.record import Trajectory
+from cncgen.planner.roundings import plan_roundings
 from cncgen.toolpath.record import Toolpath
 
 
@@ -29,7 +29,7 @@ def plan_least_time(
         NoPlanError: No motion within the limits was found.
     """
     if options.max_contour_error_mm is None:
-        return plan_blocks(smooth_blocks(chunks, machine), machine, options.effort)
+        return plan_roundings(chunks, machine, options.effort)
     from cncgen.planner.contour_bound import plan_bounded
 
     return plan_bounded(chunks, machine, options, options.max_contour_error_mm)

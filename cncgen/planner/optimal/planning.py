@@ -31,13 +31,17 @@ ROWS = 2048
 AHEAD = 2
 
 
-def smooth_blocks(chunks: Iterable[Toolpath], machine: Machine) -> Iterator[tuple[Toolpath, SpeedCap | None]]:
+def smooth_blocks(
+    chunks: Iterable[Toolpath], machine: Machine, reserve_mm: float | None = None
+) -> Iterator[tuple[Toolpath, SpeedCap | None]]:
     """Yield consecutive stretches of a program, smoothed within their tolerances, in blocks.
 
-    They have a cap only where the tolerance is so narrow that smoothing and chords have to share it.
+    They have a cap only where the tolerance is so narrow that smoothing and chords have to share it. Corners are rounded
+    where that seems to be worth it; all of them are where `reserve_mm` is given, which is what is left to chords.
     """
     steady = paced(chunks, lambda axes: Bounds.of(machine, axes))
-    for block in blocks(smooth(steady, machine=machine), ROWS):
+    smoothed = smooth(steady, reserve_mm, machine if reserve_mm is None else None)
+    for block in blocks(smoothed, ROWS):
         speed = chord_speed_within(block, chord_within(machine, block.axes), machine.period_s)
         yield block, SpeedCap(speed, Limit.CHORD, straight=False) if speed else None
 

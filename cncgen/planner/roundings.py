@@ -1,0 +1,90 @@
+"""Short programs that chords hold back are planned with other roundings of their corners too, and the fastest is taken.
+
+Which corners of G64 are worth rounding, and how far, is told by estimates of two rows at a time (`cncgen.planner.smoothing.worth`,
+docs/rounding.md). Where chords hold the speed these are some per cent off, for what a fit makes of short rows, and of arcs beside
+them, is known once it is made. A program of one block is planned as they have it; where chords hold that motion for more than
+a trifle of its time, it is planned with all corners rounded, and with none, as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from itertools import chain
+
+import numpy as np
+
+from cncgen.diagnostics import NoPlanError
+from cncgen.machine.record import Machine
+from cncgen.planner.optimal.caps import SpeedCap
+from cncgen.planner.optimal.planning import ROWS, plan_blocks, smooth_blocks
+from cncgen.planner.record import Limit, Trajectory
+from cncgen.planner.smoothing import chord_within
+from cncgen.toolpath.record import PathMode, Toolpath
+
+#: Rows up to which a program is short.
+_SHORT = ROWS // 2
+#: Part of the time of a motion that chords hold, up to which its roundings stay; and part by which another must be faster.
+_HELD, _LESS = 0.02, 1e-4
+
+
+def plan_roundings(chunks: Iterable[Toolpath], machine: Machine, effort: str) -> Iterator[Trajectory]:
+    """Plan the least time of a program, of a short one with the rounding of its corners that takes the least.
+
+    Args:
+        chunks: Consecutive stretches of one program.
+        machine: Limits, period, chord tolerance.
+        effort: As in `PlanOptions`; no others are tried but with the best.
+
+    Yields:
+        Trajectories, from rest to rest, as their speeds become final.
+
+    Raises:
+        NoPlanError: No motion within the limits was found.
+    """
+    source, held, rows = iter(chunks), [], 0
+    while rows <= _SHORT and (chunk := next(source, None)) is not None:
+        held.append(chunk)
+        rows += len(chunk)
+    plan = plan_blocks(smooth_blocks(chain(held, source), machine), machine, effort)
+    rounded = any(np.any(chunk.path_mode == PathMode.CONTINUOUS) for chunk in held)
+    if rows > _SHORT or not rounded or effort != "best":
+        yield from plan
+        return
+    best = list(plan)
+    moving, by_chord = _times(best)
+    if by_chord > _HELD * moving:
+        for other in _others(held, machine):
+            try:
+                found = list(plan_blocks(other, machine, effort))
+            except NoPlanError:
+                continue
+            seconds = _times(found)[0]
+            if seconds < (1.0 - _LESS) * moving:
+                best, moving = found, seconds
+    yield from best
+
+
+def _others(chunks: list[Toolpath], machine: Machine) -> Iterator[Iterator[tuple[Toolpath, SpeedCap | None]]]:
+    """Yield the blocks of a program with all corners rounded, and with none."""
+    yield smooth_blocks(chunks, machine, chord_within(machine, chunks[0].axes))
+    met = [
+        np.where(chunk.path_mode == PathMode.CONTINUOUS, PathMode.EXACT_PATH, chunk.path_mode)
+        for chunk in chunks
+    ]
+    exact = [replace(chunk, path_mode=mode.astype(np.int8)) for chunk, mode in zip(chunks, met, strict=True)]
+    yield smooth_blocks(exact, machine)
+
+
+def _times(plan: list[Trajectory]) -> tuple[float, float]:
+    """Return how long the axes move or wait for setpoints on the way, and how long chords hold the speed meanwhile, s."""
+    moving = by_chord = 0.0
+    for number, trajectory in enumerate(plan):
+        profile = trajectory.profile
+        time, stands = np.diff(profile.t), profile.waits
+        by_chord += float(time[~stands & (profile.limit == Limit.CHORD)].sum())
+        counted = ~stands | (profile.limit != Limit.STOP)
+        # The stand before the first motion is none of it.
+        counted[:1] &= (number > 0) | ~stands[:1]
+        moving += float(time[counted].sum())
+    return moving, by_chord
