@@ -13,9 +13,10 @@ import pytest
 from cncgen.diagnostics import UsageError
 from cncgen.gcode import read as read_gcode
 from cncgen.stepnc import canon, gcode_lines, read, write_ap238
+from cncgen.stepnc.ways import way_of
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import FeedMode, Kind
-from tests.stepnc.building import Part
+from tests.stepnc.building import E, Part
 
 PROGRAMS = Path(__file__).parents[2] / "programs"
 GCODE = sorted(p for p in PROGRAMS.glob("*.nc") if p.stat().st_size < 100_000)
@@ -152,6 +153,50 @@ def test_a_part_of_a_minute_becomes_a_speed_along_the_way(motion, way):
     write_ap238([original], stream)
     made = one(read(io.BytesIO(stream.getvalue().encode()), "t.stp", WHOLE))
     np.testing.assert_allclose(motions(made)[2], way / 10.0, rtol=1e-9)
+
+
+def timed(path, rows):
+    """Return how long motions take together at their feeds, s: 1/F in inverse time."""
+    inverse = path.feed_mode[rows] == FeedMode.INVERSE_TIME
+    lengths = [way_of(path, k, np.stack([path.starts[k], path.end[k]])) for k in rows]
+    return float(np.sum(np.where(inverse, 1.0, lengths) / path.feed[rows]))
+
+
+@pytest.mark.parametrize("motion", ["G1 X3 Y4", "G3 X10 Y10 Z2 J10", "G5.1 X10 Y0 I5 J10", "G1 B30"])
+@pytest.mark.parametrize("linearize", [None, 0.01])
+def test_a_part_of_a_minute_stays_one_in_gcode(motion, linearize):
+    """G93 F6 is 10 s, for one motion or for all the lines that it becomes; G6.2, which knows no G93, gets a speed."""
+    axes = " B0" if "B" in motion else ""
+    original = from_gcode(f"(START, X0 Y0 Z0{axes})\nG93 {motion} F6\nM2\n")
+    made = from_gcode("\n".join(gcode_lines([original], linearize=linearize)))
+    rows = np.flatnonzero((made.kind != Kind.EVENT) & (made.feed_mode != FeedMode.RAPID))
+    assert timed(made, rows) == pytest.approx(10.0, rel=1e-6)
+    np.testing.assert_allclose(made.end[rows[-1], :3], original.end[0, :3], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("states", "words"),
+    [
+        ([(True, False), (True, True)], ["M8", "M7"]),
+        ([(True, False), (False, True)], ["M8", "M9", "M7"]),
+        ([(True, True), (False, True)], ["M8", "M7", "M9", "M7"]),
+        ([(True, True), (False, False)], ["M8", "M7", "M9"]),
+    ],
+)
+def test_coolant_is_written_as_it_changes(states, words):
+    """Flood and mist of workingsteps; M9 stops both, and what stays on is said again. The end of a tool stops it too."""
+    part = Part()
+    steps = []
+    for k, (flood, mist) in enumerate(states):
+        on = [E("T" if state else "F") for state in (flood, mist)]
+        functions = part.add(
+            "MILLING_MACHINE_FUNCTIONS", on[0], None, on[1], E("F"), None, (), E("F"), None, None, ()
+        )
+        path = part.trajectory(part.polyline((k, 0, 0), (k + 1, 0, 0)))
+        steps.append(part.step(part.freeform(path, functions=functions)))
+    part.project(part.plan(*steps))
+    lines = list(gcode_lines([one(read(io.BytesIO(part.text().encode()), "t.stp", WHOLE))]))
+    assert [line for line in lines if line in ("M7", "M8", "M9")][: len(words)] == words
 
 
 def test_axes_that_ap238_has_no_place_for_are_refused():

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, UsageError
-from cncgen.geometry import nurbs
 from cncgen.stepnc.ap238.aim_file import AimFile, E
 from cncgen.stepnc.part21 import Ref
+from cncgen.stepnc.ways import way_of
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -53,25 +53,6 @@ def write_ap238(chunks: Iterable[Toolpath], stream: TextIO, name: str = "", inch
         writer.chunk(chunk)
     writer.close()
     stream.write("ENDSEC;\nEND-ISO-10303-21;\n")
-
-
-def _way(toolpath: Toolpath, row: int, points: Floats) -> float:
-    """Return the length of a motion in X Y Z, mm, or, where they stand still, what the rotary axes turn by, rad.
-
-    Args:
-        row: Of the motion.
-        points: Shape (2, axes): where it begins and ends.
-    """
-    begin, end = points
-    index = toolpath.curve[row : row + 1]
-    if toolpath.kind[row] == Kind.NURBS:
-        one = nurbs.take(toolpath.nurbs, index)
-        return float(nurbs.lengths(one, np.zeros(1, np.int64), np.full(1, 3)).total[0])
-    if toolpath.kind[row] == Kind.ARC:
-        centre, normal = toolpath.arcs.centre[index[0]], toolpath.arcs.normal[index[0]]
-        across = np.linalg.norm(np.cross(normal, begin[:3] - centre)) * toolpath.arcs.sweep[index[0]]
-        return math.hypot(across, (end[:3] - begin[:3]) @ normal)
-    return float(np.linalg.norm((end - begin)[:3]) or np.linalg.norm((end - begin)[3:]))
 
 
 def _all(first: Toolpath | None, rest: Iterator[Toolpath]) -> Iterator[Toolpath]:
@@ -185,7 +166,7 @@ class _Writer:
             keyword = "MACHINING_TOOLPATH_SPEED_PROFILE_REPRESENTATION"
             self.file.words(path, "speed profile", "rapid", keyword)
         elif mode == FeedMode.INVERSE_TIME:
-            feed *= _way(toolpath, begin, points)
+            feed *= way_of(toolpath, begin, points)
         self._attach(path, None if mode == FeedMode.RAPID else feed)
 
     def _attach(self, path: Ref, feed: float | None) -> None:
