@@ -183,11 +183,12 @@ class _Writer:
         out += [code, *words]
         if mode == FeedMode.INVERSE_TIME:
             out.append(f"F{number(feed * 60.0 * pieces)}")
-        elif mode == FeedMode.SPEED and feed != self._feed:
-            self._feed = feed
+        elif mode == FeedMode.SPEED:
             rotary_only = words and all(is_rotary(w[0]) for w in words if w[0] in self._axes)
-            scale = 60.0 * (180.0 / math.pi if rotary_only else 1.0)
-            out.append(f"F{number(feed * scale)}")
+            word = feed * 60.0 * (180.0 / math.pi if rotary_only else 1.0)
+            if word != self._feed:
+                self._feed = word
+                out.append(f"F{number(word)}")
         return out
 
     def _arc(self, arc: Arc, plane: int, end: Floats, mode: int, feed: float) -> Iterator[str]:

@@ -5,6 +5,7 @@ import math
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -153,6 +154,20 @@ def test_a_part_of_a_minute_becomes_a_speed_along_the_way(motion, way):
     write_ap238([original], stream)
     made = one(read(io.BytesIO(stream.getvalue().encode()), "t.stp", WHOLE))
     np.testing.assert_allclose(motions(made)[2], way / 10.0, rtol=1e-9)
+
+
+def test_feeds_of_rotary_axes_alone_are_in_degrees():
+    """1 rad/s after 1 mm/s, and 1 mm/s again: 60 mm/min and 10800/pi degrees/min (then 120), each said where it changes."""
+    turn = 10800 / math.pi
+    text = f"G1 X1 F60\nX2\nA30 F{turn:.9f}\nA60\nX3 A90 F60\nG1 A0 F120\nM2\n"
+    original = from_gcode(f"(START, X0 Y0 Z0 A0)\n{text}")
+    one_of_both = np.where(
+        np.isclose(original.feed, 1.0), 1.0, original.feed
+    )  # mm/s and rad/s to the last digit
+    lines = list(gcode_lines([replace(original, feed=one_of_both)]))
+    same(original, from_gcode("\n".join(lines)))
+    feeds = [float(word[1:]) for line in lines for word in line.split() if word[0] == "F"]
+    assert feeds == pytest.approx([60.0, turn, 60.0, 120.0])
 
 
 def timed(path, rows):
