@@ -22,6 +22,8 @@ from cncgen.planner.record import Limit, Trajectory
 from cncgen.planner.smoothing import chord_within
 from cncgen.toolpath.record import PathMode, Toolpath
 
+Blocks = list[tuple[Toolpath, SpeedCap | None]]
+
 #: Rows up to which a program is short.
 _SHORT = ROWS // 2
 #: Part of the time of a motion that chords hold, up to which its roundings stay; and part by which another must be faster.
@@ -46,15 +48,17 @@ def plan_roundings(chunks: Iterable[Toolpath], machine: Machine, effort: str) ->
     while rows <= _SHORT and (chunk := next(source, None)) is not None:
         held.append(chunk)
         rows += len(chunk)
-    plan = plan_blocks(smooth_blocks(chain(held, source), machine), machine, effort)
     rounded = any(np.any(chunk.path_mode == PathMode.CONTINUOUS) for chunk in held)
     if rows > _SHORT or not rounded or effort != "best":
-        yield from plan
+        yield from plan_blocks(smooth_blocks(chain(held, source), machine), machine, effort)
         return
-    best = list(plan)
+    blocks = list(smooth_blocks(held, machine))
+    best = list(plan_blocks(blocks, machine, effort))
     moving, by_chord = _times(best)
     if by_chord > _HELD * moving:
         for other in _others(held, machine):
+            if _same(other, blocks):
+                continue
             try:
                 found = list(plan_blocks(other, machine, effort))
             except NoPlanError:
@@ -65,15 +69,23 @@ def plan_roundings(chunks: Iterable[Toolpath], machine: Machine, effort: str) ->
     yield from best
 
 
-def _others(chunks: list[Toolpath], machine: Machine) -> Iterator[Iterator[tuple[Toolpath, SpeedCap | None]]]:
+def _others(chunks: list[Toolpath], machine: Machine) -> Iterator[Blocks]:
     """Yield the blocks of a program with all corners rounded, and with none."""
-    yield smooth_blocks(chunks, machine, chord_within(machine, chunks[0].axes))
+    yield list(smooth_blocks(chunks, machine, chord_within(machine, chunks[0].axes)))
     met = [
         np.where(chunk.path_mode == PathMode.CONTINUOUS, PathMode.EXACT_PATH, chunk.path_mode)
         for chunk in chunks
     ]
     exact = [replace(chunk, path_mode=mode.astype(np.int8)) for chunk, mode in zip(chunks, met, strict=True)]
-    yield smooth_blocks(exact, machine)
+    yield list(smooth_blocks(exact, machine))
+
+
+def _same(one: Blocks, other: Blocks) -> bool:
+    """Tell whether two roundings made the same rows: what was rounded another way has other ends."""
+    return len(one) == len(other) and all(
+        np.array_equal(a.kind, b.kind) and np.array_equal(a.end, b.end)
+        for (a, _), (b, _) in zip(one, other, strict=True)
+    )
 
 
 def _times(plan: list[Trajectory]) -> tuple[float, float]:

@@ -138,6 +138,22 @@ def test_where_chords_hold_nothing_or_programs_are_long_there_is_one_plan(
     assert all(np.array_equal(one, other) for one, other in zip(found, expected, strict=True))
 
 
+def test_what_has_no_corners_is_planned_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A circle under G64 whose chords hold it all the way is the same curve however corners are rounded."""
+    machine = turns(0)[1]
+    made = []
+
+    def counted(*given: Any) -> Iterator[Trajectory]:
+        made.append(given)
+        return plan_blocks(*given)
+
+    monkeypatch.setattr(roundings, "plan_blocks", counted)
+    chunks = program("G21 G91 G64 P0.001 F6000\nG2 X0 Y0 I1\nM2\n").chunks()
+    moving, by_chord = roundings._times(list(roundings.plan_roundings(chunks, machine, "best")))
+    assert by_chord > 0.5 * moving
+    assert len(made) == 1
+
+
 def test_a_rounding_that_has_no_plan_is_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
     """The first plan stays where the others fail."""
     text, machine = turns(0)
