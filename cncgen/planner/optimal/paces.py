@@ -77,11 +77,11 @@ def _fastest(bounds: Bounds) -> float:
 
 
 def paced(chunks: Iterable[Toolpath], bounds_of: Callable[[str], Bounds]) -> Iterator[Toolpath]:
-    """Yield chunks whose feeds under G64 are speeds, and whose crawling rows no smoothing takes in.
+    """Yield chunks whose feeds under G64 are speeds, and whose rows that crawl by their time no smoothing takes in.
 
     The time that G93 gives a row is that of the whole row: as a speed it stays with every part that a row becomes. Under
-    G64 a row of some tolerances may vanish in the curve of its neighbours; one that crawls is met exactly, that its time
-    does not vanish with it.
+    G64 a row of some tolerances may vanish in the curve of its neighbours; one that crawls by G93 is met exactly, that its time
+    does not vanish with it. A feed in G94 is no time: what is shorter is faster.
 
     Args:
         chunks: Consecutive stretches of one program, tolerances filled in.
@@ -96,7 +96,8 @@ def paced(chunks: Iterable[Toolpath], bounds_of: Callable[[str], Bounds]) -> Ite
             continue
         path = path_of(chunk)
         speed = Feeds.of(chunk, path).speed
-        met = (chunk.path_mode == PathMode.CONTINUOUS) & (path.row_length <= _SWALLOWED * chunk.tolerance)
+        met = inverse & (chunk.path_mode == PathMode.CONTINUOUS)
+        met &= path.row_length <= _SWALLOWED * chunk.tolerance
         met &= crawling(path, speed, bounds)
         # What is met exactly keeps its time, to the last digit.
         split = inverse & (chunk.path_mode == PathMode.CONTINUOUS) & ~met
