@@ -49,8 +49,11 @@ _BELOW = 0.95
 #: lets it be, rounding grows until iterates differ by up to 10⁻⁵ of the time.
 _SHORT = 18.0
 #: What is so found is tried again from a little below until its time stays, to this part of it (what differs falls by a
-#: thousand each time, so to 10⁻¹⁰), and how often at most.
-_STAYS, _AGAIN = 1e-7, 6
+#: thousand each time, so to 10⁻¹¹), and how often at most.
+_STAYS, _AGAIN = 1e-8, 6
+#: How often an optimum is tried again that was found by long steps; part of the time that it must be shorter by to be taken
+#: where it does not stay.
+_TWICE, _ROUGHLY = 2, 1e-5
 #: Part of q of the best plan of those that are no optimum from which it is tried again, and how much shorter it must be, as a
 #: part of its time, to be tried from there once more.
 _WITHIN, _GAINED = 0.3, 1e-3
@@ -268,10 +271,10 @@ def _settled(
     become over short steps stays in the parts of limits that rows may use between their ends, which are taken from iterates:
     from a little below, steps are long, and what differs falls by a thousand each time.
     """
-    rough = always or run.short >= _SHORT
-    for _ in range(_AGAIN):
-        if run.left == 0.0 and not rough:
-            break
+    first, rough = run, run.short >= _SHORT
+    for _ in range(_AGAIN if rough or run.left > 0.0 else _TWICE):
+        if run.left == 0.0 and not (rough or always):
+            return run.solution
         below = _Start(_STARTS[0], run.solution.q[:, 1], _BELOW)
         again = _improved(given, columns, below, state, thinned=False)
         longer = again.solution.time / run.solution.time - 1.0
@@ -280,8 +283,9 @@ def _settled(
             break
         run = again
         if abs(longer) <= _STAYS:
-            break
-    return run.solution
+            return run.solution
+    # Where runs from below do not agree, each is further off in another unit than the one before.
+    return first.solution if run.solution.time > (1.0 - _ROUGHLY) * first.solution.time else run.solution
 
 
 def _from_within(
