@@ -40,8 +40,9 @@ _BACK = 0.5
 #: Periods that a corner takes on each side that is passed as it is, and the more of them that take all of the jerk along the path.
 _MET, _TAKEN = 0.15, 1.5
 #: Part of the time in which the acceleration grows that a run from a slow place on a smooth row takes longer than from a rest:
-#: nodes lie in geometric distances there (docs/evidence.md).
-_RUN = 0.0125
+#: nodes lie in geometric distances there (docs/evidence.md). It is 0.0125 at the median; as much as it may be from places slower
+#: than J T², so that what is rounded is faster than a stop.
+_RUN = 0.035
 #: Smoothing lengths that are tried where chords bound the speed, in powers of √2.
 _TRIED = 17
 #: Row of chords among what bounds the speed of a rounded corner.

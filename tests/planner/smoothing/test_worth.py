@@ -253,7 +253,18 @@ def test_more_tolerance_takes_no_more_time(angle: float, chord: float) -> None:
     assert all(later <= 1.001 * former for former, later in pairwise(times))
 
 
-@pytest.mark.parametrize(("p", "kinds"), [(1e-5, {Kind.LINE, Kind.NURBS}), (2e-4, {Kind.NURBS})])
+@pytest.mark.parametrize("p", [1.8e-4, 2.4e-4, 3.2e-4, 4.2e-4, 7.5e-4])
+@pytest.mark.parametrize("chord", [3e-4, 1e-3, 1e-2])
+def test_slow_corners_take_no_longer_than_stops(p: float, chord: float) -> None:
+    """A zigzag at 4 ms whose rounded corners are slower than J T²: they took up to 0.5 % longer."""
+    axes = {letter: Axis(letter, 100.0, 1000.0, 5e4) for letter in "XY"}
+    where = Machine("slow", axes, period_s=0.004, chord_tolerance_mm=chord)
+    rows = "".join(f"G1 X{5 * k} Y{5 * (k % 2)}\n" for k in range(1, 13))
+    one, other = (seconds(f"G21 G90 F6000 {mode}\n{rows}M2\n", where) for mode in (f"G64 P{p}", "G61.1"))
+    assert one <= 1.001 * other
+
+
+@pytest.mark.parametrize(("p", "kinds"), [(1e-5, {Kind.LINE, Kind.NURBS}), (1e-3, {Kind.NURBS})])
 def test_corners_do_not_depend_on_how_rows_arrive(p: float, kinds: set[Kind]) -> None:
     """How a row goes on at its other end counts, and so does what went before it: one row at a time and all at once."""
     rng = np.random.default_rng(5)
