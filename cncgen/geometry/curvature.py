@@ -38,8 +38,9 @@ class CurvatureExtrema:
 def curvature_extrema(path: Path) -> CurvatureExtrema:
     """Find the local extrema of curvature inside a path, its ends left out.
 
-    They are the first criterion of a sharp corner of Tsai (2010), whose second one is κ > A/V² (eq. 21). Sampled in every panel of the arc-length table and on both sides of breakpoints, then refined by the golden section
-    (Kiefer, Proc. AMS 4 (1953) 502) to some 1e-9 of the sample distance.
+    Curvature is sampled in every panel of the arc-length table and on both sides of breakpoints, and its extrema refined by
+    the golden section (Kiefer, Proc. AMS 4 (1953) 502) to some 1e-9 of the sample distance. Its maxima are the first
+    criterion of a sharp corner of Tsai (2010), whose second one is κ > A/V² (eq. 21).
     """
     s, kappa = _samples(path)
     # Runs of equal curvature become one sample with a first and a last place.

@@ -75,24 +75,6 @@ def _hermite(
 @cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _horner(
-    cells: cython.const[cython.double][:, ::1], row: cython.Py_ssize_t, tau: cython.double
-) -> cython.double:
-    """u at tau in 0 .. 1 of the cell in a row, kept inside the cell."""
-    u: cython.double = cells[row, 11]
-    k: cython.Py_ssize_t
-    for k in range(7):
-        u = u * tau + cells[row, 10 - k]
-    if u < cells[row, 0]:
-        return cells[row, 0]
-    if u > cells[row, 0] + cells[row, 3]:
-        return cells[row, 0] + cells[row, 3]
-    return u
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
 def _beyond(
     cells: cython.const[cython.double][:, ::1], row: cython.Py_ssize_t, tau: cython.double
 ) -> cython.double:
@@ -102,6 +84,22 @@ def _beyond(
     for k in range(6):
         u = u * tau + cells[row, 10 - k]
     return u * tau
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _horner(
+    cells: cython.const[cython.double][:, ::1], row: cython.Py_ssize_t, tau: cython.double
+) -> cython.double:
+    """u at tau in 0 .. 1 of the cell in a row, kept inside the cell."""
+    u: cython.double = _beyond(cells, row, tau) + cells[row, 4]
+    if u < cells[row, 0]:
+        return cells[row, 0]
+    if u > cells[row, 0] + cells[row, 3]:
+        return cells[row, 0] + cells[row, 3]
+    return u
 
 
 @cython.final

@@ -2,7 +2,7 @@
 
 Which corners of G64 are worth rounding, and how far, is told by estimates of two rows at a time (`cncgen.planner.smoothing.worth`,
 docs/rounding.md). Where chords hold the speed these are some per cent off, for what a fit makes of short rows, and of arcs beside
-them, is known once it is made. A program of one block is planned as they have it; where chords hold that motion for more than
+them, is known once it is made. A short program is planned as they have it; where chords hold that motion for more than
 a trifle of its time, it is planned with all corners rounded, and with none, as well.
 """
 

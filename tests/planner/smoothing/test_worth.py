@@ -264,7 +264,9 @@ def test_slow_corners_take_no_longer_than_stops(p: float, chord: float) -> None:
     assert one <= 1.001 * other
 
 
-@pytest.mark.parametrize(("p", "kinds"), [(1e-5, {Kind.LINE, Kind.NURBS}), (1e-3, {Kind.NURBS})])
+@pytest.mark.parametrize(
+    ("p", "kinds"), [(1e-5, {Kind.LINE, Kind.NURBS}), (2e-4, {Kind.LINE, Kind.NURBS}), (1e-3, {Kind.NURBS})]
+)
 def test_corners_do_not_depend_on_how_rows_arrive(p: float, kinds: set[Kind]) -> None:
     """How a row goes on at its other end counts, and so does what went before it: one row at a time and all at once."""
     rng = np.random.default_rng(5)
