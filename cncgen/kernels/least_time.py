@@ -1,5 +1,8 @@
 """Primal-dual interior-point method for the least time along a path (docs/least-time.md).
 
+Called by `cncgen.planner.optimal.problem`. The problem is that of Verscheure et al. (2009) in q = v², with jerk limits as in
+Debrouwere et al. (2013).
+
 Unknown is q(s) = v² as a quadratic spline, by its Bézier middle ordinates: ``c[k + 1]`` belongs to interval `k`, and the
 ordinates at the interval's ends are ``b0 = ends[k,0] c[k] + ends[k,1] c[k+1]`` and ``b2 = ends[k,2] c[k+1] +
 ends[k,3] c[k+2]``. ``c[0]`` and ``c[n+1]`` are given; so is ``c[1]`` where the window starts in motion. Minimised is
@@ -7,16 +10,15 @@ ends[k,3] c[k+2]``. ``c[0]`` and ``c[n+1]`` are given; so is ``c[1]`` where the 
     F = Σ h/6 (b0^-1/2 + 4 m^-1/2 + b2^-1/2) + Σ extra0 b0^-1/2 + Σ extra2 b2^-1/2,   m = (b0 + 2 c + b2) / 4,
 
 subject to rows r ± A·(q, d, κ) ≥ 0 at the ends of the intervals (`cncgen.kernels.least_time_problem`) that each touch three
-neighbours. Hence the Newton matrix has five diagonals, and an iteration is linear in the number of intervals: three passes over
-the rows, many at once.
+neighbours. Hence the Newton matrix has five diagonals, and the work of an iteration is linear in the number of intervals.
 
-Of the rows some are awake: the iteration knows of no others. The rest, bounds and accelerations that a profile stays far from,
-sleep until it comes near their limits.
+Rows are awake or asleep, and an iteration takes only those that are awake. Asleep are bounds of q and of the acceleration that
+the iterate is far from; they wake when it comes near (an active-set idea within an interior-point method).
 
-The function r is convex, so its tangent lies below it: a step along which the linearised constraint holds keeps the
-constraint itself (Hunter and Lange, *A tutorial on MM algorithms*, 2004), and slacks may be reset to the constraint's
-value wherever that is larger. Steps follow Mehrotra (*SIAM J. Optim.* 2, 1992), those
-of slacks and of multipliers each as long as they may be.
+The function r is convex, so its tangent lies below it: a step that holds the linearised constraint holds the constraint itself,
+which is why an iterate never leaves the feasible set (Hunter and Lange (2004), section 3.2, supporting hyperplanes), and slacks
+may be reset to the constraint's value wherever that is larger. Steps are Mehrotra's predictor and corrector (Mehrotra (1992);
+Nocedal and Wright, Numerical Optimization (2006), Algorithm 14.3), with separate lengths for slacks and for multipliers.
 """
 
 import cython
@@ -37,22 +39,22 @@ else:
 BOX, ACCELERATION, JERK = range(3)
 #: Intervals at the start of a window in motion whose limits are eased (`least_time_between.apply`).
 _EASED = cython.declare(cython.Py_ssize_t, 3)
-#: What passes a limit between the ends of intervals, at the optimum of the rows, by more than this part and so many
-#: times by the same is there to stay: no row holds it, and no share of one mends it.
+#: If, near the optimum, a limit is exceeded between the ends of intervals by more than this part, and by the same amount in so
+#: many iterations, it will stay so: the method gives up.
 _PASSED = cython.declare(cython.double, 0.003)
 _STUBBORN = cython.declare(cython.int, 3)
-#: Iterations in a row after which it has stalled: short steps, of which one follows where a limit was lowered, or such as
-#: leave the gap as small as it can be, and come no nearer.
+#: The method has stalled after this many iterations in a row with short steps, or with the gap at its target but the residual
+#: not. (One short step alone is usual after a limit was lowered.)
 _STALLED = cython.declare(cython.int, 3)
-#: Duality gap, as a part of the time, from which the rows are near enough to their optimum to tell what stays passed
-#: between them, and for a plan to end with where the iteration stalls.
+#: Duality gap, as a part of the time, below which an iterate is near the optimum: what is exceeded between rows then will stay
+#: so, and a run that stalls may return its iterate as a plan.
 _SETTLED = cython.declare(cython.double, 2e-4)
-#: Dual residual, as a part of the time, at the optimum, and of a plan to fall back on. With a gap of 10⁻⁷, rounding alone
-#: may leave the first: slacks are differences of numbers a million times as large.
+#: Largest dual residual, as a part of the time, at the optimum, and of a plan to fall back on. A smaller one cannot be asked for:
+#: at a gap of 10⁻⁷ slacks are differences of numbers a million times as large, and rounding may leave this much.
 _RESIDUAL = cython.declare(cython.double, 1e-4)
 _TRUSTED = cython.declare(cython.double, 1e-3)
-#: The largest part of an ordinate of q that a step may take. Newton's step for q^-1/2 goes beyond the optimum where it comes
-#: from more than 1.8 times of that, and where it ends far below, each further one only gains two thirds.
+#: The largest part of an ordinate of q by which a step may lower it. From more than 1.84 = 2.5^(2/3) times the minimum of q^-1/2
+#: plus a linear term Newton's step leads below zero; and once q is far below the minimum each step raises it by 5/3 only.
 _TAKEN = cython.declare(cython.double, 0.4)
 
 
@@ -152,7 +154,11 @@ class _System:
     @cython.nogil
     @cython.exceptval(check=False)
     def advance(self, least: cython.double) -> cython.void:
-        """Move the unknowns by Mehrotra's predictor and corrector; the latter aims at a gap of `least` at the least."""
+        """Move the unknowns by Mehrotra's predictor and corrector; the latter aims at a gap of at least `least`.
+
+        Mehrotra (1992); Algorithm 14.3 of Nocedal and Wright (2006): `sigma` is μ_aff/μ, whose cube is the centring parameter,
+        and a step goes 0.99 of the way to the nearest bound.
+        """
         k: cython.Py_ssize_t
         lowest: cython.double
         sigma: cython.double

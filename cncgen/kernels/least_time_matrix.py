@@ -279,6 +279,8 @@ def factorize(band: cython.double[:, ::1], start: cython.Py_ssize_t, stop: cytho
     """Factor the unknowns `start` to `stop` − 1 of the matrix as L D Lᵀ in place; return False where D is not positive.
 
     ``band[m, k]`` is the entry of row k and column k + m; it becomes 1/D for m = 0, and that of L in column k for others.
+    Gaussian elimination in a band, in the storage of BCHFAC (de Boor, A Practical Guide to Splines (2001), chapter XIII),
+    for five diagonals.
     """
     k: cython.Py_ssize_t
     inverse: cython.double
@@ -313,7 +315,7 @@ def substitute(
     right: cython.double[::1],
     dc: cython.double[::1],
 ) -> cython.void:
-    """Solve L D Lᵀ dc = right on the free unknowns; the others get 0."""
+    """Solve L D Lᵀ dc = right on the free unknowns; the others get 0. (BCHSLV of de Boor (2001), see `factorize`.)"""
     k: cython.Py_ssize_t
     x: cython.double
     l1: cython.double = 0.0

@@ -1,4 +1,4 @@
-"""An iterator drawn by a thread of its own, some items ahead: reading and measuring beside solving, on two cores."""
+"""An iterator drawn by a thread of its own, some items ahead: `planning` reads and measures beside solving, on two cores."""
 
 from __future__ import annotations
 

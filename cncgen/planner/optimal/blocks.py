@@ -1,4 +1,4 @@
-"""A toolpath cut into blocks of a fixed number of rows, however it arrives: what is planned does not depend on it."""
+"""A toolpath cut into blocks of a fixed number of rows: the plan then does not depend on how the input was cut into chunks."""
 
 from __future__ import annotations
 

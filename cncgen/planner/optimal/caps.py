@@ -1,4 +1,7 @@
-"""A largest speed along a block that comes from outside: from another plan, or from what servo loops make of it."""
+"""A largest speed along a block that comes from outside: from another plan, or from the simulated servo loops.
+
+Made by `cncgen.planner.contour_bound`, `cncgen.planner.replanning` and, for chords under G64, `planning`; used by `track`.
+"""
 
 from __future__ import annotations
 
@@ -18,9 +21,9 @@ class SpeedCap:
     """The largest speed along the path of a block.
 
     Attributes:
-        speed: Gives mm/s at path coordinates, shape (n,), ascending, by them and the path and its derivatives there, up to
-            the second at least, shape (≥ 3, n, axes); infinite where there is no cap.
-        limit: What it stands for.
+        speed: Function of ascending path coordinates, shape (n,), mm, and of the path and its derivatives there (up to the
+            second at least), shape (≥ 3, n, axes). Returns the largest speed, shape (n,), mm/s; infinite where there is none.
+        limit: The `Limit` that is named where the cap binds.
         straight: Whether it may be finite on straight lines.
     """
 

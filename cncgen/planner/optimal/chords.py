@@ -1,9 +1,9 @@
-"""The chords of a period along a motion that is known, measured: speed and curvature change while one lasts.
+"""Chords between setpoints, measured on a planned motion: where they are too far from the path, bounds of q are lowered.
 
-Bounds of the speed hold the chord that speed and curvature at one place would make. Where the speed changes by a multiple
-within a period, a chord reaches from a slow bend onto a fast line, or over a sharper bend than where it began. What a plan
-does there is known once it is made: chords that leave the path by more than their tolerance lower the bounds of what they
-lie over, and it is made again (docs/corners.md).
+The bounds of q in `track` hold the chord that the speed and the curvature at one place would make. Where the speed changes by a
+multiple within a period, a chord may reach from a slow bend onto a fast line, or over a sharper bend than where it began. How far
+it is from the path is known once the motion is planned. So `window` calls `held` after solving: it lowers the bounds of q under
+chords that exceed their tolerance, and the window is solved again (docs/corners.md, Chords elsewhere).
 """
 
 from __future__ import annotations
@@ -25,20 +25,23 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
-#: Part of the tolerance by which a chord may pass it, and the part of it that speeds are lowered to.
+#: Part by which a chord may exceed its tolerance before bounds are lowered, and the part of the tolerance they are lowered to.
 _OVER, _AIM = 2e-4, 0.9995
-#: Part of the tolerance up to which what is seen of a chord tells how it shortens.
+#: Up to this multiple of the tolerance q is lowered by the power of the distance that was measured on the chord; what is beyond
+#: counts by its first power only, as so far off the measured power may be wrong.
 _NEAR = 1.3
-#: In how many parts of a period chords begin that may be too long, and those that are compared with the path, in as many
-#: places.
+#: Parts of a period at which chords begin: when looking for chords that may be too long, and when comparing them with the path,
+#: which is done at as many places along each chord.
 _COARSE, _FINE = 8, 32
-#: How often what is between phases, or places, about the one furthest from the path is looked at, and in how many parts.
+#: Around the phase, and the place, where the distance is largest the search is refined this often, into so many parts.
 _CLOSER, _CLOSE = 3, 8
-#: Periods at the end of an interval in which chords begin: in those before, nothing changes but the interval's own speed.
+#: Chords are looked for that begin in this many periods at the end of an interval: earlier ones lie within the interval, where
+#: only its own speed changes.
 _LATE = 2.0
-#: Ratio of curvatures along a chord up to which they are one parabola.
+#: Largest ratio of curvatures along a chord for which x'' is taken to be one parabola along it.
 _SMOOTH = 1.3
-#: Turn of the direction at a node, rad, that is rounding; and about a node, from which chords are compared with the node too.
+#: Turns of the direction, rad: at a node up to which it is rounding; and around a node from which the node itself, too, is
+#: compared with the chord.
 _NO_TURN, _TURN = 1e-9, 0.02
 
 
@@ -55,7 +58,12 @@ class Course:
     bounds: Bounds
 
     def positions(self, interval: Ints, along: Floats) -> Floats:
-        """Return places, shape (k, axes), mm: so far `along`, mm, the ascending intervals; a degree for a millimetre."""
+        """Return positions, shape (k, axes), mm (a degree counted as a millimetre).
+
+        Args:
+            interval: Shape (k,), ascending numbers of intervals.
+            along: Shape (k,), mm from the start of each.
+        """
         out = np.zeros((len(interval), len(self.bounds.scale)))
         first = 0
         for track, rows in self.parts:
@@ -83,10 +91,10 @@ class Course:
 
 
 def held(given: Intervals, course: Course, pieces: Pieces, q: Floats, count: int) -> Intervals | None:
-    """Return intervals with lower bounds of q where chords leave the path by more than their tolerance; None for nowhere.
+    """Return intervals with lower bounds of q where chords leave the path by more than their tolerance; None if none does.
 
-    Which chords there are depends on when setpoints fall; those of all phases are held. Not so over a rest in a corner, for
-    which a setpoint is waited (`cncgen.planner.assembly.Cuts`).
+    Where chords lie depends on when setpoints fall, so those of all phases are held. Chords over a rest in a corner are left
+    out: there the motion waits for a setpoint instead (`cncgen.planner.optimal.rests`).
 
     Args:
         given: The intervals.

@@ -1,7 +1,8 @@
-"""Where no window is solved: which interval is in the way, and a motion from rest to rest slow enough for every limit.
+"""The last resort where the solver finds no plan: a slow motion that is certain to hold every limit, and where to stop.
 
-All bounds are homogeneous in q = v²: velocities, accelerations and their likes use a part of their limits that grows with q, jerk
-one that grows with q^3/2. So of any motion from rest to rest some part holds them all.
+`window` calls it. All limits are homogeneous in q = v²: if q is multiplied by λ, velocity² and acceleration are multiplied
+by λ, jerk by λ^(3/2) (uniform time scaling: Hollerbach, Dynamic scaling of manipulator trajectories (1984)). So any motion
+from rest to rest holds every limit once it is slowed enough.
 """
 
 from __future__ import annotations
@@ -16,14 +17,15 @@ from cncgen.planner.record import Limit
 
 Floats = NDArray[np.float64]
 
-#: Places on an interval at which limits are looked at, and the part of them that is used: between them they may be passed.
+#: Parts of an interval at which limits are compared, and the part of the limits that the motion is slowed to, since between
+#: these places it may use somewhat more.
 _PLACES, _USED = np.linspace(0.0, 1.0, 17), 0.8
 
 
 def creeping(given: Intervals) -> Solution:
     """Return a motion that holds every limit on intervals from rest to rest, far from the least time.
 
-    The shape of q is that of the profile which the solver starts from.
+    It is the profile that the solver starts from (`cncgen.planner.optimal.problem.profile`), slowed as a whole.
     """
     q, edge = profile(given)
     limit = np.full(len(given), Limit.JERK, np.int8)
@@ -31,11 +33,10 @@ def creeping(given: Intervals) -> Solution:
 
 
 def hurdle(given: Intervals, q: Floats, period_s: float) -> int:
-    """Return the node beside which limits are passed most, where the motion crawls over it; 0 for none.
+    """Return the node at which to stop instead, because limits are exceeded most beside it and the motion is slow there; 0 for none.
 
-    Of both ends of the interval that passes them it is that where x''' is the larger part of the jerk limit of an axis.
-
-    Slower than the smaller of J T² and A T, as beside a cusp that is all but one, a stop costs as good as nothing.
+    Slow means below the smaller of J T² and A T, as where the path is nearly a cusp: a stop there costs next to nothing. Of
+    both ends of the interval on which limits are exceeded most it is the one where x''' is larger beside the jerk limits.
 
     Args:
         given: The intervals.
@@ -53,7 +54,13 @@ def hurdle(given: Intervals, q: Floats, period_s: float) -> int:
 
 
 def _part(given: Intervals, q: Floats, edge: Floats) -> float:
-    """Return the part of the ordinates q, shape (n, 3), that keeps all limits; `edge` bounds them at spline ends."""
+    """Return the factor by which to multiply the ordinates q so that every limit is held with `_USED` of it.
+
+    Args:
+        given: The n intervals.
+        q: Shape (n, 3), ordinates.
+        edge: Shape (k, 2), largest q at both ends of the k spline intervals.
+    """
     spline = np.flatnonzero(given.kind == SPLINE)
     acceleration, jerk = _used(given, q, spline)
     # q' is linear, so largest at an end; bounds of its half are those of jumps at the nodes.

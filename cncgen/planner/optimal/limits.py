@@ -1,4 +1,9 @@
-"""What holds the speed and its derivatives along a path: the limits of the axes, and the bounds of q = v²."""
+"""What holds the speed and its derivatives along a path: the limits of the axes, and the bounds of q = v².
+
+An axis x_i(s) moves with x_i' v, x_i'' q + x_i' q'/2 and so on (Verscheure et al., 2009, without the robot's
+dynamics); where the path is straight, its limit by |x_i'| is the limit along the path. The other modules of `optimal`
+take all their limits from here.
+"""
 
 from __future__ import annotations
 
@@ -17,13 +22,15 @@ from cncgen.planner.smoothing.runs import axis_scale
 
 Floats = NDArray[np.float64]
 
-#: Part of the jerk limit that a jump of tangent or curvature may take at most; the rest is for the motion around it.
+#: Part of the jerk limit that a jump of tangent or curvature may take at most; the rest is for the motion around it. Chosen:
+#: with more the motion beside a corner can hardly brake or accelerate, with less corners are passed more slowly.
 JUMP_SHARE = 0.75
-#: Part of the jerk limit, beside that, which the acceleration along the path may take where it is passed.
+#: Part of the jerk limit, beside `JUMP_SHARE`, that the acceleration along the path may take while a jump is passed.
 SWAY_SHARE = 0.02
-#: Speed at a jump of the tangent, in the smaller of J T² and A T, below which the path stops there.
+#: Speed at a jump of the tangent, as a multiple of the smaller of J T² and A T, below which the motion stops there instead.
 STOP_SPEED = 1.0
-#: Parts of the ways in which full jerk and full acceleration lead from rest in a period, within which a bend is unseen.
+#: A bend is too short to show in setpoints if it is shorter than the first part of J T³/6, the way that full jerk leads from
+#: rest in a period, and than the second part of A T²/2, that of full acceleration: J T³/50 and A T²/200 (docs/least-time.md).
 _UNSEEN = 0.12, 0.01
 
 
@@ -85,12 +92,16 @@ class Bounds:
     def jump(self, turn: Floats, bend: Floats) -> tuple[Floats, Floats]:
         """Return what a jump costs: per axis, the part of the jerk limit taken at speed v is linear·v + square·v².
 
-        A step of dx/ds by Δ at speed v is a pulse of acceleration v Δ; the third difference over a period T weighs the
-        pulse's derivative by the quadratic B-spline B' with |B'| ≤ 1/T², the second difference by at most 1/T. A step of
-        d²x/ds² is a step of acceleration v² Δ, weighed by B ≤ 3/(4 T) (docs/corners.md).
+        A divided difference is a mean of the derivative weighed with a B-spline (de Boor, A Practical Guide to Splines
+        (2001), chapter IX). A step of dx/ds by Δ at speed v is a pulse of acceleration v Δ: in the third difference over
+        a period T it is weighed with the derivative of the quadratic B-spline B, |B'| ≤ 1/T², in the second difference with
+        at most 1/T. A step of d²x/ds² is a step of acceleration v² Δ, weighed with B ≤ 3/(4 T) (docs/corners.md).
 
         Args:
             turn, bend: Shape (n, axes), steps of dx/ds and d²x/ds².
+
+        Returns:
+            linear, square: Shape (n, axes), s/mm and s²/mm².
         """
         period = self.period_s
         weak = np.minimum(self.axes.jerk * period**2, self.axes.acceleration * period)
@@ -112,11 +123,11 @@ def along_path(limit: Floats, *x1: Floats) -> Floats:
 
 
 def resolution(bounds: Bounds, x1: Floats) -> Floats:
-    """Return the length of a bend that does not show in setpoints, shape (n,), mm.
+    """Return up to which length a bend of the path does not show in setpoints, shape (n,), mm.
 
     It is a small part, `_UNSEEN`, of the way that full jerk, J T³/6, or full acceleration, A T²/2, leads from rest in a
-    period, and the chord tolerance at most. X Y Z may turn to any direction within the bend; further axes follow at the
-    ratio that they have at the place. Axes that do not move do not count.
+    period, and the chord tolerance at most. X Y Z may turn to any direction within the bend, so each of them counts with
+    its whole limit; further axes follow at the ratio dx/ds that they have at the place. Axes that do not move do not count.
 
     Args:
         bounds: Limits.
@@ -133,16 +144,21 @@ def resolution(bounds: Bounds, x1: Floats) -> Floats:
 
 
 def speed_within(linear: Floats, square: Floats, share: float) -> Floats:
-    """Return the largest v with linear·v + square·v² ≤ share for every axis, shape (n,)."""
+    """Return the largest v with linear·v + square·v² ≤ share for every axis, shape (n,).
+
+    The root of the quadratic is taken in the form that also holds for square = 0, and loses no digits near that.
+    """
     with np.errstate(divide="ignore", over="ignore"):
         v = 2.0 * share / (linear + np.sqrt(linear**2 + 4.0 * share * square))
     return least(v)
 
 
 def lowered(values: Floats, way: Floats) -> Floats:
-    """Return the largest values, no larger than those given, that change from place to place by no more than the way does.
+    """Return the largest values, none above those given, that differ between two places by no more than the way between them.
 
-    Values that no other one lowers are returned to the last digit, however much longer the way is.
+    This is a look-ahead and a look-back in one: with v² for the values and 2 A s for the way it is the largest speed that
+    full acceleration allows (Bobrow et al., 1985). A value that no other one lowers is returned unchanged to the last
+    digit, however large the way is beside it.
 
     Args:
         values: Shape (n,).

@@ -1,4 +1,10 @@
-"""Where the nodes of a block stand: dense where the path bends or the motion must slow down, sparse elsewhere."""
+"""Where the nodes of a block stand: dense where the path bends or the motion must slow down, sparse elsewhere.
+
+`track` calls `placed` with the breakpoints that `joints` has classified. The block is looked at in some places of each panel of
+the path (`_Survey`); there the largest spacing is found by what the path and its limits are like (`_spacing`, `_change`), made to
+grow slowly along the path (`_graded`), and the nodes are spread by it (`_spread`). Reasons and figures of the densities:
+docs/least-time.md, Nodes.
+"""
 
 from __future__ import annotations
 
@@ -36,10 +42,18 @@ class TooManyNodesError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Density:
-    """Spacing of the nodes: as a part of the radius of curvature, of |x'''|^-1/2, of the distance on which x''' v³ changes
-    by the jerk limit, of the distance that a ramp of the acceleration from 0 to its limit takes, of the length of a panel
-    of the path, and its growth along the path; and the part of the time in which full acceleration leads from rest to the
-    speed there that is too brief a time for the ramp to need nodes."""
+    """Largest spacing of the nodes, the least of several lengths each multiplied by a factor.
+
+    Attributes:
+        bend: Of the radius of curvature.
+        twist: Of |x'''|^(-1/2).
+        change: Of the distance on which x''' v³ of an axis changes by its jerk limit.
+        ramp: Of the distance that a ramp of the acceleration from 0 to its limit takes.
+        panel: Of the length of a panel of the path (docs/arc-length.md).
+        growth: Largest growth of the spacing per length along the path.
+        brief: A ramp needs no nodes closer than this part of the way v²/A: of the time v/A that full acceleration takes from
+            rest to the speed there.
+    """
 
     bend: float
     twist: float
@@ -59,39 +73,40 @@ DENSITY = {
     "best": Density(0.08, 0.3, 2.0, 0.2, 1.3, 0.2, 0.02),
     "fast": Density(0.15, 0.45, 3.0, 0.35, 1.6, 0.35, 0.035),
 }
-#: First interval from rest, as a part of the distance in which full jerk from rest reaches full acceleration, of that in
-#: which it reaches the largest speed there, of the radius of curvature there, and of the distance to the next slow place.
+#: Length of the interval beside a rest: the least of these parts of the distance in which full jerk reaches full acceleration, of
+#: that in which it reaches the largest speed, of the radius of curvature, and of the distance to the next slow place.
 _FIRST, _SLOW, _BEND, _PART = 0.125, 0.075, 0.005, 1.0 / 60.0
-#: The least first interval from rest where the path bends no more on it, in periods at the speed there.
+#: Where the path hardly bends beside a rest, that interval need not be shorter than this many periods at the speed there.
 _BRIEF = 0.002
-#: Distance between nodes, as a part of a jump's zone, below which the end of the zone is no node of its own.
+#: The end of a jump's zone is no node of its own if another node is nearer than this part of the zone.
 _NARROW = 0.2
-#: Spacing beside the first interval, as a part of it: there v, and so the jerk of a constant q'', changes fastest.
+#: Spacing next to the interval beside a rest, as a part of that: there v, and so the jerk of a constant q'', changes fastest.
 _NEXT = 0.25
-#: Largest spacing as a part of the distance of two rests, between which the jerk changes its sign three times.
+#: Largest spacing as a part of the distance between two rests. The jerk changes its sign three times on the way.
 _STRETCH = 1.0 / 100.0
-#: Part of the largest speed below which a breakpoint that is passed counts for a rest.
+#: A breakpoint that is passed more slowly than this part of the largest speed counts as a rest.
 _LOW = 0.2
-#: Ramps of the acceleration, in periods, and the spacing in time, in periods, below which nothing shows of them. A third
-#: difference weighs the jerk by at most 3/(4 T), and so is at most 3/2 A/T: where J is more, no setpoint shows how long
-#: the ramp takes; where it is a little longer than that, setpoints hardly show what it is made of.
+#: Duration A/J of a ramp of the acceleration, in periods, and the spacing in time, in periods, that is then close enough;
+#: interpolated between. The jerk in a third difference is weighed with at most 3/(4 T), so that difference is at most 3/2 A/T:
+#: ramps shorter than 2/3 T do not show in setpoints at all, and slightly longer ones hardly.
 _UNSEEN = (2.0 / 3.0, 1.25), (0.5, 0.25)
-#: Part of the limits that following the path at top speed takes at most where the path counts as straight: there the
-#: motion cruises, further from everything else than it needs to reach that speed.
+#: The path counts as straight where following it at top speed takes at most this part of the limits. There the motion cruises,
+#: except within the distance from other places that it needs to reach that speed.
 _CALM = 0.01
-#: Part of the speed reached from a rest below which a bend slows the motion down, and the largest logarithm of a speed.
+#: A bend slows the motion down if its speed is below this part of what is reached from the rest before it; and a bound of the
+#: logarithms of speeds, by which `_bends` keeps rests apart.
 _LOWER, _LOGS = 0.7, 100.0
-#: Part by which bounds of q that are taken for one differ, and ratios of spacings.
+#: Bounds of q, and ratios of spacings, that differ by less than this part are taken to be equal.
 _ALIKE = 1e-6
-#: Turn of the direction over a panel, or part of one, below which the path is straight there but for rounding.
+#: Turn of the direction over a panel, or a part of one, rad, below which the path is straight there except for rounding.
 _NO_TURN = 1e-9
-#: Ratio of spacings at neighbouring places from which they are not taken for linear between.
+#: Where the spacings at neighbouring places differ by more than this factor, they are not interpolated linearly (`_graded`).
 _STEEP = 1.5
-#: Nodes of a block up to which they stand closer, and how much closer at most.
+#: A block with fewer nodes than this gets closer ones, and by which factor at most.
 AMPLE, CLOSEST = 3000, 4.0
 #: Nodes of a block at most: their derivatives, limits and rows take about a kilobyte each.
 MOST = 5_000_000
-#: Least distance of nodes, as a part of the length of the block: rounding is a thousandth of it.
+#: Least distance of nodes as a part of the length of the block: a thousand times the rounding of a path coordinate.
 _ROUNDING = 2.0**-42
 
 
@@ -164,8 +179,8 @@ def placed(
 ) -> Floats:
     """Return the nodes of a block, ascending: its breakpoints, and what lies between.
 
-    What the spline loses falls with the spacing, and `AMPLE` nodes cost next to nothing: where there are fewer, they stand
-    closer, by a factor that is the root of what is left, so that none is a step.
+    The time that the spline loses falls with the spacing, and `AMPLE` nodes cost next to nothing. So a block with fewer nodes
+    gets closer ones, by the factor √(AMPLE/n): a root, so that a node more or less makes no jump in the result.
 
     Args:
         path: Geometry.
@@ -220,9 +235,9 @@ def _place(survey: _Survey, density: Density) -> Floats:
 def along(bounds: Bounds, x: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Return acceleration and jerk along the path by the weakest axis, and how fast its direction turns, each (n,).
 
-    Turns are measured in the axes' own limits: for the curvature that the acceleration meets, max |x''|/A over max |x'|/A;
-    for the path's, that or the same with J, whichever is larger, and its change likewise by the third derivative. Where
-    all axes are alike these are the path's own.
+    Turns are measured in units of the axes' limits: the curvature for the acceleration is max |x''|/A over max |x'|/A; the
+    path's curvature is that or the same with J, whichever is larger; its change is the same with the third derivative. If all
+    axes have the same limits these are the curvature of the path and its change, but for the norm.
 
     Args:
         bounds: Limits.
@@ -257,10 +272,17 @@ def _seen(bounds: Bounds, x1: Floats, s: Floats) -> Floats:
 
 
 def _change(bounds: Bounds, x3: Floats, s: Floats, shape: tuple[Floats, ...], part: float) -> Floats:
-    """Return the distance on which x''' v³ of an axis changes by so large a `part` of its jerk limit.
+    """Return the distance on which x''' v³ of an axis changes by `part` times its jerk limit, shape (n,), mm.
 
-    At the places `s`, four a cell, v the largest speed by acceleration and jerk of steady motion. Differences are taken
-    within a cell, as x''' may jump at its borders; there the larger one counts.
+    v is the largest speed at which acceleration and jerk hold in steady motion. Differences are taken within a cell of the
+    path, as x''' may jump at its borders; at a border the larger of both sides counts.
+
+    Args:
+        bounds: Limits.
+        x3: Shape (n, axes), third derivatives at the places `s`.
+        s: Shape (n,), places, four a cell.
+        shape: What `_shape` says of them.
+        part: See above.
     """
     acceleration, _, bend, *_, top = shape
     jerk = bounds.axes.jerk
@@ -287,7 +309,7 @@ def _spacing(
         speed = np.sqrt(np.minimum(top, acceleration / bend))
         fastest = acceleration * ramp + np.sqrt(acceleration * (s[-1] - s[0]))
         calm = (bend * top < _CALM * acceleration) & (twist * top * speed < _CALM * jerk)
-        # Alike but for rounding, and what a fit makes of it, which no choice of units may turn into another plan.
+        # Equal within a tolerance: rounding differs from one unit of length to another, and must not change the nodes.
         level = np.abs(np.diff(top)) <= _ALIKE * top[1:]
         calm[1:-1] &= level[:-1] & level[1:]
         calm[np.searchsorted(s, joints.s[joints.stop | np.isfinite(joints.speed)])] = False
@@ -363,7 +385,7 @@ def _bends(shape: tuple[Floats, ...], s: Floats, joints: Joints) -> tuple[Floats
         start = rest[::step][number]
         way = np.abs(s[order] - s[start])
         gained = np.minimum(np.cbrt(4.5 * jerk[start] * way**2), np.sqrt(2.0 * acceleration[start] * way))
-        # The largest so far from each rest: of logarithms, which the numbers of rests keep apart.
+        # The running maximum from each rest on, of all rests at once: each is given a range of logarithms of its own.
         with np.errstate(divide="ignore"):
             height = np.log(np.minimum(gained, speed[order])).clip(-_LOGS, _LOGS)
         reached = np.maximum.accumulate(height + 4.0 * _LOGS * number) - 4.0 * _LOGS * number
@@ -408,7 +430,8 @@ def _first(
             speed = np.sqrt(top_at(joints.s[rest], x[:, rest], side))
             slow = (2.0 * speed) ** 1.5 / (6.0 * np.sqrt(jerk))
             wanted = [_FIRST * acceleration**3 / (6.0 * jerk**2), _SLOW * slow, _BEND / turn]
-        # What is fast enough at once is so on less than nodes are apart: constant jerk takes three times as long as that speed.
+        # Where the top speed is reached almost at once, the interval may be shorter than the least distance of nodes: on it
+        # constant jerk takes three times as long as the top speed would.
         least, brief = _seen(bounds, x[1], joints.s)[rest], _BRIEF * bounds.period_s * speed
         least = np.where(wanted[2] > brief, np.minimum(least, brief), least)
         out = np.full(len(joints.s), np.inf)

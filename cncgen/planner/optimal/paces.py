@@ -1,4 +1,8 @@
-"""How fast the program asks each row to be, and which rows it asks to be passed so slowly that they are stops."""
+"""How fast the program asks each row to be (`Feeds`), and which rows are so slow that the motion may stop at their ends.
+
+`planning` calls `paced` before the path is smoothed, `joints` and `track` ask for `Feeds` and `crawling` of each block
+(docs/corners.md, Rows that crawl).
+"""
 
 from __future__ import annotations
 
@@ -17,13 +21,15 @@ from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-#: Speed of a row, in what full jerk or acceleration gives in a period, below which the axes are as good as at rest on it.
+#: A row crawls if its speed is below this part of J T² and of A T, the speeds that full jerk and full acceleration reach from
+#: rest in about a period: setpoints then can hardly tell it from standing still.
 _CRAWL = 0.02
-#: Time of such a row, in times of rising to its speed from rest, from which it does not matter that it begins at rest.
+#: Its time must be this multiple of the time √(v/J) + v/A to reach its speed from rest: stopping at both ends then costs about a
+#: thousandth of it.
 _LONG = 2000.0
-#: Part of the resolution up to which a row that is asked to be slow is as good as a stop.
+#: Or it is shorter than this part of `resolution`, the length that shows in setpoints: then it is a stop whatever its time.
 _UNSEEN = 0.05
-#: Length of a row, in tolerances, up to which what is smoothed within them may have no span of its own for it.
+#: Rows up to this many tolerances long may vanish when smoothed: the fitted curve may have no span of its own for them.
 _SWALLOWED = 8.0
 
 
@@ -45,11 +51,11 @@ class Feeds:
 
 
 def crawling(path: Path, speed: Floats, bounds: Bounds) -> Bools:
-    """Tell which rows of a path are asked to be so slow that the motion may as well begin and end them at rest.
+    """Tell which rows of a path are so slow that the motion may as well begin and end them at rest, shape (rows,).
 
-    Their speed v is below a fiftieth of J T² and of A T, which is reached from rest in a seventh of a period, and their time,
-    that is lost if they are passed as setpoints see them, is long beside the √(v/J) + v/A that this takes; or they are too
-    short for setpoints to show anything else.
+    Their speed v is below a fiftieth of J T² and of A T, which is reached from rest in a seventh of a period; and either
+    their time is long beside √(v/J) + v/A, which reaching that speed takes, so that the stops cost next to nothing, or they
+    are too short to show in setpoints.
 
     Args:
         path: The rows.
@@ -71,17 +77,20 @@ def crawling(path: Path, speed: Floats, bounds: Bounds) -> Bools:
 
 
 def _fastest(bounds: Bounds) -> float:
-    """Return a speed that no crawling row has: no direction is further than the diagonal from all axes."""
+    """Return a speed, mm/s, from which no row can crawl: √n times that of the axis with the most jerk, for n axes.
+
+    A direction may lie between all axes, so the jerk along it may be that of the diagonal.
+    """
     jerk = bounds.axes.jerk[np.isfinite(bounds.axes.jerk)]
     return float(_CRAWL * np.sqrt(len(bounds.axes.jerk)) * jerk.max(initial=0.0)) * bounds.period_s**2
 
 
 def paced(chunks: Iterable[Toolpath], bounds_of: Callable[[str], Bounds]) -> Iterator[Toolpath]:
-    """Yield chunks whose feeds under G64 are speeds, and whose rows that crawl by their time no smoothing takes in.
+    """Yield chunks ready for smoothing: under G64 inverse-time feeds (G93) become speeds, and rows that crawl are kept apart.
 
-    The time that G93 gives a row is that of the whole row: as a speed it stays with every part that a row becomes. Under
-    G64 a row of some tolerances may vanish in the curve of its neighbours; one that crawls by G93 is met exactly, that its time
-    does not vanish with it. A feed in G94 is no time: what is shorter is faster.
+    G93 gives the time of a whole row. As a speed it also holds for each part into which smoothing divides the row. Under
+    G64 a row of some tolerances may vanish in the curve of its neighbours, and its time with it: a row that crawls by G93
+    is therefore met exactly (G61). G94 gives no time, so there what smoothing makes shorter is simply faster.
 
     Args:
         chunks: Consecutive stretches of one program, tolerances filled in.

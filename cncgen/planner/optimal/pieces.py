@@ -1,4 +1,7 @@
-"""A solution as pieces in time: s''' = c s' on the spline, constant jerk beside a rest and on lines from rest to rest."""
+"""A solution (q by s) as pieces in time (s by t), each in closed form; between `problem` and `window`.
+
+On the spline s''' = c s', beside a rest and on straight lines from rest to rest the jerk is constant (`Profile`).
+"""
 
 from __future__ import annotations
 
@@ -77,7 +80,9 @@ def pieces_of(given: Intervals, q: Floats, limit: NDArray[np.int8]) -> Pieces:
 
 
 def _seven(given: Intervals, lines: NDArray[np.int64]) -> tuple[NDArray[np.int64], tuple[NDArray, ...]]:
-    """Return the number of pieces of each straight line from rest to rest, and their columns, without empty ones.
+    """Return the seven-phase profile of each straight line from rest to rest: the number of its pieces, and their columns.
+
+    Phases that last no time are left out.
 
     With top speed V, acceleration A and jerk J along the line, the speed reached on the length L is the least of V, of
     (L²J/4)^(1/3), where A is not reached, and of (−A/J + ((A/J)² + 4 L/A)^½) A/2, where it is (Biagiotti and Melchiorri,
@@ -121,7 +126,7 @@ def _seven(given: Intervals, lines: NDArray[np.int64]) -> tuple[NDArray[np.int64
 
 
 def _stretched(x: Floats) -> Floats:
-    """Return artanh(√x)/√x, artan(√−x)/√−x for x < 0; by its series near 0."""
+    """Return artanh(√x)/√x for x > 0 and arctan(√−x)/√−x for x < 0, which are one function; near 0 by its series."""
     root = np.sqrt(np.abs(x))
     near = np.abs(x) < 1e-3
     safe = np.where(near, 0.5, root)

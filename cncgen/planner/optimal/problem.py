@@ -1,4 +1,11 @@
-"""The least-time problem on a row of intervals, as the kernels take it, and its solution."""
+"""The least-time problem on a row of intervals, as the kernels take it, and its solution.
+
+`window` calls `solve` with the `Intervals` of its tracks; the numerical work is in the kernels ``least_time*``. Minimised
+is ∫ q^(−1/2) ds over q = v², with bounds that are convex in q but for the jerk's, which is replaced by its tangent in each
+iteration (Verscheure et al., 2009; Debrouwere et al., 2013). The method is the primal-dual interior point of Mehrotra
+(1992). As the problem is not convex, a run may stall or end at a plan that is not the best one: this module chooses where
+runs start, tells what they have found, and starts again where that may be improved.
+"""
 
 from __future__ import annotations
 
@@ -15,49 +22,51 @@ from cncgen.planner.record import Limit
 
 Floats = NDArray[np.float64]
 
-#: Duality gap, as a part of the time, and part by which limits may be passed between nodes.
+#: Duality gap, as a part of the time, at which the iteration ends; and part by which limits may be exceeded between nodes.
 GAP, SLACK = 1e-7, 5e-4
-#: Iterations at most; with the rows alone that the profile to start from comes near to.
+#: Iterations at most: with all rows, and with those alone that the starting profile comes near to (`thinned`).
 MOST, MOST_THINNED = 120, 40
-#: Part of a limit on acceleration, or of a bound on q, from which the profile to start from is near it, and how many
-#: intervals around count.
+#: The starting profile is near a limit of acceleration, or a bound of q, if it uses this part of it, within this many
+#: intervals on either side; other rows sleep at first.
 _FAR, _REACH = 0.45, 3
-#: The starts tried one after the other, as parts of q of the profile that rises and falls with full jerk. From rest, a
-#: small enough part holds every limit, whatever the intervals.
+#: The starts tried one after the other: the q of the profile that rises and falls with full jerk, times each of these factors.
+#: From rest a small enough factor holds every limit, whatever the intervals are (`creeping`).
 _STARTS = (0.9, 0.1, 0.8, 0.01, 1e-4, 1e-7)
 #: How often the first of them is tried: with some rows asleep, and with all of them.
 _FIRST = 2
-#: Part of q of an earlier plan that is tried after that plan itself.
+#: Factor on the q of an earlier plan that is tried as a start after that plan itself.
 _SLOWER = 0.9
-#: Part by which two bounds of q, or two parts of a limit, differ that are taken for one.
+#: Two bounds of q, or two parts of a limit, that differ by less than this part are taken to be equal.
 _ALIKE = 1e-6
 #: A jump of the acceleration of an axis, as a part of its limit, for which both sides of a node are looked at.
 _JUMP = 1e-4
-#: Times that the profile to start from is averaged over three neighbours.
+#: How often the starting profile is averaged over three neighbours, which rounds its edges off.
 _ROUNDINGS = 48
-#: Factor by which that may raise q: beside rows a million times as fast it would be far above every limit of a slow one.
+#: Factor by which averaging may raise q: a slow place beside one a million times as fast would else end far above its limits.
 _RAISED = 2.0
-#: Dual residual, as a part of the time, above which what holds the limits is no plan: it may take a thousand times as long.
+#: Dual residual, as a part of the time, above which an iterate that holds the limits is not taken for a plan: so far from the
+#: optimum it may take a thousand times as long.
 _STALLED = 0.1
-#: Change of q, as a part of the largest that a push at the end causes anywhere, from which the end is felt.
+#: An interval depends on where the window ends if a change of q at that end changes its q by more than this part of the
+#: largest change anywhere.
 _FELT = 1e-4
-#: Duality gap, as a part of the time, up to which what has stalled beside the optimum is taken for it.
+#: Duality gap, as a part of the time, up to which a run that has stalled near the optimum counts as one that has reached it.
 _STALLED_GAP = 4e-4
-#: Part of q of what has stalled from which it is tried again.
+#: A result that is to be confirmed is solved again from its own q times this factor.
 _BELOW = 0.95
-#: How much steps may fall short (−Σ log of their lengths) of what was found by them: by short steps, each as long as one row
-#: lets it be, rounding grows until iterates differ by up to 10⁻⁵ of the time.
+#: Sum of −log(step length) over a run above which its result is confirmed: in many short steps rounding grows, until
+#: results differ by up to 10⁻⁵ of the time in another unit of length.
 _SHORT = 18.0
-#: What is so found is tried again from a little below until its time stays, to this part of it (what differs falls by a
-#: thousand each time, so to 10⁻¹¹), and how often at most.
+#: A result is confirmed when solving again changes its time by less than this part; and how often that is tried at most. Each
+#: time the difference becomes about a thousand times smaller, so what is left is about 10⁻¹¹.
 _STAYS, _AGAIN = 1e-8, 6
-#: How often an optimum is tried again that was found by long steps; part of the time that it must be shorter by to be taken
-#: where it does not stay.
+#: How often a result of long steps is confirmed; and if its time does not settle, how much shorter, as a part, the last result
+#: must be than the first one to be taken instead of it.
 _TWICE, _ROUGHLY = 2, 1e-5
-#: Part of q of the best plan of those that are no optimum from which it is tried again, and how much shorter it must be, as a
-#: part of its time, to be tried from there once more.
+#: Where only plans that are no optimum are found: the factor on the q of the best of them to start from again, and the part
+#: of its time that must be gained to do so once more.
 _WITHIN, _GAINED = 0.3, 1e-3
-#: Slack of a row, as a part of its limit, below which it is said to bind.
+#: A row is said to bind if its slack is below this part of its limit.
 _NEAR = 0.02
 
 
@@ -99,7 +108,7 @@ class Solution:
             (first and last column).
         limit: Shape (n,), int8, the `Limit` that is nearest on the interval.
         time: Time of all, s.
-        unfelt: Intervals at the start whose solution does not depend on where the row ends.
+        unfelt: How many intervals at the start do not depend on where the row ends: these are final.
         converged: Whether every limit is held, in a time near the least.
         fallback: Whether it is what an earlier plan left in reserve.
     """
@@ -150,8 +159,12 @@ def solve(
         given: The intervals; the last one enters rest, the first one leaves it unless `state` says otherwise.
         state: q at the start and the middle ordinate of the first interval, where the motion is under way there.
         known: Shape (k,), middle ordinates of an earlier plan for the first intervals, to start from.
-        hopeless: Tells of what the first start led to, where limits are passed, that others need not be tried.
-        settled: Whether what is found is tried again until its time stays, whatever it was found by.
+        hopeless: Called with the result of the first start where that breaks limits; where it returns more than 0, no other
+            start is tried.
+        settled: Whether the result is confirmed (`_settled`) even if it was found by long steps.
+
+    Returns:
+        The solution; ``converged`` is False where no start led to a motion that holds every limit.
     """
     if not (given.kind == SPLINE).any():
         return Solution(
@@ -161,9 +174,10 @@ def solve(
     found: list[Solution] = []
     starts = [_Start(part) for part in _STARTS[1:]]
     if known is not None:
-        # Where the state leaves hardly a way on but the earlier plan, the middle of what is left is below it.
+        # The state may leave hardly any other motion than the earlier plan. An interior-point method must start away from
+        # the limits, so it starts somewhat below that plan.
         starts.insert(0, _Start(_STARTS[0], known, _SLOWER))
-    # Most rows never bind; which ones is seen from the profile to start from.
+    # Most rows never bind. The starting profile tells which, so the first try leaves them out.
     first = _Start(_STARTS[0], known)
     for start, thinned in [(first, True), (first, False), *((start, False) for start in starts)]:
         run = _improved(given, columns, start, state, thinned)
@@ -199,7 +213,7 @@ def _columns(given: Intervals, state: tuple[float, float] | None) -> _Columns:
     box, edge = _boxes(given, at, _rest_tops(given))
     if state is not None:
         edge[0, 0] = state[0]
-    # Without a rest among them they are looked at where they lie.
+    # If they lie side by side, a slice spares copying them.
     pick = slice(at[0], at[-1] + 1) if at[-1] - at[0] < len(at) else at
     shape = (given.x1[pick], given.x2[pick], given.x3[pick], given.limits, given.factor[pick])
     return _Columns(
@@ -237,7 +251,7 @@ class _Start:
         if state is not None:
             c[:2] = state
         least_time_rows.start(kernel, columns.edge, self.part)
-        # Edges of the profile break the jerk limit by far; rounded, they cost fewer iterations.
+        # At its edges the profile exceeds the jerk limit by far: rounded off it needs fewer iterations.
         least_time_rows.rounded(kernel, _ROUNDINGS, _RAISED)
         if self.known is not None:
             ahead = columns.at[columns.at < len(self.known)]
@@ -248,13 +262,12 @@ class _Start:
 
 @dataclass(frozen=True, slots=True)
 class _Run:
-    """What the interior-point method has come to from a start.
+    """A run of the interior-point method from one start.
 
     Attributes:
-        solution: What it found.
-        left: The duality gap that is left, as a part of the time, where it stalled beside the optimum; 0 at the optimum,
-            infinite elsewhere.
-        short: By how much its steps fell short, −Σ log of their lengths.
+        solution: Its result.
+        left: Duality gap as a part of the time: 0 at the optimum, the gap where it stalled near the optimum, else infinite.
+        short: Σ −log(step length): large if the run took many short steps.
     """
 
     solution: Solution
@@ -265,11 +278,12 @@ class _Run:
 def _settled(
     given: Intervals, columns: _Columns, state: tuple[float, float] | None, run: _Run, always: bool = False
 ) -> Solution:
-    """Try what was found, at the optimum or beside it, again from a little below, where that may lead elsewhere, or `always`.
+    """Confirm a result: solve again from a little below it until its time no longer changes.
 
-    Far off the central path steps stay short; from a little below where it is a run comes to the optimum. And what rounding has
-    become over short steps stays in the parts of limits that rows may use between their ends, which are taken from iterates:
-    from a little below, steps are long, and what differs falls by a thousand each time.
+    That is done where the run stalled near the optimum, where it took many short steps, or `always`. Two things go wrong in
+    such runs. Far from the central path steps stay short, and the optimum is not reached; from a little below, it is. And
+    the parts of the limits that may be used at the ends of intervals are taken from the iterates, so they keep the rounding
+    that has grown over many short steps; from a little below steps are long, and the error falls by a thousand each time.
     """
     first, rough = run, run.short >= _SHORT
     for _ in range(_AGAIN if rough or run.left > 0.0 else _TWICE):
@@ -278,23 +292,24 @@ def _settled(
         below = _Start(_STARTS[0], run.solution.q[:, 1], _BELOW)
         again = _improved(given, columns, below, state, thinned=False)
         longer = again.solution.time / run.solution.time - 1.0
-        # What has stalled may be shorter than the optimum by what its parts of limits lack.
+        # A stalled run may be shorter than the optimum, as its parts of the limits were not yet up to date.
         if again.left >= _STALLED_GAP or longer > (_STALLED_GAP if again.left == 0.0 else 0.0):
             break
         run = again
         if abs(longer) <= _STAYS:
             return run.solution
-    # Where runs from below do not agree, each is further off in another unit than the one before.
+    # The runs do not agree. The first one differs least from that in another unit of length, so it is kept unless the last
+    # one is clearly shorter.
     return first.solution if run.solution.time > (1.0 - _ROUGHLY) * first.solution.time else run.solution
 
 
 def _from_within(
     given: Intervals, columns: _Columns, state: tuple[float, float] | None, best: Solution
 ) -> Solution:
-    """Try a plan that is not the best one again from far below it, while that leads to a shorter one.
+    """Improve a plan that is no optimum: solve again from far below it, as long as that leads to a shorter one.
 
-    Where rows of all kinds bind close to each other, steps along them stay short, and hardly half of the way is gone when
-    iterations end. From a part of it, which has its proportions, the way goes through the middle.
+    Where rows of many kinds bind side by side, steps along them stay short, and the iterations end before half of the way to
+    the optimum. From a fraction of its q, which has the same proportions, the way leads through the interior instead.
     """
     for _ in range(_AGAIN):
         run = _improved(given, columns, _Start(_STARTS[0], best.q[:, 1], _WITHIN), state, thinned=True)
@@ -311,7 +326,7 @@ def _from_within(
 def _improved(
     given: Intervals, columns: _Columns, start: _Start, state: tuple[float, float] | None, thinned: bool
 ) -> _Run:
-    """Run the interior-point method from a start; where the rows are `thinned`, those sleep at first that it stays far from."""
+    """Run the interior-point method from a start; if `thinned`, rows that the start stays far from are left out at first."""
     kernel = _kernel(columns, state)
     start.fill(kernel, columns, state)
     least_time_rows.build(kernel, columns.box, columns.sway, columns.joint)
@@ -332,17 +347,34 @@ def _improved(
 
 
 def _unfelt(spline: NDArray[np.int64], change: Floats) -> int:
-    """Return how many intervals come before those that change where the end of the row is pushed.
+    """Return how many intervals come before those that change if q at the end of the row is changed.
 
-    A motion that brakes for the end passes the push on whole, interval by interval, as far as it brakes; before that
-    something else holds the speed, and the push dies out within a few intervals (docs/least-time.md).
+    As far back as the motion brakes for the end, a change of q there is passed on from interval to interval. Before that
+    another limit holds the speed, and the change dies out within a few intervals (docs/least-time.md).
+
+    Args:
+        spline: Shape (k,), numbers of the spline intervals.
+        change: Shape (k,), how much q changes on each of them.
     """
     largest = change.max()
     return int(spline[np.argmax(change > _FELT * largest)]) if largest > 0.0 else 0
 
 
 def _spline(given: Intervals, spline: NDArray[np.int64], moving: bool) -> tuple[Floats, Floats, Floats]:
-    """Return lengths, end ordinates by unknowns, and further weights of the spline intervals (docs/least-time.md)."""
+    """Return lengths, end ordinates by unknowns, and further weights of the spline intervals (docs/least-time.md).
+
+    The ordinate at a node between two intervals of lengths h and h' follows from C¹ of the quadratic spline, whose middle
+    ordinates are the unknowns: (h' c + h c')/(h + h') (Piegl and Tiller, The NURBS Book (1997), section 5.2: inserting the
+    node as a double knot). Beside a rest q' must match that of constant jerk, q ~ s^(4/3), so q' = 4 q/(3 h).
+
+    Args:
+        given: The intervals.
+        spline: Shape (k,), numbers of the spline intervals.
+        moving: Whether the motion is under way at the start.
+
+    Returns:
+        Shape (k,) and (k, 4) and (k, 2), see `cncgen.kernels.least_time_problem`.
+    """
     h = given.h
     before = h[spline - 1]
     after = h[np.minimum(spline + 1, len(h) - 1)]
@@ -399,8 +431,8 @@ def _boxes(given: Intervals, spline: NDArray[np.int64], rest: Floats) -> tuple[F
     middle = np.minimum(2.0 * top[:, 1] - 0.5 * (top[:, 0] + top[:, 2]), top[:, 1])
     middle = np.maximum(middle, 0.5 * least(top))
     box = np.stack([edge[:, 0], middle[spline], np.full(len(spline), np.inf)], 1)
-    # With the same bound on both sides, the ordinate between two bounded ones is bounded.
-    # Alike but for rounding, and what a fit makes of it, which no choice of units may turn into another problem.
+    # An ordinate between two bounded ones is bounded as they are: it needs no row of its own if all three bounds are equal.
+    # Equal within a tolerance, as rounding, which differs from one unit of length to another, must not change the problem.
     level = _ALIKE * edge[:, 0]
     same = (
         (np.abs(middle[spline] - edge[:, 0]) <= level)
@@ -425,7 +457,7 @@ def _joints(given: Intervals, spline: NDArray[np.int64]) -> NDArray[np.int8]:
     """Tell which spline intervals need their acceleration held at the right end too."""
     turn = most(np.abs(given.x1[1:, 0] - given.x1[:-1, 2]))
     bend = np.abs(given.x2[1:, 0] - given.x2[:-1, 2]) * given.top[:-1, 2, None] / given.limits[0]
-    # What its neighbour is left of the limit may be more than what it has itself, beside a corner that takes a part.
+    # Beside a corner that takes a part of the limit, the next interval may have more of it left than this one.
     more = anywhere(given.factor[1:, 0] > (1.0 + _ALIKE) * given.factor[:-1, 0])
     jump = (turn > 1e-9) | (most(bend) > _JUMP) | more | (given.kind[1:] == ENTER)
     # The last interval of all enters rest, so each on the spline has one after it.

@@ -1,9 +1,9 @@
-"""Rests in corners last until a setpoint is near enough to them: the chords over them are measured on the motion.
+"""How long a rest in a corner lasts, so that the chord between setpoints over it keeps to the tolerance; called by `window`.
 
-At a rest in a corner nothing moves when it is reached, but no setpoint need lie on it: where a period leads far from rest, the
-chord from the setpoint before to the one after would cut the corner by more than the tolerance. When setpoints fall is known
-once the motion up to there is, so that chord is compared with the path, whatever lies under it, and the rest lasts just so long
-that it keeps to the tolerance (docs/corners.md).
+At a rest in a corner the axes stand still, but no setpoint need fall there. Where the axes go far in one period from rest, the
+chord from the setpoint before the rest to the one after it would cut the corner by more than the tolerance. When setpoints fall
+is known once the motion up to the rest is planned. So that chord is compared with the path under it, and the rest is made just
+as long as the tolerance asks for (docs/corners.md, Rests).
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from cncgen.planner.record import Profile
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-#: Part of a period that counts as none.
+#: Part of a period that counts as no time.
 _ROUNDING = 1e-6
-#: Waits that are tried at once, how often, each time between two of those before.
+#: The shortest wait is found by trying this many at once, and as many between the best two of them, in so many rounds.
 _TRIED, _ROUNDS = 17, 3
-#: Part of the tolerance that chords keep to: what lies between the waits that are tried is interpolated.
+#: Part of the tolerance that chords keep to; the rest is for interpolating between the waits that are tried.
 _KEPT = 0.9999
 #: Where the path is compared with a chord, beside nodes: parts of an interval.
 _PARTS = np.array([0.0, 0.25, 0.5, 0.75])
 
 
-#: Starts that are tried within the first period, how often the time between two of them is halved, and how many periods a
-#: motion lasts from which less than one of them is no matter.
+#: Times of the start that are tried within the first period; how often the interval between two of them is halved; and the length
+#: of a motion in periods from which the choice is not made, as less than one period of it no longer matters.
 _STARTS, _HALVINGS, _SHORT = 16, 8, 100.0
 
 
@@ -46,7 +46,7 @@ class Way:
     Attributes:
         course: The path.
         s: Shape (n + 1,), way at the nodes, mm.
-        breaks: Ways at the breakpoints of the path, ascending: of those that are one node one may be the tip of a corner.
+        breaks: Ways at all breakpoints of the path, ascending: where several of them are one node, any may be the corner's tip.
         profile: The motion, whose s is that way.
     """
 
@@ -141,7 +141,7 @@ class Rests:
     def _wait(self, last: float, moving: float, due: float, following: float) -> float:
         """Return how long to wait so that the chord over a rest keeps to the tolerance, s: until the next setpoint at most.
 
-        What rests later is not gone beyond: there the motion can wait for the same setpoint.
+        The path is followed up to the next rest at most, since there the motion can wait for the same setpoint.
 
         Args:
             last: When the setpoint before was.

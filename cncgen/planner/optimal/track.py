@@ -1,4 +1,8 @@
-"""A block of a toolpath as intervals between nodes, with all that the least-time problem needs to know of them."""
+"""A block of a toolpath as intervals between nodes, with all that the least-time problem needs to know of them.
+
+`Section` is the block with its breakpoints, `Section.joints` classifies them, and `Section.track` cuts the block into the
+intervals of a `Track`, on which `problem` works. `trials` calls both, maybe more than once for a block.
+"""
 
 from __future__ import annotations
 
@@ -21,27 +25,30 @@ from cncgen.toolpath.record import Event, Kind, PathMode, Toolpath
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-#: What an interval is: part of the spline, the one that leaves (enters) a rest with constant jerk, or a whole straight
-#: line from rest to rest.
+#: What an interval is: `SPLINE`, one on which q is a quadratic; `LEAVE` and `ENTER`, one that leaves or enters a rest with
+#: constant jerk; `LINE`, a whole straight line from rest to rest.
 SPLINE, LEAVE, ENTER, LINE = range(4)
 #: Turn of the direction, and part of the feed that changes, below which a straight line goes on: that of coordinates
 #: rounded in their last places.
 _STRAIGHT = 1e-9
-#: Time of a part of a row that crawls, in periods, which is none: a knot and the cusp beside it are parted by rounding alone.
+#: A part of a crawling row that takes less than this many periods is left out: only rounding separates a knot there from the
+#: cusp beside it.
 _BRIEF = 1e-4
-#: Rounding of a coordinate, as a part of it, that two directions may differ by on either side.
+#: Relative rounding of a coordinate, some units in the last place: a direction taken from coordinates may be wrong by that
+#: over the length of its row.
 _DIGITS = 2.0**-50
-#: Change of a direction, as a part of it, that is rounding alone.
+#: Relative change of a direction that is rounding alone.
 _LAST_DIGITS = 2.0**-48
-#: Turn that is seen however few digits its directions have: rounding of less is not told from a corner.
+#: A turn of at least this is a corner, rad. Below it a turn counts only if the coordinates have the digits to show it.
 _SEEN = 1e-5
-#: Turn of the direction over an interval, and its change, from which what lies between its ends is not looked at: more than
-#: nodes are placed for.
+#: Nodes stand so close that the direction turns less than this over an interval, rad, and its derivative changes accordingly
+#: (`nodes`). Where it turns more (cusps, bends too short to show), derivatives are replaced by what the ends tell (`_calm`).
 _SHARP = 0.3
-#: Second difference of the jerk by x''' over an interval, as a part of the limit, from which it is looked at more closely,
-#: and the largest jerk by x''' there, as a part of the limit: the rest is of the opposite sign.
+#: The quarter points of an interval are looked at where the second difference of x''' v³ exceeds this part of the jerk limit;
+#: x''' v³ itself is taken to be at most this multiple of the limit, since the other terms of the jerk can cancel only so much.
 _BEND, _MOST = 0.03, 8.0
-#: What may hide, by what the quarter points find: x'' hides as much again.
+#: Allowance for what lies between the quarter points, as a multiple of what is found at them: somewhat more in x''', and as
+#: much again in x''.
 _HIDDEN = 2.5
 #: Values at a quarter and three quarters of an interval of the parabola through those at its start, middle and end.
 _QUARTERS = np.array([[0.375, 0.75, -0.125], [-0.125, 0.75, 0.375]])
@@ -49,7 +56,7 @@ _QUARTERS = np.array([[0.375, 0.75, -0.125], [-0.125, 0.75, 0.375]])
 
 @dataclass(frozen=True, slots=True)
 class Track:
-    """A block between nodes: `n` intervals, n + 1 nodes.
+    """A block as `n` intervals between n + 1 nodes.
 
     Attributes:
         toolpath, path: The block and its geometry.
@@ -58,14 +65,15 @@ class Track:
         x1, x2, x3: Shape (n, 3, axes): derivatives of the path at the left end, middle and right end of each interval.
         top: Shape (n, 3): largest q = v² there.
         top_limit: Shape (n,), int8: the `Limit` behind the lowest of them.
-        node_top: Shape (n + 1,): largest q at the nodes by jumps of the derivatives.
-        node_acceleration: Shape (n + 1,): largest |q'| / 2 at the nodes by such jumps.
-        factor: Shape (n, 2, axes): parts of acceleration and jerk limits that are left beside the jumps near by.
-        hidden: Shape (n, axes): what x''' has more within an interval than the parabola through its three values.
+        node_top: Shape (n + 1,): largest q at the nodes because of jumps of the derivatives there; infinite without a jump.
+        node_acceleration: Shape (n + 1,): largest |q'| / 2 at the nodes because of such jumps; infinite without.
+        factor: Shape (n, 2, axes): parts of acceleration and jerk limits that jumps near by leave.
+        hidden: Shape (n, axes): by how much |x'''| within an interval may exceed the parabola through its three values.
         chord: Shape (n,), mm: how far the chord of a period may be from the path there.
         stop: Shape (n + 1,), bool: nodes of rest.
         corner: Shape (n + 1,), bool: nodes where the motion slows or rests because the derivatives jump.
-        cuts: Shape (n,), bool: intervals from rest at a corner that chords might cut too far if no setpoint fell near it.
+        cuts: Shape (n,), bool: intervals that begin with a rest in a corner, where the chord between two setpoints might be too
+            far from the corner if no setpoint falls near it (`rests`).
         events: Node, source line and event, in order.
     """
 
@@ -279,7 +287,7 @@ def _too_many(toolpath: Toolpath, path: Path, many: TooManyNodesError) -> Diagno
 
 
 def _seams(toolpath: Toolpath, path: Path, feeds: Feeds) -> Floats:
-    """Return the breakpoints of a path but those where a straight line goes on at the same feed, and nothing happens."""
+    """Return the breakpoints of a path, shape (n,), without those where a straight line simply goes on at the same feed."""
     s = path.breakpoints()
     before, after = path.row_of(s, -1), path.row_of(s)
     straight = (path.kind[before] == Kind.LINE) & (path.kind[after] == Kind.LINE) & (after == before + 1)
@@ -293,8 +301,8 @@ def _seams(toolpath: Toolpath, path: Path, feeds: Feeds) -> Floats:
     place, one = path.evaluate(s[at], 1, -1)
     other = path.evaluate(s[at], 1, 1)[1]
     shorter = np.minimum(path.row_length[before[at]], path.row_length[after[at]])
-    # A row has its derivative from coordinates that are rounded, its path's among them: of a short one few digits are known.
-    # Of the shortest none is: its ends stay, and the rows beside it, which meet there, tell whether that is a corner.
+    # The direction of a row comes from rounded coordinates, so of a short row it has few digits. The shortest have none: their
+    # ends stay breakpoints, and the rows on both sides of them show whether that is a corner.
     known = _STRAIGHT + _DIGITS * np.maximum(most(np.abs(place)), np.abs(s[at])) / shorter
     known = np.where(known < _SEEN, known, 0.0)
     turn = most(np.abs(other - one) / np.maximum(np.abs(one), 1.0))
@@ -302,13 +310,13 @@ def _seams(toolpath: Toolpath, path: Path, feeds: Feeds) -> Floats:
 
 
 def _lasting(seams: Floats, row: Ints, speed: Floats, period_s: float) -> NDArray[np.bool_]:
-    """Tell which stretches between seams take time at their feed, or are the longest of their row, which must not vanish.
+    """Tell which stretches between seams take time at their feed, or are the longest of their row: these must not be left out.
 
     Args:
         seams: Shape (n + 1,), path coordinate.
         row: Shape (n,), the row of each stretch.
         speed: Shape (rows,), mm/s, feeds.
-        period_s: T.
+        period_s: Time between setpoints.
     """
     length = np.diff(seams)
     longest = np.zeros(len(speed))
@@ -317,9 +325,9 @@ def _lasting(seams: Floats, row: Ints, speed: Floats, period_s: float) -> NDArra
 
 
 def _straight_on(path: Path, feeds: Feeds, joints: Joints, sides: tuple[Floats, Floats]) -> NDArray[np.bool_]:
-    """Tell at which joints a line goes on at its feed but for a turn less than `_SEEN` that setpoints do not feel at the speed there is.
+    """Tell at which joints a line goes on at its feed with a turn below `_SEEN` that is passed without slowing down.
 
-    Ends of lines that a program rounds to its decimals turn what was one line when it was cut.
+    Where a program has cut one line into many, rounding of their ends to its decimals makes such turns.
     """
     before, after = path.row_of(joints.s, -1), path.row_of(joints.s)
     out = (path.kind[before] == Kind.LINE) & (path.kind[after] == Kind.LINE) & (after == before + 1)
@@ -339,12 +347,17 @@ def _lines(path: Path, joints: Joints) -> NDArray[np.bool_]:
 
 
 def _calm(x: Floats, h: Floats, spline: NDArray[np.bool_]) -> None:
-    """Make the derivatives of intervals that bend more than nodes are meant to let them bend what the ends can tell, in place.
+    """Bound the derivatives on intervals that bend more than nodes are placed for, in place.
 
-    Intervals are short beside what the derivatives ask for (`cncgen.planner.optimal.nodes`), except at cusps, where these
-    are infinite or rounding alone, and at bends too small to be seen. There they are bounded by the length of the
-    interval, and linear over it where it is of the `spline`: what happens between nodes as close as setpoints can tell
-    apart is no limit of the motion.
+    Usually intervals are short beside what the derivatives ask for (`cncgen.planner.optimal.nodes`). Exceptions are cusps,
+    where derivatives are infinite or nothing but rounding, and bends too short to show in setpoints. There |x''| and |x'''|
+    are bounded so that the direction turns by `_SHARP` over the interval at most, and are made linear over it where it is
+    of the `spline`: what the path does between nodes that setpoints cannot tell apart must not limit the motion.
+
+    Args:
+        x: Shape (4, n, 3, axes), position and derivatives at the start, middle and end of each interval; changed.
+        h: Shape (n,), lengths, mm.
+        spline: Shape (n,), which intervals are of the spline.
     """
     size = most(most(np.abs(x[1])))
     sharp = np.zeros(len(h), bool)
@@ -353,7 +366,7 @@ def _calm(x: Floats, h: Floats, spline: NDArray[np.bool_]) -> None:
         at = np.flatnonzero(most(most(np.abs(x[order]))) > bound)
         x[order, at] = np.clip(x[order, at], -bound[at, None, None], bound[at, None, None])
         sharp[at] = True
-    # Where the direction stays as it is in all its digits, what bends it is rounding, as at a cusp that lies on a line.
+    # Where the direction does not change in any digit, x'' and x''' are rounding, as at a cusp that lies on a line.
     places = [x[1, :, place] for place in range(3)]
     change = most(reduce(np.maximum, places) - reduce(np.minimum, places))
     x[2:, change <= _LAST_DIGITS * size] = 0.0
@@ -376,10 +389,11 @@ def _factors(s: Floats, joints: Joints) -> Floats:
 
 
 def _hidden(path: Path, s: Floats, kind: NDArray[np.int8], x3: Floats, top: Floats, jerk: Floats) -> Floats:
-    """Return what x''' may have more within an interval than three values of it show, shape (n, axes).
+    """Return by how much |x'''| within an interval may exceed what its three values show, shape (n, axes).
 
-    The kernel takes x''' as a quadratic over an interval. Where it bends, the quarter points tell how far it is from that.
-    From rest v³ grows as s², and nothing is taken from the rest itself, where x''' of a cusp is rounding alone.
+    The kernel takes x''' as a quadratic over an interval. Where its second difference is large, the path is evaluated at the
+    quarter points too, and what differs there from the quadratic is the result, times `_HIDDEN`. Intervals beside a rest
+    are left out: v³ grows as s² there, and at a rest in a cusp x''' is rounding.
 
     Args:
         path: The path.

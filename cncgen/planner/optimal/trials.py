@@ -1,4 +1,7 @@
-"""Corners of which no estimate tells whether to pass them or to stop: a short piece of the path is planned both ways."""
+"""Corners for which no estimate tells whether to pass them or to stop: a short piece of the path is planned both ways.
+
+`planning` asks `Trials` for the `Track` of each block. Rule and figures: docs/corners.md, Pass or stop.
+"""
 
 from __future__ import annotations
 
@@ -21,16 +24,17 @@ from cncgen.toolpath.record import Toolpath
 Ints = NDArray[np.int64]
 Told = NDArray[np.int8]
 
-#: Speed at a jump, as a part of that at which a stop seems to take as long as to pass it, between which both are tried.
+#: Both ways are tried at jumps whose speed lies between these multiples of the speed at which, by the estimate, a stop takes as
+#: long as passing.
 _SLOWEST, _FASTEST = 0.3, 2.0
 #: Nodes that are planned at once at most.
 _SIZE = 1200
-#: How much closer nodes of trials stand, beside those of the plan.
+#: Nodes of a trial, as a part of the number that the plan has there.
 _COARSER = 0.5
-#: In how many ways a piece is tried at most, and fewer than which are not worth it.
+#: Largest number of ways in which a piece is tried; where the budget allows fewer than the second number, it is not tried at all.
 _WAYS, _FEWEST = 8, 4
-#: Nodes that a trial costs by itself, that all trials of a program cost at most by its effort (100,000 take about a second),
-#: and part of its nodes that they cost besides.
+#: The budget of trials, in nodes (100,000 take about a second): what each trial costs beside its own nodes, how much a block adds
+#: to the budget as a part of its nodes, and by effort what a program begins with.
 _EACH, _PART = 400, 0.02
 _MOST = {"best": 100_000, "fast": 10_000}
 #: Part of the time by which another way must be faster to be taken.
@@ -81,8 +85,8 @@ class Trials:
         return track if told is None else section.track(section.joints(told))
 
     def _tried(self, section: Section, joints: Joints, track: Track) -> Told | None:
-        """Return where to stop (-1) and what to pass (1), shape (breakpoints,), where trials tell other than the joints; else None."""
-        # What is passed below that is so as chords hold its speed, which the estimate does not weigh.
+        """Return where to stop (-1) and what to pass (1), shape (breakpoints,), if trials differ from the joints; else None."""
+        # Below `_SLOWEST` a corner is passed only if chords hold its speed. The estimate does not weigh that, so it is tried.
         doubtful = (joints.doubt < _FASTEST) & ((joints.doubt > _SLOWEST) | ~joints.stop)
         doubtful[[0, -1]] = False
         if not doubtful.any():
@@ -108,7 +112,7 @@ class Trials:
 
 
 class _Between(NamedTuple):
-    """What lies between two stops that nothing reaches over: its time, and its stops, both ends included."""
+    """The motion between two stops that does not depend on what lies beyond them: its time, and its stops with both ends."""
 
     seconds: float
     stops: tuple[int, ...]
@@ -138,13 +142,14 @@ def _pieces(node: Ints, stop: NDArray[np.bool_]) -> list[tuple[int, int]]:
 def _fastest(
     piece: Section, told: Told, doubtful: NDArray[np.bool_], ways: int, closer: float, margin: float
 ) -> tuple[Told, int]:
-    """Return the fastest chain of what was tried between the stops of a piece.
+    """Return the fastest chain of motions from stop to stop that trials of a piece have found.
 
-    First as it is, stops at all in doubt, and at none; then each the other way than what was best of that.
+    Tried are first the estimate, a stop at all corners in doubt, and a stop at none; then the best of these with single
+    corners changed.
 
     Args:
         piece: From rest to rest.
-        told: Shape (n,), what is told to the breakpoints within it.
+        told: Shape (n,), what the breakpoints within it do by the estimate: -1 stop, 1 pass, 0 no choice.
         doubtful: Shape (n,), which of them are in doubt.
         ways: Trials at most.
         closer: Factor by which nodes stand closer than their density tells.
@@ -164,7 +169,7 @@ def _fastest(
             _plan(piece, way, closer, margin, found, 0.0 if way is told else _LESS)
             tried.add(way.tobytes())
             if not found:
-                # Something is in the way of every motion over it.
+                # Even the estimate has no solution that is found at once.
                 return told, len(tried)
         before, kept = best, np.zeros(len(told) + 2, bool)
         kept[_chain(found, len(told) + 1)] = True
@@ -192,7 +197,7 @@ def _plan(
         return
     t = arrival[nearest(track.s, joints.s)] + 0.5 * piece.bounds.period_s * np.cumsum(joints.cuts)
     before, after = joints.reached()
-    # What a zone reaches over does not part the ways on both its sides.
+    # A stop that the zone of a jump reaches over does not separate the motions before and after it.
     parts = joints.stop & np.isinf(before) & np.isinf(after)
     parts[[0, -1]] = True
     for i, j in pairwise(np.flatnonzero(parts).tolist()):
@@ -202,7 +207,11 @@ def _plan(
 
 
 def _chain(found: dict[tuple[int, int], _Between], last: int) -> list[int]:
-    """Return the stops, from 0 to `last`, of the ways that take the least time together."""
+    """Return the stops, from 0 to `last`, of the fastest chain of what was found: a shortest path in a graph without cycles.
+
+    Stops are visited in ascending order, which is a topological one (Cormen et al., Introduction to Algorithms (2009),
+    section 24.2).
+    """
     best: dict[int, tuple[float, list[int]]] = {0: (0.0, [])}
     for i, j in sorted(found):
         if i in best:

@@ -1,4 +1,8 @@
-"""The look-ahead's window: blocks that are read and not yet planned for good, planned up to a stop at its end."""
+"""The look-ahead's window: tracks that are read but not yet final, planned down to a stop at the window's end.
+
+`planning` appends tracks and calls `advance`, which solves (`problem`), measures chords (`chords`) and rests (`rests`), and
+yields what is final as `Trajectory`. A part of the plan is final if it does not depend on the stop at the end.
+"""
 
 from __future__ import annotations
 
@@ -22,43 +26,50 @@ from cncgen.planner.record import Limit, SharpCorner, Trajectory
 
 Floats = NDArray[np.float64]
 
-#: Intervals that a window holds before it is planned: more cost iterations, fewer cost what is planned twice.
+#: Intervals that a window holds before it is planned. Longer windows need more iterations; of shorter ones a larger part is
+#: planned twice.
 SIZE = 1600
-#: By effort, the part of the limits of acceleration and jerk that is planned with: what may be passed between nodes.
+#: By effort, the part of the limits of acceleration and jerk that is planned with. The rest is what the motion may use more
+#: between nodes, where no row holds it; measured (docs/least-time.md).
 MARGIN = {"best": 0.9993, "fast": 0.9965}
-#: How often bounds of q are lowered for chords that are too long, and the part of q to begin with then.
+#: How often bounds of q are lowered for chords that are too long, and the factor on q to start solving again from.
 _ROUNDS, _SLOWER = 6, 0.9
-#: Periods before what feels the end of a window in which nothing is final: that of a chord, and one to brake in for the next.
+#: This many periods before the part that depends on the window's end are not final either: one for the chord that reaches into
+#: it, and one in which the next window can still brake for such a chord.
 _CLEAR = 2.0
-#: Part of q by which neighbours on a plateau may differ.
+#: Relative difference of q between neighbours up to which they are on one plateau.
 _LEVEL = 1e-6
-#: Periods beside a jump of the path in which a setpoint's third difference sees it, and a minimum of the speed is its.
+#: A minimum of the speed within this many periods of a jump of the path is counted as that jump's: a third difference of
+#: setpoints spans three periods, so it sees the jump from as far.
 _NEAR = 1.5
 #: Sharp corners that are handed on one by one; beyond them they are counted.
 MAX_CORNERS = 10_000
-#: Intervals before one that is in the way, within which to stop for it.
+#: A stop for a place that no motion can pass lies at most this many intervals before it.
 _BESIDE = 2
-#: Intervals at the start of a program that are solved again until their time stays: a path differs by rounding in another unit,
-#: and by 10⁻⁹ where it is fitted, which a solver that ends at a gap of 10⁻⁷ may turn into 10⁻⁶. Takes some 0.1 s of CPU.
+#: Intervals at the start of a program whose solutions are confirmed (`problem.solve`, settled). A path in another unit of length
+#: differs by rounding, and where it is fitted by 10⁻⁹; the solver, which ends at a gap of 10⁻⁷, may turn that into a time that
+#: differs by 10⁻⁶. Costs about 0.1 s of CPU.
 _SETTLED = 20_000
 
 
 @dataclass(slots=True)
 class Window:
-    """Tracks in a row.
+    """Tracks in a row. Their intervals are open until they are handed on as trajectories.
 
     Attributes:
         bounds: Limits.
         margin: Part of the limits of acceleration and jerk that is planned with.
         tracks: In order; of the first, the intervals from `used` on are still open.
-        t_s: Time at the first open interval.
+        used: Intervals of the first track that are handed on.
+        t_s: Time at the start of the first open interval.
         state: q there and the middle ordinate of q on it, where the motion is under way; None at rest.
-        reserve: Ordinates and limits of the first open intervals, down to a stop, of the last plan of this window.
+        reserve: Ordinates and limits of the last plan for the first open intervals, down to a stop: a plan that is always
+            there to fall back on.
         corners: Sharp corners handed on so far.
-        wanted: Intervals at which the window is planned next.
-        past: What has been handed on, down to a period before `t_s` at least.
-        cornered: Whether the last row that was handed on had rests that chords might cut.
-        unsettled: Intervals that may still be solved again until their time stays.
+        wanted: Number of open intervals at which the window is planned next.
+        past: What has been handed on, back to a period before `t_s` at least.
+        cornered: Whether the intervals that were handed on last had rests that chords might cut (`Track.cuts`).
+        unsettled: Number of intervals whose solutions are still to be confirmed (`_SETTLED`).
     """
 
     bounds: Bounds
@@ -103,12 +114,12 @@ class Window:
                     continue
                 final = max(final, len(given) // 4)
                 final += int(given.kind[final] == ENTER)
-            # From here the motion can stop where the last plan did, and maybe not before.
+            # From its new state the motion can certainly stop where the last plan did, so the next window reaches beyond that.
             self.wanted = max(SIZE, 3 * (len(given) - final) // 2)
             yield from self._hand_on(given, solution, pieces, final, last and final == len(self))
 
     def arrival(self) -> Floats | None:
-        """Return when a motion from rest to rest over all that is open reaches each node, s; None where none is found at once."""
+        """Return when a motion from rest to rest over all open intervals reaches each node, s; None if the first start fails."""
         given = self._intervals(len(self))
         solution = solve(given, None, None, lambda _: 1)
         if not solution.converged:
@@ -117,7 +128,7 @@ class Window:
         return np.concatenate([[0.0], np.cumsum(pieces.duration)])[pieces.offset]
 
     def _parts(self, count: int) -> list[tuple[Track, slice]]:
-        """Return which tracks the first `count` open intervals are, and which of theirs."""
+        """Return the tracks of the first `count` open intervals, and which intervals of each these are."""
         parts = []
         for number, track in enumerate(self.tracks):
             first = self.used if number == 0 else 0
@@ -128,14 +139,16 @@ class Window:
         return parts
 
     def _held(self, given: Intervals, solution: Solution, stands: bool) -> tuple[Intervals, Solution, Pieces]:
-        """Lower bounds of q where chords of the motion leave the path by more than their tolerance, and solve again.
+        """Lower bounds of q where chords between setpoints are further from the path than their tolerance, and solve again.
 
-        Bounds are lowered for good, on intervals that are still open. Where a motion down to them is not found, they stay.
+        The lower bounds stay with the tracks, for the windows that follow. Where no motion within them is found, the plan
+        stays as it was.
 
         Args:
             given: The intervals.
             solution: Theirs.
-            stands: Whether the path itself rests after the last one; else what feels that end says nothing of chords.
+            stands: Whether the motion really rests after the last one. If not, chords near the end are not measured: that
+                part is planned again anyway.
 
         Returns:
             Intervals and solution, and the motion.
@@ -167,9 +180,10 @@ class Window:
             first = here.stop
 
     def _unfelt(self, solution: Solution, pieces: Pieces) -> int:
-        """Return how many intervals do not depend on where the window ends, nor do chords on them and in a period behind.
+        """Return how many intervals depend on where the window ends neither themselves nor by the chords that begin on them.
 
-        What the next window finds of a chord that begins behind them it can only mend by braking before that begins.
+        A further period is left out: if the next window finds that the first chord of its own is too long, it must have room
+        to brake before that begins.
         """
         t = np.concatenate([[0.0], np.cumsum(pieces.duration)])[pieces.offset]
         clear = t[solution.unfelt] - _CLEAR * self.bounds.period_s
@@ -204,12 +218,15 @@ class Window:
     def _solved(self, given: Intervals) -> tuple[Solution, bool]:
         """Solve; where that fails, plan less of the path.
 
-        That is what comes before the place that is in the way, where the motion would crawl over that: there it stops, which
-        costs as good as nothing, and other starts are not tried. Else half as much, at last down to the stop that the last
-        plan left in reserve, or, from rest, what is left at a creep.
+        If limits are exceeded most at a place that the motion passes very slowly, it stops there: that costs next to nothing,
+        and no other starts are tried. Else half as many intervals are tried, again and again, down to those of the reserve.
+        If these fail too, the reserve is the plan, or, from rest, a `creeping` motion.
+
+        Args:
+            given: The intervals.
 
         Returns:
-            The solution, and whether a stop at its end is for good.
+            The solution, maybe for fewer intervals, and whether the stop at its end is a real one.
         """
         q, limit = self.reserve or (np.zeros((0, 3)), np.zeros(0, np.int8))
         known = q[:, 1] if self.reserve else None
@@ -229,7 +246,7 @@ class Window:
             given = _head(given, fewer)
 
     def _stop_for(self, given: Intervals, least: int, found: Solution) -> int:
-        """Return after how many intervals, more than `least`, to stop for what is in the way of a motion that crawls over it; or 0."""
+        """Return after how many intervals, more than `least`, to stop for a place that no motion can pass (`hurdle`); 0 for none."""
         place = hurdle(given, found.q, self.bounds.period_s)
         before = _stop_before(given.kind, place)
         return before if least < before < len(given) - 2 and place - before <= _BESIDE else 0
@@ -257,7 +274,7 @@ class Window:
             self.state = (float(solution.q[final, 0]), float(solution.q[final, 1]))
             self.reserve = (solution.q[final:].copy(), solution.limit[final:].copy())
         elif final == n and self.tracks and self.tracks[0].kind[self.used] == SPLINE:
-            # The end of a window that could not be planned further.
+            # The window could not be planned beyond this place, so the motion stops here, and the next track leaves a rest.
             self.tracks[0].kind[self.used] = LEAVE
             self.tracks[0].corner[self.used] = True
 
@@ -284,7 +301,7 @@ class Window:
             longer, start = started(way, after, way.profile.t[pieces.offset], dwells, ends)
             longer[0] = start
             return longer[:final]
-        # What chords of the row before it reach over is known only now.
+        # How the motion goes on after a rest at the end of the last hand-on, and so the chord over it, is known only now.
         stands[0] |= self.state is None
         rests = Rests(way, self.past, np.flatnonzero(stands), [self.t_s], [0.0])
         return rests.lengthened(way.profile.t[pieces.offset], dwells)[:final]
@@ -342,10 +359,10 @@ def _last_rest(kind: NDArray[np.int8], least: int) -> int:
 
 
 def _last_top(q: Floats, last: int) -> int:
-    """Return the interval of the last top or plateau of q up to `last`; `last` where there is none.
+    """Return the interval of the last maximum or plateau of q up to `last`; `last` where there is none.
 
-    A state amid the braking for something, or amid the rise before it, has hardly another way on than the one that it
-    comes from, and that only where the next plan may use the limits to the same last digit.
+    A good place to end what is final. Amid braking or accelerating at full jerk the state allows hardly any motion but the
+    planned one, so the next window would have no interior for the solver to start in.
     """
     before, here, after = q[:last], q[1 : last + 1], q[2 : last + 2]
     n = len(after)
