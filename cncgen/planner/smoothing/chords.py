@@ -1,4 +1,7 @@
-"""What the chords between setpoints may add where the tolerance is not much wider than they are."""
+"""How smoothing and the chords between setpoints share a tolerance that is not much wider than the chords.
+
+`stream` asks what it may use (`fit_tolerance`), `planning` at which speed what is left holds the chords (`chord_speed_within`).
+"""
 
 from __future__ import annotations
 
@@ -15,10 +18,10 @@ from cncgen.toolpath.record import PathMode, Toolpath
 
 Floats = NDArray[np.float64]
 
-#: Room for chords, by what v² κ T²/8 says of them: where curvature changes within a period, or the speed does, they are
-#: longer by some per cent. Where it is less, the motion that is found is measured (`cncgen.planner.optimal.chords`).
+#: Room left to chords, as a multiple of v² κ T²/8: where curvature or speed changes within a period they are some per cent
+#: further from the path. Where even that is too little, the plan is measured and slowed (`cncgen.planner.optimal.chords`).
 ROOM = 1.03
-#: Part of the tolerance, of P or of δ where that is more, that is left to smoothing at least.
+#: Smoothing is left at least this part of the tolerance (of P, or of δ where that is more).
 _LEAST = 0.03
 
 

@@ -1,4 +1,7 @@
-"""What corners between rows that may be smoothed are, and what a machine passes them by."""
+"""The corners between rows that may be smoothed (`Corners`), and the limits of the machine that pass them (`Drive`).
+
+`stream` makes both; `shares` and `worth` take them.
+"""
 
 from __future__ import annotations
 
@@ -16,13 +19,13 @@ Bools = NDArray[np.bool_]
 
 #: Largest |x''| L and |x'''| L² of a turn by 1 that is smoothed with the length L (docs/smoothing.md).
 BEND, TWIST = 1.0 / 3.0, 0.1475
-#: Limit of an axis that the machine lacks.
+#: Limit of an axis that the machine lacks: never reached, yet finite, as infinity times a direction of 0 is no number.
 _FREE = 1e15
 
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """What corners are passed by.
+    """The limits of a machine by which corners are passed.
 
     Attributes:
         velocity, acceleration, jerk: Shape (axes,), limits as mm (`axis_scale`).

@@ -23,9 +23,9 @@ Bools = NDArray[np.bool_]
 
 #: A turn, and a step of curvature by the tolerance, up to which a joint is smooth: an axis hardly slows down for it.
 _TURN, _STEP = 2e-4, 1e-5
-#: Length of the end that is rounded, in smoothing lengths at the corner.
+#: Length of the end that is cut off to be rounded, in smoothing lengths of the corner.
 _REACH = 20.0
-#: Largest smoothing length, in tolerances.
+#: Largest smoothing length, in tolerances, however small the turn is.
 _WIDEST = 100.0
 #: |dC/du| as a part of its mean below which a curve has a cusp, and is left as it is.
 _CUSP = 1e-4

@@ -1,4 +1,4 @@
-"""Runs of short lines as cubic curves, one row a run: what `convert` writes as G6.2."""
+"""Runs of short lines as cubic NURBS curves, one row a run: what `cncgen convert` writes as G6.2. `plan` does not use it."""
 
 from __future__ import annotations
 

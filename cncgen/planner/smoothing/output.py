@@ -16,9 +16,9 @@ from cncgen.toolpath.record import FeedMode, Kind, Toolpath
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-#: Part of a feed by which the mean over a span may differ from it for rounding alone.
+#: The mean feed over a span that differs by less than this part from the row's own is the row's own but for rounding.
 _SAME = 1e-6
-#: Knot spans before and after a row of the result over which a chord on it may reach.
+#: A chord between setpoints on a row of the result may reach over this many knot spans before and after it.
 _AROUND = 2
 
 

@@ -1,4 +1,9 @@
-"""The time that a rounded corner takes whose speed chords hold: the way through its bend, step by step (docs/rounding.md)."""
+"""The time through a rounded corner whose speed the chords between setpoints hold, step by step; for `worth`.
+
+The curve about a single turn is known in closed form: `response` is the equivalent kernel of the smoothing spline that `stream`
+fits (Silverman, Spline smoothing: the equivalent variable kernel method (1984), there for the second derivative in place of
+the third). docs/rounding.md.
+"""
 
 from __future__ import annotations
 
@@ -11,22 +16,26 @@ from cncgen.planner.rows import across, chord_speed
 
 Floats = NDArray[np.float64]
 
-#: Smoothing lengths on each side of a turn in which nearly all of it is made, and steps in which they are gone.
+#: Smoothing lengths on each side of a turn within which nearly all of it is made, and into how many steps they are divided.
 REACH, STEPS = 3.0, 16
-#: Largest |x''| of a turn by what the filter of `response` makes of it: knots stand a smoothing length apart. Measured.
+#: Largest |x''| at a turn of the fitted spline, whose knots stand a smoothing length apart, as a part of that of `response`.
+#: Measured.
 _MESHED = 0.85
-#: Newton's steps in which the time of a step is found, to 10⁻⁸ of it where all of its three parts are alike.
+#: Iterations of Newton's method for the time of a step. Four give 10⁻⁸ of it in the worst case, three equal terms.
 _NEWTON = 4
 
 
 def turned(s: Floats) -> Floats:
-    """Return ∫₀ˢ h: the part of a turn that is made on a way of s L from its middle; see `response`."""
+    """Return ∫₀ˢ h, shape as s: the part of a turn that is made between its middle and the distance s L; see `response`."""
     out: Floats = (3.0 - np.exp(-s) - 2.0 * np.exp(-0.5 * s) * np.cos(0.5 * np.sqrt(3.0) * s)) / 6.0
     return out
 
 
 def response(s: Floats) -> Floats:
-    """Return h(s) = (1/π) ∫₀^∞ cos ωs/(1 + ω⁶) dω, s ≥ 0: x'' L/Δ at a distance of s L from a turn Δ."""
+    """Return h(s) = (1/π) ∫₀^∞ cos ωs/(1 + ω⁶) dω, s ≥ 0: x'' L/Δ at the distance s L from a turn Δ.
+
+    The closed form is the sum of the residues at the poles of 1/(1 + ω⁶) in the upper half plane, e^(iπ/6), i, e^(5iπ/6).
+    """
     half = np.exp(-0.5 * s)
     wave = 0.5 * np.sqrt(3.0) * s
     out: Floats = (half * half + half * (np.cos(wave) + np.sqrt(3.0) * np.sin(wave))) / 6.0
@@ -55,13 +64,13 @@ def bends(leave: Floats, entry: Floats) -> Floats:
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """One side of rounded corners: how a motion leaves the middle of the bend, where chords hold it, for the top speed of the row.
+    """One side of rounded corners: a motion from the middle of the bend, where chords hold its speed, up to the row's top speed.
 
     Attributes:
         bend: Shape (steps + 1, n), |x''| across x' from the middle on, 1/mm.
         length: Shape (n,), mm: L.
         room: Shape (n,), mm: how far the bend may reach.
-        chord: Shape (n,), mm: what chords may leave the path by.
+        chord: Shape (n,), mm: how far chords may be from the path.
         acceleration, jerk, top: Shape (n,): limits along the row, and the largest speed on it.
         period_s: Time between setpoints.
     """
@@ -107,7 +116,8 @@ class Way:
         rise = (most - a) / jerk
         risen, reached = (v + (0.5 * a + jerk * rise / 6.0) * rise) * rise, v + 0.5 * (a + most) * rise
         left = np.maximum(way - risen, 0.0)
-        # v t + a t²/2 + J t³/6 bends upwards: from where one of the three alone is the way Newton's steps only fall.
+        # f(t) = v t + a t²/2 + J t³/6 is convex for t > 0. If one of its terms alone is the way, t is too large, and Newton's
+        # iterates from there fall monotonically to the root.
         with np.errstate(divide="ignore", invalid="ignore"):
             t = np.fmin(np.minimum(way / v, np.cbrt(6.0 * way / jerk)), np.sqrt(2.0 * way / a))
         for _ in range(_NEWTON):

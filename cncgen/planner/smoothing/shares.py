@@ -1,7 +1,8 @@
-"""What the chords between setpoints will take of the tolerance beside a smoothed path: an estimate, from the corners alone.
+"""How much of the tolerance the chords between setpoints will need beside a smoothed path: an estimate from the corners alone.
 
-The less it is, the more is left to smoothing. Whatever it is, the tolerance is kept: what smoothing has really left holds
-the chords (`cncgen.planner.smoothing.chords`). The derivation stands in docs/rounding.md.
+The less they need, the more is left to smoothing (`stream`, `worth`). The tolerance is kept even if the estimate is wrong: the
+speed of the plan is bounded by what smoothing has really left to the chords (`cncgen.planner.smoothing.chords`). Derivation:
+docs/rounding.md.
 """
 
 from __future__ import annotations
@@ -16,11 +17,11 @@ from cncgen.planner.smoothing.corners import BEND, TWIST, Corners, Drive
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-#: Part of the tolerance that is not worth a share of its own: up to it, chords have all that they could take.
+#: If smoothing would gain less than this part of the tolerance, chords are left all that they could need.
 _TRIFLE = 0.03
-#: Rounds in which the smoothing length and the chord that it takes are found.
+#: Fixed-point iterations in which the smoothing length and the chord that goes with it are found.
 _ROUNDS = 3
-#: What a turn is left by is L Δ/3 (docs/smoothing.md).
+#: A smoothed path leaves a turn Δ by L Δ/3 (docs/smoothing.md), so that L = 3 P/Δ.
 _WAY = 3.0
 
 

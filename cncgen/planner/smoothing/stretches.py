@@ -1,7 +1,7 @@
-"""Stretches: lines that go straight on, and arcs that go on about one centre, count as one, so that cutting changes nothing.
+"""Lines that go straight on, and arcs that go on about one centre, are joined to one row before smoothing (`stream`).
 
-How long a row is tells smoothing what is a corner by itself and what a facet (docs/smoothing.md): it must be the length of
-the straight line, or of the arc, not that of the parts in which it is written.
+By the length of a row smoothing tells a corner by itself from a facet of a curve (docs/smoothing.md). That must be the length
+of the whole straight line or arc, not of the parts in which the program writes it: so cutting a line in two changes nothing.
 """
 
 from __future__ import annotations

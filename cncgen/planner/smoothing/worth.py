@@ -1,6 +1,8 @@
-"""Which corners are worth rounding, and how far: where the rounded path takes less time than to stop, or to pass, as it is.
+"""Which corners are worth rounding, and how far: those where the rounded path takes less time than the path as it is.
 
-The times are estimates in closed form (docs/rounding.md), of two rows beside each other at a time.
+As it is, a corner is passed slowly, or the motion stops in it. All times are estimates in closed form for a corner and the
+two rows beside it (docs/rounding.md); times of changes of speed are those of Biagiotti and Melchiorri (2008), section 3.4.
+`stream` calls `rounding` before it fits a spline.
 """
 
 from __future__ import annotations
@@ -21,36 +23,40 @@ from cncgen.planner.smoothing.shares import chord_need
 Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
 
-#: Part of the jerk limit that a step of the tangent takes at most, and speed in J T² up to which a stop costs less, as in
-#: `cncgen.planner.optimal`.
+#: Part of the jerk limit that a step of the tangent takes at most, and speed, as a multiple of J T², below which a stop costs less:
+#: `JUMP_SHARE` and `STOP_SPEED` of `cncgen.planner.optimal.limits`.
 _SHARE, _STOP = 0.75, 1.0
-#: Smoothing lengths that the rows beside a corner have at least, so that it is rounded by itself, and those up to which it
-#: is looked at where chords bound the speed.
+#: Length of the rows beside a corner, in smoothing lengths, from which it is rounded independently of its neighbours; and from
+#: which it is still weighed by itself where chords bound the speed.
 _ALONE, _CROWDED = 3.0, 0.5
-#: Slope of the smoothing length along the path (`cncgen.kernels.smoothing`).
+#: Largest slope of the smoothing length along the path, as in `cncgen.kernels.smoothing_lengths`.
 _GRADE = 0.4
-#: Smoothing lengths on each side that are passed at the speed of the corner: where jerk bounds it, besides (c + c³)/2 by
-#: the cosine c between the directions; where acceleration does; where chords do, on which setpoints are dense. Measured
-#: against plans, and somewhat more than that, so that what is rounded is faster.
+#: The way on each side of a corner that takes as long as if it were passed at the corner's own speed, in smoothing lengths: where
+#: jerk bounds that speed (to which (c + c³)/2 is added, c the cosine between the directions), where acceleration does, and where
+#: chords do and setpoints are dense. Fitted to 4500 plans of single corners, and set somewhat higher than their median, so that
+#: what is chosen to be rounded is faster (docs/rounding.md).
 _JERK, _ACCELERATION, _CHORD = -0.3, 1.3, 1.2
-#: Ways of a period at that speed which are passed so besides, beyond a smoothing length: setpoints tell no parts of it.
+#: What is added to that way if a period leads further than a smoothing length: this part of the excess. Setpoints then cannot show
+#: the bend in detail, so it costs more time. Same plans.
 _UNTOLD = 0.1
-#: Periods that a corner whose speed chords hold takes on each side beyond what its bend makes, where it turns all the way back.
+#: Time on each side, in periods, that a corner whose speed chords hold takes longer if it turns back by 180°; times −c else.
 _BACK = 0.5
-#: Periods that a corner takes on each side that is passed as it is, and the more of them that take all of the jerk along the path.
+#: Time on each side, in periods, that passing a corner unrounded costs: always, and in proportion to the part λ of the jerk along
+#: the path that the corner takes.
 _MET, _TAKEN = 0.15, 1.5
-#: Part of the time in which the acceleration grows that a run from a slow place on a smooth row takes longer than from a rest:
-#: nodes lie in geometric distances there (docs/evidence.md). It is 0.0125 at the median; as much as it may be from places slower
-#: than J T², so that what is rounded is faster than a stop.
+#: Acceleration away from a rounded corner takes longer than from a rest by this part of the time in which the acceleration grows,
+#: as nodes are placed there in geometric distances (docs/evidence.md). The median is 0.0125; this is the largest that was seen,
+#: from places slower than J T², so that a corner is rounded only where that is certainly faster than a stop.
 _RUN = 0.035
-#: Smoothing lengths that are tried where chords bound the speed, in powers of √2.
+#: Number of smoothing lengths, each √2 times shorter than the one before, that are tried where chords bound the speed.
 _TRIED = 17
-#: Row of chords among what bounds the speed of a rounded corner.
+#: Row of the chord bound in what `_rounded_speeds` returns.
 _BY_CHORD = 2
-#: Part of the estimated time of a curve that chords hold, below which stops at all of its corners are taken to be faster.
+#: Stops at all corners of a curve that chords hold are chosen only if they take less than this part of the estimated time of the
+#: curve: the estimates are not more precise.
 _SURELY = 0.95
-#: Chord tolerances up to which P is better left to chords where they hold the speed at a step of curvature; and ways of a period
-#: that such a step is spread by at most onto a line where P is more.
+#: Where chords hold the speed at a step of curvature: up to this multiple of the chord tolerance P is left to the chords alone; a
+#: larger P may spread the step onto a line by this many ways of a period at most.
 _NARROW, _SPREAD = 1.5, 3.0
 #: A turn below which there is no corner.
 _NONE = 1e-6
@@ -69,17 +75,20 @@ class _Side:
         return _Side(self.acceleration[corners], self.jerk[corners], self.top[corners])
 
     def lost(self, speed: Floats) -> Floats:
-        """Return the time lost against going on at the top speed, where the corner is passed at `speed`, 0 for a stop."""
+        """Return the time lost by slowing from the top speed to `speed`, mm/s, at the corner (0 for a stop), s.
+
+        A change of speed from v to V in the time f covers f (v + V)/2, for which the top speed needs f (v + V)/(2 V).
+        """
         change = np.maximum(self.top - speed, 0.0)
         return _change_time(change, self.acceleration, self.jerk) * change / (2.0 * self.top)
 
     def ramp(self, speed: Floats) -> Floats:
-        """Return the time in which the acceleration grows that a change from `speed` to the top speed takes."""
+        """Return how long the acceleration grows in a change from `speed` to the top speed: the first of its phases, s."""
         change = np.maximum(self.top - speed, 0.0)
         return np.minimum(self.acceleration / self.jerk, np.sqrt(change / self.jerk))
 
     def crawled(self, way: Floats, speed: Floats) -> Floats:
-        """Return the time lost on a way that is passed at `speed`."""
+        """Return the time lost on a way, mm, that is passed at `speed` instead of the top speed, s."""
         return way * np.maximum(1.0 / speed - 1.0 / self.top, 0.0)
 
 
@@ -88,10 +97,10 @@ def rounding(
 ) -> tuple[Floats, Floats]:
     """Return the largest smoothing length at each corner that is worth it, and the speed at which it is passed.
 
-    Rounded with L = 3 P/|Δ| a turn Δ is passed at the speed v at which its curvature, the change of that and chords keep
-    to their limits. That costs, on each side, the change of speed down to v, and some L at v. Unrounded its step of the
-    tangent shows in setpoints as v Δ/T² of jerk, v Δ/T of acceleration, and chords cut it by v T |Δ|/4; or it is a stop.
-    Where chords bound v it grows with √L only, and a shorter L may take less time.
+    Rounded with L = 3 P/|Δ| a turn Δ is passed at the largest speed v at which its curvature (acceleration), the change of that
+    (jerk) and the chords keep to their limits. On each side that costs the change of speed down to v, and a way of about L
+    at v. Unrounded, setpoints see its step of the tangent as a jerk of v Δ/T² and an acceleration of v Δ/T, and the chord cuts
+    it by v T |Δ|/4; or the motion stops. Where chords bound v it grows only with √L, so a shorter L may take less time.
 
     Args:
         drive: See there.
@@ -180,7 +189,7 @@ def _better_stopped(
     out = np.zeros(len(size), bool)
     at = np.flatnonzero(among)
     group = np.cumsum(np.diff(at, prepend=-1) > 1)
-    # Were all of the turn made on the shorter row beside it, and full jerk of all axes used from stop to stop.
+    # An upper bound first: were all of the turn made on the shorter row beside it, and full jerk of all axes used between stops.
     ways = _between_turns(corners, size)
     near, far = ways.min(axis=0)[at], ways.max(axis=0)[at]
     steep = chord_speed(size[at] / near, 0.5 * drive.chord_mm, drive.period_s)
@@ -415,7 +424,7 @@ class _Judged:
         """Return what shorter lengths cost where that is less than `best`, and which; infinite where none does."""
         k = len(best)
         room = self.corners.length[:, self.at].min(axis=0)
-        # The same lengths are tried whatever P is, so that more of it can do what less of it does.
+        # The same lengths are tried whatever P is. So a larger P can always use the length that is best for a smaller one.
         unit = self.drive.reserve_mm / norm(self.turn[self.at])
         first = np.ceil(2.0 * np.log2(self.length / unit)) - 1.0
         tried = unit * np.exp2(0.5 * (first - np.arange(_TRIED)[:, None]))
@@ -457,7 +466,7 @@ class _Judged:
             made = self._held(held, [side.of(held) for side in sides], length[held], bend[held])
             part = by_jerk[held]
             alone = part * lost(jerked)[:, held] + (1.0 - part) * made
-            # What turns back must stop and start in every axis at once.
+            # Where the path turns back, every axis must stop and start again at once.
             alone = alone + _BACK * drive.period_s * np.maximum(-alike[held], 0.0)
             short = half[:, held] < REACH * length[held]
             cost[:, held] = np.where(short, np.maximum(alone, cost[:, held]), alone)
@@ -475,7 +484,7 @@ class _Judged:
         left = chord_left(
             chord_room(self.corners.tolerance[at], deviation, drive.reserve_mm), drive.reserve_mm
         )
-        # Where rows are short others beside it bend the way as well.
+        # Where rows are short, neighbouring corners bend this way too.
         curved = self.bends[..., which] * (bend / self.across[which])
         half = 0.5 * self.corners.length[:, at]
         lost = []
@@ -528,7 +537,11 @@ def _passed_speed(drive: Drive, turn: Floats, size: Floats) -> Floats:
 
 
 def _change_time(change: Floats, acceleration: Floats, jerk: Floats) -> Floats:
-    """Return the least time of a change of speed between two states without acceleration."""
+    """Return the least time of a change of speed between two states without acceleration, s.
+
+    Two ramps of the acceleration, 2 √(Δv/J), or with a phase at full acceleration between, Δv/A + A/J (Biagiotti and
+    Melchiorri (2008), section 3.4).
+    """
     ramps = acceleration**2 / jerk
     out: Floats = np.where(
         change < ramps, 2.0 * np.sqrt(change / jerk), change / acceleration + acceleration / jerk
@@ -537,7 +550,7 @@ def _change_time(change: Floats, acceleration: Floats, jerk: Floats) -> Floats:
 
 
 def _reached(length: Floats, acceleration: Floats, jerk: Floats) -> Floats:
-    """Return the largest speed on a row from rest to rest: V times the time of a change by V is the length."""
+    """Return the largest speed on a row from rest to rest, mm/s: the V whose change of speed, up and down, takes the length V f(V)."""
     ramps = acceleration**2 / jerk
     by_jerk = np.cbrt(0.25 * jerk * length**2)
     out: Floats = np.where(
