@@ -10,15 +10,15 @@ The rooms, each of which knows those before it:
   `grammar` read the others, `labels` tell what jumps may lead to;
 - `sinks`: what canonical calls become;
 - `codes`: a module a concern, with the handlers of its codes and its rows of the `table`;
-- `flow`: the order of execution. `running` has blocks executed: `stream` as long as the program goes forward, `walking`
-  where it goes back or away; O-words and macros lead to lines by their labels, in the texts that `subroutines` knows.
+- `flow`: the order in which lines are executed, with loops, branches, subroutines and macros. `running` has blocks executed:
+  `stream` as long as the program goes forward, `walking` where it jumps back or away.
 
-Between codes and flow stands the `interpreter`: it finds the codes of a block, `plans` whether they go together and in
-which order (`modal.Stage`), and calls their handlers, which change `modal.State` and call the `sink`.
+Between codes and flow stands the `interpreter`: it looks up what a block does (`block_plans`: which codes, whether they go
+together, in which order), and calls their handlers, which change `modal.State` and call the `sink`.
 
-`canon` runs on the machine that LinuxCNC's `rs274` makes believe (`sinks.standalone`), so that its calls agree with it.
-What stands between the interpreter and its sink for a while passes calls on: `cutter_compensation`, `frames`,
-`tool_point`.
+`canon` runs on the machine that LinuxCNC's stand-alone `rs274` pretends to have (`sinks.standalone`), so that its calls agree
+with that program's. `cutter_compensation`, `frames` and `tool_point` put a sink of their own between the interpreter and its
+sink while they are in force; it changes calls and passes them on.
 
 To add a code: write a handler ``(Interpreter, Block) -> None`` in the module of its concern in `codes`, which raises
 `errors.BlockError` where the block is wrong; add a `table.Code` with its modal group, stage, words and one line of help

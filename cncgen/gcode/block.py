@@ -1,4 +1,4 @@
-"""The records that pass from the two lanes of reading to the interpreter: a block and what is in it."""
+"""The records that readers of the text hand to the interpreter: a block as it is parsed, and a block with its values."""
 
 from __future__ import annotations
 
@@ -35,9 +35,8 @@ class Block:
     Attributes:
         words: Value by lower-case letter (``@`` and ``^`` too), without G, M and N.
         g, m: Ten times the numbers of its G and M words, in the order of the text.
-        comment: The last comment, without its parentheses, or None.
-        active: Comments that do something (MSG, DEBUG, PRINT, LOG, START …), in order.
-        source, line, offset: Where it stands.
+        comment: The last comment, without its parentheses, or None; the others are not used (Kramer et al. (2000), 3.3.5).
+        source, line, offset: Where it stands: number of the text, line from 1, and byte at which that begins.
     """
 
     words: dict[str, float]

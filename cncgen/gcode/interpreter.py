@@ -1,4 +1,8 @@
-"""The modal interpreter: executes one block after another on the state and calls the sink."""
+"""The modal interpreter: executes one block after another on the state and calls the sink.
+
+It finds the plan of a block (`block_plans`) and calls its handlers, which stand in `cncgen.gcode.codes`. What comes next is not
+its business: the order of lines is that of `cncgen.gcode.flow`. What several handlers need is a method here.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +12,10 @@ from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
+from cncgen.gcode.block_plans import G53, BlockPlan, BlockPlans
 from cncgen.gcode.codes.polar import plane_polar_end, polar_end
 from cncgen.gcode.codes.table import LATHE, Handler, language_of
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.plans import G53, Plan, Plans
 from cncgen.gcode.sinks.sink import Sink
 from cncgen.gcode.state.modal import NO_MOTION, State, to_machine, to_program
 from cncgen.gcode.state.parameters import (
@@ -36,7 +40,27 @@ if TYPE_CHECKING:
 class Interpreter:
     """State, parameters and sink of one run.
 
-    `warn` takes a remark on the block that is executed (a `BlockError` and its severity).
+    Attributes:
+        sink: Takes the canonical calls of handlers. Cutter compensation and frames put sinks of their own before `base`.
+        base: The sink of the run.
+        options: How the program is read.
+        warn: Takes a remark on the block that is executed: a `BlockError` and its severity.
+        dialect: Whose words, jumps and arithmetic are read: ``linuxcnc``, ``fanuc`` or ``heidenhain``.
+        lathe: Whether X and Z are those of a lathe of FANUC: X a diameter, U and W distances.
+        codes: The codes of the dialect.
+        state: The modal state, `cncgen.gcode.state.modal.State`.
+        parameters: Numbered and named parameters.
+        tools: The tool table.
+        jump: What M98, M99 or a cycle asked for: kind, number, times; the runner takes it after the block.
+        macro_values: Arguments of the macro that `jump` asks for.
+        modal_macros: G66: number, times and arguments of the macros that follow each motion, the last one first.
+        flow: The subroutine calls in progress; None where a block is executed by itself.
+        guard: Called with each block before it runs while a curve of several blocks is open; set by that curve's handler.
+        compensated_position: Gives the place beside the path where cutter compensation has the tool; None without it.
+        last_spline_end: Where Heidenhain's last SPL ended, and in which direction.
+        plain_language: What Heidenhain's plain language keeps from block to block, once it has something.
+        remarked: Codes, in tenths, that a remark was made on, where one remark a run is enough.
+        skipping: Whether blocks are passed over up to G11 of FANUC.
     """
 
     def __init__(
@@ -47,18 +71,14 @@ class Interpreter:
         dialect: str = "linuxcnc",
     ) -> None:
         self.sink: Sink = sink
-        #: The sink below cutter compensation and frames, which put their own before it.
         self.base = sink
         self.options = options
-        #: G66: number, times and arguments of the macros that follow each motion, the last one first.
         self.modal_macros: list[tuple[int, int, list[float]]] = []
-        #: Arguments of the macro that `jump` asks for.
         self.macro_values: list[float] | None = None
         self.warn = warn
         self.dialect = language_of(dialect)
-        #: Whether X and Z are those of a lathe of FANUC: X a diameter, U and W distances.
         self.lathe = dialect == LATHE
-        self._plans = Plans(dialect)
+        self._plans = BlockPlans(dialect)
         self.codes = self._plans.codes
         self.state: State = State()
         if self.dialect == "fanuc":
@@ -70,20 +90,14 @@ class Interpreter:
         self.tools: ToolTable = tools_of(options)
         if options.stand_alone:
             self.state.fetched = next(iter(self.tools.tools), 0)
-        #: What M98, M99 or a cycle asked for: kind, number, times; taken by the runner after the block.
         self.jump: tuple[str, int, int] | None = None
         self.flow: FlowControl | None = None
-        #: Looks at each block before it runs while a curve of several blocks is open; set by that curve's handler.
         self.guard: Handler | None = None
-        #: Where the last SPL ended.
-        self.ended: object | None = None
-        #: What Heidenhain's plain language keeps from block to block, once it has something.
-        self.plain: object | None = None
-        self.beside: Callable[[list[float]], list[float]] | None = None
-        #: Codes, in tenths, that were remarked on, where each is once (M codes of the machine's builder).
+        self.last_spline_end: object | None = None
+        self.plain_language: object | None = None
+        self.compensated_position: Callable[[list[float]], list[float]] | None = None
         self.remarked: set[int] = set()
-        #: Whether blocks are passed over up to G11 of FANUC.
-        self.passing_over = False
+        self.skipping = False
         if options.parameters is not None:
             read_parameters(options.parameters, self.parameters)
 
@@ -119,7 +133,7 @@ class Interpreter:
         """
         self.perform(self.plan_of(block), block)
 
-    def perform(self, plan: Plan, block: Block) -> None:
+    def perform(self, plan: BlockPlan, block: Block) -> None:
         """Execute a block by the plan of its codes and letters in the modal motion in force."""
         if self.state.diameter and not self.lathe and "x" in block.words:
             # The block may be run again: its words stay as they are written.
@@ -128,7 +142,7 @@ class Interpreter:
         for step in plan.steps:
             step(self, block)
 
-    def plan_of(self, block: Block) -> Plan:
+    def plan_of(self, block: Block) -> BlockPlan:
         """Return what a block does in the modal motion in force.
 
         Raises:
@@ -150,7 +164,7 @@ class Interpreter:
             and self.guard is None
             and self.sink is self.base
             and state.polar is None
-            and not self.passing_over
+            and not self.skipping
             and not self.modal_macros
             # A printed rate in inverse time depends on the motion's length.
             and not (state.feed_mode == 93 and self.sink.wants_comments)
@@ -195,13 +209,16 @@ class Interpreter:
                 machine[AXIS_INDEX[letter]] = end[AXIS_INDEX[letter]]
         return self.from_machine(machine)
 
-    def standing(self) -> list[float]:
-        """Return where the tool stands as parameters tell it: beside the path under cutter compensation."""
+    def reported_position(self) -> list[float]:
+        """Return where the tool is as #5420 to #5428 and named parameters tell it: beside the path under cutter compensation."""
         position = self.state.position
-        return self.beside(position) if self.beside else position
+        return self.compensated_position(position) if self.compensated_position else position
 
     def scale_of(self, index: int) -> float:
-        """Return the factor from the units of the tool table and parameter file to the program's, for a column."""
+        """Return the factor from the units of the tool table and the parameter file to those in force, for the column of an axis.
+
+        A B C (columns 3 to 5) are degrees everywhere.
+        """
         return 1.0 if 3 <= index <= 5 else self.table_scale()
 
     def table_scale(self) -> float:
@@ -209,7 +226,7 @@ class Interpreter:
         return (INCH if self.options.inch_tables else 1.0) / (INCH if self.state.inches else 1.0)
 
     def increment(self) -> float:
-        """Return what a number without a decimal point counts in, in program units."""
+        """Return the least increment, which a number without a decimal point counts in (FANUC), in program units."""
         size = self.options.least_increment or 1.0
         return size / 10.0 if self.state.inches else size
 
@@ -230,7 +247,7 @@ class Interpreter:
         restore(self, saved)
 
     def end_compensation(self) -> None:
-        """Let the motion go that cutter compensation holds back."""
+        """End cutter compensation: the motion that it still holds back is passed on."""
         self.state.compensation = 40
         if self.sink is not self.base:
             from cncgen.gcode.codes.cutter_compensation import end
@@ -260,5 +277,5 @@ class Interpreter:
         return point if frame is None else list(frame.to_programmed(point))
 
     def rebase(self, machine: list[float]) -> None:
-        """Take program coordinates anew after an offset changed; the machine stays at `machine`."""
+        """Compute the program coordinates again after an offset has changed; the machine stays at `machine`."""
         self.state.position = self.from_machine(machine)

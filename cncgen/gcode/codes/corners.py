@@ -152,10 +152,10 @@ class _Corner:
         """Return the motion of the next block; raise where it has none in the plane."""
         words = {letter: value for letter, value in block.words.items() if letter in _WORDS}
         codes = tuple(number for number in block.g if number in _CODES)
-        state, sink, beside = ip.state, ip.sink, ip.beside
+        state, sink, beside = ip.state, ip.sink, ip.compensated_position
         trying = _Trying(sink)
         ip.state = replace(state, feed=1.0, feed_mode=94, position=state.position.copy())
-        ip.sink, ip.beside = trying, None
+        ip.sink, ip.compensated_position = trying, None
         try:
             if words:
                 ip.execute(Block(words, codes, (), None, block.source, block.line, block.offset))
@@ -163,7 +163,7 @@ class _Corner:
             # The block will say what is wrong with it when it is executed.
             trying.motion = None
         finally:
-            ip.state, ip.sink, ip.beside = state, sink, beside
+            ip.state, ip.sink, ip.compensated_position = state, sink, beside
             sink.block = self.block
         if trying.motion is None:
             raise self._fault(

@@ -372,7 +372,7 @@ def _turn_on(left: bool, dynamic: bool) -> Handler:
         ip.sink.call(f'COMMENT("interpreter: cutter radius compensation on {"left" if side else "right"}")')
         state.compensation = 41 if side else 42
         sink = CompensatedSink(ip.sink, centre, state.plane, state.position, state.inches, ip.warn)
-        ip.sink, ip.beside = sink, sink.beside
+        ip.sink, ip.compensated_position = sink, sink.beside
 
     return run
 
@@ -443,7 +443,7 @@ def end(ip: Interpreter) -> None:
         try:
             sink.finish()
         finally:
-            ip.sink, ip.beside = sink.inner, None
+            ip.sink, ip.compensated_position = sink.inner, None
 
 
 def _leave_straight(ip: Interpreter, block: Block) -> None:

@@ -72,7 +72,7 @@ def spline(ip: Interpreter, block: Block) -> None:
     ip.sink.nurbs_feed(Curve(3, points, (1.0,) * 4, (0.0,) * 4 + (1.0,) * 4))
     state.position, state.moved = end, True
     state.cubic = None
-    ip.ended = Ended(end, _heading(points[::-1]))
+    ip.last_spline_end = Ended(end, _heading(points[::-1]))
 
 
 def _heading(points: list[list[float]]) -> list[float]:
@@ -86,7 +86,7 @@ def _heading(points: list[list[float]]) -> list[float]:
 
 def _check_kink(ip: Interpreter, points: list[list[float]]) -> None:
     """Remark where a spline does not go on in the direction of the one before it."""
-    before = ip.ended
+    before = ip.last_spline_end
     if not isinstance(before, Ended) or before.place != ip.state.position:
         return
     a, b = [-v for v in before.heading], _heading(points)

@@ -81,12 +81,12 @@ def _begin_data(ip: Interpreter, kind: int) -> None:
         ),
         Severity.NOTE,
     )
-    ip.passing_over = True
+    ip.skipping = True
 
 
 def end_data(ip: Interpreter, block: Block) -> None:
     """G11: the end of G10's data."""
-    ip.passing_over = False
+    ip.skipping = False
 
 
 def _set_tool(ip: Interpreter, block: Block, kind: int, number: int) -> None:

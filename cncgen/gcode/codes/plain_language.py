@@ -53,9 +53,9 @@ class Plain:
     @classmethod
     def of(cls, ip: Interpreter) -> Plain:
         """Return that of a run."""
-        if not isinstance(ip.plain, Plain):
-            ip.plain = cls()
-        return ip.plain
+        if not isinstance(ip.plain_language, Plain):
+            ip.plain_language = cls()
+        return ip.plain_language
 
 
 def pole(ip: Interpreter, block: Block) -> None:

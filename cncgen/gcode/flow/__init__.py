@@ -1,1 +1,15 @@
-"""The order of execution: the program as a stream, loops, branches, subroutines and macros, and lines that run again."""
+"""The order in which lines are executed: straight on, in loops and branches, in subroutines and macros.
+
+running      `Runner`, one run of a program: alternates between the two below until the program ends
+stream       lines that are reached for the first time, in the order of the text
+walking      lines that run again: a jump back, or a subroutine. They are kept as `nodes`, whose O-words have their jumps
+             resolved once (`successors`)
+pending      plain blocks that are read and not yet run, in columns; `batches` hands them to a kernel
+compiling    makes a function of a parsed block; `executing` has the interpreter execute one
+o_words      O-words: `branches` (IF, WHILE, REPEAT …) and `sub_words` (SUB, CALL, RETURN), by the labels of `subroutines`
+macros       calls, jumps and arguments of FANUC's macros
+calls        the calls in progress, each with its local parameters
+faults       what is wrong with a line, said once; `recovery` puts what the line would have set in force for the next ones
+recurrence   tells that a program runs for ever
+parts        puts all of this together for one run; `reading` gives the text of a line and parses it
+"""

@@ -33,7 +33,7 @@ def begin_if(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> C
         parsed = descent.parse(control.text_of(mark), control.ip.dialect)
         assert parsed.flow is not None
         if parsed.flow.asks_state:
-            control.settle()
+            control.flush()
         if control.condition(parsed.flow):
             return mark.after
         place = mark.cursor

@@ -62,7 +62,7 @@ class Calls:
         self._main = Frame(Cursor(0, 0, 0), 0.0, [], {})
         self._locals = MACRO_LOCALS if ip.dialect == "fanuc" else LOCALS
         #: Runs the blocks that wait, where the machine's state is about to change.
-        self.settle: Callable[[], None] = lambda: None
+        self.flush: Callable[[], None] = lambda: None
 
     @property
     def frame(self) -> Frame:
@@ -114,7 +114,7 @@ class Calls:
         parameters.named["_value"] = value
         parameters.named["_value_returned"] = 1.0 if returned else 0.0
         if frame.restore and frame.saved is not None:
-            self.settle()
+            self.flush()
             self.ip.restore(frame.saved)
         return frame.back
 

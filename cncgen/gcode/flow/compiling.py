@@ -1,4 +1,4 @@
-"""Blocks as functions: what a parsed block does, with everything that is known when it is read taken out of the way."""
+"""Parsed blocks as functions, for lines that run more than once: what is known when the line is read is worked out only once."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from cncgen.gcode.block import LARGEST, Block, Computed, Flow, Parsed, Value, gather
+from cncgen.gcode.block_plans import BlockPlan
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow import macros
 from cncgen.gcode.flow.o_words import FlowControl
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.plans import Plan
 from cncgen.gcode.state.parameters import Parameters
 from cncgen.gcode.state.predefined import NAMED
 from cncgen.gcode.text.expressions import evaluate, too_deep
@@ -29,7 +29,10 @@ class Compiler:
     """Makes actions of parsed blocks; `execute` runs a block whose values are known, with the plans of its line."""
 
     def __init__(
-        self, ip: Interpreter, flow: FlowControl, execute: Callable[[Block, dict[int, Plan] | None], None]
+        self,
+        ip: Interpreter,
+        flow: FlowControl,
+        execute: Callable[[Block, dict[int, BlockPlan] | None], None],
     ) -> None:
         self.ip = ip
         self.flow = flow
@@ -62,7 +65,7 @@ class Compiler:
         execute = self.execute
         if not (block.words or block.g or block.m):
             return lambda: execute(block, None)
-        plans: dict[int, Plan] = {}
+        plans: dict[int, BlockPlan] = {}
         if not _DIAMETERS.isdisjoint(block.g):
             # These change the block's own X.
             return lambda: execute(replace(block, words=block.words.copy()), plans)
@@ -79,7 +82,7 @@ class Compiler:
             fixed.line,
             fixed.offset,
         )
-        plans: dict[int, Plan] = {}
+        plans: dict[int, BlockPlan] = {}
 
         def run() -> None:
             words = fixed.words.copy()

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from cncgen.gcode.block import AXIS_INDEX, Block
+from cncgen.gcode.block_plans import BlockPlan
 from cncgen.gcode.codes import comments
 from cncgen.gcode.codes.lathe_words import turned
 from cncgen.gcode.errors import BlockError, Stop
 from cncgen.gcode.flow.calls import Calls
 from cncgen.gcode.flow.faults import Faults
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.plans import Plan
 from cncgen.gcode.text.labels import Cursor
 
 _G11 = 110
@@ -46,11 +46,11 @@ class Executor:
         message += ": the program counts as endless"
         raise Stop(BlockError("too-many-steps", message, hint="--max-steps sets the bound"))
 
-    def execute(self, block: Block, plans: dict[int, Plan] | None = None) -> None:
+    def execute(self, block: Block, plans: dict[int, BlockPlan] | None = None) -> None:
         """Execute a block; `plans` are those of a line that runs again, by the modal motion."""
         ip = self._ip
-        if ip.passing_over and not block.m:
-            ip.passing_over = _G11 not in block.g
+        if ip.skipping and not block.m:
+            ip.skipping = _G11 not in block.g
             return
         if ip.lathe:
             block = turned(ip, block)

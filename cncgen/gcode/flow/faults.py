@@ -1,4 +1,4 @@
-"""What is said about the lines of a run: each fault once, until lines fail so often that nothing else goes on."""
+"""The faults of lines in a run: each is reported once, and a loop in which lines fail again and again is ended."""
 
 from __future__ import annotations
 
@@ -17,43 +17,44 @@ _MAX_FAILURES = 1000
 class Faults:
     """Hands the faults of lines to the reporter.
 
-    Blocks that wait are run before a fault is said (`settle`), so that theirs come first; what the line said for those
-    after it is put in force behind it (`take_up`, of its text).
+    Attributes:
+        flush: Runs pending blocks before a fault is reported, so that their faults come first.
+        recover: Takes the text of a faulty line, and puts the modes that it sets in force (`recovery`).
+        found: Whether anything was wrong so far.
     """
 
     def __init__(self, sources: list[Source], sink: Sink, reporter: Reporter) -> None:
         self._sources = sources
         self._sink = sink
         self._reporter = reporter
-        self.settle: Callable[[], None] = lambda: None
-        self.take_up: Callable[[str], None] = lambda text: None
-        #: Whether anything was wrong so far.
+        self.flush: Callable[[], None] = lambda: None
+        self.recover: Callable[[str], None] = lambda text: None
         self.found = False
-        #: What was said of which line.
+        #: Line and code of the faults that are reported.
         self._said: set[tuple[Cursor, str]] = set()
         self._failures = 0
 
     def at(self, here: Cursor, error: BlockError) -> None:
-        """Say what is wrong with a line."""
+        """Report what is wrong with a line."""
         self.found = True
         self._reporter.report(self._sources[here.source], here.line, here.offset, error)
 
     def here(self, error: BlockError) -> None:
-        """Say what is wrong with the block that is executed."""
+        """Report what is wrong with the block that is executed."""
         block = self._sink.block
         self.at(Cursor(block.source, block.offset, max(block.line, 1)), error)
 
     def fail(self, here: Cursor, error: BlockError) -> None:
-        """Say that a line failed, once for each kind of fault; the line is left there.
+        """Report that a line failed, once for each kind of fault; the rest of the line is not executed.
 
         Raises:
             Astray: Lines failed so often that a loop, whose condition their effects would have ended, counts as endless.
         """
-        self.settle()
+        self.flush()
         if (here, error.code) not in self._said:
             self._said.add((here, error.code))
             self.at(here, error)
-            self.take_up(self._sources[here.source].text_at(here.offset))
+            self.recover(self._sources[here.source].text_at(here.offset))
             return
         self._failures += 1
         if self._failures % _MAX_FAILURES == 0:
@@ -62,7 +63,7 @@ class Faults:
     def remark(self, error: BlockError, severity: Severity) -> None:
         """Add a remark on a word of the block that is executed, once for each kind of remark; the block runs."""
         block = self._sink.block
-        self.settle()
+        self.flush()
         here = Cursor(block.source, block.offset, max(block.line, 1))
         what = f"{error.code} {error.word}"
         if (here, what) not in self._said:

@@ -1,11 +1,11 @@
-"""Lines that run again: what was read of a line, kept with what it does and where it leads."""
+"""A line that may run again, kept as a node: what it does, and which line comes next. See `walking`."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 from cncgen.gcode.block import Block
-from cncgen.gcode.flow.leads import Lead
+from cncgen.gcode.flow.successors import Successor
 from cncgen.gcode.text.labels import Cursor
 
 
@@ -13,24 +13,28 @@ class Node:
     """A line that was read: what it does or where it leads, and the line after it.
 
     Attributes:
+        cursor, after: Where it begins, and where the next line begins.
+        run: What a block does; None for O-words, and for lines that do nothing.
+        successor: Gives the place that an O-word leads to, None for the next line; None for blocks.
+        block: An empty block at its place, for what is said of it.
         offset: Where it stands in the main program; -1 in other texts.
         following: Node of the next line, once it was needed.
         target, landing: Where it led last, and the node of that place.
-        reads: Whether it is computed while it is read, each time, as long as it can be.
-        settles: Whether its values tell where the machine is, so that blocks that wait run before.
+        reads: Whether it is computed while it is read, each time it runs.
+        flushes: Whether its values may depend on where the machine is, so that pending blocks must run first.
     """
 
     __slots__ = (
         "after",
         "block",
         "cursor",
+        "flushes",
         "following",
         "landing",
-        "lead",
         "offset",
         "reads",
         "run",
-        "settles",
+        "successor",
         "target",
     )
 
@@ -39,17 +43,17 @@ class Node:
         cursor: Cursor,
         after: Cursor,
         run: Callable[[], None] | None = None,
-        lead: Lead | None = None,
+        successor: Successor | None = None,
         *,
         reads: bool = False,
-        settles: bool = True,
+        flushes: bool = True,
     ) -> None:
         self.cursor = cursor
         self.after = after
         self.run = run
-        self.lead = lead
+        self.successor = successor
         self.reads = reads
-        self.settles = settles
+        self.flushes = flushes
         self.block = Block({}, source=cursor.source, line=cursor.line, offset=cursor.offset)
         self.offset = -1 if cursor.source else cursor.offset
         self.following: Node | None = None

@@ -62,9 +62,9 @@ class FlowControl:
             )
         return method(self, flow, here, after)
 
-    def settle(self) -> None:
+    def flush(self) -> None:
         """Run the blocks that wait."""
-        self.calls.settle()
+        self.calls.flush()
 
     def line_numbered(self, here: Cursor, number: int, word: str) -> Cursor:
         """Return the line of a FANUC program that has an N word, which `word` of another line names."""

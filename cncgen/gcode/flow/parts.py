@@ -1,4 +1,4 @@
-"""What one run of a program consists of, put together once."""
+"""The objects that one run of a program consists of, connected to each other in one place."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from cncgen.gcode.flow.compiling import Compiler
 from cncgen.gcode.flow.executing import Executor
 from cncgen.gcode.flow.faults import Faults
 from cncgen.gcode.flow.o_words import FlowControl
+from cncgen.gcode.flow.pending import PendingBlocks
 from cncgen.gcode.flow.reading import LineReader, Percent
-from cncgen.gcode.flow.waiting import Waiting
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Sink
 from cncgen.gcode.source import Source
@@ -37,7 +37,7 @@ class Parts:
     faults: Faults
     executor: Executor
     compiler: Compiler
-    waiting: Waiting
+    pending: PendingBlocks
     by_line: bool
 
 
@@ -63,9 +63,9 @@ def assemble(
     executor = Executor(ip, control.calls, faults)
     control.subroutines.count = executor.count
     compiler = Compiler(ip, control, executor.execute)
-    waiting = Waiting(ip, sources, compiler, executor, faults, batches=batches)
-    control.calls.settle = faults.settle = waiting.settle
-    faults.take_up = partial(_take_up, ip)
+    pending = PendingBlocks(ip, sources, compiler, executor, faults, batches=batches)
+    control.calls.flush = faults.flush = pending.flush
+    faults.recover = partial(_recover, ip)
     return Parts(
         sources=sources,
         ip=ip,
@@ -75,13 +75,13 @@ def assemble(
         faults=faults,
         executor=executor,
         compiler=compiler,
-        waiting=waiting,
+        pending=pending,
         by_line=increments or dialect == "heidenhain",
     )
 
 
-def _take_up(ip: Interpreter, text: str) -> None:
-    """Take up what a line that failed says; a program without faults does not need the module."""
-    from cncgen.gcode.flow.taking_up import take_up
+def _recover(ip: Interpreter, text: str) -> None:
+    """Put what a faulty line sets in force; a program without faults does not import the module."""
+    from cncgen.gcode.flow.recovery import recover
 
-    take_up(ip, text)
+    recover(ip, text)

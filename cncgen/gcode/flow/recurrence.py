@@ -45,7 +45,7 @@ class Recurrence:
         """Return all state but the numbered parameters; nothing where some of it cannot be seen from here."""
         ip = self._ip
         sinks = self._sinks()
-        if sinks is None or ip.guard is not None or ip.plain is not None:
+        if sinks is None or ip.guard is not None or ip.plain_language is not None:
             return b""
         parameters = ip.parameters
         return pickle.dumps(
@@ -57,7 +57,7 @@ class Recurrence:
                 parameters.named,
                 ip.tools,
                 ip.modal_macros,
-                ip.passing_over,
+                ip.skipping,
                 self._calls.records,
             )
         )

@@ -1,4 +1,4 @@
-"""Running a program: the stream as long as it goes forward, nodes where it goes back or away, until it ends."""
+"""Running a program from its first line to its end: `stream` where it goes forward, `walking` where it jumps back or away."""
 
 from __future__ import annotations
 
@@ -23,8 +23,16 @@ from cncgen.toolpath.reading import ReadOptions
 class Runner:
     """One run of a program on a sink.
 
-    Without `batches` every block goes through its handlers one by one, which is slower and gives the same. `axes` are
-    those that the sink has room for, where it is not for all; `choice` is the dialect, where it was chosen before.
+    Args:
+        source: The text of the main program.
+        options: How it is read.
+        sink: Takes the canonical calls.
+        diagnostics: Takes what is wrong.
+        path: Where the program stands; subprograms are looked for beside it.
+        batches: Whether plain motions are interpreted in arrays. Without that every block goes through its handlers one by one,
+            which is slower and gives the same.
+        axes: Letters of the axes that the sink has room for; None for all.
+        choice: The dialect, if it was chosen before.
     """
 
     def __init__(
@@ -80,7 +88,7 @@ class Runner:
                 yield from self._run_on()
                 return
             except Astray as astray:
-                self._parts.waiting.settle()
+                self._parts.pending.flush()
                 if astray.error is not None:
                     self._parts.faults.here(astray.error)
                 self._parts.control.calls.give_up()

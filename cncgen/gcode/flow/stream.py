@@ -1,4 +1,8 @@
-"""The program as a stream, as long as it goes forward: plain blocks in runs, lines that are computed, any other line."""
+"""The main program in the order of its text, as long as it goes forward.
+
+Runs of plain blocks are scanned into columns, lines with expressions are computed while they are read, and any other line is
+parsed and run by itself. Where a line leads back or into a subroutine, `walking` takes over.
+"""
 
 from __future__ import annotations
 
@@ -28,9 +32,9 @@ class Stream:
 
     def advance(self) -> Cursor | None:
         """Run some lines; return where they lead back or away, None where the stream goes on at `reached`."""
-        ip, waiting = self._parts.ip, self._parts.waiting
-        while waiting.count or self._branched:
-            # The scanner would write over the blocks that wait.
+        ip, pending = self._parts.ip, self._parts.pending
+        while pending.count or self._branched:
+            # The scanner would write over the pending blocks.
             target = self._go_on()
             if target is not None or ip.state.ended:
                 return target
@@ -47,11 +51,11 @@ class Stream:
         parts = self._parts
         if parts.by_line:
             return (gcode_scan.OTHER if self.reached.offset < len(self._source) else gcode_scan.END), None
-        self.reached, why = parts.waiting.scan(self.reached)
+        self.reached, why = parts.pending.scan(self.reached)
         parts.executor.forward = self.reached.line
-        if parts.waiting.has_words():
+        if parts.pending.has_words():
             parts.percent.seen = True
-        here = parts.waiting.run()
+        here = parts.pending.run()
         if here is None:
             return why, None
         # The text goes on behind the jump, wherever the scanner was.
@@ -65,7 +69,7 @@ class Stream:
     def _compute(self) -> bool:
         """Read on lines that are computed while they are read; tell whether there was one."""
         parts, here = self._parts, self.reached
-        self.reached, blocks = parts.waiting.compute(here)
+        self.reached, blocks = parts.pending.compute(here)
         if self.reached is here:
             return False
         parts.executor.forward = self.reached.line
@@ -74,19 +78,19 @@ class Stream:
         return True
 
     def _go_on(self) -> Cursor | None:
-        """Read on lines that are computed, and run the O-word that ends them; else nothing waits any longer."""
+        """Read on lines that are computed, and run the O-word that ends them; if none does, run the pending blocks."""
         self._compute()
-        found = self._parts.waiting.flow(self.reached)
+        found = self._parts.pending.flow(self.reached)
         if found is not None:
             return self._run_o_word(*found, self.reached)
-        self._parts.waiting.settle()
+        self._parts.pending.flush()
         self._branched = False
         return None
 
     def _run_line(self) -> Cursor | None:
-        """Run the line that nobody took; return where it leads, None for the next line."""
+        """Run a line that is neither plain nor computed while it is read; return where it leads, None for the next line."""
         parts, here = self._parts, self.reached
-        found = parts.waiting.flow(here)
+        found = parts.pending.flow(here)
         if found is not None:
             return self._run_o_word(*found, here)
         self.reached = after = parts.lines.after(here)
@@ -126,7 +130,7 @@ class Stream:
         return None
 
     def _run_flow(self, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
-        """Run an O-word (a comment behind it says nothing to the machine)."""
+        """Run an O-word, or IF [...] THEN ...; return where it leads, None for the next line."""
         parts = self._parts
         if flow.then is not None:
             parts.compiler.then(flow, here)()

@@ -1,7 +1,7 @@
-"""Lines that run again: where a program goes back (a loop) or away (a subroutine), each is read once and kept as a node.
+"""Lines that run again: where a program jumps back (a loop) or away (a subroutine), each line is read once and kept as a node.
 
-Nodes are walked until the program is again where it has not been, and the stream goes on. Lines of plain words,
-expressions and settings are no different for running again: they are computed while they are read, each time.
+Nodes are walked until the program comes to a line that it has not reached before; from there `stream` goes on. Keeping a line
+of plain words, expressions and settings would gain nothing: it is computed while it is read, each time.
 """
 
 from __future__ import annotations
@@ -10,19 +10,19 @@ from collections.abc import Generator
 
 from cncgen.gcode.errors import Astray, BlockError
 from cncgen.gcode.flow import sub_words
-from cncgen.gcode.flow.leads import lead_of
 from cncgen.gcode.flow.nodes import Node
 from cncgen.gcode.flow.parts import Parts
 from cncgen.gcode.flow.recurrence import Recurrence
 from cncgen.gcode.flow.stream import Stream
+from cncgen.gcode.flow.successors import successor_of
 from cncgen.gcode.text.expressions import too_deep
 from cncgen.gcode.text.labels import Cursor
 
-#: Lines between two chances to hand rows on.
+#: After so many lines the walk yields, so that rows can be taken away.
 _PAUSE = 1024
 #: Lines kept as nodes; a loop is rarely longer.
 _MAX_NODES = 65_536
-#: Blocks that loops may execute once something was wrong, which may be what would have ended them.
+#: Blocks that loops may execute after a fault: the faulty line may be the one that would have ended the loop.
 _MOST_AFTER_A_FAULT = 1_000_000
 
 
@@ -40,7 +40,7 @@ class Walker:
         """Run line by line from a place until the stream can go on; yields now and then, so that rows can be taken away.
 
         Raises:
-            Astray: It does not come to that: everything is as it was before, or the program has faults.
+            Astray: The stream can never go on: a round has changed nothing, or a fault keeps the loop from ending.
         """
         ip, frames, parts = self._parts.ip, self._frames, self._parts
         begun = parts.executor.steps
@@ -74,8 +74,8 @@ class Walker:
         parts.executor.count(count)
 
     def _look(self, node: Node, back: Node) -> None:
-        """Raise where a line that leads back does so with everything as it was before."""
-        self._parts.waiting.settle()
+        """Raise where a jump back finds everything as it was at the last one: the loop is endless."""
+        self._parts.pending.flush()
         if self._recurrence.found(back.cursor):
             if self._parts.faults.found:
                 # What was wrong before may be what would have ended it.
@@ -89,27 +89,27 @@ class Walker:
         """Run a line, and those behind it that are computed with it; return where that leads, None for the next line."""
         parts = self._parts
         if node.reads:
-            target, _ = parts.waiting.compute(node.cursor)
+            target, _ = parts.pending.compute(node.cursor)
             if target is not node.cursor:
                 return node.target if target == node.target else target
             self._read_whole(node)
         if node.run is not None:
-            parts.waiting.settle()
+            parts.pending.flush()
             node.run()
             if parts.ip.jump is not None:
                 return sub_words.follow_jump(parts.control, node.cursor, node.after)
             return None
-        if node.lead is None:
+        if node.successor is None:
             return None
-        if node.settles:
-            parts.waiting.settle()
+        if node.flushes:
+            parts.pending.flush()
         parts.ip.base.block = node.block
-        return node.lead()
+        return node.successor()
 
     def _read_whole(self, node: Node) -> None:
         """Read a line that is not computed while it is read."""
         whole = self._read_node(node.cursor, alone=True)
-        node.run, node.lead, node.settles, node.reads = whole.run, whole.lead, whole.settles, False
+        node.run, node.successor, node.flushes, node.reads = whole.run, whole.successor, whole.flushes, False
 
     def _after(self, node: Node, target: Cursor | None) -> Node | None:
         """Return the node of the place where a node led, or of the next line; a node remembers both.
@@ -155,7 +155,7 @@ class Walker:
             if bare.startswith("%"):
                 run = None if cursor.source else lambda: parts.percent.line(text, self._stream.reached.offset)
                 return Node(cursor, after, run=run)
-            if parts.waiting.computes and not alone and bare[0] not in "oO/":
+            if parts.pending.computes and not alone and bare[0] not in "oO/":
                 return Node(cursor, after, reads=True)
             return self._parsed_node(text, cursor, after)
         except BlockError as error:
@@ -176,8 +176,8 @@ class Walker:
             return Node(cursor, after, run=parts.compiler.action(parsed, cursor))
         if parsed.flow.then is not None:
             return Node(cursor, after, run=parts.compiler.then(parsed.flow, cursor))
-        lead = lead_of(parts.control, parsed.flow, cursor, after)
-        return Node(cursor, after, lead=lead, settles=parsed.flow.asks_state)
+        successor = successor_of(parts.control, parsed.flow, cursor, after)
+        return Node(cursor, after, successor=successor, flushes=parsed.flow.asks_state)
 
     def _end_node(self, cursor: Cursor) -> Node:
         """Return what the end of a text does: the main program ends, a subroutine is not finished."""

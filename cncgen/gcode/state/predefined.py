@@ -19,11 +19,11 @@ TOOL_CHANGER = (5600, 5601)
 
 def position_parameter(ip: Interpreter, number: int) -> float:
     """Return #5420 (X) to #5428 (W)."""
-    return ip.standing()[number - POSITION.start]
+    return ip.reported_position()[number - POSITION.start]
 
 
 def _position(index: int) -> Callable[[Interpreter], float]:
-    return lambda ip: ip.standing()[index]
+    return lambda ip: ip.reported_position()[index]
 
 
 def _absolute(index: int) -> Callable[[Interpreter], float]:

@@ -1,7 +1,7 @@
 """Lines that are computed while they are read, by the kernel `gcode_values`: values and settings, no functions of them.
 
 Blocks go to the columns of plain blocks and wait there: motions change no parameter, so that reading may go on, over loops
-and calls too, until something needs the machine where it is (`waiting` then has them run).
+and calls too, until something needs to know where the machine is (`flow.pending` then has them run).
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
-"""Plain blocks that were read and have not run: those of a scan, and those of lines that are computed while they are read.
+"""Plain blocks that were read and have not run yet: those of a scan, and those of lines that are computed while they are read.
 
-The latter wait, over loops and calls, until something needs to know where the machine is: motions change no parameter.
+The latter are collected, over loops and calls, until something needs to know where the machine is (`PendingBlocks.flush`). They
+may be, as a motion changes no parameter that the lines after it compute with.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from cncgen.gcode.text.lanes import BLOCKS, PlainBlocks, comment_of
 from cncgen.kernels import gcode_scan
 
 
-class Waiting:
+class PendingBlocks:
     """The columns of plain blocks, what fills them and what runs them.
 
     Without `batches` every block goes through its handlers one by one.
@@ -48,7 +49,7 @@ class Waiting:
 
     @property
     def count(self) -> int:
-        """How many blocks wait."""
+        """How many blocks are pending."""
         return self._plain.count
 
     @property
@@ -61,7 +62,7 @@ class Waiting:
         return self._plain.scan(self._sources[here.source], here)
 
     def has_words(self) -> bool:
-        """Tell whether a block that waits has a word."""
+        """Tell whether a pending block has a word."""
         return self._plain.count > 0 and self._plain.word_end[self._plain.count - 1] > 0
 
     def compute(self, here: Cursor) -> tuple[Cursor, int]:
@@ -73,7 +74,7 @@ class Waiting:
             return here, 0
         plain = self._plain
         if plain.count and (plain.source != here.source or plain.count == BLOCKS):
-            self.settle()
+            self.flush()
         before = plain.count
         return self._computing.read(here), plain.count - before
 
@@ -81,15 +82,15 @@ class Waiting:
         """Return the O-word of a line with its values, and the next line; None where there is none for certain."""
         return self._computing.flow(here) if self._computing is not None else None
 
-    def settle(self) -> None:
-        """Run the blocks that wait."""
+    def flush(self) -> None:
+        """Run the pending blocks."""
         if self._plain.count:
             self.run()
 
     def run(self) -> Cursor | None:
-        """Run the blocks that wait: in arrays where they are plain motions, else one by one.
+        """Run the pending blocks: in arrays where they are plain motions, else one by one.
 
-        A block that asks for a jump ends the run: the others are let go, and its place is returned.
+        A block that asks for a jump ends the run: its place is returned, and the pending blocks after it are dropped.
         """
         plain, ip = self._plain, self._ip
         count, plain.count = plain.count, 0

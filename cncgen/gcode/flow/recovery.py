@@ -1,7 +1,7 @@
-"""Going on behind a line that failed: what it says of modes, and where it leads, counts for the lines after it.
+"""Recovery from an error: the modes that a faulty line sets, and the place that it leads to, are taken over all the same.
 
-Else those would be blamed for what the failed line was to set: coordinates without a motion code, arcs from a place
-where the tool is not. Nothing of this reaches a plan, since a program with errors has none.
+Without that, the lines after it would be reported for what the faulty line should have set: coordinates without a motion code,
+arcs that begin at the wrong place. Nothing of this reaches a plan, since a program with errors has none.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ _MODES_OF_LATHES = frozenset((170, 180, 190, 200, 210))
 _WORD = re.compile(r"([a-z])([+-]?(?:\d+\.?\d*|\.\d+))")
 
 
-def take_up(ip: Interpreter, text: str) -> None:
-    """Put the modes of a line that failed in force, with its feed rate, and stand where its axis words lead.
+def recover(ip: Interpreter, text: str) -> None:
+    """Put the modes and the feed rate of a faulty line in force, and take the end point of its axis words for the position.
 
-    Lines that do something else with their axis words change no place; in G91 the place is left as well, which arcs
-    with centres from their start do not mind.
+    Lines that use axis words otherwise leave the position as it is. So do lines under G91: an arc whose centre is given from its
+    start is then correct in itself.
     """
     if ip.dialect not in ("linuxcnc", "fanuc") or ip.guard is not None:
         return

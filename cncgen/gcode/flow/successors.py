@@ -1,8 +1,8 @@
-"""Where O-words lead, worked out once: for lines that run often, what cannot change is not looked up again.
+"""The lines that O-words lead to, found once: for lines that run often, what cannot change is not looked up again.
 
-`FlowControl.run` is what an O-word means; a lead gives the same with its labels resolved. It exists for labels that are
-written (not computed) in texts where all are; else, and where a label has no match, `run` itself is the lead, so that
-faults come when the line runs, not when it is read.
+`FlowControl.run` defines what an O-word does. A `Successor` is a function that gives the same result with the labels already
+resolved. It exists for labels that are written (not computed) in texts where all labels are. Otherwise, and where a label has
+no match, the successor calls `run` itself, so that a fault is reported when the line runs, not when it is read.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from cncgen.gcode.state.parameters import Parameters
     from cncgen.gcode.text.labels import Cursor, Label
 
-Lead = Callable[[], "Cursor | None"]
+Successor = Callable[[], "Cursor | None"]
 #: O-words that a branch or loop begins with.
 _OPENERS = ("if", "while", "do", "repeat")
 
 
-def lead_of(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Lead:
+def successor_of(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Successor:
     """Return what a line with an O-word does each time: it gives where to go on, or None for the next line."""
     make = _MAKERS.get(control.ip.dialect, {}).get(flow.keyword)
     if make is not None and _is_written(flow.label):
@@ -35,9 +35,9 @@ def lead_of(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Le
             if control.has_written_labels(here.source):
                 if flow.keyword in _OPENERS:
                     control.claim(flow, flow.label, here)
-                lead = make(control, flow, flow.label, here, after)
-                if lead is not None:
-                    return lead
+                successor = make(control, flow, flow.label, here, after)
+                if successor is not None:
+                    return successor
         except BlockError:
             pass
     return lambda: control.run(flow, here, after)
@@ -60,17 +60,17 @@ def _settled(control: FlowControl, flow: Flow) -> Computed:
         return condition
 
     def run(parameters: Parameters) -> float:
-        control.settle()
+        control.flush()
         return condition(parameters)
 
     return run
 
 
-def _to(target: Cursor | None) -> Lead:
+def _to(target: Cursor | None) -> Successor:
     return lambda: target
 
 
-def _if(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead | None:
+def _if(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Successor | None:
     """IF: the conditions of its ELSEIF lines are asked in turn."""
     from cncgen.gcode.text import descent
 
@@ -88,7 +88,7 @@ def _if(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cur
     if not branches:
         return lambda: None if condition(parameters) else otherwise
 
-    def lead() -> Cursor | None:
+    def successor() -> Cursor | None:
         if condition(parameters):
             return None
         for holds, target in branches:
@@ -96,10 +96,12 @@ def _if(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cur
                 return target
         return otherwise
 
-    return lead
+    return successor
 
 
-def _leave_if(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead | None:
+def _leave_if(
+    control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor
+) -> Successor | None:
     """ELSE or ELSEIF at the end of the branch that was taken; the condition of the latter must have a value."""
     control.previous_mark(here, label, ("if",), flow.keyword)
     target = control.next_mark(here, label, ("endif",), "endif").after
@@ -109,19 +111,19 @@ def _leave_if(control: FlowControl, flow: Flow, label: Label, here: Cursor, afte
         return None
     parameters, condition = control.ip.parameters, _computed(flow.arguments[0])
 
-    def lead() -> Cursor:
+    def successor() -> Cursor:
         condition(parameters)
         return target
 
-    return lead
+    return successor
 
 
-def _endif(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
+def _endif(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Successor:
     control.previous_mark(here, label, ("if",), "endif")
     return _to(None)
 
 
-def _while(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead | None:
+def _while(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Successor | None:
     """WHILE: the head of a loop with ENDWHILE, or the foot of one that DO begins."""
     if len(flow.arguments) != 1:
         return None
@@ -132,7 +134,7 @@ def _while(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: 
         return lambda: None if condition(parameters) else end
     start = begin.after
 
-    def lead() -> Cursor | None:
+    def successor() -> Cursor | None:
         if label not in control.calls.frame.doing:
             return control.run(flow, here, after)
         if condition(parameters):
@@ -140,59 +142,59 @@ def _while(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: 
         control.calls.frame.doing.discard(label)
         return None
 
-    return lead
+    return successor
 
 
-def _endwhile(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
+def _endwhile(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Successor:
     return _to(control.previous_mark(here, label, ("while",), "endwhile").cursor)
 
 
-def _do(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
+def _do(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Successor:
     return lambda: control.calls.frame.doing.add(label)
 
 
-def _repeat(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead | None:
+def _repeat(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Successor | None:
     if len(flow.arguments) != 1:
         return None
     end = control.next_mark(here, label, ("endrepeat",), "endrepeat").after
     parameters, times = control.ip.parameters, _computed(flow.arguments[0])
 
-    def lead() -> Cursor | None:
+    def successor() -> Cursor | None:
         count = nearest(times(parameters), "the count of REPEAT")
         if count <= 0:
             return end
         control.calls.frame.left[label] = count
         return None
 
-    return lead
+    return successor
 
 
-def _endrepeat(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
+def _endrepeat(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Successor:
     start = control.previous_mark(here, label, ("repeat",), "endrepeat").after
 
-    def lead() -> Cursor | None:
+    def successor() -> Cursor | None:
         left = control.calls.frame.left
         count = left[label] = left.get(label, 0) - 1
         return start if count > 0 else None
 
-    return lead
+    return successor
 
 
-def _break(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
+def _break(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Successor:
     end = control.next_mark(here, label, ("endwhile", "endrepeat", "while"), LOOP_END).after
 
-    def lead() -> Cursor | None:
+    def successor() -> Cursor | None:
         control.calls.frame.doing.discard(label)
         return end
 
-    return lead
+    return successor
 
 
-def _continue(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
+def _continue(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Successor:
     return _to(control.next_mark(here, label, ("endwhile", "endrepeat", "while"), LOOP_END).cursor)
 
 
-def _call(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead | None:
+def _call(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Successor | None:
     """CALL: the subroutine stays where it is; its arguments are computed each time."""
     arguments = [_computed(value) for value in flow.arguments]
     vacant = [0.0] * (LOCALS - len(arguments))
@@ -201,29 +203,29 @@ def _call(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: C
     target = control.subroutines.find(label, here).after
     parameters = control.ip.parameters
 
-    def lead() -> Cursor | None:
+    def successor() -> Cursor | None:
         control.calls.enter(label, after, [value(parameters) for value in arguments] + vacant)
         return target
 
-    return lead
+    return successor
 
 
-def _leave(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead | None:
+def _leave(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Successor | None:
     """ENDSUB and RETURN: back to the caller, where the call in progress is of this subroutine."""
     if len(flow.arguments) > 1:
         return None
     anywhere, arguments = flow.keyword == "return", flow.arguments
 
-    def lead() -> Cursor | None:
+    def successor() -> Cursor | None:
         frames = control.calls.frames
         if frames and (anywhere or frames[-1].label == label):
             return control.calls.leave(arguments)
         return control.run(flow, here, after)
 
-    return lead
+    return successor
 
 
-def _goto(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead | None:
+def _goto(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Successor | None:
     """GOTO of a macro, and IF … GOTO."""
     if isinstance(label, str):
         return None
@@ -234,7 +236,7 @@ def _goto(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: C
     return lambda: target if condition(parameters) else None
 
 
-def _while_do(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
+def _while_do(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Successor:
     end = macro_loops.end_of(control, flow, here)
     if not flow.arguments:
         return _to(None)
@@ -242,11 +244,11 @@ def _while_do(control: FlowControl, flow: Flow, label: Label, here: Cursor, afte
     return lambda: None if condition(parameters) else end
 
 
-def _end_do(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Lead:
+def _end_do(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Successor:
     return _to(macro_loops.begin_of(control, flow, here))
 
 
-Maker = Callable[["FlowControl", Flow, "Label", "Cursor", "Cursor"], Lead | None]
+Maker = Callable[["FlowControl", Flow, "Label", "Cursor", "Cursor"], Successor | None]
 _MAKERS: dict[str, dict[str, Maker]] = {
     "linuxcnc": {
         "if": _if,

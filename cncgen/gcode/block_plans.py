@@ -1,7 +1,8 @@
 """What a block does, worked out from its codes and letters: which codes, whether they go together, in which order.
 
-The order of execution is that of `modal.Stage` (RS274/NGC, 3.8); axis words belong to one code of a block, its own or
-the motion in force (3.7).
+A `BlockPlan` is the list of handlers that the interpreter calls for a block (it has nothing to do with the plan of the motion).
+Blocks with the same codes, letters and modal motion share one. The order of execution is that of `modal.Stage` (Kramer et al.
+(2000), section 3.8); axis words belong to one code of a block, its own or the motion in force (section 3.7).
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
 
 _AXIS_LETTERS = frozenset("xyzabcuvw@^")
-#: Plans kept; a program uses some dozens.
+#: Block plans that are kept; a program uses some dozens.
 _MAX_PLANS = 4096
 G53 = 530
 #: G0 and G1.
@@ -42,8 +43,8 @@ _ONE_SHOT = "non-modal"
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
-    """What a block with these codes and letters does in this modal motion, in order."""
+class BlockPlan:
+    """What a block with certain codes and letters does in a certain modal motion: handlers in the order of execution."""
 
     steps: tuple[Handler, ...]
 
@@ -76,17 +77,17 @@ def _only_modal(number: int) -> Code:
 _TRAVERSE_ONCE = Code("G", 0, "motion", Stage.MOTION, _traverse_once, "", AXES, "motion")
 
 
-class Plans:
-    """The plans of a dialect's blocks; `codes` is its table."""
+class BlockPlans:
+    """The plans of a dialect's blocks, each worked out once and kept; `codes` is the dialect's table of codes."""
 
     def __init__(self, dialect: str) -> None:
         self.dialect = language_of(dialect)
         self._table = dialect
         self._alone = frozenset(ALONE + OFFSET_NUMBERS if dialect == "fanuc" else ALONE)
         self.codes: Codes = table(dialect)
-        self._plans: dict[tuple[object, ...], Plan] = {}
+        self._plans: dict[tuple[object, ...], BlockPlan] = {}
 
-    def of(self, block: Block, motion: int) -> Plan:
+    def of(self, block: Block, motion: int) -> BlockPlan:
         """Return what a block does where `motion` is in force.
 
         Raises:
@@ -100,7 +101,7 @@ class Plans:
             plan = self._plans[key] = self._made(block, motion)
         return plan
 
-    def _made(self, block: Block, in_force: int) -> Plan:
+    def _made(self, block: Block, in_force: int) -> BlockPlan:
         """Find the codes of a block, check that they go together, and order them."""
         codes, remarks = self._named(block)
         motion = self._motion_of(block, codes, in_force)
@@ -117,7 +118,7 @@ class Plans:
                 raise _unused(letter, self.codes)
         steps = remarks + [code.run for code in sorted(codes, key=lambda code: code.stage)]
         steps += [code.after for code in codes if code.after is not None]
-        return Plan(tuple(steps))
+        return BlockPlan(tuple(steps))
 
     def _named(self, block: Block) -> tuple[list[Code], list[Handler]]:
         """Return the codes of the G and M words of a block, and what remarks on them; raise where they do not go together."""
