@@ -1,4 +1,8 @@
-"""Arrays of vectors taken column by column: over few columns much faster than a reduction along the last axis, with the same bits."""
+"""Reductions over the last axis of an array of short vectors, shape (…, axes) → (…).
+
+Done column by column, which for a few columns is much faster than NumPy's reduction along the last axis. Maximum, minimum and
+"any" are the same to the bit; sums are added from the first column to the last.
+"""
 
 from __future__ import annotations
 
@@ -12,26 +16,26 @@ Floats = NDArray[np.float64]
 
 
 def most(values: Floats) -> Floats:
-    """Return the maximum over the last, short axis."""
+    """Return the maximum over the last axis."""
     return reduce(np.maximum, np.moveaxis(values, -1, 0))
 
 
 def least(values: Floats) -> Floats:
-    """Return the minimum over the last, short axis."""
+    """Return the minimum over the last axis."""
     return reduce(np.minimum, np.moveaxis(values, -1, 0))
 
 
 def norm(values: Floats) -> Floats:
-    """Return the lengths of vectors, the last axis."""
+    """Return the Euclidean norm over the last axis."""
     out: Floats = np.sqrt(total(values * values))
     return out
 
 
 def total(values: Floats) -> Floats:
-    """Return the sum over the last, short axis."""
+    """Return the sum over the last axis."""
     return reduce(np.add, np.moveaxis(values, -1, 0))
 
 
 def anywhere(values: NDArray[Any]) -> NDArray[np.bool_]:
-    """Tell whether any of the last, short axis is true."""
+    """Return where any element of the last axis is true."""
     return reduce(np.logical_or, np.moveaxis(values, -1, 0))

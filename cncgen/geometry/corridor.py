@@ -1,4 +1,9 @@
-"""The smooth spline within a corridor about pieces of a path: one window of it, and how the next window goes on."""
+"""The smooth spline within a corridor about pieces of a path: one window of it, and how the next window goes on.
+
+A smoothing spline after Schoenberg (1964), whose smoothing length L varies along the path, as large as the tolerance allows
+(docs/smoothing.md). This module chooses how large L may be and tries again; the fit itself is the kernel `smoothing`. Called by
+`cncgen.planner.smoothing.stream`.
+"""
 
 from __future__ import annotations
 
@@ -13,27 +18,27 @@ from cncgen.kernels import smoothing
 
 #: Control points that the curve shares with the path at a closed end: the end point, or three derivatives as well.
 END_POINT, END_DERIVATIVES = 1, 4
-#: Tries in which the smoothing length may grow, and the part of the tolerance that it is to use at least; and on few pieces,
-#: where more tries take no time: so many.
+#: Rounds in which the smoothing length may grow, and the part of the tolerance that the fit should use at least. The second line
+#: is for up to 512 pieces, where more rounds cost next to no time.
 ROUNDS, _USED = 2, 0.85
 _FEW_ROUNDS, _FEW_USED, _FEW = 8, 0.96, 512
-#: What is left of the first guess of a smoothing length in the end; lengths that the rows beside a joint have at least, so
-#: that knots are laid about it; half of the span about a step of curvature; largest lengths up to which a joint is felt.
+#: Where knots are laid about a joint (docs/smoothing.md, Knots): the part of the first guess of L that is left in the end, measured;
+#: the length in L that both rows beside the joint must have; half of the span about a step of curvature, in L; and the distance in
+#: L up to which another joint matters.
 _LEFT, _LONE, _HALF, _FELT = 0.7, 2.5137, 0.35, 4.0
-#: Largest smoothing length, in tolerances, and in mean lengths of the rows around, of which so many on both sides count:
-#: facets and noise are gone by then, and what is longer is the curve itself, which a longer one makes no faster. And as a
-#: part of all that is fitted.
+#: Largest smoothing length: in tolerances; in mean lengths of the rows around, four on each side; and as a part of all that is
+#: fitted. By then facets and noise are gone: a longer one would smooth the curve itself, and gain no time.
 WIDEST, FACETS, AROUND, RUN_PART = 45.0, 1.5, 4, 0.1
-#: L³ κ² on a circle, in tolerances.
+#: Largest L³ κ² on a curve of curvature κ, in tolerances: a circle is missed by about 0.37 L³ κ² where it ends.
 _CURVES = 1.0
-#: Knot spans before an open end that the next window fits again: what comes after no longer moves the rest.
+#: Knot spans before an open end that the next window fits again. What follows has no influence on the spans before them.
 OVERLAP = 24
-#: Parts of the smoothing length, beside a seam of the spans before it, that are tried one after the other where a fit fails.
+#: Where a fit fails it is tried with the smoothing length multiplied by these factors (beside a seam: by the length of its spans).
 _SHORTER = 0.6, 0.3, 0.1
-#: Parts of the tolerance that a fit may use: the first on new ground, the second where an earlier window has fitted.
+#: Parts of the tolerance that a fit may use: on new pieces, and on those that an earlier window has fitted too.
 _NEW_GROUND, _OLD_GROUND = 0.985, 0.9985
-#: Part of the tolerance up to which an axis that stands in the path is taken to stand on the curve, where what its
-#: neighbours have bent has died away; and its slope, as mm per mm, up to which it stands.
+#: An axis that stands in the path stands on the curve too where it is off by less than this part of the tolerance; and the slope,
+#: mm per mm, below which an axis stands.
 _STANDS, _LEVEL = 1e-6, 1e-13
 
 
@@ -113,10 +118,10 @@ def fit(
 
 
 def _cut(pieces: Pieces, seam: Seam | None, longest: Floats, part: float) -> Floats:
-    """Return the largest smoothing lengths of a further try: a part of them, beside a seam of the spans before it.
+    """Return the largest smoothing lengths of a further try, smaller by the factor `part`.
 
-    What the curve goes on from holds the tolerance with the points that followed there. Others may not, however short
-    lengths are before the seam, where knots are given: shorter ones are needed behind it.
+    With a seam only those near it shrink, to a part of its knot spans. The knots before the seam are given, and held the tolerance
+    with the control points that followed them in the last window. Other points may not, so shorter lengths are needed behind it.
     """
     if seam is None:
         return part * longest

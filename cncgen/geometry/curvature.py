@@ -1,4 +1,4 @@
-"""Local extrema of the curvature along a path: where a planner looks for sharp corners."""
+"""Local extrema of the curvature along a path, where `ild` and the baselines look for sharp corners (Tsai (2010), eq. 21)."""
 
 from __future__ import annotations
 
@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 from cncgen.geometry.path import Path
 from cncgen.geometry.tables import Floats
 
-#: Parts of a panel of the arc-length table between whose ends is sampled; panels are short where the curve changes fast.
+#: Samples in each panel of the arc-length table; panels are short where the curve changes fast.
 _SAMPLES = 4
-#: Curvatures that differ by this part are one: a circle has no extrema.
+#: Curvatures that differ by less than this part are equal: a circle has no extrema.
 _PLATEAU = 1e-9
+#: The golden section, and steps of the search: each shortens the bracket by it, 42 steps by 1.7e-9.
 _GOLDEN = 0.5 * (5.0**0.5 - 1.0)
+_STEPS = 42
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,10 +83,11 @@ def _samples(path: Path) -> tuple[Floats, Floats]:
 def _refine(
     path: Path, low: Floats, high: Floats, place: Floats, value: Floats, is_maximum: NDArray[np.bool_]
 ) -> tuple[Floats, Floats]:
-    """Golden section in all brackets at once; what was sampled stands where nothing better is found (a kink)."""
+    """Refine extrema by the golden section in all brackets at once (Kiefer (1953)); where that finds nothing better, as at a
+    kink, the sample stays."""
     sign = np.where(is_maximum, 1.0, -1.0)
     a, b = low.copy(), high.copy()
-    for _ in range(42):
+    for _ in range(_STEPS):
         c, d = b - _GOLDEN * (b - a), a + _GOLDEN * (b - a)
         left = sign * path.curvature(c) > sign * path.curvature(d)
         b, a = np.where(left, d, b), np.where(left, a, c)

@@ -1,9 +1,9 @@
 """A path: lines, arcs, helices and NURBS one after the other, as functions of one coordinate s.
 
 The coordinate is arc length in X Y Z on a row that moves them, else in U V W, else the Euclidean norm of the rotary
-axes' motion (rad), so that ds/dt is what a programmed feed means. A line that moves the first of these by next to nothing
-beside a later one is measured over that: rounding of s would be steps of its axes. Rows are those of a toolpath, as
-plain columns.
+axes' motion (rad), so that ds/dt is what a programmed feed means (Kramer et al. (2000), section 2.1.2.5). If a line moves the
+first of these groups by next to nothing compared with a later one, it is measured over the later one: otherwise the rounding of
+s would show as steps of the other axes. Rows are those of a toolpath, as plain columns.
 """
 
 from __future__ import annotations
@@ -24,24 +24,25 @@ from cncgen.units import ROTARY_LETTERS
 #: What a row is; the values of `cncgen.toolpath.record.Kind`.
 LINE, ARC, NURBS, EVENT = range(4)
 
-#: mm or rad: a row that moves X Y Z (U V W) by less does not move them, as far as its path coordinate goes.
+#: mm or rad: a row that moves X Y Z (U V W) by less counts as not moving them when its path coordinate is chosen.
 STANDSTILL = 1e-9
-#: Last places of the largest path coordinate below which two of them are the same; how often that is between breakpoints
-#: that are one, and between the ends of a row that has no length.
+#: Path coordinates that differ by less than this many units in the last place of the largest are the same; and the multiple of
+#: that up to which breakpoints are one, and a row has no length.
 _ROUNDINGS, _SAME_PLACE = 4.0, 2.0
 #: A line that moves X Y Z (U V W) by less than this part of what U V W or rotary axes move by, mm or rad, is measured over
 #: those: 0.17 µm a degree. Coordinates of 1 m carry 1e-13 mm of rounding, which is then below the ninth decimal of a degree.
 _SLIGHT = 1e-2
 
-#: Where |dC/du| is below this part of its mean over the curve, it is asked whether it vanishes: whether the cell of the
-#: arc-length table is shorter than this part of the curve.
+#: |dC/du| may vanish where it is below the first part of its mean over the curve; it does where, besides, the cell of the
+#: arc-length table is shorter than the second part of the curve.
 _SLOW, _SINGULAR = 1e-4, 1e-9
-#: Parts of its length by which the first and the further ones are taken beside it: far enough to keep their digits.
+#: At a place where |dC/du| vanishes derivatives are taken beside it: by these parts of the curve's length, for the first
+#: derivative and from the second on, far enough to keep their digits.
 _BESIDE = ((1, 1e-10), (2, 1e-8))
-#: Rounding of the derivatives of a curve by its parameter, as a part of what its control points make of them; and the part
-#: of a bend that rounding may be where derivatives are told from it.
+#: Rounding of the derivatives of a curve by its parameter, as a part of the sizes that are added up; and the largest part of a
+#: derivative that may be rounding before it is set to 0.
 _LOST, _TOLD = 2.0**-46, 1e-3
-#: Ratio of the largest |C'| on a tiny cell to its mean from which C' vanishes there.
+#: C' vanishes on a tiny cell if its largest size there is more than this multiple of its mean.
 _UNEVEN = 1.7
 
 
@@ -75,10 +76,10 @@ class Path:
     Attributes:
         axes: Letters of the columns, X Y Z first.
         row_s: Shape (n + 1,): s at the start of each row, and the end. EVENT rows have length 0.
-        row_length: Shape (n,): length of each row, which does not depend on what stands before it; 0 where it is
-            rounding alone.
-        feed_length: Shape (n,): the length that the feed of each row is along: `row_length`, but for lines that move its
-            axes by next to nothing beside others.
+        row_length: Shape (n,): length of each row, computed by itself (not as a difference of `row_s`, which is rounded); 0
+            where it is nothing but rounding.
+        feed_length: Shape (n,): the length along which the feed of each row is meant. It differs from `row_length` for lines
+            that are measured over other axes than the feed is meant for (`per_feed`).
     """
 
     def __init__(
@@ -166,9 +167,9 @@ class Path:
         return splines.lengths(table, self._low[self._nurbs_rows], self._high[self._nurbs_rows])
 
     def _lagging(self) -> Ints:
-        """Return the NURBS that turn back, or nearly halt, in what they are measured over while another axis goes on.
+        """Return the NURBS that turn back, or nearly halt, in the axes they are measured over while another axis goes on.
 
-        Cells of the table of lengths are short where C' vanishes, so the starts of cells tell.
+        Where C' vanishes, cells of the table of lengths are short: so it is enough to look at the starts of cells.
         """
         if len(self.axes) == 3 or not self._nurbs_rows.size:
             return self._nurbs_rows[:0]
@@ -203,10 +204,10 @@ class Path:
         return length
 
     def _drop_unresolved(self, s_start: float) -> None:
-        """Take the length of rows that is rounding of their ends, or of s, for 0, so that they are as doubled points are.
+        """Set the length of rows to 0 where it is nothing but rounding of their ends, or of s, so that they are doubled points.
 
-        Increments that add up to a point but for rounding, and then that point, make such a row: it has no direction, and
-        its ends are one place.
+        Such a row comes from increments that add up to a point except for rounding, and then that point itself. It has no
+        direction, and its ends are one place.
         """
         ends = most(np.abs(self.end))
         size = np.maximum(ends, max(abs(s_start), abs(s_start + float(self.row_length.sum()))))
@@ -232,7 +233,7 @@ class Path:
 
     @property
     def per_feed(self) -> Floats:
-        """Shape (n,): what the feed of each row is multiplied by to be ds/dt: 1 but where `feed_length` is another."""
+        """Shape (n,): factor from the feed of each row to ds/dt: 1, except where `feed_length` is not `row_length`."""
         one = np.ones(len(self.kind))
         return np.divide(
             self.row_length, self.feed_length, out=one, where=self.feed_length != self.row_length
