@@ -1,11 +1,23 @@
-"""cncgen: NC programs to servo setpoints within the machine's limits.
+"""cncgen: NC programs to servo setpoints, in the least time within the machine's limits.
 
-The library in a line a stage: `read` a program (`read_text`: from memory), `plan` it on a machine, `sample` the
-trajectory (`plan_with_summary`: both, with the figures of the plan), `write` the setpoints (`read_setpoints` reads
-those of any origin), `simulate` the servo axes, `judge` them against program and machine. Lengths are mm, times s,
-angles rad. What is wrong with a program, a machine file or a call raises `CncgenError` with all its diagnostics. Names
-are imported when they are first used, so that ``import cncgen`` costs nothing: not even `typing` is imported.
+One function a stage, in the order in which data passes them::
+
+    import cncgen
+
+    program = cncgen.read("part.nc")  # read_text: from memory
+    plan = cncgen.plan(program, "xy-table")  # when the motion is where on the path
+    setpoints = cncgen.sample(plan)  # positions of the axes, one row a period
+    cncgen.write(setpoints, "part.csv")  # read_setpoints reads files of any origin
+
+`plan_with_summary` plans and samples at once, and gives the figures of the plan. `simulate` tells what the servo axes make of
+setpoints, and `judge` whether setpoints keep to program and machine. All of them work on streams: nothing is computed before
+it is drawn, and a stream can be drawn once.
+
+Lengths are mm, times s, angles rad. A fault in a program, a machine file or a call raises `CncgenError`, which has all
+diagnostics that were found. Examples: docs/library.md; how the code is built: docs/architecture.md.
 """
+
+# Names are imported when they are first used, so that ``import cncgen`` takes no time: not even `typing` is imported here.
 
 from __future__ import annotations
 

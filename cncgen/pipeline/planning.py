@@ -1,4 +1,4 @@
-"""Programs planned on a machine, and plans sampled."""
+"""Planning a program on a machine, and sampling the plan. Planning itself is `cncgen.planner`, sampling `cncgen.setpoints`."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """A plan as it is drawn: iterate over it for its trajectories, once.
+    """A plan, computed as it is drawn: iterate over it for its trajectories, once.
 
     Attributes:
-        program: What is planned.
-        machine: On which machine.
+        program: The program that is planned.
+        machine: The machine on which it is planned.
         trajectories: The motion, stretch by stretch.
     """
 
@@ -42,10 +42,10 @@ class Plan:
 
 
 def machine_of(machine: Machine | str | os.PathLike[str]) -> Machine:
-    """Return a machine, loaded by its name or from its file where it is not one yet.
+    """Return a machine; the name of a profile or of a TOML file is loaded.
 
     Raises:
-        UsageError: It cannot be loaded, or a number of it is none of a machine.
+        UsageError: It cannot be loaded, or one of its numbers is impossible for a machine.
     """
     from cncgen.machine import Machine, load
 
@@ -58,10 +58,10 @@ def machine_of(machine: Machine | str | os.PathLike[str]) -> Machine:
 
 
 def options_on(machine: Machine, options: ReadOptions | None = None) -> ReadOptions:
-    """Return options of reading with what a machine's tables ``[interpreter]`` and ``[kinematics]`` say.
+    """Return options of reading, completed by a machine's tables ``[interpreter]`` and ``[kinematics]``.
 
-    ``least_increment_mm`` is what a number without a decimal point counts in, ``dialect`` the control's language (an
-    option that names one goes first); `cncgen.gcode.codes.kinematics` has the other table.
+    Of the first, ``least_increment_mm`` is the unit of numbers without a decimal point, and ``dialect`` the control's language
+    (an option that names one has precedence); the second is read by `cncgen.gcode.codes.kinematics`.
 
     Raises:
         UsageError: A setting is wrong.
@@ -79,7 +79,7 @@ def options_on(machine: Machine, options: ReadOptions | None = None) -> ReadOpti
 
 
 def program_of(program: Program | str | os.PathLike[str], machine: Machine) -> Program:
-    """Return a program, opened as a machine's control reads it where it is the name of a file.
+    """Return a program; the name of a file is opened, and read as the machine's control would read it.
 
     Raises:
         UsageError: It is neither, or cannot be read.
@@ -108,8 +108,8 @@ def plan(
         options: How; or its fields as keywords (``feedrate="ild"``).
 
     Returns:
-        What `sample`, `simulate`, `judge` and `write` take. It is planned as it is drawn, once; the program itself may
-        be planned again.
+        The plan, which `sample`, `simulate`, `judge` and `write` take. It is computed as it is drawn, once; the program may be
+        planned again.
 
     Raises:
         UsageError: The program or the machine cannot be had, or an option is wrong.
@@ -125,7 +125,7 @@ def plan(
 
 
 def _asked_for(options: PlanOptions | None, asked: Mapping[str, Any]) -> PlanOptions:
-    """Return options with fields that are given by themselves.
+    """Return options in which the fields that are given as keywords are replaced.
 
     Raises:
         UsageError: They are none, or there is no such field.
@@ -139,7 +139,7 @@ def _asked_for(options: PlanOptions | None, asked: Mapping[str, Any]) -> PlanOpt
 
 
 def output_axes(program: Program) -> str:
-    """Return the axes that setpoints of a program have: those that it names, X Y Z where it names none."""
+    """Return the axes that setpoints of a program have: those that it names, or X Y Z if it names none."""
     return program.moving_axes or program.axes
 
 
@@ -180,12 +180,12 @@ def plan_with_summary(
     line_times: LineTimes | None = None,
     **asked: Any,
 ) -> tuple[SetpointStream, Summary]:
-    """Plan and sample a program under the eyes of a summary: times, lengths, peaks, corners, the slowest places.
+    """Plan and sample a program, and gather a summary on the way: times, lengths, peaks, corners, the slowest places.
 
     Args:
         program, machine, options, asked: As for `plan`.
         signals: As for `sample`.
-        line_times: Gathers what each line takes, where it is given.
+        line_times: If given, gathers the time that each line takes.
 
     Returns:
         The setpoints, and the summary: its ``as_json()`` is what ``cncgen plan --summary`` writes, once the stream has

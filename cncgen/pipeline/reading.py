@@ -1,4 +1,4 @@
-"""Programs opened: which language a file is, and the package that reads it."""
+"""Opening programs: which language a file is in, and the package that reads it (`cncgen.gcode` or `cncgen.stepnc`)."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ SUFFIXES = {
     "gcode": (".nc", ".ngc", ".gcode", ".tap", ".cnc", ".txt"),
     "stepnc": (".stp", ".step", ".stpnc", ".p21", ".238"),
 }
-#: What a Part 21 file begins with, whatever its name: blanks and comments may stand before and within it.
+#: How an ISO 10303-21 file begins, whatever its name: blanks and comments may stand before and within it.
 _COMMENT = rb"/\*(?:[^*]|\*(?!/))*"
 _PART21 = re.compile(
     rb"(?:\xef\xbb\xbf)?(?:\s|%b\*/)*(?:ISO-10303-21(?:\s|%b\*/)*;|%b\*?\Z)" % (_COMMENT, _COMMENT, _COMMENT),
     re.IGNORECASE,
 )
-#: What files of setpoints, and of responses to them, begin with: a header of columns, or a signature. No program begins so.
+#: How files of setpoints, and of responses to them, begin: with a header of columns, or a signature. No program begins so.
 _SETPOINT_HEADS = (b"t_s,", b'"t_s"', b'{"t_s"', b"\x93NUMPY", b"PK\x03\x04", b"ARROW1")
-#: Bytes that are looked at for it.
+#: How many bytes at the start of a file decide what it is.
 _HEAD_BYTES = 4096
 
 
@@ -48,7 +48,7 @@ def language_of(name: str, head: bytes) -> str:
 
 
 def holds_setpoints(head: bytes) -> bool:
-    """Tell whether what begins so holds setpoints, or a response to them, and no program."""
+    """Tell by its first bytes whether a file holds setpoints, or a response to them, rather than a program."""
     return head.removeprefix(codecs.BOM_UTF8).startswith(_SETPOINT_HEADS)
 
 
@@ -63,7 +63,7 @@ def read(
         options: How it is read.
 
     Returns:
-        The program, of which nothing but the axes is known yet: its errors are found, and raised, as it is planned.
+        The program, of which only the axes are known yet. Its errors are found, and raised, when it is planned.
 
     Raises:
         UsageError: The file cannot be read, or there is no such language or option.
@@ -81,14 +81,14 @@ def check(
     options: ReadOptions | None = None,
     content: bytes | None = None,
 ) -> int:
-    """Read and interpret a program, and keep nothing of it; return how many motions and events it has.
+    """Read and interpret a program only to find its faults; return how many motions and events it has.
 
     Args:
         source: A file, or ``-`` for standard input.
         diagnostics: Takes all that is found.
         language: ``gcode`` or ``stepnc``; None: by content and suffix.
         options: How it is read.
-        content: What the file holds, where that is known already.
+        content: What the file holds, if the caller has read it already.
 
     Raises:
         UsageError: The file cannot be read.
@@ -143,7 +143,7 @@ def _reading(options: ReadOptions | None) -> ReadOptions:
 
 
 def reader_of(language: str) -> ModuleType:
-    """Return the package that reads a language: it has `read`, and `check` and `canon` where it has a way of its own.
+    """Return the package that reads a language: it has `read`, and maybe `check` and `canon`.
 
     Raises:
         UsageError: There is no such language.
@@ -157,9 +157,9 @@ def reader_of(language: str) -> ModuleType:
 def _opened(
     source: str | os.PathLike[str], language: str | None, content: bytes | None = None
 ) -> Iterator[tuple[ModuleType, Path | BinaryIO, str]]:
-    """Open a program; give the package that reads it, what it reads (a path that can be mapped, or a stream), its name.
+    """Open a program; yield the package that reads it, what that reads (a path that can be mapped, or a stream), and its name.
 
-    It is not opened where its `content` is at hand.
+    If its `content` is given the file itself is not opened.
     """
     name = expect_path(source, "the program", "the name of a file (cncgen.read_text reads a text)")
     if "\n" in name and not os.path.exists(name):
@@ -174,7 +174,12 @@ def _opened(
 
 
 def _reader(language: str | None, name: str, head: bytes) -> ModuleType:
-    """Return the package that reads a program of that name, which begins so, in a language; None: by name and beginning.
+    """Return the package that reads a program.
+
+    Args:
+        language: ``gcode`` or ``stepnc``; None: by name and first bytes.
+        name: Of the file.
+        head: Its first bytes.
 
     Raises:
         UsageError: There is no such language, or it is no program.
@@ -208,7 +213,7 @@ def canon(
 
 
 def sound(program: Program) -> Iterator[Toolpath]:
-    """Yield a program's toolpaths; after an error, read on for the other errors, then raise them.
+    """Yield the toolpaths of a program as long as it has no error; after one, read the rest only to find the other errors.
 
     Raises:
         ProgramError: With all that was found.

@@ -1,4 +1,4 @@
-"""What is done with setpoints: written and read, simulated, judged, reported."""
+"""What can be done with setpoints: write and read files, simulate the servo axes, judge, report."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cncgen.verify import Verdict
 
 
-#: Time that a simulation may go on after the last setpoint: its rows are held in memory.
+#: Longest time, s, that a simulation may go on after the last setpoint: these rows are held in memory.
 LONGEST_SETTLE_S = 3600.0
 
 
@@ -40,17 +40,17 @@ def simulate(
         setpoints: From `sample` (as it is, or collected), from a file (`cncgen.setpoints.readers.open_setpoints`), your
             own (`Setpoints`), or a plan, which is sampled.
         machine: Gives the servo data: a machine, servos by letter, a profile's name, or a TOML file.
-        controller: ``p`` (each axis's own) or another of `cncgen.servo.named_schemes.NAMES`, with the gains of the
-            machine's ``[coupling]`` table, if it has one.
-        settle_s: The last setpoint is held so long at the end, up to `LONGEST_SETTLE_S`.
+        controller: ``p`` (each axis under its own controller) or another of `cncgen.servo.named_schemes.NAMES`, with the gains
+            of the machine's ``[coupling]`` table, if it has one.
+        settle_s: How long the last setpoint is held at the end, s, up to `LONGEST_SETTLE_S`.
 
     Returns:
         `cncgen.servo.record.Response`, chunk by chunk as they are drawn: ``position``, ``force`` (n, axes) and
         ``contour_error_mm`` (n,), a row a setpoint.
 
     Raises:
-        UsageError: An axis has no servo data, or the controller cannot be had for the axes; setpoints are wrong (as they
-            are drawn).
+        UsageError: An axis has no servo data, the controller does not exist for these axes, or (as they are drawn) setpoints
+            are wrong.
     """
     from cncgen.servo.named_schemes import scheme_maker, settings_of
     from cncgen.servo.simulate import simulate_scheme
@@ -80,7 +80,7 @@ def _chunks_of(setpoints: Iterable[Setpoints] | Setpoints | Plan) -> Iterator[Se
 
 
 def _stream_of(setpoints: Iterable[Setpoints] | Setpoints | Plan) -> SetpointStream:
-    """Return setpoints of any form with what the first chunk says of them."""
+    """Return setpoints of any form as a stream whose axes and period are those of its first chunk."""
     from cncgen.setpoints.stream import SetpointStream
 
     first, chunks = _first_of(setpoints)
@@ -134,13 +134,13 @@ def read_setpoints(
     axes: str | None = None,
     period_s: float | None = None,
 ) -> Setpoints:
-    """Read a setpoint file of any origin whole; `cncgen.setpoints.readers.open_setpoints` streams it.
+    """Read all of a setpoint file, written by cncgen or not; `cncgen.setpoints.readers.open_setpoints` streams it.
 
     Args:
         source: A file, or ``-`` for standard input.
         format: One of `cncgen.setpoints.writers.FORMATS`; None: by content and suffix.
-        axes: Letters of the columns that are wanted, or that npy, f64 and hal have after the time.
-        period_s: Time between rows; None: as the file's times say.
+        axes: Letters of the columns that are wanted; of npy, f64 and hal, which name no columns, those after the time.
+        period_s: Time between rows; None: taken from the times in the file.
 
     Raises:
         UsageError: The file cannot be read, or is no setpoint file; all its faulty rows are named.
@@ -162,7 +162,9 @@ def write(
     *,
     format: str | None = None,
 ) -> int:
-    """Write setpoints to a file, whole or not at all, with the signals that they have; return the number of rows.
+    """Write setpoints to a file, with the signals that they have; return the number of rows.
+
+    The file appears when all of it is written: after an error there is none.
 
     Args:
         setpoints: As for `simulate`.
@@ -170,15 +172,15 @@ def write(
         format: One of `cncgen.setpoints.writers.FORMATS`; None: by the suffix, else csv.
 
     Raises:
-        UsageError: The file cannot be written, there is no such format, or setpoints are wrong; what drawing a plan
-            raises comes as it is.
+        UsageError: The file cannot be written, there is no such format, or setpoints are wrong. What drawing a plan raises is
+            passed on.
     """
     from cncgen.files import open_output
     from cncgen.setpoints.columns import Layout
     from cncgen.setpoints.writers import format_of, open_writer
 
     name = expect_path(target, "the target", "the name of a file")
-    # The first rows are drawn before anything is opened: what is refused leaves no trace.
+    # The first rows are drawn before the file is opened, so that a program that is refused leaves no file.
     first, chunks = _first_of(setpoints)
     rows = 0
     with open_output(name) as sink:
@@ -205,12 +207,12 @@ def judge(
         setpoints: As for `simulate`.
         program: From `read`, or a file.
         machine: A profile's name, a TOML file, or a machine.
-        tolerance_mm: Tolerance of every continuous motion, over what the program says.
-        resolution: What positions are rounded to, mm and degrees.
+        tolerance_mm: Tolerance of every continuous motion (G64), instead of the program's.
+        resolution: Unit, mm and degrees, to which the positions are rounded; differences may exceed a limit by what that makes.
 
     Returns:
-        A verdict: whether all ``holds``, ``breaches`` with a diagnostic for each limit that is broken, ``peaks`` of each
-        axis, and the largest distances between setpoints and path (docs/verify.md).
+        A verdict: ``holds`` tells whether everything is kept, ``breaches`` has a diagnostic for each limit that is broken,
+        ``peaks`` the largest differences of each axis; and the largest distances between setpoints and path (docs/verify.md).
 
     Raises:
         UsageError: Setpoints or numbers are wrong, or a file cannot be read.

@@ -1,8 +1,11 @@
 """Planning: a toolpath and a machine become a trajectory, s(t) with the machine's limits held.
 
-`plan` is the door: it checks what was asked, runs the feedrate strategy (`strategies`), retimes for an interpolator
-other than the exact one (`interpolators`) and keeps the drives out of saturation (`saturation` step by step,
-`drive_limits` in the look-ahead). Each of them takes and yields `Trajectory`, chunk by chunk.
+`plan` is the only entry. It checks options and program (`checks`), runs the feedrate strategy (`strategies`), retimes the result
+if another interpolator than the exact one is asked for (`interpolators`), and keeps the drives out of saturation: step by step
+(`saturation`), or in the look-ahead (`drive_limits`). Each of these takes and yields `Trajectory`, chunk by chunk.
+
+The strategy `optimal` (`least_time`, room `optimal`, with `smoothing` before it) is the product. The others are what the papers
+publish, to compare with: `ild` (Tsai (2010)), and the baselines `constant`, `adaptive` and `curvature`.
 """
 
 from __future__ import annotations
@@ -32,8 +35,8 @@ def plan(
         options: What is asked; by default the best strategy installed, exact interpolation, no saturation.
 
     Yields:
-        `Trajectory` after `Trajectory`, without a gap in time or position, each as soon as it is final. What a stage
-        has to say to the user stands in ``values["diagnostics"]``, a tuple of `Diagnostic`.
+        `Trajectory` after `Trajectory`, without a gap in time or position, each as soon as it is final. Remarks for the user
+        are in ``values["diagnostics"]``, a tuple of `Diagnostic`.
 
     Raises:
         UsageError: An option has an unknown value; servo data that it needs are missing.
@@ -60,7 +63,7 @@ def plan(
 
 
 def _retimed(plan: Iterator[Trajectory], machine: Machine, asked: PlanOptions) -> Iterator[Trajectory]:
-    """Return a plan as the interpolator that was asked for travels it; the exact one needs no code."""
+    """Return a plan retimed for the interpolator that was asked for; for ``arclength``, which is exact, the plan itself."""
     if asked.interpolator == "arclength":
         return plan
     from cncgen.planner.interpolators import retime
@@ -69,7 +72,7 @@ def _retimed(plan: Iterator[Trajectory], machine: Machine, asked: PlanOptions) -
 
 
 def _used(toolpaths: Iterable[Toolpath], machine: Machine) -> tuple[Iterator[Toolpath], Machine]:
-    """Return the toolpaths, and the machine with no axes but theirs: the drives of others are not asked for anything."""
+    """Return the toolpaths, and the machine with only their axes: drives of axes that do not move need no data."""
     rest = iter(toolpaths)
     begin = tuple(islice(rest, 1))
     letters = begin[0].axes if begin else ""
@@ -80,7 +83,11 @@ def _used(toolpaths: Iterable[Toolpath], machine: Machine) -> tuple[Iterator[Too
 def _predictive(
     chosen: Strategy, toolpaths: Iterable[Toolpath], machine: Machine, asked: PlanOptions
 ) -> Iterator[Trajectory]:
-    """Plan on the machine as its drives can follow; what has no look-ahead for that is planned again under its speeds."""
+    """Plan on a machine whose limits are lowered to what its drives can follow.
+
+    Only `optimal` with exact interpolation holds these limits by itself; the plan of anything else becomes a bound of the speed,
+    under which `optimal` plans again.
+    """
     from cncgen.planner.drive_limits import drivable, named
 
     lowered = drivable(machine, asked)

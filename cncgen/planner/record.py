@@ -1,4 +1,4 @@
-"""What the planner hands on: where along the path, when, and which limit held it back."""
+"""What the planner hands on to `cncgen.setpoints`: where along the path the motion is at which time, and which limit holds it back."""
 
 from __future__ import annotations
 
@@ -34,16 +34,17 @@ class Limit(IntEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Profile:
-    """Motion along the path as pieces in time, each with the exact solution of s''' = j + c s'.
+    """Motion along the path as pieces in time, each the exact solution of s''' = j + c s' (`cncgen.kernels.profile`).
 
-    Constant-jerk profiles (seven phases) have c = 0. Profiles whose v² is a quadratic of s have j = 0 and
-    c = d²(v²)/ds²/2, so that a is linear in s. A piece with v = a = j = c = 0 is a wait. Velocity may step from
-    piece to piece only in the strategies that say so (the papers' baselines).
+    Constant-jerk profiles (seven phases; Biagiotti and Melchiorri (2008), section 3.4) have c = 0. Profiles whose v² is a
+    quadratic of s have j = 0 and c = d²(v²)/ds²/2, so that a is linear in s: since v dv/ds = a, dv/dt = a and da/dt = c v.
+    A piece with v = a = j = c = 0 is a wait. Velocity steps from piece to piece only in the papers' baselines, which say so.
 
     Attributes:
         t: Shape (k + 1,), s: start of each piece and, last, the end of the last one; non-decreasing.
         s: Shape (k + 1,), mm along the chunk's path (see `Trajectory.row_s`): start of each piece, and the end.
-        v, a, j, c: Shape (k,): speed mm/s, acceleration mm/s², jerk mm/s³ and 1/s², at the start of the piece.
+        v, a: Shape (k,), mm/s and mm/s²: speed and acceleration along the path at the start of the piece.
+        j, c: Shape (k,), mm/s³ and 1/s²: the constants of the piece.
         limit: Shape (k,), int8, a `Limit`: what binds on the piece.
     """
 
@@ -69,7 +70,15 @@ class Profile:
 
 @dataclass(frozen=True, slots=True)
 class SharpCorner:
-    """A place where the planner slows for a corner: source line, position (mm/rad), speed, and what limits it."""
+    """A place where the planner slows for a corner.
+
+    Attributes:
+        line: Source line.
+        position: Of all axes, mm or rad.
+        feed_mm_s: Speed along the path there.
+        limit: What limits it.
+        t_s: When the motion is there.
+    """
 
     line: int
     position: tuple[float, ...]
@@ -83,13 +92,13 @@ class Trajectory:
     """A stretch of planned motion; chunks follow each other without a gap in time or position.
 
     Attributes:
-        toolpath: The rows that are travelled (after blending and fitting), with their geometry.
+        toolpath: The rows that are travelled (after smoothing), with their geometry.
         row_s: Shape (rows + 1,): path coordinate at the start of each row and at the end. EVENT rows have length 0.
             The coordinate is arc length in X Y Z where a row moves them, else in U V W, else the rotary axes' norm.
         profile: s(t); its `t` continues from chunk to chunk, its `s` starts at ``row_s[0]`` of this chunk or later.
         events: Pairs of time and `Event` with the source line, in order.
         corners: Sharp corners found in this stretch.
-        values: What a strategy has to say beside (for the summary): plain values.
+        values: Further results of a strategy for the summary, as plain values; ``diagnostics`` holds remarks for the user.
     """
 
     toolpath: Toolpath
