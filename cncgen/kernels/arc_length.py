@@ -8,7 +8,7 @@ Hermite polynomial of degree 7 a cell, as the feed correction polynomial of K. E
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import sqrt
+from cython.cimports.libc.math import ldexp, sqrt
 
 if cython.compiled:
     from cython.cimports.cncgen.kernels.bspline import Curves, Span
@@ -39,6 +39,8 @@ _TAIL = cython.declare(cython.double, 1e-8)
 _LACKING = cython.declare(cython.double, 0.25)
 #: Part of the size of a curve below which a panel is not cut further.
 _PANEL_LEAST = cython.declare(cython.double, 1e-10)
+#: How often a span is halved at most: as often as its parameter can be.
+_DEEPEST = cython.declare(cython.int, 52)
 
 
 @cython.cfunc
@@ -395,29 +397,39 @@ def _cut_span(
     begins: cython.char[::1],
     done: _Progress,
 ) -> _Progress:
-    """Cut a span into panels, and these into cells on which length and inverse are known to `coarse`."""
+    """Cut a span into panels, and these into cells on which length and inverse are known to `coarse`.
+
+    Panels are dyadic parts of the span, those that are not smooth are halved: a curve and its reverse have the same ones.
+    """
     rows: cython.Py_ssize_t = done.rows
     s: cython.double = done.s
     tiny: cython.bint = done.tiny
     within: cython.double = coarse
     begin: cython.char = 3
     grade: cython.int
-    # The panel that is looked for, or that is cut into cells, and both ends of the cell that is tried.
-    look: cython.bint = True
-    start: cython.double = on.curves.knots[on.span.i]
+    first: cython.double = on.curves.knots[on.span.i]
     last: cython.double = on.curves.knots[on.span.i + 1]
+    # The panel that is looked for, or that is cut into cells, by its number of those `depth` halvings make, and its end.
+    look: cython.bint = True
+    depth: cython.int = 0
+    number: cython.longlong = 0
     end: cython.double = last
-    a: cython.double = start
+    # Both ends of the cell that is tried.
+    a: cython.double = first
     b: cython.double = end
     while rows < out.shape[0]:
         out[rows, 0] = a
         out[rows, 1] = s
-        grade = _cell(on, b, within, least if look else 1e300, out, rows)
+        grade = _cell(on, b, within, least if look and depth < _DEEPEST else 1e300, out, rows)
         look = grade == 0
+        if look:
+            depth += 1
+            number *= 2
+            end = first + (last - first) * ldexp(number + 1, -depth)
+            b = end
+            continue
         if grade < 2:
             b = 0.5 * (a + b)
-            if look:
-                end = b
             continue
         if tiny != (out[rows, 2] <= 10.0 * coarse):
             tiny = not tiny
@@ -431,17 +443,22 @@ def _cut_span(
         if not b < last:
             return _Progress(rows=rows, s=s, tiny=tiny, fits=True)
         a = b
-        # The next try is twice as wide as what was just accepted, so widths can grow again.
         begin = 0
+        # The next try is twice as wide as what was just accepted, so widths can grow again.
         b = b + 2.0 * out[rows - 1, 3]
         if not a < end:
             begin = 1
             look = True
-            end = end + 2.0 * (end - start)
-            start = a
-            # What is left is a dyadic part of the span, a third of one, or a ninth: 0.29 is none, where rounding would choose.
-            if end + 0.29 * (end - start) > last:
-                end = last
+            # The other half of what was halved last and is not done.
+            number += 1
+            while number % 2 == 0:
+                number //= 2
+                depth -= 1
+            end = (
+                last
+                if number + 1 == ldexp(1.0, depth)
+                else first + (last - first) * ldexp(number + 1, -depth)
+            )
             b = end
         elif b + 0.5 * out[rows - 1, 3] > end:
             b = end

@@ -152,6 +152,22 @@ def test_panels_of_a_larger_copy_are_those_of_the_curve(table: NurbsTable, scale
     np.testing.assert_allclose(found[0], found[1], rtol=0.0, atol=1e-9)
 
 
+@given(curves(max_degree=5))
+def test_panels_of_the_reverse_are_those_of_the_curve(table: NurbsTable) -> None:
+    """A plan's nodes hang on panels, and times of a path and of its reverse on the nodes."""
+    # Binary fractions, whose differences are exact.
+    knots = np.round(table.knots * 1024.0) / 1024.0
+    degree = int(table.degree[0])
+    curve = nurbs.single(degree, knots, table.control_points, table.weights)
+    back = nurbs.single(degree, knots[-1] - knots[::-1], table.control_points[::-1], table.weights[::-1])
+    found = []
+    for each in (curve, back):
+        measured = nurbs.lengths(each)
+        begins = measured.begins & arc_length.PANEL != 0
+        found.append(np.append(measured.cells[begins, 0], knots[-1]))
+    np.testing.assert_allclose(found[0], knots[-1] - found[1][::-1], rtol=0.0, atol=1e-9)
+
+
 def test_panels_carry_the_speed_as_a_polynomial_of_degree_four() -> None:
     """|C'| between the nodes of a panel, by the recurrence, against the polynomial through five of its values."""
     table = program_curve("butterfly")

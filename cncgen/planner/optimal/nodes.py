@@ -207,7 +207,7 @@ def _place(survey: _Survey, density: Density) -> Floats:
     """Return the nodes of a block in a density."""
     joints, probes, shape = survey.joints, survey.probes, survey.shape
     spacing = _spacing(shape, probes, joints, density, survey.bounds.period_s)
-    spacing = np.minimum(spacing, _change(survey.bounds, survey.x3, probes, shape, density.change))
+    spacing = np.minimum(spacing, _change(survey, density.change))
     # Panels follow the parameter, too: where a straight curve stands, they are tiny and tell nothing of the path.
     with np.errstate(invalid="ignore"):
         turns = shape[3] * survey.panels + shape[4] * survey.panels**2 > _NO_TURN
@@ -271,32 +271,31 @@ def _seen(bounds: Bounds, x1: Floats, s: Floats) -> Floats:
     return np.maximum(resolution(bounds, x1), _ROUNDING * (s[-1] - s[0]))
 
 
-def _change(bounds: Bounds, x3: Floats, s: Floats, shape: tuple[Floats, ...], part: float) -> Floats:
+def _change(survey: _Survey, part: float) -> Floats:
     """Return the distance on which x''' v³ of an axis changes by `part` times its jerk limit, shape (n,), mm.
 
-    v is the largest speed at which acceleration and jerk hold in steady motion. Differences are taken within a cell of the
-    path, as x''' may jump at its borders; at a border the larger of both sides counts.
-
-    Args:
-        bounds: Limits.
-        x3: Shape (n, axes), third derivatives at the places `s`.
-        s: Shape (n,), places, four a cell.
-        shape: What `_shape` says of them.
-        part: See above.
+    v is the largest speed at which acceleration and jerk hold in steady motion. Differences are taken within a panel of the
+    path, from its start to its end, as x''' may jump at its borders; at a border the larger of both sides counts.
     """
-    acceleration, _, bend, *_, top = shape
-    jerk = bounds.axes.jerk
+    acceleration, _, bend, *_, top = survey.shape
+    jerk, s = survey.bounds.axes.jerk, survey.probes
+    before = survey.x3.copy()
+    before[np.searchsorted(s, survey.joints.s)] = survey.sides[0][3]
     with np.errstate(divide="ignore", invalid="ignore"):
-        cube = np.minimum(np.minimum(top, acceleration / bend) ** 1.5, 1.0 / most(np.abs(x3) / jerk))
-        x3, cube, s = (each[:-1].reshape(-1, 4, *each.shape[1:]) for each in (x3, cube, s))
+        cube = np.minimum(np.minimum(top, acceleration / bend) ** 1.5, 1.0 / most(np.abs(survey.x3) / jerk))
+        x3, cube, s = (
+            np.concatenate([each[:-1].reshape(-1, 4, *each.shape[1:]), end[4::4, None]], axis=1)
+            for each, end in ((survey.x3, before), (cube, cube), (s, s))
+        )
         step, apart = np.abs(np.diff(x3, axis=1)), np.diff(s, axis=1)
         # About a place where a curve stands, x''' is rounding.
         step[step * apart[..., None] ** 2 < _NO_TURN] = 0.0
         change = most(step / jerk) * np.minimum(cube[:, :-1], cube[:, 1:])
         rate = np.nan_to_num(change / apart)
-        there = np.maximum(rate[:, [0, 0, 1, 2]], rate[:, [0, 1, 2, 2]])
-        there[1:, 0] = np.maximum(there[1:, 0], rate[:-1, 2])
-        return part / np.append(there.ravel(), rate[-1, 2])
+        there = np.maximum(rate, np.roll(rate, 1, axis=1))
+        there[0, 0] = rate[0, 0]
+        there[1:, 0] = np.maximum(rate[1:, 0], rate[:-1, 3])
+        return part / np.append(there.ravel(), rate[-1, 3])
 
 
 def _spacing(

@@ -22,6 +22,8 @@ from cncgen.planner.motion import motion_at
 from cncgen.planner.optimal import nodes
 from cncgen.planner.optimal.blocks import blocks
 from cncgen.planner.optimal.joints import Joints
+from cncgen.planner.optimal.limits import Bounds
+from cncgen.planner.optimal.track import Section
 from cncgen.planner.paths import path_of
 from cncgen.toolpath.slicing import join
 from tests.planner.judging import used
@@ -180,6 +182,37 @@ def test_a_rest_near_a_bend_is_reached_at_full_jerk(b: float, back: bool) -> Non
     took, slow = there if back else motion.t[-1] - there, motion_at(motion, np.array([there])).v[0]
     top = brentq(lambda v: (v + slow) * np.sqrt((v - slow) / jerk) + v * np.sqrt(v / jerk) - way, slow, 100.0)
     assert took <= 2.0 * np.sqrt((top - slow) / jerk) + 2.0 * np.sqrt(top / jerk)
+
+
+#: Near-cusps: points, weights, and by their size and the period the limits of jerk, acceleration and chords.
+CUSPS = (
+    ([(0.0, 0.0), (1.0, 0.0), (0.22, 0.037)], (1.0, 1.0, 1.0), (0.02, 0.1, 2e-3)),
+    ([(0.0, 0.0), (1.0, 0.0), (0.64, 0.0031)], (1.0, 3.0, 1.0), (0.1, 1.0, 2.4e-4)),
+    ([(0.0, 0.0), (1.0, 0.0), (0.998, -0.001), (0.19, 0.002)], (1.0, 1.0, 1.0, 1.0), (0.06, 0.3, 5e-3)),
+)
+
+
+@pytest.mark.parametrize(("points", "weights", "limits"), CUSPS)
+def test_a_path_and_its_reverse_have_the_same_nodes(
+    points: list[tuple[float, float]], weights: tuple[float, ...], limits: tuple[float, float, float]
+) -> None:
+    """Panels cut from the start on, and x''' looked at in the first three quarters of each, had given others: up to 12 % of time."""
+    period = 1e-3
+    jerk, acceleration, chord = limits
+    axes = {letter: Axis(letter, 1e6, acceleration / period**2, jerk / period**3) for letter in "XYZ"}
+    machine = Machine("quick", MappingProxyType(axes), period, chord, 0.01)
+    found = []
+    for step in (1, -1):
+        way = np.array(points)[::step] - points[::step][0]
+        rows = [f"K0 X{x:.12f} Y{y:.12f} R{r}" for (x, y), r in zip(way, weights[::step], strict=True)]
+        end = "\n".join(["K1"] * len(rows))
+        first, *rest = rows
+        text = "\n".join(["G21 G90 G94 G61", f"G6.2 P{len(rows)} F60000 {first}", *rest, end, "M2", ""])
+        toolpath = join(list(read_text(text).chunks()))
+        bounds = Bounds.of(machine, toolpath.axes)
+        section = Section.of(toolpath, path_of(toolpath), bounds, None, None, "best", None)
+        found.append(section.track(section.joints()).s)
+    np.testing.assert_allclose(found[0], found[0][-1] - found[1][::-1], rtol=0.0, atol=1e-6)
 
 
 def test_an_interval_from_rest_holds_nothing_finer_than_itself() -> None:
