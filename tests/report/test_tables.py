@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cncgen.cli.app import run as command
 from cncgen.planner.record import Limit, Profile
 from cncgen.report.differences import DifferencePeaks
 from cncgen.report.slow_places import _valley_cuts
@@ -113,6 +115,16 @@ def test_compare_prints_both_tables(cncgen: Run, programs: Path) -> None:
     assert [line.split("|")[1].strip() for line in text.splitlines() if line.startswith("| ")] == [
         "feedrate", "--------", "constant", "ild", "interpolator", "------------", "arclength", "taylor1", "taylor2",
     ]  # fmt: skip
+
+
+def test_compare_takes_the_interpolators_that_are_named(tmp_path: Path) -> None:
+    """In their order; on a line, where parameter and length are proportional, none of them fluctuates."""
+    (tmp_path / "line.nc").write_text("G21 G90 G61\nG1 X10 F3000\nM2\n")
+    line = f"compare {tmp_path}/line.nc --feedrates ild --interpolators uniform,taylor1"
+    assert command([*line.split(), "-o", f"{tmp_path}/out.txt", "--summary", f"{tmp_path}/s.json"]) == 0
+    found = json.loads((tmp_path / "s.json").read_text())["interpolators"]
+    assert [each["interpolator"] for each in found] == ["uniform", "taylor1"]
+    assert all(abs(each["max_part"]) < 1e-9 for each in found)
 
 
 def test_compare_controllers(cncgen: Run, programs: Path) -> None:
