@@ -1,4 +1,4 @@
-"""What a person or a script is told, all of it on standard error: diagnostics as text or as JSON lines."""
+"""All messages of a command, on standard error: diagnostics (as text or as JSON lines), warnings, and lines of the summary."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def note(message: str) -> None:
 
 
 def plain(message: str) -> None:
-    """Print a line; whether anybody reads it, or a log has room for it, does not change what a command does."""
+    """Print a line on standard error; if it cannot be written (closed pipe, full disk) the command goes on all the same."""
     if sys.stderr is None:
         return
     try:
@@ -120,7 +120,7 @@ def write_summary(path: str | None, values: dict[str, Any]) -> None:
 
 @contextmanager
 def open_summary(path: str | None) -> Iterator[Callable[[dict[str, Any]], None]]:
-    """Open what ``--summary`` names before the work is done for it; yield what writes the summary there."""
+    """Open the file of ``--summary`` before the work begins, so that a wrong name is found at once; yield what writes to it."""
     if path is None:
         yield lambda values: None
         return

@@ -1,4 +1,4 @@
-"""Progress on a terminal: one line that is written over, after the first second; nothing where nobody looks."""
+"""Progress on a terminal: one line, overwritten each second from the first second on; nothing if nobody is there to see it."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ def is_setpoint_file(name: str) -> bool:
 def opened(
     name: str, reading: dict[str, Any], tolerance_mm: float | None = None, machine: str | None = None
 ) -> Iterator[Program]:
-    """Open a program for the length of a with block; what the reader remarked is shown when the block ends.
+    """Open a program for a ``with`` block; remarks of the reader are shown when the block ends.
 
     Args:
         name: File, or ``-``.
@@ -63,7 +63,7 @@ def opened(
 
 @contextmanager
 def planned(name: str, reading: dict[str, Any], planning: dict[str, Any], machine: str) -> Iterator[Plan]:
-    """Open a program and plan it on a machine, for the length of a with block in which the plan is drawn.
+    """Open a program and plan it on a machine, for a ``with`` block in which the plan is drawn.
 
     Args:
         name: File, or ``-``.

@@ -1,4 +1,4 @@
-"""Setpoints to a file or standard output."""
+"""Writing setpoints to a file or standard output, for the commands that make them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,9 @@ def setpoint_format(output: str | None, asked: str | None) -> str:
 
 
 def write_setpoints(chunks: Iterable[Setpoints], output: str | None, format: str | None) -> int:
-    """Write a stream whole or not at all; return its rows. A terminal that is not named receives none.
+    """Write a stream whole or not at all; return its rows.
+
+    Without ``--output`` they go to standard output, unless that is a terminal: then they are drawn and not written.
 
     Raises:
         UsageError: As `setpoint_format`, and what drawing the stream raises.

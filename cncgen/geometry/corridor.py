@@ -19,27 +19,28 @@ from cncgen.kernels import smoothing
 #: Control points that the curve shares with the path at a closed end: the end point, or three derivatives as well.
 END_POINT, END_DERIVATIVES = 1, 4
 #: Rounds in which the smoothing length may grow, and the part of the tolerance that the fit should use at least. The second line
-#: is for up to 512 pieces, where more rounds cost next to no time.
-ROUNDS, _USED = 2, 0.85
-_FEW_ROUNDS, _FEW_USED, _FEW = 8, 0.96, 512
-#: Where knots are laid about a joint (docs/smoothing.md, Knots): the part of the first guess of L that is left in the end, measured;
-#: the length in L that both rows beside the joint must have; half of the span about a step of curvature, in L; and the distance in
-#: L up to which another joint matters.
-_LEFT, _LONE, _HALF, _FELT = 0.7, 2.5137, 0.35, 4.0
+#: is for up to `_FEW_PIECES`, where more rounds cost next to no time.
+ROUNDS, _LEAST_USED = 2, 0.85
+_FEW_PIECES, _ROUNDS_OF_FEW, _LEAST_USED_OF_FEW = 512, 8, 0.96
+#: Knots are laid about a joint that is rounded by itself (docs/smoothing.md, Knots): both rows beside it are longer than the first
+#: number times L, and its first guess of L is less than the second number times the largest L there (else other joints decide).
+_SEPARATE, _DECISIVE = 2.5137, 4.0
+#: L in the end as a part of the first guess, measured; and half of the knot span about a step of curvature, in L.
+_FINAL_PART, _HALF_SPAN = 0.7, 0.35
 #: Largest smoothing length: in tolerances; in mean lengths of the rows around, four on each side; and as a part of all that is
 #: fitted. By then facets and noise are gone: a longer one would smooth the curve itself, and gain no time.
 WIDEST, FACETS, AROUND, RUN_PART = 45.0, 1.5, 4, 0.1
 #: Largest L³ κ² on a curve of curvature κ, in tolerances: a circle is missed by about 0.37 L³ κ² where it ends.
-_CURVES = 1.0
+_END_ERROR = 1.0
 #: Knot spans before an open end that the next window fits again. What follows has no influence on the spans before them.
 OVERLAP = 24
 #: Where a fit fails it is tried with the smoothing length multiplied by these factors (beside a seam: by the length of its spans).
-_SHORTER = 0.6, 0.3, 0.1
+_RETRY_FACTORS = 0.6, 0.3, 0.1
 #: Parts of the tolerance that a fit may use: on new pieces, and on those that an earlier window has fitted too.
-_NEW_GROUND, _OLD_GROUND = 0.985, 0.9985
+_USABLE_NEW, _USABLE_AGAIN = 0.985, 0.9985
 #: An axis that stands in the path stands on the curve too where it is off by less than this part of the tolerance; and the slope,
 #: mm per mm, below which an axis stands.
-_STANDS, _LEVEL = 1e-6, 1e-13
+_STILL_OFFSET, _STILL_SLOPE = 1e-6, 1e-13
 
 
 class CorridorError(RuntimeError):
@@ -108,7 +109,7 @@ def fit(
     unasked = _longest(pieces, widest)
     longest = unasked if longest is None else np.minimum(unasked, longest)
     cuts = np.union1d(cuts, _about_joints(pieces, longest, unasked))
-    for part in (1.0, *_SHORTER):
+    for part in (1.0, *_RETRY_FACTORS):
         spline = _attempt(
             pieces, cuts, head, tail, seam, longest if part == 1.0 else _cut(pieces, seam, longest, part)
         )
@@ -138,9 +139,11 @@ def _attempt(
     laid = 4 if seam is None else 8
     start = t[0] if seam is None else seam.knots[-1]
     places = np.append(cuts[(cuts > start + 1e-9 * (total - t[0])) & (cuts < total)], total)
-    rounds, least = (_FEW_ROUNDS, _FEW_USED) if len(pieces.y) <= _FEW else (ROUNDS, _USED)
+    rounds, least = (
+        (_ROUNDS_OF_FEW, _LEAST_USED_OF_FEW) if len(pieces.y) <= _FEW_PIECES else (ROUNDS, _LEAST_USED)
+    )
     scale = np.minimum(first_scales(pieces), longest)
-    share = np.where(t[:-1] < start, _OLD_GROUND, _NEW_GROUND) if seam is not None else _NEW_GROUND
+    share = np.where(t[:-1] < start, _USABLE_AGAIN, _USABLE_NEW) if seam is not None else _USABLE_NEW
     used = np.empty((len(pieces.y), 2))
     # Taken from the start of the window, so that rounding is that of its size, and an axis that stands is 0.
     origin = pieces.y[0, 0].copy()
@@ -176,7 +179,7 @@ def _attempt(
             break
         room *= 2
     knots, points = knots[: last + 5].copy(), points[:last].copy()
-    _stand(t, y, knots, points, _STANDS * pieces.tolerance.min())
+    _stand(t, y, knots, points, _STILL_OFFSET * pieces.tolerance.min())
     points += origin
     if seam is not None:
         points[:4] = seam.points
@@ -186,35 +189,35 @@ def _attempt(
 def _about_joints(pieces: Pieces, longest: Floats, unasked: Floats) -> Floats:
     """Return where knots are laid about joints that are rounded by themselves, mm.
 
-    How fast the curve is passed there depends on where its knots are, for its third derivative is linear between them. At a turn
-    that changes its sign, and a knot stands there; at a step of curvature it is largest, and a span lies about it. Left to
-    what comes before, they would be anywhere, and a little more tolerance could take longer.
+    How fast the curve is passed there depends on where its knots are, since its third derivative is linear between them. At a
+    turn that changes its sign: a knot stands there. At a step of curvature it is largest: a span lies about it. If knots were
+    only counted on from the start, they could be anywhere, and a little more tolerance could take longer.
 
     Args:
         pieces: See `fit`.
         longest: Shape (n + 1,), the largest smoothing lengths at the ends of pieces, mm.
-        unasked: Shape (n + 1,), those that the pieces alone make: a joint that asks for more is not felt.
+        unasked: Shape (n + 1,), those that the pieces alone allow, without what the caller asks for.
     """
     joint = np.flatnonzero(np.diff(pieces.row, prepend=-1))[1:]
     by_turn, by_step = (each[joint - 1] for each in joint_scales(pieces))
     guess, length = np.minimum(by_turn, by_step), np.diff(pieces.row_t)
-    left = np.minimum(_LEFT * guess, longest[joint])
-    lone = np.minimum(length[1:], length[:-1]) > _LONE * left
-    lone &= guess < _FELT * unasked[joint]
+    left = np.minimum(_FINAL_PART * guess, longest[joint])
+    lone = np.minimum(length[1:], length[:-1]) > _SEPARATE * left
+    lone &= guess < _DECISIVE * unasked[joint]
     turn, step = lone & (by_turn <= by_step), lone & (by_turn > by_step)
-    at, half = pieces.t[joint], _HALF * left[step]
+    at, half = pieces.t[joint], _HALF_SPAN * left[step]
     return np.concatenate([at[turn], at[step] - half, at[step] + half])
 
 
 def _stand(t: Floats, y: Floats, knots: Floats, points: Floats, near: float) -> None:
-    """Let axes stand, in `points`, where they do in the pieces and the curve is `near` them.
+    """Let axes stand, in `points`, where they do in the pieces and the curve is `near` them, mm.
 
-    What is left of a bend further on is far below the tolerance, and rounding further on still: it would be motion of an
-    axis that does not move.
+    What a bend leaves at a distance is far below the tolerance, and further away it is rounding. It would be a motion of an axis
+    that does not move.
     """
-    moves = np.abs(y[:, 1]) > _LEVEL
+    moves = np.abs(y[:, 1]) > _STILL_SLOPE
     for k in (2, 3):
-        moves |= np.abs(y[:, k]) > _LEVEL
+        moves |= np.abs(y[:, k]) > _STILL_SLOPE
     axes = np.flatnonzero([not column.all() for column in moves.T])
     if not axes.size:
         return
@@ -248,12 +251,12 @@ def _longest(pieces: Pieces, widest: float) -> Floats:
 def _bends(pieces: Pieces) -> Floats:
     """Return the smoothing length that circles allow, by pieces, shape (n,), mm.
 
-    Where a curve of curvature κ ends, or L changes, it is left by some 0.37 L³ κ²; an arc shorter than that is a turn to the
-    curve, and costs L Δx'/3. More is not tried: it falls so fast that an iteration would shake.
+    Where a curve of curvature κ ends, or L changes, the spline leaves it by about 0.37 L³ κ²; an arc shorter than L acts as a
+    turn, and is left by L Δx'/3. That falls so fast with L that iterating from a larger L would oscillate, so L begins below it.
     """
     kappa = pieces.bend + 1e-9 / pieces.tolerance
     turn = kappa * np.diff(pieces.row_t)[pieces.row]
-    out: Floats = np.maximum(np.cbrt(_CURVES * pieces.tolerance / kappa**2), 6.0 * pieces.tolerance / turn)
+    out: Floats = np.maximum(np.cbrt(_END_ERROR * pieces.tolerance / kappa**2), 6.0 * pieces.tolerance / turn)
     return out
 
 

@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 #: How closely the reach of a NURBS is found, as a part of the size of its hull.
-_CLOSENESS = 1e-12
+_ACCURACY = 1e-12
 
 #: Halvings of a piece at most.
 _MAX_HALVINGS = 40
@@ -78,14 +78,14 @@ def nurbs_extents(table: NurbsTable, curve: int) -> tuple[Floats, Floats]:
     span = np.flatnonzero(np.diff(knots) > 0)
     span = span[(span >= degree) & (span < len(knots) - degree - 1)]
     a, b = knots[span], knots[span + 1]
-    closeness = _CLOSENESS * np.maximum(np.abs(one.control_points).max(axis=0), 1.0)
+    accuracy = _ACCURACY * np.maximum(np.abs(one.control_points).max(axis=0), 1.0)
     low, high = np.full((2, one.control_points.shape[1]), np.inf)
     high = -high
     for _ in range(_MAX_HALVINGS):
         points = _bezier_points(homogeneous, knots, degree, span, a, b)
         on_curve = points[:, [0, -1]].reshape(-1, points.shape[2])
         low, high = np.minimum(low, on_curve.min(axis=0)), np.maximum(high, on_curve.max(axis=0))
-        beyond = (points.max(axis=1) > high + closeness) | (points.min(axis=1) < low - closeness)
+        beyond = (points.max(axis=1) > high + accuracy) | (points.min(axis=1) < low - accuracy)
         open_ = beyond.any(axis=1)
         if not open_.any():
             break

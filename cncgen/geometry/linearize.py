@@ -10,7 +10,7 @@ from cncgen.geometry.tables import Floats, Ints
 #: Halvings of a chord that misses; each divides its error by four.
 _MAX_HALVINGS = 40
 #: A first guess of the steps is taken from the curvature at this many places of a panel of the arc-length table.
-_LOOKS = 5
+_PROBES = 5
 
 
 def linearize(path: Path, tolerance_mm: float, scale: Floats | None = None) -> tuple[Floats, Ints]:
@@ -56,7 +56,7 @@ def linearize(path: Path, tolerance_mm: float, scale: Floats | None = None) -> t
 def _laid(path: Path, tolerance: float, factor: Floats) -> Floats:
     """Return path coordinates in steps of the guess, every breakpoint among them."""
     borders = path.sample_borders()
-    look = borders[:-1, None] + np.diff(borders)[:, None] * (np.arange(_LOOKS) + 0.5) / _LOOKS
+    look = borders[:-1, None] + np.diff(borders)[:, None] * (np.arange(_PROBES) + 0.5) / _PROBES
     bend = np.linalg.norm(path.evaluate(look.ravel(), 2)[2] * factor, axis=1).reshape(look.shape).max(axis=1)
     steps = np.diff(borders) * np.sqrt(bend / (8.0 * tolerance))
     total = np.concatenate([[0.0], np.cumsum(steps)])

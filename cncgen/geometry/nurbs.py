@@ -19,7 +19,7 @@ from cncgen.kernels import arc_length, bspline
 _ROUNDINGS = 4.0
 
 #: Part of the size of a curve that its lengths and the place of a parameter on it are known to.
-CLOSENESS = 2e-13
+ACCURACY = 2e-13
 
 
 def single(
@@ -257,7 +257,7 @@ def lengths(table: NurbsTable, low: Ints | None = None, high: Ints | None = None
     measured = columns(table)
     done = 0
     while True:
-        done = arc_length.cells(done, CLOSENESS, first, last, measured, offset, cells, begins)
+        done = arc_length.cells(done, ACCURACY, first, last, measured, offset, cells, begins)
         if done == curves:
             break
         # No room for curve `done`: what stands is kept, in twice the room.

@@ -31,19 +31,19 @@ STANDSTILL = 1e-9
 _ROUNDINGS, _SAME_PLACE = 4.0, 2.0
 #: A line that moves X Y Z (U V W) by less than this part of what U V W or rotary axes move by, mm or rad, is measured over
 #: those: 0.17 µm a degree. Coordinates of 1 m carry 1e-13 mm of rounding, which is then below the ninth decimal of a degree.
-_SLIGHT = 1e-2
+_NEGLIGIBLE = 1e-2
 
 #: |dC/du| may vanish where it is below the first part of its mean over the curve; it does where, besides, the cell of the
 #: arc-length table is shorter than the second part of the curve.
-_SLOW, _SINGULAR = 1e-4, 1e-9
+_SMALL_SPEED, _TINY_CELL = 1e-4, 1e-9
 #: At a place where |dC/du| vanishes derivatives are taken beside it: by these parts of the curve's length, for the first
 #: derivative and from the second on, far enough to keep their digits.
 _BESIDE = ((1, 1e-10), (2, 1e-8))
 #: Rounding of the derivatives of a curve by its parameter, as a part of the sizes that are added up; and the largest part of a
-#: derivative that may be rounding before it is set to 0.
-_LOST, _TOLD = 2.0**-46, 1e-3
+#: bend that may be rounding: with more of it derivatives are taken beside the place.
+_DERIVATIVE_ROUNDING, _ROUNDING_PART = 2.0**-46, 1e-3
 #: C' vanishes on a tiny cell if its largest size there is more than this multiple of its mean.
-_UNEVEN = 1.7
+_VANISHING_RATIO = 1.7
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,7 +176,7 @@ class Path:
         found = self._nurbs
         item = np.repeat(np.arange(len(found.total)), np.diff(found.offset))
         first = splines.evaluate(found.table, item, found.cells[:, 0], 1)[1]
-        slow = _metric_norm(first, found.low[item], found.high[item]) < _SLIGHT * np.linalg.norm(
+        slow = _metric_norm(first, found.low[item], found.high[item]) < _NEGLIGIBLE * np.linalg.norm(
             first, axis=1
         )
         return np.unique(item[slow])
@@ -188,7 +188,7 @@ class Path:
         for group in (uvw, rotary):
             if group.stop > group.start:
                 other = np.linalg.norm(self._delta[:, group], axis=1)
-                slight = _metric_norm(self._delta, self._low, self._high) < _SLIGHT * other
+                slight = _metric_norm(self._delta, self._low, self._high) < _NEGLIGIBLE * other
                 self._low[slight], self._high[slight] = group.start, group.stop
                 some = some or bool(slight.any())
         return some
@@ -400,7 +400,7 @@ class Path:
             self._nurbs.cells,
             self._nurbs.total,
             self._along,
-            _SLOW,
+            _SMALL_SPEED,
         )
 
     @cached_property
@@ -420,7 +420,7 @@ class Path:
         a control point of large weight: derivatives are what they are there, and others a little beside.
         """
         item = self._item[rows[slow]]
-        brief = self._nurbs.cell_length(item, u[slow], side) <= _SINGULAR * self._nurbs.total[item]
+        brief = self._nurbs.cell_length(item, u[slow], side) <= _TINY_CELL * self._nurbs.total[item]
         slow, item = slow[brief], item[brief]
         if not slow.size:
             return slow
@@ -452,7 +452,7 @@ class Path:
             )
             for u, side in ((start, 1), (end, -1))
         ]
-        vanishes = np.maximum(*speed) * width >= _UNEVEN * length
+        vanishes = np.maximum(*speed) * width >= _VANISHING_RATIO * length
         return self.row_s[self._nurbs_rows[item]][vanishes] + s[vanishes]
 
     def _rounded(self, item: Ints, u: Floats, side: int) -> NDArray[np.bool_]:
@@ -473,7 +473,9 @@ class Path:
         bend = np.maximum(second, np.sqrt(third))
         with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
             by_s = p / (width * speed)
-            return ~(_LOST * total * by_s**2 * np.maximum(1.0, by_s / bend) <= _TOLD * bend)
+            return ~(
+                _DERIVATIVE_ROUNDING * total * by_s**2 * np.maximum(1.0, by_s / bend) <= _ROUNDING_PART * bend
+            )
 
     def _beside_singular(self, out: Floats, pick: Ints, rows: Ints, u: Floats, side: int) -> None:
         """Replace derivatives by s where C' vanishes by those a little beside, or within where the curve ends.

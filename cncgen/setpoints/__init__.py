@@ -1,4 +1,8 @@
-"""Setpoints: a trajectory sampled once a period, and the formats it is written in."""
+"""Setpoints: a `Trajectory` sampled once a period (`sample`), and the formats in which `Setpoints` are written and read.
+
+`writers` and `readers` have a module a format; `columns` names the columns of a file, `checking` looks at setpoints that come
+from a caller, and `stream` is setpoints with what is known of them before the first row.
+"""
 
 from __future__ import annotations
 

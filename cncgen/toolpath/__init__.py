@@ -1,1 +1,5 @@
-"""The intermediate representation: a program as columns, a row a motion or an event, and how programs are read."""
+"""The intermediate representation between readers and planner: a program as columns, one row for each motion or event.
+
+`record` has `Program` and `Toolpath`, `reading` the options of reading; `building` collects rows, `slicing` cuts and joins them,
+and `lines` turns curves into lines.
+"""

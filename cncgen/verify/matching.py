@@ -1,10 +1,10 @@
-"""Setpoints matched with the programmed path, both run through in their order (docs/verify.md).
+"""Setpoints matched with the programmed path, both followed in their order (docs/verify.md).
 
-What is decided: is there a way of going along both, on neither of them back, on which the two places are never further
-apart than the tolerance allows (the Fréchet distance, with the tolerance of each place; the method is that of H. Alt
-and M. Godau, Int. J. Computational Geometry and Applications 5 (1995), in `cncgen.kernels.free_space`)? Setpoints and
-path are drawn as they are needed and dropped behind. Where there is none the least factor on the tolerance that goes on
-is looked for, until the tolerance itself is enough again: a fault has a place, a size and an end.
+The question is whether one can go along both polylines, never back on either, so that the two places are never further apart than
+the tolerance at that place of the path: whether their Fréchet distance is within it (Alt and Godau (1995), by
+`cncgen.kernels.free_space`). Setpoints and path are drawn as they are needed and forgotten behind. Where it is not within the
+tolerance, the least factor on the tolerance is looked for with which the matching goes on, until the tolerance itself is enough
+again: so a fault has a place, a size and an end.
 """
 
 from __future__ import annotations
@@ -25,13 +25,15 @@ Ints = NDArray[np.int64]
 STRIDE, STATES = 512, 16
 #: Rows over which a way past a fault is looked for.
 HORIZON = 8192
-#: Cells that may be looked at for that in all, and for each row that is done; after them the setpoints are lost.
+#: Cells of the free space that may be visited while looking for ways past faults: in all, and in addition for each row that is
+#: done. After that the setpoints are given up as lost.
 PATIENCE, PATIENCE_A_ROW = 50_000_000, 300
-#: Part of the tolerance by which a stand may be further from a wait's place than what comes nearest.
+#: A place where the setpoints stand still counts as that of a wait if it is further from it than the nearest one by less than this
+#: part of the tolerance.
 _AS_NEAR = 1e-3
-#: What the factor on the tolerance is found to.
+#: Ratio of the bounds between which the factor on the tolerance is narrowed down.
 _FINE = 1.001
-#: Factor beyond which the setpoints are lost.
+#: Factor on the tolerance beyond which the setpoints are lost.
 _FURTHEST = 1e12
 
 
@@ -70,15 +72,16 @@ class Worst:
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """A place from which the tolerance does not lead on.
+    """A place beyond which no matching within the tolerance leads.
 
     Attributes:
         time: When, in periods.
         line: Source line of the furthest place that was reached.
-        leash: Least distance with which both can be gone along from here, mm; what was tried at most where `lost`.
+        leash: Least distance with which the matching goes on from here, mm (the dog-leash distance of Alt and Godau (1995)); the
+            largest that was tried if the setpoints are `lost`.
         tolerance: mm.
         lost: No way on was found; nothing after this is judged.
-        plain: Distances over the tolerance tell of it already.
+        plain: Distances that are over the tolerance report it already.
     """
 
     time: float
@@ -106,7 +109,7 @@ class _State:
 
 
 class Matching:
-    """The state of going along both. A row is a setpoint or the middle between two; the first setpoint is there twice.
+    """The state of the matching. A row is a setpoint or the middle between two; the first setpoint is there twice.
 
     Attributes:
         out: Distances of samples, and of the middles of the chords between them, from the path.
@@ -171,7 +174,7 @@ class Matching:
     # ---- going along both -----------------------------------------------------------------------------------------
 
     def _go(self, final: bool) -> Ints:
-        """Go on along the rows that are there; return lines of the samples that are done."""
+        """Match the rows that are there; return the source lines of the samples that are done."""
         stop = self._base + len(self._rows) - 1
         begun, found = self._row, [np.zeros(0, np.int64)]
         while self._row < stop and not self.lost:
@@ -234,7 +237,7 @@ class Matching:
     # ---- past a fault ---------------------------------------------------------------------------------------------
 
     def _find_a_way(self, stop: int) -> None:
-        """Go on with the least factor on the tolerance that leads to a place where 1 is enough, or to row `stop`."""
+        """Continue with the least factor on the tolerance that leads to a place where 1 is enough again, or to row `stop`."""
         here = self._state()
         on = here.first + len(here.low) - 1 - self._path.dropped
         allowed = float(self._path.allowed[on])
@@ -269,7 +272,7 @@ class Matching:
         return self._spent > PATIENCE + PATIENCE_A_ROW * self._row
 
     def _before(self, here: _State, allowed: float) -> _State:
-        """Return the last state that is kept of those before all rows at which the furthest place may be waited at.
+        """Return the last stored state that lies before all rows which can be matched with the furthest place reached.
 
         Those rows are all within twice the tolerance of each other.
         """

@@ -1,4 +1,4 @@
-"""Where setpoints stand still, so that a wait of the program can be found again."""
+"""Where setpoints stand still, to find the waits (dwells) of the program in them; used by `matching`."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-#: mm and degrees: a step up to it is none.
+#: Largest step between setpoints, mm or degrees, that counts as standing still: two units of the ninth decimal.
 _STILL = 2e-9
-#: Rows (two a period) on either side of the nearest one in which a stand counts for a place.
+#: A stand counts for a place if it lies within this many rows (two a period) of the row that is nearest to the place.
 _NEAR = 4
-#: Periods by which a stand that begins and ends between ticks shows as less, and rounding.
+#: Periods by which a stand may appear shorter than it is, as it begins and ends between ticks; and rounding.
 BETWEEN_TICKS = 2.0 + 1e-6
 
 
@@ -39,9 +39,9 @@ class Passed:
 
     Attributes:
         place: Shape (axes,), mm and degrees.
-        row: Where they are nearest to it.
-        first, last: Rows between which they may be said to be there.
-        near: How near a stand is that is no less near than they are there, mm.
+        row: The row that is nearest to it.
+        first, last: Rows between which the place can be matched.
+        near: Largest distance from the place, mm, at which a stand counts as one there.
     """
 
     place: Floats

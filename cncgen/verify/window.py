@@ -1,4 +1,4 @@
-"""The part of the programmed path that is being gone along: drawn as it is needed, dropped behind."""
+"""The part of the programmed path that the matching works on: drawn as it is needed, forgotten behind."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from cncgen.verify.flatten import Polyline, chord_mm
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-#: A distance is over its tolerance beyond this part of it (and beyond what flattening and rounding add).
+#: A distance breaks its tolerance if it is more than this multiple of it (and of what flattening and rounding add).
 MARGIN = 1.001
 
-#: Segments that are drawn at a time at least, as far as there are any.
+#: At least so many segments are drawn at a time, as far as there are any.
 _AT_LEAST = 4096
 
 
 class Window:
     """Segments of the path, `m` of them, with what the matching notes at their vertices.
 
-    A segment of no length stands before the path and one after it: places where both ends may be waited at.
+    A segment of no length stands before the path, and one after it, so that the setpoints may stand at either end.
 
     Attributes:
         points: Shape (m + 1, axes), mm and degrees.

@@ -215,7 +215,7 @@ def test_a_seam_that_strains_is_met_by_shorter_lengths_behind_it(monkeypatch: py
     _, seam = split(first, span, float(whole.t[origin]))
     rest = polyline(points[origin:], 0.0095)
     assert misses(fit(rest, np.zeros(0), END_POINT, END_POINT, seam), rest).max() <= 0.0095
-    monkeypatch.setattr(corridor, "_SHORTER", ())
+    monkeypatch.setattr(corridor, "_RETRY_FACTORS", ())
     with pytest.raises(corridor.CorridorError):
         fit(rest, np.zeros(0), END_POINT, END_POINT, seam)
 
