@@ -2,7 +2,7 @@
 
 A `BlockPlan` is the list of handlers that the interpreter calls for a block (it has nothing to do with the plan of the motion).
 Blocks with the same codes, letters and modal motion share one. The order of execution is that of `modal.Stage` (Kramer et al.
-(2000), section 3.8); axis words belong to one code of a block, its own or the motion in force (section 3.7).
+(2000), section 3.8); axis words belong to one code of a block, its own or the motion in force (section 3.4).
 """
 
 from __future__ import annotations

@@ -1,4 +1,8 @@
-"""G2 and G3: arcs and helices by centre (I J K) or radius (R), with turns (P)."""
+"""G2 and G3: arcs and helices by centre (I J K) or radius (R), with turns (P).
+
+Source: Kramer et al. (2000), section 3.5.3; turns as in LinuxCNC's manual, "G2, G3". Runs of plain blocks are interpreted by the
+kernel `gcode_motion` to the same effect.
+"""
 
 from __future__ import annotations
 

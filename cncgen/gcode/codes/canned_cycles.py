@@ -4,7 +4,7 @@ A cycle is a hole: the tool goes across to the hole's place, down to R, and then
 in force from block to block of the same cycle; only L (repeats) does not. "Across" is in the plane, "down" along its
 normal: the cycles work in G17, G18 and G19.
 
-Source: RS274/NGC Interpreter Version 3 (NISTIR 6556), 3.5.16, and LinuxCNC's manual, "Canned cycles".
+Source: Kramer et al. (2000), section 3.5.16, and LinuxCNC's manual, "Canned cycles".
 """
 
 from __future__ import annotations

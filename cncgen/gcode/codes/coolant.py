@@ -1,4 +1,4 @@
-"""M7 M8 M9: mist, flood, off."""
+"""Coolant: M7 mist, M8 flood, M9 off. Source: Kramer et al. (2000), section 3.6.4."""
 
 from __future__ import annotations
 

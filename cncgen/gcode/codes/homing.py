@@ -1,4 +1,7 @@
-"""G28 and G30: to the reference points, by way of the point in the block; G28.1 and G30.1 set them; G29 leads back."""
+"""G28 and G30: to the reference points, by way of the point in the block; G28.1 and G30.1 set them; G29 leads back.
+
+Source: Kramer et al. (2000), section 3.5.8; G28.1 and G30.1 as in LinuxCNC's manual.
+"""
 
 from __future__ import annotations
 

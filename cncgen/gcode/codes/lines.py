@@ -1,4 +1,4 @@
-"""G0 and G1: straight motions. G53 and G80."""
+"""G0 and G1, straight motions; G53 and G80. Source: Kramer et al. (2000), sections 3.5.1, 3.5.2, 3.5.12 and 3.5.15."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Modes that only change how later blocks are read: plane, units, distance, path, retraction."""
+"""Modes that only change how later blocks are read: plane, units, distance, path, retraction.
+
+Source: Kramer et al. (2000), sections 3.5.6, 3.5.7, 3.5.14, 3.5.17 and 3.5.20; P and Q of G64 as in LinuxCNC's manual.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Coordinate systems: G54 to G59.3, G10, G52, G53, G92 and its kin."""
+"""Coordinate systems: G54 to G59.3, G10, G52, G92 to G92.3.
+
+Source: Kramer et al. (2000), sections 3.5.5, 3.5.13 and 3.5.18; G52, and G10 L20, L1, L10 and L11, as in LinuxCNC's manual.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Overrides: M48 to M53."""
+"""Overrides: M48 to M53. Source: Kramer et al. (2000), section 3.6.5, and LinuxCNC's manual."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stops and ends: M0 M1 M60, M2 M30."""
+"""Stops and ends: M0 M1 M60, M2 M30. Source: Kramer et al. (2000), section 3.6.1."""
 
 from __future__ import annotations
 

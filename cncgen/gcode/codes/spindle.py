@@ -1,4 +1,4 @@
-"""The spindle: S, M3 M4 M5, M19, G96 and G97."""
+"""The spindle: S, M3 M4 M5, M19, G96 and G97. Source: Kramer et al. (2000), sections 3.6.2 and 3.7.2, and LinuxCNC's manual."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ NO_MOTION = 800
 
 
 class Stage(IntEnum):
-    """Order in which the parts of one block are executed (RS274/NGC, table 8; LinuxCNC, "Order of Execution")."""
+    """Order in which the parts of one block are executed (Kramer et al. (2000), table 8; LinuxCNC, "Order of Execution")."""
 
     COMMENT = 0
     SPINDLE_MODE = 1
