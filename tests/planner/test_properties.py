@@ -305,8 +305,11 @@ def test_a_straight_curve_that_stands_at_its_end_is_passed_at_feed() -> None:
     )
 
 
-def test_a_corner_beside_a_rest_is_a_stop() -> None:
-    """A move of 1e-7 mm after a curve: whoever passes its corner crawls for nothing (once 0.6 % longer than with stops)."""
+def test_a_corner_beside_a_rest_takes_no_longer_than_a_stop() -> None:
+    """A move of 1e-7 mm after a curve: to pass its corner gains 1.4 ms of 3.5 s, and nodes beside it cost no more elsewhere.
+
+    Once it took 0.6 % longer than a stop.
+    """
     points = ((13.0, 3.0, 1.0),) * 2 + ((14.0, -1.0, -1.0),) * 3 + ((-11.0, 3.0, -2.0),)
     curve = properties.Curve(points, (0.5, 2.0, 1.0, 1.0, 1.0, 1.0, 1.0), (0.3, 0.6, 0.9))
     strong, weak = (444.654, 20000.0, 33052.2), (13.3396, 600.0, 991.566)

@@ -188,7 +188,6 @@ def joints_of(
     taken = linear * v + square * v**2
     felt = (most(taken) > _NEGLIGIBLE) | (chord < np.sqrt(top))
     corner |= felt & (speed < np.sqrt(top))
-    speed[corner & (told <= 0) & _crawls(bounds, s, stop | (speed <= 0.0), left[1], right[1])] = 0.0
     speed[~felt & ~corner & ~stop] = np.inf
     stop |= speed <= 0.0
     passed = felt & ~stop
@@ -591,19 +590,6 @@ def _worth_a_stop(
     speed = np.minimum(np.sqrt(top), np.cbrt(0.25 * np.minimum(before, after) ** 2 * jerk))
     reached = np.minimum(acceleration, np.sqrt(speed * jerk))
     return np.maximum(slowest, np.maximum(_DELAY + _SLOWED * lost, _LEAST_DELAY) * bounds.period_s * reached)
-
-
-def _crawls(bounds: Bounds, s: Floats, rests: Bools, left: Floats, right: Floats) -> Bools:
-    """Tell which breakpoints are so near to a rest that less speed is left from there than what a stop is made for.
-
-    From rest full jerk reaches v after √(2 v³/(9 J)), full acceleration after v²/(2 A).
-    """
-    if not rests.any():
-        return rests
-    acceleration, jerk, slowest = _weakest(bounds, left, right)
-    at = s[rests]
-    away = np.abs(s - at[nearest(at, s)])
-    return away < np.maximum(np.sqrt(2.0 / 9.0 * slowest**3 / jerk), 0.5 * slowest**2 / acceleration)
 
 
 def _rests(toolpath: Toolpath, path: Path, crawls: Bools) -> Floats:

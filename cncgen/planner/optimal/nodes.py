@@ -104,6 +104,8 @@ _NO_TURN = 1e-9
 _STEEP = 1.5
 #: A block with fewer nodes than this gets closer ones, and by which factor at most.
 AMPLE, CLOSEST = 3000, 4.0
+#: Part of these nodes up to which those beside corners do not count.
+_FEW = 0.5
 #: Nodes of a block at most: their derivatives, limits and rows take about a kilobyte each.
 MOST = 5_000_000
 #: Least distance of nodes as a part of the length of the block: a thousand times the rounding of a path coordinate.
@@ -197,14 +199,16 @@ def placed(
     """
     survey = _Survey.of(path, bounds, joints, sides, lines, top_at)
     if closer is not None:
-        return _place(survey, density.times(closer))
-    s = _place(survey, density)
-    closer = float(np.clip(np.sqrt(AMPLE / len(s)), 1.0, CLOSEST))
-    return _place(survey, density.times(closer)) if closer > 1.0 else s
+        return _place(survey, density.times(closer))[0]
+    s, alone = _place(survey, density)
+    # Those that grow from a slow corner come by the decade: while there are few, they take nothing from the others.
+    few = min(np.sqrt(AMPLE / alone), _FEW * AMPLE / len(s))
+    closer = float(np.clip(max(np.sqrt(AMPLE / len(s)), few), 1.0, CLOSEST))
+    return _place(survey, density.times(closer))[0] if closer > 1.0 else s
 
 
-def _place(survey: _Survey, density: Density) -> Floats:
-    """Return the nodes of a block in a density."""
+def _place(survey: _Survey, density: Density) -> tuple[Floats, float]:
+    """Return the nodes of a block in a density, and how many there would be, about, were none of them closer beside corners and rests."""
     joints, probes, shape = survey.joints, survey.probes, survey.shape
     spacing = _spacing(shape, probes, joints, density, survey.bounds.period_s)
     spacing = np.minimum(spacing, _change(survey, density.change))
@@ -218,6 +222,7 @@ def _place(survey: _Survey, density: Density) -> Floats:
         apart = np.concatenate([[np.inf], np.diff(rests), [np.inf]])
         spacing = np.minimum(spacing, _STRETCH * apart[np.searchsorted(rests, probes, side="right")])
     spacing = np.maximum(spacing, survey.least)
+    alone = float(_measure(probes, spacing)[1][-1])
     before, after = _clear(survey.first, probes, spacing, joints.s)
     first = np.minimum(before, after)
     tight = np.flatnonzero((joints.stop & np.isfinite(first)) | (joints.zone > 0))
@@ -229,7 +234,7 @@ def _place(survey: _Survey, density: Density) -> Floats:
     whole = survey.lines[stretch] | _beside_rest(joints, borders)
     low = joints.s[joints.stop | _slow(shape[5], probes, joints)]
     growth = _growth(shape, probes, low, density.growth)
-    return _spread(*_graded(probes, spacing, growth), borders, whole)
+    return _spread(*_graded(probes, spacing, growth), borders, whole), alone
 
 
 def along(bounds: Bounds, x: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
@@ -594,14 +599,10 @@ def _beside_rest(joints: Joints, borders: Floats) -> NDArray[np.bool_]:
 def _spread(s: Floats, spacing: Floats, borders: Floats, whole: NDArray[np.bool_]) -> Floats:
     """Divide each stretch between borders evenly in the measure ds / spacing; those that stay `whole` not at all.
 
-    The spacing is linear between the places `s`: from one of them, where it is h and its slope g, the measure over a
-    distance x is log(1 + g x/h) / g.
-
     Raises:
         TooManyNodesError: They are more than `MOST`.
     """
-    slope = np.diff(spacing) / np.diff(s)
-    measure = np.concatenate([[0.0], np.cumsum(_log(slope, np.diff(s) / spacing[:-1]))])
+    slope, measure = _measure(s, spacing)
 
     def place_of(values: Floats, among: Floats) -> NDArray[np.int64]:
         return np.clip(np.searchsorted(among, values, side="right") - 1, 0, len(slope) - 1)
@@ -620,6 +621,15 @@ def _spread(s: Floats, spacing: Floats, borders: Floats, whole: NDArray[np.bool_
     nodes = s[k] + spacing[k] * _exp(slope[k], inner - measure[k])
     nodes[step == 0] = borders[:-1]
     return np.append(nodes, borders[-1])
+
+
+def _measure(s: Floats, spacing: Floats) -> tuple[Floats, Floats]:
+    """Return the slopes between places of a spacing that is linear there, shape (n − 1,), and ∫ ds / spacing up to each place, (n,).
+
+    From one of them, where it is h and its slope g, the measure over a distance x is log(1 + g x/h) / g.
+    """
+    slope = np.diff(spacing) / np.diff(s)
+    return slope, np.concatenate([[0.0], np.cumsum(_log(slope, np.diff(s) / spacing[:-1]))])
 
 
 def _log(slope: Floats, x: Floats) -> Floats:
