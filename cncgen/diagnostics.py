@@ -33,7 +33,7 @@ MAX_ALIKE = 10
 MAX_EXCERPT = 200
 
 #: Control characters have pictures, so that what a program holds cannot steer the terminal that shows it.
-_CONTROLS = {code: 0x2400 + code for code in range(0x20)} | dict.fromkeys(range(0x7F, 0xA0), 0xFFFD)
+CONTROLS = {code: 0x2400 + code for code in range(0x20)} | dict.fromkeys(range(0x7F, 0xA0), 0xFFFD)
 
 
 class Severity(StrEnum):
@@ -120,7 +120,7 @@ def json_values(value: Any) -> Any:
 
 def excerpt_of(line: str, column: int) -> tuple[str, int]:
     """Cut a source line to `MAX_EXCERPT` characters around a 1-based column; return the text and what was cut left."""
-    line = line.rstrip("\r\n").replace("\t", " ").translate(_CONTROLS)
+    line = line.rstrip("\r\n").replace("\t", " ").translate(CONTROLS)
     if len(line) <= MAX_EXCERPT:
         return line, 0
     start = max(0, min(column - 1 - MAX_EXCERPT // 2, len(line) - MAX_EXCERPT))

@@ -64,7 +64,7 @@ def _check(name: str, language: str | None, options: ReadOptions, content: bytes
     if found.has_errors:
         raise ProgramError(found)
     messages.show(found)
-    messages.note(f"{name}: no errors, {count} motions and events")
+    messages.note(f"{name}: no errors, {count} {'motion or event' if count == 1 else 'motions and events'}")
 
 
 def _show_tree(name: str, language: str | None, options: ReadOptions, content: bytes) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
 
-from cncgen.diagnostics import CncgenError, Diagnostic, Diagnostics, Severity, json_values, more
+from cncgen.diagnostics import CONTROLS, CncgenError, Diagnostic, Diagnostics, Severity, json_values, more
 from cncgen.files import STANDARD, file_fault, open_output, silence
 
 if TYPE_CHECKING:
@@ -23,6 +23,10 @@ class _Style:
     quiet = False
     #: Where JSON diagnostics go; None: standard error.
     json_stream: TextIO | None = None
+
+
+#: Characters that control a terminal, as they are shown; lines end as they do.
+_SHOWN = {code: shown for code, shown in CONTROLS.items() if code not in (0x09, 0x0A)}
 
 
 def reset() -> None:
@@ -63,13 +67,25 @@ def show(diagnostics: Iterable[Diagnostic] | Diagnostics, *, as_json: bool = Fal
         if _Style.json or as_json:
             text = json.dumps(diagnostic.as_json())
             if _Style.json_stream:
-                print(text, file=_Style.json_stream)
+                _to_json_stream(_Style.json_stream, text)
             else:
                 plain(text)
         else:
             plain(diagnostic.render())
     if isinstance(diagnostics, Diagnostics):
         _show_suppressed(diagnostics.suppressed)
+
+
+def _to_json_stream(stream: TextIO, text: str) -> None:
+    """Print a JSON line where a command's data goes; where it finds no room, what is said after it goes elsewhere."""
+    try:
+        print(text, file=stream, flush=True)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        _Style.json_stream = None
+        silence(stream)
+        raise file_fault("standard output", "write", error) from error
 
 
 def _show_suppressed(count: int) -> None:
@@ -103,11 +119,14 @@ def note(message: str) -> None:
 
 
 def plain(message: str) -> None:
-    """Print a line on standard error; if it cannot be written (closed pipe, full disk) the command goes on all the same."""
+    """Print a line on standard error; if it cannot be written (closed pipe, full disk) the command goes on all the same.
+
+    Names of files and machines may hold what controls a terminal, which is shown and not done.
+    """
     if sys.stderr is None:
         return
     try:
-        print(message, file=sys.stderr)
+        print(message.translate(_SHOWN), file=sys.stderr)
     except OSError:
         silence(sys.stderr)
 

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import codecs
 import mmap
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
 
 from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.files import STANDARD, file_fault, reading_faults
 
 #: Bytes of a line that are read at all; a longer line is an error.
 MAX_LINE = 65_536
@@ -63,24 +67,40 @@ def open_source(source: Path | BinaryIO, name: str) -> Source:
     Raises:
         UsageError: Where the file cannot be read, or the stream does not end.
     """
-    try:
+    with reading_faults(name):
         if isinstance(source, Path):
             with source.open("rb") as file:
                 return Source(_mapped(file), name)
         import tempfile
 
-        with tempfile.TemporaryFile() as spool:
+        with _spool_faults(name), tempfile.TemporaryFile() as spool:
             _spool(source, spool, name)
             spool.flush()
             return Source(_mapped(spool), name)
+
+
+@contextmanager
+def _spool_faults(name: str) -> Iterator[None]:
+    """Turn an OSError of the temporary file that keeps a stream into a `UsageError` that says what had no room."""
+    try:
+        yield
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise UsageError(Diagnostic("unreadable-file", f"cannot read {name}: {reason}")) from error
+        import tempfile
+
+        try:
+            folder = tempfile.gettempdir()
+        except FileNotFoundError:
+            folder = "any folder for temporary files"
+        what = "standard input" if name == STANDARD else name
+        found = file_fault(folder, "write", error).diagnostics[0]
+        message = f"{found.message} ({what} is kept in a temporary file while it is read)"
+        hint = "give the program as a file, or name another folder in the environment: TMPDIR"
+        raise UsageError(replace(found, message=message, hint=hint)) from error
 
 
 def _spool(source: BinaryIO, spool: BinaryIO, name: str) -> None:
     """Copy a stream, up to `MAX_STREAM` bytes; of one that is no text its head alone, which says so."""
-    block = source.read(_BLOCK)
+    block = _read(source, name)
     if b"\0" in block[:_HEAD] and block[:2] not in _WIDE:
         spool.write(block[:_HEAD])
         return
@@ -90,7 +110,12 @@ def _spool(source: BinaryIO, spool: BinaryIO, name: str) -> None:
             raise UsageError(
                 Diagnostic("file-size", f"{name} is larger than {MAX_STREAM} bytes; does it end?")
             )
-        block = source.read(_BLOCK)
+        block = _read(source, name)
+
+
+def _read(source: BinaryIO, name: str) -> bytes:
+    with reading_faults(name):
+        return source.read(_BLOCK)
 
 
 def _with_newlines(data: bytes | mmap.mmap) -> bytes | mmap.mmap:

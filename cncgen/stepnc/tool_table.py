@@ -10,6 +10,7 @@ import re
 from pathlib import Path
 
 from cncgen.diagnostics import Diagnostic, Span, UsageError
+from cncgen.files import reading_faults
 from cncgen.units import INCH
 
 _WORD = re.compile(r"([A-Z])\s*([+-]?(?:\d+\.?\d*|\.\d+))")
@@ -28,13 +29,8 @@ def tool_lengths(path: Path, inches: bool) -> dict[str, float]:
     Raises:
         UsageError: where it cannot be read, naming every line that is wrong.
     """
-    try:
-        with path.open(encoding="utf-8", errors="replace") as file:
-            lines = file.read(MAX_SIZE).splitlines()
-    except OSError as error:
-        raise UsageError(
-            Diagnostic("unreadable-file", f"cannot read {path}: {error.strerror or error}")
-        ) from None
+    with reading_faults(path), path.open(encoding="utf-8", errors="replace") as file:
+        lines = file.read(MAX_SIZE).splitlines()
     found: dict[str, float] = {}
     faults = []
     for k, line in enumerate(lines, 1):

@@ -167,6 +167,44 @@ def test_full_disk_behind_standard_output(tmp_path: Path, small: Path, command: 
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
+def test_diagnostics_that_find_no_room_on_standard_output(small: Path) -> None:
+    """It ended in a traceback: the message that said so went to the same full disk."""
+    small.write_bytes(b"G1 X1.2.3\n")
+    with open("/dev/full", "wb") as full:
+        command = [sys.executable, "-m", "cncgen", "check", "--json", str(small)]
+        run = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, timeout=60, check=False)
+    (line,) = refused(run, 2, "no space").splitlines()
+    assert json.loads(line)["code"] == "file-write"
+
+
+def test_standard_input_that_finds_no_room(small: Path) -> None:
+    """It is kept in a temporary file; that the disk is full was said of reading ``-``."""
+    command = [sys.executable, "-m", "cncgen", *PLAN, "-", "-o", "out.csv"]
+    run = subprocess.run(
+        command,
+        input=SMALL + b"(" + b"a" * 300_000 + b")\n",
+        capture_output=True,
+        timeout=60,
+        check=False,
+        cwd=small.parent,
+        env={**os.environ, "TMPDIR": str(small.parent), "PYTHONDONTWRITEBYTECODE": "1"},
+        preexec_fn=lambda: (
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN),
+            resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000)),
+        ),
+    )
+    refused(run, 2, f"cannot write {small.parent}: ", "standard input is kept in a temporary file", "TMPDIR")
+    assert [path.name for path in small.parent.iterdir()] == ["small.nc"]
+
+
+def test_what_controls_a_terminal_is_shown(cncgen: Run, tmp_path: Path) -> None:
+    """In the name of a file or a machine: it was sent to the terminal as it is."""
+    (tmp_path / "a\x1b[31mb.nc").write_bytes(SMALL)
+    said = cncgen("check", "a\x1b[31mb.nc").stderr.decode()
+    assert said == "a\u241b[31mb.nc: no errors, 4 motions and events\n"
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
 def test_a_log_that_is_full_costs_no_setpoints(tmp_path: Path, small: Path) -> None:
     """Standard error goes to a file on a full disk: the plan was thrown away, and its exit code blamed the program."""
     with open("/dev/full", "wb") as full:
