@@ -212,3 +212,20 @@ def test_a_loop_that_a_fault_lets_run_on_is_left(
     assert [(code, line) for code, line, _ in out.errors] == [("syntax", 1), ("syntax", 3 + loop.count("\n"))]
     whole = run(f"#1=0\n{loop}\nM2\n", max_steps=20_000)
     assert [code for code, _, _ in whole.errors] == ["too-many-steps"]
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("o1 while [#1 lt 3]\n#1=[#1+1]\no2 sub\no2 endsub\no1 endwhile\nM2", 5),
+        ("#1=9\no1 while [#1 lt 3]\no2 sub\no2 endsub\no1 endwhile\nM2", 2),
+        ("o1 repeat [2]\no2 sub\nG0 X1\no2 endsub\no1 endrepeat\nM2", 5),
+        ("o1 if [1]\no2 sub\no2 endsub\no1 else\no1 endif\nM2", 4),
+    ],
+)
+def test_a_subroutine_within_a_loop_or_branch_is_what_parts_it(run: Any, text: str, line: int) -> None:
+    """That its end is missing was all that was said of it; LinuxCNC refuses the SUB."""
+    found = next(d for d in run(text).diagnostics if d.code == "oword-unmatched")
+    assert found.span.line == line
+    sub = 1 + text.split("\n").index("o2 sub")
+    assert f"the subroutine that begins in line {sub} parts it from the " in found.hint

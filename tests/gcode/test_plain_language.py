@@ -145,3 +145,29 @@ def test_holes_have_bounded_infeeds(run: Any) -> None:
     assert [code for code, _, _ in run(HEAD + blocks.replace("Q206=60", "") + TAIL).errors] == [
         "feed-missing"
     ]
+
+
+def test_a_refused_line_leads_where_it_says(run: Any) -> None:
+    """Arcs behind it were blamed for beginning elsewhere."""
+    blocks = "CC X+20 Y+80\nL X+0 Y+70 RL F300\nL IY+10 RR\nC X+20 Y+100 DR-\nL X+50"
+    out = run(HEAD + blocks + TAIL)
+    assert [code for code, _, _ in out.errors] == ["unsupported-block", "unsupported-block"]
+
+
+def test_oversizes_of_a_tool(run: Any) -> None:
+    """Those of nothing are passed over; of one of 0.5, the 5 counted as a word and the 0 as an oversize."""
+    plain(run, "TOOL CALL 1 Z S1000 DL+0.0 DR0 DR2+0,00 F200\nL X5")
+    for oversize in ("DL+0.5", "DR-0,25", "DR2+Q5", "DL+1"):
+        out = run(HEAD + f"TOOL CALL 1 Z S1000 {oversize} F200\nL X5 F100" + TAIL)
+        assert [(code, at) for code, _, at in out.errors] == [("unsupported-block", 21)]
+        (found,) = (d for d in out.diagnostics if d.code == "unsupported-block")
+        assert found.message == f"{oversize}: oversizes of a tool are not read"
+
+
+@pytest.mark.parametrize("block", ["L X5 Foo", "CC X5 Y0\nC X5 Y6 DR+ F100", "CC Z5 Y0\nC Z5 Y6 DR+ F100"])
+def test_help_is_that_of_the_plain_language(run: Any, block: str) -> None:
+    """It spoke of G1 and of I J K."""
+    (found,) = (d for d in run(HEAD + block + TAIL).diagnostics if d.severity == "error")
+    assert found.hint
+    assert "G9" not in found.hint
+    assert "G1" not in found.hint

@@ -169,7 +169,13 @@ def _centre_by_offset(ip: Interpreter, block: Block, end: list[float], name: str
     return x, y
 
 
-def check_radii(at_start: float, at_end: float, inches: bool, word: str) -> None:
+def check_radii(
+    at_start: float,
+    at_end: float,
+    inches: bool,
+    word: str,
+    hint: str = "is I J K meant from the start point (G91.1) or as coordinates (G90.1)?",
+) -> None:
     """Raise where the start and end radius of an arc differ by more than is accepted, or one is nothing."""
     unit = "inch" if inches else "mm"
     if min(at_start, at_end) < RADIUS_TOLERANCE[inches]:
@@ -188,7 +194,7 @@ def check_radii(at_start: float, at_end: float, inches: bool, word: str) -> None
             f"start and end are not on one circle: r1 = {at_start:.3f}, r2 = {at_end:.3f}, "
             f"difference {gap:.3f} > {allowed:.3f} {unit}",
             word,
-            hint="is I J K meant from the start point (G91.1) or as coordinates (G90.1)?",
+            hint=hint,
             values={"start_radius": at_start, "end_radius": at_end, "difference": gap, "allowed": allowed},
         )
 

@@ -102,7 +102,10 @@ def _arc(ip: Interpreter, end: list[float], centre: complex, turns: int, plane: 
     check_feed(ip, ip.sink.block, name)
     state = ip.state
     start, finish = _in_plane(state.position, plane), _in_plane(end, plane)
-    check_radii(abs(start - centre), abs(finish - centre), state.inches, name)
+    hint = f"the pole is X{centre.real:g} Y{centre.imag:g}: is it the CC that is meant?"
+    if plane != 17:
+        hint = "is the last CC the pole that is meant?"
+    check_radii(abs(start - centre), abs(finish - centre), state.inches, name, hint)
     if state.plane != plane:
         state.plane = plane
         ip.sink.select_plane(plane)

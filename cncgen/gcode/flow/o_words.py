@@ -136,11 +136,13 @@ class FlowControl:
                 "O",
                 hint="BREAK and CONTINUE have the label of the loop around them",
             )
+        over = labels.next(here.offset, label, keywords, self.subroutines.resolved, over_borders=True)
         raise BlockError(
             "oword-unmatched",
             f"o{shown(label)} has no {wanted.upper()}",
             "O",
-            hint=f"it must stand below, with the label o{shown(label)}, in the same subroutine",
+            hint=self._parted(over, labels.border(here.offset), wanted)
+            or f"it must stand below, with the label o{shown(label)}, in the same subroutine",
         )
 
     def previous_mark(self, here: Cursor, label: Label, keywords: tuple[str, ...], word: str) -> Marked:
@@ -148,11 +150,26 @@ class FlowControl:
         mark = self.find_previous(here, label, keywords)
         if mark is not None:
             return mark
+        labels = self.subroutines.labels(here.source)
+        over = labels.first(label, keywords, self.subroutines.resolved)
+        if over is not None and over.cursor.offset > here.offset:
+            over = None
         raise BlockError(
             "oword-unmatched",
             f"o{shown(label)} {word.upper()} with no {keywords[0].upper()}",
             "O",
-            hint=f"it must stand above, with the label o{shown(label)}, in the same subroutine",
+            hint=self._parted(over, over and labels.border(over.cursor.offset), keywords[0])
+            or f"it must stand above, with the label o{shown(label)}, in the same subroutine",
+        )
+
+    @staticmethod
+    def _parted(over: Marked | None, border: Marked | None, keyword: str) -> str:
+        """Return the help where the O-word that is missed stands behind the `border` of a subroutine, else ""."""
+        if over is None or border is None or border.keyword != "sub":
+            return ""
+        return (
+            f"the subroutine that begins in line {border.cursor.line} parts it from the {keyword.upper()} "
+            f"in line {over.cursor.line}: define it outside of branches and loops"
         )
 
     def find_previous(self, here: Cursor, label: Label, keywords: tuple[str, ...]) -> Marked | None:

@@ -13,7 +13,7 @@ from cncgen.gcode.block import AXIS_INDEX, Block, Value, tenths
 from cncgen.gcode.codes.lathe_words import turned
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.text import descent, grammar
+from cncgen.gcode.text import descent, grammar, plain_language
 from cncgen.gcode.text.expressions import evaluate
 
 _STRAIGHT_AND_ARCS = frozenset((0, 10, 20, 30))
@@ -30,7 +30,10 @@ def recover(ip: Interpreter, text: str) -> None:
     Lines that use axis words otherwise leave the position as it is. So do lines under G91: an arc whose centre is given from its
     start is then correct in itself.
     """
-    if ip.dialect not in ("linuxcnc", "fanuc") or ip.guard is not None:
+    if ip.guard is not None:
+        return
+    if ip.dialect == "heidenhain":
+        _take_up_plain(ip, text)
         return
     words, codes = _said(ip, text)
     modes = _MODES_OF_LATHES if ip.lathe else _MODES
@@ -46,6 +49,18 @@ def recover(ip: Interpreter, text: str) -> None:
     plain = ip.state.motion in _STRAIGHT_AND_ARCS and modes.union(_STRAIGHT_AND_ARCS).issuperset(codes)
     if plain and ip.state.absolute:
         _stand(ip, Block({letter: v for letter, v in words.items() if letter in AXIS_INDEX}))
+
+
+def _take_up_plain(ip: Interpreter, text: str) -> None:
+    """Take up a line of the plain language, which says all that it is by itself: its place and its feed."""
+    words = {}
+    for letter, value in plain_language.place(text):
+        with suppress(BlockError):
+            words[letter] = evaluate(value, ip.parameters)
+    feed = words.pop("f", 0.0)
+    if feed > 0.0:
+        _try(ip, Block({"f": feed}))
+    _stand(ip, Block(words))
 
 
 def _said(ip: Interpreter, text: str) -> tuple[dict[str, float], list[int]]:

@@ -76,6 +76,13 @@ _NOT_READ = {
     136.0: "F in millimetres a revolution",
 }
 _HINT = "--dialect reads other texts as G-code"
+_WORDS_HINT = "a word is letters with a value: X+10, IY-2.5, X+Q1, DR-, R0, F200, FMAX, M3"
+#: What TOOL CALL adds to a tool's length and radius.
+_OVERSIZE = re.compile(r"D[LR]2?\s*[+-]?\s*[Q0-9.,]+", re.IGNORECASE)
+_NO_OVERSIZE = re.compile(r"D[LR]2?\s*[+-]?0+(?:[.,]0*)?(?![0-9.,])", re.IGNORECASE)
+#: Motions that end where their axis words say.
+_LEADING = re.compile(r"\s*(?:\d+\s+)?(?:L|C|CR)(?=[\sXYZABCUVWI])", re.IGNORECASE)
+_PLACE = re.compile(rf"(?<![A-Z])(?P<step>I)?(?P<axis>[XYZABCUVWF]){_VALUE}", re.IGNORECASE)
 
 
 def parse(text: str) -> Parsed:
@@ -108,6 +115,17 @@ def parse(text: str) -> Parsed:
     )
 
 
+def place(text: str) -> Words:
+    """Return where a motion leads that was refused as a whole, and its feed."""
+    body = text.partition(";")[0]
+    match = _LEADING.match(body)
+    words: Words = []
+    for word in _PLACE.finditer(body, match.end()) if match else ():
+        letter, value = word["axis"].lower(), _value(word["value"])
+        words.append((letter, _step(AXIS_INDEX[letter], value) if word["step"] else value))
+    return words
+
+
 def _begin(body: str) -> int:
     """Return where a block begins behind its number."""
     match = _NUMBERED.match(body)
@@ -133,8 +151,15 @@ def _words(body: str, at: int) -> tuple[Words, bool]:
     while at < len(body):
         match = _WORD.match(body, at)
         if match is None:
-            column = at + len(body[at:]) - len(body[at:].lstrip()) + 1
-            raise BlockError("syntax", "this is no word of a block of the plain language", column=column)
+            rest = body[at:].lstrip()
+            column = len(body) - len(rest) + 1
+            oversize = _OVERSIZE.match(rest)
+            if oversize:
+                message = f"{oversize[0].upper()}: oversizes of a tool are not read"
+                hint = "put them into the tool table"
+                raise BlockError("unsupported-block", message, column=column, hint=hint)
+            message, hint = "this is no word of a block of the plain language", _WORDS_HINT
+            raise BlockError("syntax", message, column=column, hint=hint)
         at = match.end()
         fast = fast or match["fast"] is not None
         if match["side"] and match["side"].upper() != "R0":
@@ -200,7 +225,7 @@ def _tool_call(body: str, at: int) -> Words:
     """TOOL CALL: the tool into the spindle, its length in force, its speed."""
     head = _TOOL.match(body, at)
     assert head
-    rest, _ = _words(re.sub(r"D[LR]\s*[+-]?0*[.,]?0*(?![0-9])", "", body).rstrip(), head.end())
+    rest, _ = _words(_NO_OVERSIZE.sub(lambda zero: " " * len(zero[0]), body).rstrip(), head.end())
     if head["axis"] and head["axis"].upper() != "Z":
         column = head.start("axis") + 1
         raise BlockError("unsupported-block", "the tool's axis must be Z", column=column, hint=_HINT)
