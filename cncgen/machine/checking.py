@@ -16,12 +16,13 @@ _OPTIONAL = ("max_contour_error_mm", "max_centripetal_mm_s2")
 
 
 def check_machine(machine: Machine) -> None:
-    """Raise `UsageError` that names every wrong field of a machine; `check_servos` looks at the servo data."""
+    """Raise `UsageError` that names every wrong field of a machine, or else of its servo data."""
     faults = [
         Diagnostic("machine-value", f"machine {machine.name}: {message}") for message in _faults(machine)
     ]
     if faults:
         raise UsageError(faults)
+    check_servos({k: axis.servo for k, axis in machine.axes.items() if axis.servo is not None})
 
 
 def check_servos(servos: Mapping[str, Servo]) -> None:
@@ -31,7 +32,8 @@ def check_servos(servos: Mapping[str, Servo]) -> None:
     faults = []
     for letter, servo in servos.items():
         if not isinstance(servo, Servo) or not isinstance(servo.parameters, Mapping):
-            message = f"servo data of axis {letter} are {servo!r}; they are to be a cncgen.machine.Servo"
+            wanted = "a cncgen.machine.Servo, its parameters a mapping"
+            message = f"servo data of axis {letter} are {servo!r}; they are to be {wanted}"
             faults.append(Diagnostic("machine-type", message))
             continue
         table = {**servo.parameters, "model": servo.model}
@@ -48,9 +50,13 @@ def _faults(machine: Machine) -> Iterator[str]:
         value = getattr(machine, name)
         if value is not None or name not in _OPTIONAL:
             yield from _of_number(name, value, 1.0, what, "")
+    if not isinstance(machine.name, str):
+        yield f"name is {machine.name!r}; it is to be a text"
     if not isinstance(machine.axes, Mapping):
         yield f"axes is a {type(machine.axes).__name__}; it is to be a mapping of letters to cncgen.machine.Axis"
         return
+    if not machine.axes:
+        yield "it has no axis"
     for letter, axis in machine.axes.items():
         if not isinstance(axis, Axis):
             yield f"axis {letter!r} is a {type(axis).__name__}; it is to be a cncgen.machine.Axis"

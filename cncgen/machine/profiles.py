@@ -74,7 +74,7 @@ def _content(name_or_path: str | os.PathLike[str]) -> tuple[bytes, str]:
 
 def _unknown(name: str) -> UsageError:
     names = profile_names()
-    near = difflib.get_close_matches(name, names, 1)
+    near = difflib.get_close_matches(name.lower(), names, 1)
     hint = f"did you mean {near[0]}? " if near else ""
     return UsageError(
         Diagnostic(

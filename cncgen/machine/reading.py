@@ -7,6 +7,7 @@ import math
 import re
 import tomllib
 from collections.abc import Mapping
+from datetime import date, datetime, time
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -153,14 +154,32 @@ def _syntax_fault(text: str, name: str, message: str) -> Diagnostic:
         return Diagnostic("machine-syntax", f"{name}: {message}")
     line, column = int(place[1]), int(place[2])
     lines = text.split("\n")
-    excerpt, cut = excerpt_of(lines[line - 1], column) if line <= len(lines) else ("", 0)
+    row = lines[line - 1] if line <= len(lines) else ""
+    excerpt, cut = excerpt_of(row, column)
+    said = message[: place.start()]
+    twice = re.fullmatch(r"Cannot declare \((.*?),?\) twice", said)
+    if twice:
+        path = ".".join(re.findall("'([^']*)'", twice[1]))
+        said = f"the table [{path}] stands twice"
+    before, there = row[: column - 1], row[column - 1 :]
     return Diagnostic(
         "machine-syntax",
-        message[: place.start()],
+        said,
         span=Span(name, line, column),
         excerpt=excerpt,
         excerpt_offset=cut,
+        hint=next((help for a, b, help in _SYNTAX_HINTS if re.search(a, before) and re.match(b, there)), ""),
     )
+
+
+#: What stands before the place of a fault of syntax, what stands there, and what is meant.
+_SYNTAX_HINTS = (
+    (r"[0-9]$", r",\s*[0-9]", "the decimal sign is a point: 250.0"),
+    (r"=\s*$", r"[“”„‘’«]", 'texts stand in straight quotes: name = "mine"'),
+    (r"=\s*$", r"[A-Za-z_./\\]", 'texts stand in quotes: name = "mine"; an INI file is no machine file'),
+    (r"^[\w.-]+\s*$", r":", 'this is YAML; a machine file is TOML: name = "mine", tables as [axes.x]'),
+    (r"^\s*$", r"[{<]", 'this is JSON or XML; a machine file is TOML: name = "mine", tables as [axes.x]'),
+)
 
 
 def machine_from_toml(content: bytes, name: str) -> Machine:
@@ -184,7 +203,7 @@ def machine_from_toml(content: bytes, name: str) -> Machine:
     axes = _axes(file, table)
     given = table.get("name", name)
     if not isinstance(given, str) or not given.strip():
-        file.fault("machine-type", "name", f"name: must be a text, is {_shown(given)}")
+        file.fault("machine-type", "name", f"name: must be a text that is not empty, is {_shown(given)}")
     settings = {key: _settings(file, table, key) for key in SETTINGS if key in table}
     file.raise_faults()
     values = {key: value for key, value in numbers.items() if value is not None}
@@ -388,7 +407,15 @@ def _as_float(value: float) -> float:
 
 def _shown(value: Any) -> str:
     """Return a value as it is shown in a message: short."""
-    kinds = {bool: "a truth value", str: "a text", dict: "a table", list: "an array"}
-    text = repr(value)
+    kinds: dict[type, str] = {
+        bool: "a truth value",
+        str: "a text",
+        dict: "a table",
+        list: "an array",
+        date: "a date",
+        datetime: "a date",
+        time: "a time of day",
+    }
+    text = value.isoformat() if isinstance(value, date | time) else repr(value)
     text = text if len(text) <= 40 else text[:37] + "..."
     return f"{kinds[type(value)]} ({text})" if type(value) in kinds else text

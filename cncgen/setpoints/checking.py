@@ -70,6 +70,10 @@ def check_range(points: Setpoints) -> None:
 
 def _doubles(values: Any, name: str) -> NDArray[np.float64]:
     """Return an array of doubles in C order, the same where it is one."""
+    if np.iscomplexobj(values):
+        raise wrong(f"{name} are complex numbers: of what is real in them alone, a copy is to be made first")
+    if np.ma.is_masked(values):
+        raise wrong(f"{name} are masked: where there is no position there is no setpoint")
     try:
         return np.ascontiguousarray(values, np.float64)
     except (TypeError, ValueError) as error:

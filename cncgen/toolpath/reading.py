@@ -82,6 +82,10 @@ def _is_count_or_none(value: object) -> bool:
     return value is None or _is_count(value)
 
 
+def _is_truth(value: object) -> bool:
+    return isinstance(value, bool)
+
+
 def _is_positive_or_none(value: object) -> bool:
     return value is None or (is_number(value) and value > 0.0)
 
@@ -105,6 +109,7 @@ _RULES: tuple[tuple[tuple[str, ...], Callable[[object], bool], str], ...] = (
     (("spindle_sign",), *_is_of(SPINDLE_SIGNS)),
     (("tool_table", "parameters", "save_parameters"), _is_file_or_none, "the name of a file, or None"),
     (("include",), _are_folders, "a sequence of names of folders"),
+    (("inch_tables", "stand_alone", "block_delete"), _is_truth, "True or False"),
     (("max_call_depth", "chunk_rows"), _is_count, "a whole number greater than 0"),
     (("max_steps",), _is_count_or_none, "a whole number greater than 0, or None"),
     (("least_increment", "tolerance_mm"), _is_positive_or_none, "a number greater than 0, or None"),

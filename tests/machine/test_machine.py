@@ -350,3 +350,27 @@ def test_ranges_of_further_tables(table: str, key: str) -> None:
 )
 def test_bounds_of_further_tables_are_allowed(table: str) -> None:
     assert machine_from_toml((AXIS + table).encode(), "m.toml").axes["X"].max_jerk == 1.0
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (GOOD.replace("250", "250,5"), "help: the decimal sign is a point"),
+        ("name: shop\naxes:\n", "help: this is YAML"),
+        ('{"name": "shop"}', "help: this is JSON"),
+        ("[EMC]\nMACHINE = shop", "help: texts stand in quotes"),
+        ("name = \u201cshop\u201d", "help: texts stand in straight quotes"),
+        (GOOD + "[axes.x]\n", "error[machine-syntax]: the table [axes.x] stands twice"),
+        (GOOD.replace("0.0005", "2026-01-01"), "must be a number, is a date (2026-01-01)"),
+        (GOOD.replace('"shop"', '""'), "name: must be a text that is not empty"),
+    ],
+)
+def test_what_is_meant_by_a_file_that_is_no_toml(text: str, words: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        machine_from_toml(text.encode(), "m.toml")
+    assert words in str(caught.value)
+
+
+def test_the_name_of_a_profile_in_capitals() -> None:
+    with pytest.raises(UsageError, match="did you mean xy-table"):
+        load("XY_TABLE")
