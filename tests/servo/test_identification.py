@@ -230,3 +230,27 @@ def test_a_row_that_is_too_short_is_named():
         12,
         "the row has 2 columns, and a value stands in column 3 of the header",
     )
+
+
+@pytest.mark.parametrize("fit", [fit_first_order, fit_fourth_order, fit_velocity_loop, etfe])
+@pytest.mark.parametrize(
+    ("given", "position", "period_s", "words"),
+    [
+        (np.arange(300.0), np.zeros(200), T, r"shapes \(300,\) and \(200,\)"),
+        (np.zeros((300, 1)), np.zeros((300, 1)), T, r"shapes \(300, 1\)"),
+        (np.arange(3.0), np.zeros(3), T, "the log has 3 rows; 16 are needed"),
+        (np.full(300, np.nan), np.zeros(300), T, "what the axis is given is not finite in row 0"),
+        (
+            np.arange(300.0),
+            np.where(np.arange(300) == 7, np.inf, 0),
+            T,
+            "the position is not finite in row 7",
+        ),
+        (np.arange(300.0), np.zeros(300), 0, "the period is 0; it is to be a number of seconds above 0"),
+        (np.arange(300.0), np.zeros(300), "1 ms", "the period is '1 ms'"),
+    ],
+)
+def test_what_is_no_log_is_said(fit, given, position, period_s, words):
+    """NaN was a command that does not change, a period of 0 a division by it."""
+    with pytest.raises(ValueError, match=words):
+        fit(given, position, period_s)

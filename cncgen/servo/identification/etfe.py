@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.servo.identification.fits import checked_log
+
 Floats = NDArray[np.float64]
 
 
@@ -34,10 +36,11 @@ def etfe(drive: Floats, output: Floats, period_s: float, segments: int = 8) -> F
         segments: The record is cut into about so many Hann-windowed segments that overlap by half.
 
     Raises:
-        ValueError: The record is too short for the segments, or the drive does nothing.
+        ValueError: `checked_log` refuses it, it is too short for the segments, or the drive does nothing.
     """
     from scipy.signal import coherence, csd, welch
 
+    drive, output = checked_log(drive, output, period_s)
     length = 2 * len(drive) // (segments + 1)
     if length < 32:
         raise ValueError(f"{len(drive)} samples are too few for {segments} segments")

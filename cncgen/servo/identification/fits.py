@@ -13,11 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.arguments import is_number
 from cncgen.machine import servo_schema
 from cncgen.machine.record import Servo
 from cncgen.servo import plants
 from cncgen.servo.bank import LoopBank
 from cncgen.servo.controllers.base import Controller
+from cncgen.servo.identification.log import LEAST_ROWS
 from cncgen.servo.loop import AxisLoop, close_loop, follow_transfer_function
 from cncgen.servo.models import axis_loop
 
@@ -50,6 +52,27 @@ class Fit:
     residual: Floats
 
 
+def checked_log(given: Floats, position: Floats, period_s: float) -> tuple[Floats, Floats]:
+    """Return two columns of a log as doubles, shape (n,).
+
+    Raises:
+        ValueError: They are no columns of finite numbers of one length, have fewer rows than a fit has unknowns, or the
+            period is no positive number.
+    """
+    columns = np.asarray(given, np.float64), np.asarray(position, np.float64)
+    if any(column.ndim != 1 for column in columns) or len(columns[0]) != len(columns[1]):
+        shapes = " and ".join(str(column.shape) for column in columns)
+        raise ValueError(f"what the axis is given and its position have shapes {shapes}, not one (n,)")
+    if len(columns[0]) < LEAST_ROWS:
+        raise ValueError(f"the log has {len(columns[0])} rows; {LEAST_ROWS} are needed")
+    for column, what in zip(columns, ("what the axis is given", "the position"), strict=True):
+        if not np.isfinite(column).all():
+            raise ValueError(f"{what} is not finite in row {int(np.argmin(np.isfinite(column)))}")
+    if not (is_number(period_s) and period_s > 0.0):
+        raise ValueError(f"the period is {period_s!r}; it is to be a number of seconds above 0")
+    return columns
+
+
 def fit_velocity_loop(drive: Floats, position: Floats, period_s: float, *, friction: bool = True) -> Fit:
     """Fit gain/(s(τs + 1)) with Coulomb friction from drive input to position.
 
@@ -63,8 +86,9 @@ def fit_velocity_loop(drive: Floats, position: Floats, period_s: float, *, frict
         friction: Whether Coulomb friction is fitted.
 
     Raises:
-        ValueError: The drive's input does not change, or no fit is found.
+        ValueError: `checked_log` refuses them, the drive's input does not change, or no fit is found.
     """
+    drive, position = checked_log(drive, position, period_s)
     if not np.ptp(drive) > 0.0:
         raise ValueError("the drive's input does not change")
 
@@ -109,8 +133,9 @@ def fit_first_order(command: Floats, position: Floats, period_s: float, *, frict
         friction: Whether ``coulomb_lag_mm`` is fitted (rad of a rotary axis).
 
     Raises:
-        ValueError: The command does not change.
+        ValueError: `checked_log` refuses them, or the command does not change.
     """
+    command, position = checked_log(command, position, period_s)
     size = _typical(command - command[0])
 
     def simulated(theta: Floats) -> Floats:
@@ -155,8 +180,9 @@ def fit_fourth_order(command: Floats, position: Floats, period_s: float) -> Fit:
         period_s: Between rows; between them the command goes straight.
 
     Raises:
-        ValueError: The command does not change.
+        ValueError: `checked_log` refuses them, or the command does not change.
     """
+    command, position = checked_log(command, position, period_s)
     size = _typical(command - command[0])
     start = float(position[0] - command[0]) / size
 

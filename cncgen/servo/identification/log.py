@@ -18,6 +18,8 @@ from cncgen.diagnostics import Diagnostic, Span, UsageError
 from cncgen.files import read_bytes
 from cncgen.units import AXIS_LETTERS, DEGREE, is_rotary
 
+#: Rows of a log that a fit needs.
+LEAST_ROWS = 16
 Floats = NDArray[np.float64]
 
 #: A log is read whole; more than this is not a log of one excitation.
@@ -176,8 +178,8 @@ def _table(body: str, separator: str, place: _Place, columns: list[int]) -> Floa
             raise UsageError(_first_fault(body, separator, place, columns, str(error))) from error
     if not (np.abs(table) <= MAX_VALUE).all():
         raise UsageError(_first_fault(body, separator, place, columns, "a value is no number of a log"))
-    if len(table) < 16:
-        raise _fault("log-row", f"{place.name}: {len(table)} rows; 16 are needed")
+    if len(table) < LEAST_ROWS:
+        raise _fault("log-row", f"{place.name}: {len(table)} rows; {LEAST_ROWS} are needed")
     return table
 
 
