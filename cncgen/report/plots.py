@@ -247,10 +247,11 @@ def draw(data: PlotData, kinds: Sequence[str], output: str) -> list[str]:
             )
         save(KINDS[kinds[0]](data), target)
         return [output]
-    folder(target)
     files = []
     for kind in kinds:
         file = target / f"{kind}.png"
-        save(KINDS[kind](data), file)
+        figure = KINDS[kind](data)
+        folder(target)  # not before there is something to put into it
+        save(figure, file)
         files.append(str(file))
     return files

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, UsageError
+from cncgen.files import reading_faults
 from cncgen.stepnc.ap238 import Ap238Reader
 from cncgen.stepnc.execution.canon import Canon, Printer
 from cncgen.stepnc.execution.columns import Columns
@@ -52,7 +53,7 @@ class Source:
     def __init__(self, source: Path | BinaryIO | bytes, name: str, options: ReadOptions) -> None:
         self.options = options
         self.diagnostics = Diagnostics()
-        self.exchange = Exchange.load(_bytes_of(source), name, self.diagnostics, SHORT_NAMES)
+        self.exchange = Exchange.load(_bytes_of(source, name), name, self.diagnostics, SHORT_NAMES)
         self.schema = schema_of(self.exchange)
         self.reader: Ap238Reader | Iso14649Reader
         if self.schema == "ap238":
@@ -118,13 +119,11 @@ def start_of(comments: str) -> NDArray[np.float64]:
     return position
 
 
-def _bytes_of(source: Path | BinaryIO | bytes) -> bytes:
+def _bytes_of(source: Path | BinaryIO | bytes, name: str) -> bytes:
     if isinstance(source, bytes):
         return source
-    try:
+    with reading_faults(name):
         data = source.read_bytes() if isinstance(source, Path) else source.read(MAX_SIZE + 1)
-    except OSError as error:
-        raise UsageError(Diagnostic("file-unreadable", f"{source}: {error.strerror or error}")) from None
     if len(data) > MAX_SIZE:
         raise UsageError(Diagnostic("file-size", f"the file is larger than {MAX_SIZE} bytes"))
     return data
@@ -194,7 +193,7 @@ def entities_by_line(source: Path | BinaryIO | bytes, name: str = "-") -> dict[i
     Raises:
         UsageError: where the file cannot be read.
     """
-    exchange = Exchange.load(_bytes_of(source), name, None, SHORT_NAMES)
+    exchange = Exchange.load(_bytes_of(source, name), name, None, SHORT_NAMES)
     lines = exchange.row_lines
     out: dict[int, str] = {}
     for row in exchange.instance_rows.tolist():

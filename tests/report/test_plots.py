@@ -1,5 +1,6 @@
 """Pictures: each kind is drawn in each format, keeps peaks when thinned, and says what it lacks."""
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -128,3 +129,11 @@ def test_figures_of_the_papers(paper, tmp_path):
     files = draw_papers(str(tmp_path), paper)
     assert len(files) >= 2
     assert all(Path(file).read_bytes().startswith(MAGIC[".png"]) for file in files)
+
+
+def test_no_folder_without_a_picture(tmp_path, monkeypatch):
+    """It stayed, empty, where matplotlib is missing."""
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    with pytest.raises(UsageError, match="matplotlib"):
+        plots.draw(data(), ["path", "feed"], str(tmp_path / "pictures"))
+    assert list(tmp_path.iterdir()) == []

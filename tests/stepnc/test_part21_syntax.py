@@ -276,3 +276,15 @@ def test_signatures_with_and_without_a_semicolon(signature, inside):
     file = Exchange.load(text.encode(), "t")
     assert codes(file) == []
     assert file.instance(1).keyword == "A"
+
+
+@pytest.mark.parametrize(
+    "text", ["G21 G90\n#1=5\nG1 X10 F100 ; along\nM2\n", "", "solid part\nfacet normal 0 0 1\n"]
+)
+def test_another_file_is_told_as_a_whole(text):
+    """Each of its lines was a statement cut off."""
+    file = Exchange.load(text.encode(), "part.stp")
+    (found,) = file.reporter.diagnostics
+    assert (found.code, found.span.line) == ("part21-section", 1)
+    assert "this is no STEP-NC" in found.message
+    assert ("--language gcode" in found.hint) == bool(text)

@@ -17,6 +17,8 @@ from cncgen.stepnc.part21.statements import Statements, report_faults, split
 from cncgen.stepnc.part21.values import Instance, Record
 from cncgen.stepnc.reporting import Reporter
 
+#: What every exchange file has, however broken it is.
+_OWN = re.compile(rb"ISO-10303-21|\b(?:HEADER|DATA|ENDSEC)\b|#\d+\s*=\s*[A-Z(!]", re.IGNORECASE)
 _LAST_NUMBER = re.compile(rb",\s*([+-]?[0-9]+\.?[0-9]*(?:[Ee][+-]?[0-9]{1,3})?)\s*\)\s*\Z")
 
 #: Parsed instances that are kept; beyond it the oldest half is dropped.
@@ -40,6 +42,13 @@ _SECTIONS = (
 _POWERS = 10.0 ** np.arange(23)
 
 
+def _report_stranger(data: bytes, reporter: Reporter) -> None:
+    """Report a file that is something else as a whole: said of its lines, it would be a fault of each."""
+    message = "this is no STEP-NC: the file does not begin with ISO-10303-21; and holds no instance (#1 = …)"
+    hint = "--language gcode reads it as G-code" if data.strip() else "is it the right file?"
+    reporter.report("part21-section", message, 0, hint=hint)
+
+
 class Exchange:
     """What a Part 21 file holds.
 
@@ -58,6 +67,9 @@ class Exchange:
     """
 
     def __init__(self, data: bytes, reporter: Reporter, aliases: Mapping[str, str] | None = None) -> None:
+        if not _OWN.search(data):
+            _report_stranger(data, reporter)
+            data = b""
         self.data = data
         self.reporter = reporter
         self._aliases = aliases or {}
@@ -189,6 +201,8 @@ class Exchange:
             )
 
     def _missing_sections(self, seen: set[str]) -> None:
+        if not self.data:
+            return
         problems = {
             "ISO-10303-21": "the file does not begin with ISO-10303-21;",
             "HEADER": "the file has no HEADER section",
