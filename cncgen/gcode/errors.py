@@ -62,7 +62,8 @@ class Astray(Exception):
         self.error = error
 
 
-_TOKEN = re.compile(r"\([^)]*\)?|;.*|#\s*<[^>]*>|([A-Za-z@^$])\s*([^A-Za-z@^$(;]*)")
+#: A comment, the name of a parameter, or a letter with all that may be its value (names of parameters are parts of values).
+_TOKEN = re.compile(r"\([^)]*\)?|;.*|#\s*<[^>]*>|([A-Za-z@^$])\s*((?:#\s*<[^>]*>|[^A-Za-z@^$(;])*)")
 
 
 def locate(text: str, word: str) -> tuple[int, int]:
