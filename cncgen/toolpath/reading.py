@@ -29,7 +29,7 @@ class ReadOptions:
         least_increment: What a number without a decimal point counts in where a FANUC control is set so, mm or degrees
             (inches: a tenth of it): 0.001 reads ``X10`` as 0.01 mm. None: it counts like ``X10.``.
         inch_tables: Whether lengths in the tool table and the parameter file are inches (else mm).
-        stand_alone: Whether the machine is the one that LinuxCNC's stand-alone interpreter makes believe
+        stand_alone: Whether the machine is the one that LinuxCNC's stand-alone interpreter pretends to have
             (`cncgen.gcode.sinks.standalone`); so are the calls that `canon` prints.
         save_parameters: Where to write the parameters after the program, or None.
         include: Directories searched for subprograms, after the program's own.
