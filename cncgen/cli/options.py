@@ -228,7 +228,12 @@ planning_options = _gathering(
         "segments (ild), or a baseline of the papers [default: optimal].",
         default=False,
     ),
-    _choice("--interpolator", INTERPOLATORS, "How the next point on the path is found."),
+    _choice(
+        "--interpolator",
+        INTERPOLATORS,
+        "How the next point on the path is found: exactly, by arc length (arclength); by Taylor steps of first or second order "
+        "(taylor1, taylor2); or by equal steps of a curve's parameter (uniform).",
+    ),
     _choice(
         "--saturation",
         SATURATIONS,

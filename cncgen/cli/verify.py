@@ -55,8 +55,8 @@ def command(
 ) -> int:
     """Judge setpoints against program and machine.
 
-    Of any origin: finite differences up to jerk, travel, the distance from the path and back, rest at both ends.
-    Exit 1 where one is broken; the messages say where.
+    The setpoints may be of any origin. Judged are finite differences up to jerk, travel, the distance between setpoints
+    and path (both ways, and in order), dwells, and rest at both ends. Exit 1 if a limit is broken; the messages say where.
     """
     from cncgen import pipeline
     from cncgen.cli.reading import opened

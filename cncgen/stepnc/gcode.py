@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cncgen.stepnc.execution.linearize import polyline_of
 from cncgen.stepnc.geometry.pieces import Arc, Nurbs, Piece
-from cncgen.stepnc.ways import way_of
+from cncgen.stepnc.motion_lengths import motion_length
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
 from cncgen.units import is_rotary
 
@@ -213,7 +213,7 @@ class _Writer:
         control = table.control_points[int(table.point_offset[index]) : int(table.point_offset[index + 1])]
         rank, n = curve.degree + 1, len(control)
         if mode == FeedMode.INVERSE_TIME:  # G6.2 does not go with G93
-            way = way_of(path, row, np.stack([self._position, path.end[row]]))
+            way = motion_length(path, row, np.stack([self._position, path.end[row]]))
             mode, feed = FeedMode.SPEED, way * feed
         rational = not (curve.weights == curve.weights[0]).all()
         for k in range(n):

@@ -14,7 +14,7 @@ import pytest
 from cncgen.diagnostics import UsageError
 from cncgen.gcode import read as read_gcode
 from cncgen.stepnc import canon, gcode_lines, read, write_ap238
-from cncgen.stepnc.ways import way_of
+from cncgen.stepnc.motion_lengths import motion_length
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import FeedMode, Kind
 from tests.stepnc.building import E, Part
@@ -173,7 +173,7 @@ def test_feeds_of_rotary_axes_alone_are_in_degrees():
 def timed(path, rows):
     """Return how long motions take together at their feeds, s: 1/F in inverse time."""
     inverse = path.feed_mode[rows] == FeedMode.INVERSE_TIME
-    lengths = [way_of(path, k, np.stack([path.starts[k], path.end[k]])) for k in rows]
+    lengths = [motion_length(path, k, np.stack([path.starts[k], path.end[k]])) for k in rows]
     return float(np.sum(np.where(inverse, 1.0, lengths) / path.feed[rows]))
 
 

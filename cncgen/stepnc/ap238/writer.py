@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.stepnc.ap238.aim_file import AimFile, E
+from cncgen.stepnc.motion_lengths import motion_length
 from cncgen.stepnc.part21 import Ref
-from cncgen.stepnc.ways import way_of
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -166,7 +166,7 @@ class _Writer:
             keyword = "MACHINING_TOOLPATH_SPEED_PROFILE_REPRESENTATION"
             self.file.words(path, "speed profile", "rapid", keyword)
         elif mode == FeedMode.INVERSE_TIME:
-            feed *= way_of(toolpath, begin, points)
+            feed *= motion_length(toolpath, begin, points)
         self._attach(path, None if mode == FeedMode.RAPID else feed)
 
     def _attach(self, path: Ref, feed: float | None) -> None:

@@ -1,4 +1,4 @@
-"""How long motions are: what turns a part of a minute (G93) into a speed along the way."""
+"""The length of motions, by which an inverse time feed (G93) becomes a speed along the path."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cncgen.toolpath.record import Kind, Toolpath
 Floats = NDArray[np.float64]
 
 
-def way_of(toolpath: Toolpath, row: int, points: Floats) -> float:
+def motion_length(toolpath: Toolpath, row: int, points: Floats) -> float:
     """Return the length of a motion in X Y Z, mm, or, where they stand still, what the rotary axes turn by, rad.
 
     Args:
