@@ -20,8 +20,8 @@ def command(program: str, output: str | None, machine: str | None, reading: dict
     """Print the canonical motions of a program, one call a line.
 
     The notation is that of NIST's canonical machining functions (NISTIR 6556) as LinuxCNC's rs274 -g prints them, and
-    the machine is the one that rs274 makes believe: without options, `cncgen canon FILE --tool-table TABLE` prints
-    what `rs274 -g -t TABLE FILE` does. As there, the calls end at the first error; all errors are named.
+    the machine is the imaginary one of rs274: without options, `cncgen canon FILE --tool-table TABLE` prints what
+    `rs274 -g -t TABLE FILE` does. As there, the calls end at the first error; all errors are named.
     """
     from cncgen.cli.reading import read_options
     from cncgen.files import open_output

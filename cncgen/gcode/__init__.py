@@ -132,8 +132,8 @@ def canon(
 ) -> Iterator[str]:
     """Yield the canonical calls of a program, a line each, as LinuxCNC's ``rs274 -g`` prints them.
 
-    The machine is the one that `rs274` makes believe (`standalone`), and as there the calls end at the first error;
-    the program is read on for its other errors.
+    The machine is the imaginary one of `rs274` (`standalone`), and as there the calls end at the first error; the rest of
+    the program is read for its other errors.
 
     Args:
         source: The program's file or stream.

@@ -1,4 +1,9 @@
-"""A closed loop of one axis: plant and controller joined, in continuous pieces and as tables for the kernel."""
+"""A closed loop of one axis: plant and controller joined, in continuous pieces and as tables for the kernel `servo_loop`.
+
+An axis is a hybrid system (Goebel, Sanfelice and Teel (2009)): its states z flow over a control period by exact transition matrices
+(matrix exponentials, `discretise`) and jump at control instants, where a sampled controller reads the encoder. `models` makes
+plants and controllers from servo data; `bank` runs the loops of several axes.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +18,9 @@ from cncgen.servo.plants import Imperfections, Plant, companion
 
 Floats = NDArray[np.float64]
 
-#: A period is halved so often to find where an axis with friction reverses.
+#: How often a control period is halved to find where an axis with friction stops or reverses: to 2⁻²⁰ of it.
 FRICTION_LEVELS = 21
-#: Dead time of so many control periods at most: each is a state.
+#: Longest dead time, in control periods: each of them is a state.
 MAX_DELAY = 250
 #: Columns of the flow's inputs: setpoint (start, end), drive, friction, encoder error.
 _INPUTS = 5
@@ -23,15 +28,19 @@ _INPUTS = 5
 
 @dataclass(frozen=True, slots=True)
 class AxisLoop:
-    """One axis over one control period; the names are the kernel's (`cncgen.kernels.servo_loop`).
+    """One axis over one control period, its n states z. The names are those of `cncgen.kernels.servo_loop.Axes`.
 
     Attributes:
-        phi: Shape (4, levels, n, n).
-        inputs: Shape (4, levels, 5, n).
-        output: Shape (n,): position of the axis; `encoder`: (n,), position that is measured.
-        jump: Shape (n, n); `jump_inputs`: (3, n).
-        law: Shape (n,); `law_inputs`: (2,).
-        stick_law: Shape (2, n); `stick_inputs`: (2, 2).
+        phi: Shape (4, levels, n, n): transition matrices over 1/2**level of a control period. The first index is the mode: 0 free,
+            1 with the drive's input held, 2 free and sticking, 3 held and sticking.
+        inputs: Shape (4, levels, 5, n): what adds to z, for each unit of: setpoint at the start, setpoint at the end, held drive
+            input, friction, encoder error.
+        output, encoder: Shape (n,): position of the axis, and measured position, as output · z and encoder · z.
+        jump, jump_inputs: Shape (n, n) and (3, n): the jump at a control instant; inputs are setpoint, encoder error, and what the
+            bound has taken off the drive's input.
+        law, law_inputs: Shape (n,) and (2,): drive input law · z + law_inputs · (setpoint, encoder error).
+        stick_law, stick_inputs: Shape (2, n) and (2, 2): force on the standing axis, free and held; inputs are setpoint and held
+            drive input.
         velocity: Index of the velocity state, or −1.
         sampled: True where the controller is sampled.
         period: Control period, s.

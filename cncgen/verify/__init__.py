@@ -222,7 +222,7 @@ def _judge_coverage(back: Worst, axes: list[str], period_s: float, breaches: Dia
 
 
 def _judge_order(matching: Matching, period_s: float, breaches: Diagnostics) -> None:
-    """Name the worst fault that no distance tells of: every place is near the other, and not in the program's order."""
+    """Report the worst fault that no distance shows: every place is near the other path, but not in the program's order."""
     told = matching.out.broken or matching.back.broken
     untold: list[Fault] = [fault for fault in matching.faults if fault.lost or not (fault.plain and told)]
     if not untold:

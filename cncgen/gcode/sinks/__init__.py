@@ -1,1 +1,1 @@
-"""Where canonical calls go: columns of a toolpath, text, a count, or the machine that `rs274` makes believe."""
+"""Where canonical calls go: columns of a toolpath, text, a count, or the imaginary machine of LinuxCNC's `rs274`."""

@@ -1,6 +1,6 @@
-"""The machine that LinuxCNC's ``rs274 -g`` makes believe, for calls that agree with its own.
+"""The imaginary machine of LinuxCNC's ``rs274 -g``, for calls that agree with its own.
 
-`rs274` runs the interpreter without a machine, on a make-believe one whose answers enter the calls that follow: where
+`rs274` runs the interpreter without a machine, on an imaginary one whose answers enter the calls that follow: where
 it stands after a tool change or a probe, which tool its spindle holds, and the tools of its table. `canon` prints the
 calls of a run on this machine; a toolpath is read without it. What it does was measured on `rs274` 2.9 (programs under
 ``tests/peer``):
