@@ -1,5 +1,9 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False, cpow=True
-"""What places of a path allow along it: by limits of axes, by chords between setpoints, by how fast its direction turns."""
+"""What a path allows at given places: by limits of axes, by chords between setpoints, by how fast its direction turns.
+
+Called by `cncgen.planner.rows` and `cncgen.planner.optimal` (`limits`, `nodes`). Symbols: T period, d chord tolerance, k curvature
+(bend), x1, x2, x3 the first three derivatives of the path by its coordinate, shape (n, axes).
+"""
 
 import cython
 import numpy as np
@@ -26,7 +30,7 @@ def _over(a: cython.double, b: cython.double) -> cython.double:
 def _weakest(
     limit: cython.const[cython.double][::1], x1: cython.const[cython.double][:, ::1], n: cython.Py_ssize_t
 ) -> cython.double:
-    """The least of the axes' limits by what they take of motion along the path at place n."""
+    """Return the limit along the path at place n: the least of limit[d] / |x1[n, d]| over the axes."""
     d: cython.Py_ssize_t
     found: cython.double = _INFINITE
     for d in range(limit.shape[0]):
@@ -39,7 +43,7 @@ def _weakest(
 @cython.nogil
 @cython.exceptval(check=False)
 def _chord_speed(bend: cython.double, tolerance: cython.double, period: cython.double) -> cython.double:
-    """(2/T) sqrt(2 d/k - d^2), or (2/T) sqrt(d/k) where that is more."""
+    """Return (2/T) sqrt(2 d/k - d^2), or (2/T) sqrt(d/k) where that is more (Yeh and Hsu (2002)); see `chord_speed`."""
     square: cython.double = _INFINITE
     if bend > 0.0:
         square = tolerance * max(2.0 / bend - tolerance, 1.0 / bend)
@@ -56,7 +60,7 @@ def _across(
     scale: cython.const[cython.double][::1],
     n: cython.Py_ssize_t,
 ) -> cython.double:
-    """The size of the part of x'' across x' at place n, columns multiplied by `scale`."""
+    """Return the size of the part of x'' across x' at place n, columns multiplied by `scale`."""
     d: cython.Py_ssize_t
     along: cython.double = 0.0
     size: cython.double = 0.0

@@ -76,7 +76,7 @@ class Span:
     def find(self, c: cython.Py_ssize_t, u: cython.double, side: cython.int) -> cython.Py_ssize_t:
         """Index i of the non-empty span of curve c with U[i] <= u < U[i+1] (side >= 0) or U[i] < u <= U[i+1] (side < 0).
 
-        By bisection over the parameter range (NURBS Book, A2.1), of which the first or last span is what a `u` outside
+        By bisection over the parameter range (The NURBS Book (1997), Algorithm A2.1), of which the first or last span is what a `u` outside
         gets.
         """
         p: cython.Py_ssize_t = self.curves.degree[c]
@@ -155,7 +155,7 @@ class Span:
     ) -> cython.void:
         """Fill ``out[k]``, k up to `order` and p, with the k-th homogeneous derivative at u.
 
-        Basis functions by the Cox-de Boor recurrence (NURBS Book, A2.2): at degree p - k they meet the points of the
+        Basis functions by the Cox-de Boor recurrence (The NURBS Book (1997), Algorithm A2.2): at degree p - k they meet the points of the
         k-th derivative.
         """
         i: cython.Py_ssize_t = self.i
@@ -193,7 +193,7 @@ class Span:
     def derivatives(self, order: cython.Py_ssize_t, u: cython.double) -> cython.void:
         """Fill ``value[k]``, k up to `order`, with the k-th derivative at u, its weight in the last column.
 
-        The quotient rule (NURBS Book, eq. 4.8) on the homogeneous ones.
+        The quotient rule (The NURBS Book (1997), eq. 4.8) on the homogeneous ones.
         """
         axes: cython.Py_ssize_t = self.q.shape[2] - 1
         k: cython.Py_ssize_t

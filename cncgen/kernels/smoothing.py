@@ -7,8 +7,9 @@ x(t) of degree 4 with simple knots that minimises
     integral |x - y|² dt + integral L(t)^6 |x'''|² dt,
 
 where the smoothing length L(t) is made as large as |x(t) - y(t)| <= tolerance allows (docs/smoothing.md): graduation by
-splines (I. J. Schoenberg (1964)) with a weight that varies along the path. Columns of y are scaled so that all are mm.
-Lengths, knots and samples are laid by `cncgen.kernels.smoothing_lengths`.
+splines (I. J. Schoenberg (1964)) with a weight that varies along the path. As in P-splines (Eilers and Marx (1996)) the penalty
+is a sum over control points, here those of x'''. Columns of y are scaled so that all are mm.
+`cncgen.kernels.smoothing_lengths` places knots and samples by L; `cncgen.geometry.corridor` calls `fit`.
 """
 
 import cython
@@ -24,9 +25,10 @@ else:
 DEGREE = 4
 
 _P = cython.declare(cython.Py_ssize_t, 4)
-#: Part of the tolerance that may be lost to the bound between two points of comparison.
+#: Part of the tolerance by which the bound between two points of comparison may exceed the values there; else the points are
+#: placed closer.
 _SLACK = cython.declare(cython.double, 0.02)
-#: Part of the tolerance that a curve uses that is no number.
+#: Stands for the part of the tolerance that is used where the curve is no number (the equations could not be solved).
 _LOST = cython.declare(cython.double, 1e30)
 #: Most points of comparison on one stretch.
 _MOST = cython.declare(cython.Py_ssize_t, 400)
@@ -84,7 +86,11 @@ def _follow(
     last: cython.Py_ssize_t,
     base: cython.double[:, ::1],
 ) -> cython.void:
-    """Fill `base` with control points near those of the curve: the path at the means of their knots."""
+    """Fill `base` with control points near those of the curve: the path at the means of their knots.
+
+    These are the Greville abscissae (de Boor, A Practical Guide to Splines (2001), chapter XI): a spline with such control points
+    is near the path, to second order in the knot distance.
+    """
     n: cython.Py_ssize_t = t.shape[0] - 1
     i: cython.Py_ssize_t
     d: cython.Py_ssize_t
@@ -117,7 +123,7 @@ def _attract(
     base: cython.double[:, ::1],
     b: cython.double[::1],
 ) -> cython.void:
-    """Add the integral of |x - y|² to the normal equations: each sample stands for half of the way to its neighbours."""
+    """Add the integral of |x - y|² to the normal equations by the trapezoidal rule over the samples."""
     axes: cython.Py_ssize_t = points.shape[1]
     n: cython.Py_ssize_t = t.shape[0] - 1
     i: cython.Py_ssize_t = first
@@ -169,9 +175,9 @@ def _penalise(
     base: cython.double[:, ::1],
     b: cython.double[::1],
 ) -> cython.void:
-    """Add the integral of L⁶ |x'''|² to the normal equations: x''' has the control points sum_j b[j] c[i + j].
+    """Add the integral of L⁶ |x'''|² to the normal equations: a sum over the control points sum_j b[j] c[i + j] of x'''.
 
-    That of the `base` is taken from the differences of its points: b adds up to nothing.
+    The part of the `base` is computed from differences of its points (the b[j] add up to 0), which keeps its digits.
     """
     n: cython.Py_ssize_t = t.shape[0] - 1
     i: cython.Py_ssize_t
@@ -222,8 +228,8 @@ def _assemble(
 ) -> cython.void:
     """Build the normal equations: band ``matrix[i, d]`` = A[i, i + d], right side in `points` for unknowns 0 .. last − 1.
 
-    Control point i has the support ``knots[i] .. knots[i + 5]``. The unknowns are how far control points are from those of
-    `base`: (L/h)⁶ times the rounding of L is in them so, not that of the coordinates.
+    Control point i has the support ``knots[i] .. knots[i + 5]``. The unknowns are the differences of the control points from those
+    of `base`. So the condition of the equations, (L/h)⁶, multiplies the rounding of L and not that of the coordinates.
     """
     i: cython.Py_ssize_t
     j: cython.Py_ssize_t

@@ -1,8 +1,8 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False, cpow=True
-"""The smoothing length along a path, and the knots and samples that it lays, for `cncgen.kernels.smoothing`.
+"""The smoothing length L along a path, and the knots and samples that follow from it, for `cncgen.kernels.smoothing`.
 
-The length is kept at the ends of the pieces of the path, and grows away from them where a piece is long
-(docs/smoothing.md).
+L is given at the ends of the pieces of the path, and grows away from them where a piece is long (docs/smoothing.md, The length).
+Knots stand L apart: a *stride* is the distance from one to the next, and ∫ dt/L counts strides.
 """
 
 import cython
@@ -10,26 +10,27 @@ from cython.cimports.libc.math import expm1, floor, log, sqrt
 
 #: Degree of the spline.
 _P = cython.declare(cython.Py_ssize_t, 4)
-#: Slope of the smoothing length along the path.
+#: Largest slope of the smoothing length along the path.
 _GRADE = cython.declare(cython.double, 0.4)
 #: Knot distance as a part of the smoothing length.
 _MESH = cython.declare(cython.double, 1.0)
-#: Logarithm by which L grows from knot to knot where its slope is `_GRADE`: knots stand closer there by as much as this is less.
+#: Increase of log L from knot to knot where L has the slope `_GRADE`. ∫ dt/L would give 0.4; with 0.392 knots stand 2 % closer
+#: there, which is a little faster on average (docs/smoothing.md, Knots).
 _RATE = cython.declare(cython.double, 0.392)
-#: What is added to the number of strides between cuts before its fraction goes: no round number, nor are the next ones, for
-#: programs are made of round numbers, and where two are equal rounding chooses.
+#: Added to the number of strides between two cuts before it is truncated. This and the next numbers are not round on purpose:
+#: programs are made of round numbers, and where a comparison of two equal ones decides, rounding would decide.
 _UP = cython.declare(cython.double, 0.6873)
-#: Knot distance, as a part of what it would be, below which a cut makes no knot beside another: the equations would lose
-#: all digits, (L/h)⁶ is their condition.
+#: A cut makes no knot if that is nearer to another than this part of a stride: the condition of the normal equations grows with
+#: (L/h)⁶, and they would lose all digits.
 _LEAST = cython.declare(cython.double, 0.02)
-#: Smoothing lengths around the end of a piece in which the tolerance that is used counts.
+#: L at the end of a piece is adjusted to the tolerance that is used within this many L of it.
 _REACH = cython.declare(cython.double, 2.0137)
-#: Part of a knot span that a piece has to be longer, so that knots and middles on it are samples: a straight one, and a
-#: curved one, whose every point is meant.
+#: Knots and middles of spans on a piece are samples if the piece is longer than this multiple of the span: for straight pieces,
+#: and for curved ones, of which every point is meant.
 _LONGER = cython.declare(cython.double, 1.0137)
 _CURVED = cython.declare(cython.double, 0.2037)
-#: Steps of a factor by which the length changes: knots add up lengths, thousands of them in a window, and rounding of the
-#: curve would multiply from round to round.
+#: L changes by factors that are multiples of 1/1024. A knot is placed by the sum of thousands of lengths, so without that the
+#: rounding of the curve would grow from round to round.
 _STEPS = cython.declare(cython.double, 1024.0)
 
 
@@ -38,10 +39,10 @@ _STEPS = cython.declare(cython.double, 1024.0)
 @cython.nogil
 @cython.exceptval(check=False)
 def _largest(start: cython.double, end: cython.double, length: cython.double) -> cython.double:
-    """Largest smoothing length on a piece of a length, by those at its ends.
+    """Return the largest smoothing length on a piece, by its length and the smoothing lengths at its ends.
 
-    On pieces of up to two lengths it does not grow: it would do so and shrink again from knot to knot, and shake the curve.
-    From eight lengths on it grows freely.
+    On pieces of up to two L it does not grow: it would grow and shrink again from knot to knot, to no use. On those of eight L and
+    more it grows freely.
     """
     larger: cython.double = max(start, end)
     free: cython.double = min(max((length / larger - 2.0) / 6.0, 0.0), 1.0)
@@ -54,7 +55,7 @@ def _largest(start: cython.double, end: cython.double, length: cython.double) ->
 def length_at(
     t: cython.const[cython.double][::1], scale: cython.double[::1], k: cython.Py_ssize_t, at: cython.double
 ) -> cython.double:
-    """Smoothing length at a place of piece k: that of the ends, growing away from them where the piece is long."""
+    """Return the smoothing length at a place of piece k: that of the ends, growing away from them where the piece is long."""
     left: cython.double = scale[k] + _GRADE * (at - t[k])
     right: cython.double = scale[k + 1] + _GRADE * (t[k + 1] - at)
     return min(left, right, _largest(scale[k], scale[k + 1], t[k + 1] - t[k]))
@@ -64,7 +65,7 @@ def length_at(
 @cython.nogil
 @cython.exceptval(check=False)
 def lower(t: cython.const[cython.double][::1], scale: cython.double[::1]) -> cython.void:
-    """Lower smoothing lengths at the ends of pieces until their slope is at most `_GRADE`."""
+    """Lower smoothing lengths at the ends of pieces until their slope is at most `_GRADE`: a forward and a backward pass."""
     k: cython.Py_ssize_t
     n: cython.Py_ssize_t = t.shape[0] - 1
     for k in range(n):
@@ -78,7 +79,7 @@ def lower(t: cython.const[cython.double][::1], scale: cython.double[::1]) -> cyt
 @cython.nogil
 @cython.exceptval(check=False)
 def _growing(start: cython.double, end: cython.double) -> cython.double:
-    """Strides on the way on which L grows, or shrinks, from one length to another."""
+    """Return how many strides lie on the way on which L grows, or shrinks, from one length to another at full slope."""
     return log(end / start) / _RATE if end > start else 0.0
 
 
