@@ -229,3 +229,26 @@ def test_a_subroutine_within_a_loop_or_branch_is_what_parts_it(run: Any, text: s
     assert found.span.line == line
     sub = 1 + text.split("\n").index("o2 sub")
     assert f"the subroutine that begins in line {sub} parts it from the " in found.hint
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "words"),
+    [
+        (
+            "o<a> sub [1]\no<a> endsub\nM2",
+            "oword-arguments",
+            ("SUB has 1 value in brackets", "the values of CALL are #1"),
+        ),
+        (
+            "o1 if [1] [2]\no1 endif\nM2",
+            "oword-arguments",
+            ("IF has 2 values in brackets", "one value in brackets"),
+        ),
+        ("F9\nG5.2 X0 Y1 P1 L3\nX2 Y2\nG5.3\nM2", "nurbs-weight", ("has no weight P", "write P1 where")),
+    ],
+)
+def test_help_of_values_and_weights(run: Any, text: str, code: str, words: tuple[str, str]) -> None:
+    """SUB was told of IF; a missing weight, which is an error, that it were 1."""
+    found = next(d for d in run(text).diagnostics if d.code == code)
+    assert words[0] in found.message
+    assert words[1] in found.hint

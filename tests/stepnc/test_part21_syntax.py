@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cncgen.stepnc import read
 from cncgen.stepnc.part21 import (
     DERIVED,
     Binary,
@@ -288,3 +289,25 @@ def test_another_file_is_told_as_a_whole(text):
     assert (found.code, found.span.line) == ("part21-section", 1)
     assert "this is no STEP-NC" in found.message
     assert ("--language gcode" in found.hint) == bool(text)
+    assert [d.code for d in check_text(text)] == ["part21-section"]
+
+
+@pytest.mark.parametrize(
+    ("content", "words"), [("ISO-10303-21;".encode("utf-16"), "UTF-16"), (b"<?xml version='1.0'?>", "XML")]
+)
+def test_another_form_of_step_is_told(content, words):
+    (found,) = Exchange.load(content, "part.stp").reporter.diagnostics
+    assert words in found.hint
+
+
+def check_text(text):
+    """Return what reading a text as STEP-NC says of it."""
+    program = read(text.encode(), "part.stp")
+    list(program.chunks())
+    return program.diagnostics
+
+
+def test_a_file_of_a_shape_alone_is_told_so():
+    text = "ISO-10303-21;HEADER;FILE_SCHEMA(('CONFIG_CONTROL_DESIGN'));ENDSEC;DATA;#1=CARTESIAN_POINT('',(0.,0.,0.));ENDSEC;END-ISO-10303-21;"
+    (found,) = (d for d in check_text(text) if d.code == "stepnc-no-project")
+    assert "AP203" in found.hint

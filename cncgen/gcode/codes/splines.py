@@ -139,6 +139,7 @@ def _take(ip: Interpreter, block: Block, spline: OpenNurbs, opening: bool) -> No
             if "p" in words
             else "a control point has no weight P",
             "P" if "p" in words else "X",
+            hint="write P1 where all control points weigh the same",
         )
     assert point is not None
     spline.points.append(ip.end_point(block))

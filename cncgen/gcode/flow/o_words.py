@@ -57,8 +57,14 @@ class FlowControl:
                 hint=f"--dialect {other} has it",
             )
         if len(flow.arguments) > _MOST_ARGUMENTS.get(flow.keyword, len(flow.arguments)):
+            count = len(flow.arguments)
             raise BlockError(
-                "oword-arguments", f"{flow.keyword.upper()} has {len(flow.arguments)} values in brackets", "O"
+                "oword-arguments",
+                f"{flow.keyword.upper()} has {count} value{'s' if count > 1 else ''} in brackets",
+                "O",
+                hint="SUB names no parameters: the values of CALL are #1 to #30 within"
+                if flow.keyword == "sub"
+                else "",
             )
         return method(self, flow, here, after)
 

@@ -94,7 +94,9 @@ class Iso14649Reader:
                     continue
             if not free:
                 text = "there is no PROJECT and no WORKPLAN: nothing is executed"
-                self.exchange.reporter.report("stepnc-no-project", text, 0)
+                hint = "a STEP file of a part (AP203, AP214, AP242) has its shape alone, and no work on it"
+                if self.exchange.data:  # else it was told as a whole
+                    self.exchange.reporter.report("stepnc-no-project", text, 0, hint=hint)
         return roots
 
     def _elements(self, ident: int) -> list[int]:

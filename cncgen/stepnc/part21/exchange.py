@@ -45,7 +45,11 @@ _POWERS = 10.0 ** np.arange(23)
 def _report_stranger(data: bytes, reporter: Reporter) -> None:
     """Report a file that is something else as a whole: said of its lines, it would be a fault of each."""
     message = "this is no STEP-NC: the file does not begin with ISO-10303-21; and holds no instance (#1 = …)"
-    hint = "--language gcode reads it as G-code" if data.strip() else "is it the right file?"
+    hint = "--language gcode reads it as G-code"
+    if b"\0" in data[:64]:
+        hint = "is it UTF-16? save it as UTF-8 or ASCII"
+    elif not data.strip() or data.lstrip().startswith(b"<"):
+        hint = "is it the right file? XML (ISO 10303-28) is not read"
     reporter.report("part21-section", message, 0, hint=hint)
 
 
