@@ -90,7 +90,9 @@ class Course:
         return np.concatenate([track.chord[rows] for track, rows in self.parts])
 
 
-def held(given: Intervals, course: Course, pieces: Pieces, q: Floats, count: int) -> Intervals | None:
+def held(
+    given: Intervals, course: Course, pieces: Pieces, q: Floats, count: int, everywhere: bool
+) -> Intervals | None:
     """Return intervals with lower bounds of q where chords leave the path by more than their tolerance; None if none does.
 
     Where chords lie depends on when setpoints fall, so those of all phases are held. Chords over a rest in a corner are left
@@ -102,6 +104,9 @@ def held(given: Intervals, course: Course, pieces: Pieces, q: Floats, count: int
         pieces: A motion on them.
         q: Shape (n, 3), its ordinates.
         count: How many intervals count: chords that end beyond are left to what comes after.
+        everywhere: Whether bounds are lowered under all of each chord that is too long. Else they are so only where a chord would
+            lie that is as much shorter as it must be, about the place furthest from it, so that this way takes a period: what is
+            faster at its ends stays so, and chords over the same place that begin earlier or later are shorter then, too.
     """
     scene = _Scene.of(given, course, pieces, q, count)
     if scene.calm():
@@ -109,9 +114,17 @@ def held(given: Intervals, course: Course, pieces: Pieces, q: Floats, count: int
     start = scene.too_long(scene.suspects())
     if not len(start):
         return None
-    begin, end, over, power = scene.measured(start)
-    part = _AIM / over * np.minimum(over, _NEAR) ** (1.0 - power)
-    return _lowered(given, scene.s, q, begin, end, part)
+    begin, end, tip, over, power = scene.measured(start)
+    if not len(begin):
+        return None
+    if everywhere:
+        part = _AIM / over * np.minimum(over, _NEAR) ** (1.0 - power)
+        return _lowered(given, scene.s, q, (begin, tip, end), part)
+    shorter = (_AIM / over) ** (0.5 * power)
+    begin, end = tip - shorter * (tip - begin), tip + shorter * (end - tip)
+    worst = _worst(begin, tip, end, over)
+    begin, tip, end = begin[worst], tip[worst], end[worst]
+    return _lowered(given, scene.s, q, (begin, tip, end), (scene.time(begin, end) / scene.period) ** 2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,13 +134,15 @@ class _Compared:
     Attributes:
         phase: Shape (k,), when they begin, in parts of a period.
         begin, end: Shape (k,), between which ways they lie.
+        tip: Shape (k,), the way where the path is furthest from them.
         over: Shape (k,), the largest distance as a part of the tolerance.
-        quarters: Shape (k,), the mean of the distances a quarter of a period after the start and before the end.
+        quarters: Shape (k,), the mean of the distances a quarter of their way after the start and before the end.
     """
 
     phase: Ints
     begin: Floats
     end: Floats
+    tip: Floats
     over: Floats
     quarters: Floats
 
@@ -263,13 +278,14 @@ class _Scene:
         """Return the least tolerance of chords over corners, shape (k,), 0 for others: what smoothing takes ends before them."""
         return np.where(cornered, self.course.bounds.chord_mm, 0.0)
 
-    def measured(self, start: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    def measured(self, start: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
         """Compare chords about those from `start` on with the path.
 
         Returns:
-            Of those that are too far from it: where they begin and end on the way, the largest distance as a part of the
-            tolerance, and with what power of it v² falls. Over a bend, where a quarter of the chord before its end it is
-            three quarters of that, it is as v²; over a corner, where it is a half, as v. Shape (k,) each.
+            Of those that are too far from it: where they begin and end on the way, where the path is furthest from them, the
+            largest distance as a part of the tolerance, and with what power of it v² falls. Over a bend, where a quarter of the
+            way before its end it is three quarters of that, it is as v²; over a corner, where it is a half, as v. Shape (k,)
+            each.
         """
         parts = _FINE
         about = np.arange(-2, _FINE // _COARSE + 2)
@@ -287,12 +303,19 @@ class _Scene:
             phase = np.unique(top[:, None] + np.arange(1 - _CLOSE, _CLOSE))
         over = np.concatenate([each.over for each in found])
         far = over > 1.0 + _OVER
-        begin, end, quarters = (
+        begin, end, tip, quarters = (
             np.concatenate(column)[far]
-            for column in zip(*((each.begin, each.end, each.quarters) for each in found), strict=True)
+            for column in zip(
+                *((each.begin, each.end, each.tip, each.quarters) for each in found), strict=True
+            )
         )
         power = 1.0 + np.clip(3.0 - 4.0 * quarters / over[far], 0.0, 1.0)
-        return begin, end, over[far], power
+        return begin, end, tip, over[far], power
+
+    def time(self, begin: Floats, end: Floats) -> Floats:
+        """Return how long the motion takes from one place to another, shape (k,), s."""
+        one, other = (np.interp(place, self.s, self.t) for place in (begin, end))
+        return other - one
 
     def _compared(self, phase: Ints, parts: int) -> _Compared:
         """Compare chords that begin at ascending phases, in parts of a period, with the path."""
@@ -320,8 +343,9 @@ class _Scene:
         middle = (phase[near] + every * furthest[near]) * step
         over[near] = np.maximum(over[near], self._closer(middle, x[at[near]], x[last[near]], floor[near]))
         over = np.maximum(over, self._tips(ticks[at] * step, x[at], x[last]))
-        quarters = 0.5 * (away[_FINE // 4] + away[3 * _FINE // 4])
-        return _Compared(phase, motion.s[at], motion.s[last], over, quarters)
+        places = motion.s[np.searchsorted(ticks, phase + every * np.arange(_FINE + 1)[:, None])]
+        quarters = 0.5 * (_beside(places, away, 0.25) + _beside(places, away, 0.75))
+        return _Compared(phase, places[0], places[-1], places[furthest, own], over, quarters)
 
     def _closer(self, middle: Floats, a: Floats, b: Floats, floor: Floats) -> Floats:
         """Return how far the furthest places within a 32nd part of a period are from chords, as a part of the tolerance.
@@ -369,38 +393,56 @@ class _Scene:
         return out
 
 
+def _worst(begin: Floats, tip: Floats, end: Floats, over: Floats) -> Ints:
+    """Return which chords to shorten first: the worst, and of the others those about places that none of these goes over.
+
+    Args:
+        begin, end: Shape (k,), between which ways they are to lie.
+        tip: Shape (k,), the places furthest from them.
+        over: Shape (k,), how far these are.
+    """
+    chosen = []
+    left = np.argsort(-over, kind="stable")
+    while len(left):
+        chosen.append(left[0])
+        left = left[1:]
+        left = left[(tip[left] < begin[chosen[-1]]) | (tip[left] > end[chosen[-1]])]
+    return np.array(chosen)
+
+
 def _lowered(
-    given: Intervals, s: Floats, q: Floats, begin: Floats, end: Floats, part: Floats
-) -> Intervals | None:
-    """Return intervals whose bounds of q are parts of the q that they have, under chords; None for no chords.
+    given: Intervals, s: Floats, q: Floats, places: tuple[Floats, Floats, Floats], part: Floats
+) -> Intervals:
+    """Return intervals whose bounds of q are parts of the q that they have, under chords.
 
     Args:
         given: The intervals.
         s: Shape (n + 1,), way at the nodes of the first of them.
         q: Shape (≥ n, 3), their ordinates.
-        begin, end: Shape (k,), between which ways chords lie.
+        places: Shape (k,) each, between which ways bounds are lowered, and a way between.
         part: Shape (k,), the part of q.
     """
-    if not len(begin):
-        return None
+    begin, tip, end = places
     n = len(s) - 1
     middle = 0.5 * (s[:-1] + s[1:])
-    share, node = np.ones(n), np.ones(n)
-    _spread(share, part, np.searchsorted(middle, begin), np.searchsorted(middle, end, side="right"))
-    _spread(node, part, np.searchsorted(s[:-1], begin), np.searchsorted(s[:-1], end, side="right"))
-    # A chord within one interval goes over neither.
-    within = np.clip(np.searchsorted(s, 0.5 * (begin + end), side="right") - 1, 0, n - 1)
-    np.minimum.at(share, within, part)
-    top, top_limit, node_top = given.top.copy(), given.top_limit.copy(), given.node_top.copy()
-    low = np.flatnonzero((share < 1.0) & (given.kind[:n] != LINE))
-    here = q[low]
+    # What lies within one interval goes over no middle.
+    within = np.clip(np.searchsorted(s, tip, side="right") - 1, 0, n - 1)
+    first = np.minimum(np.searchsorted(middle, begin), within)
+    last = np.maximum(np.searchsorted(middle, end, side="right"), within + 1)
+    chord, at = _pairs(first, last)
+    here = q[:n]
     values = np.stack([here[:, 0], 0.25 * (here[:, 0] + 2.0 * here[:, 1] + here[:, 2]), here[:, 2]], axis=1)
     # Beside a rest, the bound is that of the moving end.
-    values = np.where((given.kind[low] == SPLINE)[:, None], values, most(here)[:, None])
-    top[low] = np.minimum(top[low], share[low, None] * values)
-    top_limit[low] = Limit.CHORD
-    slow = np.flatnonzero((node < 1.0) & (q[:n, 0] > 0.0))
-    node_top[slow] = np.minimum(node_top[slow], node[slow] * q[slow, 0])
+    values = np.where((given.kind[:n] == SPLINE)[:, None], values, most(here)[:, None])
+    top, top_limit, node_top = given.top.copy(), given.top_limit.copy(), given.node_top.copy()
+    curved = given.kind[at] != LINE
+    chord, at = chord[curved], at[curved]
+    np.minimum.at(top, at, part[chord, None] * values[at])
+    top_limit[at] = Limit.CHORD
+    chord, at = _pairs(np.searchsorted(s[:-1], begin), np.searchsorted(s[:-1], end, side="right"))
+    moving = q[at, 0] > 0.0
+    chord, at = chord[moving], at[moving]
+    np.minimum.at(node_top, at, part[chord] * q[at, 0])
     return replace(given, top=top, top_limit=top_limit, node_top=node_top)
 
 
@@ -416,6 +458,22 @@ def _away(x: Floats, a: Floats, b: Floats) -> Floats:
     square = np.einsum("ij,ij->i", chord, chord)
     part = np.einsum("ij,ij->i", chord, side) / np.where(square > 0.0, square, 1.0)
     return _size(side - np.clip(part, 0.0, 1.0)[:, None] * chord)
+
+
+def _beside(places: Floats, away: Floats, part: float) -> Floats:
+    """Return how far the path is from chords at a part of their way, shape (k,).
+
+    Args:
+        places: Shape (m, k), ways, ascending, from the start of each chord to its end.
+        away: Shape (m, k), how far the path is from it there.
+        part: The part of the way.
+    """
+    way = places[0] + part * (places[-1] - places[0])
+    after = np.clip((places < way).sum(axis=0), 1, len(places) - 1)
+    own = np.arange(len(way))
+    one, other = places[after - 1, own], places[after, own]
+    share = (way - one) / np.where(other > one, other - one, 1.0)
+    return (1.0 - share) * away[after - 1, own] + share * away[after, own]
 
 
 def _peaks(phase: Ints, over: Floats, more: Floats) -> Bools:
@@ -437,7 +495,7 @@ def _counted(first: Ints, count: Ints) -> Ints:
     return np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
 
 
-def _spread(values: Floats, part: Floats, first: Ints, last: Ints) -> None:
-    """Lower values from `first` to before `last` to each part, in place."""
+def _pairs(first: Ints, last: Ints) -> tuple[Ints, Ints]:
+    """Return the numbers of ranges, and with each the numbers from `first` to before `last` of it."""
     count = np.maximum(last - first, 0)
-    np.minimum.at(values, _counted(first, count), np.repeat(part, count))
+    return np.repeat(np.arange(len(count)), count), _counted(first, count)

@@ -34,6 +34,8 @@ SIZE = 1600
 MARGIN = {"best": 0.9993, "fast": 0.9965}
 #: How often bounds of q are lowered for chords that are too long, and the factor on q to start solving again from.
 _ROUNDS, _SLOWER = 6, 0.9
+#: The last so many times they are lowered under all of each chord.
+_EVERYWHERE = 3
 #: This many periods before the part that depends on the window's end are not final either: one for the chord that reaches into
 #: it, and one in which the next window can still brake for such a chord.
 _CLEAR = 2.0
@@ -50,6 +52,10 @@ _BESIDE = 2
 #: differs by rounding, and where it is fitted by 10⁻⁹; the solver, which ends at a gap of 10⁻⁷, may turn that into a time that
 #: differs by 10⁻⁶. Costs about 0.1 s of CPU.
 _SETTLED = 20_000
+#: Intervals of failing windows at the start of a program for which all starts are tried though the motion passes the place in the
+#: way very slowly. Where one of them leads to a plan, that may take two thirds of the time with a stop; where none does, trying
+#: them costs about 80 µs an interval, 0.4 s of CPU in all.
+_PATIENT = 5_000
 
 
 @dataclass(slots=True)
@@ -70,6 +76,7 @@ class Window:
         past: What has been handed on, back to a period before `t_s` at least.
         cornered: Whether the intervals that were handed on last had rests that chords might cut (`Track.cuts`).
         unsettled: Number of intervals whose solutions are still to be confirmed (`_SETTLED`).
+        patient: Number of intervals for which all starts may still be tried where windows fail (`_PATIENT`).
     """
 
     bounds: Bounds
@@ -84,6 +91,7 @@ class Window:
     past: list[Way] = field(default_factory=list)
     cornered: bool = False
     unsettled: int = _SETTLED
+    patient: int = _PATIENT
 
     def __len__(self) -> int:
         return sum(len(track) for track in self.tracks) - self.used
@@ -159,7 +167,7 @@ class Window:
             if solution.fallback or not left:
                 break
             count = len(given) if stands else max(1, solution.unfelt)
-            lower = held(given, course, pieces, solution.q, count)
+            lower = held(given, course, pieces, solution.q, count, left <= _EVERYWHERE)
             if lower is None:
                 break
             known = _SLOWER * np.minimum(solution.q[:, 1], lower.top.min(axis=1))
@@ -218,8 +226,8 @@ class Window:
     def _solved(self, given: Intervals) -> tuple[Solution, bool]:
         """Solve; where that fails, plan less of the path.
 
-        If limits are exceeded most at a place that the motion passes very slowly, it stops there: that costs next to nothing,
-        and no other starts are tried. Else half as many intervals are tried, again and again, down to those of the reserve.
+        If limits are exceeded most at a place that the motion passes very slowly, it stops there: that mostly costs little, and
+        once `_PATIENT` intervals have failed no other starts are tried before. Else half as many intervals are tried, again and again, down to those of the reserve.
         If these fail too, the reserve is the plan, or, from rest, a `creeping` motion.
 
         Args:
@@ -233,9 +241,11 @@ class Window:
         stops = False
         while True:
             crawls = partial(self._stop_for, given, len(q))
-            solution = solve(given, self.state, known, crawls, settled=self.unsettled > 0)
+            hopeless = crawls if self.patient <= 0 else lambda _: 0
+            solution = solve(given, self.state, known, hopeless, settled=self.unsettled > 0)
             if solution.converged:
                 return solution, stops
+            self.patient -= len(given)
             before = crawls(solution)
             stops = before > 0
             fewer = before or _stop_before(given.kind, (len(given) + len(q)) // 2)

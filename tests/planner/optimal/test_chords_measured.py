@@ -120,6 +120,53 @@ def test_tips_sharper_than_the_tolerance(gap: float, mill: Machine) -> None:
     assert worst <= 1.001 * mill.chord_tolerance_mm
 
 
+#: The second and third point of parabolas from 0 whose tips are of some nm, and their machines.
+NEEDLES = (
+    (
+        (1.1854580944, 0.0),
+        (0.1583439348, 0.0092797884),
+        machine(0.005216075, 4.6352e-4, 2.3e5, 122451.5, 2286630.0),
+    ),
+    (
+        (2.3187837038, 0.0),
+        (0.9239340145, 0.0085134186),
+        machine(0.00027639, 7.8883e-4, 8.4e6, 2.3410496e7, 5.82716e10),
+    ),
+    (
+        (8.0103293977, 0.0),
+        (1.8918319420, 0.1848048631),
+        machine(0.00098972, 4.04731e-3, 8.1e6, 4145884.0, 2.0716187e8),
+    ),
+)
+
+
+@pytest.mark.parametrize("back", [False, True])
+@pytest.mark.parametrize(("second", "third", "mill"), NEEDLES)
+def test_a_tip_takes_no_longer_than_a_stop_there(
+    second: tuple[float, float], third: tuple[float, float], mill: Machine, back: bool
+) -> None:
+    """Its halves from rest to rest, and a wait for a setpoint between them of a period at most, are a plan as well.
+
+    They meet where |C'| is least, by de Casteljau's scheme. Bounds lowered under all of a chord as if that were a bend took
+    up to 34 % longer than the halves, and windows that failed stopped where they need not, for up to 5 periods.
+    """
+    p = np.array([(0.0, 0.0), second, third])
+    first, bend = p[1] - p[0], p[2] - 2.0 * p[1] + p[0]
+    t = -(first @ bend) / (bend @ bend)
+    one, other = p[0] + t * (p[1] - p[0]), p[1] + t * (p[2] - p[1])
+    tip = one + t * (other - one)
+
+    def seconds(*points: Floats) -> float:
+        way = [point - points[0] for point in points]
+        rows = [f"K0 X{x:.15f} Y{y:.15f} R1" for x, y in way]
+        text = "\n".join(["G21 G90 G61", f"G6.2 P3 F60000 {rows[0]}", *rows[1:], "K1", "K1", "K1", "M2", ""])
+        *_, last = cncgen.plan(cncgen.read_text(text), mill)
+        return float(last.profile.t[-1])
+
+    whole = seconds(*(p[::-1] if back else p))
+    assert whole <= seconds(p[0], one, tip) + seconds(tip, other, p[2]) + mill.period_s
+
+
 def bent() -> tuple[str, Floats]:
     """A long line, eight turns of 0.02, each after 0.02 mm, and a line across."""
     direction = 0.02 * np.arange(1, 9)

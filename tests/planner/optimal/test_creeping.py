@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from numpy.polynomial import Polynomial
 
 import cncgen
-from cncgen.planner.optimal import problem, trials, window
+from cncgen.planner.optimal import planning, problem, trials, window
 from cncgen.planner.optimal.creeping import creeping, hurdle
 from cncgen.planner.optimal.problem import Intervals, Solution
 from cncgen.planner.optimal.track import SPLINE
@@ -151,10 +152,10 @@ def test_a_cusp_that_no_window_passes_is_a_stop(monkeypatch: pytest.MonkeyPatch,
     assert tried.count(False) <= 1 < tried.count(True)
 
 
-def test_where_the_motion_crawls_over_what_is_in_the_way_no_other_start_is_tried(
+def test_after_many_starts_that_failed_no_other_is_tried_where_the_motion_crawls_over_what_is_in_the_way(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """One with some rows asleep, and one with all of them: seven starts had been tried before it stopped there."""
+    """One with some rows asleep, and one with all of them: seven starts had been tried before each stop."""
     tried: list[bool] = []
     improved = problem._improved
 
@@ -164,6 +165,7 @@ def test_where_the_motion_crawls_over_what_is_in_the_way_no_other_start_is_tried
         return run
 
     monkeypatch.setattr(problem, "_improved", counted)
+    monkeypatch.setattr(planning, "Window", partial(window.Window, patient=0))
     monkeypatch.setattr(trials, "_FASTEST", 0.0)
     (tmp_path / "slow.toml").write_text(SLOW)
     (trajectory, *_) = cncgen.plan(cncgen.read_text(CUSP), cncgen.load_machine(tmp_path / "slow.toml"))
