@@ -1,8 +1,18 @@
 """The hot loops, in Cython's pure-Python mode: plain arrays in, plain arrays out, nothing imported from other rooms.
 
-What one kernel calls of another as C stands in a ``.pxd`` beside it.
+What one kernel calls of another as C is declared in a ``.pxd`` file beside it. Each module runs compiled or as plain Python;
+`warn_if_uncompiled` warns once, when a command starts work, if it is the slow way.
 
-Each module runs compiled or not. `warn_if_uncompiled` says once, when a command starts work, that it is the slow way.
+    gcode_scan, gcode_motion, gcode_values, gcode_arithmetic    reading G-code
+    part21_scan, part21_graph                                   reading STEP-NC
+    bspline, arc_length, path_derivatives                       curves, and paths by their length
+    smoothing, smoothing_lengths                                splines within a tolerance
+    along_path                                                  what a path allows at given places
+    least_time and least_time_*                                 the least-time problem (interior point)
+    seven_phase, profile, step_limit                            profiles of the papers, exact evaluation, limited steps
+    filters, servo_loop, servo_stateline, servo_contour         servo axes, and their contour error
+    free_space                                                  matching two polylines (Fréchet distance)
+    decimal_rows                                                numbers to text and back
 """
 
 import importlib.machinery

@@ -1,1 +1,13 @@
-"""report."""
+"""What a person looks at: results as text, tables, pictures and pages. Nothing here changes a result.
+
+    summary                     a plan: times, lengths, peaks of each axis (`differences`), `slow_places`, `line_times`
+    page, svg                   the HTML page of a plan, with pictures as SVG
+    comparing, comparison       strategies, interpolators and controllers side by side
+    response, verdict           a simulation, and a verdict of `cncgen.verify`, as text
+    identified, tuned           fits to a log, and tuned gains, with their margins
+    plots, plot_data, drawing   pictures of a motion, by matplotlib
+    reproduction                the papers' tables (`reproduce_000` to `reproduce_004`) and figures (`plots_papers`)
+    tables, source_lines        what these share
+
+`cncgen.cli` and `cncgen.pipeline` call them.
+"""
