@@ -279,7 +279,7 @@ def factorize(band: cython.double[:, ::1], start: cython.Py_ssize_t, stop: cytho
     """Factor the unknowns `start` to `stop` − 1 of the matrix as L D Lᵀ in place; return False where D is not positive.
 
     ``band[m, k]`` is the entry of row k and column k + m; it becomes 1/D for m = 0, and that of L in column k for others.
-    Gaussian elimination in a band, in the storage of BCHFAC (de Boor, A Practical Guide to Splines (2001), chapter XIII),
+    Gaussian elimination in a band, in the storage of BCHFAC (de Boor, A Practical Guide to Splines (2001), chapter XIV),
     for five diagonals.
     """
     k: cython.Py_ssize_t
