@@ -60,13 +60,29 @@ def identified(
         "\n".join(tables),
         "\n".join(texts),
         {"schema_version": 1, "log": path, "model": model, "axes": values},
-        tuple(_poor(letter, found["fit_percent"]) for letter, found in values.items() if _is_poor(found)),
+        tuple(_poor(letter, found["fit_percent"]) for letter, found in values.items() if _is_poor(found))
+        + tuple(_vague(letter, names) for letter, found in values.items() if (names := _undetermined(found))),
     )
 
 
 def _is_poor(found: dict[str, Any]) -> bool:
     """Tell whether the model of an axis is hardly that of its log (a fit that is no number is not good either)."""
     return "fit_percent" in found and not found["fit_percent"] >= POOR_FIT_PERCENT
+
+
+def _undetermined(found: dict[str, Any]) -> list[str]:
+    """Return the names of the parameters that the log of an axis does not determine."""
+    return [name for name, spread in found.get("uncertainty", {}).items() if not math.isfinite(spread)]
+
+
+def _vague(letter: str, names: list[str]) -> Diagnostic:
+    return Diagnostic(
+        "identify-undetermined",
+        f"axis {letter.upper()}: the log does not determine {', '.join(names)}: other values follow it as well",
+        severity=Severity.WARNING,
+        hint="a log of motion to and fro over a band of frequencies does (cncgen excite)",
+        values={"axis": letter.upper(), "parameters": names},
+    )
 
 
 def _poor(letter: str, percent: float) -> Diagnostic:

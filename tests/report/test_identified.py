@@ -75,6 +75,22 @@ def test_a_model_that_explains_little_is_a_warning(
     assert all(item["values"]["fit_percent"] < 50.0 for item in said)
 
 
+def test_what_a_log_does_not_determine_is_a_warning(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """An axis that moves one way, with friction of 20: x = 0.03 (u - 20) t from a lag of 30 ms on."""
+    t = np.arange(400) * 0.001
+    moved = 0.03 * 80.0 * (t - 0.03 * (1.0 - np.exp(-t / 0.03)))
+    rows = "".join(f"{a:.9f},{x:.9f},100\n" for a, x in zip(t, moved, strict=True)).replace(",100", ",101", 1)
+    (tmp_path / "log.csv").write_text("t_s,x_mm,x_force\n" + rows)
+    assert run(["identify", f"{tmp_path}/log.csv", "--json", "--summary", f"{tmp_path}/s.json"]) == 0
+    (said,) = (json.loads(line) for line in capsys.readouterr().err.splitlines() if line.startswith("{"))
+    assert said["code"] == "identify-undetermined"
+    spread = json.loads((tmp_path / "s.json").read_text())["axes"]["x"]["uncertainty"]
+    assert said["values"]["parameters"] == [name for name, value in spread.items() if value is None]
+    assert {"gain", "bias", "coulomb"} <= set(said["values"]["parameters"])
+
+
 def test_kc_of_a_torque_motor_and_the_frequency_response(
     log: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -8,15 +8,20 @@ from hypothesis import strategies as st
 from cncgen.diagnostics import UsageError
 from cncgen.machine import servo_schema
 from cncgen.machine.record import Axis, Servo
+from cncgen.servo import plants
 from cncgen.servo.identification.etfe import etfe
 from cncgen.servo.identification.excitation import swept_sine
 from cncgen.servo.identification.fits import (
+    _OPEN,
     COEFFICIENTS,
+    _open_response,
+    _solved,
     fit_first_order,
     fit_fourth_order,
     fit_velocity_loop,
 )
 from cncgen.servo.identification.log import parse_log
+from cncgen.servo.loop import close_loop
 
 from .bench import profile, run
 
@@ -254,3 +259,32 @@ def test_what_is_no_log_is_said(fit, given, position, period_s, words):
     """NaN was a command that does not change, a period of 0 a division by it."""
     with pytest.raises(ValueError, match=words):
         fit(given, position, period_s)
+
+
+def test_what_a_log_does_not_determine_is_infinitely_uncertain():
+    """Moving one way, friction c and offset b of the drive show as b - c alone: both had a standard deviation of 0.03 %."""
+    drive = 100.0 * (1.0 + 0.3 * np.sin(2.0 * np.pi * 7.0 * T * np.arange(400)))
+    loop = close_loop(plants.velocity_loop(0.03, 0.03).with_imperfections(coulomb=20.0), _OPEN, T)
+    position = _open_response(loop, drive) + 1e-4 * np.random.default_rng(5).standard_normal(400)
+    one_way = fit_velocity_loop(drive, position, T)
+    assert {k for k, v in one_way.uncertainty.items() if np.isinf(v)} == {"bias", "coulomb"}
+    assert one_way.parameters["bias"] - one_way.parameters["coulomb"] == pytest.approx(-20.0, abs=0.5)
+    to_and_fro = fit_velocity_loop(*_swept(loop), T)
+    assert all(np.isfinite(v) for v in to_and_fro.uncertainty.values())
+    within(to_and_fro, {"gain": 0.03, "time_constant_s": 0.03, "bias": 0.0, "coulomb": 20.0})
+
+
+def _swept(loop):
+    """Return a drive's input that goes to and fro, and the noisy position of the axis."""
+    t = T * np.arange(2000)
+    drive = 100.0 * np.sin(2.0 * np.pi * (1.0 + 5.0 * t) * t)
+    return drive, _open_response(loop, drive) + 1e-4 * np.random.default_rng(6).standard_normal(len(t))
+
+
+def test_friction_of_nothing_has_the_uncertainty_of_a_slope():
+    """It enters by its size, whose central difference vanishes about 0; of y = |c| t it is s/|t|, as of any slope."""
+    t = np.linspace(0.0, 1.0, 300)
+    noise = 0.01 * np.random.default_rng(4).standard_normal(len(t))
+    theta, covariance, rest = _solved(lambda c: np.abs(c[0]) * t + 0.01 * t + noise, np.array([0.3]))
+    assert abs(theta[0]) < 1e-4
+    assert covariance[0, 0] == pytest.approx(rest @ rest / (len(t) - 1) / (t @ t), rel=1e-6)

@@ -27,6 +27,9 @@ Floats = NDArray[np.float64]
 
 #: Step of numerical derivatives, in logarithms and shares.
 STEP = 1e-5
+#: A direction of the parameters (columns of J of length 1) along which the response changes by less than this share of
+#: what it does along others is lost in the rounding of numerical derivatives, 1e-16/STEP with room to spare.
+UNDETERMINED = 1e-8
 #: Given the drive's input, the plant alone is simulated.
 _OPEN = Controller(d_setpoint=1.0)
 
@@ -38,7 +41,7 @@ class Fit:
     Attributes:
         model: Name of the model.
         parameters: By name, in the units that the name says.
-        uncertainty: Standard deviation of each.
+        uncertainty: Standard deviation of each; infinite where the log does not determine it.
         fit_percent: 100 (1 − |y − ŷ|/|y − mean y|), the usual measure.
         residual_rms: mm or rad.
         residual: Shape (n,).
@@ -261,7 +264,9 @@ def _start(
     if not np.isfinite(squares[best]):
         raise ValueError("the position does not follow the drive's input: no gain is positive")
     bounds = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
-    log_lag = float(minimize_scalar(lambda x: projected(x)[0], bounds=bounds, method="bounded").x)
+    # The search subtracts values from each other: a lag of no positive gain counts as the worst that has one.
+    worst = max(square for square in squares if np.isfinite(square))
+    log_lag = float(minimize_scalar(lambda x: min(projected(x)[0], worst), bounds=bounds, method="bounded").x)
     gain, push, offset = projected(log_lag)[1]
     return np.array([gain, np.exp(log_lag), push / gain, offset])
 
@@ -269,7 +274,7 @@ def _start(
 def _solved(residual: Callable[[Floats], Floats], start: Floats) -> tuple[Floats, Floats, Floats]:
     """Return θ, shape (k,), its covariance, (k, k), and the residual, (n,), of the least-squares solution from a start.
 
-    The covariance is that of the linearised problem, σ² (Jᵀ J)⁻¹ with σ² = |r|²/(n − k).
+    The covariance is that of the linearised problem, σ² (Jᵀ J)⁻¹ with σ² = |r|²/(n − k); see `_inverse`.
     """
     from scipy.optimize import least_squares
 
@@ -277,20 +282,38 @@ def _solved(residual: Callable[[Floats], Floats], start: Floats) -> tuple[Floats
         with np.errstate(over="ignore", invalid="ignore"):
             return np.clip(np.nan_to_num(residual(theta), nan=1e9), -1e9, 1e9)
 
-    def jacobian(theta: Floats) -> Floats:
+    def jacobian(theta: Floats, least: float = -np.inf) -> Floats:
         # Absolute steps: logarithms and shares of typical values are all of size one, and some of them are zero.
         columns = []
         for i in range(len(theta)):
-            step = np.zeros(len(theta))
+            step, back = np.zeros(len(theta)), np.zeros(len(theta))
             step[i] = STEP
-            columns.append((bounded(theta + step) - bounded(theta - step)) / (2.0 * STEP))
+            back[i] = 0.0 if abs(theta[i]) <= least else STEP
+            columns.append((bounded(theta + step) - bounded(theta - back)) / (step[i] + back[i]))
         return np.column_stack(columns)
 
     found = least_squares(bounded, start, jac=jacobian, x_scale="jac", method="lm", max_nfev=100)
     rest = found.fun
     variance = float(rest @ rest) / max(1, len(rest) - len(start))
-    covariance = np.linalg.pinv(found.jac.T @ found.jac) * variance
-    return found.x, covariance, rest
+    # Friction enters by its size: about 0 the central difference of it vanishes, that to one side does not.
+    return found.x, _inverse(jacobian(found.x, STEP)) * variance, rest
+
+
+def _inverse(jacobian: Floats) -> Floats:
+    """Return (Jᵀ J)⁻¹, shape (k, k), of J, (n, k), with an infinite variance for each θ that the log does not determine.
+
+    That is a θ with a part in a direction along which nothing changes: of the pseudoinverse, which leaves such directions
+    out, it would have a small one.
+    """
+    size = np.linalg.norm(jacobian, axis=0)
+    size[size == 0.0] = 1.0
+    _, values, rows = np.linalg.svd(jacobian / size, full_matrices=False)
+    lost = values <= UNDETERMINED * values[0]
+    kept = rows[~lost] / values[~lost, None]
+    inverse: Floats = kept.T @ kept / np.outer(size, size)
+    vague = (np.abs(rows[lost]) > np.sqrt(UNDETERMINED)).any(axis=0)
+    inverse[vague, vague] = np.inf
+    return inverse
 
 
 def _unfold(
