@@ -20,12 +20,14 @@ from cncgen.planner.optimal.caps import SpeedCap
 from cncgen.planner.optimal.planning import ROWS, plan_blocks, smooth_blocks
 from cncgen.planner.record import Limit, Trajectory
 from cncgen.planner.smoothing import chord_within
+from cncgen.planner.smoothing.stretches import Stretches
 from cncgen.toolpath.record import PathMode, Toolpath
+from cncgen.toolpath.slicing import between, join
 
 Blocks = list[tuple[Toolpath, SpeedCap | None]]
 
-#: Rows up to which a program is short.
-_SHORT = ROWS // 2
+#: Rows up to which a program is short, of at most so many parts each on average: lines and arcs that go on are one row.
+_SHORT, _PARTS = ROWS // 2, 8
 #: Part of the time of a motion that chords hold, up to which its roundings stay; and part by which another must be faster.
 _HELD, _LESS = 0.02, 1e-4
 
@@ -44,12 +46,15 @@ def plan_roundings(chunks: Iterable[Toolpath], machine: Machine, effort: str) ->
     Raises:
         NoPlanError: No motion within the limits was found.
     """
-    source, held, rows = iter(chunks), [], 0
-    while rows <= _SHORT and (chunk := next(source, None)) is not None:
+    source = (chunk for chunk in chunks if len(chunk))
+    held: list[Toolpath] = []
+    rows = parts = 0
+    while max(rows, parts / _PARTS) <= _SHORT and (chunk := next(source, None)) is not None:
+        rows += _more_rows(held, chunk)
+        parts += len(chunk)
         held.append(chunk)
-        rows += len(chunk)
     rounded = any(np.any(chunk.path_mode == PathMode.CONTINUOUS) for chunk in held)
-    if rows > _SHORT or not rounded or effort != "best":
+    if max(rows, parts / _PARTS) > _SHORT or not rounded or effort != "best":
         yield from plan_blocks(smooth_blocks(chain(held, source), machine), machine, effort)
         return
     blocks = list(smooth_blocks(held, machine))
@@ -67,6 +72,12 @@ def plan_roundings(chunks: Iterable[Toolpath], machine: Machine, effort: str) ->
             if seconds < (1.0 - _LESS) * moving:
                 best, moving = found, seconds
     yield from best
+
+
+def _more_rows(before: list[Toolpath], chunk: Toolpath) -> int:
+    """Return how many rows a chunk adds to those before it; in how many parts a line is written makes no more of it."""
+    last = [between(each, len(each) - 1, len(each)) for each in before[-1:]]
+    return len(Stretches.of(join([*last, chunk])).rows) - len(last)
 
 
 def _others(chunks: list[Toolpath], machine: Machine) -> Iterator[Blocks]:

@@ -17,7 +17,8 @@ from cncgen.machine.record import Axis, Machine
 from cncgen.planner import PlanOptions, Trajectory, roundings
 from cncgen.planner.optimal import plan_blocks, smooth_blocks
 from cncgen.planner.smoothing import chord_within
-from cncgen.toolpath.record import PathMode
+from cncgen.toolpath.record import Kind, PathMode
+from cncgen.toolpath.slicing import between
 
 #: Facets of 3.4 µm on which chords of 0.02 µm hold the speed: the curve through them took 3.4 % longer than stops.
 FACETS = """G21 G17 G90 G94
@@ -136,6 +137,23 @@ def test_where_chords_hold_nothing_or_programs_are_long_there_is_one_plan(
     found = profiles(roundings.plan_roundings(program(text).chunks(), machine, "best"))
     assert len(made) == 1
     assert all(np.array_equal(one, other) for one, other in zip(found, expected, strict=True))
+
+
+@pytest.mark.parametrize("size", [1, 5, 100])
+def test_whether_a_program_is_short_is_no_matter_of_parts(size: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Twelve lines as one row each and in five parts, at a bound of twelve rows: three plans; once one of the parts, 5 % longer."""
+    text, machine = turns(0)
+    (rows,) = program(text).chunks()
+    rows = between(rows, 0, 12)
+    assert set(rows.kind) == {Kind.LINE}
+    monkeypatch.setattr(roundings, "_SHORT", len(rows))
+    share = np.arange(1, 6)[:, None] / 5.0
+    ends = np.concatenate([a + share * (b - a) for a, b in zip(rows.starts, rows.end, strict=True)])
+    columns = ("kind", "feed", "feed_mode", "path_mode", "tolerance", "curve", "line", "source")
+    parts = replace(rows, end=ends, **{name: np.repeat(getattr(rows, name), 5) for name in columns})
+    cut = [between(parts, k, min(k + size, len(parts))) for k in range(0, len(parts), size)]
+    seconds = [moving_s(list(roundings.plan_roundings(each, machine, "best"))) for each in ([rows], cut)]
+    assert seconds[1] == pytest.approx(seconds[0], rel=1e-4)
 
 
 def test_what_has_no_corners_is_planned_once(monkeypatch: pytest.MonkeyPatch) -> None:

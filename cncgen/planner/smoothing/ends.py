@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry.columns import most
 from cncgen.geometry.path import STANDSTILL, Path, metric_columns
 from cncgen.geometry.splitting import split
 from cncgen.planner.smoothing.runs import LEAST_TOLERANCE, rests
@@ -71,8 +72,17 @@ def opened(chunks: Iterable[Toolpath]) -> Iterator[tuple[Toolpath, Bools]]:
 
 
 def _moves(rows: Toolpath) -> Bools:
-    away = np.abs(rows.end - rows.starts).max(axis=1) > STANDSTILL if len(rows) else np.zeros(0, bool)
-    out: Bools = (rows.kind == Kind.ARC) | (rows.kind == Kind.NURBS) | ((rows.kind == Kind.LINE) & away)
+    """Tell which rows move, shape (n,): of lines that are no longer than a standstill the first of those that make a longer one.
+
+    A move that is cut in parts must not vanish with them.
+    """
+    out: Bools = rows.kind != Kind.EVENT
+    starts = rows.starts
+    still = (rows.kind == Kind.LINE) & (most(np.abs(rows.end - starts)) <= STANDSTILL)
+    out[still] = False
+    border = np.diff(still.astype(np.int8), prepend=0, append=0)
+    first, last = np.flatnonzero(border > 0), np.flatnonzero(border < 0) - 1
+    out[first[most(np.abs(rows.end[last] - starts[first])) > STANDSTILL]] = True
     return out
 
 
@@ -107,7 +117,7 @@ def _joints(rows: Toolpath, path: Path, before: tuple[bool, float]) -> _Joints:
     n = len(rows)
     rough, reach = np.zeros(n + 1, bool), np.zeros(n + 1)
     rough[0], reach[0] = before
-    moving = np.flatnonzero(np.diff(path.row_s) > STANDSTILL)
+    moving = np.flatnonzero(_moves(rows) & ((rows.kind == Kind.LINE) | (path.row_length > STANDSTILL)))
     one, two = moving[:-1], moving[1:]
     may = _roundable(rows, path)
     stops = np.concatenate([[0], np.cumsum(rests(rows))])

@@ -28,7 +28,7 @@ from cncgen.planner.smoothing.ends import opened
 from cncgen.planner.smoothing.output import rows_of
 from cncgen.planner.smoothing.runs import TANGENT, Classes, axis_scale, classify
 from cncgen.planner.smoothing.shares import chord_need
-from cncgen.planner.smoothing.stretches import Stretches
+from cncgen.planner.smoothing.stretches import SAME, Stretches
 from cncgen.planner.smoothing.worth import rounding
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 from cncgen.toolpath.slicing import between, join
@@ -338,7 +338,7 @@ def _cuts(rows: Toolpath, window: Ints, row_t: Floats) -> Floats:
     a, b = window[:-1], window[1:]
     one, two = rows.feed[a], rows.feed[b]
     # Speeds that were made of a time are the same but for rounding.
-    feed = (np.abs(one - two) > 1e-9 * np.maximum(one, two)) | (rows.feed_mode[a] != rows.feed_mode[b])
+    feed = (np.abs(one - two) > SAME * np.maximum(one, two)) | (rows.feed_mode[a] != rows.feed_mode[b])
     return row_t[1:-1][feed | (b > a + 1)]
 
 

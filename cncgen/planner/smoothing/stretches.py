@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.columns import norm
-from cncgen.geometry.path import STANDSTILL
 from cncgen.planner.smoothing.circles import OFF, Circles, arcs_of, goes_on
 from cncgen.planner.smoothing.runs import LEAST_TOLERANCE, axis_scale
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
@@ -28,8 +27,11 @@ _OFF = 1e-6
 #: Turn from which parts are no straight line, however short they are.
 _TURN = 1e-3
 #: Part of the speed by which that of parts may differ, and may at most where parts are so short that the room for
-#: coordinates is more of them than that: speeds of G93 come from lengths, with their rounding.
-_SAME, _SAME_WHERE_SHORT = 1e-9, 1e-5
+#: coordinates is more of them than that: speeds of G93 come from lengths, of arcs whose centres are rounded too, and from
+#: F, of which eight digits may be known.
+SAME, _SAME_WHERE_SHORT = 1e-7, 1e-5
+#: Part of the largest turn of a stretch that is not straight, up to which there is none: lines are cut there.
+_NO_TURN = 1e-3
 #: Parts of a row at most: what has been read of a stretch waits for its end.
 _MOST = 512
 
@@ -133,9 +135,9 @@ def _alike(parts: Toolpath, length: Floats, two: Ints) -> Ints:
     tolerance = parts.tolerance[two]
     shorter = np.minimum(length[one], length[two])
     rounding = np.minimum(_OFF * tolerance, _SAME_WHERE_SHORT * shorter)
-    same = np.abs(speed[1] - speed[0]) * shorter <= np.maximum(_SAME * shorter, rounding) * speed[0]
+    same = np.abs(speed[1] - speed[0]) * shorter <= np.maximum(SAME * shorter, rounding) * speed[0]
     same &= (tolerance == parts.tolerance[one]) & (tolerance >= LEAST_TOLERANCE)
-    same &= shorter > STANDSTILL
+    same &= shorter > 0.0
     same &= (parts.feed_mode[one] == parts.feed_mode[two]) & (parts.feed_mode[two] != FeedMode.RAPID)
     for at in (one, two):
         same &= parts.path_mode[at] == PathMode.CONTINUOUS
@@ -150,8 +152,9 @@ def _straight_on(parts: Toolpath, steps: Floats, length: Floats) -> Bools:
     two = _alike(parts, length, two[ahead[two - 1]])
     one = two - 1
     turn = steps[two] / length[two, None] - steps[one] / length[one, None]
-    shorter = np.minimum(length[one], length[two])
-    out[two[norm(turn) * shorter <= _OFF * parts.tolerance[two]]] = True
+    # What is within `_OFF` of a straight line is within twice of that of the line between two ends: `_straight` looks closer.
+    away = norm(turn) * length[one] * length[two] / (length[one] + length[two])
+    out[two[away <= 2.0 * _OFF * parts.tolerance[two]]] = True
     return out
 
 
@@ -194,7 +197,7 @@ def _straight(joined: Bools, places: Floats, parts: Toolpath) -> Bools:
 
 
 def _kinks(inner: Ints, of: Ints, first: Ints, stop: Ints, places: Floats, tolerance: Floats) -> Bools:
-    """Tell where to cut stretches that are not straight, shape (k,): at the largest turns, or everywhere.
+    """Tell where to cut stretches that are not straight, shape (k,): at the largest turns, or at all of them.
 
     Args:
         inner: Shape (k,): rows at whose starts they may be cut.
@@ -205,11 +208,13 @@ def _kinks(inner: Ints, of: Ints, first: Ints, stop: Ints, places: Floats, toler
     steps = places[inner] - places[inner - 1], places[inner + 1] - places[inner]
     ways = [step / norm(step)[:, None] for step in steps]
     reach = [norm(places[end] - places[inner]) for end in (first[of], stop[of])]
-    turn = norm(ways[1] - ways[0]) * np.minimum(*reach)
-    most = np.zeros(len(first))
+    angle = norm(ways[1] - ways[0])
+    turn = angle * np.minimum(*reach)
+    widest, most = np.zeros((2, len(first)))
+    np.maximum.at(widest, of, angle)
     np.maximum.at(most, of, turn)
-    most = most[of]
-    out: Bools = (turn >= 0.5 * most) | (most <= _OFF * tolerance[inner])
+    slight = most[of] <= _OFF * tolerance[inner]
+    out: Bools = (turn >= 0.5 * most[of]) | (slight & (angle > _NO_TURN * widest[of]))
     return out
 
 

@@ -174,6 +174,42 @@ def test_facets_of_a_slight_curve_are_no_line() -> None:
     np.testing.assert_array_equal(Stretches.of(rows).first, np.arange(401))
 
 
+def test_facets_of_a_slight_curve_stay_whole_where_they_are_cut() -> None:
+    """Thirty of 0.1 mm, none of whose turns of 6·10⁻⁹ reaches 10⁻⁶ P with 1.5 mm on its sides: all parts once became rows."""
+    angle = 6e-9 * np.arange(31)
+    ends = 0.1 / 6e-9 * np.stack([np.sin(angle), 2.0 * np.sin(0.5 * angle) ** 2, 0.0 * angle], axis=1)
+    rows = toolpath(ends[0], ends[1:].tolist())
+    np.testing.assert_array_equal(Stretches.of(rows).first, np.arange(31))
+    np.testing.assert_array_equal(Stretches.of(cut(rows, 3)).first, 3 * np.arange(31))
+
+
+@pytest.mark.parametrize(("off", "joined"), [(0.9e-8, True), (1.1e-8, False)])
+def test_what_is_straight_is_so_however_it_is_cut(off: float, joined: bool) -> None:
+    """Two lines of 1 mm whose joint is beside the line between their ends, by less and by more than 10⁻⁶ P.
+
+    Their turn times the shorter of them is twice of that, and once parted them both times, unless they were cut.
+    """
+    whole = toolpath([0, 0, 0], [[1.0, off, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0]])
+    np.testing.assert_array_equal(Stretches.of(whole).first, [0, 2, 3] if joined else [0, 1, 2, 3])
+    np.testing.assert_array_equal(Stretches.of(cut(whole, 4)).first, [0, 8, 12] if joined else [0, 4, 8, 12])
+
+
+def test_a_part_below_a_standstill_is_part_of_its_line() -> None:
+    """0.1 pm cut off 1 pm, and 2 pm in four: parts that do not move by themselves; lines of other ways stay rows."""
+    ends = np.array([[1.0, 0.0], [1.0, 1e-10], [1.0, 1e-9], [2.0, 1e-9]])
+    ends = np.concatenate([ends, [[2.0, 1e-9 + 5e-10 * k] for k in (1, 2, 3, 4)], [[3.0, 3e-9]]])
+    rows = toolpath([0, 0, 0], np.pad(ends, ((0, 0), (0, 1))).tolist())
+    np.testing.assert_array_equal(Stretches.of(rows).first, [0, 1, 3, 4, 8, 9])
+
+
+def test_speeds_of_eight_digits_are_one() -> None:
+    """What G93 makes of lengths and of an F with eight digits; a speed that is another one in the sixth is another."""
+    rows = toolpath([0, 0, 0], STRAIGHT, feed=[100.0, 100.000003, 100.0001])
+    found = Stretches.of(rows)
+    np.testing.assert_array_equal(found.first, [0, 2, 3])
+    np.testing.assert_array_equal(found.parts.feed, [100.0, 100.0, 100.0001])
+
+
 def test_a_slight_turn_parts_lines_however_they_are_cut() -> None:
     """2·10⁻⁸ rad at 1 mm is 20 nm, over 10⁻⁶ P; beside parts of 0.3 mm it is 6 nm, and once parted all parts or none."""
     ends = np.cumsum([[1.0, 0.0, 0.0], [1.0, 2e-8, 0.0], [1.0, 2e-8, 0.0]], axis=0)
