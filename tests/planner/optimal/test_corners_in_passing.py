@@ -13,6 +13,7 @@ from cncgen.planner import PlanOptions, plan
 from cncgen.planner.motion import motion_at
 from cncgen.planner.optimal import joints
 from cncgen.planner.optimal.limits import SWAY_SHARE, Bounds
+from cncgen.planner.optimal.window import MARGIN
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Trajectory
 from cncgen.setpoints import sample
@@ -476,3 +477,38 @@ def test_chords_over_a_long_line_and_several_small_corners() -> None:
         away = np.linalg.norm(from_start - part_of[..., None] * chord, axis=2)
         largest = max(largest, float(away.min(axis=1).max()))
     assert 0.9 * machine.chord_tolerance_mm < largest <= 1.005 * machine.chord_tolerance_mm
+
+
+def test_a_zone_on_lines_is_the_way_under_the_jerk_that_the_jump_leaves() -> None:
+    """v t + j t³/6 for one and a half periods, j being a quarter of J on lines; full jerk counts where a curve is beside it."""
+    jerk, period, speed = 5e4, 4e-3, 2.0
+    axes = {letter: Axis(letter, 1e3, 1e6, jerk) for letter in "XY"}
+    bounds = Bounds.of(Machine("coarse", axes, period_s=period, chord_tolerance_mm=1.0), "XY")
+    along = np.array([[1.0, 0.0]])
+    for straight, left in ((True, 0.25 * jerk), (False, jerk)):
+        zone = joints._zones(
+            bounds,
+            np.array([speed]),
+            np.zeros(1),
+            (np.full((1, 2), 0.75), np.zeros((1, 2))),
+            np.array([straight]),
+            along,
+            along,
+        )
+        seen = 1.5 * period
+        assert zone == pytest.approx(speed * seen + left * seen**3 / 6.0, rel=1e-12)
+
+
+def test_full_jerk_beyond_the_zone_of_a_step_of_curvature_is_less_than_plans_leave() -> None:
+    """Three quarters of J by the step, a quarter up to the ends of the zone, J beyond: by the B-spline itself, at every phase."""
+    t = np.linspace(-6.0, 6.0, 120_001)
+    away = np.abs(t)
+    spline = np.where(away < 0.5, 0.75 - away**2, 0.5 * np.maximum(1.5 - away, 0.0) ** 2)
+    rest = np.where(away < joints._SEEN[1], 0.25, 1.0)
+    phases = np.linspace(-1.5, 1.5, 301)
+    seen = [
+        0.75 * np.interp(phase, t, spline) / 0.75
+        + np.trapezoid(np.interp(t - phase, t, spline, left=0.0, right=0.0) * rest, t)
+        for phase in phases
+    ]
+    assert 1.0 < max(seen) <= 1.0 + (1.0 - MARGIN["best"])
