@@ -247,6 +247,20 @@ def drawn(draw: np.random.Generator, mode: str) -> Case:
     )
 
 
+def train(draw: np.random.Generator, mode: str) -> Case:
+    """Return 3 to 40 lines of 1/50 to 10 J T³ each, which turn at random: about a period from corner to corner."""
+    period, jerk = float(draw.choice([0.5e-3, 1e-3, 2e-3, 4e-3])), 10.0 ** draw.uniform(3.5, 6.5)
+    acceleration = jerk * period * 10.0 ** draw.uniform(-0.5, 1.2)
+    velocity = acceleration * period * 10.0 ** draw.uniform(0.0, 2.0)
+    count, size = int(draw.integers(3, 40)), jerk * period**3 * 10.0 ** draw.uniform(-1.7, 1.0)
+    turns = draw.normal(0.0, 10.0 ** draw.uniform(-2.0, 0.3), count)
+    moves = _polyline(turns, size * np.exp(draw.normal(0.0, 0.5, count)))
+    weak = float(draw.choice([1.0, 1.0, 0.3]))
+    limits = tuple((limit, limit * weak) for limit in (velocity, acceleration, jerk))
+    chord = max(2e-9, size * 10.0 ** draw.uniform(-2.5, 0.5))
+    return Case("train", moves, limits, 10.0 * velocity, chord, period, mode)
+
+
 # --- properties -----------------------------------------------------------------------------------------------------
 
 
@@ -341,12 +355,13 @@ def main() -> None:
     parser.add_argument("count", nargs="?", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--mode", default="G61", help="G61, G61.1 or G64 P…")
+    parser.add_argument("--trains", action="store_true", help="of short lines, beside coarse periods")
     asked = parser.parse_args()
     begin = time.process_time()
     failed = 0
     for number in range(asked.count):
         draw = np.random.default_rng([asked.seed, number])
-        case = drawn(draw, asked.mode)
+        case = (train if asked.trains else drawn)(draw, asked.mode)
         found = list(PROPERTIES[asked.name](case, draw))
         failed += bool(found)
         for each in found:
