@@ -14,8 +14,9 @@ Debrouwere et al. (2013). Modules in the order in which data passes them:
     creeping    a slow but certain solution where none is found
     pieces      the solution as pieces in time
     chords      chords between setpoints that leave the path too far: lower bounds of q, and solve again
-    rests       how long a rest in a corner lasts until a setpoint is near enough to it
     window      the look-ahead: solves the open intervals down to a stop, and hands on what is final
+    rests       how long a rest in a corner lasts until a setpoint is near enough to it
+    timeline    what is final, in time: trajectories, and where they slow down for corners
     planning    runs all of this, in threads (`ahead`), below speed limits from outside (`caps`)
 
 Method, figures and what is not proved: docs/least-time.md, docs/corners.md, docs/evidence.md.

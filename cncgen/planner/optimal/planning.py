@@ -16,6 +16,7 @@ from cncgen.planner.optimal.caps import SpeedCap
 from cncgen.planner.optimal.joints import Beyond, ends_of
 from cncgen.planner.optimal.limits import Bounds
 from cncgen.planner.optimal.paces import paced
+from cncgen.planner.optimal.timeline import Planned, Timeline
 from cncgen.planner.optimal.track import Track
 from cncgen.planner.optimal.trials import Trials
 from cncgen.planner.optimal.window import MARGIN, Window
@@ -71,19 +72,24 @@ def plan_blocks(
     def bounds_of(axes: str) -> Bounds:
         return Bounds.of(machine, axes, contour_centripetal)
 
-    with closing(ahead(_solved(source, bounds_of, effort), AHEAD)) as trajectories:
-        yield from trajectories
+    timeline = Timeline()
+    with closing(ahead(_solved(source, bounds_of, effort), AHEAD)) as solved:
+        for each in solved:
+            if isinstance(each, Toolpath):
+                yield _standing(each, timeline.t_s)
+            else:
+                yield from timeline.trajectories(each)
 
 
 def _solved(
     source: Iterable[tuple[Toolpath, SpeedCap | None]], bounds_of: Callable[[str], Bounds], effort: str
-) -> Iterator[Trajectory]:
-    """Yield trajectories, window by window."""
+) -> Iterator[Planned | Toolpath]:
+    """Yield what is final, window by window, and toolpaths that stand still."""
     window: Window | None = None
     with closing(ahead(_tracks(source, bounds_of, effort), AHEAD)) as tracks:
         for track, last in tracks:
             if isinstance(track, Toolpath):
-                yield _standing(track, 0.0 if window is None else window.t_s)
+                yield track
                 continue
             if window is None:
                 window = Window(bounds_of(track.toolpath.axes), MARGIN[effort])

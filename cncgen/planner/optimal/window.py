@@ -1,7 +1,7 @@
 """The look-ahead's window: tracks that are read but not yet final, planned down to a stop at the window's end.
 
-`planning` appends tracks and calls `advance`, which solves (`problem`), measures chords (`chords`) and rests (`rests`), and
-yields what is final as `Trajectory`. A part of the plan is final if it does not depend on the stop at the end.
+`planning` appends tracks and calls `advance`, which solves (`problem`), measures chords (`chords`), and yields what is final,
+for `timeline`. A part of the plan is final if it does not depend on the stop at the end.
 """
 
 from __future__ import annotations
@@ -13,16 +13,13 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.planner.assembly import assemble, timed, waits_of
 from cncgen.planner.optimal.chords import Course, held
 from cncgen.planner.optimal.creeping import creeping, hurdle
-from cncgen.planner.optimal.joints import nearest
 from cncgen.planner.optimal.limits import Bounds
 from cncgen.planner.optimal.pieces import Pieces, pieces_of
 from cncgen.planner.optimal.problem import Intervals, Solution, solve
-from cncgen.planner.optimal.rests import Rests, Way, started
+from cncgen.planner.optimal.timeline import Planned
 from cncgen.planner.optimal.track import ENTER, LEAVE, LINE, SPLINE, Track
-from cncgen.planner.record import Limit, SharpCorner, Trajectory
 
 Floats = NDArray[np.float64]
 
@@ -41,11 +38,6 @@ _EVERYWHERE = 3
 _CLEAR = 2.0
 #: Relative difference of q between neighbours up to which they are on one plateau.
 _LEVEL = 1e-6
-#: A minimum of the speed within this many periods of a jump of the path is counted as that jump's: a third difference of
-#: setpoints spans three periods, so it sees the jump from as far.
-_NEAR = 1.5
-#: Sharp corners that are handed on one by one; beyond them they are counted.
-MAX_CORNERS = 10_000
 #: A stop for a place that no motion can pass lies at most this many intervals before it.
 _BESIDE = 2
 #: Intervals at the start of a program whose solutions are confirmed (`problem.solve`, settled). A path in another unit of length
@@ -60,21 +52,17 @@ _PATIENT = 5_000
 
 @dataclass(slots=True)
 class Window:
-    """Tracks in a row. Their intervals are open until they are handed on as trajectories.
+    """Tracks in a row. Their intervals are open until they are handed on.
 
     Attributes:
         bounds: Limits.
         margin: Part of the limits of acceleration and jerk that is planned with.
         tracks: In order; of the first, the intervals from `used` on are still open.
         used: Intervals of the first track that are handed on.
-        t_s: Time at the start of the first open interval.
         state: q there and the middle ordinate of q on it, where the motion is under way; None at rest.
         reserve: Ordinates and limits of the last plan for the first open intervals, down to a stop: a plan that is always
             there to fall back on.
-        corners: Sharp corners handed on so far.
         wanted: Number of open intervals at which the window is planned next.
-        past: What has been handed on, back to a period before `t_s` at least.
-        cornered: Whether the intervals that were handed on last had rests that chords might cut (`Track.cuts`).
         unsettled: Number of intervals whose solutions are still to be confirmed (`_SETTLED`).
         patient: Number of intervals for which all starts may still be tried where windows fail (`_PATIENT`).
     """
@@ -83,20 +71,16 @@ class Window:
     margin: float = MARGIN["best"]
     tracks: list[Track] = field(default_factory=list)
     used: int = 0
-    t_s: float = 0.0
     state: tuple[float, float] | None = None
     reserve: tuple[Floats, NDArray[np.int8]] | None = None
-    corners: int = 0
     wanted: int = SIZE
-    past: list[Way] = field(default_factory=list)
-    cornered: bool = False
     unsettled: int = _SETTLED
     patient: int = _PATIENT
 
     def __len__(self) -> int:
         return sum(len(track) for track in self.tracks) - self.used
 
-    def advance(self, last: bool) -> Iterator[Trajectory]:
+    def advance(self, last: bool) -> Iterator[Planned]:
         """Plan what is open where there is enough of it, and hand on what is final: all of it at the `last` call."""
         while len(self) > self.wanted or (last and len(self)):
             count = min(len(self), self.wanted)
@@ -124,7 +108,7 @@ class Window:
                 final += int(given.kind[final] == ENTER)
             # From its new state the motion can certainly stop where the last plan did, so the next window reaches beyond that.
             self.wanted = max(SIZE, 3 * (len(given) - final) // 2)
-            yield from self._hand_on(given, solution, pieces, final, last and final == len(self))
+            yield self._hand_on(given, solution, pieces, final, last and final == len(self))
 
     def arrival(self) -> Floats | None:
         """Return when a motion from rest to rest over all open intervals reaches each node, s; None if the first start fails."""
@@ -263,20 +247,15 @@ class Window:
 
     def _hand_on(
         self, given: Intervals, solution: Solution, pieces: Pieces, final: int, ends: bool
-    ) -> Iterator[Trajectory]:
-        """Turn the first `final` intervals into trajectories, and take them out of the window; whether the program `ends` there."""
+    ) -> Planned:
+        """Take the first `final` intervals out of the window; whether the program `ends` there."""
         n = len(given)
-        position = 0
-        longer = self._longer(given, pieces, final, ends)
-        while position < final:
-            track = self.tracks[0]
-            count = min(len(track) - self.used, final - position)
-            whole = self.used + count == len(track)
-            part = slice(position, position + count)
-            yield self._trajectory(track, count, whole, pieces, solution, part, longer[part])
-            position += count
-            self.used += count
-            if whole:
+        out = Planned(
+            self.bounds, self._parts(n), given.h, pieces, solution, final, self.state is not None, ends
+        )
+        for track, rows in self._parts(final):
+            self.used = rows.stop
+            if rows.stop == len(track):
                 self.tracks.pop(0)
                 self.used = 0
         self.state, self.reserve = None, None
@@ -287,79 +266,7 @@ class Window:
             # The window could not be planned beyond this place, so the motion stops here, and the next track leaves a rest.
             self.tracks[0].kind[self.used] = LEAVE
             self.tracks[0].corner[self.used] = True
-
-    def _longer(self, given: Intervals, pieces: Pieces, final: int, ends: bool) -> Floats:
-        """Return how much longer than the program asks for rests last before the first `final` intervals, shape (final,), s."""
-        parts = self._parts(len(given))
-        cuts = np.concatenate([track.cuts[rows] for track, rows in parts])[:final]
-        cornered, self.cornered = self.cornered, bool(cuts.any())
-        if not (cornered or self.cornered):
-            return np.zeros(final)
-        dwells = np.zeros(len(given) + 1)
-        first = 0
-        for track, rows in parts:
-            events = [event for event in track.events if rows.start <= event[0] <= rows.stop]
-            dwells[first : first + rows.stop - rows.start + 1] += waits_of(
-                events, rows.stop - rows.start + 1, rows.start
-            )
-            first += rows.stop - rows.start
-        way = Way.planned(Course(parts, self.bounds), given.h, pieces)
-        stands = cuts | (dwells[:final] > 0.0)
-        if not self.past and not dwells[0]:
-            # The first wait is before the motion starts.
-            after = np.flatnonzero(stands[1:]) + 1
-            longer, start = started(way, after, way.profile.t[pieces.offset], dwells, ends)
-            longer[0] = start
-            return longer[:final]
-        # How the motion goes on after a rest at the end of the last hand-on, and so the chord over it, is known only now.
-        stands[0] |= self.state is None
-        rests = Rests(way, self.past, np.flatnonzero(stands), [self.t_s], [0.0])
-        return rests.lengthened(way.profile.t[pieces.offset], dwells)[:final]
-
-    def _trajectory(
-        self,
-        track: Track,
-        count: int,
-        whole: bool,
-        pieces: Pieces,
-        solution: Solution,
-        part: slice,
-        longer: Floats,
-    ) -> Trajectory:
-        first = self.used
-        last = first + count if whole else first + count - 1
-        events = [event for event in track.events if first <= event[0] <= last]
-        waits = waits_of(events, count + 1, first)
-        first_piece, last_piece = pieces.offset[part.start], pieces.offset[part.stop]
-        cut = slice(first_piece, last_piece)
-        offset = pieces.offset[part.start : part.stop + 1] - first_piece
-        why = np.where(waits > 0.0, np.int8(Limit.STOP), np.int8(Limit.CHORD))
-        waits[:-1] += longer
-        owner = np.repeat(np.arange(count), np.diff(offset))
-        profile, arrival = assemble(
-            self.t_s,
-            np.append(track.s[first + owner] + pieces.place[cut], track.s[first + count]),
-            (pieces.duration[cut], pieces.v[cut], pieces.a[cut], pieces.j[cut], pieces.c[cut]),
-            pieces.limit[cut],
-            offset,
-            waits,
-            why,
-        )
-        self.t_s = float(profile.t[-1])
-        self.past = [way for way in self.past if way.profile.t[-1] > self.t_s - self.bounds.period_s]
-        self.past.append(Way.gone(track, profile, self.bounds))
-        slow = slow_nodes(track, first, solution.q[part, 0], solution.limit[part], self.bounds.period_s)
-        room = max(0, MAX_CORNERS - self.corners)
-        self.corners += len(slow)
-        corners = corners_at(slow[:room], track, first, solution.q[part, 0], solution.limit[part], arrival)
-        return Trajectory(
-            toolpath=track.toolpath,
-            row_s=np.asarray(track.path.row_s),
-            profile=profile,
-            events=timed(events, arrival, first),
-            corners=corners,
-            values={"corners_total": self.corners},
-        )
+        return out
 
 
 def _last_rest(kind: NDArray[np.int8], least: int) -> int:
@@ -402,90 +309,3 @@ def _stop_before(kind: NDArray[np.int8], most: int) -> int:
     amid = np.flatnonzero(spline[:-3] & spline[1:-2] & spline[2:-1] & spline[3:]) + 2
     amid = amid[amid <= most]
     return int(amid[-1]) if len(amid) else 0
-
-
-def slow_nodes(
-    track: Track, first: int, q: Floats, limit: NDArray[np.int8], period_s: float
-) -> NDArray[np.int64]:
-    """Return the nodes, counted from `first`, at which the motion slows for a corner.
-
-    Those are jumps of the path's derivatives, and minima of the speed between maxima a tenth higher that curvature
-    (acceleration, jerk, chord error) causes. A minimum within `_NEAR` periods of a jump is that jump's, and one that
-    costs less than a period is none.
-
-    Args:
-        track: The intervals.
-        first: Number of the first one.
-        q, limit: Shape (count,), their solution: v² at their left ends, and what binds.
-        period_s: Time between setpoints.
-    """
-    jumps = np.flatnonzero(track.corner[first : first + len(q)])
-    s = track.s[first : first + len(q)]
-    minima = _minima(s, q, limit, period_s)
-    if len(jumps) and len(minima):
-        beside = jumps[nearest(s[jumps], s[minima])]
-        way = _NEAR * period_s * np.sqrt(np.maximum(q[beside], q[minima]))
-        minima = minima[np.abs(s[minima] - s[beside]) > way]
-    return np.union1d(jumps, minima)
-
-
-def corners_at(
-    at: NDArray[np.int64], track: Track, first: int, q: Floats, limit: NDArray[np.int8], arrival: Floats
-) -> tuple[SharpCorner, ...]:
-    """Name the corners at nodes that `slow_nodes` found; `arrival` has the time at the nodes from `first` on."""
-    if not len(at):
-        return ()
-    s = track.s[first + at]
-    position = track.path.evaluate(s, 0)[0]
-    line = track.toolpath.line[track.path.row_of(s)]
-    which = np.where(track.corner[first + at], np.int8(Limit.CORNER), limit[at])
-    return tuple(
-        SharpCorner(
-            int(line[i]),
-            tuple(position[i].tolist()),
-            float(np.sqrt(q[k])),
-            Limit(int(which[i])),
-            float(arrival[k]),
-        )
-        for i, k in enumerate(at)
-    )
-
-
-def _minima(s: Floats, q: Floats, limit: NDArray[np.int8], period_s: float) -> NDArray[np.int64]:
-    """Return where q has a minimum a fifth below the maxima on both sides, for another reason than the feed.
-
-    The time that it costs, beside going through at the lower of these maxima, is a period at least.
-    """
-    rise = np.sign(np.diff(q))
-    turn = np.flatnonzero(rise[1:] * rise[:-1] < 0) + 1
-    if not len(turn):
-        return turn
-    edges = np.concatenate([[0], turn, [len(q) - 1]])
-    low = turn[rise[turn] > 0]
-    k = np.searchsorted(edges, low)
-    before, after = edges[k - 1], edges[k + 1]
-    level = np.minimum(q[before], q[after])
-    named = np.flatnonzero(
-        (q[low] < 0.8 * level) & ~np.isin(limit[low], (Limit.NONE, Limit.FEED, Limit.STOP))
-    )
-    first, last = before[named], after[named]
-    return low[named[_time_below(s, np.sqrt(q), first, last, np.sqrt(level[named])) >= period_s]]
-
-
-def _time_below(
-    s: Floats, v: Floats, first: NDArray[np.int64], last: NDArray[np.int64], level: Floats
-) -> Floats:
-    """Return what ways take more where the speed is below a level than they would at that, shape (k,), s.
-
-    Args:
-        s, v: Shape (n,), places and the speed there.
-        first, last: Shape (k,), where each way begins and ends, further on.
-        level: Shape (k,), mm/s.
-    """
-    count = last - first
-    begin = np.cumsum(count) - count
-    at = np.arange(count.sum()) + np.repeat(first - begin, count)
-    top = np.repeat(level, count)
-    time = 2.0 * (s[at + 1] - s[at]) / (np.minimum(v[at + 1], top) + np.minimum(v[at], top))
-    spent: Floats = np.add.reduceat(time, begin) if len(time) else np.zeros(0)
-    return spent - (s[last] - s[first]) / level

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cncgen import pipeline
-from cncgen.planner.optimal import window
+from cncgen.planner.optimal import timeline
 
 
 def summary_of(text: str) -> dict:
@@ -19,7 +19,7 @@ def test_corners_beyond_the_most_that_are_handed_on_are_counted(monkeypatch: pyt
     text = f"(START, X0 Y0)\nG21 G90 G61 F3000\n{teeth}M2\n"
     whole = summary_of(text)
     assert whole["sharp_corner_count"] == len(whole["sharp_corners"]) == 8
-    monkeypatch.setattr(window, "MAX_CORNERS", 3)
+    monkeypatch.setattr(timeline, "MAX_CORNERS", 3)
     some = summary_of(text)
     assert some["sharp_corner_count"] == 8
     assert some["sharp_corners"] == whole["sharp_corners"][:3]
