@@ -225,7 +225,7 @@ class Window:
         stops = False
         while True:
             crawls = partial(self._stop_for, given, len(q))
-            hopeless = crawls if self.patient <= 0 else lambda _: 0
+            hopeless = crawls if len(given) > self.patient else lambda _: 0
             solution = solve(given, self.state, known, hopeless, settled=self.unsettled > 0)
             if solution.converged:
                 return solution, stops

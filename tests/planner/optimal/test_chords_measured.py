@@ -120,7 +120,7 @@ def test_tips_sharper_than_the_tolerance(gap: float, mill: Machine) -> None:
     assert worst <= 1.001 * mill.chord_tolerance_mm
 
 
-#: The second and third point of parabolas from 0 whose tips are of some nm, and their machines.
+#: The second and third point of parabolas from 0 whose tips have radii of 22 nm, 15 nm and 1.6 µm, and their machines.
 NEEDLES = (
     (
         (1.1854580944, 0.0),
