@@ -287,10 +287,12 @@ def _change(survey: _Survey, part: float) -> Floats:
     before = survey.x3.copy()
     before[np.searchsorted(s, survey.joints.s)] = survey.sides[0][3]
     with np.errstate(divide="ignore", invalid="ignore"):
-        cube = np.minimum(np.minimum(top, acceleration / bend) ** 1.5, 1.0 / most(np.abs(survey.x3) / jerk))
+        steady = np.minimum(top, acceleration / bend) ** 1.5
+        # Each side of a border has its own: where a curve stands at its end, x''' is infinite on that side alone.
+        cube, last = (np.minimum(steady, 1.0 / most(np.abs(side) / jerk)) for side in (survey.x3, before))
         x3, cube, s = (
             np.concatenate([each[:-1].reshape(-1, 4, *each.shape[1:]), end[4::4, None]], axis=1)
-            for each, end in ((survey.x3, before), (cube, cube), (s, s))
+            for each, end in ((survey.x3, before), (cube, last), (s, s))
         )
         step, apart = np.abs(np.diff(x3, axis=1)), np.diff(s, axis=1)
         # About a place where a curve stands, x''' is rounding.

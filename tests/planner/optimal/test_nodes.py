@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
@@ -206,13 +207,38 @@ def test_a_path_and_its_reverse_have_the_same_nodes(
         way = np.array(points)[::step] - points[::step][0]
         rows = [f"K0 X{x:.12f} Y{y:.12f} R{r}" for (x, y), r in zip(way, weights[::step], strict=True)]
         end = "\n".join(["K1"] * len(rows))
-        first, *rest = rows
-        text = "\n".join(["G21 G90 G94 G61", f"G6.2 P{len(rows)} F60000 {first}", *rest, end, "M2", ""])
-        toolpath = join(list(read_text(text).chunks()))
-        bounds = Bounds.of(machine, toolpath.axes)
-        section = Section.of(toolpath, path_of(toolpath), bounds, None, None, "best", None)
-        found.append(section.track(section.joints()).s)
+        found.append(
+            _nodes_of(
+                f"G21 G90 G94 G61\nG6.2 P{len(rows)} F60000 " + "\n".join(rows) + f"\n{end}\nM2\n", machine
+            )
+        )
     np.testing.assert_allclose(found[0], found[0][-1] - found[1][::-1], rtol=0.0, atol=1e-6)
+
+
+def test_a_curve_that_stands_at_its_end_has_as_many_nodes_as_its_reverse() -> None:
+    """A cubic with a doubled last point, where its x''' is infinite, and a line that goes on in its direction.
+
+    Once the infinite x''' was taken with the speed on the line: more than a million nodes, where the reverse has some hundred.
+    """
+    machine = load("xy-table")
+    curve = np.array([(0, 0), (5, 8), (12, 10), (12, 10)])
+    end = np.array([19, 12])
+    found = []
+    for points, before, after in ((curve, "", "G1 X19 Y12\n"), (end - curve[::-1], "G1 X7 Y2\n", "")):
+        rows = "\n".join(f"K0 X{x} Y{y} R1" for x, y in points)
+        text = f"G21 G90 G94 G61 F60000\n{before}G6.2 P4 {rows}" + "\nK1" * 4 + f"\n{after}M2\n"
+        found.append(_nodes_of(text, machine))
+    assert len(found[0]) < 2000
+    np.testing.assert_allclose(found[0], found[0][-1] - found[1][::-1], rtol=0.0, atol=1e-3)
+
+
+def _nodes_of(text: str, machine: Machine) -> NDArray[np.float64]:
+    """Return where the nodes of a program of one block stand."""
+    toolpath = join(list(read_text(text).chunks()))
+    section = Section.of(
+        toolpath, path_of(toolpath), Bounds.of(machine, toolpath.axes), None, None, "best", None
+    )
+    return section.track(section.joints()).s
 
 
 def test_an_interval_from_rest_holds_nothing_finer_than_itself() -> None:
