@@ -35,19 +35,19 @@ _GRADE = 0.4
 #: jerk bounds that speed (to which (c + c³)/2 is added, c the cosine between the directions), where acceleration does, and where
 #: chords do and setpoints are dense. Fitted to 4500 plans of single corners, and set somewhat higher than their median, so that
 #: what is chosen to be rounded is faster (docs/rounding.md).
-_JERK, _ACCELERATION, _CHORD = -0.3, 1.3, 1.2
+_WAY_BY_JERK, _WAY_BY_ACCELERATION, _WAY_BY_CHORD = -0.3, 1.3, 1.2
 #: What is added to that way if a period leads further than a smoothing length: this part of the excess. Setpoints then cannot show
 #: the bend in detail, so it costs more time. Same plans.
-_UNTOLD = 0.1
+_WAY_BEYOND_PERIOD = 0.1
 #: Time on each side, in periods, that a corner whose speed chords hold takes longer if it turns back by 180°; times −c else.
-_BACK = 0.5
+_TURNED_BACK = 0.5
 #: Time on each side, in periods, that passing a corner unrounded costs: always, and in proportion to the part λ of the jerk along
 #: the path that the corner takes.
-_MET, _TAKEN = 0.15, 1.5
+_EXACT_ALWAYS, _EXACT_BY_JERK = 0.15, 1.5
 #: Acceleration away from a rounded corner takes longer than from a rest by this part of the time in which the acceleration grows,
 #: as nodes are placed there in geometric distances (docs/evidence.md). The median is 0.0125; this is the largest that was seen,
 #: from places slower than J T², so that a corner is rounded only where that is certainly faster than a stop.
-_RUN = 0.035
+_RAMP_LOSS = 0.035
 #: Number of smoothing lengths, each √2 times shorter than the one before, that are tried where chords bound the speed.
 _TRIED = 17
 #: Row of the chord bound in what `_rounded_speeds` returns.
@@ -218,7 +218,7 @@ def _better_stopped(
             for v in (0.0, np.inf)
         )
         stopped += half / side.top + 0.5 * _change_time(side.top, side.acceleration, side.jerk)
-        slow, near = np.minimum(half, _CHORD * length[at]), np.minimum(chord, free.top)
+        slow, near = np.minimum(half, _WAY_BY_CHORD * length[at]), np.minimum(chord, free.top)
         # Where the feed holds the curve, that is shorter than the lines.
         bent += np.where(chord < free.top, slow / near, 0.0) + (half - slow) / np.maximum(near, side.top)
     out[at] = (np.bincount(group, stopped) < _SURELY * np.bincount(group, bent))[group]
@@ -415,7 +415,7 @@ class _Judged:
         stop, passed = np.zeros((2, len(speed)))
         for side, gain in zip(sides, ways, strict=True):
             taken = 1.0 - least(left / gain) / side.jerk
-            late = (_MET + _TAKEN * taken) * drive.period_s
+            late = (_EXACT_ALWAYS + _EXACT_BY_JERK * taken) * drive.period_s
             stop += side.lost(np.zeros_like(speed))
             passed += side.lost(speed) + late * np.maximum(1.0 - speed / side.top, 0.0)
         return np.minimum(passed, stop)
@@ -450,14 +450,14 @@ class _Judged:
         speed, bound = speeds.min(axis=0), speeds.argmin(axis=0)
         by_jerk = (speed / speeds[0]) ** 3
         step = speed * drive.period_s
-        untold = _UNTOLD * np.maximum(step - length, 0.0)
-        jerked = _JERK + 0.5 * (alike + alike**3)
+        beyond = _WAY_BEYOND_PERIOD * np.maximum(step - length, 0.0)
+        jerked = _WAY_BY_JERK + 0.5 * (alike + alike**3)
         by_chord = bound == _BY_CHORD
-        other = np.where(by_chord, _CHORD / (1.0 + step / length), _ACCELERATION)
+        other = np.where(by_chord, _WAY_BY_CHORD / (1.0 + step / length), _WAY_BY_ACCELERATION)
         half = 0.5 * self.corners.length[:, self.at]
 
         def lost(parts: Floats) -> Floats:
-            way = np.minimum(parts * length + untold, half)
+            way = np.minimum(parts * length + beyond, half)
             return np.stack([side.lost(speed) + side.crawled(way[k], speed) for k, side in enumerate(sides)])
 
         cost = lost(by_jerk * jerked + (1.0 - by_jerk) * other)
@@ -467,10 +467,10 @@ class _Judged:
             part = by_jerk[held]
             alone = part * lost(jerked)[:, held] + (1.0 - part) * made
             # Where the path turns back, every axis must stop and start again at once.
-            alone = alone + _BACK * drive.period_s * np.maximum(-alike[held], 0.0)
+            alone = alone + _TURNED_BACK * drive.period_s * np.maximum(-alike[held], 0.0)
             short = half[:, held] < REACH * length[held]
             cost[:, held] = np.where(short, np.maximum(alone, cost[:, held]), alone)
-        return cost.sum(axis=0) + sum(_RUN * side.ramp(speed) for side in sides), bound
+        return cost.sum(axis=0) + sum(_RAMP_LOSS * side.ramp(speed) for side in sides), bound
 
     def _held(self, which: NDArray[np.int64], sides: list[_Side], length: Floats, bend: Floats) -> Floats:
         """Return the time that corners lose on each side whose speed chords hold, shape (2, n).
