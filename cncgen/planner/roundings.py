@@ -1,14 +1,15 @@
-"""Short programs that chords hold back are planned with other roundings of their corners too, and the fastest is taken.
+"""Short programs are planned with other roundings of their corners too, and the fastest is taken.
 
 Which corners of G64 are worth rounding, and how far, is told by estimates of two rows at a time (`cncgen.planner.smoothing.worth`,
 docs/rounding.md). Where chords hold the speed these are some per cent off, for what a fit makes of short rows, and of arcs beside
 them, is known once it is made. A short program is planned as they have it; where chords hold that motion for more than
-a trifle of its time, it is planned with all corners rounded, and with none, as well.
+a trifle of its time, it is planned with all corners rounded, and with none, as well. One of a few rows is planned with none
+whatever holds it: so it takes no longer than with its corners as they are, and that takes milliseconds.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from itertools import chain
 
@@ -28,6 +29,8 @@ Blocks = list[tuple[Toolpath, SpeedCap | None]]
 
 #: Rows up to which a program is short, of at most so many parts each on average: lines and arcs that go on are one row.
 _SHORT, _PARTS = ROWS // 2, 8
+#: Rows up to which a program is planned with no corner rounded even if chords do not hold it.
+_BRIEF = 64
 #: Part of the time of a motion that chords hold, up to which its roundings stay; and part by which another must be faster.
 _HELD, _LESS = 0.02, 1e-4
 
@@ -60,17 +63,22 @@ def plan_roundings(chunks: Iterable[Toolpath], machine: Machine, effort: str) ->
     blocks = list(smooth_blocks(held, machine))
     best = list(plan_blocks(blocks, machine, effort))
     moving, by_chord = _times(best)
+    others: list[Callable[[list[Toolpath], Machine], Blocks]] = []
     if by_chord > _HELD * moving:
-        for other in _others(held, machine):
-            if _same(other, blocks):
-                continue
-            try:
-                found = list(plan_blocks(other, machine, effort))
-            except NoPlanError:
-                continue
-            seconds = _times(found)[0]
-            if seconds < (1.0 - _LESS) * moving:
-                best, moving = found, seconds
+        others = [_all_rounded, _none_rounded]
+    elif max(rows, parts / _PARTS) <= _BRIEF:
+        others = [_none_rounded]
+    for other in others:
+        other_blocks = other(held, machine)
+        if _same(other_blocks, blocks):
+            continue
+        try:
+            found = list(plan_blocks(other_blocks, machine, effort))
+        except NoPlanError:
+            continue
+        seconds = _times(found)[0]
+        if seconds < (1.0 - _LESS) * moving:
+            best, moving = found, seconds
     yield from best
 
 
@@ -80,15 +88,19 @@ def _more_rows(before: list[Toolpath], chunk: Toolpath) -> int:
     return len(Stretches.of(join([*last, chunk])).rows) - len(last)
 
 
-def _others(chunks: list[Toolpath], machine: Machine) -> Iterator[Blocks]:
-    """Yield the blocks of a program with all corners rounded, and with none."""
-    yield list(smooth_blocks(chunks, machine, chord_within(machine, chunks[0].axes)))
+def _all_rounded(chunks: list[Toolpath], machine: Machine) -> Blocks:
+    """Return the blocks of a program with all corners rounded."""
+    return list(smooth_blocks(chunks, machine, chord_within(machine, chunks[0].axes)))
+
+
+def _none_rounded(chunks: list[Toolpath], machine: Machine) -> Blocks:
+    """Return the blocks of a program with no corner rounded, as G61 has it."""
     met = [
         np.where(chunk.path_mode == PathMode.CONTINUOUS, PathMode.EXACT_PATH, chunk.path_mode)
         for chunk in chunks
     ]
     exact = [replace(chunk, path_mode=mode.astype(np.int8)) for chunk, mode in zip(chunks, met, strict=True)]
-    yield list(smooth_blocks(exact, machine))
+    return list(smooth_blocks(exact, machine))
 
 
 def _same(one: Blocks, other: Blocks) -> bool:

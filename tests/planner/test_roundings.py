@@ -98,6 +98,24 @@ def test_no_way_to_round_takes_less(seed: int) -> None:
     assert motion_s(text, machine) <= (1.0 + 2e-4) * least
 
 
+def test_a_few_rows_take_no_longer_than_with_their_corners_met() -> None:
+    """A line of 0.1 µm before a curve, which chords do not hold: with the first 13 mm fitted it took 0.17 % longer than with a stop."""
+    curve = [(-6, -7), (-9, 13), (10, 0), (-12, -7), (-7, -10)]
+    heights, knots, weights = (-0.4, -1, 2.6, 2.4, -0.6), (0, 0, 0, 0.5, 0.6), (0.5, 1, 1, 0.5, 0.5)
+    rows = [
+        f"K{k} X{x} Y{y} Z{z} R{w}" for (x, y), z, k, w in zip(curve, heights, knots, weights, strict=True)
+    ]
+    start = "X-0.000000093415 Y-0.000000035688 Z0.00000003"
+    lines = ["G1 " + start, f"G6.2 P4 K0 {start} R0.5", *rows, *["K1"] * 4, "M2", ""]
+    limits = {"X": (41.346, 467.5, 214188.0), "Y": (137.82, 1558.0, 713959.0), "Z": (4.1346, 46.75, 21418.8)}
+    axes = {letter: Axis(letter, *each) for letter, each in limits.items()}
+    machine = Machine("slow Z", MappingProxyType(axes), 1e-3, 1e-3, 0.1)
+    times = [
+        motion_s(f"G21 G90 G94 {mode} F36990\n" + "\n".join(lines), machine) for mode in ("G64 P0.1", "G61.1")
+    ]
+    assert times[0] <= times[1] * (1.0 + 1e-4)
+
+
 def test_what_is_chosen_keeps_limits_and_tolerance() -> None:
     """By the judge of setpoints, which knows of no plan."""
     text = FACETS.format(mode="G64")
@@ -120,11 +138,12 @@ def profiles(plan: Iterator[Trajectory]) -> list[np.ndarray]:
 def test_where_chords_hold_nothing_or_programs_are_long_there_is_one_plan(
     chorded: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """To the bit that of the corners as estimated, and made once."""
+    """To the bit that of the corners as estimated, and made once. (Programs of a few rows are planned with none rounded, too.)"""
     text, machine = turns(0)
     if chorded:
         monkeypatch.setattr(roundings, "_SHORT", 8)
     else:
+        monkeypatch.setattr(roundings, "_BRIEF", 8)
         machine = load("xy-table")
     expected = profiles(plan_blocks(smooth_blocks(program(text).chunks(), machine), machine, "best"))
     made = []
