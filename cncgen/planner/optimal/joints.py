@@ -25,6 +25,7 @@ from cncgen.toolpath.record import Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
+Ints = NDArray[np.int64]
 
 #: Part of the resolution up to which breakpoints are one place. That is J T³/4000: turning back on it, a third difference has
 #: (1, −2, 1) times twice that, a thousandth of J. Within a curve they are those of one halt, a knot and the cusp beside it,
@@ -227,9 +228,23 @@ def _doubt(choice: Bools, speed: Floats, worth: Floats) -> Floats:
     return np.divide(speed, worth, out=np.full(len(speed), np.inf), where=choice & (worth > 0.0))
 
 
+def rows_beside(path: Path, s: Floats) -> tuple[Ints, Ints]:
+    """Return the rows of the stretches before and after joints, shape (n,) each; at the ends that of the only one.
+
+    Several breakpoints that no setpoint can tell apart are one joint. The rows between them are neither before nor after it.
+
+    Args:
+        path: The path.
+        s: Shape (n,), where the joints are.
+    """
+    row = path.row_of(0.5 * (s[:-1] + s[1:]))
+    return np.insert(row, 0, row[0]), np.append(row, row[-1])
+
+
 def _straight(path: Path, s: Floats, before: Beyond | None, after: Beyond | None) -> Bools:
     """Tell at which joints straight lines meet, shape (n,); what is `before` and `after` the block is not known to be."""
-    out: Bools = (path.kind[path.row_of(s, -1)] == Kind.LINE) & (path.kind[path.row_of(s)] == Kind.LINE)
+    left, right = rows_beside(path, s)
+    out: Bools = (path.kind[left] == Kind.LINE) & (path.kind[right] == Kind.LINE)
     out[[0, -1]] &= (before is None, after is None)
     return out
 
@@ -297,7 +312,7 @@ def _together(bounds: Bounds, s: Floats, turn: Floats, speed: Floats) -> Floats:
     size = np.maximum(*(most(np.abs(each[close])) for each in pulses))
     close = close[size * speed[close] > _NEGLIGIBLE]
 
-    def kept(part: Floats, at: NDArray[np.int64]) -> Bools:
+    def kept(part: Floats, at: Ints) -> Bools:
         v = part * speed[at]
         return _weighed(s, pulses, at, v * period) * v <= JUMP_SHARE * (1.0 + _NEGLIGIBLE)
 
@@ -307,7 +322,7 @@ def _together(bounds: Bounds, s: Floats, turn: Floats, speed: Floats) -> Floats:
     return out
 
 
-def _weighed(s: Floats, pulses: tuple[Floats, Floats], at: NDArray[np.int64], step: Floats) -> Floats:
+def _weighed(s: Floats, pulses: tuple[Floats, Floats], at: Ints, step: Floats) -> Floats:
     """Return what differences over the periods around some jumps see of all jumps, by the speed, for the worst axis.
 
     The third difference weighs them by B' half a period before and after each, the second one by the hat function about it.
@@ -366,7 +381,7 @@ def _chord_speed(bounds: Bounds, s: Floats, turn: Floats, jerk: Floats, speed: F
     alike = 0.25 * many * size * np.where(size > 0.0, fastest, 0.0) * period
     close = np.flatnonzero((alike > _NEGLIGIBLE * bounds.chord_mm) & (apart < fastest * period))
 
-    def kept(part: Floats, at: NDArray[np.int64]) -> Bools:
+    def kept(part: Floats, at: Ints) -> Bools:
         return _cut(s, mm, at, part * fastest[at] * period) <= bounds.chord_mm * (1.0 + _NEGLIGIBLE)
 
     close = close[~kept(np.ones(len(close)), close)]
@@ -374,7 +389,7 @@ def _chord_speed(bounds: Bounds, s: Floats, turn: Floats, jerk: Floats, speed: F
     return single
 
 
-def _cut(s: Floats, turn: Floats, at: NDArray[np.int64], length: Floats) -> Floats:
+def _cut(s: Floats, turn: Floats, at: Ints, length: Floats) -> Floats:
     """Return how far chords of a length are from corners that of all they go over they are the furthest from, (k,), mm.
 
     The path between the ends of a chord has the second derivative Σ Δ_i δ(s − s_i) and lies beside it by D = Σ Δ_i G(s, s_i),
@@ -435,9 +450,7 @@ def _positive(values: Floats) -> tuple[Floats, Floats]:
     return first, last
 
 
-def _largest_part(
-    kept: Callable[[Floats, NDArray[np.int64]], Bools], at: NDArray[np.int64], least: float
-) -> Floats:
+def _largest_part(kept: Callable[[Floats, Ints], Bools], at: Ints, least: float) -> Floats:
     """Return the largest part, from `least` to 1, of the speed at jumps `at` with which something is kept, shape (k,)."""
     low, high = np.full(len(at), least), np.ones(len(at))
     for _ in range(_HALVINGS):
@@ -499,7 +512,7 @@ def _size(bounds: Bounds, turn: Floats) -> Floats:
 
 def distinct(
     s: Floats, sides: tuple[Floats, Floats], bounds: Bounds, apart: Bools, curved: Bools
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+) -> tuple[Ints, Ints]:
     """Return which breakpoints are the first and which the last of a cluster that no setpoint can tell apart.
 
     Members of a cluster follow each other within a quarter of a thousandth of J T³ (within a curve, a thousandth): what lies
@@ -654,7 +667,7 @@ def _rests(toolpath: Toolpath, path: Path, crawls: Bools) -> Floats:
     return row_s[np.concatenate([exact + 1, slow, slow + 1, np.array(waits, np.int64)])]
 
 
-def nearest(s: Floats, at: Floats) -> NDArray[np.int64]:
+def nearest(s: Floats, at: Floats) -> Ints:
     """Return the index in ascending `s` nearest to each of `at`."""
     right = np.clip(np.searchsorted(s, at), 1, max(len(s) - 1, 1))
     index = np.minimum(right, len(s) - 1)

@@ -16,7 +16,7 @@ from cncgen.diagnostics import Diagnostic, NoPlanError, Span
 from cncgen.geometry.columns import most
 from cncgen.geometry.path import Path
 from cncgen.planner.optimal.caps import SpeedCap
-from cncgen.planner.optimal.joints import Beyond, Joints, distinct, joints_of, nearest
+from cncgen.planner.optimal.joints import Beyond, Joints, distinct, joints_of, nearest, rows_beside
 from cncgen.planner.optimal.limits import JUMP_SHARE, SWAY_SHARE, Bounds, along_path
 from cncgen.planner.optimal.nodes import DENSITY, MOST, Density, TooManyNodesError, placed
 from cncgen.planner.optimal.paces import Feeds, crawling
@@ -329,8 +329,8 @@ def _straight_on(path: Path, feeds: Feeds, joints: Joints, sides: tuple[Floats, 
 
     Where a program has cut one line into many, rounding of their ends to its decimals makes such turns.
     """
-    before, after = path.row_of(joints.s, -1), path.row_of(joints.s)
-    out = (path.kind[before] == Kind.LINE) & (path.kind[after] == Kind.LINE) & (after == before + 1)
+    before, after = rows_beside(path, joints.s)
+    out = (path.kind[before] == Kind.LINE) & (path.kind[after] == Kind.LINE) & (after > before)
     out &= np.isinf(joints.speed) & ~joints.stop & ~joints.corner
     out &= np.isclose(feeds.speed[before], feeds.speed[after], rtol=_STRAIGHT, atol=0.0)
     out[[0, -1]] = False

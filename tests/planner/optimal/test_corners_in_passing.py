@@ -512,3 +512,13 @@ def test_full_jerk_beyond_the_zone_of_a_step_of_curvature_is_less_than_plans_lea
         for phase in phases
     ]
     assert 1.0 < max(seen) <= 1.0 + (1.0 - MARGIN["best"])
+
+
+def test_the_feed_holds_beyond_a_reversal_that_no_setpoint_shows() -> None:
+    """A way of 0.1 um back, at the feed of the line before it, hid that the line after it has another: it was left at 152 mm/s."""
+    machine = Machine("coarse", {"X": Axis("X", 200.0, 3000.0, 5e5)}, 0.0046, 3e-5, 1e-4)
+    text = "G21 G90 G94 G61 F25000\nG1 X5.9\nG1 X5.8999999\nG1 X9.8 F7000\nM2\n"
+    (trajectory,) = plan(read_text(text).chunks(), machine)
+    after = trajectory.profile.s[:-1] > 5.9 + 1e-3
+    assert after.sum() > 10
+    assert np.max(trajectory.profile.v[after]) <= 7000.0 / 60.0 * (1.0 + 1e-6)
