@@ -54,7 +54,6 @@ HINTS: dict[str, str] = {
     "orient-angle": "add or take off 360",
     "orient-time": "Q is how many seconds to wait for it",
     "orient-way": "P0 is the short way, P1 clockwise, P2 counter-clockwise",
-    "oword-arguments": "IF, WHILE and REPEAT have one value in brackets, a call one for each argument",
     "oword-label": "a label is a whole number, or a name in < >",
     "parameter-number": "parameters are numbered from 1; named ones are #<name>",
     "parameter-read-only": "take another parameter: #1 to #4999 are free, and so is any name of your own",

@@ -64,7 +64,7 @@ class FlowControl:
                 "O",
                 hint="SUB names no parameters: the values of CALL are #1 to #30 within"
                 if flow.keyword == "sub"
-                else "",
+                else "IF, WHILE and REPEAT have one value in brackets, a call one for each argument",
             )
         return method(self, flow, here, after)
 
