@@ -222,7 +222,7 @@ def measure(program: Path, machine: str) -> Run:
         subprocess.CalledProcessError: The process failed.
     """
     output, summary = program.with_suffix(".f64"), program.with_suffix(".json")
-    command = [sys.executable, "-m", "cncgen", "plan", str(program), "-m", machine]
+    command = [sys.executable, "-P", "-m", "cncgen", "plan", str(program), "-m", machine]
     begin = time.perf_counter()
     child = subprocess.Popen(
         [*command, "-o", str(output), "--summary", str(summary)], stderr=subprocess.DEVNULL
