@@ -33,10 +33,10 @@ def command(
     and Choi), 003 (Tsai 2010) or 004 (Hsu 1999); without it all are computed. Exit 1 where a stated tolerance is missed.
     """
     from cncgen.files import write_text
-    from cncgen.report.reproduction import as_text, as_values, reproduce
+    from cncgen.papers.reproduction import as_text, as_values, reproduce
 
     if plots is not None:
-        from cncgen.report.plots_papers import draw_papers
+        from cncgen.papers.plots import draw_papers
 
         for path in draw_papers(plots, name, programs):
             messages.note(path)

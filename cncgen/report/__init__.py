@@ -6,7 +6,6 @@
     response, verdict           a simulation, and a verdict of `cncgen.verify`, as text
     identified, tuned           fits to a log, and tuned gains, with their margins
     plots, plot_data, drawing   pictures of a motion, by matplotlib
-    reproduction                the papers' tables (`reproduce_000` to `reproduce_004`) and figures (`plots_papers`)
     tables, source_lines        what these share
 
 `cncgen.cli` and `cncgen.pipeline` call them.

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from cncgen.report.plots_papers import paper_001, paper_004
+from cncgen.papers.plots import paper_001, paper_004
 
 HERE = Path(__file__).parent
 

@@ -1,7 +1,6 @@
 """Pictures: each kind is drawn in each format, keeps peaks when thinned, and says what it lacks."""
 
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,7 +9,6 @@ from cncgen.diagnostics import UsageError
 from cncgen.machine.record import Axis
 from cncgen.report import drawing, plots
 from cncgen.report.plot_data import PlotData, of_log, of_response, of_setpoints
-from cncgen.report.plots_papers import draw_papers
 from cncgen.servo.identification.log import AxisLog
 from cncgen.servo.record import Response
 from cncgen.setpoints.record import Setpoints
@@ -122,13 +120,6 @@ def test_axes_that_turn_have_no_contour_error(tmp_path):
     assert plots.draw(data, ["path", "errors"], str(tmp_path)) == [
         f"{tmp_path}/{k}.png" for k in ("path", "errors")
     ]
-
-
-@pytest.mark.parametrize("paper", ["000", "001", "002", "003", "004"])
-def test_figures_of_the_papers(paper, tmp_path):
-    files = draw_papers(str(tmp_path), paper)
-    assert len(files) >= 2
-    assert all(Path(file).read_bytes().startswith(MAGIC[".png"]) for file in files)
 
 
 def test_no_folder_without_a_picture(tmp_path, monkeypatch):

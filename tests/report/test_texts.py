@@ -12,11 +12,8 @@ import pytest
 from cncgen.diagnostics import Diagnostic, Diagnostics, Severity, UsageError
 from cncgen.machine import load_servos
 from cncgen.machine.record import Servo
-from cncgen.planner import PlanOptions
 from cncgen.report import comparing, response, tuned, verdict
 from cncgen.report.comparison import Fluctuation, StrategyFigures
-from cncgen.report.planned import planned_program, with_feed
-from cncgen.report.reproduction import Row, Table, as_text, as_values
 from cncgen.servo.controllers.hinf_servo import BoundCheck
 from cncgen.servo.named_schemes import Settings
 from cncgen.servo.tuning.analysis import OpenLoop
@@ -220,36 +217,3 @@ def test_loops_of_a_scheme_say_their_bandwidth() -> None:
     whole = {"X": Servo("transfer-function", {"numerator": [1.0], "denominator": [0.01, 1.0]})}
     (refusal,) = tuned.loop_texts("p", whole, "X", 0.001, None, bode=False)
     assert refusal == "the model transfer-function has no plant that another controller could drive"
-
-
-def test_what_a_table_asks() -> None:
-    rows = (
-        Row("near", 1.04, 1.0, "s", within=0.05, at_least=1.0),
-        Row("at most", 3.0, at_most=2.0),
-        Row("shown", 1.0, 2.0),
-    )
-    assert [row.asked for row in rows] == ["±5 %, ≥ 1", "≤ 2", ""]
-    assert [row.checked for row in rows] == [True, True, False]
-    values = as_values([Table("T", rows, ("assumed",))])
-    assert values["holds"] is False
-    assert [row["holds"] for row in values["tables"][0]["rows"]] == [True, False, None]
-    text = as_text([Table("T", rows[:1], ("assumed",))])
-    assert text.endswith("  assumed\n\nall stated tolerances hold\n")
-
-
-def test_a_feed_stands_in_for_the_first_of_the_program() -> None:
-    """Comments name feeds too; the second F stays."""
-    text = b"(F100 of old)\nG21\n ( F1 )\nG1 X1 F200.5 (F7)\nG1 X2 F300\n"
-    assert with_feed(text, 1500.0) == text.replace(b"F200.5", b"F1500")
-    assert with_feed(b"M2\n", 1500.0) == b"M2\n"
-
-
-def test_a_planned_program_is_its_setpoints(tmp_path: Path) -> None:
-    (tmp_path / "line.nc").write_text("G21 G90 G61\nG1 X10 F600\nM2\n")
-    options = PlanOptions(feedrate="constant")
-    found = planned_program("line.nc", "xy-table", str(tmp_path), 1200.0, options)
-    assert found.time_s == pytest.approx(0.5, abs=1e-12)
-    assert len(found.signal("position")) == 501
-    assert found.signal("feed")[250] == pytest.approx(20.0)
-    assert set(found.servos) == {"X", "Y"}
-    assert found.corners == sum(len(t.corners) for t in found.trajectories)

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from cncgen.machine import load_servos
 from cncgen.machine.record import Servo
 from cncgen.machine.servo_schema import closed_loop, resolve
+from cncgen.papers.planned import Planned, planned_program
+from cncgen.papers.reproduction import Row, Table
 from cncgen.planner import PlanOptions
-from cncgen.report.planned import Planned, planned_program
-from cncgen.report.reproduction import Row, Table
 
 Floats = NDArray[np.float64]
 

@@ -13,9 +13,9 @@ from cncgen import gcode
 from cncgen.diagnostics import ProgramError
 from cncgen.machine import load_machine
 from cncgen.machine.record import Machine, Servo
+from cncgen.papers.reproduction import program_text
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.record import Trajectory
-from cncgen.report.reproduction import program_text
 from cncgen.servo.record import Response
 from cncgen.servo.simulate import simulate
 from cncgen.setpoints.record import Setpoints

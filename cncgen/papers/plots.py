@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cncgen.diagnostics import Diagnostic, UsageError
-from cncgen.report import plots_paper_003, reproduce_000, reproduce_002, reproduce_004
+from cncgen.papers import hsu_1999, jung_choi_2001, plots_tsai_2010, yeh_sun_2008
+from cncgen.papers.planned import Planned
+from cncgen.papers.reproduction import NAMES
 from cncgen.report.drawing import (
     BLUE,
     GREEN,
@@ -24,8 +26,6 @@ from cncgen.report.drawing import (
     save,
     ticks,
 )
-from cncgen.report.planned import Planned
-from cncgen.report.reproduction import NAMES
 from cncgen.servo.controllers.stateline import Rule, interpolate, run_stateline
 from cncgen.servo.inversion import held_response, modified_reference, root_mean_square
 from cncgen.servo.named_schemes import scheme_maker
@@ -61,8 +61,8 @@ def draw_papers(output: str, name: str | None = None, programs: str | None = Non
 
 def paper_000(programs: str | None) -> Figures:
     """Figs 5 to 7: contours, bounds of the speed command, driving force, with and without limiting."""
-    runs = {s: reproduce_000.bonder(s, programs) for s in ("off", "reactive")}
-    bounds = {s: reproduce_000.step_bounds(run) for s, run in runs.items()}
+    runs = {s: yeh_sun_2008.bonder(s, programs) for s in ("off", "reactive")}
+    bounds = {s: yeh_sun_2008.step_bounds(run) for s, run in runs.items()}
     yield "fig5_contours", _bonder_contours(runs)
     figure, grid = new_figure("Paper 000, Fig. 6: bounds of the X speed command (eq. 3.6)", 2, height=2.8)
     for part, (s, b) in zip(grid[:, 0], bounds.items(), strict=True):
@@ -159,8 +159,8 @@ def paper_002(programs: str | None) -> Figures:
         "Paper 002, Figs 8 to 10: radial error on a circle of 20 mm at 100 mm/s", 3, height=1.9
     )
     for part, kind in zip(grid[:, 0], (2, 3, 4), strict=True):
-        rows = interpolate(circle, reproduce_002.PARTS, kind)[320 : 320 + 10 * reproduce_002.PARTS]
-        line(part, ticks(len(rows), reproduce_002.CONTROL), 1e3 * (np.hypot(*rows.T) - radius))
+        rows = interpolate(circle, jung_choi_2001.PARTS, kind)[320 : 320 + 10 * jung_choi_2001.PARTS]
+        line(part, ticks(len(rows), jung_choi_2001.CONTROL), 1e3 * (np.hypot(*rows.T) - radius))
         part.set_ylabel(f"eq. {kind}\nradial error (µm)")
     grid[-1, 0].set_xlabel("time (s): ten periods of the master")
     yield "fig8_to_10_circle", figure
@@ -168,14 +168,14 @@ def paper_002(programs: str | None) -> Figures:
 
 def _interpolators_at_the_corner() -> Figure:
     """Figs 5 to 7: points of the master, the second stage between them, and what the axes make of it."""
-    master = reproduce_002.corner()
+    master = jung_choi_2001.corner()
     x = master[:, 0].max()
     figure, grid = new_figure(
         "Paper 002, Figs 5 to 7: interpolators at a corner", 1, 3, height=4.2, width=12.0
     )
     for part, kind in zip(grid[0], (2, 3, 4), strict=True):
-        rows = interpolate(master, reproduce_002.PARTS, kind)
-        actual = run_stateline(rows, reproduce_002.AXES, Rule.NONE, 0.05).position
+        rows = interpolate(master, jung_choi_2001.PARTS, kind)
+        actual = run_stateline(rows, jung_choi_2001.AXES, Rule.NONE, 0.05).position
         part.plot(rows[:, 0], rows[:, 1], linewidth=1.0, color=BLUE, label="second stage")
         part.plot(actual[:, 0], actual[:, 1], linewidth=1.0, color=ORANGE, label="axes, no stateline")
         part.plot(master[:, 0], master[:, 1], "ko", markersize=4, fillstyle="none", label="master")
@@ -187,7 +187,7 @@ def _interpolators_at_the_corner() -> Figure:
 
 def _stateline_corner() -> Figure:
     """Fig. 3, the paths that a corner leaves; the rules' paths lie on each other, so they differ in width."""
-    reference = interpolate(reproduce_002.corner(), reproduce_002.PARTS, 2)
+    reference = interpolate(jung_choi_2001.corner(), jung_choi_2001.PARTS, 2)
     figure, ((part,),) = new_figure(
         "Paper 002, Fig. 3: sharp corner under the stateline", height=5.5, width=6.5
     )
@@ -199,7 +199,7 @@ def _stateline_corner() -> Figure:
         Rule.JERK: ("jerk rule", BLUE, 1.0),
     }
     for rule, (name, color, width) in looks.items():
-        run = run_stateline(reference, reproduce_002.AXES, rule, 0.05)
+        run = run_stateline(reference, jung_choi_2001.AXES, rule, 0.05)
         part.plot(run.position[:, 0], run.position[:, 1], linewidth=width, color=color, label=name)
     x = reference[:, 0].max()
     plane(part, [np.array([[x - 1.1, -0.2], [x + 0.2, 1.1]])], ("X (mm)", "Y (mm)"))
@@ -209,16 +209,16 @@ def _stateline_corner() -> Figure:
 
 def _stateline_errors() -> Figure:
     """Fig. 4: following errors of both axes round the corner, under Rule 2 and under the jerk rule."""
-    reference = interpolate(reproduce_002.corner(), reproduce_002.PARTS, 2)
+    reference = interpolate(jung_choi_2001.corner(), jung_choi_2001.PARTS, 2)
     figure, grid = new_figure("Paper 002, Fig. 4: following errors at the corner", 3, height=1.9)
     for part, (rule, name) in zip(
         grid[:, 0],
         ((Rule.NONE, "no stateline"), (Rule.RULE_2, "Rule 2"), (Rule.JERK, "jerk rule")),
         strict=True,
     ):
-        run = run_stateline(reference, reproduce_002.AXES, rule, 0.05)
+        run = run_stateline(reference, jung_choi_2001.AXES, rule, 0.05)
         error = reference[np.minimum(run.place, len(reference) - 1)] - run.position
-        times = ticks(len(error), reproduce_002.CONTROL)
+        times = ticks(len(error), jung_choi_2001.CONTROL)
         line(part, times, error[:, 0], label="X")
         line(part, times, error[:, 1], color=ORANGE, label="Y")
         part.set_ylabel(f"{name}\nerror (mm)")
@@ -232,12 +232,12 @@ def paper_004(programs: str | None) -> Figures:
     from cncgen.machine import load_servos
 
     servos = load_servos("dyna-1007")
-    rows = reproduce_004.circle(5.0)
+    rows = hsu_1999.circle(5.0)
     figure, grid = new_figure(
         "Paper 004, Table 1: contour error on a circle of 10 mm at 5 m/min, second turn", 5, height=1.5
     )
     turn = slice(*(int(1000 * t) for t in (0.2 + 0.754, 0.2 + 2 * 0.754)))
-    for part, (name, label) in zip(grid[:, 0], reproduce_004.LABELS.items(), strict=True):
+    for part, (name, label) in zip(grid[:, 0], hsu_1999.LABELS.items(), strict=True):
         run = list(simulate_scheme([Setpoints("XY", 0.001, 0, rows)], scheme_maker(name, servos)))
         error = 1e3 * np.concatenate([r.contour_error_mm for r in run])[turn]
         line(part, ticks(len(error), first=turn.start), error,
@@ -249,7 +249,7 @@ def paper_004(programs: str | None) -> Figures:
     yield "table1_contour", figure
     figure, ((part,),) = new_figure("Paper 004, Table 3: commanded speed on the NURBS circle")
     for label, path, color in (
-        ("uniform parameter steps", reproduce_004.uniform_circle(), ORANGE),
+        ("uniform parameter steps", hsu_1999.uniform_circle(), ORANGE),
         ("constant speed (5 m/min)", rows, BLUE),
     ):
         speed = np.hypot(*np.diff(path, axis=0).T) / 0.001
@@ -265,6 +265,6 @@ _PAPERS: dict[str, Callable[[str | None], Figures]] = {
     "000": paper_000,
     "001": paper_001,
     "002": paper_002,
-    "003": plots_paper_003.figures,
+    "003": plots_tsai_2010.figures,
     "004": paper_004,
 }

@@ -11,8 +11,15 @@ from typing import Any
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.report.tables import text_table
 
-#: Papers by name, each a module ``reproduce_<name>`` with a function ``tables(programs)``.
-NAMES = ("000", "001", "002", "003", "004")
+#: The module of each paper, which has ``tables(programs)`` and ``figures(programs)``, by the name that commands take.
+MODULES = {
+    "000": "cncgen.papers.yeh_sun_2008",
+    "001": "cncgen.papers.chen_hsu_2007",
+    "002": "cncgen.papers.jung_choi_2001",
+    "003": "cncgen.papers.tsai_2010",
+    "004": "cncgen.papers.hsu_1999",
+}
+NAMES = tuple(MODULES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +107,7 @@ def reproduce(name: str | None = None, programs: str | None = None) -> list[Tabl
         )
     found: list[Table] = []
     for one in [name] if name else NAMES:
-        found += importlib.import_module(f"cncgen.report.reproduce_{one}").tables(programs)
+        found += importlib.import_module(MODULES[one]).tables(programs)
     return found
 
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from cncgen.machine import load_servos
 from cncgen.machine.servo_schema import resolve
+from cncgen.papers import tsai_2010
 from cncgen.planner import PlanOptions
 from cncgen.planner.contour_prediction import predicted_errors
-from cncgen.report import reproduce_003
 from cncgen.report.drawing import BLUE, GREY, ORANGE, RED, legend, line, new_figure, plane, ticks
 from cncgen.servo.controllers.hinf_servo import check, controller_of
 from cncgen.servo.models import control_period
@@ -31,7 +31,7 @@ def figures(programs: str | None) -> Figures:
     figure, ((part,),) = new_figure("Paper 003, Figs 5 and 6: sharp corners of the butterfly", height=5.4)
     styles = ((7000.0, "o", 10, BLUE), (5000.0, "s", 7, ORANGE), (3500.0, "x", 5, "black"))
     for feed, mark, size, color in styles:
-        planned = reproduce_003.plan_of("butterfly.nc", programs, feed, "ild")
+        planned = tsai_2010.plan_of("butterfly.nc", programs, feed, "ild")
         if feed == 7000.0:
             rows = planned.signal("position")
             part.plot(rows[:, 0], rows[:, 1], color=GREY, linewidth=0.8)
@@ -54,8 +54,8 @@ def _strategies(curve: str, title: str, programs: str | None) -> Figure:
     """Feed above contour error, a column a strategy; the errors' scales differ by thirty times."""
     figure, grid = new_figure(title, 2, 3, height=2.6, width=12.0, share="col")
     for k, feedrate in enumerate(("adaptive", "curvature", "ild")):
-        planned = reproduce_003.plan_of(f"{curve}.nc", programs, 7000.0, feedrate)
-        speed, error = planned.signal("feed"), 1e3 * reproduce_003.true_errors(planned)
+        planned = tsai_2010.plan_of(f"{curve}.nc", programs, 7000.0, feedrate)
+        speed, error = planned.signal("feed"), 1e3 * tsai_2010.true_errors(planned)
         line(grid[0, k], ticks(len(speed)), speed)
         line(grid[1, k], ticks(len(error)), error, color=RED)
         grid[1, k].set_title(f"at most {error.max():.3g} µm", fontsize=9)
@@ -70,7 +70,7 @@ def _strategies(curve: str, title: str, programs: str | None) -> Figure:
 def _trident(programs: str | None) -> Figure:
     """Fig. 1: the curve with its sharp corners."""
     figure, ((part,),) = new_figure("Paper 003, Fig. 1: sharp corners of the trident (our curve)", height=5.0)
-    planned = reproduce_003.plan_of("trident.nc", programs, 7000.0, "ild")
+    planned = tsai_2010.plan_of("trident.nc", programs, 7000.0, "ild")
     rows = planned.signal("position")
     part.plot(rows[:, 0], rows[:, 1], color=GREY, linewidth=0.9)
     for name, corner in zip("ABCDE", (c for t in planned.trajectories for c in t.corners), strict=False):
@@ -82,8 +82,8 @@ def _trident(programs: str | None) -> Figure:
 
 def _estimate(programs: str | None) -> Figure:
     """Fig. 3: contour error round the second corner of the trident, estimated and true."""
-    planned = reproduce_003.plan_of("trident.nc", programs, 3500.0, "curvature")
-    actual = 1e3 * reproduce_003.true_errors(planned)
+    planned = tsai_2010.plan_of("trident.nc", programs, 3500.0, "curvature")
+    actual = 1e3 * tsai_2010.true_errors(planned)
     found = predicted_errors(planned.trajectories, planned.machine, PlanOptions())
     estimate = 1e3 * np.abs(np.zeros(0) if found is None else found)
     count = min(len(actual), len(estimate))
@@ -105,7 +105,7 @@ def _estimate(programs: str | None) -> Figure:
 
 def _curvature(programs: str | None) -> Figure:
     """Fig. 6: curvature along the butterfly, with the threshold A_max/V² of each feed."""
-    planned = reproduce_003.plan_of("butterfly.nc", programs, 3500.0, "ild")
+    planned = tsai_2010.plan_of("butterfly.nc", programs, 3500.0, "ild")
     rows = planned.signal("position")
     a, b = rows[1:-1] - rows[:-2], rows[2:] - rows[1:-1]
     la, lb = np.hypot(*a.T), np.hypot(*b.T)
@@ -117,7 +117,7 @@ def _curvature(programs: str | None) -> Figure:
     )
     line(part, np.cumsum(la)[moved], np.maximum(bend, 1e-4), label="curvature")
     limit = planned.machine.axes["X"].max_acceleration
-    for feed, color in zip(reproduce_003.FEEDS, (RED, ORANGE, GREY), strict=True):
+    for feed, color in zip(tsai_2010.FEEDS, (RED, ORANGE, GREY), strict=True):
         threshold = limit / (feed / 60.0) ** 2
         part.axhline(
             threshold,
@@ -138,7 +138,7 @@ def _stage_bounds() -> Figure:
     figure, grid = new_figure("Appended to paper 003: bounds on the flexure stage under H-infinity control", 1, 2,
                               height=3.6, width=11.0)  # fmt: skip
     for letter, color in (("X", BLUE), ("Y", ORANGE)):
-        servo = load_servos(reproduce_003.STAGE)[letter]
+        servo = load_servos(tsai_2010.STAGE)[letter]
         values = resolve(servo, letter)
         period = control_period(servo, letter, 0.001)
         found = check(values, controller_of(values, period), period)
@@ -169,7 +169,7 @@ def _stage_step() -> Figure:
     """The step of 20 µm, for every payload."""
     figure, grid = new_figure("Appended to paper 003: step of 20 µm, nine payloads", 2, height=2.4)
     for part, letter in zip(grid[:, 0], "XY", strict=True):
-        for rows in reproduce_003.stage_steps(letter):
+        for rows in tsai_2010.stage_steps(letter):
             line(part, ticks(len(rows), 0.0005)[:600], rows[:600], linewidth=0.6)
         part.axhline(20.0, color=GREY, linewidth=0.8, linestyle="--")
         part.set_ylabel(f"{letter} (µm)")

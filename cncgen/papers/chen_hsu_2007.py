@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cncgen.report.reproduction import Row, Table
+from cncgen.papers.reproduction import Row, Table
 from cncgen.servo.inversion import held_response, modified_reference, root_mean_square
 from cncgen.servo.profiles import BELL_EXACT, Profile, bell, exponential, linear
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from cncgen.geometry.nurbs import evaluate, single
 from cncgen.machine import load_servos
 from cncgen.machine.record import Servo
-from cncgen.report.reproduction import Row, Table
+from cncgen.papers.reproduction import Row, Table
 from cncgen.servo.named_schemes import Settings, scheme_maker
 from cncgen.servo.simulate import simulate_scheme
 from cncgen.servo.summary import path_speed

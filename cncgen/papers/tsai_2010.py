@@ -7,11 +7,11 @@ import numpy as np
 from cncgen.geometry.curvature import curvature_extrema
 from cncgen.machine import load_servos
 from cncgen.machine.servo_schema import resolve
+from cncgen.papers.planned import Planned, planned_program
+from cncgen.papers.reproduction import Row, Table
 from cncgen.planner import PlanOptions
 from cncgen.planner.contour_prediction import predicted_errors
 from cncgen.planner.paths import path_of
-from cncgen.report.planned import Planned, planned_program
-from cncgen.report.reproduction import Row, Table
 from cncgen.servo.controllers.hinf_servo import check, controller_of, family
 from cncgen.servo.loop import close_loop
 from cncgen.servo.mirror import Compensation

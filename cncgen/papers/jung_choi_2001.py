@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.report.reproduction import Row, Table
+from cncgen.papers.reproduction import Row, Table
 from cncgen.servo.controllers.stateline import Rule, StatelineAxis, interpolate, run_stateline
 
 Floats = NDArray[np.float64]
