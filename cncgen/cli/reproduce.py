@@ -33,11 +33,9 @@ def command(
     and Choi), 003 (Tsai 2010) or 004 (Hsu 1999); without it all are computed. Exit 1 where a stated tolerance is missed.
     """
     from cncgen.files import write_text
-    from cncgen.papers.reproduction import as_text, as_values, reproduce
+    from cncgen.papers.reproduction import as_text, as_values, draw_papers, reproduce
 
     if plots is not None:
-        from cncgen.papers.plots import draw_papers
-
         for path in draw_papers(plots, name, programs):
             messages.note(path)
         return 0

@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from cncgen.papers.reproduction import Row, Table
+from cncgen.report.drawing import (
+    GREY,
+    ORANGE,
+    legend,
+    line,
+    new_figure,
+    ticks,
+)
 from cncgen.servo.inversion import held_response, modified_reference, root_mean_square
 from cncgen.servo.profiles import BELL_EXACT, Profile, bell, exponential, linear
+
+if TYPE_CHECKING:
+    from cncgen.report.drawing import Figures
 
 PERIOD = 0.001
 #: Tables 1 and 2: numerator, denominator, RMS in µm for the linear, exponential and bell-shaped profile.
@@ -78,3 +91,40 @@ _ASSUMPTIONS = (
     "Table 1 prints the inverse of its first system: the text's (s+8)/(s+3) gives its figures, (s+3)/(s+8) does not",
     "the bell has the paper's rounded constants; the exponential is normalised to end at rest, with 3.84 and 8.84",
 )
+
+
+def figures(programs: str | None = None) -> Figures:
+    """The tracking errors behind Table 1, and the causal against the bounded inverse of (s − 8)/(s + 3)."""
+    times = ticks(1001)
+    figure, grid = new_figure(
+        "Paper 001, Figs 3 to 5: tracking error under the modified reference, (s+1)/(s²+2s+3)", 3, height=1.9
+    )
+    profiles = {"linear": linear(), "exponential": exponential(), "bell": bell()}
+    for part, (name, profile) in zip(grid[:, 0], profiles.items(), strict=True):
+        above, below = np.array([1.0, 1.0]), np.array([1.0, 2.0, 3.0])
+        command = modified_reference(above, below, profile, times)
+        error = held_response(above, below, command, 0.001) - profile.value(times)
+        rms = 1e3 * root_mean_square(error, 0.001)
+        line(part, times, 1e3 * error, label=f"{name} profile, rms {rms:.2f} µm")
+        part.set_ylabel("error (µm)")
+        legend(part, "upper center")
+    grid[-1, 0].set_xlabel("time (s)")
+    yield "fig3_to_5_tracking_errors", figure
+    long = ticks(2501, first=-1500)
+    above, below = np.array([1.0, -8.0]), np.array([1.0, 3.0])
+    figure, grid = new_figure("Paper 001: commands for (s−8)/(s+3), linear profile", 2, height=2.6)
+    line(
+        grid[0, 0],
+        times,
+        modified_reference(above, below, linear(), times),
+        color=ORANGE,
+        label="causal command",
+    )
+    stable = modified_reference(above, below, linear(), long, stable=True)
+    line(grid[1, 0], long, stable, label="command with pre-actuation")
+    for part in grid[:, 0]:
+        line(part, long, linear().value(long), color=GREY, linestyle="--", label="wanted position")
+        part.set_ylabel("position (mm)")
+        legend(part, "upper left")
+    grid[-1, 0].set_xlabel("time (s)")
+    yield "inversion", figure

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +13,21 @@ from cncgen.geometry.nurbs import evaluate, single
 from cncgen.machine import load_servos
 from cncgen.machine.record import Servo
 from cncgen.papers.reproduction import Row, Table
+from cncgen.report.drawing import (
+    BLUE,
+    ORANGE,
+    legend,
+    line,
+    new_figure,
+    ticks,
+)
 from cncgen.servo.named_schemes import Settings, scheme_maker
 from cncgen.servo.simulate import simulate_scheme
 from cncgen.servo.summary import path_speed
 from cncgen.setpoints.record import Setpoints
+
+if TYPE_CHECKING:
+    from cncgen.report.drawing import Figures
 
 Floats = NDArray[np.float64]
 
@@ -62,7 +74,7 @@ def uniform_circle(step: float = 0.0015, turns: float = 4.0) -> Floats:
     return np.ascontiguousarray(values.reshape(len(u), -1)[:, :2])
 
 
-def figures(rows: Floats, name: str) -> tuple[float, float, float]:
+def errors_of(rows: Floats, name: str) -> tuple[float, float, float]:
     """Return tracking error, contour error (rms, µm) and standard deviation of the speed (µm/s), from the second turn on."""
     servos = load_servos("dyna-1007")
     models = {k: _scaled(servo, MODEL_SHARE) for k, servo in servos.items()}
@@ -84,7 +96,7 @@ def _scaled(servo: Servo, share: float) -> Servo:
 
 def tables(programs: str | None = None) -> list[Table]:
     """Return Tables 1 to 3 with the ratios that matter."""
-    ours = {name: [figures(circle(speed), name) for speed in SPEEDS] for name in PRINTED}
+    ours = {name: [errors_of(circle(speed), name) for speed in SPEEDS] for name in PRINTED}
     return [_table_1(ours), _table_2(ours), _table_3(ours)]
 
 
@@ -142,7 +154,7 @@ def _table_3(ours: dict[str, list[tuple[float, float, float]]]) -> Table:
     command = path_speed(path, PERIOD)[700:-50].std() * 1e3
     rows.append(Row("command alone: speed variation", float(command), unit="µm/s"))
     for name, printed in UNIFORM.items():
-        found = figures(path, name)
+        found = errors_of(path, name)
         near = (0.05, 0.05, 0.05) if name == "p" else (None, None, 0.06)
         for k, (what, unit) in enumerate(
             (("tracking error", "µm"), ("contour error", "µm"), ("speed variation", "µm/s"))
@@ -169,3 +181,35 @@ _UNIFORM = (
     "the paper's NURBS is not printed; the quadratic of seven points gives its speed variation, that of nine points does not",
     _FLOOR,
 )
+
+
+def figures(programs: str | None = None) -> Figures:
+    """Contour errors of the controllers on the circle (Table 1), and the speed of both interpolations (Table 3)."""
+    servos = load_servos("dyna-1007")
+    rows = circle(5.0)
+    figure, grid = new_figure(
+        "Paper 004, Table 1: contour error on a circle of 10 mm at 5 m/min, second turn", 5, height=1.5
+    )
+    turn = slice(*(int(1000 * t) for t in (0.2 + 0.754, 0.2 + 2 * 0.754)))
+    for part, (name, label) in zip(grid[:, 0], LABELS.items(), strict=True):
+        run = list(simulate_scheme([Setpoints("XY", 0.001, 0, rows)], scheme_maker(name, servos)))
+        error = 1e3 * np.concatenate([r.contour_error_mm for r in run])[turn]
+        line(part, ticks(len(error), first=turn.start), error,
+             label=f"{label}: rms {np.sqrt((error**2).mean()):.3g} µm")  # fmt: skip
+        part.set_ylim(0.0, 1.45 * error.max())
+        part.set_ylabel("error (µm)")
+        legend(part, "upper right")
+    grid[-1, 0].set_xlabel("time (s)")
+    yield "table1_contour", figure
+    figure, ((part,),) = new_figure("Paper 004, Table 3: commanded speed on the NURBS circle")
+    for label, path, color in (
+        ("uniform parameter steps", uniform_circle(), ORANGE),
+        ("constant speed (5 m/min)", rows, BLUE),
+    ):
+        speed = np.hypot(*np.diff(path, axis=0).T) / 0.001
+        line(part, ticks(len(speed)), speed, label=label, color=color)
+    part.set_ylabel("speed (mm/s)")
+    part.set_xlabel("time (s)")
+    part.set_ylim(bottom=0.0)
+    legend(part, "lower right")
+    yield "table3_speed", figure

@@ -2,11 +2,29 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.papers.reproduction import Row, Table
+from cncgen.report.drawing import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    RED,
+    legend,
+    line,
+    new_figure,
+    plane,
+    ticks,
+)
 from cncgen.servo.controllers.stateline import Rule, StatelineAxis, interpolate, run_stateline
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from cncgen.report.drawing import Figures
 
 Floats = NDArray[np.float64]
 
@@ -90,3 +108,82 @@ _STATELINE = (
     "P loops with Kv = 60/s and a lag of 4 ms, 50 mm/s, δ = 50 µm; the paper's machine is not in its text",
     "an axis pulls the line only while its error exceeds δ, our progress rule (docs/controllers.md); with it the jerk rule adds nothing",
 )
+
+
+def figures(programs: str | None = None) -> Figures:
+    """Figs 3 to 10: a sharp corner under the rules, and the interpolators at a corner and on a circle."""
+    yield "fig3_corner", _stateline_corner()
+    yield "fig4_corner_errors", _stateline_errors()
+    yield "fig5_to_7_interpolators", _interpolators_at_the_corner()
+    radius, angle = 20.0, np.arange(40) * 0.08
+    circle = radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    figure, grid = new_figure(
+        "Paper 002, Figs 8 to 10: radial error on a circle of 20 mm at 100 mm/s", 3, height=1.9
+    )
+    for part, kind in zip(grid[:, 0], (2, 3, 4), strict=True):
+        rows = interpolate(circle, PARTS, kind)[320 : 320 + 10 * PARTS]
+        line(part, ticks(len(rows), CONTROL), 1e3 * (np.hypot(*rows.T) - radius))
+        part.set_ylabel(f"eq. {kind}\nradial error (µm)")
+    grid[-1, 0].set_xlabel("time (s): ten periods of the master")
+    yield "fig8_to_10_circle", figure
+
+
+def _interpolators_at_the_corner() -> Figure:
+    """Figs 5 to 7: points of the master, the second stage between them, and what the axes make of it."""
+    master = corner()
+    x = master[:, 0].max()
+    figure, grid = new_figure(
+        "Paper 002, Figs 5 to 7: interpolators at a corner", 1, 3, height=4.2, width=12.0
+    )
+    for part, kind in zip(grid[0], (2, 3, 4), strict=True):
+        rows = interpolate(master, PARTS, kind)
+        actual = run_stateline(rows, AXES, Rule.NONE, 0.05).position
+        part.plot(rows[:, 0], rows[:, 1], linewidth=1.0, color=BLUE, label="second stage")
+        part.plot(actual[:, 0], actual[:, 1], linewidth=1.0, color=ORANGE, label="axes, no stateline")
+        part.plot(master[:, 0], master[:, 1], "ko", markersize=4, fillstyle="none", label="master")
+        plane(part, [np.array([[x - 2.0, -0.3], [x + 0.3, 2.0]])], ("X (mm)", "Y (mm)"))
+        part.set_title(f"eq. {kind}", fontsize=9)
+    legend(grid[0, 0], "upper left")
+    return figure
+
+
+def _stateline_corner() -> Figure:
+    """Fig. 3, the paths that a corner leaves; the rules' paths lie on each other, so they differ in width."""
+    reference = interpolate(corner(), PARTS, 2)
+    figure, ((part,),) = new_figure(
+        "Paper 002, Fig. 3: sharp corner under the stateline", height=5.5, width=6.5
+    )
+    part.plot(reference[:, 0], reference[:, 1], color="black", linewidth=0.6, label="reference")
+    looks = {
+        Rule.NONE: ("no stateline", RED, 1.2),
+        Rule.ERROR: ("eq. 7", ORANGE, 5.0),
+        Rule.RULE_2: ("Rule 2", GREEN, 2.8),
+        Rule.JERK: ("jerk rule", BLUE, 1.0),
+    }
+    for rule, (name, color, width) in looks.items():
+        run = run_stateline(reference, AXES, rule, 0.05)
+        part.plot(run.position[:, 0], run.position[:, 1], linewidth=width, color=color, label=name)
+    x = reference[:, 0].max()
+    plane(part, [np.array([[x - 1.1, -0.2], [x + 0.2, 1.1]])], ("X (mm)", "Y (mm)"))
+    legend(part, "upper left")
+    return figure
+
+
+def _stateline_errors() -> Figure:
+    """Fig. 4: following errors of both axes round the corner, under Rule 2 and under the jerk rule."""
+    reference = interpolate(corner(), PARTS, 2)
+    figure, grid = new_figure("Paper 002, Fig. 4: following errors at the corner", 3, height=1.9)
+    for part, (rule, name) in zip(
+        grid[:, 0],
+        ((Rule.NONE, "no stateline"), (Rule.RULE_2, "Rule 2"), (Rule.JERK, "jerk rule")),
+        strict=True,
+    ):
+        run = run_stateline(reference, AXES, rule, 0.05)
+        error = reference[np.minimum(run.place, len(reference) - 1)] - run.position
+        times = ticks(len(error), CONTROL)
+        line(part, times, error[:, 0], label="X")
+        line(part, times, error[:, 1], color=ORANGE, label="Y")
+        part.set_ylabel(f"{name}\nerror (mm)")
+    legend(grid[0, 0], "center right")
+    grid[-1, 0].set_xlabel("time (s)")
+    return figure

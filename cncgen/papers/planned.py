@@ -5,15 +5,15 @@ from __future__ import annotations
 import io
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cncgen import gcode
-from cncgen.diagnostics import ProgramError
+from cncgen.diagnostics import Diagnostic, ProgramError, UsageError
 from cncgen.machine import load_machine
 from cncgen.machine.record import Machine, Servo
-from cncgen.papers.reproduction import program_text
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.record import Trajectory
 from cncgen.servo.record import Response
@@ -26,8 +26,15 @@ from cncgen.toolpath.record import Toolpath
 Floats = NDArray[np.float64]
 
 
+#: Where the example programs are: beside the modules of an installed package, else in the checkout.
+_PROGRAMS = (
+    Path(__file__).resolve().parents[1] / "programs",
+    Path(__file__).resolve().parents[2] / "programs",
+)
+
+
 @dataclass(frozen=True, slots=True)
-class Planned:
+class PlannedProgram:
     """A program with its plan and setpoints, as whole lists (the papers' curves are short)."""
 
     machine: Machine
@@ -69,7 +76,7 @@ def planned_program(
     programs: str | None = None,
     feed_mm_min: float | None = None,
     options: PlanOptions | None = None,
-) -> Planned:
+) -> PlannedProgram:
     """Plan an example program.
 
     Args:
@@ -94,7 +101,7 @@ def planned_program(
     trajectories = tuple(plan(iter(toolpaths), machine, options))
     signals = ("vel", "acc", "jerk", "feed")
     setpoints = tuple(sample(iter(trajectories), machine, axes=program.moving_axes, signals=signals))
-    return Planned(machine, toolpaths, trajectories, setpoints)
+    return PlannedProgram(machine, toolpaths, trajectories, setpoints)
 
 
 def with_feed(text: bytes, feed_mm_min: float) -> bytes:
@@ -107,3 +114,23 @@ def with_feed(text: bytes, feed_mm_min: float) -> bytes:
             lines[i] = re.sub(rb"F[0-9.]+", f"F{feed_mm_min:g}".encode(), line, count=1)
             break
     return b"\n".join(lines)
+
+
+def program_text(name: str, programs: str | None) -> bytes:
+    """Return an example program: from the folder given, else the one that ships.
+
+    Raises:
+        UsageError: It is not there (``reproduce-programs``).
+    """
+    folders = [Path(programs)] if programs else _PROGRAMS
+    for folder in folders:
+        path = folder / name
+        if path.is_file():
+            return path.read_bytes()
+    raise UsageError(
+        Diagnostic(
+            "reproduce-programs",
+            f"{name} is not in {' or '.join(str(f) for f in folders)}",
+            hint="give the folder of the example programs: --programs DIR",
+        )
+    )

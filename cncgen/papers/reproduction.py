@@ -5,10 +5,10 @@ from __future__ import annotations
 import importlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.report.drawing import folder, save
 from cncgen.report.tables import text_table
 
 #: The module of each paper, which has ``tables(programs)`` and ``figures(programs)``, by the name that commands take.
@@ -101,14 +101,41 @@ def reproduce(name: str | None = None, programs: str | None = None) -> list[Tabl
     Raises:
         UsageError: There is no such paper (``reproduce-name``), or the programs are not found.
     """
+    found: list[Table] = []
+    for one in _wanted(name):
+        found += importlib.import_module(MODULES[one]).tables(programs)
+    return found
+
+
+def _wanted(name: str | None) -> Sequence[str]:
+    """Return the names of the papers that are asked for."""
     if name is not None and name not in NAMES:
         raise UsageError(
             Diagnostic("reproduce-name", f"no paper is called {name!r}; there are {', '.join(NAMES)}")
         )
-    found: list[Table] = []
-    for one in [name] if name else NAMES:
-        found += importlib.import_module(MODULES[one]).tables(programs)
-    return found
+    return [name] if name else NAMES
+
+
+def draw_papers(output: str, name: str | None = None, programs: str | None = None) -> list[str]:
+    """Draw the figures of one paper, or of all, as PNG into a folder; return the files.
+
+    Args:
+        output: The folder, which is made where it is missing.
+        name: One of `NAMES`, or None.
+        programs: Folder of the example programs; None: looked for.
+
+    Raises:
+        UsageError: There is no such paper, matplotlib is missing, or the programs are not found.
+    """
+    wanted = _wanted(name)
+    target = folder(output)
+    files = []
+    for paper in wanted:
+        for title, figure in importlib.import_module(MODULES[paper]).figures(programs):
+            file = target / f"paper_{paper}_{title}.png"
+            save(figure, file)
+            files.append(str(file))
+    return files
 
 
 def as_text(tables: Iterable[Table]) -> str:
@@ -160,30 +187,3 @@ def _cells(row: Row) -> Sequence[str]:
     printed = "" if row.printed is None else f"{row.printed:g}"
     verdict = ("ok" if row.holds else "MISSED") if row.checked else ""
     return row.what, printed, f"{row.ours:.5g}", row.unit, difference, row.asked, verdict
-
-
-#: Where the example programs are: beside the modules of an installed package, else in the checkout.
-_PROGRAMS = (
-    Path(__file__).resolve().parents[1] / "programs",
-    Path(__file__).resolve().parents[2] / "programs",
-)
-
-
-def program_text(name: str, programs: str | None) -> bytes:
-    """Return an example program: from the folder given, else the one that ships.
-
-    Raises:
-        UsageError: It is not there (``reproduce-programs``).
-    """
-    folders = [Path(programs)] if programs else _PROGRAMS
-    for folder in folders:
-        path = folder / name
-        if path.is_file():
-            return path.read_bytes()
-    raise UsageError(
-        Diagnostic(
-            "reproduce-programs",
-            f"{name} is not in {' or '.join(str(f) for f in folders)}",
-            hint="give the folder of the example programs: --programs DIR",
-        )
-    )

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +13,24 @@ from numpy.typing import NDArray
 from cncgen.machine import load_servos
 from cncgen.machine.record import Servo
 from cncgen.machine.servo_schema import closed_loop, resolve
-from cncgen.papers.planned import Planned, planned_program
+from cncgen.papers.planned import PlannedProgram, planned_program
 from cncgen.papers.reproduction import Row, Table
 from cncgen.planner import PlanOptions
+from cncgen.report.drawing import (
+    BLUE,
+    ORANGE,
+    RED,
+    bound,
+    legend,
+    line,
+    new_figure,
+    ticks,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from cncgen.report.drawing import Figures
 
 Floats = NDArray[np.float64]
 
@@ -44,7 +61,7 @@ def _servo(letter: str) -> Servo:
     return load_servos("die-bonder")[letter]
 
 
-def step_bounds(planned: Planned, letter: str = "X") -> StepBounds:
+def step_bounds(planned: PlannedProgram, letter: str = "X") -> StepBounds:
     """Return eq. 3.6's bounds on the speed command along a simulated run of an axis.
 
     v[k] follows from the force before the drive's bound, u = S wd + v; where the drive is in saturation that force is
@@ -77,7 +94,7 @@ def step_bounds(planned: Planned, letter: str = "X") -> StepBounds:
     )
 
 
-def bonder(saturation: str, programs: str | None = None) -> Planned:
+def bonder(saturation: str, programs: str | None = None) -> PlannedProgram:
     """Return the die bonder's program at uniform parameter steps, with or without limiting."""
     options = PlanOptions(feedrate="constant", interpolator="uniform", saturation=saturation)
     return planned_program(PROGRAM, "die-bonder", programs, options=options)
@@ -129,3 +146,55 @@ _MACHINE = (
 _PATH = (
     "the paper's path is not printed: programs/bonder.nc has two sharp corners in one NURBS; plant = controller's model",
 )
+
+
+def figures(programs: str | None = None) -> Figures:
+    """Figs 5 to 7: contours, bounds of the speed command, driving force, with and without limiting."""
+    runs = {s: bonder(s, programs) for s in ("off", "reactive")}
+    bounds = {s: step_bounds(run) for s, run in runs.items()}
+    yield "fig5_contours", _bonder_contours(runs)
+    figure, grid = new_figure("Paper 000, Fig. 6: bounds of the X speed command (eq. 3.6)", 2, height=2.8)
+    for part, (s, b) in zip(grid[:, 0], bounds.items(), strict=True):
+        line(part, b.time_s, b.upper, color=RED, label="upper bound")
+        line(part, b.time_s, b.lower, color=BLUE, linestyle="--", label="lower bound")
+        line(part, b.time_s, b.command, color="black", label="command")
+        part.set_ylabel(f"limiting {s}\nspeed (pulse/ms)")
+    legend(grid[0, 0], "upper right", ncols=3)
+    grid[-1, 0].set_xlabel("time (s)")
+    yield "fig6_bounds", figure
+    figure, grid = new_figure("Paper 000, Fig. 7: driving force of X", 2, height=2.4)
+    for part, (s, b) in zip(grid[:, 0], bounds.items(), strict=True):
+        line(part, b.time_s, b.force)
+        bound(part, 10.0, "bound of the drive")
+        part.set_ylabel(f"limiting {s}\ndriving force (V)")
+        part.set_xlim(-0.005, 0.2)
+    legend(grid[0, 0], "upper right")
+    grid[-1, 0].set_xlabel("time (s); nothing happens later")
+    yield "fig7_force", figure
+
+
+def _bonder_contours(runs: Mapping[str, PlannedProgram]) -> Figure:
+    """Fig. 5, with the following error below it: the contours, along one axis each, cannot be told apart."""
+    figure, grid = new_figure(
+        "Paper 000, Fig. 5: contours and following errors (path: programs/bonder.nc)",
+        2,
+        height=3.0,
+        share=False,
+    )
+    (top,), (low,) = grid
+    for (s, run), color, width in zip(runs.items(), (ORANGE, BLUE), (2.4, 0.9), strict=True):
+        parts = run.response()
+        rows = np.concatenate([r.position for r in parts])
+        wanted = np.concatenate([r.command for r in parts])
+        error = 1e3 * np.hypot(*(wanted - rows).T)
+        top.plot(rows[:, 0], rows[:, 1], linewidth=width, color=color, label=f"limiting {s}")
+        line(low, ticks(len(error)), error, color=color, label=f"limiting {s}: at most {error.max():.0f} µm")
+    top.set_aspect("equal", adjustable="datalim")
+    top.set_xlabel("X (mm)")
+    top.set_ylabel("Y (mm)")
+    low.set_xlim(-0.005, 0.2)
+    low.set_xlabel("time (s)")
+    low.set_ylabel("following error (µm)")
+    legend(top, "upper left")
+    legend(low, "upper right")
+    return figure

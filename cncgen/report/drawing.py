@@ -14,7 +14,12 @@ from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import file_fault, open_output
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from matplotlib.figure import Figure
+
+    #: Pictures with the names of their files.
+    Figures = Iterator[tuple[str, Figure]]
 
 Floats = NDArray[np.float64]
 

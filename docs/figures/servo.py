@@ -2,18 +2,18 @@
 
 from pathlib import Path
 
-from cncgen.papers.plots import paper_001, paper_004
+from cncgen.papers import chen_hsu_2007, hsu_1999
 
 HERE = Path(__file__).parent
 
 
 def main() -> None:
     """Write controllers.png and inversion.png beside this file."""
-    for name, wanted, figures in (
-        ("controllers", "table1_contour", paper_004),
-        ("inversion", "inversion", paper_001),
+    for name, wanted, paper in (
+        ("controllers", "table1_contour", hsu_1999),
+        ("inversion", "inversion", chen_hsu_2007),
     ):
-        for title, figure in figures(None):
+        for title, figure in paper.figures():
             if title == wanted:
                 figure.savefig(HERE / f"{name}.png", dpi=90)
 

@@ -5,9 +5,16 @@ from pathlib import Path
 import pytest
 
 from cncgen.diagnostics import UsageError
-from cncgen.papers.planned import planned_program, with_feed
-from cncgen.papers.plots import draw_papers
-from cncgen.papers.reproduction import NAMES, Row, Table, as_text, as_values, program_text, reproduce
+from cncgen.papers.planned import planned_program, program_text, with_feed
+from cncgen.papers.reproduction import (
+    NAMES,
+    Row,
+    Table,
+    as_text,
+    as_values,
+    draw_papers,
+    reproduce,
+)
 from cncgen.planner import PlanOptions
 
 
