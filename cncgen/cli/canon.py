@@ -23,15 +23,21 @@ def command(program: str, output: str | None, machine: str | None, reading: dict
     the machine is the imaginary one of rs274: without options, `cncgen canon FILE --tool-table TABLE` prints what
     `rs274 -g -t TABLE FILE` does. As there, the calls end at the first error; all errors are named.
     """
+    from cncgen.cli import messages
     from cncgen.cli.reading import read_options
+    from cncgen.diagnostics import Diagnostics, ProgramError
     from cncgen.files import open_output
     from cncgen.pipeline import canon
 
     language, options = read_options(reading, machine=machine, as_rs274=True)
-    lines = canon(program, language=language, options=options)
+    found = Diagnostics()
+    lines = canon(program, language=language, options=options, diagnostics=found)
     head = next(lines, None)
     with open_output(output) as sink:
         if head is not None:
             sink.write(f"{head}\n".encode())
         for line in lines:
             sink.write(f"{line}\n".encode())
+        if found.has_errors:
+            raise ProgramError(found)
+    messages.show(found)

@@ -34,6 +34,7 @@ from typing import BinaryIO
 
 from cncgen.diagnostics import Diagnostics, ProgramError, RunDiagnostics
 from cncgen.gcode.codes.table import LATHE, language_of
+from cncgen.gcode.feed_doubts import Clock
 from cncgen.gcode.flow.running import Runner
 from cncgen.gcode.sinks.counting import CountingSink
 from cncgen.gcode.source import open_source
@@ -76,18 +77,26 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
             builder, options.tolerance_mm, degrees_count=language_of(choice.dialect) == "fanuc"
         )
         handed = False
+        clock, found = Clock(name), RunDiagnostics(diagnostics)
+
+        def timed(chunk: Toolpath) -> Toolpath:
+            remark = clock.add(chunk)
+            if remark is not None:
+                found.add(remark)
+            return chunk
+
         runner = Runner(
-            text, options, sink, RunDiagnostics(diagnostics), path=path, axes=moving, choice=choice
+            text, options, sink, found, path=path, axes=moving, choice=choice
         )
         for _ in runner.run():
             builder.sources = [source.name for source in runner.sources]
             if builder.count >= options.chunk_rows:
                 handed = True
-                yield builder.take()
+                yield timed(builder.take())
         sink.flush()
         builder.sources = [source.name for source in runner.sources]
         if builder.count or not handed:
-            yield builder.take()
+            yield timed(builder.take())
 
     return Program(name, "gcode", axes, moving, chunks, diagnostics)
 

@@ -9,9 +9,12 @@ import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.table import BOTH, language_of
 from cncgen.gcode.errors import BlockError
+from cncgen.gcode.feed_doubts import small_feeds
 from cncgen.gcode.source import Source
+from cncgen.gcode.text.dialects import Choice
 from cncgen.gcode.text.labels import Cursor
 
 #: Bytes that are looked at for what is met early in a text, if at all.
@@ -81,8 +84,20 @@ _BEHIND_SEMICOLON = _Doubt(
 )
 
 
+def remarks_on(choice: Choice) -> Iterator[tuple[BlockError, Severity]]:
+    """Yield what is said of a dialect that was chosen by signs in the text: which, why, how sure, and what it might be as well."""
+    dialect, why, _, rival = choice
+    if why:
+        yield BlockError("dialect", f"read as {dialect}: {why}", hint="--dialect overrides"), Severity.NOTE
+    if rival:
+        message = f"read as {dialect}, but it may as well be of {rival}, where it moves otherwise"
+        hint = f"--dialect {dialect} or --dialect {rival} says which"
+        yield BlockError("dialect-doubtful", message, hint=hint), Severity.WARNING
+
+
 def doubts(source: Source, dialect: str) -> Iterator[tuple[Cursor, BlockError]]:
     """Yield what is doubtful about a text, and the line where."""
+    yield from small_feeds(source, dialect)
     head = source.data[:_HEAD]
     found = []
     if language_of(dialect) in BOTH and _OF_SIEMENS.search(head):

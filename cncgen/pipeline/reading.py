@@ -198,9 +198,15 @@ def _head(file: BinaryIO) -> bytes:
 
 
 def canon(
-    source: str | os.PathLike[str], *, language: str | None = None, options: ReadOptions | None = None
+    source: str | os.PathLike[str],
+    *,
+    language: str | None = None,
+    options: ReadOptions | None = None,
+    diagnostics: Diagnostics | None = None,
 ) -> Iterator[str]:
     """Yield the canonical motions of a program as text, a call a line; see `cncgen.gcode.canon`.
+
+    With `diagnostics`, what is said of the program goes there, and its errors are not raised.
 
     Raises:
         UsageError: The file cannot be read, or its language has no such text.
@@ -209,7 +215,7 @@ def canon(
     with _opened(source, language) as (reader, file, name):
         if not hasattr(reader, "canon"):
             raise UsageError(Diagnostic("no-canon", f"{name}: canonical motions are printed of G-code alone"))
-        yield from reader.canon(file, name, _reading(options))
+        yield from reader.canon(file, name, _reading(options), diagnostics)
 
 
 def sound(program: Program) -> Iterator[Toolpath]:

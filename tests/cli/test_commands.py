@@ -366,3 +366,10 @@ def test_choices_are_those_of_the_rooms() -> None:
     assert ("auto", *DIALECTS) == ("auto", *reference.DIALECTS) == options.DIALECTS
     for name in ("INTERPOLATORS", "SATURATIONS", "PROFILES", "EFFORTS", "LEAST_CONTOUR_ERROR_MM"):
         assert getattr(options, name) == getattr(planning, name)
+
+
+def test_canon_says_which_dialect_it_took(cncgen: Run, tmp_path: Path) -> None:
+    (tmp_path / "lathe.nc").write_text("N01G50S600\nN02G0X50.Z2.\nN03M30\n")
+    run = cncgen("canon", "lathe.nc")
+    assert run.returncode == 0
+    assert b"note[dialect]: read as fanuc-lathe" in run.stderr

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from cncgen.diagnostics import Diagnostics, Severity
 from cncgen.gcode.block import Block
-from cncgen.gcode.doubts import doubts
+from cncgen.gcode.doubts import doubts, remarks_on
 from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
 from cncgen.gcode.flow.parts import assemble
 from cncgen.gcode.flow.stream import Stream
@@ -105,14 +105,14 @@ class Runner:
 
     def _say_dialect(self) -> None:
         """Note which dialect was chosen, where something in the text decided it, and what another control would read."""
-        dialect, why, line = self._choice
-        if why:
-            error = BlockError("dialect", f"read as {dialect}: {why}", hint="--dialect overrides")
+        choice = self._choice
+        dialect = choice.dialect
+        for error, severity in remarks_on(choice):
             source = self.sources[0]
             offset = 0
-            for _ in range(line - 1):
+            for _ in range(choice.line - 1):
                 offset = source.line_end(offset) + 1
-            self.reporter.report(source, line, offset, error, Severity.NOTE)
+            self.reporter.report(source, choice.line, offset, error, severity)
         for here, doubt in doubts(self.sources[0], dialect):
             self.reporter.report(self.sources[0], here.line, here.offset, doubt, Severity.WARNING)
 

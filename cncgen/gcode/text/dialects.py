@@ -1,67 +1,156 @@
-"""Which control a program is written for, told from its head."""
+"""Which control a program is written for, told from the signs in its text.
+
+Signs are looked for in the blocks as controls read them: without comments, blanks and N words, so that ``N01G50S600`` and
+``N1 G50 S600`` are one. Each speaks for some dialects and against others with a weight; the weights of all are added.
+"""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from cncgen.gcode.source import Source
 
-#: Bytes that are looked at.
+#: Bytes that are looked at, at the beginning and at the end of a text.
 _HEAD = 65_536
+_TAIL = 8_192
+#: A lead over the next dialect from which on the choice is certain, and from which on it is no guess.
+_CERTAIN, _LIKELY = 6.0, 3.0
+#: Weight that a dialect needs to be chosen over plain G-code (a lathe, where X is a diameter), and below which the signs are weak.
+_ENOUGH = {"fanuc-lathe": 5.0}
+_USUAL, _WEAK = 3.0, 6.0
+#: Weight from which on it is said that a program is LinuxCNC's own.
+_OWN = 20.0
 
 
 class Choice(NamedTuple):
-    """A dialect, the sign that spoke for it (or ""), and the line of it."""
+    """A dialect, the signs that spoke for it (or ""), the line of the first, and the dialect that it might be as well (or "")."""
 
     dialect: str
     reason: str
     line: int
+    rival: str = ""
 
 
-#: Nothing more on a line but a comment and the sign of its end.
-_ALONE = rb"[ \t]*(?:\([^)\n]*\))?[ \t]*;?[ \t]*\r?$"
-#: Dialect, what speaks for it, one of the texts that stand in such a line, and the line's pattern: most texts have none of
-#: the former, which are found much sooner.
-_SIGNS = (
-    ("heidenhain", "plain language", (), rb"(?:\d+[ \t]+)?(?:BEGIN[ \t]+PGM\b|SPL[ \t]+I?[XYZ])"),
-    ("linuxcnc", "an O-word", (), rb"[oO][ \t]*(?:\d+|<[^>\n]*>)[ \t]*(?:sub|call|if|while|do|repeat|return)\b"),
-    ("linuxcnc", "a named parameter", (b"#<",), rb"[^(;\n]*#<"),
-    ("fanuc-lathe", "a bound of the spindle's speed by G50", (b"G50",), rb"[^(;\n]*\bG50[ \t]*S[ \t]*[\d#\[]"),
-    ("fanuc-lathe", "a turning cycle of lines P to Q", (b"G70", b"G71", b"G72", b"G73"),
-     rb"[^(;\n]*\bG7[0-3][ \t]*P[ \t]*\d+[ \t]*Q[ \t]*\d+(?![\d.])"),
-    ("fanuc-lathe", "a thread of a lathe", (b"G76",), rb"[^(;\n]*\bG76[ \t]*P[ \t]*\d{5,6}(?![\d.])"),
-    ("fanuc-lathe", "a reference point by distances U W", (b"G28", b"G30"),
-     rb"[^(;\n]*\bG(?:28|30)[ \t]*U[ \t]*0?\.?0*[ \t]*W[ \t]*0?\.?0*(?![\d.])"),
-    ("fanuc", "a jump of a macro", (b"GOTO",), rb"[^(;\n]*\bGOTO[ \t\d#\[]"),
-    ("fanuc", "a loop of a macro", (), rb"(?:WHILE[ \t]*\[[^\n]*\][ \t]*DO|END[ \t]*[123]\b)"),
-    ("fanuc", "a condition of a macro", (), rb"IF[ \t]*\[[^\n]*\][ \t]*THEN"),
-    ("fanuc", "a sum without brackets", (), rb"#\d+[ \t]*=[ \t]*[#\d.][#\d.]*[ \t]*[-+*/][ \t]*[#\d\[]"),
-    ("fanuc", "an output command of a macro", (), rb"(?:POPEN|PCLOS|[BD]PRNT)\b"),
-    ("fanuc", "a macro call", (b"G65", b"G66"), rb"[^(;\n]*\bG6[56][ \t]*P"),
-    ("fanuc", "a mirror, rotation, scaling or polar code", (b"G50.1", b"G51", b"G68", b"G69", b"G15", b"G16"),
-     rb"[^(;\n]*\bG(?:50\.1|51\.1|68|69|51|1[56])(?![\d.])"),
-    ("fanuc", "a code of FANUC alone", (b"G43.4", b"G54.1", b"G10"),
-     rb"[^(;\n]*\bG(?:43\.4(?!\d)|54\.1[ \t]*P|10[ \t]*L1[23](?![\d.]))"),
-    ("fanuc", "a look-ahead code", (b"5.1", b"G05", b"G5P", b"G5 ", b"G5\t", b"G08", b"G8"),
-     rb"[^(;\n]*\bG0?(?:5\.1[ \t]*Q|5[ \t]*P(?:10000|0)[ \t]*\r?$|8[ \t]*P)"),
-    ("fanuc", "a dwell of X", (b"G04", b"G4"), rb"[^(;\n]*\bG0?4[ \t]*X[ \t]*\.?\d"),
-    ("fanuc", "a program number", (), rb"[oO:]\d{1,8}" + _ALONE),
-    ("fanuc", "a program name", (), rb"[oO]?<[^>\n]*>" + _ALONE),
-    ("fanuc", "a program number", (), rb"%[ \t]*[oO:]\d{1,8}" + _ALONE),
-    ("fanuc", "a motion code beside G28", (b"G28", b"G30"),
-     rb"[^(;\n]*G0?[0-3](?![\d.])[^(;\n]*G(?:28|30)(?![\d.])[^(;\n]*[XYZ][ \t]*[-+.\d#\[]"),
-    ("fanuc", "a chamfer or rounding", (b",",), rb"[^(;\n]*,[ \t]*[CR][ \t]*[-+.\d#\[]"),
+class _Sign(NamedTuple):
+    """What speaks for dialects, with what weight.
+
+    `texts`: one of them stands in each such line; most programs have none, which is found sooner.
+    """
+
+    reason: str
+    weights: dict[str, float]
+    pattern: re.Pattern[bytes]
+    texts: tuple[bytes, ...]
+
+
+def _sign(reason: str, weights: dict[str, float], pattern: bytes, *texts: bytes) -> _Sign:
+    return _Sign(reason, weights, re.compile(pattern, re.MULTILINE), texts)
+
+
+def _all(weight: float, *dialects: str) -> dict[str, float]:
+    return dict.fromkeys(dialects, weight)
+
+
+_L, _F, _T, _H, _S = "linuxcnc", "fanuc", "fanuc-lathe", "heidenhain", "sinumerik"
+#: Dialects that are read.
+_READ = (_L, _F, _T, _H)
+#: A value behind a letter.
+_V = rb"[-+.\d#\[]"
+#: Signs in the text of blocks as it is written: capitals, comments and blanks kept.
+_WRITTEN = (
+    _sign("plain language", _all(30, _H), rb"^[ \t]*(?:\d+[ \t]+)?(?:BEGIN[ \t]+PGM\b|SPL[ \t]+I?[XYZ])"),
+    _sign("a tool call of plain language", _all(15, _H), rb"^[ \t]*\d+[ \t]+(?:TOOL[ \t]+CALL|CYCL[ \t]+DEF|BLK[ \t]+FORM)\b"),
+    _sign("a line of plain language", _all(12, _H), rb"^[ \t]*\d+[ \t]+(?:L[ \t]+|CC?[ \t]+|LP?[ \t]+|FN[ \t]*\d)[^\n=]*(?:\bR[0LR]\b|F[ \t]*MAX|DR[-+]|Q\d)"),
+    _sign("a message or print of LinuxCNC", _all(6, _L), rb"\([ \t]*(?:DEBUG|PRINT|LOGOPEN|LOGAPPEND|PROBEOPEN|AXIS)[ \t]*,"),
+    _sign("an O-word", _all(30, _L),
+          rb"^[ \t]*/?[ \t]*(?:N[ \t]*\d+[ \t]*)?O[ \t]*(?:\d+|<[^>\n]*>|\[[^\n]*?\]|#\S+?)[ \t]*(?:SUB|CALL|IF|WHILE|DO|REPEAT|RETURN|ENDSUB)\b"),
+    _sign("the head of a file of SINUMERIK", _all(30, _S), rb"^[ \t]*(?:%_N_\w+_(?:MPF|SPF)\b|;\$PATH=)"),
+    _sign("a message of SINUMERIK", _all(12, _S), rb"\bMSG[ \t]*\([ \t]*[\")]"),
+    _sign("a cycle of SINUMERIK", _all(20, _S), rb"\b(?:CYCLE\d+|POCKET\d|SLOT\d|HOLES\d|LONGHOLE|WORKPIECE|CONTPRON)[ \t]*\("),
+    _sign("a jump of SINUMERIK", _all(15, _S), rb"\bGOTO[FBC]?[ \t]+[A-Z_]{2}"),
+    _sign("a definition of SINUMERIK", _all(20, _S), rb"^[ \t]*(?:N\d+[ \t]*)?(?:DEF[ \t]+(?:REAL|INT|BOOL|CHAR|STRING|AXIS|FRAME)\b|PROC[ \t]+[A-Z_]|EXTERN[ \t]+[A-Z_])"),
+    _sign("a loop or condition of SINUMERIK", _all(12, _S),
+          rb"^[ \t]*(?:N\d+[ \t]*)?(?:ENDIF|ENDWHILE|ENDFOR|ENDLOOP|LOOP|REPEAT(?:[ \t]+[A-Z_]\w+)?|UNTIL[ \t(][^\n]*|FOR[ \t]+[^\n]*\bTO\b[^\n]*|(?:IF|WHILE)[ \t]*[\(A-Z$][^\[\n]*(?:==|<>|[<>])[^\n]*)[ \t]*(?:;[^\n]*)?$"),
+    _sign("a tool by its name", _all(12, _S), rb"\bT[ \t]*=[ \t]*\"", b'="', b'= "'),
+    _sign("a value of SINUMERIK", _all(12, _S), rb"=[ \t]*(?:AC|IC|DC|ACP|ACN)[ \t]*\("),
+    _sign("a frame of SINUMERIK", _all(10, _S),
+          rb"^[ \t]*(?:N\d+[ \t]*)?A?(?:TRANS|ROT|SCALE|MIRROR)(?:[ \t]+(?:[XYZ]|RPL)[ \t]*[-=.\d][^\n]*|[ \t]*(?:;[^\n]*)?)$"),
+    _sign("a command of SINUMERIK", _all(10, _S),
+          rb"\b(?:TRAORI|TRAFOOF|MCALL|STOPRE|SUPA|CFTCP|CFC|CFIN|FFWON|FFWOF|SOFT|BRISK|COMPON|COMPCAD|COMPCURV|COMPOF|ORIWKS|ORIMKS|ORIAXES|UPATH|FIFOCTRL|DIAMON|DIAMOF|DIAM90|CSPLINE|ASPLINE|RTLIOF|RTLION|WAITM)\b"),
 )  # fmt: skip
-_PATTERNS = [
-    (
-        dialect,
-        reason,
-        texts,
-        re.compile(rb"^[ \t]*(?:[nN][ \t]*\d+[ \t]*)?" + pattern, re.MULTILINE | re.IGNORECASE),
-    )
-    for dialect, reason, texts, pattern in _SIGNS
-]
+#: Signs in bare blocks: capitals without comments, blanks, N words and the slash of blocks that may be left out.
+_BARE = (
+    _sign("a named parameter", _all(20, _L), rb"#<", b"#<"),
+    _sign("a parameter R", _all(10, _S), rb"(?:^|[\d.)])R\d{1,3}=", b"R"),
+    _sign("an arc or axis with =", _all(8, _S), rb"(?:CR|TURN|AR|AP|RP|RND|CHF|CHR|[XYZABC]\d?|[IJK]1)=[-+.\dR(]", b"="),
+    _sign("a code of SINUMERIK", _all(8, _S), rb"(?<![A-Z.\d])G(?:500|50[5-9]|5[1-9]\d|64[1-5]|60[1-3]|45[01]|291)(?![\d.])"),
+    _sign("a turning cycle of LinuxCNC", _all(12, _L), rb"^[^\n]*G7[012](?:\.[12])?(?=[^\n]*Q\d)(?!P\d+Q)(?![^\nQ]*P\d)[^\n]*[DIQRXZ]", b"G7"),
+    _sign("a threading cycle of LinuxCNC", _all(12, _L), rb"G76(?=[^\n]*I)(?=[^\n]*J)(?=[^\n]*K)", b"G76"),
+    _sign("G7 or G8 alone", _all(6, _L), rb"G0?[78](?![\d.PX-Z])"),
+    _sign("G96 D S", _all(8, _L), rb"G96(?:S[.\d]+)?D", b"G96"),
+    _sign("a tolerance G64 P", _all(6, _L), rb"G64P", b"G64P"),
+    _sign("a code of LinuxCNC alone", _all(8, _L), rb"G(?:61\.1|0?5\.[23]|33\.1|38\.[2-5]|43\.2|92\.[23]|59\.[123]|41\.1|42\.1)(?!\d)"),
+    _sign("a centre mode", _all(4, _L), rb"G9[01]\.1(?!\d)", b".1"),
+    _sign("an output code", _all(3, _L), rb"(?<!\d)M6[2-8][PE]", b"M6"),
+    _sign("a thread by G33 K", _all(4, _L), rb"G33[^\n]*K" + _V, b"G33"),
+    _sign("a dwell with a decimal point", _all(3, _L), rb"G0?4P\d*\.\d", b"P"),
+    # Of FANUC, mill or lathe.
+    _sign("a program number", _all(8, _F, _T), rb"^%?[O:]\d{1,8}$"),
+    _sign("a program name", _all(8, _F, _T), rb"^O?<[^>\n]*>$", b"<"),
+    _sign("a jump of a macro", _all(12, _F, _T), rb"GOTO[\d#\[]", b"GOTO"),
+    _sign("a loop of a macro", _all(12, _F, _T), rb"^(?:WHILE\[[^\n]*\]DO|DO[123]$|END[123]$)"),
+    _sign("a condition of a macro", _all(12, _F, _T), rb"^IF\[[^\n]*\](?:THEN|GOTO)", b"IF["),
+    _sign("a sum without brackets", _all(8, _F, _T), rb"#\d+=[#\d.][#\d.]*[-+*/][#\d\[]", b"="),
+    _sign("a function without brackets", _all(6, _F, _T), rb"#\d+=-?(?:SQRT|SIN|COS|TAN|ABS|ROUND|FIX|FUP)\[[^\n]*\][-+*/]", b"["),
+    _sign("an output command of a macro", _all(12, _F, _T), rb"^(?:POPEN|PCLOS|[BD]PRNT)"),
+    _sign("an alarm of a macro", _all(6, _F, _T), rb"#300[06]=", b"#300"),
+    _sign("a macro call", _all(10, _F, _T), rb"(?<!\d)G6[56]P", b"P"),
+    _sign("a look-ahead code", _all(8, _F, _T), rb"(?<!\d)G0?(?:5\.1Q|5P(?:10000|0|1|2)$|8P)|G(?:103|187)[PE]"),
+    _sign("a dwell of X", _all(8, _F, _T), rb"(?<![\d.])G0?4X\.?\d", b"4X"),
+    _sign("a dwell in milliseconds", _all(4, _F, _T), rb"(?<![\d.])G0?4P[1-9]\d\d+$", b"4P"),
+    _sign("a code of Haas", _all(8, _F, _T), rb"G154P|(?<!\d)M97P"),
+    _sign("rigid tapping by M29", _all(4, _F, _T), rb"(?<!\d)M29(?!\d)", b"M29"),
+    _sign("a chamfer or rounding", _all(8, _F, _T), rb",[CR]" + _V, b","),
+    _sign("a reference point beside a motion code", _all(4, _F, _T),
+          rb"^[^\n]*(?<!\d)G0?[0-3](?![\d.])[^\n]*G(?:28|30)(?![\d.])", b"G28", b"G30"),
+    _sign("calls of M98 with their count", _all(3, _F, _T), rb"M98P\d{5,8}(?![\d.])", b"M98"),
+    _sign("a block left out by a numbered switch", _all(4, _F, _T), rb"^\x00[2-9]", b"\x00"),
+    # Of FANUC's mills.
+    _sign("a mirror, rotation, scaling or polar code", {_F: 10, _T: 2},
+          rb"(?<![\d.])G(?:50\.1|51\.1|68(?:\.2)?|69|51|1[56])(?![\d.])"),
+    _sign("a code of FANUC's mills", {_F: 10, _T: 4}, rb"G(?:43\.4(?!\d)|54\.1P|54P\d|10L1[23](?!\d))"),
+    _sign("a spindle's bound by G92 S", {_F: 4}, rb"(?<!\d)G92S", b"G92S"),
+    _sign("tool lengths G43 H", {_F: 1, _L: 1, _T: -8}, rb"G43(?![\d.])[^\n]*H\d", b"G43"),
+    _sign("words of Y", {_T: -5}, rb"Y" + _V, b"Y"),
+    _sign("a cycle of mills", {_T: -4}, rb"(?<!\d)G8[1-9](?![\d.])[^\n]*[XYZ]" + _V),
+    _sign("a tool change M6", {_T: -4}, rb"(?<!\d)M0?6(?!\d)", b"M"),
+    # Of FANUC's lathes.
+    _sign("a bound of the spindle's speed by G50", {_T: 20}, rb"(?<!\d)G50S[\d#\[]", b"G50S"),
+    _sign("a turning cycle of lines P to Q", {_T: 20}, rb"(?<!\d)G7[0-3]P\d+Q\d+(?![\d.])", b"P"),
+    _sign("a turning cycle in two blocks", {_T: 12}, rb"^G7[12][UW][.\d]+R[.\d]+(?:[FST][.\d]+)*$", b"G7"),
+    _sign("a thread of a lathe", {_T: 20}, rb"(?<!\d)G76P\d{5,6}(?![\d.])", b"G76P"),
+    _sign("a reference point by distances U W", {_T: 20}, rb"G(?:28|30)(?:G[\d.]+)?U0?\.?0*W0?\.?0*(?![\d.])", b"W"),
+    _sign("a reference point by a distance U", {_T: 6}, rb"G(?:28|30)U0?\.?0*(?![\d.])", b"U"),
+    _sign("a dwell of U", {_T: 8, _F: 2}, rb"(?<![\d.])G0?4U\.?\d", b"4U"),
+    _sign("a threading pass by G92 with F", {_T: 8}, rb"^(?![^\n]*Y)[^\n]*(?<!\d)G92[XUZW][^\n]*F", b"G92"),
+    _sign("a thread by G32", {_T: 6}, rb"(?<!\d)G32[^\nY]*[XZUW][^\n]*F", b"G32"),
+    _sign("a turning pass by G90 or G94", {_T: 4}, rb"^G9[04][XU]" + _V + rb"[^GY\n]*[ZW]" + _V + rb"[^GY\n]*$", b"G9"),
+    _sign("tool and offset in four digits of T", {_T: 5}, rb"(?:^|[^A-Z#<])T(?:0[1-9]|[1-9]\d)(?:0[1-9]|[1-9]\d)(?!\d)", b"T"),
+    _sign("distances U W beside X Z", {_T: 5},
+          rb"^(?![^\n]*[YVPQ])(?![^\n]*G(?:0?4|10|28|30|50|92|7\d)(?!\d))(?:[^\n]*[XZ]" + _V + rb"[^\nXZUW]*[UW]|[^\n]*[UW]"
+          + _V + rb"[^\nXZUW]*[XZ])" + _V, b"U", b"W"),
+    _sign("surface speed by G96", {_T: 3, _L: 1}, rb"(?<!\d)G96S", b"G96"),
+)  # fmt: skip
+_CYCLES = re.compile(rb"(?<!\d)G(?:8[1-9]|7[346])(?!\d)")
+_RETRACTS = re.compile(rb"(?<!\d)G99(?![\d.])")
+_FEEDS = re.compile(rb"F(\d*\.?\d+)")
+_OTHER_FEEDS = re.compile(rb"(?<!\d)G(?:20|70|93|95|9[45]|32|33|84|74)(?![\d.])")
+_X_AND_Z = re.compile(rb"[XU]" + _V + rb"[^\n]*[ZW]" + _V + rb"|[XZ]" + _V)
+_COMMENTS = re.compile(rb"\([^)\n]*\)|;[^\n]*")
+_BLANKS = re.compile(rb"[ \t\r]+")
+_NUMBERS = re.compile(rb"^(?:/([1-9]?))?(?:N\d+(?:\.\d*)?)?(?:/([1-9]?))?", re.MULTILINE)
 
 
 def chosen(source: Source, dialect: str) -> Choice:
@@ -69,14 +158,87 @@ def chosen(source: Source, dialect: str) -> Choice:
     return choose(source) if dialect == "auto" else Choice(dialect, "", 1)
 
 
+def bare(text: bytes) -> bytes:
+    """Return a text in capitals, line by line, without comments, blanks and N words.
+
+    A slash with a number, ``/2``, is a NUL and the number.
+    """
+    blocks = _BLANKS.sub(b"", _COMMENTS.sub(b"", text.upper()))
+    return _NUMBERS.sub(lambda m: b"\x00" + (m[1] or m[2]) if m[1] or m[2] else b"", blocks)
+
+
 def choose(source: Source) -> Choice:
-    """Return the dialect of the first sign that is found, LinuxCNC's where there is none."""
+    """Return the dialect that the signs in a text speak for, LinuxCNC's where there are none."""
     head = source.data[:_HEAD]
-    capitals = head.upper()
-    for dialect, reason, texts, pattern in _PATTERNS:
-        if texts and not any(text in capitals for text in texts):
+    if len(source.data) > _HEAD:
+        head += source.data[max(_HEAD, len(source.data) - _TAIL) :]
+    written = head.upper()
+    blocks = bare(head)
+    found = [*_found(_WRITTEN, written), *_found(_BARE, blocks), *_of_feeds(blocks)]
+    totals = dict.fromkeys(_READ, 0.0)
+    for _, weights, _ in found:
+        for dialect, weight in weights.items():
+            if dialect in totals:
+                totals[dialect] += weight
+    return _decided(found, totals)
+
+
+_Found = tuple[str, dict[str, float], int]
+
+
+def _found(signs: Iterable[_Sign], text: bytes) -> Iterable[_Found]:
+    """Yield the signs that a text has: reason, weights, line."""
+    for sign in signs:
+        if sign.texts and not any(literal in text for literal in sign.texts):
             continue
-        match = pattern.search(head)
+        match = sign.pattern.search(text)
         if match:
-            return Choice(dialect, reason, head.count(b"\n", 0, match.start()) + 1)
-    return Choice("linuxcnc", "", 1)
+            yield sign.reason, sign.weights, text.count(b"\n", 0, match.start()) + 1
+
+
+def _of_feeds(blocks: bytes) -> Iterable[_Found]:
+    """Yield what the feeds and their modes say: below 1 they are a revolution's, G99 without cycles says so too."""
+    cycles = _CYCLES.search(blocks)
+    mode = _RETRACTS.search(blocks)
+    if mode and not cycles:
+        yield "G99 without cycles of mills", {_T: 3.0}, blocks.count(b"\n", 0, mode.start()) + 1
+    first = _FEEDS.search(blocks)
+    if first is None or _OTHER_FEEDS.search(blocks) or b"Y" in blocks or not _X_AND_Z.search(blocks):
+        return
+    feeds = sorted(float(match[1]) for match in _FEEDS.finditer(blocks))
+    if 0.0 < feeds[len(feeds) // 2] < 1.0:
+        yield "feeds below 1", {_T: 4.0}, blocks.count(b"\n", 0, first.start()) + 1
+
+
+def _decided(found: list[_Found], totals: dict[str, float]) -> Choice:
+    """Return the dialect of the greatest weight, what spoke for it, and the one next to it where that is close."""
+    # At the same weight: LinuxCNC before FANUC, mills before lathes.
+    order = sorted(totals, key=lambda dialect: -totals[dialect])
+    best, second = order[0], order[1]
+    if best in (_L, _F) and totals[best] <= 0.0:
+        return Choice(_L, "", 1)
+    if totals[best] < _ENOUGH.get(best, _USUAL):
+        reasons = _reasons(found, best)
+        return Choice(_L, "", reasons[0][1] if reasons else 1, best)
+    lead = totals[best] - totals[second]
+    if {best, second} == {_F, _T} and not any(w.get(second, 0.0) > w.get(best, 0.0) for _, w, _ in found):
+        # Nothing speaks for the other of FANUC's two that does not speak for this one.
+        rest = max(totals[dialect] for dialect in order[2:])
+        lead = totals[best] - rest
+    sure = "certain" if lead >= _CERTAIN else "likely" if lead >= _LIKELY else "a guess"
+    reasons = _reasons(found, best)
+    more = f" and {len(reasons) - 3} more" if len(reasons) > 3 else ""
+    text = ", ".join(reason for reason, _ in reasons[:3]) + f"{more} ({sure})"
+    rival = second if lead < _LIKELY and totals[second] > 0.0 else ""
+    if best == _T and totals[best] < _WEAK and not rival:
+        rival = _L
+    if best == _L and not rival and totals[best] < _OWN:
+        # What is read where there are no signs needs no word.
+        text = ""
+    return Choice(best, text, reasons[0][1] if reasons else 1, rival)
+
+
+def _reasons(found: list[_Found], dialect: str) -> list[tuple[str, int]]:
+    """Return the signs that speak for a dialect and their lines, the heaviest first."""
+    own = [(reason, weights[dialect], line) for reason, weights, line in found if weights.get(dialect, 0.0) > 0.0]
+    return [(reason, line) for reason, _, line in sorted(own, key=lambda sign: -sign[1])]

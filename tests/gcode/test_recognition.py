@@ -1,0 +1,132 @@
+"""Which control a text is of: told from its blocks as controls read them, with all signs weighed, and said."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+
+from cncgen.diagnostics import Diagnostics
+from cncgen.gcode import check, read
+from cncgen.gcode.source import open_source
+from cncgen.gcode.text.dialects import choose
+from cncgen.toolpath.reading import ReadOptions
+
+
+def dialect_of(text: str) -> tuple[str, str]:
+    """Return the dialect of a text, and the one that it might be as well."""
+    choice = choose(open_source(io.BytesIO(text.encode()), "t.nc"))
+    return choice.dialect, choice.rival
+
+
+#: Heads and bodies as controls' programs have them, and the dialect that each is of beyond doubt.
+CERTAIN = [
+    # Blocks without a blank behind N.
+    ("N01G50S600\nN02G96S180M3\nN03G0X50.Z2.\nN04G1Z-30.F0.3\nN05M30", "fanuc-lathe"),
+    ("N5G65P9100A1.\nN10M30", "fanuc"),
+    ("N5G68X0Y0R30.\nN10G69\nN15M30", "fanuc"),
+    ("N5G04X1.\nN10G1X10.F100.\nN15M30", "fanuc"),
+    ("N1G28U0W0\nN2G0X50.Z2.\nN3M30", "fanuc-lathe"),
+    # Lathes without G50 S, G71 or G28 U0 W0.
+    ("%\nO0010\nT0101\nG97S1200M3\nG0X32.Z5.\nG1Z-20.F.25\nU2.W-1.\nG0X100.Z100.\nM30\n%", "fanuc-lathe"),
+    ("O0011\nT0303\nG0X22.Z5.\nG92X19.5Z-20.F1.5\nX19.\nX18.6\nG0X100.Z50.\nM30", "fanuc-lathe"),
+    ("O5\nG0T0101\nG96S200M3\nG0X40.Z2.\nG90X36.Z-20.F.2\nX32.\nG0X80.Z80.\nM30", "fanuc-lathe"),
+    ("O6\nG99G97S800M3T0202\nG0X30.Z3.\nG32Z-20.F2.\nG0X40.\nM30", "fanuc-lathe"),
+    ("T0101\nG0X60.Z2.\nG71U2.R.5\nG71P10Q20U.4W.1F.25\nN10G0X20.\nN20G1Z-30.\nG70P10Q20\nM30", "fanuc-lathe"),
+    ("G0X50.Z5.\nG76P020060Q100R50\nG76X20.Z-20.P920Q300F1.5\nM30", "fanuc-lathe"),
+    # Mills.
+    ("%\nO1234(PART)\nG90G54G0X0Y0S3000M3\nG43H1Z50.\nG1Z-2.F150.\nM30\n%", "fanuc"),
+    ("O10\nT1M6\nG54X0Y0\nG43Z10.H1\nG81X5.Y5.Z-5.R2.F120.\nG80\nM30", "fanuc"),
+    ("#100=0\nN10 IF [#100 GE 5] GOTO 20\nG1 X#100 Y2. F100.\n#100=#100+1\nGOTO 10\nN20 M30", "fanuc"),
+    ("G0G90G54.1P5X0Y0\nG1X10.F200.\nM30", "fanuc"),
+    ("G17G20G40G80G49\nT1M6\nG103P1\nG154P2X0Y0\nM30", "fanuc"),
+    # LinuxCNC.
+    ("o100 sub\nG1 X#1 F100\no100 endsub\no100 call [5]\nM2", "linuxcnc"),
+    ("#<depth> = 5\nG1 Z[-#<depth>] F100\nM2", "linuxcnc"),
+    ("G20 G90 G64 P0.001\nG1 X1 Y1 F10\nM2", "linuxcnc"),
+    ("G7\nG18\nG95\nG96 D2500 S250 M3\nG1 X20 Z-5 F0.2\nM2", "linuxcnc"),
+    ("G18 G21\nG76 P1.5 Z-20 I-1 J0.1 K0.92 R1 Q29.5 H2\nM2", "linuxcnc"),
+    # Heidenhain.
+    ("0 BEGIN PGM A MM\n1 L X+10 R0 FMAX\n2 END PGM A MM", "heidenhain"),
+    ("1 TOOL CALL 3 Z S4850\n2 L X+10 Y+0 R0 FMAX M3\n3 L X+20 F200", "heidenhain"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "dialect"), CERTAIN, ids=lambda v: str(v)[:24])
+def test_signs_that_are_certain(text: str, dialect: str) -> None:
+    assert dialect_of(text) == (dialect, "")
+
+
+def test_a_program_without_signs_is_plain() -> None:
+    assert dialect_of("N10 G0 X1 Y2\nN20 G1 Z-1 F100\nN30 M30") == ("linuxcnc", "")
+
+
+def test_signs_in_comments_do_not_count() -> None:
+    assert dialect_of("(N1 G50 S600)\nG0 X1 Y2 ; G28 U0 W0\nM2") == ("linuxcnc", "")
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect", "rival"),
+    [
+        ("G0 X50 Z2\nS600 M3\nG1 Z-30 F0.3\nM30", "linuxcnc", "fanuc-lathe"),
+        ("G0 X50. Z2.\nG1 Z-30. F100.\nX52. W-1.\nM30", "fanuc-lathe", "linuxcnc"),
+        ("O1\nG0 X50. Z2.\nG0 T0101\nG43 Z5. H1\nG1 Z-30. F100.\nM30", "fanuc", ""),
+    ],
+)
+def test_weak_signs_name_both(text: str, dialect: str, rival: str) -> None:
+    assert dialect_of(text) == (dialect, rival)
+    found = Diagnostics()
+    check(io.BytesIO(text.encode()), "t.nc", diagnostics=found)
+    doubts = [d for d in found if d.code == "dialect-doubtful"]
+    assert len(doubts) == (1 if rival else 0)
+    for doubt in doubts:
+        assert rival in doubt.message
+        assert f"--dialect {rival}" in doubt.hint
+        assert dialect in doubt.hint
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect", "expected"),
+    [
+        ("G0 X50 Z2\nG1 Z-30 F0.3\nM30", "linuxcnc", (2, 9)),
+        ("G0 X50 Z2\nG1 Z-30 F.05\nM30", "fanuc", (2, 9)),
+        ("G20\nG1 Z-3 F.01\nM30", "linuxcnc", (2, 8)),
+        ("G98 G1 Z-3. F.2\nM30", "fanuc-lathe", (1, 13)),
+    ],
+)
+def test_a_feed_that_nobody_means_is_said(text: str, dialect: str, expected: tuple[int, int]) -> None:
+    found = Diagnostics()
+    check(io.BytesIO(text.encode()), "t.nc", ReadOptions(dialect=dialect), found)
+    said = [(d.span.line, d.span.column) for d in found if d.code == "feed-doubtful" and d.span]
+    assert said == [expected]
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect"),
+    [
+        ("S500 M3\nG95\nG1 Z-30 F0.3\nM30", "linuxcnc"),
+        ("G93\nG1 Z-30 F0.3\nM30", "linuxcnc"),
+        ("G20\nG1 Z-3 F0.5\nM30", "linuxcnc"),
+        ("(F0.3)\nG1 Z-3 F5 ; F0.1\nM30", "linuxcnc"),
+        ("S500 M3\nG1 Z-3. F.2\nM30", "fanuc-lathe"),
+    ],
+)
+def test_feeds_that_are_meant(text: str, dialect: str) -> None:
+    found = Diagnostics()
+    check(io.BytesIO(text.encode()), "t.nc", ReadOptions(dialect=dialect), found)
+    assert [d.code for d in found if d.code == "feed-doubtful"] == []
+
+
+def remarks(text: str) -> list[str]:
+    """Return codes of what is said when a program is read as LinuxCNC's."""
+    program = read(io.BytesIO(text.encode()), "t.nc", ReadOptions(dialect="linuxcnc"))
+    for _ in range(2):
+        list(program.chunks())
+    return [d.code for d in program.diagnostics]
+
+
+def test_hours_at_such_feeds_are_said_once_with_the_other_reading() -> None:
+    """200 mm at 0.3 mm/min are 11.1 hours; at 0.3 mm a revolution and 1000 rev/min, 40 s."""
+    assert remarks("G1 X200 F0.3\nM2").count("time-doubtful") == 1
+    assert "time-doubtful" not in remarks("G1 X100 F0.3\nM2")
+    assert remarks("G4 P40000\nM2").count("time-doubtful") == 1
