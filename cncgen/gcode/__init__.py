@@ -85,9 +85,7 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
                 found.add(remark)
             return chunk
 
-        runner = Runner(
-            text, options, sink, found, path=path, axes=moving, choice=choice
-        )
+        runner = Runner(text, options, sink, found, path=path, axes=moving, choice=choice)
         for _ in runner.run():
             builder.sources = [source.name for source in runner.sources]
             if builder.count >= options.chunk_rows:

@@ -45,7 +45,9 @@ def small_feeds(source: Source, dialect: str) -> Iterator[tuple[Cursor, BlockErr
     if first is None:
         return
     begin = max(0, data.rfind(b"\n", 0, max(0, first.start() - _BEFORE)) + 1)
-    text = _COMMENT.sub(lambda m: m[0] if m[0] == b"\n" else b" " * len(m[0]), data[begin : first.start() + _BEFORE])
+    text = _COMMENT.sub(
+        lambda m: m[0] if m[0] == b"\n" else b" " * len(m[0]), data[begin : first.start() + _BEFORE]
+    )
     mode, unit = 95 if dialect == LATHE else 94, 1.0
     pitched = False
     for match in _WORD.finditer(text):
@@ -72,7 +74,9 @@ def _small_feed(source: Source, at: int, feed: float, unit: float, dialect: str)
         hint = "a feed a revolution is of G99"
     else:
         hint = "a feed a revolution is of G95; --dialect fanuc-lathe reads it so without G95"
-    error = BlockError("feed-doubtful", message, column=column, hint=hint, values={"feed_mm_min": feed * unit})
+    error = BlockError(
+        "feed-doubtful", message, column=column, hint=hint, values={"feed_mm_min": feed * unit}
+    )
     return Cursor(0, line_begin, line), error
 
 

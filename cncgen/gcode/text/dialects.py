@@ -240,5 +240,7 @@ def _decided(found: list[_Found], totals: dict[str, float]) -> Choice:
 
 def _reasons(found: list[_Found], dialect: str) -> list[tuple[str, int]]:
     """Return the signs that speak for a dialect and their lines, the heaviest first."""
-    own = [(reason, weights[dialect], line) for reason, weights, line in found if weights.get(dialect, 0.0) > 0.0]
+    own = [
+        (reason, weights[dialect], line) for reason, weights, line in found if weights.get(dialect, 0.0) > 0.0
+    ]
     return [(reason, line) for reason, _, line in sorted(own, key=lambda sign: -sign[1])]
