@@ -34,8 +34,8 @@ from numpy.typing import NDArray
 
 import cncgen
 from cncgen.machine import Machine, load
+from cncgen.planner.limits.axis_limits import Bounds
 from cncgen.planner.motion import motion_at
-from cncgen.planner.optimal.limits import Bounds
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit
 from cncgen.toolpath.record import Toolpath

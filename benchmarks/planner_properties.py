@@ -29,8 +29,8 @@ from numpy.typing import NDArray
 from cncgen.machine.record import Axis, Machine
 from cncgen.pipeline import read_text, sound
 from cncgen.planner import PlanOptions, plan
+from cncgen.planner.least_time import smooth_blocks
 from cncgen.planner.motion import motion_at
-from cncgen.planner.optimal import smooth_blocks
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit, Trajectory
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath

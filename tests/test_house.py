@@ -60,14 +60,14 @@ def test_plan_of_plain_lines_imports_nothing_that_it_does_not_need(tmp_path: Pat
     program = tmp_path / "lines.nc"
     program.write_text("G21 G17 G90 G94 G64 P0.01\nF3000\nG1 X10 Y1\nG1 X20 Y5\nM2\n")
     found = modules("plan", str(program), "-o", str(tmp_path / "o.f64"))
-    assert "cncgen.planner.optimal.planning" in found
+    assert "cncgen.planner.least_time.planning" in found
     assert not found & {
         "cncgen.gcode.text.descent",
         "cncgen.gcode.text.grammar",
         "cncgen.gcode.codes.corners",
         "cncgen.gcode.codes.profiles",
         "cncgen.gcode.codes.canned_cycles",
-        "cncgen.planner.contour_bound",
+        "cncgen.planner.least_time.contour_bound",
         "cncgen.planner.interpolators",
         "cncgen.report.line_times",
         "cncgen.stepnc",

@@ -1,6 +1,6 @@
 """Primal-dual interior-point method for the least time along a path (docs/least-time.md).
 
-Called by `cncgen.planner.optimal.problem`. The problem is that of Verscheure et al. (2009) in q = v², with jerk limits as in
+Called by `cncgen.planner.least_time.problem`. The problem is that of Verscheure et al. (2009) in q = v², with jerk limits as in
 Debrouwere et al. (2013).
 
 Unknown is q(s) = v² as a quadratic spline, by its Bézier middle ordinates: ``c[k + 1]`` belongs to interval `k`, and the

@@ -93,7 +93,7 @@ def _predictive(
     lowered = drivable(machine, asked)
     plan = _retimed(chosen(toolpaths, lowered, asked), lowered, asked)
     if asked.feedrate not in (None, "optimal") or asked.interpolator != "arclength":
-        from cncgen.planner.replanning import replan
+        from cncgen.planner.least_time.replanning import replan
 
         plan = replan(plan, lowered, asked.effort)
     return named(plan, machine, lowered)

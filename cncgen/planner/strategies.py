@@ -15,11 +15,11 @@ from cncgen.toolpath.record import Toolpath
 
 #: Name -> (module, function), the best first: the first one whose module is there is the default.
 _STRATEGIES = {
-    "optimal": ("cncgen.planner.least_time", "plan_least_time"),
-    "ild": ("cncgen.planner.ild", "plan_ild"),
-    "constant": ("cncgen.planner.constant", "plan_constant"),
-    "adaptive": ("cncgen.planner.adaptive", "plan_adaptive"),
-    "curvature": ("cncgen.planner.curvature", "plan_curvature"),
+    "optimal": ("cncgen.planner.least_time.strategy", "plan_least_time"),
+    "ild": ("cncgen.planner.ild.strategy", "plan_ild"),
+    "constant": ("cncgen.planner.baselines.constant", "plan_constant"),
+    "adaptive": ("cncgen.planner.baselines.adaptive", "plan_adaptive"),
+    "curvature": ("cncgen.planner.baselines.curvature", "plan_curvature"),
 }
 
 

@@ -14,8 +14,8 @@ from cncgen.diagnostics import NoPlanError, UsageError
 from cncgen.machine import Machine
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.drive_limits import ForceGains, drivable
+from cncgen.planner.least_time.replanning import by_block, speed_along
 from cncgen.planner.record import Limit, Trajectory
-from cncgen.planner.replanning import by_block, speed_along
 from cncgen.planner.saturation import pd_plus_axes
 from cncgen.servo import simulate
 from cncgen.setpoints import sample

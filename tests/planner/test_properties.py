@@ -15,8 +15,8 @@ from hypothesis import given, settings
 from cncgen.machine import load
 from cncgen.pipeline import read, read_text, sound
 from cncgen.planner import PlanOptions, plan
+from cncgen.planner.least_time import rolling_window
 from cncgen.planner.motion import motion_at
-from cncgen.planner.optimal import window
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit
 from cncgen.setpoints import sample
@@ -384,8 +384,11 @@ def test_windows_take_the_time_of_one_beside_a_weak_axis(monkeypatch: pytest.Mon
     case = properties.Case((curve,), 11489.0, False, "G61", (weak, strong, strong, strong))
     windows = properties.planned(case).time
     monkeypatch.setattr(
-        window.Window.__init__,
+        rolling_window.Window.__init__,
         "__defaults__",
-        tuple(20_000 if value == window.SIZE else value for value in window.Window.__init__.__defaults__),
+        tuple(
+            20_000 if value == rolling_window.SIZE else value
+            for value in rolling_window.Window.__init__.__defaults__
+        ),
     )
     assert windows == pytest.approx(properties.planned(case).time, rel=1e-3)

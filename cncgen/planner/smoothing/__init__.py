@@ -16,8 +16,8 @@ order in which data passes them:
 `fitted`, which `cncgen convert` uses, is a fit of its own.
 """
 
-from cncgen.planner.smoothing.chords import chord_speed_within, chord_within
 from cncgen.planner.smoothing.runs import ROTARY_RADIUS
 from cncgen.planner.smoothing.stream import smooth
+from cncgen.planner.smoothing.tolerance_split import chord_speed_within, chord_within
 
 __all__ = ["ROTARY_RADIUS", "chord_speed_within", "chord_within", "smooth"]

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.machine.record import Machine
-from cncgen.planner.smoothing.chords import chord_within
 from cncgen.planner.smoothing.runs import axis_scale
+from cncgen.planner.smoothing.tolerance_split import chord_within
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]

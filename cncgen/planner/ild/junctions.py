@@ -1,0 +1,56 @@
+"""Speeds at which the joint of two rows may be passed, from what the axes can do within one period.
+
+Where the tangent turns, each axis's speed steps by v Δt_i; where only the curvature jumps, its acceleration steps by
+v² Δ(κn)_i. The setpoints see the first as a second difference v Δt_i T and as third differences of at most that size,
+wherever the joint falls between two ticks, hence
+
+    v |Δt_i| <= min(A_i T, J_i T²),        v² |Δ(κn)_i| <= J_i T.
+
+A joint turned by more than a fraction of a degree is all but a stop: what blends are for.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.planner.limits.rows import AxisLimits
+
+Floats = NDArray[np.float64]
+
+#: Turn of the tangent below which two rows count as tangent: rounding of nine-digit coordinates, not a corner.
+_TANGENT = 1e-6
+
+
+def turned(tangent_out: Floats, tangent_in: Floats) -> NDArray[np.bool_]:
+    """Tell at which joints the tangent turns by more than rounding, shape (n,)."""
+    return np.any(np.abs(tangent_in - tangent_out) >= _TANGENT, axis=1)
+
+
+def joint_speeds(
+    tangent_out: Floats,
+    tangent_in: Floats,
+    bend_out: Floats,
+    bend_in: Floats,
+    limits: AxisLimits,
+    period_s: float,
+) -> Floats:
+    """Return the highest speed at each joint.
+
+    Args:
+        tangent_out, bend_out: Shape (n, axes), dx/ds and d²x/ds² at the end of the row before the joint.
+        tangent_in, bend_in: Shape (n, axes), at the start of the row after it.
+        limits: Limits of the axes.
+        period_s: T.
+
+    Returns:
+        Shape (n,), mm/s; infinite where nothing jumps.
+    """
+    turn = np.abs(tangent_in - tangent_out)
+    turn[turn < _TANGENT] = 0.0
+    jump = np.abs(bend_in - bend_out)
+    step = np.minimum(limits.acceleration * period_s, limits.jerk * period_s**2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        by_turn = np.where(turn > 0.0, step / turn, np.inf).min(axis=1, initial=np.inf)
+        by_jump = np.where(jump > 0.0, np.sqrt(limits.jerk * period_s / jump), np.inf)
+    return np.minimum(by_turn, by_jump.min(axis=1, initial=np.inf))

@@ -1,0 +1,258 @@
+"""The look-ahead's window: stretches that are read and not yet planned for good, seen as one row of segments.
+
+Joints are counted over all open stretches, from the first open one on; places are lengths from there. Joints that hold
+nothing back (a line in two parts) are no joints for the planner: speed profiles come to zero acceleration at every
+joint, so a program would be slower the finer it is cut.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Span
+from cncgen.planner.assembly import assemble
+from cncgen.planner.cutting import arrival_at, cut
+from cncgen.planner.ild.look_ahead import Pieces, Segments
+from cncgen.planner.ild.stretch import Stretch
+from cncgen.planner.record import Limit, Profile, SharpCorner, Trajectory
+from cncgen.toolpath.record import Event
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+#: Sharp corners that are handed on one by one; beyond them they are counted.
+MAX_CORNERS = 10_000
+#: Tops and limits that differ by this part are equal.
+_EQUAL = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class OpenPath:
+    """The open joints of a window.
+
+    Attributes:
+        place: Shape (n + 1,), mm: length from the first open joint to each.
+        first: Number of each stretch's first open joint, and, last, n.
+        kept: Shape (m + 1,): the joints that segments end at.
+        segments: The `m` segments between them.
+    """
+
+    place: Floats
+    first: list[int]
+    kept: Ints
+    segments: Segments
+
+
+@dataclass(frozen=True, slots=True)
+class _OpenEvent:
+    """An event with the number of its stretch, its joint, and its source line."""
+
+    stretch: int
+    joint: int
+    line: int
+    event: Event
+
+
+@dataclass(slots=True)
+class Window:
+    """Stretches in a row; the last joint of one is the first of the next.
+
+    Attributes:
+        stretches: In order; of each, the segments from `Stretch.used` on are still open.
+        t_s: Time at the first open joint.
+        speed_mm_s: Speed there.
+        corners: Sharp corners handed on so far.
+    """
+
+    stretches: list[Stretch] = field(default_factory=list)
+    t_s: float = 0.0
+    speed_mm_s: float = 0.0
+    corners: int = 0
+
+    def __len__(self) -> int:
+        return sum(len(s) - s.used for s in self.stretches)
+
+    def least_time_s(self) -> float:
+        """Return how long the open segments take at their top speeds, s."""
+        return sum(float((np.diff(s.s[s.used :]) / s.top[s.used :]).sum()) for s in self.stretches)
+
+    def span_at(self, place: float) -> Span:
+        """Return the source line of a place, mm from the first open joint."""
+        stretch = self.stretches[0]
+        for stretch in self.stretches:
+            length = float(stretch.s[-1] - stretch.s[stretch.used])
+            if place <= length:
+                break
+            place -= length
+        rows = stretch.toolpath
+        row = int(np.searchsorted(stretch.path.row_s[1:], stretch.s[stretch.used] + place))
+        row = min(row, len(rows) - 1)
+        return Span(rows.sources[int(rows.source[row])], int(rows.line[row]))
+
+    def open_path(self) -> OpenPath:
+        """Number the open joints, and drop those that hold nothing back."""
+        parts = [(s, s.used) for s in self.stretches]
+        first = np.concatenate([[0], np.cumsum([len(s) - used for s, used in parts])]).astype(int).tolist()
+        cap = np.full(first[-1] + 1, np.inf)
+        for (stretch, used), a, b in zip(parts, first, first[1:], strict=False):
+            np.minimum(cap[a : b + 1], stretch.cap[used:], out=cap[a : b + 1])
+        place = np.concatenate([[0.0], np.cumsum(np.concatenate([np.diff(s.s[used:]) for s, used in parts]))])
+        columns = {
+            name: np.concatenate([getattr(s, name)[used:] for s, used in parts])
+            for name in ("top", "top_limit", "acceleration", "jerk")
+        }
+        kept = _kept(cap, columns["top"], columns["acceleration"], columns["jerk"])
+        left = kept[:-1]
+        segments = Segments(
+            length=np.diff(place[kept]),
+            top=columns["top"][left],
+            top_limit=columns["top_limit"][left],
+            acceleration=columns["acceleration"][left],
+            jerk=columns["jerk"][left],
+            cap=cap[kept],
+        )
+        return OpenPath(place, first, kept, segments)
+
+    def turns(self, open_path: OpenPath) -> Floats:
+        """Return the places at which the tangent turns at a joint, increasing."""
+        turns = np.zeros(len(open_path.place), dtype=bool)
+        for stretch, a, b in zip(self.stretches, open_path.first, open_path.first[1:], strict=False):
+            turns[a : b + 1] |= stretch.turns[stretch.used :]
+        return open_path.place[turns]
+
+    def hand_on(
+        self, open_path: OpenPath, pieces: Pieces, joint: Ints, speeds: Floats, upto: int
+    ) -> list[Trajectory]:
+        """Turn the first `upto` segments into trajectories, and take them out of the window.
+
+        Args:
+            open_path: The open joints.
+            pieces: Speed profiles of the segments, which may be cut finer than those of `open_path`.
+            joint: Shape (m + 1,): where each kept joint stands among the joints of `pieces`.
+            speeds: Shape (joints of `pieces`,), mm/s.
+            upto: How many of the segments are final.
+        """
+        final = int(open_path.kept[upto])
+        events = self._events(open_path, final)
+        waits = np.zeros(upto + 1)
+        for event in events:
+            if event.event.dwell_s > 0.0:
+                waits[np.searchsorted(open_path.kept, event.joint)] += event.event.dwell_s
+        profile, arrival = _laid_out(self.t_s, open_path, pieces, joint[: upto + 1], waits)
+        times = _times(profile, open_path, events)
+        joints = np.arange(final + 1)
+        time = np.interp(joints, open_path.kept[: upto + 1], arrival)
+        speed = np.interp(joints, open_path.kept, speeds[joint])
+        done: list[Trajectory] = []
+        for number, stretch in enumerate(self.stretches):
+            a, b = open_path.first[number], open_path.first[number + 1]
+            end = min(b, final)
+            if a > final or (b > final and a == final):
+                break
+            own = [i for i, e in enumerate(events) if e.stretch == number]
+            over = [
+                times[i] + e.event.dwell_s
+                for i, e in enumerate(events)
+                if e.joint == end and e.stretch <= number
+            ]
+            until = max([self.t_s, float(arrival_at(profile, open_path.place[end : end + 1])[0]), *over])
+            done.append(
+                Trajectory(
+                    toolpath=stretch.toolpath,
+                    row_s=np.asarray(stretch.path.row_s),
+                    profile=_local(
+                        cut(profile, self.t_s, until), stretch, float(open_path.place[a]), end - a
+                    ),
+                    events=tuple((times[i], events[i].line, events[i].event) for i in own),
+                    corners=tuple(self._corners(stretch, end - a, speed[a:], time[a:])),
+                    values={"corners_total": self.corners},
+                )
+            )
+            stretch.used += end - a
+            self.t_s = until
+        self.stretches = self.stretches[sum(b <= final for b in open_path.first[1:]) :]
+        self.speed_mm_s = float(speeds[joint[upto]])
+        return done
+
+    def _events(self, open_path: OpenPath, final: int) -> list[_OpenEvent]:
+        """Return the events up to a joint in order; at that joint, only those of stretches that end there."""
+        found = []
+        for number, stretch in enumerate(self.stretches):
+            a, b = open_path.first[number], open_path.first[number + 1]
+            for at, line, event in stretch.events:
+                joint = a + at - stretch.used
+                if at >= stretch.used and (joint < final or b <= final):
+                    found.append(_OpenEvent(number, joint, line, event))
+        return found
+
+    def _corners(self, stretch: Stretch, count: int, speed: Floats, time: Floats) -> list[SharpCorner]:
+        """Name the sharp corners among the next `count` joints of a stretch; speeds and times begin with the first."""
+        first = stretch.used
+        at = np.flatnonzero(stretch.sharp[first : first + count])
+        self.corners += len(at)
+        at = at[: max(0, MAX_CORNERS - self.corners + len(at))]
+        if not len(at):
+            return []
+        s = stretch.s[first + at]
+        position = stretch.path.evaluate(s, 0)[0]
+        row = np.searchsorted(stretch.path.row_s[1:], s)
+        line = stretch.toolpath.line[np.minimum(row, len(stretch.toolpath) - 1)]
+        feed = speed[at]
+        held = feed >= stretch.cap[first + at] * (1.0 - 1e-9)
+        limit = np.where(held, stretch.cap_limit[first + at], np.int8(Limit.ACCELERATION))
+        return [
+            SharpCorner(
+                int(line[i]), tuple(position[i].tolist()), float(feed[i]), Limit(int(limit[i])), float(t)
+            )
+            for i, t in enumerate(time[at])
+        ]
+
+
+def _kept(cap: Floats, top: Floats, acceleration: Floats, jerk: Floats) -> Ints:
+    """Return the joints that hold something back, and both ends."""
+    n = len(top)
+    differ = np.zeros(max(n - 1, 0), dtype=bool)
+    for column in (top, acceleration, jerk):
+        # Infinite tops (rapids without a limit) are equal to each other.
+        one, other = column[:-1], column[1:]
+        differ |= (one != other) & ~(np.abs(one - other) <= _EQUAL * np.minimum(one, other))
+    held = differ | (cap[1:-1] < np.maximum(top[:-1], top[1:]))
+    return np.concatenate([[0], np.flatnonzero(held) + 1, [n] if n else []]).astype(np.int64)
+
+
+def _laid_out(
+    start_s: float, open_path: OpenPath, pieces: Pieces, joint: Ints, waits: Floats
+) -> tuple[Profile, Floats]:
+    """Lay the pieces up to the last of some joints on the time axis; return the arrival at each joint, too."""
+    count = int(pieces.offset[joint[-1]])
+    offset = pieces.offset[joint]
+    place = open_path.place[open_path.kept[: len(joint)]]
+    # Every segment starts exactly at its joint; only within a segment are lengths added up.
+    before = np.concatenate([[0.0], np.cumsum(pieces.length[:count])])
+    owner = np.repeat(np.arange(len(joint) - 1), np.diff(offset))
+    s = np.append(place[owner] + before[:-1] - before[offset[owner]], place[-1])
+    p = pieces
+    moves = (p.duration[:count], p.v[:count], p.a[:count], p.j[:count], p.c[:count])
+    return assemble(start_s, s, moves, pieces.limit[:count], offset, waits)
+
+
+def _times(profile: Profile, open_path: OpenPath, events: list[_OpenEvent]) -> list[float]:
+    """Return the time of each event: the arrival at its joint, and the dwells of those before it there."""
+    times: list[float] = []
+    joints = np.array([e.joint for e in events], dtype=np.int64)
+    arrivals = arrival_at(profile, open_path.place[joints])
+    for i, event in enumerate(events):
+        follows = i > 0 and events[i - 1].joint == event.joint
+        times.append(times[-1] + events[i - 1].event.dwell_s if follows else float(arrivals[i]))
+    return times
+
+
+def _local(part: Profile, stretch: Stretch, origin: float, count: int) -> Profile:
+    """Move a profile of `count` segments from places of the window to the path coordinate of a stretch."""
+    first, last = stretch.s[stretch.used], stretch.s[stretch.used + count]
+    s = np.clip(first + (part.s - origin), first, last)
+    s[-1] = last
+    return replace(part, s=s)

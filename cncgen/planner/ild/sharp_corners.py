@@ -1,0 +1,78 @@
+"""Sharp corners of curves (Tsai 2010, sections 5.2 and 5.3), and the speeds at them.
+
+A sharp corner is a place of a NURBS where
+
+1. κ(u) has a local extremum (a maximum of |κ|: at a minimum the path bends least), and
+2. κ > κ_th = A_max / V_max² (eq. 21): at the programmed feed the centripetal acceleration would exceed the limit.
+
+Two closer corners than d_min are one: a corner counts only when it lies at least d_min from the corner before it,
+and from the start of the curve. That rule is ours. The butterfly of the paper begins in the middle of a bend, whose
+two halves have a curvature maximum 0.33 mm after the start and 0.33 mm before the end; the paper's 11, 14 and 24
+corners count one of them, and any d_min between 0.34 and 4.8 mm does. See docs/ild.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.planner.limits.rows import chord_speed
+from cncgen.planner.record import Limit
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class CornerRule:
+    """What makes a corner sharp and how fast it is taken.
+
+    Attributes:
+        chord_tolerance_mm: δ of eq. 24.
+        period_s: T_s.
+        kbar_per_mm: κ̄ of eq. 25.
+        distance_mm: d_min.
+    """
+
+    chord_tolerance_mm: float
+    period_s: float
+    kbar_per_mm: float
+    distance_mm: float
+
+    def speeds(self, curvature: Floats, feed_mm_s: float) -> tuple[Floats, NDArray[np.int8]]:
+        """Return min(V_af, V_cf, V_max) at places of that curvature (eq. 23) and which of them it is."""
+        chord = chord_speed(curvature, self.chord_tolerance_mm, self.period_s)
+        bend = curvature_speed(curvature, feed_mm_s, self.kbar_per_mm)
+        speed = np.minimum(chord, bend)
+        limit = np.where(chord < bend, np.int8(Limit.CHORD), np.int8(Limit.CURVATURE))
+        return np.minimum(speed, feed_mm_s), limit.astype(np.int8)
+
+    def corners(
+        self, s: Floats, curvature: Floats, start: float, centripetal: float, feed_mm_s: float
+    ) -> NDArray[np.int64]:
+        """Pick the sharp corners of one curve.
+
+        Args:
+            s: Shape (n,), path coordinates of the maxima of |κ|, increasing.
+            curvature: Shape (n,), |κ| there, 1/mm.
+            start: Path coordinate where the curve starts.
+            centripetal: A_max, mm/s².
+            feed_mm_s: V_max.
+
+        Returns:
+            Indices of those that are sharp corners.
+        """
+        sharp = np.flatnonzero(curvature * feed_mm_s**2 > centripetal)
+        kept: list[int] = []
+        last = start
+        for i in sharp:
+            if s[i] - last >= self.distance_mm:
+                kept.append(int(i))
+                last = float(s[i])
+        return np.array(kept, dtype=np.int64)
+
+
+def curvature_speed(curvature: Floats, feed_mm_s: float | Floats, kbar_per_mm: float) -> Floats:
+    """Return V_cf = κ̄ V_max / (κ + κ̄) (Tsai 2010, eq. 25), mm/s, of curvatures κ (1/mm), shape (n,): half the feed at κ = κ̄."""
+    return kbar_per_mm * feed_mm_s / (curvature + kbar_per_mm)

@@ -1,0 +1,240 @@
+"""A chunk of a toolpath cut at its joints: the rows' ends, and the sharp corners within its curves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.geometry.curvature import CurvatureExtrema, curvature_extrema
+from cncgen.geometry.path import Path
+from cncgen.machine.record import Machine
+from cncgen.planner.ild.junctions import joint_speeds, turned
+from cncgen.planner.ild.sharp_corners import CornerRule
+from cncgen.planner.limits.rows import AxisLimits, Rows, rows_of
+from cncgen.planner.paths import path_of
+from cncgen.planner.record import Limit
+from cncgen.toolpath.record import Event, Kind, PathMode, Toolpath
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+#: mm: joints that are closer are one.
+_SAME_PLACE = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class RowEnd:
+    """How a stretch ends, for the joint with what follows: dx/ds and d²x/ds², each of shape (axes,)."""
+
+    tangent: Floats
+    bend: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class _Inner:
+    """Joints within curves, each of shape (n,): place, highest speed and the `Limit` behind it; see `Stretch`."""
+
+    s: Floats
+    speed: Floats
+    limit: NDArray[np.int8]
+    sharp: NDArray[np.bool_]
+    turns: NDArray[np.bool_]
+
+
+@dataclass(slots=True)
+class Stretch:
+    """A chunk between joints: `n` segments, n + 1 joints.
+
+    Attributes:
+        toolpath, path: The chunk and its geometry.
+        s: Shape (n + 1,), path coordinate of the joints.
+        top, top_limit, acceleration, jerk: Shape (n,), of the segments (see `Segments`).
+        cap, cap_limit: Shape (n + 1,), highest speed at the joints, mm/s, and the `Limit` behind it.
+        sharp: Shape (n + 1,), bool: the joints that are corners.
+        turns: Shape (n + 1,), bool: the joints of rows at which the tangent turns.
+        events: Joint, source line and event, in order; an event that rests has its joint's cap at 0.
+        end: How the last moving row ends; None where nothing moves.
+        used: Segments that are planned for good.
+    """
+
+    toolpath: Toolpath
+    path: Path
+    s: Floats
+    top: Floats
+    top_limit: NDArray[np.int8]
+    acceleration: Floats
+    jerk: Floats
+    cap: Floats
+    cap_limit: NDArray[np.int8]
+    sharp: NDArray[np.bool_]
+    turns: NDArray[np.bool_]
+    events: list[tuple[int, int, Event]]
+    end: RowEnd | None
+    used: int = 0
+
+    def __len__(self) -> int:
+        return len(self.top)
+
+    def lower(self, joint: int, speed: float, limit: Limit) -> None:
+        """Lower the cap of one joint to `speed` where it is higher."""
+        if speed < self.cap[joint]:
+            self.cap[joint] = speed
+            self.cap_limit[joint] = limit
+
+
+def stretch_of(
+    toolpath: Toolpath,
+    machine: Machine,
+    rule: CornerRule,
+    before: RowEnd | None,
+    contour_centripetal: float = np.inf,
+) -> Stretch:
+    """Cut a chunk at its joints.
+
+    Args:
+        toolpath: The chunk.
+        machine: Its limits.
+        rule: What a sharp corner is.
+        before: How the row before the chunk ends; None at the start of the program and after it.
+        contour_centripetal: v²κ that the contour error allows, mm/s²; the maxima of curvature where the feed exceeds
+            it become joints too, though they are no sharp corners.
+    """
+    path = path_of(toolpath)
+    rows = rows_of(toolpath, path, machine)
+    stretch = _joined(toolpath, path, rows, machine, before)
+    curves = np.flatnonzero(toolpath.kind[rows.index] == Kind.NURBS)
+    if len(curves):
+        extrema = curvature_extrema(path)
+        inner = [_bends(stretch, rows, int(i), extrema, rule, contour_centripetal) for i in curves]
+        inner.append(_cusps(path, rows, curves, machine))
+        _insert(stretch, inner)
+    return stretch
+
+
+def _joined(toolpath: Toolpath, path: Path, rows: Rows, machine: Machine, before: RowEnd | None) -> Stretch:
+    """Make the stretch whose joints are the rows' ends."""
+    n = len(rows)
+    limits = AxisLimits.of(machine, toolpath.axes)
+    cap = np.full(n + 1, np.inf)
+    turns = np.zeros(n + 1, dtype=bool)
+    turns[1:n] = turned(rows.tangent_out[:-1], rows.tangent_in[1:])
+    if n and before is not None:
+        turns[0] = turned(before.tangent[None], rows.tangent_in[:1])[0]
+        cap[0] = joint_speeds(
+            before.tangent[None],
+            rows.tangent_in[:1],
+            before.bend[None],
+            rows.bend_in[:1],
+            limits,
+            machine.period_s,
+        )[0]
+    cap[1:n] = joint_speeds(
+        rows.tangent_out[:-1],
+        rows.tangent_in[1:],
+        rows.bend_out[:-1],
+        rows.bend_in[1:],
+        limits,
+        machine.period_s,
+    )
+    end = RowEnd(rows.tangent_out[-1], rows.bend_out[-1]) if n else before
+    start_s = path.row_s[0]
+    stretch = Stretch(
+        toolpath=toolpath,
+        path=path,
+        s=np.concatenate([rows.start[:1] if n else [start_s], rows.end]),
+        top=rows.top,
+        top_limit=rows.top_limit,
+        acceleration=rows.acceleration,
+        jerk=rows.jerk,
+        cap=cap,
+        cap_limit=np.full(n + 1, Limit.CORNER, dtype=np.int8),
+        sharp=_slows(cap, rows.top),
+        turns=turns,
+        events=[],
+        end=end,
+    )
+    _stops(stretch, rows)
+    return stretch
+
+
+def _slows(cap: Floats, top: Floats) -> NDArray[np.bool_]:
+    """Tell which joints are slower than the segments on both sides."""
+    return cap < np.minimum(np.append(np.inf, top), np.append(top, np.inf))
+
+
+def _stops(stretch: Stretch, rows: Rows) -> None:
+    """Put the events at their joints, and rest where an event or the path mode asks for it."""
+    toolpath = stretch.toolpath
+    for row in np.flatnonzero(toolpath.kind == Kind.EVENT):
+        event = toolpath.events[int(toolpath.curve[row])]
+        joint = int(np.searchsorted(rows.index, row))
+        stretch.events.append((joint, int(toolpath.line[row]), event))
+        if event.rest or event.dwell_s > 0.0:
+            stretch.lower(joint, 0.0, Limit.STOP)
+    for row in np.flatnonzero(toolpath.path_mode[rows.index] == PathMode.EXACT_STOP):
+        stretch.lower(int(row) + 1, 0.0, Limit.STOP)
+
+
+def _bends(
+    stretch: Stretch,
+    rows: Rows,
+    position: int,
+    extrema: CurvatureExtrema,
+    rule: CornerRule,
+    contour_centripetal: float,
+) -> _Inner:
+    """Return the joints at the sharp corners of a NURBS row, and where the contour error asks for some."""
+    feed = float(stretch.top[position])
+    start, end = float(rows.start[position]), float(rows.end[position])
+    mine = extrema.is_maximum & (extrema.s > start) & (extrema.s < end)
+    s, curvature = extrema.s[mine], extrema.curvature[mine]
+    sharp = rule.corners(s, curvature, start, float(rows.centripetal[position]), feed)
+    extra = np.flatnonzero(curvature * feed**2 > contour_centripetal)
+    at = np.union1d(sharp, extra)
+    speed, limit = rule.speeds(curvature[at], feed)
+    is_sharp = np.isin(at, sharp)
+    speed = np.where(is_sharp, speed, feed)
+    bound = np.sqrt(contour_centripetal / curvature[at])
+    limit = np.where(bound < speed, np.int8(Limit.CONTOUR_ERROR), limit).astype(np.int8)
+    return _Inner(s[at], np.minimum(speed, bound), limit, is_sharp, np.zeros(len(at), dtype=bool))
+
+
+def _cusps(path: Path, rows: Rows, curves: Ints, machine: Machine) -> _Inner:
+    """Return the joints where the tangent jumps within a NURBS, at a knot of full multiplicity or where C' vanishes."""
+    jumps = path.jumps()
+    inside = (jumps.before == jumps.after) & np.isin(jumps.after, rows.index[curves])
+    inside &= turned(np.zeros_like(jumps.tangent), jumps.tangent)
+    n = int(np.count_nonzero(inside))
+    limits = AxisLimits.of(machine, path.axes)
+    still = np.zeros((n, len(path.axes)))
+    speed = joint_speeds(still, jumps.tangent[inside], still, still, limits, machine.period_s)
+    yes = np.ones(n, dtype=bool)
+    return _Inner(jumps.s[inside], speed, np.full(n, Limit.CORNER, dtype=np.int8), yes, yes)
+
+
+def _insert(stretch: Stretch, inner: list[_Inner]) -> None:
+    """Cut segments into several at joints within them; where two are at one place, the slower one is taken."""
+    s = np.concatenate([i.s for i in inner])
+    order = np.lexsort((np.concatenate([i.speed for i in inner]), s))
+    order = order[np.append(True, np.diff(s[order]) > _SAME_PLACE)] if len(order) else order
+    s = s[order]
+    joint = np.searchsorted(stretch.s, s)
+    values = {
+        name: np.concatenate([getattr(i, name) for i in inner])[order]
+        for name in ("speed", "limit", "sharp", "turns")
+    }
+    stretch.s = np.insert(stretch.s, joint, s)
+    stretch.cap = np.insert(stretch.cap, joint, values["speed"])
+    stretch.cap_limit = np.insert(stretch.cap_limit, joint, values["limit"])
+    stretch.sharp = np.insert(stretch.sharp, joint, values["sharp"])
+    stretch.turns = np.insert(stretch.turns, joint, values["turns"])
+    stretch.top = np.insert(stretch.top, joint, stretch.top[joint - 1])
+    stretch.top_limit = np.insert(stretch.top_limit, joint, stretch.top_limit[joint - 1])
+    stretch.acceleration = np.insert(stretch.acceleration, joint, stretch.acceleration[joint - 1])
+    stretch.jerk = np.insert(stretch.jerk, joint, stretch.jerk[joint - 1])
+    stretch.events = [
+        (at + int(np.searchsorted(joint, at, side="right")), line, event)
+        for at, line, event in stretch.events
+    ]

@@ -1,0 +1,501 @@
+"""Chords between setpoints, measured on a planned motion: where they are too far from the path, bounds of q are lowered.
+
+The bounds of q in `track` hold the chord that the speed and the curvature at one place would make. Where the speed changes by a
+multiple within a period, a chord may reach from a slow bend onto a fast line, or over a sharper bend than where it began. How far
+it is from the path is known once the motion is planned. So `window` calls `held` after solving: it lowers the bounds of q under
+chords that exceed their tolerance, and the window is solved again (docs/corners.md, Chords elsewhere).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.geometry.columns import most
+from cncgen.planner.least_time.mesh import LINE, SPLINE, Track
+from cncgen.planner.least_time.pieces import Pieces
+from cncgen.planner.least_time.problem import Intervals
+from cncgen.planner.limits.axis_limits import Bounds
+from cncgen.planner.motion import motion_at
+from cncgen.planner.record import Limit, Profile
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+#: Part by which a chord may exceed its tolerance before bounds are lowered, and the part of the tolerance they are lowered to.
+_OVER, _AIM = 2e-4, 0.9995
+#: Up to this multiple of the tolerance q is lowered by the power of the distance that was measured on the chord; what is beyond
+#: counts by its first power only, as so far off the measured power may be wrong.
+_NEAR = 1.3
+#: Parts of a period at which chords begin: when looking for chords that may be too long, and when comparing them with the path,
+#: which is done at as many places along each chord.
+_COARSE, _FINE = 8, 32
+#: Around the phase, and the place, where the distance is largest the search is refined this often, into so many parts.
+_CLOSER, _CLOSE = 3, 8
+#: Chords are looked for that begin in this many periods at the end of an interval: earlier ones lie within the interval, where
+#: only its own speed changes.
+_LATE = 2.0
+#: Largest ratio of curvatures along a chord for which x'' is taken to be one parabola along it.
+_SMOOTH = 1.3
+#: Turns of the direction, rad: at a node up to which it is rounding; and around a node from which the node itself, too, is
+#: compared with the chord.
+_NO_TURN, _TURN = 1e-9, 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """The path under a row of intervals.
+
+    Attributes:
+        parts: Tracks in a row, and which of their intervals.
+        bounds: Limits.
+    """
+
+    parts: list[tuple[Track, slice]]
+    bounds: Bounds
+
+    def positions(self, interval: Ints, along: Floats) -> Floats:
+        """Return positions, shape (k, axes), mm (a degree counted as a millimetre).
+
+        Args:
+            interval: Shape (k,), ascending numbers of intervals.
+            along: Shape (k,), mm from the start of each.
+        """
+        out = np.zeros((len(interval), len(self.bounds.scale)))
+        first = 0
+        for track, rows in self.parts:
+            last = first + rows.stop - rows.start
+            here = slice(*np.searchsorted(interval, [first, last]).tolist())
+            if here.start < here.stop:
+                s = track.s[interval[here] - first + rows.start] + along[here]
+                out[here] = track.path.evaluate(s, 0)[0] * self.bounds.scale
+            first = last
+        return out
+
+    def breakpoints(self) -> Floats:
+        """Return the ways from the first interval on to the places where derivatives may jump, shape (k,), ascending, mm."""
+        found, way = [], 0.0
+        for track, rows in self.parts:
+            first, last = track.s[[rows.start, rows.stop]]
+            s = track.path.breakpoints()
+            found.append(s[(s > first) & (s < last)] - first + way)
+            way += last - first
+        return np.concatenate(found)
+
+    def tolerance(self) -> Floats:
+        """Return how far chords may be from the path on each interval, shape (n,), mm."""
+        return np.concatenate([track.chord[rows] for track, rows in self.parts])
+
+
+def held(
+    given: Intervals, course: Course, pieces: Pieces, q: Floats, count: int, everywhere: bool
+) -> Intervals | None:
+    """Return intervals with lower bounds of q where chords leave the path by more than their tolerance; None if none does.
+
+    Where chords lie depends on when setpoints fall, so those of all phases are held. Chords over a rest in a corner are left
+    out: there the motion waits for a setpoint instead (`cncgen.planner.least_time.setpoint_alignment`).
+
+    Args:
+        given: The intervals.
+        course: The path under them.
+        pieces: A motion on them.
+        q: Shape (n, 3), its ordinates.
+        count: How many intervals count: chords that end beyond are left to what comes after.
+        everywhere: Whether bounds are lowered under all of each chord that is too long. Else they are so only where a chord would
+            lie that is as much shorter as it must be, about the place furthest from it, so that this way takes a period: what is
+            faster at its ends stays so, and chords over the same place that begin earlier or later are shorter then, too.
+    """
+    scene = _Scene.of(given, course, pieces, q, count)
+    if scene.calm():
+        return None
+    start = scene.too_long(scene.suspects())
+    if not len(start):
+        return None
+    begin, end, tip, over, power = scene.measured(start)
+    if not len(begin):
+        return None
+    if everywhere:
+        part = _AIM / over * np.minimum(over, _NEAR) ** (1.0 - power)
+        return _lowered(given, scene.s, q, (begin, tip, end), part)
+    shorter = (_AIM / over) ** (0.5 * power)
+    begin, end = tip - shorter * (tip - begin), tip + shorter * (end - tip)
+    worst = _worst(begin, tip, end, over)
+    begin, tip, end = begin[worst], tip[worst], end[worst]
+    return _lowered(given, scene.s, q, (begin, tip, end), (scene.time(begin, end) / scene.period) ** 2)
+
+
+@dataclass(frozen=True, slots=True)
+class _Compared:
+    """Chords of a period, `k` of them, and how far they are from the path.
+
+    Attributes:
+        phase: Shape (k,), when they begin, in parts of a period.
+        begin, end: Shape (k,), between which ways they lie.
+        tip: Shape (k,), the way where the path is furthest from them.
+        over: Shape (k,), the largest distance as a part of the tolerance.
+        quarters: Shape (k,), the mean of the distances a quarter of their way after the start and before the end.
+    """
+
+    phase: Ints
+    begin: Floats
+    end: Floats
+    tip: Floats
+    over: Floats
+    quarters: Floats
+
+    def peaks(self) -> Ints:
+        """Return the phases about which the distance may pass the tolerance, as between them it rises no more than beside."""
+        rise = np.abs(np.diff(self.over)) * (np.diff(self.phase) == 1)
+        more = np.maximum(np.append(0.0, rise), np.append(rise, 0.0))
+        return self.phase[_peaks(self.phase, self.over, more)]
+
+
+@dataclass(frozen=True, slots=True)
+class _Scene:
+    """A motion over `n` intervals.
+
+    Attributes:
+        course, profile: The path, and the motion in time from 0; its s is the way from the first interval on.
+        owner: Shape (pieces,), the interval of each piece.
+        s, t: Shape (n + 1,), way and time at the nodes.
+        speed: Shape (n,), largest v on each interval, mm/s.
+        bend: Shape (n, 3), |x''| at its start, middle and end, 1/mm: what leaves the chord of a line.
+        sharpest: Shape (n,), the largest of them.
+        corner: Shape (n,), |Δx'| at its start.
+        passed: Whether any corner is passed.
+        end: Shape (n,), how many intervals there are up to the next rest in a corner, or to the last.
+        tolerance: Shape (n,), mm.
+        period: T, s.
+    """
+
+    course: Course
+    profile: Profile
+    owner: Ints
+    s: Floats
+    t: Floats
+    speed: Floats
+    bend: Floats
+    sharpest: Floats
+    corner: Floats
+    passed: bool
+    end: Ints
+    tolerance: Floats
+    period: float
+
+    @classmethod
+    def of(cls, given: Intervals, course: Course, pieces: Pieces, q: Floats, n: int) -> _Scene:
+        """Look at the first `n` intervals."""
+        offset = pieces.offset[: n + 1]
+        owner = np.repeat(np.arange(n), np.diff(offset))
+        count = len(owner)
+        v, a, j, c = (each[:count] for each in (pieces.v, pieces.a, pieces.j, pieces.c))
+        s = np.concatenate([[0.0], np.cumsum(given.h[:n])])
+        time = np.concatenate([[0.0], np.cumsum(pieces.duration[:count])])
+        place = np.append(s[owner] + pieces.place[:count], s[-1])
+        x1, x2 = given.x1[:n], given.x2[:n]
+        if (course.bounds.scale != 1.0).any():
+            x1, x2 = x1 * course.bounds.scale, x2 * course.bounds.scale
+        # About a cusp |x''| is bounded by what nodes resolve; that the direction turns is seen at their ends.
+        inner = _size(x1[:, 2] - x1[:, 0]) / given.h[:n]
+        bend = np.maximum(_size(x2.reshape(-1, x2.shape[2])).reshape(n, 3), inner[:, None])
+        corner = np.zeros(n)
+        corner[1:] = _size(x1[1:, 0] - x1[:-1, 2])
+        corner[corner < _NO_TURN] = 0.0
+        stands = v[offset[:-1]] == 0.0
+        rest = np.append(np.flatnonzero(stands & (corner > 0.0)), n)
+        return cls(
+            course=course,
+            profile=Profile(time, place, v, a, j, c, pieces.limit[:count]),
+            owner=owner,
+            s=s,
+            t=time[offset],
+            speed=np.maximum(np.sqrt(most(q[:n])), np.maximum.reduceat(v, offset[:-1])),
+            bend=bend,
+            sharpest=most(bend),
+            corner=corner,
+            passed=bool(np.any(corner[~stands])),
+            end=rest[np.searchsorted(rest, np.arange(n), side="right")],
+            tolerance=course.tolerance()[:n],
+            period=course.bounds.period_s,
+        )
+
+    def calm(self) -> bool:
+        """Tell whether no chord can be too long, because no corner is passed and the speed changes so little about bends.
+
+        The chord over a bend, the sharpest of its own, is no longer than T (v + a T), with the largest acceleration a.
+        """
+        if self.passed:
+            return False
+        length = self.period * (self.speed + self.period * np.abs(self.profile.a).max())
+        part = 8.0 * (1.0 + _OVER)
+        at = np.flatnonzero(length**2 * self.sharpest > part * self.tolerance.min())
+        first = np.maximum(np.searchsorted(self.t, self.t[at] - self.period, side="right") - 1, 0)
+        last = np.minimum(np.searchsorted(self.t, self.t[at + 1] + self.period), len(self.speed))
+        length = self.period * _over(self.speed, first, last)
+        return not np.any(length**2 * self.sharpest[at] > -part * _over(-self.tolerance, first, last))
+
+    def suspects(self) -> Floats:
+        """Return when chords begin that may be too long by the largest speed and curvature in reach, shape (k,), ascending."""
+        first = np.arange(len(self.speed))
+        last = np.minimum(np.searchsorted(self.t, self.t[1:] + self.period), self.end)
+        length = self.period * _over(self.speed, first, last)
+        at = np.flatnonzero(self._may_pass(length, first, last, _over(self.sharpest, first, last)))
+        begin = np.maximum(self.t[at], self.t[at + 1] - _LATE * self.period)
+        count = np.ceil(_COARSE * (self.t[at + 1] - begin) / self.period).astype(np.int64)
+        step = np.repeat((self.t[at + 1] - begin) / count, count)
+        start = np.repeat(begin, count) + step * _counted(np.zeros(len(at), np.int64), count)
+        return start[start + self.period <= np.repeat(self.t[self.end[at]], count)]
+
+    def too_long(self, start: Floats) -> Floats:
+        """Return those of the chords from `start` on that may be too long by their length and the curvature along them."""
+        one, other = (motion_at(self.profile, start + more).s for more in (0.0, self.period))
+        first = np.clip(np.searchsorted(self.s, one, side="right") - 1, 0, len(self.speed) - 1)
+        last = np.maximum(np.searchsorted(self.s, other), first + 1)
+        sharpest = _over(self.sharpest, first, last)
+        places = np.stack([self.s[:-1], 0.5 * (self.s[:-1] + self.s[1:]), self.s[1:]], axis=1).ravel()
+        near = [np.interp(part, places, self.bend.ravel()) for part in (one, 0.5 * (one + other), other)]
+        # For x'' a parabola along the chord, its middle is (x''₀ + 10 x''₁ + x''₂) ℓ²/96 beside it.
+        parabola = (near[0] + 10.0 * near[1] + near[2]) / 12.0
+        smooth = sharpest <= _SMOOTH * np.minimum.reduce(near)
+        bend = np.where(smooth, np.minimum(parabola, sharpest), sharpest)
+        return start[self._may_pass(other - one, first, last, bend)]
+
+    def _may_pass(self, length: Floats, first: Ints, last: Ints, bend: Floats) -> Bools:
+        """Tell whether chords over the intervals `first` to before `last` may pass the least of their tolerances.
+
+        With Green's function of the second derivative, at most ℓ/4, a bend κ is ℓ² κ/8 beside the chord, a corner ℓ |Δ|/4.
+        """
+        turned = np.cumsum(self.corner)
+        corners = turned[last - 1] - turned[first]
+        least = np.maximum(-_over(-self.tolerance, first, last), self._floor(corners > 0.0))
+        out: Bools = length * (length * bend / 8.0 + corners / 4.0) > (1.0 + _OVER) * least
+        return out
+
+    def _floor(self, cornered: Bools) -> Floats:
+        """Return the least tolerance of chords over corners, shape (k,), 0 for others: what smoothing takes ends before them."""
+        return np.where(cornered, self.course.bounds.chord_mm, 0.0)
+
+    def measured(self, start: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+        """Compare chords about those from `start` on with the path.
+
+        Returns:
+            Of those that are too far from it: where they begin and end on the way, where the path is furthest from them, the
+            largest distance as a part of the tolerance, and with what power of it v² falls. Over a bend, where a quarter of the
+            way before its end it is three quarters of that, it is as v²; over a corner, where it is a half, as v. Shape (k,)
+            each.
+        """
+        parts = _FINE
+        about = np.arange(-2, _FINE // _COARSE + 2)
+        phase = np.unique((np.floor(start * (parts / self.period))[:, None] + about).astype(np.int64))
+        found = []
+        for left in range(_CLOSER, -1, -1):
+            compared = self._compared(phase, parts)
+            found.append(compared)
+            # Over a tip, what a chord leaves out grows with its phase up to where its ends are as far from it, and falls from
+            # there.
+            top = _CLOSE * compared.peaks()
+            if not (left and len(top)):
+                break
+            parts *= _CLOSE
+            phase = np.unique(top[:, None] + np.arange(1 - _CLOSE, _CLOSE))
+        over = np.concatenate([each.over for each in found])
+        far = over > 1.0 + _OVER
+        begin, end, tip, quarters = (
+            np.concatenate(column)[far]
+            for column in zip(
+                *((each.begin, each.end, each.tip, each.quarters) for each in found), strict=True
+            )
+        )
+        power = 1.0 + np.clip(3.0 - 4.0 * quarters / over[far], 0.0, 1.0)
+        return begin, end, tip, over[far], power
+
+    def time(self, begin: Floats, end: Floats) -> Floats:
+        """Return how long the motion takes from one place to another, shape (k,), s."""
+        one, other = (np.interp(place, self.s, self.t) for place in (begin, end))
+        return other - one
+
+    def _compared(self, phase: Ints, parts: int) -> _Compared:
+        """Compare chords that begin at ascending phases, in parts of a period, with the path."""
+        step, every = self.period / parts, parts // _FINE
+        phase = phase[(phase >= 0) & ((phase + parts) * step <= self.t[-1])]
+        ticks = np.unique((phase[:, None] + every * np.arange(_FINE + 1)).ravel())
+        motion = motion_at(self.profile, ticks * step)
+        interval = self.owner[motion.piece]
+        along = motion.s - self.s[interval]
+        x = self.course.positions(interval, along)
+        at, last = np.searchsorted(ticks, phase), np.searchsorted(ticks, phase + parts)
+        clear = self.end[interval[at]] >= interval[last] + (along[last] > 0.0)
+        at, last, phase = at[clear], last[clear], phase[clear]
+        turned = np.cumsum(self.corner)[interval]
+        floor = self._floor(turned[last] > turned[at])
+        away = np.zeros((_FINE + 1, len(at)))
+        for k in range(1, _FINE):
+            here = np.searchsorted(ticks, phase + every * k)
+            tolerance = np.maximum(self.tolerance[interval[here]], floor)
+            away[k] = _away(x[here], x[at], x[last]) / tolerance
+        own, furthest = np.arange(len(at)), away.argmax(axis=0)
+        over = away[furthest, own]
+        more = over - np.minimum(away[furthest - 1, own], away[furthest + 1, own])
+        near = np.flatnonzero(_peaks(phase, over, more))
+        middle = (phase[near] + every * furthest[near]) * step
+        over[near] = np.maximum(over[near], self._closer(middle, x[at[near]], x[last[near]], floor[near]))
+        over = np.maximum(over, self._tips(ticks[at] * step, x[at], x[last]))
+        places = motion.s[np.searchsorted(ticks, phase + every * np.arange(_FINE + 1)[:, None])]
+        quarters = 0.5 * (_beside(places, away, 0.25) + _beside(places, away, 0.75))
+        return _Compared(phase, places[0], places[-1], places[furthest, own], over, quarters)
+
+    def _closer(self, middle: Floats, a: Floats, b: Floats, floor: Floats) -> Floats:
+        """Return how far the furthest places within a 32nd part of a period are from chords, as a part of the tolerance.
+
+        Args:
+            middle: Shape (k,), the times about which they are.
+            a, b: Shape (k, axes), the ends of the chords.
+            floor: Shape (k,), the least tolerances.
+        """
+        over, width = np.zeros(len(middle)), self.period / _FINE
+        part = np.linspace(-1.0, 1.0, 2 * _CLOSE + 1)
+        chord = np.repeat(np.arange(len(middle)), len(part))
+        for _ in range(_CLOSER):
+            time = (middle[:, None] + width * part).ravel()
+            order = np.argsort(time)
+            motion = motion_at(self.profile, time[order])
+            interval = self.owner[motion.piece]
+            x = self.course.positions(interval, motion.s - self.s[interval])
+            own = chord[order]
+            away = np.zeros(len(time))
+            away[order] = _away(x, a[own], b[own]) / np.maximum(self.tolerance[interval], floor[own])
+            furthest = away.reshape(-1, len(part)).argmax(axis=1) + len(part) * np.arange(len(middle))
+            over, middle, width = np.maximum(over, away[furthest]), time[furthest], width / _CLOSE
+        return over
+
+    def _tips(self, start: Floats, a: Floats, b: Floats) -> Floats:
+        """Return how far nodes about which the direction turns fast are from the chords over them, as a part of the tolerance.
+
+        Args:
+            start: Shape (k,), when the chords begin.
+            a, b: Shape (k, axes), their ends.
+        """
+        inner = self.sharpest * np.diff(self.s)
+        turn = self.corner[1:] + inner[1:] + inner[:-1]
+        node = 1 + np.flatnonzero((self.corner[1:] > 0.0) | (turn > _TURN))
+        first = np.searchsorted(self.t[node], start, side="right")
+        count = np.searchsorted(self.t[node], start + self.period) - first
+        chord = np.repeat(np.arange(len(start)), count)
+        each = _counted(first, count)
+        seen = np.unique(each)
+        x = self.course.positions(node[seen], np.zeros(len(seen)))[np.searchsorted(seen, each)]
+        tolerance = np.maximum(self.tolerance[node[each]], self.tolerance[node[each] - 1])
+        out = np.zeros(len(start))
+        np.maximum.at(out, chord, _away(x, a[chord], b[chord]) / tolerance)
+        return out
+
+
+def _worst(begin: Floats, tip: Floats, end: Floats, over: Floats) -> Ints:
+    """Return which chords to shorten first: the worst, and of the others those about places that none of these goes over.
+
+    Args:
+        begin, end: Shape (k,), between which ways they are to lie.
+        tip: Shape (k,), the places furthest from them.
+        over: Shape (k,), how far these are.
+    """
+    chosen = []
+    left = np.argsort(-over, kind="stable")
+    while len(left):
+        chosen.append(left[0])
+        left = left[1:]
+        left = left[(tip[left] < begin[chosen[-1]]) | (tip[left] > end[chosen[-1]])]
+    return np.array(chosen)
+
+
+def _lowered(
+    given: Intervals, s: Floats, q: Floats, places: tuple[Floats, Floats, Floats], part: Floats
+) -> Intervals:
+    """Return intervals whose bounds of q are parts of the q that they have, under chords.
+
+    Args:
+        given: The intervals.
+        s: Shape (n + 1,), way at the nodes of the first of them.
+        q: Shape (≥ n, 3), their ordinates.
+        places: Shape (k,) each, between which ways bounds are lowered, and a way between.
+        part: Shape (k,), the part of q.
+    """
+    begin, tip, end = places
+    n = len(s) - 1
+    middle = 0.5 * (s[:-1] + s[1:])
+    # What lies within one interval goes over no middle.
+    within = np.clip(np.searchsorted(s, tip, side="right") - 1, 0, n - 1)
+    first = np.minimum(np.searchsorted(middle, begin), within)
+    last = np.maximum(np.searchsorted(middle, end, side="right"), within + 1)
+    chord, at = _pairs(first, last)
+    here = q[:n]
+    values = np.stack([here[:, 0], 0.25 * (here[:, 0] + 2.0 * here[:, 1] + here[:, 2]), here[:, 2]], axis=1)
+    # Beside a rest, the bound is that of the moving end.
+    values = np.where((given.kind[:n] == SPLINE)[:, None], values, most(here)[:, None])
+    top, top_limit, node_top = given.top.copy(), given.top_limit.copy(), given.node_top.copy()
+    curved = given.kind[at] != LINE
+    chord, at = chord[curved], at[curved]
+    np.minimum.at(top, at, part[chord, None] * values[at])
+    top_limit[at] = Limit.CHORD
+    chord, at = _pairs(np.searchsorted(s[:-1], begin), np.searchsorted(s[:-1], end, side="right"))
+    moving = q[at, 0] > 0.0
+    chord, at = chord[moving], at[moving]
+    np.minimum.at(node_top, at, part[chord] * q[at, 0])
+    return replace(given, top=top, top_limit=top_limit, node_top=node_top)
+
+
+def _size(x: Floats) -> Floats:
+    """Return the lengths of vectors, shape (k,), given as (k, axes)."""
+    out: Floats = np.sqrt(np.einsum("ij,ij->i", x, x))
+    return out
+
+
+def _away(x: Floats, a: Floats, b: Floats) -> Floats:
+    """Return the distances of points from chords, shape (k,), all given as (k, axes)."""
+    chord, side = b - a, x - a
+    square = np.einsum("ij,ij->i", chord, chord)
+    part = np.einsum("ij,ij->i", chord, side) / np.where(square > 0.0, square, 1.0)
+    return _size(side - np.clip(part, 0.0, 1.0)[:, None] * chord)
+
+
+def _beside(places: Floats, away: Floats, part: float) -> Floats:
+    """Return how far the path is from chords at a part of their way, shape (k,).
+
+    Args:
+        places: Shape (m, k), ways, ascending, from the start of each chord to its end.
+        away: Shape (m, k), how far the path is from it there.
+        part: The part of the way.
+    """
+    way = places[0] + part * (places[-1] - places[0])
+    after = np.clip((places < way).sum(axis=0), 1, len(places) - 1)
+    own = np.arange(len(way))
+    one, other = places[after - 1, own], places[after, own]
+    share = (way - one) / np.where(other > one, other - one, 1.0)
+    return (1.0 - share) * away[after - 1, own] + share * away[after, own]
+
+
+def _peaks(phase: Ints, over: Floats, more: Floats) -> Bools:
+    """Tell which of ascending phases are peaks that may pass the tolerance, being so much `more`, by more than rounding."""
+    lower = np.append((np.diff(phase) == 1) & (np.diff(over) > 0.0), False)
+    higher = np.append(False, (np.diff(phase) == 1) & (np.diff(over) < 0.0))
+    return ~lower & ~higher & (more > _OVER) & (over + more > 1.0 + _OVER)
+
+
+def _over(values: Floats, first: Ints, last: Ints) -> Floats:
+    """Return the largest of values from `first` to before `last`, shape (k,)."""
+    pairs = np.stack([first, last], axis=1).ravel()
+    out: Floats = np.maximum.reduceat(np.append(values, -np.inf), pairs)[::2] if len(pairs) else np.zeros(0)
+    return out
+
+
+def _counted(first: Ints, count: Ints) -> Ints:
+    """Return the numbers from each of `first` on, `count` of them, in one row."""
+    return np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
+
+
+def _pairs(first: Ints, last: Ints) -> tuple[Ints, Ints]:
+    """Return the numbers of ranges, and with each the numbers from `first` to before `last` of it."""
+    count = np.maximum(last - first, 0)
+    return np.repeat(np.arange(len(count)), count), _counted(first, count)

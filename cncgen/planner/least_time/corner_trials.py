@@ -1,0 +1,247 @@
+"""Corners for which no estimate tells whether to pass them or to stop: a short piece of the path is planned both ways.
+
+`planning` asks `Trials` for the `Track` of each block. Rule and figures: docs/corners.md, Pass or stop.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.geometry.path import Path
+from cncgen.planner.least_time.corners import Beyond, Joints, nearest
+from cncgen.planner.least_time.mesh import Section, Track
+from cncgen.planner.least_time.mesh_spacing import AMPLE, CLOSEST
+from cncgen.planner.least_time.rolling_window import MARGIN, Window
+from cncgen.planner.least_time.speed_caps import SpeedCap
+from cncgen.planner.limits.axis_limits import Bounds
+from cncgen.toolpath.record import Toolpath
+
+Ints = NDArray[np.int64]
+Told = NDArray[np.int8]
+
+#: Both ways are tried at jumps whose speed lies between these multiples of the speed at which, by the estimate, a stop takes as
+#: long as passing.
+_SLOWEST, _FASTEST = 0.3, 2.0
+#: Nodes that are planned at once at most.
+_SIZE = 1200
+#: Nodes of a trial, as a part of the number that the plan has there.
+_COARSER = 0.5
+#: Largest number of ways in which a piece is tried; where the budget allows fewer than the second number, it is not tried at all.
+_WAYS, _FEWEST = 8, 4
+#: The budget of trials, in nodes (100,000 take about a second): what each trial costs beside its own nodes, how much a block adds
+#: to the budget as a part of its nodes, and by effort what a program begins with.
+_EACH, _PART = 400, 0.02
+_MOST = {"best": 100_000, "fast": 10_000}
+#: Part of the time by which another way must be faster to be taken.
+_LESS = 1e-4
+
+
+@dataclass(slots=True)
+class Trials:
+    """Trials of a program, block by block.
+
+    Attributes:
+        effort: Density of the nodes, and part of the limits that is planned with.
+        left: Nodes that trials may still cost.
+    """
+
+    effort: str
+    left: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.left = _MOST[self.effort]
+
+    def track_of(
+        self,
+        toolpath: Toolpath,
+        path: Path,
+        bounds: Bounds,
+        before: Beyond | None,
+        after: Beyond | None,
+        cap: SpeedCap | None = None,
+    ) -> Track:
+        """Cut a block into intervals.
+
+        Args:
+            toolpath, path: The block, of a length greater than 0.
+            bounds: Limits.
+            before, after: The end of the block before and the start of the next; None where the motion starts or ends at
+                this block's border.
+            cap: A largest speed along the path, beside the bounds.
+
+        Raises:
+            NoPlanError: It would be more intervals than memory is meant for.
+        """
+        section = Section.of(toolpath, path, bounds, before, after, self.effort, cap)
+        joints = section.joints()
+        track = section.track(joints)
+        self.left += _PART * len(track)
+        told = self._tried(section, joints, track)
+        return track if told is None else section.track(section.joints(told))
+
+    def _tried(self, section: Section, joints: Joints, track: Track) -> Told | None:
+        """Return where to stop (-1) and what to pass (1), shape (breakpoints,), if trials differ from the joints; else None."""
+        # Below `_SLOWEST` a corner is passed only if chords hold its speed. The estimate does not weigh that, so it is tried.
+        doubtful = (joints.doubt < _FASTEST) & ((joints.doubt > _SLOWEST) | ~joints.stop)
+        doubtful[[0, -1]] = False
+        if not doubtful.any():
+            return None
+        told = np.where(joints.stop, -1, np.where(np.isfinite(joints.speed), 1, 0)).astype(np.int8)
+        told[[0, -1]] = 0
+        before = told.copy()
+        closest = float(np.clip(AMPLE / len(track), 1.0, CLOSEST))
+        closer = max(1.0, _COARSER * closest)
+        for start, end in _pieces(nearest(track.s, joints.s), joints.stop):
+            piece, inner = section.part(float(track.s[start]), float(track.s[end]))
+            if not doubtful[inner].any():
+                continue
+            each = _EACH + (end - start) * closer / closest
+            ways = min(_WAYS, int(self.left / each))
+            if ways < _FEWEST:
+                break
+            told[inner], tried = _fastest(
+                piece, told[inner], doubtful[inner], ways, closer, MARGIN[self.effort]
+            )
+            self.left -= tried * each
+        return None if np.array_equal(told, before) else told
+
+
+class _Between(NamedTuple):
+    """The motion between two stops that does not depend on what lies beyond them: its time, and its stops with both ends."""
+
+    seconds: float
+    stops: tuple[int, ...]
+
+
+def _pieces(node: Ints, stop: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return the first and the last node of what is planned at once, of `_SIZE` nodes at most.
+
+    They are halves of halves, parted at the stop next to the middle, so that a path and its reverse have the same, but for
+    ties.
+    """
+    rests = node[stop]
+    out, left = [], [(0, int(node[-1]))]
+    while left:
+        start, end = left.pop()
+        if end - start <= _SIZE:
+            out.append((start, end))
+            continue
+        within = rests[(rests > start) & (rests < end)]
+        middle = (start + end) // 2
+        if len(within):
+            middle = int(within[np.argmin(np.abs(2 * within - start - end))])
+        left += [(middle, end), (start, middle)]
+    return out
+
+
+def _fastest(
+    piece: Section, told: Told, doubtful: NDArray[np.bool_], ways: int, closer: float, margin: float
+) -> tuple[Told, int]:
+    """Return the fastest chain of motions from stop to stop that trials of a piece have found.
+
+    Tried are first the estimate, a stop at all corners in doubt, and a stop at none; then the best of these with single
+    corners changed.
+
+    Args:
+        piece: From rest to rest.
+        told: Shape (n,), what the breakpoints within it do by the estimate: -1 stop, 1 pass, 0 no choice.
+        doubtful: Shape (n,), which of them are in doubt.
+        ways: Trials at most.
+        closer: Factor by which nodes stand closer than their density tells.
+        margin: Part of the limits that is planned with.
+
+    Returns:
+        What to tell them, shape (n,), and how many trials that took.
+    """
+    found: dict[tuple[int, int], _Between] = {}
+    tried: set[bytes] = set()
+    best, flips = told, False
+    fresh = [told, *(np.where(doubtful, each, told).astype(np.int8) for each in (-1, 1))]
+    while fresh:
+        for way in fresh:
+            if way.tobytes() in tried:
+                continue
+            _plan(piece, way, closer, margin, found, 0.0 if way is told else _LESS)
+            tried.add(way.tobytes())
+            if not found:
+                # Even the estimate has no solution that is found at once.
+                return told, len(tried)
+        before, kept = best, np.zeros(len(told) + 2, bool)
+        kept[_chain(found, len(told) + 1)] = True
+        best = np.where(doubtful, np.where(kept[1:-1], -1, 1), told).astype(np.int8)
+        if flips and np.array_equal(best, before):
+            break
+        flips = True
+        fresh = [way for way in _flipped(best, doubtful) if way.tobytes() not in tried][: ways - len(tried)]
+    return best, len(tried)
+
+
+def _plan(
+    piece: Section,
+    told: Told,
+    closer: float,
+    margin: float,
+    found: dict[tuple[int, int], _Between],
+    less: float,
+) -> None:
+    """Plan a piece from rest to rest, and keep what it takes between stops where that is less than what was `found`."""
+    joints = piece.joints(np.concatenate([[0], told, [0]]).astype(np.int8))
+    track = piece.track(joints, closer)
+    arrival = Window(piece.bounds, margin, [track]).arrival()
+    if arrival is None:
+        return
+    t = arrival[nearest(track.s, joints.s)] + 0.5 * piece.bounds.period_s * np.cumsum(joints.cuts)
+    before, after = joints.reached()
+    # A stop that the zone of a jump reaches over does not separate the motions before and after it.
+    parts = joints.stop & np.isinf(before) & np.isinf(after)
+    parts[[0, -1]] = True
+    for i, j in pairwise(np.flatnonzero(parts).tolist()):
+        seconds = float(t[j] - t[i]) * (1.0 + less)
+        if (i, j) not in found or seconds < found[i, j].seconds:
+            found[i, j] = _Between(seconds, tuple((i + np.flatnonzero(joints.stop[i : j + 1])).tolist()))
+
+
+def _chain(found: dict[tuple[int, int], _Between], last: int) -> list[int]:
+    """Return the stops, from 0 to `last`, of the fastest chain of what was found: a shortest path in a graph without cycles.
+
+    Stops are visited in ascending order, which is a topological one (Cormen et al., Introduction to Algorithms (2009),
+    section 24.2).
+    """
+    best: dict[int, tuple[float, list[int]]] = {0: (0.0, [])}
+    for i, j in sorted(found):
+        if i in best:
+            total = best[i][0] + found[i, j].seconds
+            if j not in best or total < best[j][0]:
+                best[j] = total, [*best[i][1], *found[i, j].stops]
+    return best[last][1]
+
+
+def _flipped(told: Told, doubtful: NDArray[np.bool_]) -> list[Told]:
+    """Return what to tell the breakpoints within a piece so that each in doubt is tried the other way.
+
+    Those are tried together between which there is a way from stop to stop, over which zones hardly reach.
+    """
+    stops = np.flatnonzero(told < 0)
+    groups: list[tuple[int, list[int]]] = []
+    for k in np.flatnonzero(doubtful).tolist():
+        at = int(np.searchsorted(stops, k))
+        own = int(at < len(stops) and stops[at] == k)
+        before = int(stops[at - 1]) if at else -1
+        after = int(stops[at + own]) if at + own < len(stops) else len(told)
+        for number, (end, members) in enumerate(groups):
+            if end < before:
+                groups[number] = after, [*members, k]
+                break
+        else:
+            groups.append((after, [k]))
+    out = []
+    for _, members in groups:
+        other = told.copy()
+        other[members] *= -1
+        out.append(other)
+    return out

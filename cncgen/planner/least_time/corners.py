@@ -1,0 +1,675 @@
+"""The breakpoints of a block: where the path must be left at rest, and where its derivatives jump."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.geometry.columns import most
+from cncgen.geometry.path import Path
+from cncgen.planner.least_time.feeds import Feeds, crawling
+from cncgen.planner.limits.axis_limits import (
+    JUMP_SHARE,
+    STOP_SPEED,
+    SWAY_SHARE,
+    Bounds,
+    along_path,
+    lowered,
+    resolution,
+    speed_within,
+)
+from cncgen.toolpath.record import Kind, PathMode, Toolpath
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Ints = NDArray[np.int64]
+
+#: Part of the resolution up to which breakpoints are one place. That is J T³/4000: turning back on it, a third difference has
+#: (1, −2, 1) times twice that, a thousandth of J. Within a curve they are those of one halt, a knot and the cusp beside it,
+#: which four times as much must not part: where between them is rounding.
+_TOGETHER, _TOGETHER_WITHIN = 0.0125, 0.05
+#: Part of the jerk limit below which a jump is taken for none.
+_NEGLIGIBLE = 2e-4
+#: Least part of its speed that a jump keeps beside others, and in how many halvings the part is found.
+_SLOWER, _HALVINGS = 0.02, 14
+#: The derivative of the quadratic B-spline B over a period, T² B', and the linear one: periods, and values there.
+_SLOPE = [-1.5, -0.5, 0.5, 1.5], [0.0, 1.0, -1.0, 0.0]
+_HAT = [-1.0, 0.0, 1.0], [0.0, 1.0, 0.0]
+#: Periods on either side of a jump in which setpoints see it: of one that has a step of x', and of one of x'' alone.
+_SEEN = 1.5, 1.36
+#: Where a corner lies on a chord over it: parts of its length.
+_BEFORE = np.linspace(0.0, 1.0, 17)[1:-1]
+#: Turn of a direction that is as far as it can go, and up to which it is none but for rounding.
+_WHOLE, _NO_TURN = 2.0, 1e-9
+#: What a jump that is passed costs on either side of it, in periods: by itself, and where it takes all jerk along the path; and
+#: what it is taken to cost at least: so slow passes as a side that hardly moves allows leave some windows no start.
+_DELAY, _SLOWED, _LEAST_DELAY = 0.4, 0.5, 0.6
+
+
+@dataclass(frozen=True, slots=True)
+class Joints:
+    """The `n` breakpoints of a block, both ends included.
+
+    Attributes:
+        s: Shape (n,), path coordinate.
+        stop: Shape (n,), bool: the motion rests there.
+        corner: Shape (n,), bool: it rests, or slows, because the derivatives jump.
+        speed: Shape (n,), mm/s: largest speed by the jump there; infinite for none, 0 for a stop.
+        taken: Shape (n, 2, axes): parts of acceleration and jerk limits that the jump takes at that speed, or at the speed
+            the path has there for other reasons where that is lower.
+        acceleration: Shape (n,), mm/s²: largest size of the acceleration along the path by the jump; infinite for none.
+        zone: Shape (n,), mm: how far on both sides a setpoint's third difference can see the jump; 0 for none.
+        cuts: Shape (n,), bool: it rests, and chords might cut the corner by more than their tolerance if no setpoint fell
+            near it. The end of a block is left to the start of the next one.
+        doubt: Shape (n,): the speed there, as a part of that below which a stop seems to take less time; infinite where there
+            is no choice.
+    """
+
+    s: Floats
+    stop: Bools
+    corner: Bools
+    speed: Floats
+    taken: Floats
+    acceleration: Floats
+    zone: Floats
+    cuts: Bools
+    doubt: Floats
+
+    def reached(self) -> tuple[Floats, Floats]:
+        """Return how far before and after each of them zones reach that begin beyond it, shape (n,), mm; infinite for none."""
+        seen = self.zone > 0.0
+        first = np.minimum.accumulate(np.where(seen, self.s - self.zone, np.inf)[::-1])[::-1]
+        last = np.maximum.accumulate(np.where(seen, self.s + self.zone, -np.inf))
+        before, after = self.s - first, last - self.s
+        return np.where(before > 0.0, before, np.inf), np.where(after > 0.0, after, np.inf)
+
+    def only(self, kept: Bools) -> Joints:
+        """Return those that are kept, of which every rest is one."""
+        return Joints(
+            self.s[kept],
+            self.stop[kept],
+            self.corner[kept],
+            self.speed[kept],
+            self.taken[kept],
+            self.acceleration[kept],
+            self.zone[kept],
+            self.cuts[kept],
+            self.doubt[kept],
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Beyond:
+    """What a block meets at one of its ends.
+
+    Attributes:
+        derivatives: Shape (4, axes), position and derivatives of the block there, on its side of the border.
+        rest: Whether its program asks for rest there: the exact stop of its last motion, or an event.
+    """
+
+    derivatives: Floats
+    rest: bool
+
+
+def ends_of(toolpath: Toolpath, path: Path, bounds: Bounds) -> tuple[Beyond, Beyond]:
+    """Return what neighbours meet at the start and at the end of a block."""
+    rests = _rests(toolpath, path, crawling(path, Feeds.of(toolpath, path).speed, bounds))
+    first, last = path.row_s[:1], path.row_s[-1:]
+    return (
+        Beyond(path.evaluate(first, 3, 1)[:, 0], bool(np.any(rests == first))),
+        Beyond(path.evaluate(last, 3, -1)[:, 0], bool(np.any(rests == last))),
+    )
+
+
+def joints_of(
+    toolpath: Toolpath,
+    path: Path,
+    bounds: Bounds,
+    crawls: Bools,
+    s: Floats,
+    sides: tuple[Floats, Floats],
+    top: Floats,
+    before: Beyond | None,
+    after: Beyond | None,
+    told: NDArray[np.int8] | None = None,
+) -> Joints:
+    """Classify the breakpoints of a block.
+
+    Args:
+        toolpath, path: The block and its geometry.
+        bounds: Limits.
+        crawls: Shape (rows,), the rows that begin and end at rest, see `cncgen.planner.least_time.feeds`.
+        s: Shape (n,), the breakpoints.
+        sides: Derivatives on the left and on the right of each breakpoint, shape (4, n, axes) each.
+        top: Shape (n,), the largest q there by everything else.
+        before, after: The end of the block before and the start of the next; None where the motion starts or ends here.
+        told: Shape (n,), int8: -1 where to stop, 1 where to pass if jumps and chords allow it at all, 0 where to choose; None
+            for nowhere.
+    """
+    told = np.zeros(len(s), np.int8) if told is None else told
+    left, right = sides[0].copy(), sides[1].copy()
+    stop = np.zeros(len(s), bool)
+    stop[nearest(s, _rests(toolpath, path, crawls))] = True
+    for end, beyond, mine in ((0, before, left), (-1, after, right)):
+        if beyond is None:
+            stop[end] = True
+        else:
+            mine[:, end] = beyond.derivatives
+            stop[end] |= beyond.rest
+    rests = stop.copy()
+    turn = right[1] - left[1]
+    linear, square = bounds.jump(turn, right[2] - left[2])
+    speed = allowed = speed_within(linear, square, JUMP_SHARE)
+    held = speed < np.sqrt(top)
+    v = np.where(held, speed, 0.0)[:, None]
+    lost = _lost(bounds, linear * v + square * v**2, left[1], right[1])
+    worth = _worth_a_stop(bounds, s, stop | held, left[1], right[1], top, lost)
+    corner = (held & (speed < worth) & (told <= 0)) | ((told < 0) & ~rests)
+    # Within half a period the largest acceleration leads as far as a jerk of 6 A/T.
+    within = np.minimum(bounds.axes.jerk, 6.0 * bounds.axes.acceleration / bounds.period_s)
+    jerks = np.stack([along_path(within, side[1]) for side in (left, right)])
+    passing = np.where(stop | corner, 0.0, speed)
+    moving = turn * (passing > 0.0)[:, None]
+    rises = _rises(bounds, path, s, right[1])
+    fastest = _reached(np.minimum(passing, np.sqrt(top)), rises)
+    chord = _chord_speed(bounds, s, moving, jerks.max(axis=0), fastest)
+    rest = (chord <= 0.0) & (passing > 0.0)
+    if rest.any():
+        # Where the chord over a corner asks for rest, chords over others do not reach across.
+        passing = np.where(rest, 0.0, passing)
+        fastest = _reached(np.minimum(passing, np.sqrt(top)), rises)
+        moving = turn * (passing > 0.0)[:, None]
+        chord = np.where(rest, 0.0, _chord_speed(bounds, s, moving, jerks.max(axis=0), fastest))
+    speed = np.minimum(passing, chord)
+    v = _reached(np.minimum(speed, np.sqrt(top)), rises)
+    together = _together(bounds, s, turn, v)
+    speed = np.where(together < v, together, speed)
+    v = together[:, None]
+    taken = linear * v + square * v**2
+    felt = (most(taken) > _NEGLIGIBLE) | (chord < np.sqrt(top))
+    corner |= felt & (speed < np.sqrt(top))
+    speed[~felt & ~corner & ~stop] = np.inf
+    stop |= speed <= 0.0
+    passed = felt & ~stop
+    # What chords hold is as slow for what lies between.
+    slow = stop | held | (chord < np.sqrt(top))
+    worth = np.where(chord < passing, _worth_a_stop(bounds, s, slow, left[1], right[1], top, lost), worth)
+    choice = passed | (corner & (speed <= 0.0) & ~rests & (chord > 0.0))
+    acceleration, there, sway = _swayed(bounds, together, turn * passed[:, None], left[1], right[1])
+    zone = _zones(
+        bounds,
+        together,
+        there,
+        (linear * v, square * v**2),
+        _straight(path, s, before, after),
+        left[1],
+        right[1],
+    )
+    # A pulse of acceleration v Δ is v Δ/T in the second difference that sees it.
+    pulse = np.abs(turn) * v / (bounds.axes.acceleration * bounds.period_s)
+    return Joints(
+        s=s,
+        stop=stop,
+        corner=corner,
+        speed=speed,
+        taken=np.stack([pulse, taken + sway], 1) * passed[:, None, None],
+        acceleration=acceleration,
+        zone=zone * passed,
+        cuts=_cuts(bounds, s, stop, turn, left[1:3], right[1:3]),
+        doubt=_doubt(choice, np.minimum(np.minimum(allowed, chord), np.sqrt(top)), worth),
+    )
+
+
+def _doubt(choice: Bools, speed: Floats, worth: Floats) -> Floats:
+    """Return the speed as a part of the one that is worth a stop, shape (n,), where there is a choice; else infinity."""
+    return np.divide(speed, worth, out=np.full(len(speed), np.inf), where=choice & (worth > 0.0))
+
+
+def rows_beside(path: Path, s: Floats) -> tuple[Ints, Ints]:
+    """Return the rows of the stretches before and after joints, shape (n,) each; at the ends that of the only one.
+
+    Several breakpoints that no setpoint can tell apart are one joint. The rows between them are neither before nor after it.
+
+    Args:
+        path: The path.
+        s: Shape (n,), where the joints are.
+    """
+    row = path.row_of(0.5 * (s[:-1] + s[1:]))
+    return np.insert(row, 0, row[0]), np.append(row, row[-1])
+
+
+def _straight(path: Path, s: Floats, before: Beyond | None, after: Beyond | None) -> Bools:
+    """Tell at which joints straight lines meet, shape (n,); what is `before` and `after` the block is not known to be."""
+    left, right = rows_beside(path, s)
+    out: Bools = (path.kind[left] == Kind.LINE) & (path.kind[right] == Kind.LINE)
+    out[[0, -1]] &= (before is None, after is None)
+    return out
+
+
+def _rises(bounds: Bounds, path: Path, s: Floats, right: Floats) -> tuple[Floats, Floats]:
+    """Return by how much v² and v^(3/2) change from joint to joint at most, shape (n − 1,) each; infinite for no bound.
+
+    On a straight line v² changes by 2 A d at most over the distance d. What has the speed v and came from rest, or must
+    come to rest, has the acceleration √(2 J v) at most, with which v^(3/2) changes by √(9/2 J) d. On a curve whose
+    coordinate is arc length in X Y Z the acceleration along it is a component of what these three can do together.
+
+    Args:
+        bounds: Limits.
+        path: The path.
+        s: Shape (n,), where the joints are.
+        right: Shape (n, axes), dx/ds on their right.
+    """
+    row = path.row_of(0.5 * (s[:-1] + s[1:]))
+    straight = path.kind[row] == Kind.LINE
+    acceleration, jerk = (
+        along_path(each, right[:-1]) for each in (bounds.axes.acceleration, bounds.axes.jerk)
+    )
+    # Axes that the machine lacks have none, and do not move.
+    three = bounds.axes.acceleration[:3]
+    whole = float(np.linalg.norm(three[np.isfinite(three)]))
+    bent = np.where(path.moves_xyz[row], whole, np.inf)
+    apart = np.diff(s)
+    square = 2.0 * np.where(straight, acceleration, bent) * apart
+    return square, np.where(straight, np.sqrt(4.5 * jerk) * apart, np.inf)
+
+
+def _reached(speed: Floats, rises: tuple[Floats, Floats]) -> Floats:
+    """Return the speed, shape (n,), that is left of the one that each joint allows by the joints around.
+
+    Args:
+        speed: Shape (n,), v that each of them allows.
+        rises: Shape (n − 1,) each, by how much v² and v^(3/2) change from one to the next at most.
+    """
+    for power, rise in zip((2.0, 1.5), rises, strict=True):
+        height = speed**power
+        way = np.concatenate([[0.0], np.cumsum(np.minimum(rise, height.max()))])
+        least = lowered(height, way)
+        # What nothing around lowers keeps its digits: ways over many joints have few of those of a slow one.
+        speed = np.where(least < height, np.maximum(least, 0.0) ** (1.0 / power), speed)
+    return speed
+
+
+def _together(bounds: Bounds, s: Floats, turn: Floats, speed: Floats) -> Floats:
+    """Return the speed, shape (n,), at which jumps of the tangent near each other keep to their share.
+
+    A third difference weighs a step Δ of the tangent at the distance d, passed at v, by B'(d/v) v, and those that lie
+    within its three periods together. |B'| is largest half a period before and after a step; the slower, the fewer lie
+    within. The second difference weighs those within its two periods by the hat function.
+
+    Args:
+        bounds: Limits.
+        s: Shape (n,), where the steps are.
+        turn: Shape (n, axes), Δ there.
+        speed: Shape (n,), v, at which each step alone keeps to its share; taken for the speed of those around.
+    """
+    period = bounds.period_s
+    pulses = turn / (bounds.axes.jerk * period**2), turn / (bounds.axes.acceleration * period)
+    reach = 2.0 * period * speed
+    close = np.flatnonzero(np.minimum(np.diff(s, prepend=-np.inf), np.diff(s, append=np.inf)) < reach)
+    size = np.maximum(*(most(np.abs(each[close])) for each in pulses))
+    close = close[size * speed[close] > _NEGLIGIBLE]
+
+    def kept(part: Floats, at: Ints) -> Bools:
+        v = part * speed[at]
+        return _weighed(s, pulses, at, v * period) * v <= JUMP_SHARE * (1.0 + _NEGLIGIBLE)
+
+    close = close[~kept(np.ones(len(close)), close)]
+    out = speed.copy()
+    out[close] *= _largest_part(kept, close, _SLOWER)
+    return out
+
+
+def _weighed(s: Floats, pulses: tuple[Floats, Floats], at: Ints, step: Floats) -> Floats:
+    """Return what differences over the periods around some jumps see of all jumps, by the speed, for the worst axis.
+
+    The third difference weighs them by B' half a period before and after each, the second one by the hat function about it.
+
+    Args:
+        s: Shape (n,), where the jumps are.
+        pulses: Shape (n, axes) each: the jumps, in what the limits of jerk and of acceleration allow one alone, by the speed.
+        at: Shape (k,), which of them.
+        step: Shape (k,), the way of a period there.
+    """
+    if not len(at):
+        return np.zeros(0)
+    first = np.searchsorted(s, s[at] - 2.0 * step)
+    last = np.searchsorted(s, s[at] + 2.0 * step, side="right")
+    count = last - first
+    begin = np.cumsum(count) - count
+    owner = np.repeat(np.arange(len(at)), count)
+    each = np.arange(len(owner)) + (first - begin)[owner]
+    away = (s[each] - s[at][owner]) / step[owner]
+    largest = np.zeros(len(at))
+    for phase, times, weights, jump in (
+        (-0.5, *_SLOPE, pulses[0]),
+        (0.5, *_SLOPE, pulses[0]),
+        (0.0, *_HAT, pulses[1]),
+    ):
+        weight = np.interp(away - phase, times, weights)
+        total = np.add.reduceat(jump[each] * weight[:, None], begin)
+        largest = np.maximum(largest, most(np.abs(total)))
+    return largest
+
+
+def _chord_speed(bounds: Bounds, s: Floats, turn: Floats, jerk: Floats, speed: Floats) -> Floats:
+    """Return the speed, shape (n,), at which the chord of a period cuts corners by the chord tolerance δ at most.
+
+    A step over a turn of the tangent by Δ that is passed at v half a period after the last setpoint goes v T/2 + j T³/48
+    on both sides at most, and cuts the corner by |Δ|/2 of that. What one of v T over several cuts tells `_cut`: none of them
+    lets the speed rise meanwhile.
+
+    Args:
+        bounds: Limits.
+        s: Shape (n,), where the corners are.
+        turn: Shape (n, axes), Δ there.
+        jerk: Shape (n,), j, the jerk along the path there.
+        speed: Shape (n,), v that all else allows.
+    """
+    size = _size(bounds, turn)
+    period = bounds.period_s
+    with np.errstate(divide="ignore"):
+        single = np.maximum(4.0 * bounds.chord_mm / (period * size) - jerk * period**2 / 24.0, 0.0)
+    single[size == 0.0] = np.inf
+    fastest = np.minimum(single, speed)
+    apart = np.minimum(np.diff(s, prepend=-np.inf), np.diff(s, append=np.inf))
+    mm = turn * bounds.scale
+    # What cuts next to nothing, and would still if all around were like it, is not what a chord is furthest from.
+    many = np.searchsorted(s, s + fastest * period, side="right") - np.searchsorted(s, s - fastest * period)
+    alike = 0.25 * many * size * np.where(size > 0.0, fastest, 0.0) * period
+    close = np.flatnonzero((alike > _NEGLIGIBLE * bounds.chord_mm) & (apart < fastest * period))
+
+    def kept(part: Floats, at: Ints) -> Bools:
+        return _cut(s, mm, at, part * fastest[at] * period) <= bounds.chord_mm * (1.0 + _NEGLIGIBLE)
+
+    close = close[~kept(np.ones(len(close)), close)]
+    single[close] = fastest[close] * _largest_part(kept, close, _SLOWER)
+    return single
+
+
+def _cut(s: Floats, turn: Floats, at: Ints, length: Floats) -> Floats:
+    """Return how far chords of a length are from corners that of all they go over they are the furthest from, (k,), mm.
+
+    The path between the ends of a chord has the second derivative Σ Δ_i δ(s − s_i) and lies beside it by D = Σ Δ_i G(s, s_i),
+    where G is Green's function of that: for s ≤ s_i the way before s by the way after s_i, divided by the length. |D| is
+    largest at corners, where it rises before and falls behind. Chords are looked at that have parts `_BEFORE` of their
+    length before the corner, and what lies between is interpolated.
+
+    Args:
+        s: Shape (n,), where the corners are.
+        turn: Shape (n, axes), Δ there, mm.
+        at: Shape (k,), which of them.
+        length: Shape (k,), of the chord over each.
+    """
+    if not len(at):
+        return np.zeros(0)
+    here, own = s[at], turn[at]
+    sums, moments = (
+        np.concatenate([np.zeros((1, turn.shape[1])), np.cumsum(each, axis=0)])
+        for each in (turn, turn * (s - s[0])[:, None])
+    )
+    far, rise, fall = np.zeros((3, len(_BEFORE), len(at)))
+    for k, before in enumerate(_BEFORE):
+        start, end = here - before * length, here + (1.0 - before) * length
+        first, last = np.searchsorted(s, start), np.searchsorted(s, end, side="right")
+        # Σ Δ_i times the ways from the start of the chord, of those before the corner, and times those to its end.
+        behind = (moments[at] - moments[first]) - (sums[at] - sums[first]) * (start - s[0])[:, None]
+        ahead = (sums[last] - sums[at]) * (end - s[0])[:, None] - (moments[last] - moments[at])
+        beside = before * ahead + (1.0 - before) * behind
+        slope = (ahead - behind) / length[:, None]
+        far[k] = np.sqrt(np.einsum("ij,ij->i", beside, beside))
+        rise[k] = np.einsum("ij,ij->i", beside, slope)
+        fall[k] = np.einsum("ij,ij->i", beside, own - slope)
+    rising, falling = _positive(rise), _positive(fall)
+    low, high = np.maximum(rising[0], falling[0]), np.minimum(rising[1], falling[1])
+    bend = np.pad(np.maximum(2.0 * far[1:-1] - far[:-2] - far[2:], 0.0), ((1, 1), (0, 0)), mode="edge")
+    found = np.zeros(len(at))
+    for part in (low, 0.5 * (low + high), high):
+        crest = 0.25 * (bend[:-1] + bend[1:]) * part * (1.0 - part)
+        there = far[:-1] + (far[1:] - far[:-1]) * part + crest
+        found = np.maximum(found, np.where(low <= high, there, 0.0).max(axis=0))
+    return found
+
+
+def _positive(values: Floats) -> tuple[Floats, Floats]:
+    """Return between which parts of the ways from each row of `values` to the next they are not negative, if linear.
+
+    Args:
+        values: Shape (n, k).
+
+    Returns:
+        The first and the last part, shape (n − 1, k); the first is 1 and the last 0 where they are negative all the way.
+    """
+    one, other = values[:-1], values[1:]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        zero = np.clip(np.nan_to_num(one / (one - other)), 0.0, 1.0)
+    first = np.where(one >= 0.0, 0.0, np.where(other >= 0.0, zero, 1.0))
+    last = np.where(other >= 0.0, 1.0, np.where(one >= 0.0, zero, 0.0))
+    return first, last
+
+
+def _largest_part(kept: Callable[[Floats, Ints], Bools], at: Ints, least: float) -> Floats:
+    """Return the largest part, from `least` to 1, of the speed at jumps `at` with which something is kept, shape (k,)."""
+    low, high = np.full(len(at), least), np.ones(len(at))
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        good = kept(middle, at)
+        low, high = np.where(good, middle, low), np.where(good, high, middle)
+    return low
+
+
+def _cuts(bounds: Bounds, s: Floats, stop: Bools, turn: Floats, left: Floats, right: Floats) -> Bools:
+    """Tell which corners are rests that the chord of a period may cut by more than the chord tolerance, shape (n,).
+
+    With the setpoints a = j₁ τ³/6 before and b = j₂ (T − τ)³/6 after it at most, |Δ| a b/(a + b) is cut. That is largest at
+    1/(j₁ τ⁴) = 1/(j₂ (T − τ)⁴), |Δ| T³/6 by the fourth power of j₁^(-1/4) + j₂^(-1/4); for a = A₁ τ²/2 and b likewise, |Δ| T²/2 by
+    the third power of A₁^(-1/3) + A₂^(-1/3). What curves beside it do is added for the whole way of a period. Rests within a
+    period of each other, J T³/32 or A T²/4 apart at most, are in one chord, and their Δ add up.
+
+    Args:
+        bounds: Limits.
+        s: Shape (n,), where they are.
+        stop: Shape (n,), which corners are rests.
+        turn: Shape (n, axes), Δ there.
+        left, right: Shape (2, n, axes), dx/ds and d²x/ds² on both sides.
+    """
+    out = np.zeros(len(stop), bool)
+    # The end of a block is the start of the next one.
+    size = _size(bounds, turn)
+    rest = np.flatnonzero(stop[:-1] & (size[:-1] > _NO_TURN))
+    size = size[rest]
+    acceleration, jerk = (
+        np.stack([along_path(limit, side[0, rest]) for side in (left, right)], axis=1)
+        for limit in (bounds.axes.acceleration, bounds.axes.jerk)
+    )
+    period = bounds.period_s
+    way = np.minimum(
+        period**3 / 3.0 / (jerk**-0.25).sum(axis=1) ** 4,
+        period**2 / (acceleration ** (-1.0 / 3.0)).sum(axis=1) ** 3,
+    )
+    longest = np.minimum(jerk * period**3 / 6.0, acceleration * period**2 / 2.0)
+    bend = np.stack([_size(bounds, side[1, rest]) for side in (left, right)], axis=1)
+    # At a cusp there is no curvature; on the way of a period no direction turns by more than two.
+    bend = np.nan_to_num(np.fmin(bend, _WHOLE / longest))
+    # Twice what is cut, by |Δ|, and by the bends.
+    curved = 0.5 * (bend * longest).sum(axis=1) * way + 0.25 * (bend * longest**2).max(axis=1)
+    apart = np.minimum(jerk * period**3 / 32.0, acceleration * period**2 / 4.0).max(axis=1, initial=0.0)
+    first, last = (
+        np.searchsorted(s[rest], s[rest] - apart),
+        np.searchsorted(s[rest], s[rest] + apart, "right"),
+    )
+    turned = np.concatenate([[0.0], np.cumsum(size)])
+    out[rest] = (turned[last] - turned[first]) * way + curved > 2.0 * bounds.chord_mm
+    return out
+
+
+def _size(bounds: Bounds, turn: Floats) -> Floats:
+    """Return |Δ|, a degree counted as a millimetre."""
+    return np.sqrt(np.einsum("ij,ij,j->i", turn, turn, bounds.scale**2))
+
+
+def distinct(
+    s: Floats, sides: tuple[Floats, Floats], bounds: Bounds, apart: Bools, curved: Bools
+) -> tuple[Ints, Ints]:
+    """Return which breakpoints are the first and which the last of a cluster that no setpoint can tell apart.
+
+    Members of a cluster follow each other within a quarter of a thousandth of J T³ (within a curve, a thousandth): what lies
+    between, be it a turn back, shows in a third difference by a thousandth of J at most. The ends of the block stay, and
+    what has to be `apart` for other reasons.
+
+    Args:
+        s: Shape (n,), path coordinate.
+        sides: Derivatives on the left and on the right of each, shape (4, n, axes) each.
+        bounds: Limits.
+        apart: Shape (n − 1,), between which of them both stay.
+        curved: Shape (n − 1,), between which of them a NURBS goes on.
+    """
+    # The rows that meet at a cluster count too: what is short for one may be long for axes that only the other moves.
+    seen = np.minimum(*(resolution(bounds, side[1]) for side in sides))
+    part = np.where(curved, _TOGETHER_WITHIN, _TOGETHER)
+    apart = apart | (np.diff(s) > part * np.minimum(seen[:-1], seen[1:]))
+    if not apart.any():
+        ends = np.array([0, len(s) - 1])
+        return ends, ends
+    first = np.flatnonzero(np.concatenate([[True], apart]))
+    last = np.flatnonzero(np.concatenate([apart, [True]]))
+    first[-1], last[0] = len(s) - 1, 0
+    return first, last
+
+
+def _swayed(
+    bounds: Bounds, speed: Floats, turn: Floats, left: Floats, right: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Return what the acceleration a along the path does at jumps, where a turn Δ adds |Δ a|/(2 T) to the jerk.
+
+    What has the speed v and came from rest, or must come to rest, has at most the acceleration √(2 j v), where j, the jerk
+    along the path, is twice that of the axes at most.
+
+    Args:
+        bounds: Limits.
+        speed: Shape (n,), v, the largest one at each jump.
+        turn: Shape (n, axes), Δ.
+        left, right: Shape (n, axes), dx/ds on both sides.
+
+    Returns:
+        The bound of |a| for `SWAY_SHARE` of the jerk limit, shape (n,), infinite where it cannot be passed; the largest |a| there,
+        shape (n,); and the part of the jerk limit taken, shape (n, axes).
+    """
+    gain, jerk = (
+        np.maximum(along_path(limit, left), along_path(limit, right))
+        for limit in (bounds.axes.acceleration, bounds.axes.jerk)
+    )
+    reached = np.minimum(gain, 2.0 * np.sqrt(jerk * speed))
+    period, turn = bounds.period_s, np.abs(turn)
+    most_there = along_path(SWAY_SHARE * 2.0 * period * bounds.axes.jerk, turn)
+    sway = np.minimum(turn * reached[:, None] / (2.0 * period * bounds.axes.jerk), SWAY_SHARE)
+    return np.where(most_there < reached, most_there, np.inf), np.minimum(most_there, reached), sway
+
+
+def _zones(
+    bounds: Bounds,
+    speed: Floats,
+    there: Floats,
+    taken: tuple[Floats, Floats],
+    straight: Bools,
+    left: Floats,
+    right: Floats,
+) -> Floats:
+    """Return how far from jumps the motion comes while setpoints see them, shape (n,), mm.
+
+    A third difference sees a jump for one and a half periods on either side of it. Meanwhile the speed rises (or falls) from
+    the acceleration at the jump, up to its limit: on straight lines with the jerk that the jump leaves, else at full jerk.
+
+    The B-spline B that weighs a step of x'' is largest, 3/(4 T), where only 2 · 0.14³/6 of its integral lie beyond 1.36 T on both
+    sides: beyond that, full jerk beside three quarters taken passes the limit by 0.0007 at most, less than the plan leaves.
+
+    Args:
+        bounds: Limits.
+        speed: Shape (n,), v, the largest one at each jump.
+        there: Shape (n,), the largest acceleration along the path there.
+        taken: Shape (n, axes) each: the parts of the jerk limits that the steps of x' and of x'' take.
+        straight: Shape (n,), whether lines meet there.
+        left, right: Shape (n, axes), dx/ds on both sides.
+    """
+    gain = np.maximum(*(along_path(bounds.axes.acceleration, side) for side in (left, right)))
+    by_turn, by_bend = taken
+    kept = np.where(straight[:, None], 1.0 - by_turn - by_bend, 1.0)
+    jerk = np.maximum(*(along_path(bounds.axes.jerk, side / kept) for side in (left, right)))
+    seen = bounds.period_s * np.where(most(by_turn) > _NEGLIGIBLE, *_SEEN)
+    rise = np.minimum(gain, there + jerk * seen / 3.0)
+    return seen * (speed + 0.5 * seen * rise)
+
+
+def _weakest(bounds: Bounds, left: Floats, right: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return acceleration and jerk along the path, the smaller of both sides, and `STOP_SPEED` periods of what they give."""
+    acceleration, jerk = (
+        along_path(each, left, right) for each in (bounds.axes.acceleration, bounds.axes.jerk)
+    )
+    period = bounds.period_s
+    return acceleration, jerk, STOP_SPEED * np.minimum(jerk * period, acceleration) * period
+
+
+def _lost(bounds: Bounds, taken: Floats, left: Floats, right: Floats) -> Floats:
+    """Return what part of the jerk along the path jumps take, shape (n,), the mean of both sides.
+
+    An axis that hardly moves beside the jump leaves the others theirs.
+
+    Args:
+        bounds: Limits.
+        taken: Shape (n, axes), parts of the axes' jerk.
+        left, right: Shape (n, axes), dx/ds on both sides.
+    """
+    jerk = bounds.axes.jerk
+    kept = 1.0 - taken
+    with np.errstate(invalid="ignore"):
+        parts = [along_path(jerk, side / kept) / along_path(jerk, side) for side in (left, right)]
+    return 1.0 - 0.5 * np.nan_to_num(parts[0] + parts[1])
+
+
+def _worth_a_stop(
+    bounds: Bounds, s: Floats, slow: Bools, left: Floats, right: Floats, top: Floats, lost: Floats
+) -> Floats:
+    """Return the speed, shape (n,), mm/s, below which a stop takes less time than to pass a jump.
+
+    A stop takes v/a more on either side, a being the acceleration that the motion reaches there; passing, the jump leaves
+    little jerk for three periods, which costs 0.6 to 0.8 T on either side, by what it takes of the jerk along the path.
+    Slower than J T² or A T nothing is passed.
+
+    Args:
+        bounds: Limits.
+        s: Shape (n,), where the jumps are.
+        slow: Shape (n,), which of them hold the speed back, or rest.
+        left, right: Shape (n, axes), dx/ds on both sides.
+        top: Shape (n,), the largest q there.
+        lost: Shape (n,), the part of the jerk along the path that each takes.
+    """
+    acceleration, jerk, slowest = _weakest(bounds, left, right)
+    places = np.concatenate([s[:1], s[1:-1][slow[1:-1]], s[-1:]])
+    before = s - places[np.maximum(np.searchsorted(places, s) - 1, 0)]
+    after = places[np.minimum(np.searchsorted(places, s, side="right"), len(places) - 1)] - s
+    speed = np.minimum(np.sqrt(top), np.cbrt(0.25 * np.minimum(before, after) ** 2 * jerk))
+    reached = np.minimum(acceleration, np.sqrt(speed * jerk))
+    return np.maximum(slowest, np.maximum(_DELAY + _SLOWED * lost, _LEAST_DELAY) * bounds.period_s * reached)
+
+
+def _rests(toolpath: Toolpath, path: Path, crawls: Bools) -> Floats:
+    """Return where the program asks for rest: at the ends of motions under G61.1, at both of those that crawl, at events."""
+    row_s = path.row_s
+    exact = np.flatnonzero((np.diff(row_s) > 0) & (toolpath.path_mode == PathMode.EXACT_STOP))
+    waits = [
+        row
+        for row in np.flatnonzero(toolpath.kind == Kind.EVENT)
+        if toolpath.events[toolpath.curve[row]].rest or toolpath.events[toolpath.curve[row]].dwell_s > 0
+    ]
+    slow = np.flatnonzero(crawls)
+    return row_s[np.concatenate([exact + 1, slow, slow + 1, np.array(waits, np.int64)])]
+
+
+def nearest(s: Floats, at: Floats) -> Ints:
+    """Return the index in ascending `s` nearest to each of `at`."""
+    right = np.clip(np.searchsorted(s, at), 1, max(len(s) - 1, 1))
+    index = np.minimum(right, len(s) - 1)
+    lower = np.abs(s[right - 1] - at) <= np.abs(s[index] - at)
+    return np.where(lower, right - 1, index)

@@ -1,0 +1,118 @@
+"""How fast the program asks each row to be (`Feeds`), and which rows are so slow that the motion may stop at their ends.
+
+`planning` calls `paced` before the path is smoothed, `joints` and `track` ask for `Feeds` and `crawling` of each block
+(docs/corners.md, Rows that crawl).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.geometry.path import STANDSTILL, Path
+from cncgen.planner.limits.axis_limits import Bounds, along_path, resolution
+from cncgen.planner.paths import path_of
+from cncgen.planner.record import Limit
+from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+#: A row crawls if its speed is below this part of J T² and of A T, the speeds that full jerk and full acceleration reach from
+#: rest in about a period: setpoints then can hardly tell it from standing still.
+_CRAWL = 0.02
+#: Its time must be this multiple of the time √(v/J) + v/A to reach its speed from rest: stopping at both ends then costs about a
+#: thousandth of it.
+_LONG = 2000.0
+#: Or it is shorter than this part of `resolution`, the length that shows in setpoints: then it is a stop whatever its time.
+_UNSEEN = 0.05
+#: Rows up to this many tolerances long may vanish when smoothed: the fitted curve may have no span of its own for them.
+_SWALLOWED = 8.0
+
+
+@dataclass(frozen=True, slots=True)
+class Feeds:
+    """Speed that the program asks of each row, mm/s (infinite: none), and the `Limit` that it stands for."""
+
+    speed: Floats
+    limit: NDArray[np.int8]
+
+    @classmethod
+    def of(cls, toolpath: Toolpath, path: Path) -> Feeds:
+        """G94: the feed; G93: the row's length by its time; rapids: none."""
+        inverse = toolpath.feed_mode == FeedMode.INVERSE_TIME
+        rapid = (toolpath.feed_mode == FeedMode.RAPID) | (toolpath.kind == Kind.EVENT)
+        speed = toolpath.feed * np.where(inverse, np.diff(path.row_s), path.per_feed)
+        limit = np.where(rapid, Limit.VELOCITY, Limit.FEED).astype(np.int8)
+        return cls(np.where(rapid, np.inf, speed), limit)
+
+
+def crawling(path: Path, speed: Floats, bounds: Bounds) -> Bools:
+    """Tell which rows of a path are so slow that the motion may as well begin and end them at rest, shape (rows,).
+
+    Their speed v is below a fiftieth of J T² and of A T, which is reached from rest in a seventh of a period; and either
+    their time is long beside √(v/J) + v/A, which reaching that speed takes, so that the stops cost next to nothing, or they
+    are too short to show in setpoints.
+
+    Args:
+        path: The rows.
+        speed: Shape (rows,), mm/s, infinite for none.
+        bounds: Limits.
+    """
+    out = np.zeros(len(speed), bool)
+    rows = np.flatnonzero((speed < _fastest(bounds)) & (path.row_length > STANDSTILL))
+    if not len(rows):
+        return out
+    x1 = path.evaluate(0.5 * (path.row_s[rows] + path.row_s[rows + 1]), 1)[1]
+    length, v = path.row_length[rows], speed[rows]
+    acceleration, jerk = (along_path(each, x1) for each in (bounds.axes.acceleration, bounds.axes.jerk))
+    long = length / v >= _LONG * (np.sqrt(v / jerk) + v / acceleration)
+    short = length <= _UNSEEN * resolution(bounds, x1)
+    slow = v < _CRAWL * np.minimum(jerk * bounds.period_s, acceleration) * bounds.period_s
+    out[rows] = slow & (long | short)
+    return out
+
+
+def _fastest(bounds: Bounds) -> float:
+    """Return a speed, mm/s, from which no row can crawl: √n times that of the axis with the most jerk, for n axes.
+
+    A direction may lie between all axes, so the jerk along it may be that of the diagonal.
+    """
+    jerk = bounds.axes.jerk[np.isfinite(bounds.axes.jerk)]
+    return float(_CRAWL * np.sqrt(len(bounds.axes.jerk)) * jerk.max(initial=0.0)) * bounds.period_s**2
+
+
+def paced(chunks: Iterable[Toolpath], bounds_of: Callable[[str], Bounds]) -> Iterator[Toolpath]:
+    """Yield chunks ready for smoothing: under G64 inverse-time feeds (G93) become speeds, and rows that crawl are kept apart.
+
+    G93 gives the time of a whole row. As a speed it also holds for each part into which smoothing divides the row. Under
+    G64 a row of some tolerances may vanish in the curve of its neighbours, and its time with it: a row that crawls by G93
+    is therefore met exactly (G61). G94 gives no time, so there what smoothing makes shorter is simply faster.
+
+    Args:
+        chunks: Consecutive stretches of one program, tolerances filled in.
+        bounds_of: Gives the limits for the letters of a toolpath.
+    """
+    for chunk in chunks:
+        inverse = chunk.feed_mode == FeedMode.INVERSE_TIME
+        slowest = np.min(chunk.feed, where=np.isfinite(chunk.feed), initial=np.inf)
+        bounds = bounds_of(chunk.axes)
+        if not inverse.any() and slowest >= _fastest(bounds):
+            yield chunk
+            continue
+        path = path_of(chunk)
+        speed = Feeds.of(chunk, path).speed
+        met = inverse & (chunk.path_mode == PathMode.CONTINUOUS)
+        met &= path.row_length <= _SWALLOWED * chunk.tolerance
+        met &= crawling(path, speed, bounds)
+        # What is met exactly keeps its time, to the last digit.
+        split = inverse & (chunk.path_mode == PathMode.CONTINUOUS) & ~met
+        yield replace(
+            chunk,
+            feed=np.where(split, speed / path.per_feed, chunk.feed),
+            feed_mode=np.where(split, FeedMode.SPEED, chunk.feed_mode).astype(np.int8),
+            path_mode=np.where(met, PathMode.EXACT_PATH, chunk.path_mode).astype(np.int8),
+        )

@@ -1,0 +1,440 @@
+"""A block of a toolpath as intervals between nodes, with all that the least-time problem needs to know of them.
+
+`Section` is the block with its breakpoints, `Section.joints` classifies them, and `Section.track` cuts the block into the
+intervals of a `Track`, on which `problem` works. `trials` calls both, maybe more than once for a block.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import reduce
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Diagnostic, NoPlanError, Span
+from cncgen.geometry.columns import most
+from cncgen.geometry.path import Path
+from cncgen.planner.least_time.corners import Beyond, Joints, distinct, joints_of, nearest, rows_beside
+from cncgen.planner.least_time.feeds import Feeds, crawling
+from cncgen.planner.least_time.mesh_spacing import DENSITY, MOST, Density, TooManyNodesError, placed
+from cncgen.planner.least_time.speed_caps import SpeedCap
+from cncgen.planner.limits.axis_limits import JUMP_SHARE, SWAY_SHARE, Bounds, along_path
+from cncgen.toolpath.record import Event, Kind, PathMode, Toolpath
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+#: What an interval is: `SPLINE`, one on which q is a quadratic; `LEAVE` and `ENTER`, one that leaves or enters a rest with
+#: constant jerk; `LINE`, a whole straight line from rest to rest.
+SPLINE, LEAVE, ENTER, LINE = range(4)
+#: Turn of the direction, and part of the feed that changes, below which a straight line goes on: that of coordinates
+#: rounded in their last places.
+_STRAIGHT = 1e-9
+#: A part of a crawling row that takes less than this many periods is left out: only rounding separates a knot there from the
+#: cusp beside it.
+_BRIEF = 1e-4
+#: Relative rounding of a coordinate, some units in the last place: a direction taken from coordinates may be wrong by that
+#: over the length of its row.
+_DIGITS = 2.0**-50
+#: Relative change of a direction that is rounding alone.
+_LAST_DIGITS = 2.0**-48
+#: A turn of at least this is a corner, rad. Below it a turn counts only if the coordinates have the digits to show it.
+_SEEN = 1e-5
+#: Nodes stand so close that the direction turns less than this over an interval, rad, and its derivative changes accordingly
+#: (`nodes`). Where it turns more (cusps, bends too short to show), derivatives are replaced by what the ends tell (`_calm`).
+_SHARP = 0.3
+#: The quarter points of an interval are looked at where the second difference of x''' v³ exceeds this part of the jerk limit;
+#: x''' v³ itself is taken to be at most this multiple of the limit, since the other terms of the jerk can cancel only so much.
+_BEND, _MOST = 0.03, 8.0
+#: Allowance for what lies between the quarter points, as a multiple of what is found at them: somewhat more in x''', and as
+#: much again in x''.
+_HIDDEN = 2.5
+#: Values at a quarter and three quarters of an interval of the parabola through those at its start, middle and end.
+_QUARTERS = np.array([[0.375, 0.75, -0.125], [-0.125, 0.75, 0.375]])
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """A block as `n` intervals between n + 1 nodes.
+
+    Attributes:
+        toolpath, path: The block and its geometry.
+        s: Shape (n + 1,), path coordinate of the nodes.
+        kind: Shape (n,), int8: `SPLINE`, `LEAVE`, `ENTER` or `LINE`.
+        x1, x2, x3: Shape (n, 3, axes): derivatives of the path at the left end, middle and right end of each interval.
+        top: Shape (n, 3): largest q = v² there.
+        top_limit: Shape (n,), int8: the `Limit` behind the lowest of them.
+        node_top: Shape (n + 1,): largest q at the nodes because of jumps of the derivatives there; infinite without a jump.
+        node_acceleration: Shape (n + 1,): largest |q'| / 2 at the nodes because of such jumps; infinite without.
+        factor: Shape (n, 2, axes): parts of acceleration and jerk limits that jumps near by leave.
+        hidden: Shape (n, axes): by how much |x'''| within an interval may exceed the parabola through its three values.
+        chord: Shape (n,), mm: how far the chord of a period may be from the path there.
+        stop: Shape (n + 1,), bool: nodes of rest.
+        corner: Shape (n + 1,), bool: nodes where the motion slows or rests because the derivatives jump.
+        cuts: Shape (n,), bool: intervals that begin with a rest in a corner, where the chord between two setpoints might be too
+            far from the corner if no setpoint falls near it (`rests`).
+        events: Node, source line and event, in order.
+    """
+
+    toolpath: Toolpath
+    path: Path
+    s: Floats
+    kind: NDArray[np.int8]
+    x1: Floats
+    x2: Floats
+    x3: Floats
+    top: Floats
+    top_limit: NDArray[np.int8]
+    node_top: Floats
+    node_acceleration: Floats
+    factor: Floats
+    hidden: Floats
+    chord: Floats
+    stop: NDArray[np.bool_]
+    corner: NDArray[np.bool_]
+    cuts: NDArray[np.bool_]
+    events: list[tuple[int, int, Event]]
+
+    def __len__(self) -> int:
+        return len(self.kind)
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A block, or a part of one, and its `n` breakpoints, before it is known which of them are rests.
+
+    Attributes:
+        toolpath, path: The block and its geometry.
+        bounds: Limits.
+        feeds: Of its rows.
+        cap: A largest speed along the path, beside the bounds.
+        density: How close nodes stand.
+        crawls: Shape (rows,), which rows begin and end at rest.
+        s: Shape (n,), the breakpoints, path coordinate.
+        sides: Derivatives on the left and on the right of each, shape (4, n, axes) each.
+        top: Shape (n,), the largest q there by everything but jumps.
+        before, after: The end of the block before and the start of the next; None where the motion starts or ends.
+    """
+
+    toolpath: Toolpath
+    path: Path
+    bounds: Bounds
+    feeds: Feeds
+    cap: SpeedCap | None
+    density: Density
+    crawls: NDArray[np.bool_]
+    s: Floats
+    sides: tuple[Floats, Floats]
+    top: Floats
+    before: Beyond | None
+    after: Beyond | None
+
+    @classmethod
+    def of(
+        cls,
+        toolpath: Toolpath,
+        path: Path,
+        bounds: Bounds,
+        before: Beyond | None,
+        after: Beyond | None,
+        effort: str,
+        cap: SpeedCap | None,
+    ) -> Section:
+        """Take a block, see `cncgen.planner.least_time.corner_trials`."""
+        feeds = Feeds.of(toolpath, path)
+        seams = _seams(toolpath, path, feeds)
+        sides = (path.evaluate(seams, 3, -1), path.evaluate(seams, 3, 1))
+        # Beyond its ends a path is what it is within; a curve that ends in a cusp has no direction there.
+        sides[0][:, 0], sides[1][:, -1] = sides[1][:, 0], sides[0][:, -1]
+        crawls = crawling(path, feeds.speed, bounds)
+        between = path.row_of(0.5 * (seams[:-1] + seams[1:]))
+        apart = _lasting(seams, between, feeds.speed, bounds.period_s) & crawls[between]
+        first, last = distinct(seams, sides, bounds, apart, path.kind[between] == Kind.NURBS)
+        sides = (sides[0][:, first], sides[1][:, last])
+        out = cls(
+            toolpath,
+            path,
+            bounds,
+            feeds,
+            cap,
+            DENSITY[effort],
+            crawls,
+            seams[first],
+            sides,
+            np.zeros(len(first)),
+            before,
+            after,
+        )
+        top = np.minimum(out._top_at(seams[first], sides[0], -1), out._top_at(seams[last], sides[1], 1))
+        return replace(out, top=top)
+
+    def part(self, start: float, end: float) -> tuple[Section, slice]:
+        """Return what lies between two places, from rest to rest, and which of the breakpoints are within."""
+        inner = slice(int(np.searchsorted(self.s, start, "right")), int(np.searchsorted(self.s, end)))
+        s = np.concatenate([[start], self.s[inner], [end]])
+        x = self.path.evaluate(s[:1], 3, 1), self.path.evaluate(s[-1:], 3, -1)
+        sides = [np.concatenate([x[0], each[:, inner], x[1]], axis=1) for each in self.sides]
+        top = np.concatenate([self._top_at(s[:1], x[0], 1), self.top[inner], self._top_at(s[-1:], x[1], -1)])
+        return replace(self, s=s, sides=(sides[0], sides[1]), top=top, before=None, after=None), inner
+
+    def joints(self, told: NDArray[np.int8] | None = None) -> Joints:
+        """Classify the breakpoints, some of which may be `told` to be passed or to be stops."""
+        return joints_of(
+            self.toolpath,
+            self.path,
+            self.bounds,
+            self.crawls,
+            self.s,
+            self.sides,
+            self.top,
+            self.before,
+            self.after,
+            told,
+        )
+
+    def _top_at(self, s: Floats, x: Floats, side: int) -> Floats:
+        """Return the largest q at places with the derivatives x by all but jumps."""
+        row = self.path.row_of(s, side)
+        q, _ = self.bounds.top(self.feeds.speed[row], self.feeds.limit[row], x[1], x[2])
+        return self.cap.lower(s, x, q) if self.cap else q
+
+    def track(self, joints: Joints, closer: float | None = None) -> Track:
+        """Cut it into intervals.
+
+        Args:
+            joints: Its breakpoints.
+            closer: Factor by which nodes stand closer than their density tells; by default by how few they are.
+
+        Raises:
+            NoPlanError: It would be more intervals than memory is meant for.
+        """
+        toolpath, path, bounds, feeds, cap = self.toolpath, self.path, self.bounds, self.feeds, self.cap
+        sides, crawls = self.sides, self.crawls
+        kept = ~_straight_on(path, feeds, joints, sides)
+        joints, sides = joints.only(kept), (sides[0][:, kept], sides[1][:, kept])
+        lines = _lines(path, joints)
+        if cap and cap.straight:
+            # What crawls is slower than any cap.
+            lines &= crawls[path.row_of(0.5 * (joints.s[:-1] + joints.s[1:]))]
+        try:
+            s = placed(path, bounds, joints, sides, lines, self._top_at, self.density, closer)
+        except TooManyNodesError as many:
+            raise NoPlanError(_too_many(toolpath, path, many)) from None
+        n = len(s) - 1
+        middle = 0.5 * (s[:-1] + s[1:])
+        right = path.evaluate(s[:-1], 3)
+        node = nearest(s, joints.s)
+        left = np.empty_like(right)
+        left[:, :-1] = right[:, 1:]
+        # Breakpoints that no setpoint can tell apart are one node, whose sides are those of the first and of the last.
+        left[:, node[1:] - 1] = sides[0][:, 1:]
+        right[:, node[:-1]] = sides[1][:, :-1]
+        x = np.stack([right, path.evaluate(middle, 3), left], axis=2)
+        row = path.row_of(middle)
+        tops = [
+            bounds.top(feeds.speed[row], feeds.limit[row], np.ascontiguousarray(x[1, :, e]), x[2, :, e])
+            for e in range(3)
+        ]
+        top3 = np.stack([t for t, _ in tops], axis=1)
+        which = np.stack([limit for _, limit in tops], axis=1)
+        stop, corner, cuts = np.zeros((3, n + 1), bool)
+        stop[node], corner[node], cuts[node] = joints.stop, joints.corner, joints.cuts
+        if cap:
+            capped = cap.on_intervals(s, x, stop[:-1], stop[1:])
+            capped[node[:-1][lines]] = np.inf
+            which[capped < top3] = cap.limit
+            top3 = np.minimum(top3, capped)
+        node_top, node_acceleration = np.full((2, n + 1), np.inf)
+        node_top[node], node_acceleration[node] = joints.speed**2, joints.acceleration
+        kind = np.full(n, SPLINE, np.int8)
+        kind[stop[:-1]] = LEAVE
+        kind[stop[1:]] = ENTER
+        kind[node[:-1][lines]] = LINE
+        _calm(x, np.diff(s), kind == SPLINE)
+        return Track(
+            toolpath=toolpath,
+            path=path,
+            s=s,
+            kind=kind,
+            x1=np.ascontiguousarray(x[1]),
+            x2=np.ascontiguousarray(x[2]),
+            x3=np.ascontiguousarray(x[3]),
+            top=top3,
+            top_limit=which[np.arange(n), top3.argmin(axis=1)],
+            node_top=node_top,
+            node_acceleration=node_acceleration,
+            factor=_factors(s, joints),
+            hidden=_hidden(path, s, kind, x[3], top3, bounds.axes.jerk),
+            chord=_chords(toolpath, row, bounds),
+            stop=stop,
+            corner=corner,
+            cuts=cuts[:-1],
+            events=_events(toolpath, path, s),
+        )
+
+
+def _too_many(toolpath: Toolpath, path: Path, many: TooManyNodesError) -> Diagnostic:
+    """Say what needs too many nodes."""
+    row = int(path.row_of(np.array([many.s]))[0])
+    return Diagnostic(
+        "too-many-nodes",
+        f"a plan of this motion and those around needs {many.nodes:,.0f} nodes, and has room for {MOST:,}",
+        span=Span(toolpath.sources[int(toolpath.source[row])], int(toolpath.line[row])),
+        hint="it takes hours at the limits of some axis; are they in mm, degrees and s?",
+        values={"nodes": many.nodes, "most": MOST},
+    )
+
+
+def _seams(toolpath: Toolpath, path: Path, feeds: Feeds) -> Floats:
+    """Return the breakpoints of a path, shape (n,), without those where a straight line simply goes on at the same feed."""
+    s = path.breakpoints()
+    before, after = path.row_of(s, -1), path.row_of(s)
+    straight = (path.kind[before] == Kind.LINE) & (path.kind[after] == Kind.LINE) & (after == before + 1)
+    # Speeds of G93, or where rotary axes turn beside little, come from lengths, with their rounding.
+    same = np.isclose(feeds.speed[before], feeds.speed[after], rtol=_STRAIGHT, atol=0.0)
+    straight &= (toolpath.path_mode[before] != PathMode.EXACT_STOP) & same
+    straight[[0, -1]] = False
+    at = np.flatnonzero(straight)
+    if not len(at):
+        return s
+    place, one = path.evaluate(s[at], 1, -1)
+    other = path.evaluate(s[at], 1, 1)[1]
+    shorter = np.minimum(path.row_length[before[at]], path.row_length[after[at]])
+    # The direction of a row comes from rounded coordinates, so of a short row it has few digits. The shortest have none: their
+    # ends stay breakpoints, and the rows on both sides of them show whether that is a corner.
+    known = _STRAIGHT + _DIGITS * np.maximum(most(np.abs(place)), np.abs(s[at])) / shorter
+    known = np.where(known < _SEEN, known, 0.0)
+    turn = most(np.abs(other - one) / np.maximum(np.abs(one), 1.0))
+    return np.delete(s, at[turn < known])
+
+
+def _lasting(seams: Floats, row: Ints, speed: Floats, period_s: float) -> NDArray[np.bool_]:
+    """Tell which stretches between seams take time at their feed, or are the longest of their row: these must not be left out.
+
+    Args:
+        seams: Shape (n + 1,), path coordinate.
+        row: Shape (n,), the row of each stretch.
+        speed: Shape (rows,), mm/s, feeds.
+        period_s: Time between setpoints.
+    """
+    length = np.diff(seams)
+    longest = np.zeros(len(speed))
+    np.maximum.at(longest, row, length)
+    return (length > _BRIEF * period_s * speed[row]) | (length >= longest[row])
+
+
+def _straight_on(path: Path, feeds: Feeds, joints: Joints, sides: tuple[Floats, Floats]) -> NDArray[np.bool_]:
+    """Tell at which joints a line goes on at its feed with a turn below `_SEEN` that is passed without slowing down.
+
+    Where a program has cut one line into many, rounding of their ends to its decimals makes such turns.
+    """
+    before, after = rows_beside(path, joints.s)
+    out = (path.kind[before] == Kind.LINE) & (path.kind[after] == Kind.LINE) & (after > before)
+    out &= np.isinf(joints.speed) & ~joints.stop & ~joints.corner
+    out &= np.isclose(feeds.speed[before], feeds.speed[after], rtol=_STRAIGHT, atol=0.0)
+    out[[0, -1]] = False
+    at = np.flatnonzero(out)
+    one, other = (side[1][at] for side in sides)
+    out[at] = most(np.abs(other - one) / np.maximum(np.abs(one), 1.0)) < _SEEN
+    return out
+
+
+def _lines(path: Path, joints: Joints) -> NDArray[np.bool_]:
+    """Tell which stretches between breakpoints are straight lines from rest to rest."""
+    row = path.row_of(0.5 * (joints.s[:-1] + joints.s[1:]))
+    return (path.kind[row] == Kind.LINE) & joints.stop[:-1] & joints.stop[1:]
+
+
+def _calm(x: Floats, h: Floats, spline: NDArray[np.bool_]) -> None:
+    """Bound the derivatives on intervals that bend more than nodes are placed for, in place.
+
+    Usually intervals are short beside what the derivatives ask for (`cncgen.planner.least_time.mesh_spacing`). Exceptions are cusps,
+    where derivatives are infinite or nothing but rounding, and bends too short to show in setpoints. There |x''| and |x'''|
+    are bounded so that the direction turns by `_SHARP` over the interval at most, and are made linear over it where it is
+    of the `spline`: what the path does between nodes that setpoints cannot tell apart must not limit the motion.
+
+    Args:
+        x: Shape (4, n, 3, axes), position and derivatives at the start, middle and end of each interval; changed.
+        h: Shape (n,), lengths, mm.
+        spline: Shape (n,), which intervals are of the spline.
+    """
+    size = most(most(np.abs(x[1])))
+    sharp = np.zeros(len(h), bool)
+    for order in (2, 3):
+        bound = _SHARP * size / h ** (order - 1)
+        at = np.flatnonzero(most(most(np.abs(x[order]))) > bound)
+        x[order, at] = np.clip(x[order, at], -bound[at, None, None], bound[at, None, None])
+        sharp[at] = True
+    # Where the direction does not change in any digit, x'' and x''' are rounding, as at a cusp that lies on a line.
+    places = [x[1, :, place] for place in range(3)]
+    change = most(reduce(np.maximum, places) - reduce(np.minimum, places))
+    x[2:, change <= _LAST_DIGITS * size] = 0.0
+    at = np.flatnonzero(sharp & spline)
+    x[1:, at, 1] = 0.5 * (x[1:, at, 0] + x[1:, at, 2])
+
+
+def _factors(s: Floats, joints: Joints) -> Floats:
+    """Return what the jumps leave of the limits on each interval, shape (n, 2, axes): of acceleration and of jerk.
+
+    Where zones overlap, all of them take.
+    """
+    near = np.flatnonzero(joints.zone > 0)
+    first = np.searchsorted(s, joints.s[near] - joints.zone[near], side="right") - 1
+    last = np.searchsorted(s, joints.s[near] + joints.zone[near], side="left")
+    change = np.zeros((len(s), *joints.taken.shape[1:]))
+    np.add.at(change, np.maximum(first, 0), joints.taken[near])
+    np.add.at(change, np.minimum(last, len(s) - 1), -joints.taken[near])
+    return np.maximum(1.0 - np.cumsum(change, axis=0)[:-1], 1.0 - JUMP_SHARE - SWAY_SHARE)
+
+
+def _hidden(path: Path, s: Floats, kind: NDArray[np.int8], x3: Floats, top: Floats, jerk: Floats) -> Floats:
+    """Return by how much |x'''| within an interval may exceed what its three values show, shape (n, axes).
+
+    The kernel takes x''' as a quadratic over an interval. Where its second difference is large, the path is evaluated at the
+    quarter points too, and what differs there from the quadratic is the result, times `_HIDDEN`. Intervals beside a rest
+    are left out: v³ grows as s² there, and at a rest in a cusp x''' is rounding.
+
+    Args:
+        path: The path.
+        s: Shape (n + 1,), nodes.
+        kind: Shape (n,), what each interval is.
+        x3: Shape (n, 3, axes), third derivatives at the start, middle and end of each interval.
+        top: Shape (n, 3), largest v² there.
+        jerk: Shape (axes,), limits.
+    """
+    out = np.zeros((len(x3), x3.shape[2]))
+    size = reduce(np.maximum, (np.abs(x3[:, place]) for place in range(3)))
+    cube = np.minimum(most(top) ** 1.5, _MOST * along_path(jerk, size))
+    with np.errstate(invalid="ignore"):
+        bend = most(np.abs(x3[:, 0] - 2.0 * x3[:, 1] + x3[:, 2]) / jerk) * cube
+    at = np.flatnonzero((bend > _BEND) & (kind == SPLINE))
+    if not len(at):
+        return out
+    quarters = s[at, None] + np.diff(s)[at, None] * (0.25, 0.75)
+    there = path.evaluate(quarters.ravel(), 3)[3].reshape(len(at), 2, -1)
+    bound = 0.3 / np.diff(s)[at, None, None] ** 2
+    there = np.clip(there, -bound, bound)
+    three = np.moveaxis(x3[at], 1, 0)
+    # At a cusp there is nothing to compare.
+    apart = [
+        np.abs(there[:, n] - (part[0] * three[0] + part[1] * three[1] + part[2] * three[2]))
+        for n, part in enumerate(_QUARTERS)
+    ]
+    out[at] = _HIDDEN * np.nan_to_num(np.maximum(*apart), nan=0.0, posinf=0.0)
+    return out
+
+
+def _chords(toolpath: Toolpath, row: Ints, bounds: Bounds) -> Floats:
+    """Return how far chords may be from the path in rows, shape (n,): under G64 as far as smoothing leaves room for."""
+    return np.where(toolpath.path_mode[row] == PathMode.CONTINUOUS, toolpath.tolerance[row], bounds.chord_mm)
+
+
+def _events(toolpath: Toolpath, path: Path, s: Floats) -> list[tuple[int, int, Event]]:
+    rows = np.flatnonzero(toolpath.kind == Kind.EVENT)
+    rows = rows[(path.row_s[rows] >= s[0]) & (path.row_s[rows] <= s[-1])]
+    node = nearest(s, path.row_s[rows]) if len(rows) else rows
+    return [
+        (int(at), int(toolpath.line[row]), toolpath.events[toolpath.curve[row]])
+        for at, row in zip(node, rows, strict=True)
+    ]

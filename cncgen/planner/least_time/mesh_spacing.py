@@ -1,0 +1,648 @@
+"""Where the nodes of a block stand: dense where the path bends or the motion must slow down, sparse elsewhere.
+
+`track` calls `placed` with the breakpoints that `joints` has classified. The block is looked at in some places of each panel of
+the path (`_Survey`); there the largest spacing is found by what the path and its limits are like (`_spacing`, `_change`), made to
+grow slowly along the path (`_graded`), and the nodes are spread by it (`_spread`). Reasons and figures of the densities:
+docs/least-time.md, Nodes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import astuple, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.geometry.columns import most
+from cncgen.geometry.path import Path
+from cncgen.kernels import along_path as kernel
+from cncgen.planner.least_time.corners import Joints, nearest
+from cncgen.planner.limits.axis_limits import Bounds, along_path, lowered, resolution
+from cncgen.toolpath.record import Kind
+
+Floats = NDArray[np.float64]
+#: Largest q at path coordinates, given the derivatives there, and whether the row before (-1) or after (1) is meant.
+TopAt = Callable[[Floats, Floats, int], Floats]
+
+
+class TooManyNodesError(Exception):
+    """A block needs more nodes than there is room for.
+
+    Attributes:
+        nodes: How many.
+        s: Path coordinate where the stretch begins that needs most of them.
+    """
+
+    def __init__(self, nodes: float, s: float) -> None:
+        super().__init__(f"{nodes:.3g} nodes")
+        self.nodes = nodes
+        self.s = s
+
+
+@dataclass(frozen=True, slots=True)
+class Density:
+    """Largest spacing of the nodes, the least of several lengths each multiplied by a factor.
+
+    Attributes:
+        bend: Of the radius of curvature.
+        twist: Of |x'''|^(-1/2).
+        change: Of the distance on which x''' v³ of an axis changes by its jerk limit.
+        ramp: Of the distance that a ramp of the acceleration from 0 to its limit takes.
+        panel: Of the length of a panel of the path (docs/arc-length.md).
+        growth: Largest growth of the spacing per length along the path.
+        brief: A ramp needs no nodes closer than this part of the way v²/A: of the time v/A that full acceleration takes from
+            rest to the speed there.
+    """
+
+    bend: float
+    twist: float
+    change: float
+    ramp: float
+    panel: float
+    growth: float
+    brief: float
+
+    def times(self, factor: float) -> Density:
+        """Return the density of nodes that stand `factor` times as close."""
+        return Density(*(part / factor for part in astuple(self)))
+
+
+#: By effort.
+DENSITY = {
+    "best": Density(0.08, 0.3, 2.0, 0.2, 1.3, 0.2, 0.02),
+    "fast": Density(0.15, 0.45, 3.0, 0.35, 1.6, 0.35, 0.035),
+}
+#: Length of the interval beside a rest: the least of these parts of the distance in which full jerk reaches full acceleration, of
+#: that in which it reaches the largest speed, of the radius of curvature, and of the distance to the next slow place.
+_FIRST, _SLOW, _BEND, _PART = 0.125, 0.075, 0.005, 1.0 / 60.0
+#: Where the path hardly bends beside a rest, that interval need not be shorter than this many periods at the speed there.
+_BRIEF = 0.002
+#: The end of a jump's zone is no node of its own if another node is nearer than this part of the zone.
+_NARROW = 0.2
+#: Spacing next to the interval beside a rest, as a part of that: there v, and so the jerk of a constant q'', changes fastest.
+_NEXT = 0.25
+#: Largest spacing as a part of the distance between two rests. The jerk changes its sign three times on the way.
+_STRETCH = 1.0 / 100.0
+#: A breakpoint that is passed more slowly than this part of the largest speed counts as a rest.
+_LOW = 0.2
+#: Duration A/J of a ramp of the acceleration, in periods, and the spacing in time, in periods, that is then close enough;
+#: interpolated between. The jerk in a third difference is weighed with at most 3/(4 T), so that difference is at most 3/2 A/T:
+#: ramps shorter than 2/3 T do not show in setpoints at all, and slightly longer ones hardly.
+_UNSEEN = (2.0 / 3.0, 1.25), (0.5, 0.25)
+#: The path counts as straight where following it at top speed takes at most this part of the limits. There the motion cruises,
+#: except within the distance from other places that it needs to reach that speed.
+_CALM = 0.01
+#: A bend slows the motion down if its speed is below this part of what is reached from the rest before it; and a bound of the
+#: logarithms of speeds, by which `_bends` keeps rests apart.
+_LOWER, _LOGS = 0.7, 100.0
+#: Bounds of q, and ratios of spacings, that differ by less than this part are taken to be equal.
+_ALIKE = 1e-6
+#: Turn of the direction over a panel, or a part of one, rad, below which the path is straight there except for rounding.
+_NO_TURN = 1e-9
+#: Where the spacings at neighbouring places differ by more than this factor, they are not interpolated linearly (`_graded`).
+_STEEP = 1.5
+#: A block with fewer nodes than this gets closer ones, and by which factor at most.
+AMPLE, CLOSEST = 3000, 4.0
+#: Part of these nodes up to which those beside corners do not count.
+_FEW = 0.5
+#: Nodes of a block at most: their derivatives, limits and rows take about a kilobyte each.
+MOST = 5_000_000
+#: Least distance of nodes as a part of the length of the block: a thousand times the rounding of a path coordinate.
+_ROUNDING = 2.0**-42
+
+
+@dataclass(frozen=True, slots=True)
+class _Survey:
+    """A block as nodes are placed on it, looked at in `n` places.
+
+    Attributes:
+        bounds, joints, sides, lines: As `placed` takes them.
+        probes: Shape (n,), path coordinate of the places, ascending; every breakpoint is one.
+        panels: Shape (n,), length of the path's panel there; infinite on lines and arcs.
+        shape: What `_shape` says of the places.
+        x3: Shape (n, axes), third derivatives there.
+        least: Shape (n,), the least distance of nodes there.
+        first: Shape (breakpoints,) each, the intervals before and after rests, see `_first`.
+    """
+
+    bounds: Bounds
+    joints: Joints
+    sides: tuple[Floats, Floats]
+    lines: NDArray[np.bool_]
+    probes: Floats
+    panels: Floats
+    shape: tuple[Floats, ...]
+    x3: Floats
+    least: Floats
+    first: tuple[Floats, Floats]
+
+    @classmethod
+    def of(
+        cls,
+        path: Path,
+        bounds: Bounds,
+        joints: Joints,
+        sides: tuple[Floats, Floats],
+        lines: NDArray[np.bool_],
+        top_at: TopAt,
+    ) -> _Survey:
+        """Look at a block."""
+        seen = min(float(resolution(bounds, side[1]).min()) for side in sides)
+        probes, panels = _probes(path, joints, seen)
+        x = path.evaluate(probes, 3)
+        x[:, np.searchsorted(probes, joints.s)] = sides[1]
+        x[:, -1] = sides[0][:, -1]
+        shape = _shape(bounds, x, probes, joints, sides, top_at)
+        bends = _bends(shape, probes, joints)
+        return cls(
+            bounds,
+            joints,
+            sides,
+            lines,
+            probes,
+            panels,
+            shape,
+            x[3],
+            _seen(bounds, x[1], probes),
+            _first(bounds, joints, sides, lines, top_at, bends),
+        )
+
+
+def placed(
+    path: Path,
+    bounds: Bounds,
+    joints: Joints,
+    sides: tuple[Floats, Floats],
+    lines: NDArray[np.bool_],
+    top_at: TopAt,
+    density: Density,
+    closer: float | None = None,
+) -> Floats:
+    """Return the nodes of a block, ascending: its breakpoints, and what lies between.
+
+    The time that the spline loses falls with the spacing, and `AMPLE` nodes cost next to nothing. So a block with fewer nodes
+    gets closer ones, by the factor √(AMPLE/n): a root, so that a node more or less makes no jump in the result.
+
+    Args:
+        path: Geometry.
+        bounds: Limits.
+        joints: Its breakpoints.
+        sides: Derivatives on the left and on the right of each breakpoint, shape (4, breakpoints, axes) each.
+        lines: Shape (breakpoints − 1,): stretches that need no nodes between their ends.
+        top_at: Gives the largest q.
+        density: How close they stand.
+        closer: Factor by which they stand closer than that; by default as above.
+
+    Raises:
+        TooManyNodesError: They are more than `MOST`.
+    """
+    survey = _Survey.of(path, bounds, joints, sides, lines, top_at)
+    if closer is not None:
+        return _place(survey, density.times(closer))[0]
+    s, alone = _place(survey, density)
+    # Those that grow from a slow corner come by the decade: while there are few, they take nothing from the others.
+    few = min(np.sqrt(AMPLE / alone), _FEW * AMPLE / len(s))
+    closer = float(np.clip(max(np.sqrt(AMPLE / len(s)), few), 1.0, CLOSEST))
+    return _place(survey, density.times(closer))[0] if closer > 1.0 else s
+
+
+def _place(survey: _Survey, density: Density) -> tuple[Floats, float]:
+    """Return the nodes of a block in a density, and how many there would be, about, were none of them closer beside corners and rests."""
+    joints, probes, shape = survey.joints, survey.probes, survey.shape
+    spacing = _spacing(shape, probes, joints, density, survey.bounds.period_s)
+    spacing = np.minimum(spacing, _change(survey, density.change))
+    # Panels follow the parameter, too: where a straight curve stands, they are tiny and tell nothing of the path.
+    with np.errstate(invalid="ignore"):
+        turns = shape[3] * survey.panels + shape[4] * survey.panels**2 > _NO_TURN
+    spacing = np.where(turns, np.minimum(spacing, density.panel * survey.panels), spacing)
+    rests = joints.s[joints.stop]
+    if len(rests) > 1:
+        # Beyond the outermost ones it is the distance to a rest in another block.
+        apart = np.concatenate([[np.inf], np.diff(rests), [np.inf]])
+        spacing = np.minimum(spacing, _STRETCH * apart[np.searchsorted(rests, probes, side="right")])
+    spacing = np.maximum(spacing, survey.least)
+    alone = float(_measure(probes, spacing)[1][-1])
+    before, after = _clear(survey.first, probes, spacing, joints.s)
+    first = np.minimum(before, after)
+    tight = np.flatnonzero((joints.stop & np.isfinite(first)) | (joints.zone > 0))
+    at = np.searchsorted(probes, joints.s[tight])
+    beside = _beside(survey.bounds, joints, survey.sides)
+    spacing[at] = np.minimum(spacing[at], np.where(joints.stop, _NEXT * first, beside)[tight])
+    borders = _borders(joints, before, after, survey.lines)
+    stretch = np.searchsorted(joints.s, borders[:-1], side="right") - 1
+    whole = survey.lines[stretch] | _beside_rest(joints, borders)
+    low = joints.s[joints.stop | _slow(shape[5], probes, joints)]
+    growth = _growth(shape, probes, low, density.growth)
+    return _spread(*_graded(probes, spacing, growth), borders, whole), alone
+
+
+def along(bounds: Bounds, x: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """Return acceleration and jerk along the path by the weakest axis, and how fast its direction turns, each (n,).
+
+    Turns are measured in units of the axes' limits: the curvature for the acceleration is max |x''|/A over max |x'|/A; the
+    path's curvature is that or the same with J, whichever is larger; its change is the same with the third derivative. If all
+    axes have the same limits these are the curvature of the path and its change, but for the norm.
+
+    Args:
+        bounds: Limits.
+        x: Shape (4, n, axes), position and derivatives.
+
+    Returns:
+        Acceleration, jerk; the curvature for the acceleration, the path's, and its change.
+    """
+    out = np.empty((5, x.shape[1]))
+    x1, x2, x3 = (np.ascontiguousarray(each) for each in x[1:])
+    kernel.turning(bounds.axes.acceleration, bounds.axes.jerk, x1, x2, x3, out)
+    return out[0], out[1], out[2], out[3], out[4]
+
+
+def _shape(
+    bounds: Bounds, x: Floats, s: Floats, joints: Joints, sides: tuple[Floats, Floats], top_at: TopAt
+) -> tuple[Floats, ...]:
+    """Return what `along` does at the places `s`, and the largest q there; at breakpoints the worse of both sides."""
+    found = (*along(bounds, x), top_at(s, x, 1))
+    at = np.searchsorted(s, joints.s[1:])
+    left = sides[0][:, 1:]
+    before = (*along(bounds, left), top_at(joints.s[1:], left, -1))
+    worst = (np.minimum, np.minimum, np.maximum, np.maximum, np.maximum, np.minimum)
+    for mine, other, worse in zip(found, before, worst, strict=True):
+        mine[at] = worse(mine[at], other)
+    return found
+
+
+def _seen(bounds: Bounds, x1: Floats, s: Floats) -> Floats:
+    """Return the least distance of nodes at the places `s`: by what setpoints can tell, and by rounding."""
+    return np.maximum(resolution(bounds, x1), _ROUNDING * (s[-1] - s[0]))
+
+
+def _change(survey: _Survey, part: float) -> Floats:
+    """Return the distance on which x''' v³ of an axis changes by `part` times its jerk limit, shape (n,), mm.
+
+    v is the largest speed at which acceleration and jerk hold in steady motion. Differences are taken within a panel of the
+    path, from its start to its end, as x''' may jump at its borders; at a border the larger of both sides counts.
+    """
+    acceleration, _, bend, *_, top = survey.shape
+    jerk, s = survey.bounds.axes.jerk, survey.probes
+    before = survey.x3.copy()
+    before[np.searchsorted(s, survey.joints.s)] = survey.sides[0][3]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        steady = np.minimum(top, acceleration / bend) ** 1.5
+        # Each side of a border has its own: where a curve stands at its end, x''' is infinite on that side alone.
+        cube, last = (np.minimum(steady, 1.0 / most(np.abs(side) / jerk)) for side in (survey.x3, before))
+        x3, cube, s = (
+            np.concatenate([each[:-1].reshape(-1, 4, *each.shape[1:]), end[4::4, None]], axis=1)
+            for each, end in ((survey.x3, before), (cube, last), (s, s))
+        )
+        step, apart = np.abs(np.diff(x3, axis=1)), np.diff(s, axis=1)
+        # About a place where a curve stands, x''' is rounding.
+        step[step * apart[..., None] ** 2 < _NO_TURN] = 0.0
+        change = most(step / jerk) * np.minimum(cube[:, :-1], cube[:, 1:])
+        rate = np.nan_to_num(change / apart)
+        there = np.maximum(rate, np.roll(rate, 1, axis=1))
+        there[0, 0] = rate[0, 0]
+        there[1:, 0] = np.maximum(rate[1:, 0], rate[:-1, 3])
+        return part / np.append(there.ravel(), rate[-1, 3])
+
+
+def _spacing(
+    shape: tuple[Floats, ...], s: Floats, joints: Joints, density: Density, period_s: float
+) -> Floats:
+    """Return the largest spacing at the places `s` by the shape of the path and the speed that it allows there."""
+    acceleration, jerk, bend, turn, twist, top = shape
+    ramp = acceleration / jerk
+    with np.errstate(divide="ignore"):
+        speed = np.sqrt(np.minimum(top, acceleration / bend))
+        fastest = acceleration * ramp + np.sqrt(acceleration * (s[-1] - s[0]))
+        calm = (bend * top < _CALM * acceleration) & (twist * top * speed < _CALM * jerk)
+        # Equal within a tolerance: rounding differs from one unit of length to another, and must not change the nodes.
+        level = np.abs(np.diff(top)) <= _ALIKE * top[1:]
+        calm[1:-1] &= level[:-1] & level[1:]
+        calm[np.searchsorted(s, joints.s[joints.stop | np.isfinite(joints.speed)])] = False
+        step = np.maximum(
+            density.ramp * np.minimum(ramp, np.sqrt(speed / jerk)),
+            period_s * np.interp(ramp / period_s, *_UNSEEN, right=0.0),
+        )
+        beyond = np.maximum(_from_others(s, calm) - 1.1 * _rise(speed, acceleration, jerk) * speed, 0.0)
+        brief = density.brief * _gained(s, speed, acceleration, joints) / acceleration
+        return np.minimum.reduce(
+            [
+                np.maximum(step * np.minimum(speed, fastest), brief) + density.growth * beyond,
+                density.bend / turn,
+                density.twist / np.sqrt(twist),
+            ]
+        )
+
+
+def _rise(speed: Floats, acceleration: Floats, jerk: Floats) -> Floats:
+    """Return half the time in which acceleration and jerk lead from rest to a speed, s."""
+    ramp = acceleration / jerk
+    return np.where(speed > acceleration * ramp, 0.5 * (speed / acceleration + ramp), np.sqrt(speed / jerk))
+
+
+def _gained(s: Floats, speed: Floats, acceleration: Floats, joints: Joints) -> Floats:
+    """Return v² at the places `s` that full acceleration leads to from slower ones, from rests and from passed corners.
+
+    Args:
+        s: Shape (n,), places, ascending.
+        speed: Shape (n,), the largest v there by what the path is like.
+        acceleration: Shape (n,), along the path.
+        joints: The breakpoints, which are among the places.
+    """
+    q = speed**2
+    at = np.searchsorted(s, joints.s)
+    q[at] = np.minimum(q[at], np.where(joints.stop, 0.0, joints.speed**2))
+    rise = 2.0 * np.maximum(acceleration[:-1], acceleration[1:]) * np.diff(s)
+    way = np.concatenate([[0.0], np.cumsum(np.minimum(rise, q.max()))])
+    return np.maximum(lowered(q, way), 0.0)
+
+
+def _from_others(s: Floats, mine: NDArray[np.bool_]) -> Floats:
+    """Return the distance of each place to the nearest one that is not `mine`; 0 there, and finite everywhere."""
+    before = np.maximum.accumulate(np.where(mine, s[0], s))
+    after = np.minimum.accumulate(np.where(mine, s[-1], s)[::-1])[::-1]
+    return np.minimum(s - before, after - s)
+
+
+def _bends(shape: tuple[Floats, ...], s: Floats, joints: Joints) -> tuple[Floats, Floats]:
+    """Return how far before and after each breakpoint where the motion rests it must slow down for a bend, infinite for none.
+
+    That is the nearest place of which the speed, by what the path is like there, is a part `_LOWER` of what full jerk and full
+    acceleration from the rest reach between, as the path lets them.
+
+    Args:
+        shape: What `_shape` says of the places `s`.
+        s: Shape (n,), places, ascending.
+        joints: The breakpoints, which are among the places.
+    """
+    acceleration, jerk, bend, _, twist, top = shape
+    rest = np.searchsorted(s, joints.s[joints.stop])
+    found = np.full((2, len(joints.s)), np.inf)
+    if not len(rest):
+        return found[0], found[1]
+    with np.errstate(divide="ignore"):
+        speed = np.minimum(np.sqrt(np.minimum(top, acceleration / bend)), np.cbrt(jerk / twist))
+    here = np.arange(len(s))
+    for out, step in zip(found, (-1, 1), strict=True):
+        # Number of the rest that each place is left from, in the order of the way; −1 before the first one.
+        order = here[::step]
+        number = np.searchsorted(np.sort(step * rest), step * order, side="right") - 1
+        order, number = order[number >= 0], number[number >= 0]
+        start = rest[::step][number]
+        way = np.abs(s[order] - s[start])
+        gained = np.minimum(np.cbrt(4.5 * jerk[start] * way**2), np.sqrt(2.0 * acceleration[start] * way))
+        # The running maximum from each rest on, of all rests at once: each is given a range of logarithms of its own.
+        with np.errstate(divide="ignore"):
+            height = np.log(np.minimum(gained, speed[order])).clip(-_LOGS, _LOGS)
+        reached = np.maximum.accumulate(height + 4.0 * _LOGS * number) - 4.0 * _LOGS * number
+        slow = np.flatnonzero(np.log(speed[order]) < reached + np.log(_LOWER))
+        away = np.full(len(rest), np.inf)
+        np.minimum.at(away, number[slow], way[slow])
+        out[joints.stop] = away[::step]
+    return found[0], found[1]
+
+
+def _first(
+    bounds: Bounds,
+    joints: Joints,
+    sides: tuple[Floats, Floats],
+    lines: NDArray[np.bool_],
+    top_at: TopAt,
+    bends: tuple[Floats, Floats],
+) -> tuple[Floats, Floats]:
+    """Return the lengths of the intervals before and after each breakpoint where the motion rests.
+
+    They are infinite where it does not rest, and where nothing but straight lines from rest to rest meets.
+
+    Args:
+        bounds, joints, sides, lines, top_at: As `placed` takes them.
+        bends: Shape (breakpoints,) each, how far before and after each rest the motion must slow down for a bend.
+    """
+    curved = ~(np.concatenate([[True], lines]) & np.concatenate([lines, [True]]))
+    rest = np.flatnonzero(joints.stop & curved)
+    # A corner that is passed slows the motion as a rest does, and so does what is slower beyond a breakpoint.
+    slow = joints.s[joints.stop | np.isfinite(joints.speed) | _slower(bounds, joints, sides, top_at)]
+    apart = _PART * np.diff(slow, prepend=-np.inf, append=np.inf)
+    at = np.searchsorted(slow, joints.s[rest])
+    gap = np.diff(joints.s, prepend=-np.inf, append=np.inf) / 3.0
+    found = []
+    for x, far, near, bent, side in (
+        (sides[0], apart[at], gap[:-1], bends[0], -1),
+        (sides[1], apart[at + 1], gap[1:], bends[1], 1),
+    ):
+        acceleration, jerk, _, turn, _ = along(bounds, x[:, rest])
+        with np.errstate(divide="ignore"):
+            # From rest full jerk reaches v after √(2 v/j) and so (2 v)^(3/2)/(6 √j).
+            speed = np.sqrt(top_at(joints.s[rest], x[:, rest], side))
+            slow = (2.0 * speed) ** 1.5 / (6.0 * np.sqrt(jerk))
+            wanted = [_FIRST * acceleration**3 / (6.0 * jerk**2), _SLOW * slow, _BEND / turn]
+        # Where the top speed is reached almost at once, the interval may be shorter than the least distance of nodes: on it
+        # constant jerk takes three times as long as the top speed would.
+        least, brief = _seen(bounds, x[1], joints.s)[rest], _BRIEF * bounds.period_s * speed
+        least = np.where(wanted[2] > brief, np.minimum(least, brief), least)
+        out = np.full(len(joints.s), np.inf)
+        wanted.append(_PART * bent[rest])
+        out[rest] = np.minimum.reduce([np.maximum(np.minimum.reduce(wanted), least), far, near[rest]])
+        found.append(out)
+    return found[0], found[1]
+
+
+def _slower(bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats], top_at: TopAt) -> NDArray[np.bool_]:
+    """Tell at which breakpoints a stretch ends that is slower than what leads to it, and than full jerk from a rest gets there.
+
+    It does so from v = (9/2 J d²)^(1/3) at the distance d.
+    """
+    rests = joints.s[joints.stop]
+    if not len(rests):
+        return joints.stop
+    left, right = (top_at(joints.s, x, side) for x, side in zip(sides, (-1, 1), strict=True))
+    low = np.minimum(left, right)
+    away = np.abs(joints.s - rests[nearest(rests, joints.s)])
+    jerk = along_path(bounds.axes.jerk, sides[0][1], sides[1][1])
+    out: NDArray[np.bool_] = low * (1.0 + _ALIKE) < np.maximum(left, right)
+    return out & (low**1.5 < 4.5 * jerk * away**2)
+
+
+def _clear(first: tuple[Floats, Floats], probes: Floats, spacing: Floats, s: Floats) -> tuple[Floats, Floats]:
+    """Return the first intervals before and after the breakpoints `s`, shorter where less than that is asked for.
+
+    An interval from rest knows the path at its middle and its far end alone: no place within may want nodes that stand
+    nearer to each other than the interval is long.
+    """
+    stretch = np.searchsorted(s, probes) - 1
+    inside = np.flatnonzero(s[np.minimum(stretch + 1, len(s) - 1)] != probes)
+    left = stretch[inside]
+    free = np.full((2, len(s)), np.inf)
+    np.minimum.at(free[0], left + 1, np.maximum(s[left + 1] - probes[inside], spacing[inside]))
+    np.minimum.at(free[1], left, np.maximum(probes[inside] - s[left], spacing[inside]))
+    before, after = (
+        np.where(np.isfinite(long), np.minimum(long, short), long)
+        for long, short in zip(first, free, strict=True)
+    )
+    return before, after
+
+
+def _beside(bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats]) -> Floats:
+    """Return the largest spacing at breakpoints with a jump: a part of its zone, and where the speed there is low, of the
+    way on which full jerk raises it by half."""
+    jerk = along_path(bounds.axes.jerk, sides[0][1], sides[1][1])
+    with np.errstate(invalid="ignore"):
+        ramp = np.sqrt(joints.speed / jerk)
+        return np.fmin(0.35 * joints.zone, 0.25 * joints.speed * ramp)
+
+
+def _probes(path: Path, joints: Joints, seen: float) -> tuple[Floats, Floats]:
+    """Return places to look at the path, four a panel: borders of its panels, its breakpoints, and points between; and the
+    length of the panel there, which a polynomial of low degree carries (infinite on lines and arcs).
+
+    An arc is cut where an axis stands on it: beside a weak axis, what the path allows changes by as much as the limits
+    differ within a small angle there, which places any way apart would miss.
+
+    Panels that begin nearer to a breakpoint than `seen` are too small to be seen: about a cusp their derivatives are
+    rounding alone.
+    """
+    turning = path.turning_points()
+    borders = path.sample_borders()
+    borders = np.union1d(borders, turning[np.diff(turning, prepend=-np.inf) > seen])
+    borders = borders[(borders >= joints.s[0]) & (borders <= joints.s[-1])]
+    near = nearest(joints.s, borders)
+    borders = np.union1d(borders[np.abs(joints.s[near] - borders) > seen], joints.s)
+    length = np.diff(borders)
+    inner = borders[:-1, None] + length[:, None] * np.array([0.0, 0.25, 0.5, 0.75])
+    straight = path.kind[path.row_of(borders[:-1])] != Kind.NURBS
+    cells = np.where(straight, np.inf, length)
+    there = np.append(np.repeat(cells, 4), cells[-1])
+    there[4:-1:4] = np.minimum(cells[:-1], cells[1:])
+    return np.append(inner.ravel(), borders[-1]), there
+
+
+def _slow(top: Floats, s: Floats, joints: Joints) -> NDArray[np.bool_]:
+    """Tell which breakpoints are passed so slowly, beside the largest q at the places `s`, that it is nearly a rest."""
+    return joints.speed < _LOW * np.sqrt(top[np.searchsorted(s, joints.s)])
+
+
+def _growth(shape: tuple[Floats, ...], s: Floats, low: Floats, growth: float) -> Floats:
+    """Return the growth of the spacing between neighbouring places: half of it where a motion from or to a low
+    speed gains it.
+
+    A constant q'' has full jerk at the faster end of an interval alone, and v changes fastest there.
+    """
+    acceleration, jerk, *_, top = shape
+    if not len(low):
+        return np.full(len(s) - 1, growth)
+    speed = np.sqrt(top)
+    near = np.abs(s - low[nearest(low, s)]) <= speed * _rise(speed, acceleration, jerk)
+    return np.where(near[:-1] | near[1:], 0.5 * growth, growth)
+
+
+def _graded(s: Floats, spacing: Floats, growth: Floats) -> tuple[Floats, Floats]:
+    """Lower the spacing so that it grows by no more than `growth` per length along the path, in both directions.
+
+    Between places whose spacing differs by much it grows from the smaller one as fast as it may, up to the larger one:
+    where it ends to grow or begins to shrink, places are inserted. Elsewhere it is linear.
+
+    Args:
+        s: Shape (n,), places, ascending.
+        spacing: Shape (n,), largest spacing there.
+        growth: Shape (n − 1,), between them.
+
+    Returns:
+        Places, those inserted among them, and the spacing there.
+    """
+    grown = np.concatenate([[0.0], np.cumsum(growth * np.diff(s))])
+    low = lowered(spacing, grown)
+    top = np.maximum(spacing[:-1], spacing[1:])
+    # Beyond rounding: beside a rest spacings at quarters of a panel are as 1 to 2 to 3.
+    steep = np.flatnonzero(top > (1.0 + _ALIKE) * _STEEP * np.minimum(low[:-1], low[1:]))
+    left, right, top, rate = s[steep], s[steep + 1], top[steep], growth[steep]
+    # Where growth from both ends meets, if it does so below the top.
+    met = 0.5 * (left + right + (low[steep + 1] - low[steep]) / rate)
+    up = np.minimum(left + (top - low[steep]) / rate, met)
+    down = np.maximum(right - (top - low[steep + 1]) / rate, met)
+    height = np.minimum(top, low[steep] + rate * (met - left))
+    at, values = np.concatenate([up, down]), np.concatenate([height, height])
+    inside = (at > np.tile(left, 2)) & (at < np.tile(right, 2))
+    fine, first = np.unique(np.concatenate([s, at[inside]]), return_index=True)
+    return fine, np.concatenate([low, values[inside]])[first]
+
+
+def _borders(joints: Joints, before: Floats, after: Floats, lines: NDArray[np.bool_]) -> Floats:
+    """Return the places that must be nodes: breakpoints, the first interval on the curved sides of a rest, and zones."""
+    leaves = np.flatnonzero(joints.stop[:-1] & ~lines)
+    enters = np.flatnonzero(joints.stop[1:] & ~lines) + 1
+    first = np.concatenate([joints.s[leaves] + after[leaves], joints.s[enters] - before[enters]])
+    return _with_zones(joints, np.unique(np.concatenate([joints.s, first])))
+
+
+def _with_zones(joints: Joints, borders: Floats) -> Floats:
+    """Add the places where a jump begins and ends to be seen, as less jerk is left between them than beside them.
+
+    Those stay out that lie within the first interval from a rest, or much nearer to another border than the zone is wide.
+    """
+    passed = np.flatnonzero(joints.zone > 0.0)
+    if not len(passed):
+        return borders
+    s, zone = joints.s[passed], joints.zone[passed]
+    edge, which = np.unique(np.concatenate([s - zone, s + zone]), return_index=True)
+    least = _NARROW * np.tile(zone, 2)[which]
+    after = np.clip(np.searchsorted(borders, edge), 1, len(borders) - 1)
+    apart = np.minimum(edge - borders[after - 1], borders[after] - edge)
+    apart = np.minimum(apart, np.diff(edge, prepend=-np.inf))
+    return np.union1d(borders, edge[(apart > least) & ~_beside_rest(joints, borders)[after - 1]])
+
+
+def _beside_rest(joints: Joints, borders: Floats) -> NDArray[np.bool_]:
+    """Tell which stretches between borders leave or enter a rest."""
+    rest = np.zeros(len(borders), bool)
+    rest[np.searchsorted(borders, joints.s[joints.stop])] = True
+    return rest[:-1] | rest[1:]
+
+
+def _spread(s: Floats, spacing: Floats, borders: Floats, whole: NDArray[np.bool_]) -> Floats:
+    """Divide each stretch between borders evenly in the measure ds / spacing; those that stay `whole` not at all.
+
+    Raises:
+        TooManyNodesError: They are more than `MOST`.
+    """
+    slope, measure = _measure(s, spacing)
+
+    def place_of(values: Floats, among: Floats) -> NDArray[np.int64]:
+        return np.clip(np.searchsorted(among, values, side="right") - 1, 0, len(slope) - 1)
+
+    k = place_of(borders, s)
+    at = measure[k] + _log(slope[k], (borders - s[k]) / spacing[k])
+    count = np.maximum(np.ceil(np.diff(at) - 1e-9), 1.0)
+    count[whole] = 1
+    if not count.sum() <= MOST:
+        raise TooManyNodesError(float(count.sum()), float(borders[np.argmax(count)]))
+    count = count.astype(np.int64)
+    stretch = np.repeat(np.arange(len(count)), count)
+    step = np.arange(len(stretch)) - np.repeat(np.cumsum(count) - count, count)
+    inner = at[stretch] + (at[stretch + 1] - at[stretch]) * step / count[stretch]
+    k = place_of(inner, measure)
+    nodes = s[k] + spacing[k] * _exp(slope[k], inner - measure[k])
+    nodes[step == 0] = borders[:-1]
+    return np.append(nodes, borders[-1])
+
+
+def _measure(s: Floats, spacing: Floats) -> tuple[Floats, Floats]:
+    """Return the slopes between places of a spacing that is linear there, shape (n − 1,), and ∫ ds / spacing up to each place, (n,).
+
+    From one of them, where it is h and its slope g, the measure over a distance x is log(1 + g x/h) / g.
+    """
+    slope = np.diff(spacing) / np.diff(s)
+    return slope, np.concatenate([[0.0], np.cumsum(_log(slope, np.diff(s) / spacing[:-1]))])
+
+
+def _log(slope: Floats, x: Floats) -> Floats:
+    """Return log(1 + slope x) / slope, x where the slope is 0."""
+    product = slope * x
+    flat = np.abs(product) < 1e-9
+    return np.where(flat, x, np.log1p(product) / np.where(flat, 1.0, slope))
+
+
+def _exp(slope: Floats, x: Floats) -> Floats:
+    """Return (exp(slope x) − 1) / slope, x where the slope is 0: the inverse of `_log`."""
+    product = slope * x
+    flat = np.abs(product) < 1e-9
+    return np.where(flat, x, np.expm1(product) / np.where(flat, 1.0, slope))

@@ -1,0 +1,148 @@
+"""The method of `optimal`: blocks of the toolpath become tracks, a window of tracks becomes trajectories."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import closing
+
+import numpy as np
+
+from cncgen.geometry.path import Path
+from cncgen.machine.record import Machine
+from cncgen.planner.assembly import assemble, timed, waits_of
+from cncgen.planner.least_time.blocks import blocks
+from cncgen.planner.least_time.corner_trials import Trials
+from cncgen.planner.least_time.corners import Beyond, ends_of
+from cncgen.planner.least_time.feeds import paced
+from cncgen.planner.least_time.mesh import Track
+from cncgen.planner.least_time.prefetch import ahead
+from cncgen.planner.least_time.rolling_window import MARGIN, Window
+from cncgen.planner.least_time.speed_caps import SpeedCap
+from cncgen.planner.least_time.timeline import Planned, Timeline
+from cncgen.planner.limits.axis_limits import Bounds
+from cncgen.planner.paths import path_of
+from cncgen.planner.record import Limit, Trajectory
+from cncgen.planner.smoothing import chord_speed_within, chord_within, smooth
+from cncgen.toolpath.record import Kind, Toolpath
+from cncgen.toolpath.slicing import join
+
+#: Rows of a block.
+ROWS = 2048
+#: Items that each stage makes ready while the next one works: smoothed blocks, tracks, trajectories.
+AHEAD = 2
+
+
+def smooth_blocks(
+    chunks: Iterable[Toolpath], machine: Machine, reserve_mm: float | None = None
+) -> Iterator[tuple[Toolpath, SpeedCap | None]]:
+    """Yield consecutive stretches of a program, smoothed within their tolerances, in blocks.
+
+    They have a cap only where the tolerance is so narrow that smoothing and chords have to share it. Corners are rounded
+    where that seems to be worth it; all of them are where `reserve_mm` is given, which is what is left to chords.
+    """
+    steady = paced(chunks, lambda axes: Bounds.of(machine, axes))
+    smoothed = smooth(steady, reserve_mm, machine if reserve_mm is None else None)
+    for block in blocks(smoothed, ROWS):
+        speed = chord_speed_within(block, chord_within(machine, block.axes), machine.period_s)
+        yield block, SpeedCap(speed, Limit.CHORD, straight=False) if speed else None
+
+
+def plan_blocks(
+    source: Iterable[tuple[Toolpath, SpeedCap | None]],
+    machine: Machine,
+    effort: str,
+    contour_centripetal: float = np.inf,
+) -> Iterator[Trajectory]:
+    """Plan the least time of blocks as they are, each maybe under a cap of its speed.
+
+    Args:
+        source: Blocks and their caps; drawn in a thread of its own, as tracks are made and windows solved in others.
+        machine: Limits, period, chord tolerance.
+        effort: Density of the nodes, as in `PlanOptions`.
+        contour_centripetal: See `Bounds.of`.
+
+    Yields:
+        Trajectories, from rest to rest, as their speeds become final. A block that moves is the toolpath of its
+        trajectories, or ends it.
+
+    Raises:
+        NoPlanError: No motion within the limits was found.
+    """
+
+    def bounds_of(axes: str) -> Bounds:
+        return Bounds.of(machine, axes, contour_centripetal)
+
+    timeline = Timeline()
+    with closing(ahead(_solved(source, bounds_of, effort), AHEAD)) as solved:
+        for each in solved:
+            if isinstance(each, Toolpath):
+                yield _standing(each, timeline.t_s)
+            else:
+                yield from timeline.trajectories(each)
+
+
+def _solved(
+    source: Iterable[tuple[Toolpath, SpeedCap | None]], bounds_of: Callable[[str], Bounds], effort: str
+) -> Iterator[Planned | Toolpath]:
+    """Yield what is final, window by window, and toolpaths that stand still."""
+    window: Window | None = None
+    with closing(ahead(_tracks(source, bounds_of, effort), AHEAD)) as tracks:
+        for track, last in tracks:
+            if isinstance(track, Toolpath):
+                yield track
+                continue
+            if window is None:
+                window = Window(bounds_of(track.toolpath.axes), MARGIN[effort])
+            window.tracks.append(track)
+            yield from window.advance(last)
+
+
+def _tracks(
+    source: Iterable[tuple[Toolpath, SpeedCap | None]], bounds_of: Callable[[str], Bounds], effort: str
+) -> Iterator[tuple[Track | Toolpath, bool]]:
+    """Yield the tracks of a program and whether each is the last one; after it, maybe, a toolpath that stands still."""
+    held: tuple[Toolpath, Path, SpeedCap | None] | None = None
+    before: Beyond | None = None
+    still: list[Toolpath] = []
+    bounds: Bounds | None = None
+    trials = Trials(effort)
+
+    with closing(ahead(source, AHEAD)) as ready:
+        for block, cap in ready:
+            still.append(block)
+            if not _moves(block):
+                continue
+            toolpath = join(still)
+            still = []
+            path = path_of(toolpath)
+            bounds = bounds or bounds_of(toolpath.axes)
+            if held is not None:
+                after = ends_of(toolpath, path, bounds)[0]
+                yield trials.track_of(*held[:2], bounds, before, after, held[2]), False
+                before = ends_of(*held[:2], bounds)[1]
+            held = toolpath, path, cap
+    if held is not None and bounds is not None:
+        yield trials.track_of(*held[:2], bounds, before, None, held[2]), True
+    if still:
+        yield join(still), True
+
+
+def _moves(toolpath: Toolpath) -> bool:
+    return bool(np.any(toolpath.kind != Kind.EVENT)) and path_of(toolpath).length > 0.0
+
+
+def _standing(toolpath: Toolpath, t_s: float) -> Trajectory:
+    """Return the trajectory of a toolpath that does not move: its events and their dwells."""
+    path = path_of(toolpath)
+    rows = np.flatnonzero(toolpath.kind == Kind.EVENT)
+    events = [(0, int(toolpath.line[row]), toolpath.events[toolpath.curve[row]]) for row in rows]
+    nothing = np.zeros(0)
+    profile, arrival = assemble(
+        t_s,
+        path.row_s[:1],
+        (nothing,) * 5,
+        np.zeros(0, np.int8),
+        np.zeros(1, np.int64),
+        waits_of(events, 1),
+    )
+    return Trajectory(toolpath, np.asarray(path.row_s), profile, timed(events, arrival))

@@ -1,0 +1,487 @@
+"""The least-time problem on a row of intervals, as the kernels take it, and its solution.
+
+`window` calls `solve` with the `Intervals` of its tracks; the numerical work is in the kernels ``least_time*``. Minimised
+is ∫ q^(−1/2) ds over q = v², with bounds that are convex in q but for the jerk's, which is replaced by its tangent in each
+iteration (Verscheure et al., 2009; Debrouwere et al., 2013). The method is the primal-dual interior point of Mehrotra
+(1992). As the problem is not convex, a run may stall or end at a plan that is not the best one: this module chooses where
+runs start, tells what they have found, and starts again where that may be improved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.geometry.columns import anywhere, least, most
+from cncgen.kernels import least_time, least_time_problem, least_time_rows
+from cncgen.planner.least_time.mesh import ENTER, LEAVE, SPLINE
+from cncgen.planner.record import Limit
+
+Floats = NDArray[np.float64]
+
+#: Duality gap, as a part of the time, at which the iteration ends; and part by which limits may be exceeded between nodes.
+GAP, SLACK = 1e-7, 5e-4
+#: Iterations at most: with all rows, and with those alone that the starting profile comes near to (`thinned`).
+MOST, MOST_THINNED = 120, 40
+#: The starting profile is near a limit of acceleration, or a bound of q, if it uses this part of it, within this many
+#: intervals on either side; other rows sleep at first.
+_FAR, _REACH = 0.45, 3
+#: The starts tried one after the other: the q of the profile that rises and falls with full jerk, times each of these factors.
+#: From rest a small enough factor holds every limit, whatever the intervals are (`creeping`).
+_STARTS = (0.9, 0.1, 0.8, 0.01, 1e-4, 1e-7)
+#: How often the first of them is tried: with some rows asleep, and with all of them.
+_FIRST = 2
+#: Factor on the q of an earlier plan that is tried as a start after that plan itself.
+_SLOWER = 0.9
+#: Two bounds of q, or two parts of a limit, that differ by less than this part are taken to be equal.
+_ALIKE = 1e-6
+#: A jump of the acceleration of an axis, as a part of its limit, for which both sides of a node are looked at.
+_JUMP = 1e-4
+#: How often the starting profile is averaged over three neighbours, which rounds its edges off.
+_ROUNDINGS = 48
+#: Factor by which averaging may raise q: a slow place beside one a million times as fast would else end far above its limits.
+_RAISED = 2.0
+#: Dual residual, as a part of the time, above which an iterate that holds the limits is not taken for a plan: so far from the
+#: optimum it may take a thousand times as long.
+_STALLED = 0.1
+#: An interval depends on where the window ends if a change of q at that end changes its q by more than this part of the
+#: largest change anywhere.
+_FELT = 1e-4
+#: Duality gap, as a part of the time, up to which a run that has stalled near the optimum counts as one that has reached it.
+_STALLED_GAP = 4e-4
+#: A result that is to be confirmed is solved again from its own q times this factor.
+_BELOW = 0.95
+#: Sum of −log(step length) over a run above which its result is confirmed: in many short steps rounding grows, until
+#: results differ by up to 10⁻⁵ of the time in another unit of length.
+_SHORT = 18.0
+#: A result is confirmed when solving again changes its time by less than this part; and how often that is tried at most. Each
+#: time the difference becomes about a thousand times smaller, so what is left is about 10⁻¹¹.
+_STAYS, _AGAIN = 1e-8, 6
+#: How often a result of long steps is confirmed; and if its time does not settle, how much shorter, as a part, the last result
+#: must be than the first one to be taken instead of it.
+_TWICE, _ROUGHLY = 2, 1e-5
+#: Where only plans that are no optimum are found: the factor on the q of the best of them to start from again, and the part
+#: of its time that must be gained to do so once more.
+_WITHIN, _GAINED = 0.3, 1e-3
+#: A row is said to bind if its slack is below this part of its limit.
+_NEAR = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Intervals:
+    """`n` intervals in a row: the columns of `Track`, of one or several tracks, with the limits.
+
+    Attributes:
+        h: Shape (n,), lengths.
+        kind, x1, x2, x3, top, top_limit, factor, hidden: As in `Track`.
+        node_top: Shape (n,): largest q at the left end of each interval by jumps.
+        node_acceleration: Shape (n,): largest |q'| / 2 there by jumps.
+        limits: Shape (2, axes): acceleration, jerk.
+    """
+
+    h: Floats
+    kind: NDArray[np.int8]
+    x1: Floats
+    x2: Floats
+    x3: Floats
+    top: Floats
+    top_limit: NDArray[np.int8]
+    factor: Floats
+    hidden: Floats
+    node_top: Floats
+    node_acceleration: Floats
+    limits: Floats
+
+    def __len__(self) -> int:
+        return len(self.h)
+
+
+@dataclass(frozen=True, slots=True)
+class Solution:
+    """q = v² on each interval of a problem.
+
+    Attributes:
+        q: Shape (n, 3): Bézier ordinates of q on a spline interval; where it leaves or enters rest, q at both ends
+            (first and last column).
+        limit: Shape (n,), int8, the `Limit` that is nearest on the interval.
+        time: Time of all, s.
+        unfelt: How many intervals at the start do not depend on where the row ends: these are final.
+        converged: Whether every limit is held, in a time near the least.
+        fallback: Whether it is what an earlier plan left in reserve.
+    """
+
+    q: Floats
+    limit: NDArray[np.int8]
+    time: float
+    unfelt: int
+    converged: bool
+    fallback: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class _Columns:
+    """The spline intervals of a problem, `n` of them, as the kernels take them.
+
+    Attributes:
+        at: Shape (n,), their numbers among the intervals.
+        h, ends, extra, box, sway: See `cncgen.kernels.least_time` and `cncgen.kernels.least_time_rows`.
+        edge: Shape (n, 2), largest q at both ends.
+        joint: Shape (n,), where acceleration must be held at the right end too.
+        hidden: Shape (n, axes), as in `Track`.
+        shape: Derivatives of the path (x1, x2, x3), limits and the parts of them that may be used.
+    """
+
+    at: NDArray[np.int64]
+    h: Floats
+    ends: Floats
+    extra: Floats
+    box: Floats
+    sway: Floats
+    edge: Floats
+    joint: NDArray[np.int8]
+    hidden: Floats
+    shape: tuple[Floats, Floats, Floats, Floats, Floats]
+
+
+def solve(
+    given: Intervals,
+    state: tuple[float, float] | None,
+    known: Floats | None = None,
+    hopeless: Callable[[Solution], int] = lambda _: 0,
+    settled: bool = False,
+) -> Solution:
+    """Find the least time on a row of intervals that ends at rest.
+
+    Args:
+        given: The intervals; the last one enters rest, the first one leaves it unless `state` says otherwise.
+        state: q at the start and the middle ordinate of the first interval, where the motion is under way there.
+        known: Shape (k,), middle ordinates of an earlier plan for the first intervals, to start from.
+        hopeless: Called with the result of the first start where that breaks limits; where it returns more than 0, no other
+            start is tried.
+        settled: Whether the result is confirmed (`_settled`) even if it was found by long steps.
+
+    Returns:
+        The solution; ``converged`` is False where no start led to a motion that holds every limit.
+    """
+    if not (given.kind == SPLINE).any():
+        return Solution(
+            np.zeros((len(given), 3)), np.full(len(given), Limit.JERK, np.int8), 0.0, len(given), True
+        )
+    columns = _columns(given, state)
+    found: list[Solution] = []
+    starts = [_Start(part) for part in _STARTS[1:]]
+    if known is not None:
+        # The state may leave hardly any other motion than the earlier plan. An interior-point method must start away from
+        # the limits, so it starts somewhat below that plan.
+        starts.insert(0, _Start(_STARTS[0], known, _SLOWER))
+    # Most rows never bind. The starting profile tells which, so the first try leaves them out.
+    first = _Start(_STARTS[0], known)
+    for start, thinned in [(first, True), (first, False), *((start, False) for start in starts)]:
+        run = _improved(given, columns, start, state, thinned)
+        if run.left < _STALLED_GAP:
+            return _settled(given, columns, state, run, settled)
+        found.append(run.solution)
+        if len(found) == _FIRST and not any(each.converged for each in found) and hopeless(run.solution):
+            return run.solution
+    # A plan that holds every limit is a plan, though the method did not find the best one.
+    best = min(found, key=lambda each: (not each.converged, each.time))
+    return _from_within(given, columns, state, best) if best.converged else best
+
+
+def profile(given: Intervals) -> tuple[Floats, Floats]:
+    """Return ordinates of q that rise and fall with full jerk from rest to rest, and what bounds them at their ends.
+
+    Args:
+        given: The intervals, at least one of them on the spline.
+
+    Returns:
+        Shape (n, 3), as in `Solution`, and the largest q at both ends of spline intervals, shape (k, 2).
+    """
+    columns = _columns(given, None)
+    kernel = _kernel(columns, None)
+    _Start(_STARTS[0]).fill(kernel, columns, None)
+    return _ordinates(given, columns.at, columns.ends, np.asarray(kernel.c)), columns.edge
+
+
+def _columns(given: Intervals, state: tuple[float, float] | None) -> _Columns:
+    """Return the spline intervals of a row that starts at rest or in a state of motion."""
+    at = np.flatnonzero(given.kind == SPLINE)
+    h, ends, extra = _spline(given, at, state is not None)
+    box, edge = _boxes(given, at, _rest_tops(given))
+    if state is not None:
+        edge[0, 0] = state[0]
+    # If they lie side by side, a slice spares copying them.
+    pick = slice(at[0], at[-1] + 1) if at[-1] - at[0] < len(at) else at
+    shape = (given.x1[pick], given.x2[pick], given.x3[pick], given.limits, given.factor[pick])
+    return _Columns(
+        at, h, ends, extra, box, _sways(given, at), edge, _joints(given, at), given.hidden[pick], shape
+    )
+
+
+def _kernel(columns: _Columns, state: tuple[float, float] | None) -> least_time_problem.Problem:
+    """Return the problem as the kernels take it, without unknowns and rows."""
+    free = 1 if state is None else 2
+    return least_time_problem.Problem(
+        free, columns.h, columns.ends, columns.extra, *columns.shape, columns.hidden
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Start:
+    """Unknowns to start from: a part of q of the profile that rises and falls with full jerk, and an earlier plan.
+
+    Attributes:
+        part: That part.
+        known: Shape (k,), middle ordinates of an earlier plan for the first intervals: no less than that; or None.
+        slower: Part of the earlier plan to start from instead, where it is less than 1.
+    """
+
+    part: float
+    known: Floats | None = None
+    slower: float = 1.0
+
+    def fill(
+        self, kernel: least_time_problem.Problem, columns: _Columns, state: tuple[float, float] | None
+    ) -> None:
+        """Fill the unknowns of a row that starts at rest or in a state of motion."""
+        c, free = np.asarray(kernel.c), kernel.free
+        if state is not None:
+            c[:2] = state
+        least_time_rows.start(kernel, columns.edge, self.part)
+        # At its edges the profile exceeds the jerk limit by far: rounded off it needs fewer iterations.
+        least_time_rows.rounded(kernel, _ROUNDINGS, _RAISED)
+        if self.known is not None:
+            ahead = columns.at[columns.at < len(self.known)]
+            known = self.known[ahead[free - 1 :]]
+            there = slice(free, 1 + len(ahead))
+            c[there] = self.slower * known if self.slower < 1.0 else np.maximum(c[there], known)
+
+
+@dataclass(frozen=True, slots=True)
+class _Run:
+    """A run of the interior-point method from one start.
+
+    Attributes:
+        solution: Its result.
+        left: Duality gap as a part of the time: 0 at the optimum, the gap where it stalled near the optimum, else infinite.
+        short: Σ −log(step length): large if the run took many short steps.
+    """
+
+    solution: Solution
+    left: float
+    short: float
+
+
+def _settled(
+    given: Intervals, columns: _Columns, state: tuple[float, float] | None, run: _Run, always: bool = False
+) -> Solution:
+    """Confirm a result: solve again from a little below it until its time no longer changes.
+
+    That is done where the run stalled near the optimum, where it took many short steps, or `always`. Two things go wrong in
+    such runs. Far from the central path steps stay short, and the optimum is not reached; from a little below, it is. And
+    the parts of the limits that may be used at the ends of intervals are taken from the iterates, so they keep the rounding
+    that has grown over many short steps; from a little below steps are long, and the error falls by a thousand each time.
+    """
+    first, rough = run, run.short >= _SHORT
+    for _ in range(_AGAIN if rough or run.left > 0.0 else _TWICE):
+        if run.left == 0.0 and not (rough or always):
+            return run.solution
+        below = _Start(_STARTS[0], run.solution.q[:, 1], _BELOW)
+        again = _improved(given, columns, below, state, thinned=False)
+        longer = again.solution.time / run.solution.time - 1.0
+        # A stalled run may be shorter than the optimum, as its parts of the limits were not yet up to date.
+        if again.left >= _STALLED_GAP or longer > (_STALLED_GAP if again.left == 0.0 else 0.0):
+            break
+        run = again
+        if abs(longer) <= _STAYS:
+            return run.solution
+    # The runs do not agree. The first one differs least from that in another unit of length, so it is kept unless the last
+    # one is clearly shorter.
+    return first.solution if run.solution.time > (1.0 - _ROUGHLY) * first.solution.time else run.solution
+
+
+def _from_within(
+    given: Intervals, columns: _Columns, state: tuple[float, float] | None, best: Solution
+) -> Solution:
+    """Improve a plan that is no optimum: solve again from far below it, as long as that leads to a shorter one.
+
+    Where rows of many kinds bind side by side, steps along them stay short, and the iterations end before half of the way to
+    the optimum. From a fraction of its q, which has the same proportions, the way leads through the interior instead.
+    """
+    for _ in range(_AGAIN):
+        run = _improved(given, columns, _Start(_STARTS[0], best.q[:, 1], _WITHIN), state, thinned=True)
+        if run.left < _STALLED_GAP:
+            run = replace(run, solution=_settled(given, columns, state, run))
+        shorter = run.solution.converged and run.solution.time < best.time
+        gained = shorter and run.solution.time < (1.0 - _GAINED) * best.time
+        best = run.solution if shorter else best
+        if not gained or run.left < _STALLED_GAP:
+            break
+    return best
+
+
+def _improved(
+    given: Intervals, columns: _Columns, start: _Start, state: tuple[float, float] | None, thinned: bool
+) -> _Run:
+    """Run the interior-point method from a start; if `thinned`, rows that the start stays far from are left out at first."""
+    kernel = _kernel(columns, state)
+    start.fill(kernel, columns, state)
+    least_time_rows.build(kernel, columns.box, columns.sway, columns.joint)
+    if thinned:
+        least_time_rows.thin(kernel, _REACH, _FAR)
+    report = np.zeros(7)
+    status = least_time.solve(kernel, GAP, SLACK, MOST_THINNED if thinned else MOST, report)
+    held = bool(report[2] < SLACK and 0.0 < report[5] < 1.0 + SLACK and report[4] < _STALLED * report[0])
+    q = _ordinates(given, columns.at, columns.ends, np.asarray(kernel.c))
+    limit = _binding(given, columns, kernel)
+    unfelt = 0
+    if status >= 0 or held:
+        change = np.zeros(len(columns.at) + 2)
+        least_time.response(kernel, change)
+        unfelt = _unfelt(columns.at, np.abs(change[1:-1]))
+    left = 0.0 if status == 0 else float(report[1] / report[0]) if status == 1 else np.inf
+    return _Run(Solution(q, limit, float(report[0]), unfelt, status >= 0 or held), left, float(report[6]))
+
+
+def _unfelt(spline: NDArray[np.int64], change: Floats) -> int:
+    """Return how many intervals come before those that change if q at the end of the row is changed.
+
+    As far back as the motion brakes for the end, a change of q there is passed on from interval to interval. Before that
+    another limit holds the speed, and the change dies out within a few intervals (docs/least-time.md).
+
+    Args:
+        spline: Shape (k,), numbers of the spline intervals.
+        change: Shape (k,), how much q changes on each of them.
+    """
+    largest = change.max()
+    return int(spline[np.argmax(change > _FELT * largest)]) if largest > 0.0 else 0
+
+
+def _spline(given: Intervals, spline: NDArray[np.int64], moving: bool) -> tuple[Floats, Floats, Floats]:
+    """Return lengths, end ordinates by unknowns, and further weights of the spline intervals (docs/least-time.md).
+
+    The ordinate at a node between two intervals of lengths h and h' follows from C¹ of the quadratic spline, whose middle
+    ordinates are the unknowns: (h' c + h c')/(h + h') (Piegl and Tiller, The NURBS Book (1997), section 5.2: inserting the
+    node as a double knot). Beside a rest q' must match that of constant jerk, q ~ s^(4/3), so q' = 4 q/(3 h).
+
+    Args:
+        given: The intervals.
+        spline: Shape (k,), numbers of the spline intervals.
+        moving: Whether the motion is under way at the start.
+
+    Returns:
+        Shape (k,) and (k, 4) and (k, 2), see `cncgen.kernels.least_time_problem`.
+    """
+    h = given.h
+    before = h[spline - 1]
+    after = h[np.minimum(spline + 1, len(h) - 1)]
+    leaves, enters = given.kind[spline - 1] == LEAVE, given.kind[(spline + 1) % len(h)] == ENTER
+    mine = h[spline]
+    ends = np.stack(
+        [mine / (before + mine), before / (before + mine), after / (after + mine), mine / (after + mine)], 1
+    )
+    ends[leaves, 0], ends[leaves, 1] = 0.0, 1.0 / (1.0 + 2.0 * mine[leaves] / (3.0 * before[leaves]))
+    ends[enters, 3], ends[enters, 2] = 0.0, 1.0 / (1.0 + 2.0 * mine[enters] / (3.0 * after[enters]))
+    extra = np.stack([np.where(leaves, 3.0 * before, 0.0), np.where(enters, 3.0 * after, 0.0)], 1)
+    if moving:
+        ends[0, :2], extra[0, 0] = (1.0, 0.0), 0.0
+    return np.ascontiguousarray(mine), ends, extra
+
+
+def _rest_tops(given: Intervals) -> Floats:
+    """Return the largest q at the moving end of the intervals that leave or enter rest, shape (n,); infinite elsewhere.
+
+    With constant jerk j from rest, s = j t³/6: q = (9/2 j s²)^(2/3), and an axis has at most the acceleration
+    |x'| (6 j² s)^(1/3) + |x''| q and the jerk j (|x'| + 9 |x''| s + 9/2 |x'''| s²). Held in the middle and at the moving
+    end: at the rest itself, where a curve may be infinitely sharp, |x'| alone counts.
+    """
+    leaves = given.kind == LEAVE
+    rest = np.flatnonzero(leaves | (given.kind == ENTER))
+    moving = np.where(leaves[rest], 2, 0)
+    h = given.h[rest]
+    steep = np.abs(given.x1[rest]).max(axis=1)
+    j, top = np.full(len(rest), np.inf), np.full(len(rest), np.inf)
+    for at, part in ((np.ones_like(moving), 0.5), (moving, 1.0)):
+        s = part * h[:, None]
+        x2, x3 = np.abs(given.x2[rest, at]), np.abs(given.x3[rest, at])
+        with np.errstate(divide="ignore", over="ignore"):
+            jerk = given.limits[1] * given.factor[rest, 1] / (steep + 9.0 * x2 * s + 4.5 * x3 * s * s)
+            slow = (
+                given.limits[0]
+                * given.factor[rest, 0]
+                / (steep * np.cbrt(6.0 * s) + x2 * np.cbrt(4.5 * s * s) ** 2)
+            ) ** 1.5
+        j = np.minimum(j, np.minimum(jerk, slow).min(axis=1))
+        top = np.minimum(top, given.top[rest, at] / part ** (4.0 / 3.0))
+    out = np.full(len(given), np.inf)
+    out[rest] = np.minimum(np.cbrt(4.5 * j * h**2) ** 2, top)
+    return out
+
+
+def _boxes(given: Intervals, spline: NDArray[np.int64], rest: Floats) -> tuple[Floats, Floats]:
+    """Return the bounds of the ordinates that are rows, and the bounds of q at both ends, of the spline intervals."""
+    top = given.top
+    left = np.minimum(np.minimum(top[:, 0], np.roll(top[:, 2], 1)), given.node_top)
+    right = np.roll(left, -1)
+    edge = np.stack([np.minimum(left, np.roll(rest, 1)), np.minimum(right, np.roll(rest, -1))], 1)[spline]
+    # A convex bound is met by the parabola through its three values, a concave one, maybe with an edge, by its chords.
+    middle = np.minimum(2.0 * top[:, 1] - 0.5 * (top[:, 0] + top[:, 2]), top[:, 1])
+    middle = np.maximum(middle, 0.5 * least(top))
+    box = np.stack([edge[:, 0], middle[spline], np.full(len(spline), np.inf)], 1)
+    # An ordinate between two bounded ones is bounded as they are: it needs no row of its own if all three bounds are equal.
+    # Equal within a tolerance, as rounding, which differs from one unit of length to another, must not change the problem.
+    level = _ALIKE * edge[:, 0]
+    same = (
+        (np.abs(middle[spline] - edge[:, 0]) <= level)
+        & (np.abs(middle[spline - 1] - edge[:, 0]) <= level)
+        & (given.kind[spline - 1] == SPLINE)
+    )
+    same[0] = False
+    box[same, 0] = np.inf
+    enters = given.kind[(spline + 1) % len(given)] == ENTER
+    box[enters, 2] = edge[enters, 1]
+    return box, np.ascontiguousarray(edge)
+
+
+def _sways(given: Intervals, spline: NDArray[np.int64]) -> Floats:
+    """Return the bounds of |q'| / 2 at both ends of the spline intervals, infinite where their neighbour has them."""
+    after = (spline + 1) % len(given)
+    right = np.where(given.kind[after] == ENTER, given.node_acceleration[after], np.inf)
+    return np.stack([given.node_acceleration[spline], right], 1)
+
+
+def _joints(given: Intervals, spline: NDArray[np.int64]) -> NDArray[np.int8]:
+    """Tell which spline intervals need their acceleration held at the right end too."""
+    turn = most(np.abs(given.x1[1:, 0] - given.x1[:-1, 2]))
+    bend = np.abs(given.x2[1:, 0] - given.x2[:-1, 2]) * given.top[:-1, 2, None] / given.limits[0]
+    # Beside a corner that takes a part of the limit, the next interval may have more of it left than this one.
+    more = anywhere(given.factor[1:, 0] > (1.0 + _ALIKE) * given.factor[:-1, 0])
+    jump = (turn > 1e-9) | (most(bend) > _JUMP) | more | (given.kind[1:] == ENTER)
+    # The last interval of all enters rest, so each on the spline has one after it.
+    return jump[spline].astype(np.int8)
+
+
+def _ordinates(given: Intervals, spline: NDArray[np.int64], ends: Floats, c: Floats) -> Floats:
+    """Return the ordinates of q on all intervals."""
+    q = np.zeros((len(given), 3))
+    q[spline, 0] = ends[:, 0] * c[:-2] + ends[:, 1] * c[1:-1]
+    q[spline, 1] = c[1:-1]
+    q[spline, 2] = ends[:, 2] * c[1:-1] + ends[:, 3] * c[2:]
+    leaves, enters = np.flatnonzero(given.kind == LEAVE), np.flatnonzero(given.kind == ENTER)
+    q[leaves, 2] = q[leaves + 1, 0]
+    q[enters, 0] = q[enters - 1, 2]
+    return q
+
+
+def _binding(given: Intervals, columns: _Columns, kernel: least_time_problem.Problem) -> NDArray[np.int8]:
+    """Name the limit that each interval comes nearest to; none where all are more than a fiftieth away."""
+    margin, closest = np.ones(len(columns.at)), np.zeros(len(columns.at), np.int8)
+    least_time_rows.nearest(kernel, margin, closest)
+    names = np.array([Limit.FEED, Limit.ACCELERATION, Limit.JERK], np.int8)[closest]
+    names = np.where(closest == least_time.BOX, given.top_limit[columns.at], names)
+    out = np.full(len(given), Limit.JERK, np.int8)
+    out[columns.at] = np.where(margin < _NEAR, names, Limit.NONE)
+    return out

@@ -1,0 +1,311 @@
+"""The look-ahead's window: tracks that are read but not yet final, planned down to a stop at the window's end.
+
+`planning` appends tracks and calls `advance`, which solves (`problem`), measures chords (`chords`), and yields what is final,
+for `timeline`. A part of the plan is final if it does not depend on the stop at the end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.planner.least_time.chord_refinement import Course, held
+from cncgen.planner.least_time.mesh import ENTER, LEAVE, LINE, SPLINE, Track
+from cncgen.planner.least_time.pieces import Pieces, pieces_of
+from cncgen.planner.least_time.problem import Intervals, Solution, solve
+from cncgen.planner.least_time.time_scaling import creeping, hurdle
+from cncgen.planner.least_time.timeline import Planned
+from cncgen.planner.limits.axis_limits import Bounds
+
+Floats = NDArray[np.float64]
+
+#: Intervals that a window holds before it is planned. Longer windows need more iterations; of shorter ones a larger part is
+#: planned twice.
+SIZE = 1600
+#: By effort, the part of the limits of acceleration and jerk that is planned with. The rest is what the motion may use more
+#: between nodes, where no row holds it; measured (docs/least-time.md).
+MARGIN = {"best": 0.9993, "fast": 0.9965}
+#: How often bounds of q are lowered for chords that are too long, and the factor on q to start solving again from.
+_ROUNDS, _SLOWER = 6, 0.9
+#: The last so many times they are lowered under all of each chord.
+_EVERYWHERE = 3
+#: This many periods before the part that depends on the window's end are not final either: one for the chord that reaches into
+#: it, and one in which the next window can still brake for such a chord.
+_CLEAR = 2.0
+#: Relative difference of q between neighbours up to which they are on one plateau.
+_LEVEL = 1e-6
+#: A stop for a place that no motion can pass lies at most this many intervals before it.
+_BESIDE = 2
+#: Intervals at the start of a program whose solutions are confirmed (`problem.solve`, settled). A path in another unit of length
+#: differs by rounding, and where it is fitted by 10⁻⁹; the solver, which ends at a gap of 10⁻⁷, may turn that into a time that
+#: differs by 10⁻⁶. Costs about 0.1 s of CPU.
+_SETTLED = 20_000
+#: Intervals of failing windows at the start of a program for which all starts are tried though the motion passes the place in the
+#: way very slowly. Where one of them leads to a plan, that may take two thirds of the time with a stop; where none does, trying
+#: them costs about 80 µs an interval, 0.4 s of CPU in all.
+_PATIENT = 5_000
+
+
+@dataclass(slots=True)
+class Window:
+    """Tracks in a row. Their intervals are open until they are handed on.
+
+    Attributes:
+        bounds: Limits.
+        margin: Part of the limits of acceleration and jerk that is planned with.
+        tracks: In order; of the first, the intervals from `used` on are still open.
+        used: Intervals of the first track that are handed on.
+        state: q there and the middle ordinate of q on it, where the motion is under way; None at rest.
+        reserve: Ordinates and limits of the last plan for the first open intervals, down to a stop: a plan that is always
+            there to fall back on.
+        wanted: Number of open intervals at which the window is planned next.
+        unsettled: Number of intervals whose solutions are still to be confirmed (`_SETTLED`).
+        patient: Number of intervals for which all starts may still be tried where windows fail (`_PATIENT`).
+    """
+
+    bounds: Bounds
+    margin: float = MARGIN["best"]
+    tracks: list[Track] = field(default_factory=list)
+    used: int = 0
+    state: tuple[float, float] | None = None
+    reserve: tuple[Floats, NDArray[np.int8]] | None = None
+    wanted: int = SIZE
+    unsettled: int = _SETTLED
+    patient: int = _PATIENT
+
+    def __len__(self) -> int:
+        return sum(len(track) for track in self.tracks) - self.used
+
+    def advance(self, last: bool) -> Iterator[Planned]:
+        """Plan what is open where there is enough of it, and hand on what is final: all of it at the `last` call."""
+        while len(self) > self.wanted or (last and len(self)):
+            count = min(len(self), self.wanted)
+            given = self._intervals(count)
+            whole = count == len(self)
+            rest = 0 if whole else _last_rest(given.kind, count // 4)
+            if rest:
+                given = self._intervals(rest)
+            elif not whole:
+                given = _cut_short(given)
+            solution, stops = self._solved(given)
+            cut = len(solution.q) < len(given)
+            if cut:
+                given = self._intervals(len(solution.q))
+            stands = stops or (not cut and bool(rest or whole))
+            given, solution, pieces = self._held(given, solution, stands)
+            self.unsettled -= len(given)
+            final = len(given)
+            if not (solution.fallback or stands):
+                final = _last_top(solution.q[:, 1], self._unfelt(solution, pieces))
+                if final < count // 8 and count < 16 * SIZE and not cut:
+                    self.wanted = 2 * count
+                    continue
+                final = max(final, len(given) // 4)
+                final += int(given.kind[final] == ENTER)
+            # From its new state the motion can certainly stop where the last plan did, so the next window reaches beyond that.
+            self.wanted = max(SIZE, 3 * (len(given) - final) // 2)
+            yield self._hand_on(given, solution, pieces, final, last and final == len(self))
+
+    def arrival(self) -> Floats | None:
+        """Return when a motion from rest to rest over all open intervals reaches each node, s; None if the first start fails."""
+        given = self._intervals(len(self))
+        solution = solve(given, None, None, lambda _: 1)
+        if not solution.converged:
+            return None
+        pieces = self._held(given, solution, True)[2]
+        return np.concatenate([[0.0], np.cumsum(pieces.duration)])[pieces.offset]
+
+    def _parts(self, count: int) -> list[tuple[Track, slice]]:
+        """Return the tracks of the first `count` open intervals, and which intervals of each these are."""
+        parts = []
+        for number, track in enumerate(self.tracks):
+            first = self.used if number == 0 else 0
+            parts.append((track, slice(first, min(len(track), first + count))))
+            count -= parts[-1][1].stop - first
+            if not count:
+                break
+        return parts
+
+    def _held(self, given: Intervals, solution: Solution, stands: bool) -> tuple[Intervals, Solution, Pieces]:
+        """Lower bounds of q where chords between setpoints are further from the path than their tolerance, and solve again.
+
+        The lower bounds stay with the tracks, for the windows that follow. Where no motion within them is found, the plan
+        stays as it was.
+
+        Args:
+            given: The intervals.
+            solution: Theirs.
+            stands: Whether the motion really rests after the last one. If not, chords near the end are not measured: that
+                part is planned again anyway.
+
+        Returns:
+            Intervals and solution, and the motion.
+        """
+        course = Course(self._parts(len(given)), self.bounds)
+        for left in range(_ROUNDS, -1, -1):
+            pieces = pieces_of(given, solution.q, solution.limit)
+            if solution.fallback or not left:
+                break
+            count = len(given) if stands else max(1, solution.unfelt)
+            lower = held(given, course, pieces, solution.q, count, left <= _EVERYWHERE)
+            if lower is None:
+                break
+            known = _SLOWER * np.minimum(solution.q[:, 1], lower.top.min(axis=1))
+            again = solve(lower, self.state, known, settled=self.unsettled > 0)
+            if not again.converged:
+                break
+            given, solution = lower, again
+            self._lower(given)
+        return given, solution, pieces
+
+    def _lower(self, given: Intervals) -> None:
+        """Keep the bounds of q of the first open intervals."""
+        first = 0
+        for track, rows in self._parts(len(given)):
+            here = slice(first, first + rows.stop - rows.start)
+            track.top[rows], track.top_limit[rows] = given.top[here], given.top_limit[here]
+            track.node_top[rows] = given.node_top[here]
+            first = here.stop
+
+    def _unfelt(self, solution: Solution, pieces: Pieces) -> int:
+        """Return how many intervals depend on where the window ends neither themselves nor by the chords that begin on them.
+
+        A further period is left out: if the next window finds that the first chord of its own is too long, it must have room
+        to brake before that begins.
+        """
+        t = np.concatenate([[0.0], np.cumsum(pieces.duration)])[pieces.offset]
+        clear = t[solution.unfelt] - _CLEAR * self.bounds.period_s
+        upto = int(np.searchsorted(t, clear, side="right")) - 1
+        return max(upto, 0)
+
+    def _intervals(self, count: int) -> Intervals:
+        """Return the first `count` open intervals as one row that ends at rest."""
+        parts = self._parts(count)
+
+        def column(name: str) -> np.ndarray:
+            return np.concatenate([getattr(track, name)[rows] for track, rows in parts])
+
+        kind = column("kind")
+        kind[-1] = LINE if kind[-1] == LINE else ENTER
+        axes = self.bounds.axes
+        return Intervals(
+            h=np.concatenate([np.diff(track.s[rows.start : rows.stop + 1]) for track, rows in parts]),
+            kind=kind,
+            x1=column("x1"),
+            x2=column("x2"),
+            x3=column("x3"),
+            top=column("top"),
+            top_limit=column("top_limit"),
+            factor=column("factor"),
+            hidden=column("hidden"),
+            node_top=column("node_top"),
+            node_acceleration=column("node_acceleration"),
+            limits=np.stack([axes.acceleration, axes.jerk]) * self.margin,
+        )
+
+    def _solved(self, given: Intervals) -> tuple[Solution, bool]:
+        """Solve; where that fails, plan less of the path.
+
+        If limits are exceeded most at a place that the motion passes very slowly, it stops there: that mostly costs little, and
+        once `_PATIENT` intervals have failed no other starts are tried before. Else half as many intervals are tried, again and again, down to those of the reserve.
+        If these fail too, the reserve is the plan, or, from rest, a `creeping` motion.
+
+        Args:
+            given: The intervals.
+
+        Returns:
+            The solution, maybe for fewer intervals, and whether the stop at its end is a real one.
+        """
+        q, limit = self.reserve or (np.zeros((0, 3)), np.zeros(0, np.int8))
+        known = q[:, 1] if self.reserve else None
+        stops = False
+        while True:
+            crawls = partial(self._stop_for, given, len(q))
+            hopeless = crawls if len(given) > self.patient else lambda _: 0
+            solution = solve(given, self.state, known, hopeless, settled=self.unsettled > 0)
+            if solution.converged:
+                return solution, stops
+            self.patient -= len(given)
+            before = crawls(solution)
+            stops = before > 0
+            fewer = before or _stop_before(given.kind, (len(given) + len(q)) // 2)
+            if fewer <= len(q):
+                if self.reserve:
+                    return Solution(q, limit, 0.0, 0, True, fallback=True), False
+                return creeping(given), False
+            given = _head(given, fewer)
+
+    def _stop_for(self, given: Intervals, least: int, found: Solution) -> int:
+        """Return after how many intervals, more than `least`, to stop for a place that no motion can pass (`hurdle`); 0 for none."""
+        place = hurdle(given, found.q, self.bounds.period_s)
+        before = _stop_before(given.kind, place)
+        return before if least < before < len(given) - 2 and place - before <= _BESIDE else 0
+
+    def _hand_on(
+        self, given: Intervals, solution: Solution, pieces: Pieces, final: int, ends: bool
+    ) -> Planned:
+        """Take the first `final` intervals out of the window; whether the program `ends` there."""
+        n = len(given)
+        out = Planned(
+            self.bounds, self._parts(n), given.h, pieces, solution, final, self.state is not None, ends
+        )
+        for track, rows in self._parts(final):
+            self.used = rows.stop
+            if rows.stop == len(track):
+                self.tracks.pop(0)
+                self.used = 0
+        self.state, self.reserve = None, None
+        if final < n and given.kind[final] == SPLINE:
+            self.state = (float(solution.q[final, 0]), float(solution.q[final, 1]))
+            self.reserve = (solution.q[final:].copy(), solution.limit[final:].copy())
+        elif final == n and self.tracks and self.tracks[0].kind[self.used] == SPLINE:
+            # The window could not be planned beyond this place, so the motion stops here, and the next track leaves a rest.
+            self.tracks[0].kind[self.used] = LEAVE
+            self.tracks[0].corner[self.used] = True
+        return out
+
+
+def _last_rest(kind: NDArray[np.int8], least: int) -> int:
+    """Return after how many intervals, at least `least`, the path rests for the last time; 0 for nowhere."""
+    rests = np.flatnonzero((kind[:-1] == ENTER) | (kind[:-1] == LINE)) + 1
+    return int(rests[-1]) if len(rests) and rests[-1] >= least else 0
+
+
+def _last_top(q: Floats, last: int) -> int:
+    """Return the interval of the last maximum or plateau of q up to `last`; `last` where there is none.
+
+    A good place to end what is final. Amid braking or accelerating at full jerk the state allows hardly any motion but the
+    planned one, so the next window would have no interior for the solver to start in.
+    """
+    before, here, after = q[:last], q[1 : last + 1], q[2 : last + 2]
+    n = len(after)
+    level = np.flatnonzero((here[:n] >= (1.0 - _LEVEL) * before[:n]) & (after <= (1.0 + _LEVEL) * here[:n]))
+    return int(level[-1]) + 1 if len(level) else last
+
+
+def _cut_short(given: Intervals) -> Intervals:
+    """Leave out intervals at the end until what remains can brake: a spline interval before the one that enters rest."""
+    n = len(given)
+    while n > 3 and (given.kind[n - 2] != SPLINE or given.kind[n - 1] == LEAVE):
+        n -= 1
+    return given if n == len(given) else _head(given, n)
+
+
+def _head(given: Intervals, n: int) -> Intervals:
+    """Return the first `n` intervals, the last of which enters rest."""
+    kind = given.kind[:n].copy()
+    kind[-1] = ENTER
+    names = ("h", "x1", "x2", "x3", "top", "top_limit", "factor", "hidden", "node_top", "node_acceleration")
+    return replace(given, kind=kind, **{name: getattr(given, name)[:n] for name in names})
+
+
+def _stop_before(kind: NDArray[np.int8], most: int) -> int:
+    """Return how many intervals, at most `most`, can end at a stop amid the spline; 0 for none."""
+    spline = kind == SPLINE
+    amid = np.flatnonzero(spline[:-3] & spline[1:-2] & spline[2:-1] & spline[3:]) + 2
+    amid = amid[amid <= most]
+    return int(amid[-1]) if len(amid) else 0

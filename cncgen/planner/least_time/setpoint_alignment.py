@@ -1,0 +1,261 @@
+"""How long a rest in a corner lasts, so that the chord between setpoints over it keeps to the tolerance; called by `window`.
+
+At a rest in a corner the axes stand still, but no setpoint need fall there. Where the axes go far in one period from rest, the
+chord from the setpoint before the rest to the one after it would cut the corner by more than the tolerance. When setpoints fall
+is known once the motion up to the rest is planned. So that chord is compared with the path under it, and the rest is made just
+as long as the tolerance asks for (docs/corners.md, Rests).
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.planner.least_time.chord_refinement import Course
+from cncgen.planner.least_time.mesh import Track
+from cncgen.planner.least_time.pieces import Pieces
+from cncgen.planner.limits.axis_limits import Bounds
+from cncgen.planner.motion import motion_at
+from cncgen.planner.record import Profile
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+#: Part of a period that counts as no time.
+_ROUNDING = 1e-6
+#: The shortest wait is found by trying this many at once, and as many between the best two of them, in so many rounds.
+_TRIED, _ROUNDS = 17, 3
+#: Part of the tolerance that chords keep to; the rest is for interpolating between the waits that are tried.
+_KEPT = 0.9999
+#: Where the path is compared with a chord, beside nodes: parts of an interval.
+_PARTS = np.array([0.0, 0.25, 0.5, 0.75])
+
+
+#: Times of the start that are tried within the first period; how often the interval between two of them is halved; and the length
+#: of a motion in periods from which the choice is not made, as less than one period of it no longer matters.
+_STARTS, _HALVINGS, _SHORT = 16, 8, 100.0
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """A path under intervals, and a motion on it.
+
+    Attributes:
+        course: The path.
+        s: Shape (n + 1,), way at the nodes, mm.
+        breaks: Ways at all breakpoints of the path, ascending: where several of them are one node, any may be the corner's tip.
+        profile: The motion, whose s is that way.
+    """
+
+    course: Course
+    s: Floats
+    breaks: Floats
+    profile: Profile
+
+    @classmethod
+    def planned(cls, course: Course, h: Floats, pieces: Pieces) -> Way:
+        """Return what is planned on intervals of the lengths `h`: way and time from 0 on, without waits."""
+        s = np.concatenate([[0.0], np.cumsum(h)])
+        owner = np.repeat(np.arange(len(h)), np.diff(pieces.offset))
+        t = np.concatenate([[0.0], np.cumsum(pieces.duration)])
+        place = np.append(s[owner] + pieces.place, s[-1])
+        profile = Profile(t, place, pieces.v, pieces.a, pieces.j, pieces.c, pieces.limit)
+        return cls(course, s, course.breakpoints(), profile)
+
+    @classmethod
+    def gone(cls, track: Track, profile: Profile, bounds: Bounds) -> Way:
+        """Return what is handed on of a track."""
+        course = Course([(track, slice(0, len(track)))], bounds)
+        return cls(course, track.s, track.s[0] + course.breakpoints(), profile)
+
+    def at(self, t: Floats) -> Floats:
+        """Return the ways at times, which do not fall, shape (k,)."""
+        return motion_at(self.profile, t).s
+
+    def positions(self, s: Floats) -> tuple[Floats, Ints]:
+        """Return places, shape (k, axes), at ascending ways, and their intervals."""
+        interval = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, len(self.s) - 2)
+        return self.course.positions(interval, s - self.s[interval]), interval
+
+    def between(self, begin: float, end: float) -> tuple[Floats, Floats, Floats]:
+        """Return what is compared with chords from way to way: ways, shape (k,), places, shape (k, axes), and tolerances.
+
+        The first and the last are `begin` and `end`. Nodes have the narrower tolerance of both sides; over a corner none
+        is less than the chord tolerance, as what smoothing takes ends before it.
+        """
+        first, last = np.searchsorted(self.s, [begin, end], side="right") - 1
+        there = np.arange(max(int(first), 0), min(int(last) + 1, len(self.s) - 1))
+        inner = (self.s[there, None] + (self.s[there + 1] - self.s[there])[:, None] * _PARTS).ravel()
+        breaks = self.breaks[slice(*np.searchsorted(self.breaks, [begin, end]).tolist())]
+        inner = np.sort(np.concatenate([inner, breaks]))
+        ways = np.concatenate([[begin], inner[(inner > begin) & (inner < end)], [end]])
+        places, interval = self.positions(ways)
+        own = self.course.tolerance()
+        before = np.where(ways == self.s[interval], own[np.maximum(interval - 1, 0)], np.inf)
+        tolerance = np.minimum(own[interval], before)
+        return ways, places, _KEPT * np.maximum(tolerance, self.course.bounds.chord_mm)
+
+
+@dataclass(slots=True)
+class Rests:
+    """The rests of a row of intervals, one after the other.
+
+    Attributes:
+        way: What is planned there.
+        past: What has been planned before, ascending; at least up to a period before.
+        stands: Intervals that begin at a rest which lasts, or may have to.
+        real, moving: Times at which the motion comes to rests, and leaves them, and those without waits.
+    """
+
+    way: Way
+    past: list[Way]
+    stands: Ints
+    real: list[float]
+    moving: list[float]
+
+    def lengthened(self, node_t: Floats, dwells: Floats) -> Floats:
+        """Return how much longer than its dwell each rest lasts, shape (n,), s.
+
+        Args:
+            node_t: Shape (n + 1,), s: when the motion is at the nodes, without waits.
+            dwells: Shape (≥ n,), s: what the program asks for at them.
+        """
+        out = np.zeros(len(node_t) - 1)
+        period = self.way.course.bounds.period_s
+        ends = np.append(node_t[self.stands], node_t[-1])[1:]
+        for k, following in zip(self.stands.tolist(), ends.tolist(), strict=True):
+            moving = float(node_t[k])
+            arrival = self.real[-1] + moving - self.moving[-1]
+            leave = arrival + float(dwells[k])
+            # What rounding leaves until the next one is no wait.
+            last = np.floor(leave / period + _ROUNDING) * period
+            if last < arrival - _ROUNDING * period:
+                out[k] = self._wait(float(last), moving, last + period - leave, following)
+            self.real += [arrival, leave + float(out[k])]
+            self.moving += [moving, moving]
+        return out
+
+    def _wait(self, last: float, moving: float, due: float, following: float) -> float:
+        """Return how long to wait so that the chord over a rest keeps to the tolerance, s: until the next setpoint at most.
+
+        The path is followed up to the next rest at most, since there the motion can wait for the same setpoint.
+
+        Args:
+            last: When the setpoint before was.
+            moving: When the rest is left, without waits.
+            due: How long after it the next setpoint is.
+            following: When the next rest is reached, without waits.
+        """
+        ways, x, tolerance = self._under(last, min(moving + due, following))
+        if _most(x, tolerance) <= 1.0:
+            return 0.0
+        low, high = 0.0, due
+        for _ in range(_ROUNDS):
+            waits = np.linspace(low, high, _TRIED)
+            ends = self.way.at(np.minimum(moving + due - waits, following)[::-1])
+            other, _ = self.way.positions(ends)
+            over = _over(x, tolerance, ways[None, :] < ends[::-1, None], other[::-1])
+            kept = np.flatnonzero(over <= 1.0)
+            if not len(kept):
+                return due
+            if not kept[0]:
+                return low
+            after = int(kept[0])
+            low, high = waits[after - 1], waits[after]
+        # From rest the way is as t³.
+        one, least = np.cbrt(over[[after - 1, after]])
+        return float(low + (high - low) * (one - 1.0) / (one - least))
+
+    def _under(self, last: float, end: float) -> tuple[Floats, Floats, Floats]:
+        """Return what `Way.between` does from the setpoint at a time `last` up to `end`, a time without waits.
+
+        Ways before the row are less than 0.
+        """
+        until = self.way.at(np.array([end])).item()
+        if last >= self.real[0]:
+            k = bisect_right(self.real, last)
+            moved = self.moving[k - 1] + last - self.real[k - 1]
+            moved = min([moved, *self.moving[k : k + 1]])
+            return self.way.between(self.way.at(np.array([moved])).item(), until)
+        found = [self.way.between(0.0, until)]
+        for way in self.past[::-1]:
+            begun = float(way.profile.t[0]) <= last
+            since = way.at(np.array([last])).item() if begun else float(way.profile.s[0])
+            end_s = float(way.profile.s[-1])
+            ways, places, tolerance = way.between(since, end_s)
+            found.insert(0, (ways - end_s - 1.0, places, tolerance))
+            if begun:
+                break
+        ways, places, tolerance = (np.concatenate(each) for each in zip(*found, strict=True))
+        return ways, places, tolerance
+
+
+def started(way: Way, stands: Ints, node_t: Floats, dwells: Floats, ends: bool) -> tuple[Floats, float]:
+    """Return how much longer than its dwell each rest of a motion that starts lasts, shape (n,), s, and when it starts.
+
+    What waits for a setpoint at the start need not wait for it on the way, and the stand before the first motion is none of
+    it, as that after the last one is not. So it starts within the first period such that it takes the least time and meets no
+    more setpoints: a motion and its reverse, which can meet the same, take as long. Of long motions that is next to nothing.
+
+    Args:
+        way: What is planned.
+        stands: Intervals, none of them the first, that begin at a rest which lasts, or may have to.
+        node_t: Shape (n + 1,), s: when the motion is at the nodes, without waits.
+        dwells: Shape (≥ n,), s: what the program asks for at them.
+        ends: Whether the motion ends with them; else what follows must not be later.
+    """
+    period = way.course.bounds.period_s
+    least = float(node_t[-1] + dwells[: len(node_t) - 1].sum())
+
+    def from_start(at: float) -> tuple[float, float, Floats]:
+        longer = Rests(way, [], stands, [at], [0.0]).lengthened(node_t, dwells)
+        return least + float(longer.sum()), at, longer
+
+    best = from_start(0.0)
+    if best[0] - least <= _ROUNDING * period or best[0] > _SHORT * period:
+        return best[2], 0.0
+    latest = (np.ceil(best[0] / period - _ROUNDING) if ends else best[0] / period + _ROUNDING) * period
+    tried = np.append(np.arange(1, _STARTS) / _STARTS * period, latest - least)
+    for at in np.sort(tried[(tried > 0.0) & (tried < period)]).tolist():
+        found = from_start(at)
+        if found[0] + at <= latest + _ROUNDING * period and found[0] < best[0]:
+            best = found
+    low, high = best[1], best[1] + period / _STARTS
+    for _ in range(_HALVINGS if best[0] > least else 0):
+        found = from_start(0.5 * (low + high))
+        if found[0] + found[1] <= latest + _ROUNDING * period and found[0] < best[0]:
+            best, low = found, found[1]
+        else:
+            high = found[1]
+    return best[2], best[1]
+
+
+def _most(x: Floats, tolerance: Floats) -> float:
+    """Return how far places are at most from the chord from the first to the last, as a part of their tolerance."""
+    return float(_over(x, tolerance, np.ones((1, len(x)), bool), x[-1:])[0])
+
+
+def _over(x: Floats, tolerance: Floats, under: NDArray[np.bool_], end: Floats) -> Floats:
+    """Return how far places are at most from chords that are gone along with them, as parts of their tolerance, shape (k,).
+
+    The chord does not turn back where the path does. The monotone places on it that are nearest to those that the path has
+    along it are halfway between the furthest so far and the least to come.
+
+    Args:
+        x: Shape (m, axes), places in their order; chords begin at the first.
+        tolerance: Shape (m,).
+        under: Shape (k, m), which of the places lie under each chord, the first ones.
+        end: Shape (k, axes), where the chords end.
+    """
+    chord, side = end - x[0], x - x[0]
+    square = np.einsum("ka,ka->k", chord, chord)
+    along = np.clip(chord @ side.T / np.where(square > 0.0, square, 1.0)[:, None], 0.0, 1.0)
+    ahead = np.minimum.accumulate(np.where(under, along, 1.0)[:, ::-1], axis=1)[:, ::-1]
+    part = 0.5 * (np.maximum.accumulate(along, axis=1) + ahead)
+    away = side[None] - part[..., None] * chord[:, None]
+    far = np.sqrt(np.einsum("kma,kma->km", away, away)) / tolerance
+    out: Floats = np.where(under, far, 0.0).max(axis=1)
+    return out

@@ -1,0 +1,239 @@
+"""What windows hand on, in time: rests that last until a setpoint is near enough, and trajectories with their corners.
+
+Nothing here acts on what is planned afterwards, so it is done in another thread than the solving (`planning`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.planner.assembly import assemble, timed, waits_of
+from cncgen.planner.least_time.chord_refinement import Course
+from cncgen.planner.least_time.corners import nearest
+from cncgen.planner.least_time.mesh import Track
+from cncgen.planner.least_time.pieces import Pieces
+from cncgen.planner.least_time.problem import Solution
+from cncgen.planner.least_time.setpoint_alignment import Rests, Way, started
+from cncgen.planner.limits.axis_limits import Bounds
+from cncgen.planner.record import Limit, SharpCorner, Trajectory
+
+Floats = NDArray[np.float64]
+
+#: A minimum of the speed within this many periods of a jump of the path is counted as that jump's: a third difference of
+#: setpoints spans three periods, so it sees the jump from as far.
+_NEAR = 1.5
+#: Sharp corners that are handed on one by one; beyond them they are counted.
+MAX_CORNERS = 10_000
+
+
+@dataclass(frozen=True, slots=True)
+class Planned:
+    """`n` intervals that a window has solved, of which the first ones are final.
+
+    Attributes:
+        bounds: Limits.
+        parts: Their tracks, and which intervals of each these are.
+        h: Shape (n,), lengths, mm.
+        pieces, solution: The motion on them.
+        final: How many of them are final.
+        moving: Whether the motion is under way at their start.
+        ends: Whether the program ends with those that are final.
+    """
+
+    bounds: Bounds
+    parts: list[tuple[Track, slice]]
+    h: Floats
+    pieces: Pieces
+    solution: Solution
+    final: int
+    moving: bool
+    ends: bool
+
+
+@dataclass(slots=True)
+class Timeline:
+    """A program's motion as far as it is final.
+
+    Attributes:
+        t_s: Time at its end.
+        corners: Sharp corners so far.
+        past: Its ways, back to a period before `t_s` at least.
+        cornered: Whether what came last had rests that chords might cut (`Track.cuts`).
+    """
+
+    t_s: float = 0.0
+    corners: int = 0
+    past: list[Way] = field(default_factory=list)
+    cornered: bool = False
+
+    def trajectories(self, planned: Planned) -> Iterator[Trajectory]:
+        """Turn the intervals that are final into trajectories."""
+        longer = self._longer(planned)
+        position = 0
+        for track, rows in planned.parts:
+            count = min(rows.stop - rows.start, planned.final - position)
+            if count <= 0:
+                break
+            yield self._trajectory(planned, track, rows.start, slice(position, position + count), longer)
+            position += count
+
+    def _longer(self, planned: Planned) -> Floats:
+        """Return how much longer than the program asks for rests last before the intervals that are final, shape (final,), s."""
+        parts, pieces, final = planned.parts, planned.pieces, planned.final
+        cuts = np.concatenate([track.cuts[rows] for track, rows in parts])[:final]
+        cornered, self.cornered = self.cornered, bool(cuts.any())
+        if not (cornered or self.cornered):
+            return np.zeros(final)
+        dwells = np.zeros(len(planned.h) + 1)
+        first = 0
+        for track, rows in parts:
+            events = [event for event in track.events if rows.start <= event[0] <= rows.stop]
+            dwells[first : first + rows.stop - rows.start + 1] += waits_of(
+                events, rows.stop - rows.start + 1, rows.start
+            )
+            first += rows.stop - rows.start
+        way = Way.planned(Course(parts, planned.bounds), planned.h, pieces)
+        stands = cuts | (dwells[:final] > 0.0)
+        if not self.past and not dwells[0]:
+            # The first wait is before the motion starts.
+            after = np.flatnonzero(stands[1:]) + 1
+            longer, start = started(way, after, way.profile.t[pieces.offset], dwells, planned.ends)
+            longer[0] = start
+            return longer[:final]
+        # How the motion goes on after a rest at the end of the last hand-on, and so the chord over it, is known only now.
+        stands[0] |= not planned.moving
+        rests = Rests(way, self.past, np.flatnonzero(stands), [self.t_s], [0.0])
+        return rests.lengthened(way.profile.t[pieces.offset], dwells)[:final]
+
+    def _trajectory(
+        self, planned: Planned, track: Track, first: int, part: slice, longer: Floats
+    ) -> Trajectory:
+        """Return the trajectory of a part of the intervals, those of a track from its `first` on."""
+        pieces, period_s = planned.pieces, planned.bounds.period_s
+        q, limit = planned.solution.q[part, 0], planned.solution.limit[part]
+        count = part.stop - part.start
+        whole = first + count == len(track)
+        last = first + count if whole else first + count - 1
+        events = [event for event in track.events if first <= event[0] <= last]
+        waits = waits_of(events, count + 1, first)
+        first_piece, last_piece = pieces.offset[part.start], pieces.offset[part.stop]
+        cut = slice(first_piece, last_piece)
+        offset = pieces.offset[part.start : part.stop + 1] - first_piece
+        why = np.where(waits > 0.0, np.int8(Limit.STOP), np.int8(Limit.CHORD))
+        waits[:-1] += longer[part]
+        owner = np.repeat(np.arange(count), np.diff(offset))
+        profile, arrival = assemble(
+            self.t_s,
+            np.append(track.s[first + owner] + pieces.place[cut], track.s[first + count]),
+            (pieces.duration[cut], pieces.v[cut], pieces.a[cut], pieces.j[cut], pieces.c[cut]),
+            pieces.limit[cut],
+            offset,
+            waits,
+            why,
+        )
+        self.t_s = float(profile.t[-1])
+        self.past = [way for way in self.past if way.profile.t[-1] > self.t_s - period_s]
+        self.past.append(Way.gone(track, profile, planned.bounds))
+        slow = slow_nodes(track, first, q, limit, period_s)
+        room = max(0, MAX_CORNERS - self.corners)
+        self.corners += len(slow)
+        corners = corners_at(slow[:room], track, first, q, limit, arrival)
+        return Trajectory(
+            toolpath=track.toolpath,
+            row_s=np.asarray(track.path.row_s),
+            profile=profile,
+            events=timed(events, arrival, first),
+            corners=corners,
+            values={"corners_total": self.corners},
+        )
+
+
+def slow_nodes(
+    track: Track, first: int, q: Floats, limit: NDArray[np.int8], period_s: float
+) -> NDArray[np.int64]:
+    """Return the nodes, counted from `first`, at which the motion slows for a corner.
+
+    Those are jumps of the path's derivatives, and minima of the speed between maxima a tenth higher that curvature
+    (acceleration, jerk, chord error) causes. A minimum within `_NEAR` periods of a jump is that jump's, and one that
+    costs less than a period is none.
+
+    Args:
+        track: The intervals.
+        first: Number of the first one.
+        q, limit: Shape (count,), their solution: v² at their left ends, and what binds.
+        period_s: Time between setpoints.
+    """
+    jumps = np.flatnonzero(track.corner[first : first + len(q)])
+    s = track.s[first : first + len(q)]
+    minima = _minima(s, q, limit, period_s)
+    if len(jumps) and len(minima):
+        beside = jumps[nearest(s[jumps], s[minima])]
+        way = _NEAR * period_s * np.sqrt(np.maximum(q[beside], q[minima]))
+        minima = minima[np.abs(s[minima] - s[beside]) > way]
+    return np.union1d(jumps, minima)
+
+
+def corners_at(
+    at: NDArray[np.int64], track: Track, first: int, q: Floats, limit: NDArray[np.int8], arrival: Floats
+) -> tuple[SharpCorner, ...]:
+    """Name the corners at nodes that `slow_nodes` found; `arrival` has the time at the nodes from `first` on."""
+    if not len(at):
+        return ()
+    s = track.s[first + at]
+    position = track.path.evaluate(s, 0)[0]
+    line = track.toolpath.line[track.path.row_of(s)]
+    which = np.where(track.corner[first + at], np.int8(Limit.CORNER), limit[at])
+    return tuple(
+        SharpCorner(
+            int(line[i]),
+            tuple(position[i].tolist()),
+            float(np.sqrt(q[k])),
+            Limit(int(which[i])),
+            float(arrival[k]),
+        )
+        for i, k in enumerate(at)
+    )
+
+
+def _minima(s: Floats, q: Floats, limit: NDArray[np.int8], period_s: float) -> NDArray[np.int64]:
+    """Return where q has a minimum a fifth below the maxima on both sides, for another reason than the feed.
+
+    The time that it costs, beside going through at the lower of these maxima, is a period at least.
+    """
+    rise = np.sign(np.diff(q))
+    turn = np.flatnonzero(rise[1:] * rise[:-1] < 0) + 1
+    if not len(turn):
+        return turn
+    edges = np.concatenate([[0], turn, [len(q) - 1]])
+    low = turn[rise[turn] > 0]
+    k = np.searchsorted(edges, low)
+    before, after = edges[k - 1], edges[k + 1]
+    level = np.minimum(q[before], q[after])
+    named = np.flatnonzero(
+        (q[low] < 0.8 * level) & ~np.isin(limit[low], (Limit.NONE, Limit.FEED, Limit.STOP))
+    )
+    first, last = before[named], after[named]
+    return low[named[_time_below(s, np.sqrt(q), first, last, np.sqrt(level[named])) >= period_s]]
+
+
+def _time_below(
+    s: Floats, v: Floats, first: NDArray[np.int64], last: NDArray[np.int64], level: Floats
+) -> Floats:
+    """Return what ways take more where the speed is below a level than they would at that, shape (k,), s.
+
+    Args:
+        s, v: Shape (n,), places and the speed there.
+        first, last: Shape (k,), where each way begins and ends, further on.
+        level: Shape (k,), mm/s.
+    """
+    count = last - first
+    begin = np.cumsum(count) - count
+    at = np.arange(count.sum()) + np.repeat(first - begin, count)
+    top = np.repeat(level, count)
+    time = 2.0 * (s[at + 1] - s[at]) / (np.minimum(v[at + 1], top) + np.minimum(v[at], top))
+    spent: Floats = np.add.reduceat(time, begin) if len(time) else np.zeros(0)
+    return spent - (s[last] - s[first]) / level

@@ -1,0 +1,171 @@
+"""What holds the speed and its derivatives along a path: the limits of the axes, and the bounds of q = v².
+
+An axis x_i(s) moves with x_i' v, x_i'' q + x_i' q'/2 and so on (Verscheure et al., 2009, without the robot's
+dynamics); where the path is straight, its limit by |x_i'| is the limit along the path. The other modules of `optimal`
+take all their limits from here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import reduce
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.geometry.columns import least
+from cncgen.kernels import along_path as kernel
+from cncgen.machine.record import Machine
+from cncgen.planner.limits.rows import AxisLimits
+from cncgen.planner.record import Limit
+from cncgen.planner.smoothing.runs import axis_scale
+
+Floats = NDArray[np.float64]
+
+#: Part of the jerk limit that a jump of tangent or curvature may take at most; the rest is for the motion around it. Chosen:
+#: with more the motion beside a corner can hardly brake or accelerate, with less corners are passed more slowly.
+JUMP_SHARE = 0.75
+#: Part of the jerk limit, beside `JUMP_SHARE`, that the acceleration along the path may take while a jump is passed.
+SWAY_SHARE = 0.02
+#: Speed at a jump of the tangent, as a multiple of the smaller of J T² and A T, below which the motion stops there instead.
+STOP_SPEED = 1.0
+#: A bend is too short to show in setpoints if it is shorter than the first part of J T³/6, the way that full jerk leads from
+#: rest in a period, and than the second part of A T²/2, that of full acceleration: J T³/50 and A T²/200 (docs/least-time.md).
+_UNSEEN = 0.12, 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """Limits of a machine for a toolpath's columns.
+
+    Attributes:
+        axes: Velocity, acceleration and jerk of each axis.
+        period_s: Time between setpoints.
+        chord_mm: Largest distance of the chord of a period from the path.
+        centripetal: Largest v²κ, mm/s², and the `Limit` that it stands for.
+        scale: Shape (axes,), what columns are multiplied by to be mm: chords are those of all axes, one degree a millimetre.
+    """
+
+    axes: AxisLimits
+    period_s: float
+    chord_mm: float
+    centripetal: tuple[float, Limit]
+    scale: Floats
+
+    @classmethod
+    def of(cls, machine: Machine, letters: str, contour_centripetal: float = np.inf) -> Bounds:
+        """Take the limits of a machine; `contour_centripetal` is the v²κ at which the predicted contour error is met."""
+        given = machine.max_centripetal_mm_s2 or np.inf
+        centripetal = (given, Limit.CENTRIPETAL)
+        if contour_centripetal < given:
+            centripetal = (contour_centripetal, Limit.CONTOUR_ERROR)
+        axes, scale = AxisLimits.of(machine, letters), axis_scale(letters)
+        return cls(axes, machine.period_s, machine.chord_tolerance_mm, centripetal, scale)
+
+    def top(
+        self, feed: Floats, feed_limit: NDArray[np.int8], x1: Floats, x2: Floats
+    ) -> tuple[Floats, NDArray[np.int8]]:
+        """Return the largest q = v² at points of the path and the `Limit` behind it.
+
+        Args:
+            feed: Shape (n,), mm/s, infinite for rapids.
+            feed_limit: Shape (n,), int8, the `Limit` that it stands for.
+            x1, x2: Shape (n, axes), dx/ds and d²x/ds².
+        """
+        q, limit = np.empty(len(x1)), np.empty(len(x1), np.int8)
+        kernel.top(
+            feed,
+            feed_limit,
+            self.axes.velocity,
+            self.chord_mm,
+            self.period_s,
+            self.centripetal[0],
+            self.scale,
+            np.array([Limit.VELOCITY, Limit.CHORD, self.centripetal[1]], np.int8),
+            np.ascontiguousarray(x1),
+            np.ascontiguousarray(x2),
+            q,
+            limit,
+        )
+        return q, limit
+
+    def jump(self, turn: Floats, bend: Floats) -> tuple[Floats, Floats]:
+        """Return what a jump costs: per axis, the part of the jerk limit taken at speed v is linear·v + square·v².
+
+        A divided difference is a mean of the derivative weighed with a B-spline (de Boor, A Practical Guide to Splines
+        (2001), chapter IX). A step of dx/ds by Δ at speed v is a pulse of acceleration v Δ: in the third difference over
+        a period T it is weighed with the derivative of the quadratic B-spline B, |B'| ≤ 1/T², in the second difference with
+        at most 1/T. A step of d²x/ds² is a step of acceleration v² Δ, weighed with B ≤ 3/(4 T) (docs/corners.md).
+
+        Args:
+            turn, bend: Shape (n, axes), steps of dx/ds and d²x/ds².
+
+        Returns:
+            linear, square: Shape (n, axes), s/mm and s²/mm².
+        """
+        period = self.period_s
+        weak = np.minimum(self.axes.jerk * period**2, self.axes.acceleration * period)
+        return np.abs(turn) / weak, 0.75 * np.abs(bend) / (self.axes.jerk * period)
+
+
+def along_path(limit: Floats, *x1: Floats) -> Floats:
+    """Return the largest speed, acceleration or jerk along the path that keeps every axis to its limit, shape (n,).
+
+    Args:
+        limit: Shape (axes,).
+        x1: Shape (n, axes) each, dx/ds at places of the path, or on both sides of them. Where no axis moves there is no
+            bound.
+    """
+    out = np.empty(len(x1[0]))
+    largest = x1[0] if len(x1) == 1 else reduce(np.maximum, map(np.abs, x1))
+    kernel.weakest(limit, np.ascontiguousarray(largest), out)
+    return out
+
+
+def resolution(bounds: Bounds, x1: Floats) -> Floats:
+    """Return up to which length a bend of the path does not show in setpoints, shape (n,), mm.
+
+    It is a small part, `_UNSEEN`, of the way that full jerk, J T³/6, or full acceleration, A T²/2, leads from rest in a
+    period, and the chord tolerance at most. X Y Z may turn to any direction within the bend, so each of them counts with
+    its whole limit; further axes follow at the ratio dx/ds that they have at the place. Axes that do not move do not count.
+
+    Args:
+        bounds: Limits.
+        x1: Shape (n, axes), dx/ds at places of the path.
+    """
+    # Of X Y Z alone it is the same everywhere. Column by column, for one that moves is seen at its first places.
+    gain = np.abs(x1 if x1.shape[1] > 3 else x1[:1])
+    gain[:, :3] = [column.any() for column in x1[:, :3].T]
+    by_jerk = along_path(bounds.axes.jerk, gain) * bounds.period_s**3 / 6.0
+    by_acceleration = along_path(bounds.axes.acceleration, gain) * bounds.period_s**2 / 2.0
+    found = np.minimum(_UNSEEN[0] * by_jerk, _UNSEEN[1] * by_acceleration)
+    shown = np.where(np.isfinite(found), np.minimum(found, bounds.chord_mm), 0.0)
+    return np.broadcast_to(shown, len(x1)).copy()
+
+
+def speed_within(linear: Floats, square: Floats, share: float) -> Floats:
+    """Return the largest v with linear·v + square·v² ≤ share for every axis, shape (n,).
+
+    The root of the quadratic is taken in the form that also holds for square = 0, and loses no digits near that.
+    """
+    with np.errstate(divide="ignore", over="ignore"):
+        v = 2.0 * share / (linear + np.sqrt(linear**2 + 4.0 * share * square))
+    return least(v)
+
+
+def lowered(values: Floats, way: Floats) -> Floats:
+    """Return the largest values, none above those given, that differ between two places by no more than the way between them.
+
+    This is a look-ahead and a look-back in one: with v² for the values and 2 A s for the way it is the largest speed that
+    full acceleration allows (Bobrow et al., 1985). A value that no other one lowers is returned unchanged to the last
+    digit, however large the way is beside it.
+
+    Args:
+        values: Shape (n,).
+        way: Shape (n,), ascending.
+    """
+    up, down = values - way, (values + way)[::-1]
+    from_before, from_after = np.minimum.accumulate(up), np.minimum.accumulate(down)[::-1]
+    after = np.where(up <= from_before, values, from_before + way)
+    before = np.where(down[::-1] <= from_after, values, from_after - way)
+    return np.minimum(np.minimum(after, before), values)

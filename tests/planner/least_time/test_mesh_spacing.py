@@ -1,0 +1,299 @@
+"""Spacing of the nodes: graded, measured, inverted; blocks of rows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import MappingProxyType
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+from cncgen.diagnostics import NoPlanError
+from cncgen.machine import load
+from cncgen.machine.record import Axis, Machine
+from cncgen.pipeline import plan as plan_program
+from cncgen.pipeline import read_text, sample
+from cncgen.planner import PlanOptions, plan
+from cncgen.planner.least_time import mesh_spacing
+from cncgen.planner.least_time.blocks import blocks
+from cncgen.planner.least_time.corners import Joints
+from cncgen.planner.least_time.mesh import Section
+from cncgen.planner.limits.axis_limits import Bounds
+from cncgen.planner.motion import motion_at
+from cncgen.planner.paths import path_of
+from cncgen.toolpath.slicing import join
+from tests.planner.judging import used
+from tests.planner.smoothing.programs import chunked, facets
+
+
+@given(st.floats(-0.9, 5.0), st.floats(1e-9, 1e3))
+def test_the_measure_is_the_integral_of_one_over_the_spacing(growth: float, h: float) -> None:
+    slope = np.array([growth])
+    expected, _ = quad(lambda x: 1.0 / (h + growth * x), 0.0, h)
+    got = mesh_spacing._log(slope, np.ones(1))
+    assert got[0] == pytest.approx(expected, rel=1e-6)
+    assert mesh_spacing._exp(slope, got)[0] == pytest.approx(1.0, rel=1e-9)
+
+
+def test_nodes_grow_from_a_tiny_interval_without_more_than_its_logarithm() -> None:
+    s, spacing = np.array([0.0, 1e-7, 1.0]), np.array([1e-9, 2e-8, 0.2])
+    found = mesh_spacing._spread(s, spacing, s[[0, 2]], np.zeros(1, bool))
+    steps = np.diff(found)
+    assert found[0] == 0.0
+    assert found[-1] == 1.0
+    assert len(found) < 150
+    assert np.all(steps > 0)
+    # Each step is the spacing where it stands, at most: that of its right end, which is larger.
+    assert np.all(steps <= np.interp(found[1:], s, spacing) * (1 + 1e-6))
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_graded_spacing_grows_no_faster_and_is_never_larger(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    s = np.sort(random.uniform(0, 10, 50))
+    spacing = 10 ** random.uniform(-4, 1, 50)
+    growth = random.choice([0.1, 0.2], 49)
+    fine, out = mesh_spacing._graded(s, spacing, growth)
+    assert np.all(np.isin(s, fine))
+    grown = np.interp(fine, s, np.concatenate([[0.0], np.cumsum(growth * np.diff(s))]))
+    assert np.all(np.abs(np.diff(out)) <= np.diff(grown) + 1e-12)
+    # The largest such spacing: lower somewhere only because of another place.
+    here = grown[np.searchsorted(fine, s)]
+    reached = (spacing[None, :] + np.abs(here[:, None] - here[None, :])).min(axis=1)
+    np.testing.assert_allclose(out[np.searchsorted(fine, s)], reached, rtol=1e-9, atol=1e-12)
+
+
+def test_spacing_grows_back_from_a_place_that_is_fine_for_the_sake_of_the_next() -> None:
+    """Fine at the last of two near places: the way back to the coarse one is graded too (once linear over all of it)."""
+    s, spacing = np.array([0.0, 10.0, 10.0 + 1e-8]), np.array([0.01, 0.01, 1e-9])
+    fine, out = mesh_spacing._graded(s, spacing, np.full(2, 0.2))
+    assert np.interp(10.0 - 0.05, fine, out) == pytest.approx(0.01, rel=1e-6)
+    assert len(mesh_spacing._spread(fine, out, s[[0, 2]], np.zeros(1, bool))) < 1200
+
+
+def test_distance_to_the_nearest_other_place() -> None:
+    s = np.arange(8.0)
+    mine = np.array([True, True, False, True, True, True, True, False])
+    assert mesh_spacing._from_others(s, mine).tolist() == [0, 1, 0, 1, 2, 2, 1, 0]
+
+
+def test_speed_that_acceleration_leads_to_from_slow_places() -> None:
+    """v² = 2 A d from a rest and from a corner passed at 3, and what the path allows elsewhere; A is 2, 4 from place 3 on."""
+    s = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0])
+    joints = Joints(
+        s=s[[0, 5]],
+        stop=np.array([True, False]),
+        corner=np.zeros(2, bool),
+        speed=np.array([0.0, 3.0]),
+        taken=np.zeros((2, 2, 1)),
+        acceleration=np.full(2, np.inf),
+        zone=np.zeros(2),
+        cuts=np.zeros(2, bool),
+        doubt=np.full(2, np.inf),
+    )
+    speed = np.sqrt([100.0, 100.0, 7.0, 100.0, 100.0, 100.0])
+    found = mesh_spacing._gained(s, speed, np.array([2.0, 2.0, 2.0, 4.0, 4.0, 4.0]), joints)
+    np.testing.assert_allclose(found, [0.0, 4.0, 7.0, 15.0, 17.0, 9.0])
+
+
+@pytest.mark.parametrize("jerk", [2.5e7, 1e9])
+def test_setpoints_more_often_need_no_more_nodes_where_jerk_hardly_counts(jerk: float) -> None:
+    """Half a period apart they were 20,000 at 0.05 ms, of which A/J is two or a twentieth; the limits hold with fewer."""
+    text = "G21 G90 G61 F30000\nG1 X45\nG3 X50 Y5 I0 J5\nG1 Y45\nG3 X45 Y50 I-5\nG1 X0\nM2\n"
+    axes = MappingProxyType({a: Axis(a, 250.0, 2500.0, jerk) for a in "XYZ"})
+    plans = [
+        list(plan(read_text(text).chunks(), replace(Machine("stiff", axes), period_s=period), PlanOptions()))
+        for period in (1e-3, 5e-5)
+    ]
+    counts = [sum(len(part.profile.v) for part in parts) for parts in plans]
+    assert counts[1] <= 1.5 * counts[0]
+    (part,) = plans[1]
+    t = 5e-5 * (np.arange(-3, int(part.profile.t[-1] / 5e-5) + 4) + 0.3)
+    s = motion_at(part.profile, np.clip(t, 0.0, part.profile.t[-1])).s
+    x = path_of(part.toolpath).evaluate(s, 0)[0]
+    for order, limit in ((1, 250.0), (2, 2500.0), (3, jerk)):
+        assert np.abs(np.diff(x, order, axis=0)).max() / 5e-5**order <= 1.001 * limit + 1e-12 / 5e-5**order
+
+
+@pytest.mark.parametrize("size", [1, 7, 100, 1000])
+def test_blocks_do_not_depend_on_chunks(size: int) -> None:
+    rows = facets(250)
+    made = list(blocks(chunked(rows, size), 64))
+    assert [len(block) for block in made] == [64, 64, 64, 58]
+    np.testing.assert_array_equal(join(made).end, rows.end)
+    np.testing.assert_array_equal(made[1].start, rows.end[63])
+
+
+def test_more_nodes_than_memory_is_meant_for_are_refused_with_their_line(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    program = read_text("G21 G17 G90 G61 F600\nG1 X1\nG2 X1 Y0 I10 J0\nG1 X0\nM2\n")
+    monkeypatch.setattr(mesh_spacing, "MOST", 50)
+    with pytest.raises(NoPlanError) as told:
+        list(plan(program.chunks(), load("generic-mill"), PlanOptions()))
+    (fault,) = told.value.diagnostics
+    assert fault.code == "too-many-nodes"
+    assert fault.span is not None
+    assert fault.span.line == 3
+    assert fault.values["nodes"] > 50
+
+
+@pytest.mark.parametrize("far", [0.02, 0.05, 0.1])
+def test_a_rest_near_a_slow_feed_is_reached_at_full_jerk(far: float) -> None:
+    """From 2 mm/s to v and to rest in so many mm, at full jerk, (v + 2) √((v − 2)/J) + v √(v/J) of way, is a plan.
+
+    A single interval of constant jerk, sized for the feed of the last line, which it cannot reach, took 1.6 to 3 ms longer.
+    """
+    axes = {letter: Axis(letter, 100.0, 1e4, 1e6) for letter in "XY"}
+    machine = Machine("quick", MappingProxyType(axes), 1e-3, 1e-3, 0.01)
+    slow, jerk = 2.0, 0.9993e6
+    top = brentq(lambda v: (v + slow) * np.sqrt((v - slow) / jerk) + v * np.sqrt(v / jerk) - far, slow, 100.0)
+    start = 2.0 * np.sqrt(slow / jerk)
+    known = start + 5.0 / slow - 0.5 * start + 2.0 * np.sqrt((top - slow) / jerk) + 2.0 * np.sqrt(top / jerk)
+    *_, last = plan_program(read_text(f"G21 G90 G61\nG1 X5 F120\nX{5.0 + far} F6000\nM2\n"), machine)
+    assert last.profile.t[-1] <= known
+
+
+@pytest.mark.parametrize("back", [False, True])
+@pytest.mark.parametrize("b", [0.1, 0.03, 0.01])
+def test_a_rest_near_a_bend_is_reached_at_full_jerk(b: float, back: bool) -> None:
+    """A C² curve whose last span is straight: from v₀ where that begins to v and to rest, as in the test above, is a plan.
+
+    A single interval of constant jerk, sized for the way to the next breakpoint, took 4.8 to 10 ms longer.
+    """
+    machine = Machine(
+        "table", {letter: Axis(letter, 250.0, 2450.0, 5e4) for letter in "XY"}, 1e-3, 1e-3, 0.01
+    )
+    points = np.array([(0, 0), (5, 0), (10 - b, 0), (10, 0), (10, b), (10, 2 * b), (10, 4 * b)])
+    points = points[::-1] - points[-1] if back else points
+    knots = [0, 0, 0, 0, 0.25, 0.5, 0.75, 1, 1, 1, 1]
+    first, *rest = [f"K{knot} X{x} Y{y} R1" for knot, (x, y) in zip(knots, points.tolist(), strict=False)]
+    curve = "\n".join([f"G6.2 P4 {first} F60000", *rest, *["K1"] * 4])
+    (part,) = plan_program(read_text(f"G21 G90 G94 G61\n{curve}\nM2\n"), machine)
+    motion = part.profile
+    # The span begins at 13/12 b, a mean of b and 2 b.
+    way, jerk = 4 * b - 13 / 12 * b, 0.9993 * 5e4
+    place = way if back else motion.s[-1] - way
+    there = brentq(lambda t: motion_at(motion, np.array([t])).s[0] - place, 0.0, motion.t[-1])
+    took, slow = there if back else motion.t[-1] - there, motion_at(motion, np.array([there])).v[0]
+    top = brentq(lambda v: (v + slow) * np.sqrt((v - slow) / jerk) + v * np.sqrt(v / jerk) - way, slow, 100.0)
+    assert took <= 2.0 * np.sqrt((top - slow) / jerk) + 2.0 * np.sqrt(top / jerk)
+
+
+#: Near-cusps: points, weights, and by their size and the period the limits of jerk, acceleration and chords.
+CUSPS = (
+    ([(0.0, 0.0), (1.0, 0.0), (0.22, 0.037)], (1.0, 1.0, 1.0), (0.02, 0.1, 2e-3)),
+    ([(0.0, 0.0), (1.0, 0.0), (0.64, 0.0031)], (1.0, 3.0, 1.0), (0.1, 1.0, 2.4e-4)),
+    ([(0.0, 0.0), (1.0, 0.0), (0.998, -0.001), (0.19, 0.002)], (1.0, 1.0, 1.0, 1.0), (0.06, 0.3, 5e-3)),
+)
+
+
+@pytest.mark.parametrize(("points", "weights", "limits"), CUSPS)
+def test_a_path_and_its_reverse_have_the_same_nodes(
+    points: list[tuple[float, float]], weights: tuple[float, ...], limits: tuple[float, float, float]
+) -> None:
+    """Panels cut from the start on, and x''' looked at in the first three quarters of each, had given others: up to 12 % of time."""
+    period = 1e-3
+    jerk, acceleration, chord = limits
+    axes = {letter: Axis(letter, 1e6, acceleration / period**2, jerk / period**3) for letter in "XYZ"}
+    machine = Machine("quick", MappingProxyType(axes), period, chord, 0.01)
+    found = []
+    for step in (1, -1):
+        way = np.array(points)[::step] - points[::step][0]
+        rows = [f"K0 X{x:.12f} Y{y:.12f} R{r}" for (x, y), r in zip(way, weights[::step], strict=True)]
+        end = "\n".join(["K1"] * len(rows))
+        found.append(
+            _nodes_of(
+                f"G21 G90 G94 G61\nG6.2 P{len(rows)} F60000 " + "\n".join(rows) + f"\n{end}\nM2\n", machine
+            )
+        )
+    np.testing.assert_allclose(found[0], found[0][-1] - found[1][::-1], rtol=0.0, atol=1e-6)
+
+
+def test_a_curve_that_stands_at_its_end_has_as_many_nodes_as_its_reverse() -> None:
+    """A cubic with a doubled last point, where its x''' is infinite, and a line that goes on in its direction.
+
+    Once the infinite x''' was taken with the speed on the line: more than a million nodes, where the reverse has some hundred.
+    """
+    machine = load("xy-table")
+    curve = np.array([(0, 0), (5, 8), (12, 10), (12, 10)])
+    end = np.array([19, 12])
+    found = []
+    for points, before, after in ((curve, "", "G1 X19 Y12\n"), (end - curve[::-1], "G1 X7 Y2\n", "")):
+        rows = "\n".join(f"K0 X{x} Y{y} R1" for x, y in points)
+        text = f"G21 G90 G94 G61 F60000\n{before}G6.2 P4 {rows}" + "\nK1" * 4 + f"\n{after}M2\n"
+        found.append(_nodes_of(text, machine))
+    assert len(found[0]) < 2000
+    np.testing.assert_allclose(found[0], found[0][-1] - found[1][::-1], rtol=0.0, atol=1e-3)
+
+
+def _nodes_of(text: str, machine: Machine) -> NDArray[np.float64]:
+    """Return where the nodes of a program of one block stand."""
+    toolpath = join(list(read_text(text).chunks()))
+    section = Section.of(
+        toolpath, path_of(toolpath), Bounds.of(machine, toolpath.axes), None, None, "best", None
+    )
+    return section.track(section.joints()).s
+
+
+def test_an_interval_from_rest_holds_nothing_finer_than_itself() -> None:
+    """Two places that want nodes 0.01 apart: at 0.3 after the first breakpoint, and at 0.2 before the last."""
+    s, probes = np.array([0.0, 1.0, 3.0]), np.array([0.0, 0.1, 0.3, 0.6, 1.0, 1.5, 2.8, 2.9, 3.0])
+    spacing = np.array([0.5, 0.5, 0.01, 0.5, 0.5, 0.5, 0.01, 0.5, 0.5])
+    rest = np.array([True, False, True])
+    first = np.where(rest, 0.4, np.inf)
+    before, after = mesh_spacing._clear((first.copy(), first.copy()), probes, spacing, s)
+    # The one before the end reaches to the place at 0.2, that after the start to the one at 0.3; nothing rests between.
+    assert after.tolist() == [0.3, np.inf, 0.4]
+    assert before.tolist() == [0.4, np.inf, pytest.approx(0.2)]
+
+
+@pytest.mark.parametrize("effort", ["best", "fast"])
+def test_turns_of_one_arc_beside_a_weak_axis_keep_its_velocity(effort: str) -> None:
+    """Places that look at an arc of many turns alike missed where Y begins to go back: its velocity was passed by 13 %.
+
+    Judged by differences; Y goes 4 r a turn, so that 7 turns take at least 42 s at 1 mm/s.
+    """
+    axes = {
+        "X": Axis("X", 1000.0, 2e4, 1e6),
+        "Y": Axis("Y", 1.0, 20.0, 1e3),
+        "Z": Axis("Z", 250.0, 2e4, 1e6),
+    }
+    machine = Machine("weak", axes, period_s=0.001)
+    program = read_text("G21 G90 G61 F8000\nG2 I1.5 P6\nG3 I-1.5 P1\nM2\n", "turns.nc")
+    setpoints = sample(plan_program(program, machine, PlanOptions(effort=effort))).collect()
+    assert setpoints.axes == "XY"
+    x = np.column_stack([setpoints.position, np.zeros(len(setpoints))])
+    assert used(x, machine) <= 1.001
+    assert 42.0 < setpoints.time_s[-1] < 42.0 * 1.02
+
+
+@pytest.mark.parametrize(
+    ("rows", "period"),
+    [
+        ("K0 X0 Y0 R1|K0 X5 Y5 R1000|K0 X10 Y0 R0.001|K1 X15 Y5 R1|K2 X20 Y0 R1|K3|K3|K3", 1e-4),
+        ("K0 X0 Y0 R1|K0 X5 Y5 R1000|K0 X10 Y0 R0.001|K1 X15 Y5 R1|K2 X20 Y0 R1|K3|K3|K3", 2.5e-4),
+        (
+            "K0 X-8.251 Y-7.486 R1|K0 X-0.446 Y-2.5 R0.001|K0 X-7.934 Y2.426 R1000|K1 X0.235 Y2.376 R1000|"
+            "K2 X-7.776 Y-9.174 R0.1|K3 X9.07 Y-8.86 R1|K4|K4|K4",
+            1e-4,
+        ),
+    ],
+)
+def test_bends_beside_control_points_of_large_weight_keep_the_jerk(rows: str, period: float) -> None:
+    """Derivatives were taken a little beside, where the bend is over: the jerk limit was passed by 25, 4 and 33 %.
+
+    Judged by differences of setpoints.
+    """
+    machine = Machine("fine", {k: Axis(k, 250.0, 2500.0, 5e4) for k in "XYZ"}, period_s=period)
+    start, curve = rows.split("|")[0].split(maxsplit=1)[1][:-3], rows.replace("|", "\n")
+    program = read_text(f"G21 G90 G61 F6000\nG1 {start}\nG6.2 P3 {curve}\nM2\n", "weights.nc")
+    setpoints = sample(plan_program(program, machine)).collect()
+    assert setpoints.axes == "XY"
+    x = np.column_stack([setpoints.position, np.zeros(len(setpoints))])
+    assert used(x, machine) <= 1.001

@@ -1,0 +1,173 @@
+"""Where no window is solved: a stop where the motion crawls anyway, and at last a creep that holds every limit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.polynomial import Polynomial
+
+import cncgen
+from cncgen.planner.least_time import corner_trials, planning, problem, rolling_window
+from cncgen.planner.least_time.mesh import SPLINE
+from cncgen.planner.least_time.problem import Intervals, Solution
+from cncgen.planner.least_time.time_scaling import creeping, hurdle
+from cncgen.setpoints import sample
+from tests.planner.least_time.test_least_time_kernel import wave
+
+
+def kinked(at: int, jerk: float) -> Intervals:
+    """Return a wave of whose intervals one has an x''' as beside a cusp."""
+    given = wave(40)
+    x3 = given.x3.copy()
+    x3[at, 1:] = jerk
+    return replace(given, x3=x3)
+
+
+def dense(given: Intervals, q: np.ndarray) -> tuple[float, float]:
+    """Return the largest parts of the limits of acceleration and jerk, by polynomials through the ordinates at 1001 places."""
+    u = np.linspace(0.0, 1.0, 1001)
+    acceleration, jerk = [], []
+    for k in np.flatnonzero(given.kind == SPLINE):
+        b0, b1, b2 = q[k]
+        square = Polynomial([b0, 2.0 * (b1 - b0), b0 - 2.0 * b1 + b2])
+        value, slope, bend = (square.deriv(m)(u) / given.h[k] ** m for m in range(3))
+        for axis, (a, j) in enumerate(given.limits.T):
+            x1, x2, x3 = (
+                np.polyval(np.polyfit([0.0, 0.5, 1.0], x[k, :, axis], 2), u)
+                for x in (given.x1, given.x2, given.x3)
+            )
+            acceleration.append(np.abs(x2 * value + 0.5 * x1 * slope).max() / a)
+            jerk.append(np.abs((x3 * value + 1.5 * x2 * slope + 0.5 * x1 * bend) * np.sqrt(value)).max() / j)
+    return max(acceleration), max(jerk)
+
+
+@pytest.mark.parametrize("jerk", [0.0, 1e6, 1e14])
+def test_a_creep_holds_every_limit(jerk: float) -> None:
+    given = kinked(20, jerk)
+    q = creeping(given).q
+    acceleration, jerks = dense(given, q)
+    assert max(acceleration, jerks) <= 1.0
+    # Of what holds it back it uses most.
+    assert max(acceleration, jerks ** (2.0 / 3.0)) > 0.7
+    assert (q.max(axis=1) <= given.top.min(axis=1)).all()
+
+
+def test_what_is_in_the_way_is_where_limits_are_passed_most_and_only_where_the_motion_crawls() -> None:
+    given = kinked(20, 1e14)
+    q = creeping(kinked(20, 0.0)).q
+    # J T² of 50 mm/s³ a millisecond squared.
+    slow = 0.9 * (50_000.0 * 1e-6) ** 2 / q[20].max()
+    assert hurdle(given, slow * q, 1e-3) == 21
+    assert hurdle(given, 2.0 * slow * q, 1e-3) == 0
+    before = replace(given, x3=np.ascontiguousarray(given.x3[:, ::-1]))
+    assert hurdle(before, slow * q, 1e-3) == 20
+
+
+#: A conic that turns within a micrometre of its knot.
+TIP = """G61
+G6.2 P3 K0 X0 A0 R3.02665 F30000000
+K0 X0.873815532 A0.117688724 R4.28043
+K0 X0.108442135 A-0.421791397 R0.20135
+K0.034844178 X0.482343985 A-1.825645560 R0.21945
+K1
+K1
+K1
+M2
+"""
+
+
+def test_it_stops_where_the_path_turns_not_an_interval_before() -> None:
+    """The interval after such a stop was all of the turn, from rest: a hundred times the jerk of an axis took 1.71 times as long."""
+    times = []
+    for jerk in (5e10, 5e12):
+        axes = {
+            "X": cncgen.machine.Axis("X", 2e5, 2e7, 2e11),
+            "A": cncgen.machine.Axis("A", *np.radians([3e4, 5e6, jerk])),
+        }
+        where = cncgen.Machine("fast", axes, period_s=1.9e-4, chord_tolerance_mm=0.001)
+        *_, last = cncgen.plan(cncgen.read_text(TIP, "tip.nc"), where)
+        times.append(last.profile.t[-1])
+    assert times[1] <= 1.01 * times[0]
+
+
+#: The end of a curve beside doubled control points is a cusp but for 10⁻⁸ mm.
+CUSP = """G61
+G1 X0.002441930795499035 A-0.12500621237171833 F38.9761274
+G6.2 P4 K0 X0.002441930795499035 A-0.12500621237171833 R1 F38.9761274
+K0.0 X0.002441930795499035 A-0.12500621237171833 R1
+K0.0 X0.00419970069363239 A-0.12452534519825657 R1
+K0.0 X0.002441930795499035 A-0.12500621237171833 R1
+K0.260358700 X0.00014312216180170948 A-0.12465263441804306 R1
+K0.260359700 X0.00014312216180170948 A-0.12465263441804306 R1
+K1
+K1
+K1
+K1
+G1 X-0.0045644147717708635 A-0.12009792664617243
+M2
+"""
+
+
+#: A machine of slow axes, one of them rotary, with setpoints every 4.1 ms.
+SLOW = """name = "slow"
+period_s = 0.0041
+chord_tolerance_mm = 1e-05
+path_tolerance_mm = 0.49
+[axes.x]
+max_velocity_mm_s = 0.9908
+max_acceleration_mm_s2 = 10.91
+max_jerk_mm_s3 = 2561.0
+[axes.a]
+max_velocity_deg_s = 1.967
+max_acceleration_deg_s2 = 21.65
+max_jerk_deg_s3 = 5086.0
+"""
+
+
+def test_a_cusp_that_no_window_passes_is_a_stop(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """It took windows of ever fewer intervals, again after each, where the speed is some µm/s."""
+    tried: list[bool] = []
+    solve = rolling_window.solve
+
+    def counted(*given: object, **how: bool) -> Solution:
+        solution = solve(*given, **how)
+        tried.append(solution.converged)
+        return solution
+
+    monkeypatch.setattr(rolling_window, "solve", counted)
+    # What is tried of corners in doubt is not the window's.
+    monkeypatch.setattr(corner_trials, "_FASTEST", 0.0)
+    (tmp_path / "slow.toml").write_text(SLOW)
+    machine = cncgen.load_machine(tmp_path / "slow.toml")
+    program = cncgen.read_text(CUSP)
+    positions = np.concatenate([points.position for points in sample(cncgen.plan(program, machine), machine)])
+    padded = np.pad(positions[:, [0, -1]], ((3, 3), (0, 0)), mode="edge")
+    for k, limit in enumerate(("max_acceleration", "max_jerk"), start=2):
+        rates = np.abs(np.diff(padded, k, axis=0)).max(axis=0) / machine.period_s**k
+        assert (rates <= [1.001 * getattr(axis, limit) for axis in machine.axes.values()]).all()
+    assert tried.count(False) <= 1 < tried.count(True)
+
+
+def test_after_many_starts_that_failed_no_other_is_tried_where_the_motion_crawls_over_what_is_in_the_way(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """One with some rows asleep, and one with all of them: seven starts had been tried before each stop."""
+    tried: list[bool] = []
+    improved = problem._improved
+
+    def counted(*given: object, **how: bool) -> problem._Run:
+        run = improved(*given, **how)
+        tried.append(run.solution.converged)
+        return run
+
+    monkeypatch.setattr(problem, "_improved", counted)
+    monkeypatch.setattr(planning, "Window", partial(rolling_window.Window, patient=0))
+    monkeypatch.setattr(corner_trials, "_FASTEST", 0.0)
+    (tmp_path / "slow.toml").write_text(SLOW)
+    (trajectory, *_) = cncgen.plan(cncgen.read_text(CUSP), cncgen.load_machine(tmp_path / "slow.toml"))
+    assert trajectory.profile.t[-1] > 0.0
+    assert tried.count(False) == 2
