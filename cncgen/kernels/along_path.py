@@ -1,7 +1,7 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False, cpow=True
 """What a path allows at given places: by limits of axes, by chords between setpoints, by how fast its direction turns.
 
-Called by `cncgen.planner.limits.rows` and `cncgen.planner.least_time` (`limits`, `nodes`). Symbols: T period, d chord tolerance, k curvature
+Called by `cncgen.planner.limits` and `cncgen.planner.least_time.mesh_spacing`. Symbols: T period, d chord tolerance, k curvature
 (bend), x1, x2, x3 the first three derivatives of the path by its coordinate, shape (n, axes).
 """
 

@@ -4,8 +4,13 @@
 if another interpolator than the exact one is asked for (`interpolators`), and keeps the drives out of saturation: step by step
 (`saturation`), or in the look-ahead (`drive_limits`). Each of these takes and yields `Trajectory`, chunk by chunk.
 
-The strategy `optimal` (`least_time`, room `optimal`, with `smoothing` before it) is the product. The others are what the papers
-publish, to compare with: `ild` (Tsai (2010)), and the baselines `constant`, `adaptive` and `curvature`.
+Rooms, the lower ones first:
+
+    limits       what a machine and a program allow
+    smoothing    G64: runs of lines and arcs become splines within the tolerance
+    least_time   the strategy `optimal`, the product
+    ild          the strategy `ild` of Tsai (2010), to compare with
+    baselines    the feedrates of the papers: `constant`, `adaptive`, `curvature`
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from cncgen.machine.record import Machine
 from cncgen.planner.baselines.baseline import plan_by_curvature
-from cncgen.planner.limits.rows import chord_speed
+from cncgen.planner.limits.bend_speeds import chord_speed
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.record import Limit, Trajectory
 from cncgen.toolpath.record import Toolpath

@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.planner.limits.rows import AxisLimits
+from cncgen.planner.limits.axis_limits import AxisLimits
 
 Floats = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.planner.limits.rows import chord_speed
+from cncgen.planner.limits.bend_speeds import chord_speed, curvature_speed
 from cncgen.planner.record import Limit
 
 Floats = NDArray[np.float64]
@@ -71,8 +71,3 @@ class CornerRule:
                 kept.append(int(i))
                 last = float(s[i])
         return np.array(kept, dtype=np.int64)
-
-
-def curvature_speed(curvature: Floats, feed_mm_s: float | Floats, kbar_per_mm: float) -> Floats:
-    """Return V_cf = κ̄ V_max / (κ + κ̄) (Tsai 2010, eq. 25), mm/s, of curvatures κ (1/mm), shape (n,): half the feed at κ = κ̄."""
-    return kbar_per_mm * feed_mm_s / (curvature + kbar_per_mm)

@@ -12,7 +12,8 @@ from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
 from cncgen.planner.ild.junctions import joint_speeds, turned
 from cncgen.planner.ild.sharp_corners import CornerRule
-from cncgen.planner.limits.rows import AxisLimits, Rows, rows_of
+from cncgen.planner.limits.axis_limits import AxisLimits
+from cncgen.planner.limits.rows import Rows, rows_of
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit
 from cncgen.toolpath.record import Event, Kind, PathMode, Toolpath

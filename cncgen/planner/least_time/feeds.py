@@ -1,6 +1,6 @@
 """How fast the program asks each row to be (`Feeds`), and which rows are so slow that the motion may stop at their ends.
 
-`planning` calls `paced` before the path is smoothed, `joints` and `track` ask for `Feeds` and `crawling` of each block
+`planning` calls `paced` before the path is smoothed, `corners` and `mesh` ask for `Feeds` and `crawling` of each block
 (docs/corners.md, Rows that crawl).
 """
 

@@ -1,7 +1,7 @@
 """A block of a toolpath as intervals between nodes, with all that the least-time problem needs to know of them.
 
 `Section` is the block with its breakpoints, `Section.joints` classifies them, and `Section.track` cuts the block into the
-intervals of a `Track`, on which `problem` works. `trials` calls both, maybe more than once for a block.
+intervals of a `Track`, on which `problem` works. `corner_trials` calls both, maybe more than once for a block.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _LAST_DIGITS = 2.0**-48
 #: A turn of at least this is a corner, rad. Below it a turn counts only if the coordinates have the digits to show it.
 _SEEN = 1e-5
 #: Nodes stand so close that the direction turns less than this over an interval, rad, and its derivative changes accordingly
-#: (`nodes`). Where it turns more (cusps, bends too short to show), derivatives are replaced by what the ends tell (`_calm`).
+#: (`mesh_spacing`). Where it turns more (cusps, bends too short to show), derivatives are replaced by what the ends tell (`_calm`).
 _SHARP = 0.3
 #: The quarter points of an interval are looked at where the second difference of x''' v³ exceeds this part of the jerk limit;
 #: x''' v³ itself is taken to be at most this multiple of the limit, since the other terms of the jerk can cancel only so much.
@@ -73,7 +73,7 @@ class Track:
         stop: Shape (n + 1,), bool: nodes of rest.
         corner: Shape (n + 1,), bool: nodes where the motion slows or rests because the derivatives jump.
         cuts: Shape (n,), bool: intervals that begin with a rest in a corner, where the chord between two setpoints might be too
-            far from the corner if no setpoint falls near it (`rests`).
+            far from the corner if no setpoint falls near it (`setpoint_alignment`).
         events: Node, source line and event, in order.
     """
 

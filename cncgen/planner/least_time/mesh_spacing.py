@@ -1,6 +1,6 @@
 """Where the nodes of a block stand: dense where the path bends or the motion must slow down, sparse elsewhere.
 
-`track` calls `placed` with the breakpoints that `joints` has classified. The block is looked at in some places of each panel of
+`mesh` calls `placed` with the breakpoints that `corners` has classified. The block is looked at in some places of each panel of
 the path (`_Survey`); there the largest spacing is found by what the path and its limits are like (`_spacing`, `_change`), made to
 grow slowly along the path (`_graded`), and the nodes are spread by it (`_spread`). Reasons and figures of the densities:
 docs/least-time.md, Nodes.

@@ -1,4 +1,4 @@
-"""A solution (q by s) as pieces in time (s by t), each in closed form; between `problem` and `window`.
+"""A solution (q by s) as pieces in time (s by t), each in closed form; between `problem` and `rolling_window`.
 
 On the spline s''' = c s', beside a rest and on straight lines from rest to rest the jerk is constant (`Profile`).
 """

@@ -1,6 +1,6 @@
 """The least-time problem on a row of intervals, as the kernels take it, and its solution.
 
-`window` calls `solve` with the `Intervals` of its tracks; the numerical work is in the kernels ``least_time*``. Minimised
+`rolling_window` calls `solve` with the `Intervals` of its tracks; the numerical work is in the kernels ``least_time*``. Minimised
 is ∫ q^(−1/2) ds over q = v², with bounds that are convex in q but for the jerk's, which is replaced by its tangent in each
 iteration (Verscheure et al., 2009; Debrouwere et al., 2013). The method is the primal-dual interior point of Mehrotra
 (1992). As the problem is not convex, a run may stall or end at a plan that is not the best one: this module chooses where
@@ -30,7 +30,7 @@ MOST, MOST_THINNED = 120, 40
 #: intervals on either side; other rows sleep at first.
 _FAR, _REACH = 0.45, 3
 #: The starts tried one after the other: the q of the profile that rises and falls with full jerk, times each of these factors.
-#: From rest a small enough factor holds every limit, whatever the intervals are (`creeping`).
+#: From rest a small enough factor holds every limit, whatever the intervals are (`time_scaling`).
 _STARTS = (0.9, 0.1, 0.8, 0.01, 1e-4, 1e-7)
 #: How often the first of them is tried: with some rows asleep, and with all of them.
 _FIRST = 2

@@ -1,6 +1,6 @@
 """The look-ahead's window: tracks that are read but not yet final, planned down to a stop at the window's end.
 
-`planning` appends tracks and calls `advance`, which solves (`problem`), measures chords (`chords`), and yields what is final,
+`planning` appends tracks and calls `advance`, which solves (`problem`), measures chords (`chord_refinement`), and yields what is final,
 for `timeline`. A part of the plan is final if it does not depend on the stop at the end.
 """
 

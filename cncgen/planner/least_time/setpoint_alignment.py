@@ -1,4 +1,4 @@
-"""How long a rest in a corner lasts, so that the chord between setpoints over it keeps to the tolerance; called by `window`.
+"""How long a rest in a corner lasts, so that the chord between setpoints over it keeps to the tolerance; called by `timeline`.
 
 At a rest in a corner the axes stand still, but no setpoint need fall there. Where the axes go far in one period from rest, the
 chord from the setpoint before the rest to the one after it would cut the corner by more than the tolerance. When setpoints fall

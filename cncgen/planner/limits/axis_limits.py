@@ -1,8 +1,8 @@
 """What holds the speed and its derivatives along a path: the limits of the axes, and the bounds of q = v².
 
 An axis x_i(s) moves with x_i' v, x_i'' q + x_i' q'/2 and so on (Verscheure et al., 2009, without the robot's
-dynamics); where the path is straight, its limit by |x_i'| is the limit along the path. The other modules of `optimal`
-take all their limits from here.
+dynamics); where the path is straight, its limit by |x_i'| is the limit along the path. `least_time` takes all its limits
+from here.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.columns import least
+from cncgen.geometry.path import metric_columns
 from cncgen.kernels import along_path as kernel
 from cncgen.machine.record import Machine
-from cncgen.planner.limits.rows import AxisLimits
 from cncgen.planner.record import Limit
-from cncgen.planner.smoothing.runs import axis_scale
+from cncgen.units import DEGREE
 
 Floats = NDArray[np.float64]
 
@@ -32,6 +32,36 @@ STOP_SPEED = 1.0
 #: A bend is too short to show in setpoints if it is shorter than the first part of J T³/6, the way that full jerk leads from
 #: rest in a period, and than the second part of A T²/2, that of full acceleration: J T³/50 and A T²/200 (docs/least-time.md).
 _UNSEEN = 0.12, 0.01
+
+
+#: mm: at this radius, where one degree is one millimetre, as controls count it, rotary axes are held to the tolerance.
+ROTARY_RADIUS = 1.0 / DEGREE
+
+
+def axis_scale(axes: str) -> Floats:
+    """Return what the columns of axes are multiplied by to be mm: `ROTARY_RADIUS` for the rotary ones, 1 else."""
+    out = np.ones(len(axes))
+    out[metric_columns(axes)[2]] = ROTARY_RADIUS
+    return out
+
+
+@dataclass(frozen=True, slots=True)
+class AxisLimits:
+    """Limits of the axes of a toolpath as columns, each of shape (axes,); infinite for axes that the machine lacks."""
+
+    velocity: Floats
+    acceleration: Floats
+    jerk: Floats
+
+    @classmethod
+    def of(cls, machine: Machine, letters: str) -> AxisLimits:
+        """Take the limits of a machine's axes in the order of the toolpath's columns."""
+        axes = [machine.axes.get(letter) for letter in letters]
+        return cls(
+            np.array([a.max_velocity if a else np.inf for a in axes], float),
+            np.array([a.max_acceleration if a else np.inf for a in axes], float),
+            np.array([a.max_jerk if a else np.inf for a in axes], float),
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, Span
 from cncgen.geometry.path import Path
-from cncgen.kernels import along_path
 from cncgen.machine.record import Machine
+from cncgen.planner.limits.axis_limits import AxisLimits
+from cncgen.planner.limits.bend_speeds import chord_speed
 from cncgen.planner.record import Limit
 from cncgen.toolpath.record import FeedMode, Kind, Toolpath
 
@@ -24,25 +25,6 @@ Ints = NDArray[np.int64]
 
 #: Points of a curved row at which the ratios of its axes are looked at.
 _PROBES = 17
-
-
-@dataclass(frozen=True, slots=True)
-class AxisLimits:
-    """Limits of the axes of a toolpath as columns, each of shape (axes,); infinite for axes that the machine lacks."""
-
-    velocity: Floats
-    acceleration: Floats
-    jerk: Floats
-
-    @classmethod
-    def of(cls, machine: Machine, letters: str) -> AxisLimits:
-        """Take the limits of a machine's axes in the order of the toolpath's columns."""
-        axes = [machine.axes.get(letter) for letter in letters]
-        return cls(
-            np.array([a.max_velocity if a else np.inf for a in axes], float),
-            np.array([a.max_acceleration if a else np.inf for a in axes], float),
-            np.array([a.max_jerk if a else np.inf for a in axes], float),
-        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,33 +96,6 @@ def rows_of(toolpath: Toolpath, path: Path, machine: Machine, bends: bool = True
     chord = chord_speed(curvature, machine.chord_tolerance_mm, machine.period_s)
     top, top_limit = _lower(top, top_limit, chord, Limit.CHORD)
     return Rows(index, start, end, top, top_limit, acceleration, jerk, centripetal, *ends)
-
-
-def chord_speed(curvature: Floats, tolerance_mm: Floats | float, period_s: float) -> Floats:
-    """Return the speed, mm/s, whose chord over a period stays within the tolerance of the arc (Tsai 2010, eq. 24).
-
-    Of curvatures of any shape, 1/mm, and a tolerance for all or each; infinite where there is no curvature.
-
-    V_af = (2/T_s) √(ρ² − (ρ − δ)²) = (2/T_s) √(2δ/κ − δ²) with ρ = 1/κ. Where ρ is below δ, and the formula soon has no
-    root, it is (2/T_s) √(δ/κ): no point of a way of V T_s is further than V T_s/2 < δ from its nearer end. With rotary axes,
-    where |x'| = g and κ stands for |x''| across x', the chord is kept by (2/T_s) √(2δ/κ − (δ/g)²) and by (2/T_s) δ/g, of
-    which the larger one is never below that, whatever g.
-    """
-    bend = np.ascontiguousarray(curvature, float)
-    out = np.empty(bend.shape)
-    tolerance = np.ascontiguousarray(np.broadcast_to(tolerance_mm, bend.shape), float)
-    along_path.chord_speed(bend.ravel(), tolerance.ravel(), period_s, out.ravel())
-    return out
-
-
-def across(x1: Floats, x2: Floats, scale: Floats) -> Floats:
-    """Return the size of the part of x'' across x', columns multiplied by `scale`, shape (n,): what lies along it bends no chord.
-
-    Over X Y Z alone all of x'' is across x'; where further axes count, |x'| is not 1.
-    """
-    out = np.empty(len(x1))
-    along_path.across(np.ascontiguousarray(x1), np.ascontiguousarray(x2), scale, out)
-    return out
 
 
 def _lower(

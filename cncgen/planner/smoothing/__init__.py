@@ -4,19 +4,20 @@
 leaves the programmed path by the tolerance at most, and does not depend on how the input is cut into chunks. Modules in the
 order in which data passes them:
 
-    ends        cuts NURBS rows near corners, so that only their ends are rounded
-    runs        classifies rows: which may be smoothed together (`Classes`)
-    stretches   joins lines that go straight on, and arcs that go on about one centre (`circles`), into one row
-    corners     what lies between two rows (`Corners`), and the limits that pass it (`Drive`)
-    shares      how much of the tolerance the chords between setpoints will need, estimated; `chords` what they really have
-    worth       which corners are worth rounding, and how far; `passage` the time through a bend whose speed chords hold
-    stream      fits the splines, window by window (`cncgen.geometry.corridor`)
-    output      makes rows of a toolpath of them
+    ends                cuts NURBS rows near corners, so that only their ends are rounded
+    runs                classifies rows: which may be smoothed together (`Classes`)
+    stretches           joins lines that go straight on, and arcs that go on about one centre (`circles`), into one row
+    corners             what lies between two rows (`Corners`), and the limits that pass it (`Drive`)
+    tolerance_split     how the tolerance is shared between smoothing and the chords between setpoints
+    tolerance_estimate  how much of it the chords will need, estimated
+    rounding_decision   which corners are worth rounding, and how far; `bend_time` the time through a bend whose speed chords hold
+    stream              fits the splines, window by window (`cncgen.geometry.corridor`)
+    output              makes rows of a toolpath of them
 
 `fitted`, which `cncgen convert` uses, is a fit of its own.
 """
 
-from cncgen.planner.smoothing.runs import ROTARY_RADIUS
+from cncgen.planner.limits.axis_limits import ROTARY_RADIUS
 from cncgen.planner.smoothing.stream import smooth
 from cncgen.planner.smoothing.tolerance_split import chord_speed_within, chord_within
 

@@ -1,4 +1,4 @@
-"""The time through a rounded corner whose speed the chords between setpoints hold, step by step; for `worth`.
+"""The time through a rounded corner whose speed the chords between setpoints hold, step by step; for `rounding_decision`.
 
 The curve about a single turn is known in closed form: `response` is the equivalent kernel of the smoothing spline that `stream`
 fits (Silverman, Spline smoothing: the equivalent variable kernel method (1984), there for the second derivative in place of
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.planner.limits.rows import across, chord_speed
+from cncgen.planner.limits.bend_speeds import across, chord_speed
 
 Floats = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cncgen.geometry.arcs import Spirals, spirals
 from cncgen.geometry.tables import ArcTable, Floats, Ints
-from cncgen.planner.smoothing.runs import axis_scale
+from cncgen.planner.limits.axis_limits import axis_scale
 from cncgen.toolpath.building import join_arcs
 from cncgen.toolpath.record import Toolpath
 

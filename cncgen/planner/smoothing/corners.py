@@ -1,6 +1,6 @@
 """The corners between rows that may be smoothed (`Corners`), and the limits of the machine that pass them (`Drive`).
 
-`stream` makes both; `shares` and `worth` take them.
+`stream` makes both; `tolerance_estimate` and `rounding_decision` take them.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.machine.record import Machine
-from cncgen.planner.smoothing.runs import axis_scale
+from cncgen.planner.limits.axis_limits import axis_scale
 from cncgen.planner.smoothing.tolerance_split import chord_within
 
 Floats = NDArray[np.float64]

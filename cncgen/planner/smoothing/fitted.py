@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from cncgen.geometry.fitting import fit_run
 from cncgen.geometry.path import Path
 from cncgen.geometry.tables import empty_arcs
-from cncgen.planner.smoothing.runs import axis_scale, classify
+from cncgen.planner.limits.axis_limits import axis_scale
+from cncgen.planner.smoothing.runs import classify
 from cncgen.toolpath.record import Kind, Toolpath
 from cncgen.toolpath.slicing import between, join
 

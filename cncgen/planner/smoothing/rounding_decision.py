@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cncgen.geometry.columns import least, norm
 from cncgen.geometry.corridor import AROUND, FACETS, RUN_PART, WIDEST
-from cncgen.planner.limits.rows import across, chord_speed
+from cncgen.planner.limits.bend_speeds import across, chord_speed
 from cncgen.planner.smoothing.bend_time import REACH, Way, bends, response, turned
 from cncgen.planner.smoothing.corners import BEND, TWIST, Corners, Drive
 from cncgen.planner.smoothing.tolerance_estimate import chord_need

@@ -8,14 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.columns import most, norm
-from cncgen.geometry.path import STANDSTILL, Path, metric_columns
+from cncgen.geometry.path import STANDSTILL, Path
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
-from cncgen.units import DEGREE
 
 Floats = NDArray[np.float64]
 
-#: mm: at this radius, where one degree is one millimetre, as controls count it, rotary axes are held to the tolerance.
-ROTARY_RADIUS = 1.0 / DEGREE
 #: mm: a tolerance below it means the path exactly.
 LEAST_TOLERANCE = 1e-6
 #: cos of the turn (150°) beyond which a corner is met exactly: rounding it would gain nothing over the stop.
@@ -101,10 +98,3 @@ def _tangents(path: Path, scale: Floats) -> tuple[Floats, Floats]:
         speed = norm(x1[:, :3])[:, None]
         out.append(np.divide(x1 * scale, speed, out=np.zeros_like(x1), where=speed > 0))
     return out[0], out[1]
-
-
-def axis_scale(axes: str) -> Floats:
-    """Return what the columns of axes are multiplied by to be mm: `ROTARY_RADIUS` for the rotary ones, 1 else."""
-    out = np.ones(len(axes))
-    out[metric_columns(axes)[2]] = ROTARY_RADIUS
-    return out

@@ -22,11 +22,12 @@ from cncgen.geometry.corridor import (
 from cncgen.geometry.path import LINE, Path
 from cncgen.geometry.pieces import ARC_SHARE, Pieces, pieces_of
 from cncgen.machine.record import Machine
+from cncgen.planner.limits.axis_limits import axis_scale
 from cncgen.planner.smoothing.corners import Corners, Drive
 from cncgen.planner.smoothing.ends import opened
 from cncgen.planner.smoothing.output import rows_of
 from cncgen.planner.smoothing.rounding_decision import rounding
-from cncgen.planner.smoothing.runs import TANGENT, Classes, axis_scale, classify
+from cncgen.planner.smoothing.runs import TANGENT, Classes, classify
 from cncgen.planner.smoothing.stretches import SAME, Stretches
 from cncgen.planner.smoothing.tolerance_estimate import chord_need
 from cncgen.planner.smoothing.tolerance_split import chord_room, chord_within, fit_tolerance

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.columns import norm
+from cncgen.planner.limits.axis_limits import axis_scale
 from cncgen.planner.smoothing.circles import OFF, Circles, arcs_of, goes_on
-from cncgen.planner.smoothing.runs import LEAST_TOLERANCE, axis_scale
+from cncgen.planner.smoothing.runs import LEAST_TOLERANCE
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 from cncgen.toolpath.slicing import between
 

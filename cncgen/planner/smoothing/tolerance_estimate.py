@@ -1,6 +1,6 @@
 """How much of the tolerance the chords between setpoints will need beside a smoothed path: an estimate from the corners alone.
 
-The less they need, the more is left to smoothing (`stream`, `worth`). The tolerance is kept even if the estimate is wrong: the
+The less they need, the more is left to smoothing (`stream`, `rounding_decision`). The tolerance is kept even if the estimate is wrong: the
 speed of the plan is bounded by what smoothing has really left to the chords (`cncgen.planner.smoothing.tolerance_split`). Derivation:
 docs/rounding.md.
 """

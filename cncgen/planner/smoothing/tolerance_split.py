@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.machine.record import Machine
-from cncgen.planner.limits.rows import across, chord_speed
+from cncgen.planner.limits.axis_limits import axis_scale
+from cncgen.planner.limits.bend_speeds import across, chord_speed
 from cncgen.planner.paths import path_of
-from cncgen.planner.smoothing.runs import axis_scale
 from cncgen.toolpath.record import PathMode, Toolpath
 
 Floats = NDArray[np.float64]

@@ -15,8 +15,10 @@ from cncgen.machine import Machine, load
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.checks import checked
 from cncgen.planner.ild.junctions import joint_speeds, turned
-from cncgen.planner.ild.sharp_corners import CornerRule, curvature_speed
-from cncgen.planner.limits.rows import AxisLimits, chord_speed, rows_of
+from cncgen.planner.ild.sharp_corners import CornerRule
+from cncgen.planner.limits.axis_limits import AxisLimits
+from cncgen.planner.limits.bend_speeds import chord_speed, curvature_speed
+from cncgen.planner.limits.rows import rows_of
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit
 from cncgen.planner.strategies import available, strategy

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from cncgen.planner.limits.rows import chord_speed
+from cncgen.planner.limits.bend_speeds import chord_speed
 from cncgen.planner.smoothing.bend_time import REACH, STEPS, Way, bends, response, turned
 
 PERIOD, CHORD = 0.004, 0.001
