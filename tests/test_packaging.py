@@ -86,7 +86,7 @@ def test_contents(packages: tuple[Path, Path], root: Path) -> None:
         for path in root.glob(pattern):
             assert prefix + path.relative_to(root).as_posix() in names
     assert "cncgen/py.typed" in names
-    assert not {name for name in names if name.startswith(("tests/", "benchmarks/", "programs/"))}
+    assert not {name for name in names if name.startswith(("tests/", "benchmarks/", "trials/", "programs/"))}
 
 
 def test_the_wheel_runs_outside_the_checkout_without_a_compiler(

@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from comparison import CHOICES, PEER_FAULTS, difference, ours
-from rs274 import EXPECTED, Output, installed, programs, run
+
+from trials.peer_comparison import CHOICES, PEER_FAULTS, difference, ours
+from trials.rs274 import EXPECTED, Output, installed, programs, run
 
 
 def ids(path: Path) -> str:

@@ -1,14 +1,15 @@
-"""A fixed set of random programs agrees with LinuxCNC's interpreter; benchmarks/random_programs.py runs thousands."""
+"""A fixed set of random programs agrees with LinuxCNC's interpreter; trials/language_beside_rs274.py runs thousands."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import pytest
-from comparison import disagreement, ours
-from grammar import STAGES, programs, write_files
 from hypothesis import given, settings
-from rs274 import PROGRAMS, Setup, installed
+
+from trials.generators.gcode_language import STAGES, programs, write_files
+from trials.peer_comparison import disagreement, ours
+from trials.rs274 import PROGRAMS, Setup, installed
 
 needs_peer = [
     pytest.mark.peer,

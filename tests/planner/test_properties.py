@@ -1,10 +1,8 @@
-"""Properties of plans on a small fixed set of random programs; benchmarks/planner_properties.py tries thousands."""
+"""Properties of plans on a small fixed set of random programs; trials/planner_properties.py tries thousands."""
 
 from __future__ import annotations
 
-import importlib.util
 import math
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,16 +18,9 @@ from cncgen.planner.motion import motion_at
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit
 from cncgen.setpoints import sample
+from trials import planner_properties as properties
 
 ROOT = Path(__file__).resolve().parents[2]
-_spec = importlib.util.spec_from_file_location(
-    "planner_properties", ROOT / "benchmarks" / "planner_properties.py"
-)
-assert _spec is not None
-assert _spec.loader is not None
-properties = importlib.util.module_from_spec(_spec)
-sys.modules["planner_properties"] = properties
-_spec.loader.exec_module(properties)
 
 ALIKE = ((100.0, 1000.0, 1e4),) * 4
 
@@ -41,7 +32,7 @@ def test_random_programs(name: str) -> None:
 
     @settings(max_examples=4)
     @given(drawn)
-    def tried(case: properties.Case) -> None:  # type: ignore[name-defined]
+    def tried(case: properties.Case) -> None:
         check(case)
 
     tried()

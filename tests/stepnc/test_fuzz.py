@@ -1,18 +1,12 @@
-"""A few hundred mutations of small files: no exception but those of the project (many more: benchmarks/stepnc_fuzz.py)."""
+"""A few hundred mutations of small files: no exception but those of the project (many more: trials/stepnc_fuzz.py)."""
 
-import importlib.util
 import random
 import warnings
-from pathlib import Path
 
 import pytest
 
 from cncgen.diagnostics import CncgenError
-
-ROOT = Path(__file__).parents[2]
-spec = importlib.util.spec_from_file_location("stepnc_fuzz", ROOT / "benchmarks" / "stepnc_fuzz.py")
-fuzz = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(fuzz)
+from trials import stepnc_fuzz as fuzz
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")

@@ -2,7 +2,7 @@
 
 Nothing of cncgen is used here: a program is a row of elements, each of which writes its blocks and says what curve they are,
 so that a plan can be judged against what was meant. Elements hold increments; so a program can be written again with
-elements left out, cut in parts, backwards, or in another unit. `independent_examiner.py` plans and judges.
+elements left out, cut in parts, backwards, or in another unit. `examiner.py` plans and judges.
 
 What is drawn: machines on which one move takes from two to a thousand periods of 0.05 to 10 ms, with limits of axes up to a
 thousand to one; linear axes, rotary ones, both; all path modes, tolerances down to 10 nm; lines, traverses, arcs by centre and by

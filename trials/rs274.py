@@ -15,8 +15,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-PROGRAMS = Path(__file__).parent / "programs"
-EXPECTED = Path(__file__).parent / "expected"
+PEER = Path(__file__).resolve().parents[1] / "tests" / "peer"
+PROGRAMS = PEER / "programs"
+EXPECTED = PEER / "expected"
 #: Files that programs call; they are no programs of their own.
 SUBPROGRAMS = frozenset({"beside"})
 

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
-HERE = Path(__file__).parent
+ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is bounded through Linux's resource limits")
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
 def test_mutated_programs_break_nothing(seed: int) -> None:
     """The child bounds its own memory; every fault is printed with the seed and number that make it again."""
-    command = [sys.executable, str(HERE / "fuzzing.py"), "--minutes", "0.15", "--seed", str(seed)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    command = [sys.executable, "-m", "trials.gcode_fuzz", "--minutes", "0.15", "--seed", str(seed)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False, cwd=ROOT)
     assert done.returncode == 0, done.stdout + done.stderr
     assert int(done.stdout.split()[0]) > 50

@@ -1,6 +1,6 @@
 """Mutate STEP-NC files and read, check and execute each: no exception, no hang, no unbounded memory.
 
-    python benchmarks/stepnc_fuzz.py [--count 100000] [--seed 1] [--seconds 20] [FILE...]
+    python -m trials.stepnc_fuzz [--count 100000] [--seed 1] [--seconds 20] [FILE...]
 
 Without files: NIST's two and small ones of our own. Says every file that failed (kept in the folder --keep).
 """

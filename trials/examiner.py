@@ -1,9 +1,9 @@
-"""Examines the planner with programs and a judge that share nothing with it: `independent_programs.py`, `independent_judge.py`.
+"""Examines the planner with programs and a judge that share nothing with it: `generators/meant_programs.py`, `judge.py`.
 
-    python benchmarks/independent_examiner.py setpoints --seeds 0 300
-    python benchmarks/independent_examiner.py splitting relaxing units --seeds 0 300
-    python benchmarks/independent_examiner.py setpoints --seeds 0 300 --effort fast
-    python benchmarks/independent_examiner.py setpoints --seeds 17 18 --shrink --write /tmp/found
+    python -m trials.examiner setpoints --seeds 0 300
+    python -m trials.examiner splitting relaxing units --seeds 0 300
+    python -m trials.examiner setpoints --seeds 0 300 --effort fast
+    python -m trials.examiner setpoints --seeds 17 18 --shrink --write /tmp/found
 
 Each property says in its docstring what it asks. What fails is printed with its seed, shrunk with --shrink, and written as
 NAME.nc and NAME.toml with --write, to be run by `cncgen plan NAME.nc -m NAME.toml`. Most cases take 0.1 to 0.5 s.
@@ -25,9 +25,9 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
-from independent_judge import MARGIN, MOST, Fault, end_faults, feed_faults, judged, limit_faults, path_faults
-from independent_judge import Path as MeantPath
-from independent_programs import (
+
+import cncgen
+from trials.generators.meant_programs import (
     INCH_MM,
     LINEAR,
     Case,
@@ -40,8 +40,8 @@ from independent_programs import (
     Writer,
     random_case,
 )
-
-import cncgen
+from trials.judge import MARGIN, MOST, Fault, end_faults, feed_faults, judged, limit_faults, path_faults
+from trials.judge import Path as MeantPath
 
 #: s of CPU that a plan may take before it is called slow.
 SLOW_S = 20.0

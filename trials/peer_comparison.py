@@ -6,12 +6,11 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from grammar import write_files
-from rs274 import PROGRAMS, Output, Setup, calls_of, run_once, setup_of, without_reset
-
 from cncgen.diagnostics import Diagnostics, Severity
 from cncgen.gcode import canon
 from cncgen.toolpath.reading import ReadOptions
+from trials.generators.gcode_language import write_files
+from trials.rs274 import PROGRAMS, Output, Setup, calls_of, run_once, setup_of, without_reset
 
 #: Programs in which the peer is wrong by its own manual, or by geometry, and what is wrong.
 PEER_FAULTS: dict[str, str] = {

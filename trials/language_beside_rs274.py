@@ -1,6 +1,6 @@
 """Random programs through our interpreter and LinuxCNC's.
 
-``python benchmarks/random_programs.py [COUNT [SEED]] [--stages STAGE …]`` prints after each batch how many were run, and each disagreement shrunk to the smallest program that shows it.
+``python -m trials.language_beside_rs274 [COUNT [SEED]] [--stages STAGE …]`` prints after each batch how many were run, and each disagreement shrunk to the smallest program that shows it.
 """
 
 from __future__ import annotations
@@ -11,12 +11,11 @@ import tempfile
 import time
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "peer"))
-
-from comparison import disagreement
-from grammar import STAGES, programs
 from hypothesis import HealthCheck, given, seed, settings
-from rs274 import installed
+
+from trials.generators.gcode_language import STAGES, programs
+from trials.peer_comparison import disagreement
+from trials.rs274 import installed
 
 #: Examples between two seeds: a run of them ends at its first disagreement.
 BATCH = 100

@@ -1,4 +1,4 @@
-"""Random servo tables through every scheme, by hand: python tests/fuzz/servo_tables.py [SEED] [TABLES].
+"""Random servo tables through every scheme, by hand: python -m trials.servo_tables [SEED] [TABLES].
 
 Whatever a table says, it ends in a simulation or in a diagnostic. Printed are the diagnostics by code, every other exception
 with its table, and tables that take longer than two seconds.

@@ -1,8 +1,8 @@
 """A limit raised step by step, and segments split: how the time of simple paths answers, on random machines.
 
-    python benchmarks/planner_ladders.py relaxing 100              # a hundred paths, each with five limits in twenty steps
-    python benchmarks/planner_ladders.py relaxing 100 --seed 3 --mode "G64 P0.01"
-    python benchmarks/planner_ladders.py splitting 300
+    python -m trials.planner_ladders relaxing 100              # a hundred paths, each with five limits in twenty steps
+    python -m trials.planner_ladders relaxing 100 --seed 3 --mode "G64 P0.01"
+    python -m trials.planner_ladders splitting 300
 
 Random programs (`planner_properties.py`) raise a limit once. Here it climbs from a thirtieth to hundreds of times, by
 factors of 1.01 to 10, and each time is set beside the least one of all that are stricter: no more than a thousandth

@@ -11,8 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from independent_programs import Feed, Floats, Piece, Rig, Writer
 from scipy.spatial import cKDTree
+
+from trials.generators.meant_programs import Feed, Floats, Piece, Rig, Writer
 
 #: What is allowed beyond a limit, a tolerance or a feed, as a part of it.
 MARGIN = 1e-3

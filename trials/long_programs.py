@@ -1,9 +1,9 @@
 """Random programs of thousands of motions, planned and judged: what small ones do not show is at the borders of blocks.
 
-    python benchmarks/long_programs.py                       # seeds 0 to 9, 7000 motions each, on generic-mill
-    python benchmarks/long_programs.py --seeds 40 60 --rotary
-    python benchmarks/long_programs.py --seeds 0 60 --motions 1000 --machine random
-    python benchmarks/long_programs.py --seeds 32 33 --write bad.nc
+    python -m trials.long_programs                       # seeds 0 to 9, 7000 motions each, on generic-mill
+    python -m trials.long_programs --seeds 40 60 --rotary
+    python -m trials.long_programs --seeds 0 60 --motions 1000 --machine random
+    python -m trials.long_programs --seeds 32 33 --write bad.nc
 
 Each is a row of wandering lines, straight runs, staircases, chains of arcs, drilled holes and zigzags, under changing feeds
 and path modes, with dwells and spindle and coolant events between them. A random machine differs by the seed too: limits

@@ -1,4 +1,4 @@
-"""Store what LinuxCNC's `rs274` prints for the programs: ``python tests/peer/regenerate.py [NAME…]``.
+"""Store what LinuxCNC's `rs274` prints for the programs: ``python -m trials.regenerate_peer_cases [NAME…]``.
 
 Without names every program is run. Output that no program asks for any more is removed.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 
-from rs274 import EXPECTED, installed, programs, run
+from trials.rs274 import EXPECTED, installed, programs, run
 
 
 def main(names: list[str]) -> int:

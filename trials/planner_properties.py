@@ -1,8 +1,8 @@
 """What must hold of every plan, tried on random paths over all kinds of motion: thousands of them, shrunk where one fails.
 
-    python benchmarks/planner_properties.py                      # every property, 300 paths each
-    python benchmarks/planner_properties.py limits 5000 --seed 3
-    python benchmarks/planner_properties.py limits 5000 --seed 3 --shrink
+    python -m trials.planner_properties                      # every property, 300 paths each
+    python -m trials.planner_properties limits 5000 --seed 3
+    python -m trials.planner_properties limits 5000 --seed 3 --shrink
 
 The properties, one function each, say in their docstrings what they ask. A failure is printed as a program and the
 machine's limits; with --shrink the first one is made smaller. `tests/planner/test_properties.py` runs a small fixed set of the same.

@@ -1,6 +1,6 @@
 """Fuzzing of the G-code reader: mutated programs in a child process of bounded memory, each against a clock.
 
-By hand, for as long as wanted: ``python tests/fuzz/fuzzing.py --minutes 60 [--seed N] [--keep DIR]``.
+By hand, for as long as wanted: ``python -m trials.gcode_fuzz --minutes 60 [--seed N] [--keep DIR]``.
 
 A mutant is a program of ours (or words put together at random) with bytes flipped, tokens swapped in, lines doubled,
 cut or taken from another program. The reader may say anything about it, but not crash, take more than a second, or
@@ -25,7 +25,7 @@ from cncgen.diagnostics import CncgenError, Diagnostics
 from cncgen.gcode import canon, check, read
 from cncgen.toolpath.reading import ReadOptions
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[1]
 #: Bounds of one input.
 SECONDS = 1.0
 MEMORY = 512 * 2**20

@@ -1,7 +1,7 @@
 """Random G64 programs: does the motion stay within P of the path, both ways, and within the limits?
 
-    python benchmarks/g64_tolerance.py 300 --seed 7
-    python benchmarks/g64_tolerance.py --only 7:41
+    python -m trials.g64_tolerance 300 --seed 7
+    python -m trials.g64_tolerance --only 7:41
 
 Lines, arcs, helices, NURBS and rotary axes; cusps, reversals, retraced paths, plunges, moves of no length, waits; P from
 1e-5 to ten times the moves, changed within the program, left out, with Q. The path is known here from what wrote the

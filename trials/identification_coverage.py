@@ -1,4 +1,4 @@
-"""How often identified parameters lie within their stated uncertainty: python benchmarks/identification_coverage.py [SEEDS].
+"""How often identified parameters lie within their stated uncertainty: python -m trials.identification_coverage [SEEDS].
 
 A simulated axis is excited by a swept sine, its position read with 1 µm of white noise, and fitted, once for each seed.
 Printed is the share of fits whose parameter is within one and two standard deviations of the true one (68 and 95 % of a

@@ -1,0 +1,1 @@
+"""Generators of random programs, machines and files, which trials and tests share."""
