@@ -10,9 +10,16 @@ from pathlib import Path
 from setuptools import Extension, find_packages, setup
 
 #: Loops do several numbers at once, and results stay those of the source: no sum is added in another order. Only that a
-#: comparison or a root could raise a flag of the processor, which nobody reads, is not minded. The last one lets a compiler ask at
-#: run time whether as many arrays overlap as the passes of `least_time` have; others than GCC ignore it.
-FLAGS = ["-O3", "-fno-trapping-math", "-fno-math-errno", "--param=vect-max-version-for-alias-checks=64"]
+#: comparison or a root could raise a flag of the processor, which nobody reads, is not minded. A product is rounded before it is
+#: added, on processors too that could do both at once. The last one lets a compiler ask at run time whether as many arrays
+#: overlap as the passes of `least_time` have; others than GCC ignore it.
+FLAGS = [
+    "-O3",
+    "-fno-trapping-math",
+    "-fno-math-errno",
+    "-ffp-contract=off",
+    "--param=vect-max-version-for-alias-checks=64",
+]
 KERNELS = sorted(p for p in Path("cncgen/kernels").glob("*.py") if p.name != "__init__.py")
 
 

@@ -15,8 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 from cncgen.geometry.tables import Floats, Ints, NurbsTable
 from cncgen.kernels import arc_length, bspline
 
-#: Units in the last place of coordinates that a point may be off for rounding alone.
-_ROUNDINGS = 4.0
+#: Units in the last place of the largest coordinate that a control point of a straight line may be beside it for rounding
+#: alone: at most 11, as docs/nurbs.md derives.
+_ROUNDINGS = 12.0
 
 #: Part of the size of a curve that its lengths and the place of a parameter on it are known to.
 ACCURACY = 2e-13

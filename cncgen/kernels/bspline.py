@@ -9,7 +9,7 @@ knots U, degree p, knot span i with U[i] <= u < U[i+1]; spans and knots are coun
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import nextafter, sqrt
+from cython.cimports.libc.math import nextafter
 
 
 @cython.final
@@ -270,25 +270,25 @@ def _leaves_line(
     first: cython.Py_ssize_t,
     last: cython.Py_ssize_t,
     furthest: cython.Py_ssize_t,
-    far: cython.double,
-    most: cython.double,
+    limit: cython.double,
 ) -> cython.bint:
-    """Whether a point `first` up to `last` is further than `most`, in some axis, from the line of `first` to `furthest`,
-    which are `far` apart.
+    """Whether a point `first` up to `last` is further than `limit`, in some axis, from the line of `first` to `furthest`.
+
+    The distance is taken at the height that the point has in the axis in which the line is longest (docs/nurbs.md).
     """
     k: cython.Py_ssize_t
     d: cython.Py_ssize_t
-    forth: cython.double
+    along: cython.Py_ssize_t = 0
+    part: cython.double
+    for d in range(1, points.shape[1]):
+        if abs(points[furthest, d] - points[first, d]) > abs(points[furthest, along] - points[first, along]):
+            along = d
     for k in range(first + 1, last):
-        forth = 0.0
-        for d in range(points.shape[1]):
-            forth += (points[k, d] - points[first, d]) * ((points[furthest, d] - points[first, d]) / far)
+        part = (points[k, along] - points[first, along]) / (points[furthest, along] - points[first, along])
         for d in range(points.shape[1]):
             if (
-                abs(
-                    points[k, d] - points[first, d] - forth * ((points[furthest, d] - points[first, d]) / far)
-                )
-                > most
+                abs((points[k, d] - points[first, d]) - part * (points[furthest, d] - points[first, d]))
+                > limit
             ):
                 return True
     return False
@@ -319,7 +319,7 @@ def _line_through(
             far = away
             furthest = k
     size = roundings * (nextafter(size, 2.0 * size + 1.0) - size)
-    if far > 0.0 and _leaves_line(points, first, last, furthest, sqrt(far), size):
+    if far > 0.0 and _leaves_line(points, first, last, furthest, size):
         return -1
     return furthest
 

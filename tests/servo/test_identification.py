@@ -285,6 +285,30 @@ def test_friction_of_nothing_has_the_uncertainty_of_a_slope():
     """It enters by its size, whose central difference vanishes about 0; of y = |c| t it is s/|t|, as of any slope."""
     t = np.linspace(0.0, 1.0, 300)
     noise = 0.01 * np.random.default_rng(4).standard_normal(len(t))
-    theta, covariance, rest = _solved(lambda c: np.abs(c[0]) * t + 0.01 * t + noise, np.array([0.3]))
+    theta, covariance, rest = _solved(lambda c: np.abs(c[0]) * t + 0.01 * t + noise, np.array([0.3]), t)
     assert abs(theta[0]) < 1e-4
     assert covariance[0, 0] == pytest.approx(rest @ rest / (len(t) - 1) / (t @ t), rel=1e-6)
+
+
+@pytest.mark.parametrize("start", [-3e-6, 3e-6])
+def test_the_slope_of_friction_next_to_nothing_is_not_taken_across_it(start):
+    """A step over 0, where the size turns back, would show less of a slope than there is: y = |c| t, at its solution."""
+    t = np.linspace(0.0, 1.0, 300)
+    noise = 0.01 * np.random.default_rng(4).standard_normal(len(t))
+    noise -= t * (noise @ t) / (t @ t)
+    position = abs(start) * t + noise
+    theta, covariance, rest = _solved(lambda c: np.abs(c[0]) * t - position, np.array([start]), position)
+    assert abs(theta[0]) < 1e-5
+    assert covariance[0, 0] == pytest.approx(rest @ rest / (len(t) - 1) / (t @ t), rel=1e-6)
+
+
+def test_rounding_does_not_decide_what_a_log_determines():
+    """An axis that moves one way, its bias and friction alike: logs that differ by roundings have the same named."""
+    t = T * np.arange(400)
+    moved = 2.4 * (t - 0.03 * (1.0 - np.exp(-t / 0.03)))
+    drive = np.full(len(t), 100.0)
+    drive[0] = 101.0
+    rng = np.random.default_rng(8)
+    for _ in range(6):
+        fit = fit_velocity_loop(drive, moved * (1.0 + 2e-16 * rng.integers(-2, 3, len(t))), T)
+        assert {k for k, v in fit.uncertainty.items() if np.isinf(v)} == {"gain", "bias", "coulomb"}

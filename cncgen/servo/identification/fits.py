@@ -27,9 +27,9 @@ Floats = NDArray[np.float64]
 
 #: Step of numerical derivatives, in logarithms and shares.
 STEP = 1e-5
-#: A direction of the parameters (columns of J of length 1) along which the response changes by less than this share of
-#: what it does along others is lost in the rounding of numerical derivatives, 1e-16/STEP with room to spare.
-UNDETERMINED = 1e-8
+#: Rounding of a simulated position after n steps, in √n units of rounding of the largest position. Roundings of steps add up
+#: like a random walk (Higham and Mary 2019, A new approach to probabilistic rounding error analysis, theorem 2.4 with λ = 4).
+ROUNDINGS = 4.0
 #: Given the drive's input, the plant alone is simulated.
 _OPEN = Controller(d_setpoint=1.0)
 
@@ -112,12 +112,12 @@ def fit_velocity_loop(drive: Floats, position: Floats, period_s: float, *, frict
 
     scale = {"bias": typical, "coulomb": typical}
     names = ["gain", "time_constant_s", "bias", "offset"]
-    found = _solved(residual, np.array([np.log(gain), np.log(lag), bias / typical, offset]))
+    found = _solved(residual, np.array([np.log(gain), np.log(lag), bias / typical, offset]), position)
     if friction:
         # From the smooth problem's solution, and from more friction than that can show: the better end counts.
         names.append("coulomb")
         starts = [np.append(found[0], 0.01), np.append(found[0], 0.3)]
-        found = min((_solved(residual, start) for start in starts), key=lambda one: _square(one[2]))
+        found = min((_solved(residual, start, position) for start in starts), key=lambda one: _square(one[2]))
     values, errors = _unfold(names, found[0], found[1], scale)
     if friction:
         values["coulomb"] = abs(values["coulomb"])
@@ -225,7 +225,7 @@ def _best(
 
     ranked = sorted(grid, key=lambda theta: _square(residual(theta)))
     return min(
-        (_solved(residual, start) for start in ranked[:2]), key=lambda found: float(found[2] @ found[2])
+        (_solved(residual, start, position) for start in ranked[:2]), key=lambda found: _square(found[2])
     )
 
 
@@ -271,10 +271,13 @@ def _start(
     return np.array([gain, np.exp(log_lag), push / gain, offset])
 
 
-def _solved(residual: Callable[[Floats], Floats], start: Floats) -> tuple[Floats, Floats, Floats]:
+def _solved(
+    residual: Callable[[Floats], Floats], start: Floats, position: Floats
+) -> tuple[Floats, Floats, Floats]:
     """Return θ, shape (k,), its covariance, (k, k), and the residual, (n,), of the least-squares solution from a start.
 
-    The covariance is that of the linearised problem, σ² (Jᵀ J)⁻¹ with σ² = |r|²/(n − k); see `_inverse`.
+    The covariance is that of the linearised problem, σ² (Jᵀ J)⁻¹ with σ² = |r|²/(n − k); see `_inverse`. The residual is
+    the simulated position less the logged one, `position`, shape (n,).
     """
     from scipy.optimize import least_squares
 
@@ -287,7 +290,8 @@ def _solved(residual: Callable[[Floats], Floats], start: Floats) -> tuple[Floats
         columns = []
         for i in range(len(theta)):
             step, back = np.zeros(len(theta)), np.zeros(len(theta))
-            step[i] = STEP
+            # Friction enters by its size: about 0 the central difference of it vanishes, that away from 0 does not.
+            step[i] = -STEP if -least <= theta[i] < 0.0 else STEP
             back[i] = 0.0 if abs(theta[i]) <= least else STEP
             columns.append((bounded(theta + step) - bounded(theta - back)) / (step[i] + back[i]))
         return np.column_stack(columns)
@@ -295,23 +299,28 @@ def _solved(residual: Callable[[Floats], Floats], start: Floats) -> tuple[Floats
     found = least_squares(bounded, start, jac=jacobian, x_scale="jac", method="lm", max_nfev=100)
     rest = found.fun
     variance = float(rest @ rest) / max(1, len(rest) - len(start))
-    # Friction enters by its size: about 0 the central difference of it vanishes, that to one side does not.
-    return found.x, _inverse(jacobian(found.x, STEP)) * variance, rest
+    rounding = ROUNDINGS * np.sqrt(len(rest)) * np.finfo(float).eps * np.abs(position).max(initial=0.0) / STEP
+    return found.x, _inverse(jacobian(found.x, STEP), float(rounding)) * variance, rest
 
 
-def _inverse(jacobian: Floats) -> Floats:
+def _inverse(jacobian: Floats, rounding: float) -> Floats:
     """Return (Jᵀ J)⁻¹, shape (k, k), of J, (n, k), with an infinite variance for each θ that the log does not determine.
 
-    That is a θ with a part in a direction along which nothing changes: of the pseudoinverse, which leaves such directions
-    out, it would have a small one.
+    That is a θ with a part in a direction along which nothing changes but by rounding: of the pseudoinverse, which leaves
+    such directions out, it would have a small one. docs/identification.md derives both limits.
+
+    Args:
+        jacobian: Shape (n, k).
+        rounding: Of each of its elements, in its unit.
     """
     size = np.linalg.norm(jacobian, axis=0)
     size[size == 0.0] = 1.0
     _, values, rows = np.linalg.svd(jacobian / size, full_matrices=False)
-    lost = values <= UNDETERMINED * values[0]
+    moved = rounding * np.sqrt(len(jacobian)) * np.linalg.norm(1.0 / size)
+    lost = values <= moved
     kept = rows[~lost] / values[~lost, None]
     inverse: Floats = kept.T @ kept / np.outer(size, size)
-    vague = (np.abs(rows[lost]) > np.sqrt(UNDETERMINED)).any(axis=0)
+    vague = (np.abs(rows[lost]) > np.sqrt(moved)).any(axis=0)
     inverse[vague, vague] = np.inf
     return inverse
 
