@@ -206,11 +206,15 @@ def canon(
 ) -> Iterator[str]:
     """Yield the canonical motions of a program as text, a call a line; see `cncgen.gcode.canon`.
 
-    With `diagnostics`, what is said of the program goes there, and its errors are not raised.
+    Args:
+        source: A file, or ``-`` for standard input.
+        language: ``gcode`` or ``stepnc``; None: by content and suffix.
+        options: How it is read.
+        diagnostics: Takes all that is found, errors too; complete when all calls are drawn.
 
     Raises:
         UsageError: The file cannot be read, or its language has no such text.
-        ProgramError: The program has errors; raised when all calls are drawn.
+        ProgramError: The program has errors, and `diagnostics` is not given; raised when all calls are drawn.
     """
     with _opened(source, language) as (reader, file, name):
         if not hasattr(reader, "canon"):

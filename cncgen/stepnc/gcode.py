@@ -77,6 +77,8 @@ class _Writer:
     _ended: bool = False
     _moved: bool = False
     _tools: dict[str, int] = field(default_factory=dict)
+    _pitch: float = 0.0
+    _tapped: bool = False
     _direction: int = 0
     _coolant: tuple[bool, bool] = (False, False)
 
@@ -119,6 +121,9 @@ class _Writer:
             kind = path.kind[row]
             if kind == Kind.EVENT:
                 yield from self._event(path.events[int(path.curve[row])])
+                continue
+            if self._pitch:
+                yield from self._tap(path.end[row])
                 continue
             yield from self._path_mode(int(path.path_mode[row]), float(path.tolerance[row]))
             if not self._moved and (kind != Kind.LINE or path.feed_mode[row] != FeedMode.RAPID):
@@ -238,6 +243,8 @@ class _Writer:
             yield from self._spindle(int(values["direction"]), float(values["speed_rpm"]))
         elif event.name == "coolant":
             yield from self._switch(bool(values.get("flood")), bool(values.get("mist")))
+        elif event.name == "synchronise":
+            self._pitch, self._tapped = float(values.get("pitch_mm") or 0.0), False
         elif event.name == "dwell":
             yield f"G4 P{number(event.dwell_s)}"
         elif event.name == "stop":
@@ -249,6 +256,13 @@ class _Writer:
             yield "M2"
         else:
             yield comment(" ".join([event.name, *(f"{k}={v}" for k, v in values.items())]))
+
+    def _tap(self, end: Floats) -> Iterator[str]:
+        """Yield G33.1 for the way there of a tap; the way back, to where it began, is part of it."""
+        words = self._words(end, self._position)
+        if words and not self._tapped:
+            yield " ".join(["G33.1", *words, f"K{number(self._pitch)}"])
+            self._mode, self._tapped = -1, True
 
     def _tool(self, name: str) -> Iterator[str]:
         """Call a tool by its number; one without gets the next that is free."""

@@ -141,6 +141,10 @@ class Meter(Canon):
         self._add(float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum()), 1, rapid)
         self._position = curve.end
 
+    def rigid_tap(self, end: Floats, pitch: float) -> None:
+        """Add the way of a tap there and back."""
+        self._add(2 * float(np.linalg.norm(end[:3] - self._position)), 2, False)
+
     def dwell(self, seconds: float) -> None:
         """Add a dwell's time."""
         self._now.seconds += seconds

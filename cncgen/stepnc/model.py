@@ -7,7 +7,7 @@ executor knows nothing of the files. Lengths mm, times s, angles rad, frames as 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, Protocol, TypeAlias
 
@@ -109,7 +109,8 @@ class Path:
 
     Attributes:
         ident: Its entity.
-        kind: ``trajectory``, ``dwell``, ``connect direct``, ``connect security plane``.
+        kind: ``trajectory``, ``dwell``, ``connect direct``, ``connect security plane``; ``tap``: along `pieces` and back in
+            step with the spindle, which turns back at their end.
         pieces: Called for the pieces of a trajectory, in the operation's frame; raises `Skip`.
         rapid: Whether the machine moves at its own speed.
         ratio: Factor of the feed.
@@ -117,6 +118,7 @@ class Path:
         seconds: Of a dwell.
         turns: Of a dwell that waits for so many turns of the spindle.
         deviation: How far the machine may be from the path, mm, None where that is its own affair.
+        pitch: Of a tap, mm a turn.
     """
 
     ident: int
@@ -129,6 +131,7 @@ class Path:
     seconds: float = 0.0
     turns: float = 0.0
     deviation: float | None = None
+    pitch: float = 0.0
 
 
 class Paths(Sequence[Path]):
@@ -269,6 +272,34 @@ class Shape:
 
 
 @dataclass(frozen=True, slots=True)
+class Solid:
+    """A raw piece: a block or a cylinder.
+
+    Attributes:
+        kind: ``block`` or ``cylinder``.
+        frame: Of a block at its corner with the least coordinates, of a cylinder in the middle of its base, Z its axis.
+        size: Of a block its lengths along X, Y and Z, mm; of a cylinder radius, radius and height.
+    """
+
+    kind: str
+    frame: Matrix
+    size: tuple[float, float, float]
+
+    def moved(self, frame: Matrix) -> Solid:
+        """Return the solid seen from outside a frame."""
+        return replace(self, frame=frame @ self.frame)
+
+    def reach(self, point: Vector, axis: Vector) -> tuple[float, float]:
+        """Return how far it reaches from a point along a unit vector, lowest and highest, mm; both of shape (3,)."""
+        along = self.frame[:3, :3].T @ axis * np.array(self.size)
+        base = float((self.frame[:3, 3] - point) @ axis)
+        if self.kind == "block":
+            return base + float(np.minimum(along, 0.0).sum()), base + float(np.maximum(along, 0.0).sum())
+        across = float(np.hypot(along[0], along[1]))
+        return base + min(float(along[2]), 0.0) - across, base + max(float(along[2]), 0.0) + across
+
+
+@dataclass(frozen=True, slots=True)
 class Workingstep:
     """An operation on a feature.
 
@@ -279,6 +310,7 @@ class Workingstep:
         frame: Of its toolpaths, seen from the machine.
         security: Frame of the security plane seen from the machine (Z is its normal), or None.
         rapid: Whether all of it is rapid (RAPID_MOVEMENT).
+        raw: Raw piece of the feature's workpiece, seen from the machine, or None.
     """
 
     ident: int
@@ -288,6 +320,7 @@ class Workingstep:
     frame: Matrix
     security: Matrix | None = None
     rapid: bool = False
+    raw: Solid | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -352,6 +385,9 @@ class Reader(Protocol):
 
     def executable(self, ident: int, context: Any) -> Executable:
         """Return an executable within a block; raises `Skip`."""
+
+    def orphans(self) -> list[int]:
+        """Return workplans and workingsteps that no workplan leads to from a root."""
 
     def variables(self) -> dict[str, float]:
         """Return the NC variables with their initial values."""

@@ -39,7 +39,7 @@ class Aim:
             self.file.add("MACHINING_TECHNOLOGY_RELATIONSHIP", "", "", path, technology)
         return path
 
-    def technology(self, feed=250.0, unit=None, name="feed speed", spindle=None, spindle_unit=None):
+    def technology(self, feed=250.0, unit=None, name="feed speed", spindle=-50.0, spindle_unit=None):
         technology = self.file.method("MACHINING_TECHNOLOGY", "", "milling")
         item = self.file.measure("feed", feed, unit or self.per_minute())
         self.file.property(technology, "feedrate", "MACHINING_FEED_SPEED_REPRESENTATION", name, item)

@@ -1,15 +1,18 @@
 """Round holes: drilled, countersunk, pecked, bored, tapped, milled; in patterns and in steps."""
 
+import io
 import math
 
 import numpy as np
 import pytest
 import shapely
 
+from cncgen.gcode import read
+from cncgen.stepnc import gcode_lines
 from cncgen.stepnc.features.holes import tip_length
 from cncgen.stepnc.model import Tool
 from cncgen.toolpath.record import FeedMode
-from tests.stepnc.building import E, codes, motions
+from tests.stepnc.building import WHOLE, E, codes, motions
 from tests.stepnc.featured import GRID, ORIGIN, Features, cells, depths, hole_part, pocket_operation, tops
 
 
@@ -98,10 +101,54 @@ def test_a_test_cut_is_left_out_with_a_warning():
     assert path.end[motions(path)][:, 2].min() == -20.0
 
 
-def test_tapping_turns_back():
-    moves, path = depths(hole_part("TAPPING", E("F"), body="TAP"))
+def test_tapping_is_in_step_with_the_spindle():
+    """10 mm/s at 10 turns a second are 1 mm a turn: G33.1 Z-20 K1, as rs274 -g prints it, and no spindle warning."""
+    part = hole_part("TAPPING", E("F"), body="TAP")
+    moves, path = depths(part)
     assert moves[-2:] == [(-20.0, False), (5.0, False)]
-    assert [e.values["direction"] for e in path.events if e.name == "spindle"] == [1, -1]
+    assert [e.values["pitch_mm"] for e in path.events if e.name == "synchronise"] == [1.0, None]
+    calls = [line.split(maxsplit=1)[1] for line in part.calls()]
+    k = calls.index("START_SPEED_FEED_SYNC(1.000000,0)")
+    assert calls[k + 1 : k + 3] == ["RIGID_TAP(50.0000, 40.0000, -20.0000)", "STOP_SPEED_FEED_SYNCH()"]
+    assert codes(part.read()[1]) == []
+    lines = list(gcode_lines([path]))
+    assert [line for line in lines if line.startswith("G33.1")] == ["G33.1 Z-20 K1"]
+    again = read(io.BytesIO("\n".join(lines).encode()), "tap.ngc", WHOLE)
+    (back,) = again.chunks()
+    np.testing.assert_allclose(back.end[motions(back)][-2:], path.end[motions(path)][-2:])
+    np.testing.assert_allclose(back.feed[motions(back)][-2:], 10.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "own", "hole", "wide", "more", "code"),
+    [
+        ("DRILLING", (), 10.0, 12.0, {}, "stepnc-tool-size"),
+        ("REAMING", (None, None, None), 10.0, 10.5, {}, "stepnc-tool-size"),
+        ("BORING", (E("F"), None, None), 10.0, 11.0, {}, "stepnc-tool-size"),
+        ("DRILLING", (), 10.0, 10.0, {"drilling": (None, 25.0, None, None, None)}, "stepnc-depth"),
+        ("DRILLING", (), 10.0, 10.0, {"drilling": (2.0, None, None, None, None)}, "stepnc-depth"),
+    ],
+)
+def test_a_tool_larger_than_its_hole_and_a_depth_below_its_end_are_refused(kind, own, hole, wide, more, code):
+    part = Features()
+    blind = part.add("FLAT_HOLE_BOTTOM")
+    feature = part.add("ROUND_HOLE", *part.head(20.0), part.size(hole), None, blind)
+    head = (None, None, "op", 5.0, None, part.tool("T", wide), part.technology(0.01, -10.0), None)
+    part.mill(feature, part.add(kind, *head, *more.get("drilling", (None,) * 5), None, *own))
+    path, found = part.read()
+    assert codes(found, "error") == [code]
+    assert not len(motions(path))
+
+
+def test_a_cutting_depth_below_the_raw_piece_is_refused():
+    part = Features()
+    workpiece = part.block((0, 0, -15), (100, 80, 0))
+    place = part.placement(ORIGIN)
+    through = part.add("THROUGH_BOTTOM_CONDITION")
+    hole = part.add("ROUND_HOLE", "f", workpiece, (), place, part.plane(-15), part.size(10), None, through)
+    head = (None, None, "op", 5.0, None, part.tool("T", 10), part.technology(0.01, -10.0), None)
+    part.mill(hole, part.add("DRILLING", *head, None, 30.0, None, None, None, None))
+    assert codes(part.read()[1], "error") == ["stepnc-depth"]
 
 
 @pytest.mark.parametrize(
@@ -333,7 +380,7 @@ def test_a_thread_is_tapped_to_its_own_depth():
     part.mill(thread, part.add("TAPPING", *head, *(None,) * 6, E("F")))
     moves, path = depths(part)
     assert moves[-2:] == [(-12.0, False), (5.0, False)]
-    assert [e.values["direction"] for e in path.events if e.name == "spindle"] == [1, -1]
+    assert [e.values["pitch_mm"] for e in path.events if e.name == "synchronise"] == [1.0, None]
 
 
 # Round bottoms: of a hole of 30 mm and 6 mm depth of its wall

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -53,7 +54,7 @@ class Ap238Reader:
         """Return no variables: the AIM has none that are read here."""
         return {}
 
-    def roots(self) -> list[Executable]:
+    def _root_ids(self) -> list[int]:
         """Return the workplans that a project's process chooses, else those that no other holds."""
         chosen = []
         for instance in self.exchange.instances("PRODUCT_DEFINITION_PROCESS"):
@@ -68,7 +69,11 @@ class Ap238Reader:
         held = set()
         for relation in self.exchange.rows_of_type("MACHINING_PROCESS_SEQUENCE_RELATIONSHIP").tolist():
             held.update(self.exchange.links_of(relation)[1:2].tolist())
-        roots = [p for p in dict.fromkeys(chosen) if p in set(plans)] or [p for p in plans if p not in held]
+        return [p for p in dict.fromkeys(chosen) if p in set(plans)] or [p for p in plans if p not in held]
+
+    def roots(self) -> list[Executable]:
+        """Return the main workplans (`_root_ids`)."""
+        roots = self._root_ids()
         if not roots:
             text = "there is no MACHINING_WORKPLAN that is not held by another: nothing is executed"
             self.exchange.reporter.report("stepnc-no-project", text, 0)
@@ -79,6 +84,26 @@ class Ap238Reader:
             except Skip:
                 continue
         return out
+
+    def orphans(self) -> list[int]:
+        """Return workplans and workingsteps that no sequence leads to from the main workplan."""
+        leads: dict[int, list[int]] = {}
+        for kind in (
+            "MACHINING_PROCESS_SEQUENCE_RELATIONSHIP",
+            "MACHINING_PROCESS_CONCURRENT_RELATIONSHIP",
+            "MACHINING_PROCESS_BRANCH_RELATIONSHIP",
+        ):
+            for row in self.exchange.rows_of_type(kind).tolist():
+                links = self.exchange.links_of(row).tolist()
+                leads.setdefault(links[0], []).extend(links[1:2]) if links else None
+        waiting, seen = self._root_ids(), set[int]()
+        while waiting:
+            ident = waiting.pop()
+            if ident not in seen:
+                seen.add(ident)
+                waiting += leads.get(ident, [])
+        rows = self.exchange.rows_of_type("MACHINING_WORKPLAN", "MACHINING_WORKINGSTEP").tolist()
+        return sorted(i for i in (int(self.exchange.rows.ids[r]) for r in rows) if i not in seen)
 
     def executable(self, ident: int, context: Any) -> Executable:
         """Return an executable within a block whose `Setting` is given.
@@ -118,12 +143,15 @@ class Ap238Reader:
         children = self.graph.related(entity.id, "MACHINING_PROCESS_SEQUENCE_RELATIONSHIP")
         inner = outer._replace(frame=self.toolpaths.frame(properties, outer.frame))
         for setup in self.setups.of_plan(entity.id):
-            self._note_origin(entity, setup)
-            workpiece, plane = self.setups.workpiece(setup), self.setups.security(setup)
-            if workpiece is not None:
-                inner = inner._replace(workpiece=workpiece)
-            if plane is not None:
-                inner = inner._replace(security=inner.frame @ plane)
+            # A fault of the setup is told, and the plan's workingsteps are looked at all the same.
+            with suppress(Skip):
+                self._note_origin(entity, setup)
+            with suppress(Skip):
+                workpiece = self.setups.workpiece(setup)
+                inner = inner if workpiece is None else inner._replace(workpiece=workpiece)
+            with suppress(Skip):
+                plane = self.setups.security(setup)
+                inner = inner if plane is None else inner._replace(security=inner.frame @ plane)
         return Block(entity.id, entity.text("name"), "workplan", tuple(c.id for c in children), inner)
 
     def _note_origin(self, plan: Entity, setup: int) -> None:

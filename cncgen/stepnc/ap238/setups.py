@@ -9,7 +9,7 @@ import numpy as np
 from cncgen.stepnc.ap238.graph import Graph
 from cncgen.stepnc.ap238.shapes import Shapes
 from cncgen.stepnc.entities import Entity
-from cncgen.stepnc.geometry.frames import Matrix, Placements
+from cncgen.stepnc.geometry.frames import Matrix, Placements, identity
 
 
 class Setups:
@@ -78,6 +78,12 @@ class Setups:
         spaces = [v for v in rows.parameters if isinstance(v, int)][:2]
         frames = []
         for name, space in zip(("transform_item_1", "transform_item_2"), [*spaces, None, None], strict=False):
+            if transformation.ref(name) is None:
+                transformation.warn(
+                    "stepnc-placement", f"{name} is not set; it is taken as the origin, not turned"
+                )
+                frames.append(identity())
+                continue
             item = transformation.entity(name, "AXIS2_PLACEMENT_3D")
             context = None if space is None else self.graph.context(int(space))
             placements = Placements(self.entities, self.shapes.units.context(context)[0])

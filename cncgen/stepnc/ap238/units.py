@@ -147,7 +147,11 @@ class Units:
             return Unit(revolution=1)
         if key in ("tooth", "teeth"):
             return Unit(tooth=1)
-        raise entity.fault("stepnc-unit", f"unit {name!r} is not known")
+        if key in ("count", "counts", "each", "piece", "pieces", "number", "dimensionless", "none", ""):
+            entity.warn("stepnc-unit", f"unit {name!r} is taken as a number without a unit")
+            return Unit()
+        known = "revolution, tooth, count"
+        raise entity.fault("stepnc-unit", f"unit {name!r} is not known; those by their names are {known}")
 
     def measure(self, entity: Entity) -> Measure | None:
         """Return a measure; None where its value is ``$``, which means that it is not set.

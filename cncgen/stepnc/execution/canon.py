@@ -60,6 +60,9 @@ class Canon:
     def nurbs(self, curve: Nurbs, control: Floats, rapid: bool) -> None:
         """Move along a spline with control points in all axes, shape (n, axes)."""
 
+    def rigid_tap(self, end: Floats, pitch: float) -> None:
+        """Go to `end`, shape (axes,), and back in step with the spindle, `pitch` mm a turn; it turns back at the end."""
+
     def dwell(self, seconds: float) -> None:
         """Wait."""
 
@@ -200,6 +203,12 @@ class Printer(Canon):
         )
         self._print(f"NURBS_FEED({curve.degree}, [{knots}], [{points}])")
         self._position = control[-1]
+
+    def rigid_tap(self, end: Floats, pitch: float) -> None:
+        """Print what LinuxCNC's rs274 prints of G33.1; the position stays."""
+        self._print(f"START_SPEED_FEED_SYNC({pitch:f},0)")
+        self._print(f"RIGID_TAP({self._numbers(end[:3])})")
+        self._print("STOP_SPEED_FEED_SYNCH()")
 
     def dwell(self, seconds: float) -> None:
         """Print a DWELL."""

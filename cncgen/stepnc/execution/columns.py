@@ -159,6 +159,17 @@ class Columns(Canon):
         )
         self._curve(Kind.NURBS, control[-1:], rapid, None, table)
 
+    def rigid_tap(self, end: Floats, pitch: float) -> None:
+        """Add the way there and back, between events that say how far the tool goes in a turn of the spindle."""
+        start = self._builder_position()
+        self._event("synchronise", pitch_mm=pitch, tap=True)
+        self._straight(np.stack([end, start]), False)
+        self._event("synchronise", pitch_mm=None)
+
+    def _builder_position(self) -> Floats:
+        self._flush()
+        return self._builder.position.copy()
+
     def dwell(self, seconds: float) -> None:
         """Add a dwell."""
         self._event("dwell", True, seconds, seconds=seconds)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +15,7 @@ from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.execution.canon import Canon
 from cncgen.stepnc.execution.kinematics import Kinematics
 from cncgen.stepnc.execution.machine import Machine
-from cncgen.stepnc.execution.technology import SpeedRules, speeds
+from cncgen.stepnc.execution.technology import SpeedRules, completed, speeds
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
 from cncgen.stepnc.model import (
     Assignment,
@@ -87,20 +88,31 @@ class Executor:
         self._steps_left = min(max_steps or MAX_STEPS, MAX_STEPS)
         self._variables: dict[str, float] = {}
         self._open: list[int] = []
-        self._moved = False
+        self._standing: set[int] = set()
+        self._moved = self._done = False
         self._connect: str | None = None
 
     def run(self) -> Iterator[None]:
         """Execute; yields after every toolpath, so that what listens can hand on."""
         try:
-            self._variables = self._reader.variables()
+            with suppress(Skip):
+                self._variables = self._reader.variables()
             for root in self._reader.roots():
-                yield from self._execute(root)
-        except Skip:
-            pass
+                with suppress(Skip):
+                    yield from self._execute(root)
+            self._check_motions()
         except _Endless:
             pass
         self._canon.end()
+
+    def _check_motions(self) -> None:
+        """Warn of a program that does nothing, and of executables that no workplan holds."""
+        for ident in self._reader.orphans():
+            text = "no workplan that is executed holds it, so it is left out"
+            self._warn(ident, "stepnc-orphan", text)
+        if not self._done and not self._exchange.reporter.diagnostics.has_errors:
+            text = "the program does nothing: no workplan that is executed holds a workingstep or a function"
+            self._exchange.reporter.report("stepnc-no-motion", text, 0, severity=Severity.WARNING)
 
     def _warn(self, ident: int, code: str, message: str, severity: Severity = Severity.WARNING) -> None:
         name = self._exchange.instance(ident)
@@ -131,7 +143,9 @@ class Executor:
                 yield from self._block(item) if isinstance(item, Block) else self._choice(item)
             finally:
                 self._open.pop()
-        elif isinstance(item, Workingstep):
+            return
+        self._done = True
+        if isinstance(item, Workingstep):
             yield from self._workingstep(item)
         elif isinstance(item, Assignment):
             self._variables[item.variable] = item.value(self._variables)
@@ -264,15 +278,35 @@ class Executor:
         technology = path.technology or (None if step.rapid else step.operation.technology)
         if path.technology is not None and step.operation.paths is not None:
             technology = self._rules.applied(path.technology, step.operation.tool or machine.tool)
+            technology = completed(technology, step.operation.technology)
         self._set_speeds(step, path, technology, rapid)
         if not pieces:
             return False
         self._canon.deviation(path.deviation)
         self._go_to(step, path, pieces[0].start, pieces, begun)
-        machine.follow(pieces, rapid)
+        if not rapid:
+            self._check_spindle(step, path)
+        if path.kind == "tap":
+            machine.tap(pieces[-1].end, path.pitch)
+        else:
+            machine.follow(pieces, rapid)
         self._moved = True
         self._check_swing(path)
         return True
+
+    def _check_spindle(self, step: Workingstep, path: Path) -> None:
+        """Warn of a cut with a standing spindle, once an operation; a tool that is stopped to be drawn out cuts nothing."""
+        operation = step.operation
+        if self._machine.rpm or operation.kind == "probing" or operation.ident in self._standing:
+            return
+        stopped = path.technology is not None and path.technology.spindle == 0.0
+        if operation.paths is None and stopped:
+            return
+        self._standing.add(operation.ident)
+        asked = operation.technology is not None and operation.technology.spindle == 0.0
+        why = "its speed is 0" if asked or stopped else "no technology gives a speed"
+        text = f"{operation.label!r} feeds with the spindle standing: {why}"
+        self._warn(operation.ident, "stepnc-no-spindle", text)
 
     def _check_swing(self, path: Path) -> None:
         """Warn where the turning axis had to swing round since the tool passed close by it."""

@@ -162,6 +162,10 @@ class Machine:
         self.traverse(point + (top - float(point @ axis)) * axis)
         self.traverse(point)
 
+    def tap(self, end: Floats, pitch: float) -> None:
+        """Go to a point, shape (3,), and back in step with the spindle, `pitch` mm a turn."""
+        self.canon.rigid_tap(self._rows(end[None, :])[0], pitch)
+
     def follow(self, pieces: list[Piece], rapid: bool) -> None:
         """Move along pieces; the first begins where the tool is."""
         for piece in pieces:

@@ -18,6 +18,9 @@ MAX_PLAUSIBLE_SPINDLE = 200_000 / 60
 MAX_PLAUSIBLE_CUTTING_SPEED = 10_000.0
 #: Feeds a turn beyond so many diameters of the tool were hardly meant.
 MAX_PLAUSIBLE_BITE = 0.5
+#: Feeds a turn below this (mm) cut no chips, and were hardly meant; without a spindle speed feeds below this, mm/s.
+MIN_PLAUSIBLE_BITE = 0.001
+MIN_PLAUSIBLE_FEED = 0.1
 
 
 class SpeedRules(NamedTuple):
@@ -46,6 +49,22 @@ class SpeedRules(NamedTuple):
         return technology
 
 
+def completed(technology: Technology, operation: Technology | None) -> Technology:
+    """Return a toolpath's technology with the feed and the speed of its operation where it has none of its own."""
+    if operation is None:
+        return technology
+    if technology.feed is None and technology.feed_per_rev is None and technology.feed_per_tooth is None:
+        technology = replace(
+            technology,
+            feed=operation.feed,
+            feed_per_rev=operation.feed_per_rev,
+            feed_per_tooth=operation.feed_per_tooth,
+        )
+    if technology.spindle is None and technology.cutting_speed is None:
+        technology = replace(technology, spindle=operation.spindle, cutting_speed=operation.cutting_speed)
+    return technology
+
+
 class Speeds(NamedTuple):
     """What the machine is told: feed in mm/s (None: none given), spindle sense (1 clockwise) and rev/min (None alike)."""
 
@@ -67,8 +86,8 @@ def speeds(technology: Technology, tool: Tool | None, ratio: float, warn: Warn) 
         rpm = abs(spindle) * 60.0
         direction = 0 if spindle == 0 else (1 if spindle < 0 else -1)
     feed = technology.feed
-    if feed is not None and rpm:
-        _check_feed(technology, feed * 60.0 / rpm, tool, warn)
+    if feed is not None:
+        _check_feed(technology, feed, rpm, tool, warn)
     if feed is None and technology.feed_per_rev is not None and rpm:
         feed = technology.feed_per_rev * rpm / 60.0
     if feed is None and technology.feed_per_tooth is not None and rpm:
@@ -81,8 +100,22 @@ def speeds(technology: Technology, tool: Tool | None, ratio: float, warn: Warn) 
     return Speeds(None if feed is None else feed * ratio, direction, rpm)
 
 
-def _check_feed(technology: Technology, per_turn: float, tool: Tool | None, warn: Warn) -> None:
-    """Warn of a feed that no tool takes in a turn (mm): writers that give it per revolution as a speed."""
+def _check_feed(
+    technology: Technology, feed: float, rpm: float | None, tool: Tool | None, warn: Warn
+) -> None:
+    """Warn of a feed (mm/s) that was hardly meant: too much in a turn of the tool, or so little that nothing is cut."""
+    slow = feed < MIN_PLAUSIBLE_FEED if not rpm else feed * 60.0 / rpm < MIN_PLAUSIBLE_BITE
+    if slow and feed > 0:
+        text = f"a feed of {feed:g} mm/s is {feed * 60:g} mm/min"
+        text += f", {feed * 60.0 / rpm:.3g} mm a turn" if rpm else ""
+        warn(
+            technology.ident,
+            "stepnc-feed-unit",
+            f"{text}; is it meant in m/s (ISO 14649), or per revolution?",
+        )
+    if not rpm:
+        return
+    per_turn = feed * 60.0 / rpm
     diameter = tool.diameter if tool is not None else None
     if diameter is not None and per_turn > MAX_PLAUSIBLE_BITE * diameter:
         text = (

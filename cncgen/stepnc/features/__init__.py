@@ -63,7 +63,26 @@ def make_paths(step: Workingstep, exchange: Exchange) -> tuple[Path, ...]:
         text = f"#{step.ident} {step.label!r}: neither toolpaths nor a feature say where to cut"
         exchange.report(step.ident, "stepnc-missing", text)
         raise Skip
+    _check_security(step, exchange)
     return _Maker(step, exchange).paths(step.feature, identity(), 0)
+
+
+def _check_security(step: Workingstep, exchange: Exchange) -> None:
+    """Raise `Skip` where the security plane lies below the feature or the raw piece: rapids along it would cut."""
+    if step.security is None:
+        return
+    normal, place = step.security[:3, 2], step.security[:3, 3]
+    highest = float((step.frame[:3, 3] - place) @ normal)
+    text = f"the security plane lies {highest:g} mm below the feature's origin"
+    if step.raw is not None:
+        top = step.raw.reach(place, normal)[1]
+        if top > highest:
+            highest, text = top, f"the security plane lies {top:g} mm below the top of the raw piece"
+    if highest > 1e-3:
+        hint = f"raise its_secplane by {highest:g} mm at least"
+        told = f"#{step.ident} {step.label!r}: {text}; rapid moves along it would cut the part"
+        exchange.report(step.ident, "stepnc-security-plane", told, hint=hint)
+        raise Skip
 
 
 class _Maker:
@@ -79,7 +98,7 @@ class _Maker:
         """Return the toolpaths of a feature, moved by a frame; of its elements where it has some."""
         if feature.ident not in self._made:
             shape = feature.shape()
-            job = Job(self.step.ident, self.step.operation, shape, self.exchange)
+            job = Job(self.step.ident, self.step.operation, shape, self.exchange, self._raw(frame))
             self._elements += len(shape.elements)
             if depth > _MAX_DEPTH or self._elements > _MAX_ELEMENTS:
                 raise job.fault("stepnc-geometry", "features hold features too deep, or too many")
@@ -89,8 +108,17 @@ class _Maker:
         made = self._made[feature.ident]
         return tuple(replace(p, pieces=_moved(p.pieces, frame)) for p in made) if depth else made
 
+    def _raw(self, frame: Matrix) -> tuple[float, float] | None:
+        """Return lowest and highest point of the raw piece in the frame of a feature within that of the workingstep, mm."""
+        if self.step.raw is None:
+            return None
+        place = self.step.frame @ frame
+        return self.step.raw.reach(place[:3, 3], place[:3, 2])
+
     def _one(self, job: Job, kind: str) -> tuple[Path, ...]:
         job.check_sizes()
+        if job.operation.kind in _HOLES:
+            holes.check_hole(job)
         try:
             return _strategy(job, kind)(job)
         except OffsetError as error:

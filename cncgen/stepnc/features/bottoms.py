@@ -21,6 +21,7 @@ from cncgen.stepnc.features.job import MAX_SLOPE, Job
 
 #: Passes into a round bottom, at least.
 STEPS = 8
+_CONE = "the tip_angle of the conical bottom is {:g} degrees; it must lie between 0 and {:g}"
 #: How far from the middle the tool goes on its lowest pass, mm: there it could only plunge.
 SMALLEST = 0.05
 
@@ -75,7 +76,7 @@ def _cone(job: Job, hole: float) -> Bottom:
         raise job.fault("stepnc-missing", "the conical bottom has no tip_angle")
     slope = angle / 2
     if not 0 < slope < MAX_SLOPE:
-        raise job.fault("stepnc-geometry", f"a conical bottom of {math.degrees(angle):g} degrees")
+        raise job.fault("stepnc-geometry", _CONE.format(math.degrees(angle), 2 * math.degrees(MAX_SLOPE)))
     radius, edge, depth = job.radius, job.tool.edge, job.depth
     fixed = radius - edge + edge / math.cos(slope)
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +23,13 @@ SMALLEST_HELIX = 0.1
 SHORTEST_RAMP = 0.1
 #: Ways to and fro that a line shorter than that is good for.
 MAX_WAYS = 100
+#: Tools whose edges do not reach their middle (ISO 14649-111), the angle of their ramps, and the steepest without a warning.
+NOT_CENTRE_CUTTING = frozenset(
+    ["facemill", "side mill", "t slot mill", "woodruff keyseat mill", "thread mill"]
+)
+FLAT_ANGLE = math.radians(2.0)
+STEEPEST_FLAT = math.radians(5.0)
+_RAMPS = ("plunge ramp", "plunge zigzag", "plunge zig zag")
 #: Turns of a helix, and lines of a ramp, on one level.
 MAX_TURNS = 10_000
 MAX_RAMP_LINES = 1_000_000
@@ -57,9 +65,9 @@ def choose(job: Job, place: Floats, direction: Floats, path: list[Piece], region
     values = approach.values if approach else {}
     angle = _angle(job, values.get("angle"))
     if kind == "plunge toolaxis":
-        return plunge(place)
-    if kind in ("plunge ramp", "plunge zigzag", "plunge zig zag"):
-        return ramp(job, place, path, angle)
+        return _straight(job, place)
+    if kind in _RAMPS:
+        return ramp(job, place, path, angle, _width(job, values))
     if kind not in ("", "plunge helix", "plunge helical"):
         job.warn(
             "stepnc-approach",
@@ -67,7 +75,7 @@ def choose(job: Job, place: Floats, direction: Floats, path: list[Piece], region
         )
     wanted = float(values.get("radius", HELIX_RADIUS * 2 * job.radius))
     if not wanted > 0:
-        raise job.fault("stepnc-geometry", f"a helix of {wanted:g} mm radius")
+        raise job.fault("stepnc-geometry", f"the radius of the helix is {wanted:g} mm; it must be above 0")
     fits = min(wanted, clearance(region, place))
     if fits < wanted - 1e-6:
         if fits < SMALLEST_HELIX * 2 * job.radius:
@@ -77,12 +85,59 @@ def choose(job: Job, place: Floats, direction: Floats, path: list[Piece], region
     return helix(place, direction, fits, angle, clockwise=not job.climb)
 
 
+def along_cut(job: Job, place: Floats, path: list[Piece]) -> Entry:
+    """Return the way down where the tool has no room beside the cut, a slot or a line across a face: a ramp along it.
+
+    A PLUNGE_TOOLAXIS goes straight down; a helix that is asked for finds no room, with a warning.
+
+    Args:
+        job: The operation.
+        place: Shape (3,), where the cut begins.
+        path: What is cut, from `place`.
+    """
+    approach = job.operation.approach
+    kind, values = (approach.kind, approach.values) if approach else ("", {})
+    if kind == "plunge toolaxis":
+        return _straight(job, place)
+    if kind and kind not in _RAMPS:
+        text = f"approach {kind!r} has no room where the cut is as wide as the tool; the tool goes down in a ramp along it"
+        job.warn("stepnc-approach", text)
+        values = {}
+    return ramp(job, place, path, _angle(job, values.get("angle")), _width(job, values))
+
+
+def _straight(job: Job, place: Floats) -> Entry:
+    """Return the straight way down, with a warning for a tool whose edges do not reach its middle."""
+    if job.tool.kind in NOT_CENTRE_CUTTING:
+        text = f"a {job.tool.kind} does not cut at its centre, and goes straight down"
+        job.warn("stepnc-plunge", f"{text}; PLUNGE_RAMP or PLUNGE_HELIX would spare it")
+    return plunge(place)
+
+
+def _width(job: Job, values: Mapping[str, Any]) -> float:
+    """Return how long the ways to and fro of a zigzag are at most, mm."""
+    width = values.get("width")
+    if not isinstance(width, int | float):
+        return math.inf
+    if not width > 0:
+        raise job.fault("stepnc-geometry", f"the width of a zigzag is {width:g} mm; it must be above 0")
+    return float(width)
+
+
 def _angle(job: Job, given: object) -> float:
+    """Return the angle of a way down, rad: that given, else 10 degrees, or 2 for tools that do not cut at their centre."""
+    flat = job.tool.kind in NOT_CENTRE_CUTTING
     if not isinstance(given, int | float):
-        return DEFAULT_ANGLE
+        return FLAT_ANGLE if flat else DEFAULT_ANGLE
     angle = math.radians(float(given))
     if not 0 < angle < math.pi / 2:
-        raise job.fault("stepnc-geometry", f"an approach of {math.degrees(angle):g} degrees")
+        text = f"the angle of the approach is {math.degrees(angle):g} degrees; it must lie between 0 and 90"
+        raise job.fault("stepnc-geometry", text)
+    if flat and angle > STEEPEST_FLAT:
+        text = (
+            f"a {job.tool.kind} does not cut at its centre, and goes down at {math.degrees(angle):g} degrees"
+        )
+        job.warn("stepnc-plunge", f"{text}; {math.degrees(STEEPEST_FLAT):g} are usual at most")
     return angle
 
 
@@ -121,15 +176,19 @@ def helix(place: Floats, direction: Floats, radius: float, angle: float, clockwi
     return Entry(start, descend)
 
 
-def ramp(job: Job, place: Floats, path: list[Piece], angle: float = DEFAULT_ANGLE) -> Entry:
+def ramp(
+    job: Job, place: Floats, path: list[Piece], angle: float = DEFAULT_ANGLE, longest: float = math.inf
+) -> Entry:
     """Return a ramp to and fro along the way to the first cut and the cut, so steep as the angle, that ends at the place.
+
+    Its ways are no longer than `longest`, mm.
 
     Where the cut is so short that the tool would do little but turn round, it goes straight down, with a warning.
     """
     line = np.concatenate([place[None, :], *(polyline_of(p, 1e-3).points for p in path)])[:, :2]
     line = line[np.concatenate([[True], np.abs(np.diff(line, axis=0)).max(axis=1) > 1e-9])]
     lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-    total = float(lengths[-1])
+    total = min(float(lengths[-1]), longest)
 
     def descend(moves: Moves, z: float) -> None:
         drop = moves.position[2] - z

@@ -30,6 +30,57 @@ def tip_length(tool: Tool) -> float:
     return tip
 
 
+#: Diameters and depths closer than this are equal, mm.
+SAME_SIZE = 1e-3
+#: Operations that give the hole the diameter of their tool.
+_SIZING = ("boring", "reaming")
+
+
+def check_hole(job: Job) -> None:
+    """Report a tool that is larger than its hole, and a depth that is deeper than the hole or the raw piece.
+
+    A tool of boring or reaming that is smaller than the hole leaves its wall uncut, which is a warning; a drill may be the
+    first of several.
+
+    Raises:
+        Skip: where the tool would cut what is to stay.
+    """
+    hole, tool, kind = job.shape.diameter, job.tool.diameter, job.operation.kind
+    if (
+        hole is not None
+        and tool is not None
+        and kind not in ("counter sinking", "center drilling", "tapping")
+    ):
+        narrowest = hole - 2 * (job.shape.depth or 0.0) * math.tan(job.shape.slope)
+        fits = hole if job.shape.slope <= 0 else max(narrowest, 0.0)
+        if tool > fits + SAME_SIZE:
+            text = f"the tool has {tool:g} mm and the hole {fits:g} mm; the tool must not be larger than the hole"
+            raise job.fault("stepnc-tool-size", text)
+        if tool < hole - SAME_SIZE and kind in _SIZING:
+            text = f"the tool has {tool:g} mm and the hole {hole:g} mm; a ring {(hole - tool) / 2:g} mm wide stays uncut"
+            job.warn("stepnc-uncut", text)
+    _check_depth(job)
+
+
+def _check_depth(job: Job) -> None:
+    """Raise `Skip` where the full diameter goes below the end of a blind hole, or below the raw piece with no overcut asked."""
+    depth, asked = job.shape.depth, job.value("cutting_depth", 0.0)
+    if depth is None or job.operation.kind == "counter sinking":
+        return
+    over = job.value("overcut_length", 0.0)
+    reach = asked + over if asked > 0 else depth + over
+    if job.shape.bottom not in ("", "through") and reach > depth + SAME_SIZE:
+        text = f"the tool goes {reach:g} mm deep (cutting_depth and overcut_length), and the hole ends at {depth:g} mm"
+        raise job.fault("stepnc-depth", text)
+    low = None if job.raw is None else -job.raw[0]
+    if low is not None and asked > low + SAME_SIZE:
+        text = f"cutting_depth is {asked:g} mm, and the raw piece ends {low:g} mm below the top of the hole"
+        raise job.fault("stepnc-depth", text)
+    if asked > depth + SAME_SIZE:
+        text = f"cutting_depth is {asked:g} mm, and the hole is {depth:g} mm deep; overcut_length is the way beyond"
+        job.warn("stepnc-depth", text)
+
+
 def _begin(job: Job) -> Moves:
     start = job.operation.start_point
     x, y = (0.0, 0.0) if start is None else (float(start[0]), float(start[1]))
@@ -200,19 +251,34 @@ def _ratio(job: Job) -> float:
 
 
 def tap(job: Job) -> tuple[Path, ...]:
-    """Return the toolpaths of TAPPING (ISO 14649-11): the feed is pitch times speed, the spindle turns back on the way out."""
+    """Return the toolpaths of TAPPING (ISO 14649-11): in step with the spindle, which turns back at the bottom.
+
+    The pitch is the tap's; where its entity has none (ISO 14649-111 gives taps no pitch) it is the feed over the speed.
+    """
     technology, pitch = job.technology, job.tool.pitch
     speed = technology.spindle
+    if speed is None and technology.cutting_speed is not None and job.radius > 0:
+        turn = 1.0 if job.tool.left_handed else -1.0
+        speed = turn * technology.cutting_speed / (2 * math.pi * job.radius)
     if speed is None or speed == 0:
-        raise job.fault("stepnc-missing", "tapping needs a spindle speed")
-    if pitch is not None:
-        technology = replace(technology, feed=pitch * abs(speed))
-    elif technology.feed is None:
-        raise job.fault("stepnc-missing", "tapping needs a feed, or the pitch of the tap")
+        raise job.fault("stepnc-missing", "tapping needs a spindle speed above 0")
+    if technology.feed is not None:
+        from_feed = technology.feed / abs(speed)
+        if pitch is not None and abs(pitch - from_feed) > 1e-3 * pitch:
+            text = f"the feed of {technology.feed:g} mm/s makes {from_feed:.4g} mm a turn, and the tap has a pitch"
+            job.warn("stepnc-pitch", f"{text} of {pitch:g} mm; the pitch counts")
+        pitch = from_feed if pitch is None else pitch
+    if pitch is None or not pitch > 0:
+        raise job.fault("stepnc-missing", "tapping needs a feed, or the pitch of the tap, above 0")
+    if job.value("dwell_time_bottom", 0.0) > 0:
+        job.warn(
+            "stepnc-dwell", "a tap in step with the spindle turns back at once; dwell_time_bottom is left out"
+        )
+    hole = job.shape.diameter
+    if hole is not None and hole < 2 * (job.radius - pitch):
+        text = f"the hole has {hole:g} mm, and a tap of {2 * job.radius:g} mm with a pitch of {pitch:g} mm needs more than"
+        raise job.fault("stepnc-tool-size", f"{text} {2 * (job.radius - pitch):g} mm")
     moves = _begin(job)
-    moves.at(technology)
-    moves.height(-_bottom(job))
-    moves.dwell(job.value("dwell_time_bottom", 0.0))
-    moves.at(replace(technology, spindle=-speed))
-    moves.height(job.retract)
+    moves.at(replace(technology, spindle=speed, cutting_speed=None, feed=pitch * abs(speed)))
+    moves.tap(-_bottom(job), pitch)
     return moves.paths()

@@ -29,12 +29,20 @@ MAX_HEIGHT = 1e5
 
 @dataclass(slots=True)
 class Job:
-    """A feature to be machined: what strategies need, with the faults of what is missing."""
+    """A feature to be machined: what strategies need, with the faults of what is missing.
+
+    Attributes:
+        ident: The workingstep.
+        operation, shape: What is done, and on what.
+        exchange: Takes the faults.
+        raw: Lowest and highest point of the raw piece in the feature's frame, mm; None where it is not given.
+    """
 
     ident: int
     operation: Operation
     shape: Shape
     exchange: Exchange
+    raw: tuple[float, float] | None = None
 
     def fault(self, code: str, message: str, hint: str = "") -> Skip:
         """Report an error of the operation and return the exception to raise."""
@@ -83,23 +91,50 @@ class Job:
         """Return the height of the retract plane above the feature's origin, mm; raises `Skip` where it is no height."""
         given = self.operation.retract_plane
         if given is not None and not abs(given) <= MAX_HEIGHT:
-            raise self.fault("stepnc-range", f"a retract plane at {given:g} mm")
+            text = f"the retract plane is at {given:g} mm; it must lie between 0 and {MAX_HEIGHT:g} mm"
+            raise self.fault("stepnc-range", text)
         if given is not None and given < 0:
             text = f"a retract plane {-given:g} mm below the feature's top: rapid moves would go through material"
             raise self.fault("stepnc-range", text)
         return DEFAULT_RETRACT if given is None else given
 
     def check_sizes(self) -> None:
-        """Raise `Skip` where a depth of cut or an allowance is negative: the tool would cut what is to stay."""
+        """Raise `Skip` where sizes of the operation cannot be: the tool would cut what is to stay, or leave walls standing.
+
+        Depths of cut and allowances must not be negative, the radial depth not above the tool's diameter, and the feature not
+        deeper than the raw piece.
+        """
         for name in ("axial_cutting_depth", "radial_cutting_depth", "allowance_side", "allowance_bottom"):
             if self.value(name, 0.0) < 0:
                 raise self.fault(
                     "stepnc-range", f"{name} is {self.value(name, 0.0):g} mm; it must not be negative"
                 )
+        radial, tool = self.value("radial_cutting_depth", 0.0), self.operation.tool
+        if tool is not None and tool.diameter is not None and radial > tool.diameter + 1e-9:
+            text = f"radial_cutting_depth is {radial:g} mm, and the tool has {tool.diameter:g} mm: walls would stay between passes"
+            raise self.fault("stepnc-range", text, hint=f"at most {tool.diameter:g} mm")
+        self._check_depths()
         if self.operation.technology is not None and self.operation.technology.spindle == 0.0:
             self.warn(
                 "stepnc-no-spindle", "the feature is machined with the spindle standing: its speed is 0"
             )
+
+    def _check_depths(self) -> None:
+        """Raise `Skip` where the feature goes below the raw piece; warn where its depth is more than the tool's edge is long."""
+        depth, tool = self.shape.depth, self.operation.tool
+        if depth is None:
+            return
+        if self.raw is not None and self.shape.bottom != "through" and depth > -self.raw[0] + 1e-3:
+            text = f"the feature is {depth:g} mm deep, and the raw piece ends {-self.raw[0]:g} mm below the feature's origin"
+            raise self.fault("stepnc-depth", text)
+        if tool is not None and tool.cutting_length and depth > tool.cutting_length + 1e-3:
+            text = f"the feature is {depth:g} mm deep, and the tool's cutting edge is {tool.cutting_length:g} mm long"
+            self.warn("stepnc-cutting-length", f"{text}; its shank may touch the wall")
+
+    @property
+    def top(self) -> float:
+        """Return the height from which on material may stand in the way, mm: 0, or the top of the raw piece above it."""
+        return 0.0 if self.raw is None else max(0.0, self.raw[1])
 
     def value(self, name: str, default: float) -> float:
         """Return a number among the operation's values."""
@@ -230,6 +265,12 @@ class Moves:
         """Wait."""
         if seconds > 0:
             self._extra.append((len(self._paths), Path(self.ident, "dwell", seconds=seconds)))
+
+    def tap(self, z: float, pitch: float) -> None:
+        """Go down to a height in step with the spindle, `pitch` mm a turn, and back up."""
+        line: list[Piece] = [Polyline(np.stack([self.position, at_height(self.position, z)]))]
+        path = Path(self.ident, "tap", _giver(line), technology=self.technology, pitch=pitch)
+        self._extra.append((len(self._paths), path))
 
     def stop_spindle(self, technology: Technology) -> None:
         """Stop the spindle; the moves after it keep it so."""

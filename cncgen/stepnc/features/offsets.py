@@ -159,10 +159,41 @@ def region(
 
 def not_swept(regions: Sequence[Any], axis: Sequence[Any], reach: float) -> list[Any]:
     """Return the polygons of regions that a tool leaves whose axis goes everywhere in other polygons."""
+    cut = swept(axis, reach)
+    return [p for region in regions for p in polygons(region.difference(cut))]
+
+
+def swept(axis: Sequence[Any], reach: float) -> Any:
+    """Return what a tool cuts whose axis goes everywhere in polygons."""
     from shapely import union_all
 
-    swept = union_all([grown(p, reach + CHORD, quad_segs=QUARTER) for p in axis])
-    return [p for region in regions for p in polygons(region.difference(swept))]
+    return union_all([grown(p, reach + CHORD, quad_segs=QUARTER) for p in axis])
+
+
+def filled(axis: Sequence[Any], walls: Sequence[Any], radius: float) -> tuple[list[Any], Any]:
+    """Return what a tool of a radius that goes round walls leaves of their notches, and a ring of what it reaches.
+
+    The boundary of the tool's way, shrunk by the radius again, has the notches filled (a closing of the walls).
+    """
+    from shapely import union_all
+
+    closed = union_all([grown(p, -radius + CHORD, quad_segs=QUARTER) for p in axis])
+    return polygons(closed.difference(union_all(list(walls)))), closed.buffer(2 * radius).difference(closed)
+
+
+def is_notch(place: Any, reached: Any, radius: float) -> bool:
+    """Tell whether a place that a tool leaves is more than the corner that it rounds.
+
+    What stays in a corner comes to a point: less than a third of it is farther from the tool than half of its depth. A notch
+    with walls side by side has about half of itself there. What holds a circle of half the radius is reported whatever it is.
+    """
+    from shapely import points
+
+    if holds_circle(place, radius / 2):
+        return True
+    depth = float(reached.distance(points(np.array(place.exterior.coords))).max())
+    far = place.difference(reached.buffer(depth / 2))
+    return depth > 0.1 * radius and bool(far.area > place.area / 3)
 
 
 def polygons(geometry: Any) -> list[Any]:

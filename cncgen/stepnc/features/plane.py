@@ -11,9 +11,11 @@ import math
 
 import numpy as np
 
-from cncgen.stepnc.features import pocket
+from cncgen.stepnc.features import offsets, pocket
+from cncgen.stepnc.features.entry import Entry, along_cut, plunge
 from cncgen.stepnc.features.job import Floats, Job, Moves, at_height
 from cncgen.stepnc.features.offsets import bounds_along
+from cncgen.stepnc.geometry.pieces import Polyline
 from cncgen.stepnc.model import Path
 
 _WAYS = ("bidirectional", "unidirectional", "")
@@ -63,22 +65,50 @@ def _lines(job: Job, along: Floats) -> list[tuple[Floats, Floats]]:
         raise job.fault(
             "stepnc-geometry", f"the distance between lines is {step:g} mm: the overlap is too large"
         )
-    overrun = job.value("overcut_length", 2.5 * radius) - radius
+    if step > 2 * radius + 1e-9:
+        text = (
+            f"lines are {step:g} mm apart, and the tool has {2 * radius:g} mm: ridges would stay between them"
+        )
+        raise job.fault("stepnc-range", text, hint="the overlap must not be below 0")
     first = near + step - radius
     count = max(1, math.ceil((far - radius - first) / step - 1e-9) + 1)
     if count > 20_000:
-        raise job.fault("stepnc-geometry", f"{count} lines of {step:g} mm")
-    offsets = first + step * np.arange(count)
+        raise job.fault("stepnc-geometry", f"{count} lines of {step:g} mm are more than 20000")
+    places = first + step * np.arange(count)
+    overrun = _overrun(job, max(step / 2 if count > 1 else 0.0, step - radius, far - float(places[-1])))
     return [
-        ((low - overrun) * along + o * across, (high + overrun) * along + o * across)
-        for o in offsets.tolist()
+        ((low - overrun) * along + o * across, (high + overrun) * along + o * across) for o in places.tolist()
     ]
+
+
+def _overrun(job: Job, half: float) -> float:
+    """Return how far the tool's middle goes beyond the face, mm.
+
+    The overcut is that of the tool's rear, as NIST's interpreter has it. The round front of a tool leaves the material at a
+    distance `half` beside its line up to sqrt(R² - half²) ahead of its middle: it goes at least so far that none stays.
+    """
+    radius = job.radius
+    asked = job.value("overcut_length", 2.5 * radius) - radius
+    needed = -math.sqrt(max(radius**2 - half**2, 0.0))
+    if asked < needed - 1e-9:
+        text = f"with an overcut of {asked + radius:g} mm spikes would stay at the ends of lines; it is made"
+        job.warn("stepnc-overcut", f"{text} {needed + radius:g} mm")
+    return max(asked, needed)
+
+
+def _way_down(job: Job, start: Floats, end: Floats) -> Entry:
+    """Return the way down at the start of a line: straight beside face and raw piece, else as the approach asks."""
+    around = job.shape.stock or job.shape.outline or []
+    if offsets.distance_to(offsets.polygon_of(around), start) >= job.radius - 1e-6:
+        return plunge(start)
+    return along_cut(job, start, [Polyline(np.stack([start, end]))])
 
 
 def _bidirectional(job: Job, lines: list[tuple[Floats, Floats]], levels: list[float]) -> tuple[Path, ...]:
     moves = Moves(job.operation.ident, at_height(lines[0][0], job.retract))
     for level in levels:
         moves.rapid(at_height(lines[0][0], job.retract))
+        _way_down(job, *lines[0]).descend(moves, level)
         for k, (start, end) in enumerate(lines):
             points = (start, end) if k % 2 == 0 else (end, start)
             moves.feed(*(at_height(p, level) for p in points))
@@ -91,6 +121,7 @@ def _one_way(job: Job, lines: list[tuple[Floats, Floats]], levels: list[float]) 
     for level in levels:
         for start, end in lines:
             moves.rapid(at_height(start, job.retract))
-            moves.feed(at_height(start, level), at_height(end, level))
+            _way_down(job, start, end).descend(moves, level)
+            moves.feed(at_height(end, level))
             moves.height(job.retract, rapid=True)
     return moves.paths()

@@ -107,8 +107,8 @@ def _step(job: Job) -> float:
             "stepnc-geometry", f"the distance between passes is {step:g} mm: the overlap is too large"
         )
     if step > 2 * job.radius + 1e-9:
-        text = f"passes {step:g} mm apart leave material between them: the tool has {2 * job.radius:g} mm"
-        job.warn("stepnc-uncut", text)
+        text = f"passes are {step:g} mm apart, and the tool has {2 * job.radius:g} mm: walls would stay between them"
+        raise job.fault("stepnc-range", text, hint=f"at most {2 * job.radius:g} mm")
     return step
 
 

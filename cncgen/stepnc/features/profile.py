@@ -78,6 +78,8 @@ def _mill(job: Job, outside: bool) -> tuple[Path, ...]:
                 curves = offsets.boundary_curves(polygon, clockwise)
                 for curve in curves[:1] if outside else curves:
                     moves = _passes(job, curve, heights, moves, Free(polygon, outside))
+            if further == 0.0:
+                _check_notches(job, whole, layer, corner, outside)
     if moves is None:
         raise job.fault("stepnc-geometry", "the tool does not fit inside the outline")
     return moves.paths()
@@ -89,6 +91,20 @@ def _outer_layers(job: Job, total: float) -> list[Layer]:
     spans = list(pairwise([0.0, *job.levels(total)]))
     groups = groupby(spans, lambda span: -side - axis_distance(job, job.shape.slope, -span[1]))
     return [Layer(tuple(group), inset, ()) for inset, group in groups]
+
+
+def _check_notches(job: Job, whole: Any, layer: Layer, corner: float, outside: bool) -> None:
+    """Warn of notches in the outline that are too narrow for the tool, others than the corners that it rounds."""
+    radius, axis = job.radius, layer.region(whole, corner, 0.0)
+    if outside:
+        left, reached = offsets.filled(axis, layer.moved(radius).region(whole, corner, 0.0), radius)
+    else:
+        walls = layer.moved(-radius).region(whole, corner, 0.0)
+        left, reached = offsets.not_swept(walls, axis, radius), offsets.swept(axis, radius)
+    widths = [2 * offsets.inradius(p)[0] for p in left if offsets.is_notch(p, reached, radius)]
+    if widths:
+        text = f"the tool of {2 * radius:g} mm does not reach {len(widths)} notches up to {max(widths):.3g} mm wide"
+        job.warn("stepnc-uncut", f"{text}; material stays there")
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +141,8 @@ def _further(job: Job, outside: bool) -> list[float]:
         far = offsets.farthest(_outline(job), job.shape.stock) - job.value("allowance_side", 0.0)
         count = max(1, math.ceil(far / radial - 1e-9))
         if count > offsets.MAX_RINGS:
-            raise job.fault("stepnc-geometry", f"{count} layers of {radial:g} mm")
+            text = f"{count} layers of {radial:g} mm are more than {offsets.MAX_RINGS}"
+            raise job.fault("stepnc-geometry", text)
     return [radial * k for k in reversed(range(count))]
 
 
@@ -173,7 +190,8 @@ def _lead(
             "stepnc-approach", f"{strategy.kind!r} is for pockets; the contour is met by a quarter circle"
         )
     if not size > 0:
-        raise job.fault("stepnc-geometry", f"an approach or retract of {size:g} mm")
+        text = f"the approach or retract has a size of {size:g} mm; it must be above 0"
+        raise job.fault("stepnc-geometry", text)
     for halvings in range(SHORTEST_LEAD):
         piece = make(size / 2**halvings)
         if free.holds(piece):

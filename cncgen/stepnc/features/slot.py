@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from cncgen.stepnc.features import offsets, pocket, profile
+from cncgen.stepnc.features.entry import Entry, along_cut, plunge
 from cncgen.stepnc.features.job import Job, Moves, at_height, raised
 from cncgen.stepnc.geometry.approach import start_tangent
 from cncgen.stepnc.geometry.pieces import Piece, Polyline, reverse
@@ -156,14 +157,37 @@ def _as_pocket(job: Job, course: list[Piece], width: float) -> Job:
 
 
 def _along(job: Job, path: list[Piece], levels: list[float]) -> tuple[Path, ...]:
-    """Return passes along a path, to and fro, plunging at its ends."""
+    """Return passes along a path, to and fro; where an end is within the material the tool goes down as the approach asks."""
+    ways = (path, reverse(path))
+    entries = [_way_down(job, way, k) for k, way in enumerate(ways)]
     moves = Moves(job.operation.ident, at_height(path[0].start, job.retract))
+    moves.height(min(job.top, job.retract))
     for k, level in enumerate(levels):
-        way = path if k % 2 == 0 else reverse(path)
-        moves.height(level)
+        way = ways[k % 2]
+        entries[k % 2].descend(moves, level)
         moves.follow(raised(way, level))
     moves.height(job.retract)
     return moves.paths()
+
+
+def _way_down(job: Job, way: list[Piece], end: int) -> Entry:
+    """Return the way down at the beginning of a way: straight beside the material, else along the cut.
+
+    Args:
+        job: The slot.
+        way: From the end on.
+        end: Which of the slot's ends it is, 0 or 1.
+    """
+    place = way[0].start
+    if not _is_loop(way) and (*job.shape.ends, "", "")[end] == "open":
+        if job.shape.stock is None:
+            return plunge(place)
+        beyond = offsets.distance_to(offsets.polygon_of(job.shape.stock), place)
+        if beyond >= job.radius - 1e-6:
+            return plunge(place)
+        text = f"the slot's open end lies within the raw piece: the tool would be {job.radius - beyond:.3g} mm in material"
+        job.warn("stepnc-open-end", f"{text} beyond the end; it goes down along the slot")
+    return along_cut(job, place, way)
 
 
 def step(job: Job) -> tuple[Path, ...]:

@@ -37,6 +37,10 @@ _KINDS = {
 }
 
 
+#: Whose toolpaths depend on where the raw piece ends.
+_WITH_STOCK = ("STEP", "BOSS", "SLOT", "PLANAR_FACE", "general outside profile")
+
+
 class Features:
     """Reads features; their shapes when they are asked for."""
 
@@ -89,7 +93,7 @@ class Features:
             raise entity.fault("stepnc-unsupported", text)
         self.profiles.feature_placement = placement
         shape = self._shapes[entity.keyword](entity)
-        if _KINDS.get(entity.keyword, entity.keyword) in ("STEP", "BOSS", "general outside profile"):
+        if _KINDS.get(entity.keyword, entity.keyword) in _WITH_STOCK:
             return replace(shape, stock=self.stock.outline(entity, placement))
         return shape
 

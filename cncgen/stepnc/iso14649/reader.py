@@ -25,7 +25,7 @@ from cncgen.stepnc.model import (
     Operation,
     Workingstep,
 )
-from cncgen.stepnc.part21 import Exchange
+from cncgen.stepnc.part21 import Exchange, Ref, Value
 
 _FUNCTIONS = {
     "DISPLAY_MESSAGE": "its_text",
@@ -37,6 +37,8 @@ _FUNCTIONS = {
     "WAIT_FOR_MARK": "its_channel",
     "SET_MARK": "",
 }
+#: What may hold executables.
+_LEADING = ("WORKPLAN", "PARALLEL", "NON_SEQUENTIAL", "SELECTIVE", "IF_STATEMENT", "WHILE_STATEMENT")
 _BLOCKS = {"PARALLEL": "branches", "NON_SEQUENTIAL": "its_elements", "SELECTIVE": "its_elements"}
 
 
@@ -99,6 +101,26 @@ class Iso14649Reader:
                     self.exchange.reporter.report("stepnc-no-project", text, 0, hint=hint)
         return roots
 
+    def orphans(self) -> list[int]:
+        """Return workplans and workingsteps that nothing leads to from the main workplan."""
+        waiting = [
+            int(v) for i in self.exchange.instances("PROJECT") for v in i.parameters if isinstance(v, Ref)
+        ]
+        if not waiting:
+            return []
+        seen: set[int] = set()
+        held = dict.fromkeys(waiting)
+        while held:
+            ident, _ = held.popitem()
+            if ident in seen:
+                continue
+            seen.add(ident)
+            instance = self.exchange.instance(ident)
+            if instance is not None and instance.keyword in _LEADING:
+                held.update(dict.fromkeys(refs_of(instance.parameters)))
+        kinds = ("WORKPLAN", "MACHINING_WORKINGSTEP")
+        return sorted(i.id for i in self.exchange.instances(*kinds) if i.id not in seen)
+
     def _elements(self, ident: int) -> list[int]:
         try:
             return self.entities.get(ident).refs("its_elements")
@@ -114,7 +136,10 @@ class Iso14649Reader:
         entity = self.entities.get(ident)
         kind, label = entity.keyword, entity.text("its_id")
         if kind == "WORKPLAN":
-            setting = self._setting(entity, context)
+            try:
+                setting = self._setting(entity, context)
+            except Skip:  # told; the plan's workingsteps are looked at all the same
+                setting = context
             return Block(ident, label, "workplan", tuple(entity.refs("its_elements")), setting)
         if kind in _BLOCKS:
             name = kind.lower().replace("_", " ")
@@ -200,12 +225,14 @@ class Iso14649Reader:
             workpiece = owner.ref("its_workpiece")
             feature = self.features.read(feature_id)
         frame = self._workpiece_frame(setting, workpiece, entity)
+        raw = self.features.stock.solid(workpiece)
+        raw = None if raw is None else raw.moved(frame)
         if feature is not None:
             frame = frame @ feature.placement
         plane = self.placements.plane(entity.ref("its_secplane"), entity.id)
         security = setting.security if plane is None else frame @ plane
         operation = self.operations.read(entity.entity("its_operation"))
-        return Workingstep(entity.id, entity.text("its_id"), operation, feature, frame, security)
+        return Workingstep(entity.id, entity.text("its_id"), operation, feature, frame, security, raw=raw)
 
     def _probing(self, entity: Entity, setting: Setting) -> Workingstep:
         """Return a probing that goes all of its toolpath: there is nothing to touch, and nothing is measured."""
@@ -287,3 +314,14 @@ class Iso14649Reader:
             value = Entity(self.entities, instance, kind).get(attribute)
             if isinstance(value, int):
                 self._placing.add(int(value))
+
+
+def refs_of(values: tuple[Value, ...]) -> list[int]:
+    """Return all references among parameters, in aggregates too."""
+    out: list[int] = []
+    for value in values:
+        if isinstance(value, Ref):
+            out.append(int(value))
+        elif isinstance(value, tuple):
+            out += refs_of(value)
+    return out

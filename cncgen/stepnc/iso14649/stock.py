@@ -9,6 +9,7 @@ import numpy as np
 from cncgen.stepnc.entities import Entities, Entity
 from cncgen.stepnc.geometry.frames import Matrix, Placements, apply, from_axes
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
+from cncgen.stepnc.model import Solid
 
 
 class Stock:
@@ -17,6 +18,47 @@ class Stock:
     def __init__(self, entities: Entities, placements: Placements) -> None:
         self.entities = entities
         self.placements = placements
+
+    def solid(self, workpiece_id: int | None) -> Solid | None:
+        """Return the raw piece of a workpiece, in the workpiece's frame; None where it is not given, or of another shape.
+
+        Raises:
+            Skip: where the geometry has a fault.
+        """
+        bounds = self._bounds(workpiece_id)
+        if bounds is None:
+            return None
+        scale = self.placements.scale
+        if bounds.keyword == "BLOCK":
+            frame = self.placements.placement(bounds.entity("position").id, bounds.id)
+            x, y, z = (bounds.number(n) * scale for n in "xyz")
+            return Solid("block", frame, (x, y, z))
+        if bounds.keyword == "RIGHT_CIRCULAR_CYLINDER":
+            radius = bounds.number("radius") * scale
+            return Solid("cylinder", self._axis(bounds), (radius, radius, bounds.number("height") * scale))
+        return None
+
+    def _axis(self, cylinder: Entity) -> Matrix:
+        """Return the frame of a cylinder: AXIS1_PLACEMENT, which has a Z alone."""
+        base = cylinder.entity("position")
+        axis = base.ref("axis")
+        return from_axes(
+            self.placements.point(base.entity("location").id, base.id),
+            None if axis is None else self.placements.direction(axis, base.id),
+            None,
+        )
+
+    def _bounds(self, workpiece_id: int | None) -> Entity | None:
+        """Return the bounding geometry of a workpiece's raw piece, else that of the workpiece."""
+        workpiece = self.entities.optional(workpiece_id)
+        if workpiece is None or workpiece.keyword != "WORKPIECE":
+            return None
+        raw = self.entities.optional(workpiece.ref("its_rawpiece"))
+        for piece in (raw, workpiece):
+            bounds = piece.ref("its_bounding_geometry") if piece is not None else None
+            if bounds is not None:
+                return self.entities.get(bounds, owner=workpiece.id)
+        return None
 
     def outline(self, feature: Entity, placement: Matrix) -> list[Piece] | None:
         """Return the closed outline of a feature's raw piece in the feature's frame; None where it is not given.
@@ -28,40 +70,20 @@ class Stock:
         Raises:
             Skip: where the geometry has a fault.
         """
-        workpiece = self.entities.optional(feature.ref("its_workpiece"))
-        if workpiece is None or workpiece.keyword != "WORKPIECE":
-            return None
-        raw = self.entities.optional(workpiece.ref("its_rawpiece"))
-        for piece in (raw, workpiece):
-            bounds = piece.ref("its_bounding_geometry") if piece is not None else None
-            if bounds is not None:
-                return self._seen(
-                    self.entities.get(bounds, owner=workpiece.id),
-                    np.asarray(np.linalg.inv(placement), np.float64),
-                )
-        return None
+        solid = self.solid(feature.ref("its_workpiece"))
+        return None if solid is None else _seen(solid.moved(np.asarray(np.linalg.inv(placement), np.float64)))
 
-    def _seen(self, solid: Entity, view: Matrix) -> list[Piece] | None:
-        if solid.keyword == "BLOCK":
-            place = view @ self.placements.placement(solid.entity("position").id, solid.id)
-            size = np.array([solid.number(n) * self.placements.scale for n in "xyz"])
-            corners = apply(place, size * np.indices((2, 2, 2)).reshape(3, 8).T)
-            return [_hull(corners[:, :2])]
-        if solid.keyword == "RIGHT_CIRCULAR_CYLINDER":
-            base = solid.entity("position")
-            axis = base.ref("axis")
-            frame = view @ from_axes(
-                self.placements.point(base.entity("location").id, base.id),
-                None if axis is None else self.placements.direction(axis, base.id),
-                None,
-            )
-            if abs(abs(frame[2, 2]) - 1.0) > 1e-9:
-                return None
-            radius = solid.number("radius") * self.placements.scale
-            centre = np.array([frame[0, 3], frame[1, 3], 0.0])
-            start = centre + np.array([radius, 0.0, 0.0])
-            return [Arc(start, start, centre, np.array([0.0, 0.0, 1.0]), 2 * math.pi)]
+
+def _seen(solid: Solid) -> list[Piece] | None:
+    """Return the outline of a solid across Z; None for a cylinder that leans."""
+    if solid.kind == "block":
+        corners = apply(solid.frame, np.array(solid.size) * np.indices((2, 2, 2)).reshape(3, 8).T)
+        return [_hull(corners[:, :2])]
+    if abs(abs(solid.frame[2, 2]) - 1.0) > 1e-9:
         return None
+    centre = np.array([solid.frame[0, 3], solid.frame[1, 3], 0.0])
+    start = centre + np.array([solid.size[0], 0.0, 0.0])
+    return [Arc(start, start, centre, np.array([0.0, 0.0, 1.0]), 2 * math.pi)]
 
 
 def _hull(points: np.ndarray) -> Polyline:
