@@ -27,19 +27,8 @@ from typing import Any, NoReturn
 import numpy as np
 
 import cncgen
-from trials.generators.meant_programs import (
-    INCH_MM,
-    LINEAR,
-    Case,
-    Floats,
-    Loop,
-    Mode,
-    Move,
-    Program,
-    Rig,
-    Writer,
-    random_case,
-)
+from trials.generators.elements import INCH_MM, LINEAR, Floats, Loop, Mode, Move, Writer
+from trials.generators.meant_programs import Case, Program, Rig, random_case
 from trials.judge import MARGIN, MOST, Fault, end_faults, feed_faults, judged, limit_faults, path_faults
 from trials.judge import Path as MeantPath
 

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from trials.generators.meant_programs import Feed, Floats, Piece, Rig, Writer
+from trials.generators.elements import Feed, Floats, Piece, Writer
+from trials.generators.meant_programs import Rig
 
 #: What is allowed beyond a limit, a tolerance or a feed, as a part of it.
 MARGIN = 1e-3

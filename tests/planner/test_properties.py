@@ -19,6 +19,7 @@ from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit
 from cncgen.setpoints import sample
 from trials import planner_properties as properties
+from trials.generators import paths
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -32,7 +33,7 @@ def test_random_programs(name: str) -> None:
 
     @settings(max_examples=4)
     @given(drawn)
-    def tried(case: properties.Case) -> None:
+    def tried(case: paths.Case) -> None:
         check(case)
 
     tried()
@@ -41,20 +42,20 @@ def test_random_programs(name: str) -> None:
 @pytest.mark.parametrize("feed", [10.0, 100.0, 1000.0, 6000.0])
 def test_lines_there_and_back_split(feed: float) -> None:
     """Rest-to-rest lines at any feed, cut in three (once up to 11 % apart where the feed is slow)."""
-    moves = (properties.Line((1.0, 0.0, 0.0, 0.0)), properties.Line((-1.0, 0.0, 0.0, 0.0)))
-    properties.splitting(properties.Case(moves, feed, False, "G61", ALIKE))
+    moves = (paths.Line((1.0, 0.0, 0.0, 0.0)), paths.Line((-1.0, 0.0, 0.0, 0.0)))
+    properties.splitting(paths.Case(moves, feed, False, "G61", ALIKE))
 
 
 def test_arcs_by_inverse_time_in_another_unit() -> None:
     """Rows whose speeds differ by rounding alone count as one (once 1e-5 apart, with seven times the nodes)."""
-    moves = (properties.Arc(1.0, 0.0, -1.0, 0.0), properties.Arc(1.0, 0.0, -1.0, 0.0))
-    properties.units(properties.Case(moves, 10.0, True, "G61", ALIKE))
+    moves = (paths.Arc(1.0, 0.0, -1.0, 0.0), paths.Arc(1.0, 0.0, -1.0, 0.0))
+    properties.units(paths.Case(moves, 10.0, True, "G61", ALIKE))
 
 
 def test_full_circles_reversed_and_bounded() -> None:
     """Twice round, at a feed that the circle cannot be driven with."""
-    moves = (properties.Arc(1.0, 0.0, -2.0 * math.pi, 0.0),) * 2
-    case = properties.Case(moves, 10_000.0, False, "G61", ALIKE)
+    moves = (paths.Arc(1.0, 0.0, -2.0 * math.pi, 0.0),) * 2
+    case = paths.Case(moves, 10_000.0, False, "G61", ALIKE)
     properties.reversing(case)
     properties.bounds(case)
     properties.limits(case)
@@ -109,7 +110,7 @@ M2
 def test_slow_rows_beside_fast_ones_find_a_plan() -> None:
     """Inverse time asks for 1e-6 mm/s beside rows a million times as fast (once no plan was found)."""
     strong, weak = (85.1256, 328.881, 7191.06), (8.51256, 32.8881, 719.106)
-    machine = properties.Case((), 1.0, True, "G61", (strong, strong, weak, strong)).machine
+    machine = paths.Case((), 1.0, True, "G61", (strong, strong, weak, strong)).machine
     chunks = [chunk for chunk in sound(read_text(_SLOW_AND_FAST, "slow.nc")) if len(chunk)]
     time = max(float(each.profile.t[-1]) for each in plan(chunks, machine))
     # Nine moves of 1/11.3 min each and the dwell, and what starts and stops add.
@@ -118,39 +119,37 @@ def test_slow_rows_beside_fast_ones_find_a_plan() -> None:
 
 def test_an_axis_that_starts_in_a_tiny_move_after_a_curve() -> None:
     """One degree within 1e-7 mm is not moved to the end of the curve before it (once A passed its limit by 62 %)."""
-    curve = properties.Curve(
-        ((13.0, -2.0, 1.6), (1.0, 5.0, -3.0), (1.0, 5.0, -3.0)), (1.0, 2.0, 1.0, 1.0), ()
-    )
+    curve = paths.Curve(((13.0, -2.0, 1.6), (1.0, 5.0, -3.0), (1.0, 5.0, -3.0)), (1.0, 2.0, 1.0, 1.0), ())
     moves = (
-        properties.Line((0.0, 0.0, 0.0, 1.0)),
+        paths.Line((0.0, 0.0, 0.0, 1.0)),
         curve,
-        properties.Line((8.7152109e-08, -4.9035803e-08, 3e-8, -1.0)),
+        paths.Line((8.7152109e-08, -4.9035803e-08, 3e-8, -1.0)),
         curve,
     )
     weak, strong = (10.4024, 45.3243, 3012.24), (104.024, 453.243, 30122.4)
-    properties.limits(properties.Case(moves, 50_424.4, False, "G64 P0.001", (strong, weak, weak, strong)))
+    properties.limits(paths.Case(moves, 50_424.4, False, "G64 P0.001", (strong, weak, weak, strong)))
 
 
 def test_axes_that_rest_do_not_count() -> None:
     """A rotary axis of the machine that never moves changes nothing of a plan in another unit (once 3e-8)."""
-    circle = (properties.Line((1e-7, 0.0, 0.0, 0.0)), properties.Arc(1.0, 0.0, -2.0 * math.pi, 0.0))
+    circle = (paths.Line((1e-7, 0.0, 0.0, 0.0)), paths.Arc(1.0, 0.0, -2.0 * math.pi, 0.0))
     weak = (0.3, 1.0, 10.0)
     for inverse, feed in ((False, 600.0), (True, 60.0)):
-        properties.units(properties.Case(circle, feed, inverse, "G61", (*ALIKE[:3], weak)))
+        properties.units(paths.Case(circle, feed, inverse, "G61", (*ALIKE[:3], weak)))
 
 
 def test_a_curve_that_ends_in_four_equal_points() -> None:
     """The derivative by the parameter is 0 at the end of the path (once an IndexError)."""
-    curve = properties.Curve(((0.0, 0.0, 0.2),) * 4, (1.0,) * 5, (0.1,))
-    case = properties.Case((properties.Line((1.0, 0.0, 0.0, 0.0)), curve, curve), 100.0, False, "G61", ALIKE)
+    curve = paths.Curve(((0.0, 0.0, 0.2),) * 4, (1.0,) * 5, (0.1,))
+    case = paths.Case((paths.Line((1.0, 0.0, 0.0, 0.0)), curve, curve), 100.0, False, "G61", ALIKE)
     properties.limits(case)
     properties.reversing(case)
 
 
 def test_helices_reversed() -> None:
     """Full turns with a rise, from their other end."""
-    turn = properties.Arc(1.0, 0.0, -2.0 * math.pi, 1.0)
-    properties.reversing(properties.Case((turn, turn), 100.0, False, "G61", ALIKE))
+    turn = paths.Arc(1.0, 0.0, -2.0 * math.pi, 1.0)
+    properties.reversing(paths.Case((turn, turn), 100.0, False, "G61", ALIKE))
 
 
 def test_full_circles_beside_a_rotary_axis_have_their_feed_in_mm() -> None:
@@ -162,16 +161,16 @@ def test_full_circles_beside_a_rotary_axis_have_their_feed_in_mm() -> None:
 
 def test_jerk_between_nodes_of_a_curve_whose_third_derivative_bends() -> None:
     """x''' of the NURBS falls by a third over an interval, no parabola (once 1.0039 of the limit of Z)."""
-    curve = properties.Curve(((13.0, -10.0, -2.8), (-6.0, 10.0, -1.8), (-9.0, 10.0, 2.6)), (1.0,) * 4, ())
+    curve = paths.Curve(((13.0, -10.0, -2.8), (-6.0, 10.0, -1.8), (-9.0, 10.0, 2.6)), (1.0,) * 4, ())
     strong, weak = (100.002, 794.328, 6969.63), (30.0006, 238.298, 2090.89)
     limits = (strong, weak, (3.00006, 23.8298, 209.089), strong)
-    moves = (properties.Line((0.0, 0.0, 0.0, 1.0)), curve)
-    properties.limits(properties.Case(moves, 794.328, False, "G61", limits))
+    moves = (paths.Line((0.0, 0.0, 0.0, 1.0)), curve)
+    properties.limits(paths.Case(moves, 794.328, False, "G61", limits))
 
 
 def test_chords_of_a_long_period_stay_at_shallow_corners() -> None:
     """At 10 ms a corner of 0.02 rad that is passed, and a polyline of 10 µm steps: the chord tolerance of 1 µm (once 5 and 11)."""
-    machine = replace(properties.Case((), 6000.0, False, "G61", ALIKE).machine, period_s=0.01)
+    machine = replace(paths.Case((), 6000.0, False, "G61", ALIKE).machine, period_s=0.01)
     turn = 0.02 * np.arange(5)
     zigzag = 20.0 * np.cumsum(np.column_stack([np.cos(turn), np.sin(turn)]), axis=0)
     angle = 1e-3 * np.arange(1, 301)
@@ -192,61 +191,61 @@ def test_chords_of_a_long_period_stay_at_shallow_corners() -> None:
 def test_other_units_leave_the_time_of_curves(scale: float) -> None:
     """A NURBS that stands at a double knot, a helix, lines a micrometre long (once 1e-5 apart, by cells of 1e-11 mm)."""
     points = ((9.0, 15.0, -0.4),) * 3 + ((-2.0, 10.0, -0.8), (-15.0, -4.0, 0.8), (14.0, 12.0, -2.2))
-    curve = properties.Curve(points, (1.0, 0.5, 2.0, 1.0, 1.0, 2.0, 1.0), (0.1, 0.1, 0.5))
-    moves = (curve, properties.Arc(1.0, 0.2, 6.0, 1.0), properties.Line((1e-6, 0.0, 0.0, 0.0)))
-    case = properties.Case(moves, 1000.0, False, "G61", ALIKE)
+    curve = paths.Curve(points, (1.0, 0.5, 2.0, 1.0, 1.0, 2.0, 1.0), (0.1, 0.1, 0.5))
+    moves = (curve, paths.Arc(1.0, 0.2, 6.0, 1.0), paths.Line((1e-6, 0.0, 0.0, 0.0)))
+    case = paths.Case(moves, 1000.0, False, "G61", ALIKE)
     time = properties.planned(case).time
     assert properties.planned(replace(case, scale=scale)).time == pytest.approx(time, rel=1e-9)
 
 
 def test_ramps_that_no_setpoint_shows_need_no_nodes() -> None:
     """Full acceleration after a quarter of a period (once ten nodes a period, and twice the time)."""
-    curve = properties.Curve(((15.0, -10.0, 2.4), (-11.0, -13.0, -1.4), (15.0, 6.0, 2.0)), (1.0,) * 4, ())
+    curve = paths.Curve(((15.0, -10.0, 2.4), (-11.0, -13.0, -1.4), (15.0, 6.0, 2.0)), (1.0,) * 4, ())
     slow, fast = (13.9072, 6.94455, 30_000.0), (139.072, 69.4455, 300_000.0)
-    case = properties.Case((curve,), 5038.5, False, "G61", (slow, slow, fast, fast))
+    case = paths.Case((curve,), 5038.5, False, "G61", (slow, slow, fast, fast))
     properties.limits(case)
     plan = properties.planned(case)
     pieces = sum(len(each.profile.t) for each in plan.trajectories)
-    assert pieces < 4.0 * plan.time / properties.PERIOD
+    assert pieces < 4.0 * plan.time / paths.PERIOD
 
 
 def test_ramps_of_four_fifths_of_a_period_need_few_nodes() -> None:
     """Setpoints hardly show what such a ramp is made of (once five nodes a period)."""
-    curve = properties.Curve(((10.0, 14.0, -3.0), (-3.0, -6.0, 2.0), (-7.0, 11.0, 1.0)), (1.0,) * 4, ())
-    case = properties.Case((curve,), 64349.0, False, "G61", ((3.0, 6.0, 7437.0),) * 4)
+    curve = paths.Curve(((10.0, 14.0, -3.0), (-3.0, -6.0, 2.0), (-7.0, 11.0, 1.0)), (1.0,) * 4, ())
+    case = paths.Case((curve,), 64349.0, False, "G61", ((3.0, 6.0, 7437.0),) * 4)
     properties.limits(case)
     plan = properties.planned(case)
-    assert sum(len(each.profile.t) for each in plan.trajectories) < 3.0 * plan.time / properties.PERIOD
+    assert sum(len(each.profile.t) for each in plan.trajectories) < 3.0 * plan.time / paths.PERIOD
 
 
 def test_a_line_that_ends_in_a_tiny_one_split() -> None:
     """Nodes grow back from a rest 1e-7 mm off (once 15 nodes a period, and 0.16 % apart)."""
-    moves = tuple(properties.Line((x, 0.0, 0.3 * x, 0.0)) for x in (24.9033, 1e-7, -1e-7))
+    moves = tuple(paths.Line((x, 0.0, 0.3 * x, 0.0)) for x in (24.9033, 1e-7, -1e-7))
     weak, strong = (48.7386, 60.0, 102988.0), (162.462, 200.0, 343295.0)
-    case = properties.Case(moves, 138746.0, False, "G61", (weak, weak, strong, weak))
+    case = paths.Case(moves, 138746.0, False, "G61", (weak, weak, strong, weak))
     properties.splitting(case)
     plan = properties.planned(case)
-    assert sum(len(each.profile.t) for each in plan.trajectories) < 3.0 * plan.time / properties.PERIOD
+    assert sum(len(each.profile.t) for each in plan.trajectories) < 3.0 * plan.time / paths.PERIOD
 
 
 @pytest.mark.parametrize("number", [0, 1])
 def test_one_turn_from_rest_to_rest_split(number: int) -> None:
     """All of it is a rise and a fall by jerk, by which nodes stand close (once 0.35 and 0.25 % apart)."""
-    helix = properties.Arc(1.0, 0.5 * math.pi, 2.0 * math.pi, -3.0)
-    circle = properties.Arc(0.11818, -1.19158, 2.0 * math.pi, 0.0)
+    helix = paths.Arc(1.0, 0.5 * math.pi, 2.0 * math.pi, -3.0)
+    circle = paths.Arc(0.11818, -1.19158, 2.0 * math.pi, 0.0)
     slow = ((29.1172, 3000.0, 1500.0), *((97.0572, 10_000.0, 5000.0),) * 3)
     fast = ((264.084, 1000.0, 97638.8), *((79.2252, 300.0, 29291.6),) * 3)
     turn, feed, limits = ((helix, 757.138, slow), (circle, 113_377.0, fast))[number]
-    properties.splitting(properties.Case((turn,), feed, False, "G61", limits))
+    properties.splitting(paths.Case((turn,), feed, False, "G61", limits))
 
 
 @pytest.mark.parametrize("number", [0, 1])
 def test_a_rest_at_a_cusp_takes_nothing_of_the_jerk(number: int) -> None:
     """There x''' is rounding, and was held back beside it (once 0.2 % apart in other units)."""
-    back = properties.Curve(((1.0, 0.0, 0.4),) * 2 + ((0.0, 0.0, 0.0),), (1.0,) * 4, ())
-    away = properties.Curve(((0.0, 0.0, 0.0),) + ((0.0, 5.0, 1.6),) * 2, (1.0, 1.0, 2.0, 1.0), ())
+    back = paths.Curve(((1.0, 0.0, 0.4),) * 2 + ((0.0, 0.0, 0.0),), (1.0,) * 4, ())
+    away = paths.Curve(((0.0, 0.0, 0.0),) + ((0.0, 5.0, 1.6),) * 2, (1.0, 1.0, 2.0, 1.0), ())
     strong, weak = (20.0, 200.0, 5000.0), (6.0, 60.0, 1500.0)
-    case = properties.Case(((back, away)[number],), 100.0, False, "G61", (strong, strong, weak, strong))
+    case = paths.Case(((back, away)[number],), 100.0, False, "G61", (strong, strong, weak, strong))
     time = properties.planned(case).time
     for scale in (25.4, 0.1, 3.0):
         assert properties.planned(replace(case, scale=scale)).time == pytest.approx(time, rel=1e-9)
@@ -255,17 +254,17 @@ def test_a_rest_at_a_cusp_takes_nothing_of_the_jerk(number: int) -> None:
 def test_an_axis_that_turns_at_a_node_in_other_units() -> None:
     """At a breakpoint x' of Z is 0 to the last digit or not, and a profile begins its rise there (once 3e-9 apart)."""
     points = ((0.0, 8.0, 1.8), (-2.0, -7.0, -3.0), (7.0, -3.0, -0.6), (-1.0, 3.0, -3.0))
-    curve = properties.Curve(points, (2.0, 2.0, 1.0, 0.5, 0.5), (0.8,))
+    curve = paths.Curve(points, (2.0, 2.0, 1.0, 0.5, 0.5), (0.8,))
     strong, weak = (966.259, 316.228, 5000.0), (28.9878, 9.48684, 150.0)
-    case = properties.Case((curve,), 605.538, False, "G61", (strong, strong, weak, strong))
+    case = paths.Case((curve,), 605.538, False, "G61", (strong, strong, weak, strong))
     properties.units(case)
 
 
 def test_short_steps_leave_no_rounding_in_the_time() -> None:
     """Arcs of a weak axis, the larger one in 25 short steps of the interior point (once 1.3e-7 to 5e-7 apart in other units)."""
-    arcs = (properties.Arc(0.0775427, 0.0, 0.998, 0.0), properties.Arc(1.0, 0.0, -2.0 * math.pi, 0.0))
+    arcs = (paths.Arc(0.0775427, 0.0, 0.998, 0.0), paths.Arc(1.0, 0.0, -2.0 * math.pi, 0.0))
     strong, weak = (169.914, 200.0, 1e6), (5.09742, 6.0, 3e4)
-    case = properties.Case(arcs, 169.914, False, "G61", (strong, weak, strong, weak))
+    case = paths.Case(arcs, 169.914, False, "G61", (strong, weak, strong, weak))
     time = properties.planned(case).time
     for scale in (25.4, 2.7, 1.0 / 7.3):
         assert properties.planned(replace(case, scale=scale)).time == pytest.approx(time, rel=1e-9)
@@ -273,10 +272,10 @@ def test_short_steps_leave_no_rounding_in_the_time() -> None:
 
 def test_spacings_beside_a_rest_in_other_units() -> None:
     """Looked at in quarters of a panel they are as 2 to 3: rounding once chose whether they grow between (once 5e-7 apart)."""
-    turn = properties.Arc(0.277022, 0.10226351881399598, 2.0 * math.pi, -3.0)
-    end = properties.Line((9.659910850657212e-08, 2.5857537309950945e-08, 3e-08, 0.0))
+    turn = paths.Arc(0.277022, 0.10226351881399598, 2.0 * math.pi, -3.0)
+    end = paths.Line((9.659910850657212e-08, 2.5857537309950945e-08, 3e-08, 0.0))
     limits = ((80.7993, 76.4778, 52962.0), (269.331, 254.926, 176540.0), *((8.07993, 7.64778, 5296.2),) * 2)
-    case = properties.Case((turn, end), 100.0, False, "G61.1", limits)
+    case = paths.Case((turn, end), 100.0, False, "G61.1", limits)
     time = properties.planned(case).time
     for scale in (25.4, 2.7, 0.91):
         assert properties.planned(replace(case, scale=scale)).time == pytest.approx(time, rel=1e-9)
@@ -285,9 +284,9 @@ def test_spacings_beside_a_rest_in_other_units() -> None:
 def test_a_straight_curve_that_stands_at_its_end_is_passed_at_feed() -> None:
     """Three equal points where two lines join: panels and x''' there are the parameter's (once 1.8 % longer, one way)."""
     points = ((1.0, 0.0, 1.0),) * 3
-    curve = properties.Curve(points, (1.0, 0.5, 1.0, 0.5), ())
+    curve = paths.Curve(points, (1.0, 0.5, 1.0, 0.5), ())
     strong, weak = (20.0, 200.0, 5000.0), (0.6, 6.0, 150.0)
-    case = properties.Case((curve, curve), 100.0, False, "G61", (strong, weak, strong, strong))
+    case = paths.Case((curve, curve), 100.0, False, "G61", (strong, weak, strong, strong))
     properties.reversing(case)
     # 2 √2 mm at feed, and √(v/J) along the diagonal at both ends.
     v, jerk = 100.0 / 60.0, 5000.0 * math.sqrt(2.0)
@@ -302,41 +301,41 @@ def test_a_corner_beside_a_rest_takes_no_longer_than_a_stop() -> None:
     Once it took 0.6 % longer than a stop.
     """
     points = ((13.0, 3.0, 1.0),) * 2 + ((14.0, -1.0, -1.0),) * 3 + ((-11.0, 3.0, -2.0),)
-    curve = properties.Curve(points, (0.5, 2.0, 1.0, 1.0, 1.0, 1.0, 1.0), (0.3, 0.6, 0.9))
+    curve = paths.Curve(points, (0.5, 2.0, 1.0, 1.0, 1.0, 1.0, 1.0), (0.3, 0.6, 0.9))
     strong, weak = (444.654, 20000.0, 33052.2), (13.3396, 600.0, 991.566)
-    moves = (curve, properties.Line((-1e-7, 0.0, 3e-8, 0.0)))
-    case = properties.Case(moves, 13300.5, False, "G61", (weak, strong, strong, weak))
+    moves = (curve, paths.Line((-1e-7, 0.0, 3e-8, 0.0)))
+    case = paths.Case(moves, 13300.5, False, "G61", (weak, strong, strong, weak))
     stops = properties.planned(replace(case, mode="G61.1")).time
     assert properties.planned(case).time <= stops * (1.0 + 1e-9)
 
 
 def test_lines_of_a_narrow_tolerance_take_their_phases() -> None:
     """Under G64 P0.001 chords have a cap, which no line needs: inverse time crawls 1e-7 mm in 6 s (once 1.1 s more)."""
-    turn = properties.Line((1e-7, 0.0, 3e-8, 49.34))
-    moves = (turn, properties.Line((-1e-7, 0.0, -3e-8, -49.34)), turn)
+    turn = paths.Line((1e-7, 0.0, 3e-8, 49.34))
+    moves = (turn, paths.Line((-1e-7, 0.0, -3e-8, -49.34)), turn)
     strong, weak = (79.4328, 246.718, 16624.8), (2.38298, 7.40154, 498.744)
-    case = properties.Case(moves, 9.99977, True, "G64 P0.001", (strong, weak, weak, strong))
+    case = paths.Case(moves, 9.99977, True, "G64 P0.001", (strong, weak, weak, strong))
     exact = properties.planned(replace(case, mode="G61")).time
     assert properties.planned(case).time == pytest.approx(exact, rel=1e-9)
 
 
 def test_a_line_of_three_equal_points_at_its_end() -> None:
     """Its derivatives are rounding there, and bounded the first interval of the way back (once 67 % longer)."""
-    curve = properties.Curve(((11.0, 0.0, -0.8),) * 3, (1.0, 1.0, 1.0, 2.0), ())
-    back = properties.Line((-1.00231, 0.0, 0.0, 0.0))
+    curve = paths.Curve(((11.0, 0.0, -0.8),) * 3, (1.0, 1.0, 1.0, 2.0), ())
+    back = paths.Line((-1.00231, 0.0, 0.0, 0.0))
     limits = (
         (0.71952, 568.0, 3190.0),
         (24.0, 18900.0, 106_000.0),
         (7.2, 5680.0, 31_900.0),
         (24.0, 18900.0, 106_000.0),
     )
-    properties.reversing(properties.Case((curve, back), 3036.21, False, "G61.1", limits))
+    properties.reversing(paths.Case((curve, back), 3036.21, False, "G61.1", limits))
 
 
 def test_tiny_curves_that_are_lines_take_no_days() -> None:
     """Two ways of 0.2 mm in Z with three equal points (once 17 days: the end was infinitely sharp)."""
-    curve = properties.Curve(((0.0, 0.0, 0.2),) * 3, (1.0, 2.0, 1.0, 0.5), ())
-    case = properties.Case((curve, curve), 100.0, False, "G61.1", ((20.0, 200.0, 5000.0),) * 4)
+    curve = paths.Curve(((0.0, 0.0, 0.2),) * 3, (1.0, 2.0, 1.0, 0.5), ())
+    case = paths.Case((curve, curve), 100.0, False, "G61.1", ((20.0, 200.0, 5000.0),) * 4)
     # At v = 100 mm/min 0.24 s, and twice 2 √(v/J) for starts and stops that do not reach the acceleration limit.
     least = 0.24 + 4.0 * math.sqrt(100.0 / 60.0 / 5000.0)
     assert least * 0.999 < properties.planned(case).time < least * 1.01
@@ -346,33 +345,33 @@ def test_crawling_rows_beside_fast_ones_reversed() -> None:
     """A rotary axis turns 13 degrees within 1e-7 mm, after 130 mm at feed (once a stop amid them, 5 %)."""
     strong, weak = (20.0, 429.956, 5000.0), (0.6, 12.8987, 150.0)
     moves = (
-        properties.Line((0.0, 1.0, 0.0, -0.027623)),
-        properties.Arc(20.0, 0.998, -2.0 * math.pi, -3.0),
-        properties.Line((-1.0, 0.0, 0.3, 0.0)),
-        properties.Line((-1e-07, 0.0, 0.0, 1.0)),
-        properties.Line((0.0, 1e-07, 0.0, 12.7153)),
-        properties.Arc(1.0, 0.0, -2.0 * math.pi, 0.0),
+        paths.Line((0.0, 1.0, 0.0, -0.027623)),
+        paths.Arc(20.0, 0.998, -2.0 * math.pi, -3.0),
+        paths.Line((-1.0, 0.0, 0.3, 0.0)),
+        paths.Line((-1e-07, 0.0, 0.0, 1.0)),
+        paths.Line((0.0, 1e-07, 0.0, 12.7153)),
+        paths.Arc(1.0, 0.0, -2.0 * math.pi, 0.0),
     )
-    properties.reversing(properties.Case(moves, 100.0, False, "G61", (strong, strong, strong, weak)))
+    properties.reversing(paths.Case(moves, 100.0, False, "G61", (strong, strong, strong, weak)))
 
 
 def test_a_row_of_next_to_no_length_in_three_parts() -> None:
     """Of 2e-8 mm, 32 mm from the start of a block, the path coordinate tells seven digits (once corners of A, 0.6 %)."""
     slow, fast = (16.0, 8.6, 30_000.0), (530.0, 287.0, 1e6)
-    moves = (properties.Line((32.0, 0.0, 0.0, 0.0)), properties.Line((0.0, 1e-7, 0.0, 71.0)))
-    properties.splitting(properties.Case(moves, 34_000.0, False, "G61", (slow, fast, slow, slow)))
+    moves = (paths.Line((32.0, 0.0, 0.0, 0.0)), paths.Line((0.0, 1e-7, 0.0, 71.0)))
+    properties.splitting(paths.Case(moves, 34_000.0, False, "G61", (slow, fast, slow, slow)))
 
 
 def test_windows_take_the_time_of_one_beside_a_weak_axis(monkeypatch: pytest.MonkeyPatch) -> None:
     """X brakes for long where the path turns and the speed rises (windows once took 7 % more than one wide window)."""
     points = ((9.0, 4.0, -1.8), (-9.0, 12.0, -2.0), (2.0, 1.0, -0.6), (0.0, 4.0, 1.4), (10.0, 6.0, 1.6))
-    curve = properties.Curve(
+    curve = paths.Curve(
         (*points, (15.0, -15.0, -1.8), (15.0, -15.0, -1.8)),
         (1.0, 0.5, 1.0, 1.0, 1.0, 1.0, 0.5, 0.5),
         (0.3, 0.7, 0.9, 0.9),
     )
     weak, strong = (27.0, 6.0, 2158.0), (900.0, 200.0, 72_000.0)
-    case = properties.Case((curve,), 11489.0, False, "G61", (weak, strong, strong, strong))
+    case = paths.Case((curve,), 11489.0, False, "G61", (weak, strong, strong, strong))
     windows = properties.planned(case).time
     monkeypatch.setattr(
         rolling_window.Window.__init__,

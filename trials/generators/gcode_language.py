@@ -30,8 +30,6 @@ class Labels:
         return next(self.numbers)
 
 
-Draw = Callable[[st.SearchStrategy], object]
-
 AXES = "XYZABC"
 PLANES = {
     "G17": ("X", "Y", "Z", "I", "J"),
@@ -59,14 +57,14 @@ SMALL = number(0.1, 5)
 
 
 @st.composite
-def axis_words(draw: Draw, letters: str = AXES) -> str:
+def axis_words(draw: st.DrawFn, letters: str = AXES) -> str:
     """Return words of some axes."""
     chosen = draw(st.lists(st.sampled_from(letters), min_size=1, max_size=3, unique=True))
     return " ".join(f"{letter}{text(draw(COORDINATE))}" for letter in chosen)
 
 
 @st.composite
-def lines(draw: Draw) -> Lines:
+def lines(draw: st.DrawFn) -> Lines:
     """Straight motions, modal ones among them."""
     out = [f"{draw(st.sampled_from(['G0', 'G1', 'g 01', 'G00']))} {draw(axis_words())}"]
     out += [draw(axis_words()) for _ in range(draw(st.integers(0, 2)))]
@@ -76,13 +74,13 @@ def lines(draw: Draw) -> Lines:
 
 
 @st.composite
-def incremental(draw: Draw) -> Lines:
+def incremental(draw: st.DrawFn) -> Lines:
     """Incremental motions."""
     return ["G91", *draw(lines()), "G90"]
 
 
 @st.composite
-def arcs(draw: Draw) -> Lines:
+def arcs(draw: st.DrawFn) -> Lines:
     """Arcs and helices by centre, incremental so that any start will do; half of them by an absolute centre."""
     plane = draw(st.sampled_from(list(PLANES)))
     first, second, third, one, two = PLANES[plane]
@@ -108,7 +106,7 @@ def arcs(draw: Draw) -> Lines:
 
 
 @st.composite
-def arcs_by_radius(draw: Draw) -> Lines:
+def arcs_by_radius(draw: st.DrawFn) -> Lines:
     """Arcs by radius, the chord no longer than the diameter."""
     plane = draw(st.sampled_from(list(PLANES)))
     first, second, third, *_ = PLANES[plane]
@@ -129,7 +127,7 @@ def arcs_by_radius(draw: Draw) -> Lines:
 
 
 @st.composite
-def circles(draw: Draw) -> Lines:
+def circles(draw: st.DrawFn) -> Lines:
     """Full circles."""
     sense = draw(st.sampled_from(["G2", "G3"]))
     depth = f" Z{text(draw(COORDINATE))}" if draw(st.booleans()) else ""
@@ -137,7 +135,7 @@ def circles(draw: Draw) -> Lines:
 
 
 @st.composite
-def offsets(draw: Draw) -> Lines:
+def offsets(draw: st.DrawFn) -> Lines:
     """Work offsets, G92 and G52, rotation, and a motion in them."""
     letters = st.sampled_from(["XY", "XYZ", "AB"]).flatmap(axis_words)
     set_offset = [f"G10 L2 P{draw(st.integers(0, 9))} {draw(letters)}"]
@@ -158,7 +156,7 @@ def offsets(draw: Draw) -> Lines:
 
 
 @st.composite
-def homes(draw: Draw) -> Lines:
+def homes(draw: st.DrawFn) -> Lines:
     """Reference points."""
     which = draw(st.sampled_from(["G28", "G30"]))
     out = [f"{which}.1"] if draw(st.booleans()) else []
@@ -170,7 +168,7 @@ def homes(draw: Draw) -> Lines:
 
 
 @st.composite
-def tools(draw: Draw) -> Lines:
+def tools(draw: st.DrawFn) -> Lines:
     """Tool changes and offsets; the offset is taken back, for the units may change later."""
     tool = draw(st.sampled_from([1, 2, 3, 10]))
     use = draw(st.sampled_from(["G43", f"G43 H{draw(st.sampled_from([1, 2, 3]))}", "G43.1 Z2.5", "G43.2 H2"]))
@@ -178,13 +176,13 @@ def tools(draw: Draw) -> Lines:
 
 
 @st.composite
-def units(draw: Draw) -> Lines:
+def units(draw: st.DrawFn) -> Lines:
     """A change of units."""
     return [draw(st.sampled_from(["G20", "G21"])), *draw(lines())]
 
 
 @st.composite
-def polar(draw: Draw) -> Lines:
+def polar(draw: st.DrawFn) -> Lines:
     """Polar words."""
     words = f"@{text(draw(SMALL))} ^{text(draw(number(-180, 360)))}"
     return [
@@ -195,7 +193,7 @@ def polar(draw: Draw) -> Lines:
 
 
 @st.composite
-def inverse_time(draw: Draw) -> Lines:
+def inverse_time(draw: st.DrawFn) -> Lines:
     """Inverse time."""
     blocks = [
         f"G1 {draw(axis_words())} F{text(draw(number(0.1, 50)))}" for _ in range(draw(st.integers(1, 3)))
@@ -204,14 +202,14 @@ def inverse_time(draw: Draw) -> Lines:
 
 
 @st.composite
-def revolutions(draw: Draw) -> Lines:
+def revolutions(draw: st.DrawFn) -> Lines:
     """Feed per revolution, surface speed."""
     css = draw(st.sampled_from([[], ["G96 D2000 S100"], ["G96 S80"]]))
     return ["M3 S500", *css, "G95 F0.25", f"G1 {draw(axis_words())}", "G94 F100 G97 S400"]
 
 
 @st.composite
-def switches(draw: Draw) -> Lines:
+def switches(draw: st.DrawFn) -> Lines:
     """M codes and path modes."""
     pool = [
         "M3", "M4 S300", "M5", "M7", "M8", "M9", "M48", "M49", "M50 P0", "M51 P1", "M52 P1", "M53 P0", "M0", "M1",
@@ -222,7 +220,7 @@ def switches(draw: Draw) -> Lines:
 
 
 @st.composite
-def state(draw: Draw) -> Lines:
+def state(draw: st.DrawFn) -> Lines:
     """State kept and put back."""
     change = draw(
         st.sampled_from([["G20"], ["G91"], ["G18"], ["G55"], ["F77"], ["S88"], ["G61"], ["G91", "G19"]])
@@ -231,7 +229,7 @@ def state(draw: Draw) -> Lines:
 
 
 @st.composite
-def cycles(draw: Draw) -> Lines:
+def cycles(draw: st.DrawFn) -> Lines:
     """Canned cycles in three planes (tapping in one), absolute and incremental, with repeats."""
     code = draw(st.sampled_from(["G73", "G81", "G82", "G83", "G85", "G86", "G89", "G84", "G74"]))
     tapping = code in ("G84", "G74")
@@ -256,7 +254,7 @@ def cycles(draw: Draw) -> Lines:
 
 
 @st.composite
-def compensation(draw: Draw) -> Lines:
+def compensation(draw: st.DrawFn) -> Lines:
     """A contour beside which the tool runs; corners too narrow for it are errors on both sides."""
     plane = draw(st.sampled_from(["G17", "G17", "G18"]))
     first, second, _, one, two = PLANES[plane]
@@ -280,7 +278,7 @@ def compensation(draw: Draw) -> Lines:
 
 
 @st.composite
-def lathe(draw: Draw) -> Lines:
+def lathe(draw: st.DrawFn) -> Lines:
     """Diameters, synchronised motion, threads."""
     start = f"G18 M3 S200 G0 X{text(draw(number(10, 60)))} Z{text(draw(number(1, 9)))}"
     pitch = text(draw(number(0.3, 3)))
@@ -301,7 +299,7 @@ def lathe(draw: Draw) -> Lines:
 
 
 @st.composite
-def expression(draw: Draw, depth: int = 2) -> str:
+def expression(draw: st.DrawFn, depth: int = 2) -> str:
     """Return an expression in brackets whose value is of moderate size."""
     if depth == 0:
         return draw(
@@ -326,7 +324,7 @@ def expression(draw: Draw, depth: int = 2) -> str:
 
 
 @st.composite
-def values(draw: Draw) -> Lines:
+def values(draw: st.DrawFn) -> Lines:
     """Parameters set, shown and used."""
     target = draw(st.sampled_from(["#1", "#2", "#<a>", "#<_shared>", "#[1 + 1]", "#30"]))
     value = draw(expression())
@@ -343,7 +341,7 @@ def values(draw: Draw) -> Lines:
 
 
 @st.composite
-def conditions(draw: Draw, labels: Labels) -> Lines:
+def conditions(draw: st.DrawFn, labels: Labels) -> Lines:
     """An if with its branches."""
     label = f"o{next(labels)}"
     out = [f"{label} if [{draw(expression(1))} GT 1]", *draw(lines())]
@@ -355,7 +353,7 @@ def conditions(draw: Draw, labels: Labels) -> Lines:
 
 
 @st.composite
-def loops(draw: Draw, labels: Labels) -> Lines:
+def loops(draw: st.DrawFn, labels: Labels) -> Lines:
     """A loop of a few rounds."""
     label, counter = f"o{next(labels)}", draw(st.sampled_from(["#20", "#<n>"]))
     rounds = draw(st.integers(0, 4))
@@ -375,7 +373,7 @@ def loops(draw: Draw, labels: Labels) -> Lines:
 
 
 @st.composite
-def calls(draw: Draw, labels: Labels) -> Lines:
+def calls(draw: st.DrawFn, labels: Labels) -> Lines:
     """A subroutine and calls of it."""
     label = draw(st.sampled_from([f"o{next(labels)}", f"o<part{next(labels)}>"]))
     body = ["G0 X#1 Y[#2 + #3]", "#<a> = #1", *draw(st.one_of(lines(), arcs(), incremental()))]
@@ -392,7 +390,7 @@ def calls(draw: Draw, labels: Labels) -> Lines:
 
 
 @st.composite
-def computed_word(draw: Draw, letters: str = "XYZ") -> str:
+def computed_word(draw: st.DrawFn, letters: str = "XYZ") -> str:
     """Return a word whose value is computed."""
     value = draw(
         st.one_of(
@@ -407,7 +405,7 @@ def computed_word(draw: Draw, letters: str = "XYZ") -> str:
 
 
 @st.composite
-def computed(draw: Draw) -> Lines:
+def computed(draw: st.DrawFn) -> Lines:
     """Motions and settings with values to compute, some of them where the machine is."""
     pool = st.one_of(
         computed_word().map(lambda word: f"G1 {word} F[100 + 1]"),
@@ -423,7 +421,7 @@ def computed(draw: Draw) -> Lines:
 
 
 @st.composite
-def nested_loops(draw: Draw, labels: Labels) -> Lines:
+def nested_loops(draw: st.DrawFn, labels: Labels) -> Lines:
     """Loops within loops, left and gone on with from inside branches; conditions ask counters or the position."""
     outer, inner, leave = (f"o{next(labels)}" for _ in range(3))
     at, rounds = draw(st.integers(0, 4)), draw(st.integers(1, 4))
@@ -445,7 +443,7 @@ def nested_loops(draw: Draw, labels: Labels) -> Lines:
 
 
 @st.composite
-def deep_calls(draw: Draw, labels: Labels) -> Lines:
+def deep_calls(draw: st.DrawFn, labels: Labels) -> Lines:
     """A subroutine that calls itself, with locals of its own, and gives a value back out of a loop."""
     # It asks for no value before its first call: the peer's is that of the last definition passed over.
     name, branch, loop, out = (f"o<{word}{next(labels)}>" for word in ("Deep", "b", "l", "r"))
@@ -459,7 +457,7 @@ def deep_calls(draw: Draw, labels: Labels) -> Lines:
 
 
 @st.composite
-def programs_by_number(draw: Draw, labels: Labels) -> Lines:
+def programs_by_number(draw: st.DrawFn, labels: Labels) -> Lines:
     """M98 of a program behind the end, which shares the numbered parameters."""
     number_of = next(labels)
     labels.tail += [
@@ -475,7 +473,7 @@ def programs_by_number(draw: Draw, labels: Labels) -> Lines:
 
 
 @st.composite
-def probes(draw: Draw) -> Lines:
+def probes(draw: st.DrawFn) -> Lines:
     """Probing, and what it leaves in parameters."""
     code = draw(st.sampled_from(["G38.2", "G38.3", "G38.4", "G38.5"]))
     axis = draw(st.sampled_from("XYZ"))
@@ -488,7 +486,7 @@ def probes(draw: Draw) -> Lines:
 
 
 @st.composite
-def splines(draw: Draw) -> Lines:
+def splines(draw: st.DrawFn) -> Lines:
     """Cubic, quadratic and NURBS motions in XY."""
 
     def point() -> str:
@@ -510,7 +508,7 @@ def splines(draw: Draw) -> Lines:
 
 
 @st.composite
-def tables(draw: Draw) -> Lines:
+def tables(draw: st.DrawFn) -> Lines:
     """Tools entered from the program, and used."""
     tool = draw(st.sampled_from([1, 2, 3]))
     entry = draw(st.sampled_from(["L1", "L10", "L11"]))
@@ -519,7 +517,7 @@ def tables(draw: Draw) -> Lines:
 
 
 @st.composite
-def predefined(draw: Draw) -> Lines:
+def predefined(draw: st.DrawFn) -> Lines:
     """Parameters that tell the state, shown."""
     names = [
         *(f"_{letter}" for letter in "xyzabcuvw"), *(f"_abs_{letter}" for letter in "xyz"), "_plane", "_metric",
@@ -534,7 +532,7 @@ def predefined(draw: Draw) -> Lines:
 
 
 @st.composite
-def remarks(draw: Draw) -> Lines:
+def remarks(draw: st.DrawFn) -> Lines:
     """Comments of all kinds, line numbers, blanks and small letters."""
     motion = draw(axis_words("XYZ"))
     pool = [
@@ -546,7 +544,7 @@ def remarks(draw: Draw) -> Lines:
 
 
 @st.composite
-def saving_calls(draw: Draw, labels: Labels) -> Lines:
+def saving_calls(draw: st.DrawFn, labels: Labels) -> Lines:
     """A subroutine that saves the modal state and has it put back at its end."""
     label = f"o{next(labels)}"
     change = draw(st.sampled_from([["G20"], ["G91"], ["G18"], ["F77"], ["G91", "G19"]]))
@@ -556,7 +554,7 @@ def saving_calls(draw: Draw, labels: Labels) -> Lines:
 
 
 @st.composite
-def file_calls(draw: Draw) -> Lines:
+def file_calls(draw: st.DrawFn) -> Lines:
     """A subroutine in a file beside the program (`FILES`)."""
     arguments = " ".join(f"[{text(draw(COORDINATE))}]" for _ in range(draw(st.integers(0, 3))))
     return [f"o<random_part> call {arguments}", "G0 Z#<_value>"]
@@ -606,7 +604,7 @@ def write_files(folder: Path) -> None:
 
 
 @st.composite
-def programs(draw: Draw, stages: tuple[str, ...] = tuple(STAGES)) -> str:
+def programs(draw: st.DrawFn, stages: tuple[str, ...] = tuple(STAGES)) -> str:
     """Return a program made of stretches of these stages."""
     labels = Labels()
     body: Lines = []
