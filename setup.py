@@ -1,10 +1,11 @@
-"""Build the kernels: annotated Python in ``cncgen/kernels/`` that Cython compiles where a C compiler is there.
+"""Build the parse tables of the grammars, and the kernels: annotated Python in ``cncgen/kernels/`` that Cython compiles where a C compiler is there.
 
 Every extension is optional, so a machine without a compiler (or a build told so by ``CNCGEN_NO_COMPILE=1``)
 installs the same files uncompiled; they run as plain Python, slowly, and `cncgen.kernels` warns once.
 """
 
 import os
+import runpy
 from pathlib import Path
 
 from setuptools import Extension, find_packages, setup
@@ -48,6 +49,7 @@ def kernel_extensions() -> list[Extension]:
     )
 
 
+runpy.run_path("grammars/lalr.py")["write_all"]()
 setup(
     packages=[*find_packages(include=["cncgen", "cncgen.*"]), "cncgen.grammars", "cncgen.programs"],
     ext_modules=kernel_extensions(),

@@ -62,7 +62,6 @@ def test_plan_of_plain_lines_imports_nothing_that_it_does_not_need(tmp_path: Pat
     found = modules("plan", str(program), "-o", str(tmp_path / "o.f64"))
     assert "cncgen.planner.least_time.planning" in found
     assert not found & {
-        "cncgen.gcode.text.descent",
         "cncgen.gcode.text.grammar",
         "cncgen.gcode.codes.corners",
         "cncgen.gcode.codes.profiles",

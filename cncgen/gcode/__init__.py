@@ -6,8 +6,8 @@ the same interpreter, on a sink that builds columns, prints or only counts.
 The rooms, each of which knows those before it:
 
 - `state`: what stays in force from block to block: modes, parameters, coordinate systems, tools;
-- `text`: from text to blocks. `lanes` cuts plain blocks out of the bytes of a `source` (a scanner), `descent` and the
-  `grammar` read the others, `labels` tell what jumps may lead to;
+- `text`: from text to blocks. `lanes` cuts plain blocks out of the bytes of a `source` (a scanner), the
+  `grammar` reads the others, `labels` tell what jumps may lead to;
 - `sinks`: what canonical calls become;
 - `codes`: a module a concern, with the handlers of its codes and its rows of the `table`;
 - `flow`: the order in which lines are executed, with loops, branches, subroutines and macros. `running` has blocks executed:

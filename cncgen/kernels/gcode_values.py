@@ -1,6 +1,6 @@
 """Compute lines of G-code on the spot: expressions, parameters and settings, straight from the bytes to numbers.
 
-What `descent` reads into functions of the parameters, which pay where a line runs again and again, is computed here
+What the grammar reads into functions of the parameters, which pay where a line runs again and again, is computed here
 while it is read. Like `gcode_scan` it judges nothing: a line that it does not take for certain (a value that the
 machine's state enters, an unknown name, a division by zero, any code but those of plain motions) is left untouched, and
 the interpreter reads it, which knows the whole language and every error.

@@ -1,4 +1,4 @@
-"""Lines that are computed while they are read give what descent and the compiler give, and wait for nobody who asks."""
+"""Lines that are computed while they are read give what the grammar and the compiler give, and wait for nobody who asks."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from cncgen.gcode.sinks.counting import CountingSink
 from cncgen.gcode.source import Source
 from cncgen.gcode.state.parameters import Parameters
 from cncgen.gcode.state.predefined import NAMED
-from cncgen.gcode.text import descent
+from cncgen.gcode.text import grammar
 from cncgen.gcode.text.expressions import evaluate
 from cncgen.gcode.text.lanes import PlainBlocks
 from cncgen.kernels import gcode_arithmetic, gcode_values
 from cncgen.toolpath.reading import ReadOptions
 
 from ..kernels.plain import uncompiled
-from .test_descent import BRACKETS, ITEMS, SIGNS, VALUES
+from .test_blocks import BRACKETS, ITEMS, SIGNS, VALUES
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 
@@ -52,9 +52,9 @@ def computed(text: str, kernel: Any = gcode_values) -> tuple[Parameters, list[An
 
 
 def described(line: str) -> tuple[Parameters, list[tuple[str, float]]]:
-    """Return the parameters after a line, and its words, by descent: all values are read before any is set."""
+    """Return the parameters after a line, and its words, by the grammar: all values are read before any is set."""
     made = parameters()
-    parsed = descent.parse(line)
+    parsed = grammar.parse(line)
     assert parsed.flow is None
     words = [(letter, evaluate(value, made)) for letter, value in parsed.words]
     settings = [
@@ -70,7 +70,7 @@ def described(line: str) -> tuple[Parameters, list[tuple[str, float]]]:
 
 
 def agree(line: str) -> bool:
-    """Hold a line that the kernel takes against descent; tell whether it takes it."""
+    """Hold a line that the kernel takes against the grammar; tell whether it takes it."""
     found, blocks, end = computed(line)
     if end == 0:
         assert found.numbers == parameters().numbers
@@ -123,7 +123,7 @@ LINES = st.lists(st.one_of(WORDS, SETTINGS, ITEMS), min_size=1, max_size=4).map(
 
 
 @given(LINES)
-def test_generated_lines_agree_with_descent(line: str) -> None:
+def test_generated_lines_agree_with_the_grammar(line: str) -> None:
     try:
         agree(line)
     except BlockError as error:
@@ -140,7 +140,7 @@ def test_the_kernel_runs_uncompiled(text: str) -> None:
 PLAIN = uncompiled("gcode_values")
 
 
-def test_lines_of_programs_agree_with_descent() -> None:
+def test_lines_of_programs_agree_with_the_grammar() -> None:
     lines = {
         line for path in (ROOT / "tests/peer/programs").glob("*.ngc") for line in path.read_text().split("\n")
     }
@@ -154,7 +154,7 @@ def test_lines_of_programs_agree_with_descent() -> None:
     st.lists(BRACKETS, max_size=3),
     st.sampled_from(["", "(note)", "; tail"]),
 )
-def test_o_words_agree_with_descent(label: str, keyword: str, values: list[str], tail: str) -> None:
+def test_o_words_agree_with_the_grammar(label: str, keyword: str, values: list[str], tail: str) -> None:
     line = f"o{label} {keyword} {' '.join(values)} {tail}"
     data, made = line.encode(), parameters()
     for kernel in (gcode_values, PLAIN):
@@ -164,7 +164,7 @@ def test_o_words_agree_with_descent(label: str, keyword: str, values: list[str],
         found = computer.o_word(0, made.local)
         if found is None:
             continue
-        flow = descent.parse(line).flow
+        flow = grammar.parse(line).flow
         assert flow is not None
         assert flow.label is not None
         wanted = flow.label if isinstance(flow.label, str) else evaluate(flow.label, made)

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from cncgen.gcode.block import Flow, Parsed, nearest
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.text import descent
+from cncgen.gcode.text import grammar
 from cncgen.gcode.text.expressions import evaluate
 from cncgen.gcode.text.labels import Cursor, Label
 
@@ -59,7 +59,7 @@ def _read(ip: Interpreter, after: Cursor) -> list[Parsed]:
     text, offset = ip.flow.subroutines.sources[after.source], after.offset
     found: list[Parsed] = []
     while offset < len(text) and len(found) < _MAX_LINES:
-        parsed = descent.parse(text.text_at(offset), ip.dialect)
+        parsed = grammar.parse(text.text_at(offset), ip.dialect)
         if parsed.flow is not None and parsed.flow.keyword == "endsub":
             break
         found.append(parsed)

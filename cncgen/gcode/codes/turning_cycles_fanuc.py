@@ -22,7 +22,7 @@ from cncgen.gcode.codes.turning_cycles import MAX_CUTS, Lathe
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
-from cncgen.gcode.text import descent
+from cncgen.gcode.text import grammar
 from cncgen.gcode.text.expressions import evaluate
 from cncgen.gcode.text.labels import Cursor
 
@@ -56,7 +56,7 @@ def _lines(ip: Interpreter, block: Block, name: str) -> Iterator[Block]:
 
 def _read(ip: Interpreter, text: str, at: Cursor) -> Iterator[Block]:
     """Yield the block of a line, if it is one."""
-    parsed = descent.parse(text, "fanuc", ip.options.least_increment is not None)
+    parsed = grammar.parse(text, "fanuc", ip.options.least_increment is not None)
     if parsed.deletable and ip.options.block_delete:
         return
     pairs = [(letter, evaluate(value, ip.parameters)) for letter, value in parsed.words]

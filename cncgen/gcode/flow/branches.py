@@ -19,7 +19,7 @@ _ENDS = ("endwhile", "endrepeat", "while")
 
 def begin_if(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
     """Handle IF: into its branch, or that of the first ELSEIF whose condition holds, or of ELSE, or behind ENDIF."""
-    from cncgen.gcode.text import descent
+    from cncgen.gcode.text import grammar
 
     label = control.label_of(flow)
     control.claim(flow, label, here)
@@ -30,7 +30,7 @@ def begin_if(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> C
         mark = control.next_mark(place, label, ("elseif", "else", "endif"), "endif")
         if mark.keyword != "elseif":
             return mark.after
-        parsed = descent.parse(control.text_of(mark), control.ip.dialect)
+        parsed = grammar.parse(control.text_of(mark), control.ip.dialect)
         assert parsed.flow is not None
         if parsed.flow.asks_state:
             control.flush()

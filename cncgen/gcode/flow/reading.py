@@ -50,9 +50,9 @@ class LineReader:
             from cncgen.gcode.text import plain_language
 
             return plain_language.parse(text)
-        from cncgen.gcode.text import descent
+        from cncgen.gcode.text import grammar
 
-        return descent.parse(text, self._dialect, self._increments)
+        return grammar.parse(text, self._dialect, self._increments)
 
 
 class Percent:

@@ -13,7 +13,7 @@ from cncgen.gcode.block import AXIS_INDEX, Block, Value, tenths
 from cncgen.gcode.codes.lathe_words import turned
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.text import descent, grammar, plain_language
+from cncgen.gcode.text import grammar, plain_language
 from cncgen.gcode.text.expressions import evaluate
 
 _STRAIGHT_AND_ARCS = frozenset((0, 10, 20, 30))
@@ -67,7 +67,7 @@ def _said(ip: Interpreter, text: str) -> tuple[dict[str, float], list[int]]:
     """Return the words of a line that have values, and its G codes; none of a line that jumps or loops."""
     pairs: list[tuple[str, Value]]
     try:
-        parsed = descent.parse(text, ip.dialect)
+        parsed = grammar.parse(text, ip.dialect)
     except BlockError:
         pairs = [(letter, float(value)) for letter, value in _WORD.findall(grammar.normalise(text))]
     else:

@@ -72,12 +72,12 @@ def _to(target: Cursor | None) -> Successor:
 
 def _if(control: FlowControl, flow: Flow, label: Label, here: Cursor, after: Cursor) -> Successor | None:
     """IF: the conditions of its ELSEIF lines are asked in turn."""
-    from cncgen.gcode.text import descent
+    from cncgen.gcode.text import grammar
 
     branches: list[tuple[Computed, Cursor]] = []
     mark = control.next_mark(here, label, ("elseif", "else", "endif"), "endif")
     while mark.keyword == "elseif":
-        other = descent.parse(control.text_of(mark), control.ip.dialect).flow
+        other = grammar.parse(control.text_of(mark), control.ip.dialect).flow
         if other is None or len(other.arguments) != 1:
             return None
         branches.append((_settled(control, other), mark.after))

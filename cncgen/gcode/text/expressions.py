@@ -266,6 +266,11 @@ def negative(a: Value) -> Value:
     return run
 
 
+def increments(a: Value) -> Value:
+    """Return a number of least increments in the units in force."""
+    return lambda p: evaluate(a, p) * p.interpreter.increment()
+
+
 def arc_tangent(y: Value, x: Value | None, arithmetic: Arithmetic = LINUXCNC) -> Value:
     """Return ``ATAN[y]/[x]`` in degrees: -180 to 180, in FANUC's macros 0 to 360; there ``ATAN[y]`` is -90 to 90.
 

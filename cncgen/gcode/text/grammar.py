@@ -1,18 +1,21 @@
-"""The lane of the grammar: one block of text to `Parsed`, or a `BlockError` that says what was expected."""
+"""One block of text to `Parsed` by the tables of the grammar, or a `BlockError` that says what was expected.
+
+The kernel `gcode_parse` reads the line into instructions; here they become values.
+"""
 
 from __future__ import annotations
 
 import re
 from functools import cache
-from typing import Any
+from importlib import import_module
 
-from cncgen.gcode.block import BSPLINE, OUTPUT, Flow, Parsed, Value
+from cncgen.gcode.block import OUTPUT, Flow, Parsed, Value
 from cncgen.gcode.errors import BlockError
+from cncgen.gcode.state.predefined import asks_state
 from cncgen.gcode.text import expressions
 from cncgen.gcode.text.syntax_hints import hint_for, missing_number, number_hint
+from cncgen.kernels import gcode_parse
 
-#: Brackets, or parameters of parameters, within one another.
-MAX_NESTING = 100
 #: What people call the grammar's tokens.
 _NAMES = {
     "WORD": "a word",
@@ -23,6 +26,9 @@ _NAMES = {
     "NUMBER": "a number",
     "NAME": "a name <…>",
     "COMMENT": "a comment",
+    "MESSAGE": "a comment",
+    "I_FUNCTION": "a word",
+    "OUTPUT": "an output command",
     "FUNCTION": "a function",
     "ATAN": "a function",
     "EXISTS": "a function",
@@ -53,27 +59,22 @@ _NAMES = {
 #: Keywords that stand behind a condition.
 _FOLLOWERS = {"GOTO", "THEN", "DO"}
 #: Tokens that never stand within brackets (a comma does in ATAN alone).
-_OUTSIDE = ("WORD", "LETTER", "NAMED", "BSPLINE", "CORNER", "COMMENT", "KEYWORD", "EQUAL", "COMMA", "$END")
-#: Words whose numbers without a decimal point count in least increments.
-_LENGTHS = "xyzabcuvwijkqr"
-#: The rules that FANUC's dialect has its own of, and those.
-_FANUC_RULES = {
-    "?assigned: signed": "?assigned: expression",
-    "start: DELETE? LINE_NUMBER? _content": "start: DELETE? _content\n     | DELETE? LINE_NUMBER DELETE? _content",
-    'DELETE: "/"': r"DELETE: /\/[1-9]?/",
-    "O_NUMBER: /o[0-9]+/": "O_NUMBER: /[o:][0-9]+/",
-    "O_NAME: /o<": "O_NAME: /o?<",
-    "|bin|bcd/": "|bin|bcd|sqr|rnd/",
-    "| BSPLINE ": "| CORNER signed -> corner\n     | BSPLINE ",
-    "BSPLINE.3:": "CORNER.3: /,[cr]/\nBSPLINE.3:",
-    '"atan"': '("atan" | "atn")',
-    '| "exists"': '| "pow" "[" expression "," expression "]" -> power_of\n      | "exists"',
-}
-#: Output commands of FANUC's macros.
-_OUTPUT = re.compile(
-    r"\s*(?P<delete>(?:/[1-9]?\s*)?(?:N[0-9]+\s*(?:/[1-9]?\s*)?)?)(?P<keyword>POPEN|PCLOS|[BD]PRNT)(?![A-Z])",
-    re.IGNORECASE,
+_OUTSIDE = (
+    "WORD",
+    "LETTER",
+    "NAMED",
+    "BSPLINE",
+    "CORNER",
+    "COMMENT",
+    "MESSAGE",
+    "I_FUNCTION",
+    "OUTPUT",
+    "KEYWORD",
+    "EQUAL",
+    "COMMA",
+    "$END",
 )
+_KEYWORD = re.compile(r"[A-Za-z]+")
 #: What has no meaning outside comments: capital letters (of ASCII: no other character is a letter here) and blanks.
 _BARE = {**{c: c + 32 for c in range(ord("A"), ord("Z") + 1)}, **dict.fromkeys(b" \t\r")}
 _PIECE = re.compile(r"\([^)]*\)?|;.*|[ \t\r]+")
@@ -95,180 +96,22 @@ def normalise(text: str) -> str:
     return "".join(parts)
 
 
-def column_of(text: str, index: int) -> int:
-    """Return the 1-based column in `text` of a place in its normalised form."""
-    left = index
-    place = 0
-    for match in _PIECE.finditer(text):
-        plain = match.start() - place
-        if left < plain:
-            return place + left + 1
-        left -= plain
-        place = match.start()
-        if match.group()[0] in "(;":
-            kept = match.end() - match.start()
-            if left < kept:
-                return place + left + 1
-            left -= kept
-        place = match.end()
-    return min(place + left, len(text.rstrip())) + 1
-
-
-class _Reader:
-    """Lark callbacks: the values of a rule's children to the value of the rule. Words come as (kind, value)."""
-
-    arithmetic = expressions.LINUXCNC
-    increments = False
-
-    def plain_word(self, children: list[Any]) -> Any:
-        token = children[0]
-        return "word", (token[0], word_value(token[0], token[1:], self.increments))
-
-    def word(self, children: list[Any]) -> Any:
-        return "word", (str(children[0]), children[1])
-
-    def bspline(self, children: list[Any]) -> Any:
-        return "word", ("g", BSPLINE / 10.0)
-
-    def corner(self, children: list[Any]) -> Any:
-        return "word", (str(children[0]), children[1])
-
-    def setting(self, children: list[Any]) -> Any:
-        return "setting", (children[0], children[1])
-
-    def comment(self, children: list[Any]) -> Any:
-        return "comment", _said(children[0])
-
-    def number(self, children: list[Any]) -> Value:
-        return float(children[0])
-
-    def name(self, children: list[Any]) -> str:
-        return str(children[0][1:-1])
-
-    def parameter(self, children: list[Any]) -> Value:
-        return expressions.parameter(children[0])
-
-    def exists(self, children: list[Any]) -> Value:
-        return expressions.exists(children[0])
-
-    def negative(self, children: list[Any]) -> Value:
-        return expressions.negative(children[0])
-
-    def unary(self, children: list[Any]) -> Value:
-        return expressions.negative(children[1]) if children[0] == "-" else children[1]
-
-    def binary(self, children: list[Any]) -> Value:
-        return expressions.binary(str(children[1]), children[0], children[2], self.arithmetic)
-
-    def function(self, children: list[Any]) -> Value:
-        return expressions.unary(str(children[0]), children[1], self.arithmetic)
-
-    def arc_tangent(self, children: list[Any]) -> Value:
-        values = [child for child in children if child != "/["]
-        return expressions.arc_tangent(values[0], values[1] if len(values) > 1 else None, self.arithmetic)
-
-    def power_of(self, children: list[Any]) -> Value:
-        return expressions.binary("**", children[0], children[1], self.arithmetic)
-
-    def bracket(self, children: list[Any]) -> Value:
-        return children[0]
-
-    def o_label(self, children: list[Any]) -> Value | str:
-        return o_label(children[0][children[0][0] != "<" :])
-
-    def computed_label(self, children: list[Any]) -> Value:
-        return children[0]
-
-    def program_number(self, children: list[Any]) -> Any:
-        return "flow", Flow("program", children[0])
-
-    def o_word(self, children: list[Any]) -> Any:
-        arguments = tuple(child for child in children[2:] if not isinstance(child, str))
-        comments = [text for child in children[2:] if isinstance(child, str) for text in _said(child)]
-        return "o_word", (Flow(str(children[1]), children[0], arguments), comments)
-
-    def if_goto(self, children: list[Any]) -> Any:
-        return "flow", Flow("goto", children[1], (children[0],))
-
-    def if_then(self, children: list[Any]) -> Any:
-        return "flow", Flow("then", None, (children[0],), _parsed(children[1:]))
-
-    def goto(self, children: list[Any]) -> Any:
-        return "flow", Flow("goto", children[0])
-
-    def while_do(self, children: list[Any]) -> Any:
-        condition = tuple(children[:-1])
-        return "flow", Flow("while-do", float(children[-1]), condition)
-
-    def end_do(self, children: list[Any]) -> Any:
-        return "flow", Flow("end-do", float(children[0]))
-
-    def start(self, children: list[Any]) -> Parsed:
-        return _parsed(children)
-
-
-def word_value(letter: str, number: str, increments: bool) -> Value:
-    """Return the value of a word; a length without a decimal point may count in least increments.
-
-    Their size depends on the units in force.
-    """
-    value = float(number)
-    if increments and letter in _LENGTHS and "." not in number:
-        return lambda p: value * p.interpreter.increment()
-    return value
-
-
-def o_label(text: str) -> float | str:
-    """Return the label of an O-word; ``o<100>`` is ``o100``."""
-    name = text.strip("<>")
-    return float(name) if name.isdecimal() else name
-
-
-def _said(token: str) -> list[str]:
-    """Return a comment without its parentheses; one behind a semicolon is never passed on."""
-    return [token[1:-1]] if token[0] == "(" else []
-
-
-def _parsed(children: list[Any]) -> Parsed:
-    """Gather the items of a block."""
-    parsed = Parsed()
-    for child in children:
-        if isinstance(child, tuple):
-            kind, value = child
-            if kind == "word":
-                parsed.words.append(value)
-            elif kind == "setting":
-                parsed.settings.append(value)
-            elif kind == "comment":
-                parsed.comments += value
-            elif kind == "o_word":
-                parsed.flow, parsed.comments = value
-            else:
-                parsed.flow = value
-        elif child.type == "DELETE":
-            parsed.deletable = True
-        elif child.type == "LINE_NUMBER":
-            parsed.number = str(child[1:])
-        else:
-            parsed.comments += _said(child)
-    return parsed
+#: Parameters below these numbers are plain storage.
+STORED = {"linuxcnc": 5000, "fanuc": 1000}
+_OPERATIONS = {number: name for name, number in gcode_parse.OPERATIONS.items()}
+_LITERALS = {number: text for text, number in gcode_parse.LITERALS.items() if "[" not in text}
 
 
 @cache
-def _lark(dialect: str, increments: bool) -> Any:
-    """Build the parser whose values are those of a dialect."""
-    from importlib import resources
+def parser(dialect: str, increments: bool) -> gcode_parse.Parser:
+    """Return a parser of a dialect's grammar; lengths without a decimal point may count in least increments."""
+    tables = import_module(f"cncgen.grammars.tables_{dialect}")
+    return gcode_parse.Parser(tables, STORED[dialect], increments)
 
-    from lark import Lark, Transformer
 
-    fanuc = dialect == "fanuc"
-    arithmetic = expressions.FANUC if fanuc else expressions.LINUXCNC
-    reader = type("Reader", (_Reader, Transformer), {"arithmetic": arithmetic, "increments": increments})
-    text = resources.files("cncgen.grammars").joinpath("gcode.lark").read_text("utf-8")
-    if fanuc:
-        for rule, own in _FANUC_RULES.items():
-            text = text.replace(rule, own)
-    return Lark(text, parser="lalr", lexer="contextual", transformer=reader(), maybe_placeholders=False)
+def letter_of(code: int) -> str:
+    """Return the letter of a word; those of several letters have codes beyond ASCII."""
+    return chr(code) if code < 128 else _LITERALS[code].rstrip("=")
 
 
 def parse(text: str, dialect: str = "linuxcnc", increments: bool = False) -> Parsed:
@@ -277,70 +120,132 @@ def parse(text: str, dialect: str = "linuxcnc", increments: bool = False) -> Par
     Raises:
         BlockError: Where it is no block; the column is that of `text`.
     """
-    from lark.exceptions import UnexpectedInput, VisitError
-
-    output = output_command(text) if dialect == "fanuc" else None
-    if output is not None:
-        return output
-    bare = normalise(text)
-    check_nesting(text, bare)
-    try:
-        return _lark(dialect, increments).parse(bare)
-    except UnexpectedInput as error:
-        raise _syntax_error(text, bare, error) from None
-    except VisitError as error:
-        if isinstance(error.orig_exc, BlockError):
-            raise error.orig_exc from None
-        raise
+    data = text.encode("utf-8", "surrogateescape")
+    reader = parser(dialect, increments)
+    reader.used = reader.numbers = 0
+    reader.parse(memoryview(data), 0)
+    if reader.error >= 0:
+        raise syntax_error(data, reader)
+    parsed = _Values(reader, data, expressions.FANUC if dialect == "fanuc" else expressions.LINUXCNC).parsed()
+    parsed.deletable = bool(reader.flags & gcode_parse.DELETED)
+    if reader.flags & gcode_parse.NUMBERED:
+        parsed.number = normalise(data[reader.number_begin : reader.number_end].decode())[1:]
+    return parsed
 
 
-def output_command(text: str) -> Parsed | None:
-    """Return a block of FANUC that writes to a device, else None: what it says is no words, it is done as comments are."""
-    match = _OUTPUT.match(text)
-    if match is None:
-        return None
-    command = match["keyword"].upper() + text[match.end() :].strip()
-    return Parsed(comments=[OUTPUT + command], deletable="/" in match["delete"])
+class _Values:
+    """Makes values of the instructions of a line."""
 
+    def __init__(self, reader: gcode_parse.Parser, data: bytes, arithmetic: expressions.Arithmetic) -> None:
+        self._reader = reader
+        self._data = data
+        self._arithmetic = arithmetic
+        self._stack: list[Value | str] = []
+        self._asks = False
+        self._into = self._parsed = Parsed()
 
-def check_nesting(text: str, bare: str) -> None:
-    """Raise where brackets, or parameters of parameters, stand within one another too deep to be computed.
+    def parsed(self) -> Parsed:
+        """Return the block."""
+        code, at = self._reader.code, 0
+        while code[at]:
+            operation, operand = _OPERATIONS[code[at] & 255], code[at] >> 8
+            at += 1
+            if operation in ("COMMENT", "MESSAGE", "OUTPUT"):
+                self._comment(operation, operand, code[at])
+                at += 1
+            elif operation == "FLOW":
+                self._flow(_LITERALS[operand], code[at])
+                at += 1
+            else:
+                self._step(operation, operand)
+        return self._parsed
 
-    `bare` is the normalised form of `text`.
-    """
-    if len(bare) <= MAX_NESTING:
-        return
-    deep = bare.find("#" * (MAX_NESTING + 1))
-    depth = 0
-    for index, character in enumerate(bare):
-        depth += (character == "[") - (character == "]")
-        if depth > MAX_NESTING or index == deep:
-            raise BlockError(
-                "nesting",
-                f"more than {MAX_NESTING} brackets or # stand within one another",
-                column=column_of(text, index),
-                hint="compute a part of it in a parameter of its own",
+    def _comment(self, operation: str, begin: int, length: int) -> None:
+        text = self._data[begin : begin + length].decode("utf-8", "surrogateescape")
+        if operation == "OUTPUT":
+            self._into.comments.append(
+                OUTPUT + _KEYWORD.sub(lambda match: match[0].upper(), text, count=1).strip()
             )
+        elif text[0] == "(":
+            self._parsed.comments.append(text[1:-1])
+
+    def _flow(self, keyword: str, count: int) -> None:
+        values = (
+            self._stack[len(self._stack) - count :] if keyword not in ("goto", "while-do", "end-do") else []
+        )
+        del self._stack[len(self._stack) - len(values) :]
+        label = self._stack.pop()
+        arguments = tuple(v for v in (*values, *self._stack) if not isinstance(v, str))
+        self._parsed.flow = Flow(keyword, label, arguments, asks_state=self._asks)
+        self._stack.clear()
+
+    def _step(self, operation: str, operand: int) -> None:
+        stack = self._stack
+        if operation == "NUMBER":
+            stack.append(self._reader.constants[operand])
+        elif operation == "STORED":
+            stack.append(expressions.parameter(float(operand)))
+        elif operation == "NAME":
+            stack.append(self._reader.names[operand])
+        elif operation in ("NAMED", "PARAMETER"):
+            target = self._reader.names[operand] if operation == "NAMED" else stack.pop()
+            self._asks = self._asks or asks_state(target)
+            stack.append(expressions.parameter(target))
+        elif operation in ("EXISTS", "EXISTS_NAMED"):
+            stack.append(
+                expressions.exists(
+                    self._reader.names[operand] if operation == "EXISTS_NAMED" else stack.pop()
+                )
+            )
+        elif operation == "WORD":
+            self._into.words.append((letter_of(operand), self._pop()))
+        elif operation in ("SET", "SET_NAMED"):
+            value = self._pop()
+            self._into.settings.append((stack.pop(), value))
+        elif operation == "THEN":
+            self._into = Parsed()
+            self._parsed.flow = Flow("then", None, (self._pop(),), self._into)
+        else:
+            stack.append(self._computed(operation, operand))
+
+    def _computed(self, operation: str, operand: int) -> Value:
+        arithmetic = self._arithmetic
+        last = self._pop()
+        if operation == "BINARY":
+            return expressions.binary(_LITERALS[operand], self._pop(), last, arithmetic)
+        if operation == "FUNCTION":
+            return expressions.unary(_LITERALS[operand], last, arithmetic)
+        if operation == "ARC_TANGENT":
+            return expressions.arc_tangent(self._pop(), last, arithmetic)
+        if operation == "SLOPE":
+            return expressions.arc_tangent(last, None, arithmetic)
+        if operation == "INCREMENTS":
+            return expressions.increments(last)
+        return expressions.negative(last)
+
+    def _pop(self) -> Value:
+        value = self._stack.pop()
+        assert not isinstance(value, str)
+        return value
 
 
-def _syntax_error(text: str, bare: str, error: Any) -> BlockError:
-    """Say what stands there and what could."""
-    token = getattr(error, "token", None)
-    index = error.pos_in_stream
-    if index is None or (token is not None and token.type == "$END"):
-        index = len(bare)
-    before, rest = bare[:index], bare[index:]
-    column = column_of(text, index)
+def syntax_error(data: bytes, reader: gcode_parse.Parser) -> BlockError:
+    """Say what stands where the last line, the text of `data`, was refused, and what could."""
+    text, start = (
+        data.decode("utf-8", "surrogateescape"),
+        data[: reader.error].decode("utf-8", "surrogateescape"),
+    )
+    before, rest = normalise(start), normalise(text[len(start) :])
+    column = len(start) + 1 if rest else len(text.rstrip()) + 1
     if rest.startswith(("(", ")")):
         return _comment_error(rest, column)
     letter = missing_number(before, rest)
     if letter:
         hint = number_hint(letter, before, rest)
         return BlockError("syntax", f"{letter} has no number", column=column, hint=hint)
-    expected = getattr(error, "accepts", None) or getattr(error, "expected", None) or error.allowed or ()
     return BlockError(
         "syntax",
-        f"{_found(rest)} where {_any_of(_expected_names(before, sorted(expected)))} was expected",
+        f"{_found(rest)} where {_any_of(_expected_names(before, sorted(reader.expected())))} was expected",
         column=column,
         hint=hint_for(before, rest),
     )

@@ -166,6 +166,14 @@ def shown(label: Label) -> str:
     return f"<{label}>" if isinstance(label, str) else f"{label:g}"
 
 
+def _label(written: str) -> Label:
+    """Return the label of an O-word; ``o<100>`` is ``o100``."""
+    from cncgen.gcode.text.grammar import normalise
+
+    name = (normalise(written) if written[0] == "<" else written).strip("<>")
+    return float(name) if name.isdecimal() else name
+
+
 def _offset(mark: Marked) -> int:
     return mark.cursor.offset
 
@@ -181,18 +189,18 @@ def _line_matches(source: Source, pattern: re.Pattern[bytes]) -> Iterator[tuple[
 
 
 def _find_marks(source: Source, index: int, dialect: str) -> Iterator[Marked]:
-    from cncgen.gcode.text import descent, grammar
+    from cncgen.gcode.text import grammar
 
     for begin, line, match in _line_matches(source, _LINE):
         opening = _OPENING.match(match[1]) if dialect == "linuxcnc" else None
         if opening:
             # What stands behind the keyword may be wrong, which is said where the line runs; jumps lead to it all the same.
             written = opening[1].decode("utf-8", "replace")
-            label: Value | str = grammar.o_label(grammar.normalise(written) if written[0] == "<" else written)
+            label: Value | str = _label(written)
             keyword = opening[2].decode("ascii").lower()
         else:
             try:
-                flow = descent.parse(source.text_at(begin), dialect).flow
+                flow = grammar.parse(source.text_at(begin), dialect).flow
             except BlockError:
                 continue
             if flow is None or flow.label is None or flow.keyword in _LEAVING:

@@ -1,4 +1,4 @@
-"""Runs of plain blocks as columns from the scanner; any other line goes through `descent` or the grammar."""
+"""Runs of plain blocks as columns from the scanner; any other line goes through the grammar."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The lane of recursive descent reads what the grammar reads: generated blocks, mutated blocks, every program's lines."""
+"""Values of blocks: rows of operators, signs, least increments; and blocks for other tests, as hypothesis strategies."""
 
 from __future__ import annotations
 
@@ -7,12 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cncgen.gcode.block import Flow, Parsed
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.text import descent, expressions, grammar
+from cncgen.gcode.text import grammar
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 
@@ -53,39 +51,6 @@ def value_of(value: Any) -> Any:
     except (ValueError, OverflowError) as error:
         return type(error)
     return "vacant" if math.isnan(number) else number
-
-
-def shown(parsed: Parsed) -> Any:
-    """Return a parsed block with all its values computed."""
-    return (
-        [(letter, callable(value), value_of(value)) for letter, value in parsed.words],
-        [(value_of(target), value_of(value)) for target, value in parsed.settings],
-        parsed.comments,
-        flow_of(parsed.flow),
-        parsed.deletable,
-        parsed.number,
-    )
-
-
-def flow_of(flow: Flow | None) -> Any:
-    """Return what a block does to the order of execution, with values computed."""
-    if flow is None:
-        return None
-    then = shown(flow.then) if flow.then else None
-    return flow.keyword, value_of(flow.label), [value_of(value) for value in flow.arguments], then
-
-
-def read(reader: Any, text: str, dialect: str) -> Any:
-    """Return what a reader makes of a block, or its fault."""
-    try:
-        return shown(reader(text, dialect))
-    except BlockError as error:
-        return error.code, error.message, error.column
-
-
-def descended(text: str, dialect: str) -> Parsed:
-    """Read a block by descent alone; declining is an exception."""
-    return descent._Reader(grammar.normalise(text), dialect == "fanuc", False).start()
 
 
 NUMBERS = st.sampled_from(["0", "1", "2.5", ".5", "3.", "12", "0.125", "007"])
@@ -150,72 +115,25 @@ FLOWS = st.one_of(
 )
 
 
-@settings(max_examples=120)
-@given(st.one_of(BLOCKS, FLOWS), st.sampled_from(["linuxcnc", "fanuc"]))
-def test_the_lane_reads_every_block_as_the_grammar_does(text: str, dialect: str) -> None:
-    """And it declines none of them but those that have a fault."""
-    expected = read(grammar.parse, text, dialect)
-    try:
-        found = read(descended, text, dialect)
-    except descent._Declined:
-        assert isinstance(expected[0], str), f"declined {text!r}"
-        return
-    if not isinstance(expected[0], str):
-        assert found == expected
-
-
-@settings(max_examples=120)
-@given(
-    st.one_of(BLOCKS, FLOWS),
-    st.lists(st.tuples(st.integers(0, 40), st.sampled_from("#[]-+=/<>(.oanx1 ")), max_size=3),
-    st.sampled_from(["linuxcnc", "fanuc"]),
-)
-def test_wrong_blocks_have_the_faults_of_the_grammar(
-    text: str, changes: list[tuple[int, str]], dialect: str
-) -> None:
-    for at, character in changes:
-        text = text[:at] + character + text[at:]
-    assert read(descent.parse, text, dialect) == read(grammar.parse, text, dialect)
-
-
-@pytest.mark.parametrize("folder", ["programs", "programs/bad", "tests/peer/programs"])
-def test_lines_of_programs(folder: str) -> None:
-    """Each line that is not plain, in both dialects."""
-    lines = {
-        line
-        for path in (ROOT / folder).iterdir()
-        if path.suffix in (".ngc", ".nc")
-        for line in path.read_text(errors="replace").splitlines()[:200]
-        if any(character in line for character in "#[oO=(;")
-    }
-    assert lines
-    for line in sorted(lines):
-        for dialect in ("linuxcnc", "fanuc"):
-            assert read(descent.parse, line, dialect) == read(grammar.parse, line, dialect), line
-
-
 def test_lengths_in_least_increments() -> None:
-    """``X10`` counts them, ``X10.`` and a code do not; as in the grammar."""
+    """``X10`` counts them, ``X10.`` and a code do not."""
     text = "G1 X10 Y10. F5 I-3"
-    found, expected = (shown(reader(text, "fanuc", True)) for reader in (descent.parse, grammar.parse))
-    assert found == expected
-    assert found[0][1] == ("x", True, 0.01)
+    found = [(letter, value_of(value)) for letter, value in grammar.parse(text, "fanuc", True).words]
+    assert found == [("g", 1.0), ("x", 0.01), ("y", 10.0), ("f", 5.0), ("i", -0.003)]
 
 
-@pytest.mark.parametrize("reader", [descent.parse, grammar.parse])
 @pytest.mark.parametrize("count", [1, 5, 7, 8, 9, 5000])
-def test_long_rows_of_operators_are_computed(reader: Any, count: int) -> None:
+def test_long_rows_of_operators_are_computed(count: int) -> None:
     """Sums and differences of any length, against Python's own; #1 is -1.63."""
     text = "X[#1" + "".join(f" {'+-'[k % 2]} {'#1' if k % 3 else k}" for k in range(count)) + "]"
     expected = -1.63
     for k in range(count):
         term = -1.63 if k % 3 else k
         expected = expected - term if k % 2 else expected + term
-    assert value_of(reader(text).words[0][1]) == expected
+    assert value_of(grammar.parse(text).words[0][1]) == expected
 
 
-@pytest.mark.parametrize("reader", [descent.parse, grammar.parse])
-def test_rows_in_rows_keep_their_levels(reader: Any) -> None:
+def test_rows_in_rows_keep_their_levels() -> None:
     """A row in brackets, or of a tighter operator, is computed before the row around it goes on."""
     inner = "+".join(["#1"] * 9)
     product = "*".join(["#3"] * 9)
@@ -231,23 +149,9 @@ def test_rows_in_rows_keep_their_levels(reader: Any) -> None:
     row = row + power - a
     for _ in range(8):
         row += a
-    assert value_of(reader(text).words[0][1]) == float(row < 3)
+    assert value_of(grammar.parse(text).words[0][1]) == float(row < 3)
 
 
 def test_signs_in_a_row_do_not_nest() -> None:
     assert value_of(grammar.parse("X" + "-" * 5000 + "#1").words[0][1]) == pytest.approx(-1.63)
-    assert value_of(descent.parse("X" + "-" * 5001 + "#1").words[0][1]) == pytest.approx(1.63)
-
-
-def test_the_deepest_nesting_that_is_let_through_is_computed() -> None:
-    """Brackets within brackets, each the last operand of every level of binding; with #4 = 1 all powers are 1."""
-    text = "#4"
-    for _ in range(grammar.MAX_NESTING - 1):
-        text = f"#4 AND #4 EQ #4 - #4 + #4 * #4 ** -SQRT[{text}]"
-    values = Values()
-    values.numbers[4] = 1.0
-    value = descent.parse(f"X[{text}]").words[0][1]
-    assert expressions.evaluate(value, values) == 1.0  # type: ignore[arg-type]
-    with pytest.raises(BlockError) as caught:
-        descent.parse(f"X[[{text}]]")
-    assert caught.value.code == "nesting"
+    assert value_of(grammar.parse("X" + "-" * 5001 + "#1").words[0][1]) == pytest.approx(1.63)

@@ -1,0 +1,405 @@
+"""Parse tables of the grammars, made when cncgen is built: Lark's LALR tables, and one DFA of all terminals.
+
+``setup.py`` calls `write_all`, which writes a module of bytes for each grammar of `GRAMMARS` beside it (``tables_NAME.py``); the
+kernel `cncgen.kernels.gcode_parse` runs them. A table is made anew where the grammar, this module or the kernel's list of
+actions has changed.
+
+    action[state, terminal]   0 error, n > 0 shift to state n - 1, n < 0 reduce by rule -n - 1
+    goto[state, nonterminal]  state
+    move[d, class of a byte]  next state of the DFA, -1 where no terminal goes on
+    token[mode, d]            terminal that ends in d, for parser states of that mode; -1 for none
+    again[state, terminal]    action of a rule of this one token that leads back to `state` (a word behind a word), else -1
+
+The longest match wins, then the higher priority, then what is written as a string. A blank that no terminal takes is passed
+over, and capital letters are small ones.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+from pathlib import Path
+from typing import Any, NamedTuple
+
+HERE = Path(__file__).parent
+KERNEL = HERE.parent / "cncgen" / "kernels" / "gcode_parse.py"
+#: Grammar files by the name of their tables.
+GRAMMARS = {"linuxcnc": "gcode.lark", "fanuc": "fanuc.lark"}
+#: Bytes of the alphabet: ASCII, and one for all others.
+_OTHER = 128
+#: What begins the alias of a rule that a dialect executes itself.
+STATEMENT = "do_"
+
+
+class GrammarError(Exception):
+    """A grammar and the kernel's actions do not fit."""
+
+
+class _Label(NamedTuple):
+    """What ends in a state of the automaton: a terminal, and which of its literals (-1: it is no list of literals)."""
+
+    terminal: int
+    literal: str
+
+
+class _Automaton:
+    """A nondeterministic automaton of all terminals."""
+
+    def __init__(self) -> None:
+        self.moves: list[list[tuple[frozenset[int], int]]] = []
+        self.silent: list[list[int]] = []
+        self.labels: dict[int, _Label] = {}
+
+    def state(self) -> int:
+        self.moves.append([])
+        self.silent.append([])
+        return len(self.moves) - 1
+
+    def add(self, terminal: int, pattern: Any, start: int) -> None:
+        """Add a pattern of Lark's."""
+        literals = [pattern.value] if pattern.type == "str" else _literals(pattern.value)
+        if literals is None:
+            end = self.state()
+            self._join(self._sequence(_parsed(pattern.value), start), end)
+            self.labels[end] = _Label(terminal, "")
+            return
+        for literal in literals:
+            here = start
+            for character in literal:
+                here = self._step(here, frozenset({min(ord(character), _OTHER)}))
+            end = self.state()
+            self._join(here, end)
+            self.labels[end] = _Label(terminal, literal)
+
+    def _join(self, a: int, b: int) -> None:
+        self.silent[a].append(b)
+
+    def _step(self, here: int, characters: frozenset[int]) -> int:
+        end = self.state()
+        self.moves[here].append((characters, end))
+        return end
+
+    def _sequence(self, parsed: Any, here: int) -> int:
+        for kind, value in parsed:
+            here = self._part(str(kind), value, here)
+        return here
+
+    def _part(self, kind: str, value: Any, here: int) -> int:
+        if kind == "LITERAL":
+            return self._step(here, frozenset({min(value, _OTHER)}))
+        if kind == "NOT_LITERAL":
+            return self._step(here, frozenset(range(_OTHER + 1)) - {value})
+        if kind == "IN":
+            return self._step(here, _set_of(value))
+        if kind == "SUBPATTERN":
+            return self._sequence(value[3], here)
+        if kind == "BRANCH":
+            end = self.state()
+            for branch in value[1]:
+                self._join(self._sequence(branch, here), end)
+            return end
+        if kind == "MAX_REPEAT":
+            return self._repeat(*value, here)
+        raise GrammarError(f"{kind} is not of the regular expressions that tables are made of")
+
+    def _repeat(self, least: int, most: Any, inner: Any, here: int) -> int:
+        for _ in range(least):
+            here = self._sequence(inner, here)
+        if str(most) == "MAXREPEAT":
+            loop, end = self.state(), self.state()
+            self._join(here, loop)
+            self._join(self._sequence(inner, loop), loop)
+            self._join(loop, end)
+            return end
+        end = self.state()
+        for _ in range(int(most) - least):
+            self._join(here, end)
+            here = self._sequence(inner, here)
+        self._join(here, end)
+        return end
+
+    def closure(self, states: frozenset[int]) -> frozenset[int]:
+        waiting, found = list(states), set(states)
+        while waiting:
+            for state in self.silent[waiting.pop()]:
+                if state not in found:
+                    found.add(state)
+                    waiting.append(state)
+        return frozenset(found)
+
+
+def _parsed(pattern: str) -> Any:
+    import re._parser as parser  # type: ignore[import-not-found]
+
+    return parser.parse(pattern)
+
+
+def _set_of(parts: Any) -> frozenset[int]:
+    """Return the characters of a set in brackets."""
+    found: set[int] = set()
+    negative = False
+    for kind, value in parts:
+        if str(kind) == "NEGATE":
+            negative = True
+        elif str(kind) == "LITERAL":
+            found.add(min(value, _OTHER))
+        elif str(kind) == "RANGE":
+            found.update(range(value[0], min(value[1], _OTHER) + 1))
+        else:
+            raise GrammarError(f"{kind} in a set of characters")
+    return frozenset(range(_OTHER + 1)) - found if negative else frozenset(found)
+
+
+def _literals(pattern: str) -> list[str] | None:
+    """Return the strings of a pattern that is nothing but alternatives of strings, else None."""
+    import re
+
+    parts = re.split(r"(?<!\\)\|", pattern)
+    if any(re.search(r"[\[\](){}*+?.^$\\]", re.sub(r"\\\W", "", part)) for part in parts):
+        return None
+    return [re.sub(r"\\(\W)", r"\1", part) for part in parts]
+
+
+class _Scanner(NamedTuple):
+    """One DFA: moves, what ends in each state."""
+
+    moves: list[list[int]]
+    ends: list[list[_Label]]
+
+
+def _scanner(patterns: list[Any]) -> _Scanner:
+    """Return the DFA of terminals by subset construction."""
+    automaton = _Automaton()
+    start = automaton.state()
+    for terminal, pattern in enumerate(patterns):
+        automaton.add(terminal, pattern, start)
+    first = automaton.closure(frozenset({start}))
+    number, waiting = {first: 0}, [first]
+    moves: list[list[int]] = []
+    ends: list[list[_Label]] = []
+    while waiting:
+        here = waiting.pop(0)
+        ends.append([automaton.labels[s] for s in sorted(here) if s in automaton.labels])
+        steps = [step for state in here for step in automaton.moves[state]]
+        row = []
+        for byte in range(_OTHER + 1):
+            to = automaton.closure(frozenset(end for characters, end in steps if byte in characters))
+            if to and to not in number:
+                number[to] = len(number)
+                waiting.append(to)
+            row.append(number[to] if to else -1)
+        moves.append(row)
+    return _Scanner(moves, ends)
+
+
+def _folded(moves: list[list[int]]) -> tuple[list[int], list[list[int]]]:
+    """Return the class of each of 256 bytes, and the moves by class; capital letters are of the class of the small ones."""
+    columns = [tuple(row[byte] for row in moves) for byte in range(_OTHER + 1)]
+    for capital in range(ord("A"), ord("Z") + 1):
+        columns[capital] = columns[capital + 32]
+    classes = {column: index for index, column in enumerate(dict.fromkeys(columns))}
+    of_byte = [classes[columns[min(byte, _OTHER)]] for byte in range(256)]
+    return of_byte, [list(row) for row in zip(*classes, strict=True)]
+
+
+def _kernel_names() -> tuple[dict[str, int], dict[str, int]]:
+    """Return the actions of rules and the literals that the kernel knows, from its source."""
+    found: dict[str, dict[str, int]] = {}
+    for node in ast.parse(KERNEL.read_text("utf-8")).body:
+        target = node.targets[0] if isinstance(node, ast.Assign) else None
+        if isinstance(target, ast.Name) and target.id in ("ACTIONS", "LITERALS"):
+            assert isinstance(node, ast.Assign)
+            found[target.id] = ast.literal_eval(node.value)
+    return found["ACTIONS"], found["LITERALS"]
+
+
+def _lark(name: str) -> Any:
+    from lark import Lark
+
+    options = {"parser": "lalr", "lexer": "contextual", "maybe_placeholders": False}
+    return Lark.open(str(HERE / GRAMMARS[name]), **options)
+
+
+def _bare(name: str) -> str:
+    """Return a name without the prefix that an import gives it."""
+    return name.rpartition("__")[2] if not name.startswith("_") else name
+
+
+def digest(name: str) -> str:
+    """Return what tells the tables of a grammar from those of another state of it."""
+    parts = [path.read_bytes() for path in sorted(HERE.glob("*.lark"))]
+    actions, literals = _kernel_names()
+    parts += [Path(__file__).read_bytes(), repr((name, actions, literals)).encode()]
+    return hashlib.sha256(b"\0".join(parts)).hexdigest()
+
+
+def _rule_actions(rules: list[Any], actions: dict[str, int]) -> tuple[list[int], list[str]]:
+    """Return the action of each rule, and the statements that a dialect executes itself.
+
+    A statement's action is -1 less its number. Every rule has an action of its alias, of its own name, or of the list where it
+    leaves no value but passes one on (its action is 0).
+
+    Raises:
+        GrammarError: The kernel does not know the alias of a rule, or a rule that it counts on is missing.
+    """
+    found, statements = [], list[str]()
+    for rule in rules:
+        name = _bare(str(rule.alias or rule.origin.name))
+        if name.startswith(STATEMENT):
+            if name not in statements:
+                statements.append(name)
+            found.append(-1 - statements.index(name))
+        elif name in actions:
+            found.append(actions[name])
+        elif rule.alias or (
+            len([s for s in rule.expansion if not s.is_term]) != 1 and not name.startswith("_")
+        ):
+            raise GrammarError(f"the rule {name} has no action in {KERNEL.name}")
+        else:
+            found.append(0)
+    return found, statements
+
+
+def _again(
+    action: list[list[int]], goto: list[list[int]], rules: list[Any], made: list[int], origins: list[int]
+) -> list[list[int]]:
+    """Return `again`: where a shift and the reductions that must follow lead back to the state, whatever comes next."""
+
+    def forced(state: int) -> int | None:
+        steps = set(action[state]) - {0}
+        return -next(iter(steps)) - 1 if len(steps) == 1 and min(steps) < 0 else None
+
+    found = [[-1] * len(row) for row in action]
+    for state, row in enumerate(action):
+        for terminal, step in enumerate(row):
+            first = forced(step - 1) if step > 0 else None
+            if first is None or len(rules[first].expansion) != 1:
+                continue
+            second = forced(goto[state][origins[first]])
+            if second is None or len(rules[second].expansion) != 2 or made[second] != 0:
+                continue
+            # The second rule is left-recursive, and `state` is where its own left part leads.
+            if str(rules[second].expansion[0].name) == str(rules[second].origin.name):
+                found[state][terminal] = made[first]
+    return found
+
+
+def tables(name: str) -> dict[str, Any]:
+    """Return the tables of a grammar as plain lists.
+
+    Raises:
+        GrammarError: The kernel does not know a rule or a literal of it.
+    """
+    actions, literals = _kernel_names()
+    lark = _lark(name)
+    table = lark.parser.parser._parse_table
+    terminals = {str(t.name): t for t in lark.terminals}
+    names = [*terminals, "$END"]
+    number = {n: i for i, n in enumerate(names)}
+    states = {s: i for i, s in enumerate(table.states)}
+    rules: dict[Any, int] = {}
+    nonterminals: dict[str, int] = {}
+    action = [[0] * len(names) for _ in states]
+    jumps: list[dict[int, int]] = [{} for _ in states]
+    for state, row in table.states.items():
+        for symbol, (kind, to) in row.items():
+            symbol = str(symbol)
+            if symbol not in number:
+                jumps[states[state]][nonterminals.setdefault(symbol, len(nonterminals))] = states[to]
+            elif "Shift" in repr(kind):
+                action[states[state]][number[symbol]] = states[to] + 1
+            else:
+                action[states[state]][number[symbol]] = -(rules.setdefault(to, len(rules)) + 1)
+    rows = list(rules)
+    origins = [nonterminals.setdefault(str(r.origin.name), len(nonterminals)) for r in rows]
+    goto = [[jump.get(k, -1) for k in range(len(nonterminals))] for jump in jumps]
+    made, statements = _rule_actions(rows, actions)
+    scanner = _scanner([terminals[n].pattern for n in terminals])
+    classes, move = _folded(scanner.moves)
+    token, literal, modes = _tokens(scanner, action, [terminals[n] for n in terminals], literals)
+    return {
+        "action": action,
+        "goto": goto,
+        "length": [len(r.expansion) for r in rows],
+        "origin": origins,
+        "made": made,
+        "again": _again(action, goto, rows, made, origins),
+        "classes": classes,
+        "move": move,
+        "token": token,
+        "mode": modes,
+        "literal": literal,
+        "start": states[next(iter(table.start_states.values()))],
+        "accept": states[next(iter(table.end_states.values()))],
+        "terminals": tuple(_bare(n) for n in names),
+        "kept": [int(bool(t.name) and not _filtered(lark, n)) for n, t in terminals.items()] + [0],
+        "statements": tuple(statements),
+    }
+
+
+def _filtered(lark: Any, name: str) -> bool:
+    """Tell whether a terminal has no name of its own in the grammar (``"["``), so that no rule keeps it."""
+    return any(s.is_term and s.name == name and s.filter_out for rule in lark.rules for s in rule.expansion)
+
+
+def _tokens(
+    scanner: _Scanner, action: list[list[int]], terminals: list[Any], literals: dict[str, int]
+) -> tuple[list[list[int]], list[list[int]], list[int]]:
+    """Return `token` by mode, the number of the literal by terminal and DFA state, and the mode of each parser state."""
+    rows: dict[tuple[int, ...], int] = {}
+    modes = []
+    for state in action:
+        row = []
+        for labels in scanner.ends:
+            can = {label.terminal for label in labels if state[label.terminal]}
+            best = min(
+                can, key=lambda i: (-terminals[i].priority, terminals[i].pattern.type != "str"), default=-1
+            )
+            row.append(best)
+        modes.append(rows.setdefault(tuple(row), len(rows)))
+    literal = [0] * len(scanner.ends)
+    for d, labels in enumerate(scanner.ends):
+        for label in labels:
+            if label.literal in literals:
+                literal[d] = literals[label.literal]
+            elif label.literal and terminals[label.terminal].pattern.type != "str":
+                raise GrammarError(
+                    f"{label.literal!r} of {terminals[label.terminal].name} has no number in {KERNEL.name}"
+                )
+    return [list(row) for row in rows], literal, modes
+
+
+def write_all() -> None:
+    """Write the tables of all grammars that are not up to date.
+
+    Raises:
+        GrammarError: The kernel does not know a rule or a literal of one.
+    """
+    for name in GRAMMARS:
+        path = HERE / f"tables_{name}.py"
+        wanted = digest(name)
+        if not path.exists() or f'DIGEST = "{wanted}"' not in path.read_text("utf-8"):
+            path.write_text(_module(name, wanted), "utf-8")
+
+
+def _module(name: str, wanted: str) -> str:
+    """Return the text of a module of tables: rows of 16-bit numbers as bytes, and how many columns each has."""
+    from array import array
+
+    lines = [
+        f'"""Tables of {GRAMMARS[name]}, made by lalr.py: not to be edited."""',
+        "",
+        f'DIGEST = "{wanted}"',
+    ]
+    for key, value in tables(name).items():
+        if isinstance(value, list):
+            rows = value if value and isinstance(value[0], list) else [value]
+            data = array("h", [n for row in rows for n in row]).tobytes()
+            lines += [f"{key.upper()} = {len(rows[0])}, {data!r}"]
+        else:
+            lines += [f"{key.upper()} = {value!r}"]
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    write_all()

@@ -1,0 +1,116 @@
+"""The tables and their kernel read what Lark's own parser reads: random blocks of each grammar, fresh in every run."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+
+import pytest
+from cncgen.grammars import lalr
+
+from tests.kernels.plain import uncompiled
+
+from .reference import by_lark, by_tables, random_block, spread
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+
+
+def _compare(dialect: str, count: int) -> None:
+    seed = random.SystemRandom().randrange(1 << 32)
+    print(f"seed {seed} of {dialect}")
+    dice = random.Random(seed)
+    refused = 0
+    for _ in range(count):
+        text = random_block(dialect, dice)
+        expected = by_lark(text, dialect)
+        refused += isinstance(expected, int)
+        found = by_tables(text, dialect)
+        if isinstance(found, int):
+            # Places are bytes.
+            found = len(text.encode()[:found].decode())
+        assert found == expected, f"seed {seed}: {text!r}"
+        if not isinstance(expected, int):
+            loose = spread(text, dice)
+            assert loose == text or by_tables(loose, dialect) == expected, f"seed {seed}: {loose!r}"
+    assert 0.02 * count < refused < 0.5 * count
+
+
+@pytest.mark.parametrize("dialect", sorted(lalr.GRAMMARS))
+def test_random_blocks(dialect: str) -> None:
+    _compare(dialect, 2500)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("dialect", sorted(lalr.GRAMMARS))
+def test_many_random_blocks(dialect: str) -> None:
+    _compare(dialect, 50_000)
+
+
+@pytest.mark.parametrize("dialect", sorted(lalr.GRAMMARS))
+def test_tables_are_those_of_the_grammar(dialect: str) -> None:
+    text = (lalr.HERE / f"tables_{dialect}.py").read_text("utf-8")
+    assert f'DIGEST = "{lalr.digest(dialect)}"' in text, (
+        "run `make kernels`: a grammar changed since the last build"
+    )
+
+
+def test_a_rule_that_is_renamed_breaks_the_build(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for path in lalr.HERE.glob("*.lark"):
+        text = path.read_text("utf-8").replace("-> plain_word ", "-> simple_word")
+        (tmp_path / path.name).write_text(text, "utf-8")
+    monkeypatch.setattr(lalr, "HERE", tmp_path)
+    with pytest.raises(lalr.GrammarError, match="simple_word has no action"):
+        lalr.write_all()
+
+
+def test_a_literal_without_a_number_breaks_the_build(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for path in lalr.HERE.glob("*.lark"):
+        text = path.read_text("utf-8").replace("|sqrt|", "|sqrt|cosh|")
+        (tmp_path / path.name).write_text(text, "utf-8")
+    monkeypatch.setattr(lalr, "HERE", tmp_path)
+    with pytest.raises(lalr.GrammarError, match="'cosh' of FUNCTION has no number"):
+        lalr.tables("linuxcnc")
+
+
+@pytest.mark.parametrize("folder", ["programs", "programs/bad", "tests/peer/programs"])
+def test_lines_of_programs(folder: str) -> None:
+    lines = {
+        "".join(line.split()).lower()
+        for path in (ROOT / folder).iterdir()
+        if path.suffix in (".ngc", ".nc")
+        for line in path.read_text(errors="replace").splitlines()[:200]
+        if not line.isascii() or line.strip()[:1] != "%"
+    }
+    for line in random.SystemRandom().sample(sorted(lines), min(len(lines), 400)):
+        for dialect in lalr.GRAMMARS:
+            found = by_tables(line, dialect)
+            expected = by_lark(line, dialect)
+            if isinstance(found, int):
+                found = len(line.encode()[:found].decode())
+            assert found == expected, line
+
+
+def test_the_kernel_runs_uncompiled() -> None:
+    from importlib import import_module
+
+    slow = uncompiled("gcode_parse")
+    tables = import_module("cncgen.grammars.tables_linuxcnc")
+    from cncgen.kernels import gcode_parse
+
+    for text in ("N10 G1 X-1.5 Y[#1+2*SIN[30]] (note)", "o<a b> call [1] [2]", "#<x>=-#5 ; tail", "X1..2"):
+        found = []
+        for module in (gcode_parse, slow):
+            parser = module.Parser(tables, 5000)
+            end = parser.parse(memoryview(text.encode()), 0)
+            numbers = parser.constants[: parser.numbers]
+            found.append(
+                (
+                    end,
+                    parser.error,
+                    parser.flags,
+                    list(parser.code[: parser.used]),
+                    list(numbers),
+                    parser.names,
+                )
+            )
+        assert found[0] == found[1]
