@@ -149,7 +149,7 @@ def _of_setpoints(
         work = Compensation(
             stream.chunks, load_servos(servos), passes=task.passes, limits=bounds, settle_s=task.settle
         )
-        rows = write_setpoints(work.chunks(), task.output, task.format)
+        rows = write_setpoints(work.chunks(), task.output, task.format, machine if limits else None)
     messages.note(_written_text(rows, task.passes))
     return work.gained()
 
@@ -171,7 +171,7 @@ def _of_program(
             toolpaths, where, servos, axes=pipeline.output_axes(read), options=plan_options(planning),
             passes=task.passes, settle_s=task.settle,
         )  # fmt: skip
-    rows = write_setpoints(found.command, task.output, task.format)
+    rows = write_setpoints(found.command, task.output, task.format, where)
     messages.note(f"{_written_text(rows, task.passes)}{_room_text(found)}")
     shares = {k.lower(): dict(zip(ORDER_NAMES, v, strict=True)) for k, v in found.shares.items()}
     return {**found.gained, "time_s": found.time_s, "full_time_s": found.full_time_s, "limit_shares": shares}

@@ -78,4 +78,4 @@ def command(
         f"{len(rows)} setpoints of axis {letter}, {low:g} to {high:g} Hz in {duration:g} s,"
         f" from {rows.min() / unit:.4g} to {rows.max() / unit:.4g} {file_unit(letter)}"
     )
-    write_setpoints([Setpoints(letter, found.period_s, 0, rows[:, None])], output, format)
+    write_setpoints([Setpoints(letter, found.period_s, 0, rows[:, None])], output, format, found)

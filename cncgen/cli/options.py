@@ -18,7 +18,22 @@ Command = Callable[..., Any]
 TABLE_UNITS = ("mm", "inch")
 # As the rooms have them whose import takes numpy; a test holds both together.
 LANGUAGES = ("gcode", "stepnc")
-FORMATS = ("csv", "jsonl", "npy", "npz", "f64", "hal", "arrow")
+FORMATS = (
+    "csv",
+    "jsonl",
+    "npy",
+    "npz",
+    "f64",
+    "hal",
+    "arrow",
+    "parquet",
+    "mat",
+    "hdf5",
+    "mcap",
+    "mf4",
+    "csp",
+    "csp-raw",
+)
 FEEDRATES = ("optimal", "ild", "constant", "adaptive", "curvature")
 INTERPOLATORS = ("arclength", "taylor1", "taylor2", "uniform")
 SATURATIONS = ("off", "reactive", "predictive")

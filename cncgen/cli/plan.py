@@ -67,7 +67,6 @@ def command(
     from cncgen.cli.writing import setpoint_format
     from cncgen.pipeline import plan_with_summary
     from cncgen.report.summary import as_text
-    from cncgen.setpoints.columns import Layout
 
     names = tuple(name.strip() for name in signals.split(",") if name.strip())
     kind = setpoint_format(output, format)
@@ -78,7 +77,7 @@ def command(
         head = next(chunks, None)
         with ExitStack() as files:
             write_summary = files.enter_context(messages.open_summary(summary))
-            layout = Layout(stream.axes, stream.period_s, names)
+            layout = stream.layout(names)
             writers = _writers(files, layout, output, kind, events, outlives_reader=bool(summary or events))
             for chunk in chain(() if head is None else (head,), chunks):
                 for writer in writers:

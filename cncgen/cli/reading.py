@@ -16,7 +16,25 @@ if TYPE_CHECKING:
     from cncgen.toolpath.record import Program
 
 #: Suffixes of setpoint files.
-_SETPOINT_SUFFIXES = (".csv", ".jsonl", ".npy", ".npz", ".f64", ".hal", ".arrow")
+_SETPOINT_SUFFIXES = (
+    ".csv",
+    ".jsonl",
+    ".ndjson",
+    ".npy",
+    ".npz",
+    ".f64",
+    ".hal",
+    ".arrow",
+    ".feather",
+    ".parquet",
+    ".mat",
+    ".hdf5",
+    ".h5",
+    ".mcap",
+    ".mf4",
+    ".csp",
+    ".cspraw",
+)
 
 
 def is_setpoint_file(name: str) -> bool:

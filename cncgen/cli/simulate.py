@@ -69,12 +69,14 @@ def command(
     The argument is a setpoint file (standard input where it is - or missing), or a program, which is planned first.
     The response goes to the file of -o, else to standard output unless that is a terminal.
     """
+    from cncgen.cli.writing import check_response_name
     from cncgen.files import is_terminal, open_output
     from cncgen.pipeline import simulate
     from cncgen.report.response import as_text
     from cncgen.servo.response_csv import written
     from cncgen.servo.summary import Summary, watched
 
+    check_response_name(output)
     servos = planning["axis_params"] or machine
     watch = Summary()
     with _setpoints(source, machine, planning, (format, axes, period), reading) as stream:

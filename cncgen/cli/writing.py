@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from cncgen.setpoints.record import Setpoints
+
+if TYPE_CHECKING:
+    from cncgen.machine import Machine
 
 
 def setpoint_format(output: str | None, asked: str | None) -> str:
@@ -26,7 +30,24 @@ def setpoint_format(output: str | None, asked: str | None) -> str:
     return kind
 
 
-def write_setpoints(chunks: Iterable[Setpoints], output: str | None, format: str | None) -> int:
+def check_response_name(output: str | None) -> None:
+    """Refuse a file for a response, which is CSV, whose suffix names another format.
+
+    Raises:
+        UsageError: It does.
+    """
+    from cncgen.diagnostics import Diagnostic, UsageError
+    from cncgen.setpoints.writers import FORMATS, SUFFIXES, suffix_of
+
+    suffix = suffix_of(output)
+    if suffix in (*FORMATS, *SUFFIXES) and suffix != "csv":
+        message = f"{output}: a response is written as csv, and the suffix .{suffix} names another format"
+        raise UsageError(Diagnostic("setpoint-format", message, hint="give the file the suffix .csv"))
+
+
+def write_setpoints(
+    chunks: Iterable[Setpoints], output: str | None, format: str | None, machine: Machine | str | None = None
+) -> int:
     """Write a stream whole or not at all; return its rows.
 
     Without ``--output`` they go to standard output, unless that is a terminal: then they are drawn and not written.
@@ -40,4 +61,4 @@ def write_setpoints(chunks: Iterable[Setpoints], output: str | None, format: str
     kind = setpoint_format(output, format)
     if output is None and is_terminal(sys.stdout):
         return sum(len(chunk) for chunk in chunks)
-    return write(chunks, STANDARD if output is None else output, format=kind)
+    return write(chunks, STANDARD if output is None else output, format=kind, machine=machine)

@@ -7,6 +7,7 @@ from typing import Any
 
 from cncgen.arguments import is_number
 from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.machine.drives import drive_faults, drive_table
 from cncgen.machine.reading import AXIS_LIMITS, TOP_NUMBERS, Quantity
 from cncgen.machine.record import Axis, Machine, Servo
 from cncgen.units import AXIS_LETTERS, file_unit, to_file
@@ -76,6 +77,9 @@ def _of_axis(axis: Axis) -> Iterator[str]:
         ends = tuple(axis.travel) if isinstance(axis.travel, (tuple, list)) else ()
         if not (len(ends) == 2 and all(map(is_number, ends)) and ends[0] < ends[1]):
             yield f"travel of axis {axis.letter} is {axis.travel!r}; it is to be (lowest, highest), or None"
+    if axis.drive is not None:
+        for _, key, message, _ in drive_faults(drive_table(axis.drive, axis.letter), axis.letter):
+            yield f"drive of axis {axis.letter}, {key}: {message}"
 
 
 def _of_number(name: str, value: Any, factor: float, what: Quantity, unit: str) -> Iterator[str]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import fields
 from typing import Any
 
+from cncgen.machine.drives import KEYS as DRIVE_KEYS
 from cncgen.machine.reading import AXIS_LIMITS, TOP_NUMBERS
 from cncgen.machine.record import Machine
 from cncgen.machine.servo_parameters import Parameter
@@ -38,6 +39,9 @@ def rows() -> Iterator[Row]:
     for model, schema in MODELS.items():
         for parameter in schema.parameters:
             yield _servo_row(model, parameter)
+    for drive_key in DRIVE_KEYS:
+        default = _REQUIRED if drive_key.required else "0"
+        yield f"axes.x.drive.{drive_key.key('X')}", drive_key.wanted, default, drive_key.about
     for table, keys in TABLES.items():
         for key in keys:
             yield f"{table}.{key.name}", key.wanted, key.default or _REQUIRED, key.about

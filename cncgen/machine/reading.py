@@ -12,7 +12,8 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from cncgen.diagnostics import Diagnostic, Diagnostics, Span, UsageError, excerpt_of
-from cncgen.machine.record import Axis, Machine, Servo
+from cncgen.machine.drives import drive_faults, drive_of
+from cncgen.machine.record import Axis, Drive, Machine, Servo
 from cncgen.machine.servo_schema import faults as servo_faults
 from cncgen.machine.settings_schema import TABLES as SETTINGS
 from cncgen.machine.settings_schema import faults as settings_faults
@@ -289,19 +290,20 @@ def _axis(file: _File, letter: str, prefix: str, table: dict[str, Any]) -> Axis 
     unit, factor = file_unit(letter), to_file(letter)
     keys = {field: f"{field}_{unit}_s{power}" for field, (power, _) in AXIS_LIMITS.items()}
     travel_key = f"travel_{unit}"
-    _unknown_keys(file, table, prefix, (*keys.values(), travel_key, "servo"), letter)
+    _unknown_keys(file, table, prefix, (*keys.values(), travel_key, "servo", "drive"), letter)
     limits = {
         field: _quantity(file, table, key, f"{prefix}.{key}", AXIS_LIMITS[field][1])
         for field, key in keys.items()
     }
     travel = _travel(file, table, travel_key, prefix) if travel_key in table else None
     servo = _servo(file, table["servo"], letter, prefix) if "servo" in table else None
+    drive = _drive(file, table["drive"], letter, prefix) if "drive" in table else None
     velocity, acceleration, jerk = (limits[field] for field in AXIS_LIMITS)
     if velocity is None or acceleration is None or jerk is None:
         return None
     if travel is not None:
         travel = (travel[0] / factor, travel[1] / factor)
-    return Axis(letter, velocity / factor, acceleration / factor, jerk / factor, travel, servo)
+    return Axis(letter, velocity / factor, acceleration / factor, jerk / factor, travel, servo, drive)
 
 
 def _quantity(file: _File, table: Mapping[str, Any], key: str, path: str, what: Quantity) -> float | None:
@@ -358,6 +360,17 @@ def _servo(file: _File, table: Any, letter: str, prefix: str) -> Servo | None:
     for code, key, message in servo_faults(table, letter):
         file.fault(code, f"{path}.{key}", f"{path}.{key}: {message}")
     return Servo(model, MappingProxyType({k: v for k, v in table.items() if k != "model"}))
+
+
+def _drive(file: _File, table: Any, letter: str, prefix: str) -> Drive | None:
+    path = f"{prefix}.drive"
+    if not isinstance(table, dict):
+        file.fault("machine-type", path, f"{path}: must be a table, is {_shown(table)}")
+        return None
+    faults = list(drive_faults(table, letter))
+    for code, key, message, hint in faults:
+        file.fault(code, f"{path}.{key}", f"{path}.{key}: {message}", hint)
+    return None if faults else drive_of(table, letter)
 
 
 def _settings(file: _File, table: Mapping[str, Any], key: str) -> Mapping[str, Any]:

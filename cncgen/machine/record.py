@@ -21,6 +21,33 @@ class Servo:
 
 
 @dataclass(frozen=True, slots=True)
+class Drive:
+    """Scaling of a drive under CiA 402 (cyclic synchronous position): what its objects count.
+
+    Target position (607Ah) is ``offset + sign · position · counts``, sign being -1 for a reversed drive. Velocity
+    offset (60B1h) is ``sign · velocity · velocity_scale``. Torque offset (60B2h), in thousandths of the rated torque,
+    is ``sign · (torque_inertia · acceleration + torque_viscous · velocity + torque_friction · sgn(velocity))``.
+
+    Attributes:
+        counts: Increments of 607Ah a mm or rad.
+        offset: 607Ah at machine zero.
+        reversed: Whether counts fall as the axis's position grows.
+        velocity_scale: Units of 60B1h a mm/s or rad/s; None: `counts` (increments a second).
+        torque_inertia: Thousandths of the rated torque a mm/s² or rad/s².
+        torque_viscous: Thousandths of the rated torque a mm/s or rad/s.
+        torque_friction: Thousandths of the rated torque against dry friction.
+    """
+
+    counts: float
+    offset: int = 0
+    reversed: bool = False
+    velocity_scale: float | None = None
+    torque_inertia: float = 0.0
+    torque_viscous: float = 0.0
+    torque_friction: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class Axis:
     """Limits of one axis, mm or rad.
 
@@ -31,6 +58,7 @@ class Axis:
         max_jerk: mm/s³ or rad/s³.
         travel: Lowest and highest position, or None where it is not limited.
         servo: Drive and controller, or None.
+        drive: Scaling of the drive's objects, or None.
     """
 
     letter: str
@@ -39,6 +67,7 @@ class Axis:
     max_jerk: float
     travel: tuple[float, float] | None = None
     servo: Servo | None = None
+    drive: Drive | None = None
 
 
 @dataclass(frozen=True, slots=True)

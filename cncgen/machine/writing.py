@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from cncgen.machine.drives import drive_table
 from cncgen.machine.reading import AXIS_LIMITS, TOP_NUMBERS
 from cncgen.machine.record import Axis, Machine
 from cncgen.units import file_unit, to_file
@@ -40,6 +41,8 @@ def _axis_lines(axis: Axis) -> list[str]:
         lines.append(f"travel_{unit} = {_value(ends)}")
     if axis.servo is not None:
         lines += _table_lines(f"{name}.servo", {"model": axis.servo.model, **axis.servo.parameters})
+    if axis.drive is not None:
+        lines += _table_lines(f"{name}.drive", drive_table(axis.drive, axis.letter))
     return lines
 
 

@@ -12,7 +12,7 @@ from cncgen.pipeline.reading import read, sound
 from cncgen.toolpath.reading import ReadOptions
 
 if TYPE_CHECKING:
-    from cncgen.machine import Machine
+    from cncgen.machine import Drive, Machine
     from cncgen.planner import PlanOptions, Trajectory
     from cncgen.report.line_times import LineTimes
     from cncgen.report.summary import Summary
@@ -169,7 +169,28 @@ def sample(planned: Plan, signals: Sequence[str] = ()) -> SetpointStream:
 
     axes, machine = output_axes(planned.program), planned.machine
     chunks = setpoints.sample(iter(planned), machine, axes=axes, signals=signals)
-    return SetpointStream(planned.program.name, axes, machine.period_s, chunks)
+    name = planned.program.name
+    return SetpointStream(
+        name, axes, machine.period_s, chunks, metadata_of(name, machine), drives_of(machine)
+    )
+
+
+def metadata_of(program: str, machine: Machine) -> dict[str, str]:
+    """Return the texts that files of setpoints carry along: program, machine with all its limits, version."""
+    import cncgen
+    from cncgen.machine import to_toml
+
+    return {
+        "program": program,
+        "machine": machine.name,
+        "machine_toml": to_toml(machine),
+        "cncgen_version": cncgen.__version__,
+    }
+
+
+def drives_of(machine: Machine) -> dict[str, Drive]:
+    """Return the scaling of the drives of a machine by axis letter."""
+    return {letter: axis.drive for letter, axis in machine.axes.items() if axis.drive is not None}
 
 
 def plan_with_summary(

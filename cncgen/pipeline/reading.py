@@ -34,7 +34,10 @@ _PART21 = re.compile(
     re.IGNORECASE,
 )
 #: How files of setpoints, and of responses to them, begin: with a header of columns, or a signature. No program begins so.
-_SETPOINT_HEADS = (b"t_s,", b'"t_s"', b'{"t_s"', b"\x93NUMPY", b"PK\x03\x04", b"ARROW1")
+_SETPOINT_HEADS = (
+    *(b"t_s,", b'"t_s"', b'{"t_s"', b"\x93NUMPY", b"PK\x03\x04", b"ARROW1", b"PAR1", b"\x89HDF\r\n\x1a\n"),
+    *(b"\x89MCAP0\r\n", b"MATLAB 5", b"MDF     ", b"CSP1", b'# {"format": "csp"'),
+)
 #: How many bytes at the start of a file decide what it is.
 _HEAD_BYTES = 4096
 

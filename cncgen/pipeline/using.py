@@ -8,7 +8,16 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from cncgen.arguments import expect, expect_axes, expect_number, expect_path, wrong
-from cncgen.pipeline.planning import Plan, machine_of, options_on, plan_with_summary, program_of, sample
+from cncgen.pipeline.planning import (
+    Plan,
+    drives_of,
+    machine_of,
+    metadata_of,
+    options_on,
+    plan_with_summary,
+    program_of,
+    sample,
+)
 from cncgen.pipeline.reading import read, sound
 
 if TYPE_CHECKING:
@@ -16,6 +25,7 @@ if TYPE_CHECKING:
     from cncgen.machine import Machine, Servo
     from cncgen.planner import PlanOptions
     from cncgen.servo.record import Response
+    from cncgen.setpoints.columns import Layout
     from cncgen.setpoints.record import Setpoints
     from cncgen.setpoints.stream import SetpointStream
     from cncgen.toolpath.reading import ReadOptions
@@ -161,6 +171,7 @@ def write(
     target: str | os.PathLike[str],
     *,
     format: str | None = None,
+    machine: Machine | str | os.PathLike[str] | None = None,
 ) -> int:
     """Write setpoints to a file, with the signals that they have; return the number of rows.
 
@@ -169,28 +180,48 @@ def write(
     Args:
         setpoints: As for `simulate`.
         target: The file, or ``-`` for standard output.
-        format: One of `cncgen.setpoints.writers.FORMATS`; None: by the suffix, else csv.
+        format: One of `cncgen.setpoints.writers.FORMATS`; None: by the suffix, csv where there is none.
+        machine: Machine whose limits the file states, where the format has a place for them, and whose drives scale it (csp);
+            None: that of the plan.
 
     Raises:
-        UsageError: The file cannot be written, there is no such format, or setpoints are wrong. What drawing a plan raises is
+        UsageError: The file cannot be written, there is no such format or suffix, the machine lacks drive data, or setpoints are wrong. What drawing a plan raises is
             passed on.
     """
     from cncgen.files import open_output
-    from cncgen.setpoints.columns import Layout
     from cncgen.setpoints.writers import format_of, open_writer
 
     name = expect_path(target, "the target", "the name of a file")
+    kind = format_of(name, format)
+    setpoints = sample(setpoints) if isinstance(setpoints, Plan) else setpoints
     # The first rows are drawn before the file is opened, so that a program that is refused leaves no file.
     first, chunks = _first_of(setpoints)
     rows = 0
     with open_output(name) as sink:
-        layout = Layout(first.axes, first.period_s, tuple(first.signals))
-        writer = open_writer(format_of(name, format), sink, layout)
+        writer = open_writer(kind, sink, _layout_of(setpoints, first, machine))
         for chunk in chunks:
             writer.write(chunk)
             rows += len(chunk)
         writer.close()
     return rows
+
+
+def _layout_of(
+    setpoints: Iterable[Setpoints] | Setpoints,
+    first: Setpoints,
+    machine: Machine | str | os.PathLike[str] | None,
+) -> Layout:
+    """Return the columns of setpoints whose first chunk is given, with what their stream or a machine says of them."""
+    from cncgen.setpoints.columns import Layout
+    from cncgen.setpoints.stream import SetpointStream
+
+    about, drives = {}, {}
+    if isinstance(setpoints, SetpointStream):
+        about, drives = dict(setpoints.metadata), dict(setpoints.drives)
+    if machine is not None:
+        where = machine_of(machine)
+        about, drives = {**about, **metadata_of(about.get("program", ""), where)}, drives_of(where)
+    return Layout(first.axes, first.period_s, tuple(first.signals), about, drives)
 
 
 def judge(

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Severity
+from cncgen.machine.record import Drive
 from cncgen.setpoints.record import Setpoints
 from cncgen.units import AXIS_LETTERS, DEGREE, file_unit, is_rotary
 
@@ -78,11 +79,21 @@ def inside_units(values: Floats, axes: str) -> Floats:
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """What the columns of a file are: time, axes, then signals."""
+    """What the columns of a file are (time, axes, then signals), and what a format may say about them.
+
+    Attributes:
+        axes: Letters of the columns.
+        period_s: Time between rows.
+        signals: Names of further columns.
+        metadata: Text by key (program, machine, version) for formats that have a place for it.
+        drives: Scaling of each axis's drive, for formats in drive units.
+    """
 
     axes: str
     period_s: float
     signals: tuple[str, ...] = ()
+    metadata: Mapping[str, str] = field(default_factory=dict)
+    drives: Mapping[str, Drive] = field(default_factory=dict)
 
     @property
     def names(self) -> list[str]:

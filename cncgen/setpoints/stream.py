@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from cncgen.arguments import undrawn
+from cncgen.machine.record import Drive
+from cncgen.setpoints.columns import Layout
 from cncgen.setpoints.record import Setpoints
 
 
@@ -20,18 +22,26 @@ class SetpointStream:
         axes: Letters of the columns.
         period_s: Time between rows.
         chunks: The rows, in inside units.
+        metadata: Text by key (program, machine, version) that files carry along.
+        drives: Scaling of each axis's drive, where the machine has it.
     """
 
     name: str
     axes: str
     period_s: float
     chunks: Iterator[Setpoints]
+    metadata: Mapping[str, str] = field(default_factory=dict)
+    drives: Mapping[str, Drive] = field(default_factory=dict)
 
     def __iter__(self) -> Iterator[Setpoints]:
         return undrawn(self.chunks, repr(self))
 
     def __repr__(self) -> str:
         return f"SetpointStream({self.name!r}, axes {self.axes}, every {1e3 * self.period_s:g} ms)"
+
+    def layout(self, signals: Sequence[str] = ()) -> Layout:
+        """Return the columns of a file of these setpoints with some signals."""
+        return Layout(self.axes, self.period_s, tuple(signals), self.metadata, self.drives)
 
     def collect(self) -> Setpoints:
         """Draw all rows; return them as one chunk, with their signals and events.

@@ -605,7 +605,7 @@ def test_under_json_every_line_is_json(
     """No summary, no text between: a script reads standard error (of check, standard output) line by line."""
     (in_folder / "bad.nc").write_text("G1 X\n" * 30 + "M2\n")
     for name, code in (("bad.nc", 1), ("small.nc", 0), ("none.nc", 2)):
-        assert app.run([command, name, "--json", *(["-o", "out.nc"] if command != "check" else [])]) == code
+        assert app.run([command, name, "--json", *(["-o", "out.csv"] if command != "check" else [])]) == code
         said = capsys.readouterr()
         lines = [json.loads(line) for line in (said.out + said.err).splitlines()]
         assert [item["severity"] for item in lines].count("error") == {0: 0, 1: 10, 2: 1}[code]

@@ -13,11 +13,15 @@ from hypothesis import strategies as st
 
 from cncgen.diagnostics import RemarkWarning, UsageError
 from cncgen.files import open_output
+from cncgen.machine import Drive
 from cncgen.setpoints.columns import Layout
 from cncgen.setpoints.readers import open_setpoints
 from cncgen.setpoints.readers.blocks import Block, stream_of
 from cncgen.setpoints.record import Setpoints
 from cncgen.setpoints.writers import FORMATS, format_of, open_writer
+
+#: A drive an axis; 2**20 increments a mm: a ball screw of 10 mm with an encoder of 23 bits.
+DRIVES = {axis: Drive(2.0**20, offset=-7, reversed=axis == "Y", velocity_scale=1.0) for axis in "XYZABC"}
 
 
 def stream(axes: str = "XYA", rows: int = 10, first: int = 0, seed: int = 1) -> Setpoints:
@@ -31,7 +35,9 @@ def stream(axes: str = "XYA", rows: int = 10, first: int = 0, seed: int = 1) -> 
 
 def write(path: Path, kind: str, chunks: list[Setpoints], signals: tuple[str, ...] = ()) -> None:
     with open_output(path) as sink:
-        writer = open_writer(kind, sink, Layout(chunks[0].axes, chunks[0].period_s, signals))
+        writer = open_writer(
+            kind, sink, Layout(chunks[0].axes, chunks[0].period_s, signals, {"program": "part.nc"}, DRIVES)
+        )
         for chunk in chunks:
             writer.write(chunk)
         writer.close()
@@ -68,8 +74,10 @@ def test_every_format_reads_back(tmp_path: Path, kind: str) -> None:
     axes, period, rows, first = read(path, axes="XYA" if kind in ("npy", "f64") else None)
     assert (axes, period, first[0]) == ("XYA", 0.001, 0)
     expected = np.concatenate([c.position for c in chunks])
-    exact = kind in ("npy", "npz", "f64", "arrow")
-    np.testing.assert_allclose(rows, expected, rtol=1e-15 if exact else 0, atol=0 if exact else 5.01e-10)
+    exact = kind in ("npy", "npz", "f64", "arrow", "parquet", "mat", "hdf5", "mf4")
+    # Text has nine decimals, a drive 2**-20 mm; metres and back are two roundings.
+    slack = {"csp": 2**-21 + 1e-12, "csp-raw": 2**-21 + 1e-12, "mcap": 3e-14}.get(kind, 5.01e-10)
+    np.testing.assert_allclose(rows, expected, rtol=1e-15 if exact else 0, atol=0 if exact else slack)
 
 
 def test_npy_and_npz_as_numpy_sees_them(tmp_path: Path) -> None:
@@ -106,14 +114,19 @@ def test_npy_to_a_pipe_is_the_same_file(tmp_path: Path, capfdbinary: pytest.Capt
 
 
 def test_format_by_suffix() -> None:
-    assert [format_of(p) for p in ("a.csv", "b.NPZ", "c", None, "d.txt")] == [
-        "csv",
-        "npz",
-        "csv",
-        "csv",
-        "csv",
-    ]
+    names = ("a.csv", "b.NPZ", "c", None, "d.h5", "/dev/fd/3", "/dev/shm.d/x")
+    assert [format_of(p) for p in names] == ["csv", "npz", "csv", "csv", "hdf5", "csv", "csv"]
     assert format_of("a.csv", "hal") == "hal"
+
+
+@pytest.mark.parametrize("name", ["d.txt", "out.xlsx", "part.nc"])
+def test_an_unknown_suffix_is_an_error_that_lists_the_formats(name: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        format_of(name)
+    (fault,) = caught.value.diagnostics
+    assert fault.code == "setpoint-format"
+    assert Path(name).suffix in fault.message
+    assert all(f".{kind}" in fault.hint for kind in FORMATS)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])

@@ -1,4 +1,4 @@
-"""Setpoint files of any origin, read as a stream: csv, jsonl, npy, npz, f64, hal, arrow.
+"""Setpoint files of any origin, read as a stream: in every format that `cncgen plan` writes.
 
 `open_setpoints` finds out the format, the axes and the period, and gives the rows chunk by chunk. What is wrong with a
 file is a `UsageError` with a diagnostic for each faulty row.
@@ -16,12 +16,24 @@ from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import open_input
 from cncgen.setpoints.readers.blocks import Block, only, stream_of
 from cncgen.setpoints.stream import SetpointStream
-from cncgen.setpoints.writers import FORMATS
+from cncgen.setpoints.writers import FORMATS, SUFFIXES
 
 __all__ = ["SetpointStream", "open_setpoints"]
 
 #: What the formats with a signature begin with.
-_SIGNATURES = ((b"\x93NUMPY", "npy"), (b"PK\x03\x04", "npz"), (b"ARROW1", "arrow"), (b"{", "jsonl"))
+_SIGNATURES = (
+    (b"\x93NUMPY", "npy"),
+    (b"PK\x03\x04", "npz"),
+    (b"ARROW1", "arrow"),
+    (b"PAR1", "parquet"),
+    (b"\x89HDF\r\n\x1a\n", "hdf5"),
+    (b"\x89MCAP0\r\n", "mcap"),
+    (b"MATLAB 5", "mat"),
+    (b"MDF     ", "mf4"),
+    (b"CSP1", "csp-raw"),
+    (b'# {"form', "csp"),
+    (b"{", "jsonl"),
+)
 
 
 @contextmanager
@@ -56,7 +68,7 @@ def open_setpoints(
             raise UsageError(
                 Diagnostic("option-value", f"format {kind!r} is not one of {', '.join(FORMATS)}")
             )
-        module = importlib.import_module(f"cncgen.setpoints.readers.{kind}")
+        module = importlib.import_module(f"cncgen.setpoints.readers.{kind.replace('-', '_')}")
         blocks: Iterator[Block] = module.blocks(file, name, axes or unnamed_axes or None, period_s)
         stream = stream_of(blocks, name, period_s, default_period_s)
         yield only(stream, axes.upper()) if axes else stream
@@ -73,7 +85,8 @@ def _format_of(name: str, head: bytes) -> str:
         if head.startswith(signature):
             return kind
     suffix = os.path.splitext(name)[1].lower().lstrip(".")
-    return suffix if suffix in FORMATS else "csv"
+    kind = SUFFIXES.get(suffix, suffix)
+    return kind if kind in FORMATS else "csv"
 
 
 def letters_or_fault(axes: Sequence[str] | None, name: str, kind: str) -> str:

@@ -16,13 +16,30 @@ from cncgen.setpoints.columns import Layout
 from cncgen.setpoints.record import Setpoints
 
 #: Formats in the order that messages name them.
-FORMATS = ("csv", "jsonl", "npy", "npz", "f64", "hal", "arrow")
+FORMATS = (
+    "csv",
+    "jsonl",
+    "npy",
+    "npz",
+    "f64",
+    "hal",
+    "arrow",
+    "parquet",
+    "mat",
+    "hdf5",
+    "mcap",
+    "mf4",
+    "csp",
+    "csp-raw",
+)
 #: Formats that a terminal is never sent.
-BINARY = ("npy", "npz", "f64", "arrow")
+BINARY = ("npy", "npz", "f64", "arrow", "parquet", "mat", "hdf5", "mcap", "mf4", "csp-raw")
+#: Suffixes that differ from the format's name.
+SUFFIXES = {"h5": "hdf5", "feather": "arrow", "ndjson": "jsonl", "cspraw": "csp-raw"}
 
 
 class Writer(Protocol):
-    """What every format offers."""
+    """The interface of every format."""
 
     def write(self, chunk: Setpoints) -> None:
         """Write the rows of a chunk."""
@@ -32,21 +49,40 @@ class Writer(Protocol):
 
 
 def format_of(path: str | os.PathLike[str] | None, asked: str | None = None) -> str:
-    """Return the format that is asked for, else that of the suffix, else ``csv``."""
+    """Return the format that is asked for, else that of the suffix, else ``csv`` where there is no suffix.
+
+    Raises:
+        UsageError: The suffix belongs to no format.
+    """
     if asked:
         return asked
-    suffix = Path(path).suffix.lower().lstrip(".") if path else ""
-    return suffix if suffix in FORMATS else "csv"
+    suffix = suffix_of(path)
+    if suffix is None:
+        return "csv"
+    kind = SUFFIXES.get(suffix, suffix)
+    if kind not in FORMATS:
+        known = ", ".join(f".{name}" for name in (*FORMATS, *SUFFIXES))
+        message = f"{os.fspath(path or '')}: no format of setpoints has the suffix .{suffix}"
+        hint = f"use one of {known}, or name the format with --format"
+        raise UsageError(Diagnostic("setpoint-format", message, hint=hint))
+    return kind
+
+
+def suffix_of(path: str | os.PathLike[str] | None) -> str | None:
+    """Return the suffix of a file's name in lower case without its dot; None for devices, pipes and bare names."""
+    if not path or os.fspath(path).startswith("/dev/"):
+        return None
+    return Path(path).suffix.lower().lstrip(".") or None
 
 
 def open_writer(name: str, sink: Sink, layout: Layout) -> Writer:
     """Return the writer of a format.
 
     Raises:
-        UsageError: The format is unknown.
+        UsageError: The format is unknown, needs a package that is missing, or data that the machine lacks.
     """
     if name not in FORMATS:
         raise UsageError(Diagnostic("option-value", f"format {name!r} is not one of {', '.join(FORMATS)}"))
-    module = importlib.import_module(f"cncgen.setpoints.writers.{name}")
+    module = importlib.import_module(f"cncgen.setpoints.writers.{name.replace('-', '_')}")
     writer: Writer = module.Writer(sink, layout)
     return writer

@@ -1,0 +1,57 @@
+"""mcap: the points of ROS 2 `JointTrajectory` messages, whose joints are named after the axes (needs mcap)."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.files import reading_faults
+from cncgen.setpoints.columns import file_units
+from cncgen.setpoints.joint_trajectory import TYPE, decode, from_metres
+from cncgen.setpoints.packages import needed
+from cncgen.setpoints.readers.blocks import Block
+from cncgen.setpoints.readers.f64 import check_rows
+from cncgen.setpoints.readers.tables import seekable
+from cncgen.units import AXIS_LETTERS
+
+
+def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[Block]:
+    """Yield the points of a file, a block a message, in the order of their times.
+
+    Raises:
+        UsageError: mcap is missing, or the file has no readable trajectory of axes.
+    """
+    exceptions: Any = needed("mcap", "mcap.exceptions")
+    reading: Any = needed("mcap", "mcap.reader")
+    try:
+        with reading_faults(name):
+            # CRCs tell a damaged file; the limit bounds what one record may claim.
+            reader = reading.make_reader(seekable(file), validate_crcs=True)
+            yield from _messages(reader, name)
+    except (exceptions.McapError, ValueError, struct.error, EOFError, UnicodeDecodeError) as error:
+        raise UsageError(Diagnostic("setpoints-header", f"{name} is no MCAP file: {error}")) from error
+
+
+def _messages(reader: Any, name: str) -> Iterator[Block]:
+    row, letters = 0, ""
+    for schema, channel, message in reader.iter_messages():
+        if schema is None or schema.name != TYPE or channel.message_encoding != "cdr":
+            continue
+        joints, times, rows = decode(message.data)
+        found = "".join(joint.upper() for joint in joints)
+        if len(found) != len(joints) or not set(found) <= set(AXIS_LETTERS) or len(set(found)) != len(found):
+            told = f"{name}: joints {', '.join(joints)}; each is to be named after an axis ({AXIS_LETTERS})"
+            raise UsageError(Diagnostic("setpoints-axes", told))
+        if letters and found != letters:
+            told = f"{name}: a message has axes {found}, the one before it {letters}"
+            raise UsageError(Diagnostic("setpoints-axes", told))
+        letters = found
+        check_rows(np.column_stack([times, rows]), name, row)
+        row += len(rows)
+        yield Block(letters, times / 1e9, file_units(from_metres(rows, letters), letters))
+    if not letters:
+        raise UsageError(Diagnostic("setpoints-header", f"{name}: it has no messages of {TYPE}"))
