@@ -131,6 +131,18 @@ def test_kernels_import_nothing_of_ours_but_kernels() -> None:
         assert "from __future__ import annotations" not in text, path.name
 
 
+def test_what_becomes_setpoints_uses_the_same_functions_on_every_processor() -> None:
+    """NumPy's own differ in the last digit between processors; `cncgen.geometry.elementary` says which."""
+    kernel = (ROOT / "cncgen" / "kernels" / "elementary.py").read_text(encoding="utf-8")
+    names = re.findall(r'"(\w+)"', kernel.partition("OF_ONE = (")[2].partition(")")[0])
+    assert "cbrt" in names
+    theirs = re.compile(rf"\bnp\.({'|'.join([*names, 'arctan2', 'power', 'float_power'])})\(")
+    for room in ("gcode", "stepnc", "toolpath", "geometry", "planner", "setpoints"):
+        for path in (ROOT / "cncgen" / room).rglob("*.py"):
+            found = theirs.search(path.read_text(encoding="utf-8"))
+            assert found is None, f"{path.name} has {found and found[0]}"
+
+
 def test_no_import_cycles() -> None:
     """Strongly connected components of the graph of imports at run time: each a single module."""
     grimp = pytest.importorskip("grimp")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.geometry.tables import ArcTable, Floats
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
@@ -67,13 +68,13 @@ class Spirals:
         r' = k outward + r along is √(k² + r²) times `along` at the angle θ − atan(k/r), whose component i is
         cos θ e2_i − sin θ e1_i.
         """
-        first = np.arctan2(self.e2, self.e1) % np.pi
+        first = elementary.arctan2(self.e2, self.e1) % np.pi
         count = np.maximum(np.ceil((self.sweep[:, None] - first) / np.pi), 0.0).astype(np.int64)
         count[np.hypot(self.e1, self.e2) < _FLAT] = 0
         at = np.repeat(np.arange(count.size), count.ravel())
         step = np.arange(len(at)) - np.repeat(np.cumsum(count) - count.ravel(), count.ravel())
         arc, angle = at // 3, first.ravel()[at] + np.pi * step
-        angle += np.arctan2(self.growth[arc], self.radius[arc] + self.growth[arc] * angle)
+        angle += elementary.arctan2(self.growth[arc], self.radius[arc] + self.growth[arc] * angle)
         inside = (angle > 0.0) & (angle < self.sweep[arc])
         return arc[inside], angle[inside]
 

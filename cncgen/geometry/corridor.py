@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cncgen.geometry import elementary
 from cncgen.geometry.columns import most
 from cncgen.geometry.pieces import Pieces, first_scales, joint_scales
 from cncgen.geometry.tables import Floats
@@ -256,7 +257,9 @@ def _bends(pieces: Pieces) -> Floats:
     """
     kappa = pieces.bend + 1e-9 / pieces.tolerance
     turn = kappa * np.diff(pieces.row_t)[pieces.row]
-    out: Floats = np.maximum(np.cbrt(_END_ERROR * pieces.tolerance / kappa**2), 6.0 * pieces.tolerance / turn)
+    out: Floats = np.maximum(
+        elementary.cbrt(_END_ERROR * pieces.tolerance / kappa**2), 6.0 * pieces.tolerance / turn
+    )
     return out
 
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.geometry import nurbs
+from cncgen.geometry import elementary, nurbs
 from cncgen.geometry.arcs import Spirals
 from cncgen.geometry.tables import NurbsTable
 
@@ -38,9 +38,9 @@ def arc_extents(arcs: Spirals) -> tuple[Floats, Floats]:
     low, high = ends.min(axis=0), ends.max(axis=0)
     for column in range(3):
         across = np.hypot(arcs.e1[:, column], arcs.e2[:, column]) * arcs.radius
-        phase = np.arctan2(arcs.e2[:, column], arcs.e1[:, column])
+        phase = elementary.arctan2(arcs.e2[:, column], arcs.e1[:, column])
         turning = np.flatnonzero(across > np.abs(arcs.rise[:, column]))
-        lean = np.arcsin(arcs.rise[turning, column] / across[turning])
+        lean = elementary.arcsin(arcs.rise[turning, column] / across[turning])
         for base in (phase[turning] + lean, phase[turning] + np.pi - lean):
             first = np.mod(base, 2.0 * np.pi)
             sweep = arcs.sweep[turning]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cncgen.geometry import nurbs
+from cncgen.geometry import elementary, nurbs
 from cncgen.geometry.corridor import END_POINT, Spline, fit
 from cncgen.geometry.path import Path
 from cncgen.geometry.pieces import pieces_of
@@ -58,7 +58,9 @@ def _places(spline: Spline, tolerance: float) -> Floats:
     fourth = np.linalg.norm(BSpline(spline.knots, spline.points, 4)(middle, 4), axis=1)
     # Twice the bound: knots of uneven distance carry a part of their neighbours' error.
     parts = (
-        np.ceil(np.diff(borders) * (2.0 * 5.0 / 384.0 * fourth / tolerance) ** 0.25).clip(1).astype(np.int64)
+        np.ceil(np.diff(borders) * elementary.power(2.0 * 5.0 / 384.0 * fourth / tolerance, 0.25))
+        .clip(1)
+        .astype(np.int64)
     )
     start = np.repeat(borders[:-1], parts)
     inner = np.arange(len(start)) - np.repeat(np.cumsum(parts) - parts, parts)

@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cncgen.geometry import elementary
 from cncgen.geometry import nurbs as splines
 from cncgen.geometry.arcs import Spirals, spirals
 from cncgen.geometry.columns import most, norm, total
@@ -580,7 +581,7 @@ def curvature_of(first: Floats, second: Floats) -> Floats:
     """
     speed = np.linalg.norm(first, axis=1)
     area = np.linalg.norm(np.cross(first, second), axis=1)
-    return np.divide(area, speed**3, out=np.zeros_like(area), where=speed > 0)
+    return np.divide(area, elementary.power(speed, 3.0), out=np.zeros_like(area), where=speed > 0)
 
 
 def _metric_norm(vectors: Floats, low: Ints, high: Ints) -> Floats:

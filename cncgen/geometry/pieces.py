@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.geometry.columns import most, norm
 from cncgen.geometry.path import ARC, LINE, NURBS, Path
 from cncgen.geometry.tables import Floats, Ints
@@ -109,7 +110,7 @@ def _nurbs_cuts(path: Path, rows: Ints, tolerance: Floats) -> tuple[Ints, Floats
     middle = path.evaluate_parameter(rows[of], path.parameter_after(rows[of], begin + half))[0]
     miss = norm(c[0] + u * (c[1] + u * (c[2] + u * c[3])) - middle)
     turn = width * path.curvature_after(rows[of], begin + half)
-    count = np.ceil(np.maximum((miss / (NURBS_SHARE * tolerance[of])) ** 0.25, turn / 0.4))
+    count = np.ceil(np.maximum(elementary.power(miss / (NURBS_SHARE * tolerance[of]), 0.25), turn / 0.4))
     count = count.clip(1, 1000).astype(np.int64)
     inner = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
     h = np.repeat(width / count, count)
@@ -122,7 +123,7 @@ def _arc_counts(path: Path, arcs: Ints, tolerance: Floats) -> Ints:
     # A spiral bends more at its inner end; radii differ by a tolerance, tiny arcs by more.
     looks = [path.curvature_after(arcs, share * length) for share in (0.0, 0.5, 1.0)]
     kappa = np.maximum(np.max(looks, axis=0), 1e-6 / length)
-    widest = (384.0 * ARC_SHARE * tolerance / kappa**3) ** 0.25
+    widest = elementary.power(384.0 * ARC_SHARE * tolerance / elementary.power(kappa, 3.0), 0.25)
     # At least eight to a turn, for the bound is one of small angles.
     widest = np.minimum(widest, 0.8 / kappa)
     return np.ceil(length / widest).astype(np.int64).clip(1, 1_000_000)

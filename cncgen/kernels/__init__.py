@@ -13,6 +13,7 @@ What one kernel calls of another as C is declared in a ``.pxd`` file beside it. 
     filters, servo_loop, servo_stateline, servo_contour         servo axes, and their contour error
     free_space                                                  matching two polylines (Fréchet distance)
     decimal_rows                                                numbers to text and back
+    elementary                                                  cbrt, exp, log … of the C library
 """
 
 import importlib.machinery

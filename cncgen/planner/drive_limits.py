@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, NoPlanError
+from cncgen.geometry import elementary
 from cncgen.machine.record import Axis, Machine
 from cncgen.planner.motion import motion_at
 from cncgen.planner.options import PlanOptions
@@ -217,5 +218,5 @@ def _motion(trajectory: Trajectory, pieces: NDArray[np.int64], order: int) -> Fl
     elif order == 1:
         out = x[2] * v**2 + x[1] * a
     else:
-        out = x[3] * v**3 + 3.0 * x[2] * v * a + x[1] * j
+        out = x[3] * elementary.power(v, 3.0) + 3.0 * x[2] * v * a + x[1] * j
     return out

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, NoPlanError, Span, UsageError
+from cncgen.geometry import elementary
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
 from cncgen.planner.motion import Motion, motion_at
@@ -165,7 +166,7 @@ def _signal(name: str, x: Floats, at: Motion, trajectory: Trajectory) -> NDArray
     if name == "acc":
         return x[2] * v**2 + x[1] * a
     if name == "jerk":
-        return x[3] * v**3 + 3.0 * x[2] * v * a + x[1] * j
+        return x[3] * elementary.power(v, 3.0) + 3.0 * x[2] * v * a + x[1] * j
     if name == "feed":
         return at.v
     if name == "limit":

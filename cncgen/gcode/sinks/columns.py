@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.sinks.sink import Curve, MotionBatch, Point
 from cncgen.gcode.state.modal import PLANE_AXES, zeros
+from cncgen.geometry import elementary
 from cncgen.geometry.tables import ArcTable, NurbsTable
 from cncgen.toolpath.building import Rows, ToolpathBuilder
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode
@@ -332,7 +333,9 @@ class ColumnsSink:
         turns = batch.turns[arcs]
         sense = np.sign(turns).astype(float)
         normals = sense[:, None] * axis
-        angle = np.arctan2((np.cross(begin, finish) * normals).sum(axis=1), (begin * finish).sum(axis=1))
+        angle = elementary.arctan2(
+            (np.cross(begin, finish) * normals).sum(axis=1), (begin * finish).sum(axis=1)
+        )
         angle = np.where(angle <= 0.0, angle + 2.0 * np.pi, angle)
         whole = np.linalg.norm(finish - begin, axis=1) < _FULL_CIRCLE
         angle[whole] = 2.0 * np.pi

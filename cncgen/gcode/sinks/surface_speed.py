@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.gcode.sinks.sink import LEAST_RADIUS_MM
+from cncgen.geometry import elementary
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -57,6 +58,6 @@ def _cuts(a: float, b: float, knee: float) -> list[float]:
     if high <= low * _STEP and not min(abs(a), abs(b)) < knee < high:
         return []
     count = max(1, math.ceil(math.log(high / low) / math.log(_STEP)))
-    levels = low * (high / low) ** (np.arange(count) / count)
+    levels = low * elementary.power(high / low, np.arange(count) / count)
     places = (np.concatenate([levels, -levels]) - a) / (b - a)
     return sorted(float(f) for f in places if 0.0 < f < 1.0)

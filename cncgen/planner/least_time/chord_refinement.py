@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.geometry.columns import most
 from cncgen.planner.least_time.mesh import LINE, SPLINE, Track
 from cncgen.planner.least_time.pieces import Pieces
@@ -118,9 +119,9 @@ def held(
     if not len(begin):
         return None
     if everywhere:
-        part = _AIM / over * np.minimum(over, _NEAR) ** (1.0 - power)
+        part = _AIM / over * elementary.power(np.minimum(over, _NEAR), 1.0 - power)
         return _lowered(given, scene.s, q, (begin, tip, end), part)
-    shorter = (_AIM / over) ** (0.5 * power)
+    shorter = elementary.power(_AIM / over, 0.5 * power)
     begin, end = tip - shorter * (tip - begin), tip + shorter * (end - tip)
     worst = _worst(begin, tip, end, over)
     begin, tip, end = begin[worst], tip[worst], end[worst]
@@ -360,7 +361,7 @@ class _Scene:
         chord = np.repeat(np.arange(len(middle)), len(part))
         for _ in range(_CLOSER):
             time = (middle[:, None] + width * part).ravel()
-            order = np.argsort(time)
+            order = np.argsort(time, kind="stable")
             motion = motion_at(self.profile, time[order])
             interval = self.owner[motion.piece]
             x = self.course.positions(interval, motion.s - self.s[interval])

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Severity
+from cncgen.geometry import elementary
 from cncgen.geometry.contour_distance import ContourTracker
 from cncgen.machine.record import Machine
 from cncgen.planner.contour_prediction import ContourPrediction, memory_of, prediction
@@ -240,7 +241,7 @@ def _cap(block: _Block, following: Floats, old: _Slowness, rule: _Rule) -> _Slow
     if not n:
         return old
     error = np.concatenate([block.error, following])
-    part = np.maximum((_AIM * rule.bound / np.maximum(error, rule.bound)) ** rule.power, _LEAST)
+    part = np.maximum(elementary.power(_AIM * rule.bound / np.maximum(error, rule.bound), rule.power), _LEAST)
     part = np.where(error > _MET * rule.bound, part, 1.0)
     spread = part[:n].copy()
     for back in range(1, min(rule.back, len(part) - 1) + 1):

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.geometry.columns import most
 from cncgen.geometry.path import Path
 from cncgen.planner.least_time.feeds import Feeds, crawling
@@ -284,11 +285,11 @@ def _reached(speed: Floats, rises: tuple[Floats, Floats]) -> Floats:
         rises: Shape (n − 1,) each, by how much v² and v^(3/2) change from one to the next at most.
     """
     for power, rise in zip((2.0, 1.5), rises, strict=True):
-        height = speed**power
+        height = elementary.power(speed, power)
         way = np.concatenate([[0.0], np.cumsum(np.minimum(rise, height.max()))])
         least = lowered(height, way)
         # What nothing around lowers keeps its digits: ways over many joints have few of those of a slow one.
-        speed = np.where(least < height, np.maximum(least, 0.0) ** (1.0 / power), speed)
+        speed = np.where(least < height, elementary.power(np.maximum(least, 0.0), 1.0 / power), speed)
     return speed
 
 
@@ -486,8 +487,8 @@ def _cuts(bounds: Bounds, s: Floats, stop: Bools, turn: Floats, left: Floats, ri
     )
     period = bounds.period_s
     way = np.minimum(
-        period**3 / 3.0 / (jerk**-0.25).sum(axis=1) ** 4,
-        period**2 / (acceleration ** (-1.0 / 3.0)).sum(axis=1) ** 3,
+        period**3 / 3.0 / elementary.power(elementary.power(jerk, -0.25).sum(axis=1), 4.0),
+        period**2 / elementary.power(elementary.power(acceleration, -1.0 / 3.0).sum(axis=1), 3.0),
     )
     longest = np.minimum(jerk * period**3 / 6.0, acceleration * period**2 / 2.0)
     bend = np.stack([_size(bounds, side[1, rest]) for side in (left, right)], axis=1)
@@ -649,7 +650,7 @@ def _worth_a_stop(
     places = np.concatenate([s[:1], s[1:-1][slow[1:-1]], s[-1:]])
     before = s - places[np.maximum(np.searchsorted(places, s) - 1, 0)]
     after = places[np.minimum(np.searchsorted(places, s, side="right"), len(places) - 1)] - s
-    speed = np.minimum(np.sqrt(top), np.cbrt(0.25 * np.minimum(before, after) ** 2 * jerk))
+    speed = np.minimum(np.sqrt(top), elementary.cbrt(0.25 * np.minimum(before, after) ** 2 * jerk))
     reached = np.minimum(acceleration, np.sqrt(speed * jerk))
     return np.maximum(slowest, np.maximum(_DELAY + _SLOWED * lost, _LEAST_DELAY) * bounds.period_s * reached)
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, NoPlanError, Span
+from cncgen.geometry import elementary
 from cncgen.geometry.columns import most
 from cncgen.geometry.path import Path
 from cncgen.planner.least_time.corners import Beyond, Joints, distinct, joints_of, nearest, rows_beside
@@ -362,7 +363,7 @@ def _calm(x: Floats, h: Floats, spline: NDArray[np.bool_]) -> None:
     size = most(most(np.abs(x[1])))
     sharp = np.zeros(len(h), bool)
     for order in (2, 3):
-        bound = _SHARP * size / h ** (order - 1)
+        bound = _SHARP * size / elementary.power(h, order - 1.0)
         at = np.flatnonzero(most(most(np.abs(x[order]))) > bound)
         x[order, at] = np.clip(x[order, at], -bound[at, None, None], bound[at, None, None])
         sharp[at] = True
@@ -405,7 +406,7 @@ def _hidden(path: Path, s: Floats, kind: NDArray[np.int8], x3: Floats, top: Floa
     """
     out = np.zeros((len(x3), x3.shape[2]))
     size = reduce(np.maximum, (np.abs(x3[:, place]) for place in range(3)))
-    cube = np.minimum(most(top) ** 1.5, _MOST * along_path(jerk, size))
+    cube = np.minimum(elementary.power(most(top), 1.5), _MOST * along_path(jerk, size))
     with np.errstate(invalid="ignore"):
         bend = most(np.abs(x3[:, 0] - 2.0 * x3[:, 1] + x3[:, 2]) / jerk) * cube
     at = np.flatnonzero((bend > _BEND) & (kind == SPLINE))

@@ -14,6 +14,7 @@ from dataclasses import astuple, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.geometry.columns import most
 from cncgen.geometry.path import Path
 from cncgen.kernels import along_path as kernel
@@ -287,7 +288,7 @@ def _change(survey: _Survey, part: float) -> Floats:
     before = survey.x3.copy()
     before[np.searchsorted(s, survey.joints.s)] = survey.sides[0][3]
     with np.errstate(divide="ignore", invalid="ignore"):
-        steady = np.minimum(top, acceleration / bend) ** 1.5
+        steady = elementary.power(np.minimum(top, acceleration / bend), 1.5)
         # Each side of a border has its own: where a curve stands at its end, x''' is infinite on that side alone.
         cube, last = (np.minimum(steady, 1.0 / most(np.abs(side) / jerk)) for side in (survey.x3, before))
         x3, cube, s = (
@@ -381,7 +382,7 @@ def _bends(shape: tuple[Floats, ...], s: Floats, joints: Joints) -> tuple[Floats
     if not len(rest):
         return found[0], found[1]
     with np.errstate(divide="ignore"):
-        speed = np.minimum(np.sqrt(np.minimum(top, acceleration / bend)), np.cbrt(jerk / twist))
+        speed = np.minimum(np.sqrt(np.minimum(top, acceleration / bend)), elementary.cbrt(jerk / twist))
     here = np.arange(len(s))
     for out, step in zip(found, (-1, 1), strict=True):
         # Number of the rest that each place is left from, in the order of the way; −1 before the first one.
@@ -390,12 +391,14 @@ def _bends(shape: tuple[Floats, ...], s: Floats, joints: Joints) -> tuple[Floats
         order, number = order[number >= 0], number[number >= 0]
         start = rest[::step][number]
         way = np.abs(s[order] - s[start])
-        gained = np.minimum(np.cbrt(4.5 * jerk[start] * way**2), np.sqrt(2.0 * acceleration[start] * way))
+        gained = np.minimum(
+            elementary.cbrt(4.5 * jerk[start] * way**2), np.sqrt(2.0 * acceleration[start] * way)
+        )
         # The running maximum from each rest on, of all rests at once: each is given a range of logarithms of its own.
         with np.errstate(divide="ignore"):
-            height = np.log(np.minimum(gained, speed[order])).clip(-_LOGS, _LOGS)
+            height = elementary.log(np.minimum(gained, speed[order])).clip(-_LOGS, _LOGS)
         reached = np.maximum.accumulate(height + 4.0 * _LOGS * number) - 4.0 * _LOGS * number
-        slow = np.flatnonzero(np.log(speed[order]) < reached + np.log(_LOWER))
+        slow = np.flatnonzero(elementary.log(speed[order]) < reached + elementary.log(_LOWER))
         away = np.full(len(rest), np.inf)
         np.minimum.at(away, number[slow], way[slow])
         out[joints.stop] = away[::step]
@@ -434,8 +437,12 @@ def _first(
         with np.errstate(divide="ignore"):
             # From rest full jerk reaches v after √(2 v/j) and so (2 v)^(3/2)/(6 √j).
             speed = np.sqrt(top_at(joints.s[rest], x[:, rest], side))
-            slow = (2.0 * speed) ** 1.5 / (6.0 * np.sqrt(jerk))
-            wanted = [_FIRST * acceleration**3 / (6.0 * jerk**2), _SLOW * slow, _BEND / turn]
+            slow = elementary.power(2.0 * speed, 1.5) / (6.0 * np.sqrt(jerk))
+            wanted = [
+                _FIRST * elementary.power(acceleration, 3.0) / (6.0 * jerk**2),
+                _SLOW * slow,
+                _BEND / turn,
+            ]
         # Where the top speed is reached almost at once, the interval may be shorter than the least distance of nodes: on it
         # constant jerk takes three times as long as the top speed would.
         least, brief = _seen(bounds, x[1], joints.s)[rest], _BRIEF * bounds.period_s * speed
@@ -460,7 +467,7 @@ def _slower(bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats], top_at
     away = np.abs(joints.s - rests[nearest(rests, joints.s)])
     jerk = along_path(bounds.axes.jerk, sides[0][1], sides[1][1])
     out: NDArray[np.bool_] = low * (1.0 + _ALIKE) < np.maximum(left, right)
-    return out & (low**1.5 < 4.5 * jerk * away**2)
+    return out & (elementary.power(low, 1.5) < 4.5 * jerk * away**2)
 
 
 def _clear(first: tuple[Floats, Floats], probes: Floats, spacing: Floats, s: Floats) -> tuple[Floats, Floats]:
@@ -638,11 +645,11 @@ def _log(slope: Floats, x: Floats) -> Floats:
     """Return log(1 + slope x) / slope, x where the slope is 0."""
     product = slope * x
     flat = np.abs(product) < 1e-9
-    return np.where(flat, x, np.log1p(product) / np.where(flat, 1.0, slope))
+    return np.where(flat, x, elementary.log1p(product) / np.where(flat, 1.0, slope))
 
 
 def _exp(slope: Floats, x: Floats) -> Floats:
     """Return (exp(slope x) − 1) / slope, x where the slope is 0: the inverse of `_log`."""
     product = slope * x
     flat = np.abs(product) < 1e-9
-    return np.where(flat, x, np.expm1(product) / np.where(flat, 1.0, slope))
+    return np.where(flat, x, elementary.expm1(product) / np.where(flat, 1.0, slope))

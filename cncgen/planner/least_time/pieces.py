@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.planner.least_time.mesh import ENTER, LEAVE, LINE
 from cncgen.planner.least_time.problem import Intervals
 from cncgen.planner.limits.axis_limits import along_path
@@ -91,7 +92,7 @@ def _seven(given: Intervals, lines: NDArray[np.int64]) -> tuple[NDArray[np.int64
     length = given.h[lines]
     acc, jerk = (along_path(limit, given.x1[lines, 1]) for limit in given.limits)
     ramp = acc / jerk
-    short = np.cbrt(0.25 * length**2 * jerk)
+    short = elementary.cbrt(0.25 * length**2 * jerk)
     long = 0.5 * acc * (np.sqrt(ramp**2 + 4.0 * length / acc) - ramp)
     v = np.minimum(np.where(short <= acc * ramp, short, long), np.sqrt(given.top[lines].min(axis=1)))
     rise = np.minimum(ramp, np.sqrt(v / jerk))
@@ -130,6 +131,8 @@ def _stretched(x: Floats) -> Floats:
     root = np.sqrt(np.abs(x))
     near = np.abs(x) < 1e-3
     safe = np.where(near, 0.5, root)
-    closed = np.where(x > 0.0, np.arctanh(np.minimum(safe, 1.0 - 1e-16)), np.arctan(safe)) / safe
+    closed = (
+        np.where(x > 0.0, elementary.arctanh(np.minimum(safe, 1.0 - 1e-16)), elementary.arctan(safe)) / safe
+    )
     series = 1.0 + x * (1 / 3 + x * (1 / 5 + x * (1 / 7 + x * (1 / 9 + x / 11))))
     return np.where(near, series, closed)

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.geometry.columns import anywhere, least, most
 from cncgen.kernels import least_time, least_time_problem, least_time_rows
 from cncgen.planner.least_time.mesh import ENTER, LEAVE, SPLINE
@@ -409,15 +410,16 @@ def _rest_tops(given: Intervals) -> Floats:
         x2, x3 = np.abs(given.x2[rest, at]), np.abs(given.x3[rest, at])
         with np.errstate(divide="ignore", over="ignore"):
             jerk = given.limits[1] * given.factor[rest, 1] / (steep + 9.0 * x2 * s + 4.5 * x3 * s * s)
-            slow = (
+            slow = elementary.power(
                 given.limits[0]
                 * given.factor[rest, 0]
-                / (steep * np.cbrt(6.0 * s) + x2 * np.cbrt(4.5 * s * s) ** 2)
-            ) ** 1.5
+                / (steep * elementary.cbrt(6.0 * s) + x2 * elementary.cbrt(4.5 * s * s) ** 2),
+                1.5,
+            )
         j = np.minimum(j, np.minimum(jerk, slow).min(axis=1))
-        top = np.minimum(top, given.top[rest, at] / part ** (4.0 / 3.0))
+        top = np.minimum(top, given.top[rest, at] / elementary.power(part, 4.0 / 3.0))
     out = np.full(len(given), np.inf)
-    out[rest] = np.minimum(np.cbrt(4.5 * j * h**2) ** 2, top)
+    out[rest] = np.minimum(elementary.cbrt(4.5 * j * h**2) ** 2, top)
     return out
 
 

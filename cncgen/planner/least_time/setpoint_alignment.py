@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.planner.least_time.chord_refinement import Course
 from cncgen.planner.least_time.mesh import Track
 from cncgen.planner.least_time.pieces import Pieces
@@ -166,7 +167,7 @@ class Rests:
             after = int(kept[0])
             low, high = waits[after - 1], waits[after]
         # From rest the way is as t³.
-        one, least = np.cbrt(over[[after - 1, after]])
+        one, least = elementary.cbrt(over[[after - 1, after]])
         return float(low + (high - low) * (one - 1.0) / (one - least))
 
     def _under(self, last: float, end: float) -> tuple[Floats, Floats, Floats]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.planner.least_time.mesh import SPLINE
 from cncgen.planner.least_time.problem import Intervals, Solution, profile
 from cncgen.planner.limits.axis_limits import STOP_SPEED, along_path
@@ -45,7 +46,7 @@ def hurdle(given: Intervals, q: Floats, period_s: float) -> int:
     """
     spline = np.flatnonzero(given.kind == SPLINE)
     acceleration, jerk = _used(given, q, spline)
-    worst = spline[np.argmax(np.maximum(acceleration, jerk ** (2.0 / 3.0)))]
+    worst = spline[np.argmax(np.maximum(acceleration, elementary.power(jerk, 2.0 / 3.0)))]
     steep = np.abs(given.x1[worst]).max(axis=0, keepdims=True)
     a, j = (float(along_path(limit, steep)[0]) for limit in given.limits)
     slow = np.sqrt(q[worst].max()) < STOP_SPEED * min(j * period_s, a) * period_s

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, Span
+from cncgen.geometry import elementary
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
 from cncgen.planner.limits.axis_limits import AxisLimits
@@ -92,7 +93,7 @@ def rows_of(toolpath: Toolpath, path: Path, machine: Machine, bends: bool = True
     curvature = np.where(arcs, np.linalg.norm(ends[2][:, :3], axis=1), 0.0)
     with np.errstate(divide="ignore"):
         top, top_limit = _lower(top, top_limit, np.sqrt(centripetal / curvature), Limit.CENTRIPETAL)
-        top, top_limit = _lower(top, top_limit, np.cbrt(jerk / curvature**2), Limit.JERK)
+        top, top_limit = _lower(top, top_limit, elementary.cbrt(jerk / curvature**2), Limit.JERK)
     chord = chord_speed(curvature, machine.chord_tolerance_mm, machine.period_s)
     top, top_limit = _lower(top, top_limit, chord, Limit.CHORD)
     return Rows(index, start, end, top, top_limit, acceleration, jerk, centripetal, *ends)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.planner.limits.bend_speeds import across, chord_speed
 
 Floats = NDArray[np.float64]
@@ -27,7 +28,9 @@ _NEWTON = 4
 
 def turned(s: Floats) -> Floats:
     """Return ∫₀ˢ h, shape as s: the part of a turn that is made between its middle and the distance s L; see `response`."""
-    out: Floats = (3.0 - np.exp(-s) - 2.0 * np.exp(-0.5 * s) * np.cos(0.5 * np.sqrt(3.0) * s)) / 6.0
+    out: Floats = (
+        3.0 - elementary.exp(-s) - 2.0 * elementary.exp(-0.5 * s) * np.cos(0.5 * np.sqrt(3.0) * s)
+    ) / 6.0
     return out
 
 
@@ -36,7 +39,7 @@ def response(s: Floats) -> Floats:
 
     The closed form is the sum of the residues at the poles of 1/(1 + ω⁶) in the upper half plane, e^(iπ/6), i, e^(5iπ/6).
     """
-    half = np.exp(-0.5 * s)
+    half = elementary.exp(-0.5 * s)
     wave = 0.5 * np.sqrt(3.0) * s
     out: Floats = (half * half + half * (np.cos(wave) + np.sqrt(3.0) * np.sin(wave))) / 6.0
     return out
@@ -119,7 +122,7 @@ class Way:
         # f(t) = v t + a t²/2 + J t³/6 is convex for t > 0. If one of its terms alone is the way, t is too large, and Newton's
         # iterates from there fall monotonically to the root.
         with np.errstate(divide="ignore", invalid="ignore"):
-            t = np.fmin(np.minimum(way / v, np.cbrt(6.0 * way / jerk)), np.sqrt(2.0 * way / a))
+            t = np.fmin(np.minimum(way / v, elementary.cbrt(6.0 * way / jerk)), np.sqrt(2.0 * way / a))
         for _ in range(_NEWTON):
             t = t - ((v + (0.5 * a + jerk * t / 6.0) * t) * t - way) / (v + (a + 0.5 * jerk * t) * t)
         rising = way <= risen
@@ -138,6 +141,6 @@ class Way:
         way = (
             v * rise + (0.5 * a + self.jerk * rise / 6.0) * rise**2
             + 0.5 * (risen + falling) * hold
-            + self.top * fall - self.jerk * fall**3 / 6.0
+            + self.top * fall - self.jerk * elementary.power(fall, 3.0) / 6.0
         )  # fmt: skip
         return rise + hold + fall - way / self.top

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.geometry.arcs import Spirals, spirals
 from cncgen.geometry.tables import ArcTable, Floats, Ints
 from cncgen.planner.limits.axis_limits import axis_scale
@@ -97,7 +98,9 @@ class Circles:
         middle = centre[at] + np.add.reduceat(apart, at) / np.add.reduceat(sweep, at)[:, None]
         inward, outer = begin[:, :3] - middle, parts.end[rows, :3] - middle[of]
         across = np.cross(normal, inward)[of]
-        turned = np.arctan2(np.einsum("ij,ij->i", outer, across), np.einsum("ij,ij->i", outer, inward[of]))
+        turned = elementary.arctan2(
+            np.einsum("ij,ij->i", outer, across), np.einsum("ij,ij->i", outer, inward[of])
+        )
         gone = np.cumsum(sweep)
         gone -= (gone[at] - sweep[at])[of]
         angle = turned + 2.0 * np.pi * np.round((gone - turned) / (2.0 * np.pi))

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.geometry.columns import most
 from cncgen.geometry.path import STANDSTILL, Path, metric_columns
 from cncgen.geometry.splitting import split
@@ -136,7 +137,7 @@ def _joints(rows: Toolpath, path: Path, before: tuple[bool, float]) -> _Joints:
     with np.errstate(divide="ignore"):
         # In tolerances, and in steps of a sixteenth of an octave: rounding must not tell.
         length = np.minimum(4.0 / turn, 1.0 / np.sqrt(0.067 * step * allowed)).clip(None, _WIDEST)
-        away = _REACH * allowed * np.exp2(np.round(16.0 * np.log2(length)) / 16.0)
+        away = _REACH * allowed * elementary.exp2(np.round(16.0 * elementary.log2(length)) / 16.0)
     # The joint belongs to the row that follows it and to the one before; what lies between does not move.
     for where in (two, one + 1):
         rough[where] |= corner

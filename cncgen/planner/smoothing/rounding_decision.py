@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.geometry.columns import least, norm
 from cncgen.geometry.corridor import AROUND, FACETS, RUN_PART, WIDEST
 from cncgen.planner.limits.bend_speeds import across, chord_speed
@@ -193,7 +194,7 @@ def _better_stopped(
     ways = _between_turns(corners, size)
     near, far = ways.min(axis=0)[at], ways.max(axis=0)[at]
     steep = chord_speed(size[at] / near, 0.5 * drive.chord_mm, drive.period_s)
-    reached = np.cbrt(0.25 * np.linalg.norm(drive.jerk) * far**2)
+    reached = elementary.cbrt(0.25 * np.linalg.norm(drive.jerk) * far**2)
     held = steep < np.minimum(reached, corners.feed[:, at].max(axis=0))
     if not held.any():
         return out
@@ -205,7 +206,7 @@ def _better_stopped(
     # Nor is it longer than the curve that the corners are lets it be, which it would leave by some L³ κ² (`cncgen.geometry.corridor`).
     curved = course.bend(at, ways.max(axis=0)[at])
     with np.errstate(divide="ignore"):
-        length[at] = np.minimum(length[at], np.cbrt(fit[at] / curved**2))
+        length[at] = np.minimum(length[at], elementary.cbrt(fit[at] / curved**2))
     bend = course.bend(at, length[at])
     chord = _rounded_speeds(drive, turn[at], length[at], bend, corners.tolerance[at])[_BY_CHORD]
     stopped, bent = np.zeros((2, len(at)))
@@ -426,8 +427,8 @@ class _Judged:
         room = self.corners.length[:, self.at].min(axis=0)
         # The same lengths are tried whatever P is. So a larger P can always use the length that is best for a smaller one.
         unit = self.drive.reserve_mm / norm(self.turn[self.at])
-        first = np.ceil(2.0 * np.log2(self.length / unit)) - 1.0
-        tried = unit * np.exp2(0.5 * (first - np.arange(_TRIED)[:, None]))
+        first = np.ceil(2.0 * elementary.log2(self.length / unit)) - 1.0
+        tried = unit * elementary.exp2(0.5 * (first - np.arange(_TRIED)[:, None]))
         every = np.tile(np.arange(k), _TRIED)
         several = replace(self, at=self.at[every], across=self.across[every], bends=self.bends[..., every])
         cost, _ = several._cost([side.of(every) for side in sides], alike[every], tried.ravel())
@@ -448,10 +449,10 @@ class _Judged:
             bend[crowded] = np.maximum(bend[crowded], _bend(self.turn, length[crowded], apart, at))
         speeds = _rounded_speeds(drive, self.turn[self.at], length, bend, tolerance)
         speed, bound = speeds.min(axis=0), speeds.argmin(axis=0)
-        by_jerk = (speed / speeds[0]) ** 3
+        by_jerk = elementary.power(speed / speeds[0], 3.0)
         step = speed * drive.period_s
         beyond = _WAY_BEYOND_PERIOD * np.maximum(step - length, 0.0)
-        jerked = _WAY_BY_JERK + 0.5 * (alike + alike**3)
+        jerked = _WAY_BY_JERK + 0.5 * (alike + elementary.power(alike, 3.0))
         by_chord = bound == _BY_CHORD
         other = np.where(by_chord, _WAY_BY_CHORD / (1.0 + step / length), _WAY_BY_ACCELERATION)
         half = 0.5 * self.corners.length[:, self.at]
@@ -514,7 +515,7 @@ def _rounded_speeds(drive: Drive, turn: Floats, length: Floats, bend: Floats, to
         length, bend, tolerance: Shape (n,), L, largest |x''| and P.
     """
     size = np.abs(turn)
-    jerk = np.cbrt(least(drive.jerk / size) * length**2 / TWIST)
+    jerk = elementary.cbrt(least(drive.jerk / size) * length**2 / TWIST)
     acceleration = np.sqrt(least(drive.acceleration / size) * length / BEND)
     deviation = BEND * np.sqrt(np.einsum("ij,ij->i", turn, turn)) * length
     left = chord_left(chord_room(tolerance, deviation, drive.reserve_mm), drive.reserve_mm)
@@ -552,7 +553,7 @@ def _change_time(change: Floats, acceleration: Floats, jerk: Floats) -> Floats:
 def _reached(length: Floats, acceleration: Floats, jerk: Floats) -> Floats:
     """Return the largest speed on a row from rest to rest, mm/s: the V whose change of speed, up and down, takes the length V f(V)."""
     ramps = acceleration**2 / jerk
-    by_jerk = np.cbrt(0.25 * jerk * length**2)
+    by_jerk = elementary.cbrt(0.25 * jerk * length**2)
     out: Floats = np.where(
         by_jerk < ramps, by_jerk, 0.5 * (np.sqrt(ramps**2 + 4.0 * acceleration * length) - ramps)
     )

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.geometry.columns import least
 from cncgen.planner.smoothing.corners import BEND, TWIST, Corners, Drive
 from cncgen.planner.smoothing.tolerance_split import ROOM, fit_tolerance
@@ -62,7 +63,7 @@ def _turn_need(drive: Drive, corners: Corners, at: Ints, turn: Floats, size: Flo
     for _ in range(_ROUNDS):
         length = _WAY * fit_tolerance(corners.tolerance[at], drive.reserve_mm, need) / size
         bend = BEND * size / length
-        by_jerk = np.cbrt(jerk * length**2 / (TWIST * size)) ** 2 * bend
+        by_jerk = elementary.cbrt(jerk * length**2 / (TWIST * size)) ** 2 * bend
         push = np.minimum(np.minimum(by_jerk, acceleration), top**2 * bend)
         need = np.minimum(drive.reserve_mm, push * drive.period_s**2 / 8.0)
     return need
@@ -82,6 +83,8 @@ def curve_need(drive: Drive, curvature: Floats, top: Floats, jerk: Floats) -> Fl
         curvature, top, jerk: Shape (n,): κ, and the largest speed and jerk in space.
     """
     with np.errstate(divide="ignore"):
-        push = np.minimum(np.where(curvature > 0.0, top**2 * curvature, 0.0), np.cbrt(jerk**2 / curvature))
+        push = np.minimum(
+            np.where(curvature > 0.0, top**2 * curvature, 0.0), elementary.cbrt(jerk**2 / curvature)
+        )
     out: Floats = np.minimum(drive.reserve_mm, push * drive.period_s**2 / 8.0)
     return out

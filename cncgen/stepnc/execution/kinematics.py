@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.geometry import elementary
 from cncgen.stepnc.geometry.frames import Matrix
 
 Floats = NDArray[np.float64]
@@ -147,7 +148,7 @@ class Kinematics:
             part = slice(max(begin - 1, 0), min(end + 1, len(axes)))
             swept = float(np.ptp(turned[part]))
             if swept > worst[0]:
-                worst = (swept, float(np.arcsin(sine[begin:end].min())))
+                worst = (swept, float(elementary.arcsin(sine[begin:end].min())))
         return worst
 
     def slides(self, tip: Floats, angles: Angles, length: float) -> Floats:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.geometry.pieces import Arc, Nurbs, Piece, Polyline
 from cncgen.stepnc.geometry.splines import evaluate
 
@@ -67,7 +68,7 @@ def with_axes(points: Floats, axes: Floats, counts: NDArray[np.int64] | None = N
             than `AXIS_STEP`.
     """
     cosine = np.clip((axes[:-1] * axes[1:]).sum(axis=1), -1.0, 1.0)
-    angle = np.arccos(cosine)
+    angle = elementary.arccos(cosine)
     if counts is None:
         counts = np.maximum(np.ceil(angle / AXIS_STEP).astype(np.int64), 1)
     if (counts == 1).all():
@@ -120,7 +121,7 @@ def _couple_splines(path: Nurbs, tilt: Nurbs) -> Polyline:
 
     for _ in range(20):
         axes = axes_at(u)
-        turn = np.arccos(np.clip((axes[:-1] * axes[1:]).sum(axis=1), -1.0, 1.0))
+        turn = elementary.arccos(np.clip((axes[:-1] * axes[1:]).sum(axis=1), -1.0, 1.0))
         coarse = turn > AXIS_STEP
         if not coarse.any() or len(u) > MAX_POINTS:
             break

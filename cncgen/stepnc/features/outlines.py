@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.features.job import Floats
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
 
@@ -136,7 +137,7 @@ def _circle(points: Floats) -> tuple[Floats, float] | None:
 
 def _arc(points: Floats, centre: Floats) -> Arc:
     """Return the arc through points on a circle, the way that all of them go round: single steps may go back a little."""
-    angles = np.unwrap(np.arctan2(points[:, 1] - centre[1], points[:, 0] - centre[0]))
+    angles = np.unwrap(elementary.arctan2(points[:, 1] - centre[1], points[:, 0] - centre[0]))
     swept = float(angles[-1] - angles[0])
     return Arc(points[0], points[-1], centre, np.array([0.0, 0.0, math.copysign(1.0, swept)]), abs(swept))
 

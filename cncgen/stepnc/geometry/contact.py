@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.execution.linearize import AXIS_STEP, MAX_POINTS, couple, with_axes
 from cncgen.stepnc.geometry.pieces import Piece, Polyline
 
@@ -69,7 +70,7 @@ class Lean:
         if not self.forward:
             before, after = -before, -after
         across = np.cross(normals, before)
-        bend = np.arctan2((across * after).sum(axis=1), (before * after).sum(axis=1))
+        bend = elementary.arctan2((across * after).sum(axis=1), (before * after).sum(axis=1))
         counts = np.where(np.abs(bend) > CORNER, np.ceil(np.abs(bend) / AXIS_STEP).astype(np.int64) + 1, 1)
         if counts.sum() > MAX_POINTS:
             raise ValueError(
@@ -171,7 +172,7 @@ def _with_both(touching: Polyline, tilted: Polyline) -> tuple[Floats, Floats, Fl
         at = np.union1d(along, other)
         points, normals = _taken(at, along, points), _unit(_taken(at, along, normals))
         axes = _unit(_taken(at, other, axes))
-    turns = [np.arccos(np.clip((v[:-1] * v[1:]).sum(axis=1), -1.0, 1.0)) for v in (normals, axes)]
+    turns = [elementary.arccos(np.clip((v[:-1] * v[1:]).sum(axis=1), -1.0, 1.0)) for v in (normals, axes)]
     counts = np.maximum(np.ceil(np.maximum(*turns) / AXIS_STEP).astype(np.int64), 1)
     return (*with_axes(points, normals, counts), with_axes(points, axes, counts)[1])
 

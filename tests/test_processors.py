@@ -1,0 +1,68 @@
+"""Plans are the same to the bit on every processor: with OpenBLAS's and NumPy's code for others than this one.
+
+All G-code of `programs/` is planned, in one process a kind of processor. `OPENBLAS_CORETYPE` chooses the code of matrix products
+and decompositions. `NPY_DISABLE_CPU_FEATURES` takes from NumPy what it has for this processor beyond the least one.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PROGRAMS = sorted(
+    path.relative_to(ROOT).as_posix()
+    for pattern in ("*.nc", "lathe/*.nc")
+    for path in ROOT.glob(f"programs/{pattern}")
+)
+PLAN = """
+import hashlib, sys
+import cncgen
+for name in sys.argv[1:]:
+    program = cncgen.read(name)
+    setpoints = cncgen.sample(cncgen.plan(program)).collect()
+    print(name, len(setpoints), hashlib.sha256(setpoints.position.tobytes()).hexdigest())
+"""
+
+
+def kinds() -> dict[str, dict[str, str]]:
+    """Return the variables of each kind of processor that this one can be."""
+    from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
+
+    needs = {"Prescott": "SSE3", "Haswell": "FMA3", "SkylakeX": "AVX512_SKX"}
+    cores = {name: {"OPENBLAS_CORETYPE": name} for name, need in needs.items() if __cpu_features__.get(need)}
+    dispatched = " ".join(name for name in __cpu_dispatch__ if __cpu_features__[name])
+    return cores | ({"numpy": {"NPY_DISABLE_CPU_FEATURES": dispatched}} if dispatched else {})
+
+
+def run(*arguments: str, **variables: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, *arguments],
+        env=os.environ | {"OPENBLAS_VERBOSE": "2"} | variables,
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=250,
+        check=True,
+    )
+
+
+@pytest.fixture(scope="module")
+def plans() -> str:
+    """What this processor plans, by itself."""
+    return run("-c", PLAN, *PROGRAMS).stdout
+
+
+@pytest.mark.parametrize("kind", kinds())
+def test_setpoints_are_the_same_to_the_bit(kind: str, plans: str) -> None:
+    variables = kinds()[kind]
+    there = run("-c", PLAN, *PROGRAMS, **variables)
+    if "OPENBLAS_CORETYPE" in variables and "Core: " in there.stderr:
+        core = {"Prescott": "Katmai"}.get(kind, kind)  # the name that OpenBLAS has for the plainest code
+        assert f"Core: {core}" in there.stderr
+    assert len(plans.splitlines()) == len(PROGRAMS) > 15
+    assert there.stdout == plans
