@@ -1,4 +1,4 @@
-"""Our canonical calls beside the peer's: what must agree, and the peer's faults that we do not repeat."""
+"""Our canonical calls beside those of the peer, and what must agree."""
 
 from __future__ import annotations
 
@@ -10,35 +10,8 @@ from cncgen.diagnostics import Diagnostics, Severity
 from cncgen.gcode import canon
 from cncgen.toolpath.reading import ReadOptions
 from trials.generators.gcode_language import write_files
-from trials.rs274 import PROGRAMS, Output, Setup, calls_of, run_once, setup_of, without_reset
-
-#: Programs in which the peer is wrong by its own manual, or by geometry, and what is wrong.
-PEER_FAULTS: dict[str, str] = {
-    "comp_in_block_of_tool_change": "it compensates with the tool that M6 of the same block took away",
-    "comp_l_out_of_range": "the manual has orientations 0 to 9; it takes L10 and goes on with some other one",
-    "cycle_g74_planes": "it mixes up the axes of the feed moves of G74 outside of G17",
-    "cycle_g74_repeats_refused": "the manual has L of G74; it refuses it",
-    "cycle_g84_planes": "it mixes up the axes of the feed moves of G84 outside of G17",
-    "oword_continue_before_break_in_do": "continue in a do loop goes to a break of the same label below it, and leaves",
-    "oword_do_after_break": "a break out of a while loop ends the next do loop after its first round",
-    "g10_p_not_whole": "the manual wants a whole P; it takes G10 P1.5 as P1",
-    "digital_output_negative": "it switches output -1",
-    "sub_definition_returns_value": "a definition that is passed over gives #<_value> the value of its ENDSUB",
-}
-
-#: Programs in which we go beyond the peer or are stricter, and why.
-CHOICES: dict[str, str] = {
-    "analog_output_needs_q": "M67 without Q: the peer writes 0; the manual shows Q without brackets, so we ask for it",
-    "lathe_g71_not_monotonic": "reported at the cycle; the peer reports it at the end of the profile's subroutine",
-    "line_too_long": "we read lines of any length up to a bound far above the peer's 255 characters",
-    "oword_repeat_break": "break leaves a repeat loop too; the peer knows it in while and do only",
-    "oword_repeat_continue_refused": "continue goes on in a repeat loop too; the peer knows it in while and do only",
-    "oword_sub_defined_after_call": "a subroutine may stand after its call",
-    "oword_sub_in_sub": "reported at the outer definition, which is not closed; the peer reports the inner one",
-    "parameters_predefined_follow": "#<_feed> is the F in force in G93 too",
-    "tool_length_g43_2_axes": "axis words of G43.2, as newer releases have them",
-    "user_m_code_unknown": "M100 to M199 are events; whether a file of that name exists is the machine's matter",
-}
+from trials.peer_cases import FILES
+from trials.rs274 import Output, Setup, calls_of, run_once, setup_of, without_reset
 
 #: How the peer's errors begin that it finds only at the end of the file; ours stand where the cause is.
 FOUND_AT_END = ("EOF in file", "File ended with no percent sign")
@@ -115,7 +88,7 @@ def disagreement(text: str, folder: Path) -> str | None:
     program = folder / "random.ngc"
     program.write_text(text)
     write_files(folder)
-    setup = Setup(tools=PROGRAMS / "mill.tbl")
+    setup = Setup(tools=FILES / "mill.tbl")
     peer = run_once(program, setup)
     if peer.error is not None:
         # How many calls of the wrong block come before the error is not known here; no block makes more than these.

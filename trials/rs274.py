@@ -15,12 +15,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-PEER = Path(__file__).resolve().parents[1] / "tests" / "peer"
-PROGRAMS = PEER / "programs"
-EXPECTED = PEER / "expected"
-#: Files that programs call; they are no programs of their own.
-SUBPROGRAMS = frozenset({"beside"})
-
 OPTIONS = re.compile(r"^; peer: (.*)$", re.M)
 CALL = re.compile(r"^ *\d+ +N(\.+|\d*) +(.*)$")
 
@@ -79,11 +73,6 @@ class Output:
 def installed() -> bool:
     """Tell whether the peer is on this machine."""
     return shutil.which("rs274") is not None
-
-
-def programs() -> list[Path]:
-    """Return our programs, sorted by name."""
-    return sorted(p for p in PROGRAMS.glob("*.ngc") if p.stem not in SUBPROGRAMS)
 
 
 def setup_of(program: Path) -> Setup:

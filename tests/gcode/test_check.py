@@ -12,15 +12,20 @@ import pytest
 from cncgen.diagnostics import Diagnostics, ProgramError, UsageError
 from cncgen.gcode import check, read
 from cncgen.toolpath.reading import ReadOptions
+from trials.peer_cases import write_programs
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-FOLDERS = ("programs", "programs/bad", "tests/peer/programs")
-PROGRAMS = sorted(p for folder in FOLDERS for p in (ROOT / folder).glob("*") if p.suffix in {".nc", ".ngc"})
 
 
-@pytest.mark.parametrize("folder", FOLDERS)
-def test_a_check_says_what_reading_says(folder: str) -> None:
-    for path in (p for p in PROGRAMS if p.parent == ROOT / folder):
+@pytest.mark.parametrize("folder", ["programs", "programs/bad", "tests/peer/cases"])
+def test_a_check_says_what_reading_says(folder: str, tmp_path: Path) -> None:
+    where = ROOT / folder
+    if folder == "tests/peer/cases":
+        where = tmp_path
+        write_programs(where)
+    paths = sorted(path for path in where.iterdir() if path.suffix in {".nc", ".ngc"})
+    assert len(paths) > 5
+    for path in paths:
         options = ReadOptions(max_steps=200_000)
         found = Diagnostics()
         count = check(path, path.name, options, found)

@@ -24,6 +24,7 @@ from cncgen.gcode.text.expressions import evaluate
 from cncgen.gcode.text.lanes import PlainBlocks
 from cncgen.kernels import gcode_arithmetic, gcode_values
 from cncgen.toolpath.reading import ReadOptions
+from trials.peer_cases import peer_cases
 
 from ..kernels.plain import uncompiled
 from .test_blocks import BRACKETS, ITEMS, SIGNS, VALUES
@@ -141,9 +142,7 @@ PLAIN = uncompiled("gcode_values")
 
 
 def test_lines_of_programs_agree_with_the_grammar() -> None:
-    lines = {
-        line for path in (ROOT / "tests/peer/programs").glob("*.ngc") for line in path.read_text().split("\n")
-    }
+    lines = {line for case in peer_cases() for line in case.program.split("\n")}
     taken = sum(agree(line) for line in lines if line.strip())
     assert taken > 500
 

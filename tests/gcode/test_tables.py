@@ -9,6 +9,7 @@ import pytest
 from cncgen.grammars import lalr
 
 from tests.kernels.plain import uncompiled
+from trials.peer_cases import peer_cases
 
 from .reference import by_lark, by_tables, random_block, spread
 
@@ -72,13 +73,20 @@ def test_a_literal_without_a_number_breaks_the_build(tmp_path: Path, monkeypatch
         lalr.tables("linuxcnc")
 
 
-@pytest.mark.parametrize("folder", ["programs", "programs/bad", "tests/peer/programs"])
+def texts(folder: str) -> list[str]:
+    """Return the programs of a folder."""
+    if folder == "tests/peer/cases":
+        return [case.program for case in peer_cases()]
+    paths = (path for path in (ROOT / folder).iterdir() if path.suffix in (".ngc", ".nc"))
+    return [path.read_text(errors="replace") for path in paths]
+
+
+@pytest.mark.parametrize("folder", ["programs", "programs/bad", "tests/peer/cases"])
 def test_lines_of_programs(folder: str) -> None:
     lines = {
         "".join(line.split()).lower()
-        for path in (ROOT / folder).iterdir()
-        if path.suffix in (".ngc", ".nc")
-        for line in path.read_text(errors="replace").splitlines()[:200]
+        for text in texts(folder)
+        for line in text.splitlines()[:200]
         if not line.isascii() or line.strip()[:1] != "%"
     }
     for line in random.SystemRandom().sample(sorted(lines), min(len(lines), 400)):

@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given, settings
 
 from trials.generators.gcode_language import STAGES, programs, write_files
+from trials.peer_cases import FILES
 from trials.peer_comparison import disagreement, ours
-from trials.rs274 import PROGRAMS, Setup, installed
+from trials.rs274 import Setup, installed
 
 needs_peer = [
     pytest.mark.peer,
@@ -49,6 +50,6 @@ def test_random_programs_read_without_a_crash(tmp_path_factory: pytest.TempPathF
     program = tmp_path_factory.mktemp("random") / "random.ngc"
     program.write_text(text)
     write_files(program.parent)
-    mine = ours(program, Setup(tools=PROGRAMS / "mill.tbl"))
+    mine = ours(program, Setup(tools=FILES / "mill.tbl"))
     assert mine.calls
     assert mine.error is None or "error[comp-" in mine.error

@@ -2,7 +2,7 @@
 
 A program is a list of stretches; each stands by itself, so that any order of them is valid: it says what it needs (a
 feed, a plane, a distance mode) and puts back what the next one counts on (G90, G17, a motion mode of G0 or G1, no
-compensation). Features in which the peer is known to be wrong (`comparison.PEER_FAULTS`) are left out, and U V W: its
+compensation). Features in which the peer is known to be wrong (`tests/peer/cases`) are left out, and U V W: its
 make-believe machine has no such axes.
 """
 

@@ -6,6 +6,8 @@ import random
 from collections.abc import Iterator
 from pathlib import Path
 
+from trials.peer_cases import peer_cases
+
 ROOT = Path(__file__).resolve().parents[2]
 #: Inputs are cut to this length.
 MAX_BYTES = 20_000
@@ -32,9 +34,10 @@ DIALECTS = ("linuxcnc", "fanuc", "auto", "fanuc-lathe")
 
 def corpus() -> list[bytes]:
     """Return the programs that mutants are made of."""
-    folders = [ROOT / "programs", ROOT / "programs" / "bad", ROOT / "tests" / "peer" / "programs"]
+    folders = [ROOT / "programs", ROOT / "programs" / "bad"]
     files = sorted(f for folder in folders for f in folder.glob("*") if f.suffix in {".nc", ".ngc", ".gcode"})
-    return [f.read_bytes()[:MAX_BYTES] for f in files]
+    texts = [f.read_bytes() for f in files] + [case.program.encode() for case in peer_cases()]
+    return [text[:MAX_BYTES] for text in texts]
 
 
 def mutants(seed: int, sources: list[bytes]) -> Iterator[bytes]:
