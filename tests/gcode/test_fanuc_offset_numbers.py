@@ -54,12 +54,6 @@ def test_lines_that_run_again_change_numbers_too(run: Any) -> None:
 @pytest.mark.parametrize(
     ("text", "dialect", "fault"),
     [
-        ("G41 D1 G1 X10 F100\nX20\nD2\nX30\nG40 X50\nM30", "fanuc", ("comp-refused", 3, 1)),
-        (
-            "G41 D1 G1 X10 F100\nX20\nH2\nX30\nG40 X50\nG43 H2\nG41 X60\nX70\nH3\nM30",
-            "fanuc",
-            ("comp-refused", 9, 1),
-        ),
         ("D1.5\nM30", "fanuc", ("not-whole", 1, 1)),
         ("H-1\nM30", "fanuc", ("negative-number", 1, 1)),
         ("D5\nM2", "linuxcnc", ("unused-word", 1, 1)),

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -160,3 +162,15 @@ def test_sizes_that_no_table_gives_are_told_once(run: Any, dialect: str) -> None
     assert [(d.code, d.severity, d.span.line) for d in out.diagnostics if d.span] == [
         ("no-tool-table", "note", 1)
     ]
+
+
+def test_a_tool_set_one_axis_at_a_time_in_a_turned_system(
+    calls: Callable[..., list[str]], tmp_path: Path
+) -> None:
+    """rs274, inches: X2 sets 2.5981 1.5 of X5 Y6 in a system turned by 30 degrees, then Y3 sets 1.0981 4.0981."""
+    table = tmp_path / "tools.tbl"
+    table.write_text("T1 P1 Z1\n")
+    text = "G20\nT1 M6 G43\nG10 L2 P1 R30\nG0 X5 Y6 Z7\nG10 L10 P1 X2\nG10 L10 P1 Y3\nM2"
+    said = calls(text, tool_table=table, inch_tables=True, stand_alone=True)
+    entries = [line for line in said if line.startswith("SET_TOOL_TABLE_ENTRY(1,")]
+    assert [line.split()[2:4] for line in entries] == [["2.5981", "1.5000"], ["1.0981", "4.0981"]]

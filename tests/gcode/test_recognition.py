@@ -59,6 +59,7 @@ def test_signs_that_are_certain(text: str, dialect: str) -> None:
 
 def test_a_program_without_signs_is_plain() -> None:
     assert dialect_of("N10 G0 X1 Y2\nN20 G1 Z-1 F100\nN30 M30") == ("linuxcnc", "")
+    assert dialect_of("G43 H2\nG0 X1 Z5\nM2") == ("linuxcnc", "")
 
 
 def test_signs_in_comments_do_not_count() -> None:

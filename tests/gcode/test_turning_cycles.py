@@ -139,3 +139,31 @@ def test_calls_of_a_profile_are_bounded_together(run: Any) -> None:
     subs += "O77 SUB\nO102 REPEAT [9999]\n#1=1\nO102 ENDREPEAT\nO77 ENDSUB\n"
     out = run(f"G18 G21 F100\n{subs}G0 X20 Z1\nG70 Q100 X20 Z1\nM2")
     assert [found for found, _, _ in out.errors] == ["profile-length"]
+
+
+def test_a_roughing_that_cuts_nothing_is_said(run: Any) -> None:
+    """A profile that falls is cut from inside: from outside the tool is fed along it at full depth, as rs274 does."""
+    lines = "G18 G8 G21 F100\nG0 X30 Z2\no100 sub\nG0 X8 Z1\nG1 X6 Z-1\nX4 Z-5\no100 endsub\n"
+    said = [d.code for d in run(lines + "G71 Q100 X20 Z5 I1\nM2").diagnostics]
+    assert "profile-full-depth" in said
+    said = [d.code for d in run(lines + "G71 Q100 X1 Z5 I1\nM2").diagnostics]
+    assert "profile-full-depth" not in said
+
+
+def test_a_profile_without_a_code_begins_with_a_traverse(calls: Calls) -> None:
+    """rs274 makes the same cuts of both."""
+    text = "G18 G8 G21 F100\no100 sub\n{}X10\nG1 Z-10\nX20 Z-20\no100 endsub\nG71 Q100 X30 Z2 I2 R.5 D0.2\nM2"
+    assert calls(text.format("")) == calls(text.format("G0 "))
+
+
+def test_finishing_under_compensation(run: Any, tmp_path: Path) -> None:
+    """The last cuts are those of rs274: beside the profile by the radius of 5, tip 2."""
+    table = tmp_path / "tools.tbl"
+    table.write_text("T2 P2 D10 Q2\n")
+    lines = "G18 G8 G21 F100\nT2 M6\nG0 X80 Z12\no100 sub\nG0 X10\nG1 Z-10\nX20 Z-20\nX30\no100 endsub\n"
+    text = f"{lines}G42 D2\nG0 X60\nG70 Q100 X30 Z2\nG40\nG0 X90\nM2"
+    out = run(text, tool_table=table, dialect="linuxcnc")
+    assert out.errors == []
+    ends = [(round(float(x), 4), round(float(z), 4)) for x, _, z in out.path.end[out.path.kind < 3][:, :3]]
+    cut = 5.0 * (2.0 - 2.0**0.5)
+    assert ends[-4:-1] == [(10.0, round(-10.0 - cut, 4)), (round(20.0 - cut, 4), -20.0), (25.0, -20.0)]

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import Block
+from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.codes.tool_centre import CompensationError, Piece, ToolCentre
 from cncgen.gcode.codes.tools import tell_unknown, whole
@@ -33,6 +33,7 @@ _GROWTH = 0.001
 #: Planes in which a dialect compensates.
 PLANES = {"linuxcnc": (17, 18), "fanuc": (17, 18, 19)}
 ORIENTATIONS = 10
+_LAST_DIGIT = 1e-12
 
 #: What may not stand in a block while compensation is on: codes in tenths, and what they would do.
 _REFUSED_G = {
@@ -47,7 +48,7 @@ _REFUSED_G = {
     530: "moves in machine coordinates",
     **dict.fromkeys((540, 550, 560, 570, 580, 590, 591, 592, 593), "changes the coordinate system"),
     **dict.fromkeys((610, 611, 640), "changes the path mode"),
-    **dict.fromkeys((700, 710, 711, 712, 720, 721, 722), "is a turning cycle"),
+    **dict.fromkeys((710, 711, 712, 720, 721, 722), "is a roughing cycle"),
     **dict.fromkeys((730, 740, 810, 820, 830, 840, 850, 860, 870, 880, 890), "is a canned cycle"),
     **dict.fromkeys((980, 990), "changes how canned cycles retract"),
 }
@@ -57,6 +58,9 @@ _REFUSED_M = {
     **dict.fromkeys((620, 630, 640, 650, 670, 680), "sets an output"),
     660: "waits for an input",
 }
+#: Of those, what FANUC's controls do while compensation is on; G28 and G30 of the axis beside the plane alone.
+_OF_FANUC = frozenset({410, 420, 430, 440, 490, 610, 640, 980, 990})
+_HOMING = frozenset({280, 300})
 _PLANE_CODES = {170: 17, 180: 18, 190: 19, 171: 171, 181: 181, 191: 191}
 
 
@@ -88,6 +92,8 @@ class CompensatedSink:
         start: Where the tool stands, program coordinates.
         inches: Whether program units are inches.
         warn: Takes a gouge that the tool path makes and that LinuxCNC does not refuse.
+        tool_offset: The tool's offset in force; None where it cannot change meanwhile.
+        lenient: Whether blocks are refused as FANUC's controls do, not as LinuxCNC does.
     """
 
     def __init__(
@@ -98,8 +104,13 @@ class CompensatedSink:
         start: Point,
         inches: bool,
         warn: Callable[[BlockError, Severity], None],
+        *,
+        tool_offset: Point | None = None,
+        lenient: bool = False,
     ) -> None:
         self.inner = inner
+        self._lenient = lenient
+        self._offset = tool_offset
         self.centre = centre
         self.wants_comments = inner.wants_comments
         self.plane = plane
@@ -118,7 +129,7 @@ class CompensatedSink:
     @block.setter
     def block(self, block: Block) -> None:
         self._block = self.inner.block = block
-        _refuse(block, self.plane)
+        _refuse(block, self.plane, lenient=self._lenient)
 
     def snapshot(self) -> tuple[Any, ...] | None:
         """Return what tells this state from others, or None where blocks wait that cannot be compared."""
@@ -305,8 +316,15 @@ class CompensatedSink:
         self._defer(lambda: self.inner.set_xy_rotation(degrees))
 
     def use_tool_length_offset(self, offset: Point) -> None:
-        """Pass on."""
-        self._defer(lambda: self.inner.use_tool_length_offset(offset))
+        """Pass on; coordinates of where the tool stands change by as much."""
+
+        def run() -> None:
+            self.inner.use_tool_length_offset(offset)
+            if self._offset is not None:
+                self._last = [p - n + o for p, n, o in zip(self._last, offset, self._offset, strict=True)]
+                self._offset = list(offset)
+
+        self._defer(run)
 
     def place(self, position: Point) -> None:
         """Pass on."""
@@ -332,11 +350,15 @@ def _or_fault(step: Callable[[], list[Any]]) -> list[Any]:
         raise BlockError(error.code, str(error), hint=error.hint, values=error.values) from None
 
 
-def _refuse(block: Block, plane: int) -> None:
+def _refuse(block: Block, plane: int, *, lenient: bool) -> None:
     """Raise where a block does what cannot be done while compensation is on."""
+    beside = AXES[PLANE_AXES[plane][2]]
+    homes_beside = lenient and not block.words.keys() & (set("xyz") - {beside})
     for letter, numbers, refused in (("G", block.g, _REFUSED_G), ("M", block.m, _REFUSED_M)):
         for number in numbers:
             what = refused.get(number)
+            if letter == "G" and lenient and (number in _OF_FANUC or (homes_beside and number in _HOMING)):
+                what = None
             if what is None and letter == "G" and _PLANE_CODES.get(number, plane) != plane:
                 what = "changes the plane"
             if what is not None:
@@ -364,17 +386,39 @@ def _turn_on(left: bool, dynamic: bool) -> Handler:
             )
         radius, orientation = (_programmed if dynamic else _of_the_tool)(ip, block, name)
         side = left == (radius >= 0.0)
+        if isinstance(ip.sink, CompensatedSink) and ip.dialect == "fanuc":
+            _renew(ip, ip.sink, radius, left)
+            return
         first, second, _ = state.plane_axes()
         start = complex(state.position[first], state.position[second])
         unit = "inch" if state.inches else "mm"
         growth = _GROWTH if ip.dialect == "linuxcnc" else None
-        centre = ToolCentre(radius, left, start, orientation, unit, growth=growth)
+        # FANUC enters on a move of any length. LinuxCNC's radius of a table may be less by the last digit of a double.
+        least = 0.0 if ip.dialect == "fanuc" else abs(radius) * (1.0 if dynamic else 1.0 - _LAST_DIGIT)
+        centre = ToolCentre(radius, left, start, orientation, unit, growth=growth, least_entry=least)
         ip.sink.call(f'COMMENT("interpreter: cutter radius compensation on {"left" if side else "right"}")')
         state.compensation = 41 if side else 42
-        sink = CompensatedSink(ip.sink, centre, state.plane, state.position, state.inches, ip.warn)
+        sink = CompensatedSink(
+            ip.sink,
+            centre,
+            state.plane,
+            state.position,
+            state.inches,
+            ip.warn,
+            tool_offset=list(state.tool_offset),
+            lenient=ip.dialect == "fanuc",
+        )
         ip.sink, ip.compensated_position = sink, sink.beside
 
     return run
+
+
+def _renew(ip: Interpreter, sink: CompensatedSink, radius: float, left: bool) -> None:
+    """Take the radius and side of a G41 or G42 that stands while compensation is on; the same again changes nothing."""
+    side = 1 if left == (radius >= 0.0) else -1
+    if (abs(radius), side) != (sink.centre.radius, sink.centre.side):
+        sink.centre.renew(radius, left)
+        ip.state.compensation = 41 if side > 0 else 42
 
 
 def _programmed(ip: Interpreter, block: Block, name: str) -> tuple[float, int]:
@@ -405,6 +449,10 @@ def _number_in_force(ip: Interpreter, block: Block, name: str) -> int:
     FANUC's D stays in force, and D0 is no tool.
     """
     number = whole(block, "d", name) if "d" in block.words else None
+    if number is None and "h" in block.words and ip.dialect == "fanuc" and not {430, 440} & set(block.g):
+        number = whole(block, "h", name)
+        message = f"H{number} of {name} is read as the number of the radius, as controls without D have it"
+        ip.warn(BlockError("radius-by-h", message, "H", hint="write D for the radius"), Severity.NOTE)
     if ip.dialect != "fanuc":
         return number or ip.state.tool
     if number is not None:
@@ -416,14 +464,11 @@ def _number_in_force(ip: Interpreter, block: Block, name: str) -> int:
 def radius_number(ip: Interpreter, block: Block) -> None:
     """D of FANUC by itself: the offset of the next G41 or G42."""
     number = whole(block, "d", "")
-    if ip.state.compensation != 40 and number != ip.state.radius_number:
-        raise BlockError(
-            "comp-refused",
-            "the radius cannot change while cutter compensation is on",
-            "D",
-            hint="turn it off before (G40 and a straight move)",
-        )
+    changed = number != ip.state.radius_number
     ip.state.radius_number = number
+    if changed and isinstance(ip.sink, CompensatedSink):
+        radius, _ = _of_the_tool(ip, Block({}), "D")
+        _renew(ip, ip.sink, radius, ip.state.compensation == 41)
 
 
 def turn_off(ip: Interpreter, block: Block) -> None:

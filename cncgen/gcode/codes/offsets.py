@@ -127,11 +127,13 @@ def _set_tool(ip: Interpreter, block: Block, kind: int) -> None:
         origin = ip.parameters.offset(first_parameter(SYSTEM_COUNT), scale)
         rotation, g92 = ip.parameters.numbers[first_parameter(SYSTEM_COUNT) + ROTATION], zeros()
     axes = given_axes(block)
-    bare = [m - t for m, t in zip(machine, state.tool_offset, strict=True)]
     if kind == 1:
         for index, value in axes:
             tool.offset[index] = value / ip.scale_of(index)
     else:
+        # In a turned system X and Y of the table change together: the coordinate that is not given is the one that the
+        # entry as it stands would give.
+        bare = [m - t * ip.scale_of(k) for k, (m, t) in enumerate(zip(machine, tool.offset, strict=True))]
         wanted = _in_system(bare, origin, rotation, g92)
         for index, value in axes:
             wanted[index] = value

@@ -193,7 +193,15 @@ def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
     recorder = Recorder(state.position)
     corners: list[tuple[float, bool]] = []
     ip.state, ip.sink, ip.guard = (
-        replace(state, feed=1.0, feed_mode=94, position=state.position.copy()),
+        replace(
+            state,
+            feed=1.0,
+            feed_mode=94,
+            position=state.position.copy(),
+            compensation=40,
+            # A profile goes on with the motion in force; where none is, its first line is a traverse.
+            motion=state.motion if state.motion in _CODES else 0,
+        ),
         recorder,
         None,
     )

@@ -121,6 +121,7 @@ class ToolCentre:
             None: as far as a smooth turn at its start can bring it.
         least_roll: Outside corners around which the tool would roll by less than this along the real axis are cut
             straight on instead, to where the offset paths cross.
+        least_entry: What the first move must be longer than; None: the radius.
     """
 
     def __init__(
@@ -133,8 +134,11 @@ class ToolCentre:
         smooth: float = SMOOTH_TURN,
         growth: float | None = None,
         least_roll: float = 0.0,
+        least_entry: float | None = None,
     ) -> None:
         self.radius = abs(radius)
+        self._least_entry = self.radius if least_entry is None else least_entry
+        self._renewed: tuple[float, int] | None = None
         self.unit = unit
         self._smooth = smooth
         self._growth = growth
@@ -171,9 +175,43 @@ class ToolCentre:
             return []
         self._check_entry(length)
         heading = step / length
+        if self._renewed is not None:
+            return self._line_renewed(end, heading, block, rapid)
         offset = 1j * heading * self.radius * self.side
         curve = Curve(end + offset, None, math.inf, 0, heading, heading)
         return self._append(curve, end, self._programmed + offset, block, rapid)
+
+    def renew(self, radius: float, left: bool) -> None:
+        """Take another radius or side from the next move on, which must be straight.
+
+        A new radius holds at the end of that move, which begins where the old one leads; on the other side, the tool crosses the
+        path at the corner, square to the new move (B-64484EN, "Overview of Cutter Compensation": change of the offset direction,
+        change of the cutter compensation value).
+        """
+        self._renewed = abs(radius), 1 if left == (radius >= 0.0) else -1
+
+    def _line_renewed(self, end: complex, heading: complex, block: Any, rapid: bool) -> list[Piece | Any]:
+        assert self._renewed is not None
+        (radius, side), self._renewed = self._renewed, None
+        crossed = side != self.side
+        corner, done = self._programmed, list[Piece | Any]()
+        if crossed and self._curve is not None:
+            # The move before ends square to itself; the tool then crosses to the other side.
+            done += self._settle()
+            self._curve = None
+        if crossed or self._curve is None:
+            self.radius, self.side = radius, side
+            start = corner + 1j * heading * radius * side
+            done.append(self._shifted(Piece(start, None, 0, block, rapid, corner=True)))
+            self._actual = start
+        offset = 1j * heading * self.radius * self.side
+        curve = Curve(end + offset, None, math.inf, 0, heading, heading)
+        done += self._append(curve, end, corner + offset, block, rapid)
+        if radius != self.radius:
+            self.radius = radius
+            curve.point = self._actual = end + 1j * heading * radius * side
+            self._queue[-1].end = curve.point
+        return done
 
     def arc(self, end: complex, centre: complex, turns: int, block: Any) -> list[Piece | Any]:
         """Take an arc (or, where other axes move along, a helix) to `end` about `centre`, `turns` as in `Piece`.
@@ -185,6 +223,12 @@ class ToolCentre:
         spoke_in, spoke_out = self._programmed - centre, end - centre
         radius = abs(spoke_out)
         offset_radius = radius - self.radius * self.side * spin
+        if self._renewed is not None:
+            raise CompensationError(
+                "comp-refused",
+                "the move after another radius or side of cutter compensation is an arc; it must be straight",
+                "change D, or the side, before a straight move",
+            )
         if self._curve is None:
             return self._entry_arc(end, centre, turns, block)
         if offset_radius <= 0.0:
@@ -234,6 +278,7 @@ class ToolCentre:
         """Take all lengths times `factor` from now on: the program changed its units."""
         self.unit = unit
         self.radius *= factor
+        self._least_entry *= factor
         self._shift *= factor
         self._programmed *= factor
         self._actual *= factor
@@ -265,7 +310,7 @@ class ToolCentre:
         if len(self._queue) > FEW or not all(isinstance(item, Piece) for item in self._queue):
             return None
         place = self._programmed, self._actual, self._shift
-        return self.radius, self.side, self.unit, place, self._curve, list(self._queue)
+        return self.radius, self.side, self._renewed, self.unit, place, self._curve, list(self._queue)
 
     def last_waiting(self) -> Piece | None:
         """Return the last of the moves that wait."""
@@ -276,8 +321,8 @@ class ToolCentre:
         return self._settle()
 
     def _check_entry(self, length: float) -> None:
-        """Demand that the first move leads farther than the tool's radius."""
-        if self._curve is None and length <= self.radius:
+        """Demand that the first move leads farther than the tool's radius, where the control does."""
+        if self._curve is None and length <= self._least_entry:
             raise CompensationError(
                 "comp-entry",
                 f"the entry move leads {length:.4f} {self.unit} away and must lead farther than the tool's radius, "

@@ -109,9 +109,9 @@ def use_offset(ip: Interpreter, offset: list[float], word: str = "G43") -> None:
     """Take a tool offset; the machine stays where it is.
 
     Raises:
-        BlockError: Cutter compensation is on.
+        BlockError: Cutter compensation is on, and the control does not change the offset under it.
     """
-    if ip.state.compensation != 40:
+    if ip.state.compensation != 40 and (ip.dialect != "fanuc" or ip.lathe):
         raise BlockError(
             "comp-refused",
             "the tool offset cannot change while cutter compensation is on",
@@ -150,6 +150,9 @@ def length_back(ip: Interpreter, block: Block) -> None:
 
 def length_number(ip: Interpreter, block: Block) -> None:
     """H of FANUC by itself: the offset that G43 or G44 goes on with, at once where one of them is in force."""
+    if {410, 420} & set(block.g) and "d" not in block.words and not {430, 440} & set(block.g):
+        # G41 and G42 take it as the number of the radius.
+        return
     code = ip.state.length_code
     if code == 49:
         ip.state.length_number = whole(block, "h", "")

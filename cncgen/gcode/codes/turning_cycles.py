@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.profiles import TINY, Segment, moved_aside, read_profile
@@ -185,11 +186,28 @@ def _rough(swap: bool, kind: int) -> Handler:
         segments = [Segment(job.start, path[0].start), *path]
         if out.imag > end.imag:
             segments.append(Segment(end, out))
+        _tell_full_depth(ip, job, path, name, swap)
         roughing = Roughing(job.lathe, segments, job.start.imag, step, lift)
         roughing.run(pockets=kind != 1, approach=kind != 2)
         ip.state.moved = True
 
     return run
+
+
+def _tell_full_depth(ip: Interpreter, job: Job, path: list[Segment], name: str, swap: bool) -> None:
+    """Warn where the cuts start beneath the whole profile: no cut is made, and the tool is fed along it at full depth."""
+    depths = [point.imag for segment in path for point in segment.extremes()]
+    if job.start.imag > min(depths) + TINY:
+        return
+    sign = job.lathe.across.imag
+    axis = "Z" if swap else "X"
+    message = (
+        f"{name} starts at {axis}{sign * job.start.imag:g}, on the far side of its profile"
+        f" ({axis}{sign * path[0].start.imag:g} to {axis}{sign * path[-1].end.imag:g}): it makes no cut, and feeds along the"
+        " profile at full depth"
+    )
+    hint = f"a profile in which {axis} grows is cut from outside, one in which it falls from inside; start on that side"
+    ip.warn(BlockError("profile-full-depth", message, "Q", hint=hint), Severity.WARNING)
 
 
 @dataclass(slots=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Parsed
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -83,9 +84,19 @@ class Percent:
             self._ip.state.ended = True
             self._ip.base.call("FINISH()")
         else:
-            raise BlockError(
-                "stray-percent", "a % that ends a program that no % began", column=text.index("%") + 1
-            )
+            self._end_alone(text)
+
+    def _end_alone(self, text: str) -> None:
+        """End a program at a % that no % began: the rest of a tape, which LinuxCNC's interpreter alone refuses."""
+        fault = BlockError(
+            "stray-percent", "a % that ends a program that no % began", column=text.index("%") + 1
+        )
+        if self._ip.options.stand_alone:
+            raise fault
+        if self._ip.dialect == "linuxcnc":
+            self._ip.warn(fault, Severity.WARNING)
+        self._ip.state.ended = True
+        self._ip.base.call("FINISH()")
 
     def _is_late(self, before: int) -> bool:
         """Tell whether comments stand before the first %: LinuxCNC's interpreter has then begun without it."""

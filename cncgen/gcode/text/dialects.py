@@ -219,7 +219,7 @@ def _decided(found: list[_Found], totals: dict[str, float]) -> Choice:
         return Choice(_L, "", 1)
     if totals[best] < _ENOUGH.get(best, _USUAL):
         reasons = _reasons(found, best)
-        return Choice(_L, "", reasons[0][1] if reasons else 1, best)
+        return Choice(_L, "", reasons[0][1] if reasons else 1, best if best != _L else "")
     lead = totals[best] - totals[second]
     if {best, second} == {_F, _T} and not any(w.get(second, 0.0) > w.get(best, 0.0) for _, w, _ in found):
         # Nothing speaks for the other of FANUC's two that does not speak for this one.

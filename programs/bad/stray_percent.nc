@@ -1,4 +1,0 @@
-; expect 3:1:stray-percent
-G0 X1
-%
-M2

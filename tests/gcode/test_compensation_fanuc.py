@@ -1,0 +1,84 @@
+"""Cutter compensation as FANUC's controls do it: G41 again, the other side, another D, G43 H and G28 Z meanwhile, H of the 0M."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+TOOLS = "T1 P1 Z10 D4\nT2 P2 Z20 D6\nT7 P7 D8\n"
+ENTER = "G0X0Y0\nG41D1G1X10F100\nY10\n"
+
+
+def ends(run: Any, tmp_path: Path, text: str, dialect: str = "fanuc") -> list[tuple[float, ...]]:
+    """Return where motions end, X Y, and Z where one of them is not 0."""
+    table = tmp_path / "tools.tbl"
+    table.write_text(TOOLS)
+    out = run(text, dialect=dialect, tool_table=table)
+    assert out.errors == []
+    rows = out.path.end[out.path.kind < 3]
+    width = 3 if rows[:, 2].any() else 2
+    return [tuple(round(float(v), 6) for v in row[:width]) for row in rows]
+
+
+def test_the_same_again_changes_nothing(run: Any, tmp_path: Path) -> None:
+    rest = "X20\nY0\nG40X0\nM30"
+    plain = ends(run, tmp_path, f"{ENTER}{rest}")
+    assert plain == [(0, 0), (8, 2), (8, 10), (10, 12), (20, 12), (22, 10), (22, 0), (0, 0)][1:]
+    assert ends(run, tmp_path, f"{ENTER}G41D1{rest}") == plain
+    assert ends(run, tmp_path, f"{ENTER}D1\n{rest}") == plain
+
+
+@pytest.mark.parametrize("word", ["D2", "G41D2"])
+def test_another_number_counts_at_the_end_of_its_move(run: Any, tmp_path: Path, word: str) -> None:
+    """The move begins at the radius of 2, and ends at 3 beside its end; the corner after it is rolled around with 3."""
+    expected = [(8, 2), (8, 10), (10, 12), (20, 13), (23, 10), (23, 0), (0, 0)]
+    assert ends(run, tmp_path, f"{ENTER}{word}X20\nY0\nG40X0\nM30") == expected
+
+
+def test_the_other_side_is_taken_at_the_corner(run: Any, tmp_path: Path) -> None:
+    """Back along the same line with the other side, the tool stays on its side; along another one, it crosses the corner."""
+    assert ends(run, tmp_path, f"{ENTER}G42Y0\nX20\nG40X0\nM30")[2:4] == [(8, 0), (10, -2)]
+    crossing = ends(run, tmp_path, f"{ENTER}G42Y20\nX20\nG40X0\nM30")
+    assert crossing == [(8, 2), (8, 10), (12, 10), (12, 18), (20, 18), (0, 20)]
+
+
+def test_the_length_changes_meanwhile(run: Any, tmp_path: Path) -> None:
+    """Z50 with the length 20 is Z70 of the machine; around the corner it stays there."""
+    found = ends(run, tmp_path, f"{ENTER}G43H2Z50.\nX20\nY5.\nG91G28Z0\nG90\nG40X0\nM30")
+    assert found == [
+        (8, 2, 0), (8, 10, 0), (8, 10, 70), (10, 12, 70), (20, 12, 70), (22, 10, 70), (22, 5, 70), (22, 5, 0), (0, 5, 0),
+    ]  # fmt: skip
+
+
+def test_h_without_d_is_the_radius_of_the_0m(run: Any, tmp_path: Path) -> None:
+    assert ends(run, tmp_path, "G0X0Y0\nG42H7G1X10F100\nY10\nG40X0\nM30")[0] == (10, -4)
+    out = run("G0X0Y0\nG42H7G1X10F100\nG40X0\nM30", dialect="fanuc")
+    assert "radius-by-h" in [d.code for d in out.diagnostics]
+
+
+def test_the_entry_may_be_short(run: Any, tmp_path: Path) -> None:
+    assert ends(run, tmp_path, "G0X0Y0\nG41D1G1X1F100\nY10\nG40X0\nM30")[:2] == [(-1, 2), (-1, 10)]
+
+
+def test_an_arc_with_another_radius_is_refused(run: Any, tmp_path: Path) -> None:
+    table = tmp_path / "tools.tbl"
+    table.write_text(TOOLS)
+    text = "G41D1G1X10F100\nX20\nD2\nG3X30Y10R10\nG1Y20\nG40X50\nM30"
+    assert run(text, dialect="fanuc", tool_table=table).errors[0][:2] == ("comp-refused", 4)
+
+
+def test_an_entry_as_long_as_the_radius_of_a_table(run: Any, tmp_path: Path) -> None:
+    """rs274: STRAIGHT_FEED(0, 0.25), STRAIGHT_FEED(0, 10) for an entry of 0.25 inch with a tool of 0.5 inch."""
+    found = ends(run, tmp_path, "G0X0Y0\nG41D1\nG1X2F100\nY10\nG40X20\nM2", "linuxcnc")
+    assert found[:2] == [(0, 2), (0, 10)]
+    assert run("G41.1D4\nG1X2F100\nY10\nG40X20\nM2", dialect="linuxcnc").errors == [("comp-entry", 2, 1)]
+
+
+@pytest.mark.parametrize("dialect", ["fanuc", "linuxcnc"])
+def test_a_percent_at_the_end_alone_ends_the_program(run: Any, dialect: str) -> None:
+    out = run("G0X1\nG1X10F100\n%\nG1X50\n", dialect=dialect)
+    assert out.errors == []
+    assert out.path.end[-1, 0] == 10.0
+    assert [d.code for d in out.diagnostics] == (["stray-percent"] if dialect == "linuxcnc" else [])
