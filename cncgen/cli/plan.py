@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     "--signals",
     metavar="LIST",
     default="",
-    help="Further columns: of vel,acc,jerk,feed,line,limit, by commas.",
+    help="Further columns: of vel,acc,jerk,feed,line,limit,programmed,source, by commas.",
 )
 @click.option(
     "--events", metavar="FILE", type=FILE, help="Write events (spindle, tool, dwell ...) as JSON lines."

@@ -39,6 +39,6 @@ def command(
     tolerance = planning["path_tolerance"]
     with opened(program, reading, tolerance, machine) as read:
         language, options = read_options(reading, tolerance)
-        text, remarks = report_page(read, machine, plan_options(planning), language=language, reading=options)
-        messages.show(remarks)
-    write_text(output, text)
+        page = report_page(read, machine, plan_options(planning), language=language, reading=options)
+        messages.show(page.remarks)
+    write_text(output, page.html)

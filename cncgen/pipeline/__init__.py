@@ -19,11 +19,11 @@ from cncgen.pipeline.planning import (
     sample,
 )
 from cncgen.pipeline.reading import SUFFIXES, canon, check, language_of, read, read_text, reader_of, sound
+from cncgen.pipeline.reporting import Page, Variant, report_page
 from cncgen.pipeline.using import (
     coupling_of,
     judge,
     read_setpoints,
-    report_page,
     servos_of,
     simulate,
     write,
@@ -31,7 +31,9 @@ from cncgen.pipeline.using import (
 
 __all__ = [
     "SUFFIXES",
+    "Page",
     "Plan",
+    "Variant",
     "canon",
     "check",
     "coupling_of",

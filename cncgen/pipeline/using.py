@@ -1,4 +1,4 @@
-"""What can be done with setpoints: write and read files, simulate the servo axes, judge, report."""
+"""What can be done with setpoints: write and read files, simulate the servo axes, judge."""
 
 from __future__ import annotations
 
@@ -8,27 +8,15 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from cncgen.arguments import expect, expect_axes, expect_number, expect_path, wrong
-from cncgen.pipeline.planning import (
-    Plan,
-    drives_of,
-    machine_of,
-    metadata_of,
-    options_on,
-    plan_with_summary,
-    program_of,
-    sample,
-)
-from cncgen.pipeline.reading import read, sound
+from cncgen.pipeline.planning import Plan, drives_of, machine_of, metadata_of, program_of, sample
+from cncgen.pipeline.reading import sound
 
 if TYPE_CHECKING:
-    from cncgen.diagnostics import Diagnostics
     from cncgen.machine import Machine, Servo
-    from cncgen.planner import PlanOptions
     from cncgen.servo.record import Response
     from cncgen.setpoints.columns import Layout
     from cncgen.setpoints.record import Setpoints
     from cncgen.setpoints.stream import SetpointStream
-    from cncgen.toolpath.reading import ReadOptions
     from cncgen.toolpath.record import Program
     from cncgen.verify import Verdict
 
@@ -264,28 +252,3 @@ def judge(
         named=program.moving_axes or None,
         resolution=resolution,
     )
-
-
-def report_page(
-    program: Program,
-    machine: Machine | str | os.PathLike[str],
-    options: PlanOptions | None = None,
-    *,
-    language: str | None = None,
-    reading: ReadOptions | None = None,
-) -> tuple[str, Diagnostics]:
-    """Plan a program, judge the plan, and return the HTML page on it with the planner's remarks.
-
-    A program from a file is read a second time for the verdict; one from standard input is not verified.
-    """
-    from cncgen.report.line_times import LineTimes
-    from cncgen.report.page import page
-
-    where, times = machine_of(machine), LineTimes()
-    stream, summary = plan_with_summary(program, where, options, line_times=times)
-    points = stream.collect()
-    verdict = None
-    if os.path.isfile(program.name) and len(points):
-        again = read(program.name, language=language, options=options_on(where, reading))
-        verdict = judge(points, again, where)
-    return page(points, where, summary.as_json(), verdict, times), summary.remarks

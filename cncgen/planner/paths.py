@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections import deque
 
+import numpy as np
+from numpy.typing import NDArray
+
 from cncgen.geometry.path import Path
-from cncgen.toolpath.record import Toolpath
+from cncgen.planner.record import Trajectory
+from cncgen.toolpath.record import FeedMode, Toolpath
 
 #: The last toolpaths with their paths: planner, blending and sampling ask for the same ones one after the other, the
 #: planner in another thread and some blocks ahead.
@@ -21,3 +25,11 @@ def path_of(toolpath: Toolpath) -> Path:
     path = Path(t.axes, t.start, t.kind, t.end, t.curve, t.arcs, t.nurbs)
     _recent.append((toolpath, path))
     return path
+
+
+def programmed_speed(trajectory: Trajectory) -> NDArray[np.float64]:
+    """Return the speed along the path that the program asks for on each row, mm/s, shape (rows,); 0 in a rapid or an event."""
+    rows = trajectory.toolpath
+    inverse = rows.feed_mode == FeedMode.INVERSE_TIME
+    feed = rows.feed * np.where(inverse, np.diff(trajectory.row_s), path_of(rows).per_feed)
+    return np.where(np.isfinite(feed) & (feed > 0), feed, 0.0)

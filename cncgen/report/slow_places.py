@@ -13,17 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.planner.motion import motion_at
-from cncgen.planner.paths import path_of
+from cncgen.planner.paths import programmed_speed
 from cncgen.planner.record import Limit, Trajectory
-from cncgen.toolpath.record import FeedMode
 
 Floats = NDArray[np.float64]
 
 #: A maximum parts two valleys where the speed rises by more than this part of itself on both sides.
 RIPPLE = 0.05
 
-#: Places that are kept.
-KEPT = 10
+#: Places that are kept; a summary lists the first `LISTED` of them, the page all.
+KEPT = 20
+LISTED = 10
 #: What sums of the same times in another order differ by, s, with room to spare.
 _ROUNDING_S = 1e-9
 
@@ -87,20 +87,14 @@ class SlowPlaces:
         time, length = np.diff(p.t), np.diff(p.s)
         row = np.searchsorted(trajectory.row_s[1:], 0.5 * (p.s[:-1] + p.s[1:]), side="left")
         row = np.minimum(row, len(rows) - 1)
-        loss = time - length / self._feed(trajectory)[row]
+        asked = programmed_speed(trajectory)[row]
+        loss = time - length / np.where(asked > 0.0, asked, self._rapid)
         speed = np.append(p.v[1:], np.maximum(motion_at(p, p.t[-1:]).v, 0.0))
         # A piece is slowest at one of its ends.
         at = np.arange(len(p)) + (speed <= p.v)
         pieces = np.stack([loss, speed, rows.line[row], p.limit, np.minimum(speed, p.v), p.t[at], p.s[at]])
         waits = p.waits
         return pieces[:, ~waits] if waits.any() else pieces
-
-    def _feed(self, trajectory: Trajectory) -> Floats:
-        """Return the programmed speed on each row."""
-        rows = trajectory.toolpath
-        inverse = rows.feed_mode == FeedMode.INVERSE_TIME
-        feed = rows.feed * np.where(inverse, np.diff(trajectory.row_s), path_of(rows).per_feed)
-        return np.where(np.isfinite(feed) & (feed > 0), feed, self._rapid)
 
     def _close(self, pieces: Floats) -> None:
         lost = float(pieces[0].sum())

@@ -13,7 +13,7 @@ from cncgen.machine.record import Axis, Machine
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit, Profile, SharpCorner, Trajectory
 from cncgen.report.differences import DifferencePeaks
-from cncgen.report.slow_places import SlowPlaces
+from cncgen.report.slow_places import LISTED, SlowPlace, SlowPlaces
 from cncgen.report.tables import counted, duration
 from cncgen.setpoints.columns import position_column
 from cncgen.setpoints.record import Setpoints
@@ -95,6 +95,10 @@ class Summary:
                 )
             )
 
+    def places(self) -> list[SlowPlace]:
+        """Return the places that cost the most time, the worst first: up to `cncgen.report.slow_places.KEPT`."""
+        return self._slow.worst()
+
     def _add(self, trajectory: Trajectory) -> None:
         profile = trajectory.profile
         if len(profile):
@@ -164,7 +168,7 @@ class Summary:
                     "feed_mm_s": place.feed_mm_s,
                     "limit": place.limit.name.lower(),
                 }
-                for place in self._slow.worst()
+                for place in self.places()[:LISTED]
             ],
             **{k: v for k, v in self._values.items() if isinstance(v, str | int | float | bool | None)},
             "diagnostics": [item.as_json() for item in diagnostics],

@@ -19,9 +19,15 @@ Floats = NDArray[np.float64]
 #: Signals of one column an axis, with the power of the second in their unit.
 AXIS_SIGNALS = {"vel": "_s", "acc": "_s2", "jerk": "_s3"}
 #: Signals of one column, with its name.
-PATH_SIGNALS = {"feed": "feed_mm_s", "line": "line", "limit": "limit"}
+PATH_SIGNALS = {
+    "feed": "feed_mm_s",
+    "line": "line",
+    "limit": "limit",
+    "programmed": "programmed_feed_mm_s",
+    "source": "source",
+}
 #: Columns of whole numbers.
-INTEGERS = ("line", "limit")
+INTEGERS = ("line", "limit", "source")
 
 
 def position_column(axis: str) -> str:

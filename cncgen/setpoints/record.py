@@ -23,7 +23,8 @@ class Setpoints:
         first: Index of the first row in the whole stream.
         position: Shape (n, axes), mm or rad.
         signals: Further columns by name, where they were asked for: ``vel``, ``acc``, ``jerk`` of shape (n, axes),
-            ``feed`` (mm/s along the path), ``line`` and ``limit`` (a `cncgen.planner.record.Limit`) of shape (n,).
+            ``feed`` (mm/s along the path), ``programmed`` (the feed that the program asks for, 0 in a rapid), ``line``, ``source``
+            (of the files that lines are in, 0 is the program) and ``limit`` (a `cncgen.planner.record.Limit`) of shape (n,).
         events: Pairs of time and `Event` with the source line, that fall into this chunk.
     """
 

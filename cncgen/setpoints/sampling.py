@@ -16,7 +16,7 @@ from cncgen.geometry import elementary
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
 from cncgen.planner.motion import Motion, motion_at
-from cncgen.planner.paths import path_of
+from cncgen.planner.paths import path_of, programmed_speed
 from cncgen.planner.record import Profile, Trajectory
 from cncgen.setpoints.record import Setpoints
 from cncgen.toolpath.record import Event
@@ -24,7 +24,7 @@ from cncgen.toolpath.record import Event
 Floats = NDArray[np.float64]
 
 #: What ``--signals`` may name.
-SIGNALS = ("vel", "acc", "jerk", "feed", "line", "limit")
+SIGNALS = ("vel", "acc", "jerk", "feed", "line", "limit", "programmed", "source")
 
 #: Rows of one chunk of setpoints.
 CHUNK_ROWS = 65_536
@@ -172,4 +172,7 @@ def _signal(name: str, x: Floats, at: Motion, trajectory: Trajectory) -> NDArray
     if name == "limit":
         return trajectory.profile.limit[at.piece]
     rows = np.searchsorted(trajectory.row_s[1:], at.s, side="left")
-    return trajectory.toolpath.line[np.minimum(rows, len(trajectory.toolpath) - 1)]
+    rows = np.minimum(rows, len(trajectory.toolpath) - 1)
+    if name == "programmed":
+        return programmed_speed(trajectory)[rows]
+    return trajectory.toolpath.source[rows] if name == "source" else trajectory.toolpath.line[rows]

@@ -35,13 +35,13 @@ def trajectory(losses: list[float], rapid: bool = False) -> Trajectory:
     return Trajectory(toolpath, row_s[: len(toolpath) + 1], profile)
 
 
-def test_the_worst_ten_with_line_place_and_limit() -> None:
+def test_the_worst_twenty_with_line_place_and_limit() -> None:
     losses = [0.1 + 0.01 * ((5 * k) % COUNT) for k in range(COUNT)]
     slow = SlowPlaces(500.0)
     slow.add(trajectory(losses))
     found = slow.worst()
-    order = sorted(range(COUNT), key=lambda k: -losses[k])[:10]
-    assert KEPT == 10
+    order = sorted(range(COUNT), key=lambda k: -losses[k])[:20]
+    assert KEPT == 20
     assert [place.line for place in found] == [k + 2 for k in order]
     assert [place.lost_s for place in found] == pytest.approx([losses[k] for k in order], abs=1e-12)
     # Each row becomes slow in its middle.

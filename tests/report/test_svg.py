@@ -1,28 +1,16 @@
-"""The HTML page and its pictures: well formed, self-contained, thinned without losing a peak."""
+"""Pictures as SVG: well formed, thinned without losing a peak."""
 
 from __future__ import annotations
 
 import re
-import subprocess
 import xml.etree.ElementTree as ET
-from collections.abc import Callable
-from html import escape
-from html.parser import HTMLParser
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cncgen.machine import load_machine
-from cncgen.pipeline import judge, plan_with_summary, read_text
-from cncgen.planner import PlanOptions
-from cncgen.report.line_times import LineTimes
-from cncgen.report.page import page
 from cncgen.report.svg import SPEEDS, chart, envelope, path_picture, ticks
-
-Run = Callable[..., "subprocess.CompletedProcess[bytes]"]
 
 
 @given(st.integers(1, 5000), st.integers(5, 50), st.integers(0, 99))
@@ -119,32 +107,6 @@ def test_a_single_point() -> None:
     assert [e.get("d") for e in still.iter() if e.get("class") == "curve"] == ["M64.0 194.0"]
 
 
-class _Fetched(HTMLParser):
-    """Collects what a browser would fetch."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.found: list[str] = []
-        self.tags: list[str] = []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append(tag)
-        self.found += [value or "" for name, value in attrs if name in ("src", "href", "srcset", "data")]
-
-
-def test_the_page_is_self_contained(cncgen: Run, programs: Path, tmp_path: Path) -> None:
-    run = cncgen("report", programs / "square_r5.nc", "-m", "xy-table", "-o", "page.html")
-    assert run.returncode == 0, run.stderr.decode()
-    text = (tmp_path / "page.html").read_text(encoding="utf-8")
-    parser = _Fetched()
-    parser.feed(text)
-    assert parser.found == []
-    assert not {"script", "link", "img", "iframe"} & set(parser.tags)
-    assert parser.tags.count("svg") == 4
-    assert "Every limit holds." in text
-    assert "xy-table" in text
-
-
 def test_the_picture_of_a_long_path_is_bounded() -> None:
     """A million points that fill the page: under a megabyte, and still XML."""
     t = np.arange(1_000_000.0)
@@ -152,23 +114,3 @@ def test_the_picture_of_a_long_path_is_bounded() -> None:
     svg = path_picture(points, ["X", "Y"], 1 + np.sin(t / 50), points[:0])
     assert len(svg) < 1_000_000
     ET.fromstring(svg)
-
-
-def test_the_page_says_what_is_broken_and_what_the_plan_remarks() -> None:
-    """Setpoints that leave the path and ask too much, a program of more lines than the page lists."""
-    lines = "".join(f"G1 X{k % 3} Y{k % 7} F3000\n" for k in range(1, 150))
-    text = f"G21 G90 G61\n{lines}M2\n"
-    times = LineTimes()
-    options = PlanOptions(feedrate="constant")
-    stream, summary = plan_with_summary(read_text(text, "a<b>.nc"), "xy-table", options, line_times=times)
-    points = stream.collect()
-    machine = load_machine("xy-table")
-    verdict = judge(points, read_text(text), machine)
-    assert not verdict.holds
-    shown = page(points, machine, summary.as_json(), verdict, times)
-    assert "Limits are broken." in shown
-    assert all(f"<li>{escape(item.message)}</li>" in shown for item in verdict.breaches)
-    assert "a&lt;b&gt;.nc on xy-table" in shown
-    assert "<td>plan-over-limits</td>" in shown
-    assert re.search(r"<td>\d+ others</td>", shown)
-    assert "Verified" not in page(points, machine, summary.as_json(), None)

@@ -1,0 +1,174 @@
+"""The page on a program: planned, simulated where the machine has servo data, judged, and recorded, in one pass."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from cncgen.diagnostics import Diagnostics, Severity, UsageError
+from cncgen.pipeline.planning import Plan, machine_of, options_on, output_axes, program_of, sample
+from cncgen.pipeline.reading import read, sound
+
+if TYPE_CHECKING:
+    from cncgen.machine import Machine
+    from cncgen.planner import PlanOptions
+    from cncgen.report.page import Contents, Recording
+    from cncgen.report.summary import Summary
+    from cncgen.setpoints.record import Setpoints
+    from cncgen.toolpath.reading import ReadOptions
+    from cncgen.toolpath.record import Program
+    from cncgen.verify import Verdict
+
+
+@dataclass(frozen=True, slots=True)
+class Page:
+    """The page on a plan: `html` is a whole document, `remarks` what the planner says of the plan."""
+
+    html: str
+    remarks: Diagnostics
+
+    def _repr_html_(self) -> str:
+        from cncgen.report.notebook import framed
+
+        return framed(self.html)
+
+    def __repr__(self) -> str:
+        return f"Page({len(self.html)} characters)"
+
+
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """What a plan is compared with: the same program, planned otherwise."""
+
+    label: str
+    machine: Machine | str | os.PathLike[str] | None = None
+    options: PlanOptions | None = None
+
+
+def report_page(
+    program: Program | str | os.PathLike[str],
+    machine: Machine | str | os.PathLike[str] = "generic-mill",
+    options: PlanOptions | None = None,
+    *,
+    compare: Sequence[Variant] = (),
+    language: str | None = None,
+    reading: ReadOptions | None = None,
+    title: str | None = None,
+) -> Page:
+    """Plan a program, simulate and judge the plan, and make the page on it.
+
+    Args:
+        program: From `read`, or a file.
+        machine: A profile's name, a TOML file, or a machine. Where all axes have servo data, the page has their errors and forces.
+        options: How it is planned.
+        compare: Other plans of the same program, shown over this one.
+        language, reading: How a file is read the second time, to be judged; as for `read`.
+        title: Of the page; None: program and machine.
+
+    Returns:
+        The page; ``html`` is a document that needs nothing else. A program from standard input is not judged.
+
+    Raises:
+        UsageError, ProgramError, NoPlanError: As `plan`.
+    """
+    from cncgen.report.page import html
+
+    where = machine_of(machine)
+    program = program_of(program, where)
+    parts, remarks = [], Diagnostics()
+    for variant in (Variant(where.name), *compare):
+        there = where if variant.machine is None else machine_of(variant.machine)
+        part, said = _recorded(program, there, variant.options or options, variant.label, (language, reading))
+        parts.append(part)
+        remarks.extend(said)
+    return Page(html(title or f"{_shown(program.name)} on {where.name}", parts), remarks)
+
+
+def _shown(name: str) -> str:
+    return os.path.basename(name) or name
+
+
+def _recorded(
+    program: Program,
+    machine: Machine,
+    options: PlanOptions | None,
+    label: str,
+    again: tuple[str | None, ReadOptions | None],
+) -> tuple[Contents, Diagnostics]:
+    """Plan a program; record, simulate and judge the plan as it is drawn.
+
+    Servo axes that cannot follow (an unstable loop) are left out, with a warning.
+    """
+    from cncgen.report.page import Contents
+
+    remarks = Diagnostics()
+    try:
+        run = _Run(program, machine, options, with_servos=_has_servos(program, machine))
+        verdict = run.drawn(again)
+    except UsageError as error:
+        if not all(item.code.startswith("servo-") for item in error.diagnostics):
+            raise
+        remarks.extend(replace(item, severity=Severity.WARNING) for item in error.diagnostics)
+        run = _Run(program, machine, options, with_servos=False)
+        verdict = run.drawn(again)
+    remarks.extend(run.summary.remarks)
+    summary, places = run.summary.as_json(), run.summary.places()
+    return Contents(label, machine, run.recording, summary, places, verdict), remarks
+
+
+def _has_servos(program: Program, machine: Machine) -> bool:
+    axes = [machine.axes.get(letter) for letter in output_axes(program)]
+    return bool(axes) and all(axis is not None and axis.servo is not None for axis in axes)
+
+
+class _Run:
+    """One plan of a program, with what watches it."""
+
+    def __init__(
+        self, program: Program, machine: Machine, options: PlanOptions | None, with_servos: bool
+    ) -> None:
+        from cncgen import planner
+        from cncgen.planner.strategies import available
+        from cncgen.report.page import SIGNALS, Recording
+        from cncgen.report.summary import Summary
+
+        how = options or planner.PlanOptions()
+        self._program, self._machine, self._with_servos = program, machine, with_servos
+        axes = output_axes(program)
+        self.summary: Summary = Summary(program, machine, how.feedrate or available()[0])
+        self.recording: Recording = Recording(machine, axes, machine.period_s)
+        trajectories = planner.plan(self.summary.over_toolpaths(sound(program)), machine, how)
+        watched = self.recording.over_trajectories(self.summary.over_trajectories(trajectories))
+        stream = sample(Plan(program, machine, watched), SIGNALS)
+        self._chunks = self.recording.over_setpoints(self.summary.over_setpoints(stream.chunks))
+
+    def drawn(self, again: tuple[str | None, ReadOptions | None]) -> Verdict | None:
+        """Draw the plan to its end; return the verdict on it, or None of a program that cannot be read again."""
+        from cncgen.setpoints.stream import SetpointStream
+
+        chunks = self._followed() if self._with_servos else self._chunks
+        name = self._program.name
+        head = next(chunks, None)
+        if head is None or not os.path.isfile(name):
+            for _ in chunks:
+                pass
+            return None
+        from itertools import chain
+
+        from cncgen.verify import verify
+
+        language, reading = again
+        same = read(name, language=language, options=options_on(self._machine, reading))
+        stream = SetpointStream(name, head.axes, head.period_s, chain((head,), chunks))
+        return verify(stream, sound(same), self._machine, named=same.moving_axes or None)
+
+    def _followed(self) -> Iterator[Setpoints]:
+        """Yield the setpoints behind the simulation of the servo axes, which the recording watches."""
+        from cncgen.pipeline.using import simulate
+        from cncgen.setpoints.record import Setpoints
+
+        responses = simulate(self._chunks, self._machine)
+        for chunk in self.recording.over_responses(responses):
+            yield Setpoints(chunk.axes, chunk.period_s, chunk.first, chunk.command)

@@ -1,0 +1,122 @@
+"""What the page says of a plan beside its signals: figures, places, corners, verdict, and the text of the program."""
+
+from __future__ import annotations
+
+import os
+import zlib
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+from cncgen import __version__
+from cncgen.diagnostics import json_values
+from cncgen.machine.record import Machine
+from cncgen.planner.record import Limit
+from cncgen.report.page.assembling import assemble
+from cncgen.report.page.recording import Recording
+from cncgen.report.page.streams import Blob, integers
+from cncgen.report.slow_places import SlowPlace
+from cncgen.verify.verdict import Verdict
+
+#: Of the format that docs/page.md describes.
+FORMAT = 1
+#: Bytes of a program's text that the page holds at most.
+MOST_SOURCE = 64_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Contents:
+    """One plan, or setpoints from elsewhere, as the page shows it.
+
+    Attributes:
+        label: Its name where several stand on one page.
+        machine: On which it runs.
+        recording: Its signals.
+        summary: As `cncgen.report.summary.Summary.as_json` gives it; {} of setpoints from elsewhere.
+        places: Where the most time is lost, the worst first.
+        verdict: What `verify` found, or None.
+        texts: Programs' texts by the names in `Recording.sources`; a file that is not there is read.
+        why: Rows of what would shorten the part (``cncgen why``), or None.
+    """
+
+    label: str
+    machine: Machine
+    recording: Recording
+    summary: Mapping[str, Any]
+    places: Sequence[SlowPlace] = ()
+    verdict: Verdict | None = None
+    texts: Mapping[str, bytes] | None = None
+    why: Sequence[Mapping[str, Any]] | None = None
+
+
+def html(title: str, parts: Sequence[Contents]) -> str:
+    """Return the page on one plan, or on several over each other.
+
+    Args:
+        title: Of the page.
+        parts: The plan, then those that it is compared with.
+    """
+    blob = Blob()
+    header: dict[str, Any] = {
+        "format": FORMAT,
+        "version": __version__,
+        "title": title,
+        "limits": [limit.name.lower().replace("_", " ") for limit in Limit],
+        "parts": [contents(part, blob, with_source=k == 0) for k, part in enumerate(parts)],
+    }
+    return assemble(title, header, blob.text())
+
+
+def contents(part: Contents, blob: Blob, with_source: bool = True) -> dict[str, Any]:
+    """Return what the page's header says of one plan; its streams go into the blob."""
+    summary = {k: v for k, v in part.summary.items() if k not in ("sharp_corners", "slowest")}
+    corners = [round(item["t_s"] / part.machine.period_s) for item in part.summary.get("sharp_corners", ())]
+    found = part.recording.finish(blob)
+    found |= {
+        "label": part.label,
+        "machine": part.machine.name,
+        "summary": json_values(summary),
+        "corners": integers(sorted(corners), 1, blob),
+        "places": [_place(place) for place in part.places],
+        "verdict": _verdict(part.verdict),
+        "sources": [_source(name, part.texts or {}, blob, with_source) for name in part.recording.sources],
+    }
+    if part.why is not None:
+        found["why"] = [json_values(dict(row)) for row in part.why]
+    return found
+
+
+def _place(place: SlowPlace) -> dict[str, Any]:
+    return {
+        "lost_s": round(place.lost_s, 6),
+        "line": place.line,
+        "t_s": round(place.t_s, 6),
+        "feed_mm_s": round(place.feed_mm_s, 4),
+        "limit": place.limit.name.lower().replace("_", " "),
+    }
+
+
+def _verdict(verdict: Verdict | None) -> dict[str, Any] | None:
+    if verdict is None:
+        return None
+    result = verdict.as_json()
+    breaches = [
+        {"code": item.code, "severity": item.severity.name.lower(), "message": item.message}
+        | {key: item.values[key] for key in ("t_s", "line") if key in item.values}
+        for item in verdict.breaches
+    ]
+    found: dict[str, Any] = json_values({**result, "breaches": breaches})
+    return found
+
+
+def _source(name: str, texts: Mapping[str, bytes], blob: Blob, wanted: bool) -> dict[str, Any]:
+    """Return a file's name, and its text if it can be had."""
+    found: dict[str, Any] = {"name": name}
+    text = texts.get(name)
+    if text is None and wanted and os.path.isfile(name):
+        with suppress(OSError), open(name, "rb") as file:
+            text = file.read(MOST_SOURCE)
+    if wanted and text is not None:
+        found["text"] = blob.put(zlib.compress(text.decode("utf-8", "replace").encode(), 6))
+    return found

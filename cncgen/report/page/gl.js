@@ -1,0 +1,160 @@
+// WebGL2: paths as quads of a width in pixels, one instance a segment; colours come from a row of a texture.
+
+const VERTEX = `#version 300 es
+precision highp float;
+layout(location=0) in vec3 a;
+layout(location=1) in vec3 b;
+layout(location=2) in float va;
+layout(location=3) in float vb;
+layout(location=4) in float style;
+uniform mat4 matrix;
+uniform vec2 size;
+uniform float width;
+uniform float lift;
+out float value;
+flat out float kind;
+out float way;
+void main() {
+  vec4 p = matrix * vec4(a, 1.0), q = matrix * vec4(b, 1.0);
+  vec2 d = (q.xy - p.xy) * size * 0.5;
+  float length = length(d);
+  vec2 along = length > 1e-6 ? d / length : vec2(1.0, 0.0);
+  vec2 across = vec2(-along.y, along.x);
+  float side = (gl_VertexID & 1) == 0 ? -1.0 : 1.0;
+  bool end = gl_VertexID >= 2;
+  float half_width = 0.5 * width;
+  vec2 offset = across * side * half_width + along * (end ? half_width : -half_width) * 0.5;
+  vec4 c = end ? q : p;
+  gl_Position = vec4(c.xy + offset * 2.0 / size, c.z - lift, 1.0);
+  if (style > 1.5) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+  value = end ? vb : va;
+  kind = style;
+  way = end ? length : 0.0;
+}`;
+
+const FRAGMENT = `#version 300 es
+precision highp float;
+in float value;
+flat in float kind;
+in float way;
+uniform sampler2D palette;
+uniform float steps;
+uniform vec4 solid;
+uniform vec4 rapid;
+uniform float opacity;
+out vec4 colour;
+void main() {
+  float cover = 1.0;
+  float place = steps > 0.5 ? (floor(value * 255.0 + 0.5) + 0.5) / 256.0 : (value * 255.0 + 0.5) / 256.0;
+  vec4 tint = solid.a > 0.0 ? solid : texture(palette, vec2(place, 0.5));
+  if (kind > 0.5 && solid.a <= 0.0 && rapid.a > 0.0) {
+    tint = rapid;
+    if (mod(way, 9.0) > 5.0 && way > 9.0) cover *= 0.15;
+  }
+  float alpha = tint.a * cover * opacity;
+  if (alpha < 0.02) discard;
+  colour = vec4(tint.rgb * alpha, alpha);
+}`;
+
+/** Return a WebGL2 context with what draws segments, or null where the browser has none. */
+export function segmentDrawer(canvas) {
+  const gl = canvas.getContext("webgl2", { antialias: true, alpha: true, premultipliedAlpha: true });
+  if (!gl) return null;
+  const program = linked(gl);
+  const at = (name) => gl.getUniformLocation(program, name);
+  const place = Object.fromEntries(
+    ["matrix", "size", "width", "lift", "palette", "steps", "solid", "rapid", "opacity"].map((name) => [name, at(name)]),
+  );
+  const palette = gl.createTexture();
+  gl.bindTexture(gl.TEXTURE_2D, palette);
+  for (const side of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, side, gl.NEAREST);
+  for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, side, gl.CLAMP_TO_EDGE);
+  gl.useProgram(program);
+  gl.enable(gl.BLEND);
+  gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+  gl.enable(gl.DEPTH_TEST);
+  gl.depthFunc(gl.LEQUAL);
+  return {
+    gl,
+    vertices: 0,
+    setPalette(bytes) {
+      gl.bindTexture(gl.TEXTURE_2D, palette);
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, bytes.length / 4, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
+    },
+    begin(width, height) {
+      gl.viewport(0, 0, width, height);
+      gl.clearColor(0, 0, 0, 0);
+      gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+      this.vertices = 0;
+    },
+    /** Draw a buffer of `segments`; how it is drawn has matrix, size, width, and solid (a colour) or the palette. */
+    draw(buffer, how) {
+      if (!buffer || !buffer.count) return;
+      gl.uniformMatrix4fv(place.matrix, false, how.matrix);
+      gl.uniform2f(place.size, how.size[0], how.size[1]);
+      gl.uniform1f(place.width, how.width);
+      gl.uniform1f(place.lift, how.lift ?? 0);
+      gl.uniform1f(place.steps, how.steps ? 1 : 0);
+      gl.uniform4fv(place.solid, how.solid ?? [0, 0, 0, 0]);
+      gl.uniform4fv(place.rapid, how.rapid ?? [0, 0, 0, 0]);
+      gl.uniform1f(place.opacity, how.opacity ?? 1);
+      gl.bindVertexArray(buffer.array);
+      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, buffer.count);
+      this.vertices += 4 * buffer.count;
+    },
+  };
+}
+
+function linked(gl) {
+  const program = gl.createProgram();
+  for (const [kind, text] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, FRAGMENT]]) {
+    const shader = gl.createShader(kind);
+    gl.shaderSource(shader, text);
+    gl.compileShader(shader);
+    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
+    gl.attachShader(program, shader);
+  }
+  gl.linkProgram(program);
+  if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
+  return program;
+}
+
+/**
+ * Put a polyline into buffers: `points` three numbers a point, `values` and `styles` a byte a point.
+ *
+ * Segment k goes from point k to k + 1 in the style of k + 1: 0 feed, 1 rapid, 2 not drawn.
+ */
+export function polyline(gl, points, values, styles) {
+  const buffers = [points, values, styles].map((data) => {
+    const buffer = gl.createBuffer();
+    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+    gl.bufferData(gl.ARRAY_BUFFER, data, gl.STATIC_DRAW);
+    return buffer;
+  });
+  const array = gl.createVertexArray();
+  gl.bindVertexArray(array);
+  const attribute = (index, buffer, size, kind, normal, stride, offset) => {
+    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+    gl.enableVertexAttribArray(index);
+    gl.vertexAttribPointer(index, size, kind, normal, stride, offset);
+    gl.vertexAttribDivisor(index, 1);
+  };
+  attribute(0, buffers[0], 3, gl.FLOAT, false, 12, 0);
+  attribute(1, buffers[0], 3, gl.FLOAT, false, 12, 12);
+  attribute(2, buffers[1], 1, gl.UNSIGNED_BYTE, true, 1, 0);
+  attribute(3, buffers[1], 1, gl.UNSIGNED_BYTE, true, 1, 1);
+  attribute(4, buffers[2], 1, gl.UNSIGNED_BYTE, false, 1, 1);
+  gl.bindVertexArray(null);
+  return {
+    array,
+    count: Math.max(0, values.length - 1),
+    setValues(bytes) {
+      gl.bindBuffer(gl.ARRAY_BUFFER, buffers[1]);
+      gl.bufferData(gl.ARRAY_BUFFER, bytes, gl.STATIC_DRAW);
+    },
+    free() {
+      for (const buffer of buffers) gl.deleteBuffer(buffer);
+      gl.deleteVertexArray(array);
+    },
+  };
+}

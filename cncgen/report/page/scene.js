@@ -1,0 +1,266 @@
+// The picture of the path: levels of detail, colours, what is highlighted, and which row is under the pointer.
+
+import { Camera } from "./camera.js";
+import { polyline, segmentDrawer } from "./gl.js";
+import { CLASSES, pick } from "./levels.js";
+import { ticks } from "./format.js";
+
+/** Points drawn while the picture moves, and when it rests: four vertices a point. */
+export const MOVING_POINTS = 70_000;
+const COARSE_POINTS = 35_000;
+const RESTING_POINTS = 600_000;
+const REST_MS = 140;
+
+export class Scene {
+  constructor(canvas, theme) {
+    this.canvas = canvas;
+    this.camera = new Camera();
+    this.drawer = segmentDrawer(canvas);
+    this.theme = theme;
+    this.layers = [];
+    this.highlight = null;
+    this.onframe = () => {};
+    this.pending = false;
+    this.moving = false;
+    this.showRapids = true;
+    this.until = Infinity;
+  }
+
+  /** Add a part; the first is coloured, others are drawn in one colour of their own. */
+  addPart(part) {
+    const layer = { part, coarse: null, fine: null, colouring: null, rapid: rapidRows(part) };
+    layer.chunks = Array.from({ length: part.levels.boxes.length / 6 }, (_, k) => k);
+    this.layers.push(layer);
+    this.box = joined(this.layers.map((one) => boxOf(one.part)));
+    this.radius = 0.6 * Math.hypot(this.box[3] - this.box[0], this.box[4] - this.box[1], this.box[5] - this.box[2]) + 1;
+    layer.coarse = this.buffer(layer, pick(part.levels, part.classes, layer.chunks, 0, COARSE_POINTS));
+    this.grid = null;
+  }
+
+  setColouring(colouring, paletteBytes) {
+    const layer = this.layers[0];
+    layer.colouring = colouring;
+    this.drawer?.setPalette(paletteBytes);
+    for (const one of [layer.coarse, layer.fine]) one?.buffer.setValues(gathered(colouring.bytes, one.rows));
+    this.request();
+  }
+
+  buffer(layer, picked) {
+    if (!this.drawer) return null;
+    const { rows, gaps } = picked;
+    const [x, y, z] = layer.part.points;
+    const points = new Float32Array(3 * rows.length), styles = new Uint8Array(rows.length);
+    for (let k = 0; k < rows.length; k++) {
+      const row = rows[k];
+      points[3 * k] = x[row];
+      points[3 * k + 1] = y[row];
+      points[3 * k + 2] = z[row];
+      styles[k] = layer.rapid(row);
+    }
+    for (const gap of gaps) styles[gap + 1] = 2;
+    const values = layer.colouring ? gathered(layer.colouring.bytes, rows) : new Uint8Array(rows.length);
+    return { rows, buffer: polyline(this.drawer.gl, points, values, styles), level: picked.level };
+  }
+
+  /** Show the rows of stretches (pairs of first and last row), or nothing. */
+  setHighlight(spans) {
+    this.highlight?.buffer.free();
+    this.highlight = null;
+    if (spans?.length && this.drawer) {
+      const total = spans.reduce((sum, [a, b]) => sum + b - a + 1, 0);
+      const stride = Math.max(1, Math.ceil(total / 20_000));
+      const rows = [], gaps = [];
+      for (const [a, b] of spans) {
+        if (rows.length) gaps.push(rows.length - 1);
+        for (let k = a; k < b; k += stride) rows.push(k);
+        rows.push(b);
+        if (rows.length > 20_000) break;
+      }
+      this.highlight = this.buffer({ ...this.layers[0], colouring: null }, { rows: Uint32Array.from(rows), gaps, level: 0 });
+    }
+    this.request();
+  }
+
+  /** Ask for a frame; `moving` says that more will follow soon, so that it is drawn with few points. */
+  request(moving = false) {
+    if (moving) {
+      this.moving = true;
+      clearTimeout(this.timer);
+      this.timer = setTimeout(() => {
+        this.moving = false;
+        this.refine();
+        this.request();
+      }, REST_MS);
+    }
+    if (this.pending) return;
+    this.pending = true;
+    requestAnimationFrame(() => {
+      this.pending = false;
+      this.draw();
+    });
+  }
+
+  resize() {
+    const ratio = Math.min(2, window.devicePixelRatio || 1);
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    if (!width || !height) return;
+    this.canvas.width = Math.round(width * ratio);
+    this.canvas.height = Math.round(height * ratio);
+    this.camera.width = width;
+    this.camera.height = height;
+    this.ratio = ratio;
+    this.request(true);
+  }
+
+  /** Pick the points of what is in the view, as fine as its pixels. */
+  refine() {
+    const pixel = 1 / this.camera.scale;
+    for (const layer of this.layers) {
+      const { levels, classes, unit } = layer.part;
+      const finest = Math.max(0, Math.min(CLASSES - 2, 1 + Math.floor(Math.log2((0.25 * pixel) / unit))));
+      const seen = layer.chunks.filter((c) => this.inView(levels.boxes, 6 * c));
+      layer.fine?.buffer.free();
+      layer.fine = seen.length ? this.buffer(layer, pick(levels, classes, seen, finest, RESTING_POINTS)) : null;
+      if (layer.fine) layer.fine.chunks = seen;
+    }
+  }
+
+  inView(boxes, at) {
+    const { camera } = this;
+    const { right, up } = camera.frame();
+    const half = [0, 1, 2].map((k) => (boxes[at + 3 + k] - boxes[at + k]) / 2);
+    const [px, py] = camera.project(...[0, 1, 2].map((k) => (boxes[at + 3 + k] + boxes[at + k]) / 2));
+    const rx = camera.scale * (Math.abs(right[0]) * half[0] + Math.abs(right[1]) * half[1]);
+    const ry = camera.scale * (Math.abs(up[0]) * half[0] + Math.abs(up[1]) * half[1] + Math.abs(up[2]) * half[2]);
+    const room = 40;
+    return px + rx > -room && px - rx < camera.width + room && py + ry > -room && py - ry < camera.height + room;
+  }
+
+  draw() {
+    const { drawer, camera } = this;
+    if (!drawer || !this.layers.length) return this.onframe();
+    const size = [this.canvas.width, this.canvas.height], ratio = this.ratio || 1;
+    const away = Math.hypot(...[0, 1, 2].map((k) => camera.centre[k] - (this.box[k] + this.box[k + 3]) / 2));
+    const matrix = camera.matrix(this.radius + away);
+    const colours = COLOURS[this.theme];
+    drawer.begin(...size);
+    this.grid ??= gridOf(drawer.gl, this.box);
+    if (this.showGrid !== false) drawer.draw(this.grid, { matrix, size, width: ratio, solid: colours.grid });
+    this.layers.forEach((layer, k) => {
+      if (k && this.hideOthers) return;
+      const how = { matrix, size, width: (k ? 1.4 : 2) * ratio, steps: Boolean(layer.colouring?.kinds), lift: k ? -1e-4 : 0 };
+      if (k) how.solid = colours.other;
+      else how.rapid = this.showRapids ? colours.rapid : [0, 0, 0, 0.001];
+      if (this.highlight && !k) how.opacity = 0.35;
+      const few = layer.fine && layer.fine.rows.length <= COARSE_POINTS;
+      if (this.moving || !layer.fine) drawer.draw(layer.coarse.buffer, how);
+      if (layer.fine && (!this.moving || few)) drawer.draw(layer.fine.buffer, how);
+    });
+    if (this.highlight) drawer.draw(this.highlight.buffer, { matrix, size, width: 3.4 * ratio, solid: colours.highlight, lift: 2e-3 });
+    this.onframe();
+  }
+
+  /** Return the row of the first part nearest to a pixel, within some pixels, or -1. */
+  rowAt(px, py, reach = 9) {
+    const layer = this.layers[0];
+    const shown = layer && (layer.fine || layer.coarse);
+    if (!shown) return -1;
+    const { part } = layer, [x, y, z] = part.points, { camera } = this;
+    const { right, up, toward } = camera.frame(), c = camera.centre;
+    const flat = (row) => {
+      const dx = x[row] - c[0], dy = y[row] - c[1], dz = z[row] - c[2];
+      return [
+        camera.width / 2 + camera.scale * (right[0] * dx + right[1] * dy + right[2] * dz),
+        camera.height / 2 - camera.scale * (up[0] * dx + up[1] * dy + up[2] * dz),
+        toward[0] * dx + toward[1] * dy + toward[2] * dz,
+      ];
+    };
+    let best = reach * reach, from = -1, to = -1, nearest = -Infinity;
+    const { rows } = shown;
+    let p = rows.length ? flat(rows[0]) : null;
+    for (let k = 0; k + 1 < rows.length; k++) {
+      const q = flat(rows[k + 1]);
+      if (rows[k + 1] > rows[k]) {
+        const ux = q[0] - p[0], uy = q[1] - p[1], length = ux * ux + uy * uy;
+        let t = length > 0 ? ((px - p[0]) * ux + (py - p[1]) * uy) / length : 0;
+        t = t < 0 ? 0 : t > 1 ? 1 : t;
+        const square = (p[0] + t * ux - px) ** 2 + (p[1] + t * uy - py) ** 2;
+        const depth = p[2] + t * (q[2] - p[2]);
+        if (square < best - 0.5 || (square < best + 0.5 && depth > nearest)) {
+          best = Math.min(best, square);
+          nearest = depth;
+          from = rows[k];
+          to = rows[k + 1];
+        }
+      }
+      p = q;
+    }
+    if (from < 0) return -1;
+    let found = from, least = Infinity;
+    for (let row = from; row <= to; row++) {
+      const [qx, qy] = flat(row);
+      const square = (qx - px) ** 2 + (qy - py) ** 2;
+      if (square < least) {
+        least = square;
+        found = row;
+      }
+    }
+    return found;
+  }
+}
+
+const COLOURS = {
+  dark: { grid: [0.55, 0.62, 0.72, 0.16], rapid: [0.62, 0.66, 0.74, 0.6], other: [0.95, 0.62, 0.9, 0.75], highlight: [1, 1, 1, 1] },
+  light: { grid: [0.2, 0.25, 0.35, 0.14], rapid: [0.42, 0.46, 0.54, 0.65], other: [0.7, 0.1, 0.6, 0.6], highlight: [0.05, 0.07, 0.12, 1] },
+};
+
+function gathered(bytes, rows) {
+  const out = new Uint8Array(rows.length);
+  for (let k = 0; k < rows.length; k++) out[k] = bytes[rows[k]];
+  return out;
+}
+
+/** Return a function that tells whether the motion to a row is a rapid: 1 or 0. Rows are asked for mostly in order. */
+function rapidRows(part) {
+  const run = part.run.programmed_feed_mm_s;
+  if (!run) return () => 0;
+  let k = 0;
+  return (row) => {
+    if (run.starts[k] > row) k = 0;
+    while (run.starts[k + 1] <= row) k++;
+    return run.values[k] === 0 ? 1 : 0;
+  };
+}
+
+export function boxOf(part) {
+  const { boxes } = part.levels, box = [Infinity, Infinity, Infinity, -Infinity, -Infinity, -Infinity];
+  for (let c = 0; c < boxes.length; c += 6) {
+    for (let k = 0; k < 3; k++) {
+      box[k] = Math.min(box[k], boxes[c + k]);
+      box[k + 3] = Math.max(box[k + 3], boxes[c + 3 + k]);
+    }
+  }
+  return box.some((v) => !Number.isFinite(v)) ? [0, 0, 0, 1, 1, 1] : box;
+}
+
+function joined(boxes) {
+  return [0, 1, 2, 3, 4, 5].map((k) => (k < 3 ? Math.min : Math.max)(...boxes.map((box) => box[k])));
+}
+
+/** Return a grid under a box, its lines a round number of millimetres apart. */
+function gridOf(gl, box) {
+  const wide = Math.max(box[3] - box[0], box[4] - box[1], 1e-3);
+  const marks = ticks(0, wide, 10);
+  const step = marks.length > 1 ? marks[1] - marks[0] : wide;
+  const low = [0, 1].map((k) => Math.floor(box[k] / step - 0.5) * step);
+  const high = [0, 1].map((k) => Math.ceil(box[k + 3] / step + 0.5) * step);
+  const points = [], styles = [];
+  const line = (...values) => {
+    points.push(...values);
+    styles.push(2, 0);
+  };
+  for (let x = low[0]; x <= high[0] + step / 2; x += step) line(x, low[1], box[2], x, high[1], box[2]);
+  for (let y = low[1]; y <= high[1] + step / 2; y += step) line(low[0], y, box[2], high[0], y, box[2]);
+  return polyline(gl, new Float32Array(points), new Uint8Array(styles.length), new Uint8Array(styles));
+}
+

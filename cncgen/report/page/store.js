@@ -1,0 +1,134 @@
+// One plan of the page: its header, and its signals once they are decoded.
+
+import { runAt } from "./decode.js";
+import { rowsByLine, stretches, toolRuns } from "./lines.js";
+import { stepped } from "./format.js";
+
+const ORDERS = { vel: "velocity", acc: "acceleration", jerk: "jerk" };
+
+export class Part {
+  constructor(header, limits) {
+    this.header = header;
+    this.limits = limits;
+    this.axes = header.axes;
+    this.rows = header.rows;
+    this.period = header.period_s;
+    this.bands = null;
+    this.texts = null;
+    this.ready = false;
+  }
+
+  /** Take what the worker decoded of the path. */
+  takePath(message) {
+    Object.assign(this, { row: message.rows, run: message.runs, corners: message.corners, points: message.points });
+    Object.assign(this, { classes: message.classes, levels: message.levels, unit: message.unit });
+    this.position = this.axes.map((axis) => this.row[this.positionName(axis)]);
+    if (this.run.line) {
+      this.stretches = stretches(this.run.line, this.run.source, this.rows);
+      this.lineRows = rowsByLine(this.stretches);
+    }
+    this.tools = toolRuns(this.header.events, this.period, this.rows);
+    this.ready = true;
+  }
+
+  positionName(axis) {
+    return `${axis.letter.toLowerCase()}_${axis.unit}`;
+  }
+
+  get seconds() {
+    return Math.max(0, this.rows - 1) * this.period;
+  }
+
+  rowAt(time) {
+    return Math.max(0, Math.min(this.rows - 1, Math.round(time / this.period)));
+  }
+
+  /** Names of the signals that can be charted. */
+  names() {
+    return Object.keys(this.header.streams).filter((name) => this.row?.[name] || this.bands?.[name]);
+  }
+
+  spec(name) {
+    return this.header.streams[name];
+  }
+
+  /** Return a signal as { low, high, block, step }: rows are blocks of one. */
+  signal(name) {
+    if (this.bands?.[name]) return this.bands[name];
+    const rows = this.row?.[name];
+    return rows ? { low: rows, high: rows, block: 1, step: this.spec(name).step } : null;
+  }
+
+  /** Return a signal's value at a row as text, to the printed digit; of a block its lowest and highest value. */
+  text(name, row) {
+    const signal = this.signal(name);
+    if (!signal) return "";
+    const k = Math.floor(row / signal.block);
+    const low = stepped(signal.low[k], signal.step);
+    return signal.block === 1 || signal.low[k] === signal.high[k] ? low : `${low} … ${stepped(signal.high[k], signal.step)}`;
+  }
+
+  /** Return a value of a signal of runs at a row; undefined where there is none. */
+  runValue(name, row) {
+    const run = this.run?.[name];
+    return run && run.values.length ? run.values[runAt(run.starts, row)] : undefined;
+  }
+
+  line(row) {
+    return this.runValue("line", row);
+  }
+
+  source(row) {
+    return this.runValue("source", row) ?? 0;
+  }
+
+  limit(row) {
+    const found = this.runValue("limit", row);
+    return found === undefined ? "" : (this.limits[found] ?? String(found));
+  }
+
+  /** Return the programmed feed in mm/s at a row, 0 in a rapid, or undefined. */
+  programmed(row) {
+    const found = this.runValue("programmed_feed_mm_s", row);
+    return found === undefined ? undefined : found * this.spec("programmed_feed_mm_s").step;
+  }
+
+  /** Return the feed at a row as { value, text }: as the plan has it, else from the way between two rows. */
+  feed(row) {
+    const kept = this.row.feed_mm_s;
+    if (kept) {
+      const step = this.spec("feed_mm_s").step;
+      return { value: kept[row] * step, text: stepped(kept[row], step) };
+    }
+    const value = this.chordSpeed(row);
+    return { value, text: `≈ ${value.toFixed(0)}` };
+  }
+
+  /** Return the speed in mm/s from the rows before and after a row. */
+  chordSpeed(row) {
+    const a = Math.max(0, row - 1), b = Math.min(this.rows - 1, row + 1);
+    if (a === b) return 0;
+    let square = 0;
+    for (const axis of this.points) square += (axis[b] - axis[a]) ** 2;
+    return Math.sqrt(square) / ((b - a) * this.period);
+  }
+
+  /** Return the name of what belongs to an order of derivative of an axis, and its limit. */
+  axisSignal(order, axis) {
+    const power = { vel: "_s", acc: "_s2", jerk: "_s3" }[order];
+    return { name: `${axis.letter.toLowerCase()}_${order}_${axis.unit}${power}`, limit: axis.limits[ORDERS[order]] };
+  }
+
+  toolAt(row) {
+    let found = this.tools[0];
+    for (const run of this.tools) if (run.start <= row) found = run;
+    return found?.tool ?? 0;
+  }
+
+  /** Return the stretch of rows on the line of a row: { key, start, stop }. */
+  stretchAt(row) {
+    if (!this.stretches) return null;
+    const k = runAt(this.stretches.starts, row);
+    return { key: this.stretches.keys[k], start: this.stretches.starts[k], stop: this.stretches.starts[k + 1] };
+  }
+}

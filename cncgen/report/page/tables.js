@@ -1,0 +1,252 @@
+// The tables beside the picture: where time is lost, where it goes, what was checked, and what differs.
+
+import { along, rowsByValue } from "./lines.js";
+import { brief, duration, rounded, share } from "./format.js";
+
+/** Return an element with attributes and children; texts are never markup. */
+export function element(name, attributes = {}, ...children) {
+  const found = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) {
+    if (value === false || value === undefined || value === null) continue;
+    if (key === "class") found.className = value;
+    else found.setAttribute(key, value === true ? "" : String(value));
+  }
+  found.append(...children.filter((child) => child !== null && child !== undefined));
+  return found;
+}
+
+function table(label, header, rows) {
+  const head = element("tr", {}, ...header.map((text) => element("th", { scope: "col" }, text)));
+  return element("table", { "aria-label": label }, element("thead", {}, head), element("tbody", {}, ...rows));
+}
+
+function bar(part) {
+  const found = element("span", { class: "bar", "aria-hidden": "true" });
+  found.style.setProperty("--part", String(Math.max(0, Math.min(1, part))));
+  return found;
+}
+
+/** Name a place: its line, how far along it where it is long, and its position. */
+export function placeName(part, row) {
+  const line = part.line(row), stretch = part.stretchAt(row);
+  if (line === undefined || !stretch) return `at ${duration(row * part.period)}`;
+  const long = stretch.stop - stretch.start > 200;
+  const where = long ? `, ${Math.round(100 * along(part.position, stretch.start, stretch.stop, row))} % along` : "";
+  return `line ${line}${where}`;
+}
+
+export function positionText(part, row) {
+  return part.axes.map((axis) => `${axis.letter}${part.text(part.positionName(axis), row).replace(/0$/, "")}`).join(" ");
+}
+
+/** The places where most time is lost; a click goes there. */
+export function losses(part, go) {
+  const { places } = part.header;
+  if (!places.length) return element("p", { class: "note" }, "The motion keeps the programmed feed everywhere.");
+  const most = places[0].lost_s, total = places.reduce((sum, place) => sum + place.lost_s, 0);
+  const rows = places.map((place, k) => {
+    const row = part.rowAt(place.t_s);
+    const button = element("button", { class: "link", type: "button" }, placeName(part, row));
+    button.addEventListener("click", () => go(row));
+    const found = element(
+      "tr",
+      { "data-row": row },
+      element("td", { class: "rank" }, String(k + 1)),
+      element("td", {}, button, element("small", {}, positionText(part, row))),
+      element("td", { class: "number" }, brief(place.lost_s), bar(place.lost_s / most)),
+      element("td", {}, place.limit, element("small", {}, `down to ${rounded(place.feed_mm_s)} mm/s`)),
+    );
+    found.addEventListener("click", (event) => event.target !== button && go(row));
+    return found;
+  });
+  const note = `${brief(total)} lost at ${places.length} places against the programmed feed, ${share(total / part.seconds)} of the time.`;
+  return element("div", {}, element("p", { class: "note" }, note), table("Places where most time is lost", ["", "Place", "Lost", "Held back by"], rows));
+}
+
+/** Return the cycle time in seconds: as the summary has it; of setpoints from elsewhere the time of the last one. */
+export function cycleTime(part) {
+  const { cycle_time_s: given, motion_time_s: motion, dwell_time_s: dwell } = part.header.summary;
+  return given ?? (motion === undefined ? part.seconds : motion + dwell);
+}
+
+/** Return how the time is split: [{ name, seconds, kind }]. The summary's own split goes first. */
+export function timeSplit(part) {
+  const given = part.header.summary.split;
+  if (given) {
+    return Object.entries(given)
+      .filter(([, seconds]) => seconds > 0)
+      .map(([name, seconds]) => ({ name: name.replace(/_s$/, "").replaceAll("_", " "), seconds, kind: name.replace(/_s$/, "") }));
+  }
+  const run = part.run.programmed_feed_mm_s;
+  const dwell = part.header.summary.dwell_time_s ?? 0;
+  if (!run) return [{ name: "motion", seconds: part.seconds, kind: "cutting" }];
+  const rapid = (rowsByValue(run, part.rows).get(0) ?? 0) * part.period;
+  const found = [{ name: "cutting", seconds: part.seconds - rapid - dwell, kind: "cutting" }];
+  if (rapid > 0) found.push({ name: "rapid", seconds: rapid, kind: "rapid" });
+  if (dwell > 0) found.push({ name: "dwell", seconds: dwell, kind: "dwell" });
+  return found.filter((item) => item.seconds > 0);
+}
+
+function shares(title, items, whole) {
+  const rows = items.map((item) =>
+    element(
+      "tr",
+      {},
+      element("td", {}, item.name),
+      element("td", { class: "number" }, brief(item.seconds)),
+      element("td", { class: "number" }, share(item.seconds / whole), bar(item.seconds / whole)),
+    ),
+  );
+  return element("section", {}, element("h3", {}, title), table(title, ["", "Time", "Share"], rows));
+}
+
+/** Where the time goes: by kind of motion, tool, operation, limit, feed and line; and what would shorten it. */
+export function times(part, go) {
+  const whole = part.seconds || 1, found = [shares("By kind", timeSplit(part), whole)];
+  const tools = byTool(part);
+  if (tools.length > 1 || tools[0].tool) found.push(shares("By tool", tools, whole));
+  const operations = byOperation(part);
+  if (operations.length > 1) found.push(shares("By operation", operations, whole));
+  if (part.run.limit) found.push(shares("By what limits it", byLimit(part), whole));
+  if (part.header.why?.length) found.push(why(part.header.why));
+  if (part.lineRows) found.push(byLine(part, whole, go));
+  return element("div", {}, ...found);
+}
+
+function byTool(part) {
+  const totals = new Map();
+  for (const { tool, start, stop } of part.tools) {
+    const rows = Math.max(0, Math.min(stop, part.rows - 1) - start);
+    totals.set(tool, (totals.get(tool) ?? 0) + rows * part.period);
+  }
+  return sorted([...totals].map(([tool, seconds]) => ({ tool, name: tool ? `T${tool}` : "no tool", seconds })));
+}
+
+/** Operations run from one message or comment that names one to the next. */
+function byOperation(part) {
+  const named = part.header.events.filter((event) => event.event === "operation" || event.event === "workingstep" || event.event === "message");
+  const marks = [{ name: "start", row: 0 }, ...named.map((event) => ({ name: event.text ?? event.name ?? event.event, row: part.rowAt(event.t_s) }))];
+  const totals = new Map();
+  marks.forEach((mark, k) => {
+    const stop = k + 1 < marks.length ? marks[k + 1].row : part.rows - 1;
+    totals.set(mark.name, (totals.get(mark.name) ?? 0) + Math.max(0, stop - mark.row) * part.period);
+  });
+  return [...totals].map(([name, seconds]) => ({ name: String(name), seconds })).filter((item) => item.seconds > 0);
+}
+
+function byLimit(part) {
+  const found = [...rowsByValue(part.run.limit, part.rows)].map(([value, rows]) => ({ name: part.limits[value] ?? String(value), seconds: rows * part.period }));
+  return sorted(found);
+}
+
+function sorted(items) {
+  return items.sort((a, b) => b.seconds - a.seconds);
+}
+
+function why(rows) {
+  const columns = Object.keys(rows[0]);
+  const cells = (row) => columns.map((name) => element("td", { class: typeof row[name] === "number" ? "number" : null }, typeof row[name] === "number" ? rounded(row[name]) : String(row[name] ?? "")));
+  const body = rows.map((row) => element("tr", {}, ...cells(row)));
+  return element("section", {}, element("h3", {}, "What would shorten it"), table("What would shorten it", columns.map((name) => name.replaceAll("_", " ")), body));
+}
+
+function byLine(part, whole, go) {
+  const longest = [...part.lineRows].sort((a, b) => b[1] - a[1]).slice(0, 25);
+  const rows = longest.map(([key, count]) => {
+    const line = key % 2 ** 32, first = part.stretches.starts[part.stretches.visits.get(key)[0]];
+    const button = element("button", { class: "link", type: "button" }, `line ${line}`);
+    button.addEventListener("click", () => go(first));
+    const seconds = count * part.period;
+    return element("tr", {}, element("td", {}, button), element("td", { class: "number" }, brief(seconds)), element("td", { class: "number" }, share(seconds / whole), bar(seconds / whole)));
+  });
+  const title = `Longest of ${part.lineRows.size.toLocaleString("en")} lines`;
+  return element("section", {}, element("h3", {}, title), table(title, ["", "Time", "Share"], rows));
+}
+
+/** What was checked: the verdict, the peaks beside their limits, and what reader and planner remark. */
+export function checks(part, go) {
+  const { verdict, summary } = part.header, found = [];
+  if (verdict) found.push(judged(part, verdict, go));
+  else found.push(element("p", { class: "note" }, "The setpoints were not verified: the program cannot be read again."));
+  if (summary.peak) found.push(peaks(summary.peak));
+  if (summary.diagnostics?.length) found.push(remarks(summary.diagnostics));
+  return element("div", {}, ...found);
+}
+
+function judged(part, verdict, go) {
+  const distance = `Setpoints are at most ${(1000 * verdict.setpoints_to_path_mm).toFixed(3)} µm from the path, the path at most ${(1000 * verdict.path_to_setpoints_mm).toFixed(3)} µm from the setpoints.`;
+  const head = element("p", {}, element("strong", { class: verdict.holds ? "good" : "bad" }, verdict.holds ? "Every limit holds." : "Limits are broken."), ` ${distance}`);
+  const items = verdict.breaches.map((item) => {
+    const found = element("li", { class: item.severity }, item.message);
+    if (item.t_s === undefined || item.t_s === null) return found;
+    const button = element("button", { class: "link", type: "button" }, "Show");
+    button.addEventListener("click", () => go(part.rowAt(item.t_s)));
+    found.append(" ", button);
+    return found;
+  });
+  return element("section", {}, element("h3", {}, "Verified"), head, items.length ? element("ul", {}, ...items) : null);
+}
+
+function peaks(peak) {
+  const names = ["velocity", "acceleration", "jerk"], powers = ["", "²", "³"];
+  const rows = Object.entries(peak).map(([letter, values]) =>
+    element(
+      "tr",
+      {},
+      element("td", {}, letter.toUpperCase()),
+      ...names.map((name, k) => {
+        const part = values[`${name}_of_limit`];
+        const cell = element("td", { class: "number" }, `${rounded(values[name])} ${values.unit}/s${powers[k]}`);
+        if (part !== null && part !== undefined) cell.append(element("small", {}, `${(100 * part).toFixed(1)} % of limit`), bar(part));
+        return cell;
+      }),
+    ),
+  );
+  return element("section", {}, element("h3", {}, "Peaks"), table("Peaks of the axes", ["Axis", ...names], rows));
+}
+
+function remarks(diagnostics) {
+  const rows = diagnostics.map((item) =>
+    element("tr", {}, element("td", { class: "number" }, item.line ? String(item.line) : ""), element("td", { class: item.severity }, item.severity), element("td", {}, item.message, element("small", {}, item.code))),
+  );
+  return element("section", {}, element("h3", {}, "Diagnostics"), table("Diagnostics", ["Line", "", "Message"], rows));
+}
+
+/** What differs between the plan and another one: times, and the lines with the largest differences. */
+export function differences(part, others, go) {
+  const head = ["", part.header.label, ...others.map((other) => other.header.label)];
+  const each = (name, value) => element("tr", {}, element("td", {}, name), ...[part, ...others].map((one) => element("td", { class: "number" }, value(one))));
+  const rows = [
+    each("Machine", (one) => one.header.machine),
+    each("Strategy", (one) => one.header.summary.feedrate ?? ""),
+    each("Time", (one) => duration(one.seconds)),
+    each("Difference", (one) => (one === part ? "" : signed(one.seconds - part.seconds))),
+    each("Path", (one) => (one.header.summary.path_length_mm === undefined ? "" : `${one.header.summary.path_length_mm.toFixed(3)} mm`)),
+  ];
+  const found = [element("section", {}, element("h3", {}, "Side by side"), table("Plans side by side", head, rows))];
+  for (const other of others) if (part.lineRows && other.lineRows) found.push(byDifference(part, other, go));
+  return element("div", {}, ...found);
+}
+
+function signed(seconds) {
+  return `${seconds > 0 ? "+" : seconds < 0 ? "−" : ""}${brief(Math.abs(seconds))}`;
+}
+
+function byDifference(part, other, go) {
+  const keys = new Set([...part.lineRows.keys(), ...other.lineRows.keys()]);
+  const changes = [...keys].map((key) => {
+    const here = (part.lineRows.get(key) ?? 0) * part.period, there = (other.lineRows.get(key) ?? 0) * other.period;
+    return { key, here, there, change: there - here };
+  });
+  const largest = changes.sort((a, b) => Math.abs(b.change) - Math.abs(a.change)).slice(0, 25).filter((one) => one.change);
+  const rows = largest.map(({ key, here, there, change }) => {
+    const visit = part.stretches.visits.get(key);
+    const button = element("button", { class: "link", type: "button", disabled: !visit }, `line ${key % 2 ** 32}`);
+    if (visit) button.addEventListener("click", () => go(part.stretches.starts[visit[0]]));
+    const cell = element("td", { class: `number ${change > 0 ? "slower" : "faster"}` }, signed(change));
+    return element("tr", {}, element("td", {}, button), element("td", { class: "number" }, brief(here)), element("td", { class: "number" }, brief(there)), cell);
+  });
+  const title = `Lines that ${other.header.label} changes most`;
+  return element("section", {}, element("h3", {}, title), table(title, ["", part.header.label, other.header.label, "Difference"], rows));
+}
+

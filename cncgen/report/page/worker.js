@@ -1,0 +1,76 @@
+// The worker: decodes the page's data and prepares it, the path first, so that the first picture does not wait for the rest.
+
+import { band, bytesOf, integers, runs, section } from "./decode.js";
+import { chunked, significance } from "./levels.js";
+
+const post = (message, buffers = []) => self.postMessage(message, [...new Set(buffers)]);
+
+self.onmessage = async ({ data }) => {
+  try {
+    const blob = bytesOf(data.text);
+    for (let k = 0; k < data.parts.length; k++) await path(blob, data.parts[k], k);
+    for (let k = 0; k < data.parts.length; k++) await texts(blob, data.parts[k], k);
+    for (let k = 0; k < data.parts.length; k++) await bands(blob, data.parts[k], k);
+    post({ kind: "done" });
+  } catch (error) {
+    post({ kind: "failed", message: String((error && error.message) || error) });
+  }
+};
+
+async function path(blob, part, index) {
+  const rows = {}, buffers = [], signals = {};
+  await Promise.all(
+    Object.entries(part.streams).map(async ([name, spec]) => {
+      if (spec.rows) {
+        rows[name] = await integers(blob, spec.rows);
+        buffers.push(rows[name].buffer);
+      } else if (spec.runs) {
+        signals[name] = await runs(blob, spec.runs);
+        buffers.push(signals[name].values.buffer, signals[name].starts.buffer);
+      }
+    }),
+  );
+  const corners = await integers(blob, part.corners);
+  const points = placed(part, rows);
+  const unit = 1e-4;
+  const classes = significance(points[0], points[1], points[2], unit);
+  const levels = chunked(points[0], points[1], points[2], classes);
+  for (const array of [...points, classes, levels.boxes, levels.counts]) buffers.push(array.buffer);
+  post({ kind: "path", index, rows, runs: signals, corners, points, classes, levels, unit }, buffers);
+}
+
+/** Return x, y, z of the picture: the linear axes; of a machine without them, rotary ones as they come. */
+function placed(part, rows) {
+  const letters = part.axes.map((axis) => axis.letter);
+  const wanted = letters.some((l) => "XYZ".includes(l)) ? "XYZ" : letters.some((l) => "UVW".includes(l)) ? "UVW" : letters.slice(0, 3).join("");
+  const n = part.rows;
+  return [0, 1, 2].map((k) => {
+    const column = letters.indexOf(wanted[k]);
+    const out = new Float32Array(n);
+    if (column >= 0) {
+      const name = `${letters[column].toLowerCase()}_${part.axes[column].unit}`;
+      const from = rows[name], step = part.streams[name].step;
+      for (let i = 0; i < n; i++) out[i] = from[i] * step;
+    }
+    return out;
+  });
+}
+
+async function texts(blob, part, index) {
+  const found = [];
+  for (const source of part.sources) {
+    if (source.text) found.push(new TextDecoder().decode(await section(blob, source.text)));
+    else found.push(null);
+  }
+  post({ kind: "texts", index, texts: found });
+}
+
+async function bands(blob, part, index) {
+  const found = {}, buffers = [];
+  for (const [name, spec] of Object.entries(part.streams)) {
+    if (!spec.low) continue;
+    found[name] = await band(blob, spec);
+    buffers.push(found[name].low.buffer, found[name].high.buffer);
+  }
+  post({ kind: "bands", index, bands: found }, buffers);
+}

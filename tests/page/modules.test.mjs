@@ -1,0 +1,166 @@
+// The page's modules without a browser: expected values are worked out by other means.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { deflateSync } from "node:zlib";
+
+const from = new URL("../../cncgen/report/page/", import.meta.url);
+const load = (name) => import(new URL(name, from));
+const { band, bytesOf, integers, runAt, runs, summed } = await load("decode.js");
+const { brief, duration, rounded, stepped, ticks } = await load("format.js");
+const { along, lineKey, rowsByLine, rowsByValue, stretches, toolRuns } = await load("lines.js");
+const { CHUNK, chunked, pick, significance } = await load("levels.js");
+const { Camera } = await load("camera.js");
+const { parsed, written } = await load("link.js");
+const { Extremes } = await load("charts.js");
+
+let seed = 7;
+const random = () => (seed = (seed * 1103515245 + 12345) % 2 ** 31) / 2 ** 31;
+
+function stream(values, order) {
+  let rest = values.slice();
+  for (let k = 0; k < order; k++) rest = rest.map((v, i) => v - (i ? rest[i - 1] : 0));
+  const folded = rest.map((v) => (v < 0 ? -2 * v - 1 : 2 * v));
+  const numbers = deflateSync(Uint8Array.from(folded, (v) => Math.min(v, 255)));
+  const large = deflateSync(new Uint8Array(Float64Array.from(folded.filter((v) => v >= 255)).buffer));
+  return { order, count: values.length, numbers, large };
+}
+
+function placed(list) {
+  const parts = [], specs = [];
+  let at = 0;
+  for (const one of list) {
+    specs.push({ order: one.order, count: one.count, at: [at, one.numbers.length], escapes: [at + one.numbers.length, one.large.length] });
+    parts.push(one.numbers, one.large);
+    at += one.numbers.length + one.large.length;
+  }
+  return { blob: new Uint8Array(Buffer.concat(parts)), specs };
+}
+
+test("integers of every order come back", async () => {
+  for (let order = 0; order <= 3; order++) {
+    const values = Array.from({ length: 500 }, (_, k) => Math.round(1e5 * Math.sin(k / 9) + 300 * random()));
+    const { blob, specs } = placed([stream(values, order)]);
+    assert.deepEqual([...(await integers(blob, specs[0]))], values);
+  }
+});
+
+test("wide integers are doubles", () => {
+  const wide = summed(Uint8Array.of(255, 2), Float64Array.of(2 ** 41), { order: 1, count: 2, wide: true });
+  assert.deepEqual([...wide], [2 ** 40, 2 ** 40 + 1]);
+});
+
+test("runs and bands come back", async () => {
+  const { blob, specs } = placed([stream([5, 7, 5], 1), stream([2, 1, 4], 0), stream([-3, 9], 1), stream([4, 0], 1)]);
+  const run = await runs(blob, { values: specs[0], lengths: specs[1] });
+  assert.deepEqual([[...run.values], [...run.starts]], [[5, 7, 5], [0, 2, 3, 7]]);
+  assert.deepEqual([0, 1, 2, 3, 6].map((row) => runAt(run.starts, row)), [0, 0, 1, 2, 2]);
+  const found = await band(blob, { step: 1, block: 2, low: specs[2], spread: specs[3] });
+  assert.deepEqual([[...found.low], [...found.high]], [[-3, 9], [1, 9]]);
+});
+
+test("base 85: zero, one, the largest word", () => {
+  assert.deepEqual([...bytesOf("!!!!!")], [0, 0, 0, 0]);
+  assert.deepEqual([...bytesOf("!!!!#")], [0, 0, 0, 1]);
+  // 2³² − 1 = 82·85⁴ + 23·85³ + 54·85² + 12·85 + 0.
+  const digits = "!#%()*+,./0123456789:;=?@ABCDEFGHIJKLMNOPQRSTUVWXYZ[]^_abcdefghijklmnopqrstuvwxyz{|}~";
+  assert.deepEqual([...bytesOf([82, 23, 54, 12, 0].map((k) => digits[k]).join(""))], [255, 255, 255, 255]);
+});
+
+test("numbers are written to the digit of their step", () => {
+  assert.equal(stepped(123456, 1e-4), "12.3456");
+  assert.equal(stepped(-4, 1e-2), "-0.04");
+  assert.equal(stepped(-0, 1e-2), "0.00");
+  assert.equal(stepped(27, 100), "2700");
+  assert.equal(duration(172.7555), "2:52.756 min");
+  assert.equal(duration(4.102), "4.102 s");
+  assert.equal(duration(7384.04), "2:03:04.0 h");
+  assert.deepEqual([0.0021, 0.25, 12.3456, 150].map(brief), ["2.1 ms", "250 ms", "12.35 s", "2:30 min"]);
+  assert.deepEqual([0, 2450, 50000, 1.5e7].map(rounded), ["0", "2450", "50k", "15M"]);
+  assert.deepEqual(ticks(-525, 525, 4), [-500, 0, 500]);
+  assert.deepEqual(ticks(0, 0.042, 5), [0, 0.01, 0.02, 0.03, 0.04]);
+});
+
+test("time by line counts periods, over visits and files", () => {
+  const line = { values: [3, 4, 3, 4], starts: [0, 2, 5, 6, 9] };
+  const source = { values: [0, 1], starts: [0, 6, 9] };
+  const found = stretches(line, source, 9);
+  assert.deepEqual(found.keys, [3, 4, 3, lineKey(1, 4)]);
+  assert.deepEqual(found.starts, [0, 2, 5, 6, 9]);
+  assert.deepEqual([...found.visits.get(3)], [0, 2]);
+  assert.deepEqual([...rowsByLine(found)], [[3, 3], [4, 3], [lineKey(1, 4), 2]]);
+  assert.deepEqual([...rowsByValue(line, 9)], [[3, 3], [4, 5]]);
+});
+
+test("tools run from change to change", () => {
+  const events = [{ event: "tool", t_s: 0, tool: 2 }, { event: "spindle", t_s: 1 }, { event: "tool", t_s: 1.5, tool: 5 }];
+  assert.deepEqual(toolRuns(events, 0.5, 9), [{ tool: 2, start: 0, stop: 3 }, { tool: 5, start: 3, stop: 9 }]);
+  assert.equal(along([[0, 3, 3, 3], [0, 4, 4, 9]], 0, 4, 2), 0.5);
+});
+
+test("a picked path keeps within its class, and begins and ends where the path does", () => {
+  const n = 3 * CHUNK + 1234, unit = 1e-4;
+  const x = Float32Array.from({ length: n }, (_, k) => k / 300);
+  const y = Float32Array.from({ length: n }, (_, k) => (k > 9000 && k < 9050 ? 5 : 0) + Math.sin(k / 700));
+  const z = new Float32Array(n);
+  const classes = significance(x, y, z, unit);
+  const levels = chunked(x, y, z, classes);
+  const chunks = [0, 1, 2, 3];
+  for (const finest of [0, 5, 9, 12]) {
+    const { rows, gaps, level } = pick(levels, classes, chunks, finest, Infinity);
+    assert.deepEqual([rows[0], rows[rows.length - 1], gaps.length, level], [0, n - 1, 0, finest]);
+    let worst = 0;
+    for (let k = 0, row = 0; k + 1 < rows.length; k++) {
+      assert.ok(rows[k + 1] > rows[k]);
+      for (row = rows[k]; row <= rows[k + 1]; row++) {
+        const ux = x[rows[k + 1]] - x[rows[k]], uy = y[rows[k + 1]] - y[rows[k]];
+        worst = Math.max(worst, Math.abs((y[row] - y[rows[k]]) * ux - (x[row] - x[rows[k]]) * uy) / Math.hypot(ux, uy));
+      }
+    }
+    // A class of deviations up to unit · 2^(finest - 1); those of several strides add up to a few of them.
+    if (finest) assert.ok(worst <= 4 * unit * 2 ** finest, `${worst} at class ${finest}`);
+  }
+  const few = pick(levels, classes, chunks, 0, 900);
+  assert.ok(few.rows.length <= 900 + 2 * chunks.length, String(few.rows.length));
+  assert.deepEqual(pick(levels, classes, [0, 2], 8, Infinity).gaps.length, 1);
+});
+
+test("a straight line is two points a chunk", () => {
+  const x = Float32Array.from({ length: 2 * CHUNK }, (_, k) => k), y = new Float32Array(x.length);
+  const classes = significance(x, y, y, 1e-4);
+  assert.equal(pick(chunked(x, y, y, classes), classes, [0, 1], 1, Infinity).rows.length, 3);
+});
+
+test("views look along the axes, and zoom keeps what is under the pointer", () => {
+  const camera = new Camera();
+  Object.assign(camera, { width: 800, height: 600, scale: 3 });
+  const seen = (name, point) => (camera.look(name), camera.project(...point).map((v) => Math.round(v * 1e6) / 1e6 + 0));
+  assert.deepEqual(seen("top", [10, 20, 30]), [430, 240, 30]);
+  assert.deepEqual(seen("front", [10, 20, 30]), [430, 210, -20]);
+  assert.deepEqual(seen("side", [10, 20, 30]), [460, 210, 10]);
+  camera.look("iso");
+  const before = camera.project(4, -7, 2), [px, py] = before;
+  camera.zoom(2.5, px, py);
+  const after = camera.project(4, -7, 2);
+  assert.ok(Math.hypot(after[0] - px, after[1] - py) < 1e-9);
+  const other = new Camera();
+  assert.ok(other.restore(camera.state()));
+  assert.ok(Math.abs(other.scale - camera.scale) < 1e-3);
+  assert.ok(!other.restore("1,2,x") && !other.restore("0,0,0,0,0,-1"));
+});
+
+test("a link comes back, also with signs of its own", () => {
+  const settings = { c: "x_jerk_mm_s3", t: "1.5", x: "0,2", l: "a&b=c#d%" };
+  assert.deepEqual(parsed(written(settings)), settings);
+  assert.deepEqual(parsed("#v=%E0%A4%A&c=feed"), { c: "feed" });
+});
+
+test("extremes of any part are those of a plain search", () => {
+  const values = Float64Array.from({ length: 70_001 }, () => random() - 0.5);
+  const found = new Extremes(values, values);
+  for (let k = 0; k < 300; k++) {
+    const a = Math.floor(random() * values.length), b = Math.min(values.length, a + 1 + Math.floor(random() ** 4 * values.length));
+    const part = values.subarray(a, b);
+    assert.deepEqual(found.between(a, b), [part.reduce((m, v) => Math.min(m, v)), part.reduce((m, v) => Math.max(m, v))]);
+  }
+});
