@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.path import Path
-from cncgen.planner.record import Trajectory
 from cncgen.toolpath.record import FeedMode, Toolpath
 
 #: The last toolpaths with their paths: planner, blending and sampling ask for the same ones one after the other, the
@@ -27,9 +26,13 @@ def path_of(toolpath: Toolpath) -> Path:
     return path
 
 
-def programmed_speed(trajectory: Trajectory) -> NDArray[np.float64]:
-    """Return the speed along the path that the program asks for on each row, mm/s, shape (rows,); 0 in a rapid or an event."""
-    rows = trajectory.toolpath
+def programmed_speed(rows: Toolpath, row_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the speed along the path that the program asks for on each row, mm/s, shape (rows,); 0 in a rapid or an event.
+
+    Args:
+        rows: The rows that are travelled.
+        row_s: Shape (rows + 1,): where each begins on the path, and the end.
+    """
     inverse = rows.feed_mode == FeedMode.INVERSE_TIME
-    feed = rows.feed * np.where(inverse, np.diff(trajectory.row_s), path_of(rows).per_feed)
+    feed = rows.feed * np.where(inverse, np.diff(row_s), path_of(rows).per_feed)
     return np.where(np.isfinite(feed) & (feed > 0), feed, 0.0)

@@ -87,7 +87,7 @@ class SlowPlaces:
         time, length = np.diff(p.t), np.diff(p.s)
         row = np.searchsorted(trajectory.row_s[1:], 0.5 * (p.s[:-1] + p.s[1:]), side="left")
         row = np.minimum(row, len(rows) - 1)
-        asked = programmed_speed(trajectory)[row]
+        asked = programmed_speed(trajectory.toolpath, trajectory.row_s)[row]
         loss = time - length / np.where(asked > 0.0, asked, self._rapid)
         speed = np.append(p.v[1:], np.maximum(motion_at(p, p.t[-1:]).v, 0.0))
         # A piece is slowest at one of its ends.

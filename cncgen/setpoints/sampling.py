@@ -174,5 +174,5 @@ def _signal(name: str, x: Floats, at: Motion, trajectory: Trajectory) -> NDArray
     rows = np.searchsorted(trajectory.row_s[1:], at.s, side="left")
     rows = np.minimum(rows, len(trajectory.toolpath) - 1)
     if name == "programmed":
-        return programmed_speed(trajectory)[rows]
+        return programmed_speed(trajectory.toolpath, trajectory.row_s)[rows]
     return trajectory.toolpath.source[rows] if name == "source" else trajectory.toolpath.line[rows]
