@@ -28,7 +28,7 @@ from cncgen.gcode.state.parameters import (
     Parameters,
     read_parameters,
 )
-from cncgen.gcode.state.tool_table import ToolTable, tools_of
+from cncgen.machine.tool_table import ToolTable, tools_of
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.units import INCH
 
@@ -87,7 +87,7 @@ class Interpreter:
         if self.lathe:
             self.state.plane, self.state.feed_mode, self.state.diameter = 18, 95, True
         self.parameters: Parameters = Parameters(self)
-        self.tools: ToolTable = tools_of(options)
+        self.tools: ToolTable = tools_of(options.tool_table, options.stand_alone)
         if options.stand_alone:
             self.state.fetched = next(iter(self.tools.tools), 0)
         self.jump: tuple[str, int, int] | None = None

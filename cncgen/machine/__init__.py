@@ -2,15 +2,35 @@
 
 `record` has `Machine`, `Axis` and `Servo`; `reading` makes them from TOML and names every fault, `checking` does so for machines
 that a script makes, `writing` writes TOML. Keys of servo data are in `servo_parameters` and `servo_schema`, those of drives in
-`drives`, those of further tables in `settings_schema`; `keys` lists all of them for people.
+`drives`, those of further tables in `settings_schema`; `keys` lists all of them for people. `kinematics` and `tool_table` are
+what programs of every language need of a machine.
+
+Names are imported when they are asked for, as `cncgen check` needs the tool table alone.
 """
 
-from cncgen.machine.profiles import load, load_coupling, load_servos, profile_names
-from cncgen.machine.record import Axis, Drive, Machine, Servo
-from cncgen.machine.writing import to_toml
+from __future__ import annotations
 
-#: What `cncgen.load_machine` is called inside.
-load_machine = load
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from cncgen.machine.profiles import load, load_coupling, load_servos, profile_names
+    from cncgen.machine.profiles import load as load_machine
+    from cncgen.machine.record import Axis, Drive, Machine, Servo
+    from cncgen.machine.writing import to_toml
+
+#: Public names: the module and the name in it. `load_machine` is what `load` is called outside.
+_PUBLIC = {
+    "Axis": ("cncgen.machine.record", "Axis"),
+    "Drive": ("cncgen.machine.record", "Drive"),
+    "Machine": ("cncgen.machine.record", "Machine"),
+    "Servo": ("cncgen.machine.record", "Servo"),
+    "load": ("cncgen.machine.profiles", "load"),
+    "load_coupling": ("cncgen.machine.profiles", "load_coupling"),
+    "load_machine": ("cncgen.machine.profiles", "load"),
+    "load_servos": ("cncgen.machine.profiles", "load_servos"),
+    "profile_names": ("cncgen.machine.profiles", "profile_names"),
+    "to_toml": ("cncgen.machine.writing", "to_toml"),
+}
 
 __all__ = [
     "Axis",
@@ -24,3 +44,13 @@ __all__ = [
     "profile_names",
     "to_toml",
 ]
+
+
+def __getattr__(name: str) -> object:
+    if name not in _PUBLIC:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    import importlib
+
+    module, attribute = _PUBLIC[name]
+    value = globals()[name] = getattr(importlib.import_module(module), attribute)
+    return value

@@ -1,6 +1,6 @@
 """The tables of a machine file that other rooms read: ``[interpreter]``, ``[kinematics]`` and ``[coupling]``.
 
-What they mean stands where they are used (`cncgen.gcode.state.settings`, `cncgen.gcode.codes.kinematics`,
+What they mean stands where they are used (`cncgen.gcode.state.settings`, `cncgen.machine.kinematics`,
 `cncgen.servo.named_schemes`); what may stand in them stands here, so that one run names every fault of a file.
 """
 

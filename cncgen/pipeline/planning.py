@@ -61,14 +61,14 @@ def options_on(machine: Machine, options: ReadOptions | None = None) -> ReadOpti
     """Return options of reading, completed by a machine's tables ``[interpreter]`` and ``[kinematics]``.
 
     Of the first, ``least_increment_mm`` is the unit of numbers without a decimal point, and ``dialect`` the control's language
-    (an option that names one has precedence); the second is read by `cncgen.gcode.codes.kinematics`.
+    (an option that names one has precedence); the second is read by `cncgen.machine.kinematics`.
 
     Raises:
         UsageError: A setting is wrong.
     """
     how = options or ReadOptions()
     if "kinematics" in machine.settings:
-        from cncgen.gcode.codes.kinematics import kinematics_of
+        from cncgen.machine.kinematics import kinematics_of
 
         how = replace(how, kinematics=kinematics_of(machine.settings["kinematics"]))
     if "interpreter" in machine.settings:

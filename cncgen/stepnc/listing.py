@@ -15,7 +15,7 @@ from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.execution.canon import Canon
 from cncgen.stepnc.execution.linearize import polyline_of
 from cncgen.stepnc.geometry.pieces import Arc, Nurbs
-from cncgen.stepnc.model import Assignment, Block, Choice, Executable, NcFunction, Tool, Workingstep
+from cncgen.stepnc.model import Assignment, Block, Choice, CuttingTool, Executable, NcFunction, Workingstep
 from cncgen.stepnc.reading import Source
 from cncgen.toolpath.reading import ReadOptions
 
@@ -250,7 +250,7 @@ class _Listing:
         return f"workingstep {step.label!r} (#{step.ident}): " + ", ".join(parts)
 
 
-def _tool(tool: Tool) -> str:
+def _tool(tool: CuttingTool) -> str:
     details = [tool.kind] if tool.kind else []
     details += [f"{tool.diameter:g} mm"] if tool.diameter is not None else []
     return f"tool {tool.name!r}" + (f" ({' '.join(details)})" if details else "")

@@ -63,7 +63,7 @@ class Functions:
 
 
 @dataclass(frozen=True, slots=True)
-class Tool:
+class CuttingTool:
     """A cutting tool. Lengths mm, angles rad; None is not given.
 
     Attributes:
@@ -182,7 +182,7 @@ class Operation:
     label: str
     kind: str
     paths: Sequence[Path] | None
-    tool: Tool | None = None
+    tool: CuttingTool | None = None
     technology: Technology | None = None
     functions: Functions | None = None
     retract_plane: float | None = None

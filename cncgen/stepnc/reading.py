@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, UsageError
 from cncgen.files import reading_faults
+from cncgen.machine.tool_table import read_tool_table
 from cncgen.stepnc.ap238 import Ap238Reader
 from cncgen.stepnc.execution.canon import Canon, Printer
 from cncgen.stepnc.execution.columns import Columns
 from cncgen.stepnc.execution.executor import Executor
-from cncgen.stepnc.execution.kinematics import Kinematics
+from cncgen.stepnc.execution.rotary_axes import RotaryAxes
 from cncgen.stepnc.execution.technology import SpeedRules
 from cncgen.stepnc.features import make_paths
 from cncgen.stepnc.iso14649 import Iso14649Reader
@@ -24,7 +25,6 @@ from cncgen.stepnc.part21 import Exchange
 from cncgen.stepnc.schema.check import check
 from cncgen.stepnc.schema.short_names import SHORT_NAMES
 from cncgen.stepnc.schema.tables import ap238_table, iso14649_table
-from cncgen.stepnc.tool_table import tool_lengths
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import Program, Toolpath
 
@@ -62,9 +62,9 @@ class Source:
         else:
             self.reader = Iso14649Reader(self.exchange)
             check(self.exchange, iso14649_table())
-        self.kinematics = Kinematics.of(options.kinematics) if self.reader.needs_rotary() else None
+        self.kinematics = RotaryAxes.of(options.kinematics) if self.reader.needs_rotary() else None
         table = options.tool_table
-        self.lengths = None if table is None else tool_lengths(table, options.inch_tables)
+        self.lengths = None if table is None else read_tool_table(table).lengths(options.inch_tables)
         self.start = start_of(self.exchange.comments_before)
 
     @property
@@ -135,7 +135,7 @@ def read(source: Path | BinaryIO | bytes, name: str = "-", options: ReadOptions 
     The file is read and checked at once; motions are made as the chunks are drawn. Positions are machine coordinates:
     setup, workpiece and feature placements are applied. Rotary axes are there
     where a tool axis leaves the machine's Z: those of the machine where it says how they carry table or head, else B and
-    C (see `execution.kinematics`).
+    C (see `execution.rotary_axes`).
 
     Args:
         source: A file or its bytes.

@@ -7,10 +7,13 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from cncgen.arguments import is_number
 from cncgen.diagnostics import Diagnostic, UsageError
+
+if TYPE_CHECKING:
+    from cncgen.machine.kinematics import Kinematics
 
 DIALECTS = ("auto", "linuxcnc", "fanuc", "fanuc-lathe", "heidenhain")
 SPEED_UNITS = ("m/s", "m/min")
@@ -25,7 +28,7 @@ class ReadOptions:
         dialect: One of `DIALECTS` (G-code only).
         tool_table: LinuxCNC tool table, or None.
         parameters: File of numbered parameters, read and never rewritten, or None.
-        kinematics: How the rotary axes carry table or head (`cncgen.gcode.codes.kinematics.Kinematics`), or None.
+        kinematics: How the rotary axes carry table or head (`cncgen.machine.kinematics.Kinematics`), or None.
         least_increment: What a number without a decimal point counts in where a FANUC control is set so, mm or degrees
             (inches: a tenth of it): 0.001 reads ``X10`` as 0.01 mm. None: it counts like ``X10.``.
         inch_tables: Whether lengths in the tool table and the parameter file are inches (else mm).
@@ -51,7 +54,7 @@ class ReadOptions:
     inch_tables: bool = False
     stand_alone: bool = False
     least_increment: float | None = None
-    kinematics: Any = None
+    kinematics: Kinematics | None = None
     save_parameters: Path | None = None
     include: tuple[Path, ...] = field(default=())
     block_delete: bool = True

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from cncgen.diagnostics import UsageError
-from cncgen.gcode.codes.kinematics import Kinematics
 from cncgen.gcode.state.settings import interpreter_settings
 from cncgen.machine import load
+from cncgen.machine.kinematics import Kinematics
 from cncgen.pipeline import options_on
 from cncgen.toolpath.reading import ReadOptions
 

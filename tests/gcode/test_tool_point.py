@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cncgen.diagnostics import UsageError
-from cncgen.gcode.codes.kinematics import Kinematics, kinematics_of
+from cncgen.machine.kinematics import Kinematics, kinematics_of
 
 TABLES = Kinematics(False, (3, 5), (0.0, 0.0, -100.0))
 HEADS = Kinematics(True, (5, 4), pivot=100.0)

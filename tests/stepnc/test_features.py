@@ -538,9 +538,9 @@ def test_a_rounded_tool_touches_a_sloped_wall_and_no_more(edge):
     """The distance from the axis to the wall's line at every height of the cutter's edge is at least its radius there."""
     from cncgen.stepnc.features.job import Job
     from cncgen.stepnc.features.walls import axis_distance
-    from cncgen.stepnc.model import Operation, Shape, Tool
+    from cncgen.stepnc.model import CuttingTool, Operation, Shape
 
-    tool = Tool(1, "T", diameter=8.0, edge_radius=edge)
+    tool = CuttingTool(1, "T", diameter=8.0, edge_radius=edge)
     job = Job(1, Operation(1, "", "side finish", None, tool=tool), Shape(), None)
     for slope in (0.0, 0.1, 0.7):
         axis = axis_distance(job, slope, 5.0)

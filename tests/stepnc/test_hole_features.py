@@ -10,7 +10,7 @@ import shapely
 from cncgen.gcode import read
 from cncgen.stepnc import gcode_lines
 from cncgen.stepnc.features.holes import tip_length
-from cncgen.stepnc.model import Tool
+from cncgen.stepnc.model import CuttingTool
 from cncgen.toolpath.record import FeedMode
 from tests.stepnc.building import WHOLE, E, codes, motions
 from tests.stepnc.featured import GRID, ORIGIN, Features, cells, depths, hole_part, pocket_operation, tops
@@ -35,7 +35,7 @@ def test_drilling_goes_deeper_by_the_point():
 def test_a_rounded_edge_makes_the_point_longer(tip, around, length):
     """An arc of 2 mm touches edge and side r / tan (i/2) from where they meet at the inner angle i: 90, 120, 120 degrees."""
     degrees = [None if a is None else math.radians(a) for a in (tip, around)]
-    drill = Tool(1, "drill", "twist drill", 10.0, 2, degrees[0], 2.0, circumference_angle=degrees[1])
+    drill = CuttingTool(1, "drill", "twist drill", 10.0, 2, degrees[0], 2.0, circumference_angle=degrees[1])
     assert tip_length(drill) == pytest.approx(length)
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from cncgen.diagnostics import UsageError
 from cncgen.stepnc import read
-from cncgen.stepnc.execution.kinematics import ALONG, Kinematics
+from cncgen.stepnc.execution.rotary_axes import ALONG, RotaryAxes
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import Kind
 from tests.stepnc.building import Part
@@ -64,7 +64,7 @@ def machine_of(turn_tilt, heads):
 def test_angles_turn_the_tool_into_its_axis(pair, heads, lean, around, before):
     axis = np.array([math.sin(lean) * math.cos(around), math.sin(lean) * math.sin(around), math.cos(lean)])
     machine = machine_of(pair, heads)
-    kinematics = Kinematics.of(machine)
+    kinematics = RotaryAxes.of(machine)
     assert kinematics.letters == "".join(sorted(pair))
     angles = dict(zip(kinematics.letters, kinematics.angles_of(axis, before), strict=True))
     turn, tilt = pair
@@ -81,7 +81,7 @@ def test_angles_turn_the_tool_into_its_axis(pair, heads, lean, around, before):
 
 
 def test_the_nearer_solution_is_taken_and_upright_tools_do_not_turn():
-    kinematics = Kinematics.of(machine_of("CA", False))
+    kinematics = RotaryAxes.of(machine_of("CA", False))
     axis = np.array([0.0, -math.sin(0.3), math.cos(0.3)])
     assert kinematics.angles_of(axis, (0.0, 0.0)) == pytest.approx((0.3, 0.0))
     assert kinematics.angles_of(axis, (-0.2, 3.0)) == pytest.approx((-0.3, math.pi))
@@ -90,7 +90,7 @@ def test_the_nearer_solution_is_taken_and_upright_tools_do_not_turn():
 
 def test_a_machine_whose_axes_do_not_tilt_is_refused():
     with pytest.raises(UsageError):
-        Kinematics.of(Machine("CA", False))
+        RotaryAxes.of(Machine("CA", False))
 
 
 def made_on(machine):

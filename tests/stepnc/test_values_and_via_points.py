@@ -13,10 +13,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cncgen.diagnostics import UsageError
+from cncgen.machine.tool_table import read_tool_table
 from cncgen.stepnc.geometry.pieces import Arc, Polyline
 from cncgen.stepnc.geometry.via_points import polyline_with_via_points
 from cncgen.stepnc.part21.writer import format_real
-from cncgen.stepnc.tool_table import tool_lengths
 
 #: REAL of ISO 10303-21: a point and digits before it are demanded, digits behind it are not; the exponent has a capital E.
 REAL = re.compile(r"[+-]?[0-9]+\.[0-9]*(E[+-]?[0-9]+)?")
@@ -44,19 +44,20 @@ def test_what_is_not_finite_has_no_text(value: float) -> None:
 
 
 def test_lengths_go_by_remark_and_by_number(tmp_path: Path) -> None:
-    """Inches are 25.4 mm; of two lines of one number the first counts, of two alike remarks the last."""
+    """Inches are 25.4 mm; of two alike remarks the last counts."""
     table = tmp_path / "tools.tbl"
-    table.write_text("; comment\nT3 P3 Z50 D18 ; Mill 18mm\nT4 P4 z-1.5;\nT3 P9 Z7 ; spare\n\n")
-    assert tool_lengths(table, inches=False) == {"3": 50.0, "MILL 18MM": 50.0, "4": -1.5, "SPARE": 7.0}
-    assert tool_lengths(table, inches=True)["MILL 18MM"] == pytest.approx(1270.0)
+    table.write_text("; comment\nT3 P3 Z50 D18 ; Mill 18mm\nT4 P4 z-1.5;\nT5 P9 Z7 ; spare\n\n")
+    found = read_tool_table(table)
+    assert found.lengths(inches=False) == {"3": 50.0, "MILL 18MM": 50.0, "4": -1.5, "5": 7.0, "SPARE": 7.0}
+    assert found.lengths(inches=True)["MILL 18MM"] == pytest.approx(1270.0)
 
 
 def test_every_wrong_line_of_a_tool_table_is_named(tmp_path: Path) -> None:
     table = tmp_path / "tools.tbl"
-    table.write_text("T1 Z5\nhello\nT1.5 Z5\nP2 Z5\n")
+    table.write_text("T1 Z5\nhello\nT1.5 Z5\nP2 Z5\nT1 Z6\n")
     with pytest.raises(UsageError) as caught:
-        tool_lengths(table, inches=False)
-    assert [found.span.line for found in caught.value.diagnostics if found.span] == [2, 3, 4]
+        read_tool_table(table)
+    assert [found.span.line for found in caught.value.diagnostics if found.span] == [2, 3, 4, 5]
 
 
 class _Faulty:

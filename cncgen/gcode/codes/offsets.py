@@ -15,7 +15,7 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage, to_machine, zeros
 from cncgen.gcode.state.parameters import G92, G92_ON, SYSTEM_COUNT
 from cncgen.gcode.state.systems import ROTATION, first_parameter, load_system
-from cncgen.gcode.state.tool_table import Tool, tools_of
+from cncgen.machine.tool_table import Tool, tools_of
 
 _TABLE_WORDS = AXES + "plrijq"
 
@@ -60,7 +60,7 @@ def table(ip: Interpreter, block: Block) -> None:
 
 def reload_tools(ip: Interpreter) -> None:
     """G10 L0: read the tool table again; what G10 changed in it is forgotten."""
-    ip.tools = tools_of(ip.options)
+    ip.tools = tools_of(ip.options.tool_table, ip.options.stand_alone)
     ip.sink.call("RELOAD_TOOLDATA()")
 
 

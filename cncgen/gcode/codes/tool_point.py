@@ -13,13 +13,13 @@ from collections.abc import Callable, Iterator
 
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.frames import FramedSink
-from cncgen.gcode.codes.kinematics import Kinematics
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.codes.tools import number_in_force, table_offset
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
 from cncgen.gcode.state.modal import PLANE_AXES, Stage, to_machine, to_program, zeros
+from cncgen.machine.kinematics import Kinematics
 from cncgen.units import INCH
 
 #: A path is looked at in steps of at most this turn of a rotary axis or arc, and of this part of itself.

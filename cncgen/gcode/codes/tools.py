@@ -10,7 +10,7 @@ from cncgen.gcode.codes.table import Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import Stage, zeros
 from cncgen.gcode.state.parameters import TOOL
-from cncgen.gcode.state.tool_table import Tool
+from cncgen.machine.tool_table import Tool
 from cncgen.toolpath.record import Event
 
 if TYPE_CHECKING:

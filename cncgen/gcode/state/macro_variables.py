@@ -18,7 +18,7 @@ from cncgen.toolpath.record import PathMode
 
 if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
-    from cncgen.gcode.state.tool_table import Tool
+    from cncgen.machine.tool_table import Tool
 
 Reader = Callable[["Interpreter"], float]
 _AXIS_COUNT = 9

@@ -8,7 +8,7 @@ from typing import Any
 from cncgen.stepnc.ap238.graph import Graph, Item
 from cncgen.stepnc.ap238.units import Measure, Units
 from cncgen.stepnc.entities import Skip
-from cncgen.stepnc.model import Functions, Technology, Tool
+from cncgen.stepnc.model import CuttingTool, Functions, Technology
 
 _ON = {"on": True, "off": False, "true": True, "false": False}
 
@@ -21,7 +21,7 @@ class Resources:
         self.units = units
         self._technologies: dict[int, Technology] = {}
         self._functions: dict[int, Functions] = {}
-        self._tools: dict[int, Tool] = {}
+        self._tools: dict[int, CuttingTool] = {}
 
     # Technology
 
@@ -112,7 +112,7 @@ class Resources:
 
     # Tools
 
-    def tool(self, owner: int) -> Tool | None:
+    def tool(self, owner: int) -> CuttingTool | None:
         """Return the tool that an operation uses, None where none says that it is used there.
 
         Raises:
@@ -126,7 +126,7 @@ class Resources:
             self._tools[ident] = self._read_tool(ident)
         return self._tools[ident]
 
-    def _read_tool(self, ident: int) -> Tool:
+    def _read_tool(self, ident: int) -> CuttingTool:
         entity = self.graph.entities.get(ident, "MACHINING_TOOL")
         values: dict[str, Any] = {}
         for item in self.graph.resource_items(ident):
@@ -143,7 +143,7 @@ class Resources:
         number = {k: v for k, v in values.items() if isinstance(v, float)}
         teeth = number.get("number of effective teeth", number.get("number of teeth"))
         point = number.get("point angle")
-        return Tool(
+        return CuttingTool(
             ident,
             entity.text("name") or f"#{ident}",
             entity.text("description").strip().lower(),

@@ -15,7 +15,7 @@ from cncgen.stepnc.geometry.contact import locations
 from cncgen.stepnc.geometry.curves import Curves
 from cncgen.stepnc.geometry.frames import Matrix, Placements, Vector
 from cncgen.stepnc.geometry.pieces import Piece, Polyline, reverse
-from cncgen.stepnc.model import Path, Paths, Tool
+from cncgen.stepnc.model import CuttingTool, Path, Paths
 
 #: Items of properties by the property's name.
 Properties = dict[str, list[Item]]
@@ -129,7 +129,7 @@ class Toolpaths:
         return False, ratio
 
     def _pieces(
-        self, entity: Entity, properties: Properties, tool: Tool | None, tilt: Vector | None
+        self, entity: Entity, properties: Properties, tool: CuttingTool | None, tilt: Vector | None
     ) -> list[Piece]:
         """Return the path of the tip; `tool` is given where the basic curve is the path of the contact point."""
         basic = properties.get("basic curve", [])

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.stepnc.geometry.pieces import Arc, Nurbs
-from cncgen.stepnc.model import Tool
+from cncgen.stepnc.model import CuttingTool
 
 Floats = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ class Canon:
     def begin(self, position: Floats) -> None:
         """Begin at a position, shape (axes,)."""
 
-    def change_tool(self, tool: Tool) -> None:
+    def change_tool(self, tool: CuttingTool) -> None:
         """Change the tool; spindle and coolant are off."""
 
     def spindle(self, direction: int, rpm: float | None) -> None:
@@ -116,7 +116,7 @@ class Printer(Canon):
         """Remember the position."""
         self._position = position
 
-    def change_tool(self, tool: Tool) -> None:
+    def change_tool(self, tool: CuttingTool) -> None:
         """Print the calls of a tool change."""
         if self._tool:
             self._print("SPINDLE_RETRACT()")

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from cncgen.geometry.tables import ArcTable, NurbsTable
 from cncgen.stepnc.execution.canon import Canon
 from cncgen.stepnc.geometry.pieces import Arc, Nurbs
-from cncgen.stepnc.model import Tool
+from cncgen.stepnc.model import CuttingTool
 from cncgen.toolpath.building import Rows, ToolpathBuilder
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
 
@@ -59,7 +59,7 @@ class Columns(Canon):
         self._flush()
         self._builder.event(Event(name, rest, dwell, values), self._line, 0)
 
-    def change_tool(self, tool: Tool) -> None:
+    def change_tool(self, tool: CuttingTool) -> None:
         """Add a tool event."""
         self._event("tool", True, tool=tool.name)
 

@@ -13,21 +13,21 @@ from numpy.typing import NDArray
 from cncgen.diagnostics import Severity
 from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.execution.canon import Canon
-from cncgen.stepnc.execution.kinematics import Kinematics
-from cncgen.stepnc.execution.machine import Machine
+from cncgen.stepnc.execution.machine_state import MachineState
+from cncgen.stepnc.execution.rotary_axes import RotaryAxes
 from cncgen.stepnc.execution.technology import SpeedRules, completed, speeds
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
 from cncgen.stepnc.model import (
     Assignment,
     Block,
     Choice,
+    CuttingTool,
     Executable,
     NcFunction,
     Operation,
     Path,
     Reader,
     Technology,
-    Tool,
     Workingstep,
 )
 from cncgen.stepnc.part21 import Exchange
@@ -62,7 +62,7 @@ class Executor:
         make_paths: Makes toolpaths of features.
         max_steps: Executables after which the program counts as endless; `MAX_STEPS` at most, and where it is None.
         rules: What the file's speeds mean.
-        lengths: Of a tool table, mm, by the names of `cncgen.stepnc.tool_table`; None: those of the file.
+        lengths: Of a tool table, mm, by name (`cncgen.machine.tool_table.ToolTable.lengths`); None: those of the file.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class Executor:
         exchange: Exchange,
         canon: Canon,
         start: Floats,
-        kinematics: Kinematics | None,
+        kinematics: RotaryAxes | None,
         make_paths: MakePaths,
         max_steps: int | None,
         rules: SpeedRules,
@@ -80,7 +80,7 @@ class Executor:
         self._reader = reader
         self._exchange = exchange
         self._canon = canon
-        self._machine = Machine(canon, start, kinematics)
+        self._machine = MachineState(canon, start, kinematics)
         self._home = start
         self._make_paths = make_paths
         self._rules = rules
@@ -249,7 +249,7 @@ class Executor:
                 names = ", ".join(operation.functions.others)
                 self._warn(operation.functions.ident, "stepnc-function", f"nothing does this here: {names}")
 
-    def _measured(self, tool: Tool) -> Tool:
+    def _measured(self, tool: CuttingTool) -> CuttingTool:
         """Return a tool with the length that the tool table gives it."""
         if self._lengths is None:
             return tool

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
-from cncgen.stepnc.model import Technology, Tool
+from cncgen.stepnc.model import CuttingTool, Technology
 
 #: Called with the entity, a code and a text.
 Warn = Callable[[int, str, str], None]
@@ -34,7 +34,7 @@ class SpeedRules(NamedTuple):
     per_minute: bool = False
     by_hand: bool = False
 
-    def applied(self, technology: Technology, tool: Tool | None) -> Technology:
+    def applied(self, technology: Technology, tool: CuttingTool | None) -> Technology:
         """Return a technology of the file as the standard would have it."""
         if self.per_minute and technology.cutting_speed is not None:
             counts = tool is not None and tool.diameter is not None
@@ -73,7 +73,7 @@ class Speeds(NamedTuple):
     rpm: float | None
 
 
-def speeds(technology: Technology, tool: Tool | None, ratio: float, warn: Warn) -> Speeds:
+def speeds(technology: Technology, tool: CuttingTool | None, ratio: float, warn: Warn) -> Speeds:
     """Return feed and spindle of a technology.
 
     The spindle speed counts before the cutting speed, the feed before the feed per revolution and that before the
@@ -101,7 +101,7 @@ def speeds(technology: Technology, tool: Tool | None, ratio: float, warn: Warn) 
 
 
 def _check_feed(
-    technology: Technology, feed: float, rpm: float | None, tool: Tool | None, warn: Warn
+    technology: Technology, feed: float, rpm: float | None, tool: CuttingTool | None, warn: Warn
 ) -> None:
     """Warn of a feed (mm/s) that was hardly meant: too much in a turn of the tool, or so little that nothing is cut."""
     slow = feed < MIN_PLAUSIBLE_FEED if not rpm else feed * 60.0 / rpm < MIN_PLAUSIBLE_BITE
@@ -124,7 +124,7 @@ def _check_feed(
         warn(technology.ident, "stepnc-feed-unit", text)
 
 
-def _spindle(technology: Technology, tool: Tool | None, warn: Warn) -> float | None:
+def _spindle(technology: Technology, tool: CuttingTool | None, warn: Warn) -> float | None:
     """Return the spindle speed, rev/s with the sign of ISO 14649."""
     cutting, given = technology.cutting_speed, technology.spindle
     diameter = tool.diameter if tool else None

@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from cncgen.stepnc.features.job import Job, Moves
-from cncgen.stepnc.model import Path, Technology, Tool
+from cncgen.stepnc.model import CuttingTool, Path, Technology
 
 #: Difference of a drill's point angle and its bottom's that is none, rad.
 SAME_TIP = math.radians(0.5)
 
 
-def tip_length(tool: Tool) -> float:
+def tip_length(tool: CuttingTool) -> float:
     """Return how far a drill's point stands out below its full diameter, mm.
 
     The cone of half a diameter under the tip angle a (from the plane across the axis), and what the edge radius r adds

@@ -14,7 +14,7 @@ from cncgen.diagnostics import Severity
 from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.geometry.frames import translation
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
-from cncgen.stepnc.model import Operation, Path, Shape, Technology, Tool
+from cncgen.stepnc.model import CuttingTool, Operation, Path, Shape, Technology
 from cncgen.stepnc.part21 import Exchange
 
 Floats = NDArray[np.float64]
@@ -57,7 +57,7 @@ class Job:
         return f"#{self.operation.ident} {self.operation.label!r}: {message}"
 
     @property
-    def tool(self) -> Tool:
+    def tool(self) -> CuttingTool:
         """Return the tool; raises `Skip` where there is none."""
         if self.operation.tool is None:
             raise self.fault("stepnc-missing", "a toolpath of the feature needs its_tool")

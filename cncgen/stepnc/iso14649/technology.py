@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from cncgen.stepnc.entities import Entities, Entity
-from cncgen.stepnc.model import Functions, Technology, Tool
+from cncgen.stepnc.model import CuttingTool, Functions, Technology
 from cncgen.stepnc.part21 import Enumeration, Typed
 
 DEGREE = math.pi / 180.0
@@ -35,7 +35,7 @@ class Resources:
         """
         return None if ident is None else self._keep(ident, self._functions)
 
-    def tool(self, ident: int | None) -> Tool | None:
+    def tool(self, ident: int | None) -> CuttingTool | None:
         """Return a MILLING_CUTTING_TOOL with the dimensions of its body.
 
         Raises:
@@ -83,14 +83,14 @@ class Resources:
         mist, through = entity.flag("mist"), entity.flag("through_spindle_coolant")
         return Functions(ident, entity.flag("coolant"), mist, through, others)
 
-    def _tool(self, ident: int) -> Tool:
+    def _tool(self, ident: int) -> CuttingTool:
         entity = self.entities.get(
             ident, "MILLING_CUTTING_TOOL", "CUTTING_TOOL", "USER_DEFINED_TOOL", "MACHINING_TOOL"
         )
         name = entity.text("its_id") or f"#{ident}"
         body_id = entity.ref("its_tool_body")
         if body_id is None:
-            return Tool(ident, name)
+            return CuttingTool(ident, name)
         body = self.entities.get(body_id, owner=ident)
         dimension_id = body.ref("dimension")
         size = (
@@ -99,7 +99,7 @@ class Resources:
         edges = entity.refs("its_cutting_edge")
         offset = self.entities.get(edges[0]).optional("tool_offset_length") if edges else None
         teeth = body.optional("number_of_teeth")
-        return Tool(
+        return CuttingTool(
             ident,
             name,
             body.keyword.lower().replace("_", " "),

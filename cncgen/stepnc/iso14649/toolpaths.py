@@ -15,7 +15,7 @@ from cncgen.stepnc.geometry.contact import Floats, Lean, leaning, locations
 from cncgen.stepnc.geometry.curves import Curves
 from cncgen.stepnc.geometry.pieces import Piece, Polyline, reverse
 from cncgen.stepnc.iso14649.technology import Resources, speed_of
-from cncgen.stepnc.model import Path, Paths, Tool
+from cncgen.stepnc.model import CuttingTool, Path, Paths
 
 
 class Toolpaths:
@@ -26,7 +26,7 @@ class Toolpaths:
         self.curves = curves
         self.resources = resources
 
-    def read(self, ident: int, tool: Tool | None = None, tilt: Floats | Lean | None = None) -> Paths:
+    def read(self, ident: int, tool: CuttingTool | None = None, tilt: Floats | Lean | None = None) -> Paths:
         """Return the toolpaths of a list, in their order.
 
         Args:
@@ -49,7 +49,7 @@ class Toolpaths:
         self,
         entity: Entity,
         neighbours: tuple[int | None, int | None],
-        tool: Tool | None,
+        tool: CuttingTool | None,
         tilt: Floats | Lean | None,
     ) -> Path:
         rapid, ratio = speed_of(entity)
@@ -100,7 +100,7 @@ class Toolpaths:
         except ValueError as error:
             raise entity.fault("stepnc-geometry", str(error)) from None
 
-    def _contact(self, entity: Entity, tool: Tool | None, tilt: Floats | Lean | None) -> list[Piece]:
+    def _contact(self, entity: Entity, tool: CuttingTool | None, tilt: Floats | Lean | None) -> list[Piece]:
         """Return the path of the tip where that of the contact point is given with the surface's normal."""
         basic = entity.entity("basiccurve")
         if basic.keyword != "CURVE_WITH_NORMAL_VECTOR":

@@ -1,4 +1,8 @@
-"""The tool table in LinuxCNC's format: a tool a line, ``T1 P1 X0 Y0 Z-12.5 D6 I0 J0 Q0 ; remark``."""
+"""The tool table in LinuxCNC's format: a tool a line, ``T1 P1 X0 Y0 Z-12.5 D6 I0 J0 Q0 ; remark``.
+
+Programs in G-code name a tool by its number, those in STEP-NC by a name that is looked for among the remarks, then among the
+numbers.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +12,7 @@ from pathlib import Path
 
 from cncgen.diagnostics import Diagnostic, Span, UsageError
 from cncgen.files import read_bytes
-from cncgen.gcode.state.modal import zeros
-from cncgen.toolpath.reading import ReadOptions
-from cncgen.units import AXIS_LETTERS
+from cncgen.units import AXIS_LETTERS, INCH
 
 _WORD = re.compile(r"([A-Za-z])\s*([+-]?(?:\d+\.?\d*|\.\d+))")
 #: Bytes that are read of a tool table: some 100 000 tools.
@@ -27,16 +29,18 @@ class Tool:
         diameter: D.
         front, back, orientation: I, J, Q, of lathe tools.
         wear: What `offset` Z and the radius have in them of wear (FANUC keeps geometry and wear apart).
+        remark: The text behind the semicolon.
     """
 
     number: int
     pocket: int
-    offset: list[float] = field(default_factory=zeros)
+    offset: list[float] = field(default_factory=lambda: [0.0] * len(AXIS_LETTERS))
     diameter: float = 0.0
     front: float = 0.0
     back: float = 0.0
     orientation: int = 0
     wear: list[float] = field(default_factory=lambda: [0.0, 0.0])
+    remark: str = ""
 
 
 class ToolTable:
@@ -78,22 +82,40 @@ class ToolTable:
         tool = self.find(number)
         return tool.pocket if tool else 0
 
+    def lengths(self, inches: bool) -> dict[str, float]:
+        """Return length offsets (Z), mm, by what names a tool: the remark in capitals, and the number.
+
+        Args:
+            inches: Whether lengths of the table are inches.
+        """
+        found: dict[str, float] = {}
+        for number, tool in self.tools.items():
+            length = tool.offset[2] * (INCH if inches else 1.0)
+            found.setdefault(str(number), length)
+            if tool.remark:
+                found[tool.remark.upper()] = length
+        return found
+
 
 #: The tools of LinuxCNC's stand-alone interpreter: number, length, diameter, in inches (manual page rs274.1).
 _STAND_ALONE = ((1, 0.511, 0.125), (2, 0.1, 0.0625), (3, 1.273, 0.201))
 
 
-def tools_of(options: ReadOptions) -> ToolTable:
+def tools_of(table: Path | None, stand_alone: bool) -> ToolTable:
     """Return the tools of a run: those of its table; without one any tool, or those that the stand-alone machine has.
+
+    Args:
+        table: The file, or None.
+        stand_alone: Whether the machine is the one that LinuxCNC's stand-alone interpreter pretends to have.
 
     Raises:
         UsageError: See `read_tool_table`.
     """
-    if options.tool_table:
-        return read_tool_table(options.tool_table)
-    if options.stand_alone:
+    if table:
+        return read_tool_table(table)
+    if stand_alone:
         return ToolTable(
-            {n: Tool(n, n, [0.0, 0.0, z, *zeros()[3:]], diameter) for n, z, diameter in _STAND_ALONE}
+            {n: Tool(n, n, [0.0, 0.0, z, *[0.0] * 6], diameter) for n, z, diameter in _STAND_ALONE}
         )
     return ToolTable()
 
@@ -108,24 +130,31 @@ def read_tool_table(path: Path) -> ToolTable:
     tools: dict[int, Tool] = {}
     faults = []
     for count, line in enumerate(lines, 1):
-        text = line.partition(";")[0].strip()
-        if not text:
+        text, _, remark = line.partition(";")
+        if not text.strip():
             continue
-        fault = _read_line(text, tools)
+        fault = _read_line(text.strip(), remark.strip(), tools)
         if fault:
-            faults.append(Diagnostic("tool-table", fault, span=Span(str(path), count)))
+            faults.append(
+                Diagnostic("tool-table", fault, span=Span(str(path), count), hint=_HINT, excerpt=line[:200])
+            )
     if faults:
         raise UsageError(faults)
     return ToolTable(tools)
 
 
-def _read_line(text: str, tools: dict[int, Tool]) -> str:
+_HINT = "a line is T, a whole number and words like P1 Z12.5 D6, then a remark after a semicolon"
+
+
+def _read_line(text: str, remark: str, tools: dict[int, Tool]) -> str:
     """Take a line into the table; return what is wrong with it, or ""."""
     words = {letter.upper(): float(number) for letter, number in _WORD.findall(text)}
     if _WORD.sub("", text).strip():
         return f"{_WORD.sub('', text).strip()[:40]!r} is no word of a tool table"
     if "T" not in words:
         return "the line has no tool number T"
+    if words["T"] != int(words["T"]) or words["T"] < 0.0:
+        return f"T{words['T']:g} is no tool number: it must be a whole number from 0 on"
     number = int(words["T"])
     if number in tools:
         return f"tool {number} stands in the table twice"
@@ -140,5 +169,6 @@ def _read_line(text: str, tools: dict[int, Tool]) -> str:
         words.get("I", 0.0),
         words.get("J", 0.0),
         int(words.get("Q", 0)),
+        remark=remark,
     )
     return ""

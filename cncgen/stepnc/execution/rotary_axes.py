@@ -21,13 +21,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.geometry import elementary
+from cncgen.machine.kinematics import Kinematics
 from cncgen.stepnc.geometry.frames import Matrix
 
 Floats = NDArray[np.float64]
@@ -41,19 +41,8 @@ ALONG = 1e-5
 CLOSE = math.radians(5.0)
 
 
-class Mechanism(Protocol):
-    """How a machine carries its rotary axes; see `cncgen.toolpath.reading.ReadOptions.kinematics`."""
-
-    heads: bool
-    axes: tuple[int, int]
-    tolerance: float
-
-    def machine(self, tip: Vector, angles: tuple[float, float], length: float) -> Vector:
-        """Return X Y Z of the machine for a tip, angles in degrees (the axis that carries the other first)."""
-
-
 @dataclass(frozen=True)
-class Kinematics:
+class RotaryAxes:
     """The rotary axes of a program.
 
     Attributes:
@@ -63,23 +52,23 @@ class Kinematics:
 
     turn: str = "C"
     tilt: str = "B"
-    mechanism: Mechanism | None = None
+    mechanism: Kinematics | None = None
 
     @staticmethod
-    def of(mechanism: Mechanism | None) -> Kinematics:
+    def of(mechanism: Kinematics | None) -> RotaryAxes:
         """Return the rotary axes of a machine, B and C of a fork head where none is given.
 
         Raises:
             UsageError: where the axis that should tilt the tool turns about it.
         """
         if mechanism is None:
-            return Kinematics()
+            return RotaryAxes()
         carrying, carried = ("ABC"[column - 3] for column in mechanism.axes)
         turn, tilt = (carrying, carried) if mechanism.heads else (carried, carrying)
         if tilt == "C":
             text = f"kinematics.axes: with {carrying} carrying {carried} no axis tilts the tool out of Z"
             raise UsageError(Diagnostic("machine-kinematics", text))
-        return Kinematics(turn, tilt, mechanism)
+        return RotaryAxes(turn, tilt, mechanism)
 
     @property
     def letters(self) -> str:

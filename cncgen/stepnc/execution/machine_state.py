@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.stepnc.execution.canon import Canon
-from cncgen.stepnc.execution.kinematics import Kinematics
 from cncgen.stepnc.execution.linearize import AXIS_STEP, MAX_POINTS, with_axes
+from cncgen.stepnc.execution.rotary_axes import RotaryAxes
 from cncgen.stepnc.execution.technology import Speeds
 from cncgen.stepnc.geometry.frames import apply
 from cncgen.stepnc.geometry.pieces import Arc, Nurbs, Piece, Polyline
 from cncgen.stepnc.geometry.splines import ellipse_arc
-from cncgen.stepnc.model import Functions, Tool
+from cncgen.stepnc.model import CuttingTool, Functions
 
 Floats = NDArray[np.float64]
 _Curve = TypeVar("_Curve", Arc, Nurbs)
@@ -31,7 +31,7 @@ MAX_REFINEMENTS = 8
 MAX_SPLIT = 16
 
 
-class Machine:
+class MachineState:
     """Position, tool, spindle, coolant and feed, and a listener that hears what changes.
 
     Attributes:
@@ -40,15 +40,15 @@ class Machine:
         angles: Of the rotary axes, rad.
         tool: In the spindle, or None.
         feed: mm/s, None until one is set.
-        swing: Of the turning axis close by the pole, and how close, rad (`Kinematics.swing`), since it was last taken.
+        swing: Of the turning axis close by the pole, and how close, rad (`RotaryAxes.swing`), since it was last taken.
     """
 
-    def __init__(self, canon: Canon, start: Floats, kinematics: Kinematics | None) -> None:
+    def __init__(self, canon: Canon, start: Floats, kinematics: RotaryAxes | None) -> None:
         self.canon = canon
         self.position = start.astype(float)
         self.kinematics = kinematics
         self.angles = (0.0, 0.0)
-        self.tool: Tool | None = None
+        self.tool: CuttingTool | None = None
         self.feed: float | None = None
         self.swing = (0.0, 0.0)
         self._direction = 0
@@ -73,7 +73,7 @@ class Machine:
 
     # Functions
 
-    def change_tool(self, tool: Tool) -> None:
+    def change_tool(self, tool: CuttingTool) -> None:
         """Change to a tool unless it is in the spindle already; spindle and coolant go off."""
         if self.tool is not None and self.tool.name == tool.name:
             self.tool = tool
@@ -189,7 +189,7 @@ class Machine:
             (self.canon.traverse if rapid else self.canon.lines)(rows)
             self.position = points[-1]
 
-    def _follow_turning(self, kinematics: Kinematics, points: Floats, axes: Floats, rapid: bool) -> None:
+    def _follow_turning(self, kinematics: RotaryAxes, points: Floats, axes: Floats, rapid: bool) -> None:
         """Move along points while the tool turns.
 
         Where the slides are told, each of their lines has the speed that gives the tip its feed.
@@ -235,14 +235,14 @@ class Machine:
             return piece
         return piece.moved(self.kinematics.frame(self.angles, self._length))
 
-    def _slides(self, kinematics: Kinematics, points: Floats, angles: Floats) -> Floats:
+    def _slides(self, kinematics: RotaryAxes, points: Floats, angles: Floats) -> Floats:
         """Return where the slides stand, shape (n, 3), for tips and angles, shape (n, 2)."""
         if kinematics.mechanism is None:
             return points
         pairs = zip(points, angles.tolist(), strict=True)
         return np.stack([kinematics.slides(p, (a, b), self._length) for p, (a, b) in pairs])
 
-    def _reach(self, kinematics: Kinematics, points: Floats) -> tuple[float, float]:
+    def _reach(self, kinematics: RotaryAxes, points: Floats) -> tuple[float, float]:
         """Return how far the slides move for a turn by 1 rad, at most, mm, and how far they may be from the path, mm."""
         if kinematics.mechanism is None:
             return 0.0, 1.0
