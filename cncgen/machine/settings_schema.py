@@ -1,4 +1,4 @@
-"""The tables of a machine file that other rooms read: ``[interpreter]``, ``[kinematics]`` and ``[coupling]``.
+"""The tables of a machine file beside its axes: ``[interpreter]``, ``[kinematics]``, ``[coupling]`` and ``[times]``.
 
 What they mean stands where they are used (`cncgen.gcode.state.settings`, `cncgen.machine.kinematics`,
 `cncgen.servo.named_schemes`); what may stand in them stands here, so that one run names every fault of a file.
@@ -7,6 +7,8 @@ What they mean stands where they are used (`cncgen.gcode.state.settings`, `cncge
 from __future__ import annotations
 
 import difflib
+import itertools
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -56,8 +58,30 @@ def _is_point(value: Any) -> bool:
     return isinstance(value, list) and len(value) == 3 and all(map(_from(-FARTHEST, FARTHEST), value))
 
 
+def _is_ramp(value: Any) -> bool:
+    """Tell rising pairs of a speed and a time."""
+    if not isinstance(value, list) or not value:
+        return False
+    pairs = [pair for pair in value if isinstance(pair, list) and len(pair) == 2 and all(map(_is_time, pair))]
+    before = [[0.0, 0.0], *pairs]
+    rising = all(a[0] < b[0] and a[1] <= b[1] for a, b in itertools.pairwise(before))
+    return len(pairs) == len(value) and rising
+
+
+def _is_m_codes(value: Any) -> bool:
+    return isinstance(value, dict) and all(
+        re.fullmatch(r"[Mm]\d{1,3}", key) and _is_time(seconds) for key, seconds in value.items()
+    )
+
+
 #: No machine is larger, mm; what is computed of lengths stays far within doubles.
 FARTHEST = 1e6
+#: Longest time of an event, s, and largest speed or rate of a spindle.
+_LONGEST = 1e6
+_is_time = _from(0.0, _LONGEST)
+_TIME = f"a number from 0 to {_LONGEST:g}"
+_is_rate = _from(1e-3, 1e9)
+_RATE = "a number from 0.001 to 1e9"
 _is_gain = _from(*MAGNITUDES)
 _GAIN = f"a positive number, at most {MAGNITUDES[1]:g}"
 
@@ -91,6 +115,23 @@ TABLES: Mapping[str, tuple[Key, ...]] = MappingProxyType(
             Key("tcf_normal_rad_s", "task frame: natural frequency of the error across the path", _GAIN, _is_gain,
                 "295.8"),
             Key("tcf_normal_damping", "its damping", _GAIN, _is_gain, "1.0142"),
+        ),
+        "times": (
+            Key("tool_change_s", "time of a tool change, without the magazine's way", _TIME, _is_time, "0"),
+            Key("pocket_s", "time from one pocket of the magazine to the next", _TIME, _is_time, "0"),
+            Key("pockets", "pockets of a magazine that turns both ways", "an integer from 0 to 10000",
+                lambda value: isinstance(value, int) and _from(0, 10_000)(value), "0: it goes one way through all between"),
+            Key("spindle_acceleration_rpm_s", "how fast the spindle speeds up", _RATE, _is_rate, "no time"),
+            Key("spindle_braking_rpm_s", "how fast it slows down", _RATE, _is_rate, "as it speeds up"),
+            Key("spindle_ramp", "instead of rates: seconds from standstill to some speeds", "rising pairs [rpm, s]",
+                _is_ramp, "the rates"),
+            Key("spindle_orient_s", "time to turn to an angle from standstill", _TIME, _is_time, "0"),
+            Key("coolant_s", "time to switch coolant", _TIME, _is_time, "0"),
+            Key("pallet_s", "time of a pallet change", _TIME, _is_time, "0"),
+            Key("operator_stop_s", "time that an operator takes at M0, M1 and M60", _TIME, _is_time, "0"),
+            Key("block_s", "least time that the control takes for a block with a feed", "a number from 0 to 10",
+                _from(0.0, 10.0), "0"),
+            Key("m_codes", "further time by M code", "a table like { M8 = 0.3 }, each from 0 to 1e6", _is_m_codes, "none"),
         ),
     }
 )  # fmt: skip

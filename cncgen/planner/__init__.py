@@ -55,6 +55,11 @@ def plan(
     asked = options or PlanOptions()
     asked.check()
     chosen, toolpaths = strategy(asked.feedrate), checked(chunks, machine, asked)
+    if "times" in machine.settings:
+        from cncgen.machine.times import times_of
+        from cncgen.planner.event_times import with_event_times
+
+        toolpaths = with_event_times(toolpaths, times_of(machine))
     if asked.saturation != "off":
         toolpaths, machine = _used(toolpaths, machine)
     if asked.saturation == "predictive":

@@ -53,10 +53,10 @@ def assemble(
 
 
 def waits_of(events: Sequence[tuple[int, int, Event]], joints: int, first: int = 0) -> Floats:
-    """Add up the dwells of events at each of the joints from `first` on, shape (joints,), s."""
+    """Add up the waits of events at each of the joints from `first` on, shape (joints,), s."""
     waits = np.zeros(joints)
     for joint, _, event in events:
-        waits[joint - first] += event.dwell_s
+        waits[joint - first] += event.wait_s
     return waits
 
 
@@ -70,5 +70,5 @@ def timed(
         if joint != at:
             at, waited = joint, 0.0
         done.append((float(arrival[joint - first]) + waited, line, event))
-        waited += event.dwell_s
+        waited += event.wait_s
     return tuple(done)

@@ -43,8 +43,8 @@ class LineTimes:
             self._time[key] += float(spent[row])
             self._length[key] += float(length[row])
         for _, line, event in trajectory.events:
-            if event.dwell_s:
-                self._time[(rows.sources[0], line)] += event.dwell_s
+            if event.wait_s:
+                self._time[(rows.sources[0], line)] += event.wait_s
 
     @property
     def lines(self) -> int:

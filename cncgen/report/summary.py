@@ -15,6 +15,7 @@ from cncgen.planner.record import Limit, Profile, SharpCorner, Trajectory
 from cncgen.report.differences import DifferencePeaks
 from cncgen.report.slow_places import LISTED, SlowPlace, SlowPlaces
 from cncgen.report.tables import counted, duration
+from cncgen.report.time_split import TimeSplit, split_text
 from cncgen.setpoints.columns import position_column
 from cncgen.setpoints.record import Setpoints
 from cncgen.toolpath.record import Kind, Program, Toolpath
@@ -48,6 +49,7 @@ class Summary:
         self._differences = DifferencePeaks(len(self._axes), machine.period_s)
         self._corners: list[SharpCorner] = []
         self._corner_count = self._motions = 0
+        self._split = TimeSplit()
         self._end_s = self._waited_s = self._stood_s = self._turned_s = self._length_mm = self._max_feed = 0.0
         self._values: dict[str, Any] = {}
         self._complete = False
@@ -118,6 +120,7 @@ class Summary:
             self._end_s = float(profile.t[-1])
         self._corners.extend(trajectory.corners[: MAX_CORNERS - len(self._corners)])
         self._slow.add(trajectory)
+        self._split.add(trajectory)
         if self.line_times is not None:
             self.line_times.add(trajectory)
         values = dict(trajectory.values)
@@ -149,8 +152,9 @@ class Summary:
             "program": self._program.name,
             "machine": self._machine.name,
             "feedrate": self._feedrate,
+            **self._split.as_json(),
             "motion_time_s": moving,
-            "dwell_time_s": self._waited_s,
+            "dwell_time_s": self._split.dwell_s,
             "path_length_mm": self._length_mm,
             "motions": self._motions,
             "samples": self._differences.samples,
@@ -226,8 +230,7 @@ def as_text(summary: dict[str, Any]) -> str:
     """Return the summary as the lines that a person reads."""
     feed = summary["feed_mm_s"]
     lines = [
-        f"{summary['program']} on {summary['machine']}: {duration(summary['motion_time_s'])} of motion"
-        + (f" and {duration(summary['dwell_time_s'])} of dwell" if summary["dwell_time_s"] else "")
+        f"{summary['program']} on {summary['machine']}: {duration(summary['cycle_time_s'])} ({split_text(summary)})"
         + f", {summary['path_length_mm']:.4f} mm, {counted(summary['motions'], 'motion')}, {counted(summary['samples'], 'setpoint')}",
         f"feed: mean {feed['mean']:.2f}, max {feed['max']:.2f} mm/s; {counted(summary['sharp_corner_count'], 'sharp corner')}",
     ]

@@ -10,7 +10,10 @@ from cncgen.setpoints.record import Setpoints
 
 
 class EventWriter:
-    """Writes an object an event: ``t_s``, ``line``, ``event``, then the event's own values."""
+    """Writes an object an event: ``t_s``, ``line``, ``event``, then the event's own values.
+
+    An event that takes time has its end too, ``end_t_s``.
+    """
 
     def __init__(self, sink: Sink) -> None:
         self._sink = sink
@@ -20,6 +23,8 @@ class EventWriter:
         for t_s, line, event in chunk.events:
             # A dwell of no time is one as well: who reads the file adds up all of them.
             wait = {"dwell_s": event.dwell_s} if event.dwell_s or event.name == "dwell" else {}
+            if event.wait_s:
+                wait |= {"end_t_s": round(t_s + event.wait_s, 9)}
             record = {"t_s": round(t_s, 9), "line": line, "event": event.name, **wait, **event.values}
             self._sink.write((json.dumps(json_values(record)) + "\n").encode())
 

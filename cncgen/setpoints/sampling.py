@@ -102,8 +102,8 @@ def _too_long(trajectory: Trajectory, period_s: float) -> Diagnostic:
     longest = int(np.argmax(np.diff(profile.t)))
     middle = 0.5 * (profile.s[longest] + profile.s[longest + 1])
     row = int(np.clip(np.searchsorted(trajectory.row_s, middle, "right") - 1, 0, len(toolpath) - 1))
-    dwell = max(trajectory.events, key=lambda event: event[2].dwell_s, default=None)
-    waits = dwell is not None and dwell[2].dwell_s >= profile.t[longest + 1] - profile.t[longest]
+    dwell = max(trajectory.events, key=lambda event: event[2].wait_s, default=None)
+    waits = dwell is not None and dwell[2].wait_s >= profile.t[longest + 1] - profile.t[longest]
     line = dwell[1] if dwell is not None and waits else int(toolpath.line[row])
     end = float(profile.t[-1])
     return Diagnostic(

@@ -56,14 +56,26 @@ class Event:
     Attributes:
         name: ``dwell``, ``spindle``, ``coolant``, ``tool``, ``stop``, ``end``, ``message``, ``user`` …
         rest: True where the axes must stand still for it.
-        dwell_s: Seconds that the axes wait.
+        dwell_s: Seconds that the program asks the axes to wait.
         values: What ``--events`` writes beside the name (JSON values).
+        takes_s: Seconds that the machine takes for the event itself (a tool change), while the axes stand.
     """
 
     name: str
     rest: bool = False
     dwell_s: float = 0.0
     values: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    takes_s: float = 0.0
+
+    @property
+    def wait_s(self) -> float:
+        """Seconds that the axes stand for the event in all."""
+        return self.dwell_s + self.takes_s
+
+    @property
+    def stands(self) -> bool:
+        """Whether the axes come to rest for the event."""
+        return self.rest or self.wait_s > 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

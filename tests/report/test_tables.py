@@ -94,7 +94,7 @@ def test_valleys_are_cut_at_their_maxima_and_ripple_is_not() -> None:
 
 def test_text_of_a_summary() -> None:
     values = {
-        "program": "a.nc", "machine": "m", "motion_time_s": 75.5, "dwell_time_s": 0.5, "path_length_mm": 10.0,
+        "program": "a.nc", "machine": "m", "cycle_time_s": 76.0, "cycle_time_split_s": {"cutting": 70.0, "rapid": 5.5, "tool": 0.0, "spindle": 0.0, "dwell": 0.5, "other": 0.0, "stops": 0.0}, "motion_time_s": 75.5, "dwell_time_s": 0.5, "path_length_mm": 10.0,
         "motions": 1, "samples": 2, "feed_mm_s": {"mean": 1.0, "max": 2.0}, "sharp_corner_count": 0,
         "peak": {"x": {"unit": "mm", "velocity": 1.0, "velocity_of_limit": 0.5, "acceleration": 2.0,
                        "acceleration_of_limit": None, "jerk": 3.0, "jerk_of_limit": 0.1}},
@@ -102,7 +102,8 @@ def test_text_of_a_summary() -> None:
     }  # fmt: skip
     text = as_text(values)
     assert (
-        "a.nc on m: 1:15.500 min of motion and 0.5000 s of dwell, 10.0000 mm, 1 motion, 2 setpoints" in text
+        "a.nc on m: 1:16.000 min (1:10.000 min cutting, 5.5000 s rapid, 0.5000 s dwell), 10.0000 mm, 1 motion, 2 setpoints"
+        in text
     )
     assert "X: velocity 1 mm/s (50.00 %), acceleration 2 mm/s², jerk 3 mm/s³ (10.00 %)" in text
     assert "250 ms at line 7 (contour error)" in text

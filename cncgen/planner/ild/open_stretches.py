@@ -139,10 +139,10 @@ class Window:
         events = self._events(open_path, final)
         waits = np.zeros(upto + 1)
         for event in events:
-            if event.event.dwell_s > 0.0:
-                waits[np.searchsorted(open_path.kept, event.joint)] += event.event.dwell_s
+            if event.event.wait_s > 0.0:
+                waits[np.searchsorted(open_path.kept, event.joint)] += event.event.wait_s
         profile, arrival = _laid_out(self.t_s, open_path, pieces, joint[: upto + 1], waits)
-        times = _times(profile, open_path, events)
+        times = _times(profile, open_path, events, arrival)
         joints = np.arange(final + 1)
         time = np.interp(joints, open_path.kept[: upto + 1], arrival)
         speed = np.interp(joints, open_path.kept, speeds[joint])
@@ -154,7 +154,7 @@ class Window:
                 break
             own = [i for i, e in enumerate(events) if e.stretch == number]
             over = [
-                times[i] + e.event.dwell_s
+                times[i] + e.event.wait_s
                 for i, e in enumerate(events)
                 if e.joint == end and e.stretch <= number
             ]
@@ -239,14 +239,25 @@ def _laid_out(
     return assemble(start_s, s, moves, pieces.limit[:count], offset, waits)
 
 
-def _times(profile: Profile, open_path: OpenPath, events: list[_OpenEvent]) -> list[float]:
-    """Return the time of each event: the arrival at its joint, and the dwells of those before it there."""
+def _times(profile: Profile, open_path: OpenPath, events: list[_OpenEvent], arrival: Floats) -> list[float]:
+    """Return the time of each event: the arrival at its joint, and the waits of those before it there.
+
+    Args:
+        profile: The motion.
+        open_path: Its joints.
+        events: In their order.
+        arrival: Shape (k,): when the first k kept joints are reached.
+    """
     times: list[float] = []
     joints = np.array([e.joint for e in events], dtype=np.int64)
     arrivals = arrival_at(profile, open_path.place[joints])
+    # A place of the profile is a sum of lengths and may differ from the joint's in its last bits, so a wait would be passed.
+    kept = open_path.kept[: len(arrival)]
+    at = np.minimum(np.searchsorted(kept, joints), len(kept) - 1)
+    arrivals = np.where(kept[at] == joints, arrival[at], arrivals)
     for i, event in enumerate(events):
         follows = i > 0 and events[i - 1].joint == event.joint
-        times.append(times[-1] + events[i - 1].event.dwell_s if follows else float(arrivals[i]))
+        times.append(times[-1] + events[i - 1].event.wait_s if follows else float(arrivals[i]))
     return times
 
 

@@ -172,7 +172,7 @@ def _stops(stretch: Stretch, rows: Rows) -> None:
         event = toolpath.events[int(toolpath.curve[row])]
         joint = int(np.searchsorted(rows.index, row))
         stretch.events.append((joint, int(toolpath.line[row]), event))
-        if event.rest or event.dwell_s > 0.0:
+        if event.stands:
             stretch.lower(joint, 0.0, Limit.STOP)
     for row in np.flatnonzero(toolpath.path_mode[rows.index] == PathMode.EXACT_STOP):
         stretch.lower(int(row) + 1, 0.0, Limit.STOP)

@@ -662,7 +662,7 @@ def _rests(toolpath: Toolpath, path: Path, crawls: Bools) -> Floats:
     waits = [
         row
         for row in np.flatnonzero(toolpath.kind == Kind.EVENT)
-        if toolpath.events[toolpath.curve[row]].rest or toolpath.events[toolpath.curve[row]].dwell_s > 0
+        if toolpath.events[toolpath.curve[row]].stands
     ]
     slow = np.flatnonzero(crawls)
     return row_s[np.concatenate([exact + 1, slow, slow + 1, np.array(waits, np.int64)])]

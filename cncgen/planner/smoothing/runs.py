@@ -51,7 +51,7 @@ def rests(toolpath: Toolpath) -> NDArray[np.bool_]:
     """Tell at which rows the axes rest: events that need it."""
     event = toolpath.kind == Kind.EVENT
     out = np.zeros(len(toolpath), bool)
-    out[event] = [e.rest or e.dwell_s > 0 for e in (toolpath.events[k] for k in toolpath.curve[event])]
+    out[event] = [e.stands for e in (toolpath.events[k] for k in toolpath.curve[event])]
     return out
 
 
