@@ -27,6 +27,7 @@ COMMANDS = (
     "verify",
     "convert",
     "compare",
+    "why",
     "compensate",
     "identify",
     "excite",

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from cncgen.cli import messages
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
 
 #: Seconds between two updates, and before the first one.
 _INTERVAL_S = 1.0
+#: Seconds of work before the first line of `counted_progress`.
+_LEAST_S = 2.0
 
 
 def with_progress(chunks: Iterator[Setpoints], name: str, period_s: float) -> Iterator[Setpoints]:
@@ -32,5 +35,30 @@ def with_progress(chunks: Iterator[Setpoints], name: str, period_s: float) -> It
             sys.stderr.flush()
             shown, drawn = now, True
         yield chunk
+    if drawn:
+        sys.stderr.write("\r\x1b[K")
+
+
+@contextmanager
+def counted_progress(what: str) -> Iterator[Callable[[int, int], None]]:
+    """Yield a function that shows how many of how many pieces of work are done, and the time left.
+
+    It shows nothing before `_LEAST_S`, and nothing where standard error is no terminal.
+    """
+    begun = shown = time.monotonic()
+    drawn = False
+
+    def watch(done: int, of: int) -> None:
+        nonlocal shown, drawn
+        now = time.monotonic()
+        if messages.is_quiet() or not is_terminal(sys.stderr) or now - begun < _LEAST_S:
+            return
+        if now - shown >= _INTERVAL_S:
+            left = (now - begun) / done * (of - done)
+            sys.stderr.write(f"\r{what} {done} of {of}, {left:.0f} s left\x1b[K")
+            sys.stderr.flush()
+            shown, drawn = now, True
+
+    yield watch
     if drawn:
         sys.stderr.write("\r\x1b[K")

@@ -26,6 +26,7 @@ from cncgen.pipeline.using import (
     read_setpoints,
     servos_of,
     simulate,
+    why,
     write,
 )
 
@@ -53,5 +54,6 @@ __all__ = [
     "servos_of",
     "simulate",
     "sound",
+    "why",
     "write",
 ]

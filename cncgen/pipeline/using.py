@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from cncgen.arguments import expect, expect_axes, expect_number, expect_path, wrong
-from cncgen.pipeline.planning import Plan, drives_of, machine_of, metadata_of, program_of, sample
+from cncgen.pipeline.planning import Plan, drives_of, machine_of, metadata_of, output_axes, program_of, sample
 from cncgen.pipeline.reading import sound
 
 if TYPE_CHECKING:
     from cncgen.machine import Machine, Servo
+    from cncgen.planner import PlanOptions
+    from cncgen.report.shortening import PlannedTimes, Shortening
     from cncgen.servo.record import Response
     from cncgen.setpoints.columns import Layout
     from cncgen.setpoints.record import Setpoints
@@ -252,3 +254,33 @@ def judge(
         named=program.moving_axes or None,
         resolution=resolution,
     )
+
+
+def why(
+    program: Program | str | os.PathLike[str],
+    machine: Machine | str | os.PathLike[str] = "generic-mill",
+    options: PlanOptions | None = None,
+    *,
+    watch: Callable[[int, int], None] | None = None,
+) -> tuple[PlannedTimes, list[Shortening]]:
+    """Rank the limits, feeds and tolerances that would shorten a program, as ``cncgen why`` does.
+
+    Args:
+        program: From `read`, or a file; it is read again for each plan.
+        machine: A profile's name, a TOML file, or a machine.
+        options: As for `plan`.
+        watch: Called after each plan with the number of plans that are done, and of all.
+
+    Returns:
+        The times of the plan as it is, and a `cncgen.report.shortening.Shortening` a quantity, the largest saving first.
+
+    Raises:
+        UsageError, ProgramError, NoPlanError: As `plan`.
+    """
+    from cncgen.planner import PlanOptions
+    from cncgen.report.shortening import Case, shortenings
+
+    where = machine_of(machine)
+    program = program_of(program, where)
+    case = Case(lambda: sound(program), where, options or PlanOptions())
+    return shortenings(case, output_axes(program), watch or (lambda done, of: None))
