@@ -5,7 +5,8 @@
     jung_choi_2001   the stateline (undated; its latest reference is of 2001)
     tsai_2010        sharp corners, contour errors, and the appended paper on a flexure stage
     hsu_1999         ZPETC, cross coupling and task frame
-    reproduction     what their tables are made of, and `reproduce`, which computes them by the names of `MODULES`
+    printed          what their tables are made of
+    reproduction     `reproduce` and `draw_papers`, which load them by the names of `MODULES`
     planned          an example program, planned and sampled
 
 Each module has ``tables(programs)``, the printed values beside ours, and ``figures(programs)``, the figures redrawn.

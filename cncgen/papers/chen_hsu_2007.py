@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cncgen.papers.reproduction import Row, Table
+from cncgen.papers.printed import Row, Table
 from cncgen.report.drawing import (
     GREY,
     ORANGE,

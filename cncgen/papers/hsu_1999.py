@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cncgen.geometry.nurbs import evaluate, single
 from cncgen.machine import load_servos
 from cncgen.machine.record import Servo
-from cncgen.papers.reproduction import Row, Table
+from cncgen.papers.printed import Row, Table
 from cncgen.report.drawing import (
     BLUE,
     ORANGE,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.papers.reproduction import Row, Table
+from cncgen.papers.printed import Row, Table
 from cncgen.report.drawing import (
     BLUE,
     GREEN,

@@ -11,7 +11,7 @@ from cncgen.geometry.curvature import curvature_extrema
 from cncgen.machine import load_servos
 from cncgen.machine.servo_schema import resolve
 from cncgen.papers.planned import PlannedProgram, planned_program
-from cncgen.papers.reproduction import Row, Table
+from cncgen.papers.printed import Row, Table
 from cncgen.planner import PlanOptions
 from cncgen.planner.contour_prediction import predicted_errors
 from cncgen.planner.paths import path_of

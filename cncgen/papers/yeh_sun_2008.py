@@ -14,7 +14,7 @@ from cncgen.machine import load_servos
 from cncgen.machine.record import Servo
 from cncgen.machine.servo_schema import closed_loop, resolve
 from cncgen.papers.planned import PlannedProgram, planned_program
-from cncgen.papers.reproduction import Row, Table
+from cncgen.papers.printed import Row, Table
 from cncgen.planner import PlanOptions
 from cncgen.report.drawing import (
     BLUE,

@@ -27,6 +27,8 @@ SUFFIXES = {
     "gcode": (".nc", ".ngc", ".gcode", ".tap", ".cnc", ".txt"),
     "stepnc": (".stp", ".step", ".stpnc", ".p21", ".238"),
 }
+#: The package that reads each language.
+_READERS = {"gcode": "cncgen.gcode", "stepnc": "cncgen.stepnc"}
 #: How an ISO 10303-21 file begins, whatever its name: blanks and comments may stand before and within it.
 _COMMENT = rb"/\*(?:[^*]|\*(?!/))*"
 _PART21 = re.compile(
@@ -153,7 +155,7 @@ def reader_of(language: str) -> ModuleType:
     """
     if language not in SUFFIXES:
         raise wrong(f"language = {language!r} is not one of {', '.join(SUFFIXES)}")
-    return importlib.import_module(f"cncgen.{language}")
+    return importlib.import_module(_READERS[language])
 
 
 @contextmanager

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.servo.controllers.base import Controller
+from cncgen.servo.controller import Controller
 from cncgen.servo.discretise import exponential, held, ramped
 from cncgen.servo.plants import Imperfections, Plant, companion
 

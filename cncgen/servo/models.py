@@ -13,7 +13,7 @@ from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.machine.record import Servo
 from cncgen.machine.servo_schema import force_unit, resolve
 from cncgen.servo import plants
-from cncgen.servo.controllers.base import Controller
+from cncgen.servo.controller import Controller
 from cncgen.servo.controllers.p import p
 from cncgen.servo.controllers.pd_plus import pd_plus
 from cncgen.servo.controllers.pi_p_feedforward import pi_p_feedforward

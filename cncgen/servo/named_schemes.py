@@ -10,7 +10,7 @@ from typing import Any
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.machine.record import Servo
 from cncgen.machine.settings_schema import check
-from cncgen.servo.controllers.base import Controller
+from cncgen.servo.controller import Controller
 from cncgen.servo.controllers.ccc import CrossCoupling, coupling_of, fitted
 from cncgen.servo.controllers.feedforward import Feedforward, velocity_error
 from cncgen.servo.controllers.mirror_filter import MirrorFilter

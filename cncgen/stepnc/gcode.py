@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.stepnc.execution.linearize import polyline_of
+from cncgen.stepnc.geometry.chords import polyline_of
 from cncgen.stepnc.geometry.pieces import Arc, Nurbs, Piece
 from cncgen.stepnc.motion_lengths import motion_length
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath

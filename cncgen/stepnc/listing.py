@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.execution.canon import Canon
-from cncgen.stepnc.execution.linearize import polyline_of
+from cncgen.stepnc.geometry.chords import polyline_of
 from cncgen.stepnc.geometry.pieces import Arc, Nurbs
 from cncgen.stepnc.model import Assignment, Block, Choice, CuttingTool, Executable, NcFunction, Workingstep
 from cncgen.stepnc.reading import Source

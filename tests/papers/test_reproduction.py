@@ -6,10 +6,9 @@ import pytest
 
 from cncgen.diagnostics import UsageError
 from cncgen.papers.planned import planned_program, program_text, with_feed
+from cncgen.papers.printed import Row, Table
 from cncgen.papers.reproduction import (
     NAMES,
-    Row,
-    Table,
     as_text,
     as_values,
     draw_papers,

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from cncgen.machine import servo_schema
 from cncgen.machine.record import Servo
 from cncgen.servo import plants
-from cncgen.servo.controllers.base import Controller
+from cncgen.servo.controller import Controller
 from cncgen.servo.controllers.p import p
 from cncgen.servo.controllers.pd_plus import pd_plus
 from cncgen.servo.controllers.pi_p_feedforward import pi_p_feedforward

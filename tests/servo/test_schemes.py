@@ -8,8 +8,8 @@ from cncgen.diagnostics import UsageError
 from cncgen.machine.record import Servo
 from cncgen.servo import plants
 from cncgen.servo.bank import Coupling, LoopBank
+from cncgen.servo.controller import Controller
 from cncgen.servo.controllers import ccc, feedforward, tcf, zpetc
-from cncgen.servo.controllers.base import Controller
 from cncgen.servo.controllers.p import p
 from cncgen.servo.frequency import margins, open_loop, ratio_in_z, response_to_setpoint
 from cncgen.servo.loop import close_loop, follow_transfer_function

@@ -487,8 +487,8 @@ def test_leads_onto_a_contour_by_an_arc_and_by_an_angle():
 @pytest.mark.parametrize("distance", [-4.0, -7.3, 2.5])
 def test_offsets_go_back_to_the_lines_and_arcs_that_they_are(distance):
     """A rectangle with corners of 5 mm, shrunk or grown: four lines, four quarter circles of the radius left."""
-    from cncgen.stepnc.execution.linearize import polyline_of
     from cncgen.stepnc.features import offsets
+    from cncgen.stepnc.geometry.chords import polyline_of
     from cncgen.stepnc.geometry.pieces import Arc
 
     outline = box(-20, -10, 20, 10).buffer(-5).buffer(5, quad_segs=800)  # as fine as outlines are

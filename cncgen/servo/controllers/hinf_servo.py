@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.servo import plants
+from cncgen.servo.controller import Controller
 from cncgen.servo.controllers import hinf
-from cncgen.servo.controllers.base import Controller
 from cncgen.servo.controllers.ratio import sampled
 from cncgen.servo.frequency import open_loop
 from cncgen.servo.loop import close_loop

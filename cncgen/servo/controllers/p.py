@@ -5,7 +5,7 @@ Source: Y. Koren, Computer Control of Manufacturing Systems, McGraw-Hill 1983, c
 
 from __future__ import annotations
 
-from cncgen.servo.controllers.base import Controller
+from cncgen.servo.controller import Controller
 
 
 def p(gain: float) -> Controller:

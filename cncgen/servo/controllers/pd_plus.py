@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cncgen.servo.controllers.base import Controller
+from cncgen.servo.controller import Controller
 
 
 def pd_plus(

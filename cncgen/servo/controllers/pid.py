@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from cncgen.servo.controllers.base import Controller
+from cncgen.servo.controller import Controller
 
 
 def pid(

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.servo.controllers.base import Controller
+from cncgen.servo.controller import Controller
 
 Floats = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ from cncgen.machine import servo_schema
 from cncgen.machine.record import Servo
 from cncgen.servo import plants
 from cncgen.servo.bank import LoopBank
-from cncgen.servo.controllers.base import Controller
+from cncgen.servo.controller import Controller
 from cncgen.servo.identification.log import LEAST_ROWS
 from cncgen.servo.loop import AxisLoop, close_loop, follow_transfer_function
 from cncgen.servo.models import axis_loop

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.machine.record import Servo
-from cncgen.servo.controllers.base import Controller
+from cncgen.servo.controller import Controller
 from cncgen.servo.controllers.ccc import contour_loop
 from cncgen.servo.controllers.tcf import loop_on_a_line
 from cncgen.servo.frequency import Margins, margins, open_loop, response_to_setpoint

@@ -10,7 +10,7 @@ from cncgen.stepnc.ap238.graph import Graph, Item
 from cncgen.stepnc.ap238.technology import Resources, described
 from cncgen.stepnc.ap238.units import Units
 from cncgen.stepnc.entities import Entities, Entity, Skip
-from cncgen.stepnc.execution.linearize import couple
+from cncgen.stepnc.geometry.chords import couple
 from cncgen.stepnc.geometry.contact import locations
 from cncgen.stepnc.geometry.curves import Curves
 from cncgen.stepnc.geometry.frames import Matrix, Placements, Vector

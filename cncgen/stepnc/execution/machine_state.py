@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.stepnc.execution.canon import Canon
-from cncgen.stepnc.execution.linearize import AXIS_STEP, MAX_POINTS, with_axes
 from cncgen.stepnc.execution.rotary_axes import RotaryAxes
 from cncgen.stepnc.execution.technology import Speeds
+from cncgen.stepnc.geometry.chords import AXIS_STEP, MAX_POINTS, with_axes
 from cncgen.stepnc.geometry.frames import apply
 from cncgen.stepnc.geometry.pieces import Arc, Nurbs, Piece, Polyline
 from cncgen.stepnc.geometry.splines import ellipse_arc

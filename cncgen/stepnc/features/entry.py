@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from cncgen.stepnc.execution.linearize import polyline_of
 from cncgen.stepnc.features.job import Floats, Job, Moves
 from cncgen.stepnc.features.offsets import OffsetError, clearance
+from cncgen.stepnc.geometry.chords import polyline_of
 from cncgen.stepnc.geometry.pieces import Piece
 
 #: Angle of helices and ramps where none is given (NIST's interpreter).

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from cncgen.stepnc.execution.linearize import polyline_of
 from cncgen.stepnc.features.job import Floats
 from cncgen.stepnc.features.outlines import QUARTER, refit
+from cncgen.stepnc.geometry.chords import polyline_of
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
 
 #: Distance of the polygons that stand for arcs from them, mm.

@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from cncgen.stepnc.execution.linearize import polyline_of
 from cncgen.stepnc.features import offsets, outlines
 from cncgen.stepnc.features.bottoms import bottom_of
 from cncgen.stepnc.features.entry import Entry, choose, plunge, ramp
@@ -22,6 +21,7 @@ from cncgen.stepnc.features.job import Floats, Job, Moves, at_height, raised
 from cncgen.stepnc.features.offsets import Ring
 from cncgen.stepnc.features.walls import Layer, layers
 from cncgen.stepnc.geometry import profiles
+from cncgen.stepnc.geometry.chords import polyline_of
 from cncgen.stepnc.geometry.pieces import Piece, Polyline
 from cncgen.stepnc.model import Path
 

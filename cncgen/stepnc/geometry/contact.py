@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
-from cncgen.stepnc.execution.linearize import AXIS_STEP, MAX_POINTS, couple, with_axes
+from cncgen.stepnc.geometry.chords import AXIS_STEP, MAX_POINTS, couple, with_axes
 from cncgen.stepnc.geometry.pieces import Piece, Polyline
 
 Floats = NDArray[np.float64]

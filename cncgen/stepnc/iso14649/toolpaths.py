@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from cncgen.stepnc.entities import Entities, Entity
-from cncgen.stepnc.execution.linearize import couple
 from cncgen.stepnc.geometry.approach import angled, tangential
+from cncgen.stepnc.geometry.chords import couple
 from cncgen.stepnc.geometry.contact import Floats, Lean, leaning, locations
 from cncgen.stepnc.geometry.curves import Curves
 from cncgen.stepnc.geometry.pieces import Piece, Polyline, reverse
