@@ -43,9 +43,14 @@ def named_in(path: Path) -> Iterator[str]:
             room = str(node.values[0].value)
             if room.startswith("cncgen.") and room.endswith("."):
                 yield from (name for name in MODULES if name.startswith(room))
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in documentation:
-            if node.value in MODULES and node.value != "cncgen":
-                yield node.value
+        elif (
+            isinstance(node, ast.Constant)
+            and id(node) not in documentation
+            and isinstance(node.value, str)
+            and node.value != "cncgen"
+            and node.value in MODULES
+        ):
+            yield node.value
 
 
 def contracts() -> dict[str, list[set[str]]]:
