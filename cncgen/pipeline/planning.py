@@ -28,11 +28,13 @@ class Plan:
         program: The program that is planned.
         machine: The machine on which it is planned.
         trajectories: The motion, stretch by stretch.
+        promised: Whether the plan promises the limits of all axes, so that its setpoints are held to them.
     """
 
     program: Program
     machine: Machine
     trajectories: Iterator[Trajectory]
+    promised: bool = False
 
     def __iter__(self) -> Iterator[Trajectory]:
         return undrawn(self.trajectories, repr(self))
@@ -121,7 +123,7 @@ def plan(
 
     where, how = machine_of(machine), _asked_for(options, asked)
     program = program_of(program, where)
-    return Plan(program, where, planner.plan(sound(program), where, how))
+    return Plan(program, where, planner.plan(sound(program), where, how), how.keeps_limits)
 
 
 def _asked_for(options: PlanOptions | None, asked: Mapping[str, Any]) -> PlanOptions:
@@ -169,6 +171,10 @@ def sample(planned: Plan, signals: Sequence[str] = ()) -> SetpointStream:
 
     axes, machine = output_axes(planned.program), planned.machine
     chunks = setpoints.sample(iter(planned), machine, axes=axes, signals=signals)
+    if planned.promised:
+        from cncgen.setpoints.holding import held
+
+        chunks = held(chunks, machine)
     name = planned.program.name
     return SetpointStream(
         name, axes, machine.period_s, chunks, metadata_of(name, machine), drives_of(machine)
@@ -223,6 +229,6 @@ def plan_with_summary(
     program = program_of(program, where)
     summary = Summary(program, where, how.feedrate or available()[0], line_times)
     trajectories = planner.plan(summary.over_toolpaths(sound(program)), where, how)
-    stream = sample(Plan(program, where, summary.over_trajectories(trajectories)), signals)
+    stream = sample(Plan(program, where, summary.over_trajectories(trajectories), how.keeps_limits), signals)
     watched = replace(stream, chunks=summary.over_setpoints(stream.chunks))
     return watched, summary

@@ -50,6 +50,15 @@ class PlanOptions:
     corner_distance_mm: float = 1.0
     lookahead_rows: int = 20_000
 
+    @property
+    def keeps_limits(self) -> bool:
+        """Whether the plan promises velocity, acceleration and jerk of every axis."""
+        return (
+            self.feedrate in (None, "optimal")
+            and self.interpolator == "arclength"
+            and self.saturation == "off"
+        )
+
     def check(self) -> None:
         """Raise `UsageError` that names every option whose value is not one of those it may have, servo data last."""
         choices = {

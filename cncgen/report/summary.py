@@ -12,11 +12,11 @@ from cncgen.diagnostics import Diagnostic, Diagnostics, Severity, UsageError
 from cncgen.machine.record import Axis, Machine
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit, Profile, SharpCorner, Trajectory
-from cncgen.report.differences import DifferencePeaks
 from cncgen.report.slow_places import LISTED, SlowPlace, SlowPlaces
 from cncgen.report.tables import counted, duration
 from cncgen.report.time_split import TimeSplit, split_text
 from cncgen.setpoints.columns import position_column
+from cncgen.setpoints.differences import DifferencePeaks
 from cncgen.setpoints.record import Setpoints
 from cncgen.toolpath.record import Kind, Program, Toolpath
 from cncgen.units import ORDER_NAMES, ORDERS, file_unit, to_file

@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 
 from cncgen.cli.app import run as command
 from cncgen.planner.record import Limit, Profile
-from cncgen.report.differences import DifferencePeaks
 from cncgen.report.slow_places import _valley_cuts
 from cncgen.report.summary import _top_speeds, as_text
 from cncgen.report.tables import counted, duration, number, text_table
+from cncgen.setpoints.differences import DifferencePeaks
 
 Run = Callable[..., "subprocess.CompletedProcess[bytes]"]
 
