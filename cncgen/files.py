@@ -441,3 +441,15 @@ def check_distinct(
             message = f"{option} {path} would overwrite {taken[place]}"
             raise UsageError(Diagnostic("option-value", message, hint="give each its own file"))
         taken[place] = f"what {option} writes"
+
+
+def open_in_browser(page: str) -> tuple[str, bool]:
+    """Write a page to a temporary file and open it in the browser; return its name, and whether a browser was started."""
+    import tempfile
+    import webbrowser
+
+    with tempfile.NamedTemporaryFile(
+        "w", encoding="utf-8", prefix="cncgen-", suffix=".html", delete=False
+    ) as file:
+        file.write(page)
+    return file.name, webbrowser.open(Path(file.name).as_uri())

@@ -35,6 +35,7 @@ COMMANDS = (
     "reproduce",
     "plot",
     "report",
+    "view",
     "codes",
     "machines",
 )

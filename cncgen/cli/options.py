@@ -306,6 +306,14 @@ format_option = click.option(
     help="Format of the setpoints [default: by suffix, else csv].",
 )
 
+#: What a page shows over its plan.
+compare_option = click.option(
+    "--compare",
+    metavar="WHAT",
+    multiple=True,
+    help="Show over it: a setpoint file, another machine, or feedrate=ild, tolerance=0.02 ... (may be repeated).",
+)
+
 output_option = click.option(
     "-o", "--output", metavar="FILE", type=FILE, help="Where the result goes [default: standard output]."
 )

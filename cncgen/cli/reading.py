@@ -148,3 +148,25 @@ def plan_options(planning: dict[str, Any]) -> PlanOptions:
         max_contour_error_mm=planning["max_contour_error"],
         servos=load_servos(axis_params) if axis_params else None,
     )
+
+
+def page_of(
+    name: str, machine: str, compare: tuple[str, ...], planning: dict[str, Any], reading: dict[str, Any]
+) -> str:
+    """Return the HTML page on a program's plan, and on those that it is compared with; the planner's remarks are shown.
+
+    Args:
+        name: File, or ``-``.
+        machine: A profile's name or a TOML file.
+        compare: What `cncgen.cli.options.compare_option` gathered.
+        planning, reading: What `planning_options` and `program_options` gathered.
+    """
+    from cncgen.pipeline import report_page, variant_of
+
+    tolerance, how = planning["path_tolerance"], plan_options(planning)
+    variants = [variant_of(what, how) for what in compare]
+    with opened(name, reading, tolerance, machine) as program:
+        language, options = read_options(reading, tolerance, machine)
+        page = report_page(program, machine, how, compare=variants, language=language, reading=options)
+        messages.show(page.remarks)
+    return page.html

@@ -19,7 +19,7 @@ from cncgen.pipeline.planning import (
     sample,
 )
 from cncgen.pipeline.reading import SUFFIXES, canon, check, language_of, read, read_text, reader_of, sound
-from cncgen.pipeline.reporting import Page, Variant, report_page
+from cncgen.pipeline.reporting import Page, Variant, report_page, variant_of
 from cncgen.pipeline.using import (
     coupling_of,
     judge,
@@ -54,6 +54,7 @@ __all__ = [
     "servos_of",
     "simulate",
     "sound",
+    "variant_of",
     "why",
     "write",
 ]

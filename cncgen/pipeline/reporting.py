@@ -5,11 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from cncgen.arguments import expect_number, wrong
 from cncgen.diagnostics import Diagnostics, Severity, UsageError
 from cncgen.pipeline.planning import Plan, machine_of, options_on, output_axes, program_of, sample
 from cncgen.pipeline.reading import read, sound
+from cncgen.setpoints.differencing import differenced
 
 if TYPE_CHECKING:
     from cncgen.machine import Machine
@@ -40,11 +42,68 @@ class Page:
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """What a plan is compared with: the same program, planned otherwise."""
+    """What a plan is compared with: the same program planned otherwise, or setpoints from a file.
+
+    Attributes:
+        label: Its name on the page.
+        machine: On which it is planned; None: on that of the plan.
+        options: How it is planned; None: as the plan.
+        setpoints: A setpoint file, instead of a plan.
+    """
 
     label: str
     machine: Machine | str | os.PathLike[str] | None = None
     options: PlanOptions | None = None
+    setpoints: str | os.PathLike[str] | None = None
+
+
+#: Settings that a comparison may name, with the fields of `cncgen.PlanOptions` that they are.
+_SETTINGS = {
+    "feedrate": "feedrate",
+    "interpolator": "interpolator",
+    "saturation": "saturation",
+    "profile": "profile",
+    "effort": "effort",
+    "tolerance": "path_tolerance_mm",
+    "max-contour-error": "max_contour_error_mm",
+}
+
+
+def variant_of(what: str, options: PlanOptions | None = None) -> Variant:
+    """Return what ``--compare`` names.
+
+    Args:
+        what: A setpoint file, a machine, or settings: ``feedrate=ild``, ``machine=xy-table,tolerance=0.02``.
+        options: How the plan is made that it is compared with; settings replace some of them.
+
+    Raises:
+        UsageError: A setting is unknown, or its value is no number where it has to be one.
+    """
+    from cncgen.planner import PlanOptions
+
+    if "=" not in what:
+        if os.path.isfile(what) and not what.lower().endswith(".toml"):
+            return Variant(os.path.basename(what), setpoints=what)
+        return Variant(os.path.basename(what).removesuffix(".toml"), machine=what)
+    machine: str | None = None
+    asked: dict[str, Any] = {}
+    for part in what.split(","):
+        name, _, value = part.partition("=")
+        if name == "machine":
+            machine = value
+        elif name in _SETTINGS:
+            asked[_SETTINGS[name]] = _number(name, value) if _SETTINGS[name].endswith("_mm") else value
+        else:
+            known = ", ".join(("machine", *_SETTINGS))
+            raise wrong(f"compare: {name!r} is not a setting; these are: {known}")
+    return Variant(what, machine, replace(options or PlanOptions(), **asked))
+
+
+def _number(name: str, value: str) -> float:
+    try:
+        return expect_number(float(value), f"compare: {name}", open_low=True)
+    except ValueError:
+        raise wrong(f"compare: {name}={value} is not a number of mm") from None
 
 
 def report_page(
@@ -80,6 +139,9 @@ def report_page(
     parts, remarks = [], Diagnostics()
     for variant in (Variant(where.name), *compare):
         there = where if variant.machine is None else machine_of(variant.machine)
+        if variant.setpoints is not None:
+            parts.append(_read(variant.setpoints, program, there, variant.label))
+            continue
         part, said = _recorded(program, there, variant.options or options, variant.label, (language, reading))
         parts.append(part)
         remarks.extend(said)
@@ -88,6 +150,19 @@ def report_page(
 
 def _shown(name: str) -> str:
     return os.path.basename(name) or name
+
+
+def _read(name: str | os.PathLike[str], program: Program, machine: Machine, label: str) -> Contents:
+    """Record setpoints from a file; their velocities and so on are differences."""
+    from cncgen.report.page import Contents, Recording
+    from cncgen.setpoints.readers import open_setpoints
+
+    axes = output_axes(program)
+    with open_setpoints(name, unnamed_axes=axes, default_period_s=machine.period_s) as stream:
+        recording = Recording(machine, stream.axes, stream.period_s)
+        for _ in recording.over_setpoints(differenced(stream.chunks)):
+            pass
+    return Contents(label, machine, recording, {})
 
 
 def _recorded(

@@ -17,6 +17,8 @@ from importlib import resources
 from typing import Any
 
 _IMPORT = re.compile(r'^import \{([^}]*)\} from "\./([\w-]+\.js)";\n', re.M)
+_COMMENT = re.compile(r"^[ \t]*(?://[^\n]*|/\*\*.*?\*/[ \t]*)\n", re.M | re.S)
+_INDENT = re.compile(r"^[ \t]+", re.M)
 _EXPORT = re.compile(r"^export (?:async )?(?:function\*?|const|class|let) ([A-Za-z_$][\w$]*)", re.M)
 
 
@@ -36,7 +38,7 @@ def bundle(entry: str) -> str:
     order: list[str] = []
     _visit(entry, order, ())
     parts = [_wrapped(name) for name in order]
-    return '"use strict";\n' + "\n".join(parts)
+    return '"use strict";\n' + _INDENT.sub("", _COMMENT.sub("", "\n".join(parts)))
 
 
 def _visit(name: str, order: list[str], above: tuple[str, ...]) -> None:

@@ -59,7 +59,7 @@ export function panels(parts) {
     const there = curves.filter((curve) => curve.part.signal(curve.name));
     if (there.length) found.push({ id, title, unit, curves: there, limits });
   };
-  const feeds = parts.map((part, k) => ({ part, name: "feed_mm_s", label: k ? part.header.label : "feed", other: k }));
+  const feeds = parts.map((part, k) => ({ part, name: "feed_mm_s", label: k ? part.header.label : "feed", other: k, colour: k }));
   add("feed", "Feed", "mm/s", feeds);
   for (const [order, title, power] of [["vel", "Velocity", ""], ["acc", "Acceleration", "²"], ["jerk", "Jerk", "³"]]) {
     for (const unit of ["mm", "deg"]) {
@@ -334,7 +334,9 @@ export class Charts {
   captioned(view) {
     const row = this.hover >= 0 ? this.hover : this.current;
     const spans = [["title", view.panel.title], ["unit", view.panel.unit]].map(([kind, text]) => span(kind, text));
-    for (const curve of view.panel.curves) {
+    // Other plans have many curves: their names stand in the chart of the feed alone.
+    const named = view.panel.curves.filter((curve) => !curve.other || view.panel.id === "feed");
+    for (const curve of named) {
       const inside = row >= 0 && row < curve.part.rows;
       const item = span("value", `${curve.label} ${inside ? curve.part.text(curve.name, row) : ""}`);
       item.style.color = this.colour(curve);
@@ -353,14 +355,15 @@ function span(kind, text) {
   return found;
 }
 
-/** Return the range of values that a chart shows: its curves, and limits that are not far beyond them. */
+/** Return the range of values that a chart shows: the plan's own curves, and limits that are not far beyond them. */
 function scale(curves, panel) {
   let low = Infinity, high = -Infinity;
   const take = (v) => {
     if (v < low) low = v;
     if (v > high) high = v;
   };
-  for (const curve of curves) {
+  const own = curves.filter((_, k) => !panel.curves[k].other);
+  for (const curve of own.length ? own : curves) {
     if (curve.points) for (const [, v] of curve.points) take(v);
     else {
       for (const v of curve.low) take(v);

@@ -71,7 +71,7 @@ def html(title: str, parts: Sequence[Contents]) -> str:
 def contents(part: Contents, blob: Blob, with_source: bool = True) -> dict[str, Any]:
     """Return what the page's header says of one plan; its streams go into the blob."""
     summary = {k: v for k, v in part.summary.items() if k not in ("sharp_corners", "slowest")}
-    corners = [round(item["t_s"] / part.machine.period_s) for item in part.summary.get("sharp_corners", ())]
+    corners = [round(item["t_s"] / part.recording.period_s) for item in part.summary.get("sharp_corners", ())]
     found = part.recording.finish(blob)
     found |= {
         "label": part.label,

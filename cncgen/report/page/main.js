@@ -107,6 +107,8 @@ class Page {
   complete() {
     const { settings } = this;
     this.charts.parts = this.parts;
+    for (const part of this.parts) if (part !== this.part) part.borrowLines(this.part);
+    if (this.parts.length > 1) this.source.setPart(this.part, this.part.texts, this.parts[1]);
     if (settings.x) {
       const [a, b] = settings.x.split(",").map(Number);
       if (b > a) {

@@ -32,11 +32,11 @@ Floats = NDArray[np.float64]
 SIGNALS = ("vel", "acc", "jerk", "feed", "line", "limit", "programmed", "source")
 
 #: Steps in which signals are written: mm or degrees, mm/s, and parts of the limits of acceleration and jerk.
-POSITION_STEP, SPEED_STEP, ERROR_STEP = 1e-4, 1e-2, 1e-5
+POSITION_STEP, SPEED_STEP, CONTOUR_STEP, FORCE_STEP = 1e-4, 1e-2, 1e-5, 1e-2
 _DIGITS_OF_LIMIT = {"vel": None, "acc": 3, "jerk": 2}
 
 #: Values of all bands together while each row keeps its own, and where blocks are joined.
-MOST_ROWWISE, MOST_JOINED = 1_200_000, 400_000
+MOST_ROWWISE, MOST_JOINED, MOST_SERVO_JOINED = 800_000, 200_000, 100_000
 #: Bytes a row that positions and feed may take together; beyond it a long plan leaves out the feed of each row.
 BYTES_A_ROW = 0.62
 #: Events that are kept; the first ones of more.
@@ -51,7 +51,7 @@ class Recording:
     """The streams of one plan, or of setpoints from elsewhere."""
 
     def __init__(self, machine: Machine, axes: str, period_s: float) -> None:
-        self._machine, self._axes, self._period = machine, axes, period_s
+        self._machine, self._axes, self.period_s = machine, axes, period_s
         self._positions = [IntegerStream(3) for _ in axes]
         self._feed = IntegerStream(2)
         self._programmed = RunStream()
@@ -140,9 +140,9 @@ class Recording:
         if self._servo is None:
             self._force_unit = response.force_unit
             names = [f"{letter.lower()}_error_{file_unit(letter)}" for letter in response.axes]
-            steps = dict.fromkeys(names, ERROR_STEP)
-            steps |= {f"{letter.lower()}_force": 1e-3 for letter in response.axes}
-            self._servo = Bands({**steps, "contour_error_mm": ERROR_STEP}, MOST_ROWWISE, MOST_JOINED)
+            steps = dict.fromkeys(names, POSITION_STEP)
+            steps |= {f"{letter.lower()}_force": FORCE_STEP for letter in response.axes}
+            self._servo = Bands({**steps, "contour_error_mm": CONTOUR_STEP}, MOST_ROWWISE, MOST_SERVO_JOINED)
         contour = np.nan_to_num(response.contour_error_mm)
         self._servo.add(np.column_stack([errors, response.force, contour]))
         self._saturated.add(np.asarray(response.saturated.any(axis=1), np.int64))
@@ -171,7 +171,7 @@ class Recording:
             streams["saturated"] = {"runs": self._saturated.finish(blob)}
         return {
             "axes": [self._axis(k, letter) for k, letter in enumerate(self._axes)],
-            "period_s": self._period,
+            "period_s": self.period_s,
             "rows": self.rows,
             "streams": streams,
             "events": self._events,

@@ -31,6 +31,16 @@ export class Part {
     this.ready = true;
   }
 
+  /** Take the lines of another part where this one has none: those at the same share of the length of the path. */
+  borrowLines(other) {
+    if (this.stretches || !other.stretches) return;
+    this.run.line = borrowed(lengths(this.points), lengths(other.points), other.run.line);
+    this.run.source = other.run.source && borrowed(lengths(this.points), lengths(other.points), other.run.source);
+    this.stretches = stretches(this.run.line, this.run.source, this.rows);
+    this.lineRows = rowsByLine(this.stretches);
+    this.borrows = true;
+  }
+
   positionName(axis) {
     return `${axis.letter.toLowerCase()}_${axis.unit}`;
   }
@@ -131,4 +141,29 @@ export class Part {
     const k = runAt(this.stretches.starts, row);
     return { key: this.stretches.keys[k], start: this.stretches.starts[k], stop: this.stretches.starts[k + 1] };
   }
+}
+
+/** Return the length of path up to each row. */
+function lengths([x, y, z]) {
+  const found = new Float64Array(x.length);
+  for (let k = 1; k < x.length; k++) found[k] = found[k - 1] + Math.hypot(x[k] - x[k - 1], y[k] - y[k - 1], z[k] - z[k - 1]);
+  return found;
+}
+
+/** Return a signal of runs over rows with some lengths of path, as it is at the same shares of another path. */
+function borrowed(here, there, signal) {
+  const values = [], starts = [0];
+  const factor = (there[there.length - 1] || 1) / (here[here.length - 1] || 1);
+  let row = 0;
+  for (let k = 0; k < signal.values.length; k++) {
+    const end = signal.starts[k + 1], until = end < there.length ? there[end] : Infinity;
+    const first = row;
+    while (row < here.length && here[row] * factor < until) row++;
+    if (k === signal.values.length - 1) row = here.length;
+    if (row > first) {
+      values.push(signal.values[k]);
+      starts.push(row);
+    }
+  }
+  return { values, starts };
 }

@@ -224,6 +224,7 @@ export function differences(part, others, go) {
     each("Path", (one) => (one.header.summary.path_length_mm === undefined ? "" : `${one.header.summary.path_length_mm.toFixed(3)} mm`)),
   ];
   const found = [element("section", {}, element("h3", {}, "Side by side"), table("Plans side by side", head, rows))];
+  if (others.some((other) => other.borrows)) found.push(element("p", { class: "note" }, "Setpoints without lines are matched with the plan by the length of the path."));
   for (const other of others) if (part.lineRows && other.lineRows) found.push(byDifference(part, other, go));
   return element("div", {}, ...found);
 }

@@ -1,0 +1,443 @@
+"""The page in a browser: each control as a person uses it, numbers beside the CSV, and nothing that leaves the page."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.page.conftest import Browser
+
+pytestmark = pytest.mark.slow
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+PROGRAM = ROOT / "programs" / "bracket.nc"
+SIGNALS = "vel,acc,jerk,feed,line"
+#: A click and a way of the pointer, as the browser makes them of a person's hand.
+DRAG = 80
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the page and the CSV of one program."""
+    import sys
+
+    folder = tmp_path_factory.mktemp("page")
+    for words in (
+        ["report", PROGRAM, "-o", "page.html", "--compare", "feedrate=ild"],
+        ["plan", PROGRAM, "-o", "plan.csv", "--signals", SIGNALS],
+    ):
+        command = [sys.executable, "-m", "cncgen", *map(str, words)]
+        run = subprocess.run(command, cwd=folder, capture_output=True, timeout=120, check=False)
+        assert run.returncode == 0, run.stderr.decode()
+    return folder
+
+
+@pytest.fixture(scope="module")
+def csv(made: Path) -> dict[str, list[str]]:
+    """The columns of the CSV as they are printed."""
+    lines = (made / "plan.csv").read_text().splitlines()
+    columns = zip(*(line.split(",") for line in lines[1:]), strict=True)
+    return dict(zip(lines[0].split(","), map(list, columns), strict=True))
+
+
+@pytest.fixture
+def shown(browser: Browser, made: Path) -> Browser:
+    """The browser with the page freshly opened."""
+    browser.driver.set_window_size(1440, 1000)
+    browser.open(made / "page.html")
+    return browser
+
+
+def settled(browser: Browser) -> None:
+    browser.wait("return !cncgen.scene.moving && !cncgen.scene.pending")
+
+
+def agrees(text: str, value: str) -> bool:
+    """Tell whether a printed number is the CSV's, rounded to its last digit; whole numbers may end in zeros."""
+    places = len(text.partition(".")[2])
+    if places:
+        return text == f"{round(float(value), places) + 0.0:.{places}f}"
+    zeros = len(text) - len(text.rstrip("0")) if text.strip("-0") else 9
+    return any(float(text) == round(float(value) / 10**k) * 10**k for k in range(zeros + 1))
+
+
+def test_nothing_leaves_the_page_and_nothing_is_complained_of(shown: Browser) -> None:
+    for option in range(shown.run("return document.querySelectorAll('#colour option').length")):
+        shown.run(
+            "const c = document.getElementById('colour'); c.selectedIndex = arguments[0]; c.dispatchEvent(new Event('change'))",
+            option,
+        )
+    settled(shown)
+    assert shown.requested() == []
+    assert shown.complaints() == []
+
+
+def test_the_hovered_line_is_the_lines_signal_at_a_hundred_places(
+    shown: Browser, csv: dict[str, list[str]]
+) -> None:
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    rng = np.random.default_rng()
+    shown.find("[data-view=top]").click()
+    settled(shown)
+    canvas = shown.find("#path")
+    rect = canvas.rect
+    found = 0
+    for _ in range(400):
+        row = int(rng.integers(len(csv["line"])))
+        x, y, free = shown.run(
+            "const p = cncgen.part.points, k = arguments[0], box = document.getElementById('path').getBoundingClientRect();"
+            "const [x, y] = cncgen.scene.camera.project(p[0][k], p[1][k], p[2][k]);"
+            "return [x, y, document.elementFromPoint(box.left + x, box.top + y)?.id === 'path']",
+            row,
+        )
+        if not free:
+            continue
+        x, y = round(x), round(y)
+        ActionChains(shown.driver, duration=0).move_to_element_with_offset(
+            canvas, x - int(rect["width"] / 2), y - int(rect["height"] / 2)
+        ).perform()
+        hovered, line, text = shown.run(
+            "const t = document.getElementById('tip'); return [+t.dataset.row, t.dataset.line, t.textContent]"
+        )
+        assert line == csv["line"][hovered]
+        assert f"line {line}" in text
+        near = shown.run(
+            "const p = cncgen.part.points, k = arguments[0]; return cncgen.scene.camera.project(p[0][k], p[1][k], p[2][k])",
+            hovered,
+        )
+        assert np.hypot(near[0] - x, near[1] - y) < 12
+        found += 1
+        if found == 100:
+            break
+    assert found == 100
+
+
+def test_scrubbing_and_charts_agree_with_the_csv_to_the_printed_digit(
+    shown: Browser, csv: dict[str, list[str]]
+) -> None:
+    shown.run("cncgen.charts.shown = new Set(cncgen.charts.all.map((p) => p.id)); cncgen.charts.rebuild()")
+    seen: set[str] = set()
+    for row in np.random.default_rng().integers(len(csv["line"]), size=60).tolist():
+        texts = shown.run(
+            "const s = document.getElementById('scrub'); s.value = arguments[0]; s.dispatchEvent(new Event('input'));"
+            "for (const view of cncgen.charts.views) cncgen.charts.captioned(view);"
+            "const spans = document.querySelectorAll('#readout [data-signal], #charts [data-signal]');"
+            "return [...spans].map((e) => [e.dataset.signal, e.lastChild.textContent.split(' ').pop()])",
+            row,
+        )
+        for signal, text in texts:
+            if signal in csv:
+                seen.add(signal)
+                assert agrees(text, csv[signal][row]), (
+                    f"row {row}, {signal}: {text}, in the file {csv[signal][row]}"
+                )
+    assert {"t_s", "x_mm", "feed_mm_s", "line", "x_vel_mm_s", "y_acc_mm_s2", "z_jerk_mm_s3"} <= seen
+
+
+def test_pointer_turns_moves_and_zooms_the_path(shown: Browser) -> None:
+    from selenium.webdriver.common.action_chains import ActionChains
+    from selenium.webdriver.common.keys import Keys
+
+    canvas = shown.find("#path")
+    camera = "const c = cncgen.scene.camera; return [c.azimuth, c.elevation, c.scale, ...c.centre]"
+    before = shown.run(camera)
+    ActionChains(shown.driver).move_to_element(canvas).click_and_hold().move_by_offset(
+        DRAG, 40
+    ).release().perform()
+    turned = shown.run(camera)
+    assert turned[0] == pytest.approx(before[0] - 0.008 * DRAG, abs=1e-6)
+    assert turned[2:] == before[2:]
+    ActionChains(shown.driver).key_down(Keys.SHIFT).move_to_element(canvas).click_and_hold().move_by_offset(
+        DRAG, 0
+    ).release().key_up(Keys.SHIFT).perform()
+    moved = shown.run(camera)
+    assert moved[:3] == turned[:3]
+    assert np.linalg.norm(np.subtract(moved[3:], turned[3:])) == pytest.approx(DRAG / turned[2], rel=1e-6)
+    ActionChains(shown.driver).scroll_from_origin(_origin(canvas), 0, -300).perform()
+    shown.wait(f"return cncgen.scene.camera.scale > {1.2 * moved[2]}")
+    shown.find("[data-view=fit]").click()
+    assert shown.run("return cncgen.scene.camera.scale") < moved[2] * 1.2
+    for name, angles in {"top": [0, np.pi / 2], "front": [0, 0], "side": [np.pi / 2, 0]}.items():
+        shown.find(f"[data-view={name}]").click()
+        assert shown.run(
+            "return [cncgen.scene.camera.azimuth, cncgen.scene.camera.elevation]"
+        ) == pytest.approx(angles)
+
+
+def _origin(element: Any) -> Any:
+    from selenium.webdriver.common.actions.wheel_input import ScrollOrigin
+
+    return ScrollOrigin.from_element(element)
+
+
+def test_a_click_on_the_path_is_a_moment_and_on_a_line_its_path(
+    shown: Browser, csv: dict[str, list[str]]
+) -> None:
+    lines = [int(v) for v in csv["line"]]
+    wanted = max(set(lines), key=lines.count)
+    field = shown.find("#search")
+    field.send_keys(f":{wanted}")
+    row = shown.find(f".row[data-line='{wanted}']")
+    assert row.find_element("css selector", ".time").text
+    row.find_element("css selector", ".code").click()
+    assert shown.run("return cncgen.scene.highlight.rows.length") > 1
+    assert lines[shown.run("return cncgen.now")] == wanted
+    spans = shown.run(f"return cncgen.spansOf(0, {wanted})")
+    assert sum(b - a for a, b in spans) == pytest.approx(lines.count(wanted), abs=len(spans) + 1)
+    row = shown.find(f".row[data-line='{wanted}']")
+    row.find_element("css selector", ".code").click()
+    assert shown.run("return cncgen.scene.highlight") is None
+
+
+def test_the_search_finds_what_stands_in_the_text(shown: Browser) -> None:
+    from selenium.webdriver.common.keys import Keys
+
+    text = PROGRAM.read_text().splitlines()
+    expected = [k for k, line in enumerate(text, start=1) if "g1" in line.lower()]
+    field = shown.find("#search")
+    field.send_keys("g1")
+    assert shown.find(".found").text == f"{len(expected)} found"
+    field.send_keys(Keys.ENTER)
+    assert shown.find(".found").text == f"1 of {len(expected)}"
+    shown.find("[data-find='1']").click()
+    assert shown.run("return cncgen.source.matches") == expected
+    assert shown.find(".found").text == f"2 of {len(expected)}"
+
+
+def test_charts_zoom_and_lead_to_a_moment(shown: Browser) -> None:
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    chart = shown.find(".chart canvas")
+    whole = shown.run("return cncgen.charts.range")
+    ActionChains(shown.driver).scroll_from_origin(_origin(chart), 0, -400).perform()
+    shown.wait("return cncgen.charts.touched")
+    assert shown.find("#unzoom").is_displayed()
+    shown.find("#unzoom").click()
+    assert shown.run("return cncgen.charts.range") == whole
+    ActionChains(shown.driver).move_to_element(chart).click_and_hold().move_by_offset(
+        DRAG, 0
+    ).release().perform()
+    a, b = shown.run("return cncgen.charts.range")
+    width = shown.run("return arguments[0].clientWidth", chart) - 70
+    assert b - a == pytest.approx(DRAG / width * (whole[1] - whole[0]), rel=0.03)
+    ActionChains(shown.driver).move_to_element(chart).click().perform()
+    assert a <= shown.run("return cncgen.now * cncgen.part.period") <= b
+    ActionChains(shown.driver).double_click(chart).perform()
+    assert shown.run("return cncgen.charts.range") == whole
+    shown.find(".picker summary").click()
+    count = len(shown.driver.find_elements("css selector", ".chart"))
+    shown.find("#chart-feed").click()
+    assert len(shown.driver.find_elements("css selector", ".chart")) == count - 1
+
+
+def test_places_lead_to_where_time_is_lost(shown: Browser) -> None:
+    shown.find("#tab-losses").click()
+    buttons = shown.driver.find_elements("css selector", "#panel-losses tbody .link")
+    assert 1 <= len(buttons) <= 20
+    places = shown.run("return cncgen.part.header.places")
+    buttons[1].click()
+    assert shown.run("return cncgen.now") == round(places[1]["t_s"] / 0.001)
+    assert len(
+        {button.text for button in buttons}
+        | {p.text for p in shown.driver.find_elements("css selector", "#panel-losses tbody small")}
+    ) > len(buttons)
+
+
+@pytest.mark.parametrize("tab", ["program", "losses", "time", "checks", "compare"])
+def test_tabs_show_their_panel(shown: Browser, tab: str) -> None:
+    shown.find(f"#tab-{tab}").click()
+    visible = [
+        e.get_attribute("id")
+        for e in shown.driver.find_elements("css selector", ".panel")
+        if e.is_displayed()
+    ]
+    assert visible == [f"panel-{tab}"]
+    assert shown.find(f"#panel-{tab}").text.strip()
+
+
+def test_it_plays_in_real_time_and_faster(shown: Browser) -> None:
+    shown.find("#play").click()
+    assert shown.find("#play").get_attribute("aria-label") == "Pause"
+    began = shown.run("return [performance.now(), cncgen.now]")
+    shown.wait("return cncgen.now > 600")
+    ended = shown.run("return [performance.now(), cncgen.now]")
+    shown.find("#play").click()
+    seconds = (ended[0] - began[0]) / 1000
+    assert (ended[1] - began[1]) * 0.001 == pytest.approx(seconds, abs=0.25)
+    shown.run(
+        "const s = document.getElementById('speed'); s.value = '1000'; s.dispatchEvent(new Event('change'))"
+    )
+    shown.find("#play").click()
+    shown.wait("return cncgen.now === cncgen.part.rows - 1 && !cncgen.playing")
+
+
+def test_keys(shown: Browser) -> None:
+    from selenium.webdriver.common.keys import Keys
+
+    body = shown.find("#path")
+    body.send_keys(Keys.END)
+    rows = shown.run("return cncgen.part.rows")
+    assert shown.run("return cncgen.now") == rows - 1
+    body.send_keys(Keys.ARROW_LEFT)
+    assert shown.run("return cncgen.now") == rows - 2
+    body.send_keys(Keys.HOME)
+    body.send_keys(Keys.ARROW_RIGHT)
+    assert shown.run("return cncgen.now") == 1
+    body.send_keys("2")
+    assert shown.run("return cncgen.scene.camera.elevation") == pytest.approx(np.pi / 2)
+    theme = shown.run("return document.documentElement.dataset.theme")
+    body.send_keys("t")
+    assert shown.run("return document.documentElement.dataset.theme") != theme
+    body.send_keys("l")
+    assert shown.run("return cncgen.tab") == "losses"
+    body.send_keys("/")
+    assert shown.run("return document.activeElement.id") == "search"
+    shown.find("#help").click()
+    assert shown.find("#keys").is_displayed()
+    shown.find("#keys button").click()
+    assert not shown.find("#keys").is_displayed()
+
+
+def test_marks_and_colours_change_the_picture(shown: Browser) -> None:
+    settled(shown)
+    seen = set()
+    for option in shown.run("return [...document.querySelectorAll('#colour option')].map((o) => o.value)"):
+        shown.run(
+            "const c = document.getElementById('colour'); c.value = arguments[0]; c.dispatchEvent(new Event('change'))",
+            option,
+        )
+        assert shown.run("return cncgen.colour.id") == option
+        assert shown.run("return document.getElementById('legend').children.length") > 0
+        seen.add(_picture(shown))
+    # The page's other plan and the grid stay; the path's colours differ.
+    assert len(seen) >= shown.run("return document.querySelectorAll('#colour option').length") - 1
+    shown.find(".marks summary").click()
+    for box in shown.driver.find_elements("css selector", "#marks input"):
+        before = box.is_selected()
+        box.click()
+        assert box.is_selected() != before
+
+
+def _picture(browser: Browser) -> str:
+    script = "cncgen.scene.draw(); return cncgen.scene.canvas.toDataURL()"
+    return str(browser.run(script))
+
+
+def test_a_link_restores_the_view(shown: Browser, made: Path) -> None:
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    ActionChains(shown.driver).drag_and_drop_by_offset(shown.find("#path"), 60, 25).perform()
+    shown.run(
+        "const c = document.getElementById('colour'); c.value = 'limit'; c.dispatchEvent(new Event('change'))"
+    )
+    shown.find("#tab-time").click()
+    shown.run("cncgen.seek(777); cncgen.charts.setRange(0.5, 1.5)")
+    shown.find("#share").click()
+    link = shown.run("return location.hash")
+    state = "return [cncgen.scene.camera.state(), cncgen.colour.id, cncgen.tab, cncgen.now, cncgen.charts.range, cncgen.theme]"
+    before = shown.run(state)
+    shown.open(made / "page.html", link)
+    assert shown.run(state) == before
+
+
+def test_what_a_program_and_a_machine_say_stays_text(
+    browser: Browser, tmp_path: Path, cncgen: Callable[..., Any]
+) -> None:
+    bad = "</script><img src=x onerror=\"document.title='broken'\"><script>document.title='broken'</script>"
+    program = tmp_path / "a<b>&'\" é漢.nc"
+    program.write_text(
+        f"(MSG, {bad.replace('(', '[').replace(')', ']')})\nG21 G90 F600\nG1 X5 Y2 ; {bad} {{{{script}}}}\nX0\nM2\n",
+        encoding="utf-8",
+    )
+    machine = (
+        (ROOT / "cncgen/machine/profiles/xy-table.toml")
+        .read_text()
+        .replace('name = "xy-table"', f"name = '''{bad}'''")
+    )
+    (tmp_path / "m.toml").write_text(machine)
+    run = cncgen("report", program, "-m", "m.toml", "-o", "page.html")
+    assert run.returncode == 0, run.stderr.decode()
+    browser.open(tmp_path / "page.html")
+    assert browser.run("return document.querySelectorAll('img:not(#printed)').length") == 0
+    assert browser.run("return document.title").startswith(program.name + " on </script>")
+    assert bad in browser.run("return document.querySelector('.row[data-line=\"3\"] .code').textContent")
+    for tab in ("losses", "time", "checks"):
+        browser.find(f"#tab-{tab}").click()
+    assert browser.run("return document.title") != "broken"
+    assert browser.complaints() == []
+    assert browser.requested() == []
+
+
+def test_every_control_has_a_name(shown: Browser) -> None:
+    unnamed = shown.run(
+        "return [...document.querySelectorAll('button, input, select, canvas, summary, [tabindex], [role]:not([role=status])')].filter((e) =>"
+        " !e.closest('[aria-hidden=true]') && !(e.getAttribute('aria-label') || e.textContent.trim() || e.labels?.[0]?.textContent.trim()))"
+        ".map((e) => e.outerHTML.slice(0, 120))"
+    )
+    assert unnamed == []
+
+
+@pytest.mark.parametrize("width", [390, 760, 1000])
+def test_a_small_screen_shows_all_of_it(browser: Browser, made: Path, width: int) -> None:
+    browser.driver.execute_cdp_cmd(
+        "Emulation.setDeviceMetricsOverride",
+        {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": width < 700},
+    )
+    try:
+        browser.open(made / "page.html")
+        assert browser.run("return document.documentElement.scrollWidth") <= width
+        assert browser.run("return document.getElementById('path').clientHeight") >= 250
+        assert browser.run("return document.getElementById('play').getBoundingClientRect().right") <= width
+    finally:
+        browser.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_paper_has_tables_and_the_picture(shown: Browser) -> None:
+    shown.run("dispatchEvent(new Event('beforeprint'))")
+    shown.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    try:
+        shown.wait("return document.getElementById('printed').naturalWidth > 100")
+        for name in ("panel-losses", "panel-time", "panel-checks", "printed", "charts"):
+            assert shown.find(f"#{name}").is_displayed(), name
+        for name in ("path", "play", "search"):
+            assert not shown.find(f"#{name}").is_displayed(), name
+        assert shown.run("return getComputedStyle(document.body).color") == "rgb(17, 17, 17)"
+    finally:
+        shown.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+
+
+def test_a_long_plan_is_drawn_with_few_vertices_while_it_moves(browser: Browser, tmp_path: Path) -> None:
+    """Half a million setpoints of a curve that turns all the time: each of them matters when it is looked at closely."""
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    from cncgen.machine import load_machine
+    from cncgen.report.page import Contents, Recording, html
+    from cncgen.setpoints.record import Setpoints
+
+    machine = load_machine("xy-table")
+    t = np.arange(500_000) * 1e-3
+    position = np.column_stack([40 * np.sin(1.7 * t) + np.sin(61 * t), 40 * np.cos(1.3 * t) + np.cos(67 * t)])
+    recording = Recording(machine, "XY", 1e-3)
+    for _ in recording.over_setpoints([Setpoints("XY", 1e-3, 0, position)]):
+        pass
+    page = tmp_path / "long.html"
+    page.write_text(html("long", [Contents("long", machine, recording, {})]), encoding="utf-8")
+    browser.open(page)
+    settled(browser)
+    assert browser.run("return cncgen.scene.drawer.vertices") > 300_000
+    canvas = browser.find("#path")
+    browser.run(
+        "cncgen.most = 0; const d = cncgen.scene.draw.bind(cncgen.scene); cncgen.scene.draw = () => { d(); if (cncgen.scene.moving) cncgen.most = Math.max(cncgen.most, cncgen.scene.drawer.vertices) }"
+    )
+    ActionChains(browser.driver).move_to_element(canvas).click_and_hold().move_by_offset(
+        30, 10
+    ).move_by_offset(30, 10).release().perform()
+    ActionChains(browser.driver).scroll_from_origin(_origin(canvas), 0, -500).perform()
+    settled(browser)
+    assert 0 < browser.run("return cncgen.most") <= 300_000

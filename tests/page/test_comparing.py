@@ -1,0 +1,92 @@
+"""What ``--compare`` names, and ``cncgen view``."""
+
+from __future__ import annotations
+
+import json
+import re
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import cncgen
+from cncgen.cli.app import run
+from cncgen.diagnostics import UsageError
+from cncgen.pipeline import report_page, variant_of
+from cncgen.setpoints.differencing import differenced
+
+SQUARE = "G21 G90 G94 G61 F1200\nG1 X10\nY10\nX0\nY0\nM2\n"
+
+
+def parts_of(page: str) -> list[dict[str, Any]]:
+    found = re.search(r'id="header">(.*?)</script>', page, re.S)
+    assert found
+    parts: list[dict[str, Any]] = json.loads(found[1])["parts"]
+    return parts
+
+
+def test_a_machine_settings_or_a_file(tmp_path: Path) -> None:
+    options = cncgen.PlanOptions(path_tolerance_mm=0.03)
+    assert variant_of("xy-table", options).machine == "xy-table"
+    found = variant_of("feedrate=ild,tolerance=0.02,machine=dyna-1007", options)
+    assert (found.machine, found.options) == (
+        "dyna-1007",
+        cncgen.PlanOptions(feedrate="ild", path_tolerance_mm=0.02),
+    )
+    file = tmp_path / "s.csv"
+    file.write_text("t_s,x_mm\n0,0\n0.001,0\n")
+    assert variant_of(str(file)).setpoints == str(file)
+
+
+@pytest.mark.parametrize("what", ["speed=3", "tolerance=wide", "tolerance=-1", "tolerance=nan"])
+def test_what_cannot_be_compared_is_named(what: str) -> None:
+    with pytest.raises(UsageError, match=re.escape(what.split("=")[0])):
+        variant_of(what)
+
+
+def test_a_page_has_all_of_the_plans(tmp_path: Path) -> None:
+    file, rows = tmp_path / "square.nc", tmp_path / "rows.csv"
+    file.write_text(SQUARE)
+    cncgen.write(cncgen.sample(cncgen.plan(file, "xy-table", feedrate="constant")), rows)
+    variants = [variant_of("feedrate=ild"), variant_of(str(rows)), variant_of("generic-mill")]
+    parts = parts_of(report_page(file, "xy-table", compare=variants).html)
+    assert [part["label"] for part in parts] == ["xy-table", "feedrate=ild", "rows.csv", "generic-mill"]
+    assert [part["machine"] for part in parts] == ["xy-table", "xy-table", "xy-table", "generic-mill"]
+    assert [part["rows"] for part in parts][2] == len(rows.read_text().splitlines()) - 1
+    assert "line" not in parts[2]["streams"]
+    assert {"feed_mm_s", "x_jerk_mm_s3"} <= parts[2]["streams"].keys()
+
+
+def test_differences_go_on_from_chunk_to_chunk() -> None:
+    """x = t³: velocity, acceleration and jerk as numpy differences them, from rest before the first row."""
+    t = np.arange(40) * 0.01
+    rows = np.column_stack([t**3, 2 * t])
+    padded = np.concatenate([np.repeat(rows[:1], 3, axis=0), rows])
+    for sizes in ([40], [1, 1, 1, 37], [2, 17, 21]):
+        edges = np.concatenate([[0], np.cumsum(sizes)])
+        chunks = [cncgen.Setpoints("XY", 0.01, int(a), rows[a:b]) for a, b in pairwise(edges)]
+        found = list(differenced(chunks))
+        for order, name in enumerate(("vel", "acc", "jerk"), start=1):
+            expected = np.diff(padded, n=order, axis=0)[3 - order :] / 0.01**order
+            np.testing.assert_allclose(np.concatenate([c.signals[name] for c in found]), expected, atol=1e-9)
+        speed = np.concatenate([c.signals["feed"] for c in found])
+        np.testing.assert_allclose(speed, np.linalg.norm(np.diff(padded, axis=0)[2:], axis=1) / 0.01)
+
+
+def test_view_opens_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    opened: list[str] = []
+    monkeypatch.setattr("webbrowser.open", lambda url: bool(opened.append(url)) or True)
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr("tempfile.tempdir", None)
+    file = tmp_path / "square.nc"
+    file.write_text(SQUARE)
+    assert run(["view", str(file), "-m", "xy-table"]) == 0
+    (page,) = tmp_path.glob("cncgen-*.html")
+    assert opened == [page.as_uri()]
+    assert parts_of(page.read_text(encoding="utf-8"))[0]["machine"] == "xy-table"
+    assert str(page) in capsys.readouterr().err
+    monkeypatch.setattr("webbrowser.open", lambda url: False)
+    assert run(["view", str(file), "-m", "xy-table"]) == 0
+    assert "no browser can be started here" in capsys.readouterr().err
