@@ -109,6 +109,7 @@ class Recording:
         for t_s, line, event in chunk.events:
             if len(self._events) < MOST_EVENTS:
                 values = {"dwell_s": event.dwell_s} if event.dwell_s else {}
+                values |= {"takes_s": event.takes_s} if event.takes_s else {}
                 record = {"t_s": round(t_s, 6), "line": line, "event": event.name, **values, **event.values}
                 self._events.append(json_values(record))
 

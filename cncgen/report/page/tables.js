@@ -71,11 +71,11 @@ export function cycleTime(part) {
 
 /** Return how the time is split: [{ name, seconds, kind }]. The summary's own split goes first. */
 export function timeSplit(part) {
-  const given = part.header.summary.split;
+  const given = part.header.summary.cycle_time_split_s;
   if (given) {
     return Object.entries(given)
       .filter(([, seconds]) => seconds > 0)
-      .map(([name, seconds]) => ({ name: name.replace(/_s$/, "").replaceAll("_", " "), seconds, kind: name.replace(/_s$/, "") }));
+      .map(([name, seconds]) => ({ name, seconds, kind: name }));
   }
   const run = part.run.programmed_feed_mm_s;
   const dwell = part.header.summary.dwell_time_s ?? 0;
