@@ -30,22 +30,27 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
 from cncgen.diagnostics import Diagnostics, ProgramError, RunDiagnostics
 from cncgen.gcode.codes.table import LATHE, language_of
 from cncgen.gcode.feed_doubts import Clock
 from cncgen.gcode.flow.running import Runner
 from cncgen.gcode.sinks.counting import CountingSink
-from cncgen.gcode.source import open_source
+from cncgen.gcode.source import Source, open_source
 from cncgen.gcode.text.axes import moving_axes
-from cncgen.gcode.text.dialects import chosen
+from cncgen.gcode.text.dialects import Choice, chosen
 from cncgen.gcode.text.search import search_path
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import Program, Toolpath
 from cncgen.units import AXIS_LETTERS
 
+if TYPE_CHECKING:
+    from cncgen.gcode.sinks.sink import Sink
+    from cncgen.gcode.sinumerik.running import SinumerikRunner
+
 _DEFAULT = ReadOptions()
+SINUMERIK = "sinumerik"
 
 
 def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) -> Program:
@@ -65,7 +70,7 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
     diagnostics = Diagnostics()
     path = source if isinstance(source, Path) else None
     choice = chosen(text, options.dialect)
-    moving = moving_axes(text, search_path(path, options.include), lathe=choice.dialect == LATHE)
+    moving = _moving_axes(text, choice.dialect, search_path(path, options.include))
     if options.kinematics is not None and text.data.find(b"43.4") >= 0:
         # The rotary axes move the others.
         moving = "XYZ" + moving.strip("XYZ")
@@ -85,7 +90,7 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
                 found.add(remark)
             return chunk
 
-        runner = Runner(text, options, sink, found, path=path, axes=moving, choice=choice)
+        runner = _runner(text, options, sink, found, path=path, axes=moving, choice=choice)
         for _ in runner.run():
             builder.sources = [source.name for source in runner.sources]
             if builder.count >= options.chunk_rows:
@@ -97,6 +102,34 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
             yield timed(builder.take())
 
     return Program(name, "gcode", axes, moving, chunks, diagnostics)
+
+
+def _moving_axes(text: Source, dialect: str, folders: list[Path]) -> str:
+    """Return the letters of the axes that a program names."""
+    if dialect == SINUMERIK:
+        from cncgen.gcode.sinumerik import axes
+
+        return axes.moving_axes(text, folders)
+    return moving_axes(text, folders, lathe=dialect == LATHE)
+
+
+def _runner(
+    source: Source,
+    options: ReadOptions,
+    sink: Sink,
+    diagnostics: Diagnostics,
+    *,
+    path: Path | None,
+    axes: str | None = None,
+    choice: Choice | None = None,
+) -> Runner | SinumerikRunner:
+    """Return one run of a program on a sink, by its dialect."""
+    choice = choice or chosen(source, options.dialect)
+    if choice.dialect == SINUMERIK:
+        from cncgen.gcode.sinumerik.running import SinumerikRunner
+
+        return SinumerikRunner(source, options, sink, diagnostics, path=path, choice=choice)
+    return Runner(source, options, sink, diagnostics, path=path, axes=axes, choice=choice)
 
 
 def check(
@@ -121,7 +154,7 @@ def check(
     """
     found = Diagnostics() if diagnostics is None else diagnostics
     sink = CountingSink()
-    runner = Runner(
+    runner = _runner(
         open_source(source, name), options, sink, found, path=source if isinstance(source, Path) else None
     )
     for _ in runner.run():
@@ -156,14 +189,14 @@ def canon(
 
     text = open_source(source, name)
     found = Diagnostics() if diagnostics is None else diagnostics
-    runner: Runner | None = None
+    runner: Runner | SinumerikRunner | None = None
 
     def text_at(index: int, offset: int) -> str:
         assert runner is not None
         return runner.sources[index].text_at(offset)
 
     sink = StandAloneSink(text_at)
-    runner = Runner(
+    runner = _runner(
         text,
         replace(options, stand_alone=True, max_call_depth=min(options.max_call_depth, CALL_LEVELS)),
         sink,

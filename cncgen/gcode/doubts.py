@@ -64,8 +64,8 @@ _SIEMENS = _Doubt(
         rb"|\bT[ \t]*=[ \t]*\"|\bDEF[ \t]+(?:REAL|INT|BOOL|STRING)\b|\bCR[ \t]*=)",
         re.MULTILINE | re.IGNORECASE,
     ),
-    "this is of SINUMERIK's own language, of which BSPLINE alone is read",
-    "post the program for FANUC or LinuxCNC, or write it with G291, the control's ISO dialect",
+    "this is of SINUMERIK's own language, of which this dialect has BSPLINE alone",
+    "--dialect sinumerik reads it",
 )
 _HEIDENHAIN = _Doubt(
     re.compile(

@@ -15,7 +15,7 @@ from cncgen.diagnostics import Diagnostic, UsageError
 if TYPE_CHECKING:
     from cncgen.machine.kinematics import Kinematics
 
-DIALECTS = ("auto", "linuxcnc", "fanuc", "fanuc-lathe", "heidenhain")
+DIALECTS = ("auto", "linuxcnc", "fanuc", "fanuc-lathe", "heidenhain", "sinumerik")
 SPEED_UNITS = ("m/s", "m/min")
 SPINDLE_SIGNS = ("speed", "tool")
 

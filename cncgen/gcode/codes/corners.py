@@ -35,6 +35,8 @@ _HINTS = {
     "corner-plane": "G17, G18 and G19 choose the plane of corners",
     "corner-size": "make it smaller, or leave it out",
 }
+#: How SINUMERIK writes them; its CHF is ,H here.
+_NAMES = {",R": "RND", ",C": "CHR", ",H": "CHF"}
 #: What of a block says where its motion leads: words, and G0 to G3, planes, units, G90 and G91.
 _WORDS = frozenset("xyzabcuvwijkrp")
 _CODES = frozenset((0, 10, 20, 30, 170, 180, 190, 200, 210, 900, 910))
@@ -109,6 +111,7 @@ class _Corner:
 
     def __init__(self, ip: Interpreter, block: Block, name: str, size: float) -> None:
         self.name, self.size = name, size
+        self.written = ip.dialect == "sinumerik"
         self.block = block
         self.plane = ip.state.plane
         self.start = ip.guard.end if isinstance(ip.guard, _Passed) else list(ip.state.position)
@@ -212,17 +215,21 @@ class _Corner:
             raise self._fault("corner-size", "does not fit between the two motions") from None
 
     def _chamfer(self, one: Segment, two: Segment) -> Segment:
+        size = self.size
+        if self.name == ",H":
+            # The length of the chamfer itself, of equal legs: 2 leg sin(inner angle / 2).
+            size /= 2.0 * math.cos(cmath.phase(two.heading(two.start) / one.heading(one.end)) / 2.0)
         points = [
-            segment.at_distance(self.size, from_end=from_end)
-            for segment, from_end in ((one, True), (two, False))
+            segment.at_distance(size, from_end=from_end) for segment, from_end in ((one, True), (two, False))
         ]
         if points[0] is None or points[1] is None:
             raise self._fault("corner-size", "does not fit between the two motions")
         return Segment(points[0], points[1])
 
     def _fault(self, code: str, what: str) -> BlockError:
-        message = f"{self.name}{self.size:g} {what}"
-        return BlockError(code, message, self.name, hint=_HINTS[code], values={"size": self.size})
+        name = _NAMES.get(self.name, self.name) if self.written else self.name
+        message = f"{name}{'=' if self.written else ''}{self.size:g} {what}"
+        return BlockError(code, message, name, hint=_HINTS[code], values={"size": self.size})
 
 
 def _corner(name: str) -> Handler:
@@ -251,9 +258,14 @@ CODES = tuple(
         Stage.REFERENCE,
         _corner(name),
         text,
-        dialects=("fanuc",),
+        dialects=dialects,
         named=(name.lower(),),
         after=_end,
+        title={"sinumerik": "CHF="}.get(dialects[0], ""),
     )
-    for name, text in ((",C", "chamfer to the next motion"), (",R", "rounding to the next motion"))
+    for name, text, dialects in (
+        (",C", "chamfer to the next motion", ("fanuc", "sinumerik")),
+        (",R", "rounding to the next motion", ("fanuc", "sinumerik")),
+        (",H", "chamfer of that length to the next motion", ("sinumerik",)),
+    )
 )

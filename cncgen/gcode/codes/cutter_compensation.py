@@ -31,7 +31,9 @@ if TYPE_CHECKING:
 #: inside and outside of arcs, radii of 0.5 to 10 and sweeps of 0.1 to 1.5 rad.
 _GROWTH = 0.001
 #: Planes in which a dialect compensates.
-PLANES = {"linuxcnc": (17, 18), "fanuc": (17, 18, 19)}
+PLANES = {"linuxcnc": (17, 18), "fanuc": (17, 18, 19), "heidenhain": (17, 18, 19), "sinumerik": (17, 18, 19)}
+#: Dialects in which compensation is LinuxCNC's.
+_STRICT = ("linuxcnc",)
 ORIENTATIONS = 10
 _LAST_DIGIT = 1e-12
 
@@ -386,7 +388,7 @@ def _turn_on(left: bool, dynamic: bool) -> Handler:
             )
         radius, orientation = (_programmed if dynamic else _of_the_tool)(ip, block, name)
         side = left == (radius >= 0.0)
-        if isinstance(ip.sink, CompensatedSink) and ip.dialect == "fanuc":
+        if isinstance(ip.sink, CompensatedSink) and ip.dialect not in _STRICT:
             _renew(ip, ip.sink, radius, left)
             return
         first, second, _ = state.plane_axes()
@@ -394,7 +396,7 @@ def _turn_on(left: bool, dynamic: bool) -> Handler:
         unit = "inch" if state.inches else "mm"
         growth = _GROWTH if ip.dialect == "linuxcnc" else None
         # FANUC enters on a move of any length. LinuxCNC's radius of a table may be less by the last digit of a double.
-        least = 0.0 if ip.dialect == "fanuc" else abs(radius) * (1.0 if dynamic else 1.0 - _LAST_DIGIT)
+        least = 0.0 if ip.dialect not in _STRICT else abs(radius) * (1.0 if dynamic else 1.0 - _LAST_DIGIT)
         centre = ToolCentre(radius, left, start, orientation, unit, growth=growth, least_entry=least)
         ip.sink.call(f'COMMENT("interpreter: cutter radius compensation on {"left" if side else "right"}")')
         state.compensation = 41 if side else 42
@@ -406,7 +408,7 @@ def _turn_on(left: bool, dynamic: bool) -> Handler:
             state.inches,
             ip.warn,
             tool_offset=list(state.tool_offset),
-            lenient=ip.dialect == "fanuc",
+            lenient=ip.dialect not in _STRICT,
         )
         ip.sink, ip.compensated_position = sink, sink.beside
 

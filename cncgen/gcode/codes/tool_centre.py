@@ -181,6 +181,10 @@ class ToolCentre:
         curve = Curve(end + offset, None, math.inf, 0, heading, heading)
         return self._append(curve, end, self._programmed + offset, block, rapid)
 
+    def cut_outside(self, on: bool) -> None:
+        """Take, or no longer take, the place where the offset paths cross at outside corners too (G451 of SINUMERIK)."""
+        self._least_roll = math.inf if on else 0.0
+
     def renew(self, radius: float, left: bool) -> None:
         """Take another radius or side from the next move on, which must be straight.
 

@@ -50,7 +50,7 @@ class Parameters:
 
     def __init__(self, interpreter: Interpreter) -> None:
         self.interpreter = interpreter
-        self.last = LAST_FANUC if interpreter.dialect == "fanuc" else LAST
+        self.last = LAST if interpreter.dialect in ("linuxcnc", "heidenhain") else LAST_FANUC
         self.numbers = [0.0] * (self.last + 1)
         #: FANUC's #0, which never has a value, and those that begin without one.
         self.vacant = interpreter.dialect == "fanuc"

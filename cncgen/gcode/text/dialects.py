@@ -55,7 +55,7 @@ def _all(weight: float, *dialects: str) -> dict[str, float]:
 
 _L, _F, _T, _H, _S = "linuxcnc", "fanuc", "fanuc-lathe", "heidenhain", "sinumerik"
 #: Dialects that are read.
-_READ = (_L, _F, _T, _H)
+_READ = (_L, _F, _T, _H, _S)
 #: A value behind a letter.
 _V = rb"[-+.\d#\[]"
 #: Signs in the text of blocks as it is written: capitals, comments and blanks kept.

@@ -1,0 +1,228 @@
+"""Affine frames of X Y Z, and the sink that takes motions through them: TRANS ROT SCALE MIRROR of SINUMERIK, cycles 7, 8, 10, 11 of Heidenhain.
+
+A frame takes a programmed point to a point of the work coordinates: ``work = matrix point + shift``. Rotations by X Y Z are about Z,
+the new Y and the new X (RPY, the usual setting of MD10600); RPL turns in the plane in force (840D sl, Fundamentals, "Frames").
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from dataclasses import dataclass, field
+
+from cncgen.gcode.codes.frames import FramedSink
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.sinks.sink import Curve, Point, Sink
+from cncgen.gcode.state.modal import PLANE_AXES
+
+Matrix = tuple[tuple[float, float, float], ...]
+Vector = tuple[float, float, float]
+UNIT: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+NO_SHIFT: Vector = (0.0, 0.0, 0.0)
+#: What a part of a matrix may be off from what it should be by rounding.
+_TINY = 1e-12
+
+
+def product(a: Matrix, b: Matrix) -> Matrix:
+    """Return the product of two matrices."""
+    rows = [tuple(sum(a[i][k] * b[k][j] for k in range(3)) for j in range(3)) for i in range(3)]
+    return tuple((r[0], r[1], r[2]) for r in rows)
+
+
+def applied(a: Matrix, v: Vector) -> Vector:
+    """Return a matrix times a vector."""
+    x, y, z = (sum(a[i][k] * v[k] for k in range(3)) for i in range(3))
+    return x, y, z
+
+
+def turn(axis: int, degrees: float) -> Matrix:
+    """Return the rotation about an axis (0 to 2), exact for right angles."""
+    quarter = degrees / 90.0
+    if quarter == round(quarter):
+        c, s = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[round(quarter) % 4]
+    else:
+        c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    rows = [list(row) for row in UNIT]
+    a, b = (axis + 1) % 3, (axis + 2) % 3
+    rows[a][a], rows[a][b], rows[b][a], rows[b][b] = c, -s, s, c
+    return tuple((r[0], r[1], r[2]) for r in rows)
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """An affine map of X Y Z; other axes stay."""
+
+    matrix: Matrix = UNIT
+    shift: Vector = NO_SHIFT
+
+    def then(self, inner: Frame) -> Frame:
+        """Return this frame with another within it."""
+        x, y, z = applied(self.matrix, inner.shift)
+        return Frame(
+            product(self.matrix, inner.matrix), (x + self.shift[0], y + self.shift[1], z + self.shift[2])
+        )
+
+    def idle(self) -> bool:
+        """Tell whether nothing is changed."""
+        return self == Frame()
+
+    def inverse(self) -> Frame:
+        """Return the map back: rows of the matrix are square to each other but for scaling, so the cofactors serve all."""
+        m = self.matrix
+        det = sum(
+            m[0][i] * (m[1][(i + 1) % 3] * m[2][(i + 2) % 3] - m[1][(i + 2) % 3] * m[2][(i + 1) % 3])
+            for i in range(3)
+        )
+        rows = [
+            [
+                (
+                    m[(j + 1) % 3][(i + 1) % 3] * m[(j + 2) % 3][(i + 2) % 3]
+                    - m[(j + 1) % 3][(i + 2) % 3] * m[(j + 2) % 3][(i + 1) % 3]
+                )
+                / det
+                for j in range(3)
+            ]
+            for i in range(3)
+        ]
+        back: Matrix = tuple((r[0], r[1], r[2]) for r in rows)
+        x, y, z = applied(back, self.shift)
+        return Frame(back, (-x, -y, -z))
+
+    def to_work(self, point: Point) -> Point:
+        """Return work coordinates of a programmed point."""
+        x, y, z = applied(self.matrix, (point[0], point[1], point[2]))
+        return [x + self.shift[0], y + self.shift[1], z + self.shift[2], *point[3:]]
+
+    def to_programmed(self, point: Point) -> Point:
+        """Return the programmed point of work coordinates."""
+        return self.inverse().to_work(point)
+
+    def in_plane(self, plane: int) -> float:
+        """Return the factor by which an arc of a plane is scaled in that plane, negative where it turns the other way.
+
+        It is 0 where the arc leaves its plane, or is none any more.
+        """
+        a, b, n = PLANE_AXES[plane]
+        m = self.matrix
+        if max(abs(m[n][a]), abs(m[n][b]), abs(m[a][n]), abs(m[b][n])) > _TINY:
+            return 0.0
+        det = m[a][a] * m[b][b] - m[a][b] * m[b][a]
+        lengths = [math.hypot(m[a][k], m[b][k]) for k in (a, b)]
+        if abs(lengths[0] - lengths[1]) > _TINY or abs(abs(det) - lengths[0] ** 2) > _TINY * lengths[0] ** 2:
+            return 0.0
+        return math.copysign(lengths[0], det)
+
+
+@dataclass(frozen=True, slots=True)
+class Frames:
+    """The frames in force: that of CYCLE800, and the programmable one within it."""
+
+    swivelled: Frame = field(default_factory=Frame)
+    programmable: Frame = field(default_factory=Frame)
+
+    def copy(self) -> Frames:
+        """Return the same: frames do not change."""
+        return self
+
+    def whole(self) -> Frame:
+        """Return both as one."""
+        return self.swivelled.then(self.programmable)
+
+
+class AffineSink(FramedSink):
+    """Passes calls on in work coordinates; arcs that leave their plane become splines."""
+
+    frame: Frame  # type: ignore[assignment]
+
+    def __init__(self, inner: Sink, frame: Frame, at: Point) -> None:
+        super().__init__(inner, frame)  # type: ignore[arg-type]
+        self._at = at
+
+    def straight_traverse(self, end: Point) -> None:
+        """Move."""
+        self._at = list(end)
+        super().straight_traverse(end)
+
+    def straight_feed(self, end: Point) -> None:
+        """Move."""
+        self._at = list(end)
+        super().straight_feed(end)
+
+    def place(self, position: Point) -> None:
+        """Stand somewhere."""
+        self._at = list(position)
+        super().place(position)
+
+    def nurbs_feed(self, curve: Curve) -> None:
+        """Move."""
+        self._at = list(curve.points[-1])
+        super().nurbs_feed(curve)
+
+    def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
+        """Move; an arc out of its plane is told as a spline of the same points."""
+        scale = self.frame.in_plane(plane)
+        a, b, n = PLANE_AXES[plane]
+        if scale:
+            centre = list(end)
+            centre[a], centre[b] = first, second
+            centre = self.frame.to_work(centre)
+            self.inner.arc_feed(
+                self.frame.to_work(end), centre[a], centre[b], turns if scale > 0.0 else -turns, plane
+            )
+        elif end[n] != self._at[n]:
+            raise BlockError(
+                "arc-turned",
+                f"a helix of G{plane} under a rotation out of its plane, or unequal scaling, is not read",
+                "",
+                hint="ROT and CYCLE800 without words end a rotation",
+            )
+        else:
+            self.inner.nurbs_feed(self._spline(end, complex(first, second), turns, plane))
+        self._at = list(end)
+
+    def _spline(self, end: Point, centre: complex, turns: int, plane: int) -> Curve:
+        """Return an arc as a rational B-spline of degree 2, a piece a third of a turn at most (Piegl and Tiller, "The NURBS Book", 7.3)."""
+        a, b, _ = PLANE_AXES[plane]
+        start = complex(self._at[a], self._at[b])
+        spoke, last = start - centre, complex(end[a], end[b]) - centre
+        spin = 1.0 if turns > 0 else -1.0
+        sweep = (spin * cmath.phase(last / spoke)) % (2.0 * math.pi)
+        sweep = (sweep if sweep > 1e-9 else 2.0 * math.pi) + 2.0 * math.pi * (abs(turns) - 1)
+        count = max(1, math.ceil(sweep / (2.0 * math.pi / 3.0) - 1e-9))
+        half = sweep / count / 2.0
+        points, weights, knots = [list(self._at)], [1.0], [0.0] * 3
+        for k in range(1, count + 1):
+            middle = centre + spoke * cmath.rect(1.0 / math.cos(half), spin * (2 * k - 1) * half)
+            tip = (
+                complex(end[a], end[b])
+                if k == count
+                else centre + spoke * cmath.rect(1.0, spin * 2 * k * half)
+            )
+            for place, weight in ((middle, math.cos(half)), (tip, 1.0)):
+                point = list(end)
+                point[a], point[b] = place.real, place.imag
+                points.append(point)
+                weights.append(weight)
+            knots += [float(k)] * (2 if k < count else 3)
+        return Curve(2, [self.frame.to_work(p) for p in points], tuple(weights), tuple(knots))
+
+
+def change(ip: Interpreter, frame: Frame) -> None:
+    """Put another frame in force; the tool stays where it is in work coordinates.
+
+    Raises:
+        BlockError: Cutter compensation is on.
+    """
+    if ip.state.compensation != 40:
+        raise BlockError(
+            "frame-compensation", "a frame cannot change under cutter compensation", "", hint="use G40"
+        )
+    old = ip.sink.frame if isinstance(ip.sink, AffineSink) else Frame()
+    inner = ip.sink.inner if isinstance(ip.sink, AffineSink) else ip.sink
+    work = old.to_work(ip.state.position)
+    ip.state.position = frame.to_programmed(work)
+    if frame.idle():
+        ip.sink = inner
+        return
+    ip.sink = AffineSink(inner, frame, list(ip.state.position))

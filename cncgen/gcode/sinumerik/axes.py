@@ -1,0 +1,61 @@
+"""The axes that a program of SINUMERIK names, itself or in the subprograms that it calls, known before it runs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from cncgen.diagnostics import UsageError
+from cncgen.gcode.sinumerik.reading import capitals
+from cncgen.gcode.source import Source, open_source
+from cncgen.gcode.text.search import candidates
+from cncgen.units import AXIS_LETTERS
+
+_STRINGS = re.compile(r'"[^"\n]*"')
+_AXIS = re.compile(
+    r"(?<![A-Z_$0-9.])([XYZABCUVW])(?=[-+]?[.\d]|\s*=(?!=))|(?<=\d)([XYZABCUVW])(?=[-+]?[.\d])|\[([XYZABCUVW])\]"
+)
+_PLANE = re.compile(r"(?<![A-Z_$])(?:[IJK]1?|AP|RP|CR|AR)(?=[-+]?[.\d]|\s*=(?!=))")
+_CYCLES = re.compile(r"\b(?:CYCLE\d+|POCKET\d|SLOT\d|HOLES\d|TRAORI|A?ROT)\b")
+_CALLS = re.compile(r"(?:^|\s)([A-Z_][A-Z0-9_]{2,}|L\d+)\b")
+_MOST_FILES = 1000
+
+
+def moving_axes(text: Source, folders: Sequence[Path] = ()) -> str:
+    """Return the letters of the axes that a program and its subprograms name, in the order of ``XYZABCUVW``."""
+    named: set[str] = set()
+    waiting, seen, files = [text], set[str](), 0
+    while waiting:
+        code = _STRINGS.sub("", capitals_of(waiting.pop()))
+        named |= {next(group for group in match.groups() if group) for match in _AXIS.finditer(code)}
+        if _PLANE.search(code):
+            named |= (
+                set("XYZ") if re.search(r"(?<!\d)G1[89](?!\d)|K1?(?=[-+]?[.\d]|\s*=)", code) else set("XY")
+            )
+        if _CYCLES.search(code):
+            named |= set("XYZ")
+        for name in set(_CALLS.findall(code)) - seen if folders else ():
+            seen.add(name)
+            source = _file(name, folders) if files < _MOST_FILES else None
+            if source is not None:
+                files += 1
+                waiting.append(source)
+    return "".join(letter for letter in AXIS_LETTERS if letter in named)
+
+
+def capitals_of(source: Source) -> str:
+    """Return a text in capitals without comments."""
+    return "\n".join(capitals(line) for line in bytes(source.data[:]).decode("utf-8", "replace").splitlines())
+
+
+def _file(name: str, folders: Sequence[Path]) -> Source | None:
+    """Return the subprogram of a name, None where no folder has one."""
+    for folder in folders:
+        for suffix in (".spf", ".mpf"):
+            for path in candidates(folder, f"{name}{suffix}"):
+                try:
+                    return open_source(path, str(path))
+                except UsageError:
+                    continue
+    return None

@@ -1,0 +1,557 @@
+"""Words of SINUMERIK without a number (TRANS, MCALL, TRAORI …), G functions as modes, and commands with arguments."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from cncgen.gcode.block import AXES, AXIS_INDEX, Block
+from cncgen.gcode.codes import tool_point
+from cncgen.gcode.codes.cutter_compensation import CompensatedSink
+from cncgen.gcode.codes.offsets import use_system
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.codes import affine as frames
+from cncgen.gcode.sinumerik.expressions import Scalar, evaluate, number
+from cncgen.gcode.sinumerik.reading import Node
+from cncgen.gcode.state.systems import MORE_COUNT, SYSTEM_COUNT, first_parameter, load_system
+from cncgen.toolpath.record import Event
+
+if TYPE_CHECKING:
+    from cncgen.gcode.sinumerik.motions import Motions, Words
+
+#: Names of words that take a value by =.
+NAMED = frozenset(
+    [
+        "AP",
+        "RP",
+        "CR",
+        "AR",
+        "TURN",
+        "I1",
+        "J1",
+        "K1",
+        "RND",
+        "RNDM",
+        "CHF",
+        "CHR",
+        "FRC",
+        "FRCM",
+        "ADIS",
+        "ADISPOS",
+        "CTOL",
+        "OTOL",
+        "PW",
+        "PL",
+        "SD",
+        "RPL",
+        "S1",
+        "S2",
+        "S3",
+        "M1",
+        "M2",
+        "M3",
+        "SPOS",
+        "SPOSA",
+        "SF",
+        "PO",
+        "DISC",
+        "DISR",
+        "DISCL",
+        "OFFN",
+        "PIT",
+        "DITS",
+        "DITE",
+        "FB",
+        "FZ",
+        "FAD",
+        "SCC",
+        "LIMS",
+        "H1",
+        "H2",
+        "D1",
+    ]
+)
+#: Words that change how the control moves, not where to: accepted.
+_ACCEPTED = frozenset(
+    [
+        "SOFT",
+        "BRISK",
+        "DRIVE",
+        "SOFTA",
+        "BRISKA",
+        "FFWON",
+        "FFWOF",
+        "CFC",
+        "CFTCP",
+        "CFIN",
+        "FIFOCTRL",
+        "STARTFIFO",
+        "STOPFIFO",
+        "UPATH",
+        "SPATH",
+        "COMPON",
+        "COMPCURV",
+        "COMPCAD",
+        "COMPOF",
+        "COMPSURF",
+        "NORM",
+        "KONT",
+        "KONTC",
+        "KONTT",
+        "STOPRE",
+        "ORIWKS",
+        "ORIMKS",
+        "ORIAXES",
+        "ORISON",
+        "ORISOF",
+        "DIAMOF",
+        "RTLION",
+        "RTLIOF",
+        "CDOF",
+        "CDOF2",
+        "CDON",
+        "CUT2D",
+        "CUT2DF",
+        "WALIMON",
+        "WALIMOF",
+        "DYNNORM",
+        "DYNPOS",
+        "DYNROUGH",
+        "DYNSEMIFIN",
+        "DYNFINISH",
+        "DYNPREC",
+        "SBLON",
+        "SBLOF",
+        "DISPLOF",
+        "DISPLON",
+        "FNORM",
+        "FLIN",
+        "FCUB",
+        "CPRECON",
+        "CPRECOF",
+        "POLYPATH",
+        "BAUTO",
+        "BNAT",
+        "BTAN",
+        "EAUTO",
+        "ENAT",
+        "ETAN",
+        "NEWCONF",
+        "WAITP",
+        "FPRAOFF",
+        "LFON",
+        "LFOF",
+        "SPCON",
+        "SPCOF",
+        "SAVE",
+        "ACTBLOCNO",
+    ]
+)
+_MOTIONS = ("ASPLINE", "CSPLINE", "BSPLINE", "POLY", "CIP", "CT")
+_FRAMES = ("TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR")
+#: G functions that are accepted: they choose how corners stop or come close.
+_PLAIN = frozenset(
+    (
+        9,
+        60,
+        601,
+        602,
+        603,
+        62,
+        621,
+        63,
+        290,
+        140,
+        141,
+        142,
+        143,
+        340,
+        341,
+        460,
+        461,
+        462,
+        25,
+        26,
+        810,
+        820,
+        830,
+    )
+)
+_FEED_MODES = {93: 930, 94: 940, 95: 950}
+_NOT_READ = {
+    147: "smooth approach", 148: "smooth retraction", 247: "smooth approach", 248: "smooth retraction", 347: "smooth approach",
+    348: "smooth retraction", 291: "the ISO dialect (--dialect fanuc reads it)", 34: "threads of growing lead", 35: "threads of falling lead",
+    5: "inclined plunge", 7: "inclined plunge", 58: "a fine offset", 59: "a fine offset", 931: "the feed as a time",
+    942: "frozen feed", 952: "frozen feed", 961: "surface speed by minute", 962: "surface speed", 971: "frozen speed", 972: "frozen speed",
+    973: "speed without a bound",
+}  # fmt: skip
+
+
+def _not_read(name: str, what: str = "") -> BlockError:
+    message = f"{name} ({what}) is not read" if what else f"{name} is not read"
+    return BlockError("not-read", message, name, hint="docs/sinumerik.md lists what is read")
+
+
+def run(motions: Motions, words: Words) -> None:
+    """Do the words without a number of a block, and its calls."""
+    if "MCALL" in words.commands:
+        _modal_call(motions, words)
+        return
+    for name in words.commands:
+        if name in _FRAMES:
+            _frame(motions, name, words)
+        elif name in _MOTIONS:
+            if motions.store.has(name):
+                continue
+            motions.set_motion(name)
+        elif name in _SWITCHES:
+            motions.end()
+            _SWITCHES[name](motions)
+        elif name not in _ACCEPTED and name not in ("SUPA", "RET", "RNDM"):
+            times = words.named.pop("P", ("", 1.0))[1]
+            motions.run_call(name, None, round(times))
+    for name, arguments in words.calls:
+        times = words.named.pop("P", ("", 1.0))[1]
+        motions.run_call(name, arguments, round(times))
+
+
+def _modal_call(motions: Motions, words: Words) -> None:
+    """MCALL with a cycle or subprogram, which each motion calls from then on; alone, no longer."""
+    motions.end()
+    names = [name for name in words.commands if name != "MCALL"]
+    calls = [*words.calls, *((name, None) for name in names)]
+    motions.modal = calls[0] if calls else None
+    words.calls.clear()
+
+
+def _frame(motions: Motions, name: str, words: Words) -> None:
+    """TRANS ROT SCALE MIRROR set the programmable frame anew, ATRANS … add to it."""
+    motions.end()
+    values = {axis: value for axis, (_, value) in words.axes.items() if axis in "XYZ"}
+    other = [axis for axis in words.axes if axis not in "XYZ"]
+    if other:
+        raise _not_read(f"{name} of {other[0]}", "frames are of X Y Z")
+    words.axes.clear()
+    rpl = words.named.pop("RPL", None)
+    kind = name.removeprefix("A") if name != "AROT" else "ROT"
+    step = _step(motions, kind, values, None if rpl is None else rpl[1])
+    before = motions.frames.programmable if name.startswith("A") else frames.Frame()
+    take_frames(motions, frames.Frames(motions.frames.swivelled, before.then(step)))
+
+
+def _step(motions: Motions, kind: str, values: dict[str, float], rpl: float | None) -> frames.Frame:
+    """Return the frame that one command makes."""
+    x, y, z = (values.get(axis, 0.0) for axis in "XYZ")
+    if kind == "TRANS":
+        return frames.Frame(shift=(x, y, z))
+    if kind == "ROT":
+        if rpl is not None:
+            return frames.Frame(frames.turn(motions.plane()[2], rpl))
+        return frames.Frame(
+            frames.product(frames.product(frames.turn(2, z), frames.turn(1, y)), frames.turn(0, x))
+        )
+    if kind == "SCALE":
+        factors = [values.get(axis, 1.0) for axis in "XYZ"]
+        if min(map(abs, factors)) == 0.0:
+            raise BlockError(
+                "scale-missing", "SCALE with a factor of 0", "SCALE", hint="SCALE alone ends the scaling"
+            )
+        return _diagonal(factors)
+    return _diagonal([-1.0 if axis in values else 1.0 for axis in "XYZ"])
+
+
+def _diagonal(factors: list[float]) -> frames.Frame:
+    a, b, c = factors
+    return frames.Frame(((a, 0.0, 0.0), (0.0, b, 0.0), (0.0, 0.0, c)))
+
+
+def take_frames(motions: Motions, wanted: frames.Frames) -> None:
+    """Put frames in force."""
+    frames.change(motions.ip, wanted.whole())
+    motions.frames = wanted
+
+
+def set_frame(motions: Motions, name: str, at: list[Scalar], node: Node) -> None:
+    """$P_UIFR[n]=CTRANS(X,…,Y,…) sets the origin of G54 (1) and after, $P_PFRAME= the programmable frame."""
+    if node[1] != "CTRANS":
+        raise _not_read(f"{name}={node[1]}()", "origins are set by CTRANS")
+    values = [evaluate(argument, motions.store) for argument in node[2] if argument is not None]
+    shifts = {
+        str(axis).lower(): number(value) for axis, value in zip(values[::2], values[1::2], strict=False)
+    }
+    if name == "$P_PFRAME":
+        take_frames(
+            motions,
+            frames.Frames(
+                motions.frames.swivelled,
+                frames.Frame(shift=(shifts.get("x", 0.0), shifts.get("y", 0.0), shifts.get("z", 0.0))),
+            ),
+        )
+        return
+    if name != "$P_UIFR" or len(at) != 1:
+        raise _not_read(name, "a frame variable")
+    ip, system = motions.ip, round(number(at[0]))
+    if not 1 <= system < SYSTEM_COUNT + MORE_COUNT:
+        raise BlockError(
+            "system-number",
+            f"$P_UIFR[{system}] is no origin (1 to {SYSTEM_COUNT + MORE_COUNT - 1})",
+            "$P_UIFR",
+            hint="1 is G54, 5 is G505",
+        )
+    origin = [shifts.get(axis, 0.0) for axis in AXES]
+    ip.parameters.set_offset(first_parameter(system), origin, ip.table_scale())
+    if ip.state.system == system:
+        load_system(ip, system)
+        ip.sink.set_g5x_offset(system, ip.state.origin)
+
+
+# G functions.
+
+
+def mode(motions: Motions, code: int, words: Words) -> None:
+    """Put a G function in force."""
+    emit = motions.emit
+    if code in (17, 18, 19):
+        motions.end()
+        emit({}, (code * 10,))
+        motions.pole = 0j
+    elif code in (40, 41, 42):
+        _compensate(motions, code)
+    elif code in (70, 71, 700, 710):
+        motions.end()
+        emit({}, (200 if code in (70, 700) else 210,))
+    elif code in (90, 91):
+        motions.absolute = code == 90
+    elif code in _FEED_MODES:
+        if motions.ip.state.feed_mode != code:
+            emit({}, (_FEED_MODES[code],))
+    elif code in (96, 97):
+        _surface(motions, code, words)
+    elif code in (110, 111, 112):
+        _pole(motions, code, words)
+    elif 54 <= code <= 57 or 505 <= code <= 599 or code == 500:
+        _system(motions, code)
+    elif code in (450, 451):
+        motions.sharp_corners = code == 451
+        if isinstance(motions.ip.sink, CompensatedSink):
+            motions.ip.sink.centre.cut_outside(motions.sharp_corners)
+    elif code in (60, 64) or 641 <= code <= 645:
+        _path(motions, code, words)
+    elif code in _NOT_READ:
+        raise _not_read(f"G{code}", _NOT_READ[code])
+    elif code not in _PLAIN:
+        raise BlockError(
+            "unknown-code", f"G{code} is not read", f"G{code}", hint="docs/sinumerik.md lists what is read"
+        )
+
+
+def _compensate(motions: Motions, code: int) -> None:
+    motions.end()
+    ip = motions.ip
+    if code == 40:
+        motions.emit({}, (400,))
+        return
+    if motions.edge == 0:
+        raise BlockError(
+            "comp-diameter",
+            f"G{code} with D0: no radius is in force",
+            f"G{code}",
+            hint="D1 takes the tool's radius",
+        )
+    motions.emit({"d": float(ip.state.tool)} if ip.state.tool else {}, (code * 10,))
+    if isinstance(ip.sink, CompensatedSink):
+        ip.sink.centre.cut_outside(motions.sharp_corners)
+
+
+def take_edge(motions: Motions) -> None:
+    """Put the length of the tool in force, or with D0 none."""
+    ip = motions.ip
+    if motions.edge > 1:
+        motions.note(
+            "tool-edge", f"D{motions.edge} is read as D1: the tool table has one edge of each tool", "D"
+        )
+    if motions.edge == 0 or not ip.state.tool:
+        motions.emit({}, (490,))
+    else:
+        motions.emit({"h": float(ip.state.tool)}, (430,))
+
+
+def _surface(motions: Motions, code: int, words: Words) -> None:
+    if code == 97:
+        motions.emit({}, (970,))
+        return
+    speed = words.named.pop("S", words.named.pop("S1", None))
+    if speed is None:
+        raise BlockError("speed-missing", "G96 has no S", "G96", hint="G96 S200 is 200 m a minute")
+    limit = words.value("LIMS")
+    words.named.pop("LIMS", None)
+    motions.emit({"s": speed[1], **({} if limit is None else {"d": limit})}, (960,))
+
+
+def _pole(motions: Motions, code: int, words: Words) -> None:
+    """G110 from where the tool is, G111 from the origin, G112 from the last pole; by axis words or AP RP."""
+    first, second, _ = motions.plane()
+    position = motions.ip.state.position
+    base = {110: complex(position[first], position[second]), 111: 0j, 112: motions.pole}[code]
+    if {"AP", "RP"} & words.named.keys():
+        angle, radius = (words.named.pop(n, ("", 0.0))[1] for n in ("AP", "RP"))
+        offset = radius * complex(math.cos(math.radians(angle)), math.sin(math.radians(angle)))
+    else:
+        offset = complex(*(words.axes.pop(AXES[k].upper(), ("", 0.0))[1] for k in (first, second)))
+    if words.axes:
+        raise BlockError(
+            "pole-plane",
+            f"G{code} has an axis outside the plane",
+            next(iter(words.axes)),
+            hint="a pole lies in the plane",
+        )
+    motions.pole = base + offset
+    motions.polar = (0.0, 0.0)
+
+
+def _system(motions: Motions, code: int) -> None:
+    motions.end()
+    number_ = SYSTEM_COUNT + MORE_COUNT if code == 500 else code - 53 if code < 100 else code - 500
+    if code != 500 and number_ >= SYSTEM_COUNT + MORE_COUNT:
+        raise _not_read(f"G{code}", f"origins G54 to G57 and G505 to G{499 + SYSTEM_COUNT + MORE_COUNT} are")
+    if motions.ip.state.compensation != 40:
+        raise BlockError(
+            "comp-refused",
+            f"G{code} changes the origin, and cutter compensation is on",
+            f"G{code}",
+            hint="turn it off before (G40)",
+        )
+    use_system(motions.ip, number_)
+
+
+def _path(motions: Motions, code: int, words: Words) -> None:
+    if code == 60:
+        motions.set_path("G60", None)
+        return
+    motions.set_path(f"G{code}", None if code == 64 or motions.path[0] == "G60" else motions.path[1])
+    if code == 641:
+        tolerance(motions, words)
+
+
+def tolerance(motions: Motions, words: Words) -> None:
+    """ADIS of G641 and G642, CTOL of G642, G645 and the compressors: how far the path may be left.
+
+    A corner whose rounding begins at the distance ADIS is left by half of it at most.
+    """
+    found = {
+        name: words.named.pop(name)[1] for name in ("ADIS", "ADISPOS", "CTOL", "OTOL") if name in words.named
+    }
+    value = found.get("CTOL", found["ADIS"] / 2.0 if "ADIS" in found else None)
+    if value is None or motions.path[0] == "G60":
+        return
+    if value < 0.0:
+        raise BlockError(
+            "negative-tolerance", f"a tolerance of {value:g} is negative", "ADIS", hint="it is 0 or more"
+        )
+    motions.set_path(motions.path[0], value)
+
+
+def home(motions: Motions, words: Words) -> None:
+    """G74 to the reference point, G75 to the fixed point, of the axes named."""
+    code = 280 if 74 in words.g else 300
+    motions.end()
+    position = motions.ip.state.position
+    axes = {axis.lower(): position[AXIS_INDEX[axis.lower()]] for axis in words.axes}
+    words.axes.clear()
+    for name in list(words.named):
+        if name in ("X1", "Y1", "Z1", "FP"):
+            words.named.pop(name)
+    if axes:
+        motions.emit(axes, (code,))
+
+
+def thread(motions: Motions, words: Words, given: dict[str, float]) -> None:
+    """G33, G331 and G332: a line in step with the spindle, K (I, J) a revolution."""
+    lead = None
+    for name in ("K", "J", "I"):
+        if name in words.named:
+            lead = abs(words.named.pop(name)[1])
+    if not lead:
+        raise BlockError(
+            "pitch-missing", f"{motions.motion} has no lead", motions.motion, hint="K is the lead along Z"
+        )
+    words.named.pop("SF", None)
+    if motions.motion == "G33":
+        motions.emit({**given, "k": lead}, (330,))
+        return
+    # Rigid tapping runs in and, by G332, out again, each at lead times speed.
+    ip = motions.ip
+    if ip.state.speed <= 0.0:
+        raise BlockError(
+            "spindle-stopped",
+            f"{motions.motion} needs the speed of the spindle",
+            motions.motion,
+            hint="S gives it",
+        )
+    feed, feed_mode = ip.state.feed, ip.state.feed_mode
+    if feed_mode != 94:
+        motions.emit({}, (940,))
+    motions.emit({"f": lead * ip.state.speed, **given}, (10,))
+    motions.emit({}, (940,)) if feed_mode == 94 else motions.emit({}, (_FEED_MODES[feed_mode],))
+    if feed:
+        motions.emit({"f": feed})
+
+
+# Switches and commands with arguments.
+
+
+def _traori(motions: Motions) -> None:
+    ip = motions.ip
+    motions.heading = None
+    tool_point.turn_on(ip, Block({"h": float(ip.state.tool)}))
+
+
+def _trafoof(motions: Motions) -> None:
+    tool_point.turn_off(motions.ip)
+    motions.ip.state.length_code = 49
+    take_edge(motions)
+
+
+_SWITCHES: dict[str, Callable[[Motions], None]] = {"TRAORI": _traori, "TRAFOOF": _trafoof}
+
+
+def _message(motions: Motions, name: str, values: list[Scalar | None]) -> None:
+    """MSG("..."): show a text."""
+    text = "" if not values or values[0] is None else str(values[0])
+    if text:
+        motions.ip.sink.call(f'MESSAGE("{text}")', Event("message", False, values={"text": text}))
+
+
+def nothing(motions: Motions, name: str, values: list[Scalar | None]) -> None:
+    """Accept what changes no motion."""
+
+
+def _traori_of(motions: Motions, name: str, values: list[Scalar | None]) -> None:
+    if values and values[0] not in (None, 1.0):
+        raise _not_read(f"TRAORI({values[0]})", "the machine file describes one transformation")
+    _traori(motions)
+
+
+def _alarm(motions: Motions, name: str, values: list[Scalar | None]) -> None:
+    """SETAL(n, "..."): an alarm; the program goes on."""
+    motions.note("program-alarm", f"the program raises alarm {values[0] if values else ''}", name)
+
+
+def rounding(motions: Motions, words: Words) -> None:
+    """RNDM=: rounding of all corners that follow; 0 ends it."""
+    if "RNDM" in words.named:
+        motions.rounding = words.named.pop("RNDM")[1]
+
+
+CALLS: dict[str, Callable[[Motions, str, list[Scalar | None]], None]] = {
+    "MSG": _message,
+    "TRAORI": _traori_of,
+    "SETAL": _alarm,
+    **dict.fromkeys(
+        ("WORKPIECE", "CYCLE832", "SETMS", "WAITM", "SETM", "CLEARM", "GETSELT", "STOPRE", "FIFOCTRL", "FGROUP", "FGREF",
+         "FLIM", "VELOLIM", "ACCLIM", "DISPLOF", "SOFTA", "BRISKA", "SPCON", "SPCOF", "CPROT", "GROUP_BEGIN", "GROUP_END", "GROUP_ADDEND",
+         "F_HEAD", "E_HEAD", "E_END", "F_END", "PROTD"),
+        nothing,
+    ),
+}  # fmt: skip

@@ -1,0 +1,413 @@
+"""Drilling cycles of SINUMERIK, CYCLE81 to CYCLE86 and CYCLE840, patterns HOLES1 and HOLES2, and CYCLE800 as a frame.
+
+Parameters stand in the order of the manual (840D sl, "Programming cycles externally"): RTP retraction plane, RFP reference plane, SDIS
+safety clearance (added to RFP, without sign), DP depth or DPR depth from RFP (without sign), then those of each cycle. Empty ones are 0.
+Motions are along the axis beside the plane, where the tool stands.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from cncgen.diagnostics import Severity
+from cncgen.gcode.block import AXES
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.codes import affine as frames
+from cncgen.gcode.sinumerik.expressions import Scalar
+
+if TYPE_CHECKING:
+    from cncgen.gcode.sinumerik.motions import Motions
+
+Values = list[Scalar | None]
+#: Cycles that are named and not read.
+NOT_READ = frozenset(
+    {"CYCLE60", "CYCLE61", "CYCLE62", "CYCLE63", "CYCLE64", "CYCLE70", "CYCLE71", "CYCLE72", "CYCLE76", "CYCLE77", "CYCLE78", "CYCLE79",
+     "CYCLE87", "CYCLE88", "CYCLE89", "CYCLE98", "CYCLE801", "CYCLE802", "CYCLE899", "CYCLE93", "CYCLE94", "CYCLE95", "CYCLE97", "CYCLE99",
+     "CYCLE951", "CYCLE952", "SLOT2", "LONGHOLE", "POCKET1", "POCKET2", "HOLES3"}
+)  # fmt: skip
+#: Steps of one hole beyond which a step counts as a mistake.
+_MOST_STEPS = 10_000
+#: What CYCLE83 keeps from the last depth, and how far it goes back to break chips, mm.
+_AHEAD, _BREAK = 0.6, 1.0
+
+
+def given(values: Values, index: int) -> float | None:
+    """Return a parameter, None where it is left out."""
+    value = values[index] if index < len(values) else None
+    if isinstance(value, str):
+        raise BlockError(
+            "cycle-words",
+            f"parameter {index + 1} of the cycle is a text, and a number is needed",
+            hint="see docs/sinumerik.md",
+        )
+    return value
+
+
+def filled(values: Values, index: int, usual: float = 0.0) -> float:
+    """Return a parameter, or what it is where it is left out."""
+    value = given(values, index)
+    return usual if value is None else value
+
+
+@dataclass(slots=True)
+class Hole:
+    """Levels along the axis beside the plane: retraction, start and depth."""
+
+    motions: Motions
+    back: float
+    start: float
+    depth: float
+    reference: float
+
+    @classmethod
+    def of(cls, motions: Motions, name: str, values: Values) -> Hole:
+        """Return the levels of RTP, RFP, SDIS, DP, DPR.
+
+        Raises:
+            BlockError: The depth is missing or above the reference plane, or the retraction below the start.
+        """
+        back, reference, clearance = (filled(values, k) for k in range(3))
+        absolute, relative = given(values, 3), given(values, 4)
+        if absolute is None and relative is None:
+            raise BlockError(
+                "cycle-depth",
+                f"{name} has no depth: neither DP nor DPR",
+                name,
+                hint="the fourth parameter is the depth, the fifth its distance from RFP",
+            )
+        depth = reference - abs(relative) if absolute is None and relative is not None else absolute
+        assert depth is not None
+        start = reference + abs(clearance)
+        if depth >= reference:
+            raise BlockError(
+                "cycle-depth",
+                f"the depth of {name}, {depth:g}, is not below its reference plane, {reference:g}",
+                name,
+                hint="DP is a coordinate below RFP",
+            )
+        if back < start:
+            raise BlockError(
+                "cycle-depth",
+                f"the retraction plane of {name}, {back:g}, is below where it begins, {start:g} (RFP + SDIS)",
+                name,
+                hint="RTP is RFP + SDIS or above",
+            )
+        return cls(motions, back, start, depth, reference)
+
+    def go(self, level: float, *, rapid: bool) -> None:
+        """Go along the axis."""
+        axis = AXES[self.motions.plane()[2]]
+        self.motions.move({axis: level}, rapid=rapid)
+
+    def dwell(self, time: float) -> None:
+        """Wait: seconds, or revolutions where negative."""
+        if time < 0.0:
+            speed = self.motions.ip.state.speed
+            time = -60.0 * time / speed if speed > 0.0 else 0.0
+        if time:
+            self.motions.emit({"p": time}, (40,))
+
+    def feed(self, feed: float | None) -> None:
+        """Take a feed."""
+        if feed:
+            self.motions.emit({"f": feed})
+
+
+def _drill(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE81, CYCLE82 (with DTB)."""
+    hole = Hole.of(motions, name, values)
+    hole.go(hole.start, rapid=True)
+    hole.go(hole.depth, rapid=False)
+    if name == "CYCLE82":
+        hole.dwell(filled(values, 5))
+    hole.go(hole.back, rapid=True)
+
+
+def _depths(hole: Hole, first: float, degression: float, name: str) -> list[float]:
+    """Return the depths of CYCLE83: the first step, each next one less by DAM, at least DAM; the last two are alike where less than
+    half of DAM would be left."""
+    depths, step = [max(first, hole.depth)], hole.reference - first
+    if step <= 0.0:
+        raise BlockError(
+            "cycle-infeed",
+            f"the first depth of {name}, {first:g}, is not below its reference plane",
+            name,
+            hint="FDEP is a coordinate, FDPR a distance from RFP",
+        )
+    while depths[-1] > hole.depth:
+        if len(depths) >= _MOST_STEPS:
+            raise BlockError(
+                "cycle-infeed", f"{name} makes more than {_MOST_STEPS} steps", name, hint="is FDPR too small?"
+            )
+        smaller = step - degression
+        step = smaller if smaller > degression else (degression or step)
+        left = depths[-1] - hole.depth
+        if left <= step:
+            depths.append(hole.depth)
+        elif left - step < degression / 2.0:
+            depths += [depths[-1] - left / 2.0, hole.depth]
+        else:
+            depths.append(depths[-1] - step)
+    return depths
+
+
+def _deep(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE83: FDEP FDPR DAM DTB DTS FRF VARI (0 breaks chips, 1 clears them)."""
+    hole = Hole.of(motions, name, values)
+    absolute, relative = given(values, 5), given(values, 6)
+    first = hole.reference - abs(relative) if absolute is None and relative is not None else absolute
+    if first is None:
+        raise BlockError(
+            "cycle-infeed",
+            f"{name} has no first depth: neither FDEP nor FDPR",
+            name,
+            hint="the sixth parameter is the first depth, the seventh its distance from RFP",
+        )
+    degression = filled(values, 7)
+    if degression < 0.0:
+        raise BlockError(
+            "cycle-infeed",
+            f"DAM = {degression:g} of {name} (a factor) is not read",
+            name,
+            hint="give the amount by which steps become smaller",
+        )
+    depths = _depths(hole, first, degression, name)
+    feed, factor = motions.ip.state.feed, filled(values, 10, 1.0) or 1.0
+    hole.go(hole.start, rapid=True)
+    for k, depth in enumerate(depths):
+        hole.feed(feed * factor if k == 0 and factor != 1.0 else None)
+        hole.go(depth, rapid=False)
+        if k == 0 and factor != 1.0:
+            hole.feed(feed)
+        hole.dwell(filled(values, 8))
+        if depth == depths[-1]:
+            break
+        if filled(values, 11):
+            hole.go(hole.start, rapid=True)
+            hole.dwell(filled(values, 9))
+            hole.go(depth + _AHEAD, rapid=True)
+        else:
+            hole.go(depth + _BREAK, rapid=False)
+    hole.go(hole.back, rapid=True)
+
+
+def _pitch(name: str, size: float | None, pitch: float | None) -> float:
+    """Return the lead of MPIT (3 for M3 to 48 for M48) or PIT."""
+    if pitch:
+        return abs(pitch)
+    coarse = {1: .25, 2: .4, 3: .5, 4: .7, 5: .8, 6: 1.0, 8: 1.25, 10: 1.5, 12: 1.75, 14: 2.0, 16: 2.0, 18: 2.5, 20: 2.5, 22: 2.5, 24: 3.0,
+              27: 3.0, 30: 3.5, 33: 3.5, 36: 4.0, 39: 4.0, 42: 4.5, 45: 4.5, 48: 5.0}  # fmt: skip
+    found = coarse.get(round(abs(size or 0.0)))
+    if found is None:
+        raise BlockError(
+            "pitch-missing",
+            f"{name} has no lead: neither MPIT nor PIT",
+            name,
+            hint="PIT is the lead, MPIT the size of a metric thread",
+        )
+    return found
+
+
+def _tap(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE84, rigid: DTB SDAC MPIT PIT POSS SST SST1."""
+    hole = Hole.of(motions, name, values)
+    left = (given(values, 7) or given(values, 8) or 0.0) < 0.0
+    lead, speed = _pitch(name, given(values, 7), given(values, 8)), filled(values, 10)
+    _tapped(hole, name, values, lead, (speed, filled(values, 11) or speed), left, 6)
+
+
+def _tap_floating(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE840, with a compensating chuck: DTB SDR SDAC ENC MPIT PIT."""
+    hole = Hole.of(motions, name, values)
+    lead = _pitch(name, given(values, 9), given(values, 10))
+    speed = motions.ip.state.speed
+    _tapped(hole, name, values, lead, (speed, speed), motions.ip.state.direction < 0, 7)
+
+
+def _tapped(
+    hole: Hole, name: str, values: Values, lead: float, speeds: tuple[float, float], left: bool, after: int
+) -> None:
+    """Tap in and out at lead times speed, the spindle turning back on the way out."""
+    motions = hole.motions
+    if min(speeds) <= 0.0:
+        raise BlockError(
+            "spindle-stopped", f"{name} has no speed", name, hint="SST of CYCLE84, or S before CYCLE840"
+        )
+    feed, feed_mode = motions.ip.state.feed, motions.ip.state.feed_mode
+    hole.go(hole.start, rapid=True)
+    if feed_mode != 94:
+        motions.emit({}, (940,))
+    for k, level in enumerate((hole.depth, hole.start)):
+        motions.emit({"s": speeds[k], "f": lead * speeds[k]}, (), (30 if (k == 0) != left else 40,))
+        hole.go(level, rapid=False)
+        if k == 0:
+            hole.dwell(filled(values, 5))
+    if feed_mode != 94:
+        motions.emit({}, (feed_mode * 10,))
+    if feed:
+        motions.emit({"f": feed})
+    direction = filled(values, after)
+    motions.emit({}, (), ({3.0: 30, 4.0: 40}.get(direction, 50),))
+    hole.go(hole.back, rapid=True)
+
+
+def _ream(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE85: DTB, FFR in, RFF out."""
+    hole = Hole.of(motions, name, values)
+    feed = motions.ip.state.feed
+    hole.go(hole.start, rapid=True)
+    hole.feed(given(values, 6))
+    hole.go(hole.depth, rapid=False)
+    hole.dwell(filled(values, 5))
+    hole.feed(given(values, 7))
+    hole.go(hole.start, rapid=False)
+    hole.feed(feed)
+    hole.go(hole.back, rapid=True)
+
+
+def _bore(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE86: DTB, SDIR, the way off the wall RPA RPO RPAP, POSS."""
+    hole = Hole.of(motions, name, values)
+    first, second, normal = motions.plane()
+    direction = filled(values, 6)
+    if direction not in (3.0, 4.0):
+        raise BlockError(
+            "cycle-spindle",
+            f"SDIR = {direction:g} of {name} is neither 3 nor 4",
+            name,
+            hint="3 turns as M3, 4 as M4",
+        )
+    motions.emit({}, (), (30 if direction == 3.0 else 40,))
+    hole.go(hole.start, rapid=True)
+    hole.go(hole.depth, rapid=False)
+    hole.dwell(filled(values, 5))
+    motions.emit({}, (), (50,))
+    place = motions.ip.state.position
+    steps = {AXES[k]: place[k] + filled(values, 7 + j) for j, k in enumerate((first, second, normal))}
+    if any(filled(values, k) for k in (7, 8, 9)):
+        motions.move(steps, rapid=True)
+    hole.go(hole.back, rapid=True)
+    if filled(values, 7) or filled(values, 8):
+        motions.move({AXES[k]: place[k] for k in (first, second)}, rapid=True)
+
+
+def _modal(motions: Motions, name: str) -> None:
+    if motions.modal is None:
+        raise BlockError(
+            "cycle-missing",
+            f"{name} has no cycle that it calls",
+            name,
+            hint="MCALL CYCLE81(...) stands before",
+        )
+
+
+def _visit(motions: Motions, places: list[complex]) -> None:
+    """Run the modal cycle at places of the plane."""
+    assert motions.modal is not None
+    first, second, _ = motions.plane()
+    for place in places:
+        motions.move({AXES[first]: place.real, AXES[second]: place.imag}, rapid=True)
+        motions.run_call(motions.modal[0], motions.modal[1], 1)
+
+
+def _count(name: str, values: Values, index: int) -> int:
+    count = round(filled(values, index))
+    if not 1 <= count <= 10_000:
+        raise BlockError(
+            "cycle-repeats", f"NUM = {count} of {name} is no number of holes", name, hint="1 to 10000 holes"
+        )
+    return count
+
+
+def _row(motions: Motions, name: str, values: Values) -> None:
+    """HOLES1(SPCA, SPCO, STA1, FDIS, DBH, NUM): holes in a line; the end that is nearer comes first."""
+    _modal(motions, name)
+    way = cmath.rect(1.0, math.radians(filled(values, 2)))
+    origin = complex(filled(values, 0), filled(values, 1))
+    places = [
+        origin + way * (filled(values, 3) + k * filled(values, 4)) for k in range(_count(name, values, 5))
+    ]
+    first, second, _ = motions.plane()
+    here = complex(motions.ip.state.position[first], motions.ip.state.position[second])
+    if abs(places[-1] - here) < abs(places[0] - here):
+        places.reverse()
+    _visit(motions, places)
+
+
+def _circle(motions: Motions, name: str, values: Values) -> None:
+    """HOLES2(CPA, CPO, RAD, STA1, INDA, NUM): holes on a circle; INDA 0 shares it evenly."""
+    _modal(motions, name)
+    count = _count(name, values, 5)
+    step = filled(values, 4) or 360.0 / count
+    centre = complex(filled(values, 0), filled(values, 1))
+    radius = filled(values, 2)
+    _visit(
+        motions,
+        [centre + cmath.rect(radius, math.radians(filled(values, 3) + k * step)) for k in range(count)],
+    )
+
+
+def _swivel(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE800(FR, TC, ST, MODE, X0, Y0, Z0, A, B, C, X1, Y1, Z1, DIR, FR_I): the frame of a swivelled plane; alone, none.
+
+    MODE 57 (or 0) turns axis by axis about X, the new Y, the new Z; 54 about Z, the new Y, the new X.
+    """
+    numbers = [value if not isinstance(value, str) else None for value in values]
+    motions.end()
+    if not any(numbers[3:13]):
+        if motions.frames.swivelled != frames.Frame():
+            _take(motions, frames.Frames(frames.Frame(), motions.frames.programmable))
+        return
+    mode = round(numbers[3] or 0.0) if len(numbers) > 3 else 0
+    origin, angles, shift = (
+        [(numbers[k] or 0.0) if k < len(numbers) else 0.0 for k in range(b, b + 3)] for b in (4, 7, 10)
+    )
+    if mode not in (0, 57, 54, 39, 27):
+        raise BlockError(
+            "not-read",
+            f"CYCLE800 with MODE = {mode} is not read",
+            name,
+            hint="57 turns about X Y Z, 54 about Z Y X, 39 about Z X Y, 27 about X Z Y",
+        )
+    order = {0: (0, 1, 2), 57: (0, 1, 2), 54: (2, 1, 0), 39: (2, 0, 1), 27: (0, 2, 1)}[mode]
+    matrix = frames.UNIT
+    for angle, axis in zip(angles, order, strict=True):
+        matrix = frames.product(matrix, frames.turn(axis, angle))
+    if any(angles):
+        message = "CYCLE800 turns the coordinates; the rotary axes of the machine are not swivelled here"
+        motions.ip.warn(
+            BlockError("swivel-frame", message, name, hint="write A B C where the machine has them"),
+            Severity.WARNING,
+        )
+    whole = frames.Frame(matrix, (origin[0], origin[1], origin[2])).then(
+        frames.Frame(shift=(shift[0], shift[1], shift[2]))
+    )
+    before = (
+        motions.frames.swivelled
+        if len(numbers) > 2 and round(numbers[2] or 0.0) % 10 == 1
+        else frames.Frame()
+    )
+    _take(motions, frames.Frames(before.then(whole), motions.frames.programmable))
+
+
+def _take(motions: Motions, wanted: frames.Frames) -> None:
+    frames.change(motions.ip, wanted.whole())
+    motions.frames = wanted
+
+
+CYCLES: dict[str, Callable[[Motions, str, Values], None]] = {
+    "CYCLE81": _drill,
+    "CYCLE82": _drill,
+    "CYCLE83": _deep,
+    "CYCLE84": _tap,
+    "CYCLE840": _tap_floating,
+    "CYCLE85": _ream,
+    "CYCLE86": _bore,
+    "CYCLE800": _swivel,
+    "HOLES1": _row,
+    "HOLES2": _circle,
+}

@@ -1,0 +1,703 @@
+"""One block of SINUMERIK on the interpreter: modes, positions, motions, and the words that act by themselves."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from cncgen.diagnostics import Severity
+from cncgen.gcode.block import AXES, AXIS_INDEX, Block
+from cncgen.gcode.codes.cutter_compensation import CompensatedSink
+from cncgen.gcode.codes.offsets import use_system
+from cncgen.gcode.codes.subprograms import of_builder
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.sinumerik import commands, curves, cycles
+from cncgen.gcode.sinumerik.expressions import Scalar, evaluate, number
+from cncgen.gcode.codes.affine import Frames
+from cncgen.gcode.sinumerik.reading import Item, Node
+from cncgen.gcode.sinumerik.variables import Store
+from cncgen.gcode.state.modal import PLANE_AXES
+from cncgen.gcode.text.labels import Cursor
+
+#: How a coordinate is meant where the block says so.
+MODES = ("AC", "IC", "DC", "ACP", "ACN")
+#: Motions: their number among the interpreter's codes; others are worked out here.
+_MOTIONS = {0: "G0", 1: "G1", 2: "G2", 3: "G3", 33: "G33", 331: "G331", 332: "G332"}
+_ENDS = {2: True, 30: True, 17: True}
+_OFFSETS = {"I": 0, "J": 1, "K": 2}
+
+
+@dataclass(slots=True)
+class Words:
+    """The words of a block, values known."""
+
+    g: list[int] = field(default_factory=list)
+    m: list[int] = field(default_factory=list)
+    axes: dict[str, tuple[str, float]] = field(default_factory=dict)
+    named: dict[str, tuple[str, float]] = field(default_factory=dict)
+    texts: dict[str, str] = field(default_factory=dict)
+    polynomials: dict[str, list[float]] = field(default_factory=dict)
+    commands: list[str] = field(default_factory=list)
+    calls: list[tuple[str, tuple[Node | None, ...] | None]] = field(default_factory=list)
+
+    def value(self, name: str) -> float | None:
+        """Return the value of a word, None where it does not stand in the block."""
+        found = self.named.get(name)
+        return None if found is None else found[1]
+
+
+@dataclass(frozen=True, slots=True)
+class _Kept:
+    """What SAVE keeps."""
+
+    motion: str
+    absolute: bool
+    frames: Frames
+    plane: int
+    feed: float
+    feed_mode: int
+    path: tuple[str, float | None]
+    system: int
+
+
+class Motions:
+    """What SINUMERIK keeps from block to block, on an interpreter that is always in G90.
+
+    Attributes:
+        motion: The motion in force: ``G0`` … ``G3``, ``G33``, ``CT``, ``CIP``, ``ASPLINE``, ``CSPLINE``, ``BSPLINE``, ``POLY``.
+        pole: Pole of polar coordinates in the plane.
+        polar: Last radius and angle (degrees) of polar words.
+        rounding: RNDM.
+        modal: MCALL: name and arguments.
+        in_modal: Whether what it calls is in progress.
+        programmable: The frame of TRANS ROT SCALE MIRROR, and that of CYCLE800 before it.
+    """
+
+    def __init__(
+        self, ip: Interpreter, store: Store, call: Callable[[str, tuple[Any, ...] | None, int], None]
+    ) -> None:
+        self.ip, self.store, self.begin_call = ip, store, call
+        self.motion = "G1"
+        self.absolute = True
+        self.pole = 0j
+        self.polar = (0.0, 0.0)
+        self.rounding = 0.0
+        self.modal: tuple[str, tuple[Node | None, ...] | None] | None = None
+        self.in_modal = False
+        self.edge = 1
+        self.tool_named = False
+        self.path: tuple[str, float | None] = ("G64", None)
+        self.sharp_corners = False
+        self.frames = Frames()
+        self.curve: curves.OpenCurve | None = None
+        self.here = Cursor(0, 0, 1)
+        self.heading: list[float] | None = None
+
+    # What handlers share.
+
+    def begin(self) -> None:
+        """Put in force what SINUMERIK begins with."""
+        self.emit({}, (210,))
+
+    def emit(self, words: dict[str, float], g: tuple[int, ...] = (), m: tuple[int, ...] = ()) -> None:
+        """Execute a block of the interpreter's codes, at the line in progress."""
+        here = self.here
+        block = Block(words, g, m, None, here.source, here.line, here.offset)
+        if self.ip.guard is not None:
+            self.ip.base.block = block
+            self.ip.guard(self.ip, block)
+        self.ip.execute(block)
+
+    def note(self, code: str, message: str, word: str = "", hint: str = "") -> None:
+        """Add a note on the block."""
+        self.ip.warn(BlockError(code, message, word, hint=hint), Severity.NOTE)
+
+    def plane(self) -> tuple[int, int, int]:
+        """Return the columns of the plane's axes and of the axis beside it."""
+        first, second, normal = PLANE_AXES[self.ip.state.plane]
+        return first, second, normal
+
+    def move(self, end: dict[str, float], *, rapid: bool) -> None:
+        """Go to coordinates in a straight line."""
+        self.emit({axis.lower(): value for axis, value in end.items()}, (0 if rapid else 10,))
+
+    def save(self) -> object:
+        """Return what SAVE of PROC brings back: modes, frame, motion."""
+        state = self.ip.state
+        return _Kept(
+            self.motion,
+            self.absolute,
+            self.frames.copy(),
+            state.plane,
+            state.feed,
+            state.feed_mode,
+            self.path,
+            state.system,
+        )
+
+    def restore(self, saved: object) -> None:
+        """Bring back what SAVE kept."""
+        assert isinstance(saved, _Kept)
+        self.end()
+        self.motion, self.absolute = saved.motion, saved.absolute
+        if saved.system != self.ip.state.system:
+            use_system(self.ip, saved.system)
+        if saved.frames != self.frames:
+            commands.take_frames(self, saved.frames)
+        mode = (saved.feed_mode * 10,) if saved.feed_mode != self.ip.state.feed_mode else ()
+        self.emit({"f": saved.feed} if saved.feed else {}, ({17: 170, 18: 180, 19: 190}[saved.plane], *mode))
+        if saved.path != self.path:
+            self.set_path(*saved.path)
+
+    def assign(self, name: str, indices: list[Scalar], value: Scalar) -> None:
+        """Set an R parameter or a variable."""
+        if name == "R" and len(indices) == 1:
+            self.store.set_parameter(number(indices[0], "the number of R"), value)
+        elif name[0] == "R" and name[1:].isdigit() and not indices:
+            self.store.set_parameter(float(name[1:]), value)
+        else:
+            self.store.set_value(name, indices, value)
+
+    # One block.
+
+    def block(self, items: list[Item], here: Cursor) -> bool:
+        """Execute a block; tell whether it ends its program."""
+        self.here = here
+        words = Words()
+        for item in items:
+            self._take(item, words)
+        if words.calls and not words.axes and not words.g and not words.commands:
+            self._call(words)
+            return self._functions(words)
+        if words.commands or words.calls:
+            commands.run(self, words)
+        commands.rounding(self, words)
+        self._modes(words)
+        self._technology(words)
+        ended = self._functions(words)
+        self._dwell(words)
+        moved = self._move(words)
+        self._left_over(words)
+        if moved and self.modal is not None and not self.in_modal:
+            name, arguments = self.modal
+            # A subprogram ends the state when it is left (`running`); its own motions call nothing.
+            self.in_modal = True
+            self._run_call(name, arguments, 1)
+            if name in cycles.CYCLES:
+                self.in_modal = False
+        return ended
+
+    def _take(self, item: Item, words: Words) -> None:
+        """Sort an item of the block; settings of variables are done at once."""
+        kind = item[0]
+        if kind == "word":
+            self._word(item[1], number(evaluate(item[2], self.store)), words)
+        elif kind == "set":
+            self._setting(item[1], item[2], item[3], words)
+        elif kind == "poly":
+            _, (name, indices), values = item
+            if name != "PO" or len(indices) != 1:
+                raise BlockError(
+                    "syntax", f"{name}=( , ) is no word of a polynomial", name, hint="PO[X]=(end, a2, a3)"
+                )
+            axis = str(evaluate(indices[0], self.store))
+            words.polynomials[axis] = [number(evaluate(v, self.store)) for v in values]
+        elif kind == "name":
+            words.commands.append(item[1])
+        elif kind == "call":
+            words.calls.append((item[1], item[2]))
+        else:
+            raise BlockError("syntax", "a text stands alone in the block", hint='MSG("...") shows a text')
+
+    def _word(self, letter: str, value: float, words: Words) -> None:
+        if letter == "G":
+            words.g.append(_whole("G", value))
+        elif letter == "M":
+            words.m.append(_whole("M", value))
+        elif letter == "L":
+            words.calls.append((f"L{_whole('L', value)}", None))
+        elif letter in AXES.upper():
+            _once(words.axes, letter, ("", value))
+        else:
+            _once(words.named, letter, ("", value))
+
+    def _setting(self, name: str, indices: tuple[Node, ...], node: Node, words: Words) -> None:
+        """Take NAME=value: a word, an R parameter or a variable."""
+        at = [evaluate(index, self.store) for index in indices]
+        if name == "AX" and len(at) == 1 and isinstance(at[0], str):
+            name, at = at[0], []
+        mode = ""
+        if node[0] == "fn" and node[1] in MODES and len(node[2]) == 1:
+            mode, node = node[1], node[2][0]
+        elif node[0] == "fn" and node[1] in ("CAC", "CIC", "CDC", "CACP", "CACN", "QU", "HF"):
+            raise BlockError(
+                "not-read", f"{node[1]}() is not read", node[1], hint="AC, IC, DC, ACP and ACN are"
+            )
+        elif node[0] == "fn" and node[1] in ("CTRANS", "CROT", "CSCALE", "CMIRROR", "CFINE"):
+            commands.set_frame(self, name, at, node)
+            return
+        if (
+            not at
+            and (name in commands.NAMED or (len(name) == 1 and name in "GMFSTDHIJKLP" + AXES.upper()))
+            and not self.store.has(name)
+        ):
+            value = evaluate(node, self.store)
+            if isinstance(value, str):
+                words.texts[name] = value
+            elif name in ("G", "M", "L") or (name in AXES.upper() and not mode):
+                self._word(name, value, words)
+            elif name in AXES.upper():
+                _once(words.axes, name, (mode, value))
+            else:
+                _once(words.named, name, (mode, value))
+            return
+        if mode:
+            raise BlockError(
+                "variable-unknown",
+                f"{name}={mode}(...): {name} is no axis that is read",
+                name,
+                hint="axes are X Y Z A B C U V W",
+            )
+        self.assign(name, at, evaluate(node, self.store))
+
+    # Calls.
+
+    def _call(self, words: Words) -> None:
+        for name, arguments in words.calls:
+            times = words.named.pop("P", ("", 1.0))[1]
+            self._run_call(name, arguments, round(times))
+
+    def _run_call(self, name: str, arguments: tuple[Node | None, ...] | None, times: int) -> None:
+        """Run a cycle, a command with arguments, or a subprogram."""
+        if commands.CALLS.get(name) is commands.nothing:
+            return
+        if name in cycles.CYCLES or name in commands.CALLS:
+            values = [None if node is None else evaluate(node, self.store) for node in arguments or ()]
+            (commands.CALLS.get(name) or cycles.CYCLES[name])(self, name, values)
+        elif name in cycles.NOT_READ or name.startswith(("CYCLE", "LONGHOLE", "SLOT", "POCKET")):
+            raise BlockError(
+                "not-read",
+                f"the cycle {name} is not read",
+                name,
+                hint=f"read are {', '.join(sorted(cycles.CYCLES))}",
+            )
+        else:
+            self.begin_call(name, arguments, times)
+
+    def run_call(self, name: str, arguments: tuple[Node | None, ...] | None, times: int) -> None:
+        """Run a call of a command word."""
+        self._run_call(name, arguments, times)
+
+    # Modes and technology.
+
+    def _modes(self, words: Words) -> None:
+        """Put the G functions of a block in force, in the order of the text."""
+        for code in words.g:
+            if code in _MOTIONS:
+                self.set_motion(_MOTIONS[code])
+            elif code not in (4, 9, 53, 153, 74, 75):
+                commands.mode(self, code, words)
+        if {"ADIS", "ADISPOS", "CTOL", "OTOL"} & words.named.keys():
+            commands.tolerance(self, words)
+
+    def set_motion(self, name: str) -> None:
+        """Take another motion; a curve of several blocks ends."""
+        if name != self.motion:
+            self.end()
+            self.motion = name
+
+    def end(self) -> None:
+        """End a curve of several blocks."""
+        if self.curve is not None:
+            curve, self.curve = self.curve, None
+            curve.close(self)
+        if self.motion == "BSPLINE" and self.ip.guard is not None:
+            self.emit({}, (210,) if not self.ip.state.inches else (200,))
+
+    def set_path(self, name: str, tolerance: float | None) -> None:
+        """Take a mode of the path: G60, G64 and kin with a tolerance."""
+        self.path = (name, tolerance)
+        if name == "G60":
+            self.emit({}, (611,))
+        else:
+            self.emit({} if tolerance is None else {"p": tolerance}, (640,))
+
+    def _technology(self, words: Words) -> None:
+        """Take F, S, T, D."""
+        if "T" in words.texts:
+            self.tool_named = True
+            name = words.texts.pop("T")
+            self.note(
+                "tool-name",
+                f'the tool "{name}" has no length and no radius: the tool table has numbers',
+                "T",
+                "T and a number takes one of --tool-table",
+            )
+            words.named.setdefault("T", ("", 0.0))
+        feed = words.named.pop("F", None) if 4 not in words.g else None
+        out: dict[str, float] = {} if feed is None else {"f": feed[1]}
+        for name in ("S", "S1"):
+            if name in words.named and 4 not in words.g:
+                out["s"] = words.named.pop(name)[1]
+        tool = words.named.pop("T", None)
+        if tool is not None:
+            out["t"] = tool[1]
+        changes = 6 in words.m
+        if out or changes:
+            self.emit(out, (), (60,) if changes else ())
+        edge = words.named.pop("D", None)
+        if changes or edge is not None:
+            self.edge = _whole("D", edge[1]) if edge is not None else 1
+            commands.take_edge(self)
+
+    def _functions(self, words: Words) -> bool:
+        """Do the M functions; tell whether one ends the program."""
+        for name in list(words.named):
+            if name[0] == "M" and name[1:].isdigit():
+                value = _whole("M", words.named.pop(name)[1])
+                if name == "M1":
+                    words.m.append(value)
+        ended = False
+        for code in words.m:
+            if code in _ENDS:
+                self.end()
+                ended = True
+            elif code == 6:
+                continue
+            elif code == 70:
+                self.note("axis-spindle", "M70 turns the spindle into an axis: passed over", "M70")
+            elif ("M", code * 10) in self.ip.codes and code < 60:
+                self.emit({}, (), (code * 10,))
+            elif code not in (40, 41, 42, 43, 44, 45):
+                of_builder(code * 10).run(self.ip, Block({}, m=(code * 10,)))
+        return ended or "RET" in words.commands
+
+    def _dwell(self, words: Words) -> None:
+        """G4 F seconds, or S revolutions."""
+        if 4 not in words.g:
+            return
+        seconds = words.named.pop("F", None)
+        turns = words.named.pop("S", None)
+        if seconds is None and turns is None:
+            raise BlockError(
+                "dwell-missing",
+                "G4 has neither F (seconds) nor S (revolutions)",
+                "G4",
+                hint="G4 F0.5 waits half a second",
+            )
+        if seconds is None:
+            assert turns is not None
+            if self.ip.state.speed <= 0.0:
+                raise BlockError(
+                    "spindle-stopped",
+                    "G4 S counts revolutions, and the spindle does not turn",
+                    "S",
+                    hint="G4 F waits for seconds",
+                )
+            seconds = ("", 60.0 * turns[1] / self.ip.state.speed)
+        self.end()
+        self.emit({"p": seconds[1]}, (40,))
+
+    # Motion.
+
+    def _move(self, words: Words) -> bool:
+        """Make the motion of a block; tell whether it has one."""
+        polar = {"AP", "RP"} & words.named.keys()
+        arc = {"I", "J", "K", "CR", "AR", "TURN", "I1", "J1", "K1"} & words.named.keys()
+        if not (words.axes or polar or arc or words.polynomials):
+            return False
+        if 74 in words.g or 75 in words.g:
+            commands.home(self, words)
+            return False
+        end = self._end(words)
+        if {53, 153} & set(words.g) or "SUPA" in words.commands:
+            self.end()
+            self._machine(words)
+            return True
+        if 9 in words.g and self.path[0] != "G60":
+            path = self.path
+            self.set_path("G60", None)
+            self._make(words, end)
+            self.set_path(*path)
+        else:
+            self._make(words, end)
+        return True
+
+    def _machine(self, words: Words) -> None:
+        """Move to machine coordinates."""
+        if self.motion not in ("G0", "G1"):
+            raise BlockError(
+                "g53-motion",
+                f"machine coordinates go with G0 and G1, not with {self.motion}",
+                hint="write G0 SUPA",
+            )
+        if not self.absolute and any(mode == "" for mode, _ in words.axes.values()):
+            raise BlockError(
+                "g53-motion", "machine coordinates are absolute, and G91 is in force", hint="use G90, or AC()"
+            )
+        out = {axis.lower(): value for axis, (_, value) in words.axes.items()}
+        words.axes.clear()
+        self.emit(out, (530, 0 if self.motion == "G0" else 10))
+
+    def _end(self, words: Words) -> list[float]:
+        """Return where the words lead."""
+        state = self.ip.state
+        end = state.position.copy()
+        for axis, (mode, value) in words.axes.items():
+            column = AXIS_INDEX[axis.lower()]
+            end[column] = self._coordinate(axis, mode, value, end[column])
+        if {"AP", "RP"} & words.named.keys():
+            self._polar_end(words, end)
+        return end
+
+    def _coordinate(self, axis: str, mode: str, value: float, now: float) -> float:
+        if mode == "IC" or (mode == "" and not self.absolute):
+            return now + value
+        if mode in ("DC", "ACP", "ACN"):
+            if axis not in "ABC":
+                raise BlockError(
+                    "axis-mode", f"{mode}() is of rotary axes, and {axis} is none", axis, hint="AC() or IC()"
+                )
+            step = (value - now) % 360.0
+            if mode == "ACN" and step:
+                step -= 360.0
+            if mode == "DC" and step > 180.0:
+                step -= 360.0
+            return now + step
+        return value
+
+    def _polar_end(self, words: Words, end: list[float]) -> None:
+        """Put in the end of AP (angle) and RP (radius) about the pole; what is not given is as it was last."""
+        first, second, _ = self.plane()
+        if {AXES[first].upper(), AXES[second].upper()} & words.axes.keys():
+            raise BlockError(
+                "polar-words",
+                "polar words AP RP stand beside an axis of their plane",
+                "AP",
+                hint="a point is either X Y or AP RP",
+            )
+        spoke = complex(end[first], end[second]) - self.pole
+        here = (abs(spoke), math.degrees(cmath.phase(spoke)) if spoke else self.polar[1])
+        radius, angle = here[0], here[1]
+        if "RP" in words.named:
+            mode, value = words.named.pop("RP")
+            radius = value + (here[0] if mode == "IC" else 0.0)
+        if "AP" in words.named:
+            mode, value = words.named.pop("AP")
+            incremental = mode == "IC" or (mode == "" and not self.absolute)
+            angle = value + (here[1] if incremental else 0.0)
+        if radius < 0.0:
+            raise BlockError("polar-words", f"RP={radius:g} is negative", "RP", hint="a radius is 0 or more")
+        self.polar = (radius, angle)
+        place = self.pole + cmath.rect(radius, math.radians(angle))
+        end[first], end[second] = place.real, place.imag
+        words.axes[AXES[first].upper()] = words.axes[AXES[second].upper()] = ("AC", 0.0)
+        words.named["_POLAR"] = ("", 1.0)
+
+    def _make(self, words: Words, end: list[float]) -> None:
+        """Make the motion in force."""
+        polar = words.named.pop("_POLAR", None) is not None
+        given = {axis.lower(): end[AXIS_INDEX[axis.lower()]] for axis in words.axes}
+        words.axes.clear()
+        start = self.ip.state.position.copy()
+        if self.motion in ("G0", "G1"):
+            corner = self._corner(words) if self.motion == "G1" else {}
+            self.emit({**given, **corner}, (0 if self.motion == "G0" else 10,))
+            self.heading = [b - a for a, b in zip(start, self.ip.state.position, strict=True)]
+        elif self.motion in ("G2", "G3", "CT", "CIP"):
+            self._arc(words, given, end, polar)
+        elif self.motion == "BSPLINE":
+            self.emit(
+                {
+                    **given,
+                    **{n.lower(): words.named.pop(n)[1] for n in ("PW", "PL", "SD") if n in words.named},
+                },
+                (10_600,),
+            )
+        elif self.motion in ("ASPLINE", "CSPLINE", "POLY"):
+            curves.point(self, words, end)
+        else:
+            commands.thread(self, words, given)
+
+    def _corner(self, words: Words) -> dict[str, float]:
+        """Return the chamfer or rounding at the end of a motion, as words of the interpreter."""
+        for name in ("FRC", "FRCM"):
+            if words.named.pop(name, None) is not None:
+                self.note("corner-feed", f"{name} is passed over: corners have the feed of the contour", name)
+        for name, word in (("RND", ",r"), ("CHR", ",c"), ("CHF", ",h")):
+            if name in words.named:
+                return {word: words.named.pop(name)[1]}
+        return {",r": self.rounding} if self.rounding else {}
+
+    def _arc(self, words: Words, given: dict[str, float], end: list[float], polar: bool) -> None:
+        """Make an arc: about a centre, by radius, angle, intermediate point or tangent."""
+        first, second, _ = self.plane()
+        start = self.ip.state.position
+        begin, finish = complex(start[first], start[second]), complex(end[first], end[second])
+        corner = self._corner(words)
+        if self.motion == "CIP":
+            curves.through(self, words, given, end)
+            return
+        turns = words.named.pop("TURN", ("", 0.0))[1]
+        clockwise = self.motion == "G2"
+        if self.motion == "CT":
+            centre, clockwise = self._tangent_centre(begin, finish)
+        elif "CR" in words.named:
+            centre = self._radius_centre(begin, finish, words.named.pop("CR")[1], clockwise)
+        elif "AR" in words.named:
+            centre, finish = self._angle_arc(words, begin, finish, clockwise, bool(given))
+        elif polar and not {"I", "J", "K"} & words.named.keys():
+            centre = self.pole
+        else:
+            centre = self._centre(words, begin)
+        if turns != round(turns) or turns < 0:
+            raise BlockError(
+                "arc-turns",
+                f"TURN={turns:g} is no number of full circles",
+                "TURN",
+                hint="TURN is 0 or more, whole",
+            )
+        out = {**given, **corner, AXES[first]: finish.real, AXES[second]: finish.imag}
+        offset = centre - begin
+        out["ijk"[first % 3]], out["ijk"[second % 3]] = offset.real, offset.imag
+        if turns:
+            out["p"] = turns + 1.0
+        self.emit(out, (20 if clockwise else 30,))
+        spin = -1j if clockwise else 1j
+        way = spin * (finish - centre)
+        self.heading = [0.0] * 9
+        self.heading[first], self.heading[second] = way.real, way.imag
+
+    def _centre(self, words: Words, begin: complex) -> complex:
+        """Return the centre of I J K: from the start, or where AC() says so as coordinates."""
+        first, second, _ = self.plane()
+        found = []
+        for column, place in ((first, begin.real), (second, begin.imag)):
+            mode, value = words.named.pop("IJK"[column % 3], ("", 0.0))
+            found.append(value if mode == "AC" else place + value)
+        wrong = next((n for n in "IJK" if n in words.named), None)
+        if wrong:
+            raise BlockError(
+                "arc-plane",
+                f"{wrong} is not of the plane G{self.ip.state.plane}",
+                wrong,
+                hint="G17 has I J, G18 I K, G19 J K",
+            )
+        if complex(*found) == begin:
+            raise BlockError(
+                "arc-centre",
+                f"{self.motion} has no centre: neither I J K nor CR nor AR",
+                self.motion,
+                hint="G2 X10 Y0 CR=10, or I5 J0",
+            )
+        return complex(*found)
+
+    def _radius_centre(self, begin: complex, finish: complex, radius: float, clockwise: bool) -> complex:
+        """Return the centre of an arc of a radius; more than half a turn where it is negative."""
+        chord = abs(finish - begin)
+        if chord == 0.0:
+            raise BlockError(
+                "arc-radius",
+                f"CR={radius:g} ends where it starts: every circle of that radius would do",
+                "CR",
+                hint="a full circle needs I J K",
+            )
+        half = radius * radius - chord * chord / 4.0
+        if half < -1e-3 * abs(radius):
+            raise BlockError(
+                "arc-radius",
+                f"CR={radius:g} is too small: the end is {chord:.4f} away",
+                "CR",
+                hint=f"CR is at least {chord / 2.0:.4f}",
+            )
+        aside = math.sqrt(max(half, 0.0))
+        # The centre is on the right of the chord for a clockwise arc of less than half a turn.
+        way = (finish - begin) / chord * (-1j if clockwise else 1j)
+        return (begin + finish) / 2.0 + way * (aside if radius > 0.0 else -aside)
+
+    def _angle_arc(
+        self, words: Words, begin: complex, finish: complex, clockwise: bool, ended: bool
+    ) -> tuple[complex, complex]:
+        """Return centre and end of an arc of the angle AR, whose end or centre is given."""
+        angle = math.radians(words.named.pop("AR")[1])
+        if not 0.0 < angle < 2.0 * math.pi:
+            raise BlockError(
+                "arc-angle",
+                f"AR={math.degrees(angle):g} is no angle of an arc",
+                "AR",
+                hint="AR is above 0 and below 360",
+            )
+        turn = cmath.rect(1.0, -angle if clockwise else angle)
+        if {"I", "J", "K"} & words.named.keys():
+            if ended and finish != begin:
+                raise BlockError("arc-end", "AR has both an end and a centre", "AR", hint="leave one out")
+            centre = self._centre(words, begin)
+            return centre, centre + (begin - centre) * turn
+        if finish == begin:
+            raise BlockError(
+                "arc-end", "AR has neither an end nor a centre", "AR", hint="X Y or I J beside AR"
+            )
+        return (finish - begin * turn) / (1.0 - turn), finish
+
+    def _tangent_centre(self, begin: complex, finish: complex) -> tuple[complex, bool]:
+        """Return the centre of an arc that goes on in the direction of the motion before, and whether it turns clockwise."""
+        first, second, _ = self.plane()
+        way = complex(self.heading[first], self.heading[second]) if self.heading else 0j
+        if way == 0j:
+            raise BlockError(
+                "arc-tangent",
+                "CT has no motion before it whose direction it goes on in",
+                "CT",
+                hint="a line or arc of the plane comes before it",
+            )
+        way /= abs(way)
+        chord = finish - begin
+        side = (way.conjugate() * chord).imag
+        if abs(side) < 1e-9:
+            raise BlockError(
+                "arc-tangent",
+                "CT goes straight on: its end lies in the direction of the motion before",
+                "CT",
+                hint="use G1",
+            )
+        radius = abs(chord) ** 2 / (2.0 * side)
+        return begin + 1j * way * radius, side < 0.0
+
+    def _left_over(self, words: Words) -> None:
+        """Raise where a word belongs to nothing in its block."""
+        for name in ("H", "H1", "H2", "S2", "S3", "SPOS", "SPOSA", "LIMS", "DISC", "FAD", "OTOL", "N"):
+            words.named.pop(name, None)
+        left = next(iter([*words.named, *words.texts]), None)
+        if left is not None:
+            raise BlockError(
+                "unused-word",
+                f"{left} stands in a block with nothing that uses it",
+                left,
+                hint="is it of another motion, or a variable without DEF?",
+            )
+
+
+def _whole(letter: str, value: float) -> int:
+    if value != round(value) or value < 0:
+        raise BlockError(
+            "not-whole",
+            f"{letter}{value:g} is no whole number of 0 or more",
+            letter,
+            hint="write it without decimals",
+        )
+    return round(value)
+
+
+def _once(words: dict[str, tuple[str, float]], name: str, value: tuple[str, float]) -> None:
+    if name in words:
+        raise BlockError("repeated-word", f"{name} stands twice in one block", name, hint="write it once")
+    words[name] = value
+
+
+def is_compensated(ip: Interpreter) -> bool:
+    """Tell whether cutter compensation is on."""
+    return isinstance(ip.sink, CompensatedSink)

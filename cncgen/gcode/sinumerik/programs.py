@@ -1,0 +1,149 @@
+"""Texts of SINUMERIK as programs: their lines, labels, and where loops and branches lead."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.sinumerik.reading import Statement, parse
+from cncgen.gcode.source import MAX_LINE, Source
+from cncgen.gcode.text.labels import Cursor
+
+_HEADER = re.compile(r"\s*%_N_(\w+?)_(?:MPF|SPF)\b", re.IGNORECASE)
+_CLOSES = {
+    "endif": "if",
+    "else": "if",
+    "endloop": "loop",
+    "endfor": "for",
+    "endwhile": "while",
+    "until": "repeat",
+}
+_OPENS = ("if", "loop", "for", "while", "repeat")
+#: Lines of a text with a word each are often alike.
+_MAX_TEXTS = 4096
+
+
+@dataclass(slots=True)
+class Line:
+    """A line: its statement, or what is wrong with it, and its place."""
+
+    statement: Statement
+    here: Cursor
+    fault: BlockError | None = None
+
+
+@dataclass(slots=True)
+class Program:
+    """The lines of a program.
+
+    Attributes:
+        name: In capitals, "" of a main program without one.
+        labels: Lines by label and by block number, in the order of the text.
+        other: For a line that opens or closes a loop or branch, the line that it leads to: ELSE or ENDIF of an IF, ENDIF of an
+            ELSE, the end of a loop, and the beginning of the loop that an end closes.
+        formals: Parameters of PROC: type, name, whether by reference, usual value.
+        saves: Whether PROC says SAVE.
+    """
+
+    name: str
+    lines: list[Line] = field(default_factory=list)
+    labels: dict[str, list[int]] = field(default_factory=dict)
+    other: dict[int, int] = field(default_factory=dict)
+    formals: tuple[tuple[object, ...], ...] = ()
+    saves: bool = False
+
+
+def programs_of(
+    source: Source, index: int, name: str = ""
+) -> tuple[list[Program], list[tuple[Cursor, BlockError]]]:
+    """Return the programs of a text, the main one first, and what is wrong with their loops and branches."""
+    found = [Program(name)]
+    known: dict[str, Statement] = {}
+    faults: list[tuple[Cursor, BlockError]] = []
+    offset, number = 0, 1
+    while offset < len(source):
+        end = source.line_end(offset)
+        here = Cursor(index, offset, number)
+        text = source.text_at(offset) if end - offset <= MAX_LINE else ""
+        header = _HEADER.match(text)
+        if header:
+            _begin(found, header[1].upper())
+        line = _line(text, here, known, end - offset)
+        if line.statement.kind == "proc":
+            _begin(found, line.statement.data[0])
+            found[-1].formals, found[-1].saves = line.statement.data[1], "SAVE" in line.statement.data[2]
+        _add(found[-1], line)
+        offset, number = end + 1, number + 1
+    for program in found:
+        faults += _connect(program)
+    return found, faults
+
+
+def _begin(found: list[Program], name: str) -> None:
+    """Begin a program, or name the one that has nothing yet."""
+    if found[-1].labels or any(
+        line.statement.kind != "block" or line.statement.items for line in found[-1].lines
+    ):
+        found.append(Program(name))
+    else:
+        found[-1].name = name
+
+
+def _line(text: str, here: Cursor, known: dict[str, Statement], length: int) -> Line:
+    if length > MAX_LINE:
+        return Line(
+            Statement(),
+            here,
+            BlockError("line-too-long", f"a line of {length} bytes; the longest is {MAX_LINE}", column=1),
+        )
+    statement = known.get(text)
+    if statement is None:
+        try:
+            statement = parse(text)
+        except BlockError as error:
+            return Line(Statement(), here, error)
+        if len(known) < _MAX_TEXTS:
+            known[text] = statement
+    return Line(statement, here)
+
+
+def _add(program: Program, line: Line) -> None:
+    at = len(program.lines)
+    for name in (line.statement.label, line.statement.number):
+        if name:
+            program.labels.setdefault(name, []).append(at)
+    program.lines.append(line)
+
+
+def _connect(program: Program) -> list[tuple[Cursor, BlockError]]:
+    """Find the other end of each loop and branch; return what has none."""
+    faults: list[tuple[Cursor, BlockError]] = []
+    open_lines: list[tuple[str, int]] = []
+    for at, line in enumerate(program.lines):
+        kind = line.statement.kind
+        if kind in _OPENS and not (kind == "if" and line.statement.data and len(line.statement.data) > 1):
+            open_lines.append((kind, at))
+        elif kind in _CLOSES:
+            if not open_lines or open_lines[-1][0] != _CLOSES[kind]:
+                inner = f"; {open_lines[-1][0].upper()} is open" if open_lines else ""
+                message = f"{kind.upper()} has no {_CLOSES[kind].upper()} that it belongs to{inner}"
+                hint = f"{_CLOSES[kind].upper()} stands above, and what it holds is closed"
+                faults.append((line.here, BlockError("flow-unmatched", message, kind.upper(), hint=hint)))
+                continue
+            _, begin = open_lines.pop()
+            program.other[begin] = at
+            if kind == "else":
+                open_lines.append(("if", at))
+            else:
+                program.other.setdefault(at, begin)
+    for kind, at in open_lines:
+        end = {"if": "ENDIF", "loop": "ENDLOOP", "for": "ENDFOR", "while": "ENDWHILE", "repeat": "UNTIL"}[
+            kind
+        ]
+        program.other[at] = len(program.lines)
+        error = BlockError(
+            "flow-unmatched", f"{kind.upper()} has no {end}", kind.upper(), hint=f"{end} closes it, below"
+        )
+        faults.append((program.lines[at].here, error))
+    return faults

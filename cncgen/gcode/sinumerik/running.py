@@ -1,0 +1,483 @@
+"""The order in which the lines of a program of SINUMERIK are executed: branches, loops, jumps, repeats, subprograms."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from cncgen.diagnostics import Diagnostics, Severity, UsageError
+from cncgen.gcode.block import Block
+from cncgen.gcode.doubts import doubts, remarks_on
+from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
+from cncgen.gcode.flow.faults import Faults
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.sinks.sink import Sink
+from cncgen.gcode.sinumerik.expressions import Scalar, evaluate, number
+from cncgen.gcode.sinumerik.motions import Motions
+from cncgen.gcode.sinumerik.programs import Line, Program, programs_of
+from cncgen.gcode.sinumerik.reading import Item
+from cncgen.gcode.sinumerik.variables import Store, Variable
+from cncgen.gcode.source import Source, open_source
+from cncgen.gcode.text.dialects import Choice, chosen
+from cncgen.gcode.text.labels import Cursor
+from cncgen.gcode.text.search import candidates, leaves_path, search_path
+from cncgen.toolpath.reading import ReadOptions
+
+_MOST_AGAIN = 10_000_000
+_YIELD = 512
+_ENDS = {2.0, 30.0, 17.0}
+
+
+@dataclass(slots=True)
+class Frame:
+    """A program in progress: the line that comes next, rounds left of the call, ends of FOR loops, parts that are repeated."""
+
+    program: Program
+    at: int = 0
+    left: int = 0
+    loops: dict[int, float] = field(default_factory=dict)
+    repeats: list[tuple[int, int, int]] = field(default_factory=list)
+    saved: object | None = None
+    modal: bool = False
+    results: list[tuple[str, tuple[Any, ...]]] = field(default_factory=list)
+
+
+class SinumerikRunner:
+    """One run of a program on a sink; it is used as `cncgen.gcode.flow.running.Runner` is."""
+
+    def __init__(
+        self,
+        source: Source,
+        options: ReadOptions,
+        sink: Sink,
+        diagnostics: Diagnostics,
+        *,
+        path: Path | None = None,
+        choice: Choice | None = None,
+    ) -> None:
+        self.reporter = Reporter(diagnostics)
+        self.sources = [source]
+        self._options = options
+        self._choice = choice or chosen(source, options.dialect)
+        self._faults = Faults(self.sources, sink, self.reporter)
+        self.ip = Interpreter(sink, options, self._faults.remark, "sinumerik")
+        self.ip.state.motion = 10
+        self.store = Store(self.ip)
+        self.motions = Motions(self.ip, self.store, self._begin_call)
+        self._folders = search_path(path, options.include)
+        self._programs: dict[str, Program] = {}
+        self._frames: list[Frame] = []
+        self._steps = 0
+
+    def run(self) -> Iterator[None]:
+        """Run to the end; yields now and then, so that rows can be taken away."""
+        source = self.sources[0]
+        if source.is_binary():
+            message = f"{source.name} is no text: it holds NUL bytes"
+            self._faults.at(
+                Cursor(0, 0, 1),
+                BlockError("binary-file", message, hint="is it UTF-16? save it as UTF-8 or ASCII"),
+            )
+            return
+        self._say_dialect()
+        self.ip.begin()
+        self.motions.begin()
+        main = self._load(0, "")
+        self._frames = [Frame(main)]
+        try:
+            yield from self._run()
+        except Stop as stop:
+            self._faults.here(stop.error)
+        self._finish(main)
+
+    def _say_dialect(self) -> None:
+        source = self.sources[0]
+        for error, severity in remarks_on(self._choice):
+            offset = 0
+            for _ in range(self._choice.line - 1):
+                offset = source.line_end(offset) + 1
+            self.reporter.report(source, self._choice.line, offset, error, severity)
+        for here, doubt in doubts(source, "sinumerik"):
+            self.reporter.report(source, here.line, here.offset, doubt, Severity.WARNING)
+
+    def _load(self, index: int, name: str) -> Program:
+        """Read the programs of a source; return the first."""
+        found, faults = programs_of(self.sources[index], index, name)
+        for here, error in faults:
+            self._faults.at(here, error)
+        for program in found[1:] if not name else found:
+            if program.name:
+                self._programs.setdefault(program.name, program)
+        return found[0]
+
+    def _finish(self, main: Program) -> None:
+        """Say what is missing at the end of the text."""
+        last = next((line for line in reversed(main.lines) if line.statement.items), None)
+        here = last.here if last else Cursor(0, 0, 1)
+        try:
+            self.motions.end()
+            self.ip.end_compensation()
+        except BlockError as error:
+            self._faults.at(here, error)
+        if last is None and not any(line.fault for line in main.lines):
+            self._faults.at(here, BlockError("empty-program", f"{self.sources[0].name} has no block"))
+        elif not self.ip.state.ended and not self._faults.found:
+            self.ip.base.block = Block({}, line=here.line, offset=here.offset)
+            self._faults.remark(
+                BlockError(
+                    "no-program-end", "the program ends without M30, M2 or M17", hint="end it with M30"
+                ),
+                Severity.WARNING,
+            )
+
+    def _run(self) -> Iterator[None]:
+        while self._frames and not self.ip.state.ended:
+            frame = self._frames[-1]
+            if frame.at >= len(frame.program.lines):
+                self._leave()
+                continue
+            line = frame.program.lines[frame.at]
+            at, frame.at = frame.at, frame.at + 1
+            self._step()
+            if self._steps % _YIELD == 0:
+                yield
+            try:
+                self._line(frame, at, line)
+            except BlockError as error:
+                self._fail(line, error)
+            self._repeat(frame, at)
+
+    def _fail(self, line: Line, error: BlockError) -> None:
+        try:
+            self._faults.fail(line.here, error)
+        except Astray:
+            raise Stop(
+                BlockError(
+                    "too-many-steps",
+                    "lines fail again and again in a loop: the program counts as endless",
+                    hint="mend the faults above",
+                )
+            ) from None
+
+    def _step(self) -> None:
+        self._steps += 1
+        most = self._options.max_steps
+        bound = most if most is not None else _MOST_AGAIN + len(self._frames[0].program.lines)
+        if self._steps > bound:
+            message = f"more than {bound} blocks were executed: the program counts as endless"
+            raise Stop(BlockError("too-many-steps", message, hint="--max-steps sets the bound"))
+
+    def _line(self, frame: Frame, at: int, line: Line) -> None:
+        if line.statement.deletable and self._options.block_delete:
+            return
+        here = line.here
+        self.ip.base.block = Block({}, source=here.source, line=here.line, offset=here.offset)
+        if line.fault is not None:
+            raise line.fault
+        statement = line.statement
+        if statement.kind == "block":
+            self._block(frame, statement.items, here)
+        else:
+            getattr(self, "_do_" + statement.kind.replace("-", "_"))(frame, at, statement.data)
+
+    def _block(self, frame: Frame, items: list[Item], here: Cursor) -> None:
+        if not items:
+            return
+        ends = self.motions.block(items, here)
+        if ends and len(self._frames) > 1:
+            self._leave()
+        elif ends:
+            self.ip.end_program()
+
+    def _number(self, node: tuple[Any, ...]) -> float:
+        return number(evaluate(node, self.store))
+
+    # Branches and loops.
+
+    def _do_if(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+        if self._number(data[0]) == 0.0:
+            frame.at = frame.program.other[at] + 1
+
+    def _do_else(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+        frame.at = frame.program.other.get(at, at) + 1
+
+    def _do_endif(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+        """Go on."""
+
+    def _do_loop(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+        """Go on."""
+
+    _do_repeat = _do_loop
+
+    def _back(self, frame: Frame, at: int) -> int:
+        """Return the line that opens the loop which a line closes; the line itself where there is none."""
+        return frame.program.other.get(at, at)
+
+    def _do_endloop(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+        frame.at = self._back(frame, at) if self._back(frame, at) != at else frame.at
+
+    def _do_while(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+        if self._number(data[0]) == 0.0:
+            frame.at = frame.program.other[at] + 1
+
+    _do_endwhile = _do_endloop
+
+    def _do_until(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+        if self._number(data[0]) == 0.0:
+            self._do_endloop(frame, at, data)
+
+    def _do_for(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+        """Count up, and leave the loop beyond its end; ENDFOR leads back to here."""
+        (name, indices), first, last = data
+        if at in frame.loops:
+            now = self._read(name, indices) + 1.0
+        else:
+            now = self._number(first)
+        frame.loops[at] = self._number(last)
+        self._assign(name, [evaluate(node, self.store) for node in indices], now)
+        if now > frame.loops[at]:
+            del frame.loops[at]
+            frame.at = frame.program.other[at] + 1
+
+    _do_endfor = _do_endloop
+
+    def _read(self, name: str, indices: tuple[Any, ...]) -> float:
+        node = (
+            ("r", ("n", float(name[1:]))) if name[0] == "R" and name[1:].isdigit() else ("var", name, indices)
+        )
+        if name == "R" and indices:
+            node = ("r", indices[0])
+        return self._number(node)
+
+    def _assign(self, name: str, indices: list[Scalar], value: Scalar) -> None:
+        self.motions.assign(name, indices, value)
+
+    # Jumps.
+
+    def _do_jump(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+        self._jump(frame, at, ("jump", *data))
+
+    def _do_if_jump(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+        if self._number(data[0]) != 0.0:
+            self._jump(frame, at, data[1])
+
+    def _do_case(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+        value = self._number(data[0])
+        usual = None
+        for _, wanted, jump in data[1]:
+            if wanted is None:
+                usual = jump
+            elif self._number(wanted) == value:
+                self._jump(frame, at, jump)
+                return
+        if usual is not None:
+            self._jump(frame, at, usual)
+
+    def _jump(self, frame: Frame, at: int, jump: tuple[Any, ...]) -> None:
+        """Go to a label: forward (GOTOF), back (GOTOB), either (GOTO, GOTOC; the latter goes on where there is none)."""
+        _, how, label = jump
+        if how == "GOTOS":
+            frame.at = 0
+            return
+        if label in frame.program.labels or not self.store.has(label):
+            target = label
+        else:
+            target = str(self.store.value(label, [])).upper()
+        lines = frame.program.labels.get(target, [])
+        after = [line for line in lines if line > at]
+        before = [line for line in lines if line <= at]
+        where = {"GOTOF": after[:1], "GOTOB": before[-1:]}.get(how, after[:1] or before[-1:])
+        if where:
+            frame.at = where[0]
+            frame.loops = {
+                begin: last
+                for begin, last in frame.loops.items()
+                if begin < frame.at <= frame.program.other[begin]
+            }
+        elif how != "GOTOC":
+            way = {"GOTOF": " below it", "GOTOB": " above it"}.get(how, "")
+            raise BlockError(
+                "label-missing", f"{how} {target} leads nowhere: there is no such label{way}", how, hint=f"a line that begins with {target}: is the label"
+            )  # fmt: skip
+
+    def _do_repeat_part(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+        names, times = data
+        count = round(self._number(times))
+        places = [self._label(frame, name) for name in names]
+        last = (
+            places[1]
+            if len(places) == 2
+            else (at - 1 if places[0] < at else self._end_label(frame, places[0]))
+        )
+        self._begin_repeat(frame, places[0], last, count, at)
+
+    def _do_repeat_block(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+        place = self._label(frame, data[0])
+        self._begin_repeat(frame, place, place, round(self._number(data[1])), at)
+
+    def _begin_repeat(self, frame: Frame, first: int, last: int, count: int, at: int) -> None:
+        if count < 1:
+            return
+        if len(frame.repeats) >= self._options.max_call_depth:
+            raise BlockError(
+                "call-depth",
+                f"REPEAT is nested more than {self._options.max_call_depth} deep",
+                "REPEAT",
+                hint="does a part repeat itself?",
+            )
+        frame.repeats.append((first, last, count - 1))
+        frame.results.append(("back", (at + 1,)))
+        frame.at = first
+
+    def _label(self, frame: Frame, name: str) -> int:
+        lines = frame.program.labels.get(name)
+        if not lines:
+            raise BlockError(
+                "label-missing",
+                f"REPEAT {name} leads nowhere: there is no such label",
+                "REPEAT",
+                hint=f"{name}: begins the part",
+            )
+        return lines[0]
+
+    def _end_label(self, frame: Frame, first: int) -> int:
+        return next(
+            (at for at in frame.program.labels.get("ENDLABEL", []) if at >= first),
+            len(frame.program.lines) - 1,
+        )
+
+    def _repeat(self, frame: Frame, at: int) -> None:
+        """Begin a part again whose last line was run, or go on behind its REPEAT."""
+        if (
+            not frame.repeats
+            or at != frame.repeats[-1][1]
+            or (self._frames and self._frames[-1] is not frame)
+        ):
+            return
+        first, last, left = frame.repeats.pop()
+        if left > 0:
+            frame.repeats.append((first, last, left - 1))
+            frame.at = first
+        else:
+            frame.at = frame.results.pop()[1][0]
+
+    # Subprograms.
+
+    def _begin_call(self, name: str, arguments: tuple[Any, ...] | None, times: int) -> None:
+        """Run a subprogram."""
+        program = self._find(name)
+        if len(self._frames) > self._options.max_call_depth:
+            message = f"subprogram calls are nested more than {self._options.max_call_depth} deep"
+            raise Stop(BlockError("call-depth", message, name, hint="is the recursion without end?"))
+        if times < 1:
+            return
+        scope = self._scope(program, arguments or ())
+        results = self._results(program, arguments or ())
+        frame = Frame(program, left=times - 1, results=results)
+        frame.modal = self.motions.in_modal and not any(f.modal for f in self._frames)
+        if program.saves:
+            frame.saved = self.motions.save()
+        self._frames.append(frame)
+        self.store.scopes.append(scope)
+
+    def _find(self, name: str) -> Program:
+        if name in self._programs:
+            return self._programs[name]
+        if not leaves_path(name):
+            for folder in self._folders:
+                for path in (
+                    p for suffix in (".spf", ".mpf", "") for p in candidates(folder, f"{name}{suffix}")
+                ):
+                    try:
+                        source = open_source(path, str(path))
+                    except UsageError:
+                        continue
+                    self.sources.append(source)
+                    program = self._load(len(self.sources) - 1, name)
+                    self._programs[name] = program
+                    return program
+        places = ", ".join(str(folder) for folder in self._folders) or "the search path, which is empty"
+        raise BlockError(
+            "sub-missing", f"{name} is not read: it is no command, and there is no subprogram of that name in the text or in {places}",
+            name, hint=f"{name}.SPF in a folder of --include is found",
+        )  # fmt: skip
+
+    def _scope(self, program: Program, arguments: tuple[Any, ...]) -> dict[str, Variable]:
+        """Return the variables that a call begins with: the parameters of PROC."""
+        if len(arguments) > len(program.formals):
+            raise BlockError(
+                "sub-arguments",
+                f"{program.name} takes {len(program.formals)} arguments, not {len(arguments)}",
+                program.name,
+                hint="PROC lists them",
+            )
+        scope: dict[str, Variable] = {}
+        for index, (_, kind, name, _, usual) in enumerate(program.formals):
+            node = arguments[index] if index < len(arguments) and arguments[index] is not None else usual
+            value: Scalar = (
+                evaluate(node, self.store) if isinstance(node, tuple) else ("" if kind == "STRING" else 0.0)
+            )
+            scope[str(name)] = Variable(str(kind), (), [value])
+        return scope
+
+    def _results(self, program: Program, arguments: tuple[Any, ...]) -> list[tuple[str, tuple[Any, ...]]]:
+        """Return the parameters by reference, and the variables of the caller that they are."""
+        found = []
+        for (_, _, name, by_reference, _), node in zip(program.formals, arguments, strict=False):
+            if by_reference and node is not None:
+                if node[0] not in ("r", "var"):
+                    raise BlockError(
+                        "sub-arguments",
+                        f"{name} of {program.name} is a variable (VAR), and a value is given",
+                        program.name,
+                        hint="give a variable or R parameter",
+                    )
+                found.append((str(name), node))
+        return found
+
+    def _leave(self) -> None:
+        """End the innermost program, or its present round."""
+        frame = self._frames[-1]
+        if len(self._frames) == 1:
+            self._frames.pop()
+            return
+        if frame.left > 0:
+            frame.left, frame.at, frame.loops, frame.repeats = frame.left - 1, 0, {}, []
+            return
+        self._frames.pop()
+        if frame.modal:
+            self.motions.in_modal = False
+        scope = self.store.scopes.pop()
+        if frame.saved is not None:
+            self.motions.restore(frame.saved)
+        for name, node in frame.results:
+            if name == "back":
+                continue
+            if node[0] == "r":
+                self.store.set_parameter(self._number(node[1]), scope[name].values[0])
+            else:
+                self.store.set_value(
+                    node[1], [evaluate(index, self.store) for index in node[2]], scope[name].values[0]
+                )
+
+    # Definitions.
+
+    def _do_def(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+        kind, names = data
+        for name, bounds, value in names:
+            sizes = tuple(round(self._number(node)) for node in bounds)
+            values: list[Scalar] = []
+            if value is not None:
+                nodes = value[1] if value[0] == "several" else (value,)
+                values = [evaluate(node, self.store) for node in nodes]
+            self.store.define(kind, name, sizes, values)
+
+    def _do_proc(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+        """PROC in the main program's text ends it, where it was not called."""
+        if len(self._frames) == 1 and at > 0:
+            self._leave()
+
+    def _do_extern(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+        """EXTERN declares a subprogram: nothing is to be done."""

@@ -1,0 +1,170 @@
+"""The values of SINUMERIK's programs: R parameters, DEF variables, and system variables that are read here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from cncgen.gcode.block import AXIS_INDEX
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.sinumerik.expressions import Scalar, number
+
+#: R parameters that there are.
+MOST_R = 32_767
+_TYPES = ("REAL", "INT", "BOOL", "CHAR", "STRING", "AXIS", "FRAME")
+#: System variables of an axis: from which place they are.
+_PLACES = {"$AA_IW": "program", "$P_EP": "program", "$AA_IB": "program", "$AA_IM": "machine"}
+
+
+@dataclass(slots=True)
+class Variable:
+    """A variable: its type, the bounds of an array, and its values in a row."""
+
+    kind: str
+    bounds: tuple[int, ...]
+    values: list[Scalar] = field(default_factory=list)
+
+    def place(self, name: str, indices: list[Scalar]) -> int:
+        """Return where an element stands; raise where it is none."""
+        wanted = [round(number(index, "an index")) for index in indices]
+        if len(wanted) != len(self.bounds):
+            raise BlockError(
+                "variable-index",
+                f"{name} has {len(self.bounds)} indices, not {len(wanted)}",
+                name,
+                hint="DEF gives the bounds",
+            )
+        at = 0
+        for index, bound in zip(wanted, self.bounds, strict=True):
+            if not 0 <= index < bound:
+                raise BlockError(
+                    "variable-index",
+                    f"{name}[{index}]: its indices are 0 to {bound - 1}",
+                    name,
+                    hint="DEF gives the bounds",
+                )
+            at = at * bound + index
+        return at
+
+
+class Store:
+    """The variables of a run; `scopes` are those of the programs in progress, the innermost last."""
+
+    def __init__(self, ip: Interpreter) -> None:
+        self.ip = ip
+        self.r: dict[int, float] = {}
+        self.scopes: list[dict[str, Variable]] = [{}]
+
+    def define(self, kind: str, name: str, bounds: tuple[int, ...], values: list[Scalar]) -> None:
+        """Define a variable of the program in progress."""
+        count = 1
+        for bound in bounds:
+            count *= bound
+        if not 1 <= count <= 1_000_000:
+            raise BlockError(
+                "variable-index",
+                f"{name} has {count} elements; an array has 1 to 1000000",
+                name,
+                hint="DEF REAL A[10]",
+            )
+        if name in self.scopes[-1] or name in AXIS_INDEX or len(name) < 2:
+            raise BlockError(
+                "variable-name",
+                f"{name} is taken: it cannot be a variable",
+                name,
+                hint="take another name of two characters or more",
+            )
+        usual: Scalar = "" if kind in ("STRING", "AXIS") else 0.0
+        row = (values + [usual] * count)[:count] if len(values) != 1 or bounds else [values[0]]
+        self.scopes[-1][name] = Variable(kind, bounds, [self._kept(kind, name, value) for value in row])
+
+    def _kept(self, kind: str, name: str, value: Scalar) -> Scalar:
+        """Return a value as a variable of a type keeps it."""
+        if kind in ("STRING", "CHAR", "AXIS"):
+            return value
+        given = number(value, f"the value of {name}")
+        if kind == "INT":
+            return float(round(given))
+        return float(given != 0.0) if kind == "BOOL" else given
+
+    def _found(self, name: str) -> Variable | None:
+        for scope in (self.scopes[-1], self.scopes[0]):
+            if name in scope:
+                return scope[name]
+        return None
+
+    def has(self, name: str) -> bool:
+        """Tell whether a variable is defined."""
+        return self._found(name) is not None
+
+    def parameter(self, index: float) -> float:
+        """Return R[index]."""
+        return self.r.get(self._number(index), 0.0)
+
+    def set_parameter(self, index: float, value: Scalar) -> None:
+        """Set R[index]."""
+        self.r[self._number(index)] = number(value, f"the value of R{index:g}")
+
+    def _number(self, index: float) -> int:
+        whole = round(index)
+        if whole != index or not 0 <= whole <= MOST_R:
+            raise BlockError(
+                "parameter-number",
+                f"R{index:g} is no R parameter (R0 to R{MOST_R})",
+                hint="its number is whole",
+            )
+        return whole
+
+    def value(self, name: str, indices: list[Scalar]) -> Scalar:
+        """Return the value of a variable or of a system variable."""
+        variable = self._found(name)
+        if variable is not None:
+            return variable.values[variable.place(name, indices)]
+        if name.startswith("$"):
+            return self._system(name, indices)
+        if name in "XYZABCUVW" and not indices:
+            return name
+        raise BlockError(
+            "variable-unknown",
+            f"{name} has no value: no DEF gives it one",
+            name,
+            hint=f"DEF REAL {name} at the top of the program",
+        )
+
+    def set_value(self, name: str, indices: list[Scalar], value: Scalar) -> None:
+        """Set a variable."""
+        variable = self._found(name)
+        if variable is None:
+            raise BlockError(
+                "variable-unknown",
+                f"{name} is no variable, axis or word that is read",
+                name,
+                hint=f"DEF REAL {name} defines a variable",
+            )
+        variable.values[variable.place(name, indices)] = self._kept(variable.kind, name, value)
+
+    def _system(self, name: str, indices: list[Scalar]) -> float:
+        """Return a system variable."""
+        state = self.ip.state
+        if (
+            name in _PLACES
+            and len(indices) == 1
+            and isinstance(indices[0], str)
+            and indices[0].lower() in AXIS_INDEX
+        ):
+            position = state.position if _PLACES[name] == "program" else self.ip.machine_position()
+            return position[AXIS_INDEX[indices[0].lower()]]
+        tool = self.ip.tools.find(state.tool)
+        plain = {
+            "$P_TOOLNO": float(state.tool), "$P_F": state.feed, "$P_S": state.speed, "$P_MSNUM": 1.0, "$P_SIM": 0.0,
+            "$P_TOOLR": (tool.diameter if tool else 0.0) * self.ip.table_scale() / 2.0, "$P_TOOLL": state.tool_offset[2],
+            "$P_ISTEST": 0.0, "$P_SEARCH": 0.0, "$P_DRYRUN": 0.0,
+        }  # fmt: skip
+        if name not in plain:
+            raise BlockError(
+                "variable-unknown",
+                f"the system variable {name} is not read",
+                name,
+                hint=f"read are {', '.join([*_PLACES, *plain])}",
+            )
+        return plain[name]

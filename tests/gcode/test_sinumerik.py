@@ -1,0 +1,317 @@
+"""SINUMERIK: programs with the motions that they make, worked out by hand, and wrong ones with what is said."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cncgen.geometry.tables import ArcTable
+
+#: Program, and where its motions end (X Y Z, as far as one is not 0), G0 and G1 as points, arcs as ends too.
+MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
+    "plain": ("G0 X1 Y2\nG1 Z-3 F100", [(1, 2, 0), (1, 2, -3)]),
+    "numbers and labels": ("N10 START: G0 X1\n:20 G0 X2\n/N30 X9\nN40 X3 ; X8", [(1,), (2,), (3,)]),
+    "G1 is in force": ("F100 X5", [(5,)]),
+    "incremental": ("G91 G0 X1\nX1 Y2\nG90 X0", [(1,), (2, 2), (0, 2)]),
+    "IC and AC": ("G0 X=IC(2) Y=AC(3)\nG91 X=AC(1) Y1", [(2, 3), (1, 4)]),
+    "AX": ("G0 AX[X]=5 AX[Y]=IC(1)", [(5, 1)]),
+    "inches": ("G70 G0 X1\nG71 X1", [(25.4,), (1,)]),
+    "R parameters": ("R1=2 R2=R1*3+1\nG0 X=R2 Y=-R1\nR[R1]=9 X=R2", [(7, -2), (9, -2)]),
+    "functions": ("R1=SIN(30) R2=SQRT(16)+POT(3) R3=ATAN2(1,1)\nG0 X=R1 Y=R2 Z=R3", [(0.5, 13, 45)]),
+    "DIV MOD ROUND": ("R1=7 DIV 2 R2=7 MOD 4 R3=ROUND(2.5) R4=TRUNC(-2.7)\nG0 X=R1+R4 Y=R2 Z=R3", [(1, 3, 3)]),
+    "exponent": ("R1=1.5EX2\nG0 X=R1", [(150,)]),
+    "DEF": ("DEF REAL DEPTH=-5, WAY[3]=SET(1,2,3)\nG0 Z=DEPTH X=WAY[2]\nWAY[1]=8 X=WAY[1]", [(3, 0, -5), (8, 0, -5)]),
+    "INT rounds": ("DEF INT COUNT\nCOUNT=2.6\nG0 X=COUNT", [(3,)]),
+    "strings": ('DEF STRING[10] NAME\nNAME="AB"\nIF NAME=="AB"\nG0 X1\nENDIF\nMSG("at "<<NAME)', [(1,)]),
+    "IF ELSE": ("R1=1\nIF R1==2\nG0 X1\nELSE\nG0 X2\nENDIF\nG0 Y1", [(2,), (2, 1)]),
+    "IF nested": ("IF 1\nIF 0\nG0 X1\nELSE\nG0 X2\nENDIF\nELSE\nG0 X3\nENDIF", [(2,)]),
+    "AND OR NOT": ("R1=5\nIF (R1>2) AND NOT (R1==3) OR 0\nG0 X1\nENDIF", [(1,)]),
+    "FOR": ("FOR R1=1 TO 3\nG0 X=R1\nENDFOR\nY=R1", [(1,), (2,), (3,), (3, 4)]),
+    "FOR not at all": ("FOR R1=3 TO 1\nG0 X=R1\nENDFOR\nG0 Y1", [(0, 1)]),
+    "FOR nested": ("FOR R1=1 TO 2\nFOR R2=1 TO 2\nG0 X=R1 Y=R2\nENDFOR\nENDFOR", [(1, 1), (1, 2), (2, 1), (2, 2)]),
+    "WHILE": ("R1=0\nWHILE R1<2\nR1=R1+1\nG0 X=R1\nENDWHILE", [(1,), (2,)]),
+    "REPEAT UNTIL": ("R1=0\nREPEAT\nR1=R1+1\nG0 X=R1\nUNTIL R1>=2", [(1,), (2,)]),
+    "LOOP": ("R1=0\nLOOP\nR1=R1+1\nG0 X=R1\nIF R1==2 GOTOF AUS\nENDLOOP\nAUS: G0 Y1", [(1,), (2,), (2, 1)]),
+    "GOTOB": ("R1=0\nL1_: R1=R1+1\nG0 X=R1\nIF R1<3 GOTOB L1_", [(1,), (2,), (3,)]),
+    "GOTO a block number": ("GOTO N30\nN20 G0 X9\nN30 G0 X1", [(1,)]),
+    "GOTOC nowhere": ("GOTOC NIRGENDS\nG0 X1", [(1,)]),
+    "GOTO by a text": ('DEF STRING[8] ZIEL="ENDE1"\nGOTOF ZIEL\nG0 X9\nENDE1: G0 X1', [(1,)]),
+    "CASE": ("R1=2\nCASE R1 OF 1 GOTOF A1_ 2 GOTOF A2_ DEFAULT GOTOF A3_\nA1_: G0 X1\nA2_: G0 X2\nA3_: G0 X3", [(2,), (3,)]),
+    "CASE default": ("CASE R1 OF 1 GOTOF A1_ DEFAULT GOTOF A3_\nA1_: G0 X1\nA3_: G0 X3", [(3,)]),
+    "REPEAT a part": ("G91\nAN: G0 X1\nAUS: Y1\nREPEAT AN AUS P=2", [(1,), (1, 1), (2, 1), (2, 2), (3, 2), (3, 3)]),
+    "REPEAT from a label to here": ("G91\nAN: G0 X1\nREPEAT AN P=2", [(1,), (2,), (3,)]),
+    "REPEATB": ("G91\nAN: G0 X1\nY1\nREPEATB AN P=2", [(1,), (1, 1), (2, 1), (3, 1)]),
+    "a subprogram": ("G91\nL10 P3\nG0 Y1\nM30\n%_N_L10_SPF\nG0 X1\nM17", [(1,), (2,), (3,), (3, 1)]),
+    "PROC": ("WEG(3,4)\nM30\nPROC WEG(REAL A, REAL B)\nG0 X=A Y=B\nRET", [(3, 4)]),
+    "VAR": ("R1=1\nPLUS(R1)\nG0 X=R1\nM30\nPROC PLUS(VAR REAL WERT)\nWERT=WERT+5\nRET", [(6,)]),
+    "an argument left out": ("WEG(,4)\nM30\nPROC WEG(REAL A=7, REAL B)\nG0 X=A Y=B\nM17", [(7, 4)]),
+    "variables are a program's own": ("DEF REAL AA=1\nSUB1\nG0 X=AA\nM30\nPROC SUB1\nDEF REAL AA=9\nG0 Y=AA\nRET", [(0, 9), (1, 9)]),
+    "SAVE": ("G90 G0 X1\nSUB1\nX1\nM30\nPROC SUB1 SAVE\nG91 X1\nTRANS X50\nRET", [(1,), (2,), (1,)]),
+    "EXTERN": ("EXTERN WEG(REAL)\nWEG(2)\nM30\nPROC WEG(REAL A)\nG0 X=A\nRET", [(2,)]),
+    "TRANS": ("TRANS X10 Y5\nG0 X1 Y1\nATRANS X1\nX1\nTRANS\nX1 Y1", [(11, 6), (12, 6), (1, 1)]),
+    "ROT": ("ROT RPL=90\nG0 X5\nY2\nROT\nX0 Y0", [(0, 5), (-2, 5), (0, 0)]),
+    "ROT about axes": ("ROT X90\nG0 Y5\nZ2", [(0, 0, 5), (0, -2, 5)]),
+    "ROT Z then Y": ("ROT Y90 Z90\nG0 X5\nY3", [(0, 0, -5), (-3, 0, -5)]),
+    "AROT": ("TRANS X10\nAROT Z90\nG0 X5 Y1", [(9, 5)]),
+    "SCALE MIRROR": ("SCALE X2 Y2\nG0 X1 Y1\nMIRROR X0\nX1 Y1\nAMIRROR Y0\nX1 Y1", [(2, 2), (-1, 1), (-1, -1)]),
+    "the manual's row of pockets": ("TRANS X50 Y50\nG0 X0\nTRANS X50 Y10\nX0\nTRANS X10 Y50\nX0 Y0", [(50, 0), (10, 50)]),
+    "origins": ("$P_UIFR[1]=CTRANS(X,10,Y,20)\n$P_UIFR[5]=CTRANS(X,100)\nG54 G0 X1 Y1\nG505 X1 Y1\nG500 X1 Y1", [(11, 21), (101, 1), (1, 1)]),
+    "SUPA": ("$P_UIFR[1]=CTRANS(X,10)\nG54 TRANS X5\nG0 X1\nSUPA X1\nG153 X2\nX1", [(16,), (1,), (2,), (16,)]),
+    "polar": ("G111 X10 Y10\nG0 AP=0 RP=5\nAP=90\nRP=10", [(15, 10), (10, 15), (10, 20)]),
+    "polar incremental": ("G111 X0 Y0\nG0 AP=0 RP=10\nAP=IC(60)\nAP=IC(30)", [(10, 0), (5, 8.660254), (0, 10)]),
+    "pole from here": ("G0 X5 Y5\nG110 X1 Y0\nAP=90 RP=2\nG112 X0 Y10\nAP=0 RP=1", [(5, 5), (6, 7), (7, 15)]),
+    "CYCLE81": ("G0 X5 Z20\nCYCLE81(20,0,2,-15)", [(5, 0, 20), (5, 0, 2), (5, 0, -15), (5, 0, 20)]),
+    "CYCLE82": ("G0 Z20\nCYCLE82(110,102,4,75,,2)", [(0, 0, 20), (0, 0, 106), (0, 0, 75), (0, 0, 110)]),
+    "CYCLE83 clears": (
+        "CYCLE83(10,0,1,-25,,-10,,2,,,1,1)",
+        [(0, 0, z) for z in (1, -10, 1, -9.4, -18, 1, -17.4, -24, 1, -23.4, -25, 10)],
+    ),
+    "CYCLE83 breaks": ("CYCLE83(10,0,1,-15,,,10,5,,,,0)", [(0, 0, z) for z in (1, -10, -9, -15, 10)]),
+    "CYCLE84": ("S100\nCYCLE84(10,0,2,-10,,,5,,1.5,,200,400)", [(0, 0, z) for z in (2, -10, 2, 10)]),
+    "CYCLE840": ("S100 M3\nCYCLE840(10,0,2,-10,,0,4,3,0,,1)", [(0, 0, z) for z in (2, -10, 2, 10)]),
+    "CYCLE85": ("CYCLE85(10,0,2,-10,,0,100,200)", [(0, 0, z) for z in (2, -10, 2, 10)]),
+    "CYCLE86": (
+        "G0 X5\nCYCLE86(10,0,2,-10,,0,3,-1,0,1)",
+        [(5, 0, 0), (5, 0, 2), (5, 0, -10), (4, 0, -9), (4, 0, 10), (5, 0, 10)],
+    ),
+    "MCALL": ("MCALL CYCLE81(10,0,2,-5)\nG0 X1\nMCALL\nX2", [(1,), (1, 0, 2), (1, 0, -5), (1, 0, 10), (2, 0, 10)]),
+    "MCALL a subprogram": ("MCALL LOCH\nG0 X1\nX2\nMCALL\nX3\nM30\nPROC LOCH\nG91 Y1\nG90\nRET", [(1,), (1, 1), (2, 1), (2, 2), (3, 2)]),
+    "HOLES1": ("MCALL CYCLE81(10,0,2,-5)\nHOLES1(10,0,0,5,10,2)\nMCALL",
+               [(15,), (15, 0, 2), (15, 0, -5), (15, 0, 10), (25, 0, 10), (25, 0, 2), (25, 0, -5), (25, 0, 10)]),
+    "HOLES2": ("MCALL CYCLE81(10,0,2,-5)\nHOLES2(0,0,10,0,90,2)\nMCALL",
+               [(10,), (10, 0, 2), (10, 0, -5), (10, 0, 10), (0, 10, 10), (0, 10, 2), (0, 10, -5), (0, 10, 10)]),
+    "CYCLE800": ("CYCLE800(0,\"TC\",0,57,10,0,0,0,90,0,0,0,0,1)\nG0 X1 Z5\nCYCLE800()\nX0 Z0", [(15, 0, -1), (0, 0, 0)]),
+    "RND": ("G1 X10 F100 RND=2\nY10", [(8,), (10, 2), (10, 10)]),
+    "CHR": ("G1 X10 F100 CHR=2\nY10", [(8,), (10, 2), (10, 10)]),
+    "CHF": (f"G1 X10 F100 CHF={2 * math.sqrt(2)}\nY10", [(8,), (10, 2), (10, 10)]),
+    "RNDM": ("RNDM=2 G1 X10 F100\nY10\nRNDM=0 X0", [(8,), (10, 2), (10, 8), (8, 10), (0, 10)]),
+    "CR": ("F100 G2 X10 Y10 CR=10\nG3 X20 Y20 CR=10", [(10, 10), (20, 20)]),
+    "AR with a centre": ("F100 G3 I10 J0 AR=90", [(10, -10)]),
+    "AR with an end": ("F100 G3 X20 Y0 AR=180", [(20, 0)]),
+    "CIP": ("F100 CIP X20 Y0 I1=10 J1=-10", [(20, 0)]),
+    "CT": ("F100 G1 X10\nCT X20 Y10", [(10,), (20, 10)]),
+    "polar arc": ("G111 X0 Y0\nF100 G0 X10\nG3 AP=90 RP=10", [(10,), (0, 10)]),
+    "dwell and speed": ("S100 M3\nG4 F0.5\nG4 S30\nG0 X1", [(1,)]),
+    "exact stop": ("G60 G1 X1 F100\nG64 X2\nG9 X3\nG641 ADIS=0.5 X4\nG642 X5\nG645 X6", [(x,) for x in range(1, 7)]),
+}  # fmt: skip
+
+
+def ends(out: Any) -> list[tuple[float, ...]]:
+    """Return where motions end, X Y Z, zeros at the end left out but for X."""
+    found = []
+    for row in out.path.end[out.path.kind < 3]:
+        point = [round(float(v), 6) + 0.0 for v in row[:3]]
+        while len(point) > 1 and point[-1] == 0.0:
+            point.pop()
+        found.append(tuple(point))
+    return found
+
+
+def trimmed(points: list[tuple[float, ...]]) -> list[tuple[float, ...]]:
+    """Return expected points in the form of `ends`."""
+    found = []
+    for point in points:
+        row = [float(v) for v in point]
+        while len(row) > 1 and row[-1] == 0.0:
+            row.pop()
+        found.append(tuple(row))
+    return found
+
+
+@pytest.mark.parametrize("name", [name for name, (_, points) in MOTIONS.items() if points])
+def test_motions(run: Any, name: str) -> None:
+    text, points = MOTIONS[name]
+    lines = text if "M30" in text else f"{text}\nM30"
+    if "F" not in text or "CYCLE" in text:
+        lines = f"F100\n{lines}"
+    out = run(lines, dialect="sinumerik")
+    assert out.errors == []
+    assert ends(out) == trimmed(points)
+
+
+def arcs(out: Any) -> list[tuple[float, float, float]]:
+    """Return centre and sweep (degrees, positive counter-clockwise) of the arcs."""
+    table: ArcTable = out.path.arcs
+    return [
+        (round(float(c[0]), 6), round(float(c[1]), 6), round(math.degrees(float(s)), 4))
+        for c, s in zip(table.centre, table.sweep * table.normal[:, 2], strict=True)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("G2 X10 Y10 CR=10", (10, 0, -90)),
+        ("G2 X10 Y10 CR=-10", (0, 10, -270)),
+        ("G3 X10 Y10 I0 J10", (0, 10, 90)),
+        ("G2 X10 Y10 I=AC(10) J=AC(0)", (10, 0, -90)),
+        ("G3 X0 Y0 I10 J0 TURN=1", (10, 0, 720)),
+        ("G3 X20 Y0 AR=180", (10, 0, 180)),
+        ("G2 I10 J0 AR=90", (10, 0, -90)),
+        ("CIP X20 Y0 I1=10 J1=-10", (10, 0, 180)),
+        ("CIP X20 Y0 I1=10 J1=10", (10, 0, -180)),
+        ("MIRROR X0\nG2 X10 Y10 CR=10", (-10, 0, 90)),
+        ("ROT RPL=90\nG2 X10 Y10 CR=10", (0, 10, -90)),
+        ("SCALE X2 Y2\nG2 X10 Y10 CR=10", (20, 0, -90)),
+    ],
+)
+def test_arcs(run: Any, text: str, expected: tuple[float, float, float]) -> None:
+    out = run(f"F100\n{text}\nM30", dialect="sinumerik")
+    assert out.errors == []
+    assert arcs(out) == [expected]
+
+
+def test_rotary_axes_go_the_way_that_is_asked_for(run: Any) -> None:
+    out = run("G0 A350\nA=DC(10)\nA=ACN(5)\nA=ACP(0)\nA=IC(90)\nM30", dialect="sinumerik")
+    angles = np.degrees(out.path.end[out.path.kind < 3][:, out.axes.index("A")])
+    assert angles == pytest.approx([350, 370, 365, 720, 810])
+
+
+def table_of(tmp_path: Path) -> Path:
+    table = tmp_path / "tools.tbl"
+    table.write_text("T1 P1 Z10 D4\nT2 P2 Z20 D6\n")
+    return table
+
+
+def test_tools_and_compensation(run: Any, tmp_path: Path) -> None:
+    """The length counts from M6 on; G41 takes the radius of 2; G451 goes to where the paths cross, G450 around."""
+    text = "T1 M6\nG0 X0 Y0 Z5\nG41 G1 X10 F100\n{}Y10\nX20\nY0\nG40 X0\nD0 Z5\nM30"
+    table = table_of(tmp_path)
+    around = ends(run(text.format("G450 "), dialect="sinumerik", tool_table=table))
+    assert around == trimmed(
+        [
+            (0, 0, 15),
+            (8, 2, 15),
+            (8, 10, 15),
+            (10, 12, 15),
+            (20, 12, 15),
+            (22, 10, 15),
+            (22, 0, 15),
+            (0, 0, 15),
+            (0, 0, 5),
+        ]
+    )
+    across = ends(run(text.format("G451 "), dialect="sinumerik", tool_table=table))
+    assert across == trimmed(
+        [(0, 0, 15), (8, 2, 15), (8, 12, 15), (22, 12, 15), (22, 0, 15), (0, 0, 15), (0, 0, 5)]
+    )
+
+
+@pytest.mark.parametrize("kind", ["ASPLINE", "CSPLINE"])
+def test_splines_go_through_their_points(run: Any, kind: str) -> None:
+    """On points of a line, both are the line."""
+    out = run(f"F100\n{kind} X1 Y1\nX2 Y2\nX4 Y4\nG1 X5 Y5\nM30", dialect="sinumerik")
+    assert out.errors == []
+    nurbs = out.path.nurbs
+    assert len(out.path.end[out.path.kind == 2]) == 1
+    points = np.asarray(nurbs.control_points)[:, :2]
+    assert points[:, 0] == pytest.approx(points[:, 1])
+    assert (points[0].tolist(), points[-1].tolist()) == ([0, 0], [4, 4])
+
+
+def test_bspline_has_its_points(run: Any) -> None:
+    out = run("F100\nBSPLINE X1 Y2 PW=2\nX2 Y0\nX4 Y4\nG1 X5\nM30", dialect="sinumerik")
+    assert out.errors == []
+    assert np.asarray(out.path.nurbs.weights).tolist() == [1, 2, 1, 1]
+
+
+def test_polynomial(run: Any) -> None:
+    """X = 2 p + p², Y = 3 p² - p³ over 0 to 1, as a Bézier curve of degree 3: the example's end is X3 Y2."""
+    out = run("F100\nPOLY PO[X]=(3,1) PO[Y]=(2,3,-1) PL=1\nM30", dialect="sinumerik")
+    assert out.errors == []
+    points = np.asarray(out.path.nurbs.control_points)[:, :2]
+    expected = [(0, 0), (2 / 3, 0), (5 / 3, 1), (3, 2)]
+    assert points == pytest.approx(np.array(expected))
+
+
+def test_an_arc_in_a_turned_plane_is_a_spline_of_the_same_points(run: Any) -> None:
+    out = run("F100\nROT X90\nG3 X0 Y20 I0 J10\nM30", dialect="sinumerik")
+    assert out.errors == []
+    points = np.asarray(out.path.nurbs.control_points)
+    assert points[:, 1] == pytest.approx(0.0)
+    assert points[-1, 2] == pytest.approx(20.0)
+
+
+def test_it_is_recognised(run: Any) -> None:
+    out = run('N10 G17 G54\nN20 T="MILL 10" D1\nN30 M6\nN40 G0 X1\nN50 CYCLE81(10,0,2,-5)\nN60 M30')
+    assert any(d.message.startswith("read as sinumerik") for d in out.diagnostics)
+    assert out.errors == [("feed-missing", 5, 1)]
+
+
+#: Program, and code, line and column of its fault.
+WRONG: dict[str, tuple[str, tuple[str, int, int]]] = {
+    "no value": ("G1 X=", ("syntax", 1, 6)),
+    "a sign": ("G1 X10 = 5", ("variable-unknown", 1, 4)),
+    "an open bracket": ("X=(1+2", ("syntax", 1, 7)),
+    "an unknown name": ("G1 X=TIEFE F100", ("variable-unknown", 1, 6)),
+    "an unknown word": ("TIEFE=5", ("variable-unknown", 1, 1)),
+    "an unknown subprogram": ("G0 X1\nTASCHE", ("sub-missing", 2, 1)),
+    "an unknown cycle": ("CYCLE72(1)", ("not-read", 1, 1)),
+    "an unknown function": ("R1=SINH(1)", ("function-unknown", 1, 4)),
+    "a root": ("R1=SQRT(-1)", ("domain", 1, 4)),
+    "an arc sine": ("R1=ASIN(2)", ("domain", 1, 4)),
+    "too many arguments": ("R1=SIN(1,2)", ("function-arguments", 1, 4)),
+    "division by zero": ("R1=1/0", ("division-by-zero", 1, 1)),
+    "a text for a number": ('R1="A"', ("value-kind", 1, 1)),
+    "an index": ("DEF REAL AB[2]\nAB[2]=1", ("variable-index", 2, 1)),
+    "no index": ("DEF REAL AB[2]\nAB=1", ("variable-index", 2, 1)),
+    "a name twice": ("DEF REAL AB\nDEF INT AB", ("variable-name", 2, 9)),
+    "an R of a fraction": ("R[1.5]=2", ("parameter-number", 1, 1)),
+    "ENDIF alone": ("ENDIF", ("flow-unmatched", 1, 1)),
+    "IF open": ("IF 1\nG0 X1", ("flow-unmatched", 1, 1)),
+    "FOR closed by ENDWHILE": ("FOR R1=1 TO 2\nENDWHILE\nENDFOR", ("flow-unmatched", 2, 1)),
+    "GOTOF above": ("AB: G0 X1\nGOTOF AB", ("label-missing", 2, 1)),
+    "GOTOB nowhere": ("GOTOB AB", ("label-missing", 1, 1)),
+    "REPEAT nowhere": ("REPEAT AB P=2", ("label-missing", 1, 1)),
+    "too many values": ("WEG(1,2)\nM30\nPROC WEG(REAL A)\nRET", ("sub-arguments", 1, 1)),
+    "a value for VAR": ("WEG(1+1)\nM30\nPROC WEG(VAR REAL A)\nRET", ("sub-arguments", 1, 1)),
+    "no feed": ("G1 X1", ("feed-missing", 1, 1)),
+    "no centre": ("F100 G2 X10", ("arc-centre", 1, 6)),
+    "a radius too small": ("F100 G2 X10 CR=4", ("arc-radius", 1, 13)),
+    "a full circle by CR": ("F100 G2 X0 CR=4", ("arc-radius", 1, 12)),
+    "AR too large": ("F100 G2 X10 AR=400", ("arc-angle", 1, 13)),
+    "CIP in a line": ("F100 CIP X10 I1=5", ("arc-centre", 1, 6)),
+    "CT at the beginning": ("F100 CT X10 Y1", ("arc-tangent", 1, 6)),
+    "TURN": ("F100 G2 X10 CR=5 TURN=0.5", ("arc-turns", 1, 18)),
+    "a centre beside the plane": ("F100 G2 X10 I5 K5", ("arc-plane", 1, 16)),
+    "polar and axis": ("G0 X1 AP=0 RP=5", ("polar-words", 1, 7)),
+    "a negative radius": ("G0 AP=0 RP=-5", ("polar-words", 1, 9)),
+    "a word of nothing": ("G0 X1 CR=5", ("unused-word", 1, 7)),
+    "a word twice": ("G0 X1 X2", ("repeated-word", 1, 4)),
+    "a code": ("G777 X1", ("unknown-code", 1, 1)),
+    "a code that is not read": ("G147 X1", ("not-read", 1, 1)),
+    "no depth": ("F100\nCYCLE81(10,0,2)", ("cycle-depth", 2, 1)),
+    "a depth above": ("F100\nCYCLE81(10,0,2,5)", ("cycle-depth", 2, 1)),
+    "a retraction below": ("F100\nCYCLE81(1,0,2,-5)", ("cycle-depth", 2, 1)),
+    "no first depth": ("F100\nCYCLE83(10,0,2,-5)", ("cycle-infeed", 2, 1)),
+    "no lead": ("S100\nCYCLE84(10,0,2,-5,,,3,,,,100)", ("pitch-missing", 2, 1)),
+    "holes without a cycle": ("HOLES2(0,0,10,0,0,4)", ("cycle-missing", 1, 1)),
+    "a scale of nothing": ("SCALE X0", ("scale-missing", 1, 1)),
+    "a frame of a rotary axis": ("TRANS A5", ("not-read", 1, 1)),
+    "TRAORI without a machine": ("TRAORI", ("tcp-machine", 1, 1)),
+    "dwell of nothing": ("G4", ("dwell-missing", 1, 1)),
+    "DC of a straight axis": ("G0 X=DC(5)", ("axis-mode", 1, 4)),
+    "endless": ("LOOP\nR1=1\nENDLOOP", ("too-many-steps", 2, 1)),
+    "recursion": ("AB1\nM30\nPROC AB1\nAB1\nRET", ("call-depth", 4, 1)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_is_wrong_is_named_where_it_stands(run: Any, name: str) -> None:
+    text, expected = WRONG[name]
+    out = run(text if "M30" in text else f"{text}\nM30", dialect="sinumerik", max_steps=5000)
+    assert out.errors[:1] == [expected]
+    fault = next(d for d in out.diagnostics if d.severity == "error")
+    assert fault.hint
+
+
+def test_subprograms_of_files(run: Any, tmp_path: Path) -> None:
+    (tmp_path / "BOHREN.SPF").write_text("PROC BOHREN(REAL TIEFE)\nG0 Z=TIEFE C5\nRET\n")
+    out = run("BOHREN(-5)\nM30", dialect="sinumerik", include=(tmp_path,))
+    assert out.errors == []
+    assert ends(out) == [(0, 0, -5)]
+    assert out.axes == "XYZC"
