@@ -7,11 +7,11 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
+from cncgen.gcode.codes import affine as frames
 from cncgen.gcode.codes import tool_point
 from cncgen.gcode.codes.cutter_compensation import CompensatedSink
 from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.codes import affine as frames
 from cncgen.gcode.sinumerik.expressions import Scalar, evaluate, number
 from cncgen.gcode.sinumerik.reading import Node
 from cncgen.gcode.state.systems import MORE_COUNT, SYSTEM_COUNT, first_parameter, load_system

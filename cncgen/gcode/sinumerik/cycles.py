@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES
-from cncgen.gcode.errors import BlockError
 from cncgen.gcode.codes import affine as frames
+from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik.expressions import Scalar
 
 if TYPE_CHECKING:

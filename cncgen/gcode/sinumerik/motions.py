@@ -10,6 +10,7 @@ from typing import Any
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
+from cncgen.gcode.codes.affine import Frames
 from cncgen.gcode.codes.cutter_compensation import CompensatedSink
 from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.codes.subprograms import of_builder
@@ -17,7 +18,6 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinumerik import commands, curves, cycles
 from cncgen.gcode.sinumerik.expressions import Scalar, evaluate, number
-from cncgen.gcode.codes.affine import Frames
 from cncgen.gcode.sinumerik.reading import Item, Node
 from cncgen.gcode.sinumerik.variables import Store
 from cncgen.gcode.state.modal import PLANE_AXES
