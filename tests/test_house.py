@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import importlib.machinery
 import os
@@ -9,6 +10,7 @@ import re
 import shutil
 import subprocess
 import sys
+from collections import defaultdict
 from pathlib import Path
 
 import click
@@ -60,7 +62,7 @@ def test_plan_of_plain_lines_imports_nothing_that_it_does_not_need(tmp_path: Pat
     program = tmp_path / "lines.nc"
     program.write_text("G21 G17 G90 G94 G64 P0.01\nF3000\nG1 X10 Y1\nG1 X20 Y5\nM2\n")
     found = modules("plan", str(program), "-o", str(tmp_path / "o.f64"))
-    assert "cncgen.planner.least_time.planning" in found
+    assert "cncgen.planner.least_time.block_planning" in found
     assert not found & {
         "cncgen.gcode.text.grammar",
         "cncgen.gcode.codes.corners",
@@ -141,6 +143,128 @@ def test_what_becomes_setpoints_uses_the_same_functions_on_every_processor() -> 
         for path in (ROOT / "cncgen" / room).rglob("*.py"):
             found = theirs.search(path.read_text(encoding="utf-8"))
             assert found is None, f"{path.name} has {found and found[0]}"
+
+
+#: Folders that hold one idea for several formats: names may come again within each line.
+TWINS = [
+    ("setpoints/readers", "setpoints/writers"),  # one module a format, with one `Writer` each
+    ("stepnc/ap238", "stepnc/iso14649", "stepnc/schema", "stepnc/execution"),  # two standards of one language
+    ("cli", ""),  # a command is named as the stage that it runs
+    ("kernels", ""),  # a kernel is named as the module that it serves
+]
+#: Classes that share a name, leading underscores apart, and why.
+SHARED_CLASSES = {
+    "Profile": "servo: the motions of a test, at rest to be merged",
+    "Strategy": "stepnc: an entity of ISO 14649, named as there",
+    "Span": "kernels: a span of knots; diagnostics: a span of text",
+    **dict.fromkeys(
+        (
+            "Block",
+            "Machine",
+            "Tool",
+            "Kinematics",
+            "Path",
+            "Curve",
+            "Piece",
+            "Source",
+            "Reader",
+            "Writer",
+            "Choice",
+        ),
+        "gcode and stepnc: the same idea in another language",
+    ),
+    **dict.fromkeys(
+        (
+            "Executor",
+            "Reporter",
+            "Job",
+            "Statements",
+            "Columns",
+            "Frame",
+            "State",
+            "Stream",
+            "Polyline",
+            "Thread",
+        ),
+        "gcode and stepnc: the same idea in another language",
+    ),
+    **dict.fromkeys(
+        ("Motion", "Passed", "Rows", "Run", "Rule", "System", "Table", "Summary"), "not yet told apart"
+    ),
+}
+#: Modules that share a name, and why.
+SHARED_MODULES = {
+    **dict.fromkeys(("record", "options", "units"), "the records, options and units of each room"),
+    **dict.fromkeys(
+        ("reading", "writing", "checking", "columns", "reader", "writer"), "what it does, in each room"
+    ),
+    "strategy": "the entry that planner.strategies loads, one a room",
+    "limits": "verify judges limits with code of its own",
+    "curvature": "baselines: the strategy of that name",
+    "ap238": "its schema and its reader",
+    "iso14649": "its schema and its reader",
+    "gcode": "stepnc: what it writes",
+    "geometry": "stepnc: of its entities",
+    "features": "stepnc: the room, and both standards' readers",
+    **dict.fromkeys(
+        (
+            "arcs",
+            "corners",
+            "lines",
+            "nurbs",
+            "splines",
+            "offsets",
+            "frames",
+            "feeds",
+            "kinematics",
+            "codes",
+            "tables",
+        ),
+        "gcode.codes: a module a concern, named as what it commands",
+    ),
+    **dict.fromkeys(
+        (
+            "machine",
+            "tool_table",
+            "profile",
+            "profiles",
+            "linearize",
+            "pieces",
+            "statements",
+            "stream",
+            "search",
+        ),
+        "not yet told apart",
+    ),
+    **dict.fromkeys(
+        ("plain_language", "report", "summary", "verdict", "smoothing"), "a record and what shows it"
+    ),
+}
+
+
+def apart(places: list[str]) -> bool:
+    """Tell whether places of one name are neither twins of each other nor in folders of one idea."""
+    for line in TWINS:
+        inside = [place for place in places if any(place.startswith(folder) for folder in line if folder)]
+        if inside and (len(inside) == len(places) or ("" in line and len(places) - len(inside) == 1)):
+            return False
+    return True
+
+
+def test_no_two_classes_or_modules_share_a_name() -> None:
+    """One name, one meaning: what shares one stands in a list above with its reason."""
+    classes, modules_ = defaultdict(list), defaultdict(list)
+    house = ROOT / "cncgen"
+    for path in sorted(house.rglob("*.py")):
+        place = path.relative_to(house).as_posix()
+        name = path.parent.name if path.stem == "__init__" else path.stem
+        modules_[name].append(place)
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.ClassDef):
+                classes[node.name.lstrip("_")].append(place)
+    for found, shared in ((classes, SHARED_CLASSES), (modules_, SHARED_MODULES)):
+        wrong = {n: w for n, w in found.items() if len(w) > 1 and n not in shared and apart(w)}
+        assert not wrong, f"named twice: {wrong}"
 
 
 def test_no_import_cycles() -> None:

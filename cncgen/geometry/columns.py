@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 
-def most(values: Floats) -> Floats:
+def max_over_axes(values: Floats) -> Floats:
     """Return the maximum over the last axis."""
     return reduce(np.maximum, np.moveaxis(values, -1, 0))
 
 
-def least(values: Floats) -> Floats:
+def min_over_axes(values: Floats) -> Floats:
     """Return the minimum over the last axis."""
     return reduce(np.minimum, np.moveaxis(values, -1, 0))
 

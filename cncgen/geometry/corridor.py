@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cncgen.geometry import elementary
-from cncgen.geometry.columns import most
+from cncgen.geometry.columns import max_over_axes
 from cncgen.geometry.pieces import Pieces, first_scales, joint_scales
 from cncgen.geometry.tables import Floats
 from cncgen.kernels import smoothing
@@ -184,7 +184,7 @@ def _attempt(
     points += origin
     if seam is not None:
         points[:4] = seam.points
-    return Spline(knots, points, worst, allowed * most(used))
+    return Spline(knots, points, worst, allowed * max_over_axes(used))
 
 
 def _about_joints(pieces: Pieces, longest: Floats, unasked: Floats) -> Floats:

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from cncgen.geometry import elementary
 from cncgen.geometry import nurbs as splines
 from cncgen.geometry.arcs import Spirals, spirals
-from cncgen.geometry.columns import most, norm, total
+from cncgen.geometry.columns import max_over_axes, norm, total
 from cncgen.geometry.tables import ArcTable, Floats, Ints, NurbsTable
 from cncgen.kernels import arc_length, path_derivatives
 from cncgen.units import ROTARY_LETTERS
@@ -153,10 +153,10 @@ class Path:
             moves[rows] = np.maximum.reduceat(away, first, axis=0)[chosen]
         moves[self._arc_rows, :3] = 1.0
         low, high = np.zeros(len(moves), np.int64), np.full(len(moves), 3, np.int64)
-        still = most(moves[:, :3]) <= STANDSTILL
+        still = max_over_axes(moves[:, :3]) <= STANDSTILL
         for group in (rotary, uvw):
             if group.stop > group.start:
-                here = still & (most(moves[:, group]) > STANDSTILL)
+                here = still & (max_over_axes(moves[:, group]) > STANDSTILL)
                 low[here], high[here] = group.start, group.stop
         if rows.size and len(self.axes) > 3:
             # A curve that halts in these columns while another axis goes on is measured over all of them.
@@ -210,7 +210,7 @@ class Path:
         Such a row comes from increments that add up to a point except for rounding, and then that point itself. It has no
         direction, and its ends are one place.
         """
-        ends = most(np.abs(self.end))
+        ends = max_over_axes(np.abs(self.end))
         size = np.maximum(ends, max(abs(s_start), abs(s_start + float(self.row_length.sum()))))
         lost = self.row_length <= _SAME_PLACE * _ROUNDINGS * np.spacing(size)
         self.row_length[lost] = 0.0

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
-from cncgen.geometry.columns import most, norm
+from cncgen.geometry.columns import max_over_axes, norm
 from cncgen.geometry.path import ARC, LINE, NURBS, Path
 from cncgen.geometry.tables import Floats, Ints
 
@@ -140,7 +140,7 @@ def _hermite(path: Path, row: Ints, s: Floats, h: Floats) -> Floats:
     h = h[:, None]
     way = (x1 - x0) / h
     # Both less than rounding leaves of them on a straight piece, which is a line then, as if it had been written as one.
-    bent = most(np.maximum(np.abs(3 * way - 2 * d0 - d1), np.abs(d0 + d1 - 2 * way))) > _STRAIGHT
+    bent = max_over_axes(np.maximum(np.abs(3 * way - 2 * d0 - d1), np.abs(d0 + d1 - 2 * way))) > _STRAIGHT
     c1 = np.where(bent[:, None], d0, way)
     c2 = np.where(bent[:, None], (3 * way - 2 * d0 - d1) / h, 0.0)
     c3 = np.where(bent[:, None], (d0 + d1 - 2 * way) / h**2, 0.0)

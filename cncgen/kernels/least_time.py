@@ -59,7 +59,7 @@ _TAKEN = cython.declare(cython.double, 0.4)
 
 
 @cython.cclass
-class _System:
+class _NewtonSystem:
     """The Newton system of a problem about its unknowns, and what an iteration changes.
 
     Attributes:
@@ -185,7 +185,7 @@ class _System:
 
 
 @cython.cclass
-class _Verdict:
+class _StoppingRule:
     """Whether an iteration has come to its end, and the best iterate that is near enough to the optimum.
 
     Attributes:
@@ -222,7 +222,7 @@ class _Verdict:
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
-    def of(self, system: _System, f: cython.double, residual: cython.double) -> cython.int:
+    def of(self, system: _NewtonSystem, f: cython.double, residual: cython.double) -> cython.int:
         """Return 0 at the optimum, −1 where no further iteration would come nearer, 1 else."""
         same: cython.bint
         optimal: cython.bint = system.gap < 2.0 * self.tolerance * f
@@ -279,8 +279,8 @@ def solve(
         not converge: −1 out of iterations, or rows that do not hold a limit between the ends of intervals; −2 the matrix
         lost its positive diagonal by rounding.
     """
-    system: _System = _System(problem)
-    verdict: _Verdict = _Verdict(tolerance, slack, problem.n + 2)
+    system: _NewtonSystem = _NewtonSystem(problem)
+    verdict: _StoppingRule = _StoppingRule(tolerance, slack, problem.n + 2)
     iteration: cython.int = 0
     status: cython.int = 1
     fresh: cython.bint
@@ -340,7 +340,7 @@ def response(problem: Problem, out: cython.double[::1]) -> int:
     Returns:
         0, or −2 where the matrix lost its positive diagonal by rounding.
     """
-    system: _System = _System(problem)
+    system: _NewtonSystem = _NewtonSystem(problem)
     n: cython.Py_ssize_t = problem.n
     k: cython.Py_ssize_t
     end: cython.double

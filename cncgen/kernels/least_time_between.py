@@ -128,7 +128,7 @@ def _sizes(
         sums[4 * LANES + j] = fabs(d2[k, 2, a] * motion[m + END + B] + d1[k, 2, a] * motion[m + END + D])
         ddq = motion[m + K]
         most = _CONCEALED * problem.limits[1, a] * problem.factor[k, 1, a]
-        more = problem.hidden[k, a]
+        more = problem.x3_excess[k, a]
         sums[5 * LANES + j] = motion[m + SIZE] * fabs(
             d3[k, 0, a] * motion[m + B] + 3.0 * d2[k, 0, a] * motion[m + D] + d1[k, 0, a] * ddq
         )

@@ -104,7 +104,7 @@ cdef class Problem:
     cdef public double[:, :, ::1] d3
     cdef public double[:, ::1] limits
     cdef public double[:, :, ::1] factor
-    cdef public double[:, ::1] hidden
+    cdef public double[:, ::1] x3_excess
     cdef public double[:, :, ::1] share
     cdef public double[::1] fixed
     cdef public double[::1] motion

@@ -72,7 +72,7 @@ class Problem:
         d1, d2, d3: Shape (n, 3, axes), derivatives of the path at left end, middle and right end.
         limits: Shape (2, axes): acceleration, jerk.
         factor: Shape (n, 2, axes): parts of acceleration and jerk limits that the interval may use.
-        hidden: Shape (n, axes), what d3 may be more at the quarter points than the parabola through its values shows.
+        x3_excess: Shape (n, axes), what d3 may be more at the quarter points than the parabola through its values shows.
         share: Shape (n, 2, axes): parts of acceleration and jerk limits at the ends that hold them between.
         fixed, motion: The blocks' columns, one block after the other.
         sums: Columns of sums, of one block at a time.
@@ -94,13 +94,13 @@ class Problem:
         d3: cython.double[:, :, ::1],
         limits: cython.double[:, ::1],
         factor: cython.double[:, :, ::1],
-        hidden: cython.double[:, ::1],
+        x3_excess: cython.double[:, ::1],
     ) -> None:
         """Take the intervals, make room for the rest: unknowns are 1, rows none.
 
         Args:
             extra: Shape (n, 2), weight of q^-1/2 at the left and right end beside that of the interval itself.
-            free, h, ends, d1, d2, d3, limits, factor, hidden: See the attributes.
+            free, h, ends, d1, d2, d3, limits, factor, x3_excess: See the attributes.
         """
         n: cython.Py_ssize_t = h.shape[0]
         axes: cython.Py_ssize_t = d1.shape[2]
@@ -110,7 +110,7 @@ class Problem:
 
         self.n, self.free, self.blocks = n, free, (n + LANES - 1) // LANES
         self.h, self.ends, self.d1, self.d2, self.d3 = h, ends, d1, d2, d3
-        self.limits, self.factor, self.hidden = limits, factor, hidden
+        self.limits, self.factor, self.x3_excess = limits, factor, x3_excess
         self.c, self.share = numpy.ones(n + 2), numpy.ones((n, 2, axes))
         self.fixed, self.motion = numpy.zeros(self.blocks * FIXED), numpy.zeros(self.blocks * MOTION)
         self.sums = numpy.zeros(2 * SUMS)

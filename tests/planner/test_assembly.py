@@ -1,4 +1,4 @@
-"""Pieces and waits put together in time, and events at the moments that dwells give them."""
+"""SegmentPieces and waits put together in time, and events at the moments that dwells give them."""
 
 from __future__ import annotations
 

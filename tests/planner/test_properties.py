@@ -65,7 +65,7 @@ def test_full_circles_reversed_and_bounded() -> None:
     ("program", "machine"), [("butterfly.nc", "xy-table"), ("butterfly_g1.nc", "generic-mill")]
 )
 def test_the_limit_that_is_named_is_reached(program: str, machine: str) -> None:
-    """Pieces said to be held by jerk, acceleration or feed come within a twentieth of it, all but one in ten."""
+    """MotionPieces said to be held by jerk, acceleration or feed come within a twentieth of it, all but one in ten."""
     where = replace(load(machine), max_contour_error_mm=None)
     ratio: dict[Limit, list[np.ndarray]] = {Limit.JERK: [], Limit.ACCELERATION: [], Limit.FEED: []}
     for trajectory in plan(read(ROOT / "programs" / program).chunks(), where):
@@ -374,11 +374,11 @@ def test_windows_take_the_time_of_one_beside_a_weak_axis(monkeypatch: pytest.Mon
     case = paths.Case((curve,), 11489.0, False, "G61", (weak, strong, strong, strong))
     windows = properties.planned(case).time
     monkeypatch.setattr(
-        rolling_window.Window.__init__,
+        rolling_window.RollingWindow.__init__,
         "__defaults__",
         tuple(
             20_000 if value == rolling_window.SIZE else value
-            for value in rolling_window.Window.__init__.__defaults__
+            for value in rolling_window.RollingWindow.__init__.__defaults__
         ),
     )
     assert windows == pytest.approx(properties.planned(case).time, rel=1e-3)

@@ -16,7 +16,7 @@ from cncgen.geometry.curvature import CurvatureExtrema, curvature_extrema
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
 from cncgen.planner.assembly import assemble, timed, waits_of
-from cncgen.planner.limits.rows import Rows, rows_of
+from cncgen.planner.limits.row_limits import RowLimits, row_limits_of
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit, Trajectory
 from cncgen.toolpath.record import Kind, Toolpath
@@ -47,7 +47,7 @@ def plan_by_curvature(
     t_s = 0.0
     for chunk in chunks:
         path = path_of(chunk)
-        rows = rows_of(chunk, path, machine, bends=False)
+        rows = row_limits_of(chunk, path, machine, bends=False)
         place, owner = _places(chunk, path, rows, law)
         v = _speeds(path, place, owner, rows, law)
         start, end = v[:-1], v[1:]
@@ -77,7 +77,9 @@ def plan_by_curvature(
         yield Trajectory(chunk, np.asarray(path.row_s), profile, timed(events, arrival))
 
 
-def _places(toolpath: Toolpath, path: Path, rows: Rows, law: SpeedLaw) -> tuple[Floats, NDArray[np.int64]]:
+def _places(
+    toolpath: Toolpath, path: Path, rows: RowLimits, law: SpeedLaw
+) -> tuple[Floats, NDArray[np.int64]]:
     """Return places along the rows, both ends of each row among them, and the row that each belongs to."""
     number = np.arange(len(rows))
     place, owner = [rows.start, rows.end], [number, number]
@@ -93,7 +95,7 @@ def _places(toolpath: Toolpath, path: Path, rows: Rows, law: SpeedLaw) -> tuple[
     return places[order], owners[order]
 
 
-def _refined(path: Path, rows: Rows, i: int, extrema: CurvatureExtrema, law: SpeedLaw) -> Floats:
+def _refined(path: Path, rows: RowLimits, i: int, extrema: CurvatureExtrema, law: SpeedLaw) -> Floats:
     """Halve the stretches of a curve until v² is linear in each."""
     at = np.linspace(rows.start[i], rows.end[i], _FIRST + 1)
     inside = (extrema.s > rows.start[i]) & (extrema.s < rows.end[i])
@@ -115,7 +117,7 @@ def _refined(path: Path, rows: Rows, i: int, extrema: CurvatureExtrema, law: Spe
     return at
 
 
-def _speeds(path: Path, place: Floats, owner: NDArray[np.int64], rows: Rows, law: SpeedLaw) -> Floats:
+def _speeds(path: Path, place: Floats, owner: NDArray[np.int64], rows: RowLimits, law: SpeedLaw) -> Floats:
     """Return the law's speed at places of given rows."""
     if not len(place):
         return np.zeros(0)
@@ -125,7 +127,7 @@ def _speeds(path: Path, place: Floats, owner: NDArray[np.int64], rows: Rows, law
     return np.minimum(law(curvature, top), top)
 
 
-def _inside(rows: Rows, owner: NDArray[np.int64]) -> tuple[Floats, Floats]:
+def _inside(rows: RowLimits, owner: NDArray[np.int64]) -> tuple[Floats, Floats]:
     """Return the first and last place that are inside the rows, where the derivatives are the row's own."""
     margin = 1e-9 * rows.length[owner]
     return rows.start[owner] + margin, rows.end[owner] - margin

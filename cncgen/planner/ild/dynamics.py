@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from cncgen.diagnostics import Diagnostic, NoPlanError, Span
 from cncgen.machine.record import Machine
 from cncgen.planner.contour_prediction import ContourPrediction, memory_of, prediction
-from cncgen.planner.ild.look_ahead import Pieces, Segments, build, joint_caps, joint_speeds
-from cncgen.planner.ild.open_stretches import OpenPath, Window
+from cncgen.planner.ild.look_ahead import SegmentPieces, Segments, build, joint_caps, joint_speeds
+from cncgen.planner.ild.open_stretches import OpenPath, OpenStretches
 from cncgen.planner.motion import motion_at
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.record import Limit, Profile
@@ -110,7 +110,7 @@ class Dynamics:
         return _AIM * self.bound_mm / per if per > 0.0 else np.inf
 
     def refine(
-        self, window: Window, open_path: OpenPath, profile: str, last: bool
+        self, window: OpenStretches, open_path: OpenPath, profile: str, last: bool
     ) -> tuple[Segments, Ints, float]:
         """Cut and slow the segments of a window until the predicted contour error is under the bound.
 
@@ -173,14 +173,16 @@ class Dynamics:
         error[n - 1] = error[n - 1 :].max()
         return error[:n]
 
-    def commit(self, window: Window, segments: Segments, joint: Ints, pieces: Pieces, upto: int) -> None:
+    def commit(
+        self, window: OpenStretches, segments: Segments, joint: Ints, pieces: SegmentPieces, upto: int
+    ) -> None:
         """Move the filters on over the first `upto` segments of the window."""
         place = np.concatenate([[0.0], np.cumsum(segments.length)])
         at = self._sampled(window, place, pieces, int(joint[upto]))
         self.model.run(at.tangent, at.v)
 
     def _under_caps(
-        self, window: Window, plan: _Cut, profile: str, longest: float
+        self, window: OpenStretches, plan: _Cut, profile: str, longest: float
     ) -> tuple[_Cut, _Samples] | None:
         """Cut until no sample of the plan is faster than its cap; None where that takes longer than `longest`."""
         found: tuple[_Cut, _Samples] | None = None
@@ -219,7 +221,7 @@ class Dynamics:
         self._slowness = np.maximum(np.interp(at.s, self._slow_s, self._slowness), asked)
         self._slow_s = at.s
 
-    def _sampled(self, window: Window, place: Floats, pieces: Pieces, upto: int) -> _Samples:
+    def _sampled(self, window: OpenStretches, place: Floats, pieces: SegmentPieces, upto: int) -> _Samples:
         """Sample the first `upto` segments of a plan at the ticks that fall into it."""
         count = int(pieces.offset[upto])
         t = window.t_s + np.concatenate([[0.0], np.cumsum(pieces.duration[:count])])
@@ -255,7 +257,7 @@ class Dynamics:
             values={"time_s": taken, "samples": taken / self.period_s, "most": _MAX_SAMPLES},
         )
 
-    def _geometry(self, window: Window, s: Floats) -> tuple[Floats, Floats]:
+    def _geometry(self, window: OpenStretches, s: Floats) -> tuple[Floats, Floats]:
         """Evaluate tangents (of the predicted axes) and curvatures at places of the window, non-decreasing."""
         tangents, curvatures = [np.zeros((0, len(self.columns)))], [np.zeros(0)]
         start = 0.0
@@ -273,7 +275,7 @@ class Dynamics:
         return np.concatenate(tangents), np.concatenate(curvatures)
 
 
-def _planned(window: Window, segments: Segments, profile: str) -> Pieces:
+def _planned(window: OpenStretches, segments: Segments, profile: str) -> SegmentPieces:
     """Lay out the profiles of a window's segments, to rest at its end."""
     return build(segments, joint_speeds(segments, window.speed_mm_s, 0.0, profile), profile)
 
@@ -284,7 +286,7 @@ def _cut(
     """Cut every segment that runs above the cap around its worst place."""
     owner = np.clip(np.searchsorted(place, at.s, side="right") - 1, 0, len(segments) - 1)
     ratio = np.where(over, at.v / cap, 0.0)
-    columns = _Columns.of(segments, place)
+    columns = _CutSegments.of(segments, place)
     for segment in np.unique(owner[over])[::-1]:
         inside = np.flatnonzero(owner == segment)
         worst = int(inside[np.argmax(ratio[inside])])
@@ -310,7 +312,7 @@ def _run_around(flags: NDArray[np.bool_], i: int) -> tuple[int, int]:
 
 
 @dataclass(slots=True)
-class _Columns:
+class _CutSegments:
     """Segments as lists that grow by cuts."""
 
     place: list[float]
@@ -321,7 +323,7 @@ class _Columns:
     cap: list[float]
 
     @classmethod
-    def of(cls, segments: Segments, place: Floats) -> _Columns:
+    def of(cls, segments: Segments, place: Floats) -> _CutSegments:
         """Take the columns of segments."""
         s = segments
         cap = joint_caps(s.cap, s.top)

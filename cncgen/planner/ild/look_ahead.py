@@ -84,8 +84,8 @@ def settled(segments: Segments, start_mm_s: float, profile: str) -> int:
 
 
 @dataclass(frozen=True, slots=True)
-class Pieces:
-    """Pieces of constant jerk (or of an exponential ramp) of consecutive segments, `k` of them.
+class SegmentPieces:
+    """SegmentPieces of constant jerk (or of an exponential ramp) of consecutive segments, `k` of them.
 
     Attributes:
         duration: Shape (k,), s.
@@ -108,7 +108,7 @@ class Pieces:
         return len(self.duration)
 
 
-def build(segments: Segments, speeds: Floats, profile: str) -> Pieces:
+def build(segments: Segments, speeds: Floats, profile: str) -> SegmentPieces:
     """Lay out the speed profile of every segment between joint speeds that `joint_speeds` gave (Tsai 2010, section 5.3).
 
     Long segments accelerate, cruise at their top speed and decelerate (seven phases); medium ones only reach the
@@ -131,4 +131,4 @@ def build(segments: Segments, speeds: Floats, profile: str) -> Pieces:
     duration, v, a, j, c, phase, length = table[:count].T.copy()
     cruise = phase == 0.0
     limit = np.where(cruise, segments.top_limit[owner], _PHASE_LIMIT[phase.astype(np.int64)])
-    return Pieces(duration, length, v, a, j, c, limit.astype(np.int8), offset)
+    return SegmentPieces(duration, length, v, a, j, c, limit.astype(np.int8), offset)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from cncgen.diagnostics import Span
 from cncgen.planner.assembly import assemble
 from cncgen.planner.cutting import arrival_at, cut
-from cncgen.planner.ild.look_ahead import Pieces, Segments
+from cncgen.planner.ild.look_ahead import SegmentPieces, Segments
 from cncgen.planner.ild.stretch import Stretch
 from cncgen.planner.record import Limit, Profile, SharpCorner, Trajectory
 from cncgen.toolpath.record import Event
@@ -57,7 +57,7 @@ class _OpenEvent:
 
 
 @dataclass(slots=True)
-class Window:
+class OpenStretches:
     """Stretches in a row; the last joint of one is the first of the next.
 
     Attributes:
@@ -124,7 +124,7 @@ class Window:
         return open_path.place[turns]
 
     def hand_on(
-        self, open_path: OpenPath, pieces: Pieces, joint: Ints, speeds: Floats, upto: int
+        self, open_path: OpenPath, pieces: SegmentPieces, joint: Ints, speeds: Floats, upto: int
     ) -> list[Trajectory]:
         """Turn the first `upto` segments into trajectories, and take them out of the window.
 
@@ -224,7 +224,7 @@ def _kept(cap: Floats, top: Floats, acceleration: Floats, jerk: Floats) -> Ints:
 
 
 def _laid_out(
-    start_s: float, open_path: OpenPath, pieces: Pieces, joint: Ints, waits: Floats
+    start_s: float, open_path: OpenPath, pieces: SegmentPieces, joint: Ints, waits: Floats
 ) -> tuple[Profile, Floats]:
     """Lay the pieces up to the last of some joints on the time axis; return the arrival at each joint, too."""
     count = int(pieces.offset[joint[-1]])

@@ -18,7 +18,7 @@ from cncgen.diagnostics import Diagnostic, Severity
 from cncgen.machine.record import Machine
 from cncgen.planner.ild.dynamics import Dynamics
 from cncgen.planner.ild.look_ahead import build, joint_speeds, settled
-from cncgen.planner.ild.open_stretches import Window
+from cncgen.planner.ild.open_stretches import OpenStretches
 from cncgen.planner.ild.sharp_corners import CornerRule
 from cncgen.planner.ild.stretch import RowEnd, Stretch, stretch_of
 from cncgen.planner.options import PlanOptions
@@ -52,7 +52,7 @@ def plan_ild(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions)
     )
     dynamics = Dynamics.of(machine, options)
     centripetal = dynamics.centripetal if dynamics else np.inf
-    window = Window()
+    window = OpenStretches()
     longest = _WINDOW_SAMPLES * machine.period_s if dynamics else np.inf
 
     def stretches() -> Iterator[Stretch]:
@@ -84,7 +84,7 @@ def _parts(stretch: Stretch, longest_s: float) -> list[Toolpath]:
 
 
 def _advance(
-    window: Window, options: PlanOptions, dynamics: Dynamics | None, last: bool
+    window: OpenStretches, options: PlanOptions, dynamics: Dynamics | None, last: bool
 ) -> Iterator[Trajectory]:
     """Plan the window and hand on what is final: all of it at the end of the program."""
     if not window.stretches:

@@ -13,7 +13,7 @@ from cncgen.machine.record import Machine
 from cncgen.planner.ild.junctions import joint_speeds, turned
 from cncgen.planner.ild.sharp_corners import CornerRule
 from cncgen.planner.limits.axis_limits import AxisLimits
-from cncgen.planner.limits.rows import Rows, rows_of
+from cncgen.planner.limits.row_limits import RowLimits, row_limits_of
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit
 from cncgen.toolpath.record import Event, Kind, PathMode, Toolpath
@@ -103,7 +103,7 @@ def stretch_of(
             it become joints too, though they are no sharp corners.
     """
     path = path_of(toolpath)
-    rows = rows_of(toolpath, path, machine)
+    rows = row_limits_of(toolpath, path, machine)
     stretch = _joined(toolpath, path, rows, machine, before)
     curves = np.flatnonzero(toolpath.kind[rows.index] == Kind.NURBS)
     if len(curves):
@@ -114,7 +114,9 @@ def stretch_of(
     return stretch
 
 
-def _joined(toolpath: Toolpath, path: Path, rows: Rows, machine: Machine, before: RowEnd | None) -> Stretch:
+def _joined(
+    toolpath: Toolpath, path: Path, rows: RowLimits, machine: Machine, before: RowEnd | None
+) -> Stretch:
     """Make the stretch whose joints are the rows' ends."""
     n = len(rows)
     limits = AxisLimits.of(machine, toolpath.axes)
@@ -165,7 +167,7 @@ def _slows(cap: Floats, top: Floats) -> NDArray[np.bool_]:
     return cap < np.minimum(np.append(np.inf, top), np.append(top, np.inf))
 
 
-def _stops(stretch: Stretch, rows: Rows) -> None:
+def _stops(stretch: Stretch, rows: RowLimits) -> None:
     """Put the events at their joints, and rest where an event or the path mode asks for it."""
     toolpath = stretch.toolpath
     for row in np.flatnonzero(toolpath.kind == Kind.EVENT):
@@ -180,7 +182,7 @@ def _stops(stretch: Stretch, rows: Rows) -> None:
 
 def _bends(
     stretch: Stretch,
-    rows: Rows,
+    rows: RowLimits,
     position: int,
     extrema: CurvatureExtrema,
     rule: CornerRule,
@@ -202,7 +204,7 @@ def _bends(
     return _Inner(s[at], np.minimum(speed, bound), limit, is_sharp, np.zeros(len(at), dtype=bool))
 
 
-def _cusps(path: Path, rows: Rows, curves: Ints, machine: Machine) -> _Inner:
+def _cusps(path: Path, rows: RowLimits, curves: Ints, machine: Machine) -> _Inner:
     """Return the joints where the tangent jumps within a NURBS, at a knot of full multiplicity or where C' vanishes."""
     jumps = path.jumps()
     inside = (jumps.before == jumps.after) & np.isin(jumps.after, rows.index[curves])

@@ -3,20 +3,20 @@
 The unknown is q(s) = v², the square of the speed along the path, as in Verscheure et al. (2009) and, with jerk limits,
 Debrouwere et al. (2013). Modules in the order in which data passes them:
 
-    blocks               chunks of the toolpath become blocks of a fixed number of rows
-    feeds                the feed of each row as a speed; rows that are so slow that the motion stops at their ends
-    corners              breakpoints of a block: where to stop, and how fast a corner may be passed (`Joints`)
+    fixed_blocks         chunks of the toolpath become blocks of a fixed number of rows
+    crawling             rows that are so slow that the motion stops at their ends
+    corners              breakpoints of a block: where to stop, and how fast a corner may be passed (`Corners`)
     mesh_spacing         where the nodes between the breakpoints stand
-    mesh                 a block as intervals between nodes (`Track`)
+    mesh                 a block as intervals between nodes (`Mesh`)
     corner_trials        corners that no estimate decides: planned both ways
     problem              the least-time problem on a row of intervals, and its solution (kernels ``least_time*``)
     time_scaling         a slow but certain solution where the solver finds none
-    pieces               the solution as pieces in time
+    motion_pieces        the solution as pieces in time
     chord_refinement     chords between setpoints that leave the path too far: lower bounds of q, and solve again
     rolling_window       the look-ahead: solves the open intervals down to a stop, and hands on what is final
     setpoint_alignment   how long a rest in a corner lasts until a setpoint is near enough to it
     timeline             what is final, in time: trajectories, and where they slow down for corners
-    planning             runs all of this, in threads (`prefetch`), below speed limits from outside (`speed_caps`)
+    block_planning       runs all of this, in threads (`prefetch`), below speed limits from outside (`speed_caps`)
     replanning           the speed of one plan becomes the bound of the next
     contour_bound        plans under a bound of the predicted contour error
     roundings            under G64: corners rounded, and not, where one plan is faster than the other
@@ -26,6 +26,6 @@ The limits come from `cncgen.planner.limits`.
 Method, figures and what is not proved: docs/least-time.md, docs/corners.md, docs/evidence.md.
 """
 
-from cncgen.planner.least_time.planning import plan_blocks, smooth_blocks
+from cncgen.planner.least_time.block_planning import plan_blocks, smooth_blocks
 
 __all__ = ["plan_blocks", "smooth_blocks"]

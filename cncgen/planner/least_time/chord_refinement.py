@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
-from cncgen.geometry.columns import most
-from cncgen.planner.least_time.mesh import LINE, SPLINE, Track
-from cncgen.planner.least_time.pieces import Pieces
+from cncgen.geometry.columns import max_over_axes
+from cncgen.planner.least_time.mesh import LINE, SPLINE, Mesh
+from cncgen.planner.least_time.motion_pieces import MotionPieces
 from cncgen.planner.least_time.problem import Intervals
 from cncgen.planner.limits.axis_limits import Bounds
 from cncgen.planner.motion import motion_at
@@ -47,7 +47,7 @@ _NO_TURN, _TURN = 1e-9, 0.02
 
 
 @dataclass(frozen=True, slots=True)
-class Course:
+class MeshPath:
     """The path under a row of intervals.
 
     Attributes:
@@ -55,7 +55,7 @@ class Course:
         bounds: Limits.
     """
 
-    parts: list[tuple[Track, slice]]
+    parts: list[tuple[Mesh, slice]]
     bounds: Bounds
 
     def positions(self, interval: Ints, along: Floats) -> Floats:
@@ -67,32 +67,32 @@ class Course:
         """
         out = np.zeros((len(interval), len(self.bounds.scale)))
         first = 0
-        for track, rows in self.parts:
+        for mesh, rows in self.parts:
             last = first + rows.stop - rows.start
             here = slice(*np.searchsorted(interval, [first, last]).tolist())
             if here.start < here.stop:
-                s = track.s[interval[here] - first + rows.start] + along[here]
-                out[here] = track.path.evaluate(s, 0)[0] * self.bounds.scale
+                s = mesh.s[interval[here] - first + rows.start] + along[here]
+                out[here] = mesh.path.evaluate(s, 0)[0] * self.bounds.scale
             first = last
         return out
 
     def breakpoints(self) -> Floats:
         """Return the ways from the first interval on to the places where derivatives may jump, shape (k,), ascending, mm."""
         found, way = [], 0.0
-        for track, rows in self.parts:
-            first, last = track.s[[rows.start, rows.stop]]
-            s = track.path.breakpoints()
+        for mesh, rows in self.parts:
+            first, last = mesh.s[[rows.start, rows.stop]]
+            s = mesh.path.breakpoints()
             found.append(s[(s > first) & (s < last)] - first + way)
             way += last - first
         return np.concatenate(found)
 
     def tolerance(self) -> Floats:
         """Return how far chords may be from the path on each interval, shape (n,), mm."""
-        return np.concatenate([track.chord[rows] for track, rows in self.parts])
+        return np.concatenate([mesh.chord[rows] for mesh, rows in self.parts])
 
 
 def held(
-    given: Intervals, course: Course, pieces: Pieces, q: Floats, count: int, everywhere: bool
+    given: Intervals, course: MeshPath, pieces: MotionPieces, q: Floats, count: int, everywhere: bool
 ) -> Intervals | None:
     """Return intervals with lower bounds of q where chords leave the path by more than their tolerance; None if none does.
 
@@ -172,7 +172,7 @@ class _Scene:
         period: T, s.
     """
 
-    course: Course
+    course: MeshPath
     profile: Profile
     owner: Ints
     s: Floats
@@ -187,7 +187,7 @@ class _Scene:
     period: float
 
     @classmethod
-    def of(cls, given: Intervals, course: Course, pieces: Pieces, q: Floats, n: int) -> _Scene:
+    def of(cls, given: Intervals, course: MeshPath, pieces: MotionPieces, q: Floats, n: int) -> _Scene:
         """Look at the first `n` intervals."""
         offset = pieces.offset[: n + 1]
         owner = np.repeat(np.arange(n), np.diff(offset))
@@ -213,9 +213,9 @@ class _Scene:
             owner=owner,
             s=s,
             t=time[offset],
-            speed=np.maximum(np.sqrt(most(q[:n])), np.maximum.reduceat(v, offset[:-1])),
+            speed=np.maximum(np.sqrt(max_over_axes(q[:n])), np.maximum.reduceat(v, offset[:-1])),
             bend=bend,
-            sharpest=most(bend),
+            sharpest=max_over_axes(bend),
             corner=corner,
             passed=bool(np.any(corner[~stands])),
             end=rest[np.searchsorted(rest, np.arange(n), side="right")],
@@ -434,7 +434,7 @@ def _lowered(
     here = q[:n]
     values = np.stack([here[:, 0], 0.25 * (here[:, 0] + 2.0 * here[:, 1] + here[:, 2]), here[:, 2]], axis=1)
     # Beside a rest, the bound is that of the moving end.
-    values = np.where((given.kind[:n] == SPLINE)[:, None], values, most(here)[:, None])
+    values = np.where((given.kind[:n] == SPLINE)[:, None], values, max_over_axes(here)[:, None])
     top, top_limit, node_top = given.top.copy(), given.top_limit.copy(), given.node_top.copy()
     curved = given.kind[at] != LINE
     chord, at = chord[curved], at[curved]

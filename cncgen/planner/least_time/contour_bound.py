@@ -21,7 +21,7 @@ from cncgen.geometry import elementary
 from cncgen.geometry.contour_distance import ContourTracker
 from cncgen.machine.record import Machine
 from cncgen.planner.contour_prediction import ContourPrediction, memory_of, prediction
-from cncgen.planner.least_time.planning import plan_blocks, smooth_blocks
+from cncgen.planner.least_time.block_planning import plan_blocks, smooth_blocks
 from cncgen.planner.least_time.replanning import PlannedBlock, by_block, with_remarks
 from cncgen.planner.least_time.speed_caps import SpeedCap
 from cncgen.planner.motion import motion_at
@@ -48,7 +48,7 @@ _MET = 0.985
 
 
 @dataclass(frozen=True, slots=True)
-class _Rule:
+class _Lowering:
     """How speeds are lowered in one round.
 
     Attributes:
@@ -65,7 +65,7 @@ class _Rule:
 
 
 @dataclass(slots=True)
-class _Block:
+class _JudgedBlock:
     """A planned block with its samples: where, how fast, and how far the loops leave the path there."""
 
     toolpath: Toolpath
@@ -85,7 +85,7 @@ class _Watch:
     def __init__(self, period_s: float, model: ContourPrediction) -> None:
         self._period, self._model, self.memory = period_s, model, _REACH * memory_of(model)
         self._tracker = ContourTracker(len(model.letters))
-        self._open: deque[_Block] = deque()
+        self._open: deque[_JudgedBlock] = deque()
         self._tick = 0
 
     @classmethod
@@ -97,7 +97,7 @@ class _Watch:
         """Return the lowest cap: at that speed the path covers the bound while the loops remember it."""
         return _REACH * bound / (self.memory * self._period)
 
-    def add(self, block: PlannedBlock) -> Iterator[tuple[_Block, Floats]]:
+    def add(self, block: PlannedBlock) -> Iterator[tuple[_JudgedBlock, Floats]]:
         """Take a further block of the plan; yield those whose errors are known, and the errors that follow from them."""
         profile = block.profile
         ticks = np.arange(self._tick, np.ceil(profile.t[-1] / self._period - 1e-9))
@@ -105,12 +105,12 @@ class _Watch:
         motion = motion_at(profile, ticks * self._period)
         columns = [block.toolpath.axes.index(letter) for letter in self._model.letters]
         x = path_of(block.toolpath).evaluate(motion.s, 1)[:, :, columns]
-        self._open.append(_Block(block.toolpath, motion.s, motion.v, np.zeros(len(motion.s))))
+        self._open.append(_JudgedBlock(block.toolpath, motion.s, motion.v, np.zeros(len(motion.s))))
         self._known(self._measured(x[0], x[1] * motion.v[:, None]))
         while len(self._open) > 1 and self._after_first() >= self.memory:
             yield self._first()
 
-    def finish(self) -> Iterator[tuple[_Block, Floats]]:
+    def finish(self) -> Iterator[tuple[_JudgedBlock, Floats]]:
         """Let the loops settle at the end, and yield what is open; the end answers for all that comes after it."""
         if not self._open:
             return
@@ -122,7 +122,7 @@ class _Watch:
         while self._open:
             yield self._first()
 
-    def _first(self) -> tuple[_Block, Floats]:
+    def _first(self) -> tuple[_JudgedBlock, Floats]:
         """Take out the first block, with the errors of the samples that follow it."""
         block = self._open.popleft()
         following = np.concatenate([np.zeros(0), *(other.error for other in self._open)])
@@ -198,7 +198,7 @@ def plan_bounded(
         after: deque[_Slowness] = deque()
         watch = _Watch.of(machine, options, letters)
         floor = max(pulse, watch.slowest(bound))
-        rule = _Rule(bound, power, floor, round(back * watch.memory))
+        rule = _Lowering(bound, power, floor, round(back * watch.memory))
         caps = _lowered(plan, watch, rule, known, after)
         plan = plan_blocks(caps, machine, options.effort, centripetal)
         known = after
@@ -208,7 +208,7 @@ def plan_bounded(
 def _lowered(
     plan: Iterator[Trajectory],
     watch: _Watch,
-    rule: _Rule,
+    rule: _Lowering,
     before: deque[_Slowness],
     after: deque[_Slowness],
 ) -> Iterator[tuple[Toolpath, SpeedCap]]:
@@ -228,7 +228,7 @@ def _lowered(
         yield block.toolpath, SpeedCap(cap, Limit.CONTOUR_ERROR)
 
 
-def _cap(block: _Block, following: Floats, old: _Slowness, rule: _Rule) -> _Slowness:
+def _cap(block: _JudgedBlock, following: Floats, old: _Slowness, rule: _Lowering) -> _Slowness:
     """Return what the speed on a block must be lowered to.
 
     Args:
@@ -259,7 +259,7 @@ def _judged(plan: Iterator[Trajectory], watch: _Watch, bound: float) -> Iterator
     worst, where = bound, ""
     held: Trajectory | None = None
 
-    def judge(blocks: Iterator[tuple[_Block, Floats]]) -> None:
+    def judge(blocks: Iterator[tuple[_JudgedBlock, Floats]]) -> None:
         nonlocal worst, where
         for block, _ in blocks:
             at = int(block.error.argmax()) if len(block.error) else 0

@@ -1,6 +1,6 @@
 """Corners for which no estimate tells whether to pass them or to stop: a short piece of the path is planned both ways.
 
-`planning` asks `Trials` for the `Track` of each block. Rule and figures: docs/corners.md, Pass or stop.
+`block_planning` asks `CornerTrials` for the `Mesh` of each block. Rule and figures: docs/corners.md, Pass or stop.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.path import Path
-from cncgen.planner.least_time.corners import Beyond, Joints, nearest
-from cncgen.planner.least_time.mesh import Section, Track
+from cncgen.planner.least_time.corners import BlockEnd, Corners, nearest
+from cncgen.planner.least_time.mesh import Mesh, Section
 from cncgen.planner.least_time.mesh_spacing import AMPLE, CLOSEST
-from cncgen.planner.least_time.rolling_window import MARGIN, Window
+from cncgen.planner.least_time.rolling_window import MARGIN, RollingWindow
 from cncgen.planner.least_time.speed_caps import SpeedCap
 from cncgen.planner.limits.axis_limits import Bounds
 from cncgen.toolpath.record import Toolpath
 
 Ints = NDArray[np.int64]
-Told = NDArray[np.int8]
+Decision = NDArray[np.int8]
 
 #: Both ways are tried at jumps whose speed lies between these multiples of the speed at which, by the estimate, a stop takes as
 #: long as passing.
@@ -42,8 +42,8 @@ _LESS = 1e-4
 
 
 @dataclass(slots=True)
-class Trials:
-    """Trials of a program, block by block.
+class CornerTrials:
+    """CornerTrials of a program, block by block.
 
     Attributes:
         effort: Density of the nodes, and part of the limits that is planned with.
@@ -56,15 +56,15 @@ class Trials:
     def __post_init__(self) -> None:
         self.left = _MOST[self.effort]
 
-    def track_of(
+    def mesh_of(
         self,
         toolpath: Toolpath,
         path: Path,
         bounds: Bounds,
-        before: Beyond | None,
-        after: Beyond | None,
+        before: BlockEnd | None,
+        after: BlockEnd | None,
         cap: SpeedCap | None = None,
-    ) -> Track:
+    ) -> Mesh:
         """Cut a block into intervals.
 
         Args:
@@ -78,37 +78,37 @@ class Trials:
             NoPlanError: It would be more intervals than memory is meant for.
         """
         section = Section.of(toolpath, path, bounds, before, after, self.effort, cap)
-        joints = section.joints()
-        track = section.track(joints)
-        self.left += _PART * len(track)
-        told = self._tried(section, joints, track)
-        return track if told is None else section.track(section.joints(told))
+        corners = section.corners()
+        mesh = section.mesh(corners)
+        self.left += _PART * len(mesh)
+        decision = self._tried(section, corners, mesh)
+        return mesh if decision is None else section.mesh(section.corners(decision))
 
-    def _tried(self, section: Section, joints: Joints, track: Track) -> Told | None:
-        """Return where to stop (-1) and what to pass (1), shape (breakpoints,), if trials differ from the joints; else None."""
+    def _tried(self, section: Section, corners: Corners, mesh: Mesh) -> Decision | None:
+        """Return where to stop (-1) and what to pass (1), shape (breakpoints,), if trials differ from the corners; else None."""
         # Below `_SLOWEST` a corner is passed only if chords hold its speed. The estimate does not weigh that, so it is tried.
-        doubtful = (joints.doubt < _FASTEST) & ((joints.doubt > _SLOWEST) | ~joints.stop)
+        doubtful = (corners.doubt < _FASTEST) & ((corners.doubt > _SLOWEST) | ~corners.stop)
         doubtful[[0, -1]] = False
         if not doubtful.any():
             return None
-        told = np.where(joints.stop, -1, np.where(np.isfinite(joints.speed), 1, 0)).astype(np.int8)
-        told[[0, -1]] = 0
-        before = told.copy()
-        closest = float(np.clip(AMPLE / len(track), 1.0, CLOSEST))
+        decision = np.where(corners.stop, -1, np.where(np.isfinite(corners.speed), 1, 0)).astype(np.int8)
+        decision[[0, -1]] = 0
+        before = decision.copy()
+        closest = float(np.clip(AMPLE / len(mesh), 1.0, CLOSEST))
         closer = max(1.0, _COARSER * closest)
-        for start, end in _pieces(nearest(track.s, joints.s), joints.stop):
-            piece, inner = section.part(float(track.s[start]), float(track.s[end]))
+        for start, end in _pieces(nearest(mesh.s, corners.s), corners.stop):
+            piece, inner = section.part(float(mesh.s[start]), float(mesh.s[end]))
             if not doubtful[inner].any():
                 continue
             each = _EACH + (end - start) * closer / closest
             ways = min(_WAYS, int(self.left / each))
             if ways < _FEWEST:
                 break
-            told[inner], tried = _fastest(
-                piece, told[inner], doubtful[inner], ways, closer, MARGIN[self.effort]
+            decision[inner], tried = _fastest(
+                piece, decision[inner], doubtful[inner], ways, closer, MARGIN[self.effort]
             )
             self.left -= tried * each
-        return None if np.array_equal(told, before) else told
+        return None if np.array_equal(decision, before) else decision
 
 
 class _Between(NamedTuple):
@@ -140,8 +140,8 @@ def _pieces(node: Ints, stop: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 
 def _fastest(
-    piece: Section, told: Told, doubtful: NDArray[np.bool_], ways: int, closer: float, margin: float
-) -> tuple[Told, int]:
+    piece: Section, decision: Decision, doubtful: NDArray[np.bool_], ways: int, closer: float, margin: float
+) -> tuple[Decision, int]:
     """Return the fastest chain of motions from stop to stop that trials of a piece have found.
 
     Tried are first the estimate, a stop at all corners in doubt, and a stop at none; then the best of these with single
@@ -149,9 +149,9 @@ def _fastest(
 
     Args:
         piece: From rest to rest.
-        told: Shape (n,), what the breakpoints within it do by the estimate: -1 stop, 1 pass, 0 no choice.
+        decision: Shape (n,), what the breakpoints within it do by the estimate: -1 stop, 1 pass, 0 no choice.
         doubtful: Shape (n,), which of them are in doubt.
-        ways: Trials at most.
+        ways: CornerTrials at most.
         closer: Factor by which nodes stand closer than their density tells.
         margin: Part of the limits that is planned with.
 
@@ -160,20 +160,20 @@ def _fastest(
     """
     found: dict[tuple[int, int], _Between] = {}
     tried: set[bytes] = set()
-    best, flips = told, False
-    fresh = [told, *(np.where(doubtful, each, told).astype(np.int8) for each in (-1, 1))]
+    best, flips = decision, False
+    fresh = [decision, *(np.where(doubtful, each, decision).astype(np.int8) for each in (-1, 1))]
     while fresh:
         for way in fresh:
             if way.tobytes() in tried:
                 continue
-            _plan(piece, way, closer, margin, found, 0.0 if way is told else _LESS)
+            _plan(piece, way, closer, margin, found, 0.0 if way is decision else _LESS)
             tried.add(way.tobytes())
             if not found:
                 # Even the estimate has no solution that is found at once.
-                return told, len(tried)
-        before, kept = best, np.zeros(len(told) + 2, bool)
-        kept[_chain(found, len(told) + 1)] = True
-        best = np.where(doubtful, np.where(kept[1:-1], -1, 1), told).astype(np.int8)
+                return decision, len(tried)
+        before, kept = best, np.zeros(len(decision) + 2, bool)
+        kept[_chain(found, len(decision) + 1)] = True
+        best = np.where(doubtful, np.where(kept[1:-1], -1, 1), decision).astype(np.int8)
         if flips and np.array_equal(best, before):
             break
         flips = True
@@ -183,27 +183,27 @@ def _fastest(
 
 def _plan(
     piece: Section,
-    told: Told,
+    decision: Decision,
     closer: float,
     margin: float,
     found: dict[tuple[int, int], _Between],
     less: float,
 ) -> None:
     """Plan a piece from rest to rest, and keep what it takes between stops where that is less than what was `found`."""
-    joints = piece.joints(np.concatenate([[0], told, [0]]).astype(np.int8))
-    track = piece.track(joints, closer)
-    arrival = Window(piece.bounds, margin, [track]).arrival()
+    corners = piece.corners(np.concatenate([[0], decision, [0]]).astype(np.int8))
+    mesh = piece.mesh(corners, closer)
+    arrival = RollingWindow(piece.bounds, margin, [mesh]).arrival()
     if arrival is None:
         return
-    t = arrival[nearest(track.s, joints.s)] + 0.5 * piece.bounds.period_s * np.cumsum(joints.cuts)
-    before, after = joints.reached()
+    t = arrival[nearest(mesh.s, corners.s)] + 0.5 * piece.bounds.period_s * np.cumsum(corners.cuts)
+    before, after = corners.reached()
     # A stop that the zone of a jump reaches over does not separate the motions before and after it.
-    parts = joints.stop & np.isinf(before) & np.isinf(after)
+    parts = corners.stop & np.isinf(before) & np.isinf(after)
     parts[[0, -1]] = True
     for i, j in pairwise(np.flatnonzero(parts).tolist()):
         seconds = float(t[j] - t[i]) * (1.0 + less)
         if (i, j) not in found or seconds < found[i, j].seconds:
-            found[i, j] = _Between(seconds, tuple((i + np.flatnonzero(joints.stop[i : j + 1])).tolist()))
+            found[i, j] = _Between(seconds, tuple((i + np.flatnonzero(corners.stop[i : j + 1])).tolist()))
 
 
 def _chain(found: dict[tuple[int, int], _Between], last: int) -> list[int]:
@@ -221,18 +221,18 @@ def _chain(found: dict[tuple[int, int], _Between], last: int) -> list[int]:
     return best[last][1]
 
 
-def _flipped(told: Told, doubtful: NDArray[np.bool_]) -> list[Told]:
+def _flipped(decision: Decision, doubtful: NDArray[np.bool_]) -> list[Decision]:
     """Return what to tell the breakpoints within a piece so that each in doubt is tried the other way.
 
     Those are tried together between which there is a way from stop to stop, over which zones hardly reach.
     """
-    stops = np.flatnonzero(told < 0)
+    stops = np.flatnonzero(decision < 0)
     groups: list[tuple[int, list[int]]] = []
     for k in np.flatnonzero(doubtful).tolist():
         at = int(np.searchsorted(stops, k))
         own = int(at < len(stops) and stops[at] == k)
         before = int(stops[at - 1]) if at else -1
-        after = int(stops[at + own]) if at + own < len(stops) else len(told)
+        after = int(stops[at + own]) if at + own < len(stops) else len(decision)
         for number, (end, members) in enumerate(groups):
             if end < before:
                 groups[number] = after, [*members, k]
@@ -241,7 +241,7 @@ def _flipped(told: Told, doubtful: NDArray[np.bool_]) -> list[Told]:
             groups.append((after, [k]))
     out = []
     for _, members in groups:
-        other = told.copy()
+        other = decision.copy()
         other[members] *= -1
         out.append(other)
     return out

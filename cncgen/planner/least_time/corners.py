@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
-from cncgen.geometry.columns import most
+from cncgen.geometry.columns import max_over_axes
 from cncgen.geometry.path import Path
-from cncgen.planner.least_time.feeds import Feeds, crawling
+from cncgen.planner.least_time.crawling import crawling
 from cncgen.planner.limits.axis_limits import (
     JUMP_SHARE,
     STOP_SPEED,
@@ -22,6 +22,7 @@ from cncgen.planner.limits.axis_limits import (
     resolution,
     speed_within,
 )
+from cncgen.planner.limits.program_feeds import Feeds
 from cncgen.toolpath.record import Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -51,7 +52,7 @@ _DELAY, _SLOWED, _LEAST_DELAY = 0.4, 0.5, 0.6
 
 
 @dataclass(frozen=True, slots=True)
-class Joints:
+class Corners:
     """The `n` breakpoints of a block, both ends included.
 
     Attributes:
@@ -59,7 +60,7 @@ class Joints:
         stop: Shape (n,), bool: the motion rests there.
         corner: Shape (n,), bool: it rests, or slows, because the derivatives jump.
         speed: Shape (n,), mm/s: largest speed by the jump there; infinite for none, 0 for a stop.
-        taken: Shape (n, 2, axes): parts of acceleration and jerk limits that the jump takes at that speed, or at the speed
+        jump_share: Shape (n, 2, axes): parts of acceleration and jerk limits that the jump takes at that speed, or at the speed
             the path has there for other reasons where that is lower.
         acceleration: Shape (n,), mm/s²: largest size of the acceleration along the path by the jump; infinite for none.
         zone: Shape (n,), mm: how far on both sides a setpoint's third difference can see the jump; 0 for none.
@@ -73,7 +74,7 @@ class Joints:
     stop: Bools
     corner: Bools
     speed: Floats
-    taken: Floats
+    jump_share: Floats
     acceleration: Floats
     zone: Floats
     cuts: Bools
@@ -87,14 +88,14 @@ class Joints:
         before, after = self.s - first, last - self.s
         return np.where(before > 0.0, before, np.inf), np.where(after > 0.0, after, np.inf)
 
-    def only(self, kept: Bools) -> Joints:
+    def only(self, kept: Bools) -> Corners:
         """Return those that are kept, of which every rest is one."""
-        return Joints(
+        return Corners(
             self.s[kept],
             self.stop[kept],
             self.corner[kept],
             self.speed[kept],
-            self.taken[kept],
+            self.jump_share[kept],
             self.acceleration[kept],
             self.zone[kept],
             self.cuts[kept],
@@ -103,7 +104,7 @@ class Joints:
 
 
 @dataclass(frozen=True, slots=True)
-class Beyond:
+class BlockEnd:
     """What a block meets at one of its ends.
 
     Attributes:
@@ -115,17 +116,17 @@ class Beyond:
     rest: bool
 
 
-def ends_of(toolpath: Toolpath, path: Path, bounds: Bounds) -> tuple[Beyond, Beyond]:
+def ends_of(toolpath: Toolpath, path: Path, bounds: Bounds) -> tuple[BlockEnd, BlockEnd]:
     """Return what neighbours meet at the start and at the end of a block."""
     rests = _rests(toolpath, path, crawling(path, Feeds.of(toolpath, path).speed, bounds))
     first, last = path.row_s[:1], path.row_s[-1:]
     return (
-        Beyond(path.evaluate(first, 3, 1)[:, 0], bool(np.any(rests == first))),
-        Beyond(path.evaluate(last, 3, -1)[:, 0], bool(np.any(rests == last))),
+        BlockEnd(path.evaluate(first, 3, 1)[:, 0], bool(np.any(rests == first))),
+        BlockEnd(path.evaluate(last, 3, -1)[:, 0], bool(np.any(rests == last))),
     )
 
 
-def joints_of(
+def corners_of(
     toolpath: Toolpath,
     path: Path,
     bounds: Bounds,
@@ -133,24 +134,24 @@ def joints_of(
     s: Floats,
     sides: tuple[Floats, Floats],
     top: Floats,
-    before: Beyond | None,
-    after: Beyond | None,
-    told: NDArray[np.int8] | None = None,
-) -> Joints:
+    before: BlockEnd | None,
+    after: BlockEnd | None,
+    decision: NDArray[np.int8] | None = None,
+) -> Corners:
     """Classify the breakpoints of a block.
 
     Args:
         toolpath, path: The block and its geometry.
         bounds: Limits.
-        crawls: Shape (rows,), the rows that begin and end at rest, see `cncgen.planner.least_time.feeds`.
+        crawls: Shape (rows,), the rows that begin and end at rest, see `cncgen.planner.least_time.crawling`.
         s: Shape (n,), the breakpoints.
         sides: Derivatives on the left and on the right of each breakpoint, shape (4, n, axes) each.
         top: Shape (n,), the largest q there by everything else.
         before, after: The end of the block before and the start of the next; None where the motion starts or ends here.
-        told: Shape (n,), int8: -1 where to stop, 1 where to pass if jumps and chords allow it at all, 0 where to choose; None
+        decision: Shape (n,), int8: -1 where to stop, 1 where to pass if jumps and chords allow it at all, 0 where to choose; None
             for nowhere.
     """
-    told = np.zeros(len(s), np.int8) if told is None else told
+    decision = np.zeros(len(s), np.int8) if decision is None else decision
     left, right = sides[0].copy(), sides[1].copy()
     stop = np.zeros(len(s), bool)
     stop[nearest(s, _rests(toolpath, path, crawls))] = True
@@ -168,7 +169,7 @@ def joints_of(
     v = np.where(held, speed, 0.0)[:, None]
     lost = _lost(bounds, linear * v + square * v**2, left[1], right[1])
     worth = _worth_a_stop(bounds, s, stop | held, left[1], right[1], top, lost)
-    corner = (held & (speed < worth) & (told <= 0)) | ((told < 0) & ~rests)
+    corner = (held & (speed < worth) & (decision <= 0)) | ((decision < 0) & ~rests)
     # Within half a period the largest acceleration leads as far as a jerk of 6 A/T.
     within = np.minimum(bounds.axes.jerk, 6.0 * bounds.axes.acceleration / bounds.period_s)
     jerks = np.stack([along_path(within, side[1]) for side in (left, right)])
@@ -190,7 +191,7 @@ def joints_of(
     speed = np.where(together < v, together, speed)
     v = together[:, None]
     taken = linear * v + square * v**2
-    felt = (most(taken) > _NEGLIGIBLE) | (chord < np.sqrt(top))
+    felt = (max_over_axes(taken) > _NEGLIGIBLE) | (chord < np.sqrt(top))
     corner |= felt & (speed < np.sqrt(top))
     speed[~felt & ~corner & ~stop] = np.inf
     stop |= speed <= 0.0
@@ -211,12 +212,12 @@ def joints_of(
     )
     # A pulse of acceleration v Δ is v Δ/T in the second difference that sees it.
     pulse = np.abs(turn) * v / (bounds.axes.acceleration * bounds.period_s)
-    return Joints(
+    return Corners(
         s=s,
         stop=stop,
         corner=corner,
         speed=speed,
-        taken=np.stack([pulse, taken + sway], 1) * passed[:, None, None],
+        jump_share=np.stack([pulse, taken + sway], 1) * passed[:, None, None],
         acceleration=acceleration,
         zone=zone * passed,
         cuts=_cuts(bounds, s, stop, turn, left[1:3], right[1:3]),
@@ -230,20 +231,20 @@ def _doubt(choice: Bools, speed: Floats, worth: Floats) -> Floats:
 
 
 def rows_beside(path: Path, s: Floats) -> tuple[Ints, Ints]:
-    """Return the rows of the stretches before and after joints, shape (n,) each; at the ends that of the only one.
+    """Return the rows of the stretches before and after corners, shape (n,) each; at the ends that of the only one.
 
     Several breakpoints that no setpoint can tell apart are one joint. The rows between them are neither before nor after it.
 
     Args:
         path: The path.
-        s: Shape (n,), where the joints are.
+        s: Shape (n,), where the corners are.
     """
     row = path.row_of(0.5 * (s[:-1] + s[1:]))
     return np.insert(row, 0, row[0]), np.append(row, row[-1])
 
 
-def _straight(path: Path, s: Floats, before: Beyond | None, after: Beyond | None) -> Bools:
-    """Tell at which joints straight lines meet, shape (n,); what is `before` and `after` the block is not known to be."""
+def _straight(path: Path, s: Floats, before: BlockEnd | None, after: BlockEnd | None) -> Bools:
+    """Tell at which corners straight lines meet, shape (n,); what is `before` and `after` the block is not known to be."""
     left, right = rows_beside(path, s)
     out: Bools = (path.kind[left] == Kind.LINE) & (path.kind[right] == Kind.LINE)
     out[[0, -1]] &= (before is None, after is None)
@@ -260,7 +261,7 @@ def _rises(bounds: Bounds, path: Path, s: Floats, right: Floats) -> tuple[Floats
     Args:
         bounds: Limits.
         path: The path.
-        s: Shape (n,), where the joints are.
+        s: Shape (n,), where the corners are.
         right: Shape (n, axes), dx/ds on their right.
     """
     row = path.row_of(0.5 * (s[:-1] + s[1:]))
@@ -278,7 +279,7 @@ def _rises(bounds: Bounds, path: Path, s: Floats, right: Floats) -> tuple[Floats
 
 
 def _reached(speed: Floats, rises: tuple[Floats, Floats]) -> Floats:
-    """Return the speed, shape (n,), that is left of the one that each joint allows by the joints around.
+    """Return the speed, shape (n,), that is left of the one that each joint allows by those around.
 
     Args:
         speed: Shape (n,), v that each of them allows.
@@ -288,7 +289,7 @@ def _reached(speed: Floats, rises: tuple[Floats, Floats]) -> Floats:
         height = elementary.power(speed, power)
         way = np.concatenate([[0.0], np.cumsum(np.minimum(rise, height.max()))])
         least = lowered(height, way)
-        # What nothing around lowers keeps its digits: ways over many joints have few of those of a slow one.
+        # What nothing around lowers keeps its digits: ways over many corners have few of those of a slow one.
         speed = np.where(least < height, elementary.power(np.maximum(least, 0.0), 1.0 / power), speed)
     return speed
 
@@ -310,7 +311,7 @@ def _together(bounds: Bounds, s: Floats, turn: Floats, speed: Floats) -> Floats:
     pulses = turn / (bounds.axes.jerk * period**2), turn / (bounds.axes.acceleration * period)
     reach = 2.0 * period * speed
     close = np.flatnonzero(np.minimum(np.diff(s, prepend=-np.inf), np.diff(s, append=np.inf)) < reach)
-    size = np.maximum(*(most(np.abs(each[close])) for each in pulses))
+    size = np.maximum(*(max_over_axes(np.abs(each[close])) for each in pulses))
     close = close[size * speed[close] > _NEGLIGIBLE]
 
     def kept(part: Floats, at: Ints) -> Bools:
@@ -351,7 +352,7 @@ def _weighed(s: Floats, pulses: tuple[Floats, Floats], at: Ints, step: Floats) -
     ):
         weight = np.interp(away - phase, times, weights)
         total = np.add.reduceat(jump[each] * weight[:, None], begin)
-        largest = np.maximum(largest, most(np.abs(total)))
+        largest = np.maximum(largest, max_over_axes(np.abs(total)))
     return largest
 
 
@@ -466,7 +467,7 @@ def _cuts(bounds: Bounds, s: Floats, stop: Bools, turn: Floats, left: Floats, ri
 
     With the setpoints a = j₁ τ³/6 before and b = j₂ (T − τ)³/6 after it at most, |Δ| a b/(a + b) is cut. That is largest at
     1/(j₁ τ⁴) = 1/(j₂ (T − τ)⁴), |Δ| T³/6 by the fourth power of j₁^(-1/4) + j₂^(-1/4); for a = A₁ τ²/2 and b likewise, |Δ| T²/2 by
-    the third power of A₁^(-1/3) + A₂^(-1/3). What curves beside it do is added for the whole way of a period. Rests within a
+    the third power of A₁^(-1/3) + A₂^(-1/3). What curves beside it do is added for the whole way of a period. SetpointAlignment within a
     period of each other, J T³/32 or A T²/4 apart at most, are in one chord, and their Δ add up.
 
     Args:
@@ -598,7 +599,7 @@ def _zones(
     by_turn, by_bend = taken
     kept = np.where(straight[:, None], 1.0 - by_turn - by_bend, 1.0)
     jerk = np.maximum(*(along_path(bounds.axes.jerk, side / kept) for side in (left, right)))
-    seen = bounds.period_s * np.where(most(by_turn) > _NEGLIGIBLE, *_SEEN)
+    seen = bounds.period_s * np.where(max_over_axes(by_turn) > _NEGLIGIBLE, *_SEEN)
     rise = np.minimum(gain, there + jerk * seen / 3.0)
     return seen * (speed + 0.5 * seen * rise)
 

@@ -1,7 +1,7 @@
 """A block of a toolpath as intervals between nodes, with all that the least-time problem needs to know of them.
 
-`Section` is the block with its breakpoints, `Section.joints` classifies them, and `Section.track` cuts the block into the
-intervals of a `Track`, on which `problem` works. `corner_trials` calls both, maybe more than once for a block.
+`Section` is the block with its breakpoints, `Section.corners` classifies them, and `Section.mesh` cuts the block into the
+intervals of a `Mesh`, on which `problem` works. `corner_trials` calls both, maybe more than once for a block.
 """
 
 from __future__ import annotations
@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, NoPlanError, Span
 from cncgen.geometry import elementary
-from cncgen.geometry.columns import most
+from cncgen.geometry.columns import max_over_axes
 from cncgen.geometry.path import Path
-from cncgen.planner.least_time.corners import Beyond, Joints, distinct, joints_of, nearest, rows_beside
-from cncgen.planner.least_time.feeds import Feeds, crawling
+from cncgen.planner.least_time.corners import BlockEnd, Corners, corners_of, distinct, nearest, rows_beside
+from cncgen.planner.least_time.crawling import crawling
 from cncgen.planner.least_time.mesh_spacing import DENSITY, MOST, Density, TooManyNodesError, placed
 from cncgen.planner.least_time.speed_caps import SpeedCap
 from cncgen.planner.limits.axis_limits import JUMP_SHARE, SWAY_SHARE, Bounds, along_path
+from cncgen.planner.limits.program_feeds import Feeds
 from cncgen.toolpath.record import Event, Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -50,13 +51,13 @@ _SHARP = 0.3
 _BEND, _MOST = 0.03, 8.0
 #: Allowance for what lies between the quarter points, as a multiple of what is found at them: somewhat more in x''', and as
 #: much again in x''.
-_HIDDEN = 2.5
+_EXCESS = 2.5
 #: Values at a quarter and three quarters of an interval of the parabola through those at its start, middle and end.
 _QUARTERS = np.array([[0.375, 0.75, -0.125], [-0.125, 0.75, 0.375]])
 
 
 @dataclass(frozen=True, slots=True)
-class Track:
+class Mesh:
     """A block as `n` intervals between n + 1 nodes.
 
     Attributes:
@@ -69,7 +70,7 @@ class Track:
         node_top: Shape (n + 1,): largest q at the nodes because of jumps of the derivatives there; infinite without a jump.
         node_acceleration: Shape (n + 1,): largest |q'| / 2 at the nodes because of such jumps; infinite without.
         factor: Shape (n, 2, axes): parts of acceleration and jerk limits that jumps near by leave.
-        hidden: Shape (n, axes): by how much |x'''| within an interval may exceed the parabola through its three values.
+        x3_excess: Shape (n, axes): by how much |x'''| within an interval may exceed the parabola through its three values.
         chord: Shape (n,), mm: how far the chord of a period may be from the path there.
         stop: Shape (n + 1,), bool: nodes of rest.
         corner: Shape (n + 1,), bool: nodes where the motion slows or rests because the derivatives jump.
@@ -90,7 +91,7 @@ class Track:
     node_top: Floats
     node_acceleration: Floats
     factor: Floats
-    hidden: Floats
+    x3_excess: Floats
     chord: Floats
     stop: NDArray[np.bool_]
     corner: NDArray[np.bool_]
@@ -128,8 +129,8 @@ class Section:
     s: Floats
     sides: tuple[Floats, Floats]
     top: Floats
-    before: Beyond | None
-    after: Beyond | None
+    before: BlockEnd | None
+    after: BlockEnd | None
 
     @classmethod
     def of(
@@ -137,8 +138,8 @@ class Section:
         toolpath: Toolpath,
         path: Path,
         bounds: Bounds,
-        before: Beyond | None,
-        after: Beyond | None,
+        before: BlockEnd | None,
+        after: BlockEnd | None,
         effort: str,
         cap: SpeedCap | None,
     ) -> Section:
@@ -146,7 +147,7 @@ class Section:
         feeds = Feeds.of(toolpath, path)
         seams = _seams(toolpath, path, feeds)
         sides = (path.evaluate(seams, 3, -1), path.evaluate(seams, 3, 1))
-        # Beyond its ends a path is what it is within; a curve that ends in a cusp has no direction there.
+        # BlockEnd its ends a path is what it is within; a curve that ends in a cusp has no direction there.
         sides[0][:, 0], sides[1][:, -1] = sides[1][:, 0], sides[0][:, -1]
         crawls = crawling(path, feeds.speed, bounds)
         between = path.row_of(0.5 * (seams[:-1] + seams[1:]))
@@ -179,9 +180,9 @@ class Section:
         top = np.concatenate([self._top_at(s[:1], x[0], 1), self.top[inner], self._top_at(s[-1:], x[1], -1)])
         return replace(self, s=s, sides=(sides[0], sides[1]), top=top, before=None, after=None), inner
 
-    def joints(self, told: NDArray[np.int8] | None = None) -> Joints:
-        """Classify the breakpoints, some of which may be `told` to be passed or to be stops."""
-        return joints_of(
+    def corners(self, decision: NDArray[np.int8] | None = None) -> Corners:
+        """Classify the breakpoints, by an estimate, or by a `decision` to pass or to stop."""
+        return corners_of(
             self.toolpath,
             self.path,
             self.bounds,
@@ -191,7 +192,7 @@ class Section:
             self.top,
             self.before,
             self.after,
-            told,
+            decision,
         )
 
     def _top_at(self, s: Floats, x: Floats, side: int) -> Floats:
@@ -200,11 +201,11 @@ class Section:
         q, _ = self.bounds.top(self.feeds.speed[row], self.feeds.limit[row], x[1], x[2])
         return self.cap.lower(s, x, q) if self.cap else q
 
-    def track(self, joints: Joints, closer: float | None = None) -> Track:
+    def mesh(self, corners: Corners, closer: float | None = None) -> Mesh:
         """Cut it into intervals.
 
         Args:
-            joints: Its breakpoints.
+            corners: Its breakpoints.
             closer: Factor by which nodes stand closer than their density tells; by default by how few they are.
 
         Raises:
@@ -212,20 +213,20 @@ class Section:
         """
         toolpath, path, bounds, feeds, cap = self.toolpath, self.path, self.bounds, self.feeds, self.cap
         sides, crawls = self.sides, self.crawls
-        kept = ~_straight_on(path, feeds, joints, sides)
-        joints, sides = joints.only(kept), (sides[0][:, kept], sides[1][:, kept])
-        lines = _lines(path, joints)
+        kept = ~_straight_on(path, feeds, corners, sides)
+        corners, sides = corners.only(kept), (sides[0][:, kept], sides[1][:, kept])
+        lines = _lines(path, corners)
         if cap and cap.straight:
             # What crawls is slower than any cap.
-            lines &= crawls[path.row_of(0.5 * (joints.s[:-1] + joints.s[1:]))]
+            lines &= crawls[path.row_of(0.5 * (corners.s[:-1] + corners.s[1:]))]
         try:
-            s = placed(path, bounds, joints, sides, lines, self._top_at, self.density, closer)
+            s = placed(path, bounds, corners, sides, lines, self._top_at, self.density, closer)
         except TooManyNodesError as many:
             raise NoPlanError(_too_many(toolpath, path, many)) from None
         n = len(s) - 1
         middle = 0.5 * (s[:-1] + s[1:])
         right = path.evaluate(s[:-1], 3)
-        node = nearest(s, joints.s)
+        node = nearest(s, corners.s)
         left = np.empty_like(right)
         left[:, :-1] = right[:, 1:]
         # Breakpoints that no setpoint can tell apart are one node, whose sides are those of the first and of the last.
@@ -240,20 +241,20 @@ class Section:
         top3 = np.stack([t for t, _ in tops], axis=1)
         which = np.stack([limit for _, limit in tops], axis=1)
         stop, corner, cuts = np.zeros((3, n + 1), bool)
-        stop[node], corner[node], cuts[node] = joints.stop, joints.corner, joints.cuts
+        stop[node], corner[node], cuts[node] = corners.stop, corners.corner, corners.cuts
         if cap:
             capped = cap.on_intervals(s, x, stop[:-1], stop[1:])
             capped[node[:-1][lines]] = np.inf
             which[capped < top3] = cap.limit
             top3 = np.minimum(top3, capped)
         node_top, node_acceleration = np.full((2, n + 1), np.inf)
-        node_top[node], node_acceleration[node] = joints.speed**2, joints.acceleration
+        node_top[node], node_acceleration[node] = corners.speed**2, corners.acceleration
         kind = np.full(n, SPLINE, np.int8)
         kind[stop[:-1]] = LEAVE
         kind[stop[1:]] = ENTER
         kind[node[:-1][lines]] = LINE
         _calm(x, np.diff(s), kind == SPLINE)
-        return Track(
+        return Mesh(
             toolpath=toolpath,
             path=path,
             s=s,
@@ -265,8 +266,8 @@ class Section:
             top_limit=which[np.arange(n), top3.argmin(axis=1)],
             node_top=node_top,
             node_acceleration=node_acceleration,
-            factor=_factors(s, joints),
-            hidden=_hidden(path, s, kind, x[3], top3, bounds.axes.jerk),
+            factor=_factors(s, corners),
+            x3_excess=_x3_excess(path, s, kind, x[3], top3, bounds.axes.jerk),
             chord=_chords(toolpath, row, bounds),
             stop=stop,
             corner=corner,
@@ -304,9 +305,9 @@ def _seams(toolpath: Toolpath, path: Path, feeds: Feeds) -> Floats:
     shorter = np.minimum(path.row_length[before[at]], path.row_length[after[at]])
     # The direction of a row comes from rounded coordinates, so of a short row it has few digits. The shortest have none: their
     # ends stay breakpoints, and the rows on both sides of them show whether that is a corner.
-    known = _STRAIGHT + _DIGITS * np.maximum(most(np.abs(place)), np.abs(s[at])) / shorter
+    known = _STRAIGHT + _DIGITS * np.maximum(max_over_axes(np.abs(place)), np.abs(s[at])) / shorter
     known = np.where(known < _SEEN, known, 0.0)
-    turn = most(np.abs(other - one) / np.maximum(np.abs(one), 1.0))
+    turn = max_over_axes(np.abs(other - one) / np.maximum(np.abs(one), 1.0))
     return np.delete(s, at[turn < known])
 
 
@@ -325,26 +326,28 @@ def _lasting(seams: Floats, row: Ints, speed: Floats, period_s: float) -> NDArra
     return (length > _BRIEF * period_s * speed[row]) | (length >= longest[row])
 
 
-def _straight_on(path: Path, feeds: Feeds, joints: Joints, sides: tuple[Floats, Floats]) -> NDArray[np.bool_]:
-    """Tell at which joints a line goes on at its feed with a turn below `_SEEN` that is passed without slowing down.
+def _straight_on(
+    path: Path, feeds: Feeds, corners: Corners, sides: tuple[Floats, Floats]
+) -> NDArray[np.bool_]:
+    """Tell at which corners a line goes on at its feed with a turn below `_SEEN` that is passed without slowing down.
 
     Where a program has cut one line into many, rounding of their ends to its decimals makes such turns.
     """
-    before, after = rows_beside(path, joints.s)
+    before, after = rows_beside(path, corners.s)
     out = (path.kind[before] == Kind.LINE) & (path.kind[after] == Kind.LINE) & (after > before)
-    out &= np.isinf(joints.speed) & ~joints.stop & ~joints.corner
+    out &= np.isinf(corners.speed) & ~corners.stop & ~corners.corner
     out &= np.isclose(feeds.speed[before], feeds.speed[after], rtol=_STRAIGHT, atol=0.0)
     out[[0, -1]] = False
     at = np.flatnonzero(out)
     one, other = (side[1][at] for side in sides)
-    out[at] = most(np.abs(other - one) / np.maximum(np.abs(one), 1.0)) < _SEEN
+    out[at] = max_over_axes(np.abs(other - one) / np.maximum(np.abs(one), 1.0)) < _SEEN
     return out
 
 
-def _lines(path: Path, joints: Joints) -> NDArray[np.bool_]:
+def _lines(path: Path, corners: Corners) -> NDArray[np.bool_]:
     """Tell which stretches between breakpoints are straight lines from rest to rest."""
-    row = path.row_of(0.5 * (joints.s[:-1] + joints.s[1:]))
-    return (path.kind[row] == Kind.LINE) & joints.stop[:-1] & joints.stop[1:]
+    row = path.row_of(0.5 * (corners.s[:-1] + corners.s[1:]))
+    return (path.kind[row] == Kind.LINE) & corners.stop[:-1] & corners.stop[1:]
 
 
 def _calm(x: Floats, h: Floats, spline: NDArray[np.bool_]) -> None:
@@ -360,40 +363,42 @@ def _calm(x: Floats, h: Floats, spline: NDArray[np.bool_]) -> None:
         h: Shape (n,), lengths, mm.
         spline: Shape (n,), which intervals are of the spline.
     """
-    size = most(most(np.abs(x[1])))
+    size = max_over_axes(max_over_axes(np.abs(x[1])))
     sharp = np.zeros(len(h), bool)
     for order in (2, 3):
         bound = _SHARP * size / elementary.power(h, order - 1.0)
-        at = np.flatnonzero(most(most(np.abs(x[order]))) > bound)
+        at = np.flatnonzero(max_over_axes(max_over_axes(np.abs(x[order]))) > bound)
         x[order, at] = np.clip(x[order, at], -bound[at, None, None], bound[at, None, None])
         sharp[at] = True
     # Where the direction does not change in any digit, x'' and x''' are rounding, as at a cusp that lies on a line.
     places = [x[1, :, place] for place in range(3)]
-    change = most(reduce(np.maximum, places) - reduce(np.minimum, places))
+    change = max_over_axes(reduce(np.maximum, places) - reduce(np.minimum, places))
     x[2:, change <= _LAST_DIGITS * size] = 0.0
     at = np.flatnonzero(sharp & spline)
     x[1:, at, 1] = 0.5 * (x[1:, at, 0] + x[1:, at, 2])
 
 
-def _factors(s: Floats, joints: Joints) -> Floats:
+def _factors(s: Floats, corners: Corners) -> Floats:
     """Return what the jumps leave of the limits on each interval, shape (n, 2, axes): of acceleration and of jerk.
 
     Where zones overlap, all of them take.
     """
-    near = np.flatnonzero(joints.zone > 0)
-    first = np.searchsorted(s, joints.s[near] - joints.zone[near], side="right") - 1
-    last = np.searchsorted(s, joints.s[near] + joints.zone[near], side="left")
-    change = np.zeros((len(s), *joints.taken.shape[1:]))
-    np.add.at(change, np.maximum(first, 0), joints.taken[near])
-    np.add.at(change, np.minimum(last, len(s) - 1), -joints.taken[near])
+    near = np.flatnonzero(corners.zone > 0)
+    first = np.searchsorted(s, corners.s[near] - corners.zone[near], side="right") - 1
+    last = np.searchsorted(s, corners.s[near] + corners.zone[near], side="left")
+    change = np.zeros((len(s), *corners.jump_share.shape[1:]))
+    np.add.at(change, np.maximum(first, 0), corners.jump_share[near])
+    np.add.at(change, np.minimum(last, len(s) - 1), -corners.jump_share[near])
     return np.maximum(1.0 - np.cumsum(change, axis=0)[:-1], 1.0 - JUMP_SHARE - SWAY_SHARE)
 
 
-def _hidden(path: Path, s: Floats, kind: NDArray[np.int8], x3: Floats, top: Floats, jerk: Floats) -> Floats:
+def _x3_excess(
+    path: Path, s: Floats, kind: NDArray[np.int8], x3: Floats, top: Floats, jerk: Floats
+) -> Floats:
     """Return by how much |x'''| within an interval may exceed what its three values show, shape (n, axes).
 
     The kernel takes x''' as a quadratic over an interval. Where its second difference is large, the path is evaluated at the
-    quarter points too, and what differs there from the quadratic is the result, times `_HIDDEN`. Intervals beside a rest
+    quarter points too, and what differs there from the quadratic is the result, times `_EXCESS`. Intervals beside a rest
     are left out: v³ grows as s² there, and at a rest in a cusp x''' is rounding.
 
     Args:
@@ -406,9 +411,9 @@ def _hidden(path: Path, s: Floats, kind: NDArray[np.int8], x3: Floats, top: Floa
     """
     out = np.zeros((len(x3), x3.shape[2]))
     size = reduce(np.maximum, (np.abs(x3[:, place]) for place in range(3)))
-    cube = np.minimum(elementary.power(most(top), 1.5), _MOST * along_path(jerk, size))
+    cube = np.minimum(elementary.power(max_over_axes(top), 1.5), _MOST * along_path(jerk, size))
     with np.errstate(invalid="ignore"):
-        bend = most(np.abs(x3[:, 0] - 2.0 * x3[:, 1] + x3[:, 2]) / jerk) * cube
+        bend = max_over_axes(np.abs(x3[:, 0] - 2.0 * x3[:, 1] + x3[:, 2]) / jerk) * cube
     at = np.flatnonzero((bend > _BEND) & (kind == SPLINE))
     if not len(at):
         return out
@@ -422,7 +427,7 @@ def _hidden(path: Path, s: Floats, kind: NDArray[np.int8], x3: Floats, top: Floa
         np.abs(there[:, n] - (part[0] * three[0] + part[1] * three[1] + part[2] * three[2]))
         for n, part in enumerate(_QUARTERS)
     ]
-    out[at] = _HIDDEN * np.nan_to_num(np.maximum(*apart), nan=0.0, posinf=0.0)
+    out[at] = _EXCESS * np.nan_to_num(np.maximum(*apart), nan=0.0, posinf=0.0)
     return out
 
 

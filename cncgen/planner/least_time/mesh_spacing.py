@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
-from cncgen.geometry.columns import most
+from cncgen.geometry.columns import max_over_axes
 from cncgen.geometry.path import Path
 from cncgen.kernels import along_path as kernel
-from cncgen.planner.least_time.corners import Joints, nearest
+from cncgen.planner.least_time.corners import Corners, nearest
 from cncgen.planner.limits.axis_limits import Bounds, along_path, lowered, resolution
 from cncgen.toolpath.record import Kind
 
@@ -118,7 +118,7 @@ class _Survey:
     """A block as nodes are placed on it, looked at in `n` places.
 
     Attributes:
-        bounds, joints, sides, lines: As `placed` takes them.
+        bounds, corners, sides, lines: As `placed` takes them.
         probes: Shape (n,), path coordinate of the places, ascending; every breakpoint is one.
         panels: Shape (n,), length of the path's panel there; infinite on lines and arcs.
         shape: What `_shape` says of the places.
@@ -128,7 +128,7 @@ class _Survey:
     """
 
     bounds: Bounds
-    joints: Joints
+    corners: Corners
     sides: tuple[Floats, Floats]
     lines: NDArray[np.bool_]
     probes: Floats
@@ -143,22 +143,22 @@ class _Survey:
         cls,
         path: Path,
         bounds: Bounds,
-        joints: Joints,
+        corners: Corners,
         sides: tuple[Floats, Floats],
         lines: NDArray[np.bool_],
         top_at: TopAt,
     ) -> _Survey:
         """Look at a block."""
         seen = min(float(resolution(bounds, side[1]).min()) for side in sides)
-        probes, panels = _probes(path, joints, seen)
+        probes, panels = _probes(path, corners, seen)
         x = path.evaluate(probes, 3)
-        x[:, np.searchsorted(probes, joints.s)] = sides[1]
+        x[:, np.searchsorted(probes, corners.s)] = sides[1]
         x[:, -1] = sides[0][:, -1]
-        shape = _shape(bounds, x, probes, joints, sides, top_at)
-        bends = _bends(shape, probes, joints)
+        shape = _shape(bounds, x, probes, corners, sides, top_at)
+        bends = _bends(shape, probes, corners)
         return cls(
             bounds,
-            joints,
+            corners,
             sides,
             lines,
             probes,
@@ -166,14 +166,14 @@ class _Survey:
             shape,
             x[3],
             _seen(bounds, x[1], probes),
-            _first(bounds, joints, sides, lines, top_at, bends),
+            _first(bounds, corners, sides, lines, top_at, bends),
         )
 
 
 def placed(
     path: Path,
     bounds: Bounds,
-    joints: Joints,
+    corners: Corners,
     sides: tuple[Floats, Floats],
     lines: NDArray[np.bool_],
     top_at: TopAt,
@@ -188,7 +188,7 @@ def placed(
     Args:
         path: Geometry.
         bounds: Limits.
-        joints: Its breakpoints.
+        corners: Its breakpoints.
         sides: Derivatives on the left and on the right of each breakpoint, shape (4, breakpoints, axes) each.
         lines: Shape (breakpoints − 1,): stretches that need no nodes between their ends.
         top_at: Gives the largest q.
@@ -198,7 +198,7 @@ def placed(
     Raises:
         TooManyNodesError: They are more than `MOST`.
     """
-    survey = _Survey.of(path, bounds, joints, sides, lines, top_at)
+    survey = _Survey.of(path, bounds, corners, sides, lines, top_at)
     if closer is not None:
         return _place(survey, density.times(closer))[0]
     s, alone = _place(survey, density)
@@ -210,30 +210,30 @@ def placed(
 
 def _place(survey: _Survey, density: Density) -> tuple[Floats, float]:
     """Return the nodes of a block in a density, and how many there would be, about, were none of them closer beside corners and rests."""
-    joints, probes, shape = survey.joints, survey.probes, survey.shape
-    spacing = _spacing(shape, probes, joints, density, survey.bounds.period_s)
+    corners, probes, shape = survey.corners, survey.probes, survey.shape
+    spacing = _spacing(shape, probes, corners, density, survey.bounds.period_s)
     spacing = np.minimum(spacing, _change(survey, density.change))
     # Panels follow the parameter, too: where a straight curve stands, they are tiny and tell nothing of the path.
     with np.errstate(invalid="ignore"):
         turns = shape[3] * survey.panels + shape[4] * survey.panels**2 > _NO_TURN
     spacing = np.where(turns, np.minimum(spacing, density.panel * survey.panels), spacing)
-    rests = joints.s[joints.stop]
+    rests = corners.s[corners.stop]
     if len(rests) > 1:
-        # Beyond the outermost ones it is the distance to a rest in another block.
+        # BlockEnd the outermost ones it is the distance to a rest in another block.
         apart = np.concatenate([[np.inf], np.diff(rests), [np.inf]])
         spacing = np.minimum(spacing, _STRETCH * apart[np.searchsorted(rests, probes, side="right")])
     spacing = np.maximum(spacing, survey.least)
     alone = float(_measure(probes, spacing)[1][-1])
-    before, after = _clear(survey.first, probes, spacing, joints.s)
+    before, after = _clear(survey.first, probes, spacing, corners.s)
     first = np.minimum(before, after)
-    tight = np.flatnonzero((joints.stop & np.isfinite(first)) | (joints.zone > 0))
-    at = np.searchsorted(probes, joints.s[tight])
-    beside = _beside(survey.bounds, joints, survey.sides)
-    spacing[at] = np.minimum(spacing[at], np.where(joints.stop, _NEXT * first, beside)[tight])
-    borders = _borders(joints, before, after, survey.lines)
-    stretch = np.searchsorted(joints.s, borders[:-1], side="right") - 1
-    whole = survey.lines[stretch] | _beside_rest(joints, borders)
-    low = joints.s[joints.stop | _slow(shape[5], probes, joints)]
+    tight = np.flatnonzero((corners.stop & np.isfinite(first)) | (corners.zone > 0))
+    at = np.searchsorted(probes, corners.s[tight])
+    beside = _beside(survey.bounds, corners, survey.sides)
+    spacing[at] = np.minimum(spacing[at], np.where(corners.stop, _NEXT * first, beside)[tight])
+    borders = _borders(corners, before, after, survey.lines)
+    stretch = np.searchsorted(corners.s, borders[:-1], side="right") - 1
+    whole = survey.lines[stretch] | _beside_rest(corners, borders)
+    low = corners.s[corners.stop | _slow(shape[5], probes, corners)]
     growth = _growth(shape, probes, low, density.growth)
     return _spread(*_graded(probes, spacing, growth), borders, whole), alone
 
@@ -259,13 +259,13 @@ def along(bounds: Bounds, x: Floats) -> tuple[Floats, Floats, Floats, Floats, Fl
 
 
 def _shape(
-    bounds: Bounds, x: Floats, s: Floats, joints: Joints, sides: tuple[Floats, Floats], top_at: TopAt
+    bounds: Bounds, x: Floats, s: Floats, corners: Corners, sides: tuple[Floats, Floats], top_at: TopAt
 ) -> tuple[Floats, ...]:
     """Return what `along` does at the places `s`, and the largest q there; at breakpoints the worse of both sides."""
     found = (*along(bounds, x), top_at(s, x, 1))
-    at = np.searchsorted(s, joints.s[1:])
+    at = np.searchsorted(s, corners.s[1:])
     left = sides[0][:, 1:]
-    before = (*along(bounds, left), top_at(joints.s[1:], left, -1))
+    before = (*along(bounds, left), top_at(corners.s[1:], left, -1))
     worst = (np.minimum, np.minimum, np.maximum, np.maximum, np.maximum, np.minimum)
     for mine, other, worse in zip(found, before, worst, strict=True):
         mine[at] = worse(mine[at], other)
@@ -286,11 +286,13 @@ def _change(survey: _Survey, part: float) -> Floats:
     acceleration, _, bend, *_, top = survey.shape
     jerk, s = survey.bounds.axes.jerk, survey.probes
     before = survey.x3.copy()
-    before[np.searchsorted(s, survey.joints.s)] = survey.sides[0][3]
+    before[np.searchsorted(s, survey.corners.s)] = survey.sides[0][3]
     with np.errstate(divide="ignore", invalid="ignore"):
         steady = elementary.power(np.minimum(top, acceleration / bend), 1.5)
         # Each side of a border has its own: where a curve stands at its end, x''' is infinite on that side alone.
-        cube, last = (np.minimum(steady, 1.0 / most(np.abs(side) / jerk)) for side in (survey.x3, before))
+        cube, last = (
+            np.minimum(steady, 1.0 / max_over_axes(np.abs(side) / jerk)) for side in (survey.x3, before)
+        )
         x3, cube, s = (
             np.concatenate([each[:-1].reshape(-1, 4, *each.shape[1:]), end[4::4, None]], axis=1)
             for each, end in ((survey.x3, before), (cube, last), (s, s))
@@ -298,7 +300,7 @@ def _change(survey: _Survey, part: float) -> Floats:
         step, apart = np.abs(np.diff(x3, axis=1)), np.diff(s, axis=1)
         # About a place where a curve stands, x''' is rounding.
         step[step * apart[..., None] ** 2 < _NO_TURN] = 0.0
-        change = most(step / jerk) * np.minimum(cube[:, :-1], cube[:, 1:])
+        change = max_over_axes(step / jerk) * np.minimum(cube[:, :-1], cube[:, 1:])
         rate = np.nan_to_num(change / apart)
         there = np.maximum(rate, np.roll(rate, 1, axis=1))
         there[0, 0] = rate[0, 0]
@@ -307,7 +309,7 @@ def _change(survey: _Survey, part: float) -> Floats:
 
 
 def _spacing(
-    shape: tuple[Floats, ...], s: Floats, joints: Joints, density: Density, period_s: float
+    shape: tuple[Floats, ...], s: Floats, corners: Corners, density: Density, period_s: float
 ) -> Floats:
     """Return the largest spacing at the places `s` by the shape of the path and the speed that it allows there."""
     acceleration, jerk, bend, turn, twist, top = shape
@@ -319,13 +321,13 @@ def _spacing(
         # Equal within a tolerance: rounding differs from one unit of length to another, and must not change the nodes.
         level = np.abs(np.diff(top)) <= _ALIKE * top[1:]
         calm[1:-1] &= level[:-1] & level[1:]
-        calm[np.searchsorted(s, joints.s[joints.stop | np.isfinite(joints.speed)])] = False
+        calm[np.searchsorted(s, corners.s[corners.stop | np.isfinite(corners.speed)])] = False
         step = np.maximum(
             density.ramp * np.minimum(ramp, np.sqrt(speed / jerk)),
             period_s * np.interp(ramp / period_s, *_UNSEEN, right=0.0),
         )
         beyond = np.maximum(_from_others(s, calm) - 1.1 * _rise(speed, acceleration, jerk) * speed, 0.0)
-        brief = density.brief * _gained(s, speed, acceleration, joints) / acceleration
+        brief = density.brief * _gained(s, speed, acceleration, corners) / acceleration
         return np.minimum.reduce(
             [
                 np.maximum(step * np.minimum(speed, fastest), brief) + density.growth * beyond,
@@ -341,18 +343,18 @@ def _rise(speed: Floats, acceleration: Floats, jerk: Floats) -> Floats:
     return np.where(speed > acceleration * ramp, 0.5 * (speed / acceleration + ramp), np.sqrt(speed / jerk))
 
 
-def _gained(s: Floats, speed: Floats, acceleration: Floats, joints: Joints) -> Floats:
+def _gained(s: Floats, speed: Floats, acceleration: Floats, corners: Corners) -> Floats:
     """Return v² at the places `s` that full acceleration leads to from slower ones, from rests and from passed corners.
 
     Args:
         s: Shape (n,), places, ascending.
         speed: Shape (n,), the largest v there by what the path is like.
         acceleration: Shape (n,), along the path.
-        joints: The breakpoints, which are among the places.
+        corners: The breakpoints, which are among the places.
     """
     q = speed**2
-    at = np.searchsorted(s, joints.s)
-    q[at] = np.minimum(q[at], np.where(joints.stop, 0.0, joints.speed**2))
+    at = np.searchsorted(s, corners.s)
+    q[at] = np.minimum(q[at], np.where(corners.stop, 0.0, corners.speed**2))
     rise = 2.0 * np.maximum(acceleration[:-1], acceleration[1:]) * np.diff(s)
     way = np.concatenate([[0.0], np.cumsum(np.minimum(rise, q.max()))])
     return np.maximum(lowered(q, way), 0.0)
@@ -365,7 +367,7 @@ def _from_others(s: Floats, mine: NDArray[np.bool_]) -> Floats:
     return np.minimum(s - before, after - s)
 
 
-def _bends(shape: tuple[Floats, ...], s: Floats, joints: Joints) -> tuple[Floats, Floats]:
+def _bends(shape: tuple[Floats, ...], s: Floats, corners: Corners) -> tuple[Floats, Floats]:
     """Return how far before and after each breakpoint where the motion rests it must slow down for a bend, infinite for none.
 
     That is the nearest place of which the speed, by what the path is like there, is a part `_LOWER` of what full jerk and full
@@ -374,11 +376,11 @@ def _bends(shape: tuple[Floats, ...], s: Floats, joints: Joints) -> tuple[Floats
     Args:
         shape: What `_shape` says of the places `s`.
         s: Shape (n,), places, ascending.
-        joints: The breakpoints, which are among the places.
+        corners: The breakpoints, which are among the places.
     """
     acceleration, jerk, bend, _, twist, top = shape
-    rest = np.searchsorted(s, joints.s[joints.stop])
-    found = np.full((2, len(joints.s)), np.inf)
+    rest = np.searchsorted(s, corners.s[corners.stop])
+    found = np.full((2, len(corners.s)), np.inf)
     if not len(rest):
         return found[0], found[1]
     with np.errstate(divide="ignore"):
@@ -401,13 +403,13 @@ def _bends(shape: tuple[Floats, ...], s: Floats, joints: Joints) -> tuple[Floats
         slow = np.flatnonzero(elementary.log(speed[order]) < reached + elementary.log(_LOWER))
         away = np.full(len(rest), np.inf)
         np.minimum.at(away, number[slow], way[slow])
-        out[joints.stop] = away[::step]
+        out[corners.stop] = away[::step]
     return found[0], found[1]
 
 
 def _first(
     bounds: Bounds,
-    joints: Joints,
+    corners: Corners,
     sides: tuple[Floats, Floats],
     lines: NDArray[np.bool_],
     top_at: TopAt,
@@ -418,16 +420,16 @@ def _first(
     They are infinite where it does not rest, and where nothing but straight lines from rest to rest meets.
 
     Args:
-        bounds, joints, sides, lines, top_at: As `placed` takes them.
+        bounds, corners, sides, lines, top_at: As `placed` takes them.
         bends: Shape (breakpoints,) each, how far before and after each rest the motion must slow down for a bend.
     """
     curved = ~(np.concatenate([[True], lines]) & np.concatenate([lines, [True]]))
-    rest = np.flatnonzero(joints.stop & curved)
+    rest = np.flatnonzero(corners.stop & curved)
     # A corner that is passed slows the motion as a rest does, and so does what is slower beyond a breakpoint.
-    slow = joints.s[joints.stop | np.isfinite(joints.speed) | _slower(bounds, joints, sides, top_at)]
+    slow = corners.s[corners.stop | np.isfinite(corners.speed) | _slower(bounds, corners, sides, top_at)]
     apart = _PART * np.diff(slow, prepend=-np.inf, append=np.inf)
-    at = np.searchsorted(slow, joints.s[rest])
-    gap = np.diff(joints.s, prepend=-np.inf, append=np.inf) / 3.0
+    at = np.searchsorted(slow, corners.s[rest])
+    gap = np.diff(corners.s, prepend=-np.inf, append=np.inf) / 3.0
     found = []
     for x, far, near, bent, side in (
         (sides[0], apart[at], gap[:-1], bends[0], -1),
@@ -436,7 +438,7 @@ def _first(
         acceleration, jerk, _, turn, _ = along(bounds, x[:, rest])
         with np.errstate(divide="ignore"):
             # From rest full jerk reaches v after √(2 v/j) and so (2 v)^(3/2)/(6 √j).
-            speed = np.sqrt(top_at(joints.s[rest], x[:, rest], side))
+            speed = np.sqrt(top_at(corners.s[rest], x[:, rest], side))
             slow = elementary.power(2.0 * speed, 1.5) / (6.0 * np.sqrt(jerk))
             wanted = [
                 _FIRST * elementary.power(acceleration, 3.0) / (6.0 * jerk**2),
@@ -445,26 +447,28 @@ def _first(
             ]
         # Where the top speed is reached almost at once, the interval may be shorter than the least distance of nodes: on it
         # constant jerk takes three times as long as the top speed would.
-        least, brief = _seen(bounds, x[1], joints.s)[rest], _BRIEF * bounds.period_s * speed
+        least, brief = _seen(bounds, x[1], corners.s)[rest], _BRIEF * bounds.period_s * speed
         least = np.where(wanted[2] > brief, np.minimum(least, brief), least)
-        out = np.full(len(joints.s), np.inf)
+        out = np.full(len(corners.s), np.inf)
         wanted.append(_PART * bent[rest])
         out[rest] = np.minimum.reduce([np.maximum(np.minimum.reduce(wanted), least), far, near[rest]])
         found.append(out)
     return found[0], found[1]
 
 
-def _slower(bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats], top_at: TopAt) -> NDArray[np.bool_]:
+def _slower(
+    bounds: Bounds, corners: Corners, sides: tuple[Floats, Floats], top_at: TopAt
+) -> NDArray[np.bool_]:
     """Tell at which breakpoints a stretch ends that is slower than what leads to it, and than full jerk from a rest gets there.
 
     It does so from v = (9/2 J d²)^(1/3) at the distance d.
     """
-    rests = joints.s[joints.stop]
+    rests = corners.s[corners.stop]
     if not len(rests):
-        return joints.stop
-    left, right = (top_at(joints.s, x, side) for x, side in zip(sides, (-1, 1), strict=True))
+        return corners.stop
+    left, right = (top_at(corners.s, x, side) for x, side in zip(sides, (-1, 1), strict=True))
     low = np.minimum(left, right)
-    away = np.abs(joints.s - rests[nearest(rests, joints.s)])
+    away = np.abs(corners.s - rests[nearest(rests, corners.s)])
     jerk = along_path(bounds.axes.jerk, sides[0][1], sides[1][1])
     out: NDArray[np.bool_] = low * (1.0 + _ALIKE) < np.maximum(left, right)
     return out & (elementary.power(low, 1.5) < 4.5 * jerk * away**2)
@@ -489,16 +493,16 @@ def _clear(first: tuple[Floats, Floats], probes: Floats, spacing: Floats, s: Flo
     return before, after
 
 
-def _beside(bounds: Bounds, joints: Joints, sides: tuple[Floats, Floats]) -> Floats:
+def _beside(bounds: Bounds, corners: Corners, sides: tuple[Floats, Floats]) -> Floats:
     """Return the largest spacing at breakpoints with a jump: a part of its zone, and where the speed there is low, of the
     way on which full jerk raises it by half."""
     jerk = along_path(bounds.axes.jerk, sides[0][1], sides[1][1])
     with np.errstate(invalid="ignore"):
-        ramp = np.sqrt(joints.speed / jerk)
-        return np.fmin(0.35 * joints.zone, 0.25 * joints.speed * ramp)
+        ramp = np.sqrt(corners.speed / jerk)
+        return np.fmin(0.35 * corners.zone, 0.25 * corners.speed * ramp)
 
 
-def _probes(path: Path, joints: Joints, seen: float) -> tuple[Floats, Floats]:
+def _probes(path: Path, corners: Corners, seen: float) -> tuple[Floats, Floats]:
     """Return places to look at the path, four a panel: borders of its panels, its breakpoints, and points between; and the
     length of the panel there, which a polynomial of low degree carries (infinite on lines and arcs).
 
@@ -511,9 +515,9 @@ def _probes(path: Path, joints: Joints, seen: float) -> tuple[Floats, Floats]:
     turning = path.turning_points()
     borders = path.sample_borders()
     borders = np.union1d(borders, turning[np.diff(turning, prepend=-np.inf) > seen])
-    borders = borders[(borders >= joints.s[0]) & (borders <= joints.s[-1])]
-    near = nearest(joints.s, borders)
-    borders = np.union1d(borders[np.abs(joints.s[near] - borders) > seen], joints.s)
+    borders = borders[(borders >= corners.s[0]) & (borders <= corners.s[-1])]
+    near = nearest(corners.s, borders)
+    borders = np.union1d(borders[np.abs(corners.s[near] - borders) > seen], corners.s)
     length = np.diff(borders)
     inner = borders[:-1, None] + length[:, None] * np.array([0.0, 0.25, 0.5, 0.75])
     straight = path.kind[path.row_of(borders[:-1])] != Kind.NURBS
@@ -523,9 +527,9 @@ def _probes(path: Path, joints: Joints, seen: float) -> tuple[Floats, Floats]:
     return np.append(inner.ravel(), borders[-1]), there
 
 
-def _slow(top: Floats, s: Floats, joints: Joints) -> NDArray[np.bool_]:
+def _slow(top: Floats, s: Floats, corners: Corners) -> NDArray[np.bool_]:
     """Tell which breakpoints are passed so slowly, beside the largest q at the places `s`, that it is nearly a rest."""
-    return joints.speed < _LOW * np.sqrt(top[np.searchsorted(s, joints.s)])
+    return corners.speed < _LOW * np.sqrt(top[np.searchsorted(s, corners.s)])
 
 
 def _growth(shape: tuple[Floats, ...], s: Floats, low: Floats, growth: float) -> Floats:
@@ -559,7 +563,7 @@ def _graded(s: Floats, spacing: Floats, growth: Floats) -> tuple[Floats, Floats]
     grown = np.concatenate([[0.0], np.cumsum(growth * np.diff(s))])
     low = lowered(spacing, grown)
     top = np.maximum(spacing[:-1], spacing[1:])
-    # Beyond rounding: beside a rest spacings at quarters of a panel are as 1 to 2 to 3.
+    # BlockEnd rounding: beside a rest spacings at quarters of a panel are as 1 to 2 to 3.
     steep = np.flatnonzero(top > (1.0 + _ALIKE) * _STEEP * np.minimum(low[:-1], low[1:]))
     left, right, top, rate = s[steep], s[steep + 1], top[steep], growth[steep]
     # Where growth from both ends meets, if it does so below the top.
@@ -573,35 +577,35 @@ def _graded(s: Floats, spacing: Floats, growth: Floats) -> tuple[Floats, Floats]
     return fine, np.concatenate([low, values[inside]])[first]
 
 
-def _borders(joints: Joints, before: Floats, after: Floats, lines: NDArray[np.bool_]) -> Floats:
+def _borders(corners: Corners, before: Floats, after: Floats, lines: NDArray[np.bool_]) -> Floats:
     """Return the places that must be nodes: breakpoints, the first interval on the curved sides of a rest, and zones."""
-    leaves = np.flatnonzero(joints.stop[:-1] & ~lines)
-    enters = np.flatnonzero(joints.stop[1:] & ~lines) + 1
-    first = np.concatenate([joints.s[leaves] + after[leaves], joints.s[enters] - before[enters]])
-    return _with_zones(joints, np.unique(np.concatenate([joints.s, first])))
+    leaves = np.flatnonzero(corners.stop[:-1] & ~lines)
+    enters = np.flatnonzero(corners.stop[1:] & ~lines) + 1
+    first = np.concatenate([corners.s[leaves] + after[leaves], corners.s[enters] - before[enters]])
+    return _with_zones(corners, np.unique(np.concatenate([corners.s, first])))
 
 
-def _with_zones(joints: Joints, borders: Floats) -> Floats:
+def _with_zones(corners: Corners, borders: Floats) -> Floats:
     """Add the places where a jump begins and ends to be seen, as less jerk is left between them than beside them.
 
     Those stay out that lie within the first interval from a rest, or much nearer to another border than the zone is wide.
     """
-    passed = np.flatnonzero(joints.zone > 0.0)
+    passed = np.flatnonzero(corners.zone > 0.0)
     if not len(passed):
         return borders
-    s, zone = joints.s[passed], joints.zone[passed]
+    s, zone = corners.s[passed], corners.zone[passed]
     edge, which = np.unique(np.concatenate([s - zone, s + zone]), return_index=True)
     least = _NARROW * np.tile(zone, 2)[which]
     after = np.clip(np.searchsorted(borders, edge), 1, len(borders) - 1)
     apart = np.minimum(edge - borders[after - 1], borders[after] - edge)
     apart = np.minimum(apart, np.diff(edge, prepend=-np.inf))
-    return np.union1d(borders, edge[(apart > least) & ~_beside_rest(joints, borders)[after - 1]])
+    return np.union1d(borders, edge[(apart > least) & ~_beside_rest(corners, borders)[after - 1]])
 
 
-def _beside_rest(joints: Joints, borders: Floats) -> NDArray[np.bool_]:
+def _beside_rest(corners: Corners, borders: Floats) -> NDArray[np.bool_]:
     """Tell which stretches between borders leave or enter a rest."""
     rest = np.zeros(len(borders), bool)
-    rest[np.searchsorted(borders, joints.s[joints.stop])] = True
+    rest[np.searchsorted(borders, corners.s[corners.stop])] = True
     return rest[:-1] | rest[1:]
 
 

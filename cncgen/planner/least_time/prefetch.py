@@ -1,4 +1,4 @@
-"""An iterator drawn by a thread of its own, some items ahead: `planning` reads and measures beside solving, on two cores."""
+"""An iterator drawn by a thread of its own, some items ahead: `block_planning` reads and measures beside solving, on two cores."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Item = TypeVar("Item")
 _PATIENCE_S = 2.0
 
 
-def ahead(source: Iterable[Item], depth: int) -> Generator[Item, None, None]:
+def prefetch(source: Iterable[Item], depth: int) -> Generator[Item, None, None]:
     """Yield the items of an iterable, which are drawn in another thread while the last ones are worked on.
 
     The order is that of the source, so the result does not depend on timing. What the source raises is raised here,
@@ -44,7 +44,7 @@ def ahead(source: Iterable[Item], depth: int) -> Generator[Item, None, None]:
                 source.close()
 
     # A daemon: one that waits for more of its input must not keep the process.
-    thread = Thread(target=draw, name="ahead", daemon=True)
+    thread = Thread(target=draw, name="prefetch", daemon=True)
     thread.start()
     try:
         while True:

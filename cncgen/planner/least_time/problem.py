@@ -1,6 +1,6 @@
 """The least-time problem on a row of intervals, as the kernels take it, and its solution.
 
-`rolling_window` calls `solve` with the `Intervals` of its tracks; the numerical work is in the kernels ``least_time*``. Minimised
+`rolling_window` calls `solve` with the `Intervals` of its meshes; the numerical work is in the kernels ``least_time*``. Minimised
 is ∫ q^(−1/2) ds over q = v², with bounds that are convex in q but for the jerk's, which is replaced by its tangent in each
 iteration (Verscheure et al., 2009; Debrouwere et al., 2013). The method is the primal-dual interior point of Mehrotra
 (1992). As the problem is not convex, a run may stall or end at a plan that is not the best one: this module chooses where
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
-from cncgen.geometry.columns import anywhere, least, most
+from cncgen.geometry.columns import anywhere, max_over_axes, min_over_axes
 from cncgen.kernels import least_time, least_time_problem, least_time_rows
 from cncgen.planner.least_time.mesh import ENTER, LEAVE, SPLINE
 from cncgen.planner.record import Limit
@@ -73,11 +73,11 @@ _NEAR = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Intervals:
-    """`n` intervals in a row: the columns of `Track`, of one or several tracks, with the limits.
+    """`n` intervals in a row: the columns of `Mesh`, of one or several meshes, with the limits.
 
     Attributes:
         h: Shape (n,), lengths.
-        kind, x1, x2, x3, top, top_limit, factor, hidden: As in `Track`.
+        kind, x1, x2, x3, top, top_limit, factor, x3_excess: As in `Mesh`.
         node_top: Shape (n,): largest q at the left end of each interval by jumps.
         node_acceleration: Shape (n,): largest |q'| / 2 there by jumps.
         limits: Shape (2, axes): acceleration, jerk.
@@ -91,7 +91,7 @@ class Intervals:
     top: Floats
     top_limit: NDArray[np.int8]
     factor: Floats
-    hidden: Floats
+    x3_excess: Floats
     node_top: Floats
     node_acceleration: Floats
     limits: Floats
@@ -123,7 +123,7 @@ class Solution:
 
 
 @dataclass(frozen=True, slots=True)
-class _Columns:
+class _SplineColumns:
     """The spline intervals of a problem, `n` of them, as the kernels take them.
 
     Attributes:
@@ -131,7 +131,7 @@ class _Columns:
         h, ends, extra, box, sway: See `cncgen.kernels.least_time` and `cncgen.kernels.least_time_rows`.
         edge: Shape (n, 2), largest q at both ends.
         joint: Shape (n,), where acceleration must be held at the right end too.
-        hidden: Shape (n, axes), as in `Track`.
+        x3_excess: Shape (n, axes), as in `Mesh`.
         shape: Derivatives of the path (x1, x2, x3), limits and the parts of them that may be used.
     """
 
@@ -143,7 +143,7 @@ class _Columns:
     sway: Floats
     edge: Floats
     joint: NDArray[np.int8]
-    hidden: Floats
+    x3_excess: Floats
     shape: tuple[Floats, Floats, Floats, Floats, Floats]
 
 
@@ -207,7 +207,7 @@ def profile(given: Intervals) -> tuple[Floats, Floats]:
     return _ordinates(given, columns.at, columns.ends, np.asarray(kernel.c)), columns.edge
 
 
-def _columns(given: Intervals, state: tuple[float, float] | None) -> _Columns:
+def _columns(given: Intervals, state: tuple[float, float] | None) -> _SplineColumns:
     """Return the spline intervals of a row that starts at rest or in a state of motion."""
     at = np.flatnonzero(given.kind == SPLINE)
     h, ends, extra = _spline(given, at, state is not None)
@@ -217,16 +217,16 @@ def _columns(given: Intervals, state: tuple[float, float] | None) -> _Columns:
     # If they lie side by side, a slice spares copying them.
     pick = slice(at[0], at[-1] + 1) if at[-1] - at[0] < len(at) else at
     shape = (given.x1[pick], given.x2[pick], given.x3[pick], given.limits, given.factor[pick])
-    return _Columns(
-        at, h, ends, extra, box, _sways(given, at), edge, _joints(given, at), given.hidden[pick], shape
+    return _SplineColumns(
+        at, h, ends, extra, box, _sways(given, at), edge, _outer(given, at), given.x3_excess[pick], shape
     )
 
 
-def _kernel(columns: _Columns, state: tuple[float, float] | None) -> least_time_problem.Problem:
+def _kernel(columns: _SplineColumns, state: tuple[float, float] | None) -> least_time_problem.Problem:
     """Return the problem as the kernels take it, without unknowns and rows."""
     free = 1 if state is None else 2
     return least_time_problem.Problem(
-        free, columns.h, columns.ends, columns.extra, *columns.shape, columns.hidden
+        free, columns.h, columns.ends, columns.extra, *columns.shape, columns.x3_excess
     )
 
 
@@ -245,7 +245,7 @@ class _Start:
     slower: float = 1.0
 
     def fill(
-        self, kernel: least_time_problem.Problem, columns: _Columns, state: tuple[float, float] | None
+        self, kernel: least_time_problem.Problem, columns: _SplineColumns, state: tuple[float, float] | None
     ) -> None:
         """Fill the unknowns of a row that starts at rest or in a state of motion."""
         c, free = np.asarray(kernel.c), kernel.free
@@ -262,7 +262,7 @@ class _Start:
 
 
 @dataclass(frozen=True, slots=True)
-class _Run:
+class _SolverRun:
     """A run of the interior-point method from one start.
 
     Attributes:
@@ -277,7 +277,11 @@ class _Run:
 
 
 def _settled(
-    given: Intervals, columns: _Columns, state: tuple[float, float] | None, run: _Run, always: bool = False
+    given: Intervals,
+    columns: _SplineColumns,
+    state: tuple[float, float] | None,
+    run: _SolverRun,
+    always: bool = False,
 ) -> Solution:
     """Confirm a result: solve again from a little below it until its time no longer changes.
 
@@ -305,7 +309,7 @@ def _settled(
 
 
 def _from_within(
-    given: Intervals, columns: _Columns, state: tuple[float, float] | None, best: Solution
+    given: Intervals, columns: _SplineColumns, state: tuple[float, float] | None, best: Solution
 ) -> Solution:
     """Improve a plan that is no optimum: solve again from far below it, as long as that leads to a shorter one.
 
@@ -325,8 +329,8 @@ def _from_within(
 
 
 def _improved(
-    given: Intervals, columns: _Columns, start: _Start, state: tuple[float, float] | None, thinned: bool
-) -> _Run:
+    given: Intervals, columns: _SplineColumns, start: _Start, state: tuple[float, float] | None, thinned: bool
+) -> _SolverRun:
     """Run the interior-point method from a start; if `thinned`, rows that the start stays far from are left out at first."""
     kernel = _kernel(columns, state)
     start.fill(kernel, columns, state)
@@ -344,7 +348,9 @@ def _improved(
         least_time.response(kernel, change)
         unfelt = _unfelt(columns.at, np.abs(change[1:-1]))
     left = 0.0 if status == 0 else float(report[1] / report[0]) if status == 1 else np.inf
-    return _Run(Solution(q, limit, float(report[0]), unfelt, status >= 0 or held), left, float(report[6]))
+    return _SolverRun(
+        Solution(q, limit, float(report[0]), unfelt, status >= 0 or held), left, float(report[6])
+    )
 
 
 def _unfelt(spline: NDArray[np.int64], change: Floats) -> int:
@@ -431,7 +437,7 @@ def _boxes(given: Intervals, spline: NDArray[np.int64], rest: Floats) -> tuple[F
     edge = np.stack([np.minimum(left, np.roll(rest, 1)), np.minimum(right, np.roll(rest, -1))], 1)[spline]
     # A convex bound is met by the parabola through its three values, a concave one, maybe with an edge, by its chords.
     middle = np.minimum(2.0 * top[:, 1] - 0.5 * (top[:, 0] + top[:, 2]), top[:, 1])
-    middle = np.maximum(middle, 0.5 * least(top))
+    middle = np.maximum(middle, 0.5 * min_over_axes(top))
     box = np.stack([edge[:, 0], middle[spline], np.full(len(spline), np.inf)], 1)
     # An ordinate between two bounded ones is bounded as they are: it needs no row of its own if all three bounds are equal.
     # Equal within a tolerance, as rounding, which differs from one unit of length to another, must not change the problem.
@@ -455,13 +461,13 @@ def _sways(given: Intervals, spline: NDArray[np.int64]) -> Floats:
     return np.stack([given.node_acceleration[spline], right], 1)
 
 
-def _joints(given: Intervals, spline: NDArray[np.int64]) -> NDArray[np.int8]:
+def _outer(given: Intervals, spline: NDArray[np.int64]) -> NDArray[np.int8]:
     """Tell which spline intervals need their acceleration held at the right end too."""
-    turn = most(np.abs(given.x1[1:, 0] - given.x1[:-1, 2]))
+    turn = max_over_axes(np.abs(given.x1[1:, 0] - given.x1[:-1, 2]))
     bend = np.abs(given.x2[1:, 0] - given.x2[:-1, 2]) * given.top[:-1, 2, None] / given.limits[0]
     # Beside a corner that takes a part of the limit, the next interval may have more of it left than this one.
     more = anywhere(given.factor[1:, 0] > (1.0 + _ALIKE) * given.factor[:-1, 0])
-    jump = (turn > 1e-9) | (most(bend) > _JUMP) | more | (given.kind[1:] == ENTER)
+    jump = (turn > 1e-9) | (max_over_axes(bend) > _JUMP) | more | (given.kind[1:] == ENTER)
     # The last interval of all enters rest, so each on the spline has one after it.
     return jump[spline].astype(np.int8)
 
@@ -478,7 +484,9 @@ def _ordinates(given: Intervals, spline: NDArray[np.int64], ends: Floats, c: Flo
     return q
 
 
-def _binding(given: Intervals, columns: _Columns, kernel: least_time_problem.Problem) -> NDArray[np.int8]:
+def _binding(
+    given: Intervals, columns: _SplineColumns, kernel: least_time_problem.Problem
+) -> NDArray[np.int8]:
     """Name the limit that each interval comes nearest to; none where all are more than a fiftieth away."""
     margin, closest = np.ones(len(columns.at)), np.zeros(len(columns.at), np.int8)
     least_time_rows.nearest(kernel, margin, closest)

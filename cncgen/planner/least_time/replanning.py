@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic
 from cncgen.machine.record import Machine
-from cncgen.planner.least_time.planning import plan_blocks
+from cncgen.planner.least_time.block_planning import plan_blocks
 from cncgen.planner.least_time.speed_caps import SpeedCap
 from cncgen.planner.motion import motion_at, time_at
 from cncgen.planner.record import Limit, Profile, Trajectory

@@ -1,6 +1,6 @@
-"""The look-ahead's window: tracks that are read but not yet final, planned down to a stop at the window's end.
+"""The look-ahead's window: meshes that are read but not yet final, planned down to a stop at the window's end.
 
-`planning` appends tracks and calls `advance`, which solves (`problem`), measures chords (`chord_refinement`), and yields what is final,
+`block_planning` appends meshes and calls `advance`, which solves (`problem`), measures chords (`chord_refinement`), and yields what is final,
 for `timeline`. A part of the plan is final if it does not depend on the stop at the end.
 """
 
@@ -13,12 +13,12 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.planner.least_time.chord_refinement import Course, held
-from cncgen.planner.least_time.mesh import ENTER, LEAVE, LINE, SPLINE, Track
-from cncgen.planner.least_time.pieces import Pieces, pieces_of
+from cncgen.planner.least_time.chord_refinement import MeshPath, held
+from cncgen.planner.least_time.mesh import ENTER, LEAVE, LINE, SPLINE, Mesh
+from cncgen.planner.least_time.motion_pieces import MotionPieces, pieces_of
 from cncgen.planner.least_time.problem import Intervals, Solution, solve
-from cncgen.planner.least_time.time_scaling import creeping, hurdle
-from cncgen.planner.least_time.timeline import Planned
+from cncgen.planner.least_time.time_scaling import obstacle, time_scaled
+from cncgen.planner.least_time.timeline import SolvedWindow
 from cncgen.planner.limits.axis_limits import Bounds
 
 Floats = NDArray[np.float64]
@@ -51,14 +51,14 @@ _PATIENT = 5_000
 
 
 @dataclass(slots=True)
-class Window:
+class RollingWindow:
     """Tracks in a row. Their intervals are open until they are handed on.
 
     Attributes:
         bounds: Limits.
         margin: Part of the limits of acceleration and jerk that is planned with.
-        tracks: In order; of the first, the intervals from `used` on are still open.
-        used: Intervals of the first track that are handed on.
+        meshes: In order; of the first, the intervals from `used` on are still open.
+        used: Intervals of the first mesh that are handed on.
         state: q there and the middle ordinate of q on it, where the motion is under way; None at rest.
         reserve: Ordinates and limits of the last plan for the first open intervals, down to a stop: a plan that is always
             there to fall back on.
@@ -69,7 +69,7 @@ class Window:
 
     bounds: Bounds
     margin: float = MARGIN["best"]
-    tracks: list[Track] = field(default_factory=list)
+    meshes: list[Mesh] = field(default_factory=list)
     used: int = 0
     state: tuple[float, float] | None = None
     reserve: tuple[Floats, NDArray[np.int8]] | None = None
@@ -78,9 +78,9 @@ class Window:
     patient: int = _PATIENT
 
     def __len__(self) -> int:
-        return sum(len(track) for track in self.tracks) - self.used
+        return sum(len(mesh) for mesh in self.meshes) - self.used
 
-    def advance(self, last: bool) -> Iterator[Planned]:
+    def advance(self, last: bool) -> Iterator[SolvedWindow]:
         """Plan what is open where there is enough of it, and hand on what is final: all of it at the `last` call."""
         while len(self) > self.wanted or (last and len(self)):
             count = min(len(self), self.wanted)
@@ -119,21 +119,23 @@ class Window:
         pieces = self._held(given, solution, True)[2]
         return np.concatenate([[0.0], np.cumsum(pieces.duration)])[pieces.offset]
 
-    def _parts(self, count: int) -> list[tuple[Track, slice]]:
-        """Return the tracks of the first `count` open intervals, and which intervals of each these are."""
+    def _parts(self, count: int) -> list[tuple[Mesh, slice]]:
+        """Return the meshes of the first `count` open intervals, and which intervals of each these are."""
         parts = []
-        for number, track in enumerate(self.tracks):
+        for number, mesh in enumerate(self.meshes):
             first = self.used if number == 0 else 0
-            parts.append((track, slice(first, min(len(track), first + count))))
+            parts.append((mesh, slice(first, min(len(mesh), first + count))))
             count -= parts[-1][1].stop - first
             if not count:
                 break
         return parts
 
-    def _held(self, given: Intervals, solution: Solution, stands: bool) -> tuple[Intervals, Solution, Pieces]:
+    def _held(
+        self, given: Intervals, solution: Solution, stands: bool
+    ) -> tuple[Intervals, Solution, MotionPieces]:
         """Lower bounds of q where chords between setpoints are further from the path than their tolerance, and solve again.
 
-        The lower bounds stay with the tracks, for the windows that follow. Where no motion within them is found, the plan
+        The lower bounds stay with the meshes, for the windows that follow. Where no motion within them is found, the plan
         stays as it was.
 
         Args:
@@ -145,7 +147,7 @@ class Window:
         Returns:
             Intervals and solution, and the motion.
         """
-        course = Course(self._parts(len(given)), self.bounds)
+        course = MeshPath(self._parts(len(given)), self.bounds)
         for left in range(_ROUNDS, -1, -1):
             pieces = pieces_of(given, solution.q, solution.limit)
             if solution.fallback or not left:
@@ -165,13 +167,13 @@ class Window:
     def _lower(self, given: Intervals) -> None:
         """Keep the bounds of q of the first open intervals."""
         first = 0
-        for track, rows in self._parts(len(given)):
+        for mesh, rows in self._parts(len(given)):
             here = slice(first, first + rows.stop - rows.start)
-            track.top[rows], track.top_limit[rows] = given.top[here], given.top_limit[here]
-            track.node_top[rows] = given.node_top[here]
+            mesh.top[rows], mesh.top_limit[rows] = given.top[here], given.top_limit[here]
+            mesh.node_top[rows] = given.node_top[here]
             first = here.stop
 
-    def _unfelt(self, solution: Solution, pieces: Pieces) -> int:
+    def _unfelt(self, solution: Solution, pieces: MotionPieces) -> int:
         """Return how many intervals depend on where the window ends neither themselves nor by the chords that begin on them.
 
         A further period is left out: if the next window finds that the first chord of its own is too long, it must have room
@@ -187,13 +189,13 @@ class Window:
         parts = self._parts(count)
 
         def column(name: str) -> np.ndarray:
-            return np.concatenate([getattr(track, name)[rows] for track, rows in parts])
+            return np.concatenate([getattr(mesh, name)[rows] for mesh, rows in parts])
 
         kind = column("kind")
         kind[-1] = LINE if kind[-1] == LINE else ENTER
         axes = self.bounds.axes
         return Intervals(
-            h=np.concatenate([np.diff(track.s[rows.start : rows.stop + 1]) for track, rows in parts]),
+            h=np.concatenate([np.diff(mesh.s[rows.start : rows.stop + 1]) for mesh, rows in parts]),
             kind=kind,
             x1=column("x1"),
             x2=column("x2"),
@@ -201,7 +203,7 @@ class Window:
             top=column("top"),
             top_limit=column("top_limit"),
             factor=column("factor"),
-            hidden=column("hidden"),
+            x3_excess=column("x3_excess"),
             node_top=column("node_top"),
             node_acceleration=column("node_acceleration"),
             limits=np.stack([axes.acceleration, axes.jerk]) * self.margin,
@@ -212,7 +214,7 @@ class Window:
 
         If limits are exceeded most at a place that the motion passes very slowly, it stops there: that mostly costs little, and
         once `_PATIENT` intervals have failed no other starts are tried before. Else half as many intervals are tried, again and again, down to those of the reserve.
-        If these fail too, the reserve is the plan, or, from rest, a `creeping` motion.
+        If these fail too, the reserve is the plan, or, from rest, a `time_scaled` motion.
 
         Args:
             given: The intervals.
@@ -236,36 +238,36 @@ class Window:
             if fewer <= len(q):
                 if self.reserve:
                     return Solution(q, limit, 0.0, 0, True, fallback=True), False
-                return creeping(given), False
+                return time_scaled(given), False
             given = _head(given, fewer)
 
     def _stop_for(self, given: Intervals, least: int, found: Solution) -> int:
-        """Return after how many intervals, more than `least`, to stop for a place that no motion can pass (`hurdle`); 0 for none."""
-        place = hurdle(given, found.q, self.bounds.period_s)
+        """Return after how many intervals, more than `least`, to stop for a place that no motion can pass (`obstacle`); 0 for none."""
+        place = obstacle(given, found.q, self.bounds.period_s)
         before = _stop_before(given.kind, place)
         return before if least < before < len(given) - 2 and place - before <= _BESIDE else 0
 
     def _hand_on(
-        self, given: Intervals, solution: Solution, pieces: Pieces, final: int, ends: bool
-    ) -> Planned:
+        self, given: Intervals, solution: Solution, pieces: MotionPieces, final: int, ends: bool
+    ) -> SolvedWindow:
         """Take the first `final` intervals out of the window; whether the program `ends` there."""
         n = len(given)
-        out = Planned(
+        out = SolvedWindow(
             self.bounds, self._parts(n), given.h, pieces, solution, final, self.state is not None, ends
         )
-        for track, rows in self._parts(final):
+        for mesh, rows in self._parts(final):
             self.used = rows.stop
-            if rows.stop == len(track):
-                self.tracks.pop(0)
+            if rows.stop == len(mesh):
+                self.meshes.pop(0)
                 self.used = 0
         self.state, self.reserve = None, None
         if final < n and given.kind[final] == SPLINE:
             self.state = (float(solution.q[final, 0]), float(solution.q[final, 1]))
             self.reserve = (solution.q[final:].copy(), solution.limit[final:].copy())
-        elif final == n and self.tracks and self.tracks[0].kind[self.used] == SPLINE:
-            # The window could not be planned beyond this place, so the motion stops here, and the next track leaves a rest.
-            self.tracks[0].kind[self.used] = LEAVE
-            self.tracks[0].corner[self.used] = True
+        elif final == n and self.meshes and self.meshes[0].kind[self.used] == SPLINE:
+            # The window could not be planned beyond this place, so the motion stops here, and the next mesh leaves a rest.
+            self.meshes[0].kind[self.used] = LEAVE
+            self.meshes[0].corner[self.used] = True
         return out
 
 
@@ -299,7 +301,18 @@ def _head(given: Intervals, n: int) -> Intervals:
     """Return the first `n` intervals, the last of which enters rest."""
     kind = given.kind[:n].copy()
     kind[-1] = ENTER
-    names = ("h", "x1", "x2", "x3", "top", "top_limit", "factor", "hidden", "node_top", "node_acceleration")
+    names = (
+        "h",
+        "x1",
+        "x2",
+        "x3",
+        "top",
+        "top_limit",
+        "factor",
+        "x3_excess",
+        "node_top",
+        "node_acceleration",
+    )
     return replace(given, kind=kind, **{name: getattr(given, name)[:n] for name in names})
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from cncgen.diagnostics import NoPlanError
 from cncgen.machine.record import Machine
-from cncgen.planner.least_time.planning import ROWS, plan_blocks, smooth_blocks
+from cncgen.planner.least_time.block_planning import ROWS, plan_blocks, smooth_blocks
 from cncgen.planner.least_time.speed_caps import SpeedCap
 from cncgen.planner.record import Limit, Trajectory
 from cncgen.planner.smoothing import chord_within

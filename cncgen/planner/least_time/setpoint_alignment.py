@@ -3,7 +3,7 @@
 At a rest in a corner the axes stand still, but no setpoint need fall there. Where the axes go far in one period from rest, the
 chord from the setpoint before the rest to the one after it would cut the corner by more than the tolerance. When setpoints fall
 is known once the motion up to the rest is planned. So that chord is compared with the path under it, and the rest is made just
-as long as the tolerance asks for (docs/corners.md, Rests).
+as long as the tolerance asks for (docs/corners.md, SetpointAlignment).
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
-from cncgen.planner.least_time.chord_refinement import Course
-from cncgen.planner.least_time.mesh import Track
-from cncgen.planner.least_time.pieces import Pieces
+from cncgen.planner.least_time.chord_refinement import MeshPath
+from cncgen.planner.least_time.mesh import Mesh
+from cncgen.planner.least_time.motion_pieces import MotionPieces
 from cncgen.planner.limits.axis_limits import Bounds
 from cncgen.planner.motion import motion_at
 from cncgen.planner.record import Profile
@@ -41,7 +41,7 @@ _STARTS, _HALVINGS, _SHORT = 16, 8, 100.0
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class PathMotion:
     """A path under intervals, and a motion on it.
 
     Attributes:
@@ -51,13 +51,13 @@ class Way:
         profile: The motion, whose s is that way.
     """
 
-    course: Course
+    course: MeshPath
     s: Floats
     breaks: Floats
     profile: Profile
 
     @classmethod
-    def planned(cls, course: Course, h: Floats, pieces: Pieces) -> Way:
+    def planned(cls, course: MeshPath, h: Floats, pieces: MotionPieces) -> PathMotion:
         """Return what is planned on intervals of the lengths `h`: way and time from 0 on, without waits."""
         s = np.concatenate([[0.0], np.cumsum(h)])
         owner = np.repeat(np.arange(len(h)), np.diff(pieces.offset))
@@ -67,10 +67,10 @@ class Way:
         return cls(course, s, course.breakpoints(), profile)
 
     @classmethod
-    def gone(cls, track: Track, profile: Profile, bounds: Bounds) -> Way:
-        """Return what is handed on of a track."""
-        course = Course([(track, slice(0, len(track)))], bounds)
-        return cls(course, track.s, track.s[0] + course.breakpoints(), profile)
+    def gone(cls, mesh: Mesh, profile: Profile, bounds: Bounds) -> PathMotion:
+        """Return what is handed on of a mesh."""
+        course = MeshPath([(mesh, slice(0, len(mesh)))], bounds)
+        return cls(course, mesh.s, mesh.s[0] + course.breakpoints(), profile)
 
     def at(self, t: Floats) -> Floats:
         """Return the ways at times, which do not fall, shape (k,)."""
@@ -101,7 +101,7 @@ class Way:
 
 
 @dataclass(slots=True)
-class Rests:
+class SetpointAlignment:
     """The rests of a row of intervals, one after the other.
 
     Attributes:
@@ -111,8 +111,8 @@ class Rests:
         real, moving: Times at which the motion comes to rests, and leaves them, and those without waits.
     """
 
-    way: Way
-    past: list[Way]
+    way: PathMotion
+    past: list[PathMotion]
     stands: Ints
     real: list[float]
     moving: list[float]
@@ -171,7 +171,7 @@ class Rests:
         return float(low + (high - low) * (one - 1.0) / (one - least))
 
     def _under(self, last: float, end: float) -> tuple[Floats, Floats, Floats]:
-        """Return what `Way.between` does from the setpoint at a time `last` up to `end`, a time without waits.
+        """Return what `PathMotion.between` does from the setpoint at a time `last` up to `end`, a time without waits.
 
         Ways before the row are less than 0.
         """
@@ -194,7 +194,9 @@ class Rests:
         return ways, places, tolerance
 
 
-def started(way: Way, stands: Ints, node_t: Floats, dwells: Floats, ends: bool) -> tuple[Floats, float]:
+def started(
+    way: PathMotion, stands: Ints, node_t: Floats, dwells: Floats, ends: bool
+) -> tuple[Floats, float]:
     """Return how much longer than its dwell each rest of a motion that starts lasts, shape (n,), s, and when it starts.
 
     What waits for a setpoint at the start need not wait for it on the way, and the stand before the first motion is none of
@@ -212,7 +214,7 @@ def started(way: Way, stands: Ints, node_t: Floats, dwells: Floats, ends: bool) 
     least = float(node_t[-1] + dwells[: len(node_t) - 1].sum())
 
     def from_start(at: float) -> tuple[float, float, Floats]:
-        longer = Rests(way, [], stands, [at], [0.0]).lengthened(node_t, dwells)
+        longer = SetpointAlignment(way, [], stands, [at], [0.0]).lengthened(node_t, dwells)
         return least + float(longer.sum()), at, longer
 
     best = from_start(0.0)

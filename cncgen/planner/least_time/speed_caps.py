@@ -1,6 +1,6 @@
 """A largest speed along a block that comes from outside: from another plan, or from the simulated servo loops.
 
-Made by `cncgen.planner.least_time.contour_bound`, `cncgen.planner.least_time.replanning` and, for chords under G64, `planning`; used by `mesh`.
+Made by `cncgen.planner.least_time.contour_bound`, `cncgen.planner.least_time.replanning` and, for chords under G64, `block_planning`; used by `mesh`.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 _PLACES, _USED = np.linspace(0.0, 1.0, 17), 0.8
 
 
-def creeping(given: Intervals) -> Solution:
+def time_scaled(given: Intervals) -> Solution:
     """Return a motion that holds every limit on intervals from rest to rest, far from the least time.
 
     It is the profile that the solver starts from (`cncgen.planner.least_time.problem.profile`), slowed as a whole.
@@ -33,7 +33,7 @@ def creeping(given: Intervals) -> Solution:
     return Solution(_part(given, q, edge) * q, limit, 0.0, len(given), True)
 
 
-def hurdle(given: Intervals, q: Floats, period_s: float) -> int:
+def obstacle(given: Intervals, q: Floats, period_s: float) -> int:
     """Return the node at which to stop instead, because limits are exceeded most beside it and the motion is slow there; 0 for none.
 
     Slow means below the smaller of J T² and A T, as where the path is nearly a cusp: a stop there costs next to nothing. Of
@@ -89,7 +89,7 @@ def _used(given: Intervals, q: Floats, spline: NDArray[np.int64]) -> tuple[Float
     x1, x2, x3 = (np.einsum("kma,mp->kpa", each[spline], weights) for each in (given.x1, given.x2, given.x3))
     limits = given.limits * given.factor[spline]
     acceleration = np.abs(x2 * value + x1 * slope)
-    jerk = np.abs(x3 * value + 3.0 * x2 * slope + x1 * bend) + given.hidden[spline, None] * value
+    jerk = np.abs(x3 * value + 3.0 * x2 * slope + x1 * bend) + given.x3_excess[spline, None] * value
     jerk *= np.sqrt(np.maximum(value, 0.0))
     used = (each / limits[:, None, which] for which, each in enumerate((acceleration, jerk)))
     return tuple(each.max(axis=(1, 2)) for each in used)

@@ -1,6 +1,6 @@
 """What windows hand on, in time: rests that last until a setpoint is near enough, and trajectories with their corners.
 
-Nothing here acts on what is planned afterwards, so it is done in another thread than the solving (`planning`).
+Nothing here acts on what is planned afterwards, so it is done in another thread than the solving (`block_planning`).
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.planner.assembly import assemble, timed, waits_of
-from cncgen.planner.least_time.chord_refinement import Course
+from cncgen.planner.least_time.chord_refinement import MeshPath
 from cncgen.planner.least_time.corners import nearest
-from cncgen.planner.least_time.mesh import Track
-from cncgen.planner.least_time.pieces import Pieces
+from cncgen.planner.least_time.mesh import Mesh
+from cncgen.planner.least_time.motion_pieces import MotionPieces
 from cncgen.planner.least_time.problem import Solution
-from cncgen.planner.least_time.setpoint_alignment import Rests, Way, started
+from cncgen.planner.least_time.setpoint_alignment import PathMotion, SetpointAlignment, started
 from cncgen.planner.limits.axis_limits import Bounds
 from cncgen.planner.record import Limit, SharpCorner, Trajectory
 
@@ -31,12 +31,12 @@ MAX_CORNERS = 10_000
 
 
 @dataclass(frozen=True, slots=True)
-class Planned:
+class SolvedWindow:
     """`n` intervals that a window has solved, of which the first ones are final.
 
     Attributes:
         bounds: Limits.
-        parts: Their tracks, and which intervals of each these are.
+        parts: Their meshes, and which intervals of each these are.
         h: Shape (n,), lengths, mm.
         pieces, solution: The motion on them.
         final: How many of them are final.
@@ -45,9 +45,9 @@ class Planned:
     """
 
     bounds: Bounds
-    parts: list[tuple[Track, slice]]
+    parts: list[tuple[Mesh, slice]]
     h: Floats
-    pieces: Pieces
+    pieces: MotionPieces
     solution: Solution
     final: int
     moving: bool
@@ -62,41 +62,41 @@ class Timeline:
         t_s: Time at its end.
         corners: Sharp corners so far.
         past: Its ways, back to a period before `t_s` at least.
-        cornered: Whether what came last had rests that chords might cut (`Track.cuts`).
+        cornered: Whether what came last had rests that chords might cut (`Mesh.cuts`).
     """
 
     t_s: float = 0.0
     corners: int = 0
-    past: list[Way] = field(default_factory=list)
+    past: list[PathMotion] = field(default_factory=list)
     cornered: bool = False
 
-    def trajectories(self, planned: Planned) -> Iterator[Trajectory]:
+    def trajectories(self, planned: SolvedWindow) -> Iterator[Trajectory]:
         """Turn the intervals that are final into trajectories."""
         longer = self._longer(planned)
         position = 0
-        for track, rows in planned.parts:
+        for mesh, rows in planned.parts:
             count = min(rows.stop - rows.start, planned.final - position)
             if count <= 0:
                 break
-            yield self._trajectory(planned, track, rows.start, slice(position, position + count), longer)
+            yield self._trajectory(planned, mesh, rows.start, slice(position, position + count), longer)
             position += count
 
-    def _longer(self, planned: Planned) -> Floats:
+    def _longer(self, planned: SolvedWindow) -> Floats:
         """Return how much longer than the program asks for rests last before the intervals that are final, shape (final,), s."""
         parts, pieces, final = planned.parts, planned.pieces, planned.final
-        cuts = np.concatenate([track.cuts[rows] for track, rows in parts])[:final]
+        cuts = np.concatenate([mesh.cuts[rows] for mesh, rows in parts])[:final]
         cornered, self.cornered = self.cornered, bool(cuts.any())
         if not (cornered or self.cornered):
             return np.zeros(final)
         dwells = np.zeros(len(planned.h) + 1)
         first = 0
-        for track, rows in parts:
-            events = [event for event in track.events if rows.start <= event[0] <= rows.stop]
+        for mesh, rows in parts:
+            events = [event for event in mesh.events if rows.start <= event[0] <= rows.stop]
             dwells[first : first + rows.stop - rows.start + 1] += waits_of(
                 events, rows.stop - rows.start + 1, rows.start
             )
             first += rows.stop - rows.start
-        way = Way.planned(Course(parts, planned.bounds), planned.h, pieces)
+        way = PathMotion.planned(MeshPath(parts, planned.bounds), planned.h, pieces)
         stands = cuts | (dwells[:final] > 0.0)
         if not self.past and not dwells[0]:
             # The first wait is before the motion starts.
@@ -106,19 +106,19 @@ class Timeline:
             return longer[:final]
         # How the motion goes on after a rest at the end of the last hand-on, and so the chord over it, is known only now.
         stands[0] |= not planned.moving
-        rests = Rests(way, self.past, np.flatnonzero(stands), [self.t_s], [0.0])
+        rests = SetpointAlignment(way, self.past, np.flatnonzero(stands), [self.t_s], [0.0])
         return rests.lengthened(way.profile.t[pieces.offset], dwells)[:final]
 
     def _trajectory(
-        self, planned: Planned, track: Track, first: int, part: slice, longer: Floats
+        self, planned: SolvedWindow, mesh: Mesh, first: int, part: slice, longer: Floats
     ) -> Trajectory:
-        """Return the trajectory of a part of the intervals, those of a track from its `first` on."""
+        """Return the trajectory of a part of the intervals, those of a mesh from its `first` on."""
         pieces, period_s = planned.pieces, planned.bounds.period_s
         q, limit = planned.solution.q[part, 0], planned.solution.limit[part]
         count = part.stop - part.start
-        whole = first + count == len(track)
+        whole = first + count == len(mesh)
         last = first + count if whole else first + count - 1
-        events = [event for event in track.events if first <= event[0] <= last]
+        events = [event for event in mesh.events if first <= event[0] <= last]
         waits = waits_of(events, count + 1, first)
         first_piece, last_piece = pieces.offset[part.start], pieces.offset[part.stop]
         cut = slice(first_piece, last_piece)
@@ -128,7 +128,7 @@ class Timeline:
         owner = np.repeat(np.arange(count), np.diff(offset))
         profile, arrival = assemble(
             self.t_s,
-            np.append(track.s[first + owner] + pieces.place[cut], track.s[first + count]),
+            np.append(mesh.s[first + owner] + pieces.place[cut], mesh.s[first + count]),
             (pieces.duration[cut], pieces.v[cut], pieces.a[cut], pieces.j[cut], pieces.c[cut]),
             pieces.limit[cut],
             offset,
@@ -137,14 +137,14 @@ class Timeline:
         )
         self.t_s = float(profile.t[-1])
         self.past = [way for way in self.past if way.profile.t[-1] > self.t_s - period_s]
-        self.past.append(Way.gone(track, profile, planned.bounds))
-        slow = slow_nodes(track, first, q, limit, period_s)
+        self.past.append(PathMotion.gone(mesh, profile, planned.bounds))
+        slow = slow_nodes(mesh, first, q, limit, period_s)
         room = max(0, MAX_CORNERS - self.corners)
         self.corners += len(slow)
-        corners = corners_at(slow[:room], track, first, q, limit, arrival)
+        corners = corners_at(slow[:room], mesh, first, q, limit, arrival)
         return Trajectory(
-            toolpath=track.toolpath,
-            row_s=np.asarray(track.path.row_s),
+            toolpath=mesh.toolpath,
+            row_s=np.asarray(mesh.path.row_s),
             profile=profile,
             events=timed(events, arrival, first),
             corners=corners,
@@ -153,7 +153,7 @@ class Timeline:
 
 
 def slow_nodes(
-    track: Track, first: int, q: Floats, limit: NDArray[np.int8], period_s: float
+    mesh: Mesh, first: int, q: Floats, limit: NDArray[np.int8], period_s: float
 ) -> NDArray[np.int64]:
     """Return the nodes, counted from `first`, at which the motion slows for a corner.
 
@@ -162,13 +162,13 @@ def slow_nodes(
     costs less than a period is none.
 
     Args:
-        track: The intervals.
+        mesh: The intervals.
         first: Number of the first one.
         q, limit: Shape (count,), their solution: v² at their left ends, and what binds.
         period_s: Time between setpoints.
     """
-    jumps = np.flatnonzero(track.corner[first : first + len(q)])
-    s = track.s[first : first + len(q)]
+    jumps = np.flatnonzero(mesh.corner[first : first + len(q)])
+    s = mesh.s[first : first + len(q)]
     minima = _minima(s, q, limit, period_s)
     if len(jumps) and len(minima):
         beside = jumps[nearest(s[jumps], s[minima])]
@@ -178,15 +178,15 @@ def slow_nodes(
 
 
 def corners_at(
-    at: NDArray[np.int64], track: Track, first: int, q: Floats, limit: NDArray[np.int8], arrival: Floats
+    at: NDArray[np.int64], mesh: Mesh, first: int, q: Floats, limit: NDArray[np.int8], arrival: Floats
 ) -> tuple[SharpCorner, ...]:
     """Name the corners at nodes that `slow_nodes` found; `arrival` has the time at the nodes from `first` on."""
     if not len(at):
         return ()
-    s = track.s[first + at]
-    position = track.path.evaluate(s, 0)[0]
-    line = track.toolpath.line[track.path.row_of(s)]
-    which = np.where(track.corner[first + at], np.int8(Limit.CORNER), limit[at])
+    s = mesh.s[first + at]
+    position = mesh.path.evaluate(s, 0)[0]
+    line = mesh.toolpath.line[mesh.path.row_of(s)]
+    which = np.where(mesh.corner[first + at], np.int8(Limit.CORNER), limit[at])
     return tuple(
         SharpCorner(
             int(line[i]),

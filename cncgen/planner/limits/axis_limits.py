@@ -13,7 +13,7 @@ from functools import reduce
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.geometry.columns import least
+from cncgen.geometry.columns import min_over_axes
 from cncgen.geometry.path import metric_columns
 from cncgen.kernels import along_path as kernel
 from cncgen.machine.record import Machine
@@ -180,7 +180,7 @@ def speed_within(linear: Floats, square: Floats, share: float) -> Floats:
     """
     with np.errstate(divide="ignore", over="ignore"):
         v = 2.0 * share / (linear + np.sqrt(linear**2 + 4.0 * share * square))
-    return least(v)
+    return min_over_axes(v)
 
 
 def lowered(values: Floats, way: Floats) -> Floats:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
-from cncgen.geometry.columns import most
+from cncgen.geometry.columns import max_over_axes
 from cncgen.geometry.path import STANDSTILL, Path, metric_columns
 from cncgen.geometry.splitting import split
 from cncgen.planner.smoothing.runs import LEAST_TOLERANCE, rests
@@ -79,11 +79,11 @@ def _moves(rows: Toolpath) -> Bools:
     """
     out: Bools = rows.kind != Kind.EVENT
     starts = rows.starts
-    still = (rows.kind == Kind.LINE) & (most(np.abs(rows.end - starts)) <= STANDSTILL)
+    still = (rows.kind == Kind.LINE) & (max_over_axes(np.abs(rows.end - starts)) <= STANDSTILL)
     out[still] = False
     border = np.diff(still.astype(np.int8), prepend=0, append=0)
     first, last = np.flatnonzero(border > 0), np.flatnonzero(border < 0) - 1
-    out[first[most(np.abs(rows.end[last] - starts[first])) > STANDSTILL]] = True
+    out[first[max_over_axes(np.abs(rows.end[last] - starts[first])) > STANDSTILL]] = True
     return out
 
 

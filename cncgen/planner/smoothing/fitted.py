@@ -27,7 +27,7 @@ _CORNER = 0.866
 def fit_runs(chunks: Iterable[Toolpath], tolerance_mm: float) -> Iterator[Toolpath]:
     """Replace runs of LINE rows of one feed by cubic NURBS rows within a tolerance.
 
-    Corners of more than 30°, rapids, arcs and events end a run; runs of fewer than `LEAST_ROWS` stay as they are.
+    RowCorners of more than 30°, rapids, arcs and events end a run; runs of fewer than `LEAST_ROWS` stay as they are.
 
     Args:
         chunks: Consecutive stretches of one program.

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
-from cncgen.geometry.columns import least, norm
+from cncgen.geometry.columns import min_over_axes, norm
 from cncgen.geometry.corridor import AROUND, FACETS, RUN_PART, WIDEST
 from cncgen.planner.limits.bend_speeds import across, chord_speed
 from cncgen.planner.smoothing.bend_time import REACH, Way, bends, response, turned
-from cncgen.planner.smoothing.corners import BEND, TWIST, Corners, Drive
+from cncgen.planner.smoothing.row_corners import BEND, TWIST, Drive, RowCorners
 from cncgen.planner.smoothing.tolerance_estimate import chord_need
 from cncgen.planner.smoothing.tolerance_split import chord_left, chord_room, fit_tolerance
 
@@ -94,7 +94,7 @@ class _Side:
 
 
 def rounding(
-    drive: Drive, corners: Corners, before: float = 0.0, fit: Floats | None = None
+    drive: Drive, corners: RowCorners, before: float = 0.0, fit: Floats | None = None
 ) -> tuple[Floats, Floats]:
     """Return the largest smoothing length at each corner that is worth it, and the speed at which it is passed.
 
@@ -143,7 +143,7 @@ def rounding(
     return widest, speed
 
 
-def _steps(drive: Drive, corners: Corners, turn: Floats, size: Floats) -> Floats:
+def _steps(drive: Drive, corners: RowCorners, turn: Floats, size: Floats) -> Floats:
     """Return the largest smoothing length that is worth it where curves meet whose chords hold the speed below what the step
     of curvature between them allows as it is, shape (n,), mm: 0 for none, infinite elsewhere.
 
@@ -159,12 +159,12 @@ def _steps(drive: Drive, corners: Corners, turn: Floats, size: Floats) -> Floats
     step = corners.bend.sum(axis=0)
     gain = np.maximum(np.abs(corners.leave), np.abs(corners.entry))
     # A rotary axis that stands there has no part in it.
-    jerk = least(np.where(~drive.rotary | (gain > 0.0), drive.jerk, np.inf))
+    jerk = min_over_axes(np.where(~drive.rotary | (gain > 0.0), drive.jerk, np.inf))
     with np.errstate(divide="ignore", invalid="ignore"):
         by_chord = chord_speed(corners.bend.max(axis=0), drive.chord_mm, drive.period_s)
         passed = np.sqrt(_SHARE / 0.75 * jerk * drive.period_s / step)
         corner = _passed_speed(drive, np.abs(turn), size)
-        corner[corner < _STOP * least(drive.jerk / gain) * drive.period_s**2] = 0.0
+        corner[corner < _STOP * min_over_axes(drive.jerk / gain) * drive.period_s**2] = 0.0
     held = corners.joined & (step > 0.0) & (np.minimum(passed, corner) >= by_chord)
     narrow = corners.tolerance <= _NARROW * drive.chord_mm
     onto_line = corners.bend.min(axis=0) == 0.0
@@ -173,7 +173,7 @@ def _steps(drive: Drive, corners: Corners, turn: Floats, size: Floats) -> Floats
 
 
 def _better_stopped(
-    drive: Drive, corners: Corners, turn: Floats, fit: Floats, among: Bools, rounded: Bools
+    drive: Drive, corners: RowCorners, turn: Floats, fit: Floats, among: Bools, rounded: Bools
 ) -> Bools:
     """Tell which corners chords hold so that a stop at each of them takes less time, shape (n,).
 
@@ -226,7 +226,7 @@ def _better_stopped(
     return out
 
 
-def _between_turns(corners: Corners, size: Floats) -> Floats:
+def _between_turns(corners: RowCorners, size: Floats) -> Floats:
     """Return how far the turns before and after each corner are, shape (2, n), mm: a row that is cut in parts is one way.
 
     Args:
@@ -277,7 +277,7 @@ class _Course:
     joined: Bools
 
     @classmethod
-    def of(cls, corners: Corners, joined: Bools) -> _Course:
+    def of(cls, corners: RowCorners, joined: Bools) -> _Course:
         """Return that of corners of which those `joined`, shape (n,), are in a run with what is beside them."""
         length = np.append(corners.length[0, :1], corners.length[1])
         turn = np.where(joined[:, None], corners.entry - corners.leave, 0.0)
@@ -363,7 +363,7 @@ def _largest_bend(leave: Floats, entry: Floats) -> Floats:
 
 @dataclass(frozen=True, slots=True)
 class _Judged:
-    """Corners whose rounding is weighed against none.
+    """RowCorners whose rounding is weighed against none.
 
     Attributes:
         drive, corners: See `rounding`.
@@ -376,7 +376,7 @@ class _Judged:
     """
 
     drive: Drive
-    corners: Corners
+    corners: RowCorners
     at: NDArray[np.int64]
     turn: Floats
     length: Floats
@@ -415,7 +415,7 @@ class _Judged:
         left = drive.jerk - turn * speed[:, None] / drive.period_s**2
         stop, passed = np.zeros((2, len(speed)))
         for side, gain in zip(sides, ways, strict=True):
-            taken = 1.0 - least(left / gain) / side.jerk
+            taken = 1.0 - min_over_axes(left / gain) / side.jerk
             late = (_EXACT_ALWAYS + _EXACT_BY_JERK * taken) * drive.period_s
             stop += side.lost(np.zeros_like(speed))
             passed += side.lost(speed) + late * np.maximum(1.0 - speed / side.top, 0.0)
@@ -500,10 +500,12 @@ class _Judged:
 def _side(drive: Drive, direction: Floats, length: Floats, feed: Floats, beyond: Floats) -> _Side:
     """Return the side of corners on rows of a direction, that reach the speed `beyond` at their other ends."""
     gain = np.abs(direction)
-    acceleration = least(drive.acceleration / gain)
-    jerk = least(drive.jerk / gain)
+    acceleration = min_over_axes(drive.acceleration / gain)
+    jerk = min_over_axes(drive.jerk / gain)
     reached = np.maximum(_reached(length, acceleration, jerk), beyond)
-    return _Side(acceleration, jerk, np.minimum(np.minimum(feed, least(drive.velocity / gain)), reached))
+    return _Side(
+        acceleration, jerk, np.minimum(np.minimum(feed, min_over_axes(drive.velocity / gain)), reached)
+    )
 
 
 def _rounded_speeds(drive: Drive, turn: Floats, length: Floats, bend: Floats, tolerance: Floats) -> Floats:
@@ -515,8 +517,8 @@ def _rounded_speeds(drive: Drive, turn: Floats, length: Floats, bend: Floats, to
         length, bend, tolerance: Shape (n,), L, largest |x''| and P.
     """
     size = np.abs(turn)
-    jerk = elementary.cbrt(least(drive.jerk / size) * length**2 / TWIST)
-    acceleration = np.sqrt(least(drive.acceleration / size) * length / BEND)
+    jerk = elementary.cbrt(min_over_axes(drive.jerk / size) * length**2 / TWIST)
+    acceleration = np.sqrt(min_over_axes(drive.acceleration / size) * length / BEND)
     deviation = BEND * np.sqrt(np.einsum("ij,ij->i", turn, turn)) * length
     left = chord_left(chord_room(tolerance, deviation, drive.reserve_mm), drive.reserve_mm)
     chord = chord_speed(bend, left, drive.period_s)
@@ -532,7 +534,7 @@ def _passed_speed(drive: Drive, turn: Floats, size: Floats) -> Floats:
         size: Shape (n,), |Δ|.
     """
     period = drive.period_s
-    jerk, acceleration = (least(limit / turn) for limit in (drive.jerk, drive.acceleration))
+    jerk, acceleration = (min_over_axes(limit / turn) for limit in (drive.jerk, drive.acceleration))
     passed = np.minimum(_SHARE * jerk * period**2, acceleration * period)
     return np.minimum(passed, 4.0 * drive.chord_mm / (period * size))
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.geometry.columns import most, norm
+from cncgen.geometry.columns import max_over_axes, norm
 from cncgen.geometry.path import STANDSTILL, Path
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 
@@ -68,7 +68,7 @@ def classify(toolpath: Toolpath, path: Path, scale: Floats, free: NDArray[np.boo
     entry, leave = _tangents(path, scale)
     event = toolpath.kind == Kind.EVENT
     resting = rests(toolpath)
-    away = most(np.abs(toolpath.end - toolpath.starts)) if count else np.zeros(0)
+    away = max_over_axes(np.abs(toolpath.end - toolpath.starts)) if count else np.zeros(0)
     idle = (event & ~resting) | ((toolpath.kind == Kind.LINE) & (away <= STANDSTILL))
     sideways = np.abs(entry[:, 3:]).max(axis=1, initial=0.0)
     within = (toolpath.kind == Kind.LINE) | (toolpath.kind == Kind.ARC)

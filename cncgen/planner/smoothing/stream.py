@@ -23,10 +23,10 @@ from cncgen.geometry.path import LINE, Path
 from cncgen.geometry.pieces import ARC_SHARE, Pieces, pieces_of
 from cncgen.machine.record import Machine
 from cncgen.planner.limits.axis_limits import axis_scale
-from cncgen.planner.smoothing.corners import Corners, Drive
 from cncgen.planner.smoothing.ends import opened
 from cncgen.planner.smoothing.output import rows_of
 from cncgen.planner.smoothing.rounding_decision import rounding
+from cncgen.planner.smoothing.row_corners import Drive, RowCorners
 from cncgen.planner.smoothing.runs import TANGENT, Classes, classify
 from cncgen.planner.smoothing.stretches import SAME, Stretches
 from cncgen.planner.smoothing.tolerance_estimate import chord_need
@@ -59,7 +59,7 @@ def smooth(
         chunks: Consecutive stretches of one program, tolerances filled in.
         reserve_mm: What the chords between setpoints may add to the deviation: left over, half of P at most. None: what
             they may on the machine (`chord_within`), 0 without one.
-        machine: Corners that it passes faster as they are than rounded are met exactly; None rounds all.
+        machine: RowCorners that it passes faster as they are than rounded are met exactly; None rounds all.
 
     Yields:
         Consecutive stretches of the smoothed program, none empty. The tolerance of a smoothed row is what is left of it
@@ -288,7 +288,7 @@ def _judge_corners(
     inverse = rows.feed_mode == FeedMode.INVERSE_TIME
     feed = rows.feed * np.where(inverse, path.row_length, path.per_feed)
     bends = _bends(path, classes)
-    corners = Corners(
+    corners = RowCorners(
         leave=classes.leave[one],
         entry=classes.entry[two],
         length=path.row_length[np.stack([one, two])],

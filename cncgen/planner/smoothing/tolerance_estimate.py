@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
-from cncgen.geometry.columns import least
-from cncgen.planner.smoothing.corners import BEND, TWIST, Corners, Drive
+from cncgen.geometry.columns import min_over_axes
+from cncgen.planner.smoothing.row_corners import BEND, TWIST, Drive, RowCorners
 from cncgen.planner.smoothing.tolerance_split import ROOM, fit_tolerance
 
 Floats = NDArray[np.float64]
@@ -26,7 +26,7 @@ _ROUNDS = 3
 _WAY = 3.0
 
 
-def chord_need(drive: Drive, corners: Corners) -> Floats:
+def chord_need(drive: Drive, corners: RowCorners) -> Floats:
     """Return the chord that setpoints will make at each corner as far as limits, feed and P let them, shape (n,), mm.
 
     The chord of a period takes |x''| v² T²/8. A turn Δ that is rounded by itself has |x''| = Δ/(3 L) with L = 3 P/Δ, and
@@ -53,12 +53,14 @@ def chord_need(drive: Drive, corners: Corners) -> Floats:
     return np.where(ROOM * (most - need) <= _TRIFLE * corners.tolerance, most, need)
 
 
-def _turn_need(drive: Drive, corners: Corners, at: Ints, turn: Floats, size: Floats) -> Floats:
+def _turn_need(drive: Drive, corners: RowCorners, at: Ints, turn: Floats, size: Floats) -> Floats:
     """Return the chord that is made at corners that are rounded by themselves, shape (k,), mm; see `chord_need`."""
     gain = np.maximum(np.abs(corners.leave[at]), np.abs(corners.entry[at]))
     with np.errstate(divide="ignore"):
-        top = np.minimum(corners.feed[:, at].max(axis=0), least(drive.velocity / gain))
-        jerk, acceleration = (least(limit / turn) * size for limit in (drive.jerk, drive.acceleration))
+        top = np.minimum(corners.feed[:, at].max(axis=0), min_over_axes(drive.velocity / gain))
+        jerk, acceleration = (
+            min_over_axes(limit / turn) * size for limit in (drive.jerk, drive.acceleration)
+        )
     need = np.zeros(len(at))
     for _ in range(_ROUNDS):
         length = _WAY * fit_tolerance(corners.tolerance[at], drive.reserve_mm, need) / size
@@ -69,7 +71,7 @@ def _turn_need(drive: Drive, corners: Corners, at: Ints, turn: Floats, size: Flo
     return need
 
 
-def _sum_of(limit: Floats, drive: Drive, corners: Corners) -> Floats:
+def _sum_of(limit: Floats, drive: Drive, corners: RowCorners) -> Floats:
     """Return the limit of all axes together at each corner, shape (n,): a rotary axis that stands there has no part in it."""
     counts = ~drive.rotary | (corners.leave != 0.0) | (corners.entry != 0.0)
     return np.sqrt(counts @ limit**2)

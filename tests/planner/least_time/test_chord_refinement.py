@@ -213,9 +213,9 @@ def test_no_phase_is_told_from_another() -> None:
 def test_chords_hold_across_windows(monkeypatch: pytest.MonkeyPatch) -> None:
     """Twelve arcs in windows of 150 intervals: bounds that were lowered stay, and chords over their borders are held."""
     monkeypatch.setattr(rolling_window, "SIZE", 150)
-    make = rolling_window.Window.__init__
+    make = rolling_window.RollingWindow.__init__
     monkeypatch.setattr(
-        rolling_window.Window, "__init__", lambda self, *given: make(self, *given, wanted=150)
+        rolling_window.RollingWindow, "__init__", lambda self, *given: make(self, *given, wanted=150)
     )
     radius, text, path = 0.007, "", [np.zeros((1, 2))]
     x, y = 0.0, 0.0

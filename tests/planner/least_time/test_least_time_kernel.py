@@ -63,7 +63,7 @@ def wave(
         top=np.full((count, 3), feed**2),
         top_limit=np.full(count, Limit.FEED, np.int8),
         factor=np.ones((count, 2, axes)),
-        hidden=np.zeros((count, axes)),
+        x3_excess=np.zeros((count, axes)),
         node_top=np.full(count, np.inf),
         node_acceleration=np.full(count, np.inf),
         limits=np.array([[1000.0] * axes, [50_000.0] * axes]),
@@ -160,7 +160,7 @@ def test_residual_matrix_and_right_side_are_those_of_the_constraints_as_they_are
     h, ends, extra = problem._spline(given, at, False)
     rows = least_time_problem.Problem(
         1, h, ends, extra, given.x1[at], given.x2[at], given.x3[at], given.limits, given.factor[at],
-        given.hidden[at],
+        given.x3_excess[at],
     )  # fmt: skip
     n, mu = len(at), 1e-3
     c = 300.0 + 100.0 * np.sin(np.arange(n + 2.0))
@@ -233,7 +233,7 @@ def test_a_window_in_motion_goes_on_as_the_plan_that_it_is_cut_from() -> None:
         "top",
         "top_limit",
         "factor",
-        "hidden",
+        "x3_excess",
         "node_top",
         "node_acceleration",
     )
@@ -256,7 +256,7 @@ def test_what_does_not_feel_the_end_is_what_a_longer_row_has(feed: float, count:
         "top",
         "top_limit",
         "factor",
-        "hidden",
+        "x3_excess",
         "node_top",
         "node_acceleration",
     )
@@ -324,14 +324,14 @@ def test_a_row_that_should_not_have_been_left_out_comes_back(monkeypatch: pytest
 
 
 def small(
-    second: np.ndarray, third: np.ndarray, limit: float, hidden: float = 0.0
+    second: np.ndarray, third: np.ndarray, limit: float, x3_excess: float = 0.0
 ) -> least_time_problem.Problem:
     """Return intervals of length 1 of one axis that moves by its second and third derivative alone, without rows."""
     n = len(second)
     ends = np.full((n, 4), 0.5)
     return least_time_problem.Problem(
         1, np.ones(n), ends, np.zeros((n, 2)), np.zeros((n, 3, 1)), second[:, :, None].copy(),
-        third[:, :, None].copy(), np.full((2, 1), limit), np.ones((n, 2, 1)), np.full((n, 1), hidden),
+        third[:, :, None].copy(), np.full((2, 1), limit), np.ones((n, 2, 1)), np.full((n, 1), x3_excess),
     )  # fmt: skip
 
 
@@ -383,7 +383,7 @@ def test_a_window_whose_start_binds_on_two_sides_goes_on(at: int) -> None:
         "top",
         "top_limit",
         "factor",
-        "hidden",
+        "x3_excess",
         "node_top",
         "node_acceleration",
     )
@@ -429,8 +429,8 @@ def test_what_three_values_of_the_third_derivative_hide_adds_to_the_jerk_at_the_
     """At v² = 4 throughout, x''' = 0.05 at the ends and 0.1 in the middle is a jerk of 0.4 and 0.8; 0.01 more, of 0.08."""
     third = np.array([0.05, 0.1, 0.05])[None, :]
 
-    def largest(hidden: float, limit: float) -> float:
-        rows = small(np.zeros((1, 3)), third, limit, hidden)
+    def largest(x3_excess: float, limit: float) -> float:
+        rows = small(np.zeros((1, 3)), third, limit, x3_excess)
         rows.c[:] = 4.0
         least_time_matrix.survey(rows)
         return least_time_between.tighten(rows, 5e-4, 0, True)

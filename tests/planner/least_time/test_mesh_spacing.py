@@ -20,8 +20,8 @@ from cncgen.pipeline import plan as plan_program
 from cncgen.pipeline import read_text, sample
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.least_time import mesh_spacing
-from cncgen.planner.least_time.blocks import blocks
-from cncgen.planner.least_time.corners import Joints
+from cncgen.planner.least_time.corners import Corners
+from cncgen.planner.least_time.fixed_blocks import blocks
 from cncgen.planner.least_time.mesh import Section
 from cncgen.planner.limits.axis_limits import Bounds
 from cncgen.planner.motion import motion_at
@@ -85,12 +85,12 @@ def test_distance_to_the_nearest_other_place() -> None:
 def test_speed_that_acceleration_leads_to_from_slow_places() -> None:
     """v² = 2 A d from a rest and from a corner passed at 3, and what the path allows elsewhere; A is 2, 4 from place 3 on."""
     s = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0])
-    joints = Joints(
+    joints = Corners(
         s=s[[0, 5]],
         stop=np.array([True, False]),
         corner=np.zeros(2, bool),
         speed=np.array([0.0, 3.0]),
-        taken=np.zeros((2, 2, 1)),
+        jump_share=np.zeros((2, 2, 1)),
         acceleration=np.full(2, np.inf),
         zone=np.zeros(2),
         cuts=np.zeros(2, bool),
@@ -238,7 +238,7 @@ def _nodes_of(text: str, machine: Machine) -> NDArray[np.float64]:
     section = Section.of(
         toolpath, path_of(toolpath), Bounds.of(machine, toolpath.axes), None, None, "best", None
     )
-    return section.track(section.joints()).s
+    return section.mesh(section.corners()).s
 
 
 def test_an_interval_from_rest_holds_nothing_finer_than_itself() -> None:

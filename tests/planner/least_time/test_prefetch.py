@@ -9,11 +9,11 @@ from contextlib import closing
 
 import pytest
 
-from cncgen.planner.least_time.prefetch import ahead
+from cncgen.planner.least_time.prefetch import prefetch
 
 
 def test_items_come_in_order() -> None:
-    assert list(ahead(range(1000), 3)) == list(range(1000))
+    assert list(prefetch(range(1000), 3)) == list(range(1000))
 
 
 def test_a_fault_comes_after_the_items_before_it() -> None:
@@ -22,7 +22,7 @@ def test_a_fault_comes_after_the_items_before_it() -> None:
         yield 2
         raise KeyError("three")
 
-    items = ahead(broken(), 5)
+    items = prefetch(broken(), 5)
     assert [next(items), next(items)] == [1, 2]
     with pytest.raises(KeyError, match="three"):
         next(items)
@@ -36,7 +36,7 @@ def test_it_draws_another_thread_and_no_further_than_asked() -> None:
             drawn.append((k, threading.get_ident()))
             yield k
 
-    with closing(ahead(source(), 2)) as items:
+    with closing(prefetch(source(), 2)) as items:
         assert next(items) == 0
         time.sleep(0.05)
         # One is worked on, two wait, one is in hand.
@@ -54,7 +54,7 @@ def test_closing_ends_the_thread() -> None:
         finally:
             closed.set()
 
-    items = ahead(endless(), 2)
+    items = prefetch(endless(), 2)
     next(items)
     items.close()
     assert closed.wait(5.0)
@@ -71,10 +71,10 @@ def test_closing_reaches_a_thread_behind_a_thread() -> None:
             closed.set()
 
     def passed_on() -> Iterator[int]:
-        with closing(ahead(endless(), 2)) as inner:
+        with closing(prefetch(endless(), 2)) as inner:
             yield from inner
 
-    items = ahead(passed_on(), 2)
+    items = prefetch(passed_on(), 2)
     next(items)
     items.close()
     assert closed.wait(5.0)
@@ -84,10 +84,10 @@ def test_dropping_it_half_way_waits_for_its_threads() -> None:
     before = threading.active_count()
 
     def passed_on() -> Iterator[int]:
-        with closing(ahead(iter(int, 1), 2)) as inner:
+        with closing(prefetch(iter(int, 1), 2)) as inner:
             yield from inner
 
-    items = ahead(passed_on(), 2)
+    items = prefetch(passed_on(), 2)
     next(items)
     assert threading.active_count() == before + 2
     del items

@@ -11,10 +11,10 @@ import pytest
 from numpy.polynomial import Polynomial
 
 import cncgen
-from cncgen.planner.least_time import corner_trials, planning, problem, rolling_window
+from cncgen.planner.least_time import block_planning, corner_trials, problem, rolling_window
 from cncgen.planner.least_time.mesh import SPLINE
 from cncgen.planner.least_time.problem import Intervals, Solution
-from cncgen.planner.least_time.time_scaling import creeping, hurdle
+from cncgen.planner.least_time.time_scaling import obstacle, time_scaled
 from cncgen.setpoints import sample
 from tests.planner.least_time.test_least_time_kernel import wave
 
@@ -48,7 +48,7 @@ def dense(given: Intervals, q: np.ndarray) -> tuple[float, float]:
 @pytest.mark.parametrize("jerk", [0.0, 1e6, 1e14])
 def test_a_creep_holds_every_limit(jerk: float) -> None:
     given = kinked(20, jerk)
-    q = creeping(given).q
+    q = time_scaled(given).q
     acceleration, jerks = dense(given, q)
     assert max(acceleration, jerks) <= 1.0
     # Of what holds it back it uses most.
@@ -58,13 +58,13 @@ def test_a_creep_holds_every_limit(jerk: float) -> None:
 
 def test_what_is_in_the_way_is_where_limits_are_passed_most_and_only_where_the_motion_crawls() -> None:
     given = kinked(20, 1e14)
-    q = creeping(kinked(20, 0.0)).q
+    q = time_scaled(kinked(20, 0.0)).q
     # J T² of 50 mm/s³ a millisecond squared.
     slow = 0.9 * (50_000.0 * 1e-6) ** 2 / q[20].max()
-    assert hurdle(given, slow * q, 1e-3) == 21
-    assert hurdle(given, 2.0 * slow * q, 1e-3) == 0
+    assert obstacle(given, slow * q, 1e-3) == 21
+    assert obstacle(given, 2.0 * slow * q, 1e-3) == 0
     before = replace(given, x3=np.ascontiguousarray(given.x3[:, ::-1]))
-    assert hurdle(before, slow * q, 1e-3) == 20
+    assert obstacle(before, slow * q, 1e-3) == 20
 
 
 #: A conic that turns within a micrometre of its knot.
@@ -159,13 +159,13 @@ def test_after_many_starts_that_failed_no_other_is_tried_where_the_motion_crawls
     tried: list[bool] = []
     improved = problem._improved
 
-    def counted(*given: object, **how: bool) -> problem._Run:
+    def counted(*given: object, **how: bool) -> problem._SolverRun:
         run = improved(*given, **how)
         tried.append(run.solution.converged)
         return run
 
     monkeypatch.setattr(problem, "_improved", counted)
-    monkeypatch.setattr(planning, "Window", partial(rolling_window.Window, patient=0))
+    monkeypatch.setattr(block_planning, "RollingWindow", partial(rolling_window.RollingWindow, patient=0))
     monkeypatch.setattr(corner_trials, "_FASTEST", 0.0)
     (tmp_path / "slow.toml").write_text(SLOW)
     (trajectory, *_) = cncgen.plan(cncgen.read_text(CUSP), cncgen.load_machine(tmp_path / "slow.toml"))

@@ -14,7 +14,7 @@ from cncgen.pipeline import read_text
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.least_time import problem, rolling_window
 from cncgen.planner.least_time.mesh import LINE
-from cncgen.planner.least_time.pieces import _seven, _stretched
+from cncgen.planner.least_time.motion_pieces import _seven, _stretched
 from cncgen.planner.least_time.problem import Intervals
 from cncgen.setpoints import sample
 from cncgen.toolpath.reading import ReadOptions
@@ -27,9 +27,9 @@ from tests.planner.smoothing.programs import chunked, facets, toolpath
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Windows of 150 intervals."""
     monkeypatch.setattr(rolling_window, "SIZE", 150)
-    make = rolling_window.Window.__init__
+    make = rolling_window.RollingWindow.__init__
     monkeypatch.setattr(
-        rolling_window.Window, "__init__", lambda self, *given: make(self, *given, wanted=150)
+        rolling_window.RollingWindow, "__init__", lambda self, *given: make(self, *given, wanted=150)
     )
 
 
@@ -58,7 +58,7 @@ def test_windows_begin_where_there_is_more_than_one_way_on(monkeypatch: pytest.M
     runs: list[bool] = []
     improved = problem._improved
 
-    def counted(*given: object, **how: bool) -> problem._Run:
+    def counted(*given: object, **how: bool) -> problem._SolverRun:
         run = improved(*given, **how)
         runs.append(run.left == 0.0)
         return run
@@ -121,7 +121,7 @@ def test_a_line_from_rest_to_rest_takes_its_seven_phases(length: float) -> None:
         top=np.full((1, 3), top**2),
         top_limit=np.ones(1, np.int8),
         factor=np.ones((1, 2, 1)),
-        hidden=np.zeros((1, 1)),
+        x3_excess=np.zeros((1, 1)),
         node_top=np.full(1, np.inf),
         node_acceleration=np.full(1, np.inf),
         limits=np.array([[a], [j]]),
@@ -153,9 +153,9 @@ def test_the_windows_of_a_short_program_are_solved_until_their_time_stays(
 
     monkeypatch.setattr(rolling_window, "solve", noted)
     monkeypatch.setattr(
-        rolling_window.Window,
+        rolling_window.RollingWindow,
         "__init__",
-        partialmethod(rolling_window.Window.__init__, unsettled=1000, wanted=400),
+        partialmethod(rolling_window.RollingWindow.__init__, unsettled=1000, wanted=400),
     )
     monkeypatch.setattr(rolling_window, "SIZE", 400)
     positions(chunked(facets(1500), 1500), load("generic-mill"))
@@ -205,7 +205,9 @@ def test_what_stalled_or_came_by_short_steps_is_tried_again_until_it_stays(
     was asked for, twice. Where it does not stay the first is taken, unless it is longer by 10⁻⁵.
     """
     runs = [
-        problem._Run(problem.Solution(np.zeros((1, 3)), np.zeros(1, np.int8), time, 0, True), left, short)
+        problem._SolverRun(
+            problem.Solution(np.zeros((1, 3)), np.zeros(1, np.int8), time, 0, True), left, short
+        )
         for time, left in zip(times, lefts, strict=True)
     ]
     following = iter(runs[1:])

@@ -1,4 +1,4 @@
-"""Corners are rounded as far as that takes less time than to pass them as they are, or to stop."""
+"""RowCorners are rounded as far as that takes less time than to pass them as they are, or to stop."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from cncgen import pipeline
 from cncgen.machine import load
 from cncgen.machine.record import Axis, Machine
 from cncgen.planner.smoothing import rounding_decision, smooth, stream
-from cncgen.planner.smoothing.corners import BEND, TWIST, Corners, Drive
 from cncgen.planner.smoothing.rounding_decision import rounding
+from cncgen.planner.smoothing.row_corners import BEND, TWIST, Drive, RowCorners
 from cncgen.planner.smoothing.tolerance_estimate import chord_need
 from cncgen.toolpath.record import Kind, PathMode
 from cncgen.toolpath.slicing import between, join
@@ -31,13 +31,13 @@ def machine(**jerk: float) -> Machine:
     return Machine("here", axes, period_s=PERIOD, chord_tolerance_mm=0.001)
 
 
-def corner(tolerance: float, turn: float = 1.0, length: float = 10.0, feed: float = 100.0) -> Corners:
+def corner(tolerance: float, turn: float = 1.0, length: float = 10.0, feed: float = 100.0) -> RowCorners:
     """Return one corner in the plane, beside rows of one length."""
     leave = np.array([[1.0, 0.0, 0.0]])
     entry = np.array([[np.cos(turn), np.sin(turn), 0.0]])
     rows = np.full((2, 1), length)
     feeds, straight = np.full((2, 1), feed), np.zeros((2, 1))
-    return Corners(leave, entry, rows, feeds, np.array([tolerance]), np.ones(1, bool), straight)
+    return RowCorners(leave, entry, rows, feeds, np.array([tolerance]), np.ones(1, bool), straight)
 
 
 def seconds(text: str, where: Machine) -> float:
@@ -124,7 +124,7 @@ def test_rows_that_a_tolerance_covers_are_rounded_together() -> None:
 def seconds_with(length: float, text: str, where: Machine, monkeypatch: pytest.MonkeyPatch) -> float:
     """Return the time of a plan whose corners are all rounded with one smoothing length, 0 for none."""
 
-    def forced(drive: Drive, corners: Corners, *rest: Any) -> tuple[np.ndarray, np.ndarray]:
+    def forced(drive: Drive, corners: RowCorners, *rest: Any) -> tuple[np.ndarray, np.ndarray]:
         _, speed = rounding(drive, corners, *rest)
         return np.full(len(speed), length), speed
 
@@ -373,7 +373,7 @@ def test_the_bend_of_many_corners_is_that_of_the_curve_behind_them() -> None:
     heading = turn * np.arange(count + 1)
     ways = np.stack([np.cos(heading), np.sin(heading), 0.0 * heading], axis=1)
     facet = 2.0 * radius * np.sin(0.5 * turn)
-    chain = Corners(
+    chain = RowCorners(
         ways[:-1],
         ways[1:],
         np.full((2, count), facet),
@@ -395,7 +395,7 @@ def test_a_way_between_turns_is_not_that_of_a_part() -> None:
     still = np.zeros((4, 3))
     size = np.array([0.0, 0.5, 0.0, 1e-8])
     for joined, after in ((True, [2.0, 12.0, 9.0, 5.0]), (False, [2.0, 7.0, 4.0, 5.0])):
-        corners = Corners(
+        corners = RowCorners(
             still,
             still,
             np.stack([length[:-1], length[1:]]),

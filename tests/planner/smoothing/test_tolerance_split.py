@@ -12,7 +12,7 @@ from cncgen import pipeline
 from cncgen.machine.record import Axis, Machine
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.smoothing import chord_speed_within, smooth
-from cncgen.planner.smoothing.corners import Corners, Drive
+from cncgen.planner.smoothing.row_corners import Drive, RowCorners
 from cncgen.planner.smoothing.tolerance_estimate import chord_need
 from cncgen.planner.smoothing.tolerance_split import chord_within, fit_tolerance
 from cncgen.toolpath.record import PathMode
@@ -127,7 +127,7 @@ def test_the_chord_at_a_corner_is_that_of_its_speed(feed: float, period: float) 
     drive = Drive.of(Machine("mill", axes, period_s=period, chord_tolerance_mm=0.009), "XYZ")
     leave, entry = np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 1.0, 0.0]])
     rows, p = np.full((2, 1), 50.0), 0.01
-    given = Corners(leave, entry, rows, np.full((2, 1), feed), np.array([p]), np.ones(1, bool), 0.0 * rows)
+    given = RowCorners(leave, entry, rows, np.full((2, 1), feed), np.array([p]), np.ones(1, bool), 0.0 * rows)
     found = float(chord_need(drive, given)[0])
     length, bend = bend_of(p, np.sqrt(2.0), found)
     speed = min(np.cbrt(5e4 * length**2 / 0.1475), feed)
@@ -141,7 +141,7 @@ def test_the_chord_on_short_rows_is_that_of_the_curve_behind_them() -> None:
     turn, rows = 0.1 / 5.0, np.full((2, 1), 0.1)
     leave, entry = np.array([[1.0, 0.0, 0.0]]), np.array([[np.cos(turn), np.sin(turn), 0.0]])
     for feed in (20.0, 5000.0):
-        given = Corners(
+        given = RowCorners(
             leave, entry, rows, np.full((2, 1), feed), np.array([0.01]), np.ones(1, bool), 0.0 * rows
         )
         by_jerk = np.cbrt(np.sqrt(3.0) * 5e4 * 25.0)
@@ -159,7 +159,7 @@ def test_a_rotary_axis_that_stands_makes_no_chord() -> None:
         for moves in (0.0, 0.01):
             leave = np.array([[1.0, 0.0, 0.0, moves]])
             entry = np.array([[np.cos(turn), np.sin(turn), 0.0, moves]])
-            given = Corners(
+            given = RowCorners(
                 leave, entry, rows, np.full((2, 1), 5e3), np.array([0.01]), np.ones(1, bool), 0.0 * rows
             )
             needs.append(float(chord_need(drive, given)[0]))

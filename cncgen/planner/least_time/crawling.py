@@ -1,22 +1,22 @@
-"""How fast the program asks each row to be (`Feeds`), and which rows are so slow that the motion may stop at their ends.
+"""Rows that are so slow that the motion may stop at their ends.
 
-`planning` calls `paced` before the path is smoothed, `corners` and `mesh` ask for `Feeds` and `crawling` of each block
+`block_planning` calls `paced` before the path is smoothed, `corners` and `mesh` ask for `crawling` of each block
 (docs/corners.md, Rows that crawl).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.path import STANDSTILL, Path
 from cncgen.planner.limits.axis_limits import Bounds, along_path, resolution
+from cncgen.planner.limits.program_feeds import Feeds
 from cncgen.planner.paths import path_of
-from cncgen.planner.record import Limit
-from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
+from cncgen.toolpath.record import FeedMode, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -31,23 +31,6 @@ _LONG = 2000.0
 _UNSEEN = 0.05
 #: Rows up to this many tolerances long may vanish when smoothed: the fitted curve may have no span of its own for them.
 _SWALLOWED = 8.0
-
-
-@dataclass(frozen=True, slots=True)
-class Feeds:
-    """Speed that the program asks of each row, mm/s (infinite: none), and the `Limit` that it stands for."""
-
-    speed: Floats
-    limit: NDArray[np.int8]
-
-    @classmethod
-    def of(cls, toolpath: Toolpath, path: Path) -> Feeds:
-        """G94: the feed; G93: the row's length by its time; rapids: none."""
-        inverse = toolpath.feed_mode == FeedMode.INVERSE_TIME
-        rapid = (toolpath.feed_mode == FeedMode.RAPID) | (toolpath.kind == Kind.EVENT)
-        speed = toolpath.feed * np.where(inverse, np.diff(path.row_s), path.per_feed)
-        limit = np.where(rapid, Limit.VELOCITY, Limit.FEED).astype(np.int8)
-        return cls(np.where(rapid, np.inf, speed), limit)
 
 
 def crawling(path: Path, speed: Floats, bounds: Bounds) -> Bools:

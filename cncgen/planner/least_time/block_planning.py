@@ -1,4 +1,4 @@
-"""The method of `optimal`: blocks of the toolpath become tracks, a window of tracks becomes trajectories."""
+"""The method of `optimal`: blocks of the toolpath become meshes, a window of meshes becomes trajectories."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import numpy as np
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
 from cncgen.planner.assembly import assemble, timed, waits_of
-from cncgen.planner.least_time.blocks import blocks
-from cncgen.planner.least_time.corner_trials import Trials
-from cncgen.planner.least_time.corners import Beyond, ends_of
-from cncgen.planner.least_time.feeds import paced
-from cncgen.planner.least_time.mesh import Track
-from cncgen.planner.least_time.prefetch import ahead
-from cncgen.planner.least_time.rolling_window import MARGIN, Window
+from cncgen.planner.least_time.corner_trials import CornerTrials
+from cncgen.planner.least_time.corners import BlockEnd, ends_of
+from cncgen.planner.least_time.crawling import paced
+from cncgen.planner.least_time.fixed_blocks import blocks
+from cncgen.planner.least_time.mesh import Mesh
+from cncgen.planner.least_time.prefetch import prefetch
+from cncgen.planner.least_time.rolling_window import MARGIN, RollingWindow
 from cncgen.planner.least_time.speed_caps import SpeedCap
-from cncgen.planner.least_time.timeline import Planned, Timeline
+from cncgen.planner.least_time.timeline import SolvedWindow, Timeline
 from cncgen.planner.limits.axis_limits import Bounds
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit, Trajectory
@@ -28,8 +28,8 @@ from cncgen.toolpath.slicing import join
 
 #: Rows of a block.
 ROWS = 2048
-#: Items that each stage makes ready while the next one works: smoothed blocks, tracks, trajectories.
-AHEAD = 2
+#: Items that each stage makes ready while the next one works: smoothed blocks, meshes, trajectories.
+PREFETCHED = 2
 
 
 def smooth_blocks(
@@ -56,7 +56,7 @@ def plan_blocks(
     """Plan the least time of blocks as they are, each maybe under a cap of its speed.
 
     Args:
-        source: Blocks and their caps; drawn in a thread of its own, as tracks are made and windows solved in others.
+        source: Blocks and their caps; drawn in a thread of its own, as meshes are made and windows solved in others.
         machine: Limits, period, chord tolerance.
         effort: Density of the nodes, as in `PlanOptions`.
         contour_centripetal: See `Bounds.of`.
@@ -73,7 +73,7 @@ def plan_blocks(
         return Bounds.of(machine, axes, contour_centripetal)
 
     timeline = Timeline()
-    with closing(ahead(_solved(source, bounds_of, effort), AHEAD)) as solved:
+    with closing(prefetch(_solved(source, bounds_of, effort), PREFETCHED)) as solved:
         for each in solved:
             if isinstance(each, Toolpath):
                 yield _standing(each, timeline.t_s)
@@ -83,31 +83,31 @@ def plan_blocks(
 
 def _solved(
     source: Iterable[tuple[Toolpath, SpeedCap | None]], bounds_of: Callable[[str], Bounds], effort: str
-) -> Iterator[Planned | Toolpath]:
+) -> Iterator[SolvedWindow | Toolpath]:
     """Yield what is final, window by window, and toolpaths that stand still."""
-    window: Window | None = None
-    with closing(ahead(_tracks(source, bounds_of, effort), AHEAD)) as tracks:
-        for track, last in tracks:
-            if isinstance(track, Toolpath):
-                yield track
+    window: RollingWindow | None = None
+    with closing(prefetch(_meshes(source, bounds_of, effort), PREFETCHED)) as meshes:
+        for mesh, last in meshes:
+            if isinstance(mesh, Toolpath):
+                yield mesh
                 continue
             if window is None:
-                window = Window(bounds_of(track.toolpath.axes), MARGIN[effort])
-            window.tracks.append(track)
+                window = RollingWindow(bounds_of(mesh.toolpath.axes), MARGIN[effort])
+            window.meshes.append(mesh)
             yield from window.advance(last)
 
 
-def _tracks(
+def _meshes(
     source: Iterable[tuple[Toolpath, SpeedCap | None]], bounds_of: Callable[[str], Bounds], effort: str
-) -> Iterator[tuple[Track | Toolpath, bool]]:
-    """Yield the tracks of a program and whether each is the last one; after it, maybe, a toolpath that stands still."""
+) -> Iterator[tuple[Mesh | Toolpath, bool]]:
+    """Yield the meshes of a program and whether each is the last one; after it, maybe, a toolpath that stands still."""
     held: tuple[Toolpath, Path, SpeedCap | None] | None = None
-    before: Beyond | None = None
+    before: BlockEnd | None = None
     still: list[Toolpath] = []
     bounds: Bounds | None = None
-    trials = Trials(effort)
+    trials = CornerTrials(effort)
 
-    with closing(ahead(source, AHEAD)) as ready:
+    with closing(prefetch(source, PREFETCHED)) as ready:
         for block, cap in ready:
             still.append(block)
             if not _moves(block):
@@ -118,11 +118,11 @@ def _tracks(
             bounds = bounds or bounds_of(toolpath.axes)
             if held is not None:
                 after = ends_of(toolpath, path, bounds)[0]
-                yield trials.track_of(*held[:2], bounds, before, after, held[2]), False
+                yield trials.mesh_of(*held[:2], bounds, before, after, held[2]), False
                 before = ends_of(*held[:2], bounds)[1]
             held = toolpath, path, cap
     if held is not None and bounds is not None:
-        yield trials.track_of(*held[:2], bounds, before, None, held[2]), True
+        yield trials.mesh_of(*held[:2], bounds, before, None, held[2]), True
     if still:
         yield join(still), True
 

@@ -20,8 +20,8 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Pieces:
-    """Pieces of `n` intervals, `k` in all.
+class MotionPieces:
+    """MotionPieces of `n` intervals, `k` in all.
 
     Attributes:
         offset: Shape (n + 1,): the piece that each interval begins with, and k.
@@ -40,7 +40,7 @@ class Pieces:
     limit: NDArray[np.int8]
 
 
-def pieces_of(given: Intervals, q: Floats, limit: NDArray[np.int8]) -> Pieces:
+def pieces_of(given: Intervals, q: Floats, limit: NDArray[np.int8]) -> MotionPieces:
     """Turn ordinates of q = v² into pieces.
 
     On a spline interval with ordinates b0, b1, b2: v² = b0, a = q'/2 = (b1 − b0)/h, c = q''/2 = (b0 − 2 b1 + b2)/h². As
@@ -69,7 +69,7 @@ def pieces_of(given: Intervals, q: Floats, limit: NDArray[np.int8]) -> Pieces:
     count = np.ones(n, np.int64)
     place, v = np.zeros(n), np.sqrt(b0)
     if not len(lines):
-        return Pieces(np.arange(n + 1), place, duration, v, a, j, c, limit)
+        return MotionPieces(np.arange(n + 1), place, duration, v, a, j, c, limit)
     line_count, columns = _seven(given, lines)
     count[lines] = line_count
     offset = np.concatenate([[0], np.cumsum(count)])
@@ -77,7 +77,7 @@ def pieces_of(given: Intervals, q: Floats, limit: NDArray[np.int8]) -> Pieces:
     where = np.repeat(kind == LINE, count)
     for mine, theirs in zip(merged, columns, strict=True):
         mine[where] = theirs
-    return Pieces(offset, *merged)
+    return MotionPieces(offset, *merged)
 
 
 def _seven(given: Intervals, lines: NDArray[np.int64]) -> tuple[NDArray[np.int64], tuple[NDArray, ...]]:

@@ -11,9 +11,10 @@ import pytest
 from cncgen.machine import Axis, Machine, load
 from cncgen.pipeline import read_text
 from cncgen.planner import PlanOptions, plan
-from cncgen.planner.least_time import planning
-from cncgen.planner.least_time.feeds import Feeds, crawling, paced
+from cncgen.planner.least_time import block_planning
+from cncgen.planner.least_time.crawling import crawling, paced
 from cncgen.planner.limits.axis_limits import Bounds
+from cncgen.planner.limits.program_feeds import Feeds
 from cncgen.planner.motion import motion_at
 from cncgen.planner.paths import path_of
 from cncgen.planner.record import Trajectory
@@ -69,7 +70,7 @@ def test_such_rows_add_up_at_either_end_and_under_slow_feeds(body: str, asked: f
 def test_it_does_not_matter_at_which_row_a_block_ends(rows: int, monkeypatch: pytest.MonkeyPatch) -> None:
     body = "G1 X10 F60\nY0.0000001 F1\nX10.0000001 F2\nX20 Y0.001 F60\nX30 F60"
     whole = time_of(body)
-    monkeypatch.setattr(planning, "ROWS", rows)
+    monkeypatch.setattr(block_planning, "ROWS", rows)
     assert time_of(body) == pytest.approx(whole, abs=0.01)
 
 

@@ -18,6 +18,7 @@ from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
 from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.limits.bend_speeds import chord_speed
+from cncgen.planner.limits.program_feeds import Feeds
 from cncgen.planner.record import Limit
 from cncgen.toolpath.record import FeedMode, Kind, Toolpath
 
@@ -29,7 +30,7 @@ _PROBES = 17
 
 
 @dataclass(frozen=True, slots=True)
-class Rows:
+class RowLimits:
     """The moving rows of a chunk, `m` of them; everything along the path.
 
     Attributes:
@@ -65,7 +66,7 @@ class Rows:
         return self.end - self.start
 
 
-def rows_of(toolpath: Toolpath, path: Path, machine: Machine, bends: bool = True) -> Rows:
+def row_limits_of(toolpath: Toolpath, path: Path, machine: Machine, bends: bool = True) -> RowLimits:
     """Work out what the moving rows of a chunk allow.
 
     Args:
@@ -96,7 +97,7 @@ def rows_of(toolpath: Toolpath, path: Path, machine: Machine, bends: bool = True
         top, top_limit = _lower(top, top_limit, elementary.cbrt(jerk / curvature**2), Limit.JERK)
     chord = chord_speed(curvature, machine.chord_tolerance_mm, machine.period_s)
     top, top_limit = _lower(top, top_limit, chord, Limit.CHORD)
-    return Rows(index, start, end, top, top_limit, acceleration, jerk, centripetal, *ends)
+    return RowLimits(index, start, end, top, top_limit, acceleration, jerk, centripetal, *ends)
 
 
 def _lower(
@@ -107,16 +108,13 @@ def _lower(
 
 
 def _feeds(toolpath: Toolpath, path: Path, index: Ints) -> tuple[Floats, NDArray[np.int8]]:
-    """Return the speed that the program asks of each row: G94 the feed, G93 length · feed, rapids no bound."""
-    feed, mode = toolpath.feed[index], toolpath.feed_mode[index]
-    rapid = mode == FeedMode.RAPID
+    """Return the speed that the program asks of each row and the `Limit` behind it; raise where a row has none."""
+    feed, rapid = toolpath.feed[index], toolpath.feed_mode[index] == FeedMode.RAPID
     wrong = np.flatnonzero(~rapid & ~(np.isfinite(feed) & (feed > 0.0)))
     if len(wrong):
         raise ProgramError(_no_feed(toolpath, index[wrong]))
-    inverse = mode == FeedMode.INVERSE_TIME
-    asked = feed * np.where(inverse, path.row_length[index], path.per_feed[index])
-    limit = np.where(rapid, np.int8(Limit.VELOCITY), np.int8(Limit.FEED))
-    return np.where(rapid, np.inf, asked), limit.astype(np.int8)
+    feeds = Feeds.of(toolpath, path)
+    return feeds.speed[index], feeds.limit[index]
 
 
 def _no_feed(toolpath: Toolpath, rows: Ints) -> Diagnostics:

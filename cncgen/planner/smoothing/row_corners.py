@@ -1,4 +1,4 @@
-"""The corners between rows that may be smoothed (`Corners`), and the limits of the machine that pass them (`Drive`).
+"""The corners between rows that may be smoothed (`RowCorners`), and the limits of the machine that pass them (`Drive`).
 
 `stream` makes both; `tolerance_estimate` and `rounding_decision` take them.
 """
@@ -58,7 +58,7 @@ class Drive:
 
 
 @dataclass(frozen=True, slots=True)
-class Corners:
+class RowCorners:
     """The n places where consecutive rows that may be smoothed meet.
 
     Attributes:
