@@ -36,7 +36,6 @@ import cncgen
 from cncgen.machine import Machine, load
 from cncgen.planner.limits.axis_limits import Bounds
 from cncgen.planner.motion import motion_at
-from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit
 from cncgen.toolpath.record import Toolpath
 
@@ -71,7 +70,7 @@ class Case:
         """Read the curve and set the limits."""
         file = HERE / f"{name}.nc"
         chunks = cncgen.read(file if file.exists() else HERE.parent / "programs" / f"{name}.nc").chunks()
-        (toolpath,) = (replace(c, feed=np.full(len(c), feed / 60.0)) for c in chunks if path_of(c).length)
+        (toolpath,) = (replace(c, feed=np.full(len(c), feed / 60.0)) for c in chunks if c.path.length)
         table = load("xy-table")
         axes = {
             letter: replace(axis, max_velocity=velocity, max_acceleration=acceleration, max_jerk=jerk)
@@ -85,11 +84,11 @@ class Case:
     @property
     def length(self) -> float:
         """Arc length, mm."""
-        return float(path_of(self.toolpath).length)
+        return float(self.toolpath.path.length)
 
     def derivatives(self, s: Floats) -> Floats:
         """Return x, x', x'', x''' of X and Y, shape (4, n, 2)."""
-        return np.ascontiguousarray(path_of(self.toolpath).evaluate(s, 3)[:, :, :2])
+        return np.ascontiguousarray(self.toolpath.path.evaluate(s, 3)[:, :, :2])
 
     def top(self, x: Floats) -> Floats:
         """Return the largest v² by feed, axis velocity and chord error, shape (n,)."""
@@ -101,7 +100,7 @@ class Case:
 
     def ratios(self, s: Floats) -> Floats:
         """Return the largest first, second and third differences of positions a period apart, by their limits, (3, 2)."""
-        x = path_of(self.toolpath).evaluate(np.clip(s, 0.0, self.length), 0)[0][:, :2]
+        x = self.toolpath.path.evaluate(np.clip(s, 0.0, self.length), 0)[0][:, :2]
         x = np.concatenate([np.repeat(x[:1], 3, axis=0), x, np.repeat(x[-1:], 3, axis=0)])
         return np.stack(
             [np.abs(np.diff(x, k, axis=0)).max(axis=0) / PERIOD**k / self.limits[k - 1] for k in (1, 2, 3)]

@@ -27,7 +27,6 @@ from hypothesis import strategies as st
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.least_time import smooth_blocks
 from cncgen.planner.motion import motion_at
-from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit, Trajectory
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 from trials.generators.paths import LETTERS, PERIOD, Arc, Case, Floats, Line, Move, cases, chains, outlines
@@ -69,7 +68,7 @@ class Planned:
         """Path coordinate times the largest dx/ds, shape (axes,): what one rounding of s moves each axis by."""
         out = np.zeros(len(self.axes))
         for each in self.trajectories:
-            path = path_of(each.toolpath)
+            path = each.toolpath.path
             moving = np.flatnonzero(np.diff(path.row_s) > 0.0)
             if len(moving):
                 middle = 0.5 * (path.row_s[moving] + path.row_s[moving + 1])
@@ -87,7 +86,7 @@ class Planned:
             if not mine.any():
                 continue
             at = motion_at(trajectory.profile, t[mine])
-            x = path_of(trajectory.toolpath).evaluate(at.s, 3)
+            x = trajectory.toolpath.path.evaluate(at.s, 3)
             v, a, j = at.v[:, None], at.a[:, None], at.j[:, None]
             position[mine] = x[0]
             derivatives[:, mine] = (
@@ -334,7 +333,7 @@ def acceleration_only(case: Case, nodes: int = 3000) -> float:
     for tp in toolpaths:
         for row in np.flatnonzero(tp.kind == Kind.EVENT):
             total += tp.events[tp.curve[row]].dwell_s
-        path = path_of(tp)
+        path = tp.path
         if not path.length > 0.0:
             continue
         inverse = tp.feed_mode == FeedMode.INVERSE_TIME

@@ -14,7 +14,6 @@ from cncgen.papers.planned import PlannedProgram, planned_program
 from cncgen.papers.printed import Row, Table
 from cncgen.planner import PlanOptions
 from cncgen.planner.contour_prediction import predicted_errors
-from cncgen.planner.paths import path_of
 from cncgen.report.drawing import (
     BLUE,
     GREY,
@@ -140,7 +139,7 @@ def _corners(programs: str | None) -> Table:
     for feed, printed in zip(FEEDS, (11, 14, 24), strict=True):
         planned = plan_of("butterfly.nc", programs, feed, feedrate="ild")
         rows.append(Row(f"butterfly, {feed:g} mm/min: sharp corners", planned.corners, printed, within=0.0))
-    extrema = sum(len(curvature_extrema(path_of(t)).s) for t in planned.toolpaths)
+    extrema = sum(len(curvature_extrema(t.path).s) for t in planned.toolpaths)
     rows.append(Row("butterfly: local extrema of curvature", extrema, 73, within=0.0))
     return Table("Paper 003, Fig. 6: sharp corners of the butterfly", tuple(rows), _CORNERS)
 

@@ -20,7 +20,6 @@ from cncgen.machine.record import Machine, Servo
 from cncgen.machine.servo_schema import closed_loop
 from cncgen.planner.motion import motion_at
 from cncgen.planner.options import PlanOptions
-from cncgen.planner.paths import path_of
 from cncgen.planner.record import Trajectory
 
 Floats = NDArray[np.float64]
@@ -225,7 +224,7 @@ def predicted_errors(
         last = np.ceil(profile.t[-1] / machine.period_s - 1e-9)
         motion = motion_at(profile, np.arange(first, last) * machine.period_s)
         columns = [trajectory.toolpath.axes.index(letter) for letter in letters]
-        tangent = path_of(trajectory.toolpath).evaluate(motion.s, 1)[1][:, columns]
+        tangent = trajectory.toolpath.path.evaluate(motion.s, 1)[1][:, columns]
         found.append(model.run(tangent, motion.v)[0])
         first = last
     return np.concatenate(found)

@@ -23,7 +23,6 @@ from cncgen.geometry import elementary
 from cncgen.machine.record import Axis, Machine
 from cncgen.planner.motion import motion_at
 from cncgen.planner.options import PlanOptions
-from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit, Trajectory
 from cncgen.planner.saturation import PdPlusAxis, pd_plus_axes
 
@@ -211,7 +210,7 @@ def _motion(trajectory: Trajectory, pieces: NDArray[np.int64], order: int) -> Fl
     """Return speed (order 0), acceleration (1) or jerk (2) of each axis in the middle of some pieces, shape (n, axes)."""
     t = trajectory.profile.t
     at = motion_at(trajectory.profile, 0.5 * (t[pieces] + t[pieces + 1]))
-    x = path_of(trajectory.toolpath).evaluate(at.s, 3)
+    x = trajectory.toolpath.path.evaluate(at.s, 3)
     v, a, j = at.v[:, None], at.a[:, None], at.j[:, None]
     if order == 0:
         out: Floats = x[1] * v

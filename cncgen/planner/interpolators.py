@@ -26,7 +26,6 @@ from cncgen.machine.record import Machine
 from cncgen.planner.cutting import arrival_at, cut, joined
 from cncgen.planner.motion import motion_at, time_at
 from cncgen.planner.options import PlanOptions
-from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit, Profile, Trajectory
 from cncgen.toolpath.record import Kind
 
@@ -80,7 +79,7 @@ def _retimed(trajectories: Iterator[Trajectory], stepper: Stepper, period_s: flo
 
 def retime_one(trajectory: Trajectory, stepper: Stepper, period_s: float, late_s: float) -> Trajectory:
     """Retime the NURBS rows of one trajectory that begins `late_s` after its plan."""
-    path, plan = path_of(trajectory.toolpath), trajectory.profile
+    path, plan = trajectory.toolpath.path, trajectory.profile
     rows = np.flatnonzero(trajectory.toolpath.kind == Kind.NURBS)
     starts = np.clip(path.row_s[rows], plan.s[0], plan.s[-1])
     ends = np.clip(path.row_s[rows + 1], plan.s[0], plan.s[-1])

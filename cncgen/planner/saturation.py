@@ -26,7 +26,6 @@ from cncgen.machine.servo_schema import resolve
 from cncgen.planner.contour_prediction import servo_of
 from cncgen.planner.motion import motion_at
 from cncgen.planner.options import PlanOptions
-from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit, Profile, Trajectory
 from cncgen.units import to_file
 
@@ -296,7 +295,7 @@ class Limiter:
                 length = self.travel - first
             place[begin:stop] = length + s
             columns = [trajectory.toolpath.axes.index(letter) for letter in letters]
-            found = path_of(trajectory.toolpath).evaluate(s, 1)
+            found = trajectory.toolpath.path.evaluate(s, 1)
             x[begin:stop] = found[0][:, columns]
             direction[begin:stop] = found[1][:, columns]
             if not last:
@@ -372,7 +371,7 @@ def _stalled(trajectory: Trajectory, planned: float) -> Diagnostic:
 def _where(trajectory: Trajectory, travelled: float) -> str:
     """Name a place by its source line and position."""
     s = trajectory.profile.s[0] + travelled
-    position = path_of(trajectory.toolpath).evaluate([s])[0, 0]
+    position = trajectory.toolpath.path.evaluate([s])[0, 0]
     row = min(int(np.searchsorted(trajectory.row_s[1:], s)), len(trajectory.toolpath) - 1)
     letters = trajectory.toolpath.axes
     point = " ".join(f"{c}{x * to_file(c):.3f}" for c, x in zip(letters, position, strict=True))

@@ -15,7 +15,6 @@ from cncgen.planner.checks import checked
 from cncgen.planner.contour_prediction import predicted_errors, servo_of
 from cncgen.planner.interpolators import STEPPERS, retime_one
 from cncgen.planner.motion import motion_at, time_at
-from cncgen.planner.paths import path_of
 from cncgen.planner.record import Trajectory
 from cncgen.planner.strategies import available, strategy
 from cncgen.servo.simulate import simulate
@@ -127,16 +126,14 @@ def moving_axes(toolpaths: Iterable[Toolpath]) -> str:
     """Return the letters of the axes that a program moves."""
     letters: list[str] = []
     for toolpath in toolpaths:
-        x = np.concatenate(
-            [toolpath.start[None], toolpath.end, path_of(toolpath).evaluate(_probes(toolpath))[0]]
-        )
+        x = np.concatenate([toolpath.start[None], toolpath.end, toolpath.path.evaluate(_probes(toolpath))[0]])
         moves = np.ptp(x, axis=0) > 1e-9
         letters += [c for c, m in zip(toolpath.axes, moves, strict=True) if m and c not in letters]
     return "".join(letter for letter in AXIS_LETTERS if letter in letters)
 
 
 def _probes(toolpath: Toolpath) -> Floats:
-    s = path_of(toolpath).row_s
+    s = toolpath.path.row_s
     return np.unique(np.concatenate([s, 0.5 * (s[:-1] + s[1:]), s[:-1] + 0.3 * np.diff(s)]))
 
 
@@ -230,7 +227,7 @@ def _parts(planned: Trajectory, moved: Trajectory, period_s: float) -> Iterator[
     ticks = np.arange(np.ceil(m.t[0] / period_s), np.floor(m.t[-1] / period_s) + 1.0) * period_s
     if len(ticks) < 2 or not len(p):
         return
-    path = path_of(planned.toolpath)
+    path = planned.toolpath.path
     motion = motion_at(m, ticks)
     s = motion.s
     row = path.row_of(s)

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.planner.limits.program_feeds import programmed_speed
 from cncgen.planner.motion import motion_at
-from cncgen.planner.paths import programmed_speed
 from cncgen.planner.record import Limit, Trajectory
 
 Floats = NDArray[np.float64]

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Diagnostics, Severity, UsageError
 from cncgen.machine.record import Axis, Machine
-from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit, Profile, SharpCorner, Trajectory
 from cncgen.report.slow_places import LISTED, SlowPlace, SlowPlaces
 from cncgen.report.tables import counted, duration
@@ -208,7 +207,7 @@ class Summary:
 def _turning(trajectory: Trajectory) -> NDArray[np.bool_]:
     """Tell the pieces of a profile whose path is the angle of rotary axes, which is no length, shape (pieces,)."""
     profile, rows = trajectory.profile, trajectory.toolpath
-    turns = path_of(rows).turns
+    turns = rows.path.turns
     if not turns.any():
         return np.zeros(len(profile), np.bool_)
     middle = 0.5 * (profile.s[:-1] + profile.s[1:])

@@ -15,8 +15,8 @@ from cncgen.diagnostics import Diagnostic, NoPlanError, Span, UsageError
 from cncgen.geometry import elementary
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
+from cncgen.planner.limits.program_feeds import programmed_speed
 from cncgen.planner.motion import Motion, motion_at
-from cncgen.planner.paths import path_of, programmed_speed
 from cncgen.planner.record import Profile, Trajectory
 from cncgen.setpoints.record import Setpoints
 from cncgen.toolpath.record import Event
@@ -76,7 +76,7 @@ def _sample(
     waiting: list[tuple[float, int, Event]] = []
     for trajectory in trajectories:
         if path is None or current is None or trajectory.toolpath is not current.toolpath:
-            path = path_of(trajectory.toolpath)
+            path = trajectory.toolpath.path
         current = trajectory
         waiting += trajectory.events
         # The last tick is left to what follows: a stretch that ends on a tick hands that tick on.

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from cncgen.geometry.path import Path
     from cncgen.geometry.tables import ArcTable, NurbsTable
 
     Floats = NDArray[np.float64]
@@ -101,6 +102,7 @@ class Toolpath:
         arcs, nurbs: The curves.
         events: The events.
         sources: Names of the files that lines refer to, the program itself first.
+        path: The geometry of the rows, measured when it is first asked for.
     """
 
     axes: str
@@ -118,6 +120,7 @@ class Toolpath:
     nurbs: NurbsTable
     events: tuple[Event, ...]
     sources: tuple[str, ...]
+    _path: list[Path] = field(default_factory=list, init=False, repr=False)
 
     def __len__(self) -> int:
         return len(self.kind)
@@ -132,6 +135,17 @@ class Toolpath:
         import numpy as np
 
         return np.concatenate([self.start[None, :], self.end[:-1]]) if len(self) else self.end
+
+    @property
+    def path(self) -> Path:
+        """The geometry of the rows, its coordinate from 0 at the start: measured once, by the stage that asks first."""
+        if not self._path:
+            from cncgen.geometry.path import Path
+
+            self._path.append(
+                Path(self.axes, self.start, self.kind, self.end, self.curve, self.arcs, self.nurbs)
+            )
+        return self._path[0]
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,6 @@ import cncgen
 from cncgen.machine import Machine, load
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.motion import motion_at
-from cncgen.planner.paths import path_of
 from cncgen.servo import simulate
 from cncgen.setpoints import sample
 
@@ -38,7 +37,7 @@ def least_time() -> None:
     )
     t = np.linspace(0.0, float(done.profile.t[-1]), 12_000)
     at = motion_at(done.profile, t)
-    x = path_of(done.toolpath).evaluate(at.s, 3)[:, :, :2]
+    x = done.toolpath.path.evaluate(at.s, 3)[:, :, :2]
     v, a, j = at.v[:, None], at.a[:, None], at.j[:, None]
     acceleration = np.abs(x[2] * v**2 + x[1] * a).max(axis=1) / limits.max_acceleration
     jerk = np.abs(x[3] * v**3 + 3.0 * x[2] * v * a + x[1] * j).max(axis=1) / limits.max_jerk

@@ -10,7 +10,6 @@ import pytest
 from cncgen.machine import Machine
 from cncgen.planner import PlanOptions, Trajectory, plan
 from cncgen.planner.motion import motion_at, time_at
-from cncgen.planner.paths import path_of
 from cncgen.report.comparison import feed_fluctuations
 from cncgen.setpoints import sample
 from cncgen.toolpath.record import Event, Toolpath
@@ -30,7 +29,7 @@ def recurrence(planned: Trajectory, order: int) -> np.ndarray:
 
     The speed V(u) T is the distance that the plan travels in a period from where the tool is.
     """
-    path, profile = path_of(planned.toolpath), planned.profile
+    path, profile = planned.toolpath.path, planned.profile
     places, end = [0.0], float(profile.s[-1])
     while True:
         at = np.array([places[-1]])
@@ -90,7 +89,7 @@ def test_uniform_takes_equal_steps_of_the_parameter(
     """On the circle of 7 points every period has the same du, and the speed follows |C'|: 60 to 120 by 94 (Hsu 1999)."""
     chunks = program("circle.nc")
     (done, *_) = drawn(chunks, table, "uniform", "constant")
-    path = path_of(done.toolpath)
+    path = done.toolpath.path
     ticks = np.arange(int(done.profile.t[-1] / T)) * T
     row = int(np.flatnonzero(done.toolpath.kind == 2)[0])
     u = path.parameter(row, motion_at(done.profile, ticks).s)

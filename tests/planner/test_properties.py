@@ -15,7 +15,6 @@ from cncgen.pipeline import read, read_text, sound
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.least_time import rolling_window
 from cncgen.planner.motion import motion_at
-from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit
 from cncgen.setpoints import sample
 from trials import planner_properties as properties
@@ -76,10 +75,10 @@ def test_the_limit_that_is_named_is_reached(program: str, machine: str) -> None:
             t = (profile.t[at, None] + share * np.diff(profile.t)[at, None]).ravel()
             motion = motion_at(profile, t)
             if order == 0:
-                rows = trajectory.toolpath.feed[path_of(trajectory.toolpath).row_of(motion.s)]
+                rows = trajectory.toolpath.feed[trajectory.toolpath.path.row_of(motion.s)]
                 found = motion.v / rows
             else:
-                x = path_of(trajectory.toolpath).evaluate(motion.s, 3)[:, :, :2]
+                x = trajectory.toolpath.path.evaluate(motion.s, 3)[:, :, :2]
                 v, a, j = motion.v[:, None], motion.a[:, None], motion.j[:, None]
                 acceleration, jerk = x[2] * v**2 + x[1] * a, x[3] * v**3 + 3.0 * x[2] * v * a + x[1] * j
                 axis = where.axes["X"]

@@ -58,9 +58,8 @@ def smooth_profile(length: float) -> Profile:
 
 def trajectory_on(toolpath: Toolpath, **more: object) -> Trajectory:
     """Return a trajectory over a whole toolpath."""
-    from cncgen.planner.paths import path_of
 
-    row_s = path_of(toolpath).row_s
+    row_s = toolpath.path.row_s
     return Trajectory(toolpath, row_s, smooth_profile(float(row_s[-1])), **more)
 
 

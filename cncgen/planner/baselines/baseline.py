@@ -17,7 +17,6 @@ from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
 from cncgen.planner.assembly import assemble, timed, waits_of
 from cncgen.planner.limits.row_limits import RowLimits, row_limits_of
-from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit, Trajectory
 from cncgen.toolpath.record import Kind, Toolpath
 
@@ -46,7 +45,7 @@ def plan_by_curvature(
     """
     t_s = 0.0
     for chunk in chunks:
-        path = path_of(chunk)
+        path = chunk.path
         rows = row_limits_of(chunk, path, machine, bends=False)
         place, owner = _places(chunk, path, rows, law)
         v = _speeds(path, place, owner, rows, law)

@@ -14,7 +14,6 @@ from cncgen.planner.ild.junctions import joint_speeds, turned
 from cncgen.planner.ild.sharp_corners import CornerRule
 from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.limits.row_limits import RowLimits, row_limits_of
-from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit
 from cncgen.toolpath.record import Event, Kind, PathMode, Toolpath
 
@@ -102,7 +101,7 @@ def stretch_of(
         contour_centripetal: v²κ that the contour error allows, mm/s²; the maxima of curvature where the feed exceeds
             it become joints too, though they are no sharp corners.
     """
-    path = path_of(toolpath)
+    path = toolpath.path
     rows = row_limits_of(toolpath, path, machine)
     stretch = _joined(toolpath, path, rows, machine, before)
     curves = np.flatnonzero(toolpath.kind[rows.index] == Kind.NURBS)

@@ -20,7 +20,6 @@ from cncgen.planner.least_time.rolling_window import MARGIN, RollingWindow
 from cncgen.planner.least_time.speed_caps import SpeedCap
 from cncgen.planner.least_time.timeline import SolvedWindow, Timeline
 from cncgen.planner.limits.axis_limits import Bounds
-from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit, Trajectory
 from cncgen.planner.smoothing import chord_speed_within, chord_within, smooth
 from cncgen.toolpath.record import Kind, Toolpath
@@ -114,7 +113,7 @@ def _meshes(
                 continue
             toolpath = join(still)
             still = []
-            path = path_of(toolpath)
+            path = toolpath.path
             bounds = bounds or bounds_of(toolpath.axes)
             if held is not None:
                 after = ends_of(toolpath, path, bounds)[0]
@@ -128,12 +127,12 @@ def _meshes(
 
 
 def _moves(toolpath: Toolpath) -> bool:
-    return bool(np.any(toolpath.kind != Kind.EVENT)) and path_of(toolpath).length > 0.0
+    return bool(np.any(toolpath.kind != Kind.EVENT)) and toolpath.path.length > 0.0
 
 
 def _standing(toolpath: Toolpath, t_s: float) -> Trajectory:
     """Return the trajectory of a toolpath that does not move: its events and their dwells."""
-    path = path_of(toolpath)
+    path = toolpath.path
     rows = np.flatnonzero(toolpath.kind == Kind.EVENT)
     events = [(0, int(toolpath.line[row]), toolpath.events[toolpath.curve[row]]) for row in rows]
     nothing = np.zeros(0)

@@ -26,7 +26,6 @@ from cncgen.planner.least_time.replanning import PlannedBlock, by_block, with_re
 from cncgen.planner.least_time.speed_caps import SpeedCap
 from cncgen.planner.motion import motion_at
 from cncgen.planner.options import PlanOptions
-from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit, Trajectory
 from cncgen.toolpath.record import Toolpath
 
@@ -104,7 +103,7 @@ class _Watch:
         self._tick += len(ticks)
         motion = motion_at(profile, ticks * self._period)
         columns = [block.toolpath.axes.index(letter) for letter in self._model.letters]
-        x = path_of(block.toolpath).evaluate(motion.s, 1)[:, :, columns]
+        x = block.toolpath.path.evaluate(motion.s, 1)[:, :, columns]
         self._open.append(_JudgedBlock(block.toolpath, motion.s, motion.v, np.zeros(len(motion.s))))
         self._known(self._measured(x[0], x[1] * motion.v[:, None]))
         while len(self._open) > 1 and self._after_first() >= self.memory:
@@ -115,7 +114,7 @@ class _Watch:
         if not self._open:
             return
         last = self._open[-1].toolpath
-        end = path_of(last).evaluate(path_of(last).row_s[-1:], 0)[0]
+        end = last.path.evaluate(last.path.row_s[-1:], 0)[0]
         columns = [last.axes.index(letter) for letter in self._model.letters]
         hold = np.repeat(end[:, columns], 4 * self.memory, axis=0)
         self._known(np.concatenate([self._measured(hold, np.zeros_like(hold)), self._tracker.finish()]))
@@ -264,7 +263,7 @@ def _judged(plan: Iterator[Trajectory], watch: _Watch, bound: float) -> Iterator
         for block, _ in blocks:
             at = int(block.error.argmax()) if len(block.error) else 0
             if len(block.error) and block.error[at] > worst:
-                row = path_of(block.toolpath).row_of(block.s[at : at + 1])[0]
+                row = block.toolpath.path.row_of(block.s[at : at + 1])[0]
                 worst, where = float(block.error[at]), f"line {block.toolpath.line[row]}"
 
     for trajectory in plan:

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from cncgen.geometry.path import STANDSTILL, Path
 from cncgen.planner.limits.axis_limits import Bounds, along_path, resolution
 from cncgen.planner.limits.program_feeds import Feeds
-from cncgen.planner.paths import path_of
 from cncgen.toolpath.record import FeedMode, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -86,7 +85,7 @@ def paced(chunks: Iterable[Toolpath], bounds_of: Callable[[str], Bounds]) -> Ite
         if not inverse.any() and slowest >= _fastest(bounds):
             yield chunk
             continue
-        path = path_of(chunk)
+        path = chunk.path
         speed = Feeds.of(chunk, path).speed
         met = inverse & (chunk.path_mode == PathMode.CONTINUOUS)
         met &= path.row_length <= _SWALLOWED * chunk.tolerance

@@ -29,3 +29,15 @@ class Feeds:
         speed = toolpath.feed * np.where(inverse, np.diff(path.row_s), path.per_feed)
         limit = np.where(rapid, Limit.VELOCITY, Limit.FEED).astype(np.int8)
         return cls(np.where(rapid, np.inf, speed), limit)
+
+
+def programmed_speed(rows: Toolpath, row_s: Floats) -> Floats:
+    """Return the speed along the path that the program asks for on each row, mm/s, shape (rows,); 0 in a rapid or an event.
+
+    Args:
+        rows: The rows that are travelled.
+        row_s: Shape (rows + 1,): where each begins on the path, and the end.
+    """
+    inverse = rows.feed_mode == FeedMode.INVERSE_TIME
+    feed = rows.feed * np.where(inverse, np.diff(row_s), rows.path.per_feed)
+    return np.where(np.isfinite(feed) & (feed > 0), feed, 0.0)

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from cncgen.machine.record import Machine
 from cncgen.planner.limits.axis_limits import axis_scale
 from cncgen.planner.limits.bend_speeds import across, chord_speed
-from cncgen.planner.paths import path_of
 from cncgen.toolpath.record import PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -94,7 +93,7 @@ def chord_speed_within(
         return None
     left = np.where(narrow, chord_left(toolpath.tolerance, chord_mm), np.inf)
     scale = axis_scale(toolpath.axes)
-    path = path_of(toolpath)
+    path = toolpath.path
 
     def speed(s: Floats, x: Floats) -> Floats:
         # The end of a row is the start of the next one.

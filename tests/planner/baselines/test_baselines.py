@@ -10,7 +10,6 @@ import pytest
 from cncgen.machine import Machine
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.motion import motion_at
-from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit
 from cncgen.toolpath.record import Event, Toolpath
 
@@ -28,7 +27,7 @@ def test_speed_is_the_law_everywhere(
     """Sampled between the pieces' ends on the butterfly: within 0.2 % of eq. 24 (δ 1 µm, T 1 ms) or 25 (κ̄ 1/mm)."""
     done, *_ = plan(program("butterfly.nc", 7000), table, PlanOptions(feedrate=name))
     at = motion_at(done.profile, np.linspace(1e-6, done.profile.t[-1] - 1e-6, 20_000))
-    law = LAWS[name](path_of(done.toolpath).curvature(at.s), 7000 / 60)
+    law = LAWS[name](done.toolpath.path.curvature(at.s), 7000 / 60)
     np.testing.assert_allclose(at.v, law, rtol=2e-3)
     assert done.profile.s[-1] == pytest.approx(382.8566, abs=1e-3)
 
@@ -36,7 +35,7 @@ def test_speed_is_the_law_everywhere(
 def test_time_is_the_integral(program: Callable[..., list[Toolpath]], table: Machine) -> None:
     """∫ ds/V of eq. 25 by quadrature over the curve: T = L/F + ∫κ ds/F."""
     done, *_ = plan(program("butterfly.nc", 7000), table, PlanOptions(feedrate="curvature"))
-    path = path_of(done.toolpath)
+    path = done.toolpath.path
     s = np.linspace(*path.row_s[[0, -1]], 400_001)
     kappa = path.curvature(0.5 * (s[1:] + s[:-1]))
     expected = (path.length + np.sum(kappa * np.diff(s))) / (7000 / 60)

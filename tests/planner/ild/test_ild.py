@@ -15,7 +15,6 @@ from cncgen.diagnostics import ProgramError, UsageError
 from cncgen.machine import Machine
 from cncgen.planner import PlanOptions, Trajectory, plan
 from cncgen.planner.motion import motion_at
-from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit
 from cncgen.toolpath.record import Event, FeedMode, PathMode, Toolpath
 
@@ -40,7 +39,7 @@ def test_butterfly_has_the_papers_sharp_corners(
     (done,) = planned(program("butterfly.nc", feed), table)
     assert len(done.corners) == corners
     s = motion_at(done.profile, np.array([c.t_s for c in done.corners])).s
-    kappa, top = path_of(done.toolpath).curvature(s), feed / 60.0
+    kappa, top = done.toolpath.path.curvature(s), feed / 60.0
     assert (kappa * top**2 > 2450.0).all()
     # eqs 23 to 25 with δ = 1 µm, T = 1 ms and κ̄ = 1/mm
     chord = 2e3 * np.sqrt(2e-3 / kappa - 1e-6)

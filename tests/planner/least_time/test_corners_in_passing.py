@@ -14,7 +14,6 @@ from cncgen.planner.least_time import corners
 from cncgen.planner.least_time.rolling_window import MARGIN
 from cncgen.planner.limits.axis_limits import SWAY_SHARE, Bounds
 from cncgen.planner.motion import motion_at
-from cncgen.planner.paths import path_of
 from cncgen.planner.record import Trajectory
 from cncgen.setpoints import sample
 from tests.planner.judging import used
@@ -66,7 +65,7 @@ def _positions(part: Trajectory, t: np.ndarray) -> np.ndarray:
     """Evaluate a trajectory at those of the times that are its own: it rests before the first and after the last."""
     first, last = part.profile.t[[0, -1]]
     mine = t[((t >= first) | (first == 0.0)) & (t < last)]
-    return path_of(part.toolpath).evaluate(motion_at(part.profile, mine).s, 0)[0]
+    return part.toolpath.path.evaluate(motion_at(part.profile, mine).s, 0)[0]
 
 
 @pytest.mark.parametrize("letter", "YA")
@@ -470,7 +469,7 @@ def test_chords_over_a_long_line_and_several_small_corners() -> None:
     for phase in np.linspace(0.0, 1.0, 50, endpoint=False):
         t = (np.arange(-1, int(part.profile.t[-1] / machine.period_s) + 2) + phase) * machine.period_s
         s = motion_at(part.profile, np.clip(t, 0.0, part.profile.t[-1])).s
-        x = path_of(part.toolpath).evaluate(s, 0)[0][:, :2]
+        x = part.toolpath.path.evaluate(s, 0)[0][:, :2]
         x = x[np.linalg.norm(np.diff(x, axis=0, prepend=[[-1.0, 0.0]]), axis=1) > 0.0]
         chord, from_start = np.diff(x, axis=0), corners[:, None] - x[None, :-1]
         part_of = np.clip((from_start * chord).sum(2) / (chord**2).sum(1), 0.0, 1.0)

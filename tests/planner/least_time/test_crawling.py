@@ -16,7 +16,6 @@ from cncgen.planner.least_time.crawling import crawling, paced
 from cncgen.planner.limits.axis_limits import Bounds
 from cncgen.planner.limits.program_feeds import Feeds
 from cncgen.planner.motion import motion_at
-from cncgen.planner.paths import path_of
 from cncgen.planner.record import Trajectory
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import FeedMode, PathMode, Toolpath
@@ -94,7 +93,7 @@ def test_setpoints_of_what_crawls_hold_the_limits() -> None:
     )
     (part,) = planned(body)
     t = np.arange(-3, int(part.profile.t[-1] / 1e-3) + 4) * 1e-3
-    x = path_of(part.toolpath).evaluate(motion_at(part.profile, np.clip(t, 0.0, None)).s, 0)[0]
+    x = part.toolpath.path.evaluate(motion_at(part.profile, np.clip(t, 0.0, None)).s, 0)[0]
     jerk = np.abs(np.diff(x, 3, axis=0)).max(axis=0) / 1e-9
     limit = [MACHINE.axes[letter].max_jerk for letter in part.toolpath.axes]
     assert np.all(jerk <= 1.001 * np.array(limit) + 1e-2)
@@ -128,7 +127,7 @@ def test_crawling_arcs_lose_nothing_at_their_ends(radius: float) -> None:
 def test_what_crawls_is_told_by_speed_and_time() -> None:
     """J T² is 0.05 mm/s, a fiftieth of it 0.06 mm/min; a row must last 2000 times √(v/J) to begin and end at rest."""
     chunk = rows_of("G61 G94 F0.059\nG1 X1\nF0.061 X2\nF0.03 X2.0002\nX2.00021")
-    path = path_of(chunk)
+    path = chunk.path
     found = crawling(path, Feeds.of(chunk, path).speed, Bounds.of(MACHINE, chunk.axes))
     # √(v/J) is 0.1 ms: in 2000 of them the last two rows come 0.1 µm far.
     assert found.tolist()[:4] == [True, False, True, False]
@@ -136,7 +135,7 @@ def test_what_crawls_is_told_by_speed_and_time() -> None:
     # Where jerk has no limit to speak of, acceleration tells: 0.03 mm/s is a hundredth of A T.
     stiff = replace(MACHINE, axes={k: replace(axis, max_jerk=1e9) for k, axis in MACHINE.axes.items()})
     quick = rows_of("G61 G94 F2\nG1 X1\nF4 X2\nF600 X20000")
-    path = path_of(quick)
+    path = quick.path
     found = crawling(path, Feeds.of(quick, path).speed, Bounds.of(stiff, quick.axes))
     assert found.tolist()[:3] == [True, False, False]
 

@@ -25,7 +25,6 @@ from cncgen.planner.least_time.fixed_blocks import blocks
 from cncgen.planner.least_time.mesh import Section
 from cncgen.planner.limits.axis_limits import Bounds
 from cncgen.planner.motion import motion_at
-from cncgen.planner.paths import path_of
 from cncgen.toolpath.slicing import join
 from tests.planner.judging import used
 from tests.planner.smoothing.programs import chunked, facets
@@ -115,7 +114,7 @@ def test_setpoints_more_often_need_no_more_nodes_where_jerk_hardly_counts(jerk: 
     (part,) = plans[1]
     t = 5e-5 * (np.arange(-3, int(part.profile.t[-1] / 5e-5) + 4) + 0.3)
     s = motion_at(part.profile, np.clip(t, 0.0, part.profile.t[-1])).s
-    x = path_of(part.toolpath).evaluate(s, 0)[0]
+    x = part.toolpath.path.evaluate(s, 0)[0]
     for order, limit in ((1, 250.0), (2, 2500.0), (3, jerk)):
         assert np.abs(np.diff(x, order, axis=0)).max() / 5e-5**order <= 1.001 * limit + 1e-12 / 5e-5**order
 
@@ -235,9 +234,7 @@ def test_a_curve_that_stands_at_its_end_has_as_many_nodes_as_its_reverse() -> No
 def _nodes_of(text: str, machine: Machine) -> NDArray[np.float64]:
     """Return where the nodes of a program of one block stand."""
     toolpath = join(list(read_text(text).chunks()))
-    section = Section.of(
-        toolpath, path_of(toolpath), Bounds.of(machine, toolpath.axes), None, None, "best", None
-    )
+    section = Section.of(toolpath, toolpath.path, Bounds.of(machine, toolpath.axes), None, None, "best", None)
     return section.mesh(section.corners()).s
 
 

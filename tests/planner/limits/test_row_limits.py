@@ -19,7 +19,6 @@ from cncgen.planner.ild.sharp_corners import CornerRule
 from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.limits.bend_speeds import chord_speed, curvature_speed
 from cncgen.planner.limits.row_limits import row_limits_of
-from cncgen.planner.paths import path_of
 from cncgen.planner.record import Limit
 from cncgen.planner.strategies import available, strategy
 from cncgen.toolpath.record import FeedMode, PathMode, Toolpath
@@ -28,7 +27,7 @@ from cncgen.toolpath.record import FeedMode, PathMode, Toolpath
 def test_line_divides_its_limits(lines: Callable[..., Toolpath], mill: Machine) -> None:
     """Along (3, 0, 4)/5 X takes 0.6 and Z 0.8: each limit is the least of axis limit by share."""
     toolpath = lines([(0, 0, 0), (3, 0, 4)], feed=np.nan, feed_mode=FeedMode.RAPID)
-    rows = row_limits_of(toolpath, path_of(toolpath), mill)
+    rows = row_limits_of(toolpath, toolpath.path, mill)
     x, z = mill.axes["X"], mill.axes["Z"]
     assert rows.top[0] == pytest.approx(min(x.max_velocity / 0.6, z.max_velocity / 0.8))
     assert rows.acceleration[0] == pytest.approx(min(x.max_acceleration / 0.6, z.max_acceleration / 0.8))
@@ -40,12 +39,12 @@ def test_line_divides_its_limits(lines: Callable[..., Toolpath], mill: Machine) 
 def test_arc_is_limited_by_curvature(arc: Callable[..., Toolpath], table: Machine) -> None:
     """Radius 4: √(A r), ∛(J r²), the chord's 2/T √(2δr − δ²); which one binds is named."""
     toolpath = arc(4.0, 2.0, 1e4)
-    rows = row_limits_of(toolpath, path_of(toolpath), table)
+    rows = row_limits_of(toolpath, toolpath.path, table)
     assert rows.top[0] == pytest.approx(min((2450 * 4) ** 0.5, (5e4 * 16) ** (1 / 3)))
     assert rows.top_limit[0] == Limit.JERK
-    free = row_limits_of(toolpath, path_of(toolpath), table, bends=False)
+    free = row_limits_of(toolpath, toolpath.path, table, bends=False)
     assert free.top[0] == 250.0
-    capped = row_limits_of(toolpath, path_of(toolpath), replace(table, max_centripetal_mm_s2=100.0))
+    capped = row_limits_of(toolpath, toolpath.path, replace(table, max_centripetal_mm_s2=100.0))
     assert (capped.top[0], capped.top_limit[0]) == (pytest.approx(20.0), Limit.CENTRIPETAL)
 
 
