@@ -34,7 +34,7 @@ from numpy.typing import NDArray
 
 import cncgen
 from cncgen.machine import Machine, load
-from cncgen.planner.limits.axis_limits import Bounds
+from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.motion import motion_at
 from cncgen.planner.record import Limit
 from cncgen.toolpath.record import Toolpath
@@ -95,7 +95,7 @@ class Case:
         wide = np.zeros((2, x.shape[1], len(self.toolpath.axes)))
         wide[:, :, :2] = x[1:3]
         feed = np.full(x.shape[1], self.feed)
-        bounds = Bounds.of(self.machine, self.toolpath.axes)
+        bounds = AxisLimits.of(self.machine, self.toolpath.axes)
         return bounds.top(feed, np.full(len(feed), Limit.FEED, np.int8), *wide)[0]
 
     def ratios(self, s: Floats) -> Floats:

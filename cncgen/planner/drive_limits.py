@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from cncgen.diagnostics import Diagnostic, NoPlanError
 from cncgen.geometry import elementary
 from cncgen.machine.record import Axis, Machine
+from cncgen.planner.limits.speed_changes import change_time
 from cncgen.planner.motion import motion_at
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.record import Limit, Trajectory
@@ -110,9 +111,7 @@ class ForceGains:
         j = np.minimum(jerk, (force - self.acceleration * a) / self.jerk)
         a = np.append(a, min(acceleration, force / self.pulse))
         j = np.append(j, jerk)
-        whole = velocity / a + a / j
-        time = np.where(velocity > a**2 / j, whole, 2.0 * np.sqrt(velocity / j))
-        best = int(time.argmin())
+        best = int(change_time(np.full(len(a), velocity), a, j).argmin())
         return float(a[best]), float(j[best])
 
 

@@ -33,15 +33,13 @@ def joint_speeds(
     bend_out: Floats,
     bend_in: Floats,
     limits: AxisLimits,
-    period_s: float,
 ) -> Floats:
     """Return the highest speed at each joint.
 
     Args:
         tangent_out, bend_out: Shape (n, axes), dx/ds and d²x/ds² at the end of the row before the joint.
         tangent_in, bend_in: Shape (n, axes), at the start of the row after it.
-        limits: Limits of the axes.
-        period_s: T.
+        limits: Limits of the axes, and T.
 
     Returns:
         Shape (n,), mm/s; infinite where nothing jumps.
@@ -49,8 +47,7 @@ def joint_speeds(
     turn = np.abs(tangent_in - tangent_out)
     turn[turn < _TANGENT] = 0.0
     jump = np.abs(bend_in - bend_out)
-    step = np.minimum(limits.acceleration * period_s, limits.jerk * period_s**2)
     with np.errstate(divide="ignore", invalid="ignore"):
-        by_turn = np.where(turn > 0.0, step / turn, np.inf).min(axis=1, initial=np.inf)
-        by_jump = np.where(jump > 0.0, np.sqrt(limits.jerk * period_s / jump), np.inf)
+        by_turn = np.where(turn > 0.0, limits.speed_step / turn, np.inf).min(axis=1, initial=np.inf)
+        by_jump = np.where(jump > 0.0, np.sqrt(limits.jerk * limits.period_s / jump), np.inf)
     return np.minimum(by_turn, by_jump.min(axis=1, initial=np.inf))

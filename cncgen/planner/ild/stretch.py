@@ -130,7 +130,6 @@ def _joined(
             before.bend[None],
             rows.bend_in[:1],
             limits,
-            machine.period_s,
         )[0]
     cap[1:n] = joint_speeds(
         rows.tangent_out[:-1],
@@ -138,7 +137,6 @@ def _joined(
         rows.bend_out[:-1],
         rows.bend_in[1:],
         limits,
-        machine.period_s,
     )
     end = RowEnd(rows.tangent_out[-1], rows.bend_out[-1]) if n else before
     start_s = path.row_s[0]
@@ -211,7 +209,7 @@ def _cusps(path: Path, rows: RowLimits, curves: Ints, machine: Machine) -> _Inne
     n = int(np.count_nonzero(inside))
     limits = AxisLimits.of(machine, path.axes)
     still = np.zeros((n, len(path.axes)))
-    speed = joint_speeds(still, jumps.tangent[inside], still, still, limits, machine.period_s)
+    speed = joint_speeds(still, jumps.tangent[inside], still, still, limits)
     yes = np.ones(n, dtype=bool)
     return _Inner(jumps.s[inside], speed, np.full(n, Limit.CORNER, dtype=np.int8), yes, yes)
 

@@ -19,9 +19,9 @@ from cncgen.planner.least_time.prefetch import prefetch
 from cncgen.planner.least_time.rolling_window import MARGIN, RollingWindow
 from cncgen.planner.least_time.speed_caps import SpeedCap
 from cncgen.planner.least_time.timeline import SolvedWindow, Timeline
-from cncgen.planner.limits.axis_limits import Bounds
+from cncgen.planner.limits.axis_limits import AxisLimits, chord_reserve
 from cncgen.planner.record import Limit, Trajectory
-from cncgen.planner.smoothing import chord_speed_within, chord_within, smooth
+from cncgen.planner.smoothing import chord_speed_within, smooth
 from cncgen.toolpath.record import Kind, Toolpath
 from cncgen.toolpath.slicing import join
 
@@ -39,10 +39,10 @@ def smooth_blocks(
     They have a cap only where the tolerance is so narrow that smoothing and chords have to share it. Corners are rounded
     where that seems to be worth it; all of them are where `reserve_mm` is given, which is what is left to chords.
     """
-    steady = paced(chunks, lambda axes: Bounds.of(machine, axes))
+    steady = paced(chunks, lambda axes: AxisLimits.of(machine, axes))
     smoothed = smooth(steady, reserve_mm, machine if reserve_mm is None else None)
     for block in blocks(smoothed, ROWS):
-        speed = chord_speed_within(block, chord_within(machine, block.axes), machine.period_s)
+        speed = chord_speed_within(block, chord_reserve(machine, block.axes), machine.period_s)
         yield block, SpeedCap(speed, Limit.CHORD, straight=False) if speed else None
 
 
@@ -58,7 +58,7 @@ def plan_blocks(
         source: Blocks and their caps; drawn in a thread of its own, as meshes are made and windows solved in others.
         machine: Limits, period, chord tolerance.
         effort: Density of the nodes, as in `PlanOptions`.
-        contour_centripetal: See `Bounds.of`.
+        contour_centripetal: See `AxisLimits.of`.
 
     Yields:
         Trajectories, from rest to rest, as their speeds become final. A block that moves is the toolpath of its
@@ -68,8 +68,8 @@ def plan_blocks(
         NoPlanError: No motion within the limits was found.
     """
 
-    def bounds_of(axes: str) -> Bounds:
-        return Bounds.of(machine, axes, contour_centripetal)
+    def bounds_of(axes: str) -> AxisLimits:
+        return AxisLimits.of(machine, axes, contour_centripetal)
 
     timeline = Timeline()
     with closing(prefetch(_solved(source, bounds_of, effort), PREFETCHED)) as solved:
@@ -81,7 +81,7 @@ def plan_blocks(
 
 
 def _solved(
-    source: Iterable[tuple[Toolpath, SpeedCap | None]], bounds_of: Callable[[str], Bounds], effort: str
+    source: Iterable[tuple[Toolpath, SpeedCap | None]], bounds_of: Callable[[str], AxisLimits], effort: str
 ) -> Iterator[SolvedWindow | Toolpath]:
     """Yield what is final, window by window, and toolpaths that stand still."""
     window: RollingWindow | None = None
@@ -97,13 +97,13 @@ def _solved(
 
 
 def _meshes(
-    source: Iterable[tuple[Toolpath, SpeedCap | None]], bounds_of: Callable[[str], Bounds], effort: str
+    source: Iterable[tuple[Toolpath, SpeedCap | None]], bounds_of: Callable[[str], AxisLimits], effort: str
 ) -> Iterator[tuple[Mesh | Toolpath, bool]]:
     """Yield the meshes of a program and whether each is the last one; after it, maybe, a toolpath that stands still."""
     held: tuple[Toolpath, Path, SpeedCap | None] | None = None
     before: BlockEnd | None = None
     still: list[Toolpath] = []
-    bounds: Bounds | None = None
+    bounds: AxisLimits | None = None
     trials = CornerTrials(effort)
 
     with closing(prefetch(source, PREFETCHED)) as ready:

@@ -18,7 +18,7 @@ from cncgen.geometry.columns import max_over_axes
 from cncgen.planner.least_time.mesh import LINE, SPLINE, Mesh
 from cncgen.planner.least_time.motion_pieces import MotionPieces
 from cncgen.planner.least_time.problem import Intervals
-from cncgen.planner.limits.axis_limits import Bounds
+from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.motion import motion_at
 from cncgen.planner.record import Limit, Profile
 
@@ -56,7 +56,7 @@ class MeshPath:
     """
 
     parts: list[tuple[Mesh, slice]]
-    bounds: Bounds
+    bounds: AxisLimits
 
     def positions(self, interval: Ints, along: Floats) -> Floats:
         """Return positions, shape (k, axes), mm (a degree counted as a millimetre).

@@ -18,7 +18,7 @@ from cncgen.planner.least_time.mesh import Mesh, Section
 from cncgen.planner.least_time.mesh_spacing import AMPLE, CLOSEST
 from cncgen.planner.least_time.rolling_window import MARGIN, RollingWindow
 from cncgen.planner.least_time.speed_caps import SpeedCap
-from cncgen.planner.limits.axis_limits import Bounds
+from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.toolpath.record import Toolpath
 
 Ints = NDArray[np.int64]
@@ -60,7 +60,7 @@ class CornerTrials:
         self,
         toolpath: Toolpath,
         path: Path,
-        bounds: Bounds,
+        bounds: AxisLimits,
         before: BlockEnd | None,
         after: BlockEnd | None,
         cap: SpeedCap | None = None,

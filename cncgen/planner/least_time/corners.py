@@ -16,7 +16,7 @@ from cncgen.planner.limits.axis_limits import (
     JUMP_SHARE,
     STOP_SPEED,
     SWAY_SHARE,
-    Bounds,
+    AxisLimits,
     along_path,
     lowered,
     resolution,
@@ -116,7 +116,7 @@ class BlockEnd:
     rest: bool
 
 
-def ends_of(toolpath: Toolpath, path: Path, bounds: Bounds) -> tuple[BlockEnd, BlockEnd]:
+def ends_of(toolpath: Toolpath, path: Path, bounds: AxisLimits) -> tuple[BlockEnd, BlockEnd]:
     """Return what neighbours meet at the start and at the end of a block."""
     rests = _rests(toolpath, path, crawling(path, Feeds.of(toolpath, path).speed, bounds))
     first, last = path.row_s[:1], path.row_s[-1:]
@@ -129,7 +129,7 @@ def ends_of(toolpath: Toolpath, path: Path, bounds: Bounds) -> tuple[BlockEnd, B
 def corners_of(
     toolpath: Toolpath,
     path: Path,
-    bounds: Bounds,
+    bounds: AxisLimits,
     crawls: Bools,
     s: Floats,
     sides: tuple[Floats, Floats],
@@ -171,7 +171,7 @@ def corners_of(
     worth = _worth_a_stop(bounds, s, stop | held, left[1], right[1], top, lost)
     corner = (held & (speed < worth) & (decision <= 0)) | ((decision < 0) & ~rests)
     # Within half a period the largest acceleration leads as far as a jerk of 6 A/T.
-    within = np.minimum(bounds.axes.jerk, 6.0 * bounds.axes.acceleration / bounds.period_s)
+    within = np.minimum(bounds.jerk, 6.0 * bounds.acceleration / bounds.period_s)
     jerks = np.stack([along_path(within, side[1]) for side in (left, right)])
     passing = np.where(stop | corner, 0.0, speed)
     moving = turn * (passing > 0.0)[:, None]
@@ -211,7 +211,7 @@ def corners_of(
         right[1],
     )
     # A pulse of acceleration v Δ is v Δ/T in the second difference that sees it.
-    pulse = np.abs(turn) * v / (bounds.axes.acceleration * bounds.period_s)
+    pulse = np.abs(turn) * v / (bounds.acceleration * bounds.period_s)
     return Corners(
         s=s,
         stop=stop,
@@ -251,7 +251,7 @@ def _straight(path: Path, s: Floats, before: BlockEnd | None, after: BlockEnd | 
     return out
 
 
-def _rises(bounds: Bounds, path: Path, s: Floats, right: Floats) -> tuple[Floats, Floats]:
+def _rises(bounds: AxisLimits, path: Path, s: Floats, right: Floats) -> tuple[Floats, Floats]:
     """Return by how much v² and v^(3/2) change from joint to joint at most, shape (n − 1,) each; infinite for no bound.
 
     On a straight line v² changes by 2 A d at most over the distance d. What has the speed v and came from rest, or must
@@ -266,11 +266,9 @@ def _rises(bounds: Bounds, path: Path, s: Floats, right: Floats) -> tuple[Floats
     """
     row = path.row_of(0.5 * (s[:-1] + s[1:]))
     straight = path.kind[row] == Kind.LINE
-    acceleration, jerk = (
-        along_path(each, right[:-1]) for each in (bounds.axes.acceleration, bounds.axes.jerk)
-    )
+    acceleration, jerk = (along_path(each, right[:-1]) for each in (bounds.acceleration, bounds.jerk))
     # Axes that the machine lacks have none, and do not move.
-    three = bounds.axes.acceleration[:3]
+    three = bounds.acceleration[:3]
     whole = float(np.linalg.norm(three[np.isfinite(three)]))
     bent = np.where(path.moves_xyz[row], whole, np.inf)
     apart = np.diff(s)
@@ -294,7 +292,7 @@ def _reached(speed: Floats, rises: tuple[Floats, Floats]) -> Floats:
     return speed
 
 
-def _together(bounds: Bounds, s: Floats, turn: Floats, speed: Floats) -> Floats:
+def _together(bounds: AxisLimits, s: Floats, turn: Floats, speed: Floats) -> Floats:
     """Return the speed, shape (n,), at which jumps of the tangent near each other keep to their share.
 
     A third difference weighs a step Δ of the tangent at the distance d, passed at v, by B'(d/v) v, and those that lie
@@ -308,7 +306,7 @@ def _together(bounds: Bounds, s: Floats, turn: Floats, speed: Floats) -> Floats:
         speed: Shape (n,), v, at which each step alone keeps to its share; taken for the speed of those around.
     """
     period = bounds.period_s
-    pulses = turn / (bounds.axes.jerk * period**2), turn / (bounds.axes.acceleration * period)
+    pulses = turn / (bounds.jerk * period**2), turn / (bounds.acceleration * period)
     reach = 2.0 * period * speed
     close = np.flatnonzero(np.minimum(np.diff(s, prepend=-np.inf), np.diff(s, append=np.inf)) < reach)
     size = np.maximum(*(max_over_axes(np.abs(each[close])) for each in pulses))
@@ -356,7 +354,7 @@ def _weighed(s: Floats, pulses: tuple[Floats, Floats], at: Ints, step: Floats) -
     return largest
 
 
-def _chord_speed(bounds: Bounds, s: Floats, turn: Floats, jerk: Floats, speed: Floats) -> Floats:
+def _chord_speed(bounds: AxisLimits, s: Floats, turn: Floats, jerk: Floats, speed: Floats) -> Floats:
     """Return the speed, shape (n,), at which the chord of a period cuts corners by the chord tolerance δ at most.
 
     A step over a turn of the tangent by Δ that is passed at v half a period after the last setpoint goes v T/2 + j T³/48
@@ -462,7 +460,7 @@ def _largest_part(kept: Callable[[Floats, Ints], Bools], at: Ints, least: float)
     return low
 
 
-def _cuts(bounds: Bounds, s: Floats, stop: Bools, turn: Floats, left: Floats, right: Floats) -> Bools:
+def _cuts(bounds: AxisLimits, s: Floats, stop: Bools, turn: Floats, left: Floats, right: Floats) -> Bools:
     """Tell which corners are rests that the chord of a period may cut by more than the chord tolerance, shape (n,).
 
     With the setpoints a = j₁ τ³/6 before and b = j₂ (T − τ)³/6 after it at most, |Δ| a b/(a + b) is cut. That is largest at
@@ -484,7 +482,7 @@ def _cuts(bounds: Bounds, s: Floats, stop: Bools, turn: Floats, left: Floats, ri
     size = size[rest]
     acceleration, jerk = (
         np.stack([along_path(limit, side[0, rest]) for side in (left, right)], axis=1)
-        for limit in (bounds.axes.acceleration, bounds.axes.jerk)
+        for limit in (bounds.acceleration, bounds.jerk)
     )
     period = bounds.period_s
     way = np.minimum(
@@ -507,13 +505,13 @@ def _cuts(bounds: Bounds, s: Floats, stop: Bools, turn: Floats, left: Floats, ri
     return out
 
 
-def _size(bounds: Bounds, turn: Floats) -> Floats:
+def _size(bounds: AxisLimits, turn: Floats) -> Floats:
     """Return |Δ|, a degree counted as a millimetre."""
     return np.sqrt(np.einsum("ij,ij,j->i", turn, turn, bounds.scale**2))
 
 
 def distinct(
-    s: Floats, sides: tuple[Floats, Floats], bounds: Bounds, apart: Bools, curved: Bools
+    s: Floats, sides: tuple[Floats, Floats], bounds: AxisLimits, apart: Bools, curved: Bools
 ) -> tuple[Ints, Ints]:
     """Return which breakpoints are the first and which the last of a cluster that no setpoint can tell apart.
 
@@ -542,7 +540,7 @@ def distinct(
 
 
 def _swayed(
-    bounds: Bounds, speed: Floats, turn: Floats, left: Floats, right: Floats
+    bounds: AxisLimits, speed: Floats, turn: Floats, left: Floats, right: Floats
 ) -> tuple[Floats, Floats, Floats]:
     """Return what the acceleration a along the path does at jumps, where a turn Δ adds |Δ a|/(2 T) to the jerk.
 
@@ -561,17 +559,17 @@ def _swayed(
     """
     gain, jerk = (
         np.maximum(along_path(limit, left), along_path(limit, right))
-        for limit in (bounds.axes.acceleration, bounds.axes.jerk)
+        for limit in (bounds.acceleration, bounds.jerk)
     )
     reached = np.minimum(gain, 2.0 * np.sqrt(jerk * speed))
     period, turn = bounds.period_s, np.abs(turn)
-    most_there = along_path(SWAY_SHARE * 2.0 * period * bounds.axes.jerk, turn)
-    sway = np.minimum(turn * reached[:, None] / (2.0 * period * bounds.axes.jerk), SWAY_SHARE)
+    most_there = along_path(SWAY_SHARE * 2.0 * period * bounds.jerk, turn)
+    sway = np.minimum(turn * reached[:, None] / (2.0 * period * bounds.jerk), SWAY_SHARE)
     return np.where(most_there < reached, most_there, np.inf), np.minimum(most_there, reached), sway
 
 
 def _zones(
-    bounds: Bounds,
+    bounds: AxisLimits,
     speed: Floats,
     there: Floats,
     taken: tuple[Floats, Floats],
@@ -595,25 +593,23 @@ def _zones(
         straight: Shape (n,), whether lines meet there.
         left, right: Shape (n, axes), dx/ds on both sides.
     """
-    gain = np.maximum(*(along_path(bounds.axes.acceleration, side) for side in (left, right)))
+    gain = np.maximum(*(along_path(bounds.acceleration, side) for side in (left, right)))
     by_turn, by_bend = taken
     kept = np.where(straight[:, None], 1.0 - by_turn - by_bend, 1.0)
-    jerk = np.maximum(*(along_path(bounds.axes.jerk, side / kept) for side in (left, right)))
+    jerk = np.maximum(*(along_path(bounds.jerk, side / kept) for side in (left, right)))
     seen = bounds.period_s * np.where(max_over_axes(by_turn) > _NEGLIGIBLE, *_SEEN)
     rise = np.minimum(gain, there + jerk * seen / 3.0)
     return seen * (speed + 0.5 * seen * rise)
 
 
-def _weakest(bounds: Bounds, left: Floats, right: Floats) -> tuple[Floats, Floats, Floats]:
+def _weakest(bounds: AxisLimits, left: Floats, right: Floats) -> tuple[Floats, Floats, Floats]:
     """Return acceleration and jerk along the path, the smaller of both sides, and `STOP_SPEED` periods of what they give."""
-    acceleration, jerk = (
-        along_path(each, left, right) for each in (bounds.axes.acceleration, bounds.axes.jerk)
-    )
+    acceleration, jerk = (along_path(each, left, right) for each in (bounds.acceleration, bounds.jerk))
     period = bounds.period_s
     return acceleration, jerk, STOP_SPEED * np.minimum(jerk * period, acceleration) * period
 
 
-def _lost(bounds: Bounds, taken: Floats, left: Floats, right: Floats) -> Floats:
+def _lost(bounds: AxisLimits, taken: Floats, left: Floats, right: Floats) -> Floats:
     """Return what part of the jerk along the path jumps take, shape (n,), the mean of both sides.
 
     An axis that hardly moves beside the jump leaves the others theirs.
@@ -623,7 +619,7 @@ def _lost(bounds: Bounds, taken: Floats, left: Floats, right: Floats) -> Floats:
         taken: Shape (n, axes), parts of the axes' jerk.
         left, right: Shape (n, axes), dx/ds on both sides.
     """
-    jerk = bounds.axes.jerk
+    jerk = bounds.jerk
     kept = 1.0 - taken
     with np.errstate(invalid="ignore"):
         parts = [along_path(jerk, side / kept) / along_path(jerk, side) for side in (left, right)]
@@ -631,7 +627,7 @@ def _lost(bounds: Bounds, taken: Floats, left: Floats, right: Floats) -> Floats:
 
 
 def _worth_a_stop(
-    bounds: Bounds, s: Floats, slow: Bools, left: Floats, right: Floats, top: Floats, lost: Floats
+    bounds: AxisLimits, s: Floats, slow: Bools, left: Floats, right: Floats, top: Floats, lost: Floats
 ) -> Floats:
     """Return the speed, shape (n,), mm/s, below which a stop takes less time than to pass a jump.
 

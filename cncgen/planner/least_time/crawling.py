@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry.path import STANDSTILL, Path
-from cncgen.planner.limits.axis_limits import Bounds, along_path, resolution
+from cncgen.planner.limits.axis_limits import AxisLimits, along_path, resolution
 from cncgen.planner.limits.program_feeds import Feeds
 from cncgen.toolpath.record import FeedMode, PathMode, Toolpath
 
@@ -32,7 +32,7 @@ _UNSEEN = 0.05
 _SWALLOWED = 8.0
 
 
-def crawling(path: Path, speed: Floats, bounds: Bounds) -> Bools:
+def crawling(path: Path, speed: Floats, bounds: AxisLimits) -> Bools:
     """Tell which rows of a path are so slow that the motion may as well begin and end them at rest, shape (rows,).
 
     Their speed v is below a fiftieth of J T² and of A T, which is reached from rest in a seventh of a period; and either
@@ -50,7 +50,7 @@ def crawling(path: Path, speed: Floats, bounds: Bounds) -> Bools:
         return out
     x1 = path.evaluate(0.5 * (path.row_s[rows] + path.row_s[rows + 1]), 1)[1]
     length, v = path.row_length[rows], speed[rows]
-    acceleration, jerk = (along_path(each, x1) for each in (bounds.axes.acceleration, bounds.axes.jerk))
+    acceleration, jerk = (along_path(each, x1) for each in (bounds.acceleration, bounds.jerk))
     long = length / v >= _LONG * (np.sqrt(v / jerk) + v / acceleration)
     short = length <= _UNSEEN * resolution(bounds, x1)
     slow = v < _CRAWL * np.minimum(jerk * bounds.period_s, acceleration) * bounds.period_s
@@ -58,16 +58,16 @@ def crawling(path: Path, speed: Floats, bounds: Bounds) -> Bools:
     return out
 
 
-def _fastest(bounds: Bounds) -> float:
+def _fastest(bounds: AxisLimits) -> float:
     """Return a speed, mm/s, from which no row can crawl: √n times that of the axis with the most jerk, for n axes.
 
     A direction may lie between all axes, so the jerk along it may be that of the diagonal.
     """
-    jerk = bounds.axes.jerk[np.isfinite(bounds.axes.jerk)]
-    return float(_CRAWL * np.sqrt(len(bounds.axes.jerk)) * jerk.max(initial=0.0)) * bounds.period_s**2
+    jerk = bounds.jerk[np.isfinite(bounds.jerk)]
+    return float(_CRAWL * np.sqrt(len(bounds.jerk)) * jerk.max(initial=0.0)) * bounds.period_s**2
 
 
-def paced(chunks: Iterable[Toolpath], bounds_of: Callable[[str], Bounds]) -> Iterator[Toolpath]:
+def paced(chunks: Iterable[Toolpath], bounds_of: Callable[[str], AxisLimits]) -> Iterator[Toolpath]:
     """Yield chunks ready for smoothing: under G64 inverse-time feeds (G93) become speeds, and rows that crawl are kept apart.
 
     G93 gives the time of a whole row. As a speed it also holds for each part into which smoothing divides the row. Under

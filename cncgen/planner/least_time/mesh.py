@@ -20,7 +20,7 @@ from cncgen.planner.least_time.corners import BlockEnd, Corners, corners_of, dis
 from cncgen.planner.least_time.crawling import crawling
 from cncgen.planner.least_time.mesh_spacing import DENSITY, MOST, Density, TooManyNodesError, placed
 from cncgen.planner.least_time.speed_caps import SpeedCap
-from cncgen.planner.limits.axis_limits import JUMP_SHARE, SWAY_SHARE, Bounds, along_path
+from cncgen.planner.limits.axis_limits import JUMP_SHARE, SWAY_SHARE, AxisLimits, along_path
 from cncgen.planner.limits.program_feeds import Feeds
 from cncgen.toolpath.record import Event, Kind, PathMode, Toolpath
 
@@ -121,7 +121,7 @@ class Section:
 
     toolpath: Toolpath
     path: Path
-    bounds: Bounds
+    bounds: AxisLimits
     feeds: Feeds
     cap: SpeedCap | None
     density: Density
@@ -137,7 +137,7 @@ class Section:
         cls,
         toolpath: Toolpath,
         path: Path,
-        bounds: Bounds,
+        bounds: AxisLimits,
         before: BlockEnd | None,
         after: BlockEnd | None,
         effort: str,
@@ -267,7 +267,7 @@ class Section:
             node_top=node_top,
             node_acceleration=node_acceleration,
             factor=_factors(s, corners),
-            x3_excess=_x3_excess(path, s, kind, x[3], top3, bounds.axes.jerk),
+            x3_excess=_x3_excess(path, s, kind, x[3], top3, bounds.jerk),
             chord=_chords(toolpath, row, bounds),
             stop=stop,
             corner=corner,
@@ -431,7 +431,7 @@ def _x3_excess(
     return out
 
 
-def _chords(toolpath: Toolpath, row: Ints, bounds: Bounds) -> Floats:
+def _chords(toolpath: Toolpath, row: Ints, bounds: AxisLimits) -> Floats:
     """Return how far chords may be from the path in rows, shape (n,): under G64 as far as smoothing leaves room for."""
     return np.where(toolpath.path_mode[row] == PathMode.CONTINUOUS, toolpath.tolerance[row], bounds.chord_mm)
 

@@ -19,7 +19,8 @@ from cncgen.geometry.columns import max_over_axes
 from cncgen.geometry.path import Path
 from cncgen.kernels import along_path as kernel
 from cncgen.planner.least_time.corners import Corners, nearest
-from cncgen.planner.limits.axis_limits import Bounds, along_path, lowered, resolution
+from cncgen.planner.limits.axis_limits import AxisLimits, along_path, lowered, resolution
+from cncgen.planner.limits.speed_changes import change_time, rise_time
 from cncgen.toolpath.record import Kind
 
 Floats = NDArray[np.float64]
@@ -97,7 +98,7 @@ _CALM = 0.01
 #: A bend slows the motion down if its speed is below this part of what is reached from the rest before it; and a bound of the
 #: logarithms of speeds, by which `_bends` keeps rests apart.
 _LOWER, _LOGS = 0.7, 100.0
-#: Bounds of q, and ratios of spacings, that differ by less than this part are taken to be equal.
+#: AxisLimits of q, and ratios of spacings, that differ by less than this part are taken to be equal.
 _ALIKE = 1e-6
 #: Turn of the direction over a panel, or a part of one, rad, below which the path is straight there except for rounding.
 _NO_TURN = 1e-9
@@ -127,7 +128,7 @@ class _Survey:
         first: Shape (breakpoints,) each, the intervals before and after rests, see `_first`.
     """
 
-    bounds: Bounds
+    bounds: AxisLimits
     corners: Corners
     sides: tuple[Floats, Floats]
     lines: NDArray[np.bool_]
@@ -142,7 +143,7 @@ class _Survey:
     def of(
         cls,
         path: Path,
-        bounds: Bounds,
+        bounds: AxisLimits,
         corners: Corners,
         sides: tuple[Floats, Floats],
         lines: NDArray[np.bool_],
@@ -172,7 +173,7 @@ class _Survey:
 
 def placed(
     path: Path,
-    bounds: Bounds,
+    bounds: AxisLimits,
     corners: Corners,
     sides: tuple[Floats, Floats],
     lines: NDArray[np.bool_],
@@ -238,7 +239,7 @@ def _place(survey: _Survey, density: Density) -> tuple[Floats, float]:
     return _spread(*_graded(probes, spacing, growth), borders, whole), alone
 
 
-def along(bounds: Bounds, x: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+def along(bounds: AxisLimits, x: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Return acceleration and jerk along the path by the weakest axis, and how fast its direction turns, each (n,).
 
     Turns are measured in units of the axes' limits: the curvature for the acceleration is max |x''|/A over max |x'|/A; the
@@ -254,12 +255,12 @@ def along(bounds: Bounds, x: Floats) -> tuple[Floats, Floats, Floats, Floats, Fl
     """
     out = np.empty((5, x.shape[1]))
     x1, x2, x3 = (np.ascontiguousarray(each) for each in x[1:])
-    kernel.turning(bounds.axes.acceleration, bounds.axes.jerk, x1, x2, x3, out)
+    kernel.turning(bounds.acceleration, bounds.jerk, x1, x2, x3, out)
     return out[0], out[1], out[2], out[3], out[4]
 
 
 def _shape(
-    bounds: Bounds, x: Floats, s: Floats, corners: Corners, sides: tuple[Floats, Floats], top_at: TopAt
+    bounds: AxisLimits, x: Floats, s: Floats, corners: Corners, sides: tuple[Floats, Floats], top_at: TopAt
 ) -> tuple[Floats, ...]:
     """Return what `along` does at the places `s`, and the largest q there; at breakpoints the worse of both sides."""
     found = (*along(bounds, x), top_at(s, x, 1))
@@ -272,7 +273,7 @@ def _shape(
     return found
 
 
-def _seen(bounds: Bounds, x1: Floats, s: Floats) -> Floats:
+def _seen(bounds: AxisLimits, x1: Floats, s: Floats) -> Floats:
     """Return the least distance of nodes at the places `s`: by what setpoints can tell, and by rounding."""
     return np.maximum(resolution(bounds, x1), _ROUNDING * (s[-1] - s[0]))
 
@@ -284,7 +285,7 @@ def _change(survey: _Survey, part: float) -> Floats:
     path, from its start to its end, as x''' may jump at its borders; at a border the larger of both sides counts.
     """
     acceleration, _, bend, *_, top = survey.shape
-    jerk, s = survey.bounds.axes.jerk, survey.probes
+    jerk, s = survey.bounds.jerk, survey.probes
     before = survey.x3.copy()
     before[np.searchsorted(s, survey.corners.s)] = survey.sides[0][3]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -323,10 +324,12 @@ def _spacing(
         calm[1:-1] &= level[:-1] & level[1:]
         calm[np.searchsorted(s, corners.s[corners.stop | np.isfinite(corners.speed)])] = False
         step = np.maximum(
-            density.ramp * np.minimum(ramp, np.sqrt(speed / jerk)),
+            density.ramp * rise_time(speed, acceleration, jerk),
             period_s * np.interp(ramp / period_s, *_UNSEEN, right=0.0),
         )
-        beyond = np.maximum(_from_others(s, calm) - 1.1 * _rise(speed, acceleration, jerk) * speed, 0.0)
+        beyond = np.maximum(
+            _from_others(s, calm) - 1.1 * (0.5 * change_time(speed, acceleration, jerk)) * speed, 0.0
+        )
         brief = density.brief * _gained(s, speed, acceleration, corners) / acceleration
         return np.minimum.reduce(
             [
@@ -335,12 +338,6 @@ def _spacing(
                 density.twist / np.sqrt(twist),
             ]
         )
-
-
-def _rise(speed: Floats, acceleration: Floats, jerk: Floats) -> Floats:
-    """Return half the time in which acceleration and jerk lead from rest to a speed, s."""
-    ramp = acceleration / jerk
-    return np.where(speed > acceleration * ramp, 0.5 * (speed / acceleration + ramp), np.sqrt(speed / jerk))
 
 
 def _gained(s: Floats, speed: Floats, acceleration: Floats, corners: Corners) -> Floats:
@@ -408,7 +405,7 @@ def _bends(shape: tuple[Floats, ...], s: Floats, corners: Corners) -> tuple[Floa
 
 
 def _first(
-    bounds: Bounds,
+    bounds: AxisLimits,
     corners: Corners,
     sides: tuple[Floats, Floats],
     lines: NDArray[np.bool_],
@@ -457,7 +454,7 @@ def _first(
 
 
 def _slower(
-    bounds: Bounds, corners: Corners, sides: tuple[Floats, Floats], top_at: TopAt
+    bounds: AxisLimits, corners: Corners, sides: tuple[Floats, Floats], top_at: TopAt
 ) -> NDArray[np.bool_]:
     """Tell at which breakpoints a stretch ends that is slower than what leads to it, and than full jerk from a rest gets there.
 
@@ -469,7 +466,7 @@ def _slower(
     left, right = (top_at(corners.s, x, side) for x, side in zip(sides, (-1, 1), strict=True))
     low = np.minimum(left, right)
     away = np.abs(corners.s - rests[nearest(rests, corners.s)])
-    jerk = along_path(bounds.axes.jerk, sides[0][1], sides[1][1])
+    jerk = along_path(bounds.jerk, sides[0][1], sides[1][1])
     out: NDArray[np.bool_] = low * (1.0 + _ALIKE) < np.maximum(left, right)
     return out & (elementary.power(low, 1.5) < 4.5 * jerk * away**2)
 
@@ -493,10 +490,10 @@ def _clear(first: tuple[Floats, Floats], probes: Floats, spacing: Floats, s: Flo
     return before, after
 
 
-def _beside(bounds: Bounds, corners: Corners, sides: tuple[Floats, Floats]) -> Floats:
+def _beside(bounds: AxisLimits, corners: Corners, sides: tuple[Floats, Floats]) -> Floats:
     """Return the largest spacing at breakpoints with a jump: a part of its zone, and where the speed there is low, of the
     way on which full jerk raises it by half."""
-    jerk = along_path(bounds.axes.jerk, sides[0][1], sides[1][1])
+    jerk = along_path(bounds.jerk, sides[0][1], sides[1][1])
     with np.errstate(invalid="ignore"):
         ramp = np.sqrt(corners.speed / jerk)
         return np.fmin(0.35 * corners.zone, 0.25 * corners.speed * ramp)
@@ -542,7 +539,7 @@ def _growth(shape: tuple[Floats, ...], s: Floats, low: Floats, growth: float) ->
     if not len(low):
         return np.full(len(s) - 1, growth)
     speed = np.sqrt(top)
-    near = np.abs(s - low[nearest(low, s)]) <= speed * _rise(speed, acceleration, jerk)
+    near = np.abs(s - low[nearest(low, s)]) <= 0.5 * speed * change_time(speed, acceleration, jerk)
     return np.where(near[:-1] | near[1:], 0.5 * growth, growth)
 
 

@@ -14,6 +14,7 @@ from cncgen.geometry import elementary
 from cncgen.planner.least_time.mesh import ENTER, LEAVE, LINE
 from cncgen.planner.least_time.problem import Intervals
 from cncgen.planner.limits.axis_limits import along_path
+from cncgen.planner.limits.speed_changes import peak_speed, rise_time
 from cncgen.planner.record import Limit
 
 Floats = NDArray[np.float64]
@@ -83,19 +84,12 @@ def pieces_of(given: Intervals, q: Floats, limit: NDArray[np.int8]) -> MotionPie
 def _seven(given: Intervals, lines: NDArray[np.int64]) -> tuple[NDArray[np.int64], tuple[NDArray, ...]]:
     """Return the seven-phase profile of each straight line from rest to rest: the number of its pieces, and their columns.
 
-    Phases that last no time are left out.
-
-    With top speed V, acceleration A and jerk J along the line, the speed reached on the length L is the least of V, of
-    (L²J/4)^(1/3), where A is not reached, and of (−A/J + ((A/J)² + 4 L/A)^½) A/2, where it is (Biagiotti and Melchiorri,
-    *Trajectory Planning for Automatic Machines and Robots*, 2008, section 3.4).
+    Phases that last no time are left out. The speed is the smaller of the top speed and of `peak_speed`.
     """
     length = given.h[lines]
     acc, jerk = (along_path(limit, given.x1[lines, 1]) for limit in given.limits)
-    ramp = acc / jerk
-    short = elementary.cbrt(0.25 * length**2 * jerk)
-    long = 0.5 * acc * (np.sqrt(ramp**2 + 4.0 * length / acc) - ramp)
-    v = np.minimum(np.where(short <= acc * ramp, short, long), np.sqrt(given.top[lines].min(axis=1)))
-    rise = np.minimum(ramp, np.sqrt(v / jerk))
+    v = np.minimum(peak_speed(length, acc, jerk), np.sqrt(given.top[lines].min(axis=1)))
+    rise = rise_time(v, acc, jerk)
     hold = np.maximum(v / (jerk * rise) - rise, 0.0)
     cruise = np.maximum(length / v - 2.0 * rise - hold, 0.0)
     zero = np.zeros_like(v)

@@ -19,7 +19,7 @@ from cncgen.planner.least_time.motion_pieces import MotionPieces, pieces_of
 from cncgen.planner.least_time.problem import Intervals, Solution, solve
 from cncgen.planner.least_time.time_scaling import obstacle, time_scaled
 from cncgen.planner.least_time.timeline import SolvedWindow
-from cncgen.planner.limits.axis_limits import Bounds
+from cncgen.planner.limits.axis_limits import AxisLimits
 
 Floats = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ class RollingWindow:
         patient: Number of intervals for which all starts may still be tried where windows fail (`_PATIENT`).
     """
 
-    bounds: Bounds
+    bounds: AxisLimits
     margin: float = MARGIN["best"]
     meshes: list[Mesh] = field(default_factory=list)
     used: int = 0
@@ -193,7 +193,7 @@ class RollingWindow:
 
         kind = column("kind")
         kind[-1] = LINE if kind[-1] == LINE else ENTER
-        axes = self.bounds.axes
+        axes = self.bounds
         return Intervals(
             h=np.concatenate([np.diff(mesh.s[rows.start : rows.stop + 1]) for mesh, rows in parts]),
             kind=kind,

@@ -19,8 +19,8 @@ from cncgen.diagnostics import NoPlanError
 from cncgen.machine.record import Machine
 from cncgen.planner.least_time.block_planning import ROWS, plan_blocks, smooth_blocks
 from cncgen.planner.least_time.speed_caps import SpeedCap
+from cncgen.planner.limits.axis_limits import chord_reserve
 from cncgen.planner.record import Limit, Trajectory
-from cncgen.planner.smoothing import chord_within
 from cncgen.planner.smoothing.stretches import Stretches
 from cncgen.toolpath.record import PathMode, Toolpath
 from cncgen.toolpath.slicing import between, join
@@ -90,7 +90,7 @@ def _more_rows(before: list[Toolpath], chunk: Toolpath) -> int:
 
 def _all_rounded(chunks: list[Toolpath], machine: Machine) -> Blocks:
     """Return the blocks of a program with all corners rounded."""
-    return list(smooth_blocks(chunks, machine, chord_within(machine, chunks[0].axes)))
+    return list(smooth_blocks(chunks, machine, chord_reserve(machine, chunks[0].axes)))
 
 
 def _none_rounded(chunks: list[Toolpath], machine: Machine) -> Blocks:

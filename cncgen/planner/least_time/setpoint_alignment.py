@@ -18,7 +18,7 @@ from cncgen.geometry import elementary
 from cncgen.planner.least_time.chord_refinement import MeshPath
 from cncgen.planner.least_time.mesh import Mesh
 from cncgen.planner.least_time.motion_pieces import MotionPieces
-from cncgen.planner.limits.axis_limits import Bounds
+from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.motion import motion_at
 from cncgen.planner.record import Profile
 
@@ -67,7 +67,7 @@ class PathMotion:
         return cls(course, s, course.breakpoints(), profile)
 
     @classmethod
-    def gone(cls, mesh: Mesh, profile: Profile, bounds: Bounds) -> PathMotion:
+    def gone(cls, mesh: Mesh, profile: Profile, bounds: AxisLimits) -> PathMotion:
         """Return what is handed on of a mesh."""
         course = MeshPath([(mesh, slice(0, len(mesh)))], bounds)
         return cls(course, mesh.s, mesh.s[0] + course.breakpoints(), profile)

@@ -18,7 +18,7 @@ from cncgen.planner.least_time.mesh import Mesh
 from cncgen.planner.least_time.motion_pieces import MotionPieces
 from cncgen.planner.least_time.problem import Solution
 from cncgen.planner.least_time.setpoint_alignment import PathMotion, SetpointAlignment, started
-from cncgen.planner.limits.axis_limits import Bounds
+from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.record import Limit, SharpCorner, Trajectory
 
 Floats = NDArray[np.float64]
@@ -44,7 +44,7 @@ class SolvedWindow:
         ends: Whether the program ends with those that are final.
     """
 
-    bounds: Bounds
+    bounds: AxisLimits
     parts: list[tuple[Mesh, slice]]
     h: Floats
     pieces: MotionPieces

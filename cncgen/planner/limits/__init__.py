@@ -1,6 +1,8 @@
 """What a machine and a program allow, beneath all strategies.
 
-axis_limits   the limits of the axes as columns, and what they allow along a path
-bend_speeds   the speed at which a bend may be passed
-rows          what each row of a toolpath allows along its path
+axis_limits     the limits of the axes as columns, what a jump of the path takes of them, and what they allow along it
+bend_speeds     the speed at which a bend may be passed
+speed_changes   jerk-limited changes of speed
+program_feeds   the speed that the program asks of each row
+row_limits      what each row of a toolpath allows along its path
 """

@@ -7,7 +7,7 @@ from here.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 
 import numpy as np
@@ -45,52 +45,88 @@ def axis_scale(axes: str) -> Floats:
     return out
 
 
+#: Limit, in its unit, of an axis that the machine lacks: never reached, yet finite, as infinity times a direction of 0 is no number.
+_FREE = 1e15
+
+
+def chord_reserve(machine: Machine, axes: str) -> float:
+    """Return by how much the chord of a period may leave a path without corners, mm: the tolerance, or what is possible.
+
+    Over a chord of the duration T a motion x(t) is at most max |d²x/dt²| T²/8 away, and its second derivative at most the
+    root of the sum of the squares of the axes' acceleration limits. With rotary axes the tolerance counts: how much of a
+    distance they make is a matter of units.
+
+    Args:
+        machine: Limits, period, chord tolerance.
+        axes: Letters of the program's axes.
+    """
+    given = machine.chord_tolerance_mm
+    if (axis_scale(axes) != 1.0).any():
+        return given
+    limits = [machine.axes[letter].max_acceleration for letter in axes if letter in machine.axes]
+    return min(given, float(np.linalg.norm(limits)) * machine.period_s**2 / 8.0)
+
+
 @dataclass(frozen=True, slots=True)
 class AxisLimits:
-    """Limits of the axes of a toolpath as columns, each of shape (axes,); infinite for axes that the machine lacks."""
+    """The limits of a machine for the axes of a toolpath, in the order of its columns.
+
+    Attributes:
+        velocity, acceleration, jerk: Shape (axes,), mm/s, mm/s², mm/s³ (rad for rotary axes); infinite for axes that the
+            machine lacks.
+        period_s: Time between setpoints.
+        chord_mm: Largest distance of the chord of a period from the path.
+        chord_reserve_mm: Largest distance that such a chord can have from a path without corners (`chord_reserve`).
+        centripetal: Largest v²κ, mm/s², and the `Limit` that it stands for.
+        scale: Shape (axes,), what columns are multiplied by to be mm (`axis_scale`): chords are those of all axes.
+    """
 
     velocity: Floats
     acceleration: Floats
     jerk: Floats
-
-    @classmethod
-    def of(cls, machine: Machine, letters: str) -> AxisLimits:
-        """Take the limits of a machine's axes in the order of the toolpath's columns."""
-        axes = [machine.axes.get(letter) for letter in letters]
-        return cls(
-            np.array([a.max_velocity if a else np.inf for a in axes], float),
-            np.array([a.max_acceleration if a else np.inf for a in axes], float),
-            np.array([a.max_jerk if a else np.inf for a in axes], float),
-        )
-
-
-@dataclass(frozen=True, slots=True)
-class Bounds:
-    """Limits of a machine for a toolpath's columns.
-
-    Attributes:
-        axes: Velocity, acceleration and jerk of each axis.
-        period_s: Time between setpoints.
-        chord_mm: Largest distance of the chord of a period from the path.
-        centripetal: Largest v²κ, mm/s², and the `Limit` that it stands for.
-        scale: Shape (axes,), what columns are multiplied by to be mm: chords are those of all axes, one degree a millimetre.
-    """
-
-    axes: AxisLimits
     period_s: float
     chord_mm: float
+    chord_reserve_mm: float
     centripetal: tuple[float, Limit]
     scale: Floats
 
     @classmethod
-    def of(cls, machine: Machine, letters: str, contour_centripetal: float = np.inf) -> Bounds:
+    def of(cls, machine: Machine, letters: str, contour_centripetal: float = np.inf) -> AxisLimits:
         """Take the limits of a machine; `contour_centripetal` is the v²κ at which the predicted contour error is met."""
+        axes = [machine.axes.get(letter) for letter in letters]
         given = machine.max_centripetal_mm_s2 or np.inf
         centripetal = (given, Limit.CENTRIPETAL)
         if contour_centripetal < given:
             centripetal = (contour_centripetal, Limit.CONTOUR_ERROR)
-        axes, scale = AxisLimits.of(machine, letters), axis_scale(letters)
-        return cls(axes, machine.period_s, machine.chord_tolerance_mm, centripetal, scale)
+        return cls(
+            velocity=np.array([a.max_velocity if a else np.inf for a in axes], float),
+            acceleration=np.array([a.max_acceleration if a else np.inf for a in axes], float),
+            jerk=np.array([a.max_jerk if a else np.inf for a in axes], float),
+            period_s=machine.period_s,
+            chord_mm=machine.chord_tolerance_mm,
+            chord_reserve_mm=chord_reserve(machine, letters),
+            centripetal=centripetal,
+            scale=axis_scale(letters),
+        )
+
+    def in_mm(self) -> AxisLimits:
+        """Return the limits of columns that are multiplied by `scale`; those of axes that the machine lacks are finite."""
+        velocity, acceleration, jerk = (
+            np.where(np.isfinite(each), each, _FREE) * self.scale
+            for each in (self.velocity, self.acceleration, self.jerk)
+        )
+        return replace(self, velocity=velocity, acceleration=acceleration, jerk=jerk)
+
+    @property
+    def rotary(self) -> NDArray[np.bool_]:
+        """Shape (axes,): axes whose unit is an angle."""
+        out: NDArray[np.bool_] = self.scale != 1.0
+        return out
+
+    @property
+    def speed_step(self) -> Floats:
+        """Shape (axes,), mm/s: the step of an axis's speed that setpoints may show, the smaller of A T and J T²."""
+        return np.minimum(self.acceleration * self.period_s, self.jerk * self.period_s**2)
 
     def top(
         self, feed: Floats, feed_limit: NDArray[np.int8], x1: Floats, x2: Floats
@@ -106,7 +142,7 @@ class Bounds:
         kernel.top(
             feed,
             feed_limit,
-            self.axes.velocity,
+            self.velocity,
             self.chord_mm,
             self.period_s,
             self.centripetal[0],
@@ -133,9 +169,7 @@ class Bounds:
         Returns:
             linear, square: Shape (n, axes), s/mm and s²/mm².
         """
-        period = self.period_s
-        weak = np.minimum(self.axes.jerk * period**2, self.axes.acceleration * period)
-        return np.abs(turn) / weak, 0.75 * np.abs(bend) / (self.axes.jerk * period)
+        return np.abs(turn) / self.speed_step, 0.75 * np.abs(bend) / (self.jerk * self.period_s)
 
 
 def along_path(limit: Floats, *x1: Floats) -> Floats:
@@ -152,7 +186,7 @@ def along_path(limit: Floats, *x1: Floats) -> Floats:
     return out
 
 
-def resolution(bounds: Bounds, x1: Floats) -> Floats:
+def resolution(bounds: AxisLimits, x1: Floats) -> Floats:
     """Return up to which length a bend of the path does not show in setpoints, shape (n,), mm.
 
     It is a small part, `_UNSEEN`, of the way that full jerk, J T³/6, or full acceleration, A T²/2, leads from rest in a
@@ -166,8 +200,8 @@ def resolution(bounds: Bounds, x1: Floats) -> Floats:
     # Of X Y Z alone it is the same everywhere. Column by column, for one that moves is seen at its first places.
     gain = np.abs(x1 if x1.shape[1] > 3 else x1[:1])
     gain[:, :3] = [column.any() for column in x1[:, :3].T]
-    by_jerk = along_path(bounds.axes.jerk, gain) * bounds.period_s**3 / 6.0
-    by_acceleration = along_path(bounds.axes.acceleration, gain) * bounds.period_s**2 / 2.0
+    by_jerk = along_path(bounds.jerk, gain) * bounds.period_s**3 / 6.0
+    by_acceleration = along_path(bounds.acceleration, gain) * bounds.period_s**2 / 2.0
     found = np.minimum(_UNSEEN[0] * by_jerk, _UNSEEN[1] * by_acceleration)
     shown = np.where(np.isfinite(found), np.minimum(found, bounds.chord_mm), 0.0)
     return np.broadcast_to(shown, len(x1)).copy()

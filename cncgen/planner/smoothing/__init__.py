@@ -7,7 +7,7 @@ order in which data passes them:
     ends                cuts NURBS rows near corners, so that only their ends are rounded
     runs                classifies rows: which may be smoothed together (`Classes`)
     stretches           joins lines that go straight on, and arcs that go on about one centre (`circles`), into one row
-    row_corners         what lies between two rows (`RowCorners`), and the limits that pass it (`Drive`)
+    row_corners         what lies between two rows (`RowCorners`), and the limits that pass it (`AxisLimits`)
     tolerance_split     how the tolerance is shared between smoothing and the chords between setpoints
     tolerance_estimate  how much of it the chords will need, estimated
     rounding_decision   which corners are worth rounding, and how far; `bend_time` the time through a bend whose speed chords hold
@@ -19,6 +19,6 @@ order in which data passes them:
 
 from cncgen.planner.limits.axis_limits import ROTARY_RADIUS
 from cncgen.planner.smoothing.stream import smooth
-from cncgen.planner.smoothing.tolerance_split import chord_speed_within, chord_within
+from cncgen.planner.smoothing.tolerance_split import chord_speed_within
 
-__all__ = ["ROTARY_RADIUS", "chord_speed_within", "chord_within", "smooth"]
+__all__ = ["ROTARY_RADIUS", "chord_speed_within", "smooth"]

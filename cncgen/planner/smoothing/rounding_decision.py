@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 from cncgen.geometry import elementary
 from cncgen.geometry.columns import min_over_axes, norm
 from cncgen.geometry.corridor import AROUND, FACETS, RUN_PART, WIDEST
+from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.limits.bend_speeds import across, chord_speed
+from cncgen.planner.limits.speed_changes import change_time, peak_speed, rise_time
 from cncgen.planner.smoothing.bend_time import REACH, Way, bends, response, turned
-from cncgen.planner.smoothing.row_corners import BEND, TWIST, Drive, RowCorners
+from cncgen.planner.smoothing.row_corners import BEND, TWIST, RowCorners
 from cncgen.planner.smoothing.tolerance_estimate import chord_need
 from cncgen.planner.smoothing.tolerance_split import chord_left, chord_room, fit_tolerance
 
@@ -81,12 +83,12 @@ class _Side:
         A change of speed from v to V in the time f covers f (v + V)/2, for which the top speed needs f (v + V)/(2 V).
         """
         change = np.maximum(self.top - speed, 0.0)
-        return _change_time(change, self.acceleration, self.jerk) * change / (2.0 * self.top)
+        return change_time(change, self.acceleration, self.jerk) * change / (2.0 * self.top)
 
     def ramp(self, speed: Floats) -> Floats:
         """Return how long the acceleration grows in a change from `speed` to the top speed: the first of its phases, s."""
         change = np.maximum(self.top - speed, 0.0)
-        return np.minimum(self.acceleration / self.jerk, np.sqrt(change / self.jerk))
+        return rise_time(change, self.acceleration, self.jerk)
 
     def crawled(self, way: Floats, speed: Floats) -> Floats:
         """Return the time lost on a way, mm, that is passed at `speed` instead of the top speed, s."""
@@ -94,7 +96,7 @@ class _Side:
 
 
 def rounding(
-    drive: Drive, corners: RowCorners, before: float = 0.0, fit: Floats | None = None
+    drive: AxisLimits, corners: RowCorners, before: float = 0.0, fit: Floats | None = None
 ) -> tuple[Floats, Floats]:
     """Return the largest smoothing length at each corner that is worth it, and the speed at which it is passed.
 
@@ -119,7 +121,7 @@ def rounding(
     if not len(size):
         return widest, widest
     if fit is None:
-        fit = fit_tolerance(corners.tolerance, drive.reserve_mm, chord_need(drive, corners))
+        fit = fit_tolerance(corners.tolerance, drive.chord_reserve_mm, chord_need(drive, corners))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         length = _graded(3.0 * fit / size, corners.length[1, :-1])
         speeds = _rounded_speeds(drive, turn, length, BEND * size / length, corners.tolerance)
@@ -143,7 +145,7 @@ def rounding(
     return widest, speed
 
 
-def _steps(drive: Drive, corners: RowCorners, turn: Floats, size: Floats) -> Floats:
+def _steps(drive: AxisLimits, corners: RowCorners, turn: Floats, size: Floats) -> Floats:
     """Return the largest smoothing length that is worth it where curves meet whose chords hold the speed below what the step
     of curvature between them allows as it is, shape (n,), mm: 0 for none, infinite elsewhere.
 
@@ -173,7 +175,7 @@ def _steps(drive: Drive, corners: RowCorners, turn: Floats, size: Floats) -> Flo
 
 
 def _better_stopped(
-    drive: Drive, corners: RowCorners, turn: Floats, fit: Floats, among: Bools, rounded: Bools
+    drive: AxisLimits, corners: RowCorners, turn: Floats, fit: Floats, among: Bools, rounded: Bools
 ) -> Bools:
     """Tell which corners chords hold so that a stop at each of them takes less time, shape (n,).
 
@@ -218,7 +220,7 @@ def _better_stopped(
             _side(drive, direction, 2.0 * half, np.minimum(feed, arc), np.full(len(at), v))
             for v in (0.0, np.inf)
         )
-        stopped += half / side.top + 0.5 * _change_time(side.top, side.acceleration, side.jerk)
+        stopped += half / side.top + 0.5 * change_time(side.top, side.acceleration, side.jerk)
         slow, near = np.minimum(half, _WAY_BY_CHORD * length[at]), np.minimum(chord, free.top)
         # Where the feed holds the curve, that is shorter than the lines.
         bent += np.where(chord < free.top, slow / near, 0.0) + (half - slow) / np.maximum(near, side.top)
@@ -375,7 +377,7 @@ class _Judged:
         beyond: Shape (k,) each, the speed at the other end of the row before and after.
     """
 
-    drive: Drive
+    drive: AxisLimits
     corners: RowCorners
     at: NDArray[np.int64]
     turn: Floats
@@ -426,7 +428,7 @@ class _Judged:
         k = len(best)
         room = self.corners.length[:, self.at].min(axis=0)
         # The same lengths are tried whatever P is. So a larger P can always use the length that is best for a smaller one.
-        unit = self.drive.reserve_mm / norm(self.turn[self.at])
+        unit = self.drive.chord_reserve_mm / norm(self.turn[self.at])
         first = np.ceil(2.0 * elementary.log2(self.length / unit)) - 1.0
         tried = unit * elementary.exp2(0.5 * (first - np.arange(_TRIED)[:, None]))
         every = np.tile(np.arange(k), _TRIED)
@@ -483,7 +485,7 @@ class _Judged:
         drive, at = self.drive, self.at[which]
         deviation = BEND * np.linalg.norm(self.turn[at], axis=1) * length
         left = chord_left(
-            chord_room(self.corners.tolerance[at], deviation, drive.reserve_mm), drive.reserve_mm
+            chord_room(self.corners.tolerance[at], deviation, drive.chord_reserve_mm), drive.chord_reserve_mm
         )
         # Where rows are short, neighbouring corners bend this way too.
         curved = self.bends[..., which] * (bend / self.across[which])
@@ -497,18 +499,20 @@ class _Judged:
         return np.stack(lost)
 
 
-def _side(drive: Drive, direction: Floats, length: Floats, feed: Floats, beyond: Floats) -> _Side:
+def _side(drive: AxisLimits, direction: Floats, length: Floats, feed: Floats, beyond: Floats) -> _Side:
     """Return the side of corners on rows of a direction, that reach the speed `beyond` at their other ends."""
     gain = np.abs(direction)
     acceleration = min_over_axes(drive.acceleration / gain)
     jerk = min_over_axes(drive.jerk / gain)
-    reached = np.maximum(_reached(length, acceleration, jerk), beyond)
+    reached = np.maximum(peak_speed(length, acceleration, jerk), beyond)
     return _Side(
         acceleration, jerk, np.minimum(np.minimum(feed, min_over_axes(drive.velocity / gain)), reached)
     )
 
 
-def _rounded_speeds(drive: Drive, turn: Floats, length: Floats, bend: Floats, tolerance: Floats) -> Floats:
+def _rounded_speeds(
+    drive: AxisLimits, turn: Floats, length: Floats, bend: Floats, tolerance: Floats
+) -> Floats:
     """Return the speeds at which jerk, acceleration and chords let rounded turns be passed, shape (3, n), mm/s.
 
     Args:
@@ -520,12 +524,12 @@ def _rounded_speeds(drive: Drive, turn: Floats, length: Floats, bend: Floats, to
     jerk = elementary.cbrt(min_over_axes(drive.jerk / size) * length**2 / TWIST)
     acceleration = np.sqrt(min_over_axes(drive.acceleration / size) * length / BEND)
     deviation = BEND * np.sqrt(np.einsum("ij,ij->i", turn, turn)) * length
-    left = chord_left(chord_room(tolerance, deviation, drive.reserve_mm), drive.reserve_mm)
+    left = chord_left(chord_room(tolerance, deviation, drive.chord_reserve_mm), drive.chord_reserve_mm)
     chord = chord_speed(bend, left, drive.period_s)
     return np.stack([jerk, acceleration, chord])
 
 
-def _passed_speed(drive: Drive, turn: Floats, size: Floats) -> Floats:
+def _passed_speed(drive: AxisLimits, turn: Floats, size: Floats) -> Floats:
     """Return the speed at which corners may be passed that are not rounded, mm/s.
 
     Args:
@@ -537,26 +541,3 @@ def _passed_speed(drive: Drive, turn: Floats, size: Floats) -> Floats:
     jerk, acceleration = (min_over_axes(limit / turn) for limit in (drive.jerk, drive.acceleration))
     passed = np.minimum(_SHARE * jerk * period**2, acceleration * period)
     return np.minimum(passed, 4.0 * drive.chord_mm / (period * size))
-
-
-def _change_time(change: Floats, acceleration: Floats, jerk: Floats) -> Floats:
-    """Return the least time of a change of speed between two states without acceleration, s.
-
-    Two ramps of the acceleration, 2 √(Δv/J), or with a phase at full acceleration between, Δv/A + A/J (Biagiotti and
-    Melchiorri (2008), section 3.4).
-    """
-    ramps = acceleration**2 / jerk
-    out: Floats = np.where(
-        change < ramps, 2.0 * np.sqrt(change / jerk), change / acceleration + acceleration / jerk
-    )
-    return out
-
-
-def _reached(length: Floats, acceleration: Floats, jerk: Floats) -> Floats:
-    """Return the largest speed on a row from rest to rest, mm/s: the V whose change of speed, up and down, takes the length V f(V)."""
-    ramps = acceleration**2 / jerk
-    by_jerk = elementary.cbrt(0.25 * jerk * length**2)
-    out: Floats = np.where(
-        by_jerk < ramps, by_jerk, 0.5 * (np.sqrt(ramps**2 + 4.0 * acceleration * length) - ramps)
-    )
-    return out

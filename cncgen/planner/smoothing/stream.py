@@ -22,15 +22,15 @@ from cncgen.geometry.corridor import (
 from cncgen.geometry.path import LINE, Path
 from cncgen.geometry.pieces import ARC_SHARE, Pieces, pieces_of
 from cncgen.machine.record import Machine
-from cncgen.planner.limits.axis_limits import axis_scale
+from cncgen.planner.limits.axis_limits import AxisLimits, axis_scale, chord_reserve
 from cncgen.planner.smoothing.ends import opened
 from cncgen.planner.smoothing.output import rows_of
 from cncgen.planner.smoothing.rounding_decision import rounding
-from cncgen.planner.smoothing.row_corners import Drive, RowCorners
+from cncgen.planner.smoothing.row_corners import RowCorners
 from cncgen.planner.smoothing.runs import TANGENT, Classes, classify
 from cncgen.planner.smoothing.stretches import SAME, Stretches
 from cncgen.planner.smoothing.tolerance_estimate import chord_need
-from cncgen.planner.smoothing.tolerance_split import chord_room, chord_within, fit_tolerance
+from cncgen.planner.smoothing.tolerance_split import chord_room, fit_tolerance
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 from cncgen.toolpath.slicing import between, join
 
@@ -58,7 +58,7 @@ def smooth(
     Args:
         chunks: Consecutive stretches of one program, tolerances filled in.
         reserve_mm: What the chords between setpoints may add to the deviation: left over, half of P at most. None: what
-            they may on the machine (`chord_within`), 0 without one.
+            they may on the machine (`chord_reserve`), 0 without one.
         machine: RowCorners that it passes faster as they are than rounded are met exactly; None rounds all.
 
     Yields:
@@ -115,7 +115,7 @@ class _Smoother:
         path = Path(rows.axes, rows.start, rows.kind, rows.end, rows.curve, rows.arcs, rows.nurbs)
         classes = classify(rows, path, axis_scale(rows.axes), free_rows)
         if self.machine is not None:
-            drive = Drive.of(self.machine, rows.axes)
+            drive = AxisLimits.of(self.machine, rows.axes).in_mm()
             _judge_corners(rows, path, classes, drive, (self.pace, self.chord), last)
         borders = np.append(np.flatnonzero(classes.parts), len(rows))
         done = _Done(stretches, self._reserve(rows.axes))
@@ -183,7 +183,7 @@ class _Smoother:
 
     def _reserve(self, axes: str) -> float:
         if self.reserve_mm is None:
-            return chord_within(self.machine, axes) if self.machine is not None else 0.0
+            return chord_reserve(self.machine, axes) if self.machine is not None else 0.0
         return self.reserve_mm
 
     def _fit(
@@ -270,7 +270,7 @@ class _Done:
 
 
 def _judge_corners(
-    rows: Toolpath, path: Path, classes: Classes, drive: Drive, before: tuple[float, float], last: bool
+    rows: Toolpath, path: Path, classes: Classes, drive: AxisLimits, before: tuple[float, float], last: bool
 ) -> None:
     """Part runs at the corners that are not worth rounding, and tell how far to round the others, in place.
 
@@ -300,7 +300,7 @@ def _judge_corners(
     need = np.where(corners.joined, chord_need(drive, corners), 0.0)
     chord = np.maximum(np.append(need, 0.0), np.append(before[1], need))
     classes.chord[moving] = chord
-    given = fit_tolerance(rows.tolerance[moving], drive.reserve_mm, chord)
+    given = fit_tolerance(rows.tolerance[moving], drive.chord_reserve_mm, chord)
     widest, speed = rounding(drive, corners, before[0], np.minimum(given[:-1], given[1:]))
     if not last and runs[-1] == runs[moving[-1]]:
         # How the last row goes on is not known yet; its run stays open.

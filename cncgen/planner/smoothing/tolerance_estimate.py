@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
 from cncgen.geometry.columns import min_over_axes
-from cncgen.planner.smoothing.row_corners import BEND, TWIST, Drive, RowCorners
+from cncgen.planner.limits.axis_limits import AxisLimits
+from cncgen.planner.smoothing.row_corners import BEND, TWIST, RowCorners
 from cncgen.planner.smoothing.tolerance_split import ROOM, fit_tolerance
 
 Floats = NDArray[np.float64]
@@ -26,17 +27,17 @@ _ROUNDS = 3
 _WAY = 3.0
 
 
-def chord_need(drive: Drive, corners: RowCorners) -> Floats:
+def chord_need(drive: AxisLimits, corners: RowCorners) -> Floats:
     """Return the chord that setpoints will make at each corner as far as limits, feed and P let them, shape (n,), mm.
 
     The chord of a period takes |x''| v² T²/8. A turn Δ that is rounded by itself has |x''| = Δ/(3 L) with L = 3 P/Δ, and
     v is that of jerk, v³ = J L²/(0.1475 Δ), of acceleration, of the feed, or of the axes. Where rows are shorter than 3 L
-    the curve behind them counts, of the curvature κ = Δ/ℓ, with v³ = J/κ². Never more than `Drive.reserve_mm`.
+    the curve behind them counts, of the curvature κ = Δ/ℓ, with v³ = J/κ². Never more than `AxisLimits.chord_reserve_mm`.
 
     Args:
         drive, corners: See there.
     """
-    most = drive.reserve_mm
+    most = drive.chord_reserve_mm
     if not len(corners.tolerance) or ROOM * most <= _TRIFLE * corners.tolerance.min():
         return np.full(len(corners.tolerance), most)
     turn = corners.entry - corners.leave
@@ -53,7 +54,7 @@ def chord_need(drive: Drive, corners: RowCorners) -> Floats:
     return np.where(ROOM * (most - need) <= _TRIFLE * corners.tolerance, most, need)
 
 
-def _turn_need(drive: Drive, corners: RowCorners, at: Ints, turn: Floats, size: Floats) -> Floats:
+def _turn_need(drive: AxisLimits, corners: RowCorners, at: Ints, turn: Floats, size: Floats) -> Floats:
     """Return the chord that is made at corners that are rounded by themselves, shape (k,), mm; see `chord_need`."""
     gain = np.maximum(np.abs(corners.leave[at]), np.abs(corners.entry[at]))
     with np.errstate(divide="ignore"):
@@ -63,21 +64,21 @@ def _turn_need(drive: Drive, corners: RowCorners, at: Ints, turn: Floats, size: 
         )
     need = np.zeros(len(at))
     for _ in range(_ROUNDS):
-        length = _WAY * fit_tolerance(corners.tolerance[at], drive.reserve_mm, need) / size
+        length = _WAY * fit_tolerance(corners.tolerance[at], drive.chord_reserve_mm, need) / size
         bend = BEND * size / length
         by_jerk = elementary.cbrt(jerk * length**2 / (TWIST * size)) ** 2 * bend
         push = np.minimum(np.minimum(by_jerk, acceleration), top**2 * bend)
-        need = np.minimum(drive.reserve_mm, push * drive.period_s**2 / 8.0)
+        need = np.minimum(drive.chord_reserve_mm, push * drive.period_s**2 / 8.0)
     return need
 
 
-def _sum_of(limit: Floats, drive: Drive, corners: RowCorners) -> Floats:
+def _sum_of(limit: Floats, drive: AxisLimits, corners: RowCorners) -> Floats:
     """Return the limit of all axes together at each corner, shape (n,): a rotary axis that stands there has no part in it."""
     counts = ~drive.rotary | (corners.leave != 0.0) | (corners.entry != 0.0)
     return np.sqrt(counts @ limit**2)
 
 
-def curve_need(drive: Drive, curvature: Floats, top: Floats, jerk: Floats) -> Floats:
+def curve_need(drive: AxisLimits, curvature: Floats, top: Floats, jerk: Floats) -> Floats:
     """Return the chord that setpoints make on curves, shape (n,), mm; see `chord_need`.
 
     Args:
@@ -88,5 +89,5 @@ def curve_need(drive: Drive, curvature: Floats, top: Floats, jerk: Floats) -> Fl
         push = np.minimum(
             np.where(curvature > 0.0, top**2 * curvature, 0.0), elementary.cbrt(jerk**2 / curvature)
         )
-    out: Floats = np.minimum(drive.reserve_mm, push * drive.period_s**2 / 8.0)
+    out: Floats = np.minimum(drive.chord_reserve_mm, push * drive.period_s**2 / 8.0)
     return out

@@ -10,7 +10,6 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.machine.record import Machine
 from cncgen.planner.limits.axis_limits import axis_scale
 from cncgen.planner.limits.bend_speeds import across, chord_speed
 from cncgen.toolpath.record import PathMode, Toolpath
@@ -24,24 +23,6 @@ ROOM = 1.03
 _LEAST = 0.03
 
 
-def chord_within(machine: Machine, axes: str) -> float:
-    """Return by how much the chord of a period may leave a path without corners, mm: the tolerance, or what is possible.
-
-    Over a chord of the duration T a motion x(t) is at most max |d²x/dt²| T²/8 away, and its second derivative at most the
-    root of the sum of the squares of the axes' acceleration limits. With rotary axes the tolerance counts: how much of a
-    distance they make is a matter of units.
-
-    Args:
-        machine: Limits, period, chord tolerance.
-        axes: Letters of the program's axes.
-    """
-    given = machine.chord_tolerance_mm
-    if (axis_scale(axes) != 1.0).any():
-        return given
-    limits = [machine.axes[letter].max_acceleration for letter in axes if letter in machine.axes]
-    return min(given, float(np.linalg.norm(limits)) * machine.period_s**2 / 8.0)
-
-
 def fit_tolerance(tolerance: Floats, chord_mm: float, need: Floats | float | None = None) -> Floats:
     """Return what a smoothed curve may leave its path by, so that the chords between setpoints have room.
 
@@ -50,7 +31,7 @@ def fit_tolerance(tolerance: Floats, chord_mm: float, need: Floats | float | Non
 
     Args:
         tolerance: Shape (n,), P, mm.
-        chord_mm: δ, the largest chord that there can be (`chord_within`).
+        chord_mm: δ, the largest chord that there can be (`AxisLimits.chord_reserve_mm`).
         need: Shape (n,), mm: the chord to leave room for, δ at most; None for δ.
     """
     kept = ROOM * chord_mm if need is None else np.minimum(need, ROOM * chord_mm)

@@ -12,7 +12,7 @@ from cncgen.pipeline import read_text
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.least_time import corners
 from cncgen.planner.least_time.rolling_window import MARGIN
-from cncgen.planner.limits.axis_limits import SWAY_SHARE, Bounds
+from cncgen.planner.limits.axis_limits import SWAY_SHARE, AxisLimits
 from cncgen.planner.motion import motion_at
 from cncgen.planner.record import Trajectory
 from cncgen.setpoints import sample
@@ -387,7 +387,7 @@ def test_a_line_cut_in_two_among_corners_is_passed_as_fast_as_the_line() -> None
 
     A chord over the cut is far from the path, by what is at the corners beside it.
     """
-    bounds = Bounds.of(load("generic-mill"), "XYZA")
+    bounds = AxisLimits.of(load("generic-mill"), "XYZA")
     s = np.array([0.0, 0.02, 0.04, 0.06])
     turn = np.zeros((4, 4))
     turn[[0, 1, 3], 0] = 1.8, -1.8, 1.8
@@ -482,7 +482,7 @@ def test_a_zone_on_lines_is_the_way_under_the_jerk_that_the_jump_leaves() -> Non
     """v t + j t³/6 for one and a half periods, j being a quarter of J on lines; full jerk counts where a curve is beside it."""
     jerk, period, speed = 5e4, 4e-3, 2.0
     axes = {letter: Axis(letter, 1e3, 1e6, jerk) for letter in "XY"}
-    bounds = Bounds.of(Machine("coarse", axes, period_s=period, chord_tolerance_mm=1.0), "XY")
+    bounds = AxisLimits.of(Machine("coarse", axes, period_s=period, chord_tolerance_mm=1.0), "XY")
     along = np.array([[1.0, 0.0]])
     for straight, left in ((True, 0.25 * jerk), (False, jerk)):
         zone = corners._zones(

@@ -13,7 +13,7 @@ from cncgen.pipeline import read_text
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.least_time import block_planning
 from cncgen.planner.least_time.crawling import crawling, paced
-from cncgen.planner.limits.axis_limits import Bounds
+from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.limits.program_feeds import Feeds
 from cncgen.planner.motion import motion_at
 from cncgen.planner.record import Trajectory
@@ -128,15 +128,15 @@ def test_what_crawls_is_told_by_speed_and_time() -> None:
     """J T² is 0.05 mm/s, a fiftieth of it 0.06 mm/min; a row must last 2000 times √(v/J) to begin and end at rest."""
     chunk = rows_of("G61 G94 F0.059\nG1 X1\nF0.061 X2\nF0.03 X2.0002\nX2.00021")
     path = chunk.path
-    found = crawling(path, Feeds.of(chunk, path).speed, Bounds.of(MACHINE, chunk.axes))
+    found = crawling(path, Feeds.of(chunk, path).speed, AxisLimits.of(MACHINE, chunk.axes))
     # √(v/J) is 0.1 ms: in 2000 of them the last two rows come 0.1 µm far.
     assert found.tolist()[:4] == [True, False, True, False]
-    assert not crawling(path, np.full(len(chunk), np.inf), Bounds.of(MACHINE, chunk.axes)).any()
+    assert not crawling(path, np.full(len(chunk), np.inf), AxisLimits.of(MACHINE, chunk.axes)).any()
     # Where jerk has no limit to speak of, acceleration tells: 0.03 mm/s is a hundredth of A T.
     stiff = replace(MACHINE, axes={k: replace(axis, max_jerk=1e9) for k, axis in MACHINE.axes.items()})
     quick = rows_of("G61 G94 F2\nG1 X1\nF4 X2\nF600 X20000")
     path = quick.path
-    found = crawling(path, Feeds.of(quick, path).speed, Bounds.of(stiff, quick.axes))
+    found = crawling(path, Feeds.of(quick, path).speed, AxisLimits.of(stiff, quick.axes))
     assert found.tolist()[:3] == [True, False, False]
 
 
@@ -168,11 +168,11 @@ def test_rows_that_crawl_do_so_under_a_cap_too() -> None:
 
 def test_paced_rows_have_speeds_and_short_crawling_ones_are_met() -> None:
     chunk = rows_of("G64 P0.01 G93\nG1 X10 F60\nX10.001 F1\nX20 F30\nG94 X21 F600\nX22 F0.01")
-    (out,) = paced([chunk], lambda axes: Bounds.of(MACHINE, axes))
+    (out,) = paced([chunk], lambda axes: AxisLimits.of(MACHINE, axes))
     assert out.feed_mode[:5].tolist() == [FeedMode.SPEED, FeedMode.INVERSE_TIME, *[FeedMode.SPEED] * 3]
     np.testing.assert_allclose(out.feed[:5], [10.0, 1.0 / 60.0, 9.999 / 2.0, 10.0, 0.01 / 60.0], rtol=1e-12)
     # The last one is long beside the tolerance, and has its own part of every curve.
     met = out.path_mode == PathMode.EXACT_PATH
     assert met.tolist()[:5] == [False, True, False, False, False]
     quick = rows_of("G64 P0.01 G94\nG1 X10 F600\nX10.001")
-    assert next(paced([quick], lambda axes: Bounds.of(MACHINE, axes))) is quick
+    assert next(paced([quick], lambda axes: AxisLimits.of(MACHINE, axes))) is quick

@@ -23,7 +23,7 @@ from cncgen.planner.least_time import mesh_spacing
 from cncgen.planner.least_time.corners import Corners
 from cncgen.planner.least_time.fixed_blocks import blocks
 from cncgen.planner.least_time.mesh import Section
-from cncgen.planner.limits.axis_limits import Bounds
+from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.motion import motion_at
 from cncgen.toolpath.slicing import join
 from tests.planner.judging import used
@@ -234,7 +234,9 @@ def test_a_curve_that_stands_at_its_end_has_as_many_nodes_as_its_reverse() -> No
 def _nodes_of(text: str, machine: Machine) -> NDArray[np.float64]:
     """Return where the nodes of a program of one block stand."""
     toolpath = join(list(read_text(text).chunks()))
-    section = Section.of(toolpath, toolpath.path, Bounds.of(machine, toolpath.axes), None, None, "best", None)
+    section = Section.of(
+        toolpath, toolpath.path, AxisLimits.of(machine, toolpath.axes), None, None, "best", None
+    )
     return section.mesh(section.corners()).s
 
 

@@ -23,7 +23,7 @@ def _chunks(rows: int) -> Iterator[Toolpath]:
 
 
 def _threads() -> int:
-    return sum(thread.name == "ahead" for thread in threading.enumerate())
+    return sum(thread.name == "prefetch" for thread in threading.enumerate())
 
 
 def test_a_plan_does_not_depend_on_how_its_program_is_chunked() -> None:

@@ -16,7 +16,7 @@ from cncgen.machine import load
 from cncgen.machine.record import Axis, Machine
 from cncgen.planner import PlanOptions, Trajectory
 from cncgen.planner.least_time import plan_blocks, roundings, smooth_blocks
-from cncgen.planner.smoothing import chord_within
+from cncgen.planner.limits.axis_limits import chord_reserve
 from cncgen.toolpath.record import Kind, PathMode
 from cncgen.toolpath.slicing import between
 
@@ -88,7 +88,7 @@ def test_no_way_to_round_takes_less(seed: int) -> None:
     text, machine = turns(seed)
     chunks = list(program(text).chunks())
     exact = [replace(c, path_mode=np.full(len(c), PathMode.EXACT_PATH, np.int8)) for c in chunks]
-    all_of_them = chord_within(machine, chunks[0].axes)
+    all_of_them = chord_reserve(machine, chunks[0].axes)
     ways = [
         smooth_blocks(chunks, machine),
         smooth_blocks(exact, machine),

@@ -10,7 +10,7 @@ import pytest
 
 from cncgen.machine import load
 from cncgen.planner.least_time.speed_caps import SpeedCap
-from cncgen.planner.limits.axis_limits import Bounds, along_path, resolution, speed_within
+from cncgen.planner.limits.axis_limits import AxisLimits, along_path, resolution, speed_within
 from cncgen.planner.record import Limit
 
 #: Speed of the motion over a jump, mm/s.
@@ -18,9 +18,9 @@ SPEED = 20.0
 
 
 @pytest.fixture
-def bounds() -> Bounds:
+def bounds() -> AxisLimits:
     """Limits of `generic-mill` for X Y Z at a period of 2 ms."""
-    return Bounds.of(replace(load("generic-mill"), period_s=0.002), "XYZ")
+    return AxisLimits.of(replace(load("generic-mill"), period_s=0.002), "XYZ")
 
 
 def largest_difference(bend: int, order: int, period: float) -> float:
@@ -35,14 +35,14 @@ def largest_difference(bend: int, order: int, period: float) -> float:
 
 
 @pytest.mark.parametrize(("kind", "bend"), [("turn", 1), ("bend", 2)])
-def test_a_jump_takes_what_differences_of_setpoints_show(bounds: Bounds, kind: str, bend: int) -> None:
+def test_a_jump_takes_what_differences_of_setpoints_show(bounds: AxisLimits, kind: str, bend: int) -> None:
     """The weaker of jerk and acceleration for a turn: its second difference is |Δ| v/T too."""
     step = np.array([[0.3, -0.2, 0.0]])
     none = np.zeros_like(step)
     linear, square = bounds.jump(*((step, none) if kind == "turn" else (none, step)))
     taken = (linear * SPEED + square * SPEED**2)[0]
-    third = np.abs(step[0]) * largest_difference(bend, 3, bounds.period_s) / bounds.axes.jerk
-    second = np.abs(step[0]) * largest_difference(bend, 2, bounds.period_s) / bounds.axes.acceleration
+    third = np.abs(step[0]) * largest_difference(bend, 3, bounds.period_s) / bounds.jerk
+    second = np.abs(step[0]) * largest_difference(bend, 2, bounds.period_s) / bounds.acceleration
     expected = np.maximum(third, second) if kind == "turn" else third
     assert taken == pytest.approx(expected, rel=1e-6)
 
@@ -61,10 +61,10 @@ def test_a_speed_keeps_its_digits_where_the_square_is_next_to_nothing() -> None:
     assert v[0] == pytest.approx(0.75 * (1.0 - 0.75e-10), rel=1e-15)
 
 
-def test_what_is_seen_of_a_bend_is_a_part_of_the_way_in_a_period(bounds: Bounds) -> None:
+def test_what_is_seen_of_a_bend_is_a_part_of_the_way_in_a_period(bounds: AxisLimits) -> None:
     """J T³/50 and A T²/200 (docs/least-time.md) of the weakest axis that moves, and the chord tolerance at most."""
     along_x = np.array([[1.0, 0.0, 0.0]])
-    jerk, acceleration = bounds.axes.jerk[0], bounds.axes.acceleration[0]
+    jerk, acceleration = bounds.jerk[0], bounds.acceleration[0]
     expected = min(jerk * bounds.period_s**3 / 50.0, acceleration * bounds.period_s**2 / 200.0)
     assert expected < bounds.chord_mm
     assert resolution(bounds, along_x)[0] == pytest.approx(expected, rel=1e-12)

@@ -6,7 +6,7 @@ import numpy as np
 
 from cncgen import pipeline
 from cncgen.machine.record import Axis, Machine
-from cncgen.planner.limits.axis_limits import Bounds
+from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.limits.bend_speeds import chord_speed
 from cncgen.planner.record import Limit
 from cncgen.units import DEGREE
@@ -30,7 +30,7 @@ def test_the_bend_is_that_of_the_common_path() -> None:
     i, j = np.triu_indices(4, 1)
     bend = np.linalg.norm(a[:, i] * b[:, j] - a[:, j] * b[:, i], axis=1) / np.linalg.norm(a, axis=1)
     free = np.full(50, np.inf)
-    q, _ = Bounds.of(machine(), "XYZA").top(free, np.full(50, Limit.FEED, np.int8), x1, x2)
+    q, _ = AxisLimits.of(machine(), "XYZA").top(free, np.full(50, Limit.FEED, np.int8), x1, x2)
     # Sharper than the tolerance half of a period's way is what counts.
     way = np.where(bend > 1.0 / CHORD, 2.0 * CHORD / PERIOD / np.linalg.norm(a, axis=1), 0.0)
     expected = np.maximum(chord_speed(bend, CHORD, PERIOD), way)
@@ -43,7 +43,7 @@ def test_a_bend_sharper_than_the_tolerance_is_passed_at_two_tolerances_a_period(
     """No point of a period's way is further than half of it from its nearer end, however sharp the bend is."""
     x1 = np.tile([1.0, 0.0, 0.0], (3, 1))
     x2 = np.array([[0.0, 1e4, 0.0], [0.0, 1e9, 0.0], [0.0, 1e15, 0.0]])
-    q, _ = Bounds.of(machine(), "XYZ").top(np.full(3, np.inf), np.full(3, Limit.FEED, np.int8), x1, x2)
+    q, _ = AxisLimits.of(machine(), "XYZ").top(np.full(3, np.inf), np.full(3, Limit.FEED, np.int8), x1, x2)
     np.testing.assert_allclose(np.sqrt(q), 2.0 * CHORD / PERIOD, rtol=1e-12)
 
 

@@ -6,7 +6,7 @@ import pytest
 from cncgen.machine import load
 from cncgen.pipeline import read_text
 from cncgen.planner.least_time.corners import _reached, _rises
-from cncgen.planner.limits.axis_limits import Bounds, lowered
+from cncgen.planner.limits.axis_limits import AxisLimits, lowered
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -31,7 +31,7 @@ def test_along_a_curve_the_speed_rises_by_what_all_axes_do_together() -> None:
     machine = load("generic-mill")
     text = "G21 G90 G94 G17 F6000\nG1 X10\nG3 X10 Y10 I0 J5\nG1 B30\nM2\n"
     (rows,) = read_text(text).chunks()
-    bounds, path = Bounds.of(machine, rows.axes), rows.path
+    bounds, path = AxisLimits.of(machine, rows.axes), rows.path
     direction = path.evaluate(path.row_s, 1, 1)[1]
     square, power = _rises(bounds, path, path.row_s, direction)
     a = [machine.axes[letter].max_acceleration for letter in "XYZ"]

@@ -14,9 +14,10 @@ from scipy.optimize import brentq
 from cncgen import pipeline
 from cncgen.machine import load
 from cncgen.machine.record import Axis, Machine
+from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.smoothing import rounding_decision, smooth, stream
 from cncgen.planner.smoothing.rounding_decision import rounding
-from cncgen.planner.smoothing.row_corners import BEND, TWIST, Drive, RowCorners
+from cncgen.planner.smoothing.row_corners import BEND, TWIST, RowCorners
 from cncgen.planner.smoothing.tolerance_estimate import chord_need
 from cncgen.toolpath.record import Kind, PathMode
 from cncgen.toolpath.slicing import between, join
@@ -83,7 +84,7 @@ def test_a_stop_costs_the_time_of_its_ramps_against_going_on() -> None:
 
 def test_what_setpoints_do_not_see_is_met_exactly() -> None:
     """P of a few nanometres: the way through the corner is slow, and no faster than none."""
-    drive = Drive.of(machine(), "XYZ")
+    drive = AxisLimits.of(machine(), "XYZ").in_mm()
     given = [1e-6, 1e-5, 5e-3, 1e-2]
     met = [rounding(drive, corner(p))[0][0] == 0.0 for p in given]
     assert met == [True, True, False, False]
@@ -92,14 +93,14 @@ def test_what_setpoints_do_not_see_is_met_exactly() -> None:
 def test_the_speed_is_what_the_limits_leave_of_the_turn() -> None:
     """L = 3 P/|Δ|, P less the room of chords; by jerk v³ 0.1475 Δ/L² = J, by acceleration v² Δ/(3 L) = A, by that room."""
     turn = np.array([1.0 - np.cos(1.0), np.sin(1.0)])
-    drive = Drive.of(machine(), "XYZ")
+    drive = AxisLimits.of(machine(), "XYZ").in_mm()
     for tolerance in (0.01, 5.0):
         need = float(chord_need(drive, corner(tolerance))[0])
-        kept = min(need, 1.03 * drive.reserve_mm)
+        kept = min(need, 1.03 * drive.chord_reserve_mm)
         length = 3.0 * (tolerance - kept) / np.linalg.norm(turn)
         by_jerk = np.cbrt(JERK * length**2 / (0.1475 * turn.max()))
         by_acceleration = np.sqrt(3.0 * 2000.0 * length / turn.max())
-        chord = kept if kept < 1.03 * drive.reserve_mm else drive.reserve_mm
+        chord = kept if kept < 1.03 * drive.chord_reserve_mm else drive.chord_reserve_mm
         by_chord = 2.0 / PERIOD * np.sqrt(2.0 * chord * 3.0 * length / np.linalg.norm(turn) - chord**2)
         assert by_chord > 0.99 * min(by_jerk, by_acceleration)
         _, speed = rounding(drive, corner(tolerance))
@@ -118,13 +119,13 @@ def test_corners_within_an_unseen_tolerance_are_met_exactly() -> None:
 
 def test_rows_that_a_tolerance_covers_are_rounded_together() -> None:
     short = corner(1e-5, length=1e-6)
-    assert rounding(Drive.of(machine(), "XYZ"), short)[0].tolist() == [np.inf]
+    assert rounding(AxisLimits.of(machine(), "XYZ").in_mm(), short)[0].tolist() == [np.inf]
 
 
 def seconds_with(length: float, text: str, where: Machine, monkeypatch: pytest.MonkeyPatch) -> float:
     """Return the time of a plan whose corners are all rounded with one smoothing length, 0 for none."""
 
-    def forced(drive: Drive, corners: RowCorners, *rest: Any) -> tuple[np.ndarray, np.ndarray]:
+    def forced(drive: AxisLimits, corners: RowCorners, *rest: Any) -> tuple[np.ndarray, np.ndarray]:
         _, speed = rounding(drive, corners, *rest)
         return np.full(len(speed), length), speed
 
@@ -145,7 +146,7 @@ def test_the_tolerance_is_used_as_far_as_chords_let_it_be_worth(monkeypatch: pyt
     Of plans with lengths √2 apart, none takes 0.1 % less than the one that is chosen.
     """
     where = Machine("slow", machine().axes, period_s=0.002, chord_tolerance_mm=1e-4)
-    drive, turn = Drive.of(where, "XYZ"), 2.4
+    drive, turn = AxisLimits.of(where, "XYZ").in_mm(), 2.4
     lengths = [rounding(drive, corner(p, turn, 30.0, 40.0))[0][0] for p in (0.03, 0.1, 0.3)]
     assert 0.0 < lengths[0] < 0.05
     assert lengths == pytest.approx([lengths[0]] * 3, rel=1e-12)
@@ -189,7 +190,9 @@ def test_a_corner_within_the_chord_tolerance_is_rounded_where_that_is_faster(
 
 def test_what_is_passed_faster_than_it_is_rounded_is_met_exactly() -> None:
     """A turn of 0.18 at 10 ms and 9 mm/s, which chords of 7 µm allow at 16: no time is lost, so 0.5 µm of P are of no use."""
-    drive = replace(Drive.of(machine(), "XYZ"), period_s=0.01, chord_mm=0.0073, reserve_mm=0.0073)
+    drive = replace(
+        AxisLimits.of(machine(), "XYZ").in_mm(), period_s=0.01, chord_mm=0.0073, chord_reserve_mm=0.0073
+    )
     passed = rounding(drive, corner(5e-4, 0.18, 20.0, 9.0))[0]
     assert passed.tolist() == [0.0]
 
@@ -320,7 +323,7 @@ def test_short_rows_beside_long_ones_are_not_dragged_along(chord: float) -> None
 def test_what_is_worth_less_tolerance_is_not_given_up_with_more() -> None:
     """Where chords bound the speed the same smoothing lengths are tried whatever P is: more of it takes the same one."""
     where = Machine("slow", machine().axes, period_s=0.004, chord_tolerance_mm=1e-4)
-    drive = Drive.of(where, "XYZ")
+    drive = AxisLimits.of(where, "XYZ").in_mm()
     lengths = [
         rounding(drive, corner(p, turn=2.4, length=30.0, feed=40.0))[0][0] for p in (0.01, 0.013, 0.1, 1.0)
     ]

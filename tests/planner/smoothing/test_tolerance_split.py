@@ -11,10 +11,11 @@ import pytest
 from cncgen import pipeline
 from cncgen.machine.record import Axis, Machine
 from cncgen.planner import PlanOptions, plan
+from cncgen.planner.limits.axis_limits import AxisLimits, chord_reserve
 from cncgen.planner.smoothing import chord_speed_within, smooth
-from cncgen.planner.smoothing.row_corners import Drive, RowCorners
+from cncgen.planner.smoothing.row_corners import RowCorners
 from cncgen.planner.smoothing.tolerance_estimate import chord_need
-from cncgen.planner.smoothing.tolerance_split import chord_within, fit_tolerance
+from cncgen.planner.smoothing.tolerance_split import fit_tolerance
 from cncgen.toolpath.record import PathMode
 from cncgen.verify import verify
 from tests.planner.smoothing.programs import facets, path_of
@@ -124,7 +125,7 @@ def bend_of(p: float, turn: float, chord: float) -> tuple[float, float]:
 def test_the_chord_at_a_corner_is_that_of_its_speed(feed: float, period: float) -> None:
     """|x''| v² T²/8 with the v of jerk or of the feed, and L of what it leaves: the fixed point, put in again."""
     axes = {letter: Axis(letter, 1e4, 1e6, 5e4) for letter in "XYZ"}
-    drive = Drive.of(Machine("mill", axes, period_s=period, chord_tolerance_mm=0.009), "XYZ")
+    drive = AxisLimits.of(Machine("mill", axes, period_s=period, chord_tolerance_mm=0.009), "XYZ").in_mm()
     leave, entry = np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 1.0, 0.0]])
     rows, p = np.full((2, 1), 50.0), 0.01
     given = RowCorners(leave, entry, rows, np.full((2, 1), feed), np.array([p]), np.ones(1, bool), 0.0 * rows)
@@ -137,7 +138,7 @@ def test_the_chord_at_a_corner_is_that_of_its_speed(feed: float, period: float) 
 def test_the_chord_on_short_rows_is_that_of_the_curve_behind_them() -> None:
     """Facets of 0.1 mm on a radius of 5: v²/R by the feed, v = ∛(J R²) with the jerk of all axes by jerk."""
     axes = {letter: Axis(letter, 1e4, 1e6, 5e4) for letter in "XYZ"}
-    drive = Drive.of(Machine("mill", axes, period_s=0.002, chord_tolerance_mm=0.1), "XYZ")
+    drive = AxisLimits.of(Machine("mill", axes, period_s=0.002, chord_tolerance_mm=0.1), "XYZ").in_mm()
     turn, rows = 0.1 / 5.0, np.full((2, 1), 0.1)
     leave, entry = np.array([[1.0, 0.0, 0.0]]), np.array([[np.cos(turn), np.sin(turn), 0.0]])
     for feed in (20.0, 5000.0):
@@ -155,7 +156,7 @@ def test_a_rotary_axis_that_stands_makes_no_chord() -> None:
     needs = []
     for jerk in (5e4, 1.0):
         axes = {letter: Axis(letter, 1e4, 1e6, 5e4) for letter in "XYZ"} | {"A": Axis("A", 1e4, 1e6, jerk)}
-        drive = Drive.of(Machine("mill", axes, period_s=0.002, chord_tolerance_mm=0.1), "XYZA")
+        drive = AxisLimits.of(Machine("mill", axes, period_s=0.002, chord_tolerance_mm=0.1), "XYZA").in_mm()
         for moves in (0.0, 0.01):
             leave = np.array([[1.0, 0.0, 0.0, moves]])
             entry = np.array([[np.cos(turn), np.sin(turn), 0.0, moves]])
@@ -209,10 +210,10 @@ def test_chords_are_those_of_rotary_axes_too(p: float) -> None:
 def test_chords_are_no_longer_than_the_accelerations_let_them_be() -> None:
     """Under A on X and Y together, for a period, the parabola x = √2 A t²/2 is √2 A T²/8 from its chord."""
     slow = Machine("slow", {letter: Axis(letter, 500.0, 1000.0, 5e4) for letter in "XY"})
-    assert chord_within(slow, "XYZ") == pytest.approx(np.sqrt(2.0) * 1000.0 * 1e-6 / 8.0)
+    assert chord_reserve(slow, "XYZ") == pytest.approx(np.sqrt(2.0) * 1000.0 * 1e-6 / 8.0)
     # With a rotary axis it is the tolerance, as where that is less.
-    assert chord_within(slow, "XYZC") == slow.chord_tolerance_mm
-    assert chord_within(machine(0.004), "XYZ") == CHORD
+    assert chord_reserve(slow, "XYZC") == slow.chord_tolerance_mm
+    assert chord_reserve(machine(0.004), "XYZ") == CHORD
 
 
 @pytest.mark.parametrize("chord", [0.001, 0.003, 0.01])
