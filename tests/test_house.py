@@ -189,7 +189,8 @@ SHARED_CLASSES = {
         "gcode and stepnc: the same idea in another language",
     ),
     **dict.fromkeys(
-        ("Motion", "Passed", "Rows", "Run", "Rule", "System", "Table", "Summary"), "not yet told apart"
+        ("Motion", "Passed", "Rows", "Run", "Rule", "System", "Table", "Summary", "Cursor"),
+        "not yet told apart",
     ),
 }
 #: Modules that share a name, and why.

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
+from scipy.optimize import brentq
 
 from cncgen.planner.ild.look_ahead import Segments, build
 from cncgen.planner.limits.speed_changes import change_time, peak_speed, rise_time
@@ -47,3 +49,16 @@ def test_the_kernel_takes_as_long() -> None:
         )
         pieces = build(segment, np.zeros(2), "bell")
         np.testing.assert_allclose(pieces.duration.sum(), expected[k], rtol=1e-6)
+
+
+@pytest.mark.parametrize(("a", "j"), [(2000.0, 5e4), (50.0, 1e6), (1e9, 5e4)])
+@pytest.mark.parametrize("way", [1e-3, 0.5, 40.0])
+def test_the_speed_from_rest_to_rest(a: float, j: float, way: float) -> None:
+    """Up to v and down again takes the way v (time up): the seven phases at their least."""
+
+    def covered(v: float) -> float:
+        ramp = v / a + a / j if v > a * a / j else 2.0 * np.sqrt(v / j)
+        return v * ramp - way
+
+    expected = brentq(covered, 1e-9, 1e9, xtol=1e-14, rtol=1e-14)
+    assert peak_speed(np.array(way), np.array(a), np.array(j)) == pytest.approx(expected, rel=1e-9)

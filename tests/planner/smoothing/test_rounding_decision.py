@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from scipy.optimize import brentq
 
 from cncgen import pipeline
 from cncgen.machine import load
@@ -57,21 +56,6 @@ def test_what_is_largest_of_the_response() -> None:
     h = rounding_decision.response(s)
     assert h.max() == pytest.approx(BEND, rel=1e-9)
     assert np.abs(np.gradient(h, s)).max() == pytest.approx(TWIST, rel=1e-3)
-
-
-@pytest.mark.parametrize(("a", "j"), [(2000.0, 5e4), (50.0, 1e6), (1e9, 5e4)])
-@pytest.mark.parametrize("way", [1e-3, 0.5, 40.0])
-def test_the_speed_from_rest_to_rest(a: float, j: float, way: float) -> None:
-    """Up to v and down again takes the way v (time up): the seven phases at their least."""
-
-    def covered(v: float) -> float:
-        ramp = v / a + a / j if v > a * a / j else 2.0 * np.sqrt(v / j)
-        return v * ramp - way
-
-    expected = brentq(covered, 1e-9, 1e9, xtol=1e-14, rtol=1e-14)
-    assert rounding_decision._reached(np.array(way), np.array(a), np.array(j)) == pytest.approx(
-        expected, rel=1e-9
-    )
 
 
 def test_a_stop_costs_the_time_of_its_ramps_against_going_on() -> None:
