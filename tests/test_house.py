@@ -189,7 +189,7 @@ SHARED_CLASSES = {
         "gcode and stepnc: the same idea in another language",
     ),
     **dict.fromkeys(
-        ("Motion", "Passed", "Rows", "Run", "Rule", "System", "Table", "Summary", "Cursor"),
+        ("Motion", "Passed", "Rows", "Run", "Rule", "System", "Table", "Summary", "Cursor", "Quantity"),
         "not yet told apart",
     ),
 }

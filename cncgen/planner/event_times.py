@@ -12,7 +12,6 @@ from dataclasses import replace
 import numpy as np
 
 from cncgen.machine.times import Times
-from cncgen.planner.paths import path_of
 from cncgen.toolpath.record import Event, FeedMode, Kind, Toolpath
 
 
@@ -27,7 +26,7 @@ def _paced(chunk: Toolpath, block_s: float) -> Toolpath:
     """Return a toolpath whose feeds leave each row the time that the control needs for a block."""
     if block_s <= 0.0 or not len(chunk):
         return chunk
-    length = np.diff(path_of(chunk).row_s)
+    length = np.diff(chunk.path.row_s)
     most = np.where(chunk.feed_mode == FeedMode.INVERSE_TIME, 1.0, length) / block_s
     slower = (chunk.kind != Kind.EVENT) & (length > 0.0) & (chunk.feed > most)
     return replace(chunk, feed=np.where(slower, most, chunk.feed))
