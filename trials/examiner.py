@@ -31,7 +31,9 @@ from trials.generators.elements import INCH_MM, LINEAR, Floats, Loop, Mode, Move
 from trials.generators.meant_programs import Case, Program, Rig, random_case
 from trials.judge import MARGIN, MOST, Fault, end_faults, feed_faults, judged, limit_faults, path_faults
 from trials.judge import Path as MeantPath
+from trials.seeds import first_for_tuning
 
+FIRST = first_for_tuning("examiner")
 #: s of CPU that a plan may take before it is called slow.
 SLOW_S = 20.0
 #: Cases after which a line of progress is printed.
@@ -478,15 +480,23 @@ def examine(name: str, asked: argparse.Namespace, options: cncgen.PlanOptions) -
     return bad
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run what is asked for; 1 if something fails."""
+def examined(name: str, seeds: range) -> int:
+    """Run a property over seeds as the command does, and return how many fail."""
+    signal.signal(signal.SIGPROF, _alarm)
+    return examine(
+        name, _arguments([name, "--seeds", str(seeds.start), str(seeds.stop)]), cncgen.PlanOptions()
+    )
+
+
+def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
+    """Read the arguments of the command."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument(
         "properties", nargs="*", default=["setpoints"], metavar="PROPERTY", help=", ".join(PROPERTIES)
     )
-    parser.add_argument("--seeds", type=int, nargs=2, default=(0, 100), metavar=("FIRST", "STOP"))
+    parser.add_argument("--seeds", type=int, nargs=2, default=(FIRST, FIRST + 100), metavar=("FIRST", "STOP"))
     parser.add_argument("--only", type=int, nargs="+", metavar="SEED")
     parser.add_argument("--effort", default="best")
     parser.add_argument("--shrink", action="store_true", help="make what fails smaller")
@@ -497,6 +507,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for name in asked.properties:
         if name not in PROPERTIES:
             parser.error(f"no property {name!r}: {', '.join(PROPERTIES)}")
+    return asked
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run what is asked for; 1 if something fails."""
+    asked = _arguments(arguments)
     signal.signal(signal.SIGPROF, _alarm)
     options = cncgen.PlanOptions(effort=asked.effort)
     return 1 if sum(examine(name, asked, options) for name in asked.properties) else 0

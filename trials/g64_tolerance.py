@@ -24,6 +24,7 @@ from cncgen.pipeline import plan, read_text, sample
 from cncgen.setpoints.columns import file_units
 from cncgen.units import DEGREE
 from trials.generators.g64_parts import AXES, Floats, Part, random_machine, random_part
+from trials.seeds import first_for_tuning
 
 #: A tolerance, or a limit, is broken beyond this part of it.
 MARGIN = 1.001
@@ -173,7 +174,7 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("count", type=int, nargs="?", default=100)
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seed", type=int, default=first_for_tuning("g64_tolerance"))
     parser.add_argument("--only", metavar="SEED:INDEX", help="print this program, and judge it")
     options = parser.parse_args()
     signal.signal(signal.SIGALRM, _too_long)

@@ -23,6 +23,7 @@ from cncgen.diagnostics import CncgenError, Diagnostics
 from cncgen.gcode import canon, check, read
 from cncgen.toolpath.reading import ReadOptions
 from trials.generators.gcode_mutants import DIALECTS, corpus, mutants
+from trials.seeds import first_for_tuning
 
 #: Bounds of one input.
 SECONDS = 1.0
@@ -99,7 +100,7 @@ def main() -> int:
     """Fuzz for as long as the arguments say and print what was found."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--minutes", type=float, default=1.0)
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seed", type=int, default=first_for_tuning("gcode_fuzz"))
     parser.add_argument("--keep", type=Path, help="folder for inputs that show a fault")
     arguments = parser.parse_args()
     bound_memory()

@@ -16,6 +16,7 @@ from hypothesis import HealthCheck, given, seed, settings
 from trials.generators.gcode_language import STAGES, programs
 from trials.peer_comparison import disagreement
 from trials.rs274 import installed
+from trials.seeds import first_for_tuning
 
 #: Examples between two seeds: a run of them ends at its first disagreement.
 BATCH = 100
@@ -67,7 +68,11 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description="Random programs through our interpreter and LinuxCNC's.")
     parser.add_argument("count", type=int, nargs="?", default=10_000, help="programs [default: %(default)s]")
     parser.add_argument(
-        "seed", type=int, nargs="?", default=0, help="first seed, one a batch [default: %(default)s]"
+        "seed",
+        type=int,
+        nargs="?",
+        default=first_for_tuning("language_beside_rs274"),
+        help="first seed, one a batch [default: %(default)s]",
     )
     parser.add_argument(
         "--stages",

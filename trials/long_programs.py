@@ -21,11 +21,14 @@ from pathlib import Path
 
 import cncgen
 from trials.generators.rough_parts import Writer, random_machine
+from trials.seeds import first_for_tuning
+
+FIRST = first_for_tuning("long_programs")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", maxsplit=1)[0])
-    parser.add_argument("--seeds", type=int, nargs=2, default=(0, 10), metavar=("FIRST", "STOP"))
+    parser.add_argument("--seeds", type=int, nargs=2, default=(FIRST, FIRST + 10), metavar=("FIRST", "STOP"))
     parser.add_argument("--motions", type=int, default=7000)
     parser.add_argument("--machine", default="generic-mill", help="a profile or file, or 'random'")
     parser.add_argument("--rotary", action="store_true", help="lines turn A as well")

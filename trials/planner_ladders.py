@@ -22,6 +22,7 @@ from dataclasses import replace
 import numpy as np
 
 from trials.generators.simple_paths import Arc, Case, Curve, Floats, Line, Move, drawn, end_of, train
+from trials.seeds import first_for_tuning
 
 #: Part by which a time may be longer, s that it may be besides.
 LONGER, ROUNDING_S = 1e-3, 1e-6
@@ -127,7 +128,7 @@ def main() -> None:
     )
     parser.add_argument("name", choices=list(PROPERTIES))
     parser.add_argument("count", nargs="?", type=int, default=100)
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seed", type=int, default=first_for_tuning("planner_ladders"))
     parser.add_argument("--mode", default="G61", help="G61, G61.1 or G64 P…")
     parser.add_argument("--trains", action="store_true", help="of short lines, beside coarse periods")
     asked = parser.parse_args()

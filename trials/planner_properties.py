@@ -30,6 +30,7 @@ from cncgen.planner.motion import motion_at
 from cncgen.planner.record import Limit, Trajectory
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 from trials.generators.paths import LETTERS, PERIOD, Arc, Case, Floats, Line, Move, cases, chains, outlines
+from trials.seeds import first_for_tuning
 
 #: Setpoints may pass a limit by a thousandth (rounding of the setpoints themselves is far below).
 HELD = 1.001
@@ -472,7 +473,7 @@ def main() -> None:
     )
     parser.add_argument("name", nargs="?", default="all", choices=["all", *PROPERTIES])
     parser.add_argument("count", nargs="?", type=int, default=300)
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seed", type=int, default=first_for_tuning("planner_properties"))
     parser.add_argument("--most", type=int, default=60, help="seconds that a case may take")
     parser.add_argument("--shrink", action="store_true", help="stop at the first failure and make it smaller")
     asked = parser.parse_args()

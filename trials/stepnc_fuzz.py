@@ -20,6 +20,7 @@ from cncgen.diagnostics import CncgenError
 from cncgen.stepnc import read, tree, write_ap238
 from cncgen.toolpath.reading import ReadOptions
 from trials.generators.stepnc_mutants import mutate, samples
+from trials.seeds import first_for_tuning
 
 #: Files between two lines that say how far it is.
 PROGRESS = 5000
@@ -41,7 +42,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("files", nargs="*")
     parser.add_argument("--count", type=int, default=100_000)
-    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--seed", type=int, default=first_for_tuning("stepnc_fuzz"))
     parser.add_argument("--seconds", type=int, default=20, help="of CPU per file, before it counts as a hang")
     parser.add_argument("--memory-gb", type=float, default=2.0)
     parser.add_argument("--keep", default="")
