@@ -32,9 +32,7 @@ def test_the_page_shows_the_stored_results() -> None:
         assert f"<!-- trial: {trial} -->" in page
 
 
-def test_a_run_takes_fresh_seeds_and_is_stored(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_takes_fresh_seeds_and_is_stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(evidence, "STORE", tmp_path / "evidence.json")
     evidence.store([Result("examiner", "units", "10⁻⁹", (20_000, 20_300), 159, 0)])
     monkeypatch.setitem(evidence.RUNS, "examiner", lambda name, count, seed: (2, seed + count - 1))

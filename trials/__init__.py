@@ -1,1 +1,1 @@
-"""Randomised trials: what must hold of every program, tried on thousands that are drawn (README.md beside this file)."""
+"""Randomised trials: properties of every program, tried on thousands that are drawn (README.md beside this file)."""
