@@ -128,6 +128,7 @@ def test_every_module_has_a_place(room: str) -> None:
 SMALL = {
     "cncgen.gcode.codes": "codes know each other by the table alone; the contract of cncgen.gcode holds them",
     "cncgen.gcode.flow": "one executor in parts",
+    "cncgen.gcode.sinumerik": "one executor in parts",
     "cncgen.gcode.sinks": "sinks over `sink`, which the contract of cncgen.gcode holds",
     "cncgen.gcode.state": "records of one state",
     "cncgen.gcode.text": "readers of one text",
