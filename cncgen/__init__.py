@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from cncgen.pipeline import read as read
     from cncgen.pipeline import read_setpoints as read_setpoints
     from cncgen.pipeline import read_text as read_text
+    from cncgen.pipeline import report_page as report_page
     from cncgen.pipeline import sample as sample
     from cncgen.pipeline import simulate as simulate
     from cncgen.pipeline import write as write
@@ -55,6 +56,7 @@ _PUBLIC = {
     "write": "cncgen.pipeline",
     "read_setpoints": "cncgen.pipeline",
     "load_machine": "cncgen.machine",
+    "report_page": "cncgen.pipeline",
     "Machine": "cncgen.machine",
     "PlanOptions": "cncgen.planner",
     "ReadOptions": "cncgen.toolpath.reading",

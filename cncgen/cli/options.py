@@ -314,6 +314,14 @@ compare_option = click.option(
     help="Show over it: a setpoint file, another machine, or feedrate=ild, tolerance=0.02 ... (may be repeated).",
 )
 
+#: Whether it says what would shorten the part.
+why_option = click.option(
+    "--why",
+    "with_why",
+    is_flag=True,
+    help="Say on the page what would shorten the part (plans it many times).",
+)
+
 output_option = click.option(
     "-o", "--output", metavar="FILE", type=FILE, help="Where the result goes [default: standard output]."
 )

@@ -151,7 +151,12 @@ def plan_options(planning: dict[str, Any]) -> PlanOptions:
 
 
 def page_of(
-    name: str, machine: str, compare: tuple[str, ...], planning: dict[str, Any], reading: dict[str, Any]
+    name: str,
+    machine: str,
+    compare: tuple[str, ...],
+    with_why: bool,
+    planning: dict[str, Any],
+    reading: dict[str, Any],
 ) -> str:
     """Return the HTML page on a program's plan, and on those that it is compared with; the planner's remarks are shown.
 
@@ -159,6 +164,7 @@ def page_of(
         name: File, or ``-``.
         machine: A profile's name or a TOML file.
         compare: What `cncgen.cli.options.compare_option` gathered.
+        with_why: Whether the page ranks what would shorten the part.
         planning, reading: What `planning_options` and `program_options` gathered.
     """
     from cncgen.pipeline import report_page, variant_of
@@ -167,6 +173,8 @@ def page_of(
     variants = [variant_of(what, how) for what in compare]
     with opened(name, reading, tolerance, machine) as program:
         language, options = read_options(reading, tolerance, machine)
-        page = report_page(program, machine, how, compare=variants, language=language, reading=options)
+        page = report_page(
+            program, machine, how, compare=variants, with_why=with_why, language=language, reading=options
+        )
         messages.show(page.remarks)
     return page.html

@@ -13,6 +13,7 @@ from cncgen.cli.options import (
     output_option,
     planning_options,
     program_options,
+    why_option,
 )
 from cncgen.cli.types import FILE
 
@@ -22,6 +23,7 @@ from cncgen.cli.types import FILE
 @machine_option
 @output_option
 @compare_option
+@why_option
 @planning_options
 @program_options
 @message_options
@@ -30,6 +32,7 @@ def command(
     machine: str,
     output: str | None,
     compare: tuple[str, ...],
+    with_why: bool,
     planning: dict[str, Any],
     reading: dict[str, Any],
 ) -> None:
@@ -41,4 +44,4 @@ def command(
     from cncgen.cli.reading import page_of
     from cncgen.files import write_text
 
-    write_text(output, page_of(program, machine, compare, planning, reading))
+    write_text(output, page_of(program, machine, compare, with_why, planning, reading))

@@ -13,6 +13,7 @@ from cncgen.cli.options import (
     message_options,
     planning_options,
     program_options,
+    why_option,
 )
 from cncgen.cli.types import FILE
 
@@ -21,6 +22,7 @@ from cncgen.cli.types import FILE
 @click.argument("program", metavar="PROGRAM", type=FILE)
 @machine_option
 @compare_option
+@why_option
 @planning_options
 @program_options
 @message_options
@@ -28,6 +30,7 @@ def command(
     program: str,
     machine: str,
     compare: tuple[str, ...],
+    with_why: bool,
     planning: dict[str, Any],
     reading: dict[str, Any],
 ) -> None:
@@ -39,5 +42,5 @@ def command(
     from cncgen.cli.reading import page_of
     from cncgen.files import open_in_browser
 
-    name, opened = open_in_browser(page_of(program, machine, compare, planning, reading))
+    name, opened = open_in_browser(page_of(program, machine, compare, with_why, planning, reading))
     messages.note(f"{name}{'' if opened else ': no browser can be started here; open this file in one'}")

@@ -19,7 +19,7 @@ from cncgen.pipeline.planning import (
     sample,
 )
 from cncgen.pipeline.reading import SUFFIXES, canon, check, language_of, read, read_text, reader_of, sound
-from cncgen.pipeline.reporting import Page, Variant, report_page, variant_of
+from cncgen.pipeline.reporting import Page, Variant, report_page, shown_plan, shown_record, variant_of
 from cncgen.pipeline.using import (
     coupling_of,
     judge,
@@ -29,6 +29,11 @@ from cncgen.pipeline.using import (
     why,
     write,
 )
+from cncgen.shown import shown_by
+
+shown_by("Plan", shown_plan)
+for _kind in ("Setpoints", "Response", "Verdict"):
+    shown_by(_kind, shown_record)
 
 __all__ = [
     "SUFFIXES",

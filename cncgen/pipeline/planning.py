@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from cncgen.arguments import expect, expect_fields, expect_path, undrawn
 from cncgen.pipeline.reading import read, sound
+from cncgen.shown import html_of
 from cncgen.toolpath.reading import ReadOptions
 
 if TYPE_CHECKING:
@@ -29,18 +30,23 @@ class Plan:
         machine: The machine on which it is planned.
         trajectories: The motion, stretch by stretch.
         promised: Whether the plan promises the limits of all axes, so that its setpoints are held to them.
+        options: How it is planned.
     """
 
     program: Program
     machine: Machine
     trajectories: Iterator[Trajectory]
     promised: bool = False
+    options: PlanOptions | None = None
 
     def __iter__(self) -> Iterator[Trajectory]:
         return undrawn(self.trajectories, repr(self))
 
     def __repr__(self) -> str:
         return f"Plan({self.program!r}, {self.machine!r})"
+
+    def _repr_html_(self) -> str | None:
+        return html_of(self)
 
 
 def machine_of(machine: Machine | str | os.PathLike[str]) -> Machine:
@@ -123,7 +129,7 @@ def plan(
 
     where, how = machine_of(machine), _asked_for(options, asked)
     program = program_of(program, where)
-    return Plan(program, where, planner.plan(sound(program), where, how), how.keeps_limits)
+    return Plan(program, where, planner.plan(sound(program), where, how), how.keeps_limits, how)
 
 
 def _asked_for(options: PlanOptions | None, asked: Mapping[str, Any]) -> PlanOptions:

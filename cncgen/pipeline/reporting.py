@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -11,12 +11,14 @@ from cncgen.arguments import expect_number, wrong
 from cncgen.diagnostics import Diagnostics, Severity, UsageError
 from cncgen.pipeline.planning import Plan, machine_of, options_on, output_axes, program_of, sample
 from cncgen.pipeline.reading import read, sound
+from cncgen.pipeline.using import simulate, why
 from cncgen.setpoints.differencing import differenced
 
 if TYPE_CHECKING:
     from cncgen.machine import Machine
     from cncgen.planner import PlanOptions
     from cncgen.report.page import Contents, Recording
+    from cncgen.report.shortening import Shortening
     from cncgen.report.summary import Summary
     from cncgen.setpoints.record import Setpoints
     from cncgen.toolpath.reading import ReadOptions
@@ -55,6 +57,25 @@ class Variant:
     machine: Machine | str | os.PathLike[str] | None = None
     options: PlanOptions | None = None
     setpoints: str | os.PathLike[str] | None = None
+
+
+def shown_plan(planned: Plan) -> str:
+    """Return the page on a plan, in a frame; it is planned anew for it, since a plan is drawn once."""
+    from cncgen.report.notebook import framed
+
+    return framed(report_page(planned.program, planned.machine, planned.options).html)
+
+
+def shown_record(record: Any) -> str:
+    """Return what a notebook shows of setpoints, a response or a verdict."""
+    from cncgen.report import notebook
+
+    kinds: dict[str, Callable[[Any], str]] = {
+        "Setpoints": notebook.of_setpoints,
+        "Response": notebook.of_response,
+        "Verdict": notebook.of_verdict,
+    }
+    return kinds[type(record).__name__](record)
 
 
 #: Settings that a comparison may name, with the fields of `cncgen.PlanOptions` that they are.
@@ -112,6 +133,7 @@ def report_page(
     options: PlanOptions | None = None,
     *,
     compare: Sequence[Variant] = (),
+    with_why: bool = False,
     language: str | None = None,
     reading: ReadOptions | None = None,
     title: str | None = None,
@@ -123,6 +145,7 @@ def report_page(
         machine: A profile's name, a TOML file, or a machine. Where all axes have servo data, the page has their errors and forces.
         options: How it is planned.
         compare: Other plans of the same program, shown over this one.
+        with_why: The page says what would shorten the part, as `why` finds it; the program is planned several times for it.
         language, reading: How a file is read the second time, to be judged; as for `read`.
         title: Of the page; None: program and machine.
 
@@ -145,7 +168,21 @@ def report_page(
         part, said = _recorded(program, there, variant.options or options, variant.label, (language, reading))
         parts.append(part)
         remarks.extend(said)
+    if with_why:
+        _, ranked = why(program, where, options)
+        parts[0] = replace(parts[0], why=[_reason(item) for item in ranked])
     return Page(html(title or f"{_shown(program.name)} on {where.name}", parts), remarks)
+
+
+def _reason(item: Shortening) -> dict[str, Any]:
+    """Return a row of the ranking as the page shows it."""
+    return {
+        "quantity": item.name,
+        "now": item.value,
+        "change": f"{100 * item.change:+.0f} %",
+        "saves, s": round(item.saved_s, 4),
+        "by its derivative, s": round(item.derivative_s, 4),
+    }
 
 
 def _shown(name: str) -> str:
@@ -216,7 +253,7 @@ class _Run:
         self.recording: Recording = Recording(machine, axes, machine.period_s)
         trajectories = planner.plan(self.summary.over_toolpaths(sound(program)), machine, how)
         watched = self.recording.over_trajectories(self.summary.over_trajectories(trajectories))
-        stream = sample(Plan(program, machine, watched), SIGNALS)
+        stream = sample(Plan(program, machine, watched, how.keeps_limits, how), SIGNALS)
         self._chunks = self.recording.over_setpoints(self.summary.over_setpoints(stream.chunks))
 
     def drawn(self, again: tuple[str | None, ReadOptions | None]) -> Verdict | None:
@@ -241,7 +278,6 @@ class _Run:
 
     def _followed(self) -> Iterator[Setpoints]:
         """Yield the setpoints behind the simulation of the servo axes, which the recording watches."""
-        from cncgen.pipeline.using import simulate
         from cncgen.setpoints.record import Setpoints
 
         responses = simulate(self._chunks, self._machine)

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.shown import html_of
+
 Floats = NDArray[np.float64]
 
 
@@ -41,3 +43,6 @@ class Response:
 
     def __repr__(self) -> str:
         return f"Response({len(self)} rows from {self.first}, axes {self.axes}, every {1e3 * self.period_s:g} ms)"
+
+    def _repr_html_(self) -> str | None:
+        return html_of(self)

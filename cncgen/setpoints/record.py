@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.shown import html_of
 from cncgen.toolpath.record import Event
 
 Floats = NDArray[np.float64]
@@ -42,6 +43,9 @@ class Setpoints:
         more = f", signals {', '.join(self.signals)}" if self.signals else ""
         rows = f"{len(self)} rows from {self.first}"
         return f"Setpoints({rows}, axes {self.axes}, every {1e3 * self.period_s:g} ms{more})"
+
+    def _repr_html_(self) -> str | None:
+        return html_of(self)
 
     @property
     def time_s(self) -> Floats:

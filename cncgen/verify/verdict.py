@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cncgen.diagnostics import Diagnostic, Diagnostics
+from cncgen.shown import html_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +60,9 @@ class Verdict:
     def __repr__(self) -> str:
         worst = 1e3 * max(self.setpoints_to_path_mm, self.path_to_setpoints_mm)
         return f"Verdict({self.samples} setpoints, at most {worst:.4g} µm from the path, {self.breaches!r})"
+
+    def _repr_html_(self) -> str | None:
+        return html_of(self)
 
     @property
     def holds(self) -> bool:
