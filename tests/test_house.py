@@ -197,7 +197,8 @@ SHARED_CLASSES = {
 SHARED_MODULES = {
     **dict.fromkeys(("record", "options", "units"), "the records, options and units of each room"),
     **dict.fromkeys(
-        ("reading", "writing", "checking", "columns", "reader", "writer"), "what it does, in each room"
+        ("reading", "reporting", "writing", "checking", "columns", "reader", "writer"),
+        "what it does, in each room",
     ),
     "strategy": "the entry that planner.strategies loads, one a room",
     "limits": "verify judges limits with code of its own",

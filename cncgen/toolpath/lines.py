@@ -41,17 +41,15 @@ def _cut(t: Toolpath, tolerance_mm: float) -> Toolpath:
     count = np.bincount(of, minlength=len(t))[of]
     share = np.where(whole > 0.0, step / np.where(whole > 0.0, whole, 1.0), 1.0 / count)
     timed = (t.feed_mode[of] == FeedMode.INVERSE_TIME) & (share > 0.0)
+    columns = t.columns(of) | {
+        "kind": np.where(event, Kind.EVENT, Kind.LINE).astype(np.int8),
+        "end": end,
+        "feed": np.where(timed, t.feed[of] / np.where(share > 0.0, share, 1.0), t.feed[of]),
+        "curve": np.where(event, t.curve[of], -1),
+    }
     return replace(
         t,
-        kind=np.where(event, Kind.EVENT, Kind.LINE).astype(np.int8),
-        end=end,
-        feed=np.where(timed, t.feed[of] / np.where(share > 0.0, share, 1.0), t.feed[of]),
-        feed_mode=t.feed_mode[of],
-        path_mode=t.path_mode[of],
-        tolerance=t.tolerance[of],
-        curve=np.where(event, t.curve[of], -1),
-        line=t.line[of],
-        source=t.source[of],
+        **columns,
         arcs=empty_arcs(),
         nurbs=empty_nurbs(len(t.axes)),
     )

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from cncgen.diagnostics import Diagnostics
 
@@ -102,8 +102,23 @@ class Toolpath:
         arcs, nurbs: The curves.
         events: The events.
         sources: Names of the files that lines refer to, the program itself first.
+        chord_room: Shape (n,), mm: what a smoothed row leaves of its tolerance to the chords between setpoints; None where
+            nothing is smoothed.
         path: The geometry of the rows, measured when it is first asked for.
     """
+
+    #: The columns that have one entry a row, `chord_room` apart.
+    COLUMNS: ClassVar = (
+        "kind",
+        "end",
+        "feed",
+        "feed_mode",
+        "path_mode",
+        "tolerance",
+        "curve",
+        "line",
+        "source",
+    )
 
     axes: str
     start: Floats
@@ -120,6 +135,7 @@ class Toolpath:
     nurbs: NurbsTable
     events: tuple[Event, ...]
     sources: tuple[str, ...]
+    chord_room: Floats | None = None
     _path: list[Path] = field(default_factory=list, init=False, repr=False)
 
     def __len__(self) -> int:
@@ -135,6 +151,16 @@ class Toolpath:
         import numpy as np
 
         return np.concatenate([self.start[None, :], self.end[:-1]]) if len(self) else self.end
+
+    @property
+    def chord_tolerance(self) -> Floats:
+        """Shape (n,), mm: how far chords may be from each row under CONTINUOUS, all of its tolerance where it is not smoothed."""
+        return self.tolerance if self.chord_room is None else self.chord_room
+
+    def columns(self, rows: slice | NDArray[np.int64]) -> dict[str, Any]:
+        """Return the columns of some rows by name, those of `chord_room` among them where there are any."""
+        found = {name: getattr(self, name)[rows] for name in self.COLUMNS}
+        return found if self.chord_room is None else found | {"chord_room": self.chord_room[rows]}
 
     @property
     def path(self) -> Path:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,8 @@ from cncgen.toolpath.record import Kind, Toolpath
 def between(toolpath: Toolpath, first: int, last: int) -> Toolpath:
     """Return the rows `first` up to `last` (not with it), with those curves and events alone that they point to."""
     rows = slice(first, last)
-    kind, curve = toolpath.kind[rows], toolpath.curve[rows].copy()
+    columns = toolpath.columns(rows)
+    kind, curve = columns["kind"], columns["curve"].copy()
     arcs, table, events = toolpath.arcs, toolpath.nurbs, toolpath.events
     picked = {which: np.flatnonzero(kind == which) for which in (Kind.ARC, Kind.NURBS, Kind.EVENT)}
     index = curve[picked[Kind.ARC]]
@@ -27,18 +29,10 @@ def between(toolpath: Toolpath, first: int, last: int) -> Toolpath:
     return replace(
         toolpath,
         start=toolpath.start if first == 0 else toolpath.end[first - 1],
-        kind=kind,
-        end=toolpath.end[rows],
-        feed=toolpath.feed[rows],
-        feed_mode=toolpath.feed_mode[rows],
-        path_mode=toolpath.path_mode[rows],
-        tolerance=toolpath.tolerance[rows],
-        curve=curve,
-        line=toolpath.line[rows],
-        source=toolpath.source[rows],
         arcs=arcs,
         nurbs=table,
         events=events,
+        **(columns | {"curve": curve}),
     )
 
 
@@ -60,23 +54,16 @@ def join(toolpaths: list[Toolpath]) -> Toolpath:
             curve[part.kind == kind] += offset[n]
         curves.append(curve)
 
-    def column(name: str) -> np.ndarray:
-        return np.concatenate([getattr(t, name) for t in toolpaths])
-
-    return Toolpath(
-        axes=last.axes,
+    columns: dict[str, Any] = {
+        name: np.concatenate([getattr(t, name) for t in toolpaths]) for name in Toolpath.COLUMNS
+    }
+    if any(t.chord_room is not None for t in toolpaths):
+        columns["chord_room"] = np.concatenate([t.chord_tolerance for t in toolpaths])
+    return replace(
+        last,
         start=toolpaths[0].start,
-        kind=column("kind"),
-        end=column("end"),
-        feed=column("feed"),
-        feed_mode=column("feed_mode"),
-        path_mode=column("path_mode"),
-        tolerance=column("tolerance"),
-        curve=np.concatenate(curves),
-        line=column("line"),
-        source=column("source"),
         arcs=join_arcs([t.arcs for t in toolpaths]),
         nurbs=join_nurbs([t.nurbs for t in toolpaths], len(last.axes)),
         events=tuple(event for t in toolpaths for event in t.events),
-        sources=last.sources,
+        **(columns | {"curve": np.concatenate(curves)}),
     )

@@ -53,6 +53,44 @@ def least_time() -> None:
     figure.savefig(HERE / "least_time.png", dpi=110)
 
 
+def rows() -> None:
+    """Three intervals of a mesh with their ordinates and places, and a jerk row with its tangent."""
+    figure, (left, right) = plt.subplots(
+        1, 2, figsize=(8.4, 3.4), layout="constrained", width_ratios=(1.5, 1.0)
+    )
+    node, c = np.array([0.0, 1.0, 2.6, 3.6]), np.array([1.5, 3.2, 2.4])
+    h = np.diff(node)
+    inner = (h[1:] * c[:-1] + h[:-1] * c[1:]) / (h[1:] + h[:-1])
+    b = np.concatenate([[0.9], inner, [2.1]])
+    u = np.linspace(0.0, 1.0, 61)
+    for k in range(3):
+        q = b[k] * (1 - u) ** 2 + 2.0 * c[k] * u * (1 - u) + b[k + 1] * u**2
+        s = node[k] + h[k] * u
+        left.plot(s, q, color="C0", lw=1.6)
+        left.plot([s[0], s[30], s[-1]], [b[k], c[k], b[k + 1]], color="0.7", lw=0.7, ls="--")
+        left.plot(s[30], c[k], "x", color="C3", ms=8)
+        left.plot(s[15:46:15], q[15:46:15], "o", color="C0", mfc="w", ms=5)
+        left.plot(s[2], 0.12, ">", color="C2", ms=7)
+        left.plot(s[-3], 0.12, "<", color="C2", ms=7)
+    left.plot(node, b, "o", color="0.3", ms=5)
+    for s in node:
+        left.axvline(s, color="0.85", lw=0.7, zorder=0)
+    for text, s, q in (("c", 1.88, 3.22), ("b₀", 0.76, b[1] + 0.1), ("b₂", 2.68, b[2] + 0.05)):
+        left.annotate(text, (s, q), fontsize=10)
+    left.annotate("interval k, length h", (1.8, 0.42), ha="center", fontsize=9)
+    left.set(ylim=(0.0, 3.7), xlabel="s", ylabel="q = v²", xticks=[], yticks=[])
+    q, here = np.linspace(0.25, 4.0, 200), 1.2
+    tangent = here**-0.5 - 0.5 * here**-1.5 * (q - here)
+    right.plot(q, q**-0.5, color="C0", lw=1.6, label="limit f J q^-½")
+    right.plot(q, tangent, color="C3", lw=1.0, label="its tangent")
+    right.fill_between(q, 0.0, np.maximum(tangent, 0.0), color="C3", alpha=0.12, lw=0)
+    right.plot(here, here**-0.5, "o", color="0.3", ms=5)
+    right.set(ylim=(0.0, 2.0), xlim=(0.25, 4.0), xlabel="q at the end of the interval", xticks=[], yticks=[])
+    right.set_ylabel("left-hand side of the jerk row")
+    right.legend(fontsize=8)
+    figure.savefig(HERE / "least_time_rows.png", dpi=110)
+
+
 def predictive() -> None:
     """Force and following error on the die bonder, 0.25 µm a count and limits beyond the drives."""
     bonder = _fine(load("die-bonder"))
@@ -94,4 +132,5 @@ def _fine(machine: Machine) -> Machine:
 
 if __name__ == "__main__":
     least_time()
+    rows()
     predictive()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,17 +90,7 @@ class Corners:
 
     def only(self, kept: Bools) -> Corners:
         """Return those that are kept, of which every rest is one."""
-        return Corners(
-            self.s[kept],
-            self.stop[kept],
-            self.corner[kept],
-            self.speed[kept],
-            self.jump_share[kept],
-            self.acceleration[kept],
-            self.zone[kept],
-            self.cuts[kept],
-            self.doubt[kept],
-        )
+        return Corners(*(getattr(self, column.name)[kept] for column in fields(self)))
 
 
 @dataclass(frozen=True, slots=True)

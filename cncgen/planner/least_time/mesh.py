@@ -56,9 +56,9 @@ _EXCESS = 2.5
 _QUARTERS = np.array([[0.375, 0.75, -0.125], [-0.125, 0.75, 0.375]])
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Mesh:
-    """A block as `n` intervals between n + 1 nodes.
+    """A block as `n` intervals between n + 1 nodes. Not frozen: the rolling window lowers bounds of q, and adds rests.
 
     Attributes:
         toolpath, path: The block and its geometry.
@@ -433,7 +433,9 @@ def _x3_excess(
 
 def _chords(toolpath: Toolpath, row: Ints, bounds: AxisLimits) -> Floats:
     """Return how far chords may be from the path in rows, shape (n,): under G64 as far as smoothing leaves room for."""
-    return np.where(toolpath.path_mode[row] == PathMode.CONTINUOUS, toolpath.tolerance[row], bounds.chord_mm)
+    return np.where(
+        toolpath.path_mode[row] == PathMode.CONTINUOUS, toolpath.chord_tolerance[row], bounds.chord_mm
+    )
 
 
 def _events(toolpath: Toolpath, path: Path, s: Floats) -> list[tuple[int, int, Event]]:

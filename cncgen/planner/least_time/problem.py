@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 from cncgen.geometry import elementary
 from cncgen.geometry.columns import anywhere, max_over_axes, min_over_axes
 from cncgen.kernels import least_time, least_time_problem, least_time_rows
-from cncgen.planner.least_time.mesh import ENTER, LEAVE, SPLINE
+from cncgen.planner.least_time.mesh import ENTER, LEAVE, LINE, SPLINE, Mesh
 from cncgen.planner.record import Limit
 
 Floats = NDArray[np.float64]
@@ -96,8 +97,40 @@ class Intervals:
     node_acceleration: Floats
     limits: Floats
 
+    #: The columns that have a row an interval and stand in `Mesh` under the same name.
+    MESH_COLUMNS: ClassVar = (
+        "kind",
+        "x1",
+        "x2",
+        "x3",
+        "top",
+        "top_limit",
+        "factor",
+        "x3_excess",
+        "node_top",
+        "node_acceleration",
+    )
+
     def __len__(self) -> int:
         return len(self.h)
+
+    @classmethod
+    def of(cls, parts: list[tuple[Mesh, slice]], limits: Floats) -> Intervals:
+        """Return parts of meshes as one row that ends at rest, with the limits of acceleration and jerk."""
+        h = np.concatenate([np.diff(mesh.s[rows.start : rows.stop + 1]) for mesh, rows in parts])
+        columns = {
+            name: np.concatenate([getattr(mesh, name)[rows] for mesh, rows in parts])
+            for name in cls.MESH_COLUMNS
+        }
+        columns["kind"][-1] = LINE if columns["kind"][-1] == LINE else ENTER
+        return cls(h=h, limits=limits, **columns)
+
+    def head(self, n: int) -> Intervals:
+        """Return the first `n` intervals, the last of which enters rest."""
+        columns = {name: getattr(self, name)[:n] for name in ("h", *self.MESH_COLUMNS)}
+        columns["kind"] = columns["kind"].copy()
+        columns["kind"][-1] = ENTER
+        return replace(self, **columns)
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ for `timeline`. A part of the plan is final if it does not depend on the stop at
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -186,28 +186,9 @@ class RollingWindow:
 
     def _intervals(self, count: int) -> Intervals:
         """Return the first `count` open intervals as one row that ends at rest."""
-        parts = self._parts(count)
-
-        def column(name: str) -> np.ndarray:
-            return np.concatenate([getattr(mesh, name)[rows] for mesh, rows in parts])
-
-        kind = column("kind")
-        kind[-1] = LINE if kind[-1] == LINE else ENTER
-        axes = self.bounds
-        return Intervals(
-            h=np.concatenate([np.diff(mesh.s[rows.start : rows.stop + 1]) for mesh, rows in parts]),
-            kind=kind,
-            x1=column("x1"),
-            x2=column("x2"),
-            x3=column("x3"),
-            top=column("top"),
-            top_limit=column("top_limit"),
-            factor=column("factor"),
-            x3_excess=column("x3_excess"),
-            node_top=column("node_top"),
-            node_acceleration=column("node_acceleration"),
-            limits=np.stack([axes.acceleration, axes.jerk]) * self.margin,
-        )
+        bounds = self.bounds
+        limits = np.stack([bounds.acceleration, bounds.jerk]) * self.margin
+        return Intervals.of(self._parts(count), limits)
 
     def _solved(self, given: Intervals) -> tuple[Solution, bool]:
         """Solve; where that fails, plan less of the path.
@@ -239,7 +220,7 @@ class RollingWindow:
                 if self.reserve:
                     return Solution(q, limit, 0.0, 0, True, fallback=True), False
                 return time_scaled(given), False
-            given = _head(given, fewer)
+            given = given.head(fewer)
 
     def _stop_for(self, given: Intervals, least: int, found: Solution) -> int:
         """Return after how many intervals, more than `least`, to stop for a place that no motion can pass (`obstacle`); 0 for none."""
@@ -294,26 +275,7 @@ def _cut_short(given: Intervals) -> Intervals:
     n = len(given)
     while n > 3 and (given.kind[n - 2] != SPLINE or given.kind[n - 1] == LEAVE):
         n -= 1
-    return given if n == len(given) else _head(given, n)
-
-
-def _head(given: Intervals, n: int) -> Intervals:
-    """Return the first `n` intervals, the last of which enters rest."""
-    kind = given.kind[:n].copy()
-    kind[-1] = ENTER
-    names = (
-        "h",
-        "x1",
-        "x2",
-        "x3",
-        "top",
-        "top_limit",
-        "factor",
-        "x3_excess",
-        "node_top",
-        "node_acceleration",
-    )
-    return replace(given, kind=kind, **{name: getattr(given, name)[:n] for name in names})
+    return given if n == len(given) else given.head(n)
 
 
 def _stop_before(kind: NDArray[np.int8], most: int) -> int:

@@ -3,7 +3,7 @@
 At a rest in a corner the axes stand still, but no setpoint need fall there. Where the axes go far in one period from rest, the
 chord from the setpoint before the rest to the one after it would cut the corner by more than the tolerance. When setpoints fall
 is known once the motion up to the rest is planned. So that chord is compared with the path under it, and the rest is made just
-as long as the tolerance asks for (docs/corners.md, SetpointAlignment).
+as long as the tolerance asks for (docs/corners.md, Rests).
 """
 
 from __future__ import annotations

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,8 +37,8 @@ def rows_of(
 
     A knot span belongs to the source row in which its middle lies; spans of one row in a row make one NURBS row, with
     the line and mode of that row, and with its feed. Where rows of another feed are too short for spans of their own, it
-    is the feed that takes the time of all. A feed by inverse time becomes the speed that the row had. The tolerance is
-    what is left of it: the least on the rows over which a chord between setpoints may reach. Parts of one straight line have
+    is the feed that takes the time of all. A feed by inverse time becomes the speed that the row had. `chord_room` is
+    what is left of the tolerance: the least on the rows over which a chord between setpoints may reach. Parts of one straight line have
     what the whole of it has.
 
     Args:
@@ -71,7 +72,8 @@ def rows_of(
         feed=_mean(feed, row_t, owner[first], at[first], at[stop]),
         feed_mode=np.where(inverse[owner[first]], FeedMode.SPEED, source.feed_mode[rows]).astype(np.int8),
         path_mode=source.path_mode[rows],
-        tolerance=_least(
+        tolerance=source.tolerance[rows],
+        chord_room=_least(
             room[of], row_t, at[np.maximum(begin - _AROUND, 0)], at[np.minimum(end + _AROUND, len(at) - 1)]
         ),
         curve=np.arange(len(rows)),
@@ -133,19 +135,8 @@ def _with_events(made: Toolpath, rows: Ints, source: Toolpath, inside: Ints) -> 
     order = np.argsort(np.concatenate([np.arange(len(rows)) + 0.5, place]), kind="stable")
     where = np.concatenate([made.start[None, :], made.end])[place]
 
-    def column(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
-        return np.concatenate([ours, theirs])[order]
-
-    return replace(
-        made,
-        kind=column(made.kind, source.kind[inside]),
-        end=column(made.end, where),
-        feed=column(made.feed, source.feed[inside]),
-        feed_mode=column(made.feed_mode, source.feed_mode[inside]),
-        path_mode=column(made.path_mode, source.path_mode[inside]),
-        tolerance=column(made.tolerance, source.tolerance[inside]),
-        curve=column(made.curve, np.arange(len(inside))),
-        line=column(made.line, source.line[inside]),
-        source=column(made.source, source.source[inside]),
-        events=tuple(source.events[k] for k in source.curve[inside]),
-    )
+    theirs = source.columns(inside) | {"end": where, "curve": np.arange(len(inside))}
+    theirs["chord_room"] = source.tolerance[inside]
+    mine = made.columns(slice(None))
+    both: dict[str, Any] = {name: np.concatenate([mine[name], theirs[name]])[order] for name in mine}
+    return replace(made, events=tuple(source.events[k] for k in source.curve[inside]), **both)

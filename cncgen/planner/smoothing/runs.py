@@ -23,9 +23,9 @@ _SIDEWAYS = 100.0
 TANGENT = 0.01
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Classes:
-    """How the rows of a toolpath are to be treated.
+    """How the rows of a toolpath are to be treated. Not frozen: `stream` fills in which corners are rounded.
 
     Attributes:
         fits: Shape (n,): rows that move and may be smoothed.

@@ -59,11 +59,11 @@ def smooth(
         chunks: Consecutive stretches of one program, tolerances filled in.
         reserve_mm: What the chords between setpoints may add to the deviation: left over, half of P at most. None: what
             they may on the machine (`chord_reserve`), 0 without one.
-        machine: RowCorners that it passes faster as they are than rounded are met exactly; None rounds all.
+        machine: Corners that it passes faster as they are than rounded are met exactly; None rounds all.
 
     Yields:
-        Consecutive stretches of the smoothed program, none empty. The tolerance of a smoothed row is what is left of it
-        beside the smoothing (`chord_room`).
+        Consecutive stretches of the smoothed program, none empty; `Toolpath.chord_room` is what smoothing leaves of
+        the tolerance.
 
     Raises:
         NoPlanError: If a run could not be fitted (a fault of the method, not of the program; see docs/smoothing.md).
@@ -263,8 +263,8 @@ class _Done:
             met = np.where(
                 (part.path_mode == PathMode.CONTINUOUS) & ~shared, PathMode.EXACT_PATH, part.path_mode
             )
-            tolerance = np.where(shared, chord_room(part.tolerance, off, self._chord_mm), part.tolerance)
-            self._parts.append(replace(part, path_mode=met.astype(np.int8), tolerance=tolerance))
+            room = np.where(shared, chord_room(part.tolerance, off, self._chord_mm), part.tolerance)
+            self._parts.append(replace(part, path_mode=met.astype(np.int8), chord_room=room))
             self._first = self._stop
         return self._parts
 

@@ -1,6 +1,6 @@
 """How smoothing and the chords between setpoints share a tolerance that is not much wider than the chords.
 
-`stream` asks what it may use (`fit_tolerance`), `planning` at which speed what is left holds the chords (`chord_speed_within`).
+`stream` asks what it may use (`fit_tolerance`), `block_planning` at which speed what is left holds the chords (`chord_speed_within`).
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def chord_speed_within(
     """Return the speed along a smoothed toolpath at which smoothing and chords together keep its tolerance.
 
     Args:
-        toolpath: A stretch that is smoothed; its tolerances are what is left beside that (`chord_room`).
+        toolpath: A stretch that is smoothed.
         chord_mm: δ.
         period_s: Time between setpoints.
 
@@ -69,10 +69,10 @@ def chord_speed_within(
         Takes path coordinates, shape (n,), ascending, and the path and its first two derivatives there, shape (≥ 3, n, axes);
         gives mm/s, infinite where δ itself is what bounds. None: everywhere.
     """
-    narrow = (toolpath.path_mode == PathMode.CONTINUOUS) & _tight(toolpath.tolerance, chord_mm)
+    narrow = (toolpath.path_mode == PathMode.CONTINUOUS) & _tight(toolpath.chord_tolerance, chord_mm)
     if not narrow.any():
         return None
-    left = np.where(narrow, chord_left(toolpath.tolerance, chord_mm), np.inf)
+    left = np.where(narrow, chord_left(toolpath.chord_tolerance, chord_mm), np.inf)
     scale = axis_scale(toolpath.axes)
     path = toolpath.path
 

@@ -177,7 +177,7 @@ def test_rounded_parts_met_exactly_leave_chords_less() -> None:
     (made,) = smooth([replace(rows, arcs=replace(rows.arcs, centre=centre))])
     off = Stretches.of(replace(rows, arcs=replace(rows.arcs, centre=centre))).off[0]
     assert off > 3e-5
-    np.testing.assert_allclose(made.tolerance, 0.01 - off)
+    np.testing.assert_allclose(made.chord_room, 0.01 - off)
     path = path_of(made)
     assert np.abs(path.jumps().tangent).max() < 1e-9
 

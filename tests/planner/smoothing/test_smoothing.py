@@ -106,6 +106,10 @@ def test_square_corners_and_rounded_corners() -> None:
     assert deviation(sharp, result) <= 0.01
     assert_smooth(result)
     assert path_of(result).length == pytest.approx(200 - 0.03, abs=0.01)
+    # The tolerance stays the program's; what is left to chords stands beside it.
+    assert set(result.tolerance) == {0.01}
+    assert result.chord_room is not None
+    assert (result.chord_room <= 0.01).all()
     centres = np.array([[45.0, 5, 0], [45, 45, 0], [5, 45, 0], [5, 5, 0]])
     arcs = ArcTable(centres, np.tile([0.0, 0, 1], (4, 1)), np.full(4, np.pi / 2))
     ends = [[45, 0, 0], [50, 5, 0], [50, 45, 0], [45, 50, 0], [5, 50, 0], [0, 45, 0], [0, 5, 0], [5, 0, 0]]

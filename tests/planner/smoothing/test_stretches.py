@@ -53,10 +53,10 @@ def test_parts_leave_chords_what_the_whole_leaves() -> None:
     """Parts away from where smoothing uses most once left them more: a cut line took up to 1.7 % less at 4 ms."""
     machine, rows = replace(load("generic-mill"), period_s=4e-3), facets(40, 0.9)
     whole, parted = (join(list(smooth([each], None, machine))) for each in (rows, cut(rows, 3)))
-    of_line = dict(zip(whole.line.tolist(), whole.tolerance.tolist(), strict=True))
+    of_line = dict(zip(whole.line.tolist(), whole.chord_room.tolist(), strict=True))
     assert len(parted) > len(whole)
     assert len(set(of_line.values())) > 5
-    np.testing.assert_allclose(parted.tolerance, [of_line[line] for line in parted.line.tolist()], rtol=1e-6)
+    np.testing.assert_allclose(parted.chord_room, [of_line[line] for line in parted.line.tolist()], rtol=1e-6)
 
 
 def seconds(lines: str, machine: Machine) -> float:

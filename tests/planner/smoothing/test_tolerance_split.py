@@ -73,13 +73,13 @@ def test_the_speed_is_that_of_the_chord_that_is_left(tolerance: float) -> None:
     path = path_of(made)
     s = np.linspace(0.1, 0.9, 41) * path.length
     bend = np.linalg.norm(path.evaluate(s, 2)[2][:, :3], axis=1)
-    left = made.tolerance[path.row_of(s, 1)]
+    left = made.chord_room[path.row_of(s, 1)]
     tight = left < 1.03 * CHORD
     assert tight.any()
     expected = 500.0 * np.sqrt(2 * left / bend - left**2)
     np.testing.assert_allclose(speed(s, path.evaluate(s, 2)), np.where(tight, expected, np.inf), rtol=1e-9)
     assert (
-        chord_speed_within(replace(made, tolerance=0 * made.tolerance + 1.03 * CHORD), CHORD, 0.004) is None
+        chord_speed_within(replace(made, chord_room=0 * made.chord_room + 1.03 * CHORD), CHORD, 0.004) is None
     )
     assert chord_speed_within(facets(5, tolerance=0.001, path_mode=PathMode.EXACT_PATH), CHORD, 0.004) is None
 
@@ -99,7 +99,7 @@ def test_what_is_left_and_what_is_used_are_the_tolerance(tolerance: float, perio
     for a, b in pairwise(corners):
         part = np.clip((x - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
         away = np.minimum(away, np.linalg.norm(x - a - part[:, None] * (b - a), axis=1))
-    left = made.tolerance[path.row_of(s, 1)]
+    left = made.chord_room[path.row_of(s, 1)]
     assert (away + left <= max(tolerance, CHORD) * (1.0 + 1e-9)).all()
     # It is no wide margin either: somewhere what is used and what is left make nine tenths of the whole.
     assert (away + left).max() >= 0.9 * max(tolerance, CHORD)
