@@ -1,4 +1,4 @@
-"""What is asked of a program before it is planned: that the machine has its axes and reaches every place of it."""
+"""Checks of a program before it is planned: that the machine has its axes and reaches every place of it."""
 
 from __future__ import annotations
 

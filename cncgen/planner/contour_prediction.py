@@ -1,4 +1,4 @@
-"""What contour error the servo loops will make of a planned motion (Tsai 2010, section IV, eqs 9 to 18).
+"""The contour error that servo loops will make of a planned motion (Tsai 2010, section IV, eqs 9 to 18).
 
 Each axis is its closed loop G from setpoint to position. The bilinear transform gives G(z) (eq. 10), from it the
 error of the axis for its speed (eqs 11 to 16), a recursive filter that runs along the plan; the part of the errors

@@ -43,7 +43,7 @@ _PLAY = 0.998
 
 @dataclass(frozen=True, slots=True)
 class ForceGains:
-    """What a PD+ axis asks of its drive, V per mm/s, mm/s² and mm/s³.
+    """The force that a PD+ axis asks of its drive, V per mm/s, mm/s² and mm/s³.
 
     Attributes:
         velocity, acceleration: |c_v|, |c_a|: in the steady state.

@@ -1,4 +1,4 @@
-"""What a caller may ask of the planner, and the names that it may use."""
+"""Options of the planner, and the names that they may have."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the planner hands on to `cncgen.setpoints`: where along the path the motion is at which time, and which limit holds it back."""
+"""Records that the planner hands on to `cncgen.setpoints`: where along the path the motion is at which time, and which limit holds it back."""
 
 from __future__ import annotations
 

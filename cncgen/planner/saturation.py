@@ -6,7 +6,7 @@ With the discrete PD+ law the force of an axis is linear in its commanded speed 
     v[k] = k_p (θ_d[k−1] − θ_a[k]) − k_d w_a[k] − τ/(K_c T) w_d[k−1],
 
 so −U <= u <= U bounds w_d (eq. 3.6), and with the direction of the path the speed along it. The motor model runs along
-to know v[k]. What is corrected against the paper, and what a limiter without look-ahead cannot do: docs/saturation.md.
+to know v[k]. Corrections against the paper, and the reach of a limiter without look-ahead: docs/saturation.md.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class PdPlusAxis:
         position: k_p, V/count.
         derivative: k_d, V s/rad.
         feedforward: τ/(K_c T), V s/rad.
-        bound: What steps may use of U, V.
+        bound: Force of the U that steps may use, V.
         coulomb: Coulomb friction, as input, V.
         counts_per_mm: Encoder counts a unit of travel.
         counts_per_rad: K_e.
@@ -131,7 +131,7 @@ def limit_reactive(
 
 
 def pd_plus_axes(machine: Machine, options: PlanOptions) -> dict[str, PdPlusAxis]:
-    """Return the axes of a machine by letter; raise `UsageError` that names all that are no bounded PD+ axes."""
+    """Return the axes of a machine by letter; raise `UsageError` that names all others."""
     axes: dict[str, PdPlusAxis] = {}
     faults: list[Diagnostic] = []
     for letter in machine.axes:
@@ -346,7 +346,7 @@ def _with_knots(trajectory: Trajectory, knots: Floats) -> Trajectory:
 
 
 def _remark(trajectory: Trajectory, knots: Floats, counts: dict[str, int]) -> Diagnostic:
-    """Say how often the drives saturate all the same, and where first."""
+    """Say how often the drives still saturate, and where first."""
     first = int(np.argmax(knots[1:, 3] > 0.0))
     return Diagnostic(
         "drive-saturates",

@@ -41,7 +41,7 @@ def plan_by_curvature(
         chunks: Consecutive stretches of one program.
         machine: Axis velocities are its only limits that count.
         law: The speed, never above the feed.
-        limit: What a place is marked with where the law is below the feed.
+        limit: Marks the places where the law is below the feed.
     """
     t_s = 0.0
     for chunk in chunks:

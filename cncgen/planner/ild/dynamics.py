@@ -209,7 +209,7 @@ class Dynamics:
     def _lower(self, at: _Samples, error: Floats) -> None:
         """Lower the cap where the error is too large and over the memory of the loops before it.
 
-        Caps are kept as slowness 1/v, zero where there is none, which is what can be interpolated between samples.
+        Caps are kept as slowness 1/v, zero without one, as that can be interpolated between samples.
         """
         factor = np.minimum(1.0, np.sqrt(_AIM * self.bound_mm / np.maximum(error, 1e-12)))
         spread = factor.copy()

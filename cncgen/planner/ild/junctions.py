@@ -6,7 +6,7 @@ wherever the joint falls between two ticks, hence
 
     v |Δt_i| <= min(A_i T, J_i T²),        v² |Δ(κn)_i| <= J_i T.
 
-A joint turned by more than a fraction of a degree is all but a stop: what blends are for.
+A joint turned by more than a fraction of a degree is all but a stop; blends are for those.
 """
 
 from __future__ import annotations

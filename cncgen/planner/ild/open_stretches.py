@@ -1,7 +1,7 @@
 """The look-ahead's window: stretches that are read and not yet planned for good, seen as one row of segments.
 
-Joints are counted over all open stretches, from the first open one on; places are lengths from there. Joints that hold
-nothing back (a line in two parts) are no joints for the planner: speed profiles come to zero acceleration at every
+Joints are counted over all open stretches, from the first open one on; places are lengths from there. The planner drops joints that
+hold nothing back (a line in two parts): speed profiles come to zero acceleration at every
 joint, so a program would be slower the finer it is cut.
 """
 

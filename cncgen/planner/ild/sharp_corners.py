@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class CornerRule:
-    """What makes a corner sharp and how fast it is taken.
+    """The rule that makes a corner sharp, and its speed.
 
     Attributes:
         chord_tolerance_mm: δ of eq. 24.

@@ -101,7 +101,7 @@ def _advance(
     speeds = joint_speeds(segments, window.speed_mm_s, 0.0, options.profile)
     upto = n if last else _final(settled(segments, window.speed_mm_s, options.profile), joint)
     if not last and upto < n // 2:
-        # No stop is found within the window: what follows is planned as if the program ended with it.
+        # No stop is found within the window: the rest is planned as if the program ended with it.
         upto = max(upto, n // 2)
     pieces = build(segments, speeds, options.profile)
     if dynamics is not None:

@@ -96,10 +96,10 @@ def stretch_of(
     Args:
         toolpath: The chunk.
         machine: Its limits.
-        rule: What a sharp corner is.
+        rule: The rule of sharp corners.
         before: How the row before the chunk ends; None at the start of the program and after it.
         contour_centripetal: v²κ that the contour error allows, mm/s²; the maxima of curvature where the feed exceeds
-            it become joints too, though they are no sharp corners.
+            it become joints too, though they do not count as sharp corners.
     """
     path = toolpath.path
     rows = row_limits_of(toolpath, path, machine)

@@ -233,7 +233,7 @@ def _cap(block: _JudgedBlock, following: Floats, old: _Slowness, rule: _Lowering
     Args:
         block: Its samples.
         following: Errors of as many samples after it as the loops remember, fewer at the program's end.
-        old: What it was planned under.
+        old: The cap that it was planned under.
         rule: How speeds are lowered.
     """
     n = len(block.error)

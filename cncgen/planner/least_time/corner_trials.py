@@ -33,8 +33,8 @@ _SIZE = 1200
 _COARSER = 0.5
 #: Largest number of ways in which a piece is tried; where the budget allows fewer than the second number, it is not tried at all.
 _WAYS, _FEWEST = 8, 4
-#: The budget of trials, in nodes (100,000 take about a second): what each trial costs beside its own nodes, how much a block adds
-#: to the budget as a part of its nodes, and by effort what a program begins with.
+#: The budget of trials, in nodes (100,000 take about a second): the cost of each trial beside its own nodes, the part of its nodes
+#: that a block adds to the budget, and by effort the budget that a program begins with.
 _EACH, _PART = 400, 0.02
 _MOST = {"best": 100_000, "fast": 10_000}
 #: Part of the time by which another way must be faster to be taken.
@@ -156,7 +156,7 @@ def _fastest(
         margin: Part of the limits that is planned with.
 
     Returns:
-        What to tell them, shape (n,), and how many trials that took.
+        The decisions, shape (n,), and how many trials that took.
     """
     found: dict[tuple[int, int], _Between] = {}
     tried: set[bytes] = set()
@@ -222,7 +222,7 @@ def _chain(found: dict[tuple[int, int], _Between], last: int) -> list[int]:
 
 
 def _flipped(decision: Decision, doubtful: NDArray[np.bool_]) -> list[Decision]:
-    """Return what to tell the breakpoints within a piece so that each in doubt is tried the other way.
+    """Return decisions for the breakpoints within a piece that try each one in doubt the other way.
 
     Those are tried together between which there is a way from stop to stop, over which zones hardly reach.
     """

@@ -44,9 +44,9 @@ _HAT = [-1.0, 0.0, 1.0], [0.0, 1.0, 0.0]
 _SEEN = 1.5, 1.36
 #: Where a corner lies on a chord over it: parts of its length.
 _BEFORE = np.linspace(0.0, 1.0, 17)[1:-1]
-#: Turn of a direction that is as far as it can go, and up to which it is none but for rounding.
+#: Largest turn of a direction that there can be, and largest one that is rounding alone.
 _WHOLE, _NO_TURN = 2.0, 1e-9
-#: What a jump that is passed costs on either side of it, in periods: by itself, and where it takes all jerk along the path; and
+#: Cost of a jump that is passed on either side of it, in periods: by itself, and where it takes all jerk along the path; and
 #: what it is taken to cost at least: so slow passes as a side that hardly moves allows leave some windows no start.
 _DELAY, _SLOWED, _LEAST_DELAY = 0.4, 0.5, 0.6
 
@@ -66,8 +66,8 @@ class Corners:
         zone: Shape (n,), mm: how far on both sides a setpoint's third difference can see the jump; 0 for none.
         cuts: Shape (n,), bool: it rests, and chords might cut the corner by more than their tolerance if no setpoint fell
             near it. The end of a block is left to the start of the next one.
-        doubt: Shape (n,): the speed there, as a part of that below which a stop seems to take less time; infinite where there
-            is no choice.
+        doubt: Shape (n,): the speed there, as a part of that below which a stop seems to take less time; infinite without
+            a choice.
     """
 
     s: Floats
@@ -95,7 +95,7 @@ class Corners:
 
 @dataclass(frozen=True, slots=True)
 class BlockEnd:
-    """What a block meets at one of its ends.
+    """The neighbour that a block meets at one of its ends.
 
     Attributes:
         derivatives: Shape (4, axes), position and derivatives of the block there, on its side of the border.
@@ -186,7 +186,7 @@ def corners_of(
     speed[~felt & ~corner & ~stop] = np.inf
     stop |= speed <= 0.0
     passed = felt & ~stop
-    # What chords hold is as slow for what lies between.
+    # Corners that chords hold are slow places for those between them.
     slow = stop | held | (chord < np.sqrt(top))
     worth = np.where(chord < passing, _worth_a_stop(bounds, s, slow, left[1], right[1], top, lost), worth)
     choice = passed | (corner & (speed <= 0.0) & ~rests & (chord > 0.0))
@@ -234,7 +234,7 @@ def rows_beside(path: Path, s: Floats) -> tuple[Ints, Ints]:
 
 
 def _straight(path: Path, s: Floats, before: BlockEnd | None, after: BlockEnd | None) -> Bools:
-    """Tell at which corners straight lines meet, shape (n,); what is `before` and `after` the block is not known to be."""
+    """Tell at which corners straight lines meet, shape (n,); the ends of a block count as curved where it has a neighbour."""
     left, right = rows_beside(path, s)
     out: Bools = (path.kind[left] == Kind.LINE) & (path.kind[right] == Kind.LINE)
     out[[0, -1]] &= (before is None, after is None)
@@ -244,7 +244,7 @@ def _straight(path: Path, s: Floats, before: BlockEnd | None, after: BlockEnd | 
 def _rises(bounds: AxisLimits, path: Path, s: Floats, right: Floats) -> tuple[Floats, Floats]:
     """Return by how much v² and v^(3/2) change from joint to joint at most, shape (n − 1,) each; infinite for no bound.
 
-    On a straight line v² changes by 2 A d at most over the distance d. What has the speed v and came from rest, or must
+    On a straight line v² changes by 2 A d at most over the distance d. A motion at the speed v that came from rest, or must
     come to rest, has the acceleration √(2 J v) at most, with which v^(3/2) changes by √(9/2 J) d. On a curve whose
     coordinate is arc length in X Y Z the acceleration along it is a component of what these three can do together.
 
@@ -277,7 +277,7 @@ def _reached(speed: Floats, rises: tuple[Floats, Floats]) -> Floats:
         height = elementary.power(speed, power)
         way = np.concatenate([[0.0], np.cumsum(np.minimum(rise, height.max()))])
         least = lowered(height, way)
-        # What nothing around lowers keeps its digits: ways over many corners have few of those of a slow one.
+        # A speed that nothing around lowers keeps its digits: ways over many corners have few of those of a slow one.
         speed = np.where(least < height, elementary.power(np.maximum(least, 0.0), 1.0 / power), speed)
     return speed
 
@@ -347,9 +347,9 @@ def _weighed(s: Floats, pulses: tuple[Floats, Floats], at: Ints, step: Floats) -
 def _chord_speed(bounds: AxisLimits, s: Floats, turn: Floats, jerk: Floats, speed: Floats) -> Floats:
     """Return the speed, shape (n,), at which the chord of a period cuts corners by the chord tolerance δ at most.
 
-    A step over a turn of the tangent by Δ that is passed at v half a period after the last setpoint goes v T/2 + j T³/48
-    on both sides at most, and cuts the corner by |Δ|/2 of that. What one of v T over several cuts tells `_cut`: none of them
-    lets the speed rise meanwhile.
+    The corner turns the tangent by Δ and is passed at v. If it lies half a period after a setpoint, the chord reaches
+    v T/2 + j T³/48 to both sides at most, and cuts the corner by |Δ|/2 of that. `_cut` measures chords of v T over several corners, as none of
+    them lets the speed rise meanwhile.
 
     Args:
         bounds: Limits.
@@ -366,7 +366,7 @@ def _chord_speed(bounds: AxisLimits, s: Floats, turn: Floats, jerk: Floats, spee
     fastest = np.minimum(single, speed)
     apart = np.minimum(np.diff(s, prepend=-np.inf), np.diff(s, append=np.inf))
     mm = turn * bounds.scale
-    # What cuts next to nothing, and would still if all around were like it, is not what a chord is furthest from.
+    # A corner that cuts next to nothing, even if all around were like it, is not the one that a chord is furthest from.
     many = np.searchsorted(s, s + fastest * period, side="right") - np.searchsorted(s, s - fastest * period)
     alike = 0.25 * many * size * np.where(size > 0.0, fastest, 0.0) * period
     close = np.flatnonzero((alike > _NEGLIGIBLE * bounds.chord_mm) & (apart < fastest * period))
@@ -455,7 +455,7 @@ def _cuts(bounds: AxisLimits, s: Floats, stop: Bools, turn: Floats, left: Floats
 
     With the setpoints a = j₁ τ³/6 before and b = j₂ (T − τ)³/6 after it at most, |Δ| a b/(a + b) is cut. That is largest at
     1/(j₁ τ⁴) = 1/(j₂ (T − τ)⁴), |Δ| T³/6 by the fourth power of j₁^(-1/4) + j₂^(-1/4); for a = A₁ τ²/2 and b likewise, |Δ| T²/2 by
-    the third power of A₁^(-1/3) + A₂^(-1/3). What curves beside it do is added for the whole way of a period. SetpointAlignment within a
+    the third power of A₁^(-1/3) + A₂^(-1/3). The cut of curves beside it is added for the whole way of a period. SetpointAlignment within a
     period of each other, J T³/32 or A T²/4 apart at most, are in one chord, and their Δ add up.
 
     Args:
@@ -481,7 +481,7 @@ def _cuts(bounds: AxisLimits, s: Floats, stop: Bools, turn: Floats, left: Floats
     )
     longest = np.minimum(jerk * period**3 / 6.0, acceleration * period**2 / 2.0)
     bend = np.stack([_size(bounds, side[1, rest]) for side in (left, right)], axis=1)
-    # At a cusp there is no curvature; on the way of a period no direction turns by more than two.
+    # A cusp has no curvature; on the way of a period no direction turns by more than two.
     bend = np.nan_to_num(np.fmin(bend, _WHOLE / longest))
     # Twice what is cut, by |Δ|, and by the bends.
     curved = 0.5 * (bend * longest).sum(axis=1) * way + 0.25 * (bend * longest**2).max(axis=1)
@@ -505,9 +505,9 @@ def distinct(
 ) -> tuple[Ints, Ints]:
     """Return which breakpoints are the first and which the last of a cluster that no setpoint can tell apart.
 
-    Members of a cluster follow each other within a quarter of a thousandth of J T³ (within a curve, a thousandth): what lies
-    between, be it a turn back, shows in a third difference by a thousandth of J at most. The ends of the block stay, and
-    what has to be `apart` for other reasons.
+    Members of a cluster follow each other within a quarter of a thousandth of J T³ (within a curve, a thousandth): the way
+    between them, be it a turn back, shows in a third difference by a thousandth of J at most. The ends of the block stay, and
+    so do those that have to be `apart` for other reasons.
 
     Args:
         s: Shape (n,), path coordinate.
@@ -516,7 +516,7 @@ def distinct(
         apart: Shape (n − 1,), between which of them both stay.
         curved: Shape (n − 1,), between which of them a NURBS goes on.
     """
-    # The rows that meet at a cluster count too: what is short for one may be long for axes that only the other moves.
+    # The rows that meet at a cluster count too: a length may be short for one row and long for axes that only the other moves.
     seen = np.minimum(*(resolution(bounds, side[1]) for side in sides))
     part = np.where(curved, _TOGETHER_WITHIN, _TOGETHER)
     apart = apart | (np.diff(s) > part * np.minimum(seen[:-1], seen[1:]))
@@ -534,8 +534,8 @@ def _swayed(
 ) -> tuple[Floats, Floats, Floats]:
     """Return what the acceleration a along the path does at jumps, where a turn Δ adds |Δ a|/(2 T) to the jerk.
 
-    What has the speed v and came from rest, or must come to rest, has at most the acceleration √(2 j v), where j, the jerk
-    along the path, is twice that of the axes at most.
+    A motion at the speed v that came from rest, or must come to rest, has the acceleration √(2 j v) at most. The jerk j along
+    the path is twice that of the axes at most.
 
     Args:
         bounds: Limits.

@@ -90,7 +90,7 @@ def paced(chunks: Iterable[Toolpath], bounds_of: Callable[[str], AxisLimits]) ->
         met = inverse & (chunk.path_mode == PathMode.CONTINUOUS)
         met &= path.row_length <= _SWALLOWED * chunk.tolerance
         met &= crawling(path, speed, bounds)
-        # What is met exactly keeps its time, to the last digit.
+        # Rows that are met exactly keep their time, to the last digit.
         split = inverse & (chunk.path_mode == PathMode.CONTINUOUS) & ~met
         yield replace(
             chunk,

@@ -27,7 +27,7 @@ from cncgen.toolpath.record import Event, Kind, PathMode, Toolpath
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-#: What an interval is: `SPLINE`, one on which q is a quadratic; `LEAVE` and `ENTER`, one that leaves or enters a rest with
+#: Kinds of intervals: `SPLINE`, one on which q is a quadratic; `LEAVE` and `ENTER`, one that leaves or enters a rest with
 #: constant jerk; `LINE`, a whole straight line from rest to rest.
 SPLINE, LEAVE, ENTER, LINE = range(4)
 #: Turn of the direction, and part of the feed that changes, below which a straight line goes on: that of coordinates
@@ -217,7 +217,7 @@ class Section:
         corners, sides = corners.only(kept), (sides[0][:, kept], sides[1][:, kept])
         lines = _lines(path, corners)
         if cap and cap.straight:
-            # What crawls is slower than any cap.
+            # Crawling rows are slower than any cap.
             lines &= crawls[path.row_of(0.5 * (corners.s[:-1] + corners.s[1:]))]
         try:
             s = placed(path, bounds, corners, sides, lines, self._top_at, self.density, closer)
@@ -356,7 +356,7 @@ def _calm(x: Floats, h: Floats, spline: NDArray[np.bool_]) -> None:
     Usually intervals are short beside what the derivatives ask for (`cncgen.planner.least_time.mesh_spacing`). Exceptions are cusps,
     where derivatives are infinite or nothing but rounding, and bends too short to show in setpoints. There |x''| and |x'''|
     are bounded so that the direction turns by `_SHARP` over the interval at most, and are made linear over it where it is
-    of the `spline`: what the path does between nodes that setpoints cannot tell apart must not limit the motion.
+    of the `spline`: the path between nodes that setpoints cannot tell apart must not limit the motion.
 
     Args:
         x: Shape (4, n, 3, axes), position and derivatives at the start, middle and end of each interval; changed.

@@ -80,7 +80,7 @@ DENSITY = {
 _FIRST, _SLOW, _BEND, _PART = 0.125, 0.075, 0.005, 1.0 / 60.0
 #: Where the path hardly bends beside a rest, that interval need not be shorter than this many periods at the speed there.
 _BRIEF = 0.002
-#: The end of a jump's zone is no node of its own if another node is nearer than this part of the zone.
+#: The end of a jump's zone gets no node of its own if another node is nearer than this part of the zone.
 _NARROW = 0.2
 #: Spacing next to the interval beside a rest, as a part of that: there v, and so the jerk of a constant q'', changes fastest.
 _NEXT = 0.25
@@ -122,7 +122,7 @@ class _Survey:
         bounds, corners, sides, lines: As `placed` takes them.
         probes: Shape (n,), path coordinate of the places, ascending; every breakpoint is one.
         panels: Shape (n,), length of the path's panel there; infinite on lines and arcs.
-        shape: What `_shape` says of the places.
+        shape: Result of `_shape` at the places.
         x3: Shape (n, axes), third derivatives there.
         least: Shape (n,), the least distance of nodes there.
         first: Shape (breakpoints,) each, the intervals before and after rests, see `_first`.
@@ -210,7 +210,7 @@ def placed(
 
 
 def _place(survey: _Survey, density: Density) -> tuple[Floats, float]:
-    """Return the nodes of a block in a density, and how many there would be, about, were none of them closer beside corners and rests."""
+    """Return the nodes of a block in a density, and how many there would be, about, without the closer ones beside corners and rests."""
     corners, probes, shape = survey.corners, survey.probes, survey.shape
     spacing = _spacing(shape, probes, corners, density, survey.bounds.period_s)
     spacing = np.minimum(spacing, _change(survey, density.change))
@@ -371,7 +371,7 @@ def _bends(shape: tuple[Floats, ...], s: Floats, corners: Corners) -> tuple[Floa
     acceleration from the rest reach between, as the path lets them.
 
     Args:
-        shape: What `_shape` says of the places `s`.
+        shape: Result of `_shape` at the places `s`.
         s: Shape (n,), places, ascending.
         corners: The breakpoints, which are among the places.
     """

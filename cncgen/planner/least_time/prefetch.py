@@ -16,7 +16,7 @@ _PATIENCE_S = 2.0
 def prefetch(source: Iterable[Item], depth: int) -> Generator[Item, None, None]:
     """Yield the items of an iterable, which are drawn in another thread while the last ones are worked on.
 
-    The order is that of the source, so the result does not depend on timing. What the source raises is raised here,
+    The order is that of the source, so the result does not depend on timing. An exception of the source is raised here,
     after the items before it. When this generator is closed, or dropped half way, the thread ends with the item that it
     is drawing and closes the source, which is waited for (two seconds at most: the item may have to wait for input).
 
@@ -58,6 +58,6 @@ def prefetch(source: Iterable[Item], depth: int) -> Generator[Item, None, None]:
     finally:
         wanted = False
         room.release()
-        # What is collected as garbage may be closed by any thread, by its own too.
+        # A generator that is collected as garbage may be closed by any thread, by its own too.
         if thread is not current_thread():
             thread.join(_PATIENCE_S)

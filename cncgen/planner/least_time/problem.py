@@ -65,7 +65,7 @@ _STAYS, _AGAIN = 1e-8, 6
 #: How often a result of long steps is confirmed; and if its time does not settle, how much shorter, as a part, the last result
 #: must be than the first one to be taken instead of it.
 _TWICE, _ROUGHLY = 2, 1e-5
-#: Where only plans that are no optimum are found: the factor on the q of the best of them to start from again, and the part
+#: Where only plans short of the optimum are found: the factor on the q of the best of them to start from again, and the part
 #: of its time that must be gained to do so once more.
 _WITHIN, _GAINED = 0.3, 1e-3
 #: A row is said to bind if its slack is below this part of its limit.
@@ -344,7 +344,7 @@ def _settled(
 def _from_within(
     given: Intervals, columns: _SplineColumns, state: tuple[float, float] | None, best: Solution
 ) -> Solution:
-    """Improve a plan that is no optimum: solve again from far below it, as long as that leads to a shorter one.
+    """Improve a plan short of the optimum: solve again from far below it, as long as that leads to a shorter one.
 
     Where rows of many kinds bind side by side, steps along them stay short, and the iterations end before half of the way to
     the optimum. From a fraction of its q, which has the same proportions, the way leads through the interior instead.

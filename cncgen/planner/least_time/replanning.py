@@ -19,7 +19,7 @@ from cncgen.toolpath.record import Toolpath
 
 Floats = NDArray[np.float64]
 
-#: Speed below which a plan is no cap, in J T².
+#: Least speed of a plan that counts as a cap, in J T².
 _SLOWEST = 0.01
 
 

@@ -259,7 +259,7 @@ def _last_rest(kind: NDArray[np.int8], least: int) -> int:
 
 
 def _last_top(q: Floats, last: int) -> int:
-    """Return the interval of the last maximum or plateau of q up to `last`; `last` where there is none.
+    """Return the interval of the last maximum or plateau of q up to `last`; `last` without one.
 
     A good place to end what is final. Amid braking or accelerating at full jerk the state allows hardly any motion but the
     planned one, so the next window would have no interior for the solver to start in.

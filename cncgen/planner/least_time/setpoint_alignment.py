@@ -105,8 +105,8 @@ class SetpointAlignment:
     """The rests of a row of intervals, one after the other.
 
     Attributes:
-        way: What is planned there.
-        past: What has been planned before, ascending; at least up to a period before.
+        way: The motion that is planned there.
+        past: Motions that have been handed on, ascending; at least up to a period before.
         stands: Intervals that begin at a rest which lasts, or may have to.
         real, moving: Times at which the motion comes to rests, and leaves them, and those without waits.
     """

@@ -22,7 +22,7 @@ class SpeedCap:
 
     Attributes:
         speed: Function of ascending path coordinates, shape (n,), mm, and of the path and its derivatives there (up to the
-            second at least), shape (≥ 3, n, axes). Returns the largest speed, shape (n,), mm/s; infinite where there is none.
+            second at least), shape (≥ 3, n, axes). Returns the largest speed, shape (n,), mm/s; infinite without one.
         limit: The `Limit` that is named where the cap binds.
         straight: Whether it may be finite on straight lines.
     """
@@ -41,7 +41,7 @@ class SpeedCap:
     ) -> Floats:
         """Return q at the left end, middle and right end of intervals, each seen from inside, shape (n, 3).
 
-        The speed that the cap has at a rest itself, 0 where it is a plan's, is no bound of the motion beside it:
+        At a rest the cap of a plan is 0, which does not bound the motion beside it:
         an interval that leaves or enters rest has the cap of its moving end.
 
         Args:

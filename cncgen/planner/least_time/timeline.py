@@ -1,4 +1,4 @@
-"""What windows hand on, in time: rests that last until a setpoint is near enough, and trajectories with their corners.
+"""The intervals that windows hand on, in time: rests that last until a setpoint is near enough, and trajectories with their corners.
 
 Nothing here acts on what is planned afterwards, so it is done in another thread than the solving (`block_planning`).
 """
@@ -158,8 +158,8 @@ def slow_nodes(
     """Return the nodes, counted from `first`, at which the motion slows for a corner.
 
     Those are jumps of the path's derivatives, and minima of the speed between maxima a tenth higher that curvature
-    (acceleration, jerk, chord error) causes. A minimum within `_NEAR` periods of a jump is that jump's, and one that
-    costs less than a period is none.
+    (acceleration, jerk, chord error) causes. A minimum within `_NEAR` periods of a jump is that jump's. One that
+    costs less than a period does not count.
 
     Args:
         mesh: The intervals.

@@ -1,4 +1,4 @@
-"""What a machine and a program allow, beneath all strategies.
+"""The limits that a machine and a program set, beneath all strategies.
 
 axis_limits     the limits of the axes as columns, what a jump of the path takes of them, and what they allow along it
 bend_speeds     the speed at which a bend may be passed

@@ -1,4 +1,4 @@
-"""What holds the speed and its derivatives along a path: the limits of the axes, and the bounds of q = v².
+"""Bounds of the speed and its derivatives along a path: the limits of the axes, and the bounds of q = v².
 
 An axis x_i(s) moves with x_i' v, x_i'' q + x_i' q'/2 and so on (Verscheure et al., 2009, without the robot's
 dynamics); where the path is straight, its limit by |x_i'| is the limit along the path. `least_time` takes all its limits
@@ -45,7 +45,7 @@ def axis_scale(axes: str) -> Floats:
     return out
 
 
-#: Limit, in its unit, of an axis that the machine lacks: never reached, yet finite, as infinity times a direction of 0 is no number.
+#: Limit, in its unit, of an axis that the machine lacks: never reached, and finite because infinity times a direction of 0 is not a number.
 _FREE = 1e15
 
 
@@ -177,8 +177,7 @@ def along_path(limit: Floats, *x1: Floats) -> Floats:
 
     Args:
         limit: Shape (axes,).
-        x1: Shape (n, axes) each, dx/ds at places of the path, or on both sides of them. Where no axis moves there is no
-            bound.
+        x1: Shape (n, axes) each, dx/ds at places of the path, or on both sides of them. Infinite where no axis moves.
     """
     out = np.empty(len(x1[0]))
     largest = x1[0] if len(x1) == 1 else reduce(np.maximum, map(np.abs, x1))

@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 def chord_speed(curvature: Floats, tolerance_mm: Floats | float, period_s: float) -> Floats:
     """Return the speed, mm/s, whose chord over a period stays within the tolerance of the arc (Tsai 2010, eq. 24).
 
-    Of curvatures of any shape, 1/mm, and a tolerance for all or each; infinite where there is no curvature.
+    Of curvatures of any shape, 1/mm, and a tolerance for all or each; infinite where the path is straight.
 
     V_af = (2/T_s) √(ρ² − (ρ − δ)²) = (2/T_s) √(2δ/κ − δ²) with ρ = 1/κ. Where ρ is below δ, and the formula soon has no
     root, it is (2/T_s) √(δ/κ): no point of a way of V T_s is further than V T_s/2 < δ from its nearer end. With rotary axes,
@@ -28,7 +28,7 @@ def chord_speed(curvature: Floats, tolerance_mm: Floats | float, period_s: float
 
 
 def across(x1: Floats, x2: Floats, scale: Floats) -> Floats:
-    """Return the size of the part of x'' across x', columns multiplied by `scale`, shape (n,): what lies along it bends no chord.
+    """Return the size of the part of x'' across x', columns multiplied by `scale`, shape (n,): the part along it does not bend chords.
 
     Over X Y Z alone all of x'' is across x'; where further axes count, |x'| is not 1.
     """

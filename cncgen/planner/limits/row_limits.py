@@ -1,4 +1,4 @@
-"""What each row of a toolpath allows along its path, from its feed and from the limits of the axes.
+"""The limits along the path of each row of a toolpath, from its feed and from the limits of the axes.
 
 Speeds and accelerations along the path are what the strategies of the papers plan with. A line divides them among
 the axes in a fixed ratio, so its limits are exact; on a curve the path may point along any of its axes, so the
