@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN     = $(VENV)/bin
 
-.PHONY: install dev demo test lint kernels clean
+.PHONY: install dev demo test processors lint kernels clean
 
 $(BIN)/cncgen: pyproject.toml setup.py $(wildcard cncgen/kernels/*.py)
 	$(PYTHON) -m venv $(VENV)
@@ -28,6 +28,10 @@ dev: $(VENV)/.dev
 
 test: dev
 	$(BIN)/python -m pytest -n 2 -q
+
+# The rooms that multiply and decompose matrices, as other processors run them; plans are compared bit by bit in the tests.
+processors: dev
+	$(BIN)/python -m tests.processors tests/geometry tests/servo tests/report tests/papers tests/stepnc tests/verify
 
 lint: dev
 	$(BIN)/ruff check .

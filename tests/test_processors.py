@@ -13,6 +13,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.processors import kinds
+
 ROOT = Path(__file__).resolve().parents[1]
 PROGRAMS = sorted(
     path.relative_to(ROOT).as_posix()
@@ -27,16 +29,6 @@ for name in sys.argv[1:]:
     setpoints = cncgen.sample(cncgen.plan(program)).collect()
     print(name, len(setpoints), hashlib.sha256(setpoints.position.tobytes()).hexdigest())
 """
-
-
-def kinds() -> dict[str, dict[str, str]]:
-    """Return the variables of each kind of processor that this one can be."""
-    from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
-
-    needs = {"Prescott": "SSE3", "Haswell": "FMA3", "SkylakeX": "AVX512_SKX"}
-    cores = {name: {"OPENBLAS_CORETYPE": name} for name, need in needs.items() if __cpu_features__.get(need)}
-    dispatched = " ".join(name for name in __cpu_dispatch__ if __cpu_features__[name])
-    return cores | ({"numpy": {"NPY_DISABLE_CPU_FEATURES": dispatched}} if dispatched else {})
 
 
 def run(*arguments: str, **variables: str) -> subprocess.CompletedProcess[str]:
@@ -64,5 +56,5 @@ def test_setpoints_are_the_same_to_the_bit(kind: str, plans: str) -> None:
     if "OPENBLAS_CORETYPE" in variables and "Core: " in there.stderr:
         core = {"Prescott": "Katmai"}.get(kind, kind)  # the name that OpenBLAS has for the plainest code
         assert f"Core: {core}" in there.stderr
-    assert len(plans.splitlines()) == len(PROGRAMS) > 15
+    assert len(plans.splitlines()) == len(PROGRAMS) > 10
     assert there.stdout == plans

@@ -309,6 +309,6 @@ def test_rounding_does_not_decide_what_a_log_determines():
     drive = np.full(len(t), 100.0)
     drive[0] = 101.0
     rng = np.random.default_rng(8)
-    for _ in range(6):
+    for _ in range(2):
         fit = fit_velocity_loop(drive, moved * (1.0 + 2e-16 * rng.integers(-2, 3, len(t))), T)
         assert {k for k, v in fit.uncertainty.items() if np.isinf(v)} == {"gain", "bias", "coulomb"}
