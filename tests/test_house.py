@@ -149,12 +149,13 @@ def test_what_becomes_setpoints_uses_the_same_functions_on_every_processor() -> 
 TWINS = [
     ("setpoints/readers", "setpoints/writers"),  # one module a format, with one `Writer` each
     ("stepnc/ap238", "stepnc/iso14649", "stepnc/schema", "stepnc/execution"),  # two standards of one language
+    ("gcode/sinumerik", "gcode/codes", "gcode/sinks", "gcode/text", "gcode/flow"),  # a dialect of its own
     ("cli", ""),  # a command is named as the stage that it runs
     ("kernels", ""),  # a kernel is named as the module that it serves
 ]
 #: Classes that share a name, leading underscores apart, and why.
 SHARED_CLASSES = {
-    "Profile": "servo: the motions of a test, at rest to be merged",
+    "Profile": "servo: the motion that a drive is tested with",
     "Strategy": "stepnc: an entity of ISO 14649, named as there",
     "Span": "kernels: a span of knots; diagnostics: a span of text",
     **dict.fromkeys(
@@ -189,7 +190,19 @@ SHARED_CLASSES = {
         "gcode and stepnc: the same idea in another language",
     ),
     **dict.fromkeys(
-        ("Motion", "Passed", "Rows", "Run", "Rule", "System", "Table", "Summary", "Cursor", "Quantity"),
+        (
+            "Motion",
+            "Passed",
+            "Rows",
+            "Run",
+            "Rule",
+            "System",
+            "Table",
+            "Summary",
+            "Cursor",
+            "Quantity",
+            "Program",
+        ),
         "not yet told apart",
     ),
 }
@@ -211,6 +224,8 @@ SHARED_MODULES = {
     **dict.fromkeys(
         (
             "arcs",
+            "curves",
+            "cycles",
             "corners",
             "lines",
             "nurbs",
