@@ -14,6 +14,7 @@ from cncgen.geometry.extents import arc_extents, hulls, nurbs_extents
 from cncgen.geometry.tables import ArcTable
 from cncgen.machine.record import Machine
 from cncgen.planner.options import PlanOptions
+from cncgen.planner.record import MOST_ROWS
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 from cncgen.units import file_unit, to_file
 
@@ -46,6 +47,7 @@ def checked(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) 
         if not started:
             _start_beyond_travel(chunk, machine, found)
         _beyond_travel(chunk, machine, found)
+        _endless(chunk, machine, found)
         if found.has_errors:
             raise error(found)
         started = True
@@ -147,6 +149,34 @@ def _reach(chunk: Toolpath, low: Floats, high: Floats) -> tuple[Floats, Floats]:
         for row in rows[np.take(leaves, chunk.curve[rows])]:
             lowest[row], highest[row] = nurbs_extents(chunk.nurbs, int(chunk.curve[row]))
     return lowest, highest
+
+
+def _endless(chunk: Toolpath, machine: Machine, found: Diagnostics) -> None:
+    """Name the first line or arc that lasts longer than a stream of setpoints may, before anything is made of it."""
+    length = np.linalg.norm((chunk.end - chunk.starts)[:, :3], axis=1)
+    rows = np.flatnonzero(chunk.kind == Kind.ARC)
+    if len(rows):
+        index, starts = chunk.curve[rows], chunk.starts[rows, :3]
+        across = np.cross(starts - chunk.arcs.centre[index], chunk.arcs.normal[index])
+        length[rows] = np.abs(chunk.arcs.sweep[index]) * np.linalg.norm(across, axis=1)
+    fastest = sum(axis.max_velocity for axis in machine.axes.values())
+    with np.errstate(divide="ignore", invalid="ignore"):
+        by_feed = np.where(chunk.feed_mode == FeedMode.INVERSE_TIME, 1.0, length) / chunk.feed
+    seconds = np.where(chunk.feed_mode == FeedMode.RAPID, length / fastest, by_feed)
+    longest = MOST_ROWS * machine.period_s
+    endless = np.flatnonzero((chunk.kind != Kind.EVENT) & (seconds > longest))
+    if len(endless):
+        row = int(endless[0])
+        found.add(
+            Diagnostic(
+                "motion-endless",
+                f"the motion of {length[row]:.4g} mm takes {seconds[row]:.4g} s at least, more than {MOST_ROWS:.0e} setpoints "
+                f"every {1e3 * machine.period_s:g} ms",
+                span=_span(chunk, row),
+                hint="look at its feed, its length and, of an arc, its number of turns",
+                values={"time_s": float(seconds[row])},
+            )
+        )
 
 
 def _beyond(

@@ -14,6 +14,9 @@ from cncgen.toolpath.record import Event, Toolpath
 
 Floats = NDArray[np.float64]
 
+#: Setpoints that a motion may have: at a period of 1 ms, eleven days.
+MOST_ROWS = 1_000_000_000
+
 
 class Limit(IntEnum):
     """Which limit holds the speed back on a piece of a trajectory."""

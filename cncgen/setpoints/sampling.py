@@ -17,7 +17,7 @@ from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
 from cncgen.planner.limits.program_feeds import programmed_speed
 from cncgen.planner.motion import Motion, motion_at
-from cncgen.planner.record import Profile, Trajectory
+from cncgen.planner.record import MOST_ROWS, Profile, Trajectory
 from cncgen.setpoints.record import Setpoints
 from cncgen.toolpath.record import Event
 
@@ -29,8 +29,6 @@ SIGNALS = ("vel", "acc", "jerk", "feed", "line", "limit", "programmed", "source"
 #: Rows of one chunk of setpoints.
 CHUNK_ROWS = 65_536
 
-#: Setpoints after which a motion counts as endless: at a millisecond eleven days.
-MOST_ROWS = 1_000_000_000
 
 #: Part of a period by which the end of the motion may miss a sample through rounding alone.
 _ROUNDING = 1e-6

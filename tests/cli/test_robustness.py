@@ -747,3 +747,12 @@ def test_a_fault_of_ours_is_one_line_and_its_own_exit_code(
     said = capsys.readouterr()
     assert ("Traceback" in said.err) == isinstance(error, ValueError)
     assert json.loads(said.out)["code"] == "failed"
+
+
+def test_control_characters_of_a_message_are_printed_as_escapes(
+    in_folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A message could colour a terminal, or ring it."""
+    (in_folder / "m.nc").write_text("G21\n(MSG,a\x1b[31mb\x07)\nM2\n")
+    assert app.run(["canon", "m.nc"]) == 0
+    assert 'MESSAGE("a\\x1b[31mb\\x07")' in capsys.readouterr().out

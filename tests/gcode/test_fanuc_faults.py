@@ -35,6 +35,7 @@ WRONG = {
     "a corner before a wrong arc": ("F10\nG1 X9 ,R1\nG2 X3", ("corner-next", 2, 7)),
     "a negative corner": ("F10\nG1 X9 ,R-1\nY4", ("corner-size", 2, 7)),
     "a pitch of no thread": ("S10 M3\nG33 Z-5 F0", ("pitch-missing", 2, 9)),
+    "a turn in a plane of U V W": ("G17.1\nG68 X0 R5", ("rotation-plane", 2, 1)),
     "a weight of BSPLINE": ("F10\nBSPLINE X1 PW=-1", ("nurbs-weight", 2, 12)),
     "a length of BSPLINE": ("F10\nBSPLINE X1 PL=-1", ("nurbs-knot", 2, 12)),
 }

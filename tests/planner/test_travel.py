@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import cncgen
 from cncgen.diagnostics import NoPlanError
 from cncgen.geometry import nurbs
 from cncgen.geometry.tables import ArcTable
@@ -48,3 +49,14 @@ def test_a_start_beyond_the_travel(lines: Callable[..., Toolpath], table: Machin
     with pytest.raises(NoPlanError, match=r"axis X starts at 0\.0000 mm, beyond its travel of 5 to 100 mm"):
         next(checked([lines([(0, 0), (10, 0)], 10.0)], machine, PlanOptions()))
     assert len(next(checked([lines([(6, 0), (10, 0)], 10.0)], machine, PlanOptions()))) == 1
+
+
+def test_an_arc_of_ten_million_turns_is_refused_before_anything_is_made_of_it() -> None:
+    """2π · 5 mm · 10⁷ at 1000 mm/min: 1.885e7 s, where 10⁹ periods of 1 ms are 10⁶ s."""
+    text = "G21 G17\nG2 X0 Y0 I5 J0 P10000000 F1000\nM2\n"
+    with pytest.raises(NoPlanError, match=r"takes 1\.885e\+07 s at least") as caught:
+        list(cncgen.plan(cncgen.read_text(text, "turns.nc"), "xy-table"))
+    (fault,) = caught.value.diagnostics
+    assert fault.code == "motion-endless"
+    assert fault.span is not None
+    assert fault.span.line == 2

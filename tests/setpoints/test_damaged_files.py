@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import random
 import sys
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -121,11 +122,11 @@ def test_npy_is_a_table_of_doubles(tmp_path: Path, array: np.ndarray, told: str)
 @pytest.mark.parametrize(
     ("columns", "told"),
     [
-        ({"x_mm": np.zeros(3)}, "no array t_s"),
-        ({"t_s": np.arange(3.0)}, "no array t_s, or none of an axis position"),
+        ({"x_mm": np.zeros(3)}, "needs t_s and a position"),
+        ({"t_s": np.arange(3.0)}, "needs t_s and a position"),
         ({"t_s": np.arange(3.0), "x_mm": np.zeros(2)}, "columns differ in shape"),
         ({"t_s": np.zeros((2, 2)), "x_mm": np.zeros((2, 2))}, "columns differ in shape"),
-        ({"t_s": np.arange(3.0), "x_mm": np.array(["a", "b", "c"])}, "could not convert"),
+        ({"t_s": np.arange(3.0), "x_mm": np.array(["a", "b", "c"])}, "holds no plain numbers"),
         ({"t_s": np.arange(3.0), "x_mm": np.array([None, 1, 2], object)}, "is no npz file"),
         ({"t_s": np.array([0, 1, 5.0]), "x_mm": np.zeros(3)}, "row 2"),
         ({"t_s": np.arange(3.0), "x_mm": np.array([0, np.inf, 0])}, "row 2 holds"),
@@ -298,3 +299,14 @@ def test_a_stream_joins_its_chunks_and_says_what_it_is() -> None:
     collected = SetpointStream("s", "XYA", 0.001, iter(parts)).collect()
     np.testing.assert_array_equal(collected.position, joined.position)
     np.testing.assert_array_equal(collected.time_s, np.arange(12) * 0.001)
+
+
+def test_an_archive_that_states_more_than_it_holds_allocates_nothing(tmp_path: Path) -> None:
+    """A header of 10²⁰ rows, of which 8 are there."""
+    text = f"{{'descr': '<f8', 'fortran_order': False, 'shape': ({10**20},), }}".ljust(117) + "\n"
+    head = b"\x93NUMPY\x01\x00" + len(text).to_bytes(2, "little") + text.encode()
+    with zipfile.ZipFile(tmp_path / "a.npz", "w") as archive:
+        for name in ("t_s", "x_mm"):
+            archive.writestr(f"{name}.npy", head + bytes(64))
+    with pytest.raises(UsageError, match="shorter than its header says"):
+        read(tmp_path / "a.npz")

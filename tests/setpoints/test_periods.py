@@ -130,7 +130,7 @@ def test_events_are_lines_of_json_with_the_wait_of_a_dwell() -> None:
     )
     EventWriter(sink).write(Setpoints("X", T, 0, np.zeros((1, 1)), events=events))
     assert [json.loads(line) for line in sink.getvalue().splitlines()] == [
-        {"t_s": 0.25, "line": 3, "event": "dwell", "dwell_s": 0.5},
+        {"t_s": 0.25, "line": 3, "event": "dwell", "dwell_s": 0.5, "end_t_s": 0.75},
         {"t_s": 0.333333333, "line": 4, "event": "spindle", "rpm": 300.0},
         {"t_s": 0.5, "line": 5, "event": "dwell", "dwell_s": 0.0},
     ]

@@ -191,7 +191,11 @@ def test_a_motion_that_never_ends_is_refused_at_its_line(block: str, line: int) 
     """Ten million seconds of dwell, or 2 mm at 10 nm a minute: at a millisecond more than 10^9 setpoints."""
     text = f"G21 G90 G61\nG1 X1 F600\n{block}\nG1 X0 F600\nM2\n"
     with pytest.raises(NoPlanError) as caught:
-        cncgen.sample(cncgen.plan(cncgen.read_text(text, "slow.nc"), "xy-table")).collect()
+        cncgen.sample(
+            cncgen.plan(
+                cncgen.read_text(text, "slow.nc", options=cncgen.ReadOptions(dialect="linuxcnc")), "xy-table"
+            )
+        ).collect()
     (fault,) = caught.value.diagnostics
     assert fault.code == "motion-endless"
     assert fault.span is not None

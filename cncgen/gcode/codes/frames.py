@@ -230,6 +230,14 @@ def rotation(ip: Interpreter, block: Block) -> None:
     """G68 X Y R: turn the plane about a point."""
     if "r" not in block.words:
         raise BlockError("rotation-angle", "G68 has no angle R", "G68", hint="G68 X0 Y0 R30, in degrees")
+    if max(PLANE_AXES[ip.state.plane]) > 2:
+        plane = f"G{ip.state.plane / 10:g}"
+        raise BlockError(
+            "rotation-plane",
+            f"G68 turns X, Y and Z, and the plane is {plane}",
+            "G68",
+            hint="choose G17, G18 or G19",
+        )
     frame = _current(ip)
     frame.angle, frame.turn_centre, frame.plane = block.words["r"], _point(ip, block), ip.state.plane
     _change(ip, frame)

@@ -11,6 +11,8 @@ from cncgen.gcode.sinks.sink import Curve, MotionBatch, Point
 from cncgen.toolpath.record import Event, PathMode
 
 _NUMBER = re.compile(r"[ \t/]*[nN]([0-9]*)")
+#: Control characters of a message would reach the terminal; they are printed as escapes. Tabs and line ends stay.
+_VISIBLE = {code: f"\\x{code:02x}" for code in (*range(32), *range(127, 160)) if chr(code) not in "\t\n"}
 _PLANES = {17: "XY", 18: "XZ", 19: "YZ"}
 _MODES = {PathMode.EXACT_PATH: "CANON_EXACT_PATH", PathMode.EXACT_STOP: "CANON_EXACT_STOP"}
 
@@ -38,6 +40,8 @@ class PrintingSink:
 
     def call(self, text: str, event: Event | None = None) -> None:
         """Print a call as it is; what a program prints itself is a line of its own."""
+        if not text.isprintable():
+            text = text.translate(_VISIBLE)
         if event is not None and event.values.get("print"):
             self._lines.append(text)
         elif text:

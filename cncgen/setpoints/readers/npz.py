@@ -1,33 +1,33 @@
-"""npz: an array a column under the names of the CSV's columns."""
+"""npz: an array a column under the names of the CSV's columns, read some rows at a time."""
 
 from __future__ import annotations
 
 import math
-import shutil
-import tempfile
 import zipfile
 import zlib
 from collections.abc import Iterator
+from contextlib import ExitStack
 from tokenize import TokenError
 from typing import IO, BinaryIO
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import reading_faults
-from cncgen.setpoints.columns import POSITION_COLUMNS
-from cncgen.setpoints.readers.blocks import Block, warn_of_columns
-from cncgen.setpoints.readers.f64 import check_rows
+from cncgen.setpoints.readers.blocks import Block
+from cncgen.setpoints.readers.f64 import ROWS
+from cncgen.setpoints.readers.tables import block_of, columns_of, seekable, stated_period
 
-#: What zipfile and numpy raise of a damaged archive: RuntimeError of one that is encrypted (NotImplementedError of a
-#: method they do not know), MemoryError of an array whose header says more than there can be.
+#: Faults that zipfile and numpy raise for a damaged archive. RuntimeError: it is encrypted, or of a method they do not know.
 _FAULTS = (
+    OSError,
     ValueError,
     TypeError,
     EOFError,
     KeyError,
+    OverflowError,
     RuntimeError,
-    MemoryError,
     SyntaxError,
     TokenError,
     zipfile.BadZipFile,
@@ -36,40 +36,60 @@ _FAULTS = (
 
 
 def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[Block]:
-    """Yield the rows of an npz file in one block.
+    """Yield the rows of an npz file.
 
     Raises:
-        UsageError: It is no npz archive, lacks ``t_s`` or a position, columns differ in length, or one is
+        UsageError: The file is no npz archive, lacks ``t_s`` or a position, columns differ in length, or one is
             an axis in another unit.
     """
+    with reading_faults(name):
+        source = seekable(file)
     try:
-        with reading_faults(name), np.load(_seekable(file), allow_pickle=False) as archive:
-            names = [n for n in POSITION_COLUMNS if n in archive.files]
-            if "t_s" not in archive.files or not names:
-                message = f"{name} is no setpoint file: it has no array t_s, or none of an axis position"
-                raise UsageError(Diagnostic("setpoints-header", message))
-            warn_of_columns([*map(str.lower, archive.files)], name)
-            columns = [np.asarray(archive[n], np.float64) for n in ("t_s", *names)]
-            stated = float(archive["period_s"]) if "period_s" in archive.files else math.nan
+        with zipfile.ZipFile(source) as archive, ExitStack() as members:
+            names = [item.removesuffix(".npy") for item in archive.namelist() if item.endswith(".npy")]
+            found = ["t_s", *columns_of(names, name)]
+            columns = [_Column(members.enter_context(archive.open(f"{n}.npy"))) for n in found]
+            if len({column.shape for column in columns}) != 1 or len(columns[0].shape) != 1:
+                shapes = ", ".join(f"{n} {c.shape}" for n, c in zip(found, columns, strict=True))
+                raise UsageError(
+                    Diagnostic("setpoints-columns", f"{name}: columns differ in shape: {shapes}")
+                )
+            period = _period(archive, names)
+            for row in range(0, columns[0].shape[0], ROWS):
+                matrix = np.stack([column.rows(ROWS) for column in columns], axis=1)
+                yield block_of(matrix, found[1:], name, row, period)
     except _FAULTS as error:
-        # What is no archive is taken for a pickle, whose message is about trust.
-        why = "" if "pickle" in str(error) else f": {error}"
-        raise UsageError(Diagnostic("setpoints-header", f"{name} is no npz file{why}")) from error
-    if len({column.shape for column in columns}) != 1 or columns[0].ndim != 1:
-        shapes = ", ".join(f"{n} {c.shape}" for n, c in zip(("t_s", *names), columns, strict=True))
-        raise UsageError(Diagnostic("setpoints-columns", f"{name}: columns differ in shape: {shapes}"))
-    matrix = np.stack(columns, axis=1)
-    check_rows(matrix, name, 0)
-    period = stated if 0.0 < stated < math.inf else None
-    letters = "".join(POSITION_COLUMNS[n] for n in names)
-    yield Block(letters, matrix[:, 0].copy(), matrix[:, 1:], period)
+        raise UsageError(Diagnostic("setpoints-header", f"{name} is no npz file: {error}")) from error
 
 
-def _seekable(file: BinaryIO) -> IO[bytes]:
-    """Return a file that can be gone back in, as an archive needs: what comes through a pipe waits in a temporary one."""
-    if file.seekable():
-        return file
-    copy = tempfile.TemporaryFile()  # noqa: SIM115 - removed when the archive lets go of it
-    shutil.copyfileobj(file, copy, 1 << 20)
-    copy.seek(0)
-    return copy
+def _period(archive: zipfile.ZipFile, names: list[str]) -> float | None:
+    """Return the period that an archive states, or None."""
+    if "period_s" not in names:
+        return None
+    with archive.open("period_s.npy") as member:
+        column = _Column(member)
+        return stated_period(column.rows(1)[0]) if math.prod(column.shape) == 1 else None
+
+
+class _Column:
+    """An array of an archive, read from its start some rows at a time; its header alone allocates nothing."""
+
+    def __init__(self, member: IO[bytes]) -> None:
+        self._member = member
+        version = np.lib.format.read_magic(member)
+        read = (
+            np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        )
+        self.shape, _, self._kind = read(member)
+        if self._kind.kind not in "fiu":
+            raise ValueError(f"an array of {self._kind} holds no plain numbers")
+        self._left = math.prod(self.shape)
+
+    def rows(self, count: int) -> NDArray[np.float64]:
+        """Return the next values, `count` of them or those that are left."""
+        count = min(count, self._left)
+        data = self._member.read(count * self._kind.itemsize)
+        if len(data) < count * self._kind.itemsize:
+            raise ValueError("an array is shorter than its header says")
+        self._left -= count
+        return np.frombuffer(data, self._kind).astype(np.float64)
