@@ -25,6 +25,7 @@ COMMANDS = (
     "plan",
     "simulate",
     "verify",
+    "cut",
     "convert",
     "compare",
     "why",

@@ -79,7 +79,10 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
     def chunks() -> Iterator[Toolpath]:
         builder = ToolpathBuilder(axes, np.zeros(len(axes)), [name])
         sink = ColumnsSink(
-            builder, options.tolerance_mm, degrees_count=language_of(choice.dialect) == "fanuc"
+            builder,
+            options.tolerance_mm,
+            degrees_count=language_of(choice.dialect) == "fanuc",
+            tips=options.tool_tips,
         )
         handed = False
         clock, found = Clock(name), RunDiagnostics(diagnostics)

@@ -84,9 +84,9 @@ class Meter(Canon):
         self._rpm: float | None = None
         self._position: Floats = np.zeros(3)
 
-    def workingstep(self, ident: int) -> None:
+    def workingstep(self, step: Workingstep) -> None:
         """Add what follows to a workingstep."""
-        self._now = self.steps.setdefault(ident, Work())
+        self._now = self.steps.setdefault(step.ident, Work())
 
     def begin(self, position: Floats) -> None:
         """Begin there."""

@@ -749,7 +749,7 @@ def test_the_sample_program_of_features():
     program = read(Path(__file__).parents[2] / "programs" / "stepnc" / "features.stp", "features.stp")
     path = next(iter(program.chunks()))
     assert [d.code for d in program.diagnostics] == []
-    radius = {"END MILL 10": 5.0, "BULL NOSE 8 R1": 4.0, "DRILL 5": 2.5, "COUNTERSINK 16": 8.0}
+    radius = {"END MILL 10": 5.0, "BULL NOSE 8 R1": 4.0, "DRILL 5": 2.5, "COUNTERSINK 12": 6.0}
     heights = removed([path], (120.0, 80.0), 0.0, GRID, radius)[1]
 
     def at(x, y):

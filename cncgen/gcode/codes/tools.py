@@ -84,7 +84,7 @@ def change(ip: Interpreter, block: Block) -> None:
     if number or not ip.options.stand_alone:
         state.tool = number
         load_tool_parameters(ip)
-    ip.sink.call(f"CHANGE_TOOL({ip.tools.place_of(number)})", Event("tool", True, values={"tool": number}))
+    ip.sink.call(f"CHANGE_TOOL({ip.tools.place_of(number)})", Event("tool", True, values=_sizes(ip, number)))
 
 
 def take_position(ip: Interpreter, block: Block) -> None:
@@ -102,7 +102,16 @@ def name_tool(ip: Interpreter, block: Block) -> None:
     if not ip.options.stand_alone:
         ip.state.tool = ip.state.selected = number
         load_tool_parameters(ip)
-    ip.sink.call(f"CHANGE_TOOL_NUMBER({ip.tools.place_of(number)})", Event("tool", values={"tool": number}))
+    ip.sink.call(f"CHANGE_TOOL_NUMBER({ip.tools.place_of(number)})", Event("tool", values=_sizes(ip, number)))
+
+
+def _sizes(ip: Interpreter, number: int) -> dict[str, float]:
+    """Return a tool's number, and its diameter where the table has one, as values of its event."""
+    tool = ip.tools.find(number)
+    values: dict[str, float] = {"tool": number}
+    if tool is not None and tool.diameter > 0:
+        values["diameter_mm"] = tool.diameter * (25.4 if ip.options.inch_tables else 1.0)
+    return values
 
 
 def use_offset(ip: Interpreter, offset: list[float], word: str = "G43") -> None:

@@ -47,7 +47,12 @@ class ColumnsSink:
     wants_comments = False
 
     def __init__(
-        self, builder: ToolpathBuilder, tolerance_mm: float | None = None, *, degrees_count: bool = False
+        self,
+        builder: ToolpathBuilder,
+        tolerance_mm: float | None = None,
+        *,
+        degrees_count: bool = False,
+        tips: bool = False,
     ) -> None:
         """Take motions for a builder.
 
@@ -56,10 +61,12 @@ class ColumnsSink:
             tolerance_mm: The path tolerance, whatever the program says.
             degrees_count: F of a line is the speed along all its axes, a degree as a unit of length, as FANUC's
                 controls have it; else along X Y Z where these move, as LinuxCNC has it.
+            tips: Offsets of tools are left out, so that positions are those of their tips.
         """
         self.block = Block({})
         self.builder = builder
         self._degrees_count = degrees_count
+        self._tips = tips
         self._columns = [AXIS_INDEX[letter.lower()] for letter in builder.axes]
         self._rotary = np.array([3 <= c <= 5 for c in self._columns])
         self._uvw = np.array([c >= 6 for c in self._columns])
@@ -416,7 +423,8 @@ class ColumnsSink:
     def use_tool_length_offset(self, offset: Point) -> None:
         """Set the tool's offset."""
         self.flush()
-        self._tool = list(offset)
+        if not self._tips:
+            self._tool = list(offset)
 
     def where(self, position: Point) -> Point:
         """Return `position`: the machine stands where it should."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.stepnc.geometry.pieces import Arc, Nurbs
-from cncgen.stepnc.model import CuttingTool
+from cncgen.stepnc.model import CuttingTool, Workingstep
 
 Floats = NDArray[np.float64]
 
@@ -24,7 +24,7 @@ class Canon:
     Positions have the columns X Y Z, then the rotary axes of the program.
     """
 
-    def workingstep(self, ident: int) -> None:
+    def workingstep(self, step: Workingstep) -> None:
         """Say which workingstep the next calls belong to."""
 
     def source(self, ident: int) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,24 @@ from cncgen.toolpath.building import Rows, ToolpathBuilder
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
+
+
+def _sizes(tool: CuttingTool) -> dict[str, Any]:
+    """Return the sizes of a tool that are known, as values of its event."""
+    values: dict[str, Any] = {}
+    if tool.kind:
+        values["form"] = tool.kind
+    if tool.diameter:
+        values["diameter_mm"] = tool.diameter
+        if tool.tip_angle:
+            values["point_angle_deg"] = 180.0 - 2.0 * math.degrees(tool.tip_angle)
+        elif tool.edge:
+            values["edge_radius_mm"] = tool.edge
+    if tool.cutting_length:
+        values["cutting_length_mm"] = tool.cutting_length
+    if tool.left_handed:
+        values["left_handed"] = True
+    return values
 
 
 class Columns(Canon):
@@ -61,7 +80,7 @@ class Columns(Canon):
 
     def change_tool(self, tool: CuttingTool) -> None:
         """Add a tool event."""
-        self._event("tool", True, tool=tool.name)
+        self._event("tool", True, tool=tool.name, **_sizes(tool))
 
     def spindle(self, direction: int, rpm: float | None) -> None:
         """Add a spindle event where something changes."""

@@ -218,7 +218,7 @@ class Executor:
             told = self._rules.applied(step.operation.technology, step.operation.tool)
             step = replace(step, operation=replace(step.operation, technology=told))
         operation = step.operation
-        self._canon.workingstep(step.ident)
+        self._canon.workingstep(step)
         self._canon.source(operation.ident)
         paths = operation.paths
         if paths is None:

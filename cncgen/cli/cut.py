@@ -1,0 +1,93 @@
+"""`cncgen cut`: what a program removes from its stock, and where it cuts what it must not."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from cncgen.cli import messages
+from cncgen.cli.options import message_options, program_options
+from cncgen.cli.types import FILE, FiniteRange
+
+
+@click.command("cut")
+@click.argument("program", metavar="PROGRAM", type=FILE)
+@click.option(
+    "--stock",
+    metavar="STOCK",
+    help="box:X0,Y0,Z0,X1,Y1,Z1, cylinder:X,Y,DIAMETER,Z0,Z1, or an STL file, mm [default: the STEP-NC file's raw piece].",
+)
+@click.option(
+    "--tool",
+    "tools",
+    metavar="NAME=FORM",
+    multiple=True,
+    help="A tool's form: flat:D, ball:D, bull:D,R, drill:D,POINT, chamfer:D,ANGLE,TIP; then ;length=L ;shank=D ;holder=D,HEIGHT. "
+    "NAME * is the tool before the first change. Repeatable.",
+)
+@click.option("--target", metavar="STL", type=FILE, help="The finished part [default: what features say].")
+@click.option(
+    "--cell",
+    metavar="MM",
+    type=FiniteRange(min=0, min_open=True),
+    help="Width of a column of the stock [default: a 500th of its longer side].",
+)
+@click.option("-o", "--output", metavar="STL", type=FILE, help="Write the stock that is left as STL.")
+@click.option("--picture", metavar="FILE", type=FILE, help="Draw it: PNG, SVG or PDF.")
+@click.option("--report", metavar="FILE", type=FILE, help="Write volumes, engagement and findings as JSON.")
+@program_options
+@message_options
+def command(
+    program: str,
+    stock: str | None,
+    tools: tuple[str, ...],
+    target: str | None,
+    cell: float | None,
+    output: str | None,
+    picture: str | None,
+    report: str | None,
+    reading: dict[str, Any],
+) -> int:
+    """Cut the stock of a program and say what is wrong.
+
+    Named are motions that enter the stock at rapid, cut with a standing spindle or one that turns the wrong way, cut into the
+    finished part, or touch the stock with shank or holder, and material that is left where a feature demands none. Exit 1 if a
+    motion is wrong. Positions are those of the tools' tips.
+    """
+    import json
+
+    from cncgen.cli.reading import read_options
+    from cncgen.diagnostics import Diagnostics, json_values
+    from cncgen.files import write_text
+    from cncgen.pipeline.removing import cut
+    from cncgen.report.removed import as_text, figure
+
+    language, options = read_options(reading)
+    said = Diagnostics()
+    removal = cut(
+        program,
+        stock=stock,
+        tools=tools,
+        target=target,
+        cell_mm=cell,
+        language=language,
+        options=options,
+        diagnostics=said,
+    )
+    messages.show(said)
+    if output:
+        from cncgen.files import open_output
+        from cncgen.removal.surfaces import mesh_of, stl_bytes
+
+        with open_output(output) as sink:
+            sink.write(stl_bytes(*mesh_of(removal.stock)))
+    if picture:
+        from cncgen.report.drawing import save
+
+        save(figure(removal, program), picture)
+    if report:
+        write_text(report, json.dumps(json_values(removal.as_json()), indent=2) + "\n")
+    messages.show(removal.findings)
+    messages.note(as_text(removal))
+    return 0 if removal.holds else 1

@@ -1,0 +1,90 @@
+"""Tools for material removal: from the values of a tool event, and from options as ``3=bull:10,2``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.removal.record import Cutter
+
+#: How an option names a tool.
+FORMS = "flat:D, ball:D, bull:D,R, drill:D,POINT, chamfer:D,ANGLE[,TIP]"
+_SIZES = {"flat": (1, 1), "ball": (1, 1), "bull": (2, 2), "drill": (1, 2), "chamfer": (2, 3)}
+#: Point angle of a drill where none is given, degrees.
+POINT = 118.0
+
+
+def cutter_of_event(values: Mapping[str, Any]) -> Cutter | None:
+    """Return the tool of a ``tool`` event, None where its diameter is not known.
+
+    The event's values are `tool`, `diameter_mm`, and where they are known `edge_radius_mm`, `point_angle_deg` (between the
+    sides of the cone), `tip_diameter_mm`, `cutting_length_mm`, `left_handed`.
+    """
+    diameter = values.get("diameter_mm")
+    if not diameter or not diameter > 0:
+        return None
+    name, radius = str(values.get("tool", "")), float(diameter) / 2
+    length = values.get("cutting_length_mm") or math.inf
+    left = bool(values.get("left_handed"))
+    point = values.get("point_angle_deg")
+    if point is not None and 0 < point < 180:
+        flat = min(float(values.get("tip_diameter_mm") or 0.0) / 2, radius)
+        return Cutter(name, radius, flat, 0.0, 1 / math.tan(math.radians(point) / 2), length, left)
+    edge = min(float(values.get("edge_radius_mm") or 0.0), radius)
+    return Cutter(name, radius, radius - edge, edge, 0.0, length, left)
+
+
+def cutter_of_option(text: str) -> Cutter:
+    """Return the tool of an option ``NAME=FORM:SIZES[;length=L][;shank=D][;holder=D,H]``, mm and degrees.
+
+    Raises:
+        UsageError: It is none, with what is allowed.
+    """
+    name, _, rest = text.partition("=")
+    form, *extras = rest.split(";")
+    kind, _, sizes = form.partition(":")
+    numbers = _numbers(sizes, text)
+    least, most = _SIZES.get(kind.strip().lower(), (99, 0))
+    if not name.strip() or not least <= len(numbers) <= most or min(numbers) < 0 or not numbers[0] > 0:
+        raise _wrong(text)
+    values: dict[str, Any] = {"tool": name.strip(), "diameter_mm": numbers[0]}
+    if kind == "ball":
+        values["edge_radius_mm"] = numbers[0] / 2
+    elif kind == "bull":
+        values["edge_radius_mm"] = numbers[1]
+    elif kind == "drill":
+        values["point_angle_deg"] = numbers[1] if len(numbers) > 1 else POINT
+    elif kind == "chamfer":
+        values |= {"point_angle_deg": numbers[1], "tip_diameter_mm": numbers[2] if len(numbers) > 2 else 0.0}
+    shank, holder = None, None
+    for extra in extras:
+        key, _, value = extra.partition("=")
+        given = _numbers(value, text)
+        if key == "length" and len(given) == 1:
+            values["cutting_length_mm"] = given[0]
+        elif key == "shank" and len(given) == 1:
+            shank = given[0] / 2
+        elif key == "holder" and len(given) == 2:
+            holder = (given[0] / 2, given[1])
+        else:
+            raise _wrong(text)
+    made = cutter_of_event(values)
+    if made is None:
+        raise _wrong(text)
+    return Cutter(
+        made.name, made.radius, made.flat, made.edge, made.slope, made.cutting_length, False, shank, holder
+    )
+
+
+def _numbers(text: str, whole: str) -> list[float]:
+    try:
+        return [float(v) for v in text.split(",")]
+    except ValueError:
+        raise _wrong(whole) from None
+
+
+def _wrong(text: str) -> UsageError:
+    hint = f"NAME=FORM with a form of {FORMS}; then ;length=L ;shank=D ;holder=D,HEIGHT as far as they are known, mm and degrees"
+    return UsageError(Diagnostic("cut-tool", f"{text!r} names no tool", hint=hint))

@@ -1,0 +1,192 @@
+"""What is wrong with a cut, as diagnostics: one for each fault of a source line, with place, depth and volume."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Diagnostic, Severity, Span
+from cncgen.removal.record import Cutter, Field, OperationCut, Target
+from cncgen.removal.sweeps import Lines
+
+Floats = NDArray[np.float64]
+
+#: Touches less deep than this do not count, mm.
+LEVEL = 0.02
+#: Findings of one kind that are told; the rest is counted.
+MAX_TOLD = 50
+#: Places where material is left that are told, the largest first, and the least columns of a place.
+MAX_PLACES = 10
+LEAST_COLUMNS = 3
+
+_TEXTS = {
+    "cut-rapid": "a rapid motion enters the stock",
+    "cut-gouge": "the tool cuts into the finished part",
+    "cut-spindle": "the tool cuts with the spindle standing",
+    "cut-spindle-direction": "the tool cuts with the spindle turning the wrong way",
+    "cut-shank": "material stands above the cutting edge",
+    "cut-holder": "the holder enters the stock",
+}
+
+
+@dataclass(slots=True)
+class _Fault:
+    """A fault of one source line, or of one operation."""
+
+    line: int
+    operation: str
+    tool: str
+    depth: float = 0.0
+    place: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    volume: float = 0.0
+    motions: int = 0
+
+
+@dataclass(slots=True)
+class Findings:
+    """Collects the faults of a program.
+
+    Attributes:
+        name: Of the program.
+        stock: The field that is cut.
+        found: Diagnostics, complete after `close`.
+    """
+
+    name: str
+    stock: Field
+    found: list[Diagnostic] = field(default_factory=list)
+    _faults: dict[tuple[str, int, str], _Fault] = field(default_factory=dict)
+    _unknown: dict[str, int] = field(default_factory=dict)
+
+    def no_tool(self, name: str, lines: Lines) -> None:
+        """Note that a tool's form is not known."""
+        self._unknown.setdefault(name, int(lines.line[0]))
+
+    def judge(
+        self,
+        lines: Lines,
+        out: Floats,
+        operation: OperationCut,
+        cutter: Cutter,
+        direction: int,
+        tapping: bool,
+    ) -> None:
+        """Note the faults of motions by what the kernel found; `out` as of `cut_lines`."""
+        bites, ends = out[:, 1] > LEVEL, lines.ends
+        for k in np.flatnonzero(bites & lines.rapid).tolist():
+            self._note("cut-rapid", int(lines.line[k]), operation, out[k, 1:4], out[k, 0], ends[k])
+        for k in np.flatnonzero(out[:, 4] > LEVEL).tolist():
+            self._note("cut-gouge", int(lines.line[k]), operation, out[k, 4:7], out[k, 7], ends[k])
+        if np.isfinite(cutter.cutting_length):
+            for k in np.flatnonzero(out[:, 8] > LEVEL).tolist():
+                deep = np.array([out[k, 8], out[k, 2], out[k, 3]])
+                self._note("cut-shank", int(lines.line[k]), operation, deep, 0.0, ends[k])
+        if tapping:
+            return
+        code = "cut-spindle" if direction == 0 else "cut-spindle-direction"
+        if direction == 0 or (direction > 0) == cutter.left_handed:
+            wrong = np.flatnonzero(bites & ~lines.rapid)
+            if len(wrong):
+                k = int(wrong[out[wrong, 1].argmax()])
+                volume = float(out[wrong, 0].sum())
+                self._note(code, operation.line, operation, out[k, 1:4], volume, ends[k], len(wrong))
+
+    def holder(self, lines: Lines, reached: Floats, operation: OperationCut, what: str) -> None:
+        """Note where material stands beside a shank or holder; `reached` as of `highest_beside`."""
+        for k in np.flatnonzero(reached[:, 0] > LEVEL).tolist():
+            self._note(f"cut-{what}", int(lines.line[k]), operation, reached[k], 0.0, lines.ends[k])
+
+    def _note(
+        self,
+        code: str,
+        line: int,
+        operation: OperationCut,
+        deep: Floats,
+        volume: float,
+        end: Floats,
+        motions: int = 1,
+    ) -> None:
+        fault = self._faults.setdefault(
+            (code, line, operation.name), _Fault(line, operation.name, operation.tool)
+        )
+        fault.motions += motions
+        fault.volume += float(volume)
+        if deep[0] > fault.depth:
+            fault.depth = float(deep[0])
+            x = self.stock.origin[0] + self.stock.cell * float(deep[1])
+            y = self.stock.origin[1] + self.stock.cell * float(deep[2])
+            fault.place = (x, y, float(min(end[2], end[5])))
+
+    def left(self, target: Target, allowed: float) -> None:
+        """Note where more is left than a target demands, place by place."""
+        from scipy.ndimage import find_objects, label
+
+        stock = self.stock
+        x, y = np.broadcast_arrays(stock.x[None, :], stock.y[:, None])
+        over = stock.heights - np.maximum(target.demanded(x, y), stock.bottom)
+        too_high = over > allowed
+        places, count = label(too_high)
+        told: list[tuple[float, Diagnostic]] = []
+        for k, box in enumerate(find_objects(places), start=1):
+            inside = places[box] == k
+            if int(inside.sum()) < LEAST_COLUMNS:
+                continue
+            heights = np.where(inside, over[box], 0.0)
+            volume = float(heights.sum()) * stock.cell**2
+            j, i = np.unravel_index(int(heights.argmax()), heights.shape)
+            j, i = int(j) + box[0].start, int(i) + box[1].start
+            place = (float(stock.x[i]), float(stock.y[j]), float(stock.heights[j, i]))
+            depth = float(heights.max())
+            text = f"material is left where a feature demands none: {depth:.3f} mm high, {volume:.3g} mm³, at {_at(place)}"
+            values = {"depth_mm": depth, "volume_mm3": volume, "place_mm": place}
+            told.append(
+                (volume, Diagnostic("cut-left", text, Severity.WARNING, Span(self.name, 1), values=values))
+            )
+        told.sort(key=lambda item: -item[0])
+        self.found += [d for _, d in told[:MAX_PLACES]]
+        if count and len(told) > MAX_PLACES:
+            text = f"material is left at {len(told) - MAX_PLACES} more places"
+            self.found.append(Diagnostic("cut-left", text, Severity.WARNING, Span(self.name, 1)))
+
+    def close(self) -> None:
+        """Make diagnostics of the faults, those of a line together."""
+        told: dict[str, int] = {}
+        first = []
+        for (code, _, _), fault in sorted(self._faults.items(), key=lambda item: (item[0][0], item[0][1])):
+            told[code] = told.get(code, 0) + 1
+            if told[code] <= MAX_TOLD:
+                first.append(self._diagnostic(code, fault))
+        for code, count in told.items():
+            if count > MAX_TOLD:
+                text = f"{_TEXTS[code]} in {count - MAX_TOLD} more lines"
+                first.append(Diagnostic(code, text, _severity(code), Span(self.name, 1)))
+        for name, line in self._unknown.items():
+            text = f"the diameter of tool {name!r} is not known; its motions are left out"
+            hint = "--tool NAME=flat:D names it, or a tool table with diameters"
+            first.append(Diagnostic("cut-tool", text, Severity.WARNING, Span(self.name, line), hint=hint))
+        self.found[:0] = first
+
+    def _diagnostic(self, code: str, fault: _Fault) -> Diagnostic:
+        text = f"{_TEXTS[code]}, {fault.depth:.3f} mm deep at {_at(fault.place)}"
+        text += f", {fault.volume:.3g} mm³" if fault.volume > 0 else ""
+        text += f" ({fault.operation!r}, tool {fault.tool!r}"
+        text += f", {fault.motions} motions)" if fault.motions > 1 else ")"
+        values = {
+            "depth_mm": fault.depth,
+            "volume_mm3": fault.volume,
+            "place_mm": fault.place,
+            "operation": fault.operation,
+            "tool": fault.tool,
+            "motions": fault.motions,
+        }
+        return Diagnostic(code, text, _severity(code), Span(self.name, max(fault.line, 1)), values=values)
+
+
+def _severity(code: str) -> Severity:
+    return Severity.WARNING if code == "cut-shank" else Severity.ERROR
+
+
+def _at(place: tuple[float, float, float]) -> str:
+    return f"X{place[0]:.2f} Y{place[1]:.2f} Z{place[2]:.2f}"

@@ -1,0 +1,155 @@
+"""Raw pieces: boxes, upright cylinders and meshes, as columns on a grid."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.files import read_bytes
+from cncgen.kernels import removal as kernel
+from cncgen.removal.record import Field
+
+Floats = NDArray[np.float64]
+
+#: Columns of a grid, at most: 100 million take 4 GB.
+MAX_COLUMNS = 100_000_000
+#: Columns along the longer side where no cell is given.
+USUAL_COLUMNS = 500
+
+
+@dataclass(frozen=True, slots=True)
+class Stock:
+    """A raw piece in machine coordinates.
+
+    Attributes:
+        kind: ``box``, ``cylinder`` (along Z) or ``mesh``.
+        low, high: Shape (3,): its bounds, mm.
+        triangles: Shape (n, 3, 3) of a mesh, else None.
+    """
+
+    kind: str
+    low: Floats
+    high: Floats
+    triangles: Floats | None = None
+
+    def field(self, cell: float | None = None) -> Field:
+        """Return it as columns.
+
+        Args:
+            cell: Width of a column, mm; None: so that the longer side has `USUAL_COLUMNS`.
+
+        Raises:
+            UsageError: There would be too many columns, or none.
+        """
+        size = self.high[:2] - self.low[:2]
+        width = float(size.max()) / USUAL_COLUMNS if cell is None else cell
+        counts = np.maximum(np.ceil(size / width - 1e-9).astype(int), 1)
+        if int(counts.prod()) > MAX_COLUMNS:
+            text = f"a grid of {width:g} mm has {counts[0]} x {counts[1]} columns, more than {MAX_COLUMNS}"
+            raise UsageError(Diagnostic("cut-grid", text, hint="a larger --cell"))
+        # The grid is centred on the stock, so that both of its sides are cut alike.
+        origin = (self.low[:2] + self.high[:2]) / 2 - width * (counts - 1) / 2
+        shape = (int(counts[1]), int(counts[0]))
+        x, y = (origin[k] + width * np.arange(counts[k]) for k in (0, 1))
+        top, bottom = self._columns(x, y, shape)
+        return Field((float(origin[0]), float(origin[1])), width, top, bottom, top.copy(), top.copy())
+
+    def _columns(self, x: Floats, y: Floats, shape: tuple[int, int]) -> tuple[Floats, Floats]:
+        if self.triangles is not None:
+            return columns_of(self.triangles, x, y)
+        top, bottom = np.full(shape, self.high[2]), np.full(shape, self.low[2])
+        if self.kind == "cylinder":
+            middle, radius = (self.low[:2] + self.high[:2]) / 2, (self.high[0] - self.low[0]) / 2
+            outside = (x[None, :] - middle[0]) ** 2 + (y[:, None] - middle[1]) ** 2 > radius**2
+            top[outside] = bottom[outside]
+        return top, bottom
+
+
+def box(low: Sequence[float], high: Sequence[float]) -> Stock:
+    """Return a box between two corners, mm.
+
+    Raises:
+        UsageError: It has no volume.
+    """
+    a, b = np.minimum(low, high).astype(float), np.maximum(low, high).astype(float)
+    if not (b - a > 0).all() or not np.isfinite([a, b]).all():
+        size = ", ".join(f"{v:g}" for v in b - a)
+        raise UsageError(
+            Diagnostic("cut-stock", f"a box of {size} mm has no volume; all three sides must be above 0")
+        )
+    return Stock("box", a, b)
+
+
+def stock_of_option(text: str) -> Stock:
+    """Return the stock of ``box:X0,Y0,Z0,X1,Y1,Z1``, ``cylinder:X,Y,DIAMETER,Z0,Z1`` or the name of an STL file.
+
+    Raises:
+        UsageError: It is none, or the file cannot be read.
+    """
+    kind, _, rest = text.partition(":")
+    try:
+        numbers = [float(v) for v in rest.split(",")] if rest else []
+    except ValueError:
+        numbers = []
+    if kind == "box" and len(numbers) == 6:
+        return box(numbers[:3], numbers[3:])
+    if kind == "cylinder" and len(numbers) == 5:
+        x, y, diameter, low, high = numbers
+        made = box((x - diameter / 2, y - diameter / 2, low), (x + diameter / 2, y + diameter / 2, high))
+        return Stock("cylinder", made.low, made.high)
+    if kind in ("box", "cylinder") and not Path(text).exists():
+        hint = "box:X0,Y0,Z0,X1,Y1,Z1 or cylinder:X,Y,DIAMETER,Z0,Z1, mm, or the name of an STL file"
+        raise UsageError(Diagnostic("cut-stock", f"{text!r} is no stock", hint=hint))
+    triangles = read_stl(text)
+    return Stock("mesh", triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1)), triangles)
+
+
+def read_stl(name: str) -> Floats:
+    """Return the triangles of an STL file, binary or text, shape (n, 3, 3), mm.
+
+    Raises:
+        UsageError: The file cannot be read, or holds none.
+    """
+    data = read_bytes(name)
+    count = struct.unpack_from("<I", data, 80)[0] if len(data) >= 84 else -1
+    if len(data) == 84 + 50 * count and count > 0:
+        kind = np.dtype([("normal", "<f4", 3), ("points", "<f4", (3, 3)), ("flags", "<u2")])
+        triangles = np.frombuffer(data, kind, count, 84)["points"].astype(float)
+    else:
+        words = [
+            line.split()[1:4]
+            for line in data.decode("latin-1").splitlines()
+            if line.split()[:1] == ["vertex"]
+        ]
+        try:
+            numbers = np.array(words, float)
+        except ValueError:
+            numbers = np.zeros((0, 3))
+        triangles = (
+            numbers.reshape(-1, 3, 3) if numbers.size and len(numbers) % 3 == 0 else np.zeros((0, 3, 3))
+        )
+    if not len(triangles) or not np.isfinite(triangles).all():
+        raise UsageError(Diagnostic("cut-stl", f"{name} is no STL file: it holds no triangles"))
+    return triangles
+
+
+def columns_of(triangles: Floats, x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """Return the highest and the lowest point of a mesh over the middles of columns, shape (len(y), len(x)) each.
+
+    Where nothing is, the top is below the bottom. Hollows that open to a side are filled.
+    """
+    top = np.full((len(y), len(x)), -np.inf)
+    bottom = np.full((len(y), len(x)), np.inf)
+    cell = float(x[1] - x[0]) if len(x) > 1 else (float(y[1] - y[0]) if len(y) > 1 else 1.0)
+    grid = np.array([x[0], y[0], cell])
+    kernel.mesh_columns(np.ascontiguousarray(triangles), grid, top, bottom)
+    lowest = float(triangles[:, :, 2].min())
+    empty = ~np.isfinite(top)
+    top[empty], bottom[empty] = lowest, lowest
+    return top, bottom

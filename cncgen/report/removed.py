@@ -1,0 +1,101 @@
+"""A stock that is cut as a picture: seen from above with its depths, in relief, and how much is removed over time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cncgen.removal.record import Removal
+from cncgen.report import drawing
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+#: Columns along the longer side of the relief.
+RELIEF_COLUMNS = 160
+#: Stretches of time of the removal rate.
+STRETCHES = 400
+
+
+def as_text(removal: Removal) -> str:
+    """Return the removed volume, in all and by operation, as a table."""
+    removed = sum(o.volume_mm3 for o in removal.operations)
+    raw = removal.stock.raw_volume
+    share = f" ({100 * removed / raw:.1f} %)" if raw > 0 else ""
+    lines = [f"removed {removed:.1f} of {raw:.1f} mm³{share}, grid of {removal.stock.cell:.4g} mm"]
+    width = max([9, *(len(o.name) for o in removal.operations)])
+    lines.append(f"{'operation':<{width}}  {'tool':<12} {'mm³':>12} {'s':>9} {'mm³/s':>9} {'deepest mm':>11}")
+    for o in removal.operations:
+        rate = f"{o.volume_mm3 / o.cutting_s:9.2f}" if o.cutting_s > 0 else f"{'-':>9}"
+        row = f"{o.name:<{width}}  {o.tool:<12} {o.volume_mm3:12.1f} {o.cutting_s:9.1f} {rate} {o.deepest_mm:11.3f}"
+        lines.append(row)
+    return "\n".join(lines)
+
+
+def figure(removal: Removal, title: str) -> Figure:
+    """Return a figure: heights from above, the relief, and the removal rate over the time at programmed feeds.
+
+    Raises:
+        UsageError: matplotlib is not installed.
+    """
+    made, _ = drawing.new_figure(title, 1, 1, height=8.0, width=11.0)
+    made.clear()
+    made.suptitle(title, fontsize=11)
+    grid = made.add_gridspec(2, 2, height_ratios=(3, 1))
+    _from_above(made, grid[0, 0], removal)
+    _relief(made, grid[0, 1], removal)
+    _rates(made.add_subplot(grid[1, :]), removal)
+    return made
+
+
+def _from_above(made: Figure, place: object, removal: Removal) -> None:
+    from matplotlib.colors import LightSource
+
+    field = removal.stock
+    part = made.add_subplot(place)  # type: ignore[call-overload]
+    heights = np.where(field.heights > field.bottom, field.heights, np.nan)
+    x, y, half = field.x, field.y, field.cell / 2
+    extent = (x[0] - half, x[-1] + half, y[0] - half, y[-1] + half)
+    shown = part.imshow(heights, origin="lower", extent=extent, cmap="viridis", interpolation="nearest")
+    shade = LightSource(azdeg=315, altdeg=50).hillshade(
+        np.nan_to_num(heights, nan=float(field.bottom.min())), dx=field.cell, dy=field.cell
+    )
+    part.imshow(shade, origin="lower", extent=extent, cmap="gray", alpha=0.35, interpolation="nearest")
+    for finding in removal.findings:
+        where = finding.values.get("place_mm")
+        if where is not None:
+            colour = drawing.RED if finding.severity == "error" else drawing.ORANGE
+            part.plot(where[0], where[1], "x", color=colour, markersize=6)
+    part.set_xlabel("X (mm)")
+    part.set_ylabel("Y (mm)")
+    made.colorbar(shown, ax=part, label="height (mm)", shrink=0.8)
+
+
+def _relief(made: Figure, place: object, removal: Removal) -> None:
+    field = removal.stock
+    part = made.add_subplot(place, projection="3d")
+    step = max(1, -(-max(field.heights.shape) // RELIEF_COLUMNS))
+    heights = np.maximum(field.heights, field.bottom)[::step, ::step]
+    x, y = np.meshgrid(field.x[::step], field.y[::step])
+    part.plot_surface(
+        x, y, heights, cmap="viridis", rstride=1, cstride=1, linewidth=0, antialiased=False, shade=True
+    )
+    sizes = (np.ptp(field.x), np.ptp(field.y), max(float(np.ptp(heights)), 0.15 * float(np.ptp(field.x))))
+    part.set_box_aspect(sizes)
+    part.view_init(50, -60)
+    part.set_axis_off()
+
+
+def _rates(part: object, removal: Removal) -> None:
+    times, rates = removal.time_s, removal.rate_mm3_s
+    end = float(times[-1]) if len(times) else 0.0
+    if end > 0:
+        borders = np.linspace(0.0, end, STRETCHES + 1)
+        before = np.concatenate([[0.0], times])
+        removed = np.concatenate([[0.0], np.cumsum(rates * np.diff(before))])
+        mean = np.diff(np.interp(borders, before, removed)) / np.diff(borders)
+        part.step(borders[1:], mean, color=drawing.BLUE, linewidth=0.9)  # type: ignore[attr-defined]
+    part.set_xlabel("time at programmed feeds (s)")  # type: ignore[attr-defined]
+    part.set_ylabel("removed (mm³/s)")  # type: ignore[attr-defined]
+    part.grid(True, linewidth=0.4, alpha=0.5)  # type: ignore[attr-defined]

@@ -1,0 +1,84 @@
+"""A STEP-NC program as material removal needs it: toolpaths with workingsteps as events, the raw piece, and what is to stay."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import BinaryIO
+
+from cncgen.diagnostics import Diagnostics
+from cncgen.stepnc.execution.columns import Columns
+from cncgen.stepnc.features.finished import Finished
+from cncgen.stepnc.model import Solid, Workingstep
+from cncgen.stepnc.reading import Source
+from cncgen.toolpath.reading import ReadOptions
+from cncgen.toolpath.record import Toolpath
+
+
+class StepColumns(Columns):
+    """Collects rows as `Columns` does, with an event at the beginning of each workingstep.
+
+    Attributes:
+        steps: The workingsteps executed, in their order.
+    """
+
+    def __init__(self, file: Source, name: str) -> None:
+        super().__init__(file.axes, name, file.line_of, file.options.tolerance_mm)
+        self.steps: list[Workingstep] = []
+        self._lines = file.line_of
+
+    def workingstep(self, step: Workingstep) -> None:
+        """Add an event with the workingstep's name."""
+        self.steps.append(step)
+        self.source(step.operation.ident)
+        self._event("workingstep", label=step.label or f"#{step.ident}", entity=step.ident)
+
+
+@dataclass(slots=True)
+class CutProgram:
+    """A program to be cut.
+
+    Attributes:
+        axes: Letters of the axes.
+        toolpaths: All of its motions.
+        diagnostics: Of reading it.
+        raw: Its raw pieces, seen from the machine.
+        finished: What is to stay of them, None where a workingstep does not say.
+    """
+
+    axes: str
+    toolpaths: list[Toolpath] = field(default_factory=list)
+    diagnostics: Diagnostics = field(default_factory=Diagnostics)
+    raw: list[Solid] = field(default_factory=list)
+    finished: Finished | None = None
+
+
+def cut_program(
+    source: Path | BinaryIO | bytes, name: str = "-", options: ReadOptions | None = None
+) -> CutProgram:
+    """Read and execute a program for material removal.
+
+    Raises:
+        UsageError: where the file cannot be read.
+    """
+    options = options or ReadOptions()
+    file = Source(source, name, options)
+    columns = StepColumns(file, name)
+    out = CutProgram(file.axes, list(_chunks(file, columns, options.chunk_rows)), file.diagnostics)
+    for step in columns.steps:
+        if step.raw is not None and not any(step.raw is r or _same(step.raw, r) for r in out.raw):
+            out.raw.append(step.raw)
+    out.finished = Finished.of(columns.steps, file.exchange)
+    return out
+
+
+def _chunks(file: Source, columns: StepColumns, rows: int) -> Iterator[Toolpath]:
+    for _ in file.execute(columns):
+        if columns.count >= rows:
+            yield columns.take()
+    yield columns.take()
+
+
+def _same(a: Solid, b: Solid) -> bool:
+    return a.kind == b.kind and a.size == b.size and bool((a.frame == b.frame).all())

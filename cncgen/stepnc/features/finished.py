@@ -1,0 +1,256 @@
+"""What features leave standing: the lowest height that their operations may cut over a place, and what they demand there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.stepnc.entities import Skip
+from cncgen.stepnc.features import offsets, slot
+from cncgen.stepnc.features.holes import tip_length
+from cncgen.stepnc.features.job import Job
+from cncgen.stepnc.features.offsets import OffsetError
+from cncgen.stepnc.geometry import profiles
+from cncgen.stepnc.geometry.frames import Matrix
+from cncgen.stepnc.model import Feature, Workingstep
+from cncgen.stepnc.part21 import Exchange
+
+Floats = NDArray[np.float64]
+
+#: How far beyond its open sides a feature may be cut, mm.
+BEYOND = 1e3
+_HOLE_KINDS = ("round hole", "thread")
+_AROUND = ("general outside profile", "boss")
+_AREAS = ("planar face", "closed pocket", "open pocket", "slot", "step")
+
+
+@dataclass(frozen=True, slots=True)
+class Cavity:
+    """What one feature allows to be removed, in its frame.
+
+    Attributes:
+        frame: Of the feature, seen from the machine; its Z is the machine's.
+        region: shapely polygon of its top.
+        depth: Of its floor below its origin, mm.
+        slope: Draft of its walls, rad.
+        bosses: What stands in it: polygon, slope and height of the top.
+        tip: Of a round bottom: how deep below the floor its middle lies, and the radius over which it does so, mm.
+        demands: shapely polygon within which nothing may be left, or None.
+        demanded: Depth of the floor there, mm.
+    """
+
+    frame: Matrix
+    region: Any
+    depth: float
+    slope: float = 0.0
+    bosses: tuple[tuple[Any, float, float], ...] = ()
+    tip: tuple[float, float] = (0.0, 1.0)
+    demands: Any = None
+    demanded: float = 0.0
+
+    def _inside(self, polygon: Any, x: Floats, y: Floats) -> tuple[NDArray[np.bool_], Any]:
+        """Tell which places of the machine, shapes alike, are over a polygon of the frame; return those as points of shapely."""
+        import shapely
+
+        inverse = np.linalg.inv(self.frame)
+        u = inverse[0, 0] * x + inverse[0, 1] * y + inverse[0, 3]
+        v = inverse[1, 0] * x + inverse[1, 1] * y + inverse[1, 3]
+        low_u, low_v, high_u, high_v = polygon.bounds
+        near = (u >= low_u) & (u <= high_u) & (v >= low_v) & (v <= high_v)
+        places = shapely.points(u[near], v[near])
+        shapely.prepare(polygon)
+        hit = shapely.intersects(polygon, places)
+        inside = np.zeros(x.shape, bool)
+        inside[near] = hit
+        return inside, places[hit]
+
+    def lower(self, x: Floats, y: Floats, out: Floats) -> None:
+        """Lower heights, shapes alike, to the lowest that may be cut at places of the machine."""
+        inside, places = self._inside(self.region, x, y)
+        if inside.any():
+            out[inside] = np.minimum(out[inside], self.frame[2, 3] + self._heights(places))
+
+    def lower_demanded(self, x: Floats, y: Floats, out: Floats) -> None:
+        """Lower heights, shapes alike, to those above which nothing may be left at places of the machine."""
+        if self.demands is not None and not self.demands.is_empty:
+            inside, _ = self._inside(self.demands, x, y)
+            out[inside] = np.minimum(out[inside], self.frame[2, 3] - self.demanded)
+
+    def _heights(self, places: Any) -> Floats:
+        """Return the lowest heights that may be cut at points of the region, in the frame."""
+        import shapely
+
+        depth = np.full(len(places), self.depth)
+        if self.slope > 1e-9:
+            away = shapely.distance(self.region.boundary, places)
+            depth = np.minimum(depth, away / math.tan(self.slope))
+        deeper, radius = self.tip
+        if deeper > 0:
+            centre = shapely.points(*self.region.centroid.coords[0])
+            rho = shapely.distance(centre, places)
+            depth = depth + deeper * np.maximum(1 - rho / radius, 0.0)
+        heights = -depth
+        for polygon, slope, top in self.bosses:
+            away = shapely.distance(polygon, places)
+            wall = np.where(away > 0, -np.inf, top)
+            if slope > 1e-9:
+                wall = top - away / math.tan(slope)
+            heights = np.maximum(heights, wall)
+        return np.asarray(heights)
+
+
+@dataclass(frozen=True, slots=True)
+class Finished:
+    """What all features of a program leave standing together."""
+
+    cavities: tuple[Cavity, ...]
+
+    @classmethod
+    def of(cls, steps: Sequence[Workingstep], exchange: Exchange) -> Finished | None:
+        """Return what the features of workingsteps leave, None where one has no feature whose shape is known, or is tilted."""
+        made: list[Cavity] = []
+        for step in steps:
+            if step.rapid or step.operation.kind == "probing":
+                continue
+            if step.feature is None or step.frame[2, 2] < 1 - 1e-9:
+                return None
+            try:
+                cavities = list(_cavities(step, step.feature, step.frame, exchange, 0))
+            except (Skip, OffsetError):
+                return None
+            if not cavities:
+                return None
+            made += cavities
+        return cls(tuple(made)) if made else None
+
+    def floor(self, x: Floats, y: Floats) -> Floats:
+        """Return the lowest height that may be cut at places, shapes alike, mm; +inf where nothing may be."""
+        out = np.full(x.shape, np.inf)
+        for cavity in self.cavities:
+            cavity.lower(x, y, out)
+        return out
+
+    def demanded(self, x: Floats, y: Floats) -> Floats:
+        """Return the height above which nothing may be left, shapes alike, mm; +inf where no feature says so."""
+        out = np.full(x.shape, np.inf)
+        for cavity in self.cavities:
+            cavity.lower_demanded(x, y, out)
+        return out
+
+
+def _cavities(
+    step: Workingstep, feature: Feature, frame: Matrix, exchange: Exchange, level: int
+) -> list[Cavity]:
+    """Return what a feature and its elements allow."""
+    shape = feature.shape()
+    if shape.elements:
+        if level > 5:
+            return []
+        return [
+            cavity
+            for element in shape.elements
+            for cavity in _cavities(step, element, frame @ element.placement, exchange, level + 1)
+        ]
+    job = Job(step.ident, step.operation, shape, exchange)
+    over = job.value("overcut_length", 0.0)
+    if shape.depth is None or job.tool.diameter is None:
+        raise Skip
+    if feature.kind in _HOLE_KINDS:
+        return [_hole(job, frame, over)]
+    if feature.kind in _AROUND:
+        return [_around(job, frame, over)]
+    if feature.kind not in _AREAS or shape.section:
+        raise Skip
+    return [_area(job, feature.kind, frame, over)]
+
+
+def _hole(job: Job, frame: Matrix, over: float) -> Cavity:
+    """Return a hole, with the cone of a drill's point below it, as far as its bottom is one that a drill makes."""
+    shape, kind = job.shape, job.operation.kind
+    radius = (shape.diameter or 0.0) / 2
+    if kind == "tapping":
+        radius = max(radius, job.radius)
+    if shape.slope < 0 or radius <= 0:
+        raise Skip
+    depth = (shape.depth or 0.0) + (over if shape.bottom in ("", "through") else 0.0)
+    deeper = 0.0
+    if shape.bottom == "conical" and shape.bottom_angle:
+        deeper = radius / math.tan(shape.bottom_angle / 2)
+    elif shape.bottom == "spherical" and shape.bottom_radius:
+        deeper = shape.bottom_radius
+    if kind in (
+        "drilling",
+        "multistep drilling",
+        "center drilling",
+        "counter sinking",
+        "boring",
+        "reaming",
+        "tapping",
+    ):
+        deeper = max(deeper, tip_length(job.tool))
+        depth = max(depth, job.value("cutting_depth", 0.0) + over)
+    region = offsets.polygon_of([profiles.circle(2 * radius)])
+    whole = Cavity(frame, region, depth, shape.slope, tip=(deeper, radius))
+    plain = kind in ("drilling", "multistep drilling", "boring", "reaming") or kind.startswith(
+        "bottom and side"
+    )
+    if plain and not _allowances(job) and shape.slope == 0 and job.value("cutting_depth", 0.0) == 0:
+        reached = min(job.radius, radius) if not kind.startswith("bottom") else radius
+        circle = offsets.polygon_of([profiles.circle(2 * reached)])
+        if shape.bottom in ("", "flat", "through") or not kind.startswith("bottom"):
+            return replace(whole, demands=circle.buffer(-0.01), demanded=shape.depth or 0.0)
+    return whole
+
+
+def _around(job: Job, frame: Matrix, over: float) -> Cavity:
+    """Return all that is outside of a profile or boss."""
+    import shapely
+
+    from cncgen.stepnc.features.profile import _outline
+
+    inner = offsets.polygon_of(_outline(job))
+    region = shapely.box(-BEYOND, -BEYOND, BEYOND, BEYOND)
+    boss = ((inner, job.shape.slope, 0.0),)
+    return Cavity(frame, region, (job.shape.depth or 0.0) + over, 0.0, boss)
+
+
+def _area(job: Job, kind: str, frame: Matrix, over: float) -> Cavity:
+    """Return a pocket, slot, step or face, grown over its open sides."""
+    shape, through = job.shape, job.shape.bottom == "through"
+    if kind == "slot":
+        # A round tool goes its radius beyond the end of the strip that it is to clear.
+        values = {**job.operation.values, "overcut_length": over + job.radius}
+        longer = replace(job, operation=replace(job.operation, values=values))
+        job = slot._as_pocket(longer, *slot._course(job))
+    elif kind == "step":
+        job = slot._step_as_pocket(job)
+    outline = job.shape.outline
+    if outline is None:
+        raise Skip
+    closed = region = offsets.polygon_of(outline)
+    if kind == "planar face":
+        region = closed.buffer(BEYOND, quad_segs=2)
+    elif job.shape.open_sides:
+        region = offsets.grown_over(closed, [outline[k] for k in job.shape.open_sides], BEYOND)
+    bosses = tuple((offsets.polygon_of(b.outline), b.slope, b.top) for b in job.shape.bosses)
+    depth = (shape.depth or 0.0) + (over if through else 0.0)
+    made = Cavity(frame, region, depth, job.shape.slope, bosses)
+    plain = job.shape.slope == 0 and not shape.floor_radius and not any(b.slope for b in job.shape.bosses)
+    cuts_floor = not job.operation.kind.startswith("side")
+    if not plain or not cuts_floor or _allowances(job) or job.tool.edge or job.tool.tip_angle:
+        return made
+    free, reach = closed, region
+    for polygon, _, _ in bosses:
+        free, reach = free.difference(polygon), reach.difference(polygon)
+    # What a round tool reaches: the opening of the region by its radius.
+    reached = reach.buffer(-job.radius + 1e-3, quad_segs=64).buffer(job.radius - 1e-3, quad_segs=64)
+    return replace(made, demands=reached.intersection(free), demanded=shape.depth or 0.0)
+
+
+def _allowances(job: Job) -> bool:
+    return job.value("allowance_side", 0.0) > 0 or job.value("allowance_bottom", 0.0) > 0

@@ -1,0 +1,195 @@
+"""What removal names: rapids in stock, standing and wrong-way spindles, gouges, shanks, holders, what is left."""
+
+import json
+
+import numpy as np
+import pytest
+
+from cncgen.cli.app import run as command
+from cncgen.pipeline.removing import cut, cut_toolpaths
+from cncgen.removal.cutters import cutter_of_option
+from cncgen.removal.stock import box, read_stl
+from cncgen.removal.surfaces import mesh_of, stl_bytes
+from tests.removal.paths import event, line, path_of
+from tests.stepnc.featured import ORIGIN, Features, pocket_operation
+
+BOX = box((0, 0, -20), (40, 30, 0))
+
+
+def codes(removal):
+    return [d.code for d in removal.findings]
+
+
+def run(*moves, tool="flat:8", target=None, start=(-20.0, 15.0, 5.0)):
+    cutters = {"*": cutter_of_option(f"*={tool}")}
+    return cut_toolpaths([path_of(start, *moves)], BOX, "t.nc", cutters, target, 0.2)
+
+
+class Flat:
+    """A part that is a block as high as `height` for X above 20, and lower than all else."""
+
+    def __init__(self, height):
+        self.height = height
+
+    def floor(self, x, y):
+        return np.where(x > 20.0, self.height, -20.0)
+
+    def demanded(self, x, y):
+        return np.full(x.shape, np.inf)
+
+
+def test_a_rapid_into_stock_is_named_with_line_place_depth_and_volume():
+    """3 mm deep from the left edge of the block, x = 0, to x = 20 with the tool's front round at 24."""
+    found = run(line(-20, 15, -3), line(20, 15, -3, rapid=True)).findings
+    assert [d.code for d in found] == ["cut-rapid"]
+    assert found[0].span.line == 2
+    assert found[0].values["depth_mm"] == pytest.approx(3.0)
+    assert found[0].values["volume_mm3"] == pytest.approx(3 * (20 * 8 + np.pi * 16 / 2), rel=0.01)
+    assert found[0].severity == "error"
+
+
+def test_a_rapid_where_the_tool_has_cut_already_is_none():
+    assert codes(run(line(-20, 15, -3), line(20, 15, -3), line(-20, 15, -3, rapid=True))) == []
+
+
+def test_a_rapid_above_the_stock_is_none():
+    assert codes(run(line(-20, 15, 0.0), line(60, 15, 0.0, rapid=True))) == []
+
+
+@pytest.mark.parametrize(("direction", "code"), [(0, "cut-spindle"), (-1, "cut-spindle-direction")])
+def test_a_cut_with_the_spindle_standing_or_turning_wrong(direction, code):
+    found = run(event("spindle", speed_rpm=100.0, direction=direction), line(-20, 15, -3), line(20, 15, -3))
+    assert codes(found) == [code]
+
+
+def test_a_gouge_of_the_part():
+    """The part is 2 mm below the top; the tool is 3 mm deep: 1 mm over its width from x = 20 on."""
+    found = run(line(-20, 15, -3), line(30, 15, -3), target=Flat(-2.0)).findings
+    assert [d.code for d in found] == ["cut-gouge"]
+    assert found[0].values["depth_mm"] == pytest.approx(1.0)
+    assert found[0].values["volume_mm3"] == pytest.approx(10 * 8 + np.pi * 16 / 2, rel=0.02)
+    assert codes(run(line(-20, 15, -2), line(30, 15, -2), target=Flat(-2.0))) == []
+
+
+def test_a_cut_deeper_than_the_cutting_edge():
+    found = run(line(-20, 15, -6), line(20, 15, -6), tool="flat:8;length=5").findings
+    assert [d.code for d in found] == ["cut-shank"]
+    assert found[0].values["depth_mm"] == pytest.approx(1.0)
+
+
+def test_a_shank_thicker_than_the_tool_and_a_holder_that_touches():
+    deep = (line(-20, 15, -6), line(20, 15, -6))
+    assert "cut-shank" in codes(run(*deep, tool="flat:8;length=5;shank=12"))
+    found = run(*deep, tool="flat:8;holder=30,4").findings
+    assert [d.code for d in found] == ["cut-holder"]
+    assert found[0].values["depth_mm"] == pytest.approx(2.0)
+    assert codes(run(*deep, tool="flat:8;holder=30,10")) == []
+
+
+def test_a_tool_without_a_size_is_told():
+    out = cut_toolpaths(
+        [path_of((-20, 15, 5), line(-20, 15, -3), line(20, 15, -3))], BOX, "t.nc", cell_mm=0.5
+    )
+    assert codes(out) == ["cut-tool"]
+
+
+def test_gcode_is_cut_with_the_diameters_of_the_tool_table(tmp_path):
+    """T3 of 6 mm, and its length of 50 mm taken off: the tip goes to Z-2."""
+    program, table = tmp_path / "p.ngc", tmp_path / "tool.tbl"
+    program.write_text("G21 G90 T3 M6\nG43 H3 S1000 M3\nG0 X-10 Y15 Z5\nG1 Z-2 F300\nX50\nG0 Z5\nM2\n")
+    table.write_text("T3 P3 Z50 D6 ; slot drill\n")
+    report, stl, picture = tmp_path / "r.json", tmp_path / "r.stl", tmp_path / "r.png"
+    arguments = ["cut", str(program), "--stock", "box:0,0,-20,40,30,0", "--tool-table", str(table)]
+    arguments += ["--cell", "0.1", "--report", str(report), "-o", str(stl), "--picture", str(picture)]
+    assert command(arguments) == 0
+    values = json.loads(report.read_text())
+    assert values["removed_mm3"] == pytest.approx(40 * 6 * 2, rel=5e-3)
+    assert values["operations"][0]["tool"] == "3"
+    triangles = read_stl(str(stl))
+    assert triangles.min(axis=(0, 1))[2] == -20.0
+    assert picture.stat().st_size > 1000
+
+
+def test_a_rapid_of_gcode_into_stock_ends_with_exit_1(tmp_path, capsys):
+    program = tmp_path / "p.ngc"
+    program.write_text("G21 G90 S1000 M3\nG0 X-10 Y15 Z5\nG0 Z-2\nG0 X50\nM2\n")
+    assert command(["cut", str(program), "--stock", "box:0,0,-20,40,30,0", "--tool", "*=flat:6"]) == 1
+    assert "p.ngc:4:1: error[cut-rapid]" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "text", ["3=flat", "3=bull:10", "flat:6", "3=flat:-2", "3=flat:6;length", "3=what:6"]
+)
+def test_tools_that_are_none_are_refused(text, tmp_path, capsys):
+    program = tmp_path / "p.ngc"
+    program.write_text("M2\n")
+    assert command(["cut", str(program), "--stock", "box:0,0,-20,40,30,0", "--tool", text]) == 2
+    assert "cut-tool" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("text", ["box:0,0,0", "box:0,0,0,0,1,1", "cylinder:0,0,1", "no-such-file.stl"])
+def test_stocks_that_are_none_are_refused(text, tmp_path):
+    program = tmp_path / "p.ngc"
+    program.write_text("M2\n")
+    assert command(["cut", str(program), "--stock", text]) == 2
+
+
+def pocket_part(tmp_path, radial=5.0, stop=None):
+    part = Features()
+    workpiece = part.block((0, 0, -20), (100, 80, 0))
+    place, bottom = part.placement(ORIGIN), part.add("PLANAR_POCKET_BOTTOM_CONDITION")
+    own = ("f", workpiece, (), place, part.plane(-6.0), (), None, bottom, None, None, part.rectangle(60, 40))
+    part.mill(part.add("CLOSED_POCKET", *own), pocket_operation(part, radial=radial))
+    file = tmp_path / "pocket.stp"
+    file.write_text(part.text())
+    return file
+
+
+def test_a_pocket_of_stepnc_is_cut_from_the_raw_piece_of_the_file(tmp_path):
+    """60 x 40 x 6 mm with corners of 4 mm; nothing is wrong and nothing is left that the tool could reach."""
+    out = cut(pocket_part(tmp_path), cell_mm=0.1)
+    assert codes(out) == []
+    assert out.operations[-1].volume_mm3 == pytest.approx(6 * (2400 - (4 - np.pi) * 16), rel=5e-3)
+
+
+def test_old_toolpaths_of_features_are_found_wrong(tmp_path):
+    """As they were made before: rings too far apart leave walls, a floor too deep is a gouge."""
+    from cncgen.stepnc.cutting import cut_program
+
+    program = cut_program(pocket_part(tmp_path))
+    stock = box((0, 0, -20), (100, 80, 0))
+    tool = cutter_of_option("*=flat:8")
+    x, y = ORIGIN[:2]
+    ring = [line(x + a, y + b, -6.0) for a, b in ((-26, -16), (26, -16), (26, 16), (-26, 16), (-26, -16))]
+    out = cut_toolpaths(
+        [path_of((x - 26, y - 16, 5.0), *ring)], stock, "t", {"*": tool}, program.finished, 0.2
+    )
+    assert codes(out) == ["cut-left"]
+    assert out.findings[0].values["depth_mm"] == pytest.approx(6.0)
+    assert out.findings[0].values["volume_mm3"] == pytest.approx(6.0 * 44 * 24, rel=0.02)
+    deep = [line(x, y, -7.0), line(x + 5, y, -7.0)]
+    gouged = cut_toolpaths([path_of((x, y, 5.0), *deep)], stock, "t", {"*": tool}, program.finished, 0.2)
+    assert codes(gouged)[0] == "cut-gouge"
+    assert gouged.findings[0].values["depth_mm"] == pytest.approx(1.0)
+
+
+def test_the_mesh_of_a_cut_block_has_its_volume():
+    """By the divergence theorem, of a grid so fine that walls one cell wide do not count."""
+    out = run(line(-20, 15, -3), line(60, 15, -3))
+    vertices, triangles = mesh_of(out.stock)
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    volume = float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
+    assert volume == pytest.approx(out.stock.volume, rel=0.02)
+    count = int.from_bytes(stl_bytes(vertices, triangles)[80:84], "little")
+    assert count <= len(triangles)
+
+
+def test_a_target_mesh_says_what_is_gouged_and_left(tmp_path):
+    """The part is the block with a slot of 8 mm, 3 mm deep; cut 4 mm deep it is gouged, 2 mm deep some is left."""
+    wanted = tmp_path / "part.stl"
+    wanted.write_bytes(stl_bytes(*mesh_of(run(line(-20, 15, -3), line(60, 15, -3)).stock)))
+    for depth, code in ((4, "cut-gouge"), (2, "cut-left"), (3, None)):
+        program = tmp_path / "p.ngc"
+        program.write_text(f"G21 G90 S1000 M3\nG0 X-20 Y15 Z5\nG1 Z-{depth} F300\nX60\nG0 Z5\nM2\n")
+        out = cut(program, stock="box:0,0,-20,40,30,0", tools=["*=flat:8"], target=str(wanted), cell_mm=0.2)
+        assert code in codes(out) if code else not codes(out)
