@@ -87,7 +87,7 @@ class Cutting:
         if event.name == "tool":
             state.tool = str(values.get("tool", ""))
             state.cutter = self.cutters.get(state.tool) or cutter_of_event(values)
-            state.direction = 0 if "diameter_mm" in values else state.direction
+            state.direction = 0 if event.rest else state.direction
             if not self._pending:
                 self._operations.append(OperationCut(f"tool {state.tool}", line, state.tool))
         elif event.name == "workingstep":
