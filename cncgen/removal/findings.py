@@ -32,7 +32,7 @@ _TEXTS = {
 
 
 @dataclass(slots=True)
-class _Fault:
+class _CutFault:
     """A fault of one source line, or of one operation."""
 
     line: int
@@ -57,7 +57,7 @@ class Findings:
     name: str
     stock: Field
     found: list[Diagnostic] = field(default_factory=list)
-    _faults: dict[tuple[str, int, str], _Fault] = field(default_factory=dict)
+    _faults: dict[tuple[str, int, str], _CutFault] = field(default_factory=dict)
     _unknown: dict[str, int] = field(default_factory=dict)
 
     def no_tool(self, name: str, lines: Lines) -> None:
@@ -109,7 +109,7 @@ class Findings:
         motions: int = 1,
     ) -> None:
         fault = self._faults.setdefault(
-            (code, line, operation.name), _Fault(line, operation.name, operation.tool)
+            (code, line, operation.name), _CutFault(line, operation.name, operation.tool)
         )
         fault.motions += motions
         fault.volume += float(volume)
@@ -168,7 +168,7 @@ class Findings:
             first.append(Diagnostic("cut-tool", text, Severity.WARNING, Span(self.name, line), hint=hint))
         self.found[:0] = first
 
-    def _diagnostic(self, code: str, fault: _Fault) -> Diagnostic:
+    def _diagnostic(self, code: str, fault: _CutFault) -> Diagnostic:
         text = f"{_TEXTS[code]}, {fault.depth:.3f} mm deep at {_at(fault.place)}"
         text += f", {fault.volume:.3g} mm³" if fault.volume > 0 else ""
         text += f" ({fault.operation!r}, tool {fault.tool!r}"

@@ -12,7 +12,7 @@ from cncgen.stepnc.geometry.frames import Matrix, identity
 from cncgen.stepnc.geometry.pieces import Piece
 from cncgen.stepnc.iso14649.patterns import Patterns
 from cncgen.stepnc.iso14649.profiles import Profiles
-from cncgen.stepnc.iso14649.stock import Stock
+from cncgen.stepnc.iso14649.stock import RawPieces
 from cncgen.stepnc.model import Boss, Feature, Shape
 from cncgen.stepnc.schema.tables import positions
 
@@ -50,7 +50,7 @@ class Features:
         self.placements = curves.placements
         self.profiles = Profiles(entities, curves)
         self.patterns = Patterns(entities, self)
-        self.stock = Stock(entities, curves.placements)
+        self.stock = RawPieces(entities, curves.placements)
         self._shapes: dict[str, Callable[[Entity], Shape]] = {
             "PLANAR_FACE": self._planar_face,
             "ROUND_HOLE": self._round_hole,

@@ -12,7 +12,7 @@ from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
 from cncgen.stepnc.model import Solid
 
 
-class Stock:
+class RawPieces:
     """Reads bounding geometries: BLOCK and RIGHT_CIRCULAR_CYLINDER (ISO 14649-10, WORKPIECE)."""
 
     def __init__(self, entities: Entities, placements: Placements) -> None:
