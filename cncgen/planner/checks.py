@@ -27,7 +27,7 @@ _ROUNDING = 1e-9
 def checked(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) -> Iterator[Toolpath]:
     """Yield the chunks with their tolerances filled in (the option's, the program's, else the machine's).
 
-    Those without a row are left out, unless there are no others: then a motion of no length stands for them, so that a
+    Those without a row are left out. If no others follow, a motion of no length stands for them, so that a
     program that asks for nothing has a plan, the rest at its start.
 
     Raises:
@@ -100,7 +100,7 @@ def _missing_axes(chunk: Toolpath, machine: Machine, found: Diagnostics) -> None
 
 
 def _travel(chunk: Toolpath, machine: Machine) -> tuple[Floats, Floats]:
-    """Return the ends of the travel of each axis, each of shape (axes,); infinite where there are none."""
+    """Return the ends of the travel of each axis, each of shape (axes,); infinite without ends."""
     axes = [machine.axes.get(letter) for letter in chunk.axes]
     ends = [axis.travel if axis and axis.travel else (-np.inf, np.inf) for axis in axes]
     low, high = np.array(ends).T

@@ -48,7 +48,7 @@ class Profile:
         s: Shape (k + 1,), mm along the chunk's path (see `Trajectory.row_s`): start of each piece, and the end.
         v, a: Shape (k,), mm/s and mm/s²: speed and acceleration along the path at the start of the piece.
         j, c: Shape (k,), mm/s³ and 1/s²: the constants of the piece.
-        limit: Shape (k,), int8, a `Limit`: what binds on the piece.
+        limit: Shape (k,), int8, the `Limit` that binds on the piece.
     """
 
     t: Floats

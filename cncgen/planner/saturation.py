@@ -290,7 +290,7 @@ class Limiter:
             stop = n if last else int(np.searchsorted(times, profile.t[-1], side="left"))
             s = motion_at(profile, times[begin:stop]).s
             if length is None:
-                # The travel at the first time is known; what follows is counted from there.
+                # The travel at the first time is known; the rest is counted from there.
                 first = s[0] if len(s) else motion_at(profile, times[:1]).s[0]
                 length = self.travel - first
             place[begin:stop] = length + s

@@ -201,7 +201,7 @@ class Dynamics:
         return found
 
     def _cap(self, at: _Samples) -> Floats:
-        """Return the highest speed at each sample: what curvature allows, and what earlier rounds left."""
+        """Return the highest speed at each sample, by curvature and by earlier rounds."""
         slowness = np.interp(at.s, self._slow_s, self._slowness)
         with np.errstate(divide="ignore"):
             return np.minimum(np.sqrt(self.centripetal / at.curvature), 1.0 / slowness)

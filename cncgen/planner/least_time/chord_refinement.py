@@ -163,7 +163,7 @@ class _Scene:
         owner: Shape (pieces,), the interval of each piece.
         s, t: Shape (n + 1,), way and time at the nodes.
         speed: Shape (n,), largest v on each interval, mm/s.
-        bend: Shape (n, 3), |x''| at its start, middle and end, 1/mm: what leaves the chord of a line.
+        bend: Shape (n, 3), |x''| at its start, middle and end, 1/mm, by which the path leaves its chord.
         sharpest: Shape (n,), the largest of them.
         corner: Shape (n,), |Δx'| at its start.
         passed: Whether any corner is passed.
@@ -276,7 +276,7 @@ class _Scene:
         return out
 
     def _floor(self, cornered: Bools) -> Floats:
-        """Return the least tolerance of chords over corners, shape (k,), 0 for others: what smoothing takes ends before them."""
+        """Return the least tolerance of chords over corners, shape (k,), 0 for others: smoothing ends before them."""
         return np.where(cornered, self.course.bounds.chord_mm, 0.0)
 
     def measured(self, start: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
@@ -426,7 +426,7 @@ def _lowered(
     begin, tip, end = places
     n = len(s) - 1
     middle = 0.5 * (s[:-1] + s[1:])
-    # What lies within one interval goes over no middle.
+    # A chord within one interval does not go over its middle.
     within = np.clip(np.searchsorted(s, tip, side="right") - 1, 0, n - 1)
     first = np.minimum(np.searchsorted(middle, begin), within)
     last = np.maximum(np.searchsorted(middle, end, side="right"), within + 1)

@@ -133,7 +133,7 @@ class _Watch:
         return self._tracker.push(np.ascontiguousarray(x), np.ascontiguousarray(x - lag))
 
     def _known(self, error: Floats) -> None:
-        """Give distances, in the order of the samples, to the open blocks; what is over belongs to the last sample."""
+        """Give distances, in the order of the samples, to the open blocks; any left over belong to the last sample."""
         for block in self._open:
             count = min(len(block.error) - block.known, len(error))
             block.error[block.known : block.known + count] = error[:count]
@@ -150,7 +150,7 @@ class _Watch:
 
 @dataclass(frozen=True, slots=True)
 class _Slowness:
-    """Caps of one block as slowness 1/v over the path, 0 where there is none: what can be interpolated."""
+    """Caps of one block as slowness 1/v over the path, 0 without one: slowness can be interpolated."""
 
     s: Floats
     slowness: Floats

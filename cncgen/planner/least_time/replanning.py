@@ -62,7 +62,7 @@ def replan(trajectories: Iterable[Trajectory], machine: Machine, effort: str) ->
     """Plan the paths of trajectories again with the limits of a machine, nowhere faster than they are.
 
     The method is that of `optimal`; the path is the one that they travel. Speeds below a hundredth of J T², which a
-    plan has beside its stops alone, are no caps. Remarks of the first plan go on with the second.
+    plan has beside its stops alone, do not count as caps. Remarks of the first plan go on with the second.
 
     Args:
         trajectories: A plan, rest to rest.

@@ -1,7 +1,7 @@
 """Short programs are planned with other roundings of their corners too, and the fastest is taken.
 
-Which corners of G64 are worth rounding, and how far, is told by estimates of two rows at a time (`cncgen.planner.smoothing.rounding_decision`,
-docs/rounding.md). Where chords hold the speed these are some per cent off, for what a fit makes of short rows, and of arcs beside
+Estimates of two rows at a time decide which corners of G64 are rounded, and how far
+(`cncgen.planner.smoothing.rounding_decision`, docs/rounding.md). Where chords hold the speed these are some per cent off, for what a fit makes of short rows, and of arcs beside
 them, is known once it is made. A short program is planned as they have it; where chords hold that motion for more than
 a trifle of its time, it is planned with all corners rounded, and with none, as well. One of a few rows is planned with none
 whatever holds it: so it takes no longer than with its corners as they are, and that takes milliseconds.
@@ -104,7 +104,7 @@ def _none_rounded(chunks: list[Toolpath], machine: Machine) -> Blocks:
 
 
 def _same(one: Blocks, other: Blocks) -> bool:
-    """Tell whether two roundings made the same rows: what was rounded another way has other ends."""
+    """Tell whether two roundings made the same rows: corners rounded another way have other ends."""
     return len(one) == len(other) and all(
         np.array_equal(a.kind, b.kind) and np.array_equal(a.end, b.end)
         for (a, _), (b, _) in zip(one, other, strict=True)
@@ -119,7 +119,7 @@ def _times(plan: list[Trajectory]) -> tuple[float, float]:
         time, stands = np.diff(profile.t), profile.waits
         by_chord += float(time[~stands & (profile.limit == Limit.CHORD)].sum())
         counted = ~stands | (profile.limit != Limit.STOP)
-        # The stand before the first motion is none of it.
+        # Standing before the first motion does not count.
         counted[:1] &= (number > 0) | ~stands[:1]
         moving += float(time[counted].sum())
     return moving, by_chord

@@ -85,7 +85,7 @@ class PathMotion:
         """Return what is compared with chords from way to way: ways, shape (k,), places, shape (k, axes), and tolerances.
 
         The first and the last are `begin` and `end`. Nodes have the narrower tolerance of both sides; over a corner none
-        is less than the chord tolerance, as what smoothing takes ends before it.
+        is less than the chord tolerance, as smoothing ends before it.
         """
         first, last = np.searchsorted(self.s, [begin, end], side="right") - 1
         there = np.arange(max(int(first), 0), min(int(last) + 1, len(self.s) - 1))
@@ -122,7 +122,7 @@ class SetpointAlignment:
 
         Args:
             node_t: Shape (n + 1,), s: when the motion is at the nodes, without waits.
-            dwells: Shape (≥ n,), s: what the program asks for at them.
+            dwells: Shape (≥ n,), s: the dwells that the program asks for at them.
         """
         out = np.zeros(len(node_t) - 1)
         period = self.way.course.bounds.period_s
@@ -131,7 +131,7 @@ class SetpointAlignment:
             moving = float(node_t[k])
             arrival = self.real[-1] + moving - self.moving[-1]
             leave = arrival + float(dwells[k])
-            # What rounding leaves until the next one is no wait.
+            # A wait as short as rounding does not count.
             last = np.floor(leave / period + _ROUNDING) * period
             if last < arrival - _ROUNDING * period:
                 out[k] = self._wait(float(last), moving, last + period - leave, following)
@@ -199,16 +199,16 @@ def started(
 ) -> tuple[Floats, float]:
     """Return how much longer than its dwell each rest of a motion that starts lasts, shape (n,), s, and when it starts.
 
-    What waits for a setpoint at the start need not wait for it on the way, and the stand before the first motion is none of
-    it, as that after the last one is not. So it starts within the first period such that it takes the least time and meets no
+    A motion that waits for a setpoint at the start need not wait for it on the way, and standing before the first motion
+    does not count, as standing after the last one does not. So it starts within the first period such that it takes the least time and meets no
     more setpoints: a motion and its reverse, which can meet the same, take as long. Of long motions that is next to nothing.
 
     Args:
         way: What is planned.
         stands: Intervals, none of them the first, that begin at a rest which lasts, or may have to.
         node_t: Shape (n + 1,), s: when the motion is at the nodes, without waits.
-        dwells: Shape (≥ n,), s: what the program asks for at them.
-        ends: Whether the motion ends with them; else what follows must not be later.
+        dwells: Shape (≥ n,), s: the dwells that the program asks for at them.
+        ends: Whether the motion ends with them; else the rest must not be later.
     """
     period = way.course.bounds.period_s
     least = float(node_t[-1] + dwells[: len(node_t) - 1].sum())
