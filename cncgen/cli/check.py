@@ -52,6 +52,7 @@ def _check(name: str, language: str | None, options: ReadOptions, content: bytes
     from cncgen.diagnostics import CncgenError, Diagnostics, ProgramError
     from cncgen.kernels import warn_if_uncompiled
     from cncgen.pipeline import check
+    from cncgen.pipeline.removing import coarse_findings
 
     warn_if_uncompiled()
     found = Diagnostics()
@@ -61,6 +62,8 @@ def _check(name: str, language: str | None, options: ReadOptions, content: bytes
         raised = {id(item) for item in error.diagnostics}
         messages.show(item for item in found if id(item) not in raised)
         raise
+    if not found.has_errors:
+        found.extend(coarse_findings(name, language, options, content))
     if found.has_errors:
         raise ProgramError(found)
     messages.show(found)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, UsageError
-from cncgen.pipeline.reading import _opened, _reading
+from cncgen.pipeline.reading import _opened, _reading, language_of
 from cncgen.toolpath.reading import ReadOptions
 
 if TYPE_CHECKING:
@@ -66,7 +65,7 @@ def cut(
             program = cut_program(file, name, reading)
             found.extend(program.diagnostics)
             axes, toolpaths, finished = program.axes, program.toolpaths, program.finished
-            piece = piece or _raw(program.raw)
+            piece = piece or raw_stock(program.raw)
         else:
             read = reader.read(file, name, reading)
             axes, finished = read.axes, None
@@ -98,7 +97,7 @@ def cut_toolpaths(
     return Cutting(stock.field(cell_mm), name, target, cutters or {}).run(toolpaths)
 
 
-def _raw(solids: Sequence[Solid]) -> Stock | None:
+def raw_stock(solids: Sequence[Solid]) -> Stock | None:
     """Return the stock of a file's raw pieces: the first, as it stands upright; None where there is none."""
     import numpy as np
 
@@ -119,20 +118,34 @@ def _mesh_target(name: str) -> Target:
     return MeshTarget.of_file(name)
 
 
-def coarse_findings(source: Path | bytes, name: str, options: ReadOptions) -> list[Diagnostic]:
+def coarse_findings(
+    name: str, language: str | None, options: ReadOptions, content: bytes | None = None
+) -> list[Diagnostic]:
     """Return what cutting a STEP-NC program of features finds at a coarse grid; nothing where its stock is not known.
 
-    A program that is not made of features alone is not cut: what it is to leave is not known.
+    A program that is not made of features alone is not cut: what it is to leave is not known. Standard input, which is read
+    once, is cut where its `content` is given.
     """
+    if content is None:
+        if not os.path.isfile(name):
+            return []
+        with open(name, "rb") as file:
+            head = file.read(4096)
+    else:
+        head = content[:4096]
+    if (language or language_of(name, head)) != "stepnc":
+        return []
+    data = Path(name).read_bytes() if content is None else content
+    # Without the shape of a raw piece there is nothing to cut.
+    if b"BLOCK" not in data.upper() and b"RIGHT_CIRCULAR_CYLINDER" not in data.upper():
+        return []
     from dataclasses import replace
 
     from cncgen.stepnc.cutting import cut_program
 
-    program = cut_program(source, name, replace(options, kinematics=None))
-    piece = _raw(program.raw)
+    program = cut_program(data, name, replace(options, kinematics=None))
+    piece = raw_stock(program.raw)
     if program.diagnostics.has_errors or piece is None or program.finished is None or len(program.axes) > 3:
         return []
     cell = float((piece.high - piece.low)[:2].max()) / COARSE_COLUMNS
-    if not math.isfinite(cell):
-        return []
     return list(cut_toolpaths(program.toolpaths, piece, name, None, program.finished, cell).findings)

@@ -193,3 +193,32 @@ def test_a_target_mesh_says_what_is_gouged_and_left(tmp_path):
         program.write_text(f"G21 G90 S1000 M3\nG0 X-20 Y15 Z5\nG1 Z-{depth} F300\nX60\nG0 Z5\nM2\n")
         out = cut(program, stock="box:0,0,-20,40,30,0", tools=["*=flat:8"], target=str(wanted), cell_mm=0.2)
         assert code in codes(out) if code else not codes(out)
+
+
+def test_check_cuts_the_features_of_a_file(tmp_path, capsys):
+    """A countersink of 30 mm reaches over the wall beside its hole: a gouge that no check of sizes finds."""
+    assert command(["check", str(pocket_part(tmp_path))]) == 0
+    part = Features()
+    workpiece = part.block((0, 0, -20), (100, 80, 0))
+    flat, through = part.add("PLANAR_POCKET_BOTTOM_CONDITION"), part.add("THROUGH_BOTTOM_CONDITION")
+    pocket = part.add(
+        "CLOSED_POCKET", "p", workpiece, (), part.placement(ORIGIN), part.plane(-6.0), (), None, flat, None, None,
+        part.rectangle(24, 24),
+    )  # fmt: skip
+    hole = part.add(
+        "ROUND_HOLE", "h", workpiece, (), part.placement((ORIGIN[0], ORIGIN[1], -6.0)), part.plane(-14.0),
+        part.size(8), None, through,
+    )  # fmt: skip
+    sink = part.tool("sink", 30.0, body="COUNTERSINK", tip=45.0)
+    head = (None, None, "op", 11.0, None, sink, part.technology(), None)
+    operation = part.add("COUNTER_SINKING", *head, None, 14.0, None, None, None, None)
+    steps = (
+        part.step(pocket_operation(part), pocket, part.plane(20)),
+        part.step(operation, hole, part.plane(20)),
+    )
+    part.project(part.plan(*steps))
+    file = tmp_path / "sink.stp"
+    file.write_text(part.text())
+    capsys.readouterr()
+    assert command(["check", str(file)]) == 1
+    assert "error[cut-gouge]" in capsys.readouterr().err
