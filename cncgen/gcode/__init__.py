@@ -46,11 +46,13 @@ from cncgen.toolpath.record import Program, Toolpath
 from cncgen.units import AXIS_LETTERS
 
 if TYPE_CHECKING:
+    from cncgen.gcode.heidenhain.running import HeidenhainRunner
     from cncgen.gcode.sinks.sink import Sink
     from cncgen.gcode.sinumerik.running import SinumerikRunner
 
 _DEFAULT = ReadOptions()
 SINUMERIK = "sinumerik"
+HEIDENHAIN = "heidenhain"
 
 
 def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) -> Program:
@@ -125,13 +127,18 @@ def _runner(
     path: Path | None,
     axes: str | None = None,
     choice: Choice | None = None,
-) -> Runner | SinumerikRunner:
+) -> Runner | SinumerikRunner | HeidenhainRunner:
     """Return one run of a program on a sink, by its dialect."""
     choice = choice or chosen(source, options.dialect)
     if choice.dialect == SINUMERIK:
         from cncgen.gcode.sinumerik.running import SinumerikRunner
 
         return SinumerikRunner(source, options, sink, diagnostics, path=path, choice=choice)
+    if choice.dialect == HEIDENHAIN:
+        from cncgen.gcode.heidenhain.running import HeidenhainRunner, needs
+
+        if needs(source):
+            return HeidenhainRunner(source, options, sink, diagnostics, path=path, choice=choice)
     return Runner(source, options, sink, diagnostics, path=path, axes=axes, choice=choice)
 
 
@@ -192,7 +199,7 @@ def canon(
 
     text = open_source(source, name)
     found = Diagnostics() if diagnostics is None else diagnostics
-    runner: Runner | SinumerikRunner | None = None
+    runner: Runner | SinumerikRunner | HeidenhainRunner | None = None
 
     def text_at(index: int, offset: int) -> str:
         assert runner is not None

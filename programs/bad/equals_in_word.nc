@@ -1,3 +1,3 @@
-; expect 2:5:syntax
+; expect linuxcnc 2:5:syntax
 G0 X=5
 M2

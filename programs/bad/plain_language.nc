@@ -1,4 +1,4 @@
-; expect 4:3:pole-missing 6:3:arc-sense 7:6:arc-sense 8:3:arc-end 10:5:unsupported-block 12:15:cycle-missing 13:13:unsupported-block 14:4:unsupported-block
+; expect 4:3:pole-missing 6:3:arc-sense 7:6:arc-sense 8:3:arc-end 12:15:cycle-missing 13:4:unsupported-block 14:9:label-missing
 0 BEGIN PGM BAD MM
 1 L X+10 Y+0 F500
 2 C X+0 Y+10 DR+
@@ -7,7 +7,7 @@
 5 CP IPA+90 DR-
 6 CP DR+
 7 CP PA+90 DR+
-8 L RL X+5
+8 L X+5
 9 L X+5
 10 L X+1 FMAX M99
 11 CYCL DEF 19.0 WORKING PLANE

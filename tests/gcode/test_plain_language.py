@@ -124,9 +124,9 @@ def test_retracting_along_the_tool(run: Any) -> None:
         ("L X5 F100\nCR X9 R1 DR+", "arc-radius", 1),
         ("CC X5 Y0\nC X5 Y6 DR+ F100", "arc-radius", 1),
         ("L X1 FMAX M99", "cycle-missing", 11),
-        ("CYCL DEF 207 RIGID TAPPING", "unsupported-block", 1),
+        ("CYCL DEF 262 THREAD MILLING", "unsupported-block", 1),
         ("CYCL DEF 19.0 WORKING PLANE", "unsupported-block", 10),
-        ("CALL LBL 1", "unsupported-block", 1),
+        ("CALL LBL 1", "label-missing", 6),
         ("L X5 M128", "unsupported-block", 6),
         ("TOOL CALL 5 X S100", "unsupported-block", 13),
         ("CC X0 Y0\nC X5 FMAX DR+", "syntax", 6),
@@ -149,9 +149,9 @@ def test_holes_have_bounded_infeeds(run: Any) -> None:
 
 def test_a_refused_line_leads_where_it_says(run: Any) -> None:
     """Arcs behind it were blamed for beginning elsewhere."""
-    blocks = "CC X+20 Y+80\nL X+0 Y+70 RL F300\nL IY+10 RR\nC X+20 Y+100 DR-\nL X+50"
+    blocks = "CC X+20 Y+80\nL X+0 Y+70 F300\nL IY+10 M128\nC X+20 Y+100 DR-\nL X+50"
     out = run(HEAD + blocks + TAIL)
-    assert [code for code, _, _ in out.errors] == ["unsupported-block", "unsupported-block"]
+    assert [code for code, _, _ in out.errors] == ["unsupported-block"]
 
 
 def test_oversizes_of_a_tool(run: Any) -> None:

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import AXES, Block
+from cncgen.gcode.block import AXES, CIRCLE, POLAR_ARC, POLAR_LINE, RADIUS_ARC, Block
 from cncgen.gcode.codes.profiles import Segment, fillet
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.errors import BlockError
@@ -35,11 +35,16 @@ _HINTS = {
     "corner-plane": "G17, G18 and G19 choose the plane of corners",
     "corner-size": "make it smaller, or leave it out",
 }
-#: How SINUMERIK writes them; its CHF is ,H here.
-_NAMES = {",R": "RND", ",C": "CHR", ",H": "CHF"}
+#: How dialects write them; CHF of SINUMERIK is ,H here.
+_NAMES = {
+    "sinumerik": {",R": "RND=", ",C": "CHR=", ",H": "CHF="},
+    "heidenhain": {",R": "RND R", ",C": "CHF "},
+}
 #: What of a block says where its motion leads: words, and G0 to G3, planes, units, G90 and G91.
-_WORDS = frozenset("xyzabcuvwijkrp")
-_CODES = frozenset((0, 10, 20, 30, 170, 180, 190, 200, 210, 900, 910))
+_WORDS = frozenset((*"xyzabcuvwijkrp", "dr", "pa", "ipa", "pr", "ipr"))
+_CODES = frozenset(
+    (0, 10, 20, 30, 170, 180, 190, 200, 210, 900, 910, CIRCLE, RADIUS_ARC, POLAR_ARC, POLAR_LINE)
+)
 
 
 @dataclass(slots=True)
@@ -111,7 +116,7 @@ class _Corner:
 
     def __init__(self, ip: Interpreter, block: Block, name: str, size: float) -> None:
         self.name, self.size = name, size
-        self.written = ip.dialect == "sinumerik"
+        self.names = _NAMES.get(ip.dialect, {})
         self.block = block
         self.plane = ip.state.plane
         self.start = ip.guard.end if isinstance(ip.guard, _Passed) else list(ip.state.position)
@@ -227,9 +232,9 @@ class _Corner:
         return Segment(points[0], points[1])
 
     def _fault(self, code: str, what: str) -> BlockError:
-        name = _NAMES.get(self.name, self.name) if self.written else self.name
-        message = f"{name}{'=' if self.written else ''}{self.size:g} {what}"
-        return BlockError(code, message, name, hint=_HINTS[code], values={"size": self.size})
+        name = self.names.get(self.name, self.name)
+        message = f"{name}{self.size:g} {what}"
+        return BlockError(code, message, name.rstrip("= "), hint=_HINTS[code], values={"size": self.size})
 
 
 def _corner(name: str) -> Handler:
@@ -264,8 +269,8 @@ CODES = tuple(
         title={"sinumerik": "CHF="}.get(dialects[0], ""),
     )
     for name, text, dialects in (
-        (",C", "chamfer to the next motion", ("fanuc", "sinumerik")),
-        (",R", "rounding to the next motion", ("fanuc", "sinumerik")),
+        (",C", "chamfer to the next motion", ("fanuc", "sinumerik", "heidenhain")),
+        (",R", "rounding to the next motion", ("fanuc", "sinumerik", "heidenhain")),
         (",H", "chamfer of that length to the next motion", ("sinumerik",)),
     )
 )

@@ -44,11 +44,18 @@ _WHOLE = 1e-9
 
 @dataclass(slots=True)
 class Plain:
-    """What stays from block to block: the pole in program coordinates, its plane, the cycle that is called."""
+    """What stays from block to block.
+
+    Attributes:
+        pole: In program coordinates, in its plane.
+        cycle: The cycle that is called, 0 for none.
+        heading: In which direction the last motion ended, in XY.
+    """
 
     pole: complex | None = None
     plane: int = 17
     cycle: int = 0
+    heading: complex | None = None
 
     @classmethod
     def of(cls, ip: Interpreter) -> Plain:
@@ -111,6 +118,8 @@ def _arc(ip: Interpreter, end: list[float], centre: complex, turns: int, plane: 
         ip.sink.select_plane(plane)
     ip.sink.arc_feed(end, centre.real, centre.imag, turns, plane)
     state.position, state.moved, state.motion = end, True, 10
+    if plane == 17:
+        Plain.of(ip).heading = (1j if turns > 0 else -1j) * (finish - centre)
 
 
 def circle(ip: Interpreter, block: Block) -> None:

@@ -185,6 +185,10 @@ class ToolCentre:
         """Take, or no longer take, the place where the offset paths cross at outside corners too (G451 of SINUMERIK)."""
         self._least_roll = math.inf if on else 0.0
 
+    def stand(self, programmed: complex) -> None:
+        """Take a programmed point that the tool stands beside already: its first move begins there."""
+        self._programmed = programmed
+
     def renew(self, radius: float, left: bool) -> None:
         """Take another radius or side from the next move on, which must be straight.
 

@@ -109,7 +109,7 @@ def parse(text: str) -> Parsed:
     named = f"{' '.join(word[0].upper().split())}: " if word else ""
     raise BlockError(
         "unsupported-block",
-        f"{named}of the plain language L, LP, CC, C, CR, CP, SPL, TOOL CALL, CYCL DEF 7, 32, 200 and 201, FN 0 are read",
+        f"{named}of the plain language L, LP, CC, C, CR, CP, CT, RND, CHF, APPR, DEP, SPL, TOOL CALL, CYCL DEF, LBL, CALL LBL, FN are read",
         column=column,
         hint=_HINT,
     )
@@ -163,11 +163,7 @@ def _words(body: str, at: int) -> tuple[Words, bool]:
         at = match.end()
         fast = fast or match["fast"] is not None
         if match["side"] and match["side"].upper() != "R0":
-            column = match.start("side") + 1
-            message = f"{match['side'].upper()}: radius compensation is not read"
-            raise BlockError(
-                "unsupported-block", message, column=column, hint="program the tool's centre (R0)"
-            )
+            words.append(("g", 41.0 if match["side"].upper() == "RL" else 42.0))
         words += _word(match)
     return words, fast
 

@@ -1,0 +1,166 @@
+"""Clearing a pocket with a flat cutter: loops beside the wall from the inside out, level by level.
+
+The loops are our own; controls do not print theirs. The wall, the depths and the feeds are those of the cycle.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from dataclasses import dataclass
+
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+
+#: Loops or levels beyond which a step counts as a mistake.
+_MOST = 10_000
+_TINY = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Pocket:
+    """A rectangle with rounded corners in XY: centre, half length and half width, radius of the corners, angle in degrees."""
+
+    centre: complex
+    length: float
+    width: float
+    corner: float
+    angle: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Clearing:
+    """How a pocket is cleared: tool radius, step aside, levels in Z, heights, feeds, and the sense (1 counter-clockwise)."""
+
+    radius: float
+    step: float
+    levels: tuple[float, ...]
+    start: float
+    feed: float
+    plunge: float
+    sense: int = 1
+
+
+def levels_of(surface: float, depth: float, infeed: float, name: str) -> tuple[float, ...]:
+    """Return the levels from a surface down to a depth, equal steps not deeper than an infeed."""
+    way = surface - depth
+    count = max(1, math.ceil(way / infeed - _TINY)) if infeed > 0.0 else 1
+    if count > _MOST:
+        raise BlockError(
+            "cycle-infeed",
+            f"an infeed of {infeed:g} makes {count} levels of {name}",
+            name,
+            hint=f"at most {_MOST} levels are made",
+        )
+    return tuple(surface - way * (k + 1) / count for k in range(count))
+
+
+def clear(ip: Interpreter, pocket: Pocket, how: Clearing, name: str) -> None:
+    """Clear a pocket, and go back to the height of the start.
+
+    Raises:
+        BlockError: The tool does not fit, or steps aside by nothing.
+    """
+    if min(pocket.length, pocket.width) < how.radius - _TINY:
+        raise BlockError(
+            "cycle-tool",
+            f"{name} is {2.0 * min(pocket.length, pocket.width):g} wide, and the tool {2.0 * how.radius:g}",
+            name, hint="take a smaller tool, whose diameter the tool table has",
+        )  # fmt: skip
+    if how.step <= 0.0:
+        raise BlockError(
+            "cycle-tool",
+            f"{name} steps aside by {how.step:g}: the tool has no radius",
+            name,
+            hint="--tool-table gives the diameter of the tool",
+        )
+    Path(ip, pocket, how).run(name)
+
+
+@dataclass(slots=True)
+class Path:
+    """The moves of one pocket; places are relative to its centre, along its length."""
+
+    ip: Interpreter
+    pocket: Pocket
+    how: Clearing
+
+    def run(self, name: str) -> None:
+        """Make all levels."""
+        offsets = self._offsets(name)
+        for level in self.how.levels:
+            self._go(self._begin(offsets[0]), None, rapid=True)
+            self._go(None, self.how.start, rapid=True)
+            self._feed(self.how.plunge)
+            self._go(None, level, rapid=False)
+            self._feed(self.how.feed)
+            for offset in offsets:
+                self._go(self._begin(offset), None, rapid=False)
+                self._loop(offset)
+            self._go(self._begin(offsets[0]), None, rapid=False)
+            self._go(None, self.how.start, rapid=True)
+
+    def _half(self) -> tuple[float, float]:
+        return self.pocket.length - self.how.radius, self.pocket.width - self.how.radius
+
+    def _offsets(self, name: str) -> list[float]:
+        """Return how far inside the last loop each one lies, the innermost first."""
+        reach = min(self._half())
+        count = math.floor(reach / self.how.step + _TINY)
+        if count > _MOST:
+            raise BlockError(
+                "cycle-tool",
+                f"{name} makes {count} loops",
+                name,
+                hint=f"at most {_MOST} are made: is the step aside too small?",
+            )
+        return [self.how.step * k for k in range(count, -1, -1)]
+
+    def _begin(self, offset: float) -> complex:
+        return complex(0.0, -(self._half()[1] - offset))
+
+    def _loop(self, offset: float) -> None:
+        """Go once around, from the middle of the long side."""
+        a, b = (half - offset for half in self._half())
+        r = max(0.0, min(self.pocket.corner - self.how.radius - offset, a, b))
+        if b < _TINY:
+            for place in (complex(a, 0.0), complex(-a, 0.0), 0j):
+                self._go(place, None, rapid=False)
+            return
+        side = float(self.how.sense)
+        corners = [(complex(a - r, -b), complex(a, -b + r), complex(a - r, -b + r)), (complex(a, b - r), complex(a - r, b), complex(a - r, b - r)),
+                   (complex(-a + r, b), complex(-a, b - r), complex(-a + r, b - r)), (complex(-a, -b + r), complex(-a + r, -b), complex(-a + r, -b + r))]  # fmt: skip
+        if side < 0.0:
+            corners = [(end, begin, centre) for begin, end, centre in reversed(corners)]
+        for begin, end, centre in corners:
+            self._go(begin, None, rapid=False)
+            if r > _TINY:
+                self._arc(end, centre)
+        self._go(complex(0.0, -b), None, rapid=False)
+
+    def _placed(self, place: complex) -> complex:
+        return self.pocket.centre + place * cmath.rect(1.0, math.radians(self.pocket.angle))
+
+    def _go(self, place: complex | None, z: float | None, *, rapid: bool) -> None:
+        end = self.ip.state.position.copy()
+        if place is not None:
+            at = self._placed(place)
+            end[0], end[1] = at.real, at.imag
+        if z is not None:
+            end[2] = z
+        if end == self.ip.state.position:
+            return
+        (self.ip.sink.straight_traverse if rapid else self.ip.sink.straight_feed)(end)
+        self.ip.state.position, self.ip.state.moved = end, True
+
+    def _arc(self, end: complex, centre: complex) -> None:
+        finish = self.ip.state.position.copy()
+        at, middle = self._placed(end), self._placed(centre)
+        finish[0], finish[1] = at.real, at.imag
+        if finish == self.ip.state.position:
+            return
+        self.ip.sink.arc_feed(finish, middle.real, middle.imag, self.how.sense, 17)
+        self.ip.state.position = finish
+
+    def _feed(self, feed: float) -> None:
+        self.ip.sink.set_feed_rate(feed)

@@ -1,0 +1,322 @@
+"""Contours of Heidenhain's plain language: arcs that go on (CT), ways to a contour (APPR) and from it (DEP).
+
+A contour is approached at the point A with the direction t of its first element, the tool on the side n of RL or RR. All ways are
+worked out for the tool's centre, so that compensation begins and ends beside A and E without a move of its own; radii of arcs are
+those of the contour, as RL and RR have them (iTNC 530, "Contour approach and departure").
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+import re
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from cncgen.gcode.block import AXIS_INDEX, Block
+from cncgen.gcode.codes.cutter_compensation import CompensatedSink
+from cncgen.gcode.codes.lines import check_feed
+from cncgen.gcode.codes.plain_language import Plain
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.sinks.sink import PassingSink, Point
+
+_NUMBER = r"\s*([-+]?\s*(?:Q\d+|\d+[.,]?\d*|[.,]\d+))"
+_WORD = re.compile(
+    rf"\s*(?:(?P<name>LEN|CCA|PR|PA|I?[XYZABC]|R(?![0LR](?![\d.])))(?P<value>{_NUMBER})|(?P<side>R[0LR])(?![\w.])|F\s*(?P<feed>AUTO|MAX|[\d.,]+)|M\s*(?P<m>\d+))",
+    re.IGNORECASE,
+)
+_WAY = re.compile(
+    r"(?P<kind>APPR|DEP)\s+(?P<form>PLCT|PLT|PLN|PCT|LCT|LT|LN|CT)\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL
+)
+
+
+@dataclass(slots=True)
+class Way:
+    """APPR or DEP: form (LT LN CT LCT), values by name, side (1 left, -1 right, 0 none), feed, M functions."""
+
+    kind: str
+    form: str
+    values: dict[str, float]
+    side: int | None
+    feed: float | None
+    m: list[int] = field(default_factory=list)
+
+    def value(self, name: str) -> float:
+        """Return a value that the way needs."""
+        if name not in self.values:
+            raise BlockError(
+                "approach-words",
+                f"{self.kind} {self.form} has no {name}",
+                self.kind,
+                hint=f"{self.kind} {self.form} needs {name}",
+            )
+        return self.values[name]
+
+
+def way_of(body: str, read: Any) -> Way | None:
+    """Return the way of a line, None where it is none; `read` gives the value of a text."""
+    match = _WAY.match(body.strip())
+    if match is None:
+        return None
+    form, rest, at = match["form"].upper(), match["rest"], 0
+    way = Way(match["kind"].upper(), form.removeprefix("P"), {}, None, None)
+    while at < len(rest.rstrip()):
+        word = _WORD.match(rest, at)
+        if word is None:
+            raise BlockError(
+                "syntax",
+                f"'{rest[at:].strip().split()[0]}' is no word of {way.kind}",
+                way.kind,
+                hint=f"{way.kind} LT X+10 Y+5 LEN15 RL F200",
+            )
+        if word["name"]:
+            way.values[word["name"].upper()] = read(word["value"])
+        elif word["side"]:
+            way.side = {"0": 0, "L": 1, "R": -1}[word["side"][1].upper()]
+        elif word["feed"] and word["feed"][0].isdigit():
+            way.feed = float(word["feed"].replace(",", "."))
+        elif word["m"]:
+            way.m.append(int(word["m"]) * 10)
+        at = word.end()
+    return way
+
+
+class Heading(PassingSink):
+    """Forgets everything but the direction in which the first motion begins."""
+
+    first: complex | None = None
+    at: Point
+
+    def __getattr__(self, name: str) -> Any:
+        return lambda *arguments, **named: None
+
+    def straight_feed(self, end: Point) -> None:
+        """Take a line."""
+        way = complex(end[0] - self.at[0], end[1] - self.at[1])
+        if self.first is None and way:
+            self.first = way / abs(way)
+
+    def straight_traverse(self, end: Point) -> None:
+        """Take a traverse."""
+        self.straight_feed(end)
+
+    def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
+        """Take an arc."""
+        spoke = complex(self.at[0] - first, self.at[1] - second)
+        if self.first is None and spoke:
+            self.first = (1j if turns > 0 else -1j) * spoke / abs(spoke)
+
+
+def first_heading(ip: Interpreter, start: Point, block: Block) -> complex | None:
+    """Return the direction in which a block would leave a point."""
+    plain, state, sink = Plain.of(ip), ip.state, ip.sink
+    kept = replace(plain)
+    trying = Heading(sink)
+    trying.at = list(start)
+    ip.state, ip.sink = replace(state, position=list(start), feed=1.0, feed_mode=94, compensation=40), trying
+    try:
+        ip.execute(
+            Block(
+                dict(block.words),
+                tuple(g for g in block.g if g not in (400, 410, 420)),
+                (),
+                None,
+                block.source,
+                block.line,
+                block.offset,
+            )
+        )
+    except BlockError:
+        return None
+    finally:
+        ip.state, ip.sink = state, sink
+        ip.plain_language = kept
+    return trying.first
+
+
+def _line(ip: Interpreter, at: complex, z: float | None = None) -> None:
+    end = ip.state.position.copy()
+    end[0], end[1] = at.real, at.imag
+    if z is not None:
+        end[2] = z
+    if end != ip.state.position:
+        ip.sink.straight_feed(end)
+        ip.state.position, ip.state.moved = end, True
+
+
+def _arc(ip: Interpreter, at: complex, centre: complex, sense: int) -> None:
+    end = ip.state.position.copy()
+    end[0], end[1] = at.real, at.imag
+    ip.sink.arc_feed(end, centre.real, centre.imag, sense, 17)
+    ip.state.position, ip.state.moved = end, True
+
+
+def _radius(ip: Interpreter, side: int) -> float:
+    tool = ip.tools.find(ip.state.tool)
+    return tool.diameter * ip.table_scale() / 2.0 if side and tool else 0.0
+
+
+def _circle(way: Way, tool: float) -> float:
+    """Return the radius of the tool centre's arc."""
+    radius = way.value("R")
+    if radius <= tool:
+        raise BlockError(
+            "comp-radius",
+            f"R{radius:g} of {way.kind} {way.form} is not above the tool's radius, {tool:g}",
+            way.kind,
+            hint="take a larger R or a smaller tool",
+        )
+    return radius - tool
+
+
+def _touch(place: complex, centre: complex, radius: float, sense: int, *, leaving: bool) -> complex:
+    """Return where a circle is touched by the tangent to (or with `leaving` from it to) a place, in the sense of the circle."""
+    apart = place - centre
+    if abs(apart) <= radius:
+        raise BlockError(
+            "approach-words",
+            "APPR LCT or DEP LCT lies within its circle: there is no tangent",
+            "R",
+            hint="take a smaller R, or a place farther away",
+        )
+    angle = math.acos(radius / abs(apart))
+    turn = angle if leaving == (sense < 0) else -angle
+    return centre + apart / abs(apart) * radius * cmath.rect(1.0, turn)
+
+
+def approach(ip: Interpreter, way: Way, here: Block, following: Block | None) -> None:
+    """APPR: to the first point of a contour, and beside it."""
+    if ip.state.compensation != 40:
+        raise BlockError(
+            "approach-words",
+            "APPR stands where radius compensation is on",
+            "APPR",
+            hint="R0, or DEP, ends it before",
+        )
+    start = ip.state.position.copy()
+    for name, index in (("X", 0), ("Y", 1), ("Z", 2)):
+        if name in way.values:
+            start[index] = way.values[name]
+        elif "I" + name in way.values:
+            start[index] += way.values["I" + name]
+    if "PR" in way.values or "PA" in way.values:
+        pole = Plain.of(ip).pole
+        if pole is None:
+            raise BlockError(
+                "pole-missing", "APPR in polar coordinates has no pole", "APPR", hint="CC gives it before"
+            )
+        point = pole + cmath.rect(way.value("PR"), math.radians(way.value("PA")))
+        start[0], start[1] = point.real, point.imag
+    tangent = first_heading(ip, start, following) if following is not None else None
+    if tangent is None:
+        raise BlockError(
+            "approach-words",
+            "APPR is not followed by an element of a contour",
+            "APPR",
+            hint="an L, C or CR block leads along the contour",
+        )
+    side = way.side or 0
+    tool, a = _radius(ip, side), complex(start[0], start[1])
+    normal = tangent * (-1j if side < 0 else 1j)
+    beside = a + normal * tool
+    ip.sink.block = here
+    if way.feed is not None:
+        ip.state.feed = way.feed
+        ip.sink.set_feed_rate(way.feed)
+    check_feed(ip, here, "APPR")
+    sense = -1 if side < 0 else 1
+    if way.form in ("LT", "LN"):
+        _line(
+            ip,
+            beside - tangent * way.value("LEN") if way.form == "LT" else beside + normal * way.value("LEN"),
+            start[2],
+        )
+        _line(ip, beside)
+    else:
+        radius = _circle(way, tool)
+        centre = beside + normal * radius
+        if way.form == "CT":
+            at = centre + (beside - centre) * cmath.rect(1.0, -sense * math.radians(way.value("CCA")))
+        else:
+            at = _touch(
+                complex(ip.state.position[0], ip.state.position[1]), centre, radius, sense, leaving=False
+            )
+        _line(ip, at, start[2])
+        _arc(ip, beside, centre, sense)
+    if side:
+        ip.execute(Block({}, (410 if side > 0 else 420,), (), None, here.source, here.line, here.offset))
+        if isinstance(ip.sink, CompensatedSink):
+            ip.sink.centre.stand(a)
+        ip.state.position = [a.real, a.imag, *ip.state.position[2:]]
+
+
+def departure(ip: Interpreter, way: Way, here: Block) -> None:
+    """DEP: away from the last point of a contour; compensation ends."""
+    heading = Plain.of(ip).heading
+    if heading is None:
+        raise BlockError(
+            "approach-words",
+            "DEP has no element of a contour before it",
+            "DEP",
+            hint="an L, C or CR block comes before",
+        )
+    tangent = heading / abs(heading)
+    side = {41: 1, 42: -1}.get(ip.state.compensation, 0)
+    tool = _radius(ip, side)
+    e = complex(ip.state.position[0], ip.state.position[1])
+    normal = tangent * (-1j if side < 0 else 1j)
+    ip.end_compensation()
+    ip.sink.block = here
+    beside = e + normal * tool
+    ip.state.position = [beside.real, beside.imag, *ip.state.position[2:]]
+    if way.feed is not None:
+        ip.state.feed = way.feed
+        ip.sink.set_feed_rate(way.feed)
+    check_feed(ip, here, "DEP")
+    sense = -1 if side < 0 else 1
+    if way.form == "LT":
+        _line(ip, beside + tangent * way.value("LEN"))
+    elif way.form == "LN":
+        _line(ip, beside + normal * way.value("LEN"))
+    else:
+        radius = _circle(way, tool)
+        centre = beside + normal * radius
+        if way.form == "CT":
+            _arc(
+                ip,
+                centre + (beside - centre) * cmath.rect(1.0, sense * math.radians(way.value("CCA"))),
+                centre,
+                sense,
+            )
+        else:
+            end = complex(way.values.get("X", beside.real), way.values.get("Y", beside.imag))
+            _arc(ip, _touch(end, centre, radius, sense, leaving=True), centre, sense)
+            _line(ip, end, way.values.get("Z"))
+
+
+def tangent_arc(ip: Interpreter, words: dict[str, float]) -> tuple[list[float], complex, int]:
+    """Return end, centre and sense of CT: the arc to a point in the direction of the element before."""
+    heading = Plain.of(ip).heading
+    if heading is None:
+        raise BlockError(
+            "arc-tangent",
+            "CT has no element before it whose direction it goes on in",
+            "CT",
+            hint="an L or C block comes before",
+        )
+    end = ip.state.position.copy()
+    for letter, value in words.items():
+        if letter in AXIS_INDEX:
+            end[AXIS_INDEX[letter]] = value
+    way, chord = heading / abs(heading), complex(end[0] - ip.state.position[0], end[1] - ip.state.position[1])
+    aside = (way.conjugate() * chord).imag
+    if abs(aside) < 1e-9:
+        raise BlockError(
+            "arc-tangent",
+            "CT goes straight on: its end lies in the direction of the element before",
+            "CT",
+            hint="write L",
+        )
+    centre = complex(ip.state.position[0], ip.state.position[1]) + 1j * way * abs(chord) ** 2 / (2.0 * aside)
+    return end, centre, 1 if aside > 0.0 else -1

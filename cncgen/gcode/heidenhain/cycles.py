@@ -1,0 +1,367 @@
+"""Cycles of Heidenhain's plain language: their values are the Q parameters that follow CYCL DEF.
+
+Q200 set-up clearance, Q201 depth (its sign is the direction), Q203 surface, Q204 second clearance, Q206 feed downwards, Q202 infeed.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable
+
+from cncgen.gcode.block import CYCLE_CALL, Block
+from cncgen.gcode.codes.plain_language import Plain
+from cncgen.gcode.codes.pockets import Clearing, Pocket, clear, levels_of
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.toolpath.record import Event
+
+_Z = 2
+_MOST_STEPS = 10_000
+#: How far cycle 202 steps off the wall, mm, and by Q214 where to.
+_OFF = 0.2
+_WAYS = {0: 0j, 1: -1 + 0j, 2: -1j, 3: 1 + 0j, 4: 1j}
+
+
+class Cycle:
+    """One run of a cycle where the tool is."""
+
+    def __init__(self, ip: Interpreter, name: str) -> None:
+        self.ip, self.name = ip, name
+        q = ip.parameters.numbers
+        self.q = q
+        self.start, self.bottom = q[203] + q[200], q[203] + q[201]
+        self.back = max(self.start, q[203] + q[204])
+        if q[201] >= 0.0:
+            raise BlockError(
+                "cycle-depth",
+                f"the depth of {name}, Q201 = {q[201]:g}, does not lead downwards",
+                "CYCL",
+                hint="Q201 is below 0",
+            )
+
+    def go(self, z: float, *, rapid: bool) -> None:
+        """Go to a height."""
+        end = self.ip.state.position.copy()
+        if end[_Z] == z:
+            return
+        end[_Z] = z
+        self.to(end, rapid=rapid)
+
+    def to(self, end: list[float], *, rapid: bool) -> None:
+        """Go to a place."""
+        (self.ip.sink.straight_traverse if rapid else self.ip.sink.straight_feed)(end)
+        self.ip.state.position, self.ip.state.moved = end, True
+
+    def feed(self, feed: float, what: str) -> None:
+        """Take a feed."""
+        if feed <= 0.0:
+            raise BlockError(
+                "feed-missing",
+                f"the feed of {self.name}, {what} = {feed:g}, is not above 0",
+                "CYCL",
+                hint=f"{what} is mm a minute",
+            )
+        self.ip.sink.set_feed_rate(feed)
+
+    def dwell(self, seconds: float) -> None:
+        """Wait."""
+        if seconds > 0.0:
+            self.ip.sink.call(f"DWELL({seconds:.4f})", Event("dwell", True, seconds, {"seconds": seconds}))
+
+    def end(self) -> None:
+        """Go to the second clearance, with the program's feed in force again."""
+        self.go(self.back, rapid=True)
+        self.ip.sink.set_feed_rate(self.ip.state.feed)
+
+
+def _bore(cycle: Cycle) -> None:
+    """202: in, off the wall by 0.2 mm where Q214 says so, out at Q208."""
+    q, ip = cycle.q, cycle.ip
+    way = _WAYS.get(round(q[214]))
+    if way is None:
+        raise BlockError(
+            "cycle-words",
+            f"Q214 = {q[214]:g} of cycle 202 is none of 0 to 4",
+            "CYCL",
+            hint="0 stays, 1 to 4 are X- Y- X+ Y+",
+        )
+    cycle.go(cycle.start, rapid=True)
+    cycle.feed(q[206], "Q206")
+    cycle.go(cycle.bottom, rapid=False)
+    cycle.dwell(q[211])
+    place = ip.state.position.copy()
+    if way:
+        aside = place.copy()
+        aside[0], aside[1] = place[0] + _OFF * way.real, place[1] + _OFF * way.imag
+        cycle.to(aside, rapid=True)
+    cycle.feed(q[208] or q[206], "Q208")
+    cycle.go(cycle.start, rapid=False)
+    cycle.end()
+    if way:
+        cycle.to([place[0], place[1], *ip.state.position[2:]], rapid=True)
+
+
+def _steps(cycle: Cycle) -> list[float]:
+    """Return the depths of 203 and 205: Q202, less by Q212 each time, at least Q205."""
+    q, depths, at = cycle.q, list[float](), cycle.q[203]
+    step = abs(q[202]) or abs(q[201])
+    while at > cycle.bottom:
+        if len(depths) >= _MOST_STEPS:
+            raise BlockError(
+                "cycle-infeed",
+                f"Q202 = {q[202]:g} makes more than {_MOST_STEPS} infeeds",
+                "CYCL",
+                hint="Q202 is the depth of one infeed",
+            )
+        at = max(cycle.bottom, at - step)
+        depths.append(at)
+        step = max(step - abs(q[212]), abs(q[205]) or 1e-3) if q[212] else step
+    return depths
+
+
+def _universal(cycle: Cycle) -> None:
+    """203: as 200, with smaller and smaller infeeds, Q213 chip breaks of Q256 before the tool goes out, out at Q208."""
+    q = cycle.q
+    cycle.go(cycle.start, rapid=True)
+    cycle.feed(q[206], "Q206")
+    breaks = round(q[213])
+    for depth in _steps(cycle):
+        cycle.go(depth, rapid=False)
+        if depth == cycle.bottom:
+            break
+        if breaks > 0:
+            breaks -= 1
+            cycle.go(depth + abs(q[256]), rapid=False)
+            continue
+        breaks = round(q[213])
+        cycle.go(cycle.start, rapid=True)
+        cycle.dwell(q[210])
+        cycle.go(depth + q[200], rapid=True)
+    cycle.dwell(q[211])
+    if q[208] and q[208] < 99_999.0:
+        cycle.feed(q[208], "Q208")
+        cycle.go(cycle.start, rapid=False)
+    cycle.end()
+
+
+def _peck(cycle: Cycle) -> None:
+    """205: out after each infeed, back to Q258 (to Q259 at the end) above; every Q257 a chip break of Q256."""
+    q = cycle.q
+    if q[379]:
+        raise BlockError(
+            "unsupported-block",
+            f"Q379 = {q[379]:g} of cycle 205 (a deepened start) is not read",
+            "CYCL",
+            hint="Q379=0",
+        )
+    cycle.go(cycle.start, rapid=True)
+    cycle.feed(q[206], "Q206")
+    depths, at = _steps(cycle), q[203]
+    for k, depth in enumerate(depths):
+        while q[257] > 0.0 and at - q[257] > depth:
+            at -= q[257]
+            cycle.go(at, rapid=False)
+            cycle.go(at + abs(q[256]), rapid=False)
+        cycle.go(depth, rapid=False)
+        at = depth
+        if depth == cycle.bottom:
+            break
+        part = k / max(1, len(depths) - 1)
+        ahead = q[258] + (q[259] - q[258]) * part if q[259] else q[258]
+        cycle.go(cycle.start, rapid=True)
+        cycle.go(depth + ahead, rapid=True)
+    cycle.dwell(q[211])
+    cycle.end()
+
+
+def _tap(cycle: Cycle) -> None:
+    """207: in and out in step with the spindle, Q239 a revolution (below 0: left)."""
+    ip, pitch = cycle.ip, cycle.q[239]
+    if not pitch:
+        raise BlockError(
+            "pitch-missing", "cycle 207 has no pitch: Q239 = 0", "CYCL", hint="Q239 is the pitch"
+        )
+    if ip.state.speed <= 0.0:
+        raise BlockError(
+            "spindle-stopped", "cycle 207 has no speed of the spindle", "CYCL", hint="TOOL CALL 5 Z S500"
+        )
+    cycle.go(cycle.start, rapid=True)
+    cycle.feed(abs(pitch) * ip.state.speed, "Q239 S")
+    cycle.go(cycle.bottom, rapid=False)
+    cycle.go(cycle.start, rapid=False)
+    cycle.end()
+
+
+def _bore_milling(cycle: Cycle) -> None:
+    """208: a helix of Q334 a turn to the diameter Q335, one turn at the bottom, out by the middle."""
+    ip, q = cycle.ip, cycle.q
+    tool = _radius(ip)
+    radius = q[335] / 2.0 - tool
+    if radius <= 0.0:
+        raise BlockError(
+            "cycle-tool",
+            f"Q335 = {q[335]:g} is not above the tool's diameter, {2.0 * tool:g}",
+            "CYCL",
+            hint="cycle 200 drills",
+        )
+    if q[334] <= 0.0:
+        raise BlockError(
+            "cycle-infeed", f"Q334 = {q[334]:g} is no depth of a turn", "CYCL", hint="Q334 is above 0"
+        )
+    middle = ip.state.position.copy()
+    sense = -1 if q[351] < 0.0 else 1
+    turns = math.ceil((cycle.start - cycle.bottom) / q[334] - 1e-9)
+    if turns > _MOST_STEPS:
+        raise BlockError(
+            "cycle-infeed",
+            f"Q334 = {q[334]:g} makes {turns} turns",
+            "CYCL",
+            hint="Q334 is the depth of one turn",
+        )
+    cycle.go(cycle.start, rapid=True)
+    cycle.feed(q[206], "Q206")
+    edge = [middle[0] + radius, middle[1], cycle.start, *middle[3:]]
+    cycle.to(edge, rapid=False)
+    for z, count in ((cycle.bottom, turns), (cycle.bottom, 1)):
+        end = [*edge[:2], z, *edge[3:]]
+        ip.sink.arc_feed(end, middle[0], middle[1], sense * count, 17)
+        ip.state.position = end
+    cycle.to([*middle[:2], cycle.bottom, *middle[3:]], rapid=False)
+    cycle.end()
+
+
+def _radius(ip: Interpreter) -> float:
+    tool = ip.tools.find(ip.state.tool)
+    return tool.diameter * ip.table_scale() / 2.0 if tool else 0.0
+
+
+def _pocket(length: float, width: float, corner: float, angle: float, cycle: Cycle) -> None:
+    """Clear a pocket at the tool's place."""
+    ip, q, tool = cycle.ip, cycle.q, _radius(cycle.ip)
+    if q[207] <= 0.0 or q[206] <= 0.0:
+        raise BlockError(
+            "feed-missing",
+            f"{cycle.name} has no feed: Q207 = {q[207]:g}, Q206 = {q[206]:g}",
+            "CYCL",
+            hint="Q207 mills, Q206 plunges",
+        )
+    if round(q[215]) == 2:
+        raise BlockError(
+            "unsupported-block",
+            f"Q215 = 2 of {cycle.name} (finishing alone) is not read",
+            "CYCL",
+            hint="0 roughs and finishes, 1 roughs",
+        )
+    side, floor = (q[368], q[369]) if round(q[215]) == 1 else (0.0, 0.0)
+    place = ip.state.position
+    pocket = Pocket(complex(place[0], place[1]), length / 2.0 - side, width / 2.0 - side, corner, angle)
+    levels = levels_of(q[203], cycle.bottom + floor, abs(q[202]), cycle.name)
+    step = (q[370] or 1.0) * tool
+    clear(
+        ip,
+        pocket,
+        Clearing(tool, step, levels, cycle.start, q[207], q[206], -1 if q[351] < 0.0 else 1),
+        cycle.name,
+    )
+    cycle.end()
+    cycle.to([place[0], place[1], *ip.state.position[2:]], rapid=True)
+
+
+def _rectangle(cycle: Cycle) -> None:
+    """251: Q218 by Q219, corners Q220, turned by Q224; the place is the middle (Q367 = 0)."""
+    q = cycle.q
+    _at_middle(cycle)
+    _pocket(q[218], q[219], q[220], q[224], cycle)
+
+
+def _round(cycle: Cycle) -> None:
+    """252: the diameter Q223."""
+    _pocket(cycle.q[223], cycle.q[223], cycle.q[223] / 2.0, 0.0, cycle)
+
+
+def _slot(cycle: Cycle) -> None:
+    """253: a slot of length Q218 and width Q219, turned by Q374."""
+    q = cycle.q
+    _at_middle(cycle)
+    _pocket(q[218], q[219], q[219] / 2.0, q[374], cycle)
+
+
+def _at_middle(cycle: Cycle) -> None:
+    if round(cycle.q[367]):
+        raise BlockError(
+            "unsupported-block",
+            f"Q367 = {cycle.q[367]:g} of {cycle.name} is not read: its place is its middle",
+            "CYCL",
+            hint="Q367=0",
+        )
+
+
+_RUN: dict[int, Callable[[Cycle], None]] = {
+    202: _bore, 203: _universal, 205: _peck, 207: _tap, 208: _bore_milling, 251: _rectangle, 252: _round, 253: _slot,
+}  # fmt: skip
+#: Cycles that are run by the interpreter's own code, and patterns, which run at once.
+_OWN, PATTERNS = (200, 201), (220, 221)
+READ = tuple(sorted((*_RUN, *_OWN, *PATTERNS)))
+
+
+def define(ip: Interpreter, number: int) -> None:
+    """CYCL DEF: take the cycle that the calls run."""
+    Plain.of(ip).cycle = 0
+    if number not in READ:
+        message = f"cycle {number} is not read ({', '.join(map(str, READ))} are)"
+        raise BlockError("unsupported-block", message, "CYCL", hint="write its moves as L blocks")
+    Plain.of(ip).cycle = number
+
+
+def call(ip: Interpreter, here: Block) -> None:
+    """Run the cycle at the tool's place."""
+    number = Plain.of(ip).cycle
+    ip.sink.block = here
+    if number in _RUN:
+        _RUN[number](Cycle(ip, f"cycle {number}"))
+    else:
+        ip.execute(Block({}, (CYCLE_CALL,), (), None, here.source, here.line, here.offset))
+
+
+def pattern(ip: Interpreter, number: int, cycle: int, here: Block) -> None:
+    """220 on a circle, 221 on lines: run the cycle that was defined before at each place."""
+    if not cycle:
+        raise BlockError(
+            "cycle-missing",
+            f"cycle {number} has no cycle that it calls",
+            "CYCL",
+            hint="CYCL DEF 200 stands before",
+        )
+    q = ip.parameters.numbers
+    if number == 220:
+        count = round(q[241])
+        step = q[247] or (q[246] - q[245]) / max(1, count)
+        turn = [math.radians(q[245] + k * step) for k in range(max(0, count))]
+        places = [complex(q[216], q[217]) + cmath.rect(q[244] / 2.0, angle) for angle in turn]
+    else:
+        way = cmath.rect(1.0, math.radians(q[224]))
+        columns, lines = round(q[242]), round(q[243])
+        count = columns * lines
+        origin = complex(q[225], q[226])
+        order = [
+            (k if line % 2 == 0 else columns - 1 - k, line)
+            for line in range(max(0, lines))
+            for k in range(max(0, columns))
+        ]
+        places = [origin + way * complex(k * q[237], line * q[238]) for k, line in order]
+    if not 1 <= count <= _MOST_STEPS:
+        raise BlockError(
+            "cycle-repeats",
+            f"cycle {number} has {count} places",
+            "CYCL",
+            hint="Q241, or Q242 and Q243, count them",
+        )
+    Plain.of(ip).cycle = cycle
+    for place in places:
+        end = ip.state.position.copy()
+        end[0], end[1] = place.real, place.imag
+        ip.sink.block = here
+        ip.sink.straight_traverse(end)
+        ip.state.position, ip.state.moved = end, True
+        call(ip, here)

@@ -1,0 +1,572 @@
+"""The order in which the lines of a program in plain language are executed, and what of it leads from line to line."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from cncgen.diagnostics import Diagnostics, Severity
+from cncgen.gcode.block import (
+    AXIS_INDEX,
+    CIRCLE,
+    CYCLE_CALL,
+    POLAR_ARC,
+    POLAR_LINE,
+    RADIUS_ARC,
+    Block,
+    Parsed,
+    gather,
+)
+from cncgen.gcode.codes import affine
+from cncgen.gcode.codes.offsets import use_system
+from cncgen.gcode.codes.plain_language import Plain
+from cncgen.gcode.doubts import doubts, remarks_on
+from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
+from cncgen.gcode.flow.faults import Faults
+from cncgen.gcode.heidenhain import contours, cycles, values
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.sinks.sink import Sink
+from cncgen.gcode.source import Source
+from cncgen.gcode.state.systems import SYSTEM_COUNT
+from cncgen.gcode.text import plain_language
+from cncgen.gcode.text.dialects import Choice, chosen
+from cncgen.gcode.text.expressions import evaluate
+from cncgen.gcode.text.labels import Cursor
+from cncgen.toolpath.reading import ReadOptions
+
+#: What a program has where its lines lead from one to another.
+_NEEDS = re.compile(
+    rb"^[ \t]*(?:\d+[ \t]+)?(?:LBL\b|CALL[ \t]+LBL|FN[ \t]*(?!0[ \t]*:)\d|APPR\b|DEP\b|RND\b|CHF\b|CT\b|Q\d+[ \t]*=[^;\n]*[-+*/(A-Z][ \t]*[\dQ(]"
+    rb"|CYCL[ \t]+DEF[ \t]+(?:8|9|10|11|2[0-9][02-9]|21\d|22\d|251|252|253|247)\b|CYCL[ \t]+CALL[ \t]+POS)|\bR[LR]\b(?![\w.])|\bM89\b",
+    re.MULTILINE | re.IGNORECASE,
+)
+_NUMBER = re.compile(r"\s*(?:\d+\s+)?")
+_LABEL = re.compile(r"LBL\s+(?:\"(?P<name>[^\"]*)\"|(?P<number>\w+))\s*\Z", re.IGNORECASE)
+_CALL = re.compile(
+    r"CALL\s+LBL\s+(?:\"(?P<name>[^\"]*)\"|(?P<number>\w+))(?:\s+REP\s*(?P<times>\d+)(?:/\d+)?)?\s*\Z",
+    re.IGNORECASE,
+)
+_CORNER = re.compile(
+    r"(?P<kind>RND|CHF)\s*R?\s*(?P<size>[-+]?\s*(?:Q\d+|\d+[.,]?\d*|[.,]\d+))(?:\s*F\s*[\d.,]+)?\s*\Z",
+    re.IGNORECASE,
+)
+_DEFINITION = re.compile(
+    r"CYCL\s+DEF\s+(?P<number>\d+)(?:\.(?P<part>\d+))?(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL
+)
+_TANGENT = re.compile(r"CT(?=[\sXYZI])(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
+_PLACE = re.compile(r"CYCL\s+CALL\s+POS\b(?P<rest>.*)\Z", re.IGNORECASE | re.DOTALL)
+_VALUE = re.compile(r"\s*([-+]?\s*(?:Q\d+|\d+[.,]?\d*|[.,]\d+))")
+_FRAMES = (7, 8, 9, 10, 11, 247)
+_ARCS = (CIRCLE, RADIUS_ARC, POLAR_ARC)
+_MOST_AGAIN = 10_000_000
+_CALLED = CYCLE_CALL / 10.0
+_MODAL = re.compile(r"\bM89\b", re.IGNORECASE)
+_SIDE_OFF = re.compile(r"\bR0\b(?![.\d])", re.IGNORECASE)
+
+
+def needs(source: Source) -> bool:
+    """Tell whether a program has what this runner is for."""
+    return _NEEDS.search(source.data) is not None
+
+
+class HeidenhainRunner:
+    """One run of a program on a sink; it is used as `cncgen.gcode.flow.running.Runner` is."""
+
+    def __init__(
+        self,
+        source: Source,
+        options: ReadOptions,
+        sink: Sink,
+        diagnostics: Diagnostics,
+        *,
+        path: Path | None = None,
+        choice: Choice | None = None,
+    ) -> None:
+        self.reporter = Reporter(diagnostics)
+        self.sources = [source]
+        self._options = options
+        self._choice = choice or chosen(source, options.dialect)
+        self._faults = Faults(self.sources, sink, self.reporter)
+        self.ip = Interpreter(sink, options, self._faults.remark, "heidenhain")
+        self._lines: list[Cursor] = []
+        self._bodies: list[str] = []
+        self._labels: dict[str, int] = {}
+        self._calls: list[int] = []
+        self._repeats: dict[int, int] = {}
+        self._parsed: dict[str, Parsed] = {}
+        self._frames: dict[int, affine.Frame] = {}
+        self._modal = False
+        self._angle = 0.0
+        self._at = 0
+        self._steps = 0
+
+    def run(self) -> Iterator[None]:
+        """Run to the end; yields now and then, so that rows can be taken away."""
+        source = self.sources[0]
+        for error, severity in remarks_on(self._choice):
+            offset = 0
+            for _ in range(self._choice.line - 1):
+                offset = source.line_end(offset) + 1
+            self.reporter.report(source, self._choice.line, offset, error, severity)
+        for here, doubt in doubts(source, "heidenhain"):
+            self.reporter.report(source, here.line, here.offset, doubt, Severity.WARNING)
+        self._read(source)
+        self.ip.begin()
+        try:
+            yield from self._run()
+            self.ip.end_compensation()
+        except Stop as stop:
+            self._faults.here(stop.error)
+        except BlockError as error:
+            self._faults.here(error)
+        if not self.ip.state.ended and not self._faults.found and self._lines:
+            here = self._lines[-1]
+            self.ip.base.block = Block({}, line=here.line, offset=here.offset)
+            self._faults.remark(
+                BlockError(
+                    "no-program-end", "the program ends without END PGM or M30", hint="END PGM ends it"
+                ),
+                Severity.WARNING,
+            )
+
+    def _read(self, source: Source) -> None:
+        """Take the lines, their text without numbers and comments, and the labels."""
+        offset, number = 0, 1
+        while offset < len(source):
+            body = source.text_at(offset).partition(";")[0].rstrip().rstrip("~").rstrip()
+            match = _NUMBER.match(body)
+            assert match
+            bare = body[match.end() :]
+            label = _LABEL.match(bare)
+            if label:
+                name = (label["name"] if label["name"] is not None else label["number"]).upper()
+                if name != "0":
+                    self._labels.setdefault(name, len(self._lines))
+            self._lines.append(Cursor(0, offset, number))
+            self._bodies.append(bare)
+            offset, number = source.line_end(offset) + 1, number + 1
+
+    def _run(self) -> Iterator[None]:
+        most = self._options.max_steps
+        bound = most if most is not None else _MOST_AGAIN + len(self._lines)
+        while self._at < len(self._lines) and not self.ip.state.ended:
+            at, self._at = self._at, self._at + 1
+            self._steps += 1
+            if self._steps > bound:
+                message = f"more than {bound} blocks were executed: the program counts as endless"
+                raise Stop(BlockError("too-many-steps", message, hint="--max-steps sets the bound"))
+            if self._steps % 512 == 0:
+                yield
+            here = self._lines[at]
+            self.ip.base.block = Block({}, line=here.line, offset=here.offset)
+            try:
+                self._line(at, self._bodies[at])
+            except BlockError as error:
+                try:
+                    self._faults.fail(here, error)
+                except Astray:
+                    raise Stop(
+                        BlockError(
+                            "too-many-steps",
+                            "lines fail again and again: the program counts as endless",
+                            hint="mend the faults above",
+                        )
+                    ) from None
+
+    def _q(self, number: int) -> float:
+        return float(self.ip.parameters.numbers[number])
+
+    def _value(self, text: str) -> float:
+        return values.formula(text.replace(",", "."), self._q)
+
+    def _line(self, at: int, body: str) -> None:
+        """Execute a line."""
+        if not body or body.startswith("*"):
+            return
+        head = body[:4].upper()
+        if head.startswith("LBL") and _LABEL.match(body):
+            self._pass_label(at, body)
+        elif head == "CALL" and _CALL.match(body):
+            self._call(at, body)
+        elif head.startswith(("FN", "Q")):
+            self._set(at, body)
+        elif head.startswith(("RND", "CHF")):
+            self._check_corner(at, body)
+        elif head in ("APPR", "DEP ", "DEP\t"):
+            self._way(at, body)
+        elif head == "CYCL":
+            self._cycle(at, body)
+        elif head.startswith("CT") and _TANGENT.match(body):
+            self._tangent(at, body)
+        else:
+            self._plain(at, body)
+
+    # Jumps.
+
+    def _pass_label(self, at: int, body: str) -> None:
+        """LBL 0 ends a subprogram; other labels are passed."""
+        label = _LABEL.match(body)
+        assert label
+        if label["number"] == "0" and self._calls:
+            self._at = self._calls.pop()
+
+    def _target(self, name: str) -> int:
+        if name not in self._labels:
+            raise BlockError(
+                "label-missing",
+                f"LBL {name} is called, and stands nowhere",
+                "LBL",
+                hint=f"LBL {name} begins what is run",
+            )
+        return self._labels[name]
+
+    def _call(self, at: int, body: str) -> None:
+        """CALL LBL n: a subprogram to LBL 0; with REP m the lines from the label to here m times more."""
+        match = _CALL.match(body)
+        assert match
+        name = (match["name"] if match["name"] is not None else match["number"]).upper()
+        target = self._target(name)
+        if match["times"] is not None:
+            left = self._repeats.get(at, int(match["times"]))
+            if left > 0:
+                self._repeats[at] = left - 1
+                self._at = target + 1
+            else:
+                self._repeats.pop(at, None)
+            return
+        if len(self._calls) >= self._options.max_call_depth:
+            raise Stop(
+                BlockError(
+                    "call-depth",
+                    f"calls are nested more than {self._options.max_call_depth} deep",
+                    "CALL",
+                    hint="is the recursion without end?",
+                )
+            )
+        self._calls.append(at + 1)
+        self._at = target + 1
+
+    def _set(self, at: int, body: str) -> None:
+        """Set a Q parameter, or jump by FN 9 to FN 12."""
+        jump = values.jump(body, self._q)
+        if jump is not None:
+            holds, label = jump
+            if holds:
+                self._at = self._target(label) + 1
+            return
+        found = values.assignment(body, self._q)
+        if found is not None:
+            number, value = found
+            self.ip.parameters.set_number(float(number), value)
+            return
+        number_of = values.function_number(body)
+        if number_of == 14:
+            raise Stop(
+                BlockError(
+                    "program-alarm",
+                    f"the program raises an error: {body}",
+                    "FN",
+                    hint="FN 14 ends the program",
+                )
+            )
+        if number_of in (15, 16, 20, 29, 37, 38):
+            return
+        what = f"FN {number_of}" if number_of is not None else "a line that begins with Q"
+        raise BlockError(
+            "unsupported-block", f"{what} is not read", "FN", hint="FN 0 to FN 14 and formulas of Q are read"
+        )
+
+    # Contours.
+
+    def _following(self, at: int) -> int | None:
+        """Return the next line that is no comment."""
+        return next(
+            (
+                k
+                for k in range(at + 1, len(self._bodies))
+                if self._bodies[k] and not self._bodies[k].startswith("*")
+            ),
+            None,
+        )
+
+    def _corner_after(self, at: int) -> tuple[str, float] | None:
+        """Return the corner RND or CHF that the next line puts at the end of this one."""
+        following = self._following(at)
+        match = _CORNER.match(self._bodies[following]) if following is not None else None
+        if match is None:
+            return None
+        return (",r" if match["kind"].upper() == "RND" else ",c"), self._value(match["size"])
+
+    def _check_corner(self, at: int, body: str) -> None:
+        if _CORNER.match(body) is None:
+            raise BlockError(
+                "syntax",
+                f"{body[:3].upper()} has no size that is read",
+                body[:3].upper(),
+                hint="RND R5, CHF 2",
+            )
+        before = next((k for k in range(at - 1, -1, -1) if self._bodies[k]), None)
+        if before is None or not re.match(r"(?:L|C|CR|CT|CP|LP|LN)\b", self._bodies[before], re.IGNORECASE):
+            raise BlockError(
+                "corner-motion",
+                f"{body[:3].upper()} has no element of a contour before it",
+                body[:3].upper(),
+                hint="an L or C block leads to the corner",
+            )
+
+    def _block(self, at: int, body: str) -> Block:
+        """Return a line of the plain language as a block, values known."""
+        parsed = self._parsed.get(body)
+        if parsed is None:
+            parsed = plain_language.parse(body)
+            if len(self._parsed) < 4096:
+                self._parsed[body] = parsed
+        for target, value in parsed.settings:
+            assert not isinstance(target, str)
+            self.ip.parameters.set_number(
+                evaluate(target, self.ip.parameters), evaluate(value, self.ip.parameters)
+            )
+        block = gather([(letter, evaluate(value, self.ip.parameters)) for letter, value in parsed.words])
+        here = self._lines[at]
+        return replace(block, line=here.line, offset=here.offset)
+
+    def _plain(self, at: int, body: str) -> None:
+        """Execute a line of motions, tools and M functions."""
+        if _MODAL.search(body):
+            self._modal = True
+            body = _MODAL.sub("   ", body)
+        block = self._block(at, body)
+        called = CYCLE_CALL in block.g
+        if called:
+            block.g = tuple(number for number in block.g if number != CYCLE_CALL)
+            self._modal = False
+        if self.ip.state.compensation != 40 and _SIDE_OFF.search(body) and not {410, 420} & set(block.g):
+            self._execute(Block({}, (400,), (), None, 0, block.line, block.offset))
+        moves = not AXIS_INDEX.keys().isdisjoint(block.words) or any(
+            number in (*_ARCS, POLAR_LINE) for number in block.g
+        )
+        if moves:
+            corner = self._corner_after(at)
+            if corner is not None:
+                block.words[corner[0]] = corner[1]
+        self._move(block)
+        if called or (self._modal and moves):
+            cycles.call(self.ip, Block({}, (), (), None, 0, block.line, block.offset))
+
+    def _move(self, block: Block) -> None:
+        """Execute a block, and keep the direction in which it ends."""
+        state, plain = self.ip.state, Plain.of(self.ip)
+        before = state.position.copy()
+        self._execute(block)
+        way = complex(state.position[0] - before[0], state.position[1] - before[1])
+        if way and not any(number in _ARCS for number in block.g):
+            plain.heading = way
+
+    def _execute(self, block: Block) -> None:
+        if self.ip.guard is not None:
+            self.ip.base.block = block
+            self.ip.guard(self.ip, block)
+        if block.words or block.g or block.m:
+            self.ip.execute(block)
+
+    def _tangent(self, at: int, body: str) -> None:
+        """CT X Y: an arc that goes on in the direction before."""
+        match = _TANGENT.match(body)
+        assert match
+        block = self._block(at, f"L {match['rest']}")
+        side = tuple(number for number in block.g if number in (410, 420))
+        corner = self._corner_after(at)
+        if side or self.ip.guard is not None:
+            self._execute(Block({}, side, (), None, 0, block.line, block.offset))
+        if "f" in block.words:
+            self._execute(Block({"f": block.words["f"]}, (), (), None, 0, block.line, block.offset))
+        end, centre, sense = contours.tangent_arc(self.ip, block.words)
+        plain = Plain.of(self.ip)
+        pole, plane = plain.pole, plain.plane
+        plain.pole, plain.plane = centre, 17
+        words = {"xyzabcuvw"[k]: end[k] for k in range(9) if end[k] != self.ip.state.position[k]}
+        words["dr"] = float(sense)
+        if corner is not None:
+            words[corner[0]] = corner[1]
+        try:
+            self._execute(Block(words, (CIRCLE,), block.m, None, 0, block.line, block.offset))
+        finally:
+            plain.pole, plain.plane = pole, plane
+
+    def _way(self, at: int, body: str) -> None:
+        """APPR and DEP."""
+        way = contours.way_of(body, self._value)
+        if way is None:
+            raise BlockError(
+                "unsupported-block",
+                f"{body.split()[0].upper()} is not read in this form",
+                body.split()[0].upper(),
+                hint="LT, LN, CT and LCT are",
+            )
+        here = Block({}, (), (), None, 0, self._lines[at].line, self._lines[at].offset)
+        self._execute(here)
+        if way.kind == "APPR":
+            following = self._following(at)
+            block = None
+            if following is not None:
+                while following is not None and _CORNER.match(self._bodies[following]):
+                    following = self._following(following)
+                if following is not None and re.match(
+                    r"(?:L|C|CR|CP|LP|CC)\b", self._bodies[following], re.IGNORECASE
+                ):
+                    while self._bodies[following].upper().startswith("CC"):
+                        self._plain(following, self._bodies[following])
+                        following = self._following(following) or len(self._bodies) - 1
+                    block = self._block(following, self._bodies[following])
+            contours.approach(self.ip, way, here, block)
+        else:
+            contours.departure(self.ip, way, here)
+        if way.m:
+            self._execute(Block({}, (), tuple(way.m), None, 0, here.line, here.offset))
+
+    # Cycles.
+
+    def _cycle(self, at: int, body: str) -> None:
+        place = _PLACE.match(body)
+        if place:
+            block = self._block(at, f"L {place['rest']} FMAX")
+            self._move(block)
+            cycles.call(self.ip, Block({}, (), (), None, 0, block.line, block.offset))
+            return
+        match = _DEFINITION.match(body)
+        number = int(match["number"]) if match else 0
+        if match is None or number == 32:
+            self._plain(at, body)
+        elif number in _FRAMES:
+            self._frame(at, number, match["part"], match["rest"])
+        else:
+            self._define(at, number)
+
+    def _define(self, at: int, number: int) -> None:
+        """Take a cycle; a pattern runs once its Q parameters are read."""
+        before = Plain.of(self.ip).cycle
+        cycles.define(self.ip, number)
+        following = at + 1
+        while following < len(self._bodies) and re.match(
+            r"Q\d+\s*=|\Z", self._bodies[following], re.IGNORECASE
+        ):
+            if self._bodies[following]:
+                self._set(following, self._bodies[following])
+            following += 1
+        self._at = following
+        if number in cycles.PATTERNS:
+            here = self._lines[at]
+            cycles.pattern(self.ip, number, before, Block({}, (), (), None, 0, here.line, here.offset))
+
+    def _frame(self, at: int, number: int, part: str | None, rest: str) -> None:
+        """7 datum shift, 8 mirror, 10 rotation, 11 scaling: frames in the order in which they were given; 9 dwell; 247 preset."""
+        if number == 247:
+            self._preset(at)
+            return
+        if number == 9:
+            seconds = (
+                _VALUE.search(re.sub(r"[A-Z.]+", " ", rest, flags=re.IGNORECASE)) if part == "1" else None
+            )
+            if seconds:
+                self._execute(
+                    Block(
+                        {"p": self._value(seconds[1])},
+                        (40,),
+                        (),
+                        None,
+                        0,
+                        self._lines[at].line,
+                        self._lines[at].offset,
+                    )
+                )
+            return
+        if part in (None, "0"):
+            if number == 8:
+                following = self._following(at)
+                if following is None or not re.match(
+                    r"CYCL\s+DEF\s+8\.1\s*\S", self._bodies[following], re.IGNORECASE
+                ):
+                    self._take(8, None)
+            return
+        if number == 7:
+            self._shift(rest)
+        elif number == 8:
+            letters = [letter for letter in rest.upper() if letter in "XYZ"]
+            self._take(8, _mirror(letters) if letters else None)
+        elif number == 10:
+            found = re.search(r"(I?)ROT" + _VALUE.pattern, rest, re.IGNORECASE)
+            if found is None:
+                raise BlockError(
+                    "rotation-angle", "cycle 10 has no angle ROT", "CYCL", hint="CYCL DEF 10.1 ROT+35"
+                )
+            self._angle = self._value(found[2]) + (self._angle if found[1] else 0.0)
+            self._take(10, affine.Frame(affine.turn(2, self._angle)) if self._angle else None)
+        else:
+            found = re.search(r"SCL" + _VALUE.pattern, rest, re.IGNORECASE)
+            factor = self._value(found[1]) if found else 0.0
+            if factor <= 0.0:
+                raise BlockError(
+                    "scale-missing",
+                    f"cycle 11 has the factor {factor:g}",
+                    "CYCL",
+                    hint="CYCL DEF 11.1 SCL 0.75; SCL 1 ends it",
+                )
+            self._take(
+                11,
+                affine.Frame(((factor, 0.0, 0.0), (0.0, factor, 0.0), (0.0, 0.0, factor)))
+                if factor != 1.0
+                else None,
+            )
+
+    def _shift(self, rest: str) -> None:
+        if "#" in rest:
+            raise BlockError(
+                "unsupported-block",
+                "a datum shift by a line of a table is not read",
+                "CYCL",
+                hint="CYCL DEF 7.1 X+10 gives it",
+            )
+        old = self._frames.get(7, affine.Frame()).shift
+        shift = list(old)
+        for word in re.finditer(r"(I?)([XYZ])" + _VALUE.pattern, rest, re.IGNORECASE):
+            column = "XYZ".index(word[2].upper())
+            shift[column] = self._value(word[3]) + (old[column] if word[1] else 0.0)
+        self._take(7, affine.Frame(shift=(shift[0], shift[1], shift[2])) if any(shift) else None)
+
+    def _take(self, number: int, frame: affine.Frame | None) -> None:
+        """Put a frame in force, or end it."""
+        wanted = dict(self._frames)
+        if frame is None:
+            wanted.pop(number, None)
+        else:
+            wanted[number] = frame
+        whole = affine.Frame()
+        for part in wanted.values():
+            whole = whole.then(part)
+        affine.change(self.ip, whole)
+        self._frames = wanted
+
+    def _preset(self, at: int) -> None:
+        """247: the preset Q339; numbers 1 to 9 are the origins G54 to G59.3 of the parameter file."""
+        following = at + 1
+        while following < len(self._bodies) and re.match(r"Q\d+\s*=", self._bodies[following], re.IGNORECASE):
+            self._set(following, self._bodies[following])
+            following += 1
+        self._at = following
+        number = round(self._q(339))
+        if 1 <= number <= SYSTEM_COUNT:
+            use_system(self.ip, number)
+        elif number:
+            raise BlockError(
+                "system-number",
+                f"preset {number} is not read: presets 0 to {SYSTEM_COUNT} are",
+                "CYCL",
+                hint="--parameters sets origins",
+            )
+
+
+def _mirror(letters: list[str]) -> affine.Frame:
+    factors = [-1.0 if axis in letters else 1.0 for axis in "XYZ"]
+    return affine.Frame(((factors[0], 0.0, 0.0), (0.0, factors[1], 0.0), (0.0, 0.0, factors[2])))

@@ -1,0 +1,153 @@
+"""Heidenhain's plain language from line to line: labels, Q parameters, contours, cycles, worked out by hand; and wrong programs."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+HEAD = "0 BEGIN PGM T MM\n1 TOOL CALL 1 Z S1000\n"
+TAIL = "\nEND PGM T MM\n"
+DRILL = "CYCL DEF 200 DRILLING ~\n Q200=2 ~\n Q201=-10 ~\n Q206=150 ~\n Q202=10 ~\n Q210=0 ~\n Q203=0 ~\n Q204=20 ~\n Q211=0\n"
+HOLE = [(0, 0, 2), (0, 0, -10), (0, 0, 20)]
+MILL = " Q215=0 ~\n Q368=0 ~\n Q207=500 ~\n Q351=1 ~\n Q201=-4 ~\n Q202=4 ~\n Q369=0 ~\n Q206=100 ~\n Q338=0 ~\n Q200=2 ~\n Q203=0 ~\n Q204=20 ~\n Q370=1 ~\n Q366=0"
+K = 2.0 - math.sqrt(2.0)
+
+#: Program, and where its motions end. Tool 1 has the radius 2 and no length.
+MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
+    "a subprogram": ("CALL LBL 1\nCALL LBL 1\nL Y+1 FMAX\nM30\nLBL 1\nL IX+1 FMAX\nLBL 0", [(1,), (2,), (2, 1)]),
+    "a name": ('CALL LBL "BOHREN"\nM30\nLBL "BOHREN"\nL X+1 FMAX\nLBL 0', [(1,)]),
+    "REP": ("LBL 1\nL IX+1 FMAX\nCALL LBL 1 REP 2\nL Y+1 FMAX", [(1,), (2,), (3,), (3, 1)]),
+    "REP 2/2": ("LBL 1\nL IX+1 FMAX\nCALL LBL 1 REP 2/2", [(1,), (2,), (3,)]),
+    "REP within REP": ("LBL 1\nLBL 2\nL IX+1 FMAX\nCALL LBL 2 REP 1\nL IY+1 FMAX\nCALL LBL 1 REP 1", [(1,), (2,), (2, 1), (3, 1), (4, 1), (4, 2)]),
+    "FN 0 to 4": ("FN 0: Q1 = +6\nFN 1: Q2 = +Q1 + +2\nFN 2: Q3 = +Q1 - +2\nFN 3: Q4 = +Q1 * +2\nFN 4: Q5 = +Q1 DIV +2\nL X+Q2 Y+Q3 Z+Q4 FMAX\nL X+Q5 FMAX",
+                  [(8, 4, 12), (3, 4, 12)]),
+    "FN 5 to 8, 13": ("FN 5: Q1 = SQRT +16\nFN 6: Q2 = SIN +30\nFN 7: Q3 = COS +60\nFN 8: Q4 = +3 LEN +4\nFN 13: Q5 = +1 ANG -1\nL X+Q1 Y+Q2 Z+Q3 FMAX\nL X+Q4 Y+Q5 FMAX",
+                      [(4, 0.5, 0.5), (5, 135, 0.5)]),
+    "formulas": ("Q1 = ( 2 + 3 ) * 4 - SQ 2\nQ2 = - Q1 / 4\nQ3 = ABS Q2 ^ 2\nL X+Q1 Y+Q2 Z+Q3 FMAX", [(16, -4, 16)]),
+    "FN 9": ("Q1 = 1\nFN 9: IF +Q1 EQU +1 GOTO LBL 5\nL X+9 FMAX\nLBL 5\nL X+1 FMAX", [(1,)]),
+    "FN 10": ("FN 10: IF +Q1 NE +0 GOTO LBL 5\nL X+2 FMAX\nLBL 5\nL X+1 FMAX", [(2,), (1,)]),
+    "FN 11": ("Q1 = 3\nLBL 1\nQ1 = Q1 - 1\nL IX+1 FMAX\nFN 11: IF +Q1 GT +0 GOTO LBL 1", [(1,), (2,), (3,)]),
+    "FN 12": ("LBL 1\nQ1 = Q1 + 1\nL X+Q1 FMAX\nFN 12: IF +Q1 LT +2 GOTO LBL 1", [(1,), (2,)]),
+    "RND": ("L X+10 F100\nRND R2\nL Y+10", [(8,), (10, 2), (10, 10)]),
+    "CHF": ("L X+10 F100\nCHF 2\nL Y+10", [(8,), (10, 2), (10, 10)]),
+    "RND before an arc": ("L X+10 F100\nRND R1\nCC X+10 Y+10\nL Y+5\nL Y+10", [(9,), (10, 1), (10, 5), (10, 10)]),
+    "CT": ("L X+10 F100\nCT X+20 Y+10", [(10,), (20, 10)]),
+    "RL": ("L X+0 Y+0 Z-1 F100\nL X+10 RL\nL Y+10\nL X+20\nL R0 X+30 Y+30", [(0, 0, -1), (8, 2, -1), (8, 10, -1), (10, 12, -1), (20, 12, -1), (30, 30, -1)]),
+    "RR": ("L X+10 Z-1 RR F100\nL Y+10\nL R0 Y+30", [(10, -2, -1), (12, 0, -1), (12, 10, -1), (10, 30, -1)]),
+    "APPR LT DEP LT": ("L X-30 F100\nAPPR LT X+0 Y+0 LEN15 RL\nL Y+10\nDEP LT LEN5", [(-30,), (-2, -15), (-2,), (-2, 10), (-2, 15)]),
+    "APPR LN DEP LN": ("L X-30 F100\nAPPR LN X+0 Y+0 LEN15 RL\nL Y+10\nDEP LN LEN5", [(-30,), (-17,), (-2,), (-2, 10), (-7, 10)]),
+    "APPR CT DEP CT": ("L X-30 F100\nAPPR CT X+0 Y+0 CCA90 R+10 RL\nL Y+20\nDEP CT CCA90 R+10", [(-30,), (-10, -8), (-2,), (-2, 20), (-10, 28)]),
+    "APPR LCT": ("L X-30 Y-8 F100\nAPPR LCT X+0 Y+0 R10 RL\nL Y+20\nDEP LCT X-30 Y+28 R10", [(-30, -8), (-10, -8), (-2,), (-2, 20), (-10, 28), (-30, 28)]),
+    "APPR LT with RR": ("L X+30 F100\nAPPR LT X+0 Y+0 LEN15 RR\nL Y+10\nDEP LT LEN5", [(30,), (2, -15), (2,), (2, 10), (2, 15)]),
+    "200 with M99": (f"{DRILL}L X+0 Y+5 FMAX M99", [(0, 5), *[(0, 5, z) for _, _, z in HOLE]]),
+    "CYCL CALL POS": (f"{DRILL}CYCL CALL POS X+5 Y+0 Z+0", [(5,), *[(5, 0, z) for _, _, z in HOLE]]),
+    "M89": (f"{DRILL}L X+5 FMAX M89\nL X+6 FMAX M99\nL X+7 FMAX",
+            [(5,), *[(5, 0, z) for _, _, z in HOLE], (6, 0, 20), *[(6, 0, z) for _, _, z in HOLE], (7, 0, 20)]),
+    "202": ("CYCL DEF 202 BORING ~\n Q200=2 ~\n Q201=-10 ~\n Q206=100 ~\n Q211=0 ~\n Q208=250 ~\n Q203=0 ~\n Q204=20 ~\n Q214=1\nCYCL CALL",
+            [(0, 0, 2), (0, 0, -10), (-0.2, 0, -10), (-0.2, 0, 2), (-0.2, 0, 20), (0, 0, 20)]),
+    "203": ("CYCL DEF 203 UNIVERSAL ~\n Q200=2 ~\n Q201=-12 ~\n Q206=100 ~\n Q202=5 ~\n Q210=0 ~\n Q203=0 ~\n Q204=20 ~\n Q212=1 ~\n Q213=1 ~\n Q205=3 ~\n Q211=0 ~\n Q208=0 ~\n Q256=0.5\nCYCL CALL",
+            [(0, 0, z) for z in (2, -5, -4.5, -9, 2, -7, -12, 20)]),
+    "205": ("CYCL DEF 205 PECK ~\n Q200=2 ~\n Q201=-10 ~\n Q206=100 ~\n Q202=5 ~\n Q203=0 ~\n Q204=20 ~\n Q212=0 ~\n Q205=0 ~\n Q258=1 ~\n Q259=1 ~\n Q257=0 ~\n Q256=0.2 ~\n Q211=0 ~\n Q379=0\nCYCL CALL",
+            [(0, 0, z) for z in (2, -5, 2, -4, -10, 20)]),
+    "207": ("CYCL DEF 207 TAPPING ~\n Q200=2 ~\n Q201=-10 ~\n Q239=+1 ~\n Q203=0 ~\n Q204=20\nCYCL CALL", [(0, 0, z) for z in (2, -10, 2, 20)]),
+    "208": ("CYCL DEF 208 BORE MILLING ~\n Q200=2 ~\n Q201=-4 ~\n Q206=100 ~\n Q334=2 ~\n Q203=0 ~\n Q204=20 ~\n Q335=10 ~\n Q342=0 ~\n Q351=1\nCYCL CALL",
+            [(0, 0, 2), (3, 0, 2), (3, 0, -4), (3, 0, -4), (0, 0, -4), (0, 0, 20)]),
+    "220": (f"{DRILL}CYCL DEF 220 CIRCLE ~\n Q216=0 ~\n Q217=0 ~\n Q244=20 ~\n Q245=0 ~\n Q246=360 ~\n Q247=0 ~\n Q241=2",
+            [(10,), *[(10, 0, z) for _, _, z in HOLE], (-10, 0, 20), *[(-10, 0, z) for _, _, z in HOLE]]),
+    "221": (f"{DRILL}CYCL DEF 221 LINES ~\n Q225=5 ~\n Q226=5 ~\n Q237=10 ~\n Q238=8 ~\n Q242=2 ~\n Q243=1 ~\n Q224=0",
+            [(5, 5), *[(5, 5, z) for _, _, z in HOLE], (15, 5, 20), *[(15, 5, z) for _, _, z in HOLE]]),
+    "252": (f"CYCL DEF 252 POCKET ~\n Q223=8 ~\n{MILL}\nCYCL CALL",
+            [(0, 0, 2), (0, 0, -4), (0, -2, -4), (2, 0, -4), (0, 2, -4), (-2, 0, -4), (0, -2, -4), (0, 0, -4), (0, 0, 2), (0, 0, 20)]),
+    "253": (f"CYCL DEF 253 SLOT ~\n Q218=20 ~\n Q219=4 ~\n Q374=0 ~\n Q367=0 ~\n{MILL}\nCYCL CALL",
+            [(0, 0, 2), (0, 0, -4), (8, 0, -4), (-8, 0, -4), (0, 0, -4), (0, 0, 2), (0, 0, 20)]),
+    "7": ("CYCL DEF 7.0 DATUM\nCYCL DEF 7.1 X+10\nCYCL DEF 7.2 Y+5\nLBL 9\nL X+1 Y+1 FMAX\nCYCL DEF 7.0 DATUM\nCYCL DEF 7.1 X+0\nCYCL DEF 7.2 Y+0\nL X+1 Y+1 FMAX", [(11, 6), (1, 1)]),
+    "8": ("CYCL DEF 8.0 MIRROR\nCYCL DEF 8.1 X\nL X+5 Y+1 FMAX\nCYCL DEF 8.0 MIRROR\nCYCL DEF 8.1\nL X+5 FMAX", [(-5, 1), (5, 1)]),
+    "10": ("CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+90\nL X+5 FMAX\nCYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+0\nL X+5 Y+0 FMAX", [(0, 5), (5, 0)]),
+    "11": ("CYCL DEF 11.0 SCALING\nCYCL DEF 11.1 SCL 2\nL X+5 FMAX\nCYCL DEF 11.0 SCALING\nCYCL DEF 11.1 SCL 1\nL X+5 FMAX", [(10,), (5,)]),
+    "7 and 10": ("CYCL DEF 7.0 DATUM\nCYCL DEF 7.1 X+10\nCYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+90\nL X+5 Y+0 FMAX", [(10, 5)]),
+    "9": ("CYCL DEF 9.0 DWELL\nCYCL DEF 9.1 DWELL 0.5\nL X+1 FMAX", [(1,)]),
+    "247": ("CYCL DEF 247 PRESET ~\n Q339=1\nL X+1 FMAX", [(1,)]),
+}  # fmt: skip
+
+
+def outcome(run: Any, tmp_path: Path, text: str, **options: Any) -> Any:
+    table = tmp_path / "tools.tbl"
+    table.write_text("T1 P1 D4\n")
+    return run(HEAD + text + TAIL, tool_table=table, **options)
+
+
+def ends(points: Any) -> list[tuple[float, ...]]:
+    """Return points, zeros at their ends left out but for X."""
+    found = []
+    for row in points:
+        point = [round(float(v), 6) + 0.0 for v in row]
+        while len(point) > 1 and point[-1] == 0.0:
+            point.pop()
+        found.append(tuple(point))
+    return found
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_motions(run: Any, tmp_path: Path, name: str) -> None:
+    text, expected = MOTIONS[name]
+    out = outcome(run, tmp_path, text)
+    assert out.errors == []
+    assert ends(out.path.end[out.path.kind < 3][:, :3]) == ends(expected)
+
+
+def test_a_pocket_stays_within_its_wall(run: Any, tmp_path: Path) -> None:
+    """30 by 20, the tool's radius 2: its centre reaches 13 and 8, and steps aside by 2 at most."""
+    text = (
+        f"CYCL DEF 251 POCKET ~\n Q218=30 ~\n Q219=20 ~\n Q220=5 ~\n Q224=0 ~\n Q367=0 ~\n{MILL}\nCYCL CALL"
+    )
+    out = outcome(run, tmp_path, text)
+    assert out.errors == []
+    points = out.path.end[out.path.kind < 3][:, :2]
+    assert abs(points[:, 0]).max() == pytest.approx(13.0)
+    assert abs(points[:, 1]).max() == pytest.approx(8.0)
+    assert sorted({round(float(y), 6) for y in points[:, 1] if y <= 0.0 and abs(y) % 2 == 0})[0] == -8.0
+
+
+#: Program behind two lines, and code, line and column of its first fault.
+WRONG: dict[str, tuple[str, tuple[str, int]]] = {
+    "no label": ("CALL LBL 7", ("label-missing", 3)),
+    "a jump nowhere": ("FN 9: IF +1 EQU +1 GOTO LBL 7", ("label-missing", 3)),
+    "a condition": ("LBL 7\nFN 9: IF +1 GT +1 GOTO LBL 7", ("syntax", 4)),
+    "a formula": ("Q1 = 2 + * 3", ("syntax", 3)),
+    "a formula that ends": ("Q1 = ( 2 + 3", ("syntax", 3)),
+    "a function": ("Q1 = SINH 3", ("syntax", 3)),
+    "a root": ("Q1 = SQRT ( 0 - 4 )", ("domain", 3)),
+    "a division": ("FN 4: Q1 = +1 DIV +0", ("division-by-zero", 3)),
+    "an error of the program": ("FN 14: ERROR = 1000", ("program-alarm", 3)),
+    "a system function": ("FN 18: SYSREAD Q1 = ID210 NR4 IDX3", ("unsupported-block", 3)),
+    "no contour before RND": ("RND R5", ("corner-motion", 3)),
+    "a corner too large": ("L X+3 F100\nRND R5\nL Y+3", ("corner-size", 3)),
+    "APPR without its length": ("L X-30 F100\nAPPR LT X+0 Y+0 RL\nL Y+10", ("approach-words", 4)),
+    "APPR to nothing": ("L X-30 F100\nAPPR LT X+0 Y+0 LEN5 RL\nM30", ("approach-words", 4)),
+    "APPR with a small radius": ("L X-30 F100\nAPPR CT X+0 Y+0 CCA90 R1 RL\nL Y+10", ("comp-radius", 4)),
+    "DEP from nothing": ("DEP LT LEN5 F100", ("approach-words", 3)),
+    "CT from nothing": ("CT X+5 Y+5 F100", ("arc-tangent", 3)),
+    "an unknown cycle": ("CYCL DEF 257 STUD", ("unsupported-block", 3)),
+    "no cycle": ("LBL 1\nCYCL CALL", ("cycle-missing", 4)),
+    "a depth upwards": ("CYCL DEF 207 TAPPING ~\n Q200=2 ~\n Q201=10 ~\n Q239=+1\nCYCL CALL", ("cycle-depth", 7)),
+    "no pitch": ("CYCL DEF 207 TAPPING ~\n Q200=2 ~\n Q201=-10\nCYCL CALL", ("pitch-missing", 6)),
+    "no hole": (f"{DRILL}CYCL DEF 220 CIRCLE ~\n Q244=20 ~\n Q241=0", ("cycle-repeats", 12)),
+    "a slot too narrow": (f"CYCL DEF 253 SLOT ~\n Q218=20 ~\n Q219=3 ~\n{MILL}\nCYCL CALL", ("cycle-tool", 20)),
+    "no angle": ("CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 X", ("rotation-angle", 4)),
+    "a scale": ("CYCL DEF 11.0 SCALING\nCYCL DEF 11.1 SCL 0", ("scale-missing", 4)),
+    "recursion": ("LBL 1\nCALL LBL 1", ("call-depth", 4)),
+    "endless": ("LBL 1\nQ1 = 1\nFN 9: IF +1 EQU +1 GOTO LBL 1", ("too-many-steps", 5)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_is_wrong_is_named_where_it_stands(run: Any, tmp_path: Path, name: str) -> None:
+    text, expected = WRONG[name]
+    out = outcome(run, tmp_path, text, max_steps=2000)
+    code, line, _ = out.errors[0]
+    assert code == expected[0]
+    assert line == expected[1] or code == "too-many-steps"
+    assert next(d for d in out.diagnostics if d.severity == "error").hint
