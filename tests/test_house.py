@@ -149,7 +149,14 @@ def test_what_becomes_setpoints_uses_the_same_functions_on_every_processor() -> 
 TWINS = [
     ("setpoints/readers", "setpoints/writers"),  # one module a format, with one `Writer` each
     ("stepnc/ap238", "stepnc/iso14649", "stepnc/schema", "stepnc/execution"),  # two standards of one language
-    ("gcode/sinumerik", "gcode/codes", "gcode/sinks", "gcode/text", "gcode/flow"),  # a dialect of its own
+    (
+        "gcode/sinumerik",
+        "gcode/klartext",
+        "gcode/codes",
+        "gcode/sinks",
+        "gcode/text",
+        "gcode/flow",
+    ),  # a dialect of its own
     ("cli", ""),  # a command is named as the stage that it runs
     ("kernels", ""),  # a kernel is named as the module that it serves
 ]

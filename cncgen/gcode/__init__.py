@@ -46,7 +46,7 @@ from cncgen.toolpath.record import Program, Toolpath
 from cncgen.units import AXIS_LETTERS
 
 if TYPE_CHECKING:
-    from cncgen.gcode.heidenhain.running import HeidenhainRunner
+    from cncgen.gcode.klartext.running import HeidenhainRunner
     from cncgen.gcode.sinks.sink import Sink
     from cncgen.gcode.sinumerik.running import SinumerikRunner
 
@@ -135,7 +135,7 @@ def _runner(
 
         return SinumerikRunner(source, options, sink, diagnostics, path=path, choice=choice)
     if choice.dialect == HEIDENHAIN:
-        from cncgen.gcode.heidenhain.running import HeidenhainRunner, needs
+        from cncgen.gcode.klartext.running import HeidenhainRunner, needs
 
         if needs(source):
             return HeidenhainRunner(source, options, sink, diagnostics, path=path, choice=choice)

@@ -23,7 +23,7 @@ _OFF = 0.2
 _WAYS = {0: 0j, 1: -1 + 0j, 2: -1j, 3: 1 + 0j, 4: 1j}
 
 
-class Cycle:
+class HoleCycle:
     """One run of a cycle where the tool is."""
 
     def __init__(self, ip: Interpreter, name: str) -> None:
@@ -75,7 +75,7 @@ class Cycle:
         self.ip.sink.set_feed_rate(self.ip.state.feed)
 
 
-def _bore(cycle: Cycle) -> None:
+def _bore(cycle: HoleCycle) -> None:
     """202: in, off the wall by 0.2 mm where Q214 says so, out at Q208."""
     q, ip = cycle.q, cycle.ip
     way = _WAYS.get(round(q[214]))
@@ -102,7 +102,7 @@ def _bore(cycle: Cycle) -> None:
         cycle.to([place[0], place[1], *ip.state.position[2:]], rapid=True)
 
 
-def _steps(cycle: Cycle) -> list[float]:
+def _steps(cycle: HoleCycle) -> list[float]:
     """Return the depths of 203 and 205: Q202, less by Q212 each time, at least Q205."""
     q, depths, at = cycle.q, list[float](), cycle.q[203]
     step = abs(q[202]) or abs(q[201])
@@ -120,7 +120,7 @@ def _steps(cycle: Cycle) -> list[float]:
     return depths
 
 
-def _universal(cycle: Cycle) -> None:
+def _universal(cycle: HoleCycle) -> None:
     """203: as 200, with smaller and smaller infeeds, Q213 chip breaks of Q256 before the tool goes out, out at Q208."""
     q = cycle.q
     cycle.go(cycle.start, rapid=True)
@@ -145,7 +145,7 @@ def _universal(cycle: Cycle) -> None:
     cycle.end()
 
 
-def _peck(cycle: Cycle) -> None:
+def _peck(cycle: HoleCycle) -> None:
     """205: out after each infeed, back to Q258 (to Q259 at the end) above; every Q257 a chip break of Q256."""
     q = cycle.q
     if q[379]:
@@ -175,7 +175,7 @@ def _peck(cycle: Cycle) -> None:
     cycle.end()
 
 
-def _tap(cycle: Cycle) -> None:
+def _tap(cycle: HoleCycle) -> None:
     """207: in and out in step with the spindle, Q239 a revolution (below 0: left)."""
     ip, pitch = cycle.ip, cycle.q[239]
     if not pitch:
@@ -193,7 +193,7 @@ def _tap(cycle: Cycle) -> None:
     cycle.end()
 
 
-def _bore_milling(cycle: Cycle) -> None:
+def _bore_milling(cycle: HoleCycle) -> None:
     """208: a helix of Q334 a turn to the diameter Q335, one turn at the bottom, out by the middle."""
     ip, q = cycle.ip, cycle.q
     tool = _radius(ip)
@@ -236,7 +236,7 @@ def _radius(ip: Interpreter) -> float:
     return tool.diameter * ip.table_scale() / 2.0 if tool else 0.0
 
 
-def _pocket(length: float, width: float, corner: float, angle: float, cycle: Cycle) -> None:
+def _pocket(length: float, width: float, corner: float, angle: float, cycle: HoleCycle) -> None:
     """Clear a pocket at the tool's place."""
     ip, q, tool = cycle.ip, cycle.q, _radius(cycle.ip)
     if q[207] <= 0.0 or q[206] <= 0.0:
@@ -268,26 +268,26 @@ def _pocket(length: float, width: float, corner: float, angle: float, cycle: Cyc
     cycle.to([place[0], place[1], *ip.state.position[2:]], rapid=True)
 
 
-def _rectangle(cycle: Cycle) -> None:
+def _rectangle(cycle: HoleCycle) -> None:
     """251: Q218 by Q219, corners Q220, turned by Q224; the place is the middle (Q367 = 0)."""
     q = cycle.q
     _at_middle(cycle)
     _pocket(q[218], q[219], q[220], q[224], cycle)
 
 
-def _round(cycle: Cycle) -> None:
+def _round(cycle: HoleCycle) -> None:
     """252: the diameter Q223."""
     _pocket(cycle.q[223], cycle.q[223], cycle.q[223] / 2.0, 0.0, cycle)
 
 
-def _slot(cycle: Cycle) -> None:
+def _slot(cycle: HoleCycle) -> None:
     """253: a slot of length Q218 and width Q219, turned by Q374."""
     q = cycle.q
     _at_middle(cycle)
     _pocket(q[218], q[219], q[219] / 2.0, q[374], cycle)
 
 
-def _at_middle(cycle: Cycle) -> None:
+def _at_middle(cycle: HoleCycle) -> None:
     if round(cycle.q[367]):
         raise BlockError(
             "unsupported-block",
@@ -297,7 +297,7 @@ def _at_middle(cycle: Cycle) -> None:
         )
 
 
-_RUN: dict[int, Callable[[Cycle], None]] = {
+_RUN: dict[int, Callable[[HoleCycle], None]] = {
     202: _bore, 203: _universal, 205: _peck, 207: _tap, 208: _bore_milling, 251: _rectangle, 252: _round, 253: _slot,
 }  # fmt: skip
 #: Cycles that are run by the interpreter's own code, and patterns, which run at once.
@@ -319,7 +319,7 @@ def call(ip: Interpreter, here: Block) -> None:
     number = Plain.of(ip).cycle
     ip.sink.block = here
     if number in _RUN:
-        _RUN[number](Cycle(ip, f"cycle {number}"))
+        _RUN[number](HoleCycle(ip, f"cycle {number}"))
     else:
         ip.execute(Block({}, (CYCLE_CALL,), (), None, here.source, here.line, here.offset))
 

@@ -25,8 +25,8 @@ from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.doubts import doubts, remarks_on
 from cncgen.gcode.errors import Astray, BlockError, Reporter, Stop
 from cncgen.gcode.flow.faults import Faults
-from cncgen.gcode.heidenhain import contours, cycles, values
 from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.klartext import contours, cycles, q_formulas
 from cncgen.gcode.sinks.sink import Sink
 from cncgen.gcode.source import Source
 from cncgen.gcode.state.systems import SYSTEM_COUNT
@@ -179,7 +179,7 @@ class HeidenhainRunner:
         return float(self.ip.parameters.numbers[number])
 
     def _value(self, text: str) -> float:
-        return values.formula(text.replace(",", "."), self._q)
+        return q_formulas.formula(text.replace(",", "."), self._q)
 
     def _line(self, at: int, body: str) -> None:
         """Execute a line."""
@@ -250,18 +250,18 @@ class HeidenhainRunner:
 
     def _set(self, at: int, body: str) -> None:
         """Set a Q parameter, or jump by FN 9 to FN 12."""
-        jump = values.jump(body, self._q)
+        jump = q_formulas.jump(body, self._q)
         if jump is not None:
             holds, label = jump
             if holds:
                 self._at = self._target(label) + 1
             return
-        found = values.assignment(body, self._q)
+        found = q_formulas.assignment(body, self._q)
         if found is not None:
             number, value = found
             self.ip.parameters.set_number(float(number), value)
             return
-        number_of = values.function_number(body)
+        number_of = q_formulas.function_number(body)
         if number_of == 14:
             raise Stop(
                 BlockError(

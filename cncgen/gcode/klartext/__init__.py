@@ -1,6 +1,6 @@
 """Heidenhain's plain language beyond single blocks: what leads from line to line.
 
-values     expressions of Q parameters, FN 0 to 8 and 13, the formulas of Q
+q_formulas expressions of Q parameters, FN 0 to 8 and 13, the formulas of Q
 running    `HeidenhainRunner`: labels, CALL LBL with REP, jumps FN 9 to 12, TCPM-free blocks through `text.plain_language`
 contours   RL RR, RND CHF, CT, APPR and DEP
 cycles     drilling, pockets and patterns that CYCL CALL, CYCL CALL POS, M99 and M89 run; 7 8 10 11 as frames, 9, 247

@@ -32,7 +32,7 @@ _WAY = re.compile(
 
 
 @dataclass(slots=True)
-class Way:
+class ContourWay:
     """APPR or DEP: form (LT LN CT LCT), values by name, side (1 left, -1 right, 0 none), feed, M functions."""
 
     kind: str
@@ -54,13 +54,13 @@ class Way:
         return self.values[name]
 
 
-def way_of(body: str, read: Any) -> Way | None:
+def way_of(body: str, read: Any) -> ContourWay | None:
     """Return the way of a line, None where it is none; `read` gives the value of a text."""
     match = _WAY.match(body.strip())
     if match is None:
         return None
     form, rest, at = match["form"].upper(), match["rest"], 0
-    way = Way(match["kind"].upper(), form.removeprefix("P"), {}, None, None)
+    way = ContourWay(match["kind"].upper(), form.removeprefix("P"), {}, None, None)
     while at < len(rest.rstrip()):
         word = _WORD.match(rest, at)
         if word is None:
@@ -157,7 +157,7 @@ def _radius(ip: Interpreter, side: int) -> float:
     return tool.diameter * ip.table_scale() / 2.0 if side and tool else 0.0
 
 
-def _circle(way: Way, tool: float) -> float:
+def _circle(way: ContourWay, tool: float) -> float:
     """Return the radius of the tool centre's arc."""
     radius = way.value("R")
     if radius <= tool:
@@ -185,7 +185,7 @@ def _touch(place: complex, centre: complex, radius: float, sense: int, *, leavin
     return centre + apart / abs(apart) * radius * cmath.rect(1.0, turn)
 
 
-def approach(ip: Interpreter, way: Way, here: Block, following: Block | None) -> None:
+def approach(ip: Interpreter, way: ContourWay, here: Block, following: Block | None) -> None:
     """APPR: to the first point of a contour, and beside it."""
     if ip.state.compensation != 40:
         raise BlockError(
@@ -251,7 +251,7 @@ def approach(ip: Interpreter, way: Way, here: Block, following: Block | None) ->
         ip.state.position = [a.real, a.imag, *ip.state.position[2:]]
 
 
-def departure(ip: Interpreter, way: Way, here: Block) -> None:
+def departure(ip: Interpreter, way: ContourWay, here: Block) -> None:
     """DEP: away from the last point of a contour; compensation ends."""
     heading = Plain.of(ip).heading
     if heading is None:
