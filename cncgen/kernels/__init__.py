@@ -1,6 +1,6 @@
 """The hot loops, in Cython's pure-Python mode: plain arrays in, plain arrays out, nothing imported from other rooms.
 
-What one kernel calls of another as C is declared in a ``.pxd`` file beside it. Each module runs compiled or as plain Python;
+A ``.pxd`` file beside a kernel declares the functions that other kernels call as C. Each module runs compiled or as plain Python;
 `warn_if_uncompiled` warns once, when a command starts work, if it is the slow way.
 
     gcode_parse, gcode_scan, gcode_motion, gcode_values, gcode_arithmetic    reading G-code

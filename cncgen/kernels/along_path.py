@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False, cpow=True
-"""What a path allows at given places: by limits of axes, by chords between setpoints, by how fast its direction turns.
+"""The speeds that a path allows at given places: by limits of axes, by chords between setpoints, by how fast its direction turns.
 
 Called by `cncgen.planner.limits` and `cncgen.planner.least_time.mesh_spacing`. Symbols: T period, d chord tolerance, k curvature
 (bend), x1, x2, x3 the first three derivatives of the path by its coordinate, shape (n, axes).
@@ -159,7 +159,7 @@ def turning(
 ):
     """Fill ``out[0 .. 4]`` with acceleration and jerk along the path by the weakest axis, the curvature that the
     acceleration meets, that of the path, and its change, in the axes' own limits: max |x''| / A over max |x'| / A, likewise
-    with J and by x''' (the larger one counts). What is infinite of the last three becomes the largest number.
+    with J and by x''' (the larger one counts). Infinite values of the last three become the largest number.
     """
     n: cython.Py_ssize_t
     d: cython.Py_ssize_t

@@ -19,7 +19,7 @@ else:
 _POINTS = cython.declare(cython.Py_ssize_t, 7)
 #: Abscissae and weights of the rule that integrates |C'| over a cell, on [0, 1].
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(_POINTS)
-#: What gives, of |C'| at the nodes, its Legendre coefficients of order 5 and 6 over the cell: (2n + 1) w P_n.
+#: Weights that give, of |C'| at the nodes, its Legendre coefficients of order 5 and 6 over the cell: (2n + 1) w P_n.
 _TAILS = np.stack(
     [(2 * n + 1) * 0.5 * _WEIGHTS * np.polynomial.legendre.Legendre.basis(n)(_NODES) for n in (5, 6)]
 )
@@ -29,7 +29,7 @@ _WEIGHTS = 0.5 * _WEIGHTS
 #: Columns of a cell: u at its start, s at its start, its length in s, its width in u, and eight coefficients of the
 #: polynomial u(tau), tau = (s - s_start) / length.
 CELL_COLUMNS = 12
-#: What a cell begins, as bits: a panel (a stretch on which |C'| is close to a polynomial of degree 4); a knot span; a row
+#: Marks of the start of a cell, as bits: a panel (a stretch on which |C'| is close to a polynomial of degree 4); a knot span; a row
 #: of cells so short that the curve has a cusp there, or stands, and what comes after them.
 PANEL, KNOT, CUSP = 1, 2, 4
 #: Part of the mean of |C'| over a panel that its Legendre coefficients of order 5 and 6 reach at most.
@@ -58,7 +58,7 @@ def _hermite(
     a1: cython.double = left[0] * h
     a2: cython.double = left[1] * h * h * 0.5
     a3: cython.double = left[2] * h * h * h / 6.0
-    # What the cubic Taylor polynomial of the start misses at the end, in value and derivatives.
+    # The error of the start's cubic Taylor polynomial at the end, in value and derivatives.
     e0: cython.double = u_end - cells[row, 0] - a1 - a2 - a3
     e1: cython.double = right[0] * h - a1 - 2.0 * a2 - 3.0 * a3
     e2: cython.double = right[1] * h * h - 2.0 * a2 - 6.0 * a3
@@ -531,7 +531,7 @@ def parameter_at(
 ) -> cython.double:
     """The parameter u at arc length s from the start of a curve whose cells are rows `low` up to `high`.
 
-    What is within `snap` of the border of a cell counts as that border, so that a knot is met exactly. Cells of
+    A place within `snap` of the border of a cell counts as that border, so that a knot is met exactly. Cells of
     length 0 (a stretch of the curve that does not move) are passed over towards `side`.
 
     ``rest[0]`` becomes what u lacks as a float, where the way that this is, is more than `_LACKING` of `snap`; else 0.

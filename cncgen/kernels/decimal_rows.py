@@ -1,4 +1,4 @@
-"""Rows of numbers to decimal text and back: what csv, jsonl and hal output and the reader of setpoint files stand on.
+"""Rows of numbers to decimal text and back, for csv, jsonl and hal output and for the reader of setpoint files.
 
 Writing. A number is printed with nine decimals (or none), correctly rounded: the decimal nearest to the double's
 exact value, ties to the even digit, as C's printf and Python's format do. Split |x| = i + f, i integer and 0 <= f < 1
@@ -159,7 +159,7 @@ def _read_number(
     row: cython.Py_ssize_t,
     column: cython.Py_ssize_t,
 ) -> cython.Py_ssize_t:
-    """Read a plain decimal into ``out[row, column]``; return the place after it, -1 where there is none."""
+    """Read a plain decimal into ``out[row, column]``; return the place after it, -1 where no number stands."""
     size: cython.Py_ssize_t = text.shape[0]
     mantissa: cython.ulonglong = 0
     digits: cython.int = 0

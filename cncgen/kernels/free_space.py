@@ -3,7 +3,7 @@
 H. Alt and M. Godau, Computing the Fréchet distance between two polygonal curves, Int. J. Computational Geometry and
 Applications 5 (1995), sections 3.1 and 3.2. A *cell* is a chord of one polyline (the points) and a segment of the other
 (the line); the pairs of places in it that are not further apart than the segment allows are an ellipse cut by the unit
-square, so convex. What can be reached from the start by going forward on both is then known from the borders of cells
+square, so convex. The pairs that can be reached from the start by going forward on both are then known from the borders of cells
 alone: an interval on each segment at each point, an interval on each chord at each vertex. A strip is one chord with the
 segments that are reached; only these are looked at, and the intervals of one point are all that is kept.
 """
@@ -19,7 +19,7 @@ _DEAD = cython.declare(cython.int, 1)
 _MORE = cython.declare(cython.int, 2)
 _REJOINED = cython.declare(cython.int, 3)
 
-#: Segments of a strip at most: what lies further ahead of the first one reached is not looked at.
+#: Segments of a strip at most: segments further ahead of the first one reached are left out.
 WIDEST = cython.declare(cython.Py_ssize_t, 16384)
 
 #: The part of a segment, low to high in fractions of it, that is within a radius of a point (none: low > high); the

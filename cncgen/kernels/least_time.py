@@ -35,7 +35,7 @@ else:
     from cncgen.kernels.least_time_passes import correct, gather, predict, set_up, wake
     from cncgen.kernels.least_time_problem import Problem, sides
 
-#: What a row bounds: q or the middle ordinate, acceleration or d, jerk.
+#: Quantity that a row bounds: q or the middle ordinate, acceleration or d, jerk.
 BOX, ACCELERATION, JERK = range(3)
 #: Intervals at the start of a window in motion whose limits are eased (`least_time_between.apply`).
 _EASED = cython.declare(cython.Py_ssize_t, 3)
@@ -46,7 +46,7 @@ _STUBBORN = cython.declare(cython.int, 3)
 #: The method has stalled after this many iterations in a row with short steps, or with the gap at its target but the residual
 #: not. (One short step alone is usual after a limit was lowered.)
 _STALLED = cython.declare(cython.int, 3)
-#: Duality gap, as a part of the time, below which an iterate is near the optimum: what is exceeded between rows then will stay
+#: Duality gap, as a part of the time, below which an iterate is near the optimum: a bound that is exceeded between rows then stays
 #: so, and a run that stalls may return its iterate as a plan.
 _SETTLED = cython.declare(cython.double, 2e-4)
 #: Largest dual residual, as a part of the time, at the optimum, and of a plan to fall back on. A smaller one cannot be asked for:
@@ -67,9 +67,9 @@ class _NewtonSystem:
         sides: One-sided constraints that are awake.
         band: Three upper diagonals of the Newton matrix.
         dual, right: Residual ∇F − Σ λ ∇g, and right side.
-        centre, second: What the corrector's right side has more than the predictor's, by mu and beside it.
+        centre, second: Terms that the corrector's right side adds to the predictor's, by mu and beside it.
         dc: The step.
-        out: What a pass over the rows has found.
+        out: Results of a pass over the rows.
         step, rise: Part of it that unknowns and slacks have gone, and that multipliers go in the next `gather`.
         gap, broken: Σ λ w, and the largest part of a limit by which it is passed.
     """

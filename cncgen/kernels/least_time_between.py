@@ -20,7 +20,7 @@ else:
 _INDEX = cython.typedef(cython.Py_ssize_t)
 _REAL = cython.typedef(cython.double)
 
-#: What limits are eased by at the start of a window in motion, by the slack.
+#: Amount by which limits are eased at the start of a window in motion, by the slack.
 _EASE = cython.declare(cython.double, 2.0)
 #: The largest part of the jerk limit that is taken to hide between three values of the third derivative: of a cusp, those
 #: tell little.
@@ -109,7 +109,7 @@ def _sizes(
 ) -> vectorized:  # fmt: skip
     """Fill the sizes of acceleration and jerk of an axis at five places of the intervals of a block.
 
-    Derivatives of the path are parabolas between the ends; what the third one is more at the quarter points adds to the jerk.
+    Derivatives of the path are parabolas between the ends; the excess of the third one at the quarter points adds to the jerk.
     """
     for j in range(size(problem, block)):
         k = block * LANES + j

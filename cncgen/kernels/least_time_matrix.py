@@ -1,4 +1,4 @@
-"""What the Newton step of the least-time problem is made of beside the rows: F, the motion, and the banded matrix.
+"""The parts of the Newton step of the least-time problem beside the rows: F, the motion, and the banded matrix.
 
 Columns are those of `cncgen.kernels.least_time_problem`; `cncgen.kernels.least_time` calls these functions as C
 (``least_time_matrix.pxd``).
@@ -286,7 +286,7 @@ def factorize(band: cython.double[:, ::1], start: cython.Py_ssize_t, stop: cytho
     inverse: cython.double
     l1: cython.double
     l2: cython.double
-    # What is left of the next two columns: two entries of the diagonal, and the one beside the first.
+    # The remainder of the next two columns: two entries of the diagonal, and the one beside the first.
     d: cython.double = band[0, start]
     beside: cython.double = band[1, start]
     after: cython.double = band[0, start + 1] if start + 1 < stop else 0.0

@@ -1,7 +1,7 @@
 """The passes of an iteration of `cncgen.kernels.least_time` over the rows, which calls them as C (``least_time_passes.pxd``).
 
 Rows and columns are those of `cncgen.kernels.least_time_problem`. The loops over lanes hold no branch, for a compiler
-to do several at once; what they look for is kept lane by lane, and added up at the end of a pass.
+to do several at once; results are kept lane by lane, and added up at the end of a pass.
 
 A slack's step is Δw = (r − A·c − w) + (∇r ∓ A)·Δc. Written so, not as what the constraint will be less w, it has all its digits:
 at the optimum w is 10⁻⁷ of r, and A·c the difference of numbers a million times as large, whose rounding would otherwise go

@@ -1,6 +1,6 @@
 """Constraints of the least-time problem as rows, and a profile to start from (docs/least-time.md).
 
-What a row is, and how rows and intervals lie in memory, tells `cncgen.kernels.least_time_problem`.
+`cncgen.kernels.least_time_problem` describes rows, and how rows and intervals lie in memory.
 """
 
 import cython
@@ -21,7 +21,7 @@ else:
 
 _INDEX = cython.typedef(cython.Py_ssize_t)
 _REAL = cython.typedef(cython.double)
-#: What a row bounds, as in `cncgen.kernels.least_time`.
+#: Quantity that a row bounds, as in `cncgen.kernels.least_time`.
 _BOX = cython.declare(cython.longlong, 0)
 _ACCELERATION = cython.declare(cython.longlong, 1)
 _JERK = cython.declare(cython.longlong, 2)
@@ -38,7 +38,7 @@ def _moves(
 ) -> cython.int:
     """Tell whether a derivative in interval `k` is there for axis `a` (2), for others alone (1), or for none (0).
 
-    What is below `rounding` is none.
+    Values below `rounding` count as 0.
     """
     b: cython.Py_ssize_t
     e: cython.Py_ssize_t
@@ -261,7 +261,7 @@ def build(
 @cython.exceptval(check=False)
 @cython.locals(i=_INDEX, m=_INDEX)
 def _used(problem: Problem, b: cython.Py_ssize_t, j: cython.Py_ssize_t) -> cython.double:
-    """Return the part of its limit that a row uses which is no jerk."""
+    """Return the part of its limit that a row other than one of jerk uses."""
     i = b * ROWS + j
     m = problem.batches[b, 0] * MOTION + problem.batches[b, 1] * END + j
     return fabs(problem.rows[i + A0] * problem.motion[m + B] + problem.rows[i + A1] * problem.motion[m + D])

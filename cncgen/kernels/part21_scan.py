@@ -350,7 +350,7 @@ def references(
                 p = _past_comment(data, p, end)
             elif c == 35 and p + 1 < end and _is_digit(data[p + 1]):
                 if total == targets.shape[0]:
-                    raise ValueError("there is no room for all references")
+                    raise ValueError("the array of references is too short")
                 ident = _id(data, p, end)
                 targets[total] = ident.value
                 total += 1
@@ -368,7 +368,7 @@ def references(
 def _exponent(
     data: cython.const[cython.uchar][::1], p: cython.Py_ssize_t, end: cython.Py_ssize_t
 ) -> _Exponent:
-    """Read the exponent of a number that may stand at p: 0 where there is none."""
+    """Read the exponent of a number that may stand at p: 0 where it has no exponent."""
     value: cython.int = 0
     negative: cython.bint
     first: cython.Py_ssize_t
@@ -473,7 +473,7 @@ def _point(
     coordinates: cython.double[:, ::1],
     i: cython.Py_ssize_t,
 ) -> cython.int:
-    """Read ``WORD('name',(x,y,z))`` at p into coordinates[i]; return how many numbers, −1 where it is no such text."""
+    """Read ``WORD('name',(x,y,z))`` at p into coordinates[i]; return how many numbers, −1 for any other text."""
     k: cython.int = 0
     number: _Number
     while p < end and _is_word(data[p]):

@@ -1,4 +1,4 @@
-"""Material removal on a height field: what a tool takes that moves in straight lines, its axis along Z.
+"""Material removal on a height field: the swept volume of a tool that moves in straight lines, its axis along Z.
 
 A tool is a convex profile: its surface stands h(ρ) above its tip at the distance ρ ≤ R from its axis,
 

@@ -1,8 +1,8 @@
 """Closed loops of servo axes, step by step.
 
 An axis is a hybrid system (Goebel, Sanfelice and Teel 2009): a vector of states z that *flows* over a control period by
-exact transition matrices and *jumps* at each control instant, when a sampled controller reads its encoder. What breaks
-linearity stands between the two: encoder steps and noise, the bound of the drive, Coulomb friction, backlash.
+exact transition matrices and *jumps* at each control instant, when a sampled controller reads its encoder. The parts that break
+linearity stand between the two: encoder steps and noise, the bound of the drive, Coulomb friction, backlash.
 `cncgen.servo.loop` makes the tables.
 
     setpoint ──► law ──► bound ──► dead band ──► flow with friction ──► backlash ──► encoder ─┐
@@ -43,7 +43,7 @@ _TREMBLING = cython.declare(cython.Py_ssize_t, 64)
 #: Where an axis is (beyond the backlash), and where its encoder sees it.
 _Reading = cython.struct(position=cython.double, seen=cython.double)
 
-#: What is recorded of a control period: position at its start, drive input, whether the bound was met.
+#: Record of a control period: position at its start, drive input, whether the bound was met.
 _Step = cython.struct(position=cython.double, drive=cython.double, bounded=cython.bint)
 
 
@@ -107,7 +107,7 @@ class Axes:
         phi, inputs: Shape (axes, 4, levels, order, order) and (axes, 4, levels, 5, order):
             flow over 1/2**level of a control period in mode 0 free, 1 held, 2 free and sticking, 3 held and sticking;
             inputs are: setpoint at the start, setpoint at the end, what is held at the drive, friction, encoder error.
-        output, encoder: Shape (axes, order): position y = output . z; what the encoder sees = encoder . z.
+        output, encoder: Shape (axes, order): position y = output . z; reading of the encoder = encoder . z.
         jump, jump_inputs: Shape (axes, order, order) and (axes, 3, order);
             inputs are: setpoint, encoder error, what the bound took off the drive's input.
         law, law_inputs: Shape (axes, order) and (axes, 2):
@@ -522,7 +522,7 @@ class Axes:
 
         Args:
             setpoints, noise, position, force, bounded: As in `run`.
-            desired: Shape (axes, n + 1): what errors are measured against (`setpoints` may be shaped).
+            desired: Shape (axes, n + 1): reference of the errors (`setpoints` may be shaped).
             gains: Of cross coupling, (proportional, integral a control period), or empty for state feedback.
             tangent, curvature: Shape (n, axes), of cross coupling.
             feedforward, feedback: Shape (n, 2, axes) and (n, 2, axes, axes), of state feedback: the drives receive

@@ -1,6 +1,6 @@
 """Axes under a stateline: every control period each axis checks its error criterion, and all advance or all hold.
 
-Source: Jung and Choi, eqs 6 and 7 and Rule 2; what was decided beyond it stands in `cncgen.servo.controllers.stateline`.
+Source: Jung and Choi, eqs 6 and 7 and Rule 2; `cncgen.servo.controllers.stateline` states the choices beyond it.
 """
 
 import cython

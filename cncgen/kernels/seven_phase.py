@@ -248,7 +248,7 @@ def build(
 
     `out` has room for 7 n rows of duration, speed, acceleration, jerk, c, phase (0 cruise, 1 constant acceleration
     or exponential ramp, 2 jerk) and length; ``offset[i]`` becomes the first piece of segment i, ``offset[n]`` the
-    number of all. What the ramps leave of a length by rounding is travelled at the peak speed. Returns that number.
+    number of all. The rest that the ramps leave of a length by rounding is travelled at the peak speed. Returns that number.
     """
     n: cython.Py_ssize_t = length.shape[0]
     i: cython.Py_ssize_t

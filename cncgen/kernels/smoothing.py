@@ -28,7 +28,7 @@ _P = cython.declare(cython.Py_ssize_t, 4)
 #: Part of the tolerance by which the bound between two points of comparison may exceed the values there; else the points are
 #: placed closer.
 _SLACK = cython.declare(cython.double, 0.02)
-#: Stands for the part of the tolerance that is used where the curve is no number (the equations could not be solved).
+#: Stands for the part of the tolerance that is used where the equations could not be solved and the curve is NaN.
 _LOST = cython.declare(cython.double, 1e30)
 #: Most points of comparison on one stretch.
 _MOST = cython.declare(cython.Py_ssize_t, 400)
@@ -503,7 +503,7 @@ def _compare_stretch(
     for m in range(1, steps + 1):
         here = a + m * width
         after = _square(beside, here - start)
-        # What spans the middle counts on both halves; what ends there, but for rounding, does not.
+        # A piece that spans the middle counts on both halves; one that ends there, but for rounding, does not.
         if here - width < middle - 1e-6 * width:
             left = max(left, max(before, after))
         if here > middle + 1e-6 * width:

@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Coupling:
-    """What couples the axes over a block of n setpoints; one of the two, as `Axes.run_coupled` of the kernel has it.
+    """Coupling of the axes over a block of n setpoints; one of the two, as `Axes.run_coupled` of the kernel has it.
 
     Attributes:
         gains: (proportional, integral a control period) of cross coupling, or empty.
@@ -72,8 +72,8 @@ class LoopBank:
 
         Args:
             setpoints: Shape (n + 1, axes); the last row is the first one of what follows.
-            desired: Shape (n + 1, axes): what the coupling measures errors against; the setpoints where it is None.
-            coupling: What couples the axes, or None.
+            desired: Shape (n + 1, axes): reference of the coupling's errors; None: the setpoints.
+            coupling: Coupling of the axes, or None.
 
         Returns:
             Position, drive input and whether the drive met its bound; each of shape (n, axes).

@@ -1,4 +1,4 @@
-"""What a single-axis controller is: a linear system from setpoint and measured position to drive input."""
+"""A single-axis controller: a linear system from setpoint and measured position to drive input."""
 
 from __future__ import annotations
 

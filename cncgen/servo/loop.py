@@ -33,7 +33,7 @@ class AxisLoop:
     Attributes:
         phi: Shape (4, levels, n, n): transition matrices over 1/2**level of a control period. The first index is the mode: 0 free,
             1 with the drive's input held, 2 free and sticking, 3 held and sticking.
-        inputs: Shape (4, levels, 5, n): what adds to z, for each unit of: setpoint at the start, setpoint at the end, held drive
+        inputs: Shape (4, levels, 5, n): additions to z for each unit of: setpoint at the start, setpoint at the end, held drive
             input, friction, encoder error.
         output, encoder: Shape (n,): position of the axis, and measured position, as output · z and encoder · z.
         jump, jump_inputs: Shape (n, n) and (3, n): the jump at a control instant; inputs are setpoint, encoder error, and what the
@@ -47,7 +47,7 @@ class AxisLoop:
         dead_band: Drive input that friction swallows on a plant without a velocity state.
         feedthrough: Of a closed loop given as a ratio: position = output · z + feedthrough · setpoint.
         force_unit: Unit of the drive input.
-        imperfections: What is not linear.
+        imperfections: Friction, backlash and encoder.
     """
 
     phi: Floats

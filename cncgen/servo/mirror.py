@@ -1,6 +1,6 @@
 """Iterated mirror compensation: a command that a known servo turns into the wanted motion.
 
-r₀ = y*, rₙ₊₁ = rₙ + (y* − G rₙ): what the axis was short of is added to the command, and the model G may be anything that
+r₀ = y*, rₙ₊₁ = rₙ + (y* − G rₙ): the error is added to the command, and the model G may be anything that
 can be simulated, friction and bounds included. With E = 1 − G the error after n passes is Eⁿ⁺¹ y*, so it falls where
 |E(jω)| < 1, and it grows above the frequency where that ends: a few passes are best, not many. This is iterative learning
 (S. Arimoto, S. Kawamura and F. Miyazaki, Journal of Robotic Systems 1 (1984) 123) with a model in the place of the
@@ -48,7 +48,7 @@ class _Rows:
 class Errors:
     """Contour and tracking error of a stream of positions against the wanted ones.
 
-    Both are of the linear axes; where only rotary ones are there, the tracking error is theirs, and there is no other.
+    Both are of the linear axes; on a machine of rotary axes alone the tracking error is theirs, and the others are left out.
     """
 
     def __init__(self) -> None:
@@ -131,7 +131,7 @@ class Compensation:
 
         Raises:
             NoPlanError: The command breaks limits that the wanted motion keeps (``compensate-limit``, one diagnostic for
-                each, with ``ratio``: by how much the worst place exceeds it). What came before is yielded.
+                each, with ``ratio``: by how much the worst place exceeds it). Earlier chunks have been yielded by then.
             UsageError: As `cncgen.servo.simulate`.
         """
 

@@ -32,7 +32,7 @@ def control_period(servo: Servo, letter: str, period_s: float) -> float:
     """Return the control period that fits an axis to setpoints of `period_s`.
 
     Raises:
-        UsageError: The setpoint period is no whole multiple of the control period, or of very many (``servo-period``).
+        UsageError: The setpoint period is not a whole multiple of the control period, or is one of very many (``servo-period``).
     """
     values = resolve(servo, letter)
     wanted = values.get("control_period_s") or values.get("sample_time_s") or period_s
@@ -41,7 +41,7 @@ def control_period(servo: Servo, letter: str, period_s: float) -> float:
         raise UsageError(
             Diagnostic(
                 "servo-period",
-                f"axis {letter}: the setpoint period {period_s:g} s is no whole multiple of the control period {wanted:g} s",
+                f"axis {letter}: the setpoint period {period_s:g} s must be a whole multiple of the control period {wanted:g} s",
                 hint="give setpoints at a multiple of the control period, or change control_period_s",
                 values={"axis": letter, "period_s": period_s, "control_period_s": wanted},
             )

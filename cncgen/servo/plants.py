@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Imperfections:
-    """What is not linear about an axis; every default is: not there.
+    """Friction, backlash and encoder of an axis, the parts that are not linear; each default leaves the part out.
 
     Attributes:
         bound: Largest drive input, either sign, in the plant's input unit.
@@ -50,7 +50,7 @@ class Plant:
         delay_s: Dead time of the input.
         force_unit: Unit of u.
         sample_time_s: Where it is given, A and B are those of x[k+1] = A x[k] + B u[k] over this period.
-        imperfections: What is not linear.
+        imperfections: Friction, backlash and encoder.
     """
 
     a: Floats
@@ -65,7 +65,7 @@ class Plant:
 
     @property
     def encoder(self) -> Floats:
-        """Shape (n,): what the encoder reads."""
+        """Shape (n,): row that the encoder reads."""
         return self.c if self.measured is None else self.measured
 
     def with_imperfections(self, **values: float) -> Plant:

@@ -1,4 +1,4 @@
-"""What a closed-loop simulation hands on."""
+"""The record of a closed-loop simulation."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Response:
         first: Index of the first row.
         command: Shape (n, axes), mm or rad: the setpoints.
         position: Shape (n, axes): where the axes are.
-        force: Shape (n, axes): what the controller asks of the drive, after its saturation.
+        force: Shape (n, axes): the controller's demand on the drive, after its saturation.
         force_unit: Unit of each column of `force` (``V``, ``N·m``, ``mm/s`` …).
         saturated: Shape (n, axes), bool.
         contour_error_mm: Shape (n,): distance of the position from the commanded path, unsigned.

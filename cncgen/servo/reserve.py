@@ -1,6 +1,6 @@
 """Plans that leave room under the limits for a compensation of the servo's errors.
 
-A motion that is planned to its limits leaves none: what the loop smooths away has to be put into the command, on top. Here a
+A motion that is planned to its limits leaves none: the command has to add what the loop smooths away. Here a
 program is planned, compensated, and where the command breaks a limit planned again with that limit lowered by the ratio
 that was found; the correction falls nearly in proportion, so two or three rounds are enough.
 """
@@ -32,7 +32,7 @@ class Reserved:
     """A compensated command with the plan that left room for it.
 
     Attributes:
-        command: What to send to the machine.
+        command: Setpoints to send to the machine.
         shares: Of the limits that the plan was allowed, by axis letter: (velocity, acceleration, jerk).
         time_s, full_time_s: Of this plan, and of one to the full limits.
         gained: Errors before and after, as `Compensation.gained`; with ``full_before`` those of the full plan.
@@ -59,7 +59,7 @@ def compensated_plan(
 
     Args:
         toolpaths: The program.
-        machine: Whose limits the command keeps.
+        machine: Machine with the limits that the command keeps.
         servos: Servo data by axis.
         axes: Columns of the setpoints.
         options: How it is planned.

@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 def columns(axes: str) -> list[str]:
     """Return the header: ``t_s``, ``x_cmd_mm``, ``x_mm``, ``x_force``, ``x_saturated`` …, ``contour_error_mm``.
 
-    The contour error is left out where no linear axis moves, since there is no path to be off.
+    The contour error is left out where no linear axis moves, since it is a distance from a path in space.
     """
     names = ["t_s"]
     for letter in axes.lower():

@@ -1,4 +1,4 @@
-"""Closed-loop simulation of a setpoint stream: what the servo axes make of it."""
+"""Closed-loop simulation of the servo axes along a setpoint stream."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a simulated response comes to: tracking and contour error, speed variation, saturation."""
+"""Figures of a simulated response: tracking and contour error, speed variation, saturation."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ BLOCKING = RATIO.format("[1.0, -1.0]", "[1.0, -0.5]", "sample_time_s = 0.001")
         (PLANT.format(""), "h-infinity", "axis X: its table has no weights (sensitivity_bandwidth_rad_s"),
         (PLANT.format("delay_s = 0.9"), "p", "a dead time of 0.9 s is more than 250 control periods of 0.001 s"),
         (PLANT.format("delay_s = 0.0005\ncoulomb = 1.0"), "p", "the dead time 0.0005 s must be a whole number"),
-        (PLANT.format("control_period_s = 0.0007"), "p", "is no whole multiple of the control period 0.0007 s"),
+        (PLANT.format("control_period_s = 0.0007"), "p", "must be a whole multiple of the control period 0.0007 s"),
         (PLANT.format("control_period_s = 1e-8"), "p", "1e+05 control periods of 1e-08 s in a setpoint of 0.001 s"),
         (PLANT.replace("1.0, 1.0, 0.0", "1.0, 1.0").format("viscous_s_mm = 1.0"), "p", "needs a plant with a velocity state"),
     ],

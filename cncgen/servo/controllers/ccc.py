@@ -61,7 +61,7 @@ class CrossCoupling:
 
 
 def contour_loop(loop: AxisLoop, proportional: float, integral: float, frequencies: Floats) -> Complexes:
-    """Return W G of an axis at rad/s: what the coupling closes where the path runs across that axis.
+    """Return W G of an axis at rad/s: the loop that the coupling closes where the path runs across that axis.
 
     G is the closed axis from drive input to position; W = P + I T z/(z − 1) in drive input a mm (and a mm·s).
     """
@@ -80,7 +80,7 @@ def contour_modulus(loops: Sequence[AxisLoop], proportional: float, integral: fl
 
 
 def own_gain(loops: Sequence[AxisLoop]) -> float:
-    """Return the axes' own stiffness, drive input a mm: what CCC's gains are multiples of.
+    """Return the axes' own stiffness, drive input a mm; the gains of CCC are multiples of it.
 
     It is the mean of 1/max |G| over the axes, G being the closed axis from drive input to position. Of a well damped P
     loop that is Kv, of PD and PD+ the proportional gain.

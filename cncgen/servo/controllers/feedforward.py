@@ -2,7 +2,7 @@
 
 Source: Y. Koren and C. C. Lo, Advanced controllers for feed drives, Annals of the CIRP 41 (1992) 689 (feedforward controllers).
 Of a loop H(z) from setpoint to position the error at constant velocity v is eᵥ v with eᵥ = T (A'(1) − B'(1))/A(1), H = B/A:
-1/Kv of a P loop. What remains is the error of acceleration.
+1/Kv of a P loop. The error of acceleration remains.
 """
 
 from __future__ import annotations

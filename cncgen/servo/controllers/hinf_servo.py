@@ -41,7 +41,7 @@ def controller_of(values: Mapping[str, Any], period: float) -> Controller:
     """Return the sampled controller of a resolved ``plant`` table.
 
     Raises:
-        ValueError: There are no weights, the plant is not stable, or no controller exists.
+        ValueError: The weights are missing, the plant is not stable, or no controller exists.
     """
     found = _designed(_plant_of(values), tuple(values[key] for key in _DESIGN_KEYS)).controller
     return sampled(found.a, found.b[:, 0], found.c[0], 0.0, period)

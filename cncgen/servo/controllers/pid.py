@@ -38,7 +38,7 @@ def pid(
     rate = derivative * (1.0 - alpha) / period
     gain = proportional + rate
     return Controller(
-        # Without integral action its memory is none: else it would be a pole at 1 that nothing reaches.
+        # Without integral action its memory stays 0: else it would be a pole at 1 that nothing reaches.
         a=np.array([[float(integral != 0.0), 0.0, 0.0], [0.0, alpha, -rate], [0.0, 0.0, 0.0]]),
         b_setpoint=np.array([integral * period, rate, 1.0]),
         b_position=-np.array([integral * period, rate, 1.0]),

@@ -84,7 +84,7 @@ class StatelineAxis:
 
 @dataclass(frozen=True, slots=True)
 class StatelineRun:
-    """What a run gives: positions (n, axes) and reference index (n,) a control period, periods held, forced steps."""
+    """Results of a run: positions (n, axes) and reference index (n,) a control period, periods held, forced steps."""
 
     position: Floats
     place: NDArray[np.int64]
@@ -113,7 +113,7 @@ def run_stateline(
     Args:
         reference: Shape (n, axes), mm, one row a control period.
         axes: The servo loops.
-        rule: What each axis checks.
+        rule: The check of each axis.
         static_bound: δ, mm.
         period: Control period Ts, s.
         spread: Nf Ts, the time that a change of speed is spread over, s (the master's period).

@@ -24,7 +24,7 @@ from cncgen.servo.stream import Block
 
 Floats = NDArray[np.float64]
 
-#: Zeros nearer to the origin than this are cancelled: what they leave dies away within some 20 samples.
+#: Zeros nearer to the origin than this are cancelled: their remainder dies away within some 20 samples.
 CANCELLABLE = 0.9
 #: Stable zeros further out are cancelled where their mode has at least this damping; others would ring.
 DAMPED = 0.3
@@ -98,7 +98,7 @@ def _filtered(block: Block, axis: int, origin: float, design: AxisFilter, memory
     if len(memory):
         above, below = np.zeros(len(memory) + 1), np.concatenate([[1.0], design.poles])
         above[0] = 1.0
-        # What the margin behind the block becomes is no part of the memory: it comes again in the next block.
+        # The margin behind the block does not enter the memory: it comes again in the next block.
         for part, state in ((moving[: len(block)], memory), (moving[len(block) :], memory.copy())):
             recursive(above, below, part, part, state)
     return moving

@@ -59,13 +59,13 @@ def checked_log(given: Floats, position: Floats, period_s: float) -> tuple[Float
     """Return two columns of a log as doubles, shape (n,).
 
     Raises:
-        ValueError: They are no columns of finite numbers of one length, have fewer rows than a fit has unknowns, or the
-            period is no positive number.
+        ValueError: The columns differ in length, hold numbers that are not finite, or have fewer rows than a fit has unknowns, or the
+            period is not positive.
     """
     columns = np.asarray(given, np.float64), np.asarray(position, np.float64)
     if any(column.ndim != 1 for column in columns) or len(columns[0]) != len(columns[1]):
         shapes = " and ".join(str(column.shape) for column in columns)
-        raise ValueError(f"what the axis is given and its position have shapes {shapes}, not one (n,)")
+        raise ValueError(f"drive input and position have shapes {shapes}; both must be of one shape (n,)")
     if len(columns[0]) < LEAST_ROWS:
         raise ValueError(f"the log has {len(columns[0])} rows; {LEAST_ROWS} are needed")
     for column, what in zip(columns, ("what the axis is given", "the position"), strict=True):

@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 
 #: A log is read whole; more than this is not a log of one excitation.
 MAX_BYTES = 1_000_000_000
-#: Numbers beyond this are none of a machine: their squares are still far from the largest double.
+#: No machine has numbers beyond this: their squares are still far from the largest double.
 MAX_VALUE = 1e30
 USUAL = "a log is a CSV file like the response file of cncgen simulate: t_s,x_cmd_mm,x_mm,x_force"
 #: Two sampling intervals may differ by this share.
@@ -167,7 +167,7 @@ class _Place:
 
 
 def _table(body: str, separator: str, place: _Place, columns: list[int]) -> Floats:
-    """Return the numbers of some columns, shape (rows, len(columns)); what the others hold does not matter."""
+    """Return the numbers of some columns, shape (rows, len(columns)); other columns are not read."""
     table: Floats = np.zeros((0, len(columns)))
     if body.strip():
         try:
@@ -177,7 +177,9 @@ def _table(body: str, separator: str, place: _Place, columns: list[int]) -> Floa
         except ValueError as error:
             raise UsageError(_first_fault(body, separator, place, columns, str(error))) from error
     if not (np.abs(table) <= MAX_VALUE).all():
-        raise UsageError(_first_fault(body, separator, place, columns, "a value is no number of a log"))
+        raise UsageError(
+            _first_fault(body, separator, place, columns, "a value is not a number within ±1e30")
+        )
     if len(table) < LEAST_ROWS:
         raise _fault("log-row", f"{place.name}: {len(table)} rows; {LEAST_ROWS} are needed")
     return table

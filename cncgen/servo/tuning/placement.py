@@ -37,7 +37,7 @@ MAX_BANDWIDTH_HZ, MAX_DAMPING = 1e6, 1e3
 
 
 def placed(servo: Servo, letter: str, bandwidth_hz: float, damping: float) -> Servo:
-    """Return a servo with gains for a bandwidth (Hz) and damping; what else it has stays.
+    """Return a servo with gains for a bandwidth (Hz) and damping; all other entries stay.
 
     Of ``first-order`` the damping decides where the lag allows less than the bandwidth. ``pd-plus``, ``two-mass`` and
     ``plant`` (PD round g/(s(τs + 1))) take the bandwidth as their natural frequency.

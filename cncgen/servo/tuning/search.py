@@ -64,7 +64,7 @@ class Search:
 
 @dataclass(frozen=True, slots=True)
 class _Trials:
-    """What all trials have in common."""
+    """The parts that all trials share."""
 
     setpoints: tuple[Setpoints, ...]
     controller: str
