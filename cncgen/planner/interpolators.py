@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
-from cncgen.planner.cutting import arrival_at, cut, joined
 from cncgen.planner.motion import motion_at, time_at
 from cncgen.planner.options import PlanOptions
+from cncgen.planner.profile_parts import arrival_at, cut, joined
 from cncgen.planner.record import Limit, Profile, Trajectory
 from cncgen.toolpath.record import Kind
 

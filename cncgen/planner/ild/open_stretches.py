@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Span
 from cncgen.planner.assembly import assemble
-from cncgen.planner.cutting import arrival_at, cut
 from cncgen.planner.ild.look_ahead import SegmentPieces, Segments
 from cncgen.planner.ild.stretch import Stretch
+from cncgen.planner.profile_parts import arrival_at, cut
 from cncgen.planner.record import Limit, Profile, SharpCorner, Trajectory
 from cncgen.toolpath.record import Event
 

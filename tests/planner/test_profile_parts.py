@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from cncgen.machine import Machine
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.assembly import assemble
-from cncgen.planner.cutting import arrival_at, cut, joined
 from cncgen.planner.ild.look_ahead import Segments, joint_speeds, settled
 from cncgen.planner.motion import motion_at, time_at
+from cncgen.planner.profile_parts import arrival_at, cut, joined
 from cncgen.planner.record import Limit, Profile
 from cncgen.toolpath.record import Toolpath
 
