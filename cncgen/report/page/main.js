@@ -163,7 +163,9 @@ class Page {
   }
 
   tabs() {
-    const shown = TABS.filter(([id]) => id !== "compare" || this.parts.length > 1);
+    const text = this.part.header.sources.some((source) => source.text);
+    const without = new Set([text ? "" : "program", this.parts.length > 1 ? "" : "compare"]);
+    const shown = TABS.filter(([id]) => !without.has(id));
     $("tabs").replaceChildren(
       ...shown.map(([id, label]) => {
         const tab = element("button", { type: "button", role: "tab", id: `tab-${id}`, "aria-controls": `panel-${id}` }, label);
@@ -180,7 +182,7 @@ class Page {
       this.setTab(next);
       $(`tab-${next}`).focus();
     });
-    this.setTab(shown.some(([id]) => id === this.settings.p) ? this.settings.p : "program");
+    this.setTab(shown.some(([id]) => id === this.settings.p) ? this.settings.p : shown[0][0]);
   }
 
   setTab(id) {
@@ -555,7 +557,7 @@ class Page {
       "+": () => this.charts.zoom(0.6, this.now * this.part.period),
       "=": () => this.charts.zoom(0.6, this.now * this.part.period),
       "-": () => this.charts.zoom(1 / 0.6, this.now * this.part.period),
-      "/": () => (this.setTab("program"), $("search").focus()),
+      "/": () => $("tab-program") && (this.setTab("program"), $("search").focus()),
       l: () => this.nextLoss(),
       t: () => this.switchTheme(),
       "?": () => $("keys").showModal(),

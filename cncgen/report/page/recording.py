@@ -36,7 +36,7 @@ POSITION_STEP, SPEED_STEP, CONTOUR_STEP, FORCE_STEP = 1e-4, 1e-2, 1e-5, 1e-2
 _DIGITS_OF_LIMIT = {"vel": None, "acc": 3, "jerk": 2}
 
 #: Values of all bands together while each row keeps its own, and where blocks are joined.
-MOST_ROWWISE, MOST_JOINED, MOST_SERVO_JOINED = 800_000, 200_000, 100_000
+MOST_ROWWISE, MOST_JOINED = 800_000, 400_000
 #: Bytes a row that positions and feed may take together; beyond it a long plan leaves out the feed of each row.
 BYTES_A_ROW = 0.62
 #: Events that are kept; the first ones of more.
@@ -143,7 +143,7 @@ class Recording:
             names = [f"{letter.lower()}_error_{file_unit(letter)}" for letter in response.axes]
             steps = dict.fromkeys(names, POSITION_STEP)
             steps |= {f"{letter.lower()}_force": FORCE_STEP for letter in response.axes}
-            self._servo = Bands({**steps, "contour_error_mm": CONTOUR_STEP}, MOST_ROWWISE, MOST_SERVO_JOINED)
+            self._servo = Bands({**steps, "contour_error_mm": CONTOUR_STEP}, MOST_ROWWISE, MOST_JOINED // 2)
         contour = np.nan_to_num(response.contour_error_mm)
         self._servo.add(np.column_stack([errors, response.force, contour]))
         self._saturated.add(np.asarray(response.saturated.any(axis=1), np.int64))

@@ -145,7 +145,10 @@ export class Scene {
     const colours = COLOURS[this.theme];
     drawer.begin(...size);
     this.grid ??= gridOf(drawer.gl, this.box);
+    // The grid hides nothing: a path in its plane is over it.
+    drawer.gl.depthMask(false);
     if (this.showGrid !== false) drawer.draw(this.grid, { matrix, size, width: ratio, solid: colours.grid });
+    drawer.gl.depthMask(true);
     this.layers.forEach((layer, k) => {
       if (k && this.hideOthers) return;
       const how = { matrix, size, width: (k ? 1.4 : 2) * ratio, steps: Boolean(layer.colouring?.kinds), lift: k ? -1e-4 : 0 };

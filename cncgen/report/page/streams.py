@@ -20,6 +20,8 @@ Floats = NDArray[np.float64]
 #: Numbers of bands beyond this (in steps) are held there: they are those of strategies without a bound on the jerk.
 LARGEST = 2**30
 _ESCAPE = 255
+#: Rows of a long plan.
+LONG = 500_000
 
 #: Digits of base 85: printable ASCII without what ends or escapes a text in HTML, JSON or JavaScript.
 DIGITS = "!#%()*+,./0123456789:;=?@ABCDEFGHIJKLMNOPQRSTUVWXYZ[]^_abcdefghijklmnopqrstuvwxyz{|}~"
@@ -134,8 +136,8 @@ class RunStream:
 class Bands:
     """Signals whose lowest and highest value in each block of rows are kept; the blocks grow with the number of rows.
 
-    Up to `most` values together each row keeps its own (blocks of one row). Beyond that blocks are joined two by two,
-    so that memory and the size of the page stay bounded.
+    Up to `most` values together each row keeps its own (blocks of one row). Beyond that blocks are joined two by two to
+    `most_joined` values, of a long plan to a quarter of them, so that memory and the size of the page stay bounded.
     """
 
     def __init__(self, steps: dict[str, float], most: int, most_joined: int) -> None:
@@ -145,17 +147,25 @@ class Bands:
         self._low: list[NDArray[np.int32]] = []
         self._high: list[NDArray[np.int32]] = []
         self._rest = np.zeros((len(steps), 0), np.int64)
-        self._held = 0
+        self._held = self._rows = 0
+
+    @property
+    def _bound(self) -> int:
+        """Return how many values may be held now."""
+        if self.block == 1:
+            return self._most
+        return self._most_joined // (4 if self._rows > LONG else 1)
 
     def add(self, values: Floats) -> None:
         """Take rows of all signals, shape (n, signals)."""
+        self._rows += len(values)
         scaled = values.T / np.array(list(self._steps.values()))[:, None]
         rows = np.clip(np.rint(scaled), -LARGEST, LARGEST).astype(np.int64)
         joined = np.concatenate([self._rest, rows], axis=1)
         whole = joined.shape[1] // self.block * self.block
         self._rest = joined[:, whole:]
         self._keep(joined[:, :whole])
-        if self._held * len(self._steps) > (self._most if self.block == 1 else self._most_joined):
+        if self._held * len(self._steps) > self._bound:
             self._join()
 
     def _keep(self, rows: Integers) -> None:
@@ -169,7 +179,7 @@ class Bands:
         """Join blocks two by two until they are few enough; a block without a partner goes back to the rest."""
         low = np.concatenate(self._low, axis=1)
         high = np.concatenate(self._high, axis=1) if self._high else low
-        while (self._held * len(self._steps)) > self._most_joined:
+        while self.block == 1 or self._held * len(self._steps) > self._bound:
             if low.shape[1] % 2:
                 # Lowest and highest value of the last block stand in its place among the rows that wait.
                 last = [low[:, -1:], *[high[:, -1:]] * (self.block - 1)]

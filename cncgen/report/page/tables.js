@@ -16,7 +16,8 @@ export function element(name, attributes = {}, ...children) {
 }
 
 function table(label, header, rows) {
-  const head = element("tr", {}, ...header.map((text) => element("th", { scope: "col" }, text)));
+  const cells = rows[0]?.children ?? [];
+  const head = element("tr", {}, ...header.map((text, k) => element("th", { scope: "col", class: cells[k]?.className || null }, text)));
   return element("table", { "aria-label": label }, element("thead", {}, head), element("tbody", {}, ...rows));
 }
 
