@@ -408,6 +408,7 @@ def test_paper_has_tables_and_the_picture(shown: Browser) -> None:
         for name in ("path", "play", "search"):
             assert not shown.find(f"#{name}").is_displayed(), name
         assert shown.run("return getComputedStyle(document.body).color") == "rgb(17, 17, 17)"
+        assert shown.run("return cncgen.theme") == "light"
     finally:
         shown.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
 

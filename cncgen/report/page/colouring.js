@@ -2,6 +2,7 @@
 
 import { rounded } from "./format.js";
 import { runAt } from "./decode.js";
+import { toolName } from "./lines.js";
 
 const SLOW_FAST = {
   dark: ["#ff4d4d", "#ff8a4c", "#ffc857", "#d9e57b", "#7fd8c2", "#4fa8ff", "#7b8cff"],
@@ -198,7 +199,7 @@ function byLimit(part) {
 
 function byTool(part) {
   const runs = part.tools.map(({ tool, start, stop }) => ({ value: tool, start, stop }));
-  return byRuns(part, "tool", runs, (tool) => (tool ? `T${tool}` : "no tool"));
+  return byRuns(part, "tool", runs, toolName);
 }
 
 function byLine(part) {

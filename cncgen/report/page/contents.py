@@ -62,7 +62,7 @@ def html(title: str, parts: Sequence[Contents]) -> str:
         "format": FORMAT,
         "version": __version__,
         "title": title,
-        "limits": [limit.name.lower().replace("_", " ") for limit in Limit],
+        "limits": [_limit(limit) for limit in Limit],
         "parts": [contents(part, blob, with_source=k == 0) for k, part in enumerate(parts)],
     }
     return assemble(title, header, blob.text())
@@ -87,13 +87,17 @@ def contents(part: Contents, blob: Blob, with_source: bool = True) -> dict[str, 
     return found
 
 
+def _limit(limit: Limit) -> str:
+    return "nothing" if limit is Limit.NONE else limit.name.lower().replace("_", " ")
+
+
 def _place(place: SlowPlace) -> dict[str, Any]:
     return {
         "lost_s": round(place.lost_s, 6),
         "line": place.line,
         "t_s": round(place.t_s, 6),
         "feed_mm_s": round(place.feed_mm_s, 4),
-        "limit": place.limit.name.lower().replace("_", " "),
+        "limit": _limit(place.limit),
     }
 
 

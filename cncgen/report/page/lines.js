@@ -59,6 +59,12 @@ export function rowsByValue(signal, rows) {
   return totals;
 }
 
+/** Return the name of a tool: T5 by number, or the name that the program gives. */
+export function toolName(tool) {
+  if (!tool) return "no tool";
+  return typeof tool === "number" ? `T${tool}` : String(tool);
+}
+
 /** Return tools as runs over the rows: [{ tool, start, stop }], from the events of tool changes. */
 export function toolRuns(events, period, rows) {
   const found = [{ tool: 0, start: 0, stop: rows }];

@@ -4,7 +4,7 @@ import { Charts } from "./charts.js";
 import { choices, colouring, palette } from "./colouring.js";
 import { brief, duration, share } from "./format.js";
 import { legend } from "./legend.js";
-import { lineKey } from "./lines.js";
+import { lineKey, toolName } from "./lines.js";
 import { parsed, written } from "./link.js";
 import { Overlay } from "./overlay.js";
 import { Scene } from "./scene.js";
@@ -331,7 +331,7 @@ class Page {
     if (line !== undefined) add("line", String(line), "line");
     if (part.limit(row)) add("held back by", part.limit(row), "limit");
     const tool = part.toolAt(row);
-    if (tool) add("tool", `T${tool}`, "tool");
+    if (tool) add("tool", toolName(tool), "tool");
     $("readout").replaceChildren(...items);
     $("readout").dataset.row = String(row);
     $("now").textContent = `${duration(this.now * part.period)} of ${duration(part.seconds)}`;
@@ -575,9 +575,13 @@ class Page {
     this.go(this.part.rowAt(places[this.loss].t_s));
   }
 
-  /** Put the picture where a printer finds it. */
+  /** Put the picture where a printer finds it, in colours for white paper. */
   print() {
+    const { theme } = this;
+    addEventListener("afterprint", () => this.setTheme(theme), { once: true });
+    this.setTheme("light");
     this.scene.draw();
+    for (const view of this.charts.views) this.charts.paint(view);
     const sheet = document.createElement("canvas"), { canvas } = this.scene;
     sheet.width = canvas.width;
     sheet.height = canvas.height;

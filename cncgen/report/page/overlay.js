@@ -46,7 +46,7 @@ export class Overlay {
       if (set.kind === "places") badge(g, x, y, String(k + 1), colour, paper);
       else if (set.kind === "tools") shape(g, x, y, 4, 6.5, colour, paper);
       else if (set.kind === "breaches") cross(g, x, y, colour);
-      else shape(g, x, y, 20, set.rows.length > 500 ? 2 : 3.2, null, colour);
+      else shape(g, x, y, 20, set.rows.length > 60 ? 1.8 : 3.2, null, colour);
     }
   }
 

@@ -64,6 +64,7 @@ export class SourceView {
     const text = this.texts[source];
     this.lines = text === null || text === undefined ? [] : text.split(/\r\n|\n|\r/);
     if (this.lines.length > 1 && this.lines[this.lines.length - 1] === "") this.lines.pop();
+    this.coloured = /^\s*ISO-10303-21/.test(this.lines[0] ?? "") ? (line) => [document.createTextNode(line)] : coloured;
     this.list.dataset.lines = String(this.lines.length);
     this.space.style.height = `${Math.min(TALLEST, this.lines.length * HEIGHT)}px`;
     this.list.classList.toggle("empty", !this.lines.length);
@@ -115,7 +116,7 @@ export class SourceView {
     found.append(number, time, part);
     if (this.other) found.append(this.difference(line, rows ?? 0));
     const code = cell("code", "");
-    code.append(...coloured(text.length > 400 ? `${text.slice(0, 400)}…` : text));
+    code.append(...this.coloured(text.length > 400 ? `${text.slice(0, 400)}…` : text));
     found.append(code);
     return found;
   }

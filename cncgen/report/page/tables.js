@@ -1,6 +1,6 @@
 // The tables beside the picture: where time is lost, where it goes, what was checked, and what differs.
 
-import { along, rowsByValue } from "./lines.js";
+import { along, rowsByValue, toolName } from "./lines.js";
 import { brief, duration, rounded, share } from "./format.js";
 
 /** Return an element with attributes and children; texts are never markup. */
@@ -120,7 +120,7 @@ function byTool(part) {
     const rows = Math.max(0, Math.min(stop, part.rows - 1) - start);
     totals.set(tool, (totals.get(tool) ?? 0) + rows * part.period);
   }
-  return sorted([...totals].map(([tool, seconds]) => ({ tool, name: tool ? `T${tool}` : "no tool", seconds })));
+  return sorted([...totals].map(([tool, seconds]) => ({ tool, name: toolName(tool), seconds })));
 }
 
 /** Operations run from one message or comment that names one to the next. */
