@@ -222,3 +222,25 @@ def test_check_cuts_the_features_of_a_file(tmp_path, capsys):
     capsys.readouterr()
     assert command(["check", str(file)]) == 1
     assert "error[cut-gouge]" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("name", "low", "high"),
+    [
+        ("features", None, None),
+        ("nist_ex1", (0, 0, -45), (100, 120, 5)),
+        ("plate_ap238", (0, 0, -20), (160, 100, 3)),
+    ],
+)
+def test_nothing_is_wrong_with_the_programs_of_features(programs, name, low, high):
+    stock = None if low is None else box(low, high)
+    assert codes(cut(programs / "stepnc" / f"{name}.stp", stock=stock, cell_mm=0.5)) == []
+
+
+def test_the_explicit_toolpaths_of_nist_cut_what_their_features_do(programs):
+    """Both files have the same 537 lines of canonical calls, so what is left is the same to the last column."""
+    stock = box((0, 0, -45), (100, 120, 5))
+    both = [cut(programs / "stepnc" / f"nist_ex1{e}.stp", stock=stock, cell_mm=0.5) for e in ("", "E")]
+    difference = np.abs(both[0].stock.heights - both[1].stock.heights)
+    assert (difference < 1e-3).mean() > 0.9995
+    assert both[0].stock.volume == pytest.approx(both[1].stock.volume, rel=1e-4)

@@ -178,22 +178,19 @@ def _hole(job: Job, frame: Matrix, over: float) -> Cavity:
     if shape.slope < 0 or radius <= 0:
         raise Skip
     depth = (shape.depth or 0.0) + (over if shape.bottom in ("", "through") else 0.0)
-    deeper = 0.0
+    deeper, cylinder = 0.0, 0.0
     if shape.bottom == "conical" and shape.bottom_angle:
         deeper = radius / math.tan(shape.bottom_angle / 2)
     elif shape.bottom == "spherical" and shape.bottom_radius:
-        deeper = shape.bottom_radius
-    if kind in (
-        "drilling",
-        "multistep drilling",
-        "center drilling",
-        "counter sinking",
-        "boring",
-        "reaming",
-        "tapping",
-    ):
-        deeper = max(deeper, tip_length(job.tool))
-        depth = max(depth, job.value("cutting_depth", 0.0) + over)
+        cylinder = shape.bottom_radius
+    if not kind.startswith(("bottom", "side")):
+        # Whether a drill's point is that of the bottom is told by `stepnc-tip`.
+        depth, cylinder = (
+            max(depth, job.value("cutting_depth", 0.0) + over),
+            max(deeper, tip_length(job.tool)),
+        )
+        deeper = 0.0
+    depth += cylinder
     region = offsets.polygon_of([profiles.circle(2 * radius)])
     whole = Cavity(frame, region, depth, shape.slope, tip=(deeper, radius))
     plain = kind in ("drilling", "multistep drilling", "boring", "reaming") or kind.startswith(
@@ -226,13 +223,20 @@ def _area(job: Job, kind: str, frame: Matrix, over: float) -> Cavity:
         # A round tool goes its radius beyond the end of the strip that it is to clear.
         values = {**job.operation.values, "overcut_length": over + job.radius}
         longer = replace(job, operation=replace(job.operation, values=values))
+        ends = tuple("radiused" if end not in ("open", "flat") else end for end in (*shape.ends, "", "")[:2])
+        longer = replace(longer, shape=replace(shape, ends=ends))
         job = slot._as_pocket(longer, *slot._course(job))
     elif kind == "step":
         job = slot._step_as_pocket(job)
     outline = job.shape.outline
     if outline is None:
         raise Skip
-    closed = region = offsets.polygon_of(outline)
+    closed = offsets.polygon_of(outline)
+    if job.shape.corner_radius and not job.shape.open_sides and kind == "closed pocket":
+        corner = job.shape.corner_radius
+        rounded = closed.buffer(-corner, quad_segs=64).buffer(corner, quad_segs=64)
+        closed = closed if rounded.is_empty else rounded.buffer(1e-3)
+    region = closed
     if kind == "planar face":
         region = closed.buffer(BEYOND, quad_segs=2)
     elif job.shape.open_sides:
