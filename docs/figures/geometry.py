@@ -16,7 +16,6 @@ import numpy as np
 
 from cncgen import pipeline
 from cncgen.geometry.curvature import curvature_extrema
-from cncgen.geometry.path import Path
 from cncgen.planner.smoothing import smooth
 from cncgen.toolpath.record import Toolpath
 from cncgen.toolpath.slicing import join
@@ -29,13 +28,9 @@ def toolpath(name: str) -> Toolpath:
     return join(list(pipeline.read(PROGRAMS / f"{name}.nc").chunks()))
 
 
-def path_of(rows: Toolpath) -> Path:
-    return Path(rows.axes, rows.start, rows.kind, rows.end, rows.curve, rows.arcs, rows.nurbs)
-
-
 def nurbs() -> None:
     """The butterfly and its curvature, extrema marked."""
-    path = path_of(toolpath("butterfly"))
+    path = toolpath("butterfly").path
     found = curvature_extrema(path)
     s = np.unique(np.concatenate([np.linspace(0, path.length, 20001), found.s]))
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4), width_ratios=(1, 1.5))
@@ -55,7 +50,7 @@ def nurbs() -> None:
 
 def arc_length() -> None:
     """Cells of the arc-length table, and how far u(s) is from the truth."""
-    path = path_of(toolpath("butterfly"))
+    path = toolpath("butterfly").path
     measured = path._nurbs
     cells = measured.cells
     s = np.linspace(0, path.length, 40001)
@@ -73,7 +68,7 @@ def smoothing() -> None:
     """A sharp corner, the curvature of R5 corners, and short segments of the butterfly."""
     figure, (corner, ramp, facets) = plt.subplots(1, 3, figsize=(12, 3.8))
     sharp = toolpath("square_sharp")
-    x = path_of(join(list(smooth([sharp])))).evaluate(np.linspace(49.8, 50.1, 4001))[0]
+    x = join(list(smooth([sharp]))).path.evaluate(np.linspace(49.8, 50.1, 4001))[0]
     corner.plot([49.9, 50, 50], [0, 0, 0.1], "k:", lw=1)
     corner.plot(x[:, 0], x[:, 1])
     corner.set(
@@ -89,12 +84,12 @@ def smoothing() -> None:
         (rounded, "k:", "programmed"),
         (join(list(smooth([rounded]))), "-", "smoothed"),
     ):
-        path = path_of(rows)
+        path = rows.path
         s = np.linspace(38, 50, 6001)
         ramp.plot(s, path.curvature(s), style, label=name)
     ramp.set(xlabel="s, mm", ylabel="curvature, 1/mm", title="line to R5, P 0.01")
     ramp.legend()
-    path = path_of(join(list(smooth([toolpath("butterfly_g1")]))))
+    path = join(list(smooth([toolpath("butterfly_g1")]))).path
     s = np.linspace(100, 130, 6001)
     facets.plot(s, np.abs(path.evaluate(s, 3)[3][:, :2]).max(axis=1), lw=0.8)
     facets.set(

@@ -373,7 +373,7 @@ class _Judged:
         turn: Shape (n, axes), Δ of all.
         length: Shape (k,), the L that the tolerance allows.
         across: Shape (k,), largest |x''| across x' times L where a corner is rounded by itself.
-        bends: Shape (2, steps + 1, k), that on the way out of it (`passage.bends`).
+        bends: Shape (2, steps + 1, k), that on the way out of it (`bend_time.bends`).
         beyond: Shape (k,) each, the speed at the other end of the row before and after.
     """
 
