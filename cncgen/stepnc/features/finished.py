@@ -219,12 +219,16 @@ def _around(job: Job, frame: Matrix, over: float) -> Cavity:
 def _area(job: Job, kind: str, frame: Matrix, over: float) -> Cavity:
     """Return a pocket, slot, step or face, grown over its open sides."""
     shape, through = job.shape, job.shape.bottom == "through"
+    own = None
     if kind == "slot":
         # A round tool goes its radius beyond the end of the strip that it is to clear.
         values = {**job.operation.values, "overcut_length": over + job.radius}
         longer = replace(job, operation=replace(job.operation, values=values))
         ends = tuple("radiused" if end not in ("open", "flat") else end for end in (*shape.ends, "", "")[:2])
         longer = replace(longer, shape=replace(shape, ends=ends))
+        values = {**job.operation.values, "overcut_length": 1e-3 - job.radius}
+        itself = replace(longer, operation=replace(job.operation, values=values))
+        own = slot._as_pocket(itself, *slot._course(job)).shape.outline
         job = slot._as_pocket(longer, *slot._course(job))
     elif kind == "step":
         job = slot._step_as_pocket(job)
@@ -253,6 +257,8 @@ def _area(job: Job, kind: str, frame: Matrix, over: float) -> Cavity:
         free, reach = free.difference(polygon), reach.difference(polygon)
     # What a round tool reaches: the opening of the region by its radius.
     reached = reach.buffer(-job.radius + 1e-3, quad_segs=64).buffer(job.radius - 1e-3, quad_segs=64)
+    if own is not None:  # what lies beyond an open end is no more the slot's
+        free = free.intersection(offsets.polygon_of(own))
     return replace(made, demands=reached.intersection(free), demanded=shape.depth or 0.0)
 
 
