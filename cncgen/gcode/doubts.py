@@ -46,6 +46,11 @@ _FANUC = (
         "--dialect fanuc-lathe reads lathes; on a mill G91 makes X and Z distances",
     ),
 )
+_OKUMA = _Doubt(
+    re.compile(_BEFORE + rb"(?P<word>G1[56])[ \t]*H[ \t]*\d", re.MULTILINE | re.IGNORECASE),
+    "G15 H chooses a coordinate system on Okuma's controls, whose language is not read; here it ends polar coordinates",
+    "post the program for FANUC: G54 in place of G15 H1, G43 H1 in place of G56 H1",
+)
 _LINUXCNC = (
     _Doubt(
         re.compile(
@@ -104,7 +109,7 @@ def doubts(source: Source, dialect: str) -> Iterator[tuple[Cursor, BlockError]]:
         found.append((_SIEMENS, _SIEMENS.sign.search(head)))
     if language_of(dialect) in BOTH and b"*" in head:
         found.append((_HEIDENHAIN, _HEIDENHAIN.sign.search(head)))
-    for doubt in {"fanuc": _FANUC, "linuxcnc": _LINUXCNC}.get(dialect, ()):
+    for doubt in {"fanuc": (*_FANUC, _OKUMA), "linuxcnc": (*_LINUXCNC, _OKUMA)}.get(dialect, ()):
         found.append((doubt, doubt.sign.search(head)))
     if language_of(dialect) == "fanuc":
         found.append((_BEHIND_SEMICOLON, _BEHIND_SEMICOLON.sign.search(source.data)))

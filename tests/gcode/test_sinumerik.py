@@ -309,6 +309,36 @@ def test_what_is_wrong_is_named_where_it_stands(run: Any, name: str) -> None:
     assert fault.hint
 
 
+@pytest.mark.parametrize(
+    ("cycle", "reach"),
+    [
+        ("POCKET3(20,0,2,-4,30,20,5,50,10,0,2,0,0,500,100,0,1)", (37, 63, 2, 18)),
+        ("POCKET3(20,0,2,-4,30,20,5,50,10,90,2,0,0,500,100,0,1)", (42, 58, -3, 23)),
+        ("POCKET3(20,0,2,-4,30,20,5,50,10,0,2,1,0,500,100,0,1)", (38, 62, 3, 17)),
+        ("POCKET4(20,0,2,-4,10,50,10,2,0,0,500,100,0,1)", (42, 58, 2, 18)),
+        ("SLOT1(20,0,2,-4,,1,30,4,0,0,10,0,0,100,500,2,0,0,0)", (12, 38, 0, 0)),
+    ],
+)
+def test_pockets_reach_their_wall(run: Any, tmp_path: Path, cycle: str, reach: tuple[float, ...]) -> None:
+    """The tool's centre stays its radius of 2, and the allowance, within the wall; the depth of 4 is cut in two levels."""
+    out = run(f"T1 M6\nF100\n{cycle}\nM30", dialect="sinumerik", tool_table=table_of(tmp_path))
+    assert out.errors == []
+    points = out.path.end[out.path.kind < 3][:, :3]
+    cuts = points[points[:, 2] < 8.5]
+    assert sorted({round(float(z), 6) for z in cuts[:, 2]}) == [6, 8]
+    found = (cuts[:, 0].min(), cuts[:, 0].max(), cuts[:, 1].min(), cuts[:, 1].max())
+    assert found == pytest.approx(reach)
+
+
+def test_a_pocket_narrower_than_the_tool_is_refused(run: Any, tmp_path: Path) -> None:
+    out = run(
+        "T1 M6\nF100\nPOCKET4(20,0,2,-4,1,0,0,2,0,0,500,100)\nM30",
+        dialect="sinumerik",
+        tool_table=table_of(tmp_path),
+    )
+    assert out.errors == [("cycle-tool", 3, 1)]
+
+
 def test_subprograms_of_files(run: Any, tmp_path: Path) -> None:
     (tmp_path / "BOHREN.SPF").write_text("PROC BOHREN(REAL TIEFE)\nG0 Z=TIEFE C5\nRET\n")
     out = run("BOHREN(-5)\nM30", dialect="sinumerik", include=(tmp_path,))

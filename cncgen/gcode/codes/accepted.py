@@ -34,6 +34,16 @@ CODES = (
     Code("G", 1030, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD + " (Haas)", "p", dialects=_FANUC),
     Code("G", 1870, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD + " (Haas)", "pe", dialects=_FANUC),
     Code("G", 51, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD, AXES + "pqr", "own", dialects=_FANUC),
+    Code(
+        "G",
+        611,
+        "path",
+        Stage.PATH,
+        nothing,
+        _LOOK_AHEAD + " (Mazak's geometry compensation)",
+        "pqr",
+        dialects=_FANUC,
+    ),
     Code("G", 80, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD, "pqr", dialects=_FANUC),
     Code(
         "G",

@@ -144,7 +144,7 @@ def _centre_by_offset(ip: Interpreter, block: Block, end: list[float], name: str
         plane = (AXES[first] + AXES[second]).upper()
         raise BlockError(
             "arc-plane",
-            f"{wrong.upper()} given for an arc in the {plane} plane",
+            f"{wrong.upper()} leads to no centre of an arc in the {plane} plane",
             wrong.upper(),
             hint=f"leave {wrong.upper()} out, or choose the plane of the arc: G17 XY, G18 ZX, G19 YZ",
         )

@@ -194,7 +194,12 @@ def scaling(ip: Interpreter, block: Block) -> None:
         )
     if 0.0 in factors:
         zero = next(letter for letter in "pijk" if words.get(letter) == 0.0)
-        raise BlockError("scale-missing", "G51 with a factor of 0", zero.upper(), hint="G50 ends the scaling")
+        raise BlockError(
+            "scale-missing",
+            "G51 has a factor of 0, which leaves nothing",
+            zero.upper(),
+            hint="G50 ends the scaling",
+        )
     frame = _current(ip)
     frame.scale, frame.scale_centre = factors, _point(ip, block)
     _change(ip, frame)

@@ -185,7 +185,11 @@ def _check_knots(spline: OpenCurve) -> None:
         raise BlockError("nurbs-end-knots", f"all knots are {knots[0]:g}: the curve has no length in K", "K")
     for i in range(len(knots) - rank):
         if knots[i] == knots[i + rank]:
-            raise BlockError("nurbs-equal-knots", f"more than {rank} equal knots K{knots[i]:g}", "K")
+            raise BlockError(
+                "nurbs-equal-knots",
+                f"the knot K{knots[i]:g} stands more than {rank} times, the rank of the curve",
+                "K",
+            )
     for i in range(rank, count):
         # The curve before these knots ends in one control point, the curve after them begins in the next one.
         gap = max(abs(p - q) for p, q in zip(spline.points[i - 1], spline.points[i], strict=True))

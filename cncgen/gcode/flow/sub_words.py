@@ -81,7 +81,10 @@ def give_back(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> 
     """Handle RETURN: back to the caller."""
     if not control.calls.frames:
         raise BlockError(
-            "oword-unmatched", "RETURN outside a subroutine", "O", hint="M2 or M30 end the main program"
+            "oword-unmatched",
+            "RETURN stands outside a subroutine",
+            "O",
+            hint="M2 or M30 end the main program",
         )
     return control.calls.leave(flow.arguments)
 

@@ -255,7 +255,10 @@ def _step(motions: Motions, kind: str, values: dict[str, float], rpl: float | No
         factors = [values.get(axis, 1.0) for axis in "XYZ"]
         if min(map(abs, factors)) == 0.0:
             raise BlockError(
-                "scale-missing", "SCALE with a factor of 0", "SCALE", hint="SCALE alone ends the scaling"
+                "scale-missing",
+                "SCALE has a factor of 0, which leaves nothing",
+                "SCALE",
+                hint="SCALE alone ends the scaling",
             )
         return _diagonal(factors)
     return _diagonal([-1.0 if axis in values else 1.0 for axis in "XYZ"])

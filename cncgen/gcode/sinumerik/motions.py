@@ -16,7 +16,7 @@ from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.codes.subprograms import of_builder
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.sinumerik import commands, curves, cycles
+from cncgen.gcode.sinumerik import commands, curves, cycles, pockets
 from cncgen.gcode.sinumerik.expressions import Scalar, evaluate, number
 from cncgen.gcode.sinumerik.reading import Item, Node
 from cncgen.gcode.sinumerik.variables import Store
@@ -28,7 +28,7 @@ MODES = ("AC", "IC", "DC", "ACP", "ACN")
 #: Motions: their number among the interpreter's codes; others are worked out here.
 _MOTIONS = {0: "G0", 1: "G1", 2: "G2", 3: "G3", 33: "G33", 331: "G331", 332: "G332"}
 _ENDS = {2: True, 30: True, 17: True}
-_OFFSETS = {"I": 0, "J": 1, "K": 2}
+_CYCLES = {**cycles.CYCLES, "POCKET3": pockets.rectangle, "POCKET4": pockets.circle, "SLOT1": pockets.slots}
 
 
 @dataclass(slots=True)
@@ -187,7 +187,7 @@ class Motions:
             # A subprogram ends the state when it is left (`running`); its own motions call nothing.
             self.in_modal = True
             self._run_call(name, arguments, 1)
-            if name in cycles.CYCLES:
+            if name in _CYCLES:
                 self.in_modal = False
         return ended
 
@@ -275,15 +275,15 @@ class Motions:
         """Run a cycle, a command with arguments, or a subprogram."""
         if commands.CALLS.get(name) is commands.nothing:
             return
-        if name in cycles.CYCLES or name in commands.CALLS:
+        if name in _CYCLES or name in commands.CALLS:
             values = [None if node is None else evaluate(node, self.store) for node in arguments or ()]
-            (commands.CALLS.get(name) or cycles.CYCLES[name])(self, name, values)
+            (commands.CALLS.get(name) or _CYCLES[name])(self, name, values)
         elif name in cycles.NOT_READ or name.startswith(("CYCLE", "LONGHOLE", "SLOT", "POCKET")):
             raise BlockError(
                 "not-read",
                 f"the cycle {name} is not read",
                 name,
-                hint=f"read are {', '.join(sorted(cycles.CYCLES))}",
+                hint=f"read are {', '.join(sorted(_CYCLES))}",
             )
         else:
             self.begin_call(name, arguments, times)

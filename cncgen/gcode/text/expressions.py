@@ -25,14 +25,14 @@ EQUAL = 1e-4
 
 def _divide(a: float, b: float) -> float:
     if b == 0.0:
-        raise BlockError("division-by-zero", f"{a:g} divided by 0")
+        raise BlockError("division-by-zero", f"{a:g} / 0 has no value")
     return a / b
 
 
 def _modulo(a: float, b: float) -> float:
     """Return the remainder with the sign of the divisor's size: never negative."""
     if b == 0.0:
-        raise BlockError("division-by-zero", f"{a:g} MOD 0")
+        raise BlockError("division-by-zero", f"{a:g} MOD 0 has no value")
     try:
         rest = math.fmod(a, b)
     except ValueError:
@@ -44,7 +44,7 @@ def _power(a: float, b: float) -> float:
     if a < 0.0 and not b.is_integer():
         raise BlockError("domain", f"{a:g} ** {b:g} has no real value")
     if a == 0.0 and b < 0.0:
-        raise BlockError("division-by-zero", f"0 ** {b:g}")
+        raise BlockError("division-by-zero", f"0 ** {b:g} has no value")
     try:
         return a**b
     except OverflowError:

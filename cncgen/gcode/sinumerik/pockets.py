@@ -1,0 +1,126 @@
+"""Milling cycles of SINUMERIK: POCKET3 (rectangle), POCKET4 (circle), SLOT1 (slots on a circle).
+
+The wall, the levels, allowances and feeds are the cycle's; the loops that clear it are our own (`cncgen.gcode.codes.pockets`).
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from typing import TYPE_CHECKING
+
+from cncgen.gcode.codes.pockets import Clearing, Pocket, clear, levels_of
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.sinumerik.cycles import Hole, Values, filled, given
+
+if TYPE_CHECKING:
+    from cncgen.gcode.sinumerik.motions import Motions
+
+#: Part of the tool's diameter by which loops step aside where MIDA is left out (ibid.: 80 %).
+_USUAL_STEP = 0.8
+
+
+def _levels(name: str, motions: Motions, values: Values, depth: float) -> Hole:
+    """Return the heights of a pocket, whose depth is its fourth parameter."""
+    if motions.ip.state.plane != 17:
+        raise BlockError(
+            "cycle-plane",
+            f"{name} works in plane G17, not in G{motions.ip.state.plane}",
+            name,
+            hint="use G17",
+        )
+    return Hole.of(motions, name, [*values[:3], depth])
+
+
+def _cleared(motions: Motions, name: str, hole: Hole, pocket: Pocket, how: dict[str, float]) -> None:
+    """Clear a pocket from the reference plane down, roughing or finishing as VARI says, and go to the retraction plane."""
+    tool = motions.ip.tools.find(motions.ip.state.tool)
+    radius = tool.diameter * motions.ip.table_scale() / 2.0 if tool else 0.0
+    rough = how["vari"] % 10 != 2
+    side, floor = (how["fal"], how["fald"]) if rough else (0.0, 0.0)
+    pocket = Pocket(
+        pocket.centre, pocket.length - side, pocket.width - side, max(pocket.corner - side, 0.0), pocket.angle
+    )
+    levels = levels_of(hole.reference, hole.depth + floor, how["mid"], name)
+    feed, plunge = how["feed"] or motions.ip.state.feed, how["plunge"] or how["feed"] or motions.ip.state.feed
+    if feed <= 0.0:
+        raise BlockError(
+            "feed-missing",
+            f"{name} has no feed: FFP1 and F are not given",
+            name,
+            hint="FFP1 mills, FFD plunges",
+        )
+    motions.move({"Z": hole.back}, rapid=True)
+    motions.emit({}, (10,))
+    step = how["step"] or _USUAL_STEP * 2.0 * radius
+    climb = how["cdir"] in (0.0, 3.0) if motions.ip.state.direction >= 0 else how["cdir"] == 3.0
+    sense = 1 if climb or how["cdir"] == 3.0 else -1
+    clear(motions.ip, pocket, Clearing(radius, step, levels, hole.start, feed, plunge, sense), name)
+    motions.ip.sink.set_feed_rate(motions.ip.state.feed)
+    motions.move({"Z": hole.back}, rapid=True)
+
+
+def rectangle(motions: Motions, name: str, values: Values) -> None:
+    """POCKET3(RTP, RFP, SDIS, DP, LENG, WID, CRAD, PA, PO, STA, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, MIDA)."""
+    v = [filled(values, k) for k in range(18)]
+    hole = _levels(name, motions, values, _depth(name, values))
+    pocket = Pocket(complex(v[7], v[8]), abs(v[4]) / 2.0, abs(v[5]) / 2.0, v[6], v[9])
+    _cleared(motions, name, hole, pocket, _how(v, 10))
+
+
+def circle(motions: Motions, name: str, values: Values) -> None:
+    """POCKET4(RTP, RFP, SDIS, DP, PRAD, PA, PO, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, MIDA)."""
+    v = [filled(values, k) for k in range(15)]
+    hole = _levels(name, motions, values, _depth(name, values))
+    _cleared(motions, name, hole, Pocket(complex(v[5], v[6]), v[4], v[4], v[4]), _how(v, 7))
+
+
+def _depth(name: str, values: Values) -> float:
+    depth = given(values, 3)
+    if depth is None:
+        raise BlockError(
+            "cycle-depth", f"{name} has no depth DP", name, hint="the fourth parameter is the depth"
+        )
+    return depth
+
+
+def _how(v: list[float], first: int) -> dict[str, float]:
+    """Return MID, FAL, FALD, FFP1, FFD, CDIR, VARI, MIDA from a parameter on."""
+    names = ("mid", "fal", "fald", "feed", "plunge", "cdir", "vari", "step")
+    return dict(zip(names, v[first : first + 8], strict=True))
+
+
+def slots(motions: Motions, name: str, values: Values) -> None:
+    """SLOT1(RTP, RFP, SDIS, DP, DPR, NUM, LENG, WID, CPA, CPO, RAD, STA1, INDA, FFD, FFP1, MID, CDIR, FAL, VARI).
+
+    Slots lie along rays from the centre, beginning at the distance RAD.
+    """
+    v = [filled(values, k) for k in range(19)]
+    if motions.ip.state.plane != 17:
+        raise BlockError(
+            "cycle-plane",
+            f"{name} works in plane G17, not in G{motions.ip.state.plane}",
+            name,
+            hint="use G17",
+        )
+    hole = Hole.of(motions, name, values)
+    count = round(v[5])
+    if not 1 <= count <= 10_000:
+        raise BlockError(
+            "cycle-repeats", f"NUM = {count} of {name} is no number of slots", name, hint="1 to 10000 slots"
+        )
+    step = v[12] or 360.0 / count
+    how = {
+        "mid": v[15],
+        "fal": v[17],
+        "fald": 0.0,
+        "feed": v[14],
+        "plunge": v[13],
+        "cdir": v[16],
+        "vari": v[18],
+        "step": 0.0,
+    }
+    for k in range(count):
+        angle = v[11] + k * step
+        middle = complex(v[8], v[9]) + cmath.rect(v[10] + v[6] / 2.0, math.radians(angle))
+        _cleared(motions, name, hole, Pocket(middle, v[6] / 2.0, v[7] / 2.0, v[7] / 2.0, angle), how)
