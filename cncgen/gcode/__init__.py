@@ -115,6 +115,10 @@ def _moving_axes(text: Source, dialect: str, folders: list[Path]) -> str:
         from cncgen.gcode.sinumerik import axes
 
         return axes.moving_axes(text, folders)
+    if dialect == HEIDENHAIN:
+        from cncgen.gcode.klartext import axes as plain_axes
+
+        return plain_axes.moving_axes(text)
     return moving_axes(text, folders, lathe=dialect == LATHE)
 
 

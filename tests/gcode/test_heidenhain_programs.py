@@ -151,3 +151,32 @@ def test_what_is_wrong_is_named_where_it_stands(run: Any, tmp_path: Path, name: 
     assert code == expected[0]
     assert line == expected[1] or code == "too-many-steps"
     assert next(d for d in out.diagnostics if d.severity == "error").hint
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("Q1 = Q1999999999 + 1", "parameter-number"),
+        ("Q1 = ( 0 - 2 ) ^ 0.5", "domain"),
+        ("Q1 = EXP 9999", "domain"),
+        ("LBLFN 9: IF +1 GT +1 GOTO LBL 7", "unsupported-block"),
+    ],
+)
+def test_values_that_are_none(run: Any, tmp_path: Path, text: str, code: str) -> None:
+    assert outcome(run, tmp_path, text).errors[0][0] == code
+
+
+@pytest.mark.parametrize(
+    ("text", "axes"),
+    [
+        ("L X+10 F100\nL IY-2", "XY"),
+        ("CC X+5 Y+0\nL Z+Q1 FMAX", "XYZ"),
+        ("L Z+5 A+3 FMAX ; B+5", "ZA"),
+        ("CC X+0 Y+0\nLP PR+5 PA+0 FMAX", "XY"),
+    ],
+)
+def test_each_axis_has_its_column(run: Any, text: str, axes: str) -> None:
+    """An axis behind a word without a number had none: X of ``L X+10``."""
+    assert (
+        run(f"0 BEGIN PGM T MM\n1 BLK FORM 0.1 Z X+0 Y+0 Z-20\n{text}\n9 END PGM T MM\n").moving_axes == axes
+    )

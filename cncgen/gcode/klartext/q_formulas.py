@@ -68,6 +68,16 @@ def _divided(a: float, b: float) -> float:
     return a / b
 
 
+def _raised(a: float, b: float) -> float:
+    try:
+        value = a**b
+    except (OverflowError, ZeroDivisionError):
+        value = math.inf
+    if isinstance(value, complex) or not math.isfinite(value):
+        raise BlockError("domain", f"{a:g} ^ {b:g} has no value", hint="was the Q parameter set?")
+    return float(value)
+
+
 class _Formula:
     """A recursive descent over the tokens of a formula; ^ binds tightest, then * /, then + -; all group from the left."""
 
@@ -127,7 +137,7 @@ class _Formula:
         value = self._operand()
         while self._peek() == "^":
             self._next()
-            value = value ** self._operand()
+            value = _raised(value, self._operand())
         return value
 
     def _next(self) -> str:
@@ -159,7 +169,7 @@ class _Formula:
             operand = self._operand()
             try:
                 return _UNARY[token](operand)
-            except ValueError:
+            except (ValueError, OverflowError):
                 raise BlockError(
                     "domain", f"{token} of {operand:g} has no value", token, hint="was the Q parameter set?"
                 ) from None

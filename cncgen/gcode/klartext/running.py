@@ -176,7 +176,11 @@ class HeidenhainRunner:
                     ) from None
 
     def _q(self, number: int) -> float:
-        return float(self.ip.parameters.numbers[number])
+        numbers = self.ip.parameters.numbers
+        if number >= len(numbers):
+            message = f"Q{number} is no Q parameter that is read: they go up to Q{len(numbers) - 1}"
+            raise BlockError("parameter-number", message, "Q", hint="take a smaller number")
+        return float(numbers[number])
 
     def _value(self, text: str) -> float:
         return q_formulas.formula(text.replace(",", "."), self._q)

@@ -41,6 +41,12 @@ def _arc(name: str, function: Callable[[float], float]) -> Callable[[float], flo
     return run
 
 
+def _exponential(x: float) -> float:
+    if x > 700.0:
+        raise _domain("EXP", x, "its argument is 700 at most")
+    return math.exp(x)
+
+
 def _logarithm(x: float) -> float:
     if x <= 0.0:
         raise _domain("LN", x, "its argument is above 0")
@@ -60,7 +66,7 @@ _FUNCTIONS: dict[str, Callable[[float], float]] = {
     "ROUND": lambda x: math.copysign(math.floor(abs(x) + 0.5), x),
     "ROUNDUP": lambda x: float(math.ceil(x)),
     "LN": _logarithm,
-    "EXP": math.exp,
+    "EXP": lambda x: _exponential(x),
     "B_NOT": lambda x: float(~int(x)),
 }
 _TWO: dict[str, Callable[[float, float], float]] = {

@@ -122,7 +122,8 @@ def place(text: str) -> Words:
     words: Words = []
     for word in _PLACE.finditer(body, match.end()) if match else ():
         letter, value = word["axis"].lower(), _value(word["value"])
-        words.append((letter, _step(AXIS_INDEX[letter], value) if word["step"] else value))
+        steps = word["step"] and letter in AXIS_INDEX
+        words.append((letter, _step(AXIS_INDEX[letter], value) if steps else value))
     return words
 
 
