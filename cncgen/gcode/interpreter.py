@@ -33,6 +33,9 @@ from cncgen.toolpath.reading import ReadOptions
 from cncgen.units import INCH
 
 if TYPE_CHECKING:
+    from cncgen.gcode.codes.heidenhain import Ended
+    from cncgen.gcode.codes.plain_language import Plain
+    from cncgen.gcode.codes.saved import Saved
     from cncgen.gcode.flow.calls import Frame
     from cncgen.gcode.flow.o_words import FlowControl
 
@@ -93,8 +96,8 @@ class Interpreter:
         self.jump: tuple[str, int, int] | None = None
         self.flow: FlowControl | None = None
         self.guard: Handler | None = None
-        self.last_spline_end: object | None = None
-        self.plain_language: object | None = None
+        self.last_spline_end: Ended | None = None
+        self.plain_language: Plain | None = None
         self.compensated_position: Callable[[list[float]], list[float]] | None = None
         self.remarked: set[int] = set()
         self.skipping = False
@@ -239,11 +242,10 @@ class Interpreter:
         """Return how many calls are in progress."""
         return len(self.flow.calls.frames) if self.flow else 0
 
-    def restore(self, saved: object) -> None:
+    def restore(self, saved: Saved) -> None:
         """Bring back a modal state that M73 saved."""
-        from cncgen.gcode.codes.saved import Saved, restore
+        from cncgen.gcode.codes.saved import restore
 
-        assert isinstance(saved, Saved)
         restore(self, saved)
 
     def end_compensation(self) -> None:

@@ -12,6 +12,7 @@ from cncgen.gcode.text.expressions import evaluate
 from cncgen.gcode.text.labels import Cursor, Label
 
 if TYPE_CHECKING:
+    from cncgen.gcode.codes.saved import Saved
     from cncgen.gcode.interpreter import Interpreter
 
 #: Local numbered parameters: the arguments of a subroutine, #1 to #30, of a macro, #1 to #33.
@@ -42,7 +43,7 @@ class Frame:
     again: tuple[Cursor, int] | None = None
     doing: set[Label] = field(default_factory=set)
     left: dict[Label, int] = field(default_factory=dict)
-    saved: object | None = None
+    saved: Saved | None = None
     restore: bool = False
     values: list[float] | None = None
     modal: bool = False

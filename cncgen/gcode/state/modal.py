@@ -5,8 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import IntEnum
+from typing import TYPE_CHECKING
 
 from cncgen.toolpath.record import PathMode
+
+if TYPE_CHECKING:
+    from cncgen.gcode.codes.bsplines import OpenSpline
+    from cncgen.gcode.codes.canned_cycles import Sticky
+    from cncgen.gcode.codes.lathe_fanuc import Turning
+    from cncgen.gcode.codes.nurbs import OpenCurve
+    from cncgen.gcode.codes.splines import OpenNurbs
 
 AXIS_COUNT = 9
 #: Modal motion "none" (G80), in tenths.
@@ -136,8 +144,8 @@ class State:
     diameter: bool = False
     moved: bool = False
     ended: bool = False
-    spline: object | None = None
-    cycle: object | None = None
+    spline: OpenCurve | OpenNurbs | OpenSpline | None = None
+    cycle: Sticky | None = None
     cubic: tuple[float, float, list[float]] | None = None
     compensation: int = 40
     polar: Polar | None = None
@@ -145,7 +153,7 @@ class State:
     between: list[float] | None = None
     local: list[float] = field(default_factory=zeros)
     speed_limit: float | None = None
-    turning: object | None = None
+    turning: Turning | None = None
     length_code: float = 49
     length_number: int | None = None
     radius_number: int | None = None

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from cncgen.stepnc.features.job import Floats
 from cncgen.stepnc.features.outlines import QUARTER, refit
 from cncgen.stepnc.geometry.chords import polyline_of
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
+
+if TYPE_CHECKING:
+    from shapely import Polygon
 
 #: Distance of the polygons that stand for arcs from them, mm.
 CHORD = 2e-5
@@ -39,7 +42,7 @@ class Ring:
     """A node of the tree of offsets: a polygon, its boundary curves, and what lies inside it.
 
     Attributes:
-        polygon: shapely Polygon.
+        polygon: Where it leads.
         inset: How far inside the outermost ring it lies, mm.
         children: Further in.
         core: Of a leaf: the line (2, 3) or point (1, 3) that its middle shrinks to.
@@ -47,7 +50,7 @@ class Ring:
             and back.
     """
 
-    polygon: Any
+    polygon: Polygon
     inset: float = 0.0
     children: list[Ring] = field(default_factory=list)
     core: Floats | None = None
@@ -137,8 +140,8 @@ def polygon_of(pieces: list[Piece]) -> Any:
 
 
 def region(
-    outline: Any, bosses: Sequence[tuple[Any, float]], distance: float, corner_radius: float = 0.0
-) -> list[Any]:
+    outline: Polygon, bosses: Sequence[tuple[Polygon, float]], distance: float, corner_radius: float = 0.0
+) -> list[Polygon]:
     """Return where the tool's centre may go: the outline shrunk by a distance, bosses grown, as polygons.
 
     Args:
@@ -157,7 +160,7 @@ def region(
     return polygons(inside)
 
 
-def not_swept(regions: Sequence[Any], axis: Sequence[Any], reach: float) -> list[Any]:
+def not_swept(regions: Sequence[Any], axis: Sequence[Any], reach: float) -> list[Polygon]:
     """Return the polygons of regions that a tool leaves whose axis goes everywhere in other polygons."""
     cut = swept(axis, reach)
     return [p for region in regions for p in polygons(region.difference(cut))]
@@ -196,18 +199,18 @@ def is_notch(place: Any, reached: Any, radius: float) -> bool:
     return depth > 0.1 * radius and bool(far.area > place.area / 3)
 
 
-def polygons(geometry: Any) -> list[Any]:
+def polygons(geometry: Any) -> list[Polygon]:
     """Return the polygons of a geometry that are no slivers."""
     parts = getattr(geometry, "geoms", [geometry])
     return [p for p in parts if p.geom_type == "Polygon" and p.area > 1e-8]
 
 
-def holds_circle(polygon: Any, radius: float) -> bool:
+def holds_circle(polygon: Polygon, radius: float) -> bool:
     """Tell whether a circle of a radius, mm, fits into a polygon (sooner known than the largest that does)."""
     return bool(polygon.area > math.pi * radius**2) and not polygon.buffer(-radius).is_empty
 
 
-def inradius(polygon: Any) -> tuple[float, Floats]:
+def inradius(polygon: Polygon) -> tuple[float, Floats]:
     """Return radius and centre, shape (2,), of the largest circle inside a polygon, mm."""
     from shapely import maximum_inscribed_circle
 
@@ -215,7 +218,7 @@ def inradius(polygon: Any) -> tuple[float, Floats]:
     return float(np.linalg.norm(line[1] - line[0])), line[0]
 
 
-def nested(shrink: Callable[[float], list[Any]], step: float, reach: float) -> list[Ring]:
+def nested(shrink: Callable[[float], list[Polygon]], step: float, reach: float) -> list[Ring]:
     """Return the trees of offsets of a region, the outermost rings as roots.
 
     The distance between rings is the step or less, so that a whole number of them leads to the middle. That leaves
@@ -267,7 +270,7 @@ def _add_cores(root: Ring) -> None:
             ring.core = _core(ring.polygon)
 
 
-def _beyond(rings: Sequence[Ring], polygon: Any, reach: float) -> list[Any]:
+def _beyond(rings: Sequence[Ring], polygon: Polygon, reach: float) -> list[Polygon]:
     """Return the parts of a polygon that the tool does not cut on its way along rings and their cores."""
     from shapely import LineString, Point, union_all
 
@@ -280,7 +283,7 @@ def _beyond(rings: Sequence[Ring], polygon: Any, reach: float) -> list[Any]:
     return [p for p in polygons(polygon.difference(cut)) if holds_circle(p, UNCUT * reach)]
 
 
-def _fill(leaf: Ring, shrink: Callable[[float], list[Any]], reach: float) -> None:
+def _fill(leaf: Ring, shrink: Callable[[float], list[Polygon]], reach: float) -> None:
     """Give a leaf rings half way to its middle where its core leaves material there."""
     if not _beyond([leaf], leaf.polygon, reach):
         return
@@ -305,7 +308,7 @@ def _note_missed(root: Ring, reach: float) -> None:
             left += [p for p in polygons(rest) if holds_circle(p, UNCUT * reach)]
 
 
-def _core(polygon: Any) -> Floats | None:
+def _core(polygon: Polygon) -> Floats | None:
     """Return the line between the middles of a long polygon's ends, else the centre of its largest circle.
 
     A rectangle shrunk by all but e of its inradius is 2 e wide, and e longer at each end than what it shrinks to.
@@ -329,7 +332,7 @@ def _core(polygon: Any) -> Floats | None:
     return np.array([[centre[0], centre[1], 0.0]])
 
 
-def boundary_curves(polygon: Any, clockwise: bool) -> list[list[Piece]]:
+def boundary_curves(polygon: Polygon, clockwise: bool) -> list[list[Piece]]:
     """Return the boundaries of a polygon as closed curves, the outer one first: with the clock, holes against it."""
     from shapely.geometry.polygon import orient
 
@@ -337,14 +340,14 @@ def boundary_curves(polygon: Any, clockwise: bool) -> list[list[Piece]]:
     return [refit(np.array(ring.coords)) for ring in (turned.exterior, *turned.interiors)]
 
 
-def lag(inner: Any, outer: Any) -> float:
+def lag(inner: Polygon, outer: Polygon) -> float:
     """Return how far the farthest point of an outer ring is from the inner one, mm."""
     from shapely import distance, points
 
     return float(distance(inner.exterior, points(np.array(outer.exterior.coords))).max())
 
 
-def spiral_turn(inner: Any, outer: list[Piece], start: Floats, count: int) -> Piece:
+def spiral_turn(inner: Polygon, outer: list[Piece], start: Floats, count: int) -> Piece:
     """Return one turn of a spiral from a ring to the next one out, ending where the outer ring begins.
 
     Every point of the turn lies on the way from a point of the outer ring to the nearest one of the inner ring, farther
@@ -371,14 +374,14 @@ def spiral_turn(inner: Any, outer: list[Piece], start: Floats, count: int) -> Pi
     return Polyline(np.column_stack([turn, np.zeros(len(turn))]))
 
 
-def line_inside(polygon: Any, a: Floats, b: Floats) -> bool:
+def line_inside(polygon: Polygon, a: Floats, b: Floats) -> bool:
     """Tell whether the straight line between two points stays within a polygon (within 1e-4 mm)."""
     from shapely import LineString
 
     return bool(grown(polygon, 1e-4).covers(LineString([a[:2], b[:2]])))
 
 
-def piece_inside(polygon: Any, piece: Piece, outside: bool) -> bool:
+def piece_inside(polygon: Polygon, piece: Piece, outside: bool) -> bool:
     """Tell whether a piece stays within a polygon, or outside of it, by 1e-3 mm."""
     from shapely import LineString
 
@@ -386,13 +389,13 @@ def piece_inside(polygon: Any, piece: Piece, outside: bool) -> bool:
     return not line.intersects(grown(polygon, -1e-3)) if outside else bool(grown(polygon, 1e-3).covers(line))
 
 
-def clearance(polygon: Any, point: Floats) -> float:
+def clearance(polygon: Polygon, point: Floats) -> float:
     """Return how far a point within a polygon is from its boundary, mm; 0 outside."""
     place = _point(point)
     return float(polygon.boundary.distance(place)) if polygon.covers(place) else 0.0
 
 
-def distance_to(polygon: Any, point: Floats) -> float:
+def distance_to(polygon: Polygon, point: Floats) -> float:
     """Return how far a point is from a polygon, mm; 0 inside."""
     return float(polygon.distance(_point(point)))
 
@@ -411,7 +414,7 @@ def farthest(outline: list[Piece], around: list[Piece]) -> float:
     return max(inner.distance(Point(x, y)) for x, y in np.array(outer.exterior.coords))
 
 
-def chords(polygon: Any, along: Floats, across: Floats, step: float) -> list[list[tuple[Floats, Floats]]]:
+def chords(polygon: Polygon, along: Floats, across: Floats, step: float) -> list[list[tuple[Floats, Floats]]]:
     """Return the lines of a zigzag within a polygon: row by row, each row its stretches along the direction, at Z 0."""
     from shapely import LineString
 
@@ -433,7 +436,7 @@ def chords(polygon: Any, along: Floats, across: Floats, step: float) -> list[lis
     return [r for r in rows if r]
 
 
-def grown_over(polygon: Any, sides: list[Piece], reach: float) -> Any:
+def grown_over(polygon: Polygon, sides: list[Piece], reach: float) -> Any:
     """Return a polygon with what lies within `reach` mm beyond its open sides added, square to them."""
     from shapely import LineString, unary_union
 
@@ -444,7 +447,7 @@ def grown_over(polygon: Any, sides: list[Piece], reach: float) -> Any:
     return unary_union([polygon, *(grown(part, 1e-7) for part in beyond)]).buffer(-1e-7)
 
 
-def _beside(polygon: Any, side: Any, reach: float) -> list[Any]:
+def _beside(polygon: Polygon, side: Any, reach: float) -> list[Polygon]:
     """Return what lies within `reach` mm of a side of a polygon, outside of it and reached over that side.
 
     A strip as wide goes through a narrow polygon and comes out behind its other side: there it does not count.

@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,6 +24,9 @@ from cncgen.stepnc.geometry import profiles
 from cncgen.stepnc.geometry.chords import polyline_of
 from cncgen.stepnc.geometry.pieces import Piece, Polyline
 from cncgen.stepnc.model import Path
+
+if TYPE_CHECKING:
+    from shapely import Polygon
 
 _RINGS = ("", "contour parallel", "contour bidirectional", "bidirectional contour")
 _SPIRALS = ("contour spiral",)
@@ -86,7 +89,7 @@ def check_radii(job: Job) -> None:
         job.warn("stepnc-floor", f"the floor has a radius of {floor:g} mm, the tool one of {edge:g} mm")
 
 
-def opened(job: Job, whole: Any, drop: float) -> Any:
+def opened(job: Job, whole: Polygon, drop: float) -> Any:
     """Return an outline grown over its open sides, so that the tool leaves the material there.
 
     Args:
@@ -112,7 +115,7 @@ def _step(job: Job) -> float:
     return step
 
 
-def _clear(job: Job, closed: Any, passes: list[Layer]) -> tuple[Path, ...]:
+def _clear(job: Job, closed: Polygon, passes: list[Layer]) -> tuple[Path, ...]:
     """Return the toolpaths that clear an outline (shapely polygon) level by level."""
     step, corner = _step(job), job.shape.corner_radius or 0.0
     lowest = -passes[-1].spans[-1][1]
@@ -143,7 +146,7 @@ def _clear(job: Job, closed: Any, passes: list[Layer]) -> tuple[Path, ...]:
     return moves.paths() if moves else ()
 
 
-def _check_reach(job: Job, closed: Any, layer: Layer, rings: list[Ring], corner: float) -> None:
+def _check_reach(job: Job, closed: Polygon, layer: Layer, rings: list[Ring], corner: float) -> None:
     """Warn of places too narrow for the tool, others than the corners that it rounds: a necking, a gap at a boss."""
     wall = layer.moved(-job.radius).region(closed, corner, 0.0)
     left = offsets.not_swept(wall, [r.polygon for r in rings], job.radius)
@@ -154,7 +157,7 @@ def _check_reach(job: Job, closed: Any, layer: Layer, rings: list[Ring], corner:
         job.warn("stepnc-uncut", f"{text}; material stays there")
 
 
-def _cuts(job: Job, ring: Ring, step: float, closed: Any) -> list[Cut]:
+def _cuts(job: Job, ring: Ring, step: float, closed: Polygon) -> list[Cut]:
     """Return the cuts of one region by the operation's strategy."""
     strategy = job.operation.strategy.kind if job.operation.strategy else ""
     if strategy in _RINGS:
@@ -292,7 +295,7 @@ def _ramp_on(job: Job, curve: list[Piece]) -> Entry:
     return ramp(job, curve[0].start, curve)
 
 
-def _line_cuts(job: Job, root: Ring, step: float, closed: Any) -> list[Cut]:
+def _line_cuts(job: Job, root: Ring, step: float, closed: Polygon) -> list[Cut]:
     """Return lines across the pocket, each stretch a cut of its own where the way to it is barred, then the contours.
 
     A cut that begins beside the material (`closed`, the outline as it is given) begins with a plunge.

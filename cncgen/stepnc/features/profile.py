@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import groupby, pairwise
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from cncgen.stepnc.geometry import profiles
 from cncgen.stepnc.geometry.approach import start_tangent
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
 from cncgen.stepnc.model import Boss, Path, Strategy
+
+if TYPE_CHECKING:
+    from shapely import Polygon
 
 #: Radius of the arcs onto and off the contour, in diameters of the tool (NIST gives none; a common choice).
 LEAD_RADIUS = 0.25
@@ -93,7 +96,7 @@ def _outer_layers(job: Job, total: float) -> list[Layer]:
     return [Layer(tuple(group), inset, ()) for inset, group in groups]
 
 
-def _check_notches(job: Job, whole: Any, layer: Layer, corner: float, outside: bool) -> None:
+def _check_notches(job: Job, whole: Polygon, layer: Layer, corner: float, outside: bool) -> None:
     """Warn of notches in the outline that are too narrow for the tool, others than the corners that it rounds."""
     radius, axis = job.radius, layer.region(whole, corner, 0.0)
     if outside:
@@ -111,7 +114,7 @@ def _check_notches(job: Job, whole: Any, layer: Layer, corner: float, outside: b
 class Free:
     """Where the tool's axis may go beside a contour: inside a shapely polygon, or outside of it."""
 
-    polygon: Any
+    polygon: Polygon
     outside: bool
 
     def holds(self, piece: Piece) -> bool:

@@ -15,11 +15,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING
 
 from cncgen.stepnc.features import offsets
 from cncgen.stepnc.features.bottoms import bottom_of
 from cncgen.stepnc.features.job import MAX_SLOPE, Job
+
+if TYPE_CHECKING:
+    from shapely import Polygon
 
 
 def axis_distance(job: Job, slope: float, depth: float) -> float:
@@ -50,14 +53,14 @@ class Layer:
 
     spans: tuple[tuple[float, float], ...]
     wall: float
-    bosses: tuple[tuple[Any, float], ...]
+    bosses: tuple[tuple[Polygon, float], ...]
 
     def moved(self, outwards: float) -> Layer:
         """Return the layer of a tool whose axis stays farther from the material by so much (negative: nearer), mm."""
         bosses = tuple((polygon, distance + outwards) for polygon, distance in self.bosses)
         return replace(self, wall=self.wall + outwards, bosses=bosses)
 
-    def region(self, outline: Any, corner_radius: float, further: float) -> list[Any]:
+    def region(self, outline: Polygon, corner_radius: float, further: float) -> list[Polygon]:
         """Return where the tool's axis may go, less a margin of `further` mm, as shapely polygons."""
         inner = self.moved(further)
         return offsets.region(outline, inner.bosses, inner.wall, corner_radius)
