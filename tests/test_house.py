@@ -66,7 +66,7 @@ def test_plan_of_plain_lines_imports_nothing_that_it_does_not_need(tmp_path: Pat
     assert not found & {
         "cncgen.gcode.text.grammar",
         "cncgen.gcode.codes.corners",
-        "cncgen.gcode.codes.profiles",
+        "cncgen.gcode.codes.turning_profiles",
         "cncgen.gcode.codes.canned_cycles",
         "cncgen.planner.least_time.contour_bound",
         "cncgen.planner.interpolators",

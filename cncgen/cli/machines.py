@@ -51,7 +51,7 @@ def show(name: str) -> None:
     """
     from cncgen.files import write_text
     from cncgen.machine import load, profile_names, to_toml
-    from cncgen.machine.profiles import profile_text
+    from cncgen.machine.shipped import profile_text
 
     write_text(None, profile_text(name) if name in profile_names() else to_toml(load(name)))
 

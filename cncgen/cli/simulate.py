@@ -74,11 +74,11 @@ def command(
     from cncgen.pipeline import simulate
     from cncgen.report.response import as_text
     from cncgen.servo.response_csv import written
-    from cncgen.servo.summary import Summary, watched
+    from cncgen.servo.summary import ResponseSummary, watched
 
     check_response_name(output)
     servos = planning["axis_params"] or machine
-    watch = Summary()
+    watch = ResponseSummary()
     with _setpoints(source, machine, planning, (format, axes, period), reading) as stream:
         responses = watched(simulate(stream, servos, controller=controller, settle_s=settle), watch)
         if output is None and is_terminal(sys.stdout):

@@ -13,9 +13,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from cncgen.machine.profiles import load, load_coupling, load_servos, profile_names
-    from cncgen.machine.profiles import load as load_machine
     from cncgen.machine.record import Axis, Drive, Machine, Servo
+    from cncgen.machine.shipped import load, load_coupling, load_servos, profile_names
+    from cncgen.machine.shipped import load as load_machine
     from cncgen.machine.writing import to_toml
 
 #: Public names: the module and the name in it. `load_machine` is what `load` is called outside.
@@ -24,11 +24,11 @@ _PUBLIC = {
     "Drive": ("cncgen.machine.record", "Drive"),
     "Machine": ("cncgen.machine.record", "Machine"),
     "Servo": ("cncgen.machine.record", "Servo"),
-    "load": ("cncgen.machine.profiles", "load"),
-    "load_coupling": ("cncgen.machine.profiles", "load_coupling"),
-    "load_machine": ("cncgen.machine.profiles", "load"),
-    "load_servos": ("cncgen.machine.profiles", "load_servos"),
-    "profile_names": ("cncgen.machine.profiles", "profile_names"),
+    "load": ("cncgen.machine.shipped", "load"),
+    "load_coupling": ("cncgen.machine.shipped", "load_coupling"),
+    "load_machine": ("cncgen.machine.shipped", "load"),
+    "load_servos": ("cncgen.machine.shipped", "load_servos"),
+    "profile_names": ("cncgen.machine.shipped", "profile_names"),
     "to_toml": ("cncgen.machine.writing", "to_toml"),
 }
 

@@ -8,7 +8,7 @@ from typing import Any
 from cncgen.arguments import is_number
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.machine.drives import drive_faults, drive_table
-from cncgen.machine.reading import AXIS_LIMITS, TOP_NUMBERS, Quantity
+from cncgen.machine.reading import AXIS_LIMITS, TOP_NUMBERS, NumberKey
 from cncgen.machine.record import Axis, Machine, Servo
 from cncgen.units import AXIS_LETTERS, file_unit, to_file
 
@@ -82,7 +82,7 @@ def _of_axis(axis: Axis) -> Iterator[str]:
             yield f"drive of axis {axis.letter}, {key}: {message}"
 
 
-def _of_number(name: str, value: Any, factor: float, what: Quantity, unit: str) -> Iterator[str]:
+def _of_number(name: str, value: Any, factor: float, what: NumberKey, unit: str) -> Iterator[str]:
     """Yield what is wrong with a number; `factor` brings it to the unit that ranges are given in."""
     # A limit that was converted once may be an ulp beyond the end of its range.
     if not is_number(value) or not what.low * (1 - 1e-9) <= value * factor <= what.high * (1 + 1e-9):

@@ -23,7 +23,7 @@ from cncgen.units import AXIS_LETTERS, file_unit, is_rotary, to_file
 MAX_BYTES = 1_000_000
 
 
-class Quantity(NamedTuple):
+class NumberKey(NamedTuple):
     """A positive number of a machine file: what it is, and the range that computing with it is meant for.
 
     The ranges hold every machine with room to spare, numbers that stand for "no limit" too, and keep powers and
@@ -44,24 +44,24 @@ class Quantity(NamedTuple):
 #: a thousandth of a period has to be seen in them.
 TOP_NUMBERS = MappingProxyType(
     {
-        "period_s": Quantity("time between two setpoints", 1e-6, 10.0),
-        "chord_tolerance_mm": Quantity(
+        "period_s": NumberKey("time between two setpoints", 1e-6, 10.0),
+        "chord_tolerance_mm": NumberKey(
             "largest distance of the chord between two setpoints from the path", 1e-9, 1e6
         ),
-        "path_tolerance_mm": Quantity(
+        "path_tolerance_mm": NumberKey(
             "how far G64 may leave the programmed path where the program gives no P", 1e-9, 1e6
         ),
-        "max_contour_error_mm": Quantity("what the predicted contour error is held under", 1e-6, 1e6),
-        "max_centripetal_mm_s2": Quantity("limit of the acceleration across the path", 1e-6, 1e12),
+        "max_contour_error_mm": NumberKey("what the predicted contour error is held under", 1e-6, 1e6),
+        "max_centripetal_mm_s2": NumberKey("limit of the acceleration across the path", 1e-6, 1e12),
     }
 )
 #: Limits of an axis, the fields of `Axis` by the same name, in the unit of files (mm or degrees); each with the power
 #: of the second in its unit.
 AXIS_LIMITS = MappingProxyType(
     {
-        "max_velocity": ("", Quantity("velocity limit", 1e-3, 1e9)),
-        "max_acceleration": ("2", Quantity("acceleration limit", 1e-6, 1e12)),
-        "max_jerk": ("3", Quantity("jerk limit", 1e-6, 1e15)),
+        "max_velocity": ("", NumberKey("velocity limit", 1e-3, 1e9)),
+        "max_acceleration": ("2", NumberKey("acceleration limit", 1e-6, 1e12)),
+        "max_jerk": ("3", NumberKey("jerk limit", 1e-6, 1e15)),
     }
 )
 
@@ -306,7 +306,7 @@ def _axis(file: _File, letter: str, prefix: str, table: dict[str, Any]) -> Axis 
     return Axis(letter, velocity / factor, acceleration / factor, jerk / factor, travel, servo, drive)
 
 
-def _quantity(file: _File, table: Mapping[str, Any], key: str, path: str, what: Quantity) -> float | None:
+def _quantity(file: _File, table: Mapping[str, Any], key: str, path: str, what: NumberKey) -> float | None:
     """Return a number within the range of a quantity, or note why it is none."""
     if key not in table:
         file.fault("machine-missing", path, f"{path}: missing")

@@ -16,7 +16,7 @@ from cncgen.report.drawing import (
     ticks,
 )
 from cncgen.servo.inversion import held_response, modified_reference, root_mean_square
-from cncgen.servo.profiles import BELL_EXACT, Profile, bell, exponential, linear
+from cncgen.servo.reference_profiles import BELL_EXACT, ReferenceProfile, bell, exponential, linear
 
 if TYPE_CHECKING:
     from cncgen.report.drawing import Figures
@@ -32,7 +32,7 @@ PRINTED = (
     (2, (1, -2), (1, 3, 8), (5.60, 4.51, 5.66)),
     (2, (1, -5), (1, 3, 8), (5.69, 4.55, 5.74)),
 )
-PROFILES: tuple[tuple[str, Profile], ...] = (
+PROFILES: tuple[tuple[str, ReferenceProfile], ...] = (
     ("linear", linear()),
     ("exponential", exponential()),
     ("bell", bell()),
@@ -40,7 +40,10 @@ PROFILES: tuple[tuple[str, Profile], ...] = (
 
 
 def rms_um(
-    numerator: tuple[float, ...], denominator: tuple[float, ...], profile: Profile, before_s: float = 0.0
+    numerator: tuple[float, ...],
+    denominator: tuple[float, ...],
+    profile: ReferenceProfile,
+    before_s: float = 0.0,
 ) -> float:
     """Return eq. 9 of the command of eq. 8, held over 1 ms, µm; with `before_s` of the bounded inverse instead."""
     ticks = np.arange(-round(before_s / PERIOD), round(1.0 / PERIOD) + 1)

@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 
 from cncgen.servo.discretise import held
 from cncgen.servo.plants import companion
-from cncgen.servo.profiles import Piece, Profile, combined
+from cncgen.servo.reference_profiles import ProfilePiece, ReferenceProfile, combined
 
 Floats = NDArray[np.float64]
 
 
 def modified_reference(
-    numerator: Floats, denominator: Floats, wanted: Profile, times: Floats, *, stable: bool = False
+    numerator: Floats, denominator: Floats, wanted: ReferenceProfile, times: Floats, *, stable: bool = False
 ) -> Floats:
     """Return the command u at times, shape (n,).
 
@@ -58,11 +58,13 @@ def modified_reference(
     return total.real
 
 
-def _forcing_at(forcing: list[Piece], rest: float, times: Floats) -> Floats:
-    return Profile(tuple(forcing), rest).value(times)
+def _forcing_at(forcing: list[ProfilePiece], rest: float, times: Floats) -> Floats:
+    return ReferenceProfile(tuple(forcing), rest).value(times)
 
 
-def _particular(zero: complex, piece: Piece) -> tuple[NDArray[np.complex128], list[tuple[complex, float]]]:
+def _particular(
+    zero: complex, piece: ProfilePiece
+) -> tuple[NDArray[np.complex128], list[tuple[complex, float]]]:
     """Return the particular solution of u̇ = z u + x̂ on a piece: powers (lowest first) and exponentials."""
     powers = np.zeros(len(piece.powers), complex)
     for k in range(len(powers) - 1, -1, -1):
@@ -80,11 +82,13 @@ def _particular_at(
     return np.asarray(total, complex)
 
 
-def _forward(zero: complex, forcing: list[Piece], rest: float, times: Floats) -> NDArray[np.complex128]:
+def _forward(
+    zero: complex, forcing: list[ProfilePiece], rest: float, times: Floats
+) -> NDArray[np.complex128]:
     """Return ∫_0^t e^(z(t−λ)) x̂ dλ."""
     result = np.zeros(len(times), complex)
     at = 0.0 + 0.0j
-    for piece in [*forcing, Piece(forcing[-1].end, np.inf, (rest,))]:
+    for piece in [*forcing, ProfilePiece(forcing[-1].end, np.inf, (rest,))]:
         solution = _particular(zero, piece)
         free = at - _particular_at(*solution, np.zeros(1))[0]
         inside = (times > piece.start) & (times <= piece.end)
@@ -96,7 +100,9 @@ def _forward(zero: complex, forcing: list[Piece], rest: float, times: Floats) ->
     return result
 
 
-def _backward(zero: complex, forcing: list[Piece], rest: float, times: Floats) -> NDArray[np.complex128]:
+def _backward(
+    zero: complex, forcing: list[ProfilePiece], rest: float, times: Floats
+) -> NDArray[np.complex128]:
     """Return −∫_t^∞ e^(z(t−λ)) x̂ dλ."""
     result = np.full(len(times), -rest / zero, complex)
     at = -rest / zero

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.servo.stream import Block
+from cncgen.servo.stream import SampleBlock
 
 Floats = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ class PathGeometry:
     curvature: Floats
 
 
-def path_geometry(block: Block, shift: int = 0) -> PathGeometry:
+def path_geometry(block: SampleBlock, shift: int = 0) -> PathGeometry:
     """Return the geometry at each setpoint of a block (or `shift` setpoints later); it needs a margin of one more."""
     before, at, after = (block.shifted(shift + by) for by in (-1, 0, 1))
     velocity = (after - before) / (2.0 * block.period_s)

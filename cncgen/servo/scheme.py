@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cncgen.servo.bank import Coupling
 from cncgen.servo.loop import AxisLoop
-from cncgen.servo.stream import Block
+from cncgen.servo.stream import SampleBlock
 
 Floats = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ class Prefilter(Protocol):
     def after(self) -> int:
         """Setpoints that it looks ahead."""
 
-    def started(self) -> Callable[[Block, Floats], Floats]:
+    def started(self) -> Callable[[SampleBlock, Floats], Floats]:
         """Return a function of a block and the stream's first row that gives the n + 1 shaped setpoints.
 
         Both the shaped setpoints and the loops are relative to the first row. The function keeps its memory from
@@ -46,7 +46,7 @@ class PathCoupling(Protocol):
     def after(self) -> int:
         """Setpoints that it looks ahead."""
 
-    def over(self, block: Block) -> Coupling:
+    def over(self, block: SampleBlock) -> Coupling:
         """Return what couples the axes over a block."""
 
 

@@ -15,7 +15,7 @@ from cncgen.servo.contour import ContourTracker
 from cncgen.servo.models import axis_loop
 from cncgen.servo.record import Response
 from cncgen.servo.scheme import Scheme, SchemeMaker
-from cncgen.servo.stream import Block, blocks
+from cncgen.servo.stream import SampleBlock, blocks
 from cncgen.setpoints.record import Setpoints
 
 Floats = NDArray[np.float64]
@@ -99,7 +99,7 @@ class _Run:
         self._waiting: list[tuple[Floats, Floats, Floats, NDArray[np.bool_]]] = []
         self._first = head.first
 
-    def over(self, block: Block) -> Iterator[Response]:
+    def over(self, block: SampleBlock) -> Iterator[Response]:
         """Carry the loops over a block and yield the rows that are complete."""
         command = block.values[block.before : block.before + len(block) + 1] - self._origin
         shaped = self._prefilter(block, self._origin) if self._prefilter else command
@@ -122,7 +122,7 @@ class _Run:
             yield self._response(block, tuple(part[:known] for part in joined), errors)
             self._waiting = [tuple(part[known:] for part in joined)]  # type: ignore[list-item]
 
-    def _response(self, block: Block, rows: tuple[NDArray, ...], errors: Floats) -> Response:
+    def _response(self, block: SampleBlock, rows: tuple[NDArray, ...], errors: Floats) -> Response:
         command, position, force, bounded = rows
         first, self._first = self._first, self._first + len(command)
         return Response(
@@ -138,7 +138,7 @@ class _Run:
         )
 
 
-def _check_stable(position: Floats, block: Block) -> None:
+def _check_stable(position: Floats, block: SampleBlock) -> None:
     """Raise UsageError (``servo-unstable``) where a position has run away."""
     away = ~(np.abs(position) < RUNAWAY_MM)
     if away.any():

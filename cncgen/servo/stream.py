@@ -19,7 +19,7 @@ BLOCK = 8192
 
 
 @dataclass(frozen=True, slots=True)
-class Block:
+class SampleBlock:
     """Rows `first` … of a stream.
 
     Attributes:
@@ -52,7 +52,9 @@ class Block:
         return self.values[self.before + by : self.before + by + len(self)]
 
 
-def blocks(chunks: Iterable[Setpoints], before: int, after: int, settle_s: float = 0.0) -> Iterator[Block]:
+def blocks(
+    chunks: Iterable[Setpoints], before: int, after: int, settle_s: float = 0.0
+) -> Iterator[SampleBlock]:
     """Yield blocks of up to `BLOCK` rows (more where chunks are larger) with margins.
 
     Args:
@@ -80,7 +82,7 @@ def blocks(chunks: Iterable[Setpoints], before: int, after: int, settle_s: float
         if count < BLOCK + after:
             continue
         values = np.concatenate([margin, *waiting])
-        yield Block(head.axes, head.period_s, first, values, before, after, False)
+        yield SampleBlock(head.axes, head.period_s, first, values, before, after, False)
         first += count - after
         margin, waiting, count = (
             values[len(values) - after - before : len(values) - after],
@@ -93,7 +95,7 @@ def blocks(chunks: Iterable[Setpoints], before: int, after: int, settle_s: float
     held = round(settle_s / head.period_s)
     values = np.concatenate([margin, *waiting, np.repeat(end, after + held, axis=0)])
     if len(values) > before + after:
-        yield Block(head.axes, head.period_s, first, values, before, after, True)
+        yield SampleBlock(head.axes, head.period_s, first, values, before, after, True)
 
 
 def _check(head: Setpoints, chunk: Setpoints) -> None:

@@ -41,7 +41,7 @@ class _Moments:
         return math.sqrt(self.square / self.count) if self.count else 0.0
 
 
-class Summary:
+class ResponseSummary:
     """Gathers a response chunk by chunk: `add` each, then `as_dict`."""
 
     def __init__(self) -> None:
@@ -118,13 +118,13 @@ def path_speed(position: Floats, period_s: float) -> Floats:
 
 def summarize(responses: Iterable[Response]) -> dict[str, Any]:
     """Return the summary of a whole response."""
-    summary = Summary()
+    summary = ResponseSummary()
     for response in responses:
         summary.add(response)
     return summary.as_dict()
 
 
-def watched(responses: Iterable[Response], summary: Summary) -> Iterator[Response]:
+def watched(responses: Iterable[Response], summary: ResponseSummary) -> Iterator[Response]:
     """Yield each chunk on after the summary has taken it in."""
     for response in responses:
         summary.add(response)

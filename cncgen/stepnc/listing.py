@@ -15,8 +15,16 @@ from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.execution.canon import Canon
 from cncgen.stepnc.geometry.chords import polyline_of
 from cncgen.stepnc.geometry.pieces import Arc, Nurbs
-from cncgen.stepnc.model import Assignment, Block, Choice, CuttingTool, Executable, NcFunction, Workingstep
-from cncgen.stepnc.reading import Source
+from cncgen.stepnc.model import (
+    Assignment,
+    Branching,
+    CuttingTool,
+    Executable,
+    NcFunction,
+    ProgramStructure,
+    Workingstep,
+)
+from cncgen.stepnc.reading import StepFile
 from cncgen.toolpath.reading import ReadOptions
 
 Floats = NDArray[np.float64]
@@ -161,7 +169,7 @@ def tree(
     Raises:
         UsageError: where the file cannot be read.
     """
-    file = Source(source, name, options or ReadOptions())
+    file = StepFile(source, name, options or ReadOptions())
     meter = Meter()
     for _ in file.execute(meter):
         pass
@@ -172,7 +180,7 @@ def tree(
 class _Listing:
     """Makes the lines of executables."""
 
-    def __init__(self, file: Source, meter: Meter) -> None:
+    def __init__(self, file: StepFile, meter: Meter) -> None:
         self._file = file
         self._meter = meter
 
@@ -181,12 +189,12 @@ class _Listing:
         indent = "  " * depth
         if depth > _MAX_DEPTH:
             yield f"{indent}…"
-        elif isinstance(item, Block):
+        elif isinstance(item, ProgramStructure):
             sums = self._all(item, 0) if item.kind == "workplan" else None
             yield f"{indent}{item.kind} {item.label!r} (#{item.ident})" + (f": {sums.text()}" if sums else "")
             for child in item.children:
                 yield from self._child(child, item.context, depth + 1)
-        elif isinstance(item, Choice):
+        elif isinstance(item, Branching):
             yield f"{indent}{'while' if item.loop else 'if'} {item.label!r} (#{item.ident})"
             for branch in (item.then, item.otherwise):
                 if branch is not None:
@@ -204,7 +212,7 @@ class _Listing:
         except Skip:
             yield f"{'  ' * depth}#{ident}: has errors"
 
-    def _all(self, block: Block, depth: int) -> Work:
+    def _all(self, block: ProgramStructure, depth: int) -> Work:
         """Return the sum of what the workingsteps below a block do."""
         total = Work()
         for ident in self._steps_below(block.children, block.context, depth, {}):
@@ -228,9 +236,9 @@ class _Listing:
                 continue
             if ident in self._meter.steps:
                 seen[ident] = None
-            elif isinstance(item, Block):
+            elif isinstance(item, ProgramStructure):
                 self._steps_below(item.children, item.context, depth + 1, seen)
-            elif isinstance(item, Choice):
+            elif isinstance(item, Branching):
                 branches = tuple(b for b in (item.then, item.otherwise) if b is not None)
                 self._steps_below(branches, item.context, depth + 1, seen)
         return seen

@@ -104,7 +104,7 @@ class CuttingTool:
 
 
 @dataclass(frozen=True, slots=True)
-class Path:
+class CutterPath:
     """One toolpath of an operation.
 
     Attributes:
@@ -134,14 +134,14 @@ class Path:
     pitch: float = 0.0
 
 
-class Paths(Sequence[Path]):
+class Paths(Sequence[CutterPath]):
     """Toolpaths that are read one by one as they are executed, so that an operation may have any number of them.
 
     Attributes:
         idents: Their entities.
     """
 
-    def __init__(self, idents: Sequence[int], read: Callable[[int], Path]) -> None:
+    def __init__(self, idents: Sequence[int], read: Callable[[int], CutterPath]) -> None:
         self.idents = idents
         self._read = read
 
@@ -154,7 +154,7 @@ class Paths(Sequence[Path]):
 
 
 @dataclass(frozen=True, slots=True)
-class Strategy:
+class MachiningStrategy:
     """A machining, approach or retract strategy: its kind (``contour parallel``, ``plunge helix``) and attributes."""
 
     ident: int
@@ -181,16 +181,16 @@ class Operation:
     ident: int
     label: str
     kind: str
-    paths: Sequence[Path] | None
+    paths: Sequence[CutterPath] | None
     tool: CuttingTool | None = None
     technology: Technology | None = None
     functions: Functions | None = None
     retract_plane: float | None = None
     start_point: Vector | None = None
     values: Mapping[str, Any] = field(default_factory=_empty)
-    strategy: Strategy | None = None
-    approach: Strategy | None = None
-    retract: Strategy | None = None
+    strategy: MachiningStrategy | None = None
+    approach: MachiningStrategy | None = None
+    retract: MachiningStrategy | None = None
     tilt: Vector | None = None
 
 
@@ -334,7 +334,7 @@ class NcFunction:
 
 
 @dataclass(frozen=True, slots=True)
-class Block:
+class ProgramStructure:
     """Executables in their order: a workplan, or the branch of a statement.
 
     Attributes:
@@ -352,7 +352,7 @@ class Block:
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class Branching:
     """IF and WHILE: `condition` is evaluated by the executor's variables; branches are ids or None."""
 
     ident: int
@@ -374,7 +374,7 @@ class Assignment:
     value: Callable[[dict[str, float]], float]
 
 
-Executable: TypeAlias = Block | Choice | Assignment | Workingstep | NcFunction
+Executable: TypeAlias = ProgramStructure | Branching | Assignment | Workingstep | NcFunction
 
 
 class Reader(Protocol):

@@ -16,7 +16,7 @@ from cncgen.machine.tool_table import read_tool_table
 from cncgen.stepnc.ap238 import Ap238Reader
 from cncgen.stepnc.execution.canon import Canon, Printer
 from cncgen.stepnc.execution.columns import Columns
-from cncgen.stepnc.execution.executor import Executor
+from cncgen.stepnc.execution.executor import ProgramExecutor
 from cncgen.stepnc.execution.rotary_axes import RotaryAxes
 from cncgen.stepnc.execution.technology import SpeedRules
 from cncgen.stepnc.features import make_paths
@@ -37,7 +37,7 @@ _START = re.compile(r"\(\s*START\s*,([^)]*)\)", re.IGNORECASE)
 _WORD = re.compile(r"([XYZ])\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:E[+-]?\d+)?)", re.IGNORECASE)
 
 
-class Source:
+class StepFile:
     """A file that is read and checked, ready to be executed (once or more).
 
     Attributes:
@@ -78,7 +78,7 @@ class Source:
             self.schema == "iso14649" and self.options.speed_unit == "m/min",
             self.options.spindle_sign == "tool",
         )
-        executor = Executor(
+        executor = ProgramExecutor(
             reader=self.reader,
             exchange=self.exchange,
             canon=canon,
@@ -147,7 +147,7 @@ def read(source: Path | BinaryIO | bytes, name: str = "-", options: ReadOptions 
         UsageError: where the file cannot be read.
     """
     options = options or ReadOptions()
-    file = Source(source, name, options)
+    file = StepFile(source, name, options)
 
     def chunks() -> Iterator[Toolpath]:
         columns = Columns(file.axes, name, file.line_of, options.tolerance_mm)
@@ -176,7 +176,7 @@ def canon(
         ProgramError: where the program has errors and `diagnostics` is not given.
     """
     options = options or ReadOptions()
-    file = Source(source, name, options)
+    file = StepFile(source, name, options)
     printer = Printer(file.axes)
     for _ in file.execute(printer):
         yield from printer.take()

@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Rows:
+class RowBuilder:
     """A stretch of rows with one path mode, tolerance and source; see `Toolpath` for shapes and units.
 
     `curve` counts from 0 within `arcs` (ARC rows) and `nurbs` (NURBS rows).
@@ -50,7 +50,7 @@ class ToolpathBuilder:
     position: Floats
     sources: list[str]
     count: int = 0
-    _rows: list[Rows] = field(default_factory=list)
+    _rows: list[RowBuilder] = field(default_factory=list)
     _events: list[Event] = field(default_factory=list)
     _start: Floats | None = None
 
@@ -58,7 +58,7 @@ class ToolpathBuilder:
         """Start at `position`; before the first row only."""
         self.position = position
 
-    def add(self, rows: Rows) -> None:
+    def add(self, rows: RowBuilder) -> None:
         """Append rows; lines of no length are left out (they neither move nor take time)."""
         rows = self._without_idle(rows)
         if not len(rows.kind):
@@ -90,7 +90,7 @@ class ToolpathBuilder:
         """Append an event at the present position."""
         one = np.ones(1)
         self.add(
-            Rows(
+            RowBuilder(
                 kind=np.array([Kind.EVENT], np.int8),
                 end=self.position[None, :],
                 feed=one * np.nan,
@@ -104,7 +104,7 @@ class ToolpathBuilder:
         )
         self._events.append(event)
 
-    def _without_idle(self, rows: Rows) -> Rows:
+    def _without_idle(self, rows: RowBuilder) -> RowBuilder:
         starts = np.concatenate([self.position[None, :], rows.end[:-1]])
         keep = (rows.kind != Kind.LINE) | (rows.end != starts).any(axis=1)
         if keep.all():
@@ -153,7 +153,7 @@ class ToolpathBuilder:
         return chunk
 
 
-def _shifted_curves(rows: list[Rows]) -> NDArray[np.int64]:
+def _shifted_curves(rows: list[RowBuilder]) -> NDArray[np.int64]:
     """Return the curve column with the indices of each stretch moved behind those before it."""
     arcs = curves = 0
     out = [np.zeros(0, np.int64)]

@@ -19,11 +19,11 @@ from cncgen.setpoints.columns import file_units
 from cncgen.setpoints.stream import SetpointStream
 from cncgen.toolpath.record import Toolpath
 from cncgen.units import file_unit, to_file
-from cncgen.verify.flatten import Polyline, flatten
+from cncgen.verify.flatten import FlatPath, flatten
 from cncgen.verify.limits import RESOLUTION, AxisJudge
 from cncgen.verify.matching import Fault, Matching, Worst
 from cncgen.verify.verdict import Peak, Verdict, breach, on_line
-from cncgen.verify.window import Window
+from cncgen.verify.window import MatchWindow
 
 __all__ = ["Peak", "Verdict", "verify"]
 
@@ -73,7 +73,7 @@ def verify(
     columns = [path.axes.index(letter) for letter in shared]
     longest = max(_CHORDS * setpoints.period_s * _speed(shared, machine), machine.chord_tolerance_mm)
     rounding = 0.5 * resolution * float(np.sqrt(len(shared)))
-    window = Window((piece.restricted(columns) for piece in path), longest, rounding)
+    window = MatchWindow((piece.restricted(columns) for piece in path), longest, rounding)
     matching = Matching(window, setpoints.period_s, rounding)
     judges = {
         k: AxisJudge(machine.axes[k], setpoints.period_s, resolution) for k in axes if k in machine.axes
@@ -98,7 +98,7 @@ def verify(
 class _Observed:
     """Pieces of the path on their way, with the range of each axis that they have shown."""
 
-    def __init__(self, pieces: Iterator[Polyline]) -> None:
+    def __init__(self, pieces: Iterator[FlatPath]) -> None:
         first = next(pieces, None)
         if first is None:
             raise ProgramError(
@@ -110,12 +110,12 @@ class _Observed:
         self.low = self.high = first.points[0]
         self._first, self._rest = first, pieces
 
-    def __iter__(self) -> Iterator[Polyline]:
+    def __iter__(self) -> Iterator[FlatPath]:
         yield self._seen(self._first)
         for piece in self._rest:
             yield self._seen(piece)
 
-    def _seen(self, piece: Polyline) -> Polyline:
+    def _seen(self, piece: FlatPath) -> FlatPath:
         self.low = np.minimum(self.low, piece.points.min(axis=0))
         self.high = np.maximum(self.high, piece.points.max(axis=0))
         return piece

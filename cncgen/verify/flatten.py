@@ -33,7 +33,7 @@ _MAX_HALVINGS = 30
 
 
 @dataclass(frozen=True, slots=True)
-class Polyline:
+class FlatPath:
     """A stretch of the programmed path, `m` segments.
 
     Attributes:
@@ -53,7 +53,7 @@ class Polyline:
     def __len__(self) -> int:
         return len(self.line)
 
-    def restricted(self, columns: list[int]) -> Polyline:
+    def restricted(self, columns: list[int]) -> FlatPath:
         """Return some columns of it."""
         points = np.ascontiguousarray(self.points[:, columns])
         axes = "".join(self.axes[k] for k in columns)
@@ -67,7 +67,7 @@ def chord_mm(tolerance: Floats | float) -> Floats:
 
 def flatten(
     toolpaths: Iterable[Toolpath], machine: Machine, tolerance_mm: float | None = None
-) -> Iterator[Polyline]:
+) -> Iterator[FlatPath]:
     """Flatten a program, stretch by stretch; one that only stands somewhere is a segment of no length.
 
     Args:
@@ -78,7 +78,7 @@ def flatten(
     Yields:
         Stretches of one segment at least, each from where the one before it ends; none where there is no toolpath.
     """
-    waiting: Polyline | None = None
+    waiting: FlatPath | None = None
     moved = False
     for toolpath in toolpaths:
         allowed = _tolerance(toolpath, machine, tolerance_mm)
@@ -89,13 +89,13 @@ def flatten(
             joined = np.concatenate([start, points])
             start = points[-1:]
             last = np.append(np.diff(rows) != 0, True)
-            yield Polyline(
+            yield FlatPath(
                 toolpath.axes, joined, lines[rows], allowed[rows], np.where(last, waits[rows], 0.0)
             )
         if waiting is None or not waiting.line[0]:
             least = np.array([machine.chord_tolerance_mm])
             line = np.append(lines[:1], 0)[:1]
-            waiting = Polyline(toolpath.axes, np.repeat(start, 2, axis=0), line, least, np.zeros(1))
+            waiting = FlatPath(toolpath.axes, np.repeat(start, 2, axis=0), line, least, np.zeros(1))
     if waiting is not None and not moved:
         yield waiting
 

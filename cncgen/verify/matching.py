@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from cncgen.kernels import free_space as kernel
 from cncgen.verify.standing import BETWEEN_TICKS, Passed, Stands, Wait
-from cncgen.verify.window import Window
+from cncgen.verify.window import MatchWindow
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -118,7 +118,7 @@ class Matching:
         waits: Of the program, that the setpoints do not make.
     """
 
-    def __init__(self, window: Window, period_s: float = 1.0, still_mm: float = 0.0) -> None:
+    def __init__(self, window: MatchWindow, period_s: float = 1.0, still_mm: float = 0.0) -> None:
         """Begin.
 
         Args:

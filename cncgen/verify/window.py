@@ -8,7 +8,7 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.verify.flatten import Polyline, chord_mm
+from cncgen.verify.flatten import FlatPath, chord_mm
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -20,7 +20,7 @@ MARGIN = 1.001
 _AT_LEAST = 4096
 
 
-class Window:
+class MatchWindow:
     """Segments of the path, `m` of them, with what the matching notes at their vertices.
 
     A segment of no length stands before the path, and one after it, so that the setpoints may stand at either end.
@@ -38,7 +38,7 @@ class Window:
         dropped: How many segments have been forgotten.
     """
 
-    def __init__(self, pieces: Iterator[Polyline], longest: float = np.inf, rounding: float = 0.0) -> None:
+    def __init__(self, pieces: Iterator[FlatPath], longest: float = np.inf, rounding: float = 0.0) -> None:
         """Begin with the first piece.
 
         Args:
@@ -98,7 +98,7 @@ class Window:
         self.during = np.concatenate([self.during, np.full((count, 2), -1, np.int64)])
 
 
-def _cut(pieces: Iterable[Polyline], longest: float) -> Iterator[tuple[Floats, Ints, Floats, Floats]]:
+def _cut(pieces: Iterable[FlatPath], longest: float) -> Iterator[tuple[Floats, Ints, Floats, Floats]]:
     """Cut segments to a length; yield ends, lines, tolerances and waits of some of the parts at a time."""
     for piece in pieces:
         lengths = np.linalg.norm(np.diff(piece.points, axis=0), axis=1)

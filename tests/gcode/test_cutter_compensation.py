@@ -14,10 +14,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from shapely import LinearRing, Point, Polygon
 
-from cncgen.gcode.codes.tool_centre import SMOOTH_TURN, CompensationError, Piece, ToolCentre
+from cncgen.gcode.codes.tool_centre import SMOOTH_TURN, CentreMove, CompensationError, ToolCentre
 
 
-def follow(corners: list[complex], radius: float, left: bool) -> list[Piece]:
+def follow(corners: list[complex], radius: float, left: bool) -> list[CentreMove]:
     """Compensate a closed polygon, entered by a straight move from far outside."""
     centre = ToolCentre(radius, left, 2.0 * corners[0])
     out = []
@@ -26,7 +26,7 @@ def follow(corners: list[complex], radius: float, left: bool) -> list[Piece]:
     return out + centre.finish()
 
 
-def samples(pieces: list[Piece]) -> list[complex]:
+def samples(pieces: list[CentreMove]) -> list[complex]:
     """Return points along the pieces from the end of the first."""
     at, out = pieces[0].end, []
     for piece in pieces[1:]:

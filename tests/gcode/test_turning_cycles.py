@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cncgen.gcode.codes.profiles import Segment, moved_aside
+from cncgen.gcode.codes.turning_profiles import Segment, moved_aside
 
 Calls = Callable[..., list[str]]
 STEPS = "o1 sub\nG0 X5 Z0\nG1 Z-5\nX8 Z-8\nZ-15\nX12 Z-20\no1 endsub\nG0 X15 Z2\n"

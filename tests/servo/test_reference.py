@@ -5,7 +5,14 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from cncgen.servo.inversion import held_response, modified_reference, root_mean_square
-from cncgen.servo.profiles import BELL_EXACT, Piece, Profile, bell, exponential, linear
+from cncgen.servo.reference_profiles import (
+    BELL_EXACT,
+    ProfilePiece,
+    ReferenceProfile,
+    bell,
+    exponential,
+    linear,
+)
 
 T = 0.001
 TIMES = np.arange(1001) * T
@@ -96,4 +103,4 @@ def test_profiles_are_what_the_paper_says():
 )
 def test_what_has_no_bounded_inverse_is_said(system, fault):
     with pytest.raises(ValueError, match=fault):
-        modified_reference(*system, Profile((Piece(0, 1, (0, 1)),), 1.0), TIMES)
+        modified_reference(*system, ReferenceProfile((ProfilePiece(0, 1, (0, 1)),), 1.0), TIMES)

@@ -16,7 +16,7 @@ from cncgen.files import open_output
 from cncgen.machine import Drive
 from cncgen.setpoints.columns import Layout
 from cncgen.setpoints.readers import open_setpoints
-from cncgen.setpoints.readers.blocks import Block, stream_of
+from cncgen.setpoints.readers.blocks import FileBlock, stream_of
 from cncgen.setpoints.record import Setpoints
 from cncgen.setpoints.writers import FORMATS, format_of, open_writer
 
@@ -359,7 +359,7 @@ def test_reader_takes_what_a_pipe_has(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_rows_that_come_one_by_one_tell_the_period(tmp_path: Path) -> None:
     """A pipe may hand on a row at a time; a last row without a line feed is a block of its own."""
-    rows = [Block("X", np.array([k / 3000]).round(9), np.array([[0.1 * k]])) for k in range(3000)]
+    rows = [FileBlock("X", np.array([k / 3000]).round(9), np.array([[0.1 * k]])) for k in range(3000)]
     for count in (2, 3, 999, 1001, 3000):
         stream = stream_of(iter(rows[:count]), "rows", None)
         assert stream.period_s == pytest.approx(1 / 3000, abs=2e-9 / min(count - 1, 999))

@@ -14,7 +14,7 @@ from cncgen.diagnostics import UsageError
 from cncgen.setpoints.checking import MAX_POSITION, check_range
 from cncgen.setpoints.events import EventWriter
 from cncgen.setpoints.readers import open_setpoints
-from cncgen.setpoints.readers.blocks import SHOWN_ROWS, Block, stream_of
+from cncgen.setpoints.readers.blocks import SHOWN_ROWS, FileBlock, stream_of
 from cncgen.setpoints.readers.csv import BLOCK_BYTES
 from cncgen.setpoints.record import Setpoints
 from cncgen.setpoints.stream import SetpointStream
@@ -25,7 +25,7 @@ T = 0.001
 
 def timed(*times: Sequence[float] | np.ndarray, period_s: float | None = None) -> SetpointStream:
     """Return the stream of blocks of one axis at these times."""
-    blocks = (Block("X", np.asarray(t, float), np.zeros((len(t), 1))) for t in times)
+    blocks = (FileBlock("X", np.asarray(t, float), np.zeros((len(t), 1))) for t in times)
     return stream_of(blocks, "a.csv", period_s)
 
 

@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cncgen.geometry.tables import ArcTable, NurbsTable
-from cncgen.toolpath.building import Rows, ToolpathBuilder, join_arcs, join_nurbs
+from cncgen.toolpath.building import RowBuilder, ToolpathBuilder, join_arcs, join_nurbs
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
 
 
-def lines(ends: list[list[float]], **changes: Any) -> Rows:
+def lines(ends: list[list[float]], **changes: Any) -> RowBuilder:
     """Return rows of lines."""
     count = len(ends)
     values: dict[str, Any] = {
@@ -28,16 +28,16 @@ def lines(ends: list[list[float]], **changes: Any) -> Rows:
         "tolerance": 0.01,
         "source": 0,
     }
-    return Rows(**{**values, **changes})
+    return RowBuilder(**{**values, **changes})
 
 
-def arc(end: list[float], sweep: float) -> Rows:
+def arc(end: list[float], sweep: float) -> RowBuilder:
     """Return a row of one arc."""
     table = ArcTable(np.array([[sweep, 0, 0]]), np.array([[0.0, 0, 1]]), np.array([sweep]))
     return lines([end], kind=np.array([Kind.ARC], np.int8), curve=np.zeros(1, np.int64), arcs=table)
 
 
-def nurbs(end: list[float], weight: float) -> Rows:
+def nurbs(end: list[float], weight: float) -> RowBuilder:
     """Return a row of one straight B-spline."""
     points = np.array([[0.0, 0, 0], end])
     table = NurbsTable(

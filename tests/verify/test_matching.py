@@ -16,9 +16,9 @@ from cncgen.kernels import free_space
 from cncgen.setpoints.record import Setpoints
 from cncgen.setpoints.stream import SetpointStream
 from cncgen.verify import Verdict, matching, verify
-from cncgen.verify.flatten import Polyline
+from cncgen.verify.flatten import FlatPath
 from cncgen.verify.matching import Matching
-from cncgen.verify.window import Window
+from cncgen.verify.window import MatchWindow
 from tests.kernels.plain import uncompiled
 from tests.verify import conftest as make
 
@@ -28,8 +28,8 @@ Floats = NDArray[np.float64]
 def matched(points: Floats, line: Floats, tolerance: float, block: int = 10**6) -> Matching:
     """Match points with a polyline of one tolerance."""
     count = len(line) - 1
-    piece = Polyline("XY", line, np.arange(1, count + 1), np.full(count, tolerance), np.zeros(count))
-    out = Matching(Window(iter([piece])))
+    piece = FlatPath("XY", line, np.arange(1, count + 1), np.full(count, tolerance), np.zeros(count))
+    out = Matching(MatchWindow(iter([piece])))
     for first in range(0, len(points), block):
         out.feed(points[first : first + block])
     out.finish()
@@ -206,10 +206,10 @@ def test_two_faults_are_two() -> None:
     position = np.column_stack([x, 0 * x, 0 * x])
     position[200:240, 1] = 3.0
     position[700:705, 2] = 0.02
-    piece = Polyline(
+    piece = FlatPath(
         "XYZ", np.array([[0.0, 0, 0], [20.0, 0, 0]]), np.ones(1, np.int64), np.full(1, 0.01), np.zeros(1)
     )
-    found = Matching(Window(iter([piece]), longest=0.1))
+    found = Matching(MatchWindow(iter([piece]), longest=0.1))
     found.feed(position)
     found.finish()
     # The middle of the chord to the first moved sample is off by 1.5 mm, and by no more than the tolerance.
@@ -289,8 +289,8 @@ def test_memory_does_not_grow_with_the_setpoints() -> None:
 def test_long_lines_are_cut_as_they_are_come_to() -> None:
     """A metre, cut to a micrometre: a window never holds all of the million parts."""
     line, turns = np.array([[0.0, 0.0], [1000.0, 0.0], [1000.0, 5.0]]), np.array([0.0, 7.0])
-    piece = Polyline("XY", line, np.array([1, 2]), np.full(2, 0.01), turns)
-    window = Window(iter([piece]), longest=1e-3)
+    piece = FlatPath("XY", line, np.array([1, 2]), np.full(2, 0.01), turns)
+    window = MatchWindow(iter([piece]), longest=1e-3)
     total, longest, waits = 0, 0.0, []
     while True:
         assert len(window) < 100_000

@@ -18,8 +18,8 @@ from typing import Any
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, CIRCLE, POLAR_ARC, POLAR_LINE, RADIUS_ARC, Block
-from cncgen.gcode.codes.profiles import Segment, fillet
 from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.codes.turning_profiles import Segment, fillet
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import PassingSink, Point, Sink

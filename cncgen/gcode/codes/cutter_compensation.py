@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.table import Code, Handler
-from cncgen.gcode.codes.tool_centre import CompensationError, Piece, ToolCentre
+from cncgen.gcode.codes.tool_centre import CentreMove, CompensationError, ToolCentre
 from cncgen.gcode.codes.tools import tell_unknown, whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinks.sink import Curve, MotionBatch, Point, Sink
@@ -200,7 +200,7 @@ class CompensatedSink:
     def _pass_on(self, settled: list[Any]) -> None:
         inner, now = self.inner, self._block
         for item in settled:
-            if isinstance(item, Piece):
+            if isinstance(item, CentreMove):
                 inner.block = item.block.block
                 self._move(item, item.block)
             else:
@@ -208,7 +208,7 @@ class CompensatedSink:
                 item.run()
         inner.block = now
 
-    def _move(self, piece: Piece, move: _Move) -> None:
+    def _move(self, piece: CentreMove, move: _Move) -> None:
         """Call the sink of the run for a piece; around a corner the axes outside the plane stand still."""
         end = self._placed(self._last if piece.corner else move.end, piece.end)
         if self._speed is not None and not piece.rapid and not self.wants_comments:
@@ -222,7 +222,7 @@ class CompensatedSink:
         else:
             self.inner.straight_feed(end)
 
-    def _length(self, piece: Piece, end: Point) -> float:
+    def _length(self, piece: CentreMove, end: Point) -> float:
         """Return the length of a piece from where the tool stands, in X Y Z, else of the rotary part."""
         across = math.dist(self._last[:3], end[:3])
         if piece.centre is not None:

@@ -24,7 +24,7 @@ _THOUSANDTHS = 100.0
 
 
 @dataclass(slots=True)
-class Frame:
+class CoordinateFrame:
     """What is in force, in programmed coordinates of X Y Z.
 
     Attributes:
@@ -46,7 +46,7 @@ class Frame:
 
     def has(self, part: str) -> bool:
         """Tell whether a part (``mirror``, ``scale`` or ``angle``) changes anything."""
-        return bool(getattr(self, part) != getattr(Frame(), part))
+        return bool(getattr(self, part) != getattr(CoordinateFrame(), part))
 
     def to_work(self, point: Point) -> Point:
         """Return work coordinates of a programmed point."""
@@ -103,11 +103,11 @@ class Frame:
 class FramedSink(PassingSink):
     """Passes calls on to `inner` with their positions in work coordinates."""
 
-    def __init__(self, inner: Sink, frame: Frame) -> None:
+    def __init__(self, inner: Sink, frame: CoordinateFrame) -> None:
         super().__init__(inner)
         self.frame = frame
 
-    def snapshot(self) -> Frame:
+    def snapshot(self) -> CoordinateFrame:
         """Return what tells this state from others."""
         return self.frame
 
@@ -146,25 +146,27 @@ class FramedSink(PassingSink):
         self.inner.place(self.frame.to_work(position))
 
 
-def _change(ip: Interpreter, frame: Frame) -> None:
+def _change(ip: Interpreter, frame: CoordinateFrame) -> None:
     """Put another frame in force; the tool stays where it is in work coordinates."""
     if ip.state.compensation != 40:
         raise BlockError(
             "frame-compensation", "a frame cannot change under cutter compensation", "", hint="use G40"
         )
-    old = ip.sink.frame if isinstance(ip.sink, FramedSink) else Frame()
+    old = ip.sink.frame if isinstance(ip.sink, FramedSink) else CoordinateFrame()
     inner = ip.sink.inner if isinstance(ip.sink, FramedSink) else ip.sink
     work = old.to_work(ip.state.position)
     ip.sink = inner if frame.idle() else FramedSink(inner, frame)
     ip.state.position = frame.to_programmed(work)
 
 
-def _current(ip: Interpreter) -> Frame:
+def _current(ip: Interpreter) -> CoordinateFrame:
     """Return a copy of the frame in force."""
     if not isinstance(ip.sink, FramedSink):
-        return Frame()
+        return CoordinateFrame()
     f = ip.sink.frame
-    return Frame(dict(f.mirror), list(f.scale), list(f.scale_centre), f.angle, list(f.turn_centre), f.plane)
+    return CoordinateFrame(
+        dict(f.mirror), list(f.scale), list(f.scale_centre), f.angle, list(f.turn_centre), f.plane
+    )
 
 
 def _point(ip: Interpreter, block: Block) -> list[float]:

@@ -58,7 +58,7 @@ class CompensationError(ValueError):
 
 
 @dataclass(slots=True)
-class Piece:
+class CentreMove:
     """A move of the tool's centre in the plane.
 
     Attributes:
@@ -79,7 +79,7 @@ class Piece:
 
 
 @dataclass(slots=True)
-class Curve:
+class OffsetCurve:
     """The offset curve that a move lies on.
 
     Attributes:
@@ -147,8 +147,8 @@ class ToolCentre:
         self._shift = -self.radius * NOSE.get(orientation, 0j)
         self._programmed = start
         self._actual = start
-        self._curve: Curve | None = None
-        self._queue: list[Piece | Any] = []
+        self._curve: OffsetCurve | None = None
+        self._queue: list[CentreMove | Any] = []
         self._remarks: list[CompensationError] = []
 
     def take_remarks(self) -> list[CompensationError]:
@@ -161,7 +161,7 @@ class ToolCentre:
         """Where the tool's controlled point is, as far as the moves are known."""
         return self._actual + self._shift if self._curve else self._actual
 
-    def line(self, end: complex, block: Any, rapid: bool = False) -> list[Piece | Any]:
+    def line(self, end: complex, block: Any, rapid: bool = False) -> list[CentreMove | Any]:
         """Take a straight move to `end` (programmed).
 
         Raises:
@@ -171,14 +171,14 @@ class ToolCentre:
         step = end - self._programmed
         length = abs(step)
         if length < STILL and self._curve:
-            self._wait(Piece(self._actual, None, 0, block, rapid))
+            self._wait(CentreMove(self._actual, None, 0, block, rapid))
             return []
         self._check_entry(length)
         heading = step / length
         if self._renewed is not None:
             return self._line_renewed(end, heading, block, rapid)
         offset = 1j * heading * self.radius * self.side
-        curve = Curve(end + offset, None, math.inf, 0, heading, heading)
+        curve = OffsetCurve(end + offset, None, math.inf, 0, heading, heading)
         return self._append(curve, end, self._programmed + offset, block, rapid)
 
     def cut_outside(self, on: bool) -> None:
@@ -198,11 +198,13 @@ class ToolCentre:
         """
         self._renewed = abs(radius), 1 if left == (radius >= 0.0) else -1
 
-    def _line_renewed(self, end: complex, heading: complex, block: Any, rapid: bool) -> list[Piece | Any]:
+    def _line_renewed(
+        self, end: complex, heading: complex, block: Any, rapid: bool
+    ) -> list[CentreMove | Any]:
         assert self._renewed is not None
         (radius, side), self._renewed = self._renewed, None
         crossed = side != self.side
-        corner, done = self._programmed, list[Piece | Any]()
+        corner, done = self._programmed, list[CentreMove | Any]()
         if crossed and self._curve is not None:
             # The move before ends square to itself; the tool then crosses to the other side.
             done += self._settle()
@@ -210,10 +212,10 @@ class ToolCentre:
         if crossed or self._curve is None:
             self.radius, self.side = radius, side
             start = corner + 1j * heading * radius * side
-            done.append(self._shifted(Piece(start, None, 0, block, rapid, corner=True)))
+            done.append(self._shifted(CentreMove(start, None, 0, block, rapid, corner=True)))
             self._actual = start
         offset = 1j * heading * self.radius * self.side
-        curve = Curve(end + offset, None, math.inf, 0, heading, heading)
+        curve = OffsetCurve(end + offset, None, math.inf, 0, heading, heading)
         done += self._append(curve, end, corner + offset, block, rapid)
         if radius != self.radius:
             self.radius = radius
@@ -221,8 +223,8 @@ class ToolCentre:
             self._queue[-1].end = curve.point
         return done
 
-    def arc(self, end: complex, centre: complex, turns: int, block: Any) -> list[Piece | Any]:
-        """Take an arc (or, where other axes move along, a helix) to `end` about `centre`, `turns` as in `Piece`.
+    def arc(self, end: complex, centre: complex, turns: int, block: Any) -> list[CentreMove | Any]:
+        """Take an arc (or, where other axes move along, a helix) to `end` about `centre`, `turns` as in `CentreMove`.
 
         Raises:
             CompensationError: As `line`; ``comp-radius`` (the tool does not fit in the arc).
@@ -248,7 +250,7 @@ class ToolCentre:
                 arc_radius=radius,
             )
         heading_in, heading_out = (1j * spin * s / abs(s) for s in (spoke_in, spoke_out))
-        curve = Curve(
+        curve = OffsetCurve(
             centre + spoke_out * (offset_radius / radius),
             centre,
             offset_radius,
@@ -261,7 +263,7 @@ class ToolCentre:
             curve, end, self._programmed + 1j * heading_in * self.radius * self.side, block, False
         )
 
-    def defer(self, block: Any) -> list[Piece | Any]:
+    def defer(self, block: Any) -> list[CentreMove | Any]:
         """Take a block that does not move: it waits behind the moves that wait.
 
         Raises:
@@ -272,7 +274,7 @@ class ToolCentre:
         self._wait(block)
         return []
 
-    def _wait(self, item: Piece | Any) -> None:
+    def _wait(self, item: CentreMove | Any) -> None:
         """Put what does not move in the plane behind the moves that wait."""
         if len(self._queue) >= MAX_WAITING:
             raise CompensationError(
@@ -291,7 +293,7 @@ class ToolCentre:
         self._programmed *= factor
         self._actual *= factor
         for item in self._queue:
-            if isinstance(item, Piece):
+            if isinstance(item, CentreMove):
                 item.end *= factor
                 item.centre = None if item.centre is None else item.centre * factor
         curve = self._curve
@@ -309,22 +311,22 @@ class ToolCentre:
         """Whether a move was offset already."""
         return self._curve is not None
 
-    def waiting(self) -> list[Piece]:
+    def waiting(self) -> list[CentreMove]:
         """Return the moves that wait."""
-        return [item for item in self._queue if isinstance(item, Piece)]
+        return [item for item in self._queue if isinstance(item, CentreMove)]
 
     def snapshot(self) -> tuple[Any, ...] | None:
         """Return all that what comes next depends on, or None where blocks wait that cannot be compared, or many."""
-        if len(self._queue) > FEW or not all(isinstance(item, Piece) for item in self._queue):
+        if len(self._queue) > FEW or not all(isinstance(item, CentreMove) for item in self._queue):
             return None
         place = self._programmed, self._actual, self._shift
         return self.radius, self.side, self._renewed, self.unit, place, self._curve, list(self._queue)
 
-    def last_waiting(self) -> Piece | None:
+    def last_waiting(self) -> CentreMove | None:
         """Return the last of the moves that wait."""
-        return next((item for item in reversed(self._queue) if isinstance(item, Piece)), None)
+        return next((item for item in reversed(self._queue) if isinstance(item, CentreMove)), None)
 
-    def finish(self) -> list[Piece | Any]:
+    def finish(self) -> list[CentreMove | Any]:
         """Return what waits still (G40, or the end of the program)."""
         return self._settle()
 
@@ -340,7 +342,7 @@ class ToolCentre:
                 radius=self.radius,
             )
 
-    def _entry_arc(self, end: complex, centre: complex, turns: int, block: Any) -> list[Piece | Any]:
+    def _entry_arc(self, end: complex, centre: complex, turns: int, block: Any) -> list[CentreMove | Any]:
         """Enter on an arc: from where the tool stands, tangent at its end to the offset of the programmed arc.
 
         The new centre lies on the line from the offset end e through the programmed centre, at the distance k from e
@@ -363,15 +365,15 @@ class ToolCentre:
                 )
             )
         heading = -1j * spin * inwards
-        curve = Curve(tip, tip + inwards * reach, abs(reach), turns, heading, heading)
+        curve = OffsetCurve(tip, tip + inwards * reach, abs(reach), turns, heading, heading)
         return self._append(curve, end, self._actual, block, False)
 
     def _append(
-        self, curve: Curve, end: complex, start: complex, block: Any, rapid: bool
-    ) -> list[Piece | Any]:
+        self, curve: OffsetCurve, end: complex, start: complex, block: Any, rapid: bool
+    ) -> list[CentreMove | Any]:
         """Join a move to the one before, settle that one, and queue the new one."""
         old, self._programmed = self._curve, end
-        done: list[Piece | Any] = []
+        done: list[CentreMove | Any] = []
         if old is None:
             curve.start, curve.entry = self._actual, True
             done += self._settle()
@@ -380,10 +382,12 @@ class ToolCentre:
         curve.corner = end
         self._curve = curve
         self._actual = curve.point
-        self._queue.append(Piece(curve.point, curve.centre, curve.turns, block, rapid))
+        self._queue.append(CentreMove(curve.point, curve.centre, curve.turns, block, rapid))
         return done
 
-    def _join(self, old: Curve, new: Curve, start: complex, block: Any, rapid: bool) -> list[Piece | Any]:
+    def _join(
+        self, old: OffsetCurve, new: OffsetCurve, start: complex, block: Any, rapid: bool
+    ) -> list[CentreMove | Any]:
         """Settle the move before, and return it with what rolls around the corner (no tool rolls without a radius)."""
         if self.radius == 0.0:
             new.start = start
@@ -395,7 +399,7 @@ class ToolCentre:
             done = self._settle(strict=new.centre is None)
             centre, turns = (None, 0) if rapid else (old.corner, -self.side)
             new.start = start
-            return [*done, self._shifted(Piece(start, centre, turns, block, rapid, corner=True))]
+            return [*done, self._shifted(CentreMove(start, centre, turns, block, rapid, corner=True))]
         shared = (
             old.point if abs(turn) <= self._smooth else meeting(old, new, -self.side if blunt else self.side)
         )
@@ -403,11 +407,11 @@ class ToolCentre:
             raise self._gouge("the offset paths do not meet in this inside corner")
         old.point = new.start = shared
         for piece in self._queue:
-            if isinstance(piece, Piece):
+            if isinstance(piece, CentreMove):
                 piece.end = shared
         return self._settle(strict=abs(turn) > self._smooth)
 
-    def _rolls(self, old: Curve, new: Curve, turn: float) -> bool:
+    def _rolls(self, old: OffsetCurve, new: OffsetCurve, turn: float) -> bool:
         """Tell whether a corner is an outside one.
 
         A path that turns back on itself (within `SMOOTH_TURN`) is rolled around, but where the tool is outside of an
@@ -418,7 +422,7 @@ class ToolCentre:
             return arc.centre is None or (arc.turns > 0) == (self.side > 0)
         return turn < -self._smooth
 
-    def _check(self, curve: Curve | None, strict: bool) -> CompensationError | None:
+    def _check(self, curve: OffsetCurve | None, strict: bool) -> CompensationError | None:
         """Return what is wrong where a move, cut short at its ends, goes backward; the entry move may.
 
         Of an arc that does, the sweep is more than programmed: nearly a full turn. Where it starts a little off the
@@ -457,17 +461,17 @@ class ToolCentre:
             tool_radius=self.radius,
         )
 
-    def _settle(self, strict: bool = True) -> list[Piece | Any]:
+    def _settle(self, strict: bool = True) -> list[CentreMove | Any]:
         """Check the move that waits and return it with what waits behind it; `strict` where LinuxCNC looks for gouges."""
         gouge = self._check(self._curve, strict)
         if gouge is not None:
             gouge.refused = strict
             self._remarks.append(gouge)
-        done = [self._shifted(item) if isinstance(item, Piece) else item for item in self._queue]
+        done = [self._shifted(item) if isinstance(item, CentreMove) else item for item in self._queue]
         self._queue = []
         return done
 
-    def _shifted(self, piece: Piece) -> Piece:
+    def _shifted(self, piece: CentreMove) -> CentreMove:
         piece.end += self._shift
         if piece.centre is not None:
             piece.centre += self._shift
@@ -480,7 +484,7 @@ def _sweep(start: complex, end: complex, spin: int) -> float:
     return angle if angle > 0.0 else angle + 2.0 * math.pi
 
 
-def meeting(old: Curve, new: Curve, side: int) -> complex | None:
+def meeting(old: OffsetCurve, new: OffsetCurve, side: int) -> complex | None:
     """Return where two offset curves cross so that the path turns towards the tool (`side`: 1 left), or None."""
     if old.centre is None and new.centre is None:
         points = _line_line(old, new)
@@ -495,20 +499,20 @@ def meeting(old: Curve, new: Curve, side: int) -> complex | None:
     return points[turns.index(max(turns))] if points else None
 
 
-def _heading(curve: Curve, point: complex) -> complex:
+def _heading(curve: OffsetCurve, point: complex) -> complex:
     """Return the direction of a curve at a point on it."""
     if curve.centre is None:
         return curve.heading_in
     return (1j if curve.turns > 0 else -1j) * (point - curve.centre)
 
 
-def _line_line(a: Curve, b: Curve) -> list[complex]:
+def _line_line(a: OffsetCurve, b: OffsetCurve) -> list[complex]:
     across = (a.heading_in.conjugate() * b.heading_in).imag
     along = ((b.point - a.point).conjugate() * b.heading_in).imag / across
     return [a.point + along * a.heading_in]
 
 
-def _line_circle(line: Curve, centre: complex, radius: float, slip: complex = 0j) -> list[complex]:
+def _line_circle(line: OffsetCurve, centre: complex, radius: float, slip: complex = 0j) -> list[complex]:
     point = line.point + slip
     foot = point + ((centre - point) * line.heading_in.conjugate()).real * line.heading_in
     half = radius * radius - abs(foot - centre) ** 2

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.lines import check_feed
-from cncgen.gcode.codes.profiles import TINY, Segment, moved_aside, read_profile
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.codes.tools import whole
+from cncgen.gcode.codes.turning_profiles import TINY, Segment, moved_aside, read_profile
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
@@ -81,7 +81,7 @@ def _frame(profile: list[Segment], swap: bool) -> complex:
 
 
 @dataclass(slots=True)
-class Job:
+class TurningJob:
     """A profile in its frame, the point that the cuts start from, and whether that is left of the first segment."""
 
     lathe: Lathe
@@ -90,7 +90,7 @@ class Job:
     left: bool
 
 
-def _prepare(ip: Interpreter, block: Block, name: str, swap: bool) -> Job:
+def _prepare(ip: Interpreter, block: Block, name: str, swap: bool) -> TurningJob:
     """Check the words, go to X and Z of the block, read the profile and go to before its first point."""
     state = ip.state
     if "q" not in block.words:
@@ -121,7 +121,7 @@ def _prepare(ip: Interpreter, block: Block, name: str, swap: bool) -> Job:
     lathe = Lathe(ip, across, swap)
     start = complex(min(start.real, profile[0].start.real), start.imag)
     lathe.rapid(start)
-    return Job(lathe, start, profile, _is_left(start, profile))
+    return TurningJob(lathe, start, profile, _is_left(start, profile))
 
 
 def _is_left(start: complex, profile: list[Segment]) -> bool:
@@ -194,7 +194,7 @@ def _rough(swap: bool, kind: int) -> Handler:
     return run
 
 
-def _tell_full_depth(ip: Interpreter, job: Job, path: list[Segment], name: str, swap: bool) -> None:
+def _tell_full_depth(ip: Interpreter, job: TurningJob, path: list[Segment], name: str, swap: bool) -> None:
     """Warn where the cuts start beneath the whole profile: no cut is made, and the tool is fed along it at full depth."""
     depths = [point.imag for segment in path for point in segment.extremes()]
     if job.start.imag > min(depths) + TINY:

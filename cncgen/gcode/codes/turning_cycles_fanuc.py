@@ -15,10 +15,10 @@ from cncgen.gcode.block import Block, gather
 from cncgen.gcode.codes.lathe_fanuc import ONLY, Turning, turning_of
 from cncgen.gcode.codes.lathe_words import X, Z, turned
 from cncgen.gcode.codes.lines import check_feed
-from cncgen.gcode.codes.profiles import MAX_MOVES, TINY, Recorder, Segment
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.codes.turning_cycles import MAX_CUTS, Lathe
+from cncgen.gcode.codes.turning_profiles import MAX_MOVES, TINY, Recorder, Segment
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage

@@ -17,7 +17,7 @@ from cncgen.gcode.sinks.sink import Curve, MotionBatch, Point
 from cncgen.gcode.state.modal import PLANE_AXES, zeros
 from cncgen.geometry import elementary
 from cncgen.geometry.tables import ArcTable, NurbsTable
-from cncgen.toolpath.building import Rows, ToolpathBuilder
+from cncgen.toolpath.building import RowBuilder, ToolpathBuilder
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode
 from cncgen.units import DEGREE, INCH, PER_MINUTE
 
@@ -202,7 +202,7 @@ class ColumnsSink:
             np.array(curve.knots, float),
         )
         self.builder.add(
-            Rows(
+            RowBuilder(
                 kind=np.array([Kind.NURBS], np.int8),
                 end=end,
                 feed=self._inside_feed(one * self._feed, np.array([rotary_only]), rate),
@@ -237,7 +237,7 @@ class ColumnsSink:
             curve[arcs] = np.arange(np.count_nonzero(arcs))
             table = self._arc_table(batch, arcs, start[arcs], end[arcs])
         self.builder.add(
-            Rows(
+            RowBuilder(
                 kind=np.where(arcs, Kind.ARC, Kind.LINE).astype(np.int8),
                 end=end,
                 feed=feed,

@@ -21,7 +21,7 @@ from cncgen.servo.bank import Coupling
 from cncgen.servo.frequency import response_to_drive
 from cncgen.servo.loop import AxisLoop
 from cncgen.servo.path_geometry import path_geometry
-from cncgen.servo.stream import Block
+from cncgen.servo.stream import SampleBlock
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -46,7 +46,7 @@ class CrossCoupling:
     before: int = 1
     after: int = 2
 
-    def over(self, block: Block) -> Coupling:
+    def over(self, block: SampleBlock) -> Coupling:
         """Return tangent and curvature of the block's path with the gains."""
         path = path_geometry(block)
         gains = np.array([self.proportional, self.integral * self.control_period])

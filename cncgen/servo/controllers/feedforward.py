@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cncgen.servo.frequency import ratio_in_z
 from cncgen.servo.loop import AxisLoop
-from cncgen.servo.stream import Block
+from cncgen.servo.stream import SampleBlock
 
 Floats = NDArray[np.float64]
 
@@ -42,10 +42,10 @@ class Feedforward:
         """Take eᵥ of each axis, s."""
         self._lags = np.array(lags, float)
 
-    def started(self) -> Callable[[Block, Floats], Floats]:
+    def started(self) -> Callable[[SampleBlock, Floats], Floats]:
         """Return the filter; it has no memory."""
 
-        def over(block: Block, origin: Floats) -> Floats:
+        def over(block: SampleBlock, origin: Floats) -> Floats:
             first, last = block.before, block.before + len(block) + 1
             at, later, earlier = (block.values[first + k : last + k] for k in (0, 1, -1))
             shaped: Floats = at - origin + self._lags * (later - earlier) / (2.0 * block.period_s)

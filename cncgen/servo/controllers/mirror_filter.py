@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from cncgen.servo.bank import LoopBank
 from cncgen.servo.loop import AxisLoop
-from cncgen.servo.stream import Block
+from cncgen.servo.stream import SampleBlock
 
 Floats = NDArray[np.float64]
 
@@ -27,12 +27,12 @@ class MirrorFilter:
         """Take the model of each axis."""
         self._loops = tuple(loops)
 
-    def started(self) -> Callable[[Block, Floats], Floats]:
+    def started(self) -> Callable[[SampleBlock, Floats], Floats]:
         """Return the filter with its model at rest."""
         bank: list[LoopBank] = []
         carried = np.zeros((0, len(self._loops)))
 
-        def over(block: Block, origin: Floats) -> Floats:
+        def over(block: SampleBlock, origin: Floats) -> Floats:
             nonlocal carried
             if not bank:
                 bank.append(LoopBank(self._loops, block.period_s))

@@ -28,7 +28,7 @@ from cncgen.servo.bank import Coupling
 from cncgen.servo.discretise import held
 from cncgen.servo.path_geometry import path_geometry
 from cncgen.servo.plants import Plant
-from cncgen.servo.stream import Block
+from cncgen.servo.stream import SampleBlock
 
 Floats = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ class TaskFrame:
     before: int = 2
     after: int = 3
 
-    def over(self, block: Block) -> Coupling:
+    def over(self, block: SampleBlock) -> Coupling:
         """Return feedforward and feedback matrices at each setpoint of a block."""
         path = path_geometry(block)
         turning = [_turning(block, shift) for shift in (-1, 0, 1)]
@@ -76,7 +76,7 @@ class TaskFrame:
         return np.ascontiguousarray(np.stack([position, velocity], axis=1) / self.strength[:, None])
 
 
-def _turning(block: Block, shift: int) -> Floats:
+def _turning(block: SampleBlock, shift: int) -> Floats:
     """Return W, shape (n, axes, axes), `shift` setpoints on."""
     path = path_geometry(block, shift)
     rate = path.curvature * path.speed[:, None]

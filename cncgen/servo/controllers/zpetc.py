@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from cncgen.kernels.filters import recursive
 from cncgen.servo.frequency import ratio_in_z
 from cncgen.servo.loop import AxisLoop
-from cncgen.servo.stream import Block
+from cncgen.servo.stream import SampleBlock
 
 Floats = NDArray[np.float64]
 
@@ -77,11 +77,11 @@ class Zpetc:
         self.after = max(f.ahead for f in filters) + 1
         self.before = max(len(f.taps) - 1 - f.ahead for f in filters)
 
-    def started(self) -> Callable[[Block, Floats], Floats]:
+    def started(self) -> Callable[[SampleBlock, Floats], Floats]:
         """Return the filter with its memory at rest."""
         memories = [np.zeros(len(f.poles)) for f in self._filters]
 
-        def over(block: Block, origin: Floats) -> Floats:
+        def over(block: SampleBlock, origin: Floats) -> Floats:
             columns = [
                 _filtered(block, i, origin[i], f, memory)
                 for i, (f, memory) in enumerate(zip(self._filters, memories, strict=True))
@@ -91,7 +91,7 @@ class Zpetc:
         return over
 
 
-def _filtered(block: Block, axis: int, origin: float, design: AxisFilter, memory: Floats) -> Floats:
+def _filtered(block: SampleBlock, axis: int, origin: float, design: AxisFilter, memory: Floats) -> Floats:
     rows = block.values[:, axis] - origin
     first = block.before + design.ahead - (len(design.taps) - 1)
     moving = np.convolve(rows[first : first + len(block) + len(design.taps)], design.taps, "valid")

@@ -14,7 +14,7 @@ from typing import BinaryIO
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import open_input
-from cncgen.setpoints.readers.blocks import Block, only, stream_of
+from cncgen.setpoints.readers.blocks import FileBlock, only, stream_of
 from cncgen.setpoints.stream import SetpointStream
 from cncgen.setpoints.writers import FORMATS, SUFFIXES
 
@@ -69,7 +69,7 @@ def open_setpoints(
                 Diagnostic("option-value", f"format {kind!r} is not one of {', '.join(FORMATS)}")
             )
         module = importlib.import_module(f"cncgen.setpoints.readers.{kind.replace('-', '_')}")
-        blocks: Iterator[Block] = module.blocks(file, name, axes or unnamed_axes or None, period_s)
+        blocks: Iterator[FileBlock] = module.blocks(file, name, axes or unnamed_axes or None, period_s)
         stream = stream_of(blocks, name, period_s, default_period_s)
         yield only(stream, axes.upper()) if axes else stream
 

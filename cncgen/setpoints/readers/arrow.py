@@ -10,11 +10,11 @@ import numpy as np
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import reading_faults
 from cncgen.setpoints.packages import needed
-from cncgen.setpoints.readers.blocks import Block
+from cncgen.setpoints.readers.blocks import FileBlock
 from cncgen.setpoints.readers.tables import block_of, columns_of, stated_period
 
 
-def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[Block]:
+def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[FileBlock]:
     """Yield the record batches of an Arrow file.
 
     Raises:
@@ -31,7 +31,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
         raise UsageError(Diagnostic("setpoints-header", f"{name} is no Arrow file: {error}")) from error
 
 
-def blocks_of_batches(schema: Any, batches: Iterator[Any], name: str) -> Iterator[Block]:
+def blocks_of_batches(schema: Any, batches: Iterator[Any], name: str) -> Iterator[FileBlock]:
     """Yield record batches of one schema as blocks; pyarrow's faults of a damaged file are raised as they are."""
     found = columns_of(schema.names, name)
     stated = stated_period((schema.metadata or {}).get(b"period_s"))

@@ -28,7 +28,7 @@ SHOWN_ROWS = 10
 
 
 @dataclass(frozen=True, slots=True)
-class Block:
+class FileBlock:
     """Rows as a file has them.
 
     Attributes:
@@ -94,7 +94,7 @@ def warn_of_columns(names: Sequence[str], name: str) -> None:
 
 
 def stream_of(
-    blocks: Iterator[Block], name: str, period_s: float | None, default_period_s: float | None = None
+    blocks: Iterator[FileBlock], name: str, period_s: float | None, default_period_s: float | None = None
 ) -> SetpointStream:
     """Take the axes and the period from the first block, and check each block against them as it is drawn.
 
@@ -132,9 +132,9 @@ def only(stream: SetpointStream, letters: str) -> SetpointStream:
     return replace(stream, axes=axes, chunks=chunks)
 
 
-def _first(blocks: Iterator[Block]) -> Block | None:
+def _first(blocks: Iterator[FileBlock]) -> FileBlock | None:
     """Join blocks until the period can be told from their times: a pipe may hand on a row at a time."""
-    taken: list[Block] = []
+    taken: list[FileBlock] = []
     for block in blocks:
         if len(block.position):
             taken.append(block)
@@ -144,10 +144,10 @@ def _first(blocks: Iterator[Block]) -> Block | None:
         return taken[0] if taken else None
     times = [block.time_s for block in taken if block.time_s is not None]
     positions = np.concatenate([block.position for block in taken])
-    return Block(taken[0].axes, np.concatenate(times), positions, taken[0].period_s)
+    return FileBlock(taken[0].axes, np.concatenate(times), positions, taken[0].period_s)
 
 
-def _period(block: Block, name: str) -> float:
+def _period(block: FileBlock, name: str) -> float:
     """Return the mean time step of a block, as the round number of nanoseconds if it is one."""
     if block.time_s is None or len(block.time_s) < 2:
         message = f"{name}: the period cannot be told from " + (
@@ -167,9 +167,9 @@ def _period(block: Block, name: str) -> float:
     return nanoseconds if abs(nanoseconds - mean) * steps <= 2e-9 else mean
 
 
-def _chunks(first: Block, blocks: Iterator[Block], name: str, period: float) -> Iterator[Setpoints]:
+def _chunks(first: FileBlock, blocks: Iterator[FileBlock], name: str, period: float) -> Iterator[Setpoints]:
     row, start, before = 0, None, None
-    block: Block | None = first
+    block: FileBlock | None = first
     while block is not None:
         if block.time_s is not None:
             start = float(block.time_s[0]) if start is None else start

@@ -15,7 +15,7 @@ from cncgen.machine.drives import drive_faults, drive_of
 from cncgen.machine.record import Drive
 from cncgen.setpoints.columns import file_units
 from cncgen.setpoints.drive_units import frame_type, positions
-from cncgen.setpoints.readers.blocks import Block
+from cncgen.setpoints.readers.blocks import FileBlock
 from cncgen.setpoints.readers.f64 import check_rows
 from cncgen.setpoints.readers.tables import stated_period
 from cncgen.units import AXIS_LETTERS
@@ -24,7 +24,7 @@ from cncgen.units import AXIS_LETTERS
 _BYTES = 1 << 22
 
 
-def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[Block]:
+def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[FileBlock]:
     """Yield the rows of a file, positions in mm and degrees.
 
     Raises:
@@ -48,7 +48,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
         row += len(matrix)
         frames = dict(zip(wanted, matrix.T, strict=True))
         rows = file_units(positions(frames, letters, drives), letters)
-        yield Block(letters, matrix[:, 0].copy(), rows, period)
+        yield FileBlock(letters, matrix[:, 0].copy(), rows, period)
 
 
 def _numbers(lines: list[bytes], columns: int, name: str, row: int) -> np.ndarray:

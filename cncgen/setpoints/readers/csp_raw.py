@@ -12,7 +12,7 @@ from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import reading_faults
 from cncgen.setpoints.columns import file_units
 from cncgen.setpoints.drive_units import frame_type, positions
-from cncgen.setpoints.readers.blocks import Block
+from cncgen.setpoints.readers.blocks import FileBlock
 from cncgen.setpoints.readers.csp import described
 from cncgen.setpoints.readers.f64 import ROWS
 
@@ -20,7 +20,7 @@ from cncgen.setpoints.readers.f64 import ROWS
 _MAX_TEXT = 1 << 22
 
 
-def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[Block]:
+def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[FileBlock]:
     """Yield the frames of a file, positions in mm and degrees.
 
     Raises:
@@ -48,4 +48,4 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
         times = np.asarray((row + np.arange(len(frames))) * period, np.float64)
         row += len(frames)
         columns = {n: frames[n] for n in kind.names or ()}
-        yield Block(letters, times, file_units(positions(columns, letters, drives), letters), period)
+        yield FileBlock(letters, times, file_units(positions(columns, letters, drives), letters), period)

@@ -17,7 +17,7 @@ from cncgen.diagnostics import Diagnostic, Span, UsageError, excerpt_of
 from cncgen.files import reading_faults
 from cncgen.kernels import decimal_rows as kernel
 from cncgen.setpoints.columns import POSITION_COLUMNS
-from cncgen.setpoints.readers.blocks import Block, RowFaults, warn_of_columns
+from cncgen.setpoints.readers.blocks import FileBlock, RowFaults, warn_of_columns
 
 #: Bytes read at a time.
 BLOCK_BYTES = 1 << 20
@@ -27,7 +27,7 @@ MAX_LINE = 1 << 20
 _POWERS = 10.0 ** np.arange(23)
 
 
-def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[Block]:
+def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[FileBlock]:
     """Yield the rows of a CSV file; it names its axes itself.
 
     Raises:
@@ -110,9 +110,9 @@ class _Table:
         self.wanted = frozenset((self.time, *(k for _, k in self.columns)))
         self.axes = "".join(letter for letter, _ in self.columns)
 
-    def block(self, matrix: NDArray[np.float64]) -> Block:
+    def block(self, matrix: NDArray[np.float64]) -> FileBlock:
         """Return the time and positions of rows."""
-        return Block(self.axes, matrix[:, self.time].copy(), matrix[:, [k for _, k in self.columns]])
+        return FileBlock(self.axes, matrix[:, self.time].copy(), matrix[:, [k for _, k in self.columns]])
 
     def parse(self, text: bytes, faults: RowFaults) -> NDArray[np.float64]:
         """Return the rows of a block of whole lines; add a diagnostic for each line that is none."""

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import reading_faults
 from cncgen.setpoints.readers import letters_or_fault
-from cncgen.setpoints.readers.blocks import Block
+from cncgen.setpoints.readers.blocks import FileBlock
 
 #: Rows read at a time.
 ROWS = 65_536
 
 
-def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[Block]:
+def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[FileBlock]:
     """Yield the rows of a raw file, whose columns are the time and those of `axes`.
 
     Raises:
@@ -25,7 +25,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     """
     letters = letters_or_fault(axes, name, "f64")
     for matrix in matrices(file, name, 1 + len(letters)):
-        yield Block(letters, matrix[:, 0].copy(), matrix[:, 1:])
+        yield FileBlock(letters, matrix[:, 0].copy(), matrix[:, 1:])
 
 
 def matrices(file: BinaryIO, name: str, columns: int) -> Iterator[NDArray[np.float64]]:

@@ -15,11 +15,11 @@ import numpy as np
 from cncgen.diagnostics import Diagnostic, Span, excerpt_of
 from cncgen.setpoints.columns import POSITION_COLUMNS
 from cncgen.setpoints.readers import letters_or_fault
-from cncgen.setpoints.readers.blocks import Block, RowFaults
+from cncgen.setpoints.readers.blocks import FileBlock, RowFaults
 from cncgen.setpoints.readers.csv import line_blocks
 
 
-def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[Block]:
+def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[FileBlock]:
     """Yield the rows of a HAL stream; their times follow from the period in the first line, or from `period_s`.
 
     Raises:
@@ -46,7 +46,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
                 None if period_s is None else np.arange(row, row + len(rows), dtype=np.float64) * period_s
             )
             row += len(rows)
-            yield Block(letters, time_s, np.array(rows, np.float64), period_s)
+            yield FileBlock(letters, time_s, np.array(rows, np.float64), period_s)
     faults.raise_any()
 
 

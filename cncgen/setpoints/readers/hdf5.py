@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from typing import Any, BinaryIO
 
 from cncgen.setpoints.packages import needed
-from cncgen.setpoints.readers.blocks import Block
-from cncgen.setpoints.readers.isolated import Columns, isolated_blocks
+from cncgen.setpoints.readers.blocks import FileBlock
+from cncgen.setpoints.readers.isolated import FileColumns, isolated_blocks
 from cncgen.setpoints.readers.tables import stated_period
 
 
-def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[Block]:
+def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[FileBlock]:
     """Yield the rows of an HDF5 file.
 
     Raises:
@@ -21,7 +21,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     yield from isolated_blocks(file, name, "hdf5", ".h5")
 
 
-def columns(path: str) -> Columns:
+def columns(path: str) -> FileColumns:
     """Open a file: its data sets of plain numbers in one dimension that lie in the file itself."""
     h5py: Any = needed("hdf5")
     tables = h5py.File(path, "r")
@@ -38,4 +38,4 @@ def columns(path: str) -> Columns:
     }
     lengths = {key: int(item.shape[0]) for key, item in found.items()}
     period = stated_period(tables.attrs.get("period_s"))
-    return Columns(lengths, period, lambda key, where: found[key][where])
+    return FileColumns(lengths, period, lambda key, where: found[key][where])

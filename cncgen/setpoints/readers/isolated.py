@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import reading_faults
-from cncgen.setpoints.readers.blocks import Block
+from cncgen.setpoints.readers.blocks import FileBlock
 from cncgen.setpoints.readers.f64 import ROWS
 from cncgen.setpoints.readers.tables import block_of, columns_of, on_disk, stated_period
 
@@ -35,7 +35,7 @@ _COUNT = struct.Struct("<I")
 
 
 @dataclass(frozen=True, slots=True)
-class Columns:
+class FileColumns:
     """Columns of an open file.
 
     Attributes:
@@ -49,7 +49,7 @@ class Columns:
     part: Callable[[str, slice], NDArray]
 
 
-def isolated_blocks(file: BinaryIO, name: str, kind: str, suffix: str) -> Iterator[Block]:
+def isolated_blocks(file: BinaryIO, name: str, kind: str, suffix: str) -> Iterator[FileBlock]:
     """Yield the rows of a file that the module `kind` of this package reads by its function ``columns(path)``.
 
     Raises:
@@ -66,7 +66,7 @@ def isolated_blocks(file: BinaryIO, name: str, kind: str, suffix: str) -> Iterat
                 process.kill()
 
 
-def _received(process: subprocess.Popen[bytes], name: str, kind: str) -> Iterator[Block]:
+def _received(process: subprocess.Popen[bytes], name: str, kind: str) -> Iterator[FileBlock]:
     assert process.stdin is not None
     assert process.stdout is not None
     line = process.stdout.readline()
@@ -105,7 +105,7 @@ def _serve(kind: str, path: str) -> None:
     for what, bound in ((resource.RLIMIT_AS, MAX_MEMORY), (resource.RLIMIT_CPU, seconds)):
         resource.setrlimit(what, (bound, bound))
     out = sys.stdout.buffer
-    found: Columns = importlib.import_module(f"cncgen.setpoints.readers.{kind}").columns(path)
+    found: FileColumns = importlib.import_module(f"cncgen.setpoints.readers.{kind}").columns(path)
     out.write(json.dumps({"lengths": found.lengths, "period_s": found.period_s}).encode() + b"\n")
     out.flush()
     asked = json.loads(sys.stdin.buffer.readline() or b"[]")

@@ -10,11 +10,11 @@ import numpy as np
 
 from cncgen.diagnostics import Diagnostic, Span, excerpt_of
 from cncgen.setpoints.columns import POSITION_COLUMNS
-from cncgen.setpoints.readers.blocks import Block, RowFaults, warn_of_columns
+from cncgen.setpoints.readers.blocks import FileBlock, RowFaults, warn_of_columns
 from cncgen.setpoints.readers.csv import line_blocks
 
 
-def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[Block]:
+def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[FileBlock]:
     """Yield the rows of a JSON lines file. The first object says which axes there are.
 
     Raises:
@@ -40,7 +40,9 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
                 rows.append(values)
         if rows and not faults:
             matrix = np.array(rows, np.float64)
-            yield Block("".join(POSITION_COLUMNS[k] for k in keys[1:]), matrix[:, 0].copy(), matrix[:, 1:])
+            yield FileBlock(
+                "".join(POSITION_COLUMNS[k] for k in keys[1:]), matrix[:, 0].copy(), matrix[:, 1:]
+            )
     faults.raise_any()
 
 

@@ -7,8 +7,8 @@ from typing import BinaryIO
 
 import numpy as np
 
-from cncgen.setpoints.readers.blocks import Block
-from cncgen.setpoints.readers.isolated import Columns, isolated_blocks
+from cncgen.setpoints.readers.blocks import FileBlock
+from cncgen.setpoints.readers.isolated import FileColumns, isolated_blocks
 from cncgen.setpoints.readers.tables import stated_period
 from cncgen.setpoints.writers.mat import COLUMNS
 
@@ -18,7 +18,7 @@ MAX_VALUES = 2**28
 _NUMBERS = ("double", "single", "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64")
 
 
-def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[Block]:
+def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[FileBlock]:
     """Yield the rows of a MATLAB file.
 
     Raises:
@@ -27,7 +27,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     yield from isolated_blocks(file, name, "mat", ".mat")
 
 
-def columns(path: str) -> Columns:
+def columns(path: str) -> FileColumns:
     """Open a file: its vectors of plain numbers. A column is loaded whole, when a part of it is asked for first."""
     from scipy.io import loadmat, whosmat
 
@@ -48,4 +48,4 @@ def columns(path: str) -> Columns:
         return loaded[key][where]
 
     period = stated_period(part("period_s", slice(1))[0]) if lengths.get("period_s") == 1 else None
-    return Columns(lengths, period, part)
+    return FileColumns(lengths, period, part)

@@ -13,13 +13,13 @@ from cncgen.files import reading_faults
 from cncgen.setpoints.columns import file_units
 from cncgen.setpoints.joint_trajectory import TYPE, decode, from_metres
 from cncgen.setpoints.packages import needed
-from cncgen.setpoints.readers.blocks import Block
+from cncgen.setpoints.readers.blocks import FileBlock
 from cncgen.setpoints.readers.f64 import check_rows
 from cncgen.setpoints.readers.tables import seekable
 from cncgen.units import AXIS_LETTERS
 
 
-def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[Block]:
+def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[FileBlock]:
     """Yield the points of a file, a block a message, in the order of their times.
 
     Raises:
@@ -36,7 +36,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
         raise UsageError(Diagnostic("setpoints-header", f"{name} is no MCAP file: {error}")) from error
 
 
-def _messages(reader: Any, name: str) -> Iterator[Block]:
+def _messages(reader: Any, name: str) -> Iterator[FileBlock]:
     row, letters = 0, ""
     for schema, channel, message in reader.iter_messages():
         if schema is None or schema.name != TYPE or channel.message_encoding != "cdr":
@@ -52,6 +52,6 @@ def _messages(reader: Any, name: str) -> Iterator[Block]:
         letters = found
         check_rows(np.column_stack([times, rows]), name, row)
         row += len(rows)
-        yield Block(letters, times / 1e9, file_units(from_metres(rows, letters), letters))
+        yield FileBlock(letters, times / 1e9, file_units(from_metres(rows, letters), letters))
     if not letters:
         raise UsageError(Diagnostic("setpoints-header", f"{name}: it has no messages of {TYPE}"))

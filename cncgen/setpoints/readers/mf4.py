@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import reading_faults
 from cncgen.setpoints.columns import POSITION_COLUMNS
-from cncgen.setpoints.readers.blocks import Block
+from cncgen.setpoints.readers.blocks import FileBlock
 from cncgen.setpoints.readers.mf4_blocks import HEADER, Channel, MdfFile, channel_of
 from cncgen.setpoints.readers.tables import seekable, sliced
 
 
-def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[Block]:
+def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[FileBlock]:
     """Yield the rows of the first group with positions.
 
     Raises:

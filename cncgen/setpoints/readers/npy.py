@@ -12,11 +12,11 @@ import numpy as np
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import reading_faults
 from cncgen.setpoints.readers import letters_or_fault
-from cncgen.setpoints.readers.blocks import Block
+from cncgen.setpoints.readers.blocks import FileBlock
 from cncgen.setpoints.readers.f64 import matrices
 
 
-def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[Block]:
+def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[FileBlock]:
     """Yield the rows of an npy file, whose columns after the time are those of `axes` (and signals after them).
 
     Raises:
@@ -30,7 +30,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     rows = 0
     for matrix in matrices(file, name, shape[1]):
         rows += len(matrix)
-        yield Block(letters, matrix[:, 0].copy(), matrix[:, 1 : 1 + len(letters)])
+        yield FileBlock(letters, matrix[:, 0].copy(), matrix[:, 1 : 1 + len(letters)])
     if rows != shape[0]:
         message = f"{name} has {rows} rows, and its header says {shape[0]}: it is cut off or damaged"
         raise UsageError(Diagnostic("setpoints-length", message))

@@ -9,12 +9,12 @@ from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import reading_faults
 from cncgen.setpoints.packages import needed
 from cncgen.setpoints.readers.arrow import blocks_of_batches
-from cncgen.setpoints.readers.blocks import Block
+from cncgen.setpoints.readers.blocks import FileBlock
 from cncgen.setpoints.readers.f64 import ROWS
 from cncgen.setpoints.readers.tables import columns_of, seekable
 
 
-def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[Block]:
+def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[FileBlock]:
     """Yield the rows of a Parquet file.
 
     Raises:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.setpoints.columns import POSITION_COLUMNS
-from cncgen.setpoints.readers.blocks import Block, warn_of_columns
+from cncgen.setpoints.readers.blocks import FileBlock, warn_of_columns
 from cncgen.setpoints.readers.f64 import ROWS, check_rows
 
 Floats = NDArray[np.float64]
@@ -36,11 +36,13 @@ def columns_of(names: Sequence[str], name: str) -> list[str]:
     return found
 
 
-def block_of(matrix: Floats, columns: Sequence[str], name: str, row: int, period_s: float | None) -> Block:
+def block_of(
+    matrix: Floats, columns: Sequence[str], name: str, row: int, period_s: float | None
+) -> FileBlock:
     """Return a block of rows, time first, after a check for finite numbers; `row` is the index of the first."""
     check_rows(matrix, name, row)
     letters = "".join(POSITION_COLUMNS[n] for n in columns)
-    return Block(letters, matrix[:, 0].copy(), matrix[:, 1:], period_s)
+    return FileBlock(letters, matrix[:, 0].copy(), matrix[:, 1:], period_s)
 
 
 def sliced(
@@ -49,7 +51,7 @@ def sliced(
     part: Callable[[str, slice], NDArray],
     name: str,
     period_s: float | None,
-) -> Iterator[Block]:
+) -> Iterator[FileBlock]:
     """Yield blocks of columns that can be read in parts.
 
     Args:

@@ -13,7 +13,7 @@ from cncgen.stepnc.ap238.toolpaths import Properties, Toolpaths
 from cncgen.stepnc.ap238.units import Units
 from cncgen.stepnc.entities import Entity
 from cncgen.stepnc.geometry.frames import Vector
-from cncgen.stepnc.model import RATIOS, Operation, Strategy
+from cncgen.stepnc.model import RATIOS, MachiningStrategy, Operation
 
 _KINDS = {
     "FREEFORM_MILLING_OPERATION": "freeform",
@@ -145,11 +145,11 @@ class Operations:
             return None
         return item.entity.ratio(key, measure.value) if key in RATIOS else measure.value
 
-    def _strategies(self, operation: int) -> dict[str, Strategy]:
+    def _strategies(self, operation: int) -> dict[str, MachiningStrategy]:
         out = {}
         for name, entity in self.graph.relation_names(operation, "MACHINING_STRATEGY_RELATIONSHIP"):
             kind = entity.text("description").strip().lower().replace("approach retract", "ap retract")
             kind = "drilling type strategy" if entity.keyword == "DRILLING_TYPE_STRATEGY" else kind
             values = self._values(self.graph.properties(entity.id))
-            out[name.strip().lower()] = Strategy(entity.id, kind, values)
+            out[name.strip().lower()] = MachiningStrategy(entity.id, kind, values)
         return out

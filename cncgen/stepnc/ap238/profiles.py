@@ -10,7 +10,7 @@ from cncgen.stepnc.ap238.graph import Item
 from cncgen.stepnc.ap238.shapes import Component, Shapes
 from cncgen.stepnc.entities import Entity
 from cncgen.stepnc.geometry import profiles
-from cncgen.stepnc.geometry.curves import Curves
+from cncgen.stepnc.geometry.curves import CurveReader
 from cncgen.stepnc.geometry.frames import identity, is_identity
 from cncgen.stepnc.geometry.pieces import Piece, Polyline
 
@@ -115,7 +115,7 @@ class Profiles:
 
     def _read(self, item: Item, entity: Entity) -> list[Piece]:
         context = self.shapes.units.context(item.context)
-        return Curves(self.shapes.entities, *context).read(item.entity.id, entity.id)
+        return CurveReader(self.shapes.entities, *context).read(item.entity.id, entity.id)
 
     def open(self, entity: Entity) -> list[Piece]:
         """Return an open profile in its plane: a straight line along X, or a curve.

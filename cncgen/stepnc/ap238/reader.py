@@ -18,7 +18,7 @@ from cncgen.stepnc.ap238.toolpaths import Properties, Toolpaths
 from cncgen.stepnc.ap238.units import Units
 from cncgen.stepnc.entities import Entities, Entity, Skip
 from cncgen.stepnc.geometry.frames import Matrix, identity
-from cncgen.stepnc.model import Block, Executable, NcFunction, Operation, Workingstep
+from cncgen.stepnc.model import Executable, NcFunction, Operation, ProgramStructure, Workingstep
 from cncgen.stepnc.part21 import Exchange
 
 
@@ -116,7 +116,7 @@ class Ap238Reader:
         if any(described(i) == "disabled" for i in properties.get("enabled", [])):
             text = f"#{ident} {kind} {label!r} is disabled; it is not executed"
             self.exchange.report(ident, "stepnc-disabled", text, severity=Severity.NOTE)
-            return Block(ident, label, "disabled", ())
+            return ProgramStructure(ident, label, "disabled", ())
         if kind == "MACHINING_WORKPLAN":
             return self._workplan(entity, properties, context)
         if kind == "MACHINING_WORKINGSTEP":
@@ -139,7 +139,7 @@ class Ap238Reader:
             values = {"tool": self.resources.tool(entity.id)}
         return NcFunction(entity.id, label, name, values)
 
-    def _workplan(self, entity: Entity, properties: Properties, outer: Setting) -> Block:
+    def _workplan(self, entity: Entity, properties: Properties, outer: Setting) -> ProgramStructure:
         children = self.graph.related(entity.id, "MACHINING_PROCESS_SEQUENCE_RELATIONSHIP")
         inner = outer._replace(frame=self.toolpaths.frame(properties, outer.frame))
         for setup in self.setups.of_plan(entity.id):
@@ -152,7 +152,9 @@ class Ap238Reader:
             with suppress(Skip):
                 plane = self.setups.security(setup)
                 inner = inner if plane is None else inner._replace(security=inner.frame @ plane)
-        return Block(entity.id, entity.text("name"), "workplan", tuple(c.id for c in children), inner)
+        return ProgramStructure(
+            entity.id, entity.text("name"), "workplan", tuple(c.id for c in children), inner
+        )
 
     def _note_origin(self, plan: Entity, setup: int) -> None:
         for origin in self.setups.origins(setup):
@@ -165,12 +167,16 @@ class Ap238Reader:
         """Return an executable of several branches."""
         branches = self.graph.related(entity.id, "MACHINING_PROCESS_CONCURRENT_RELATIONSHIP")
         if branches:
-            return Block(entity.id, entity.text("name"), "parallel", tuple(b.id for b in branches), context)
+            return ProgramStructure(
+                entity.id, entity.text("name"), "parallel", tuple(b.id for b in branches), context
+            )
         kind = entity.text("description").strip().lower().replace("-", " ")
         members = self.graph.related(entity.id, "MACHINING_PROCESS_SEQUENCE_RELATIONSHIP")
         members += self.graph.related(entity.id, "MACHINING_PROCESS_BRANCH_RELATIONSHIP")
         if kind in ("non sequential", "selective") and members:
-            return Block(entity.id, entity.text("name"), kind, tuple(m.id for m in members), context)
+            return ProgramStructure(
+                entity.id, entity.text("name"), kind, tuple(m.id for m in members), context
+            )
         raise entity.fault(
             "stepnc-unsupported", f"this executable ({kind or 'of no kind'}) cannot be executed"
         )

@@ -12,10 +12,10 @@ from cncgen.stepnc.ap238.units import Units
 from cncgen.stepnc.entities import Entities, Entity, Skip
 from cncgen.stepnc.geometry.chords import couple
 from cncgen.stepnc.geometry.contact import locations
-from cncgen.stepnc.geometry.curves import Curves
+from cncgen.stepnc.geometry.curves import CurveReader
 from cncgen.stepnc.geometry.frames import Matrix, Placements, Vector
 from cncgen.stepnc.geometry.pieces import Piece, Polyline, reverse
-from cncgen.stepnc.model import CuttingTool, Path, Paths
+from cncgen.stepnc.model import CutterPath, CuttingTool, Paths
 
 #: Items of properties by the property's name.
 Properties = dict[str, list[Item]]
@@ -29,9 +29,9 @@ class Toolpaths:
         self.entities: Entities = graph.entities
         self.units = units
         self.resources = resources
-        self._curves: dict[tuple[float, float], Curves] = {}
+        self._curves: dict[tuple[float, float], CurveReader] = {}
 
-    def curves(self, context: int | None) -> Curves:
+    def curves(self, context: int | None) -> CurveReader:
         """Return the reader of curves in the units of a context.
 
         Raises:
@@ -39,7 +39,7 @@ class Toolpaths:
         """
         key = self.units.context(context)
         if key not in self._curves:
-            self._curves[key] = Curves(self.entities, *key)
+            self._curves[key] = CurveReader(self.entities, *key)
         return self._curves[key]
 
     def placed(self, properties: Properties, name: str, *kinds: str) -> tuple[Entity, Placements] | None:
@@ -67,7 +67,7 @@ class Toolpaths:
         idents = self.graph.related_ids(owner, "MACHINING_TOOLPATH_SEQUENCE_RELATIONSHIP")
         return Paths(idents, lambda k: self._path(self.entities.get(idents[k], owner=owner), owner, tilt))
 
-    def _path(self, entity: Entity, owner: int, tilt: Vector | None) -> Path:
+    def _path(self, entity: Entity, owner: int, tilt: Vector | None) -> CutterPath:
         properties = self.graph.properties(entity.id)
         kind = entity.text("description").strip().lower()
         rapid, ratio = self._speed(properties)
@@ -75,15 +75,15 @@ class Toolpaths:
         technology, functions = self.resources.technology(entity.id), self.resources.functions(entity.id)
         if kind == "feedstop":
             seconds, turns = self._dwell(entity, properties)
-            return Path(
+            return CutterPath(
                 entity.id, "dwell", technology=technology, functions=functions, seconds=seconds, turns=turns
             )
         if kind in ("connect direct", "connect security plane"):
-            return Path(entity.id, kind)
+            return CutterPath(entity.id, kind)
         if kind not in ("", "cutter location trajectory") and "basic curve" not in properties:
             raise entity.fault("stepnc-unsupported", f"a toolpath of kind {kind!r} cannot be executed")
         tool = self.resources.tool(owner) if kind == "cutter contact trajectory" else None
-        return Path(
+        return CutterPath(
             entity.id,
             "trajectory",
             lambda: self._pieces(entity, properties, tool, tilt),
@@ -156,7 +156,7 @@ class Toolpaths:
             if item.entity.keyword == "DIRECTION":
                 direction = self.curves(item.context).placements.direction(item.entity.id)
                 return [Polyline(np.stack([direction, direction]))]
-            return Curves(self.entities, 1.0, math.pi / 180).read(item.entity.id, entity.id)
+            return CurveReader(self.entities, 1.0, math.pi / 180).read(item.entity.id, entity.id)
         return None
 
     def leans(self, action_property: int) -> bool:

@@ -13,7 +13,7 @@ from cncgen.geometry.tables import ArcTable, NurbsTable
 from cncgen.stepnc.execution.canon import Canon
 from cncgen.stepnc.geometry.pieces import Arc, Nurbs
 from cncgen.stepnc.model import CuttingTool
-from cncgen.toolpath.building import Rows, ToolpathBuilder
+from cncgen.toolpath.building import RowBuilder, ToolpathBuilder
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -128,7 +128,7 @@ class Columns(Canon):
         n = self._waiting_rows
         self._waiting, self._waiting_rows = [], 0
         self._builder.add(
-            Rows(
+            RowBuilder(
                 kind=np.full(n, Kind.LINE, np.int8),
                 end=np.concatenate(points),
                 feed=np.repeat(np.array(feed), counts),
@@ -146,7 +146,7 @@ class Columns(Canon):
     ) -> None:
         self._flush()
         self._builder.add(
-            Rows(
+            RowBuilder(
                 kind=np.array([kind], np.int8),
                 end=end,
                 feed=np.array([math.nan if rapid else self._feed]),

@@ -19,13 +19,13 @@ from cncgen.stepnc.execution.technology import SpeedRules, completed, speeds
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
 from cncgen.stepnc.model import (
     Assignment,
-    Block,
-    Choice,
+    Branching,
+    CutterPath,
     CuttingTool,
     Executable,
     NcFunction,
     Operation,
-    Path,
+    ProgramStructure,
     Reader,
     Technology,
     Workingstep,
@@ -34,7 +34,7 @@ from cncgen.stepnc.part21 import Exchange
 
 Floats = NDArray[np.float64]
 #: Called with a workingstep whose operation has no toolpaths; returns those of its feature; raises `Skip`.
-MakePaths = Callable[[Workingstep], tuple[Path, ...]]
+MakePaths = Callable[[Workingstep], tuple[CutterPath, ...]]
 
 #: Blocks and statements within each other.
 MAX_DEPTH = 60
@@ -50,7 +50,7 @@ MAX_DWELL = 1e6
 MAX_SWING = math.pi / 4
 
 
-class Executor:
+class ProgramExecutor:
     """Executes a program once.
 
     Args:
@@ -132,7 +132,7 @@ class Executor:
                 item.ident, "stepnc-endless", "the program has executed too many steps; it does not end"
             )
             raise _Endless
-        if isinstance(item, Block | Choice):
+        if isinstance(item, ProgramStructure | Branching):
             if item.ident in self._open:
                 cycle = " → ".join(f"#{i}" for i in [*self._open[self._open.index(item.ident) :], item.ident])
                 raise self._fail(item.ident, "part21-cycle", f"it executes itself: {cycle}")
@@ -140,7 +140,7 @@ class Executor:
                 raise self._fail(item.ident, "stepnc-depth", f"nested more than {MAX_DEPTH} deep")
             self._open.append(item.ident)
             try:
-                yield from self._block(item) if isinstance(item, Block) else self._choice(item)
+                yield from self._block(item) if isinstance(item, ProgramStructure) else self._choice(item)
             finally:
                 self._open.pop()
             return
@@ -162,7 +162,7 @@ class Executor:
         except Skip:
             return
 
-    def _block(self, block: Block) -> Iterator[None]:
+    def _block(self, block: ProgramStructure) -> Iterator[None]:
         children = block.children
         if block.kind == "parallel" and len(children) > 1:
             text = f"{len(children)} branches at once cannot be honoured by one machine with one spindle"
@@ -175,7 +175,7 @@ class Executor:
         for child in children:
             yield from self._child(child, block.context)
 
-    def _choice(self, choice: Choice) -> Iterator[None]:
+    def _choice(self, choice: Branching) -> Iterator[None]:
         if not choice.loop:
             branch = choice.then if choice.condition(self._variables) else choice.otherwise
             yield from self._child(branch, choice.context)
@@ -259,7 +259,7 @@ class Executor:
             return tool
         return replace(tool, offset_length=length)
 
-    def _path(self, step: Workingstep, path: Path, begun: bool) -> bool:
+    def _path(self, step: Workingstep, path: CutterPath, begun: bool) -> bool:
         """Do one toolpath; tell whether it moved."""
         machine = self._machine
         self._canon.source(path.ident)
@@ -294,7 +294,7 @@ class Executor:
         self._check_swing(path)
         return True
 
-    def _check_spindle(self, step: Workingstep, path: Path) -> None:
+    def _check_spindle(self, step: Workingstep, path: CutterPath) -> None:
         """Warn of a cut with a standing spindle, once an operation; a tool that is stopped to be drawn out cuts nothing."""
         operation = step.operation
         if self._machine.rpm or operation.kind == "probing" or operation.ident in self._standing:
@@ -308,7 +308,7 @@ class Executor:
         text = f"{operation.label!r} feeds with the spindle standing: {why}"
         self._warn(operation.ident, "stepnc-no-spindle", text)
 
-    def _check_swing(self, path: Path) -> None:
+    def _check_swing(self, path: CutterPath) -> None:
         """Warn where the turning axis had to swing round since the tool passed close by it."""
         (swept, near), self._machine.swing = self._machine.swing, (0.0, 0.0)
         if swept > MAX_SWING and self._machine.kinematics is not None:
@@ -316,7 +316,7 @@ class Executor:
             text += f" swings round by {math.degrees(swept):.0f} degrees there"
             self._warn(path.ident, "stepnc-singular", text)
 
-    def _seconds(self, path: Path) -> float:
+    def _seconds(self, path: CutterPath) -> float:
         """Return how long a dwell lasts, s; `Skip` where it is no time, or in turns of a spindle that stands."""
         seconds = path.seconds
         if path.turns:
@@ -330,7 +330,9 @@ class Executor:
             raise self._fail(path.ident, "stepnc-range", text)
         return seconds
 
-    def _set_speeds(self, step: Workingstep, path: Path, technology: Technology | None, rapid: bool) -> None:
+    def _set_speeds(
+        self, step: Workingstep, path: CutterPath, technology: Technology | None, rapid: bool
+    ) -> None:
         if technology is not None and (not rapid or path.technology is not None):
             tool = step.operation.tool or self._machine.tool
             told = speeds(technology, tool, path.ratio, self._warn)
@@ -343,7 +345,9 @@ class Executor:
             owner = path.ident if technology is None else technology.ident
             raise self._fail(owner, "stepnc-no-feed", "no technology gives a feed for this toolpath")
 
-    def _go_to(self, step: Workingstep, path: Path, start: Floats, pieces: list[Piece], begun: bool) -> None:
+    def _go_to(
+        self, step: Workingstep, path: CutterPath, start: Floats, pieces: list[Piece], begun: bool
+    ) -> None:
         """Bring the tool to where a path begins, by way of the security plane where it is elsewhere."""
         machine, tool_axes = self._machine, self._tool_axes(step, pieces)
         if machine.is_at(start) and machine.points_along(tool_axes):

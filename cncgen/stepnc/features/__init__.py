@@ -14,7 +14,7 @@ from cncgen.stepnc.features.job import Job
 from cncgen.stepnc.features.offsets import OffsetError
 from cncgen.stepnc.geometry.frames import Matrix, identity
 from cncgen.stepnc.geometry.pieces import Piece
-from cncgen.stepnc.model import Feature, Path, Workingstep
+from cncgen.stepnc.model import CutterPath, Feature, Workingstep
 from cncgen.stepnc.part21 import Exchange
 
 _HOLES = {
@@ -26,7 +26,7 @@ _HOLES = {
     "reaming": holes.bore,
     "tapping": holes.tap,
 }
-_MILLING: dict[tuple[str, str], Callable[[Job], tuple[Path, ...]]] = {
+_MILLING: dict[tuple[str, str], Callable[[Job], tuple[CutterPath, ...]]] = {
     ("plane", "planar face"): plane.mill,
     ("plane", "closed pocket"): pocket.mill,
     ("plane", "open pocket"): pocket.mill,
@@ -53,7 +53,7 @@ _MAX_DEPTH = 5
 _MAX_ELEMENTS = 50_000
 
 
-def make_paths(step: Workingstep, exchange: Exchange) -> tuple[Path, ...]:
+def make_paths(step: Workingstep, exchange: Exchange) -> tuple[CutterPath, ...]:
     """Return the toolpaths of a workingstep's feature, in the frame of the workingstep.
 
     Raises:
@@ -91,10 +91,10 @@ class _Maker:
     def __init__(self, step: Workingstep, exchange: Exchange) -> None:
         self.step = step
         self.exchange = exchange
-        self._made: dict[int, tuple[Path, ...]] = {}
+        self._made: dict[int, tuple[CutterPath, ...]] = {}
         self._elements = 0
 
-    def paths(self, feature: Feature, frame: Matrix, depth: int) -> tuple[Path, ...]:
+    def paths(self, feature: Feature, frame: Matrix, depth: int) -> tuple[CutterPath, ...]:
         """Return the toolpaths of a feature, moved by a frame; of its elements where it has some."""
         if feature.ident not in self._made:
             shape = feature.shape()
@@ -115,7 +115,7 @@ class _Maker:
         place = self.step.frame @ frame
         return self.step.raw.reach(place[:3, 3], place[:3, 2])
 
-    def _one(self, job: Job, kind: str) -> tuple[Path, ...]:
+    def _one(self, job: Job, kind: str) -> tuple[CutterPath, ...]:
         job.check_sizes()
         if job.operation.kind in _HOLES:
             holes.check_hole(job)
@@ -124,11 +124,11 @@ class _Maker:
         except OffsetError as error:
             raise job.fault("stepnc-geometry", str(error)) from None
 
-    def _group(self, job: Job, feature: Feature, frame: Matrix, depth: int) -> tuple[Path, ...]:
+    def _group(self, job: Job, feature: Feature, frame: Matrix, depth: int) -> tuple[CutterPath, ...]:
         elements = job.shape.elements
         if feature.kind in _HOLE_GROUPS:
             elements = _holes_for(job, elements)
-        out: list[Path] = []
+        out: list[CutterPath] = []
         for element in elements:
             out += self.paths(element, frame @ element.placement, depth + 1)
         return tuple(out)
@@ -153,7 +153,7 @@ def _holes_for(job: Job, elements: tuple[Feature, ...]) -> tuple[Feature, ...]:
     return (min(fitting, key=lambda es: abs((es[1].diameter or 0.0) - diameter))[0],)
 
 
-def _strategy(job: Job, feature: str) -> Callable[[Job], tuple[Path, ...]]:
+def _strategy(job: Job, feature: str) -> Callable[[Job], tuple[CutterPath, ...]]:
     kind = job.operation.kind
     if kind in _HOLES:
         if feature not in ("round hole", "thread"):

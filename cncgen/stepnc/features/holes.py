@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from cncgen.stepnc.features.job import Job, Moves
-from cncgen.stepnc.model import CuttingTool, Path, Technology
+from cncgen.stepnc.model import CutterPath, CuttingTool, Technology
 
 #: Difference of a drill's point angle and its bottom's that is none, rad.
 SAME_TIP = math.radians(0.5)
@@ -118,7 +118,7 @@ def _lift(job: Job, moves: Moves) -> None:
     moves.height(job.retract)
 
 
-def drill(job: Job) -> tuple[Path, ...]:
+def drill(job: Job) -> tuple[CutterPath, ...]:
     """Return the toolpaths of drilling (DRILLING with a DRILLING_TYPE_STRATEGY, ISO 14649-11).
 
     A DRILLING_TYPE_STRATEGY reduces cutting speed and feed down to depth_of_start and again from depth_of_end on,
@@ -162,7 +162,7 @@ def _check_point(job: Job, tip: float) -> None:
             job.warn("stepnc-tip", text)
 
 
-def centre_drill(job: Job) -> tuple[Path, ...]:
+def centre_drill(job: Job) -> tuple[CutterPath, ...]:
     """Return the toolpaths of centre drilling (CENTER_DRILLING, ISO 14649-11): the tip goes to the cutting depth."""
     depth = job.value("cutting_depth", 0.0)
     if not depth > 0:
@@ -173,7 +173,7 @@ def centre_drill(job: Job) -> tuple[Path, ...]:
     return moves.paths()
 
 
-def countersink(job: Job) -> tuple[Path, ...]:
+def countersink(job: Job) -> tuple[CutterPath, ...]:
     """Return the toolpaths of countersinking (COUNTER_SINKING, ISO 14649-11).
 
     It goes to the cutting depth, else so deep that the cone has the diameter.
@@ -191,7 +191,7 @@ def countersink(job: Job) -> tuple[Path, ...]:
     return moves.paths()
 
 
-def multistep(job: Job) -> tuple[Path, ...]:
+def multistep(job: Job) -> tuple[CutterPath, ...]:
     """Return the toolpaths of pecking (MULTISTEP_DRILLING, ISO 14649-11): first_depth, then depth_of_step each.
 
     Between the steps the tool goes up by retract_distance to break the chip; where that is not positive, out to the
@@ -222,7 +222,7 @@ def multistep(job: Job) -> tuple[Path, ...]:
     return moves.paths()
 
 
-def bore(job: Job) -> tuple[Path, ...]:
+def bore(job: Job) -> tuple[CutterPath, ...]:
     """Return the toolpaths of BORING and REAMING (ISO 14649-11).
 
     The tool goes down and up at the feed, with the spindle stopped at the bottom if asked.
@@ -250,7 +250,7 @@ def _ratio(job: Job) -> float:
     return 1.0
 
 
-def tap(job: Job) -> tuple[Path, ...]:
+def tap(job: Job) -> tuple[CutterPath, ...]:
     """Return the toolpaths of TAPPING (ISO 14649-11): in step with the spindle, which turns back at the bottom.
 
     The pitch is the tap's; where its entity has none (ISO 14649-111 gives taps no pitch) it is the feed over the speed.

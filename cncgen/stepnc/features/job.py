@@ -14,7 +14,7 @@ from cncgen.diagnostics import Severity
 from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.geometry.frames import translation
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
-from cncgen.stepnc.model import CuttingTool, Operation, Path, Shape, Technology
+from cncgen.stepnc.model import CutterPath, CuttingTool, Operation, Shape, Technology
 from cncgen.stepnc.part21 import Exchange
 
 Floats = NDArray[np.float64]
@@ -215,7 +215,7 @@ class Moves:
     position: Floats
     technology: Technology | None = None
     _paths: list[tuple[bool, Technology | None, list[Piece]]] = field(default_factory=list)
-    _extra: list[tuple[int, Path]] = field(default_factory=list)
+    _extra: list[tuple[int, CutterPath]] = field(default_factory=list)
 
     def at(self, technology: Technology | None) -> None:
         """Feed with another technology from now on (None: the operation's)."""
@@ -264,27 +264,27 @@ class Moves:
     def dwell(self, seconds: float) -> None:
         """Wait."""
         if seconds > 0:
-            self._extra.append((len(self._paths), Path(self.ident, "dwell", seconds=seconds)))
+            self._extra.append((len(self._paths), CutterPath(self.ident, "dwell", seconds=seconds)))
 
     def tap(self, z: float, pitch: float) -> None:
         """Go down to a height in step with the spindle, `pitch` mm a turn, and back up."""
         line: list[Piece] = [Polyline(np.stack([self.position, at_height(self.position, z)]))]
-        path = Path(self.ident, "tap", _giver(line), technology=self.technology, pitch=pitch)
+        path = CutterPath(self.ident, "tap", _giver(line), technology=self.technology, pitch=pitch)
         self._extra.append((len(self._paths), path))
 
     def stop_spindle(self, technology: Technology) -> None:
         """Stop the spindle; the moves after it keep it so."""
         self.at(replace(technology, spindle=0.0, cutting_speed=None, feed_per_tooth=None, feed_per_rev=None))
 
-    def paths(self) -> tuple[Path, ...]:
+    def paths(self) -> tuple[CutterPath, ...]:
         """Return the moves as toolpaths."""
-        out: list[Path] = []
+        out: list[CutterPath] = []
         extra = list(self._extra)
         for k, (rapid, technology, pieces) in enumerate(self._paths):
             while extra and extra[0][0] <= k:
                 out.append(extra.pop(0)[1])
             kept = None if rapid else technology
-            out.append(Path(self.ident, "trajectory", _giver(pieces), rapid, technology=kept))
+            out.append(CutterPath(self.ident, "trajectory", _giver(pieces), rapid, technology=kept))
         out.extend(path for _, path in extra)
         return tuple(out)
 

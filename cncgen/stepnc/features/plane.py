@@ -16,12 +16,12 @@ from cncgen.stepnc.features.entry import Entry, along_cut, plunge
 from cncgen.stepnc.features.job import Floats, Job, Moves, at_height
 from cncgen.stepnc.features.offsets import bounds_along
 from cncgen.stepnc.geometry.pieces import Polyline
-from cncgen.stepnc.model import Path
+from cncgen.stepnc.model import CutterPath
 
 _WAYS = ("bidirectional", "unidirectional", "")
 
 
-def mill(job: Job) -> tuple[Path, ...]:
+def mill(job: Job) -> tuple[CutterPath, ...]:
     """Return the toolpaths of facing (PLANE_ROUGH_MILLING and PLANE_FINISH_MILLING of a PLANAR_FACE, ISO 14649-11)."""
     outline = job.shape.outline
     if outline is None:
@@ -104,7 +104,9 @@ def _way_down(job: Job, start: Floats, end: Floats) -> Entry:
     return along_cut(job, start, [Polyline(np.stack([start, end]))])
 
 
-def _bidirectional(job: Job, lines: list[tuple[Floats, Floats]], levels: list[float]) -> tuple[Path, ...]:
+def _bidirectional(
+    job: Job, lines: list[tuple[Floats, Floats]], levels: list[float]
+) -> tuple[CutterPath, ...]:
     moves = Moves(job.operation.ident, at_height(lines[0][0], job.retract))
     for level in levels:
         moves.rapid(at_height(lines[0][0], job.retract))
@@ -116,7 +118,7 @@ def _bidirectional(job: Job, lines: list[tuple[Floats, Floats]], levels: list[fl
     return moves.paths()
 
 
-def _one_way(job: Job, lines: list[tuple[Floats, Floats]], levels: list[float]) -> tuple[Path, ...]:
+def _one_way(job: Job, lines: list[tuple[Floats, Floats]], levels: list[float]) -> tuple[CutterPath, ...]:
     moves = Moves(job.operation.ident, at_height(lines[0][0], job.retract))
     for level in levels:
         for start, end in lines:

@@ -23,7 +23,7 @@ from cncgen.stepnc.features.walls import Layer, layers
 from cncgen.stepnc.geometry import profiles
 from cncgen.stepnc.geometry.chords import polyline_of
 from cncgen.stepnc.geometry.pieces import Piece, Polyline
-from cncgen.stepnc.model import Path
+from cncgen.stepnc.model import CutterPath
 
 if TYPE_CHECKING:
     from shapely import Polygon
@@ -40,7 +40,7 @@ NARROW = 1.0
 SPIRAL_PIECES = 360
 
 
-def mill(job: Job) -> tuple[Path, ...]:
+def mill(job: Job) -> tuple[CutterPath, ...]:
     """Return the toolpaths of a closed or open pocket (BOTTOM_AND_SIDE_…_MILLING, ISO 14649-11; pockets, ISO 14649-10)."""
     bottom = bottom_of(job)
     flat = (
@@ -58,7 +58,7 @@ def mill(job: Job) -> tuple[Path, ...]:
     return _clear(job, offsets.polygon_of(outline), layers(job, total))
 
 
-def mill_hole(job: Job) -> tuple[Path, ...]:
+def mill_hole(job: Job) -> tuple[CutterPath, ...]:
     """Return the toolpaths of a round hole that is milled as a pocket."""
     if job.shape.diameter is None:
         raise job.fault("stepnc-missing", "the hole has no diameter")
@@ -66,7 +66,7 @@ def mill_hole(job: Job) -> tuple[Path, ...]:
     return mill(replace(job, shape=replace(job.shape, outline=circle)))
 
 
-def mill_open(job: Job, outline: list[Piece]) -> tuple[Path, ...]:
+def mill_open(job: Job, outline: list[Piece]) -> tuple[CutterPath, ...]:
     """Return the toolpaths that clear an outline whose sides are all open: a face with bosses, stock round a profile."""
     shape = replace(job.shape, outline=outline, open_sides=tuple(range(len(outline))), bottom="flat")
     return mill(replace(job, shape=shape))
@@ -115,7 +115,7 @@ def _step(job: Job) -> float:
     return step
 
 
-def _clear(job: Job, closed: Polygon, passes: list[Layer]) -> tuple[Path, ...]:
+def _clear(job: Job, closed: Polygon, passes: list[Layer]) -> tuple[CutterPath, ...]:
     """Return the toolpaths that clear an outline (shapely polygon) level by level."""
     step, corner = _step(job), job.shape.corner_radius or 0.0
     lowest = -passes[-1].spans[-1][1]

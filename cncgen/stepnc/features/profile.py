@@ -17,7 +17,7 @@ from cncgen.stepnc.features.walls import Layer, axis_distance, layers
 from cncgen.stepnc.geometry import profiles
 from cncgen.stepnc.geometry.approach import start_tangent
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
-from cncgen.stepnc.model import Boss, Path, Strategy
+from cncgen.stepnc.model import Boss, CutterPath, MachiningStrategy
 
 if TYPE_CHECKING:
     from shapely import Polygon
@@ -28,17 +28,17 @@ LEAD_RADIUS = 0.25
 SHORTEST_LEAD = 6
 
 
-def mill_outside(job: Job) -> tuple[Path, ...]:
+def mill_outside(job: Job) -> tuple[CutterPath, ...]:
     """Return the toolpaths round a profile or boss (SIDE_…_MILLING, ISO 14649-11): on its wall, and in layers if asked."""
     return _mill(job, outside=True)
 
 
-def mill_inside(job: Job) -> tuple[Path, ...]:
+def mill_inside(job: Job) -> tuple[CutterPath, ...]:
     """Return the toolpaths along the walls inside an outline; over its open sides they run beside the material."""
     return _mill(job, outside=False)
 
 
-def clear_outside(job: Job) -> tuple[Path, ...]:
+def clear_outside(job: Job) -> tuple[CutterPath, ...]:
     """Return the toolpaths of bottom and side milling round a profile or boss.
 
     Roughing clears all of the raw piece round it, finishing goes round its wall. Where the raw piece is not given,
@@ -64,7 +64,7 @@ def _outline(job: Job) -> list[Piece]:
     return [profiles.circle(job.shape.diameter)]
 
 
-def _mill(job: Job, outside: bool) -> tuple[Path, ...]:
+def _mill(job: Job, outside: bool) -> tuple[CutterPath, ...]:
     whole = offsets.polygon_of(_outline(job))
     total = job.depth - job.value("allowance_bottom", 0.0) + job.value("overcut_length", 0.0)
     passes = _outer_layers(job, total) if outside else layers(job, total)
@@ -170,7 +170,7 @@ def _passes(job: Job, curve: list[Piece], levels: list[float], moves: Moves | No
 
 
 def _lead(
-    job: Job, strategy: Strategy | None, point: Floats, along: Floats, side: Floats, free: Free
+    job: Job, strategy: MachiningStrategy | None, point: Floats, along: Floats, side: Floats, free: Free
 ) -> list[Piece]:
     """Return the way onto a contour at a point: an arc of a radius, a line at an angle, else a quarter circle.
 

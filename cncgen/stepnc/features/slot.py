@@ -12,7 +12,7 @@ from cncgen.stepnc.features.entry import Entry, along_cut, plunge
 from cncgen.stepnc.features.job import Job, Moves, at_height, raised
 from cncgen.stepnc.geometry.approach import start_tangent
 from cncgen.stepnc.geometry.pieces import Piece, Polyline, reverse
-from cncgen.stepnc.model import Boss, Path
+from cncgen.stepnc.model import Boss, CutterPath
 
 #: Difference of slot width and tool diameter up to which one pass along the middle makes the slot, mm.
 SAME_WIDTH = 1e-6
@@ -87,7 +87,7 @@ def _shortened(job: Job, course: list[Piece]) -> list[Piece]:
     raise job.fault("stepnc-unsupported", text)
 
 
-def mill(job: Job) -> tuple[Path, ...]:
+def mill(job: Job) -> tuple[CutterPath, ...]:
     """Return the toolpaths of a SLOT (ISO 14649-10).
 
     They go along its middle where the tool is as wide, else as in a pocket about its course.
@@ -110,7 +110,7 @@ def mill(job: Job) -> tuple[Path, ...]:
     return _along(job, _middle(job, course), job.levels(job.depth - job.value("allowance_bottom", 0.0)))
 
 
-def _formed(job: Job) -> tuple[Path, ...]:
+def _formed(job: Job) -> tuple[CutterPath, ...]:
     """Return the passes along the middle of a slot whose section is the tool's: a vee, or an arc cut by a ball."""
     shape, tool = job.shape, job.tool
     half, radius = shape.section_angle / 2, shape.section_radius
@@ -137,7 +137,7 @@ def _formed(job: Job) -> tuple[Path, ...]:
     return _along(job, _middle(job, _path(job)), job.levels(job.depth))
 
 
-def mill_walls(job: Job) -> tuple[Path, ...]:
+def mill_walls(job: Job) -> tuple[CutterPath, ...]:
     """Return the toolpaths along both walls of a slot."""
     if job.shape.section:
         raise job.fault("stepnc-unsupported", f"the walls of a slot with a section of {job.shape.section}")
@@ -156,7 +156,7 @@ def _as_pocket(job: Job, course: list[Piece], width: float) -> Job:
     return replace(job, shape=replace(job.shape, outline=outline, bosses=bosses))
 
 
-def _along(job: Job, path: list[Piece], levels: list[float]) -> tuple[Path, ...]:
+def _along(job: Job, path: list[Piece], levels: list[float]) -> tuple[CutterPath, ...]:
     """Return passes along a path, to and fro; where an end is within the material the tool goes down as the approach asks."""
     ways = (path, reverse(path))
     entries = [_way_down(job, way, k) for k, way in enumerate(ways)]
@@ -190,12 +190,12 @@ def _way_down(job: Job, way: list[Piece], end: int) -> Entry:
     return along_cut(job, place, way)
 
 
-def step(job: Job) -> tuple[Path, ...]:
+def step(job: Job) -> tuple[CutterPath, ...]:
     """Return the toolpaths that clear a STEP (ISO 14649-10) from its wall to the end of its width, else of the raw piece."""
     return pocket.mill(_step_as_pocket(job))
 
 
-def step_wall(job: Job) -> tuple[Path, ...]:
+def step_wall(job: Job) -> tuple[CutterPath, ...]:
     """Return the toolpaths along the wall of a step."""
     return profile.mill_inside(_step_as_pocket(job))
 

@@ -41,7 +41,7 @@ _SPLINES = (
 )
 
 
-class Curves:
+class CurveReader:
     """Reads curves; lengths become mm by `scale`, plane angles rad by `angle`."""
 
     def __init__(self, entities: Entities, scale: float = 1.0, angle: float = math.pi / 180.0) -> None:

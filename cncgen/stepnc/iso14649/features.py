@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from cncgen.stepnc.entities import Entities, Entity
-from cncgen.stepnc.geometry.curves import Curves
+from cncgen.stepnc.geometry.curves import CurveReader
 from cncgen.stepnc.geometry.frames import Matrix, identity
 from cncgen.stepnc.geometry.pieces import Piece
 from cncgen.stepnc.iso14649.patterns import Patterns
@@ -44,7 +44,7 @@ _WITH_STOCK = ("STEP", "BOSS", "SLOT", "PLANAR_FACE", "general outside profile")
 class Features:
     """Reads features; their shapes when they are asked for."""
 
-    def __init__(self, entities: Entities, curves: Curves) -> None:
+    def __init__(self, entities: Entities, curves: CurveReader) -> None:
         self.entities = entities
         self.curves = curves
         self.placements = curves.placements

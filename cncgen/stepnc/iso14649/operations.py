@@ -12,7 +12,7 @@ from cncgen.stepnc.geometry.contact import Lean
 from cncgen.stepnc.geometry.frames import Placements, Vector
 from cncgen.stepnc.iso14649.technology import Resources
 from cncgen.stepnc.iso14649.toolpaths import Toolpaths
-from cncgen.stepnc.model import RATIOS, Operation, Strategy
+from cncgen.stepnc.model import RATIOS, MachiningStrategy, Operation
 from cncgen.stepnc.part21 import DERIVED, Enumeration, Ref, Typed
 from cncgen.stepnc.schema.tables import positions
 
@@ -130,12 +130,12 @@ class Operations:
             return self.placements.point(ident, entity.id)
         return None
 
-    def _strategy(self, entity: Entity, name: str) -> Strategy | None:
+    def _strategy(self, entity: Entity, name: str) -> MachiningStrategy | None:
         ident = entity.ref(name)
         if ident is None:
             return None
         strategy = self.entities.get(ident, owner=entity.id)
-        return Strategy(ident, kind_of(strategy.keyword), self._values(strategy))
+        return MachiningStrategy(ident, kind_of(strategy.keyword), self._values(strategy))
 
     def tilt(self, entity: Entity) -> Vector | None:
         """Return the tool's direction in the operation's frame, None where it is Z.

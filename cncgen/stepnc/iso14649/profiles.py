@@ -9,7 +9,7 @@ import numpy as np
 
 from cncgen.stepnc.entities import Entities, Entity
 from cncgen.stepnc.geometry import profiles
-from cncgen.stepnc.geometry.curves import Curves
+from cncgen.stepnc.geometry.curves import CurveReader
 from cncgen.stepnc.geometry.frames import Matrix, identity, is_identity
 from cncgen.stepnc.geometry.pieces import Piece, Polyline, reverse
 from cncgen.stepnc.part21 import Ref, Typed
@@ -22,7 +22,7 @@ class Profiles:
         feature_placement: Of the feature that is being read: some files repeat it as the profile's placement.
     """
 
-    def __init__(self, entities: Entities, curves: Curves) -> None:
+    def __init__(self, entities: Entities, curves: CurveReader) -> None:
         self.entities = entities
         self.curves = curves
         self.feature_placement: Matrix = identity()

@@ -8,21 +8,21 @@ from typing import Any
 
 from cncgen.diagnostics import Severity
 from cncgen.stepnc.entities import Entities, Entity, Skip
-from cncgen.stepnc.geometry.curves import Curves
+from cncgen.stepnc.geometry.curves import CurveReader
 from cncgen.stepnc.geometry.frames import Matrix, identity, is_identity
 from cncgen.stepnc.iso14649.features import Features
 from cncgen.stepnc.iso14649.operations import Operations
-from cncgen.stepnc.iso14649.statements import Statements
+from cncgen.stepnc.iso14649.statements import ControlStatements
 from cncgen.stepnc.iso14649.technology import Resources
 from cncgen.stepnc.iso14649.toolpaths import Toolpaths
 from cncgen.stepnc.model import (
     Assignment,
-    Block,
-    Choice,
+    Branching,
     Executable,
     Feature,
     NcFunction,
     Operation,
+    ProgramStructure,
     Workingstep,
 )
 from cncgen.stepnc.part21 import Exchange, Ref, Value
@@ -63,10 +63,10 @@ class Iso14649Reader:
     def __init__(self, exchange: Exchange) -> None:
         self.exchange = exchange
         self.entities = Entities(exchange, iso=True)
-        self.curves = Curves(self.entities, 1.0, math.pi / 180.0)
+        self.curves = CurveReader(self.entities, 1.0, math.pi / 180.0)
         self.placements = self.curves.placements
         self.resources = Resources(self.entities)
-        self.statements = Statements(self.entities)
+        self.statements = ControlStatements(self.entities)
         self.features = Features(self.entities, self.curves)
         toolpaths = Toolpaths(self.entities, self.curves, self.resources)
         self.operations = Operations(self.entities, self.placements, self.resources, toolpaths)
@@ -140,10 +140,10 @@ class Iso14649Reader:
                 setting = self._setting(entity, context)
             except Skip:  # told; the plan's workingsteps are looked at all the same
                 setting = context
-            return Block(ident, label, "workplan", tuple(entity.refs("its_elements")), setting)
+            return ProgramStructure(ident, label, "workplan", tuple(entity.refs("its_elements")), setting)
         if kind in _BLOCKS:
             name = kind.lower().replace("_", " ")
-            return Block(ident, label, name, tuple(entity.refs(_BLOCKS[kind])), context)
+            return ProgramStructure(ident, label, name, tuple(entity.refs(_BLOCKS[kind])), context)
         if kind == "MACHINING_WORKINGSTEP":
             return self._workingstep(entity, context)
         if kind in ("RAPID_MOVEMENT", "RETURN_HOME"):
@@ -158,12 +158,12 @@ class Iso14649Reader:
             return Assignment(ident, label, self.statements.name(target), value)
         return self._function(entity)
 
-    def _choice(self, entity: Entity, context: Any) -> Choice:
+    def _choice(self, entity: Entity, context: Any) -> Branching:
         loop = entity.keyword == "WHILE_STATEMENT"
         condition = self.statements.condition(entity, entity.get("condition"))
         then = entity.ref("body" if loop else "true_branch")
         otherwise = None if loop else entity.ref("false_branch")
-        return Choice(entity.id, entity.text("its_id"), loop, condition, then, otherwise, context)
+        return Branching(entity.id, entity.text("its_id"), loop, condition, then, otherwise, context)
 
     def _function(self, entity: Entity) -> NcFunction:
         kind, label = entity.keyword, entity.text("its_id")

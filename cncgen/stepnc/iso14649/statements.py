@@ -22,7 +22,7 @@ _MAX_DEPTH = 50
 _MAX_TERMS = 10_000
 
 
-class Statements:
+class ControlStatements:
     """Reads expressions into functions of the variables."""
 
     def __init__(self, entities: Entities) -> None:

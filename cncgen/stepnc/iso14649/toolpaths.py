@@ -12,16 +12,16 @@ from cncgen.stepnc.entities import Entities, Entity
 from cncgen.stepnc.geometry.approach import angled, tangential
 from cncgen.stepnc.geometry.chords import couple
 from cncgen.stepnc.geometry.contact import Floats, Lean, leaning, locations
-from cncgen.stepnc.geometry.curves import Curves
+from cncgen.stepnc.geometry.curves import CurveReader
 from cncgen.stepnc.geometry.pieces import Piece, Polyline, reverse
 from cncgen.stepnc.iso14649.technology import Resources, speed_of
-from cncgen.stepnc.model import CuttingTool, Path, Paths
+from cncgen.stepnc.model import CutterPath, CuttingTool, Paths
 
 
 class Toolpaths:
     """Reads TOOLPATH_LISTs."""
 
-    def __init__(self, entities: Entities, curves: Curves, resources: Resources) -> None:
+    def __init__(self, entities: Entities, curves: CurveReader, resources: Resources) -> None:
         self.entities = entities
         self.curves = curves
         self.resources = resources
@@ -39,7 +39,7 @@ class Toolpaths:
         """
         members = self.entities.get(ident, "TOOLPATH_LIST").refs("its_list")
 
-        def member(k: int) -> Path:
+        def member(k: int) -> CutterPath:
             neighbours = (members[k - 1] if k else None, members[k + 1] if k + 1 < len(members) else None)
             return self._path(self.entities.get(members[k], owner=ident), neighbours, tool, tilt)
 
@@ -51,14 +51,14 @@ class Toolpaths:
         neighbours: tuple[int | None, int | None],
         tool: CuttingTool | None,
         tilt: Floats | Lean | None,
-    ) -> Path:
+    ) -> CutterPath:
         rapid, ratio = speed_of(entity)
         technology = self.resources.technology(entity.ref("its_technology"))
         functions = self.resources.functions(entity.ref("its_machine_functions"))
         rapid = rapid or entity.enum("its_type") == "CONNECT"
 
-        def path(kind: str, pieces=list, seconds: float = 0.0) -> Path:  # type: ignore[no-untyped-def]
-            return Path(entity.id, kind, pieces, rapid, ratio, technology, functions, seconds)
+        def path(kind: str, pieces=list, seconds: float = 0.0) -> CutterPath:  # type: ignore[no-untyped-def]
+            return CutterPath(entity.id, kind, pieces, rapid, ratio, technology, functions, seconds)
 
         kind = entity.keyword
         if kind == "CUTTER_LOCATION_TRAJECTORY":
@@ -80,7 +80,7 @@ class Toolpaths:
     def _trajectory(self, entity: Entity, tilt: Floats | Lean | None = None) -> list[Piece]:
         pieces = self.curves.read(entity.entity("basiccurve").id, entity.id)
         axis, normals = entity.ref("its_toolaxis"), entity.ref("surface_normal")
-        plain = Curves(self.entities, 1.0, self.curves.angle)  # directions have no unit
+        plain = CurveReader(self.entities, 1.0, self.curves.angle)  # directions have no unit
         backwards = entity.flag("its_direction") is False
         if axis is not None:
             pieces = list[Piece](couple(pieces, plain.read(axis, entity.id)))
@@ -108,7 +108,7 @@ class Toolpaths:
             raise entity.fault("stepnc-unsupported", text)
         if tool is None or tool.diameter is None:
             raise entity.fault("stepnc-missing", "a path of the contact point needs a tool with a diameter")
-        plain = Curves(self.entities, 1.0, self.curves.angle)  # directions have no unit
+        plain = CurveReader(self.entities, 1.0, self.curves.angle)  # directions have no unit
         contact = self.curves.read(basic.entity("basiccurve").id, basic.id)
         normals = plain.read(basic.entity("surface_normal").id, basic.id)
         axis = entity.ref("its_toolaxis")

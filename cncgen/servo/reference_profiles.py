@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
+class ProfilePiece:
     """x(t) = Σ powers[k] τᵏ + Σ c e^(λτ) with τ = t − start.
 
     Attributes:
@@ -32,10 +32,12 @@ class Piece:
     powers: tuple[float, ...]
     exponentials: tuple[tuple[float, float], ...] = ()
 
-    def derivative(self) -> Piece:
+    def derivative(self) -> ProfilePiece:
         """Return the piece of ẋ."""
         powers = tuple(k * c for k, c in enumerate(self.powers))[1:] or (0.0,)
-        return Piece(self.start, self.end, powers, tuple((c * rate, rate) for c, rate in self.exponentials))
+        return ProfilePiece(
+            self.start, self.end, powers, tuple((c * rate, rate) for c, rate in self.exponentials)
+        )
 
     def value(self, t: Floats) -> Floats:
         """Return x at times, shape (n,)."""
@@ -47,10 +49,10 @@ class Piece:
 
 
 @dataclass(frozen=True, slots=True)
-class Profile:
+class ReferenceProfile:
     """Pieces one after another; 0 before them, and standing at `final` after them."""
 
-    pieces: tuple[Piece, ...]
+    pieces: tuple[ProfilePiece, ...]
     final: float
 
     def value(self, t: Floats) -> Floats:
@@ -63,7 +65,7 @@ class Profile:
         return result
 
 
-def combined(piece: Piece, weights: Sequence[float]) -> Piece:
+def combined(piece: ProfilePiece, weights: Sequence[float]) -> ProfilePiece:
     """Return weights[0] x + weights[1] ẋ + weights[2] ẍ … of a piece."""
     powers = np.zeros(len(piece.powers))
     exponentials: dict[float, float] = {}
@@ -74,17 +76,17 @@ def combined(piece: Piece, weights: Sequence[float]) -> Piece:
             exponentials[rate] = exponentials.get(rate, 0.0) + weight * c
         part = part.derivative()
     pairs = tuple((c, rate) for rate, c in exponentials.items())
-    return Piece(piece.start, piece.end, tuple(powers), pairs)
+    return ProfilePiece(piece.start, piece.end, tuple(powers), pairs)
 
 
-def linear() -> Profile:
+def linear() -> ReferenceProfile:
     """Return eq. 2: acceleration of ±45 mm/s²."""
     third = 1.0 / 3.0
-    return Profile(
+    return ReferenceProfile(
         (
-            Piece(0.0, third, (0.0, 0.0, 22.5)),
-            Piece(third, 2 * third, (2.5, 15.0)),
-            Piece(2 * third, 1.0, (7.5, 15.0, -22.5)),
+            ProfilePiece(0.0, third, (0.0, 0.0, 22.5)),
+            ProfilePiece(third, 2 * third, (2.5, 15.0)),
+            ProfilePiece(2 * third, 1.0, (7.5, 15.0, -22.5)),
         ),
         10.0,
     )
@@ -95,18 +97,18 @@ BELL_PRINTED = (0.0, 0.07, 1.32, 2.5, 7.5, 8.68, 9.93)
 BELL_EXACT = (0.0, 5 / 72, 95 / 72, 2.5, 7.5, 625 / 72, 715 / 72)
 
 
-def bell(constants: Sequence[float] = BELL_PRINTED) -> Profile:
+def bell(constants: Sequence[float] = BELL_PRINTED) -> ReferenceProfile:
     """Return eq. 1: jerk of ±720 mm/s³, acceleration up to 60 mm/s²; see `BELL_PRINTED` and `BELL_EXACT`."""
     shapes = ((0, 0, 120), (2.5, 30), (12.5, 30, -120), (15,), (15, 0, -120), (12.5, -30), (2.5, -30, 120))
     ends = (0, 1 / 12, 1 / 4, 1 / 3, 2 / 3, 3 / 4, 11 / 12, 1)
     pieces = [
-        Piece(ends[i], ends[i + 1], (constant, *map(float, shape)))
+        ProfilePiece(ends[i], ends[i + 1], (constant, *map(float, shape)))
         for i, (shape, constant) in enumerate(zip(shapes, constants, strict=True))
     ]
-    return Profile(tuple(pieces), 10.0)
+    return ReferenceProfile(tuple(pieces), 10.0)
 
 
-def exponential(normalised: bool = True) -> Profile:
+def exponential(normalised: bool = True) -> ReferenceProfile:
     """Return eq. 3 with exponentials of 12/s.
 
     As printed it jumps by 23 µm and ends at 0.27 mm/s. Normalised by K = 1/(1 − e⁻⁴) the speed is continuous and
@@ -114,20 +116,22 @@ def exponential(normalised: bool = True) -> Profile:
     """
     third = 1.0 / 3.0
     if not normalised:
-        return Profile(
+        return ReferenceProfile(
             (
-                Piece(0.0, third, (-1.25, 15.0), ((1.25, -12.0),)),
-                Piece(third, 2 * third, (3.75, 15.0)),
-                Piece(2 * third, 1.0, (10.0,), ((-1.25, -12.0),)),
+                ProfilePiece(0.0, third, (-1.25, 15.0), ((1.25, -12.0),)),
+                ProfilePiece(third, 2 * third, (3.75, 15.0)),
+                ProfilePiece(2 * third, 1.0, (10.0,), ((-1.25, -12.0),)),
             ),
             10.0,
         )
     k = 1.0 / (1.0 - math.exp(-4.0))
-    return Profile(
+    return ReferenceProfile(
         (
-            Piece(0.0, third, (-1.25 * k, 15.0 * k), ((1.25 * k, -12.0),)),
-            Piece(third, 2 * third, (3.84, 15.0)),
-            Piece(2 * third, 1.0, (8.84 + 1.25 * k, -15.0 * math.exp(-4.0) * k), ((-1.25 * k, -12.0),)),
+            ProfilePiece(0.0, third, (-1.25 * k, 15.0 * k), ((1.25 * k, -12.0),)),
+            ProfilePiece(third, 2 * third, (3.84, 15.0)),
+            ProfilePiece(
+                2 * third, 1.0, (8.84 + 1.25 * k, -15.0 * math.exp(-4.0) * k), ((-1.25 * k, -12.0),)
+            ),
         ),
         10.0,
     )

@@ -14,7 +14,7 @@ from typing import Any
 
 from cncgen.gcode.block import Block, gather
 from cncgen.gcode.codes.profile_lines import profile_lines
-from cncgen.gcode.codes.tool_centre import CompensationError, Curve, Piece, ToolCentre, meeting
+from cncgen.gcode.codes.tool_centre import CentreMove, CompensationError, OffsetCurve, ToolCentre, meeting
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Point
@@ -270,14 +270,14 @@ def fillet(one: Segment, two: Segment, radius: float) -> tuple[complex, complex,
     return _touch(one, centre), _touch(two, centre), centre, side
 
 
-def _beside(segment: Segment, radius: float, side: int) -> Curve:
+def _beside(segment: Segment, radius: float, side: int) -> OffsetCurve:
     """Return the curve that a segment becomes when moved to a side."""
     into, out_of = segment.heading(segment.start), segment.heading(segment.end)
     point = segment.end + 1j * out_of * radius * side
     if segment.centre is None:
-        return Curve(point, None, math.inf, 0, into, out_of)
+        return OffsetCurve(point, None, math.inf, 0, into, out_of)
     own = abs(segment.end - segment.centre) - radius * side * segment.spin
-    return Curve(point, segment.centre, max(own, 0.0), segment.spin, into, out_of)
+    return OffsetCurve(point, segment.centre, max(own, 0.0), segment.spin, into, out_of)
 
 
 def _touch(segment: Segment, centre: complex) -> complex:
@@ -316,7 +316,7 @@ def moved_aside(profile: list[Segment], distance: float, left: bool) -> list[Seg
         raise BlockError(
             "profile-corner", f"the profile cannot be moved aside by {distance:g}: {error}", "D"
         ) from None
-    moves = [piece for piece in pieces if isinstance(piece, Piece)]
+    moves = [piece for piece in pieces if isinstance(piece, CentreMove)]
     ends = [move.end for move in moves]
     return [
         Segment(a, b, move.centre, move.turns)
