@@ -10,7 +10,7 @@ from scipy.interpolate import BSpline
 from shapely import Polygon
 
 from cncgen.stepnc.features.offsets import holds_circle, inradius
-from cncgen.stepnc.geometry import frames, profiles, splines
+from cncgen.stepnc.geometry import frames, profile_shapes, splines
 from cncgen.stepnc.geometry.contact import tips
 from cncgen.stepnc.geometry.pieces import Nurbs
 
@@ -19,7 +19,7 @@ from cncgen.stepnc.geometry.pieces import Nurbs
 @pytest.mark.parametrize("across_flats", [False, True])
 def test_a_polygon_touches_the_circle_that_it_is_given(sides: int, across_flats: bool) -> None:
     """The corners lie on it, or the middles of the sides; the first side is parallel to X, at negative Y."""
-    points = profiles.regular_polygon(sides, 10.0, across_flats).points
+    points = profile_shapes.regular_polygon(sides, 10.0, across_flats).points
     assert points[0].tolist() == points[-1].tolist()
     middles = 0.5 * (points[1:] + points[:-1])
     touching = middles if across_flats else points
@@ -36,7 +36,7 @@ def test_a_polygon_touches_the_circle_that_it_is_given(sides: int, across_flats:
 @pytest.mark.parametrize("sweep", [math.pi / 2, -math.pi / 3, 2.0 * math.pi])
 def test_a_circular_path_begins_on_x_and_turns_by_its_sweep(sweep: float) -> None:
     """The end is the start turned about Z; the normal tells the sense."""
-    arc = profiles.circular_path(3.0, sweep)
+    arc = profile_shapes.circular_path(3.0, sweep)
     assert arc.start.tolist() == [3.0, 0.0, 0.0]
     assert arc.end == pytest.approx([3.0 * math.cos(sweep), 3.0 * math.sin(sweep), 0.0])
     assert (arc.normal[2], arc.sweep) == (math.copysign(1.0, sweep), abs(sweep))
@@ -44,7 +44,7 @@ def test_a_circular_path_begins_on_x_and_turns_by_its_sweep(sweep: float) -> Non
 
 def test_copies_of_a_rectangular_pattern_stand_row_by_row() -> None:
     """Two rows 5 mm apart along Y of three columns 2 mm apart along X."""
-    found = profiles.rectangular_places(2, 3, np.array([0.0, 5.0, 0.0]), np.array([2.0, 0.0, 0.0]))
+    found = profile_shapes.rectangular_places(2, 3, np.array([0.0, 5.0, 0.0]), np.array([2.0, 0.0, 0.0]))
     places = [tuple(frame[:2, 3]) for frame in found]
     assert places == [(0, 0), (2, 0), (4, 0), (0, 5), (2, 5), (4, 5)]
 

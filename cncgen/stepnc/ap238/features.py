@@ -19,7 +19,7 @@ from cncgen.stepnc.ap238.profiles import CLOSED, OPEN, Profiles, find, path_of, 
 from cncgen.stepnc.ap238.shapes import Component, Shapes, flipped
 from cncgen.stepnc.ap238.units import Units
 from cncgen.stepnc.entities import Entity
-from cncgen.stepnc.geometry import profiles
+from cncgen.stepnc.geometry import profile_shapes
 from cncgen.stepnc.geometry.frames import Matrix, identity, translation
 from cncgen.stepnc.geometry.pieces import Piece
 from cncgen.stepnc.model import Boss, Feature, Shape
@@ -269,8 +269,8 @@ class Features:
         if boundary is None:
             raise entity.fault("stepnc-missing", "the pocket has no boundary")
         if wall is None or wall.id == boundary.id:
-            return profiles.closed_outline(boundary, self.profiles.open(boundary))
-        return profiles.closed_outline(boundary, self.profiles.open(wall), self.profiles.open(boundary))
+            return profile_shapes.closed_outline(boundary, self.profiles.open(boundary))
+        return profile_shapes.closed_outline(boundary, self.profiles.open(wall), self.profiles.open(boundary))
 
     def _bosses(self, entity: Entity, inside: Matrix) -> tuple[Boss, ...]:
         """Return what stays standing within a pocket or face: bosses, placed within its own placement."""
@@ -301,7 +301,7 @@ class Features:
             raise profile.fault("stepnc-unsupported", text)
         slope = size.get("profile angle", math.pi / 2) - math.pi / 2
         slope = slope if abs(slope) > 1e-9 else 0.0
-        course: list[Piece] = [profiles.linear_path(length * _Y)]
+        course: list[Piece] = [profile_shapes.linear_path(length * _Y)]
         return Shape(depth, course=course, width=size["first side length"], slope=slope)
 
     def _slot(self, entity: Entity, depth: float | None, components: list[Component]) -> Shape:
@@ -313,7 +313,11 @@ class Features:
         if not placed_at_top and self.profiles.length(path) is None:
             raise path.fault("stepnc-unsupported", "a slot placed at its bottom needs a straight path")
         length = self.profiles.length(path)
-        course = self.profiles.path(path, _Y) if placed_at_top else [profiles.linear_path((length or 0) * _Y)]
+        course = (
+            self.profiles.path(path, _Y)
+            if placed_at_top
+            else [profile_shapes.linear_path((length or 0) * _Y)]
+        )
         ends = self._slot_ends(components, reverse=not placed_at_top)
         return Shape(depth, course=list(course), ends=ends, **self._across(profile))
 
@@ -322,9 +326,9 @@ class Features:
         size, kind = self.shapes.measures(profile.id), profile.keyword
         if kind == "VEE_PROFILE" and "profile angle" in size:
             radius, tilt = size.get("profile radius", size.get("radius", 0.0)), size.get("tilt angle", 0.0)
-            return profiles.section(profile, "vee", size["profile angle"], radius, tilt)
+            return profile_shapes.section(profile, "vee", size["profile angle"], radius, tilt)
         if kind == "PARTIAL_CIRCULAR_PROFILE" and {"radius", "sweep angle"} <= set(size):
-            return profiles.section(profile, "arc", size["sweep angle"], size["radius"])
+            return profile_shapes.section(profile, "arc", size["sweep angle"], size["radius"])
         width = size.get("width", size.get("profile width"))
         if kind not in ("SQUARE_U_PROFILE", "ROUNDED_U_PROFILE") or width is None:
             raise profile.fault("stepnc-unsupported", "a slot of this profile cannot be made")
@@ -368,7 +372,7 @@ class Features:
         along = path[-1].end - path[0].start
         side = np.array([width, 0.0, 0.0])
         corners = [np.zeros(3), side, side + along, along]
-        outline: list[Piece] = [profiles.polygon(corners)]
+        outline: list[Piece] = [profile_shapes.polygon(corners)]
         if enclosed is not None:
             outline = self.profiles.closed(enclosed)
         return Shape(depth, outline=outline, course=path, width=width)

@@ -9,7 +9,7 @@ import numpy as np
 
 from cncgen.stepnc.ap238.shapes import Shapes
 from cncgen.stepnc.entities import Entity
-from cncgen.stepnc.geometry import profiles
+from cncgen.stepnc.geometry import profile_shapes
 from cncgen.stepnc.geometry.frames import Matrix, Vector
 from cncgen.stepnc.model import Feature, Shape
 
@@ -73,7 +73,7 @@ class Groups:
             step = self._needed(entity, size, "angular spacing")
             k: Vector = np.arange(self._count(entity, size, "number of features"), dtype=float)
             turn = size.get("base feature rotation", step)
-            return profiles.circular_places(entity, base, k * step, k * turn, size.get("diameter"))
+            return profile_shapes.circular_places(entity, base, k * step, k * turn, size.get("diameter"))
         if kind == "FEATURE_PATTERN":
             return self.shapes.frames(entity.id, "base feature placement")
         return [p @ base for p in self._rows(entity, size)]
@@ -91,7 +91,7 @@ class Groups:
         row = (self._needed(entity, size, "row spacing") if rows > 1 else 0.0) * (
             y if across is None else across
         )
-        return profiles.rectangular_places(rows, columns, row, column)
+        return profile_shapes.rectangular_places(rows, columns, row, column)
 
     def _needed(self, entity: Entity, size: dict[str, float], name: str) -> float:
         if name not in size:

@@ -9,7 +9,7 @@ import numpy as np
 from cncgen.stepnc.ap238.graph import Item
 from cncgen.stepnc.ap238.shapes import Component, Shapes
 from cncgen.stepnc.entities import Entity
-from cncgen.stepnc.geometry import profiles
+from cncgen.stepnc.geometry import profile_shapes
 from cncgen.stepnc.geometry.curves import CurveReader
 from cncgen.stepnc.geometry.frames import identity, is_identity
 from cncgen.stepnc.geometry.pieces import Piece, Polyline
@@ -77,9 +77,9 @@ class Profiles:
                 raise entity.fault("stepnc-geometry", f"{name} is {values[name]:g} mm; it must be positive")
         pieces: list[Piece]
         if kind == "CIRCULAR_CLOSED_PROFILE" and "diameter" in values:
-            pieces = [profiles.circle(values["diameter"])]
+            pieces = [profile_shapes.circle(values["diameter"])]
         elif kind == "RECTANGULAR_CLOSED_PROFILE" and length is not None and width is not None:
-            pieces = [profiles.rectangle(length, width)]
+            pieces = [profile_shapes.rectangle(length, width)]
         elif kind == "NGON_CLOSED_PROFILE" and "number of sides" in values:
             pieces = [self._ngon(entity, values)]
         else:
@@ -94,7 +94,9 @@ class Profiles:
         diameter = values.get("circumscribed diameter", across)
         if not 3 <= sides <= 10_000 or diameter is None:
             raise entity.fault("stepnc-geometry", f"a polygon of {sides} sides and no diameter that is known")
-        return profiles.regular_polygon(sides, diameter, across_flats="circumscribed diameter" not in values)
+        return profile_shapes.regular_polygon(
+            sides, diameter, across_flats="circumscribed diameter" not in values
+        )
 
     def _placed(self, entity: Entity, pieces: list[Piece]) -> list[Piece]:
         place = next(iter(self.shapes.frames(entity.id, "orientation")), identity())
@@ -128,7 +130,7 @@ class Profiles:
             length = values.get("profile length", values.get("length"))
             if length is None:
                 raise entity.fault("stepnc-missing", "the profile has no length")
-            pieces: list[Piece] = [profiles.linear_path(np.array([length, 0.0, 0.0]))]
+            pieces: list[Piece] = [profile_shapes.linear_path(np.array([length, 0.0, 0.0]))]
         elif entity.keyword == "OPEN_PATH_PROFILE":
             pieces = self._curve(entity)
         else:
@@ -148,7 +150,7 @@ class Profiles:
         values, kind = self.shapes.measures(entity.id), entity.text("description").strip().lower()
         if "circular" in kind and "radius" in values:
             sweep = values.get("sweep angle", 2 * math.pi) if kind.startswith("partial") else 2 * math.pi
-            pieces: list[Piece] = [profiles.arc_path(entity, values["radius"], sweep)]
+            pieces: list[Piece] = [profile_shapes.arc_path(entity, values["radius"], sweep)]
         elif kind == "complex":
             pieces = self._curve(entity)
         else:
@@ -156,5 +158,5 @@ class Profiles:
             if distance is None:
                 raise entity.fault("stepnc-unsupported", "the path has no distance and is none that is known")
             direction = self.shapes.direction(entity.id)
-            pieces = [profiles.linear_path(distance * (along if direction is None else direction))]
+            pieces = [profile_shapes.linear_path(distance * (along if direction is None else direction))]
         return self._placed(entity, pieces)

@@ -20,7 +20,7 @@ from cncgen.stepnc.features.entry import Entry, choose, plunge, ramp
 from cncgen.stepnc.features.job import Floats, Job, Moves, at_height, raised
 from cncgen.stepnc.features.offsets import Ring
 from cncgen.stepnc.features.walls import Layer, layers
-from cncgen.stepnc.geometry import profiles
+from cncgen.stepnc.geometry import profile_shapes
 from cncgen.stepnc.geometry.chords import polyline_of
 from cncgen.stepnc.geometry.pieces import Piece, Polyline
 from cncgen.stepnc.model import CutterPath
@@ -62,7 +62,7 @@ def mill_hole(job: Job) -> tuple[CutterPath, ...]:
     """Return the toolpaths of a round hole that is milled as a pocket."""
     if job.shape.diameter is None:
         raise job.fault("stepnc-missing", "the hole has no diameter")
-    circle: list[Piece] = [profiles.circle(job.shape.diameter)]
+    circle: list[Piece] = [profile_shapes.circle(job.shape.diameter)]
     return mill(replace(job, shape=replace(job.shape, outline=circle)))
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from cncgen.stepnc.features import offsets, outlines, pocket
 from cncgen.stepnc.features.job import Floats, Job, Moves, at_height, raised
 from cncgen.stepnc.features.walls import Layer, axis_distance, layers
-from cncgen.stepnc.geometry import profiles
+from cncgen.stepnc.geometry import profile_shapes
 from cncgen.stepnc.geometry.approach import start_tangent
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
 from cncgen.stepnc.model import Boss, CutterPath, MachiningStrategy
@@ -61,7 +61,7 @@ def _outline(job: Job) -> list[Piece]:
         return job.shape.outline
     if job.shape.diameter is None:
         raise job.fault("stepnc-missing", "the feature has no boundary")
-    return [profiles.circle(job.shape.diameter)]
+    return [profile_shapes.circle(job.shape.diameter)]
 
 
 def _mill(job: Job, outside: bool) -> tuple[CutterPath, ...]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cncgen.stepnc.entities import Entities, Entity
-from cncgen.stepnc.geometry import profiles
+from cncgen.stepnc.geometry import profile_shapes
 from cncgen.stepnc.geometry.frames import Vector, translation
 from cncgen.stepnc.model import Feature, Shape
 
@@ -79,7 +79,7 @@ class Patterns:
             turns[k] += offset if turn is None else 0.0
         kept = [k for k in range(count) if k not in left]
         diameter = self.features.profiles.optional_length(entity, "base_feature_diameter")
-        places = profiles.circular_places(entity, base.placement, angles[kept], turns[kept], diameter)
+        places = profile_shapes.circular_places(entity, base.placement, angles[kept], turns[kept], diameter)
         return Shape(elements=tuple(replace(base, placement=p) for p in places))
 
     def rectangular(self, entity: Entity) -> Shape:
@@ -93,7 +93,7 @@ class Patterns:
         across = self._direction(entity, "row_layout_direction", np.array([0.0, 1.0, 0.0]))
         spacing = length(entity, "spacing") * along
         row_spacing = (length(entity, "row_spacing") if rows > 1 else 0.0) * across
-        places = profiles.rectangular_places(rows, columns, row_spacing, spacing)
+        places = profile_shapes.rectangular_places(rows, columns, row_spacing, spacing)
 
         def place(change: Entity) -> int:
             row = self._number(change, "row_index", rows)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from cncgen.stepnc.entities import Entities, Entity
-from cncgen.stepnc.geometry import profiles
+from cncgen.stepnc.geometry import profile_shapes
 from cncgen.stepnc.geometry.curves import CurveReader
 from cncgen.stepnc.geometry.frames import Matrix, identity, is_identity
 from cncgen.stepnc.geometry.pieces import Piece, Polyline, reverse
@@ -89,9 +89,9 @@ class Profiles:
         kind = entity.keyword
         if kind == "RECTANGULAR_CLOSED_PROFILE":
             size = self._size(entity, "profile_length"), self._size(entity, "profile_width")
-            pieces: list[Piece] = [profiles.rectangle(*size)]
+            pieces: list[Piece] = [profile_shapes.rectangle(*size)]
         elif kind == "CIRCULAR_CLOSED_PROFILE":
-            pieces = [profiles.circle(self._size(entity, "diameter"))]
+            pieces = [profile_shapes.circle(self._size(entity, "diameter"))]
         elif kind in ("NGON_PROFILE", "NGON_CLOSED_PROFILE"):
             pieces = [self._ngon(entity)]
         elif kind == "GENERAL_CLOSED_PROFILE":
@@ -111,7 +111,7 @@ class Profiles:
         if not 3 <= count <= 10_000:
             raise entity.fault("stepnc-geometry", f"a polygon of {count} sides")
         across = entity.flag("circumscribed_or_across_flats") is True
-        return profiles.regular_polygon(count, self._size(entity, "diameter"), across)
+        return profile_shapes.regular_polygon(count, self._size(entity, "diameter"), across)
 
     # Paths
 
@@ -127,7 +127,7 @@ class Profiles:
             along = np.array([1.0, 0.0, 0.0])
             if direction is not None:
                 along = self.curves.placements.direction(direction, entity.id)
-            pieces: list[Piece] = [profiles.linear_path(self.length(entity, "distance") * along)]
+            pieces: list[Piece] = [profile_shapes.linear_path(self.length(entity, "distance") * along)]
         elif kind == "GENERAL_PATH":
             pieces = self._general(entity, "swept_path")
         elif kind in ("PARTIAL_CIRCULAR_PATH", "COMPLETE_CIRCULAR_PATH", "CIRCULAR_PATH"):
@@ -135,7 +135,7 @@ class Profiles:
             sweep = 2 * math.pi
             if kind == "PARTIAL_CIRCULAR_PATH":
                 sweep = entity.number("sweep_angle") * self.curves.angle
-            pieces = [profiles.arc_path(entity, radius, sweep)]
+            pieces = [profile_shapes.arc_path(entity, radius, sweep)]
         else:
             raise entity.fault("stepnc-unsupported", "this is no path that can be made")
         return self._placed(entity, pieces)
@@ -154,12 +154,12 @@ class Profiles:
         if entity.keyword == "VEE_PROFILE":
             angle = entity.number("profile_angle") * self.curves.angle
             tilt = entity.number("tilt_angle", 0.0) * self.curves.angle
-            return profiles.section(
+            return profile_shapes.section(
                 entity, "vee", angle, self.optional_length(entity, "profile_radius") or 0.0, tilt
             )
         if entity.keyword == "PARTIAL_CIRCULAR_PROFILE":
             angle = entity.number("sweep_angle") * self.curves.angle
-            return profiles.section(entity, "arc", angle, self.length(entity, "radius"))
+            return profile_shapes.section(entity, "arc", angle, self.length(entity, "radius"))
         if entity.keyword != "SQUARE_U_PROFILE":
             raise entity.fault("stepnc-unsupported", "a slot of this profile cannot be made")
         for name in ("first_angle", "second_angle"):
@@ -218,7 +218,7 @@ class Profiles:
             course[0].start + side + along,
             course[0].start + along,
         ]
-        return [profiles.polygon(corners)]
+        return [profile_shapes.polygon(corners)]
 
     def open_outline(
         self, boundary: Entity, wall: int | None, owner: Entity
@@ -235,11 +235,11 @@ class Profiles:
         if kind == "GENERAL_PROFILE":
             pieces = self._placed(entity, self._general(entity, "its_profile"))
         elif kind == "LINEAR_PROFILE":
-            line = profiles.linear_path(np.array([self.length(entity, "profile_length"), 0.0, 0.0]))
+            line = profile_shapes.linear_path(np.array([self.length(entity, "profile_length"), 0.0, 0.0]))
             pieces = self._placed(entity, [line])
         else:
             raise entity.fault("stepnc-unsupported", "an open pocket of this boundary cannot be made")
         opening = None
         if wall is not None and boundary.keyword == "GENERAL_PROFILE":
             opening = self._placed(boundary, self._general(boundary, "its_profile"))
-        return profiles.closed_outline(boundary, pieces, opening)
+        return profile_shapes.closed_outline(boundary, pieces, opening)
