@@ -44,6 +44,7 @@ NAMED_AFTER = {"cli", "gcode/codes", "gcode/sinumerik", "kernels", "planner/base
 PARTS = {
     "checking": "faults of what a caller made",
     "columns": "columns of the room's record",
+    "cutting": "profiles of motion cut in time; a stock cut along a program; a STEP-NC program as that takes it",
     "options": "options of the room",
     "pieces": "pieces of a curve, of a path and of a toolpath",
     "reading": "from a file or a text to the room's record",
@@ -51,6 +52,7 @@ PARTS = {
     "reporting": "what a run reports",
     "search": "a search",
     "strategy": "the entry of a strategy of planning",
+    "stock": "the stock that is cut, and as ISO 14649 describes it",
     "stream": "the room's records one after the other",
     "summary": "the room's results in short",
     "tables": "tables of the room",

@@ -11,7 +11,7 @@ from cncgen.diagnostics import Diagnostics
 from cncgen.stepnc.execution.columns import Columns
 from cncgen.stepnc.features.finished import Finished
 from cncgen.stepnc.model import Solid, Workingstep
-from cncgen.stepnc.reading import Source
+from cncgen.stepnc.reading import StepFile
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import Toolpath
 
@@ -23,7 +23,7 @@ class StepColumns(Columns):
         steps: The workingsteps executed, in their order.
     """
 
-    def __init__(self, file: Source, name: str) -> None:
+    def __init__(self, file: StepFile, name: str) -> None:
         super().__init__(file.axes, name, file.line_of, file.options.tolerance_mm)
         self.steps: list[Workingstep] = []
         self._lines = file.line_of
@@ -63,7 +63,7 @@ def cut_program(
         UsageError: where the file cannot be read.
     """
     options = options or ReadOptions()
-    file = Source(source, name, options)
+    file = StepFile(source, name, options)
     columns = StepColumns(file, name)
     out = CutProgram(file.axes, list(_chunks(file, columns, options.chunk_rows)), file.diagnostics)
     for step in columns.steps:
@@ -73,7 +73,7 @@ def cut_program(
     return out
 
 
-def _chunks(file: Source, columns: StepColumns, rows: int) -> Iterator[Toolpath]:
+def _chunks(file: StepFile, columns: StepColumns, rows: int) -> Iterator[Toolpath]:
     for _ in file.execute(columns):
         if columns.count >= rows:
             yield columns.take()

@@ -3,7 +3,7 @@
 import numpy as np
 
 from cncgen.geometry.tables import ArcTable
-from cncgen.toolpath.building import Rows, ToolpathBuilder
+from cncgen.toolpath.building import RowBuilder, ToolpathBuilder
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode
 
 
@@ -32,7 +32,7 @@ def path_of(start, *moves, feed=10.0):
         if kind == "arc":
             arcs = ArcTable(np.array([rest[1]], float), np.array([[0, 0, 1.0]]), np.array([rest[2]]))
         builder.add(
-            Rows(
+            RowBuilder(
                 kind=np.array([Kind.ARC if kind == "arc" else Kind.LINE], np.int8),
                 end=np.array([rest[0]], float),
                 feed=np.array([np.nan if rapid else feed]),

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import reading_faults
-from cncgen.setpoints.readers.blocks import Block
+from cncgen.setpoints.readers.blocks import FileBlock
 from cncgen.setpoints.readers.f64 import ROWS
 from cncgen.setpoints.readers.tables import block_of, columns_of, seekable, stated_period
 
@@ -35,7 +35,7 @@ _FAULTS = (
 )
 
 
-def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[Block]:
+def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) -> Iterator[FileBlock]:
     """Yield the rows of an npz file.
 
     Raises:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +15,13 @@ from cncgen.stepnc.features import offsets, slot
 from cncgen.stepnc.features.holes import tip_length
 from cncgen.stepnc.features.job import Job
 from cncgen.stepnc.features.offsets import OffsetError
-from cncgen.stepnc.geometry import profiles
+from cncgen.stepnc.geometry import profile_shapes
 from cncgen.stepnc.geometry.frames import Matrix
 from cncgen.stepnc.model import Feature, Workingstep
 from cncgen.stepnc.part21 import Exchange
+
+if TYPE_CHECKING:
+    from shapely import Polygon
 
 Floats = NDArray[np.float64]
 
@@ -45,15 +48,15 @@ class Cavity:
     """
 
     frame: Matrix
-    region: Any
+    region: Polygon
     depth: float
     slope: float = 0.0
-    bosses: tuple[tuple[Any, float, float], ...] = ()
+    bosses: tuple[tuple[Polygon, float, float], ...] = ()
     tip: tuple[float, float] = (0.0, 1.0)
-    demands: Any = None
+    demands: Polygon | None = None
     demanded: float = 0.0
 
-    def _inside(self, polygon: Any, x: Floats, y: Floats) -> tuple[NDArray[np.bool_], Any]:
+    def _inside(self, polygon: Polygon, x: Floats, y: Floats) -> tuple[NDArray[np.bool_], Any]:
         """Tell which places of the machine, shapes alike, are over a polygon of the frame; return those as points of shapely."""
         import shapely
 
@@ -191,14 +194,14 @@ def _hole(job: Job, frame: Matrix, over: float) -> Cavity:
         )
         deeper = 0.0
     depth += cylinder
-    region = offsets.polygon_of([profiles.circle(2 * radius)])
+    region = offsets.polygon_of([profile_shapes.circle(2 * radius)])
     whole = Cavity(frame, region, depth, shape.slope, tip=(deeper, radius))
     plain = kind in ("drilling", "multistep drilling", "boring", "reaming") or kind.startswith(
         "bottom and side"
     )
     if plain and not _allowances(job) and shape.slope == 0 and job.value("cutting_depth", 0.0) == 0:
         reached = min(job.radius, radius) if not kind.startswith("bottom") else radius
-        circle = offsets.polygon_of([profiles.circle(2 * reached)])
+        circle = offsets.polygon_of([profile_shapes.circle(2 * reached)])
         if shape.bottom in ("", "flat", "through") or not kind.startswith("bottom"):
             return replace(whole, demands=circle.buffer(-0.01), demanded=shape.depth or 0.0)
     return whole
