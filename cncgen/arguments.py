@@ -1,4 +1,4 @@
-"""What the library is called with, checked at its door: a wrong argument is a `UsageError` that says what was meant."""
+"""Arguments of the library, checked at its door: a wrong argument is a `UsageError` that says what was meant."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def expect_number(
 
 
 def expect_fields(options: Any, asked: Iterable[str]) -> None:
-    """Refuse keywords that are no field of a record of options.
+    """Refuse keywords that are not fields of a record of options.
 
     Raises:
         UsageError: Naming them all, and what may be meant.
@@ -93,7 +93,7 @@ def undrawn(chunks: Iterator[Any], what: str) -> Iterator[Any]:
     """Return a stream, which can be drawn once.
 
     Raises:
-        UsageError: It has been drawn to its end: what comes after would look like an empty one.
+        UsageError: It has been drawn to its end: a second use would look like an empty one.
     """
     if getattr(chunks, "gi_frame", chunks) is None:  # of a generator that has ended
         raise wrong(

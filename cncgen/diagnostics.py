@@ -1,4 +1,4 @@
-"""What is wrong, where, by how much, and what to do: records that stages gather and the CLI renders once.
+"""A fault, its place, its numbers and a remedy: records that stages gather and the CLI renders once.
 
 A user's mistake is a `Diagnostic`, collected in a `Diagnostics` list so that one run names every fault. Exceptions
 carry what ends the work: `ProgramError` (exit 1), `UsageError` (exit 2), `NoPlanError` (exit 3).
@@ -16,14 +16,14 @@ from typing import Any
 
 
 def _read_only(values: dict[Any, Any]) -> MappingProxyType[Any, Any]:
-    """Return a read-only mapping: what one is pickled as."""
+    """Return a read-only mapping: the form in which one is pickled."""
     return MappingProxyType(values)
 
 
 # Records hold read-only mappings, which pickle does not know by itself.
 copyreg.pickle(MappingProxyType, lambda mapping: (_read_only, (dict(mapping),)))
 
-#: Diagnostics kept of one run; what comes after is counted only, so that a million bad lines stay bounded.
+#: Diagnostics kept of one run; later ones are counted only, so that a million bad lines stay bounded.
 MAX_KEPT = 1000
 
 #: Of those that say the same, as many are kept: the same fault in every line of a program is said often enough then.
@@ -65,7 +65,7 @@ class Diagnostic:
         span: Where, or None for what has no place in a text.
         excerpt: The source line (cut around the column to `MAX_EXCERPT`), or "".
         excerpt_offset: Characters cut off on the left of `excerpt`.
-        hint: What to do about it, or "".
+        hint: A remedy, or "".
         values: The numbers of the message by name, for ``--json``.
     """
 
@@ -149,7 +149,7 @@ class Diagnostics:
         """Add each of several diagnostics."""
         for item in items:
             self.add(item)
-        if isinstance(items, Diagnostics):  # what it counted and did not keep counts on
+        if isinstance(items, Diagnostics):  # those that it counted and did not keep count on
             for severity, count in items.counts.items():
                 self.counts[severity] += count - sum(item.severity == severity for item in items)
 
@@ -180,7 +180,7 @@ class Diagnostics:
 
 
 class RunDiagnostics(Diagnostics):
-    """What one run over a source finds, added to what all runs over it have found (`whole`).
+    """Findings of one run over a source, added to those of all runs over it (`whole`).
 
     Every run finds the same in the same order, so what an earlier one has added is passed over: a program that is
     planned and then judged has each of its faults once.
@@ -218,7 +218,7 @@ class CncgenError(Exception):
     """Base of what ends the work.
 
     Attributes:
-        exit_code: What the CLI exits with.
+        exit_code: Exit code of the command line.
         diagnostics: What went wrong.
         suppressed: How many more were counted and not kept.
     """

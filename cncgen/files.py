@@ -1,4 +1,4 @@
-"""Files in and out: what cannot be read is a clear fault, and what is written is there whole or not at all."""
+"""Files in and out: a file that cannot be read is a clear fault, and a file is written whole or not at all."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ _begun: dict[str, _Begun] = {}
 
 
 def head_of(path: str | os.PathLike[str], count: int) -> bytes:
-    """Return the first bytes of a file, of which `open_input` then reads all; b"" where there is none to be read.
+    """Return the first bytes of a file, of which `open_input` then reads all; b"" without anything to read.
 
     A pipe can be read once: it is kept open for the `open_input` that follows. Of devices nothing is read.
     """
@@ -145,7 +145,7 @@ def head_of(path: str | os.PathLike[str], count: int) -> bytes:
 
 
 def check_folder(path: str | os.PathLike[str]) -> None:
-    """Raise `UsageError` where `path` is no folder that can be searched."""
+    """Raise `UsageError` unless `path` is a folder that can be searched."""
     with reading_faults(path):
         if not stat.S_ISDIR(os.stat(path).st_mode):
             raise NotADirectoryError(errno.ENOTDIR, "it is not a directory")
@@ -162,7 +162,7 @@ class OutputFile:
     """A file that appears under its name only when `commit` is called: written in its folder, then renamed.
 
     Where the system can, it has no name at all until it is finished, so that a process that is killed leaves nothing.
-    What exists and is not a regular file (a device, a pipe) is written directly. Any OSError is raised as a
+    A device or a pipe that exists is written directly. Any OSError is raised as a
     `UsageError` that names the file, except a broken pipe.
     """
 
@@ -413,7 +413,7 @@ def write_text(path: str | os.PathLike[str] | None, text: str) -> None:
 
 
 def encoded(text: str) -> bytes:
-    """Return a text as UTF-8; bytes of a file name that are no UTF-8 stand in it escaped."""
+    """Return a text as UTF-8; bytes of a file name outside UTF-8 stand in it escaped."""
     return text.encode(errors="backslashreplace")
 
 
@@ -425,9 +425,9 @@ def check_distinct(
     """Refuse outputs that would overwrite each other or what is read.
 
     Args:
-        inputs: Names of what is read, each with what it is (``the program``); one that is no file does not count.
+        inputs: Names of what is read, each with what it is (``the program``); other objects than files do not count.
         outputs: The files that are written, by the option that names each.
-        replaces: What of the inputs an option may overwrite.
+        replaces: Inputs that an option may overwrite.
 
     Raises:
         UsageError: Naming the two.

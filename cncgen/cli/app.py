@@ -62,7 +62,7 @@ class Commands(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the command that the arguments name; say which one may be meant where there is none."""
+        """Find the command that the arguments name; name the nearest one for an unknown name."""
         near = () if args[0] in COMMANDS else difflib.get_close_matches(args[0], COMMANDS, 1)
         if near:
             ctx.fail(f"No such command {args[0]!r}; did you mean {near[0]}?")

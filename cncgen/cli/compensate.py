@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class _Task:
-    """What is shaped, how, and where it goes, whether setpoints or a program are given; the names are those of options."""
+    """The input, the method and the output, whether setpoints or a program are given; the names are those of options."""
 
     source: str
     passes: int

@@ -89,7 +89,7 @@ def _to_json_stream(stream: TextIO, text: str) -> None:
 
 
 def _show_suppressed(count: int) -> None:
-    """Say how many diagnostics were counted and not kept, unless there are none."""
+    """Say how many diagnostics were counted and not kept, if any."""
     if count and _Style.json:
         show([Diagnostic("suppressed", more(count), Severity.NOTE, values={"count": count})])
     elif count:
@@ -97,7 +97,7 @@ def _show_suppressed(count: int) -> None:
 
 
 def error(message: str, hint: str = "") -> None:
-    """Print an error that is no diagnostic of a file."""
+    """Print an error outside any file."""
     if _Style.json:
         show([Diagnostic("failed", message, hint=hint)])
     else:
@@ -105,7 +105,7 @@ def error(message: str, hint: str = "") -> None:
 
 
 def warning(message: str) -> None:
-    """Print a warning that is no diagnostic of a file."""
+    """Print a warning outside any file."""
     if _Style.json:
         show([Diagnostic("warning", message, Severity.WARNING)])
     else:
@@ -162,7 +162,7 @@ def _as_json(values: dict[str, Any]) -> str:
 
 
 def _to_standard_error(text: str) -> None:
-    """Print what was asked for, unlike `plain`: where there is no room for it, that is a fault as with a file."""
+    """Print what was asked for, unlike `plain`: a full disk is a fault as with a file."""
     try:
         print(text, file=sys.stderr, flush=True)
     except BrokenPipeError:  # the reader went away; other files may wait for the end

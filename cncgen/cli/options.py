@@ -69,7 +69,7 @@ def _gathering(into: str, *options: Callable[[Command], Command]) -> Callable[[C
 def _choice(
     flag: str, choices: tuple[str, ...], help: str, default: bool = True
 ) -> Callable[[Command], Command]:
-    """Return an option that takes one of some words; the first is the default, or there is none."""
+    """Return an option that takes one of some words; the first is the default, if any."""
     usual = choices[0] if default else None
     return click.option(flag, type=click.Choice(choices), default=usual, show_default=default, help=help)
 
@@ -272,7 +272,7 @@ planning_options = _gathering(
     axis_params_option,
 )
 
-#: What a file of setpoints holds that does not say it itself.
+#: Axes and period of a file of setpoints that lacks them.
 unnamed_options = _all_of(
     click.option(
         "--axes",
@@ -306,7 +306,7 @@ format_option = click.option(
     help="Format of the setpoints [default: by suffix, else csv].",
 )
 
-#: What a page shows over its plan.
+#: Plans and setpoints that a page shows over its own plan.
 compare_option = click.option(
     "--compare",
     metavar="WHAT",

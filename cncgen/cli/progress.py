@@ -43,7 +43,7 @@ def with_progress(chunks: Iterator[Setpoints], name: str, period_s: float) -> It
 def counted_progress(what: str) -> Iterator[Callable[[int, int], None]]:
     """Yield a function that shows how many of how many pieces of work are done, and the time left.
 
-    It shows nothing before `_LEAST_S`, and nothing where standard error is no terminal.
+    It shows nothing before `_LEAST_S`, and nothing unless standard error is a terminal.
     """
     begun = shown = time.monotonic()
     drawn = False

@@ -1,4 +1,4 @@
-"""What commands that read a program share: the program from its options, and its remarks at the end."""
+"""Parts that commands share which read a program: the program from its options, and its remarks at the end."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _SETPOINT_SUFFIXES = (
 def is_setpoint_file(name: str) -> bool:
     """Tell whether a file, or a pipe that has a name, holds setpoints, by its suffix or how it begins.
 
-    Any other one is a program; what cannot be read is named by its reader.
+    Any other one is a program; a reader names files that it cannot read.
     """
     from cncgen.files import head_of
     from cncgen.pipeline.reading import holds_setpoints
@@ -85,7 +85,7 @@ def planned(name: str, reading: dict[str, Any], planning: dict[str, Any], machin
 
     Args:
         name: File, or ``-``.
-        reading, planning: What `cncgen.cli.options.program_options` and `planning_options` gathered.
+        reading, planning: The values that `cncgen.cli.options.program_options` and `planning_options` gathered.
         machine: A profile's name or a TOML file.
     """
     from cncgen.pipeline import plan
@@ -103,7 +103,7 @@ def read_options(
 ) -> tuple[str | None, ReadOptions]:
     """Return language and options of reading from what `cncgen.cli.options.program_options` gathered.
 
-    What is not given is as the machine's tables have it, and as LinuxCNC's stand-alone interpreter has it where
+    Other options are as the machine's tables have it, and as LinuxCNC's stand-alone interpreter has it where
     `as_rs274` says so.
 
     Raises:
@@ -165,7 +165,7 @@ def page_of(
         machine: A profile's name or a TOML file.
         compare: What `cncgen.cli.options.compare_option` gathered.
         with_why: Whether the page ranks what would shorten the part.
-        planning, reading: What `planning_options` and `program_options` gathered.
+        planning, reading: The values that `planning_options` and `program_options` gathered.
     """
     from cncgen.pipeline import report_page, variant_of
 

@@ -84,7 +84,7 @@ def command(
         if output is None and is_terminal(sys.stdout):
             _draw(responses)
         else:
-            # The first rows are drawn before anything is opened: what cannot be simulated leaves no trace.
+            # The first rows are drawn before anything is opened: a failed simulation leaves no file.
             head = next(responses, None)
             with open_output(output, outlives_reader=bool(summary)) as sink:
                 _draw(written(sink, chain(() if head is None else (head,), responses)))

@@ -38,7 +38,7 @@ class AxisLetters(click.ParamType):
 
 
 class FileName(click.ParamType):
-    """The name of a file or folder, as it is given: what is wrong with it is found, and said, where it is opened."""
+    """The name of a file or folder, as it is given: faults are found and reported where it is opened."""
 
     name = "file"
 

@@ -33,7 +33,7 @@ _FINAL_PART, _HALF_SPAN = 0.7, 0.35
 WIDEST, FACETS, AROUND, RUN_PART = 45.0, 1.5, 4, 0.1
 #: Largest L³ κ² on a curve of curvature κ, in tolerances: a circle is missed by about 0.37 L³ κ² where it ends.
 _END_ERROR = 1.0
-#: Knot spans before an open end that the next window fits again. What follows has no influence on the spans before them.
+#: Knot spans before an open end that the next window fits again. Later points have no influence on the spans before them.
 OVERLAP = 24
 #: Where a fit fails it is tried with the smoothing length multiplied by these factors (beside a seam: by the length of its spans).
 _RETRY_FACTORS = 0.6, 0.3, 0.1
@@ -100,7 +100,7 @@ def fit(
         cuts: Places along the pieces, ascending, that are to be knots.
         head: `END_POINT` or `END_DERIVATIVES` at the start; not used with a seam.
         tail: The same at the end, or 0 where the curve will go on.
-        seam: What the curve goes on from.
+        seam: The state from which the curve goes on.
         widest: Largest smoothing length, in tolerances: a longer one takes fewer knots, a shorter one is faster.
         longest: Shape (n + 1,), the largest one at the ends of pieces, mm, where it is less than that.
 
@@ -213,7 +213,7 @@ def _about_joints(pieces: Pieces, longest: Floats, unasked: Floats) -> Floats:
 def _stand(t: Floats, y: Floats, knots: Floats, points: Floats, near: float) -> None:
     """Let axes stand, in `points`, where they do in the pieces and the curve is `near` them, mm.
 
-    What a bend leaves at a distance is far below the tolerance, and further away it is rounding. It would be a motion of an axis
+    At a distance the effect of a bend is far below the tolerance; further away it is rounding. It would be a motion of an axis
     that does not move.
     """
     moves = np.abs(y[:, 1]) > _STILL_SLOPE

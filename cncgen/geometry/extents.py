@@ -55,7 +55,7 @@ def arc_extents(arcs: Spirals) -> tuple[Floats, Floats]:
 
 
 def _stationary(arcs: Spirals, rows: Ints, angle: Floats, column: int) -> Floats:
-    """Return the angles near `angle` where a coordinate stands still; what is there is on the arc in any case."""
+    """Return the angles near `angle` where a coordinate stands still; places there are on the arc in any case."""
     for _ in range(3):
         _, slope, bend = arcs.evaluate(rows, angle, 2)[:, :, column]
         step = np.divide(slope, bend, out=np.zeros_like(slope), where=bend != 0)

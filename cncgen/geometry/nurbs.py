@@ -185,7 +185,7 @@ class Lengths:
         low, high: Shape (m,): the columns of the control points over which length is measured.
         offset: Shape (m + 1,): the cells of curve c are rows ``offset[c]`` to ``offset[c + 1]``.
         cells: Shape (cells, 12), see `cncgen.kernels.arc_length.CELL_COLUMNS`.
-        begins: Shape (cells,), int8: what begins with each, bits of `cncgen.kernels.arc_length`.
+        begins: Shape (cells,), int8: flags of what begins there, bits of `cncgen.kernels.arc_length`.
         total: Shape (m,), mm or rad.
     """
 
@@ -204,7 +204,7 @@ class Lengths:
             curve: Shape (n,), int64, rows of the table.
             s: Shape (n,), mm or rad.
             side: Where the curve stands still at s: 1 for the end of that stretch, −1 for its start.
-            snap: What is within this length (mm or rad) of a knot is at the knot.
+            snap: Places within this length (mm or rad) of a knot are at the knot.
         """
         out = np.empty(len(s))
         arc_length.invert(curve, np.ascontiguousarray(s), side, snap, self.offset, self.cells, out)
@@ -261,7 +261,7 @@ def lengths(table: NurbsTable, low: Ints | None = None, high: Ints | None = None
         done = arc_length.cells(done, ACCURACY, first, last, measured, offset, cells, begins)
         if done == curves:
             break
-        # No room for curve `done`: what stands is kept, in twice the room.
+        # No room for curve `done`: older values are kept, in twice the room.
         cells, begins = np.concatenate([cells, np.empty_like(cells)]), np.tile(begins, 2)
     cells, begins = cells[: offset[-1]].copy(), begins[: offset[-1]].copy()
     total = np.zeros(curves)

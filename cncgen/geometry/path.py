@@ -22,7 +22,7 @@ from cncgen.geometry.tables import ArcTable, Floats, Ints, NurbsTable
 from cncgen.kernels import arc_length, path_derivatives
 from cncgen.units import ROTARY_LETTERS
 
-#: What a row is; the values of `cncgen.toolpath.record.Kind`.
+#: Kind of a row; the values of `cncgen.toolpath.record.Kind`.
 LINE, ARC, NURBS, EVENT = range(4)
 
 #: mm or rad: a row that moves X Y Z (U V W) by less counts as not moving them when its path coordinate is chosen.
@@ -49,7 +49,7 @@ _VANISHING_RATIO = 1.7
 
 @dataclass(frozen=True, slots=True)
 class Jumps:
-    """What changes from left to right at the breakpoints inside a path, `n` of them.
+    """Jumps from left to right at the breakpoints inside a path, `n` of them.
 
     Attributes:
         s: Shape (n,), path coordinate.
@@ -136,7 +136,7 @@ class Path:
         self.row_length: Floats = self.feed_length
         if self._measure_by_faster():
             self.row_length = self._row_lengths()
-            # What moves by less than a standstill has its feed along what it is measured by.
+            # A row that moves by less than a standstill has its feed along the axes that measure it.
             self.feed_length = np.where(self.feed_length > 0.0, self.feed_length, self.row_length)
         self._drop_unresolved(s_start)
         self.row_s: Floats = s_start + np.concatenate([[0.0], np.cumsum(self.row_length)])
@@ -345,7 +345,7 @@ class Path:
         """Return position and derivatives with respect to s.
 
         Args:
-            s: Shape (n,), any order; what lies outside the path is taken as its end.
+            s: Shape (n,), any order; a coordinate outside the path is taken as its end.
             order: 0 to 3.
             side: At a breakpoint: 1 for the derivatives on its right, −1 for those on its left.
 
@@ -439,7 +439,7 @@ class Path:
         found = self._nurbs
         flagged = np.cumsum(found.begins & arc_length.CUSP != 0)
         item = np.repeat(np.arange(len(found.total)), np.diff(found.offset))
-        # What is flagged begins and ends rows of tiny cells by turns, anew in each curve.
+        # Flags begin and end rows of tiny cells by turns, anew in each curve.
         before = np.concatenate([[0], flagged])[found.offset[:-1]]
         tiny = np.flatnonzero((flagged - before[item]) % 2 == 1)
         start, s, length, width = found.cells[tiny, :4].T
@@ -606,7 +606,7 @@ def _halting(nurbs: NurbsTable, low: Ints, high: Ints, chosen: Ints) -> NDArray[
     moves = np.abs(np.diff(nurbs.control_points, axis=0)) > STANDSTILL
     column = np.arange(moves.shape[1])
     within = (column >= first[curve, None]) & (column < last[curve, None])
-    # Step n leads to point n + 1; one that leads from curve to curve is no halt.
+    # Step n leads to point n + 1; one that leads from curve to curve does not count as a halt.
     halt = ~np.any(moves & within, axis=1) & (np.arange(1, len(curve) + 1) != nurbs.point_offset[curve])
     halts = np.concatenate([[0], np.cumsum(halt)])
     moved = np.concatenate([[0], np.cumsum(moves.any(axis=1))])

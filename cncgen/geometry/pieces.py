@@ -1,4 +1,4 @@
-"""Rows of lines, arcs and NURBS as cubic pieces by arc length: what a smooth spline is fitted to."""
+"""Rows of lines, arcs and NURBS as cubic pieces by arc length: the input of a spline fit."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Pieces:
         t: Shape (n + 1,).
         y: Shape (n, 4, axes): power coefficients in t − t[k], columns multiplied by their scale (all mm).
         bend: Shape (n,): bound of |y''|, 1/mm.
-        tolerance: Shape (n,), mm: what is left of the tolerance after the pieces' own error.
+        tolerance: Shape (n,), mm: the tolerance less the pieces' own error.
         row: Shape (n,): the row that each came from, counted among those chosen.
         row_t: Shape (rows + 1,): t at the ends of these rows.
     """

@@ -1,4 +1,4 @@
-"""Side tables of curves: many arcs or NURBS as a few flat arrays, so that a million of them are no million objects."""
+"""Side tables of curves: many arcs or NURBS as a few flat arrays, instead of a million objects."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ Ints = NDArray[np.int64]
 class ArcTable:
     """Circular arcs and helices in space, `m` rows.
 
-    The angle runs from the start point about `normal` (right-handed) by `sweep`. What the motion's end point adds
-    along `normal` and in the other axes grows linearly with the angle (a helix); where the end radius differs from
+    The angle runs from the start point about `normal` (right-handed) by `sweep`. The motion along `normal` and in
+    the other axes grows linearly with the angle (a helix); where the end radius differs from
     the start radius by the accepted tolerance, the radius too is linear in the angle.
 
     Attributes:

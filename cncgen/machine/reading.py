@@ -24,7 +24,7 @@ MAX_BYTES = 1_000_000
 
 
 class NumberKey(NamedTuple):
-    """A positive number of a machine file: what it is, and the range that computing with it is meant for.
+    """A positive number of a machine file: its meaning, and the range that computing with it is meant for.
 
     The ranges hold every machine with room to spare, numbers that stand for "no limit" too, and keep powers and
     quotients of them within doubles, and the time of a motion within what can be waited for.
@@ -173,7 +173,7 @@ def _syntax_fault(text: str, name: str, message: str) -> Diagnostic:
     )
 
 
-#: What stands before the place of a fault of syntax, what stands there, and what is meant.
+#: Text before the place of a fault of syntax, text at the place, and the text that is meant.
 _SYNTAX_HINTS = (
     (r"[0-9]$", r",\s*[0-9]", "the decimal sign is a point: 250.0"),
     (r"=\s*$", r"[“”„‘’«]", 'texts stand in straight quotes: name = "mine"'),
@@ -188,7 +188,7 @@ def machine_from_toml(content: bytes, name: str) -> Machine:
 
     Args:
         content: UTF-8 text.
-        name: What messages call the file.
+        name: Name of the file in messages.
 
     Raises:
         UsageError: With a diagnostic for each fault: ``machine-syntax``, ``machine-key`` (unknown), ``machine-missing``,
@@ -244,10 +244,10 @@ def servos_from_toml(content: bytes, name: str) -> dict[str, Servo]:
 
 
 def coupling_from_toml(content: bytes, name: str) -> Mapping[str, Any]:
-    """Return the ``[coupling]`` table of a machine file or of a file of servo data, empty where there is none.
+    """Return the ``[coupling]`` table of a machine file or of a file of servo data, empty if missing.
 
     Raises:
-        UsageError: It is no TOML, or no table.
+        UsageError: It is not TOML, or not a table.
     """
     table, text = parse_toml(content, name)
     file = _File(name, text)
@@ -307,7 +307,7 @@ def _axis(file: _File, letter: str, prefix: str, table: dict[str, Any]) -> Axis 
 
 
 def _quantity(file: _File, table: Mapping[str, Any], key: str, path: str, what: NumberKey) -> float | None:
-    """Return a number within the range of a quantity, or note why it is none."""
+    """Return a number within the range of a quantity, or note its fault."""
     if key not in table:
         file.fault("machine-missing", path, f"{path}: missing")
         return None

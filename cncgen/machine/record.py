@@ -1,4 +1,4 @@
-"""The machine description: what each axis can do, and what its servo drive is made of."""
+"""The machine description: the limits of each axis, and the data of its servo drive."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Servo:
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """Scaling of a drive under CiA 402 (cyclic synchronous position): what its objects count.
+    """Scaling of a drive under CiA 402 (cyclic synchronous position): the units of its objects.
 
     Target position (607Ah) is ``offset + sign · position · counts``, sign being -1 for a reversed drive. Velocity
     offset (60B1h) is ``sign · velocity · velocity_scale``. Torque offset (60B2h), in thousandths of the rated torque,
@@ -80,7 +80,7 @@ class Machine:
         period_s: Time between two setpoints.
         chord_tolerance_mm: Largest distance of the chord between two setpoints from the path.
         path_tolerance_mm: Tolerance of G64 where the program gives none.
-        max_contour_error_mm: What the `ild` strategy (and `optimal` where asked) holds the predicted error under.
+        max_contour_error_mm: Bound of the predicted error under `ild` (and `optimal` where asked).
         max_centripetal_mm_s2: Limit of v²κ along the path, or None.
         settings: Further tables of the file by name (interpreter settings, kinematics), checked by their readers.
     """

@@ -1,4 +1,4 @@
-"""The parameters of each servo model: names, units, ranges; what a machine file may say under ``[axes.*.servo]``.
+"""The parameters of each servo model: names, units, ranges; the keys of ``[axes.*.servo]`` in machine files.
 
 A model is a drive with its controller. Keys carry their unit; ``{l}`` in a name stands for the axis's own length unit
 (``mm``, or ``deg`` for a rotary axis). `cncgen.machine.servo_schema` checks tables and reads their values.
@@ -40,8 +40,8 @@ class Parameter:
 
     Attributes:
         name: Key, with ``{l}`` for the length unit of the axis.
-        about: What it is, with the paper's symbol.
-        default: Value where the file says nothing; None: there is no effect of it (an optional limit, say).
+        about: Its meaning, with the paper's symbol.
+        default: Value where the file says nothing; None: it has no effect (an optional limit, say).
         required: True where the file must say it.
         low, high: Range; `open_low` leaves `low` itself out.
         power: Power of the length unit in the value's unit (1 for mm, −1 for counts/mm, 0 for none).
@@ -129,7 +129,7 @@ def _optional(name: str, about: str, power: int = 0, **more: Any) -> Parameter:
     return Parameter(name, about, open_low=True, power=power, **more)
 
 
-#: What every model with a plant may have beside.
+#: Keys that every model with a plant may have besides.
 _IMPERFECTIONS = (
     _optional("control_period_s", "period of the control loop; the setpoints' own where it is missing"),
     Parameter("backlash_{l}", "play between motor and load", 0.0, power=1),

@@ -144,7 +144,7 @@ def closed_loop(servo: Servo, letter: str = "X") -> TransferFunction:
     ``pi-p-feedforward`` gives Tsai 2010, eq. 9 with appendix A-1 (denominator normed to s⁴):
     a3 = a + bKvp + wn, a2 = a wn + bKvp(1/Ti + Kpp + wn), a1 = bKvp(Kpp/Ti + Kpp wn + wn/Ti),
     a0 = b0 = bKvp Kpp wn/Ti, b2 = bKvp(wn Kvff + Kpp), b1 = bKvp(Kpp wn + (wn Kvff + Kpp)/Ti).
-    ``pd-plus`` cancels its own dynamics, so the ratio is 1 in continuous time; what remains of its error comes from
+    ``pd-plus`` cancels its own dynamics, so the ratio is 1 in continuous time; the rest of its error comes from
     sampling. Raises ValueError for a transfer function in z, which has no unique form in s.
     """
     p = resolve(servo, letter)

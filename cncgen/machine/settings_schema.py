@@ -1,7 +1,7 @@
 """The tables of a machine file beside its axes: ``[interpreter]``, ``[kinematics]``, ``[coupling]`` and ``[times]``.
 
-What they mean stands where they are used (`cncgen.gcode.state.settings`, `cncgen.machine.kinematics`,
-`cncgen.servo.named_schemes`); what may stand in them stands here, so that one run names every fault of a file.
+Their meaning stands where they are used (`cncgen.gcode.state.settings`, `cncgen.machine.kinematics`,
+`cncgen.servo.named_schemes`); their allowed values stand here, so that one run names every fault of a file.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Key:
     Attributes:
         name: With its unit.
         about: What it is.
-        wanted: What a value must be, in words.
+        wanted: The values allowed, in words.
         holds: Tells a right value.
         default: Where the file says nothing, in words; "": it must say it.
     """
@@ -74,7 +74,7 @@ def _is_m_codes(value: Any) -> bool:
     )
 
 
-#: No machine is larger, mm; what is computed of lengths stays far within doubles.
+#: No machine is larger, mm; results computed from lengths stay far within doubles.
 FARTHEST = 1e6
 #: Longest time of an event, s, and largest speed or rate of a spindle.
 _LONGEST = 1e6

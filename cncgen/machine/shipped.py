@@ -26,7 +26,7 @@ def profile_text(name: str) -> str:
     """Return the TOML text of a profile that ships.
 
     Raises:
-        UsageError: There is none of that name.
+        UsageError: No profile or file has that name.
     """
     if name not in profile_names():
         raise _unknown(name)
@@ -36,7 +36,7 @@ def profile_text(name: str) -> str:
 def load(name_or_path: str | os.PathLike[str]) -> Machine:
     """Return a machine: a profile by its name, or a TOML file.
 
-    A text that names a profile is that profile; what ends in ``.toml``, holds a path separator or exists is a file.
+    A text that names a profile is that profile; a name that ends in ``.toml``, holds a path separator or exists is a file.
 
     Raises:
         UsageError: There is neither, or the file has faults (all of them are named).

@@ -28,7 +28,7 @@ class Tool:
         offset: X Y Z A B C U V W.
         diameter: D.
         front, back, orientation: I, J, Q, of lathe tools.
-        wear: What `offset` Z and the radius have in them of wear (FANUC keeps geometry and wear apart).
+        wear: The wear that `offset` Z and the radius include (FANUC keeps geometry and wear apart).
         remark: The text behind the semicolon.
     """
 
@@ -53,7 +53,7 @@ class ToolTable:
         self.told = False
 
     def find(self, number: int) -> Tool | None:
-        """Return a tool, or None where the table has no such tool."""
+        """Return a tool, or None for a tool that the table lacks."""
         if number in self.tools:
             return self.tools[number]
         if number == 0 or not self.given:
@@ -65,7 +65,7 @@ class ToolTable:
         return not (self.given or self.told or number in self.tools)
 
     def entry(self, number: int) -> Tool | None:
-        """Return a tool to be changed, which then stays in the table; None where there is no such tool."""
+        """Return a tool to be changed, which then stays in the table; None for an unknown tool."""
         tool = self.find(number)
         if tool is not None:
             self.tools[number] = tool
@@ -150,11 +150,11 @@ def _read_line(text: str, remark: str, tools: dict[int, Tool]) -> str:
     """Take a line into the table; return what is wrong with it, or ""."""
     words = {letter.upper(): float(number) for letter, number in _WORD.findall(text)}
     if _WORD.sub("", text).strip():
-        return f"{_WORD.sub('', text).strip()[:40]!r} is no word of a tool table"
+        return f"{_WORD.sub('', text).strip()[:40]!r} is not a word of a tool table"
     if "T" not in words:
         return "the line has no tool number T"
     if words["T"] != int(words["T"]) or words["T"] < 0.0:
-        return f"T{words['T']:g} is no tool number: it must be a whole number from 0 on"
+        return f"T{words['T']:g} is not a tool number: it must be a whole number from 0 on"
     number = int(words["T"])
     if number in tools:
         return f"tool {number} stands in the table twice"

@@ -1,4 +1,4 @@
-"""From `Machine` back to TOML: what is read back gives the same machine."""
+"""From `Machine` back to TOML: reading it back gives the same machine."""
 
 from __future__ import annotations
 

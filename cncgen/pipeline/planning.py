@@ -136,7 +136,7 @@ def _asked_for(options: PlanOptions | None, asked: Mapping[str, Any]) -> PlanOpt
     """Return options in which the fields that are given as keywords are replaced.
 
     Raises:
-        UsageError: They are none, or there is no such field.
+        UsageError: They are not options, or a field is unknown.
     """
     from cncgen.planner import PlanOptions
 
@@ -163,7 +163,7 @@ def sample(planned: Plan, signals: Sequence[str] = ()) -> SetpointStream:
         row is the start at t = 0, the last one the end, at rest.
 
     Raises:
-        UsageError: There is no such signal, or `planned` is no plan.
+        UsageError: A signal is unknown, or `planned` is not a plan.
     """
     expect(planned, Plan, "what is sampled", "what cncgen.plan returns")
     if isinstance(signals, str):

@@ -71,7 +71,7 @@ def read(
         The program, of which only the axes are known yet. Its errors are found, and raised, when it is planned.
 
     Raises:
-        UsageError: The file cannot be read, or there is no such language or option.
+        UsageError: The file cannot be read, or a language or option is unknown.
     """
     with _opened(source, language) as (reader, file, name):
         program: Program = reader.read(file, name, _reading(options))
@@ -93,7 +93,7 @@ def check(
         diagnostics: Takes all that is found.
         language: ``gcode`` or ``stepnc``; None: by content and suffix.
         options: How it is read.
-        content: What the file holds, if the caller has read it already.
+        content: Content of the file, if the caller has read it already.
 
     Raises:
         UsageError: The file cannot be read.
@@ -125,7 +125,7 @@ def read_text(
         options: How it is read.
 
     Raises:
-        UsageError: `text` is none, or there is no such language or option.
+        UsageError: `text` is not a text, or a language or option is unknown.
     """
     given = expect(text, (str, bytes, bytearray, memoryview), "text", "str or bytes")
     content = given.encode(errors="replace") if isinstance(given, str) else bytes(given)
@@ -138,7 +138,7 @@ def _reading(options: ReadOptions | None) -> ReadOptions:
     """Return the options, or the usual ones for None.
 
     Raises:
-        UsageError: They are none, or a value is wrong.
+        UsageError: They are not `ReadOptions`, or a value is wrong.
     """
     if options is None:
         return ReadOptions()
@@ -151,7 +151,7 @@ def reader_of(language: str) -> ModuleType:
     """Return the package that reads a language: it has `read`, and maybe `check` and `canon`.
 
     Raises:
-        UsageError: There is no such language.
+        UsageError: The language is unknown.
     """
     if language not in SUFFIXES:
         raise wrong(f"language = {language!r} is not one of {', '.join(SUFFIXES)}")
@@ -187,7 +187,7 @@ def _reader(language: str | None, name: str, head: bytes) -> ModuleType:
         head: Its first bytes.
 
     Raises:
-        UsageError: There is no such language, or it is no program.
+        UsageError: The language is unknown, or the file is not a program.
     """
     if language is None and holds_setpoints(head):
         text = f"{name} holds setpoints or a response, not a program"

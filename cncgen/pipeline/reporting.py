@@ -44,7 +44,7 @@ class Page:
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """What a plan is compared with: the same program planned otherwise, or setpoints from a file.
+    """The other side of a comparison: the same program planned otherwise, or setpoints from a file.
 
     Attributes:
         label: Its name on the page.
@@ -98,7 +98,7 @@ def variant_of(what: str, options: PlanOptions | None = None) -> Variant:
         options: How the plan is made that it is compared with; settings replace some of them.
 
     Raises:
-        UsageError: A setting is unknown, or its value is no number where it has to be one.
+        UsageError: A setting is unknown, or its value is not a number where it has to be one.
     """
     from cncgen.planner import PlanOptions
 

@@ -1,4 +1,4 @@
-"""What can be done with setpoints: write and read files, simulate the servo axes, judge."""
+"""Uses of setpoints: write and read files, simulate the servo axes, judge."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def servos_of(machine: Machine | Mapping[str, Servo] | str | os.PathLike[str]) -
 
 
 def coupling_of(machine: Machine | Mapping[str, Servo] | str | os.PathLike[str]) -> Mapping[str, Any]:
-    """Return the ``[coupling]`` table of what `servos_of` takes; {} where there is none."""
+    """Return the ``[coupling]`` table of what `servos_of` takes; {} without one."""
     from cncgen.machine import Machine, load_coupling
 
     if isinstance(machine, Machine):
@@ -143,7 +143,7 @@ def read_setpoints(
         period_s: Time between rows; None: taken from the times in the file.
 
     Raises:
-        UsageError: The file cannot be read, or is no setpoint file; all its faulty rows are named.
+        UsageError: The file cannot be read, or does not hold setpoints; all its faulty rows are named.
     """
     from cncgen.setpoints.readers import open_setpoints
 
@@ -165,18 +165,18 @@ def write(
 ) -> int:
     """Write setpoints to a file, with the signals that they have; return the number of rows.
 
-    The file appears when all of it is written: after an error there is none.
+    The file appears when all of it is written: none after an error.
 
     Args:
         setpoints: As for `simulate`.
         target: The file, or ``-`` for standard output.
-        format: One of `cncgen.setpoints.writers.FORMATS`; None: by the suffix, csv where there is none.
+        format: One of `cncgen.setpoints.writers.FORMATS`; None: by the suffix, csv without one.
         machine: Machine whose limits the file states, where the format has a place for them, and whose drives scale it (csp);
             None: that of the plan.
 
     Raises:
-        UsageError: The file cannot be written, there is no such format or suffix, the machine lacks drive data, or setpoints are wrong. What drawing a plan raises is
-            passed on.
+        UsageError: The file cannot be written, a format or suffix is unknown, the machine lacks drive data, or setpoints are wrong. Exceptions of drawing a plan
+            are passed on.
     """
     from cncgen.files import open_output
     from cncgen.setpoints.writers import format_of, open_writer

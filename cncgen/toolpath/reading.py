@@ -29,7 +29,7 @@ class ReadOptions:
         tool_table: LinuxCNC tool table, or None.
         parameters: File of numbered parameters, read and never rewritten, or None.
         kinematics: How the rotary axes carry table or head (`cncgen.machine.kinematics.Kinematics`), or None.
-        least_increment: What a number without a decimal point counts in where a FANUC control is set so, mm or degrees
+        least_increment: Unit of a number without a decimal point where a FANUC control is set so, mm or degrees
             (inches: a tenth of it): 0.001 reads ``X10`` as 0.01 mm. None: it counts like ``X10.``.
         inch_tables: Whether lengths in the tool table and the parameter file are inches (else mm).
         stand_alone: Whether the machine is the one that LinuxCNC's stand-alone interpreter pretends to have
@@ -38,14 +38,14 @@ class ReadOptions:
         save_parameters: Where to write the parameters after the program, or None.
         include: Directories searched for subprograms, after the program's own.
         block_delete: Whether blocks that begin with ``/`` are skipped.
-        speed_unit: ``m/s`` or ``m/min``: what cutting speeds of ISO 14649 are in (the standard: m/s; some writers: m/min,
+        speed_unit: ``m/s`` or ``m/min``: the unit of cutting speeds of ISO 14649 (the standard: m/s; some writers: m/min,
             and their cutting speeds count before their spindle speeds).
         spindle_sign: ``speed`` or ``tool``: whether the sign of a spindle speed of STEP-NC tells the sense of rotation, or
             the hand of the tool (for writers that give speeds without a sign).
         max_steps: Blocks executed before a program counts as endless. None: ten million in loops and calls, however
             long its text is.
         max_call_depth: Nested subprogram calls before recursion counts as endless.
-        chunk_rows: Motions handed on at a time: what waits at each stage, and how soon the first setpoint comes.
+        chunk_rows: Motions handed on at a time: the number that waits at each stage, on which the first setpoint waits too.
         tolerance_mm: Tolerance of G64 that overrides the program's, or None.
     """
 

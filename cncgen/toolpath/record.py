@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Kind(IntEnum):
-    """What a row is."""
+    """Kind of a row."""
 
     LINE = 0
     ARC = 1
@@ -30,7 +30,7 @@ class Kind(IntEnum):
 
 
 class FeedMode(IntEnum):
-    """What the `feed` of a row means.
+    """Meaning of the `feed` of a row.
 
     SPEED: mm/s along X Y Z (or U V W; rad/s where only rotary axes move). G94, and G95 already multiplied out.
     INVERSE_TIME: 1/s; the motion takes ``1 / feed`` seconds. G93.
@@ -52,13 +52,13 @@ class PathMode(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """What happens between two motions.
+    """An event between two motions.
 
     Attributes:
         name: ``dwell``, ``spindle``, ``coolant``, ``tool``, ``stop``, ``end``, ``message``, ``user`` …
         rest: True where the axes must stand still for it.
         dwell_s: Seconds that the program asks the axes to wait.
-        values: What ``--events`` writes beside the name (JSON values).
+        values: Values that ``--events`` writes beside the name (JSON).
         takes_s: Seconds that the machine takes for the event itself (a tool change), while the axes stand.
     """
 
@@ -102,7 +102,7 @@ class Toolpath:
         arcs, nurbs: The curves.
         events: The events.
         sources: Names of the files that lines refer to, the program itself first.
-        chord_room: Shape (n,), mm: what a smoothed row leaves of its tolerance to the chords between setpoints; None where
+        chord_room: Shape (n,), mm: the part of its tolerance that a smoothed row leaves to the chords between setpoints; None where
             nothing is smoothed.
         path: The geometry of the rows, measured when it is first asked for.
     """

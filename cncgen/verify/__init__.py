@@ -51,7 +51,7 @@ def verify(
         tolerance_mm: Tolerance of every continuous motion, over what the program says.
         named: Axes that the program names; None: all of its toolpath's. Where another one stands is not known: it has
             to stand still.
-        resolution: What the positions are rounded to, mm and degrees: a difference, and a distance, may be over its
+        resolution: Rounding of the positions, mm and degrees: a difference, and a distance, may be over its
             limit by what that makes of it.
 
     Returns:

@@ -76,7 +76,7 @@ def flatten(
         tolerance_mm: Tolerance of every continuous motion, over what the program says.
 
     Yields:
-        Stretches of one segment at least, each from where the one before it ends; none where there is no toolpath.
+        Stretches of one segment at least, each from where the one before it ends; empty without a toolpath.
     """
     waiting: FlatPath | None = None
     moved = False

@@ -47,7 +47,7 @@ class AxisJudge:
         Args:
             axis: Limits.
             period_s: Time between rows.
-            resolution: What positions are rounded to, mm or degrees.
+            resolution: Rounding of positions, mm or degrees.
         """
         factor = to_file(axis.letter)
         self._axis, self._period, self._resolution = axis, period_s, resolution

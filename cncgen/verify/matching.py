@@ -94,7 +94,7 @@ class Fault:
 
 @dataclass(frozen=True, slots=True)
 class _State:
-    """What is reached at one row.
+    """The places that are reached at one row.
 
     Attributes:
         row: Its number from the start: chords done.
@@ -241,7 +241,7 @@ class Matching:
         here = self._state()
         on = here.first + len(here.low) - 1 - self._path.dropped
         allowed = float(self._path.allowed[on])
-        # Within a fault there is no way back: what is behind has been gone along with a wider tolerance.
+        # Within a fault there is no way back: places behind were passed with a wider tolerance.
         open_, self._plain = self._fault is not None, self._plain and self._fault is not None
 
         def passes(scale: float) -> bool:

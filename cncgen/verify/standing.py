@@ -76,7 +76,7 @@ class Stands:
     """Runs of rows without a step, two rows being a period, and which of them waits are.
 
     A wait is where its place on the path is passed nearest, or another time as near, as a path that folds within its
-    tolerance may be. Waits come in order, and so do their stands; what is one's is no other's.
+    tolerance may be. Waits come in order, and so do their stands; each belongs to one alone.
     """
 
     def __init__(self, still_mm: float = 0.0) -> None:

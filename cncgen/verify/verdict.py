@@ -1,4 +1,4 @@
-"""What a verification finds: figures, and where a limit is broken."""
+"""The findings of a verification: figures, and where a limit is broken."""
 
 from __future__ import annotations
 
@@ -100,5 +100,5 @@ def breach(code: str, message: str, **values: Any) -> Diagnostic:
 
 
 def on_line(line: int) -> str:
-    """Return the source line for a message; 0 is none that is known."""
+    """Return the source line for a message; 0 if unknown."""
     return f"(line {line})" if line else "(line unknown)"
