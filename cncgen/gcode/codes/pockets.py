@@ -74,11 +74,11 @@ def clear(ip: Interpreter, pocket: Pocket, how: Clearing, name: str) -> None:
             name,
             hint="--tool-table gives the diameter of the tool",
         )
-    Path(ip, pocket, how).run(name)
+    PocketPath(ip, pocket, how).run(name)
 
 
 @dataclass(slots=True)
-class Path:
+class PocketPath:
     """The moves of one pocket; places are relative to its centre, along its length."""
 
     ip: Interpreter
