@@ -28,7 +28,7 @@ HEADER = ("property", "what is asked", "seeds", "programs", "fail", "which")
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What a run of one property showed.
+    """The result of a run of one property.
 
     Attributes:
         trial, property: Whose.

@@ -5,7 +5,7 @@
     python -m trials.examiner setpoints --seeds 0 300 --effort fast
     python -m trials.examiner setpoints --seeds 17 18 --shrink --write /tmp/found
 
-Each property says in its docstring what it asks. What fails is printed with its seed, shrunk with --shrink, and written as
+Each property says in its docstring what it asks. A failure is printed with its seed, shrunk with --shrink, and written as
 NAME.nc and NAME.toml with --write, to be run by `cncgen plan NAME.nc -m NAME.toml`. Most cases take 0.1 to 0.5 s.
 """
 
@@ -91,7 +91,7 @@ def _alarm(*_: object) -> NoReturn:
 
 
 class Work:
-    """Processor seconds that planning takes; what judging takes is the examiner's."""
+    """Processor seconds that planning takes; the time of judging is the examiner's."""
 
     seconds = 0.0
 
@@ -243,7 +243,7 @@ def stops(seed: int, case: Case, options: cncgen.PlanOptions) -> list[Fault]:
 
 
 def verify(seed: int, case: Case, options: cncgen.PlanOptions) -> list[Fault]:
-    """What is done to setpoints by hand and breaks a limit or a tolerance, `cncgen.judge` sees; and nothing that is not there."""
+    """`cncgen.judge` sees setpoints that are altered by hand and break a limit or a tolerance; and nothing that is not there."""
     to = case.program.written()
     if not to.pieces:
         return []
@@ -311,7 +311,7 @@ def strategies(seed: int, case: Case, options: cncgen.PlanOptions) -> list[Fault
 
 
 def saturation(seed: int, case: Case, options: cncgen.PlanOptions) -> list[Fault]:
-    """What is planned with `--saturation predictive` saturates no drive of the simulation, and keeps all else."""
+    """A plan with `--saturation predictive` saturates no drive of the simulation, and keeps all else."""
     to = case.program.written()
     if not to.pieces:
         return []

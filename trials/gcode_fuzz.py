@@ -34,7 +34,7 @@ MAX_STEPS = 5_000
 
 @dataclass
 class Outcome:
-    """What a run of inputs showed; `faults` are (seed, index, what, input)."""
+    """The result of a run of inputs; `faults` are (seed, index, what, input)."""
 
     inputs: int = 0
     slowest: float = 0.0

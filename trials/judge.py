@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from trials.generators.elements import Feed, Floats, Piece, Writer
 from trials.generators.meant_programs import Rig
 
-#: What is allowed beyond a limit, a tolerance or a feed, as a part of it.
+#: Allowance beyond a limit, a tolerance or a feed, as a part of it.
 MARGIN = 1e-3
 #: Of setpoints, as they are computed: a part of their size.
 ROUNDING = 1e-12

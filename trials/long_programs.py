@@ -1,4 +1,4 @@
-"""Random programs of thousands of motions, planned and judged: what small ones do not show is at the borders of blocks.
+"""Random programs of thousands of motions, planned and judged: they reach the borders of blocks.
 
     python -m trials.long_programs                       # seeds 0 to 9, 7000 motions each, on generic-mill
     python -m trials.long_programs --seeds 40 60 --rotary

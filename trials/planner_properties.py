@@ -1,4 +1,4 @@
-"""What must hold of every plan, tried on random paths over all kinds of motion: thousands of them, shrunk where one fails.
+"""Properties of every plan, tried on random paths over all kinds of motion: thousands of them, shrunk where one fails.
 
     python -m trials.planner_properties                      # every property, 300 paths each
     python -m trials.planner_properties limits 5000 --seed 3
@@ -44,7 +44,7 @@ SLOW_S = 10.0
 
 
 def _duration(trajectories: list[Trajectory]) -> float:
-    """Return how long a motion takes, s: a stand before its start, which is none at the end of its reverse, does not count."""
+    """Return how long a motion takes, s: a stand before its start does not count, since its reverse lacks it."""
     if not trajectories:
         return 0.0
     first = trajectories[0].profile
@@ -66,7 +66,7 @@ class Planned:
 
     @property
     def rounded(self) -> Floats:
-        """Path coordinate times the largest dx/ds, shape (axes,): what one rounding of s moves each axis by."""
+        """Path coordinate times the largest dx/ds, shape (axes,): the move of each axis by one rounding of s."""
         out = np.zeros(len(self.axes))
         for each in self.trajectories:
             path = each.toolpath.path

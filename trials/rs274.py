@@ -1,7 +1,6 @@
 """Runs LinuxCNC's stand-alone interpreter `rs274` on our programs and reads what it prints.
 
-The peer stops at the first error (its default, ``-n 2``); what it printed until then are the calls of the blocks
-before. It *rewrites* its parameter file, so every run gets a scratch copy.
+The peer stops at the first error (its default, ``-n 2``); it has printed the calls of the blocks before. It *rewrites* its parameter file, so every run gets a scratch copy.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ CALL = re.compile(r"^ *\d+ +N(\.+|\d*) +(.*)$")
 
 @dataclass(frozen=True)
 class Setup:
-    """What a program wants beside itself, said in its first line: ``; peer: tools=mill.tbl block-delete``."""
+    """Files and options of a program, as its first line gives them: ``; peer: tools=mill.tbl block-delete``."""
 
     tools: Path | None = None
     parameters: Path | None = None
@@ -113,7 +112,7 @@ def without_reset(calls: list[str]) -> list[str]:
 
 
 def _partial(program: Path, setup: Setup, result: Output) -> int:
-    """Count the calls of the wrong block: run the lines before it alone (0 where that is no straight way to it)."""
+    """Count the calls of the wrong block: run the lines before it alone (0 where these do not lead straight to it)."""
     lines = program.read_text().splitlines()
     wrong = next((n for n, text in enumerate(lines) if text.strip() == result.block.strip()), 0)
     with tempfile.NamedTemporaryFile("w", suffix=".part", dir=program.parent) as start:
@@ -138,7 +137,7 @@ def run_once(program: Path, setup: Setup, timeout_s: float = 20.0) -> Output:
             check=False,
             encoding="latin-1",
         )
-    # What the peer says must not tell where the checkout lies.
+    # Messages of the peer must not show where the checkout lies.
     return read_output(done.stdout, done.stderr.replace(f"{program.parent}{os.sep}", ""), done.returncode)
 
 

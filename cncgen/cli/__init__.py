@@ -1,6 +1,6 @@
 """The command line: one module a command, imported when it is used. `main` is the console entry point.
 
-Signals are taken before anything else is imported; what this file imports, the interpreter has at its start.
+Signals are taken before anything else is imported; the interpreter has the imports of this file at its start.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from types import FrameType
     from typing import Any, NoReturn
 
-#: What is called with the signal's number where one ends the process amid an import, once `main` has imported it.
+#: The function that takes the signal's number where one ends the process amid an import, once `main` has imported it.
 _last_words: list[Callable[[int], None]] = []
 
 

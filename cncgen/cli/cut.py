@@ -1,4 +1,4 @@
-"""`cncgen cut`: what a program removes from its stock, and where it cuts what it must not."""
+"""`cncgen cut`: the material that a program removes from its stock, and where it cuts more than it must."""
 
 from __future__ import annotations
 

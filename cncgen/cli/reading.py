@@ -107,7 +107,7 @@ def read_options(
     `as_rs274` says so.
 
     Raises:
-        UsageError: A folder to search is none; the machine cannot be read.
+        UsageError: A folder to search is missing; the machine cannot be read.
     """
     from pathlib import Path
 

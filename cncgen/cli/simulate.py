@@ -1,4 +1,4 @@
-"""`cncgen simulate`: what the servo axes make of setpoints, or of a program that is planned first."""
+"""`cncgen simulate`: the response of the servo axes to setpoints, or to a program that is planned first."""
 
 from __future__ import annotations
 

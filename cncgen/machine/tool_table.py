@@ -160,7 +160,7 @@ def _read_line(text: str, remark: str, tools: dict[int, Tool]) -> str:
         return f"tool {number} stands in the table twice"
     unknown = set(words) - set("TPDIJQ" + AXIS_LETTERS)
     if unknown:
-        return f"{sorted(unknown)[0]} is no word of a tool table"
+        return f"{sorted(unknown)[0]} is not a word of a tool table"
     tools[number] = Tool(
         number,
         int(words.get("P", number)),

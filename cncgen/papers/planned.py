@@ -1,4 +1,4 @@
-"""An example program, planned and sampled: what the tables and figures of the papers start from."""
+"""An example program, planned and sampled: the start of the tables and figures of the papers."""
 
 from __future__ import annotations
 

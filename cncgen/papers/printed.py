@@ -1,4 +1,4 @@
-"""What a paper prints beside what comes out here: figures with their tolerances, and tables of them."""
+"""Printed values beside ours: figures with their tolerances, and tables of them."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Table:
     Attributes:
         title: Paper and table.
         rows: The figures.
-        assumptions: What had to be assumed, and what is calibrated and what predicted.
+        assumptions: Assumptions, and which figures are calibrated and which predicted.
     """
 
     title: str

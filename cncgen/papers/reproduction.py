@@ -30,7 +30,7 @@ def reproduce(name: str | None = None, programs: str | None = None) -> list[Tabl
         programs: Folder of the example programs; None: looked for.
 
     Raises:
-        UsageError: There is no such paper (``reproduce-name``), or the programs are not found.
+        UsageError: The paper is unknown (``reproduce-name``), or the programs are not found.
     """
     found: list[Table] = []
     for one in _wanted(name):
@@ -56,7 +56,7 @@ def draw_papers(output: str, name: str | None = None, programs: str | None = Non
         programs: Folder of the example programs; None: looked for.
 
     Raises:
-        UsageError: There is no such paper, matplotlib is missing, or the programs are not found.
+        UsageError: The paper is unknown, matplotlib is missing, or the programs are not found.
     """
     wanted = _wanted(name)
     target = folder(output)

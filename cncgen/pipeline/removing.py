@@ -98,7 +98,7 @@ def cut_toolpaths(
 
 
 def raw_stock(solids: Sequence[Solid]) -> Stock | None:
-    """Return the stock of a file's raw pieces: the first, as it stands upright; None where there is none."""
+    """Return the stock of a file's raw pieces: the first, as it stands upright; None without one."""
     import numpy as np
 
     from cncgen.removal.stock import Stock, box
@@ -123,7 +123,7 @@ def coarse_findings(
 ) -> list[Diagnostic]:
     """Return what cutting a STEP-NC program of features finds at a coarse grid; nothing where its stock is not known.
 
-    A program that is not made of features alone is not cut: what it is to leave is not known. Standard input, which is read
+    A program that is not made of features alone is not cut: the finished part is not known. Standard input, which is read
     once, is cut where its `content` is given.
     """
     if content is None:

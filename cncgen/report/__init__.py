@@ -1,4 +1,4 @@
-"""What a person looks at: results as text, tables, pictures and pages. Nothing here changes a result.
+"""Reports for people: results as text, tables, pictures and pages. Nothing here changes a result.
 
     summary                     a plan: times, lengths, peaks of each axis (`differences`), `slow_places`, `line_times`
     page                        the HTML page of a plan: `cncgen/report/page`

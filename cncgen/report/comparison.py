@@ -34,7 +34,7 @@ _SETTLE_S = 0.1
 
 @dataclass(frozen=True, slots=True)
 class StrategyFigures:
-    """What one strategy makes of a program; None where the machine's servo data do not allow the figure.
+    """A program under one strategy; None where the machine's servo data do not allow the figure.
 
     Attributes:
         feedrate: Name of the strategy.
@@ -96,7 +96,7 @@ def compare_strategies(
         Figures of each, in that order. A strategy that finds no plan says so in `fault`.
 
     Raises:
-        UsageError: There is no strategy of a name.
+        UsageError: A strategy is unknown.
     """
     _check_names("feedrate", names or (), available())
     chosen = names or [n for n in ("adaptive", "curvature", "ild", "optimal") if n in available()]
@@ -200,7 +200,7 @@ def feed_fluctuations(
     short are left out, and those that begin in a wait.
 
     Raises:
-        UsageError: There is no interpolator of a name.
+        UsageError: An interpolator is unknown.
     """
     _check_names("interpolator", names, ("arclength", *STEPPERS))
     planned = list(strategy(options.feedrate)(checked(toolpaths, machine, options), machine, options))

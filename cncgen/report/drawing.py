@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 FORMATS = (".png", ".svg", ".pdf")
-#: Suffixes of files that are not written, so that a name with one is no folder's.
+#: Suffixes of files that are not written, so a name with one does not name a folder.
 _OTHER_FORMATS = (".jpg", ".jpeg", ".gif", ".bmp", ".tif", ".tiff", ".webp", ".ps", ".eps", ".html", ".csv")
 #: Points a line is thinned to, keeping the extremes of each stretch.
 MAX_POINTS = 20_000
 #: Colours that differ for the colour-blind too (Okabe and Ito), in the order lines take them.
 BLUE, ORANGE, GREEN, PURPLE = "#0072B2", "#E69F00", "#009E73", "#CC79A7"
-#: What is commanded, and limits.
+#: Commands, and limits.
 GREY, RED = "0.45", "#C8102E"
 
 
@@ -82,7 +82,7 @@ def save(figure: Figure, path: str | Path) -> None:
 
 
 def folder(path: str | Path) -> Path:
-    """Return a folder for pictures, made where there is none.
+    """Return a folder for pictures, made where it is missing.
 
     Raises:
         UsageError: The name is that of a file in a format that is not written (``plot-format``), or it cannot be made.

@@ -66,7 +66,7 @@ def identified(
 
 
 def _is_poor(found: dict[str, Any]) -> bool:
-    """Tell whether the model of an axis is hardly that of its log (a fit that is no number is not good either)."""
+    """Tell whether the model of an axis is hardly that of its log (nor is a fit of NaN good)."""
     return "fit_percent" in found and not found["fit_percent"] >= POOR_FIT_PERCENT
 
 

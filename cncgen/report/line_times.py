@@ -15,7 +15,7 @@ from cncgen.toolpath.record import Kind
 
 @dataclass(frozen=True, slots=True)
 class LineTime:
-    """What a line of the program takes: its file, its number, time s (waits among it), length mm along the path."""
+    """Times of the lines of a program: its file, its number, time s (waits among it), length mm along the path."""
 
     source: str
     line: int

@@ -1,4 +1,4 @@
-"""What a notebook shows of results: figures, a picture, and the page in a frame."""
+"""Results in a notebook: figures, a picture, and the page in a frame."""
 
 from __future__ import annotations
 

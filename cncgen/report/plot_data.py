@@ -1,4 +1,4 @@
-"""What a picture is drawn from: a plan, setpoints, or a simulated response, as whole arrays in the units of files."""
+"""Data of a picture: a plan, setpoints, or a simulated response, as whole arrays in the units of files."""
 
 from __future__ import annotations
 

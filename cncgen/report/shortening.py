@@ -68,7 +68,7 @@ class PlannedTimes:
 
 @dataclass(frozen=True, slots=True)
 class Shortening:
-    """What a quantity is worth.
+    """The worth of a quantity.
 
     Attributes:
         name, value: The quantity, see `Quantity`.

@@ -1,6 +1,6 @@
 """Where a plan loses time: valleys of the speed along the path, with the source line and the limit that binds.
 
-A valley runs from one maximum of the speed to the next one. What it costs is its time less the time that the
+A valley runs from one maximum of the speed to the next one. Its cost is its time less the time that the
 programmed feed would take for the same length. A ripple of less than `RIPPLE` of the speed parts no valley in two.
 """
 
@@ -24,7 +24,7 @@ RIPPLE = 0.05
 #: Places that are kept; a summary lists the first `LISTED` of them, the page all.
 KEPT = 20
 LISTED = 10
-#: What sums of the same times in another order differ by, s, with room to spare.
+#: Difference of sums of the same times in another order, s, with room to spare.
 _ROUNDING_S = 1e-9
 
 

@@ -18,8 +18,8 @@ def source_lines(places: Iterable[tuple[str, int]]) -> dict[tuple[str, int], str
     """Return the text of lines of files, cut to `MOST_CHARACTERS`.
 
     Args:
-        places: Files with numbers of lines, from 1. What is no regular file, cannot be read or has no such line is left
-            out.
+        places: Files with numbers of lines, from 1. Places outside regular files, in files that cannot be read and
+            beyond their ends are left out.
     """
     wanted: dict[str, set[int]] = defaultdict(set)
     for name, line in places:

@@ -82,7 +82,7 @@ class Summary:
             peak = self._peak(column, letter)
             for order, name in enumerate(ORDER_NAMES, start=1):
                 share = peak[f"{name}_of_limit"] or 0.0
-                # What rounding to the ninth decimal makes of a difference is no fault of the plan.
+                # The plan is not to blame for what rounding to the ninth decimal adds to a difference.
                 rounding = 0.5e-9 * (2.0 / self._machine.period_s) ** order
                 if share > _OVER and peak[name] * (1.0 - 1.0 / share) > rounding:
                     over.append(f"{letter} {name} {100 * share:.4g} %")
@@ -205,7 +205,7 @@ class Summary:
 
 
 def _turning(trajectory: Trajectory) -> NDArray[np.bool_]:
-    """Tell the pieces of a profile whose path is the angle of rotary axes, which is no length, shape (pieces,)."""
+    """Tell the pieces of a profile whose path is the angle of rotary axes and not a length, shape (pieces,)."""
     profile, rows = trajectory.profile, trajectory.toolpath
     turns = rows.path.turns
     if not turns.any():

@@ -209,7 +209,7 @@ class Arc:
         radius: In the program's units.
         start: Angle of the start seen from the centre, in the plane.
         sweep: Angle gone through, positive from the plane's first axis to its second.
-        by: What other axes do meanwhile.
+        by: Motion of other axes meanwhile.
         word: What says the circle: its centre, or R.
     """
 

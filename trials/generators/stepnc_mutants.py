@@ -70,7 +70,7 @@ def samples(files: list[str]) -> list[bytes]:
     stream = io.StringIO()
     chunk = next(iter(program.chunks()))
     write_ap238([chunk], stream)
-    # The first statements of the large ones: what they refer to is partly gone, which is a mutation too.
+    # The first statements of the large ones: their references lead partly to nothing, which is a mutation too.
     aim = stream.getvalue()
     small_aim = aim[: aim.index("\n", 12_000)] + aim[aim.index("\n#", len(aim) - 3000) :]
     head = explicit[explicit.index(b"ISO-10303") :]

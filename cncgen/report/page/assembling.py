@@ -70,7 +70,7 @@ def assemble(title: str, header: dict[str, Any], blob: str) -> str:
 
     Args:
         title: Of the window.
-        header: What is shown, and where its streams stand in the blob (docs/page.md).
+        header: Data of the page, and the places of its streams in the blob (docs/page.md).
         blob: The streams in base 85.
     """
     script, worker, style = bundle("main.js"), bundle("worker.js"), asset("style.css")
@@ -99,5 +99,5 @@ def _json(value: Any) -> str:
     text = json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     for sign in "<>&\u2028\u2029":
         text = text.replace(sign, f"\\u{ord(sign):04x}")
-    # A lone surrogate stands for a byte that is no UTF-8 (a file name); it has no place in a text.
+    # A lone surrogate stands for a byte outside UTF-8 (in a file name); it has no place in a text.
     return text.encode("utf-8", "replace").decode()

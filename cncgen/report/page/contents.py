@@ -1,4 +1,4 @@
-"""What the page says of a plan beside its signals: figures, places, corners, verdict, and the text of the program."""
+"""Parts of the page about a plan beside its signals: figures, places, corners, verdict, and the text of the program."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Contents:
         recording: Its signals.
         summary: As `cncgen.report.summary.Summary.as_json` gives it; {} of setpoints from elsewhere.
         places: Where the most time is lost, the worst first.
-        verdict: What `verify` found, or None.
+        verdict: The verdict of `verify`, or None.
         texts: Programs' texts by the names in `Recording.sources`; a file that is not there is read.
         why: Rows of what would shorten the part (``cncgen why``), or None.
     """
