@@ -162,20 +162,10 @@ TWINS = [
 ]
 #: Classes that share a name, and why. A private one may be named as one of another room is.
 SHARED_CLASSES = {
-    **dict.fromkeys(
-        ("Block", "Source", "Reporter", "Executor"), "what a language calls it, G-code and STEP-NC"
-    ),
-    **dict.fromkeys(
-        ("Path", "Strategy", "Choice"), "stepnc.model: an entity or a term of ISO 10303-21 and ISO 14649"
-    ),
-    **dict.fromkeys(
-        ("Job", "Statements", "Polyline", "stepnc.Writer"), "the same idea in another language or standard"
-    ),
-    **dict.fromkeys(("Piece", "Profile"), "servo: the motion that a drive is tested with"),
-    "Columns": "columns of a file, and of what STEP-NC makes",
+    "Reporter": "what finds faults in a language, G-code and STEP-NC",
     "Program": "Sinumerik: the programs of one text; elsewhere what is read",
-    "Quantity": "a number with its unit, of a machine file and of a report",
-    "Summary": "of a plan, and of a simulation",
+    "Frame": "of coordinates; a call of a subprogram",
+    "Span": "of a source; of a spline, within its kernel",
 }
 #: Modules that share a name, and why.
 SHARED_MODULES = {
@@ -186,7 +176,6 @@ SHARED_MODULES = {
     "strategy": "the entry that planner.strategies loads, one a room",
     "limits": "verify judges limits with code of its own",
     "curvature": "baselines: the strategy of that name",
-    "profiles": "of machines, of drive tests, of features",
     "search": "for a place in a text, and for parameters",
     **dict.fromkeys(
         ("arcs", "corners", "frames", "lines", "nurbs", "offsets", "splines"),

@@ -42,7 +42,7 @@ def gcode_lines(
         linearize: Chord tolerance, mm, to write splines and arcs as lines; None keeps them.
         describe: Names the source of a line (from 1) in a comment, once a change; None writes none.
     """
-    writer = _Writer(linearize, describe)
+    writer = _GcodeWriter(linearize, describe)
     for chunk in chunks:
         if not writer.begun:
             yield from writer.begin(chunk, name)
@@ -63,7 +63,7 @@ def comment(text: str) -> str:
 
 
 @dataclass(slots=True)
-class _Writer:
+class _GcodeWriter:
     linearize: float | None
     describe: Callable[[int], str] | None
     begun: bool = False
