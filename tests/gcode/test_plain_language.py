@@ -80,7 +80,7 @@ def test_a_tool_call_brings_its_length_and_speed(run: Any, tmp_path: Any) -> Non
     # At the end of the tool, machine zero is at -20; the program's zero lifts the machine by the length.
     assert ends(out) == [[0, 0, 20]]
     names = [(event.name, event.values) for event in out.path.events]
-    assert ("tool", {"tool": 3}) in names
+    assert ("tool", {"tool": 3, "diameter_mm": 10.0}) in names
     assert {"spindle", "coolant"} <= {name for name, _ in names}
 
 
