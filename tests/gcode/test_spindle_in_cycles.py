@@ -111,6 +111,15 @@ def test_an_arc_in_inverse_time_goes_at_its_length_by_its_time(
     assert feed == pytest.approx(2.0 * math.hypot(5.0 * angle, rise), abs=1e-4)
 
 
+@pytest.mark.parametrize(("i", "j"), [(0.1, 5.5), (0.2, 5.5), (0.1, 2.9)])
+@pytest.mark.parametrize("code", ["G2", "G3"])
+def test_a_whole_circle_in_inverse_time_is_whole(calls: Calls, code: str, i: float, j: float) -> None:
+    """The quotient of its two radii, which are equal, has an angle of a rounding above or below 0."""
+    lines = calls(f"G21 G93\n{code} I{i} J{j} F2\nM2\n", dialect="linuxcnc")
+    (feed,) = [float(line[14:-1]) for line in lines if line.startswith("SET_FEED_RATE")][:1]
+    assert feed == pytest.approx(4.0 * math.pi * math.hypot(i, j), abs=1e-4)
+
+
 def test_a_macro_that_is_called_several_times_has_its_arguments_each_time(calls: Calls) -> None:
     """G65 with L: what the macro makes of its local variables does not reach its next run; a variable without a value is no word."""
     text = "G21 F100\nG65 P9001 L3 A5\nM30\nO9001\nG1 X#1 Y#2\n#1=#1+100\n#2=8\nM99\n"

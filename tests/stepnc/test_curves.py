@@ -68,6 +68,18 @@ def test_helix_turns_by_its_rise():
     assert path.arcs.sweep[-1] == pytest.approx(2.6 * 2 * math.pi)
 
 
+@pytest.mark.parametrize(("start", "end"), [(1e-12, -1e-12), (-1e-12, 1e-12)])
+@pytest.mark.parametrize("rise", [-2.0, 2.0])
+def test_a_helix_of_one_turn_is_one_where_the_angle_jumps(start, end, rise):
+    """From (-5, 0) to (-5, 0) one pitch away: roundings of y there are angles of pi and of -pi."""
+
+    def helix(part):
+        basis = part.add("HELIX", "", part.placement(), 5.0, 2.0)
+        return part.trimmed(basis, (-5, start, 0), (-5, end, rise))
+
+    assert followed(helix).arcs.sweep[-1] == pytest.approx(2 * math.pi)
+
+
 def test_ellipse_is_an_exact_rational_quadratic():
     def ellipse(part):
         basis = part.add("ELLIPSE", "", part.placement(), 8.0, 3.0)

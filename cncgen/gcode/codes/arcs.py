@@ -14,6 +14,7 @@ from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.sinks.sink import FULL_CIRCLE_MM
 from cncgen.gcode.state.modal import Stage
 from cncgen.kernels.gcode_motion import centre_from_radius
 
@@ -77,7 +78,11 @@ def _length(ip: Interpreter, end: list[float], centre: tuple[float, float], turn
     begin = complex(start[first] - centre[0], start[second] - centre[1])
     finish = complex(end[first] - centre[0], end[second] - centre[1])
     angle = cmath.phase(finish / begin) * (1 if turns > 0 else -1)
-    angle = (angle + 2 * math.pi if angle <= 0.0 else angle) + 2 * math.pi * (abs(turns) - 1)
+    if abs(finish - begin) < FULL_CIRCLE_MM:
+        angle = 2 * math.pi
+    elif angle <= 0.0:
+        angle += 2 * math.pi
+    angle += 2 * math.pi * (abs(turns) - 1)
     return math.hypot(abs(begin) * angle, end[normal] - start[normal])
 
 

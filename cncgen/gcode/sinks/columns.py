@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.gcode.block import AXIS_INDEX, Block
-from cncgen.gcode.sinks.sink import Curve, MotionBatch, Point
+from cncgen.gcode.sinks.sink import FULL_CIRCLE_MM, Curve, MotionBatch, Point
 from cncgen.gcode.state.modal import PLANE_AXES, zeros
 from cncgen.geometry import elementary
 from cncgen.geometry.tables import ArcTable, NurbsTable
@@ -22,8 +22,6 @@ from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode
 from cncgen.units import DEGREE, INCH, PER_MINUTE
 
 Floats = NDArray[np.float64]
-#: Start and end of an arc closer than this in the plane (mm): whole turns.
-_FULL_CIRCLE = 1e-9
 _MAX_PENDING = 4096
 _SHORT = 256
 
@@ -344,7 +342,7 @@ class ColumnsSink:
             (np.cross(begin, finish) * normals).sum(axis=1), (begin * finish).sum(axis=1)
         )
         angle = np.where(angle <= 0.0, angle + 2.0 * np.pi, angle)
-        whole = np.linalg.norm(finish - begin, axis=1) < _FULL_CIRCLE
+        whole = np.linalg.norm(finish - begin, axis=1) < FULL_CIRCLE_MM
         angle[whole] = 2.0 * np.pi
         return ArcTable(centre, normals, angle + 2.0 * np.pi * (np.abs(turns) - 1))
 

@@ -17,6 +17,8 @@ Point = list[float]
 
 #: Radius below which a surface speed (G96) without a limit asks for no more revolutions.
 LEAST_RADIUS_MM = 0.01
+#: Start and end of an arc closer than this in the plane, mm: whole turns. The rounding of coordinates is less.
+FULL_CIRCLE_MM = 1e-9
 
 
 class MotionBatch(NamedTuple):

@@ -224,8 +224,7 @@ class CurveReader:
                 off = abs(math.hypot(u, v) - 1.0) * min(a, b)
                 raise entity.fault("arc-radius", f"a trimming point lies {off:.4f} mm off the ellipse")
             angles.append(math.atan2(v, u))
-        turn = (angles[1] - angles[0]) % (2 * math.pi)
-        sweep = _sweep(angles[0], angles[1], forward, full=min(turn, 2 * math.pi - turn) < 1e-9)
+        sweep = _sweep(angles[0], angles[1], forward, full=_same_angle(angles[0], angles[1]))
         return splines.ellipse_arc(origin, a * x, b * y, angles[0], sweep if forward else -sweep)
 
     def _trimmed_helix(self, entity: Entity, basis: Entity, trims: tuple[Trim, Trim]) -> Piece:
@@ -246,7 +245,7 @@ class CurveReader:
             raise entity.fault("stepnc-geometry", text)
         forward = rise * pitch > 0
         begin, stop = (math.atan2((e - origin) @ y, (e - origin) @ x) for e in (start, end))
-        sweep = _sweep(begin, stop, forward, full=abs(begin - stop) < 1e-7) + 2 * math.pi * (turns - 1)
+        sweep = _sweep(begin, stop, forward, full=_same_angle(begin, stop)) + 2 * math.pi * (turns - 1)
         height = (start - origin) @ z
         return Arc(start, end, origin + height * z, z if forward else -z, sweep)
 
@@ -389,6 +388,11 @@ class CurveReader:
             text = f"{len(weights)} weights of {points} control points; all must be positive"
             raise entity.fault("spline-weights", text)
         return weights
+
+
+def _same_angle(one: float, other: float) -> bool:
+    """Tell whether two angles, rad, are one but for rounding, whole turns apart too: an angle of π may be read as −π."""
+    return abs(math.remainder(one - other, 2 * math.pi)) < 1e-7
 
 
 def _sweep(begin: float, end: float, forward: bool, full: bool) -> float:
