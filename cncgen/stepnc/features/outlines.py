@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from cncgen.geometry import elementary
 from cncgen.stepnc.features.job import Floats
@@ -87,7 +88,7 @@ def _contact(far: Floats, near: Floats, arc: Arc, point: Floats) -> Floats:
 def _begin_at_corner(p: Floats) -> Floats:
     """Turn a closed polygon so that it begins where its longest edge ends: not within an arc."""
     edges = np.linalg.norm(np.diff(p, axis=0), axis=1)
-    k = int(np.argmax(edges)) + 1
+    k = _first_longest(edges) + 1
     if k >= len(p) - 1 or edges.max() < 2 * np.median(edges):
         return p
     return np.concatenate([p[k:-1], p[: k + 1]])
@@ -124,13 +125,21 @@ def _arc_run(p: Floats, k: int) -> tuple[int, Floats] | None:
 
 
 def _circle(points: Floats) -> tuple[Floats, float] | None:
-    """Return centre, shape (3,), and radius of the circle nearest to points (I. Kåsa, 1976); None for a line."""
+    """Return centre, shape (3,), and radius of the circle nearest to points (I. Kåsa, 1976); None for a line.
+
+    Least squares of x² + y² = a x + b y + c about the mean of the points, where c is the mean of x² + y². The determinant of
+    the other two equations is a difference of products of sums of n terms. Each product is at most a quarter of
+    (Σ x² + y²)², so their rounding is at most (n + 2) ε/2 of that; points whose determinant is not twice that lie on a line.
+    """
     middle = points[:, :2].mean(axis=0)
     x, y = (points[:, :2] - middle).T
-    matrix = np.column_stack([x, y, np.ones(len(x))])
-    (a, b, c), _, rank, _ = np.linalg.lstsq(matrix, x**2 + y**2, rcond=1e-12)
-    if rank < 3:
+    square = x * x + y * y
+    xx, xy, yy = (x * x).sum(), (x * y).sum(), (y * y).sum()
+    determinant = xx * yy - xy * xy
+    if determinant <= (len(x) + 2) * np.finfo(float).eps * (xx + yy) ** 2:
         return None
+    right, up, c = (x * square).sum(), (y * square).sum(), square.mean()
+    a, b = (right * yy - up * xy) / determinant, (up * xx - right * xy) / determinant
     radius = math.sqrt(max(c + (a**2 + b**2) / 4, 0.0))
     return np.array([middle[0] + a / 2, middle[1] + b / 2, points[0, 2]]), radius
 
@@ -239,9 +248,15 @@ def middle_of_longest(curve: list[Piece]) -> Floats:
     for piece in curve:
         if isinstance(piece, Polyline):
             steps = np.linalg.norm(np.diff(piece.points, axis=0), axis=1)
-            k = int(np.argmax(steps))
+            k = _first_longest(steps)
             middles.append((float(steps[k]), (piece.points[k] + piece.points[k + 1]) / 2))
         elif isinstance(piece, Arc):
             radius = float(np.linalg.norm(piece.start - piece.centre))
             middles.append((radius * piece.sweep, piece.points(np.array([0.5]))[0]))
-    return max(middles, key=lambda m: m[0])[1] if middles else curve[0].start
+    return middles[_first_longest([m[0] for m in middles])][1] if middles else curve[0].start
+
+
+def _first_longest(lengths: ArrayLike) -> int:
+    """Return the first of the longest: lengths that differ by less than rounding, as opposite sides of a rectangle do, are one."""
+    given = np.asarray(lengths, float)
+    return int(np.argmax(given >= given.max() * (1.0 - 1e-12)))
