@@ -1,6 +1,6 @@
 """Plans are the same to the bit on every processor: with OpenBLAS's and NumPy's code for others than this one.
 
-All G-code of `programs/` is planned, in one process a kind of processor. `OPENBLAS_CORETYPE` chooses the code of matrix products
+All of `programs/` is planned, in one process a kind of processor. `OPENBLAS_CORETYPE` chooses the code of matrix products
 and decompositions. `NPY_DISABLE_CPU_FEATURES` takes from NumPy what it has for this processor beyond the least one.
 """
 
@@ -18,7 +18,7 @@ from tests.processors import kinds
 ROOT = Path(__file__).resolve().parents[1]
 PROGRAMS = sorted(
     path.relative_to(ROOT).as_posix()
-    for pattern in ("*.nc", "lathe/*.nc")
+    for pattern in ("*.nc", "lathe/*.nc", "stepnc/*.stp")
     for path in ROOT.glob(f"programs/{pattern}")
 )
 PLAN = """

@@ -96,3 +96,18 @@ def arctan2(y: ArrayLike, x: ArrayLike) -> Floats:
 def power(x: ArrayLike, y: ArrayLike) -> Floats:
     """Return x to the power y."""
     return _of_two(kernel.power, x, y)
+
+
+def product(a: Floats, b: Floats) -> Floats:
+    """Return the matrix product a @ b of arrays of one or two dimensions, for few terms: each sum in the order of its terms.
+
+    NumPy's rounds as the processor's library of matrices does; so does its norm of a vector (`length`).
+    """
+    if b.ndim == 1:
+        return (a * b).sum(axis=-1)
+    return (a[..., None] * b).sum(axis=-2)
+
+
+def length(vector: Floats) -> np.float64:
+    """Return the length of a vector, shape (n,), of few components."""
+    return np.sqrt((vector * vector).sum())

@@ -11,6 +11,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.execution.canon import Canon
 from cncgen.stepnc.geometry.chords import polyline_of
@@ -138,8 +139,8 @@ class Meter(Canon):
 
     def arc(self, arc: Arc, end: Floats, rapid: bool) -> None:
         """Add an arc or a helix."""
-        rise = float((arc.end - arc.start) @ arc.normal)
-        length = float(np.hypot(np.linalg.norm(arc.start - arc.centre) * arc.sweep, rise))
+        rise = float(elementary.product(arc.end - arc.start, arc.normal))
+        length = float(np.hypot(elementary.length(arc.start - arc.centre) * arc.sweep, rise))
         self._add(length, 1, rapid)
         self._position = end[:3]
 
@@ -151,7 +152,7 @@ class Meter(Canon):
 
     def rigid_tap(self, end: Floats, pitch: float) -> None:
         """Add the way of a tap there and back."""
-        self._add(2 * float(np.linalg.norm(end[:3] - self._position)), 2, False)
+        self._add(2 * float(elementary.length(end[:3] - self._position)), 2, False)
 
     def dwell(self, seconds: float) -> None:
         """Add a dwell's time."""

@@ -14,6 +14,7 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.geometry.frames import Matrix
 from cncgen.stepnc.geometry.pieces import Piece
 
@@ -287,12 +288,12 @@ class Solid:
 
     def moved(self, frame: Matrix) -> Solid:
         """Return the solid seen from outside a frame."""
-        return replace(self, frame=frame @ self.frame)
+        return replace(self, frame=elementary.product(frame, self.frame))
 
     def reach(self, point: Vector, axis: Vector) -> tuple[float, float]:
         """Return how far it reaches from a point along a unit vector, lowest and highest, mm; both of shape (3,)."""
-        along = self.frame[:3, :3].T @ axis * np.array(self.size)
-        base = float((self.frame[:3, 3] - point) @ axis)
+        along = elementary.product(self.frame[:3, :3].T, axis) * np.array(self.size)
+        base = float(elementary.product(self.frame[:3, 3] - point, axis))
         if self.kind == "block":
             return base + float(np.minimum(along, 0.0).sum()), base + float(np.maximum(along, 0.0).sum())
         across = float(np.hypot(along[0], along[1]))

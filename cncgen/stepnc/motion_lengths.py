@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.geometry import nurbs
+from cncgen.geometry import elementary, nurbs
 from cncgen.toolpath.record import Kind, Toolpath
 
 Floats = NDArray[np.float64]
@@ -27,6 +27,6 @@ def motion_length(toolpath: Toolpath, row: int, points: Floats) -> float:
         return float(nurbs.lengths(one, np.zeros(1, np.int64), np.full(1, 3)).total[0])
     if toolpath.kind[row] == Kind.ARC:
         centre, normal = toolpath.arcs.centre[index[0]], toolpath.arcs.normal[index[0]]
-        across = np.linalg.norm(np.cross(normal, begin[:3] - centre)) * toolpath.arcs.sweep[index[0]]
-        return math.hypot(across, (end[:3] - begin[:3]) @ normal)
-    return float(np.linalg.norm((end - begin)[:3]) or np.linalg.norm((end - begin)[3:]))
+        across = elementary.length(np.cross(normal, begin[:3] - centre)) * toolpath.arcs.sweep[index[0]]
+        return math.hypot(across, elementary.product(end[:3] - begin[:3], normal))
+    return float(elementary.length((end - begin)[:3]) or elementary.length((end - begin)[3:]))

@@ -57,3 +57,13 @@ def test_where_a_function_has_no_value_there_is_no_warning() -> None:
     assert np.isnan(elementary.log(-1.0))
     assert np.isposinf(elementary.exp(1000.0))
     assert np.isnan(elementary.arcsin(2.0))
+
+
+def test_products_are_sums_in_the_order_of_their_terms() -> None:
+    rng = np.random.default_rng(5)
+    vector, matrix, points = rng.normal(size=3), rng.normal(size=(3, 3)), rng.normal(size=(7, 3))
+    by_hand = [sum(a * b for a, b in zip(row, vector, strict=True)) for row in points]
+    np.testing.assert_array_equal(elementary.product(points, vector), by_hand)
+    for a, b in ((points, matrix), (vector, matrix), (matrix, matrix), (vector, vector)):
+        np.testing.assert_allclose(elementary.product(a, b), a @ b, rtol=1e-13)
+    assert elementary.length(vector) == math.sqrt(sum(x * x for x in vector))

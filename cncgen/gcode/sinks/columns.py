@@ -332,9 +332,9 @@ class ColumnsSink:
             axis = np.array([c * axis[0] - s * axis[1], s * axis[0] + c * axis[1], axis[2]])
         begin, finish = start[:, :3] - centre, end[:, :3] - centre
         # The centre lies on the axis at the height of the start point.
-        centre += np.outer(begin @ axis, axis)
-        begin -= np.outer(begin @ axis, axis)
-        finish -= np.outer(finish @ axis, axis)
+        centre += np.outer(elementary.product(begin, axis), axis)
+        begin -= np.outer(elementary.product(begin, axis), axis)
+        finish -= np.outer(elementary.product(finish, axis), axis)
         turns = batch.turns[arcs]
         sense = np.sign(turns).astype(float)
         normals = sense[:, None] * axis

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.ap238.graph import Graph
 from cncgen.stepnc.ap238.groups import Groups
 from cncgen.stepnc.ap238.profiles import CLOSED, OPEN, Profiles, find, path_of, profile_of
@@ -103,7 +104,7 @@ class Features:
             self.profiles.feature_placement = placement
             return self._shape(entity, kind, depth, inside)
 
-        return Feature(ident, label, name, placement @ move, shape)
+        return Feature(ident, label, name, elementary.product(placement, move), shape)
 
     def _label(self, entity: Entity) -> str:
         """Return the name of a feature: as a characterized object, or as a shape aspect."""
@@ -279,7 +280,7 @@ class Features:
             if usage != "uncut volume" or self.entities.get(ident).instance.part("BOSS") is None:
                 continue
             feature = self.read(ident)
-            shape, place = feature.shape(), inside @ feature.placement
+            shape, place = feature.shape(), elementary.product(inside, feature.placement)
             if abs(place[2, 2] - 1.0) > 1e-9:
                 text = "the boss does not stand along the feature's axis"
                 raise self.entities.get(ident).fault("stepnc-unsupported", text)

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.ap238.shapes import Shapes
 from cncgen.stepnc.entities import Entity
 from cncgen.stepnc.geometry import profile_shapes
@@ -76,7 +77,7 @@ class Groups:
             return profile_shapes.circular_places(entity, base, k * step, k * turn, size.get("diameter"))
         if kind == "FEATURE_PATTERN":
             return self.shapes.frames(entity.id, "base feature placement")
-        return [p @ base for p in self._rows(entity, size)]
+        return [elementary.product(p, base) for p in self._rows(entity, size)]
 
     def _rows(self, entity: Entity, size: dict[str, float]) -> list[Matrix]:
         rows, columns = (self._count(entity, size, f"number of {n}") for n in ("rows", "columns"))

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.ap238.graph import Item
 from cncgen.stepnc.ap238.shapes import Component, Shapes
 from cncgen.stepnc.entities import Entity
@@ -84,7 +85,7 @@ class Profiles:
             pieces = [self._ngon(entity, values)]
         else:
             pieces = self._curve(entity)
-            if np.linalg.norm(pieces[0].start - pieces[-1].end) > 1e-6:
+            if elementary.length(pieces[0].start - pieces[-1].end) > 1e-6:
                 pieces = [*pieces, Polyline(np.stack([pieces[-1].end, pieces[0].start]))]
         return self._placed(entity, pieces)
 

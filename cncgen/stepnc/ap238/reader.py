@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cncgen.diagnostics import Severity
+from cncgen.geometry import elementary
 from cncgen.stepnc.ap238.features import Features
 from cncgen.stepnc.ap238.graph import Graph
 from cncgen.stepnc.ap238.operations import Operations
@@ -151,7 +152,11 @@ class Ap238Reader:
                 inner = inner if workpiece is None else inner._replace(workpiece=workpiece)
             with suppress(Skip):
                 plane = self.setups.security(setup)
-                inner = inner if plane is None else inner._replace(security=inner.frame @ plane)
+                inner = (
+                    inner
+                    if plane is None
+                    else inner._replace(security=elementary.product(inner.frame, plane))
+                )
         return ProgramStructure(
             entity.id, entity.text("name"), "workplan", tuple(c.id for c in children), inner
         )
@@ -186,9 +191,9 @@ class Ap238Reader:
         found = self.toolpaths.placed(properties, "security plane", "PLANE", "ELEMENTARY_SURFACE")
         if found is not None:
             plane = found[1].plane(found[0].id)
-            return outer if plane is None else frame @ plane
+            return outer if plane is None else elementary.product(frame, plane)
         bare = self.toolpaths.placed(properties, "security plane", "AXIS2_PLACEMENT_3D")
-        return outer if bare is None else frame @ bare[1].placement(bare[0].id)
+        return outer if bare is None else elementary.product(frame, bare[1].placement(bare[0].id))
 
     def _rapid(self, entity: Entity, properties: Properties, setting: Setting) -> Workingstep:
         frame = self.toolpaths.frame(properties, setting.frame)
@@ -231,7 +236,11 @@ class Ap238Reader:
         feature = None
         if operation.paths is None:
             feature = self.features.of_workingstep(entity.id)
-            frame = frame if feature is None else frame @ setting.workpiece @ feature.placement
+            frame = (
+                frame
+                if feature is None
+                else elementary.product(elementary.product(frame, setting.workpiece), feature.placement)
+            )
         return Workingstep(entity.id, entity.text("name"), operation, feature, frame, security)
 
     def needs_rotary(self) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.ap238.graph import Graph
 from cncgen.stepnc.ap238.shapes import Shapes
 from cncgen.stepnc.entities import Entity
@@ -88,4 +89,4 @@ class Setups:
             context = None if space is None else self.graph.context(int(space))
             placements = Placements(self.entities, self.shapes.units.context(context)[0])
             frames.append(placements.placement(item.id))
-        return np.asarray(frames[1] @ np.linalg.inv(frames[0]), np.float64)
+        return elementary.product(frames[1], np.asarray(np.linalg.inv(frames[0]), np.float64))

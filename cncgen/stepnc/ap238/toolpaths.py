@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.ap238.graph import Graph, Item
 from cncgen.stepnc.ap238.technology import Resources, described
 from cncgen.stepnc.ap238.units import Units
@@ -52,7 +53,7 @@ class Toolpaths:
     def frame(self, properties: Properties, outer: Matrix) -> Matrix:
         """Return the frame of toolpaths within an outer one."""
         found = self.placed(properties, "toolpath orientation", "AXIS2_PLACEMENT_3D")
-        return outer if found is None else outer @ found[1].placement(found[0].id)
+        return outer if found is None else elementary.product(outer, found[1].placement(found[0].id))
 
     def read(self, owner: int, tilt: Vector | None = None) -> Paths:
         """Return the toolpaths of an operation or rapid movement, by their sequence.

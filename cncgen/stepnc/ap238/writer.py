@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.geometry import elementary
 from cncgen.stepnc.ap238.aim_file import AimFile, E
 from cncgen.stepnc.motion_lengths import motion_length
 from cncgen.stepnc.part21 import Ref
@@ -200,10 +201,10 @@ class _Writer:
     def _arc(self, toolpath: Toolpath, start: Floats, end: Floats, index: int) -> Ref:
         table, file = toolpath.arcs, self.file
         centre, normal, sweep = table.centre[index], table.normal[index], float(table.sweep[index])
-        radius = float(np.linalg.norm(start - centre))
+        radius = float(elementary.length(start - centre))
         place = file.placement(centre, normal, (start - centre) / radius)
         trims = file.points(np.stack([start, end]))
-        rise = float((end - start) @ normal)
+        rise = float(elementary.product(end - start, normal))
         if abs(rise) > 1e-9 or sweep > 2 * math.pi + 1e-9:
             pitch = rise * 2 * math.pi / sweep
             basis = file.add("HELIX", "", place, radius / file.unit, pitch / file.unit)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Severity
+from cncgen.geometry import elementary
 from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.execution.canon import Canon
 from cncgen.stepnc.execution.machine_state import MachineState
@@ -358,16 +359,19 @@ class ProgramExecutor:
             machine.traverse(start)
             return
         if begun and self._connect is None and step.operation.paths is not None:
-            gap = float(np.linalg.norm(start - machine.position))
+            gap = float(elementary.length(start - machine.position))
             if gap > 0:
                 text = f"the toolpath begins {gap:.4f} mm from where the one before it ended; it is reached in rapid"
                 self._warn(path.ident, "path-gap", text)
         self._connect = None
         if step.security is not None:
-            axis, height = step.security[:3, 2], float(step.security[:3, 2] @ step.security[:3, 3])
+            axis, height = (
+                step.security[:3, 2],
+                float(elementary.product(step.security[:3, 2], step.security[:3, 3])),
+            )
         else:
             axis = np.array([0.0, 0.0, 1.0])
-            height = float(self._home @ axis)
+            height = float(elementary.product(self._home, axis))
             if self._moved:
                 text = f"there is no security plane; the way to the next toolpath is taken at Z {height:g} mm"
                 self._warn(step.ident, "stepnc-no-security-plane", text)
@@ -380,7 +384,7 @@ class ProgramExecutor:
             return np.asarray(axes)
         tilt = step.operation.tilt
         local = np.array([0.0, 0.0, 1.0]) if tilt is None else tilt
-        return np.asarray(step.frame[:3, :3] @ local)[None, :]
+        return np.asarray(elementary.product(step.frame[:3, :3], local))[None, :]
 
 
 def _within(piece: Piece) -> bool:

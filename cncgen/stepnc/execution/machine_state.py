@@ -8,6 +8,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.execution.canon import Canon
 from cncgen.stepnc.execution.rotary_axes import RotaryAxes
 from cncgen.stepnc.execution.technology import Speeds
@@ -154,12 +155,12 @@ class MachineState:
             tool_axes: Shape (n, 3), the tool's directions from the point on; it turns above.
             height: Of the plane along `axis` from the machine's origin, mm; the tool goes no lower than it is.
         """
-        here = float(self.position @ axis)
-        top = max(height, here, float(point @ axis))
+        here = float(elementary.product(self.position, axis))
+        top = max(height, here, float(elementary.product(point, axis)))
         if here < top:
             self.traverse(self.position + (top - here) * axis)
         self.turn(tool_axes)
-        self.traverse(point + (top - float(point @ axis)) * axis)
+        self.traverse(point + (top - float(elementary.product(point, axis))) * axis)
         self.traverse(point)
 
     def tap(self, end: Floats, pitch: float) -> None:
@@ -220,10 +221,10 @@ class MachineState:
         """
         last = self._full(self.position)
         for row, wanted in zip(rows, tip, strict=True):
-            way = float(np.linalg.norm(row[:3] - last[:3]))
+            way = float(elementary.length(row[:3] - last[:3]))
             if way < STILL:
                 row[:3] = last[:3]
-                way = float(np.linalg.norm(row[3:] - last[3:]))
+                way = float(elementary.length(row[3:] - last[3:]))
             self.canon.feed(feed * way / wanted if wanted > 1e-9 and way > 0 else feed)
             self.canon.lines(row[None, :])
             last = row
@@ -260,7 +261,7 @@ class MachineState:
         end, self.position = self._full(arc.end), arc.end
         arc = self._seen(arc)
         aligned = np.count_nonzero(np.abs(arc.normal) > 1e-12) == 1
-        flat = abs(float((arc.end - arc.start) @ arc.normal)) < 1e-9
+        flat = abs(float(elementary.product(arc.end - arc.start, arc.normal))) < 1e-9
         if aligned or not flat or arc.sweep > 2 * np.pi + 1e-9:
             self.canon.arc(arc, end, rapid)
             return

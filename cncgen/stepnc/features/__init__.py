@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.features import holes, plane, pocket, profile, slot
 from cncgen.stepnc.features.job import Job
@@ -72,7 +73,7 @@ def _check_security(step: Workingstep, exchange: Exchange) -> None:
     if step.security is None:
         return
     normal, place = step.security[:3, 2], step.security[:3, 3]
-    highest = float((step.frame[:3, 3] - place) @ normal)
+    highest = float(elementary.product(step.frame[:3, 3] - place, normal))
     text = f"the security plane lies {highest:g} mm below the feature's origin"
     if step.raw is not None:
         top = step.raw.reach(place, normal)[1]
@@ -112,7 +113,7 @@ class _Maker:
         """Return lowest and highest point of the raw piece in the frame of a feature within that of the workingstep, mm."""
         if self.step.raw is None:
             return None
-        place = self.step.frame @ frame
+        place = elementary.product(self.step.frame, frame)
         return self.step.raw.reach(place[:3, 3], place[:3, 2])
 
     def _one(self, job: Job, kind: str) -> tuple[CutterPath, ...]:
@@ -130,7 +131,7 @@ class _Maker:
             elements = _holes_for(job, elements)
         out: list[CutterPath] = []
         for element in elements:
-            out += self.paths(element, frame @ element.placement, depth + 1)
+            out += self.paths(element, elementary.product(frame, element.placement), depth + 1)
         return tuple(out)
 
 

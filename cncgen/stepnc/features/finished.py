@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.entities import Skip
 from cncgen.stepnc.features import offsets, slot
 from cncgen.stepnc.features.holes import tip_length
@@ -157,7 +158,9 @@ def _cavities(
         return [
             cavity
             for element in shape.elements
-            for cavity in _cavities(step, element, frame @ element.placement, exchange, level + 1)
+            for cavity in _cavities(
+                step, element, elementary.product(frame, element.placement), exchange, level + 1
+            )
         ]
     job = Job(step.ident, step.operation, shape, exchange)
     over = job.value("overcut_length", 0.0)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.features.job import Floats
 from cncgen.stepnc.features.outlines import QUARTER, refit
 from cncgen.stepnc.geometry.chords import polyline_of
@@ -105,14 +106,14 @@ def _is_parallel(parallel: Any, geometry: Any, distance: float) -> bool:
 
 def _chords_of(piece: Piece) -> Floats:
     """Return the points of a piece's chords, shape (n, 3); arcs beyond metres of radius get no more of them."""
-    radius = float(np.linalg.norm(piece.start - piece.centre)) if isinstance(piece, Arc) else 0.0
+    radius = float(elementary.length(piece.start - piece.centre)) if isinstance(piece, Arc) else 0.0
     return polyline_of(piece, max(CHORD, 1e-6 * radius)).points
 
 
 def bounds_along(pieces: list[Piece], direction: Floats) -> tuple[float, float]:
     """Return the lowest and highest coordinate of pieces along a unit vector, mm."""
     points = np.concatenate([_chords_of(p) for p in pieces])
-    along = points @ direction
+    along = elementary.product(points, direction)
     return float(along.min()), float(along.max())
 
 
@@ -215,7 +216,7 @@ def inradius(polygon: Polygon) -> tuple[float, Floats]:
     from shapely import maximum_inscribed_circle
 
     line = np.array(maximum_inscribed_circle(polygon, tolerance=CENTRE).coords)
-    return float(np.linalg.norm(line[1] - line[0])), line[0]
+    return float(elementary.length(line[1] - line[0])), line[0]
 
 
 def nested(shrink: Callable[[float], list[Polygon]], step: float, reach: float) -> list[Ring]:
@@ -325,7 +326,7 @@ def _core(polygon: Polygon) -> Floats | None:
         length = float(sides[1 - k]) - 2 * left
         if abs(sides[k] - 2 * left) < 1e-3 * left and length > 1e-3:
             ends = np.stack([(box[k] + box[(k + 1) % 4]) / 2, (box[(k + 2) % 4] + box[(k + 3) % 4]) / 2])
-            inward = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0]) * left
+            inward = (ends[1] - ends[0]) / elementary.length(ends[1] - ends[0]) * left
             ends = ends + np.stack([inward, -inward])
             ends = ends[np.lexsort(np.round(ends.T[::-1], 6))]
             return np.column_stack([ends, np.zeros(2)])
@@ -419,7 +420,7 @@ def chords(polygon: Polygon, along: Floats, across: Floats, step: float) -> list
     from shapely import LineString
 
     points = np.array(polygon.exterior.coords)
-    low, high = points @ along[:2], points @ across[:2]
+    low, high = elementary.product(points, along[:2]), elementary.product(points, across[:2])
     count = max(1, math.ceil((high.max() - high.min()) / step - 1e-9))
     if count > 10 * MAX_RINGS:
         raise OffsetError(f"{count} lines {step:g} mm apart, more than {10 * MAX_RINGS}")
@@ -431,8 +432,8 @@ def chords(polygon: Polygon, along: Floats, across: Floats, step: float) -> list
         cut = polygon.intersection(LineString(ends))
         parts = [np.array(g.coords) for g in getattr(cut, "geoms", [cut]) if g.geom_type == "LineString"]
         stretches = [np.column_stack([c, np.zeros(len(c))]) for c in parts if len(c) > 1]
-        stretches.sort(key=lambda c: float(c[0] @ along))
-        rows.append([(c[0], c[-1]) for c in stretches if np.linalg.norm(c[-1] - c[0]) > 1e-6])
+        stretches.sort(key=lambda c: float(elementary.product(c[0], along)))
+        rows.append([(c[0], c[-1]) for c in stretches if elementary.length(c[-1] - c[0]) > 1e-6])
     return [r for r in rows if r]
 
 

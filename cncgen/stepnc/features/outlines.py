@@ -68,7 +68,9 @@ def _tangent(pieces: list[Piece]) -> list[Piece]:
             end = _contact(after.points[1], after.points[0], piece, end)
             out[(k + 1) % len(out)] = Polyline(np.concatenate([end[None, :], after.points[1:]]))
         u, w = start - piece.centre, end - piece.centre
-        sweep = math.atan2(float(piece.normal @ np.cross(u, w)), float(u @ w)) % (2 * math.pi)
+        sweep = math.atan2(
+            float(elementary.product(piece.normal, np.cross(u, w))), float(elementary.product(u, w))
+        ) % (2 * math.pi)
         out[k] = Arc(start, end, piece.centre, piece.normal, sweep)
     return out
 
@@ -76,12 +78,12 @@ def _tangent(pieces: list[Piece]) -> list[Piece]:
 def _contact(far: Floats, near: Floats, arc: Arc, point: Floats) -> Floats:
     """Return where the line from `far` to `near` touches an arc's circle, if that is beside the arc's end `point`."""
     along = near - far
-    length = float(np.linalg.norm(along))
-    radius = float(np.linalg.norm(point - arc.centre))
-    foot = far + along * float((arc.centre - far) @ along) / max(length**2, 1e-300)
-    beside = float(np.linalg.norm(foot - point)) <= 1.5 * EDGE_ANGLE * radius
-    touches = abs(float(np.linalg.norm(foot - arc.centre)) - radius) <= 2 * REFIT
-    ahead = float((foot - far) @ along) > 0
+    length = float(elementary.length(along))
+    radius = float(elementary.length(point - arc.centre))
+    foot = far + along * float(elementary.product(arc.centre - far, along)) / max(length**2, 1e-300)
+    beside = float(elementary.length(foot - point)) <= 1.5 * EDGE_ANGLE * radius
+    touches = abs(float(elementary.length(foot - arc.centre)) - radius) <= 2 * REFIT
+    ahead = float(elementary.product(foot - far, along)) > 0
     return foot if beside and touches and ahead else point
 
 
@@ -167,7 +169,7 @@ def with_detours(curves: list[list[Piece]], places: Sequence[Floats]) -> list[li
     out = list(curves)
     for place in places:
         near = [(_split(c), _nearest(_split(c), place, None)) for c in out]
-        k = min(range(len(out)), key=lambda i: float(np.linalg.norm(near[i][1][2] - place)))
+        k = min(range(len(out)), key=lambda i: float(elementary.length(near[i][1][2] - place)))
         split, (index, t, begin) = near[k]
         first, last = _divide(split[index], t, begin)
         detour = Polyline(np.stack([begin, place, begin]))
@@ -192,9 +194,9 @@ def _nearest(pieces: list[Piece], point: Floats, ahead: Floats | None) -> tuple[
     for index, piece in enumerate(pieces):
         t, place = _nearest_on(piece, point)
         way = place[:2] - point[:2]
-        distance = float(np.linalg.norm(way))
+        distance = float(elementary.length(way))
         if ahead is not None and distance > 0:
-            distance -= 1e-4 * float(way @ ahead[:2]) / distance
+            distance -= 1e-4 * float(elementary.product(way, ahead[:2])) / distance
         if distance < best[0] - 1e-9:
             best = (distance, index, t, place)
     return best[1:]
@@ -211,7 +213,14 @@ def _nearest_on(piece: Piece, point: Floats) -> tuple[float, Floats]:
         return t, piece.points(np.array([t]))[0]
     a, b = piece.start, piece.end
     along = b - a
-    t = float(np.clip((point - a)[:2] @ along[:2] / max(float(along @ along), 1e-300), 0.0, 1.0))
+    t = float(
+        np.clip(
+            elementary.product((point - a)[:2], along[:2])
+            / max(float(elementary.product(along, along)), 1e-300),
+            0.0,
+            1.0,
+        )
+    )
     return t, a + t * along
 
 
@@ -251,7 +260,7 @@ def middle_of_longest(curve: list[Piece]) -> Floats:
             k = _first_longest(steps)
             middles.append((float(steps[k]), (piece.points[k] + piece.points[k + 1]) / 2))
         elif isinstance(piece, Arc):
-            radius = float(np.linalg.norm(piece.start - piece.centre))
+            radius = float(elementary.length(piece.start - piece.centre))
             middles.append((radius * piece.sweep, piece.points(np.array([0.5]))[0]))
     return middles[_first_longest([m[0] for m in middles])][1] if middles else curve[0].start
 

@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.features import offsets, pocket
 from cncgen.stepnc.features.entry import Entry, along_cut, plunge
 from cncgen.stepnc.features.job import Floats, Job, Moves, at_height
@@ -47,7 +48,7 @@ def _feed_direction(job: Job) -> Floats:
         course = job.shape.course
         given = course[-1].end - course[0].start if course else np.array([1.0, 0.0, 0.0])
     flat = np.array([given[0], given[1], 0.0])
-    length = float(np.linalg.norm(flat))
+    length = float(elementary.length(flat))
     if length < 1e-9:
         raise job.fault("stepnc-geometry", "the feed direction is across the face")
     return flat / length

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.features import offsets, outlines
 from cncgen.stepnc.features.bottoms import bottom_of
 from cncgen.stepnc.features.entry import Entry, choose, plunge, ramp
@@ -265,7 +266,7 @@ def _way_down(job: Job, root: Ring, core: Floats | None, curves: list[list[Piece
     first = curves[0][0]
     start = first.start if core is None else core[0]
     direction = (first.end if core is not None and len(core) == 2 else first.start) - start
-    if np.linalg.norm(direction) < 1e-9:
+    if elementary.length(direction) < 1e-9:
         direction = np.diff(polyline_of(first, 1e-3).points[:2], axis=0)[0]
     return choose(job, start, _unit(direction), curves[0], root.polygon)
 
@@ -288,7 +289,7 @@ def _follows(job: Job, inner: Ring, outer: Ring) -> bool:
 
 
 def _unit(vector: Floats) -> Floats:
-    return np.asarray(vector / np.linalg.norm(vector))
+    return np.asarray(vector / elementary.length(vector))
 
 
 def _ramp_on(job: Job, curve: list[Piece]) -> Entry:
@@ -325,7 +326,7 @@ def _runs(job: Job, root: Ring, step: float, contoured: bool) -> list[list[Float
     one_way = strategy is not None and strategy.kind == "unidirectional"
     x, y = (1.0, 0.0) if values.get("feed_direction") is None else values["feed_direction"][:2]
     along = np.array([x, y, 0.0])
-    if np.linalg.norm(along) < 1e-9:
+    if elementary.length(along) < 1e-9:
         raise job.fault("stepnc-geometry", "the feed direction is across the pocket")
     along = _unit(along)
     across = job.stepover(along)
@@ -334,7 +335,7 @@ def _runs(job: Job, root: Ring, step: float, contoured: bool) -> list[list[Float
     for row in offsets.chords(root.polygon, along, across, step):
         for stretch in row if forward else row[::-1]:
             a, b = stretch if forward else stretch[::-1]
-            if contoured and float(np.linalg.norm(b - a)) < job.radius:
+            if contoured and float(elementary.length(b - a)) < job.radius:
                 continue  # between two walls so close that going along them cuts it
             near = runs and not one_way and offsets.line_inside(root.polygon, runs[-1][-1], a)
             if near and len(row) == 1:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.features import offsets, pocket, profile
 from cncgen.stepnc.features.entry import Entry, along_cut, plunge
 from cncgen.stepnc.features.job import Job, Moves, at_height, raised
@@ -39,7 +40,7 @@ def _path(job: Job) -> list[Piece]:
 
 
 def _is_loop(course: list[Piece]) -> bool:
-    return float(np.linalg.norm(course[-1].end - course[0].start)) < 1e-6
+    return float(elementary.length(course[-1].end - course[0].start)) < 1e-6
 
 
 def _extended(job: Job, course: list[Piece]) -> list[Piece]:
@@ -77,7 +78,7 @@ def _shortened(job: Job, course: list[Piece]) -> list[Piece]:
     *rest, last = course
     if isinstance(last, Polyline):
         step = last.points[-1] - last.points[-2]
-        length = float(np.linalg.norm(step))
+        length = float(elementary.length(step))
         if length > job.radius:
             end = last.points[-1] - job.radius / length * step
             return [*rest, Polyline(np.concatenate([last.points[:-1], end[None, :]]))]
@@ -222,7 +223,7 @@ def _step_as_pocket(job: Job) -> Job:
         raise job.fault("stepnc-missing", text, hint="give the workpiece an its_rawpiece with a BLOCK")
     if width is None:
         _, far = offsets.bounds_along(stock or [], right)
-        width = far - float(foot[0] @ right)
+        width = far - float(elementary.product(foot[0], right))
         if not width > 0:
             raise job.fault("stepnc-geometry", "the raw piece ends before the wall of the step")
     top = foot - job.depth * math.tan(job.shape.slope) * right

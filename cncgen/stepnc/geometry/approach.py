@@ -10,6 +10,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.entities import Entity
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
 from cncgen.stepnc.geometry.splines import evaluate
@@ -24,14 +25,14 @@ def start_tangent(piece: Piece) -> Floats:
         long = np.flatnonzero(np.abs(steps).max(axis=1) > 1e-9)
         vector = steps[long[0]] if len(long) else np.array([1.0, 0.0, 0.0])
     elif isinstance(piece, Arc):
-        rise = float((piece.end - piece.start) @ piece.normal)
+        rise = float(elementary.product(piece.end - piece.start, piece.normal))
         vector = np.cross(piece.normal, piece.start - piece.centre) * piece.sweep + rise * piece.normal
     else:
         low = float(piece.knots[piece.degree])
         step = (float(piece.knots[-piece.degree - 1]) - low) * 1e-6
         a, b = evaluate(piece, np.array([low, low + step]))
         vector = b - a
-    return np.asarray(vector / np.linalg.norm(vector))
+    return np.asarray(vector / elementary.length(vector))
 
 
 def angled(
@@ -45,12 +46,12 @@ def angled(
     side = fix - goal
     if toward is not None:
         side = -toward
-    across = side - (side @ along) * along
-    if np.linalg.norm(across) < 1e-9:
+    across = side - (elementary.product(side, along)) * along
+    if elementary.length(across) < 1e-9:
         return [Polyline(np.stack([fix, goal]))]
-    across /= np.linalg.norm(across)
+    across /= elementary.length(across)
     corner = goal + bend * (math.sin(angle) * across - math.cos(angle) * along)
-    points = [fix, corner, goal] if np.linalg.norm(corner - fix) > 1e-9 else [fix, goal]
+    points = [fix, corner, goal] if elementary.length(corner - fix) > 1e-9 else [fix, goal]
     if not bend > 0:
         raise entity.fault("stepnc-geometry", f"benddist is {bend:g} mm, not positive")
     return [Polyline(np.stack(points))]
@@ -66,13 +67,13 @@ def tangential(
     """
     goal, along = contact.start, start_tangent(contact)
     side = fix - goal
-    across = side - (side @ along) * along
-    if not radius > 0 or np.linalg.norm(across) < 1e-9:
+    across = side - (elementary.product(side, along)) * along
+    if not radius > 0 or elementary.length(across) < 1e-9:
         raise entity.fault("stepnc-geometry", "no arc leads from the fixed point onto the path")
-    across /= np.linalg.norm(across)
+    across /= elementary.length(across)
     centre = goal + radius * across
     # In the plane of (along, across) about the centre the path is met at angle -90 degrees, turning against the clock.
-    x, y = float((fix - centre) @ along), float((fix - centre) @ across)
+    x, y = float(elementary.product(fix - centre, along)), float(elementary.product(fix - centre, across))
     distance = math.hypot(x, y)
     if distance < radius - 1e-9:
         text = f"the fixed point lies {distance:.4f} mm from the centre of the arc of {radius:g} mm"
@@ -81,6 +82,6 @@ def tangential(
     touch = centre + radius * (math.cos(begin) * along + math.sin(begin) * across)
     sweep = (-math.pi / 2 - begin) % (2 * math.pi)
     pieces: list[Piece] = []
-    if np.linalg.norm(touch - fix) > 1e-9:
+    if elementary.length(touch - fix) > 1e-9:
         pieces.append(Polyline(np.stack([fix, touch])))
     return [*pieces, Arc(touch, goal, centre, np.cross(along, across), sweep)]

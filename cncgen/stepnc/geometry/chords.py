@@ -26,7 +26,7 @@ def polyline_of(piece: Piece, chord: float) -> Polyline:
     if isinstance(piece, Polyline):
         return piece
     if isinstance(piece, Arc):
-        radius = float(np.linalg.norm(piece.start - piece.centre))
+        radius = float(elementary.length(piece.start - piece.centre))
         step = 2 * math.acos(max(1.0 - chord / radius, 0.0)) if radius > chord else math.pi / 2
         count = min(max(2, math.ceil(piece.sweep / step)), MAX_POINTS)
         points = piece.points(np.linspace(0.0, 1.0, count + 1))

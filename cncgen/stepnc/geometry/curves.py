@@ -13,6 +13,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.entities import Entities, Entity
 from cncgen.stepnc.geometry import splines
 from cncgen.stepnc.geometry.frames import MAX_COORDINATE, Placements
@@ -194,15 +195,17 @@ class CurveReader:
             else:
                 self._on_circle(entity, trim.point, origin, z, radius)
                 ends.append(trim.point)
-        begin, end = (math.atan2((e - origin) @ y, (e - origin) @ x) for e in ends)
-        sweep = _sweep(begin, end, forward, full=bool(np.linalg.norm(ends[1] - ends[0]) < 1e-6))
-        height = (ends[0] - origin) @ z
+        begin, end = (
+            math.atan2(elementary.product(e - origin, y), elementary.product(e - origin, x)) for e in ends
+        )
+        sweep = _sweep(begin, end, forward, full=bool(elementary.length(ends[1] - ends[0]) < 1e-6))
+        height = elementary.product(ends[0] - origin, z)
         return Arc(ends[0], ends[1], origin + height * z, z if forward else -z, sweep)
 
     def _on_circle(self, entity: Entity, point: Floats, origin: Floats, z: Floats, radius: float) -> None:
         arm = point - origin
-        height = arm @ z
-        found = float(np.linalg.norm(arm - height * z))
+        height = elementary.product(arm, z)
+        found = float(elementary.length(arm - height * z))
         if abs(found - radius) > RADIUS_TOLERANCE:
             text = f"a trimming point lies {found:.4f} mm from the centre, the radius is {radius:.4f} mm: "
             raise entity.fault(
@@ -219,7 +222,10 @@ class CurveReader:
             if trim.point is None:
                 angles.append((trim.parameter or 0.0) * self.angle)
                 continue
-            u, v = (trim.point - origin) @ x / a, (trim.point - origin) @ y / b
+            u, v = (
+                elementary.product(trim.point - origin, x) / a,
+                elementary.product(trim.point - origin, y) / b,
+            )
             if abs(math.hypot(u, v) - 1.0) * min(a, b) > RADIUS_TOLERANCE:
                 off = abs(math.hypot(u, v) - 1.0) * min(a, b)
                 raise entity.fault("arc-radius", f"a trimming point lies {off:.4f} mm off the ellipse")
@@ -236,7 +242,7 @@ class CurveReader:
         start, end = trims[0].point, trims[1].point
         for point in (start, end):
             self._on_circle(entity, point, origin, z, radius)
-        rise = float((end - start) @ z)
+        rise = float(elementary.product(end - start, z))
         turns = math.ceil(abs(rise / pitch) - 1e-9) if pitch else 0
         if not 1 <= turns <= MAX_TURNS:
             text = (
@@ -244,9 +250,12 @@ class CurveReader:
             )
             raise entity.fault("stepnc-geometry", text)
         forward = rise * pitch > 0
-        begin, stop = (math.atan2((e - origin) @ y, (e - origin) @ x) for e in (start, end))
+        begin, stop = (
+            math.atan2(elementary.product(e - origin, y), elementary.product(e - origin, x))
+            for e in (start, end)
+        )
         sweep = _sweep(begin, stop, forward, full=_same_angle(begin, stop)) + 2 * math.pi * (turns - 1)
-        height = (start - origin) @ z
+        height = elementary.product(start - origin, z)
         return Arc(start, end, origin + height * z, z if forward else -z, sweep)
 
     def _trimmed_polyline(
@@ -311,7 +320,7 @@ class CurveReader:
             if segment.flag("same_sense") is False:
                 part = reverse(part)
             if pieces:
-                gap = float(np.linalg.norm(part[0].start - pieces[-1].end))
+                gap = float(elementary.length(part[0].start - pieces[-1].end))
                 if gap > GAP_TOLERANCE:
                     text = f"the segment begins {gap:.4f} mm from the end of the one before it"
                     raise segment.fault("curve-gap", text)
@@ -404,7 +413,7 @@ def _sweep(begin: float, end: float, forward: bool, full: bool) -> float:
 
 def _closes(curve: Polyline | Nurbs) -> bool:
     """Tell whether a curve ends where it begins."""
-    return float(np.linalg.norm(curve.end - curve.start)) <= GAP_TOLERANCE
+    return float(elementary.length(curve.end - curve.start)) <= GAP_TOLERANCE
 
 
 def _stretches(begin: float, end: float, low: float, high: float) -> list[tuple[float, float]]:

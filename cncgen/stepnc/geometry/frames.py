@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.entities import Entities, Entity
 
 #: Coordinates beyond this are no geometry, in the file's unit.
@@ -25,13 +26,13 @@ def from_axes(origin: Vector, axis: Vector | None, reference: Vector | None) -> 
     Z is `axis` (default (0, 0, 1)); X is the projection of `reference` onto the plane across it (default: of (1, 0, 0),
     or of (0, 1, 0) where Z is parallel to that); Y completes them.
     """
-    z = np.array([0.0, 0.0, 1.0]) if axis is None else axis / np.linalg.norm(axis)
-    x = np.array([1.0, 0.0, 0.0]) if reference is None else reference / np.linalg.norm(reference)
-    x = x - (x @ z) * z
-    if np.linalg.norm(x) < 1e-9:
+    z = np.array([0.0, 0.0, 1.0]) if axis is None else axis / elementary.length(axis)
+    x = np.array([1.0, 0.0, 0.0]) if reference is None else reference / elementary.length(reference)
+    x = x - (elementary.product(x, z)) * z
+    if elementary.length(x) < 1e-9:
         x = np.array([1.0, 0.0, 0.0]) if abs(z[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
-        x = x - (x @ z) * z
-    x /= np.linalg.norm(x)
+        x = x - (elementary.product(x, z)) * z
+    x /= elementary.length(x)
     frame = np.eye(4)
     frame[:3, 0], frame[:3, 1], frame[:3, 2], frame[:3, 3] = x, np.cross(z, x), z, origin
     return frame
@@ -48,7 +49,7 @@ def apply(frame: Matrix, points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return points, shape (n, 3), seen from outside the frame."""
     if np.array_equal(frame, np.eye(4)):
         return points
-    return points @ frame[:3, :3].T + frame[:3, 3]
+    return elementary.product(points, frame[:3, :3].T) + frame[:3, 3]
 
 
 def is_identity(frame: Matrix, tolerance: float = 1e-9) -> bool:
@@ -87,7 +88,7 @@ class Placements:
         numbers = entity.numbers("direction_ratios")
         vector = np.array((numbers + [0.0] * 3)[:3])
         vector = vector / max(float(np.abs(vector).max()), 1e-300)  # the square of a large ratio overflows
-        length = np.linalg.norm(vector)
+        length = elementary.length(vector)
         if not 2 <= len(numbers) <= 3 or not length > 1e-12 or not np.isfinite(length):
             raise entity.fault(
                 "stepnc-geometry", f"a direction needs 2 or 3 ratios that are not all 0: {numbers}"
@@ -107,7 +108,7 @@ class Placements:
         axis, reference = entity.ref("axis"), entity.ref("ref_direction")
         z = self.direction(axis, entity.id) if axis is not None else None
         x = self.direction(reference, entity.id) if reference is not None else None
-        if x is not None and np.linalg.norm(np.cross(x, [0, 0, 1] if z is None else z)) < 1e-9:
+        if x is not None and elementary.length(np.cross(x, [0, 0, 1] if z is None else z)) < 1e-9:
             raise entity.fault("stepnc-geometry", "axis and ref_direction are parallel")
         return from_axes(self.point(location, entity.id), z, x)
 

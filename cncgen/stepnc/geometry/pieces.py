@@ -8,6 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.geometry.frames import Matrix, apply
 
 Floats = NDArray[np.float64]
@@ -39,7 +40,7 @@ class Polyline:
 
     def moved(self, frame: Matrix) -> Polyline:
         """Return it as seen from outside a frame."""
-        axes = None if self.axes is None else self.axes @ frame[:3, :3].T
+        axes = None if self.axes is None else elementary.product(self.axes, frame[:3, :3].T)
         return Polyline(apply(frame, self.points), axes)
 
 
@@ -55,21 +56,21 @@ class Arc:
 
     def reversed(self) -> Arc:
         """Return the same arc the other way; the centre goes to the height of the new start."""
-        rise = (self.end - self.start) @ self.normal
+        rise = elementary.product(self.end - self.start, self.normal)
         return Arc(self.end, self.start, self.centre + rise * self.normal, -self.normal, self.sweep)
 
     def moved(self, frame: Matrix) -> Arc:
         """Return it as seen from outside a frame."""
         start, end, centre = apply(frame, np.stack([self.start, self.end, self.centre]))
-        return Arc(start, end, centre, frame[:3, :3] @ self.normal, self.sweep)
+        return Arc(start, end, centre, elementary.product(frame[:3, :3], self.normal), self.sweep)
 
     def points(self, fractions: Floats) -> Floats:
         """Return points, shape (n, 3), at fractions 0 to 1 of the sweep."""
         u = self.start - self.centre
-        rise = (self.end - self.start) @ self.normal
+        rise = elementary.product(self.end - self.start, self.normal)
         v = np.cross(self.normal, u)
-        end_radius = np.linalg.norm(self.end - rise * self.normal - self.centre)
-        radius = np.linalg.norm(u)
+        end_radius = elementary.length(self.end - rise * self.normal - self.centre)
+        radius = elementary.length(u)
         growth = 1.0 + fractions * ((end_radius / radius if radius else 1.0) - 1.0)
         angle = fractions * self.sweep
         flat = np.cos(angle)[:, None] * u + np.sin(angle)[:, None] * v

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.entities import Entity
 from cncgen.stepnc.geometry.frames import Matrix, translation
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline, reverse
@@ -109,14 +110,14 @@ def circular_places(
         raise owner.fault("stepnc-geometry", text)
     reach = math.hypot(base[0, 3], base[1, 3])
     if reach < 1e-9 and diameter is not None:
-        base = translation(diameter / 2, 0.0, 0.0) @ base
+        base = elementary.product(translation(diameter / 2, 0.0, 0.0), base)
     elif diameter is not None and abs(2 * reach - diameter) > 0.002:
         text = f"the circle has a diameter of {diameter:g} mm, and the base feature stands on one of {2 * reach:g} mm"
         raise owner.fault("stepnc-geometry", text)
     out = []
     for angle, turn in zip(angles.tolist(), turns.tolist(), strict=True):
-        frame = about_z(turn) @ base
-        frame[:3, 3] = (about_z(angle) @ base)[:3, 3]
+        frame = elementary.product(about_z(turn), base)
+        frame[:3, 3] = (elementary.product(about_z(angle), base))[:3, 3]
         out.append(frame)
     return out
 
@@ -141,9 +142,9 @@ def closed_outline(
     """
     if opening is None:
         opening = [Polyline(np.stack([wall[-1].end, wall[0].start]))]
-    if np.linalg.norm(opening[0].start - wall[-1].end) > 1e-6:
+    if elementary.length(opening[0].start - wall[-1].end) > 1e-6:
         opening = reverse(opening)
-    if np.linalg.norm(opening[0].start - wall[-1].end) > 1e-6:
+    if elementary.length(opening[0].start - wall[-1].end) > 1e-6:
         raise owner.fault("stepnc-geometry", "the open boundary does not begin where the wall ends")
     return [*wall, *opening], tuple(range(len(wall), len(wall) + len(opening)))
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.entities import Entity
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
 
@@ -56,13 +57,15 @@ def _arc(entity: Entity, start: Floats, middle: Floats, end: Floats, full: bool)
     """Return the arc from start through middle to end, or the full circle through them."""
     a, b = middle - start, end - start
     normal = np.cross(a, b)
-    area = float(np.linalg.norm(normal))
-    if area <= 1e-12 * max(float(a @ a), float(b @ b), 1e-30):
+    area = float(elementary.length(normal))
+    if area <= 1e-12 * max(float(elementary.product(a, a)), float(elementary.product(b, b)), 1e-30):
         raise entity.fault("stepnc-geometry", "the points of an arc lie on one line")
-    centre = start + (np.cross(normal, a) * (b @ b) + np.cross(b, normal) * (a @ a)) / (2 * area**2)
+    centre = start + (
+        np.cross(normal, a) * (elementary.product(b, b)) + np.cross(b, normal) * (elementary.product(a, a))
+    ) / (2 * area**2)
     normal = normal / area
     if full:
         return Arc(start, start, centre, normal, 2 * math.pi)
     u, w = start - centre, end - centre
-    sweep = math.atan2(normal @ np.cross(u, w), u @ w) % (2 * math.pi)
+    sweep = math.atan2(elementary.product(normal, np.cross(u, w)), elementary.product(u, w)) % (2 * math.pi)
     return Arc(start, end, centre, normal, sweep)

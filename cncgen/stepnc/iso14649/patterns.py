@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.entities import Entities, Entity
 from cncgen.stepnc.geometry import profile_shapes
 from cncgen.stepnc.geometry.frames import Vector, translation
@@ -102,10 +103,10 @@ class Patterns:
         for change in self._changes(entity, "relocated_base_feature", "RECTANGULAR_OFFSET"):
             way = change.entity("offset_direction").id
             offset = self.features.placements.direction(way, change.id) * change.number("offset_distance")
-            places[place(change)] = translation(*offset) @ places[place(change)]
+            places[place(change)] = elementary.product(translation(*offset), places[place(change)])
         left = {place(c) for c in self._changes(entity, "missing_base_feature", "RECTANGULAR_OMIT")}
         base = self._base(entity)
-        kept = (p @ base.placement for k, p in enumerate(places) if k not in left)
+        kept = (elementary.product(p, base.placement) for k, p in enumerate(places) if k not in left)
         return Shape(elements=tuple(replace(base, placement=p) for p in kept))
 
     def general(self, entity: Entity) -> Shape:

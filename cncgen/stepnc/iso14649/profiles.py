@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from cncgen.geometry import elementary
 from cncgen.stepnc.entities import Entities, Entity
 from cncgen.stepnc.geometry import profile_shapes
 from cncgen.stepnc.geometry.curves import CurveReader
@@ -96,7 +97,7 @@ class Profiles:
             pieces = [self._ngon(entity)]
         elif kind == "GENERAL_CLOSED_PROFILE":
             pieces = self._general(entity, "closed_profile_shape")
-            if np.linalg.norm(pieces[0].start - pieces[-1].end) > 1e-6:
+            if elementary.length(pieces[0].start - pieces[-1].end) > 1e-6:
                 pieces = [*pieces, Polyline(np.stack([pieces[-1].end, pieces[0].start]))]
         else:
             raise entity.fault("stepnc-unsupported", "this is no closed profile that can be made")
@@ -194,7 +195,7 @@ class Profiles:
         across = side * (np.array([1.0, 0.0, 0.0]) if place is None else place[:3, 0])
         along = course[-1].end - course[0].start
         to_right = float(across[0] * along[1] - across[1] * along[0])
-        if abs(to_right) < 1e-9 * float(np.linalg.norm(along)):  # along X: the right hand of the way
+        if abs(to_right) < 1e-9 * float(elementary.length(along)):  # along X: the right hand of the way
             to_right = side
         return (course if to_right > 0 else reverse(course)), (slope if abs(slope) > 1e-9 else 0.0)
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from cncgen.diagnostics import Severity
+from cncgen.geometry import elementary
 from cncgen.stepnc.entities import Entities, Entity, Skip
 from cncgen.stepnc.geometry.curves import CurveReader
 from cncgen.stepnc.geometry.frames import Matrix, identity, is_identity
@@ -200,9 +201,9 @@ class Iso14649Reader:
             place = self.placements.optional(entity, "its_origin")
             workpiece = entity.ref("its_workpiece")
             if workpiece is not None:
-                workpieces[workpiece] = frame if place is None else frame @ place
+                workpieces[workpiece] = frame if place is None else elementary.product(frame, place)
         plane = self.placements.plane(setup.ref("its_secplane"), ident)
-        return Setting(frame, workpieces, None if plane is None else frame @ plane)
+        return Setting(frame, workpieces, None if plane is None else elementary.product(frame, plane))
 
     def _workpiece_frame(self, setting: Setting, workpiece: int | None, owner: Entity) -> Matrix:
         if workpiece in setting.workpieces:
@@ -228,9 +229,9 @@ class Iso14649Reader:
         raw = self.features.stock.solid(workpiece)
         raw = None if raw is None else raw.moved(frame)
         if feature is not None:
-            frame = frame @ feature.placement
+            frame = elementary.product(frame, feature.placement)
         plane = self.placements.plane(entity.ref("its_secplane"), entity.id)
-        security = setting.security if plane is None else frame @ plane
+        security = setting.security if plane is None else elementary.product(frame, plane)
         operation = self.operations.read(entity.entity("its_operation"))
         return Workingstep(entity.id, entity.text("its_id"), operation, feature, frame, security, raw=raw)
 
@@ -254,7 +255,7 @@ class Iso14649Reader:
         paths = self.operations.toolpaths.read(toolpath)
         operation = Operation(entity.id, entity.text("its_id"), "rapid", paths)
         plane = self.placements.plane(entity.ref("its_secplane"), entity.id)
-        security = setting.security if plane is None else setting.setup @ plane
+        security = setting.security if plane is None else elementary.product(setting.setup, plane)
         step = Workingstep(entity.id, operation.label, operation, None, setting.setup, security, rapid=True)
         tilt = self.operations.tilt(entity)
         return step if tilt is None else replace(step, operation=replace(operation, tilt=tilt))
