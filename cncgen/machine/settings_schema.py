@@ -18,7 +18,7 @@ from cncgen.arguments import is_number
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.machine.servo_parameters import MAGNITUDES
 
-DIALECTS = ("linuxcnc", "fanuc", "fanuc-lathe", "heidenhain")
+DIALECTS = ("linuxcnc", "fanuc", "fanuc-lathe", "heidenhain", "sinumerik")
 KINEMATICS = ("table-table", "head-head")
 
 

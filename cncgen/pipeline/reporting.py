@@ -12,7 +12,6 @@ from cncgen.diagnostics import Diagnostics, Severity, UsageError
 from cncgen.pipeline.planning import Plan, machine_of, options_on, output_axes, program_of, sample
 from cncgen.pipeline.reading import read, sound
 from cncgen.pipeline.using import simulate, why
-from cncgen.setpoints.differencing import differenced
 
 if TYPE_CHECKING:
     from cncgen.machine import Machine
@@ -192,6 +191,7 @@ def _shown(name: str) -> str:
 def _read(name: str | os.PathLike[str], program: Program, machine: Machine, label: str) -> Contents:
     """Record setpoints from a file; their velocities and so on are differences."""
     from cncgen.report.page import Contents, Recording
+    from cncgen.setpoints.differencing import differenced
     from cncgen.setpoints.readers import open_setpoints
 
     axes = output_axes(program)

@@ -164,7 +164,8 @@ def _endless(chunk: Toolpath, machine: Machine, found: Diagnostics) -> None:
         by_feed = np.where(chunk.feed_mode == FeedMode.INVERSE_TIME, 1.0, length) / chunk.feed
     seconds = np.where(chunk.feed_mode == FeedMode.RAPID, length / fastest, by_feed)
     longest = MOST_ROWS * machine.period_s
-    endless = np.flatnonzero((chunk.kind != Kind.EVENT) & (seconds > longest))
+    # A row without a feed is named by the strategies that need one.
+    endless = np.flatnonzero((chunk.kind != Kind.EVENT) & (seconds > longest) & (chunk.feed != 0.0))
     if len(endless):
         row = int(endless[0])
         found.add(

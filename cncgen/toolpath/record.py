@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from enum import IntEnum
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -140,6 +140,10 @@ class Toolpath:
 
     def __len__(self) -> int:
         return len(self.kind)
+
+    def __reduce__(self) -> tuple[type[Toolpath], tuple[Any, ...]]:
+        """Return what a pickle holds: the columns, from which the path is measured anew."""
+        return Toolpath, tuple(getattr(self, each.name) for each in fields(self) if each.init)
 
     def __repr__(self) -> str:
         lines = f", lines {self.line[0]} to {self.line[-1]}" if len(self) else ""

@@ -463,7 +463,12 @@ def test_functions_with_their_texts_and_tools():
     aim.file.words(say, "message text", "Turn the Part")
     path, found = aim.read(aim.plan(load, say, unload))
     events = [(e.name, *e.values.values()) for e in path.events]
-    assert events == [("tool", "7"), ("message", "Turn the Part"), ("user", "unload tool", "7"), ("end",)]
+    assert events == [
+        ("tool", "7", "drill"),
+        ("message", "Turn the Part"),
+        ("user", "unload tool", "7"),
+        ("end",),
+    ]
     assert codes(found) == []
 
 

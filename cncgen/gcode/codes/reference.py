@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from cncgen.gcode.block import AXES
 from cncgen.gcode.codes.table import BOTH, Code, language_of, table
 
-DIALECTS = ("linuxcnc", "fanuc", "fanuc-lathe", "heidenhain")
+DIALECTS = ("linuxcnc", "fanuc", "fanuc-lathe", "heidenhain", "sinumerik")
 #: Codes of the user stand in one line.
 _USER = "user"
 
