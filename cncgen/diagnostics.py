@@ -149,7 +149,7 @@ class Diagnostics:
         """Add each of several diagnostics."""
         for item in items:
             self.add(item)
-        if isinstance(items, Diagnostics):  # those that it counted and did not keep count on
+        if isinstance(items, Diagnostics):  # those beyond the kept ones stay counted
             for severity, count in items.counts.items():
                 self.counts[severity] += count - sum(item.severity == severity for item in items)
 
@@ -198,7 +198,7 @@ class RunDiagnostics(Diagnostics):
 
 
 def more(suppressed: int) -> str:
-    """Return what is said of diagnostics that were counted and not kept."""
+    """Return the text about diagnostics that were counted and not kept."""
     return f"{suppressed} more {'was' if suppressed == 1 else 'were'} counted and {'is' if suppressed == 1 else 'are'} not shown"
 
 

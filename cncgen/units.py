@@ -14,7 +14,7 @@ AXIS_LETTERS = "XYZABCUVW"
 #: The axes that turn: rad inside, degrees in files.
 ROTARY_LETTERS = "ABC"
 
-#: What limits of an axis are of, by the order of the derivative, with the power of the second in their unit.
+#: Quantities that an axis limits, by the order of the derivative, with the power of the second in their unit.
 ORDERS = (("velocity", ""), ("acceleration", "²"), ("jerk", "³"))
 #: Their names.
 ORDER_NAMES = tuple(name for name, _ in ORDERS)

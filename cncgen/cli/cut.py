@@ -51,9 +51,9 @@ def command(
 ) -> int:
     """Cut the stock of a program and say what is wrong.
 
-    Named are motions that enter the stock at rapid, cut with a standing spindle or one that turns the wrong way, cut into the
-    finished part, or touch the stock with shank or holder, and material that is left where a feature demands none. Exit 1 if a
-    motion is wrong. Positions are those of the tools' tips.
+    The command names motions that enter the stock at rapid, that cut with a standing spindle or one that turns the wrong way,
+    that cut into the finished part, or that touch the stock with shank or holder. It also names material that is left where a
+    feature demands its removal. Exit 1 if a motion is wrong. Positions are those of the tools' tips.
     """
     import json
 

@@ -160,7 +160,7 @@ program_options = _gathering(
     _choice(
         "--language", LANGUAGES, "Language of the program [default: by suffix and content].", default=False
     ),
-    _choice("--dialect", DIALECTS, "Whose G-code it is, where controls differ."),
+    _choice("--dialect", DIALECTS, "Control that the G-code is for, where controls differ."),
     click.option("--tool-table", metavar="FILE", type=FILE, help="Tool table in LinuxCNC's format."),
     click.option(
         "--parameters", metavar="FILE", type=FILE, help="Numbered parameters; read, never rewritten."
@@ -192,12 +192,12 @@ program_options = _gathering(
     _choice(
         "--speed-unit",
         SPEED_UNITS,
-        "What cutting speeds of ISO 14649 are in; in m/min they count before spindle speeds.",
+        "Unit of the cutting speeds of ISO 14649; in m/min they count before spindle speeds.",
     ),
     _choice(
         "--spindle-sign",
         SPINDLE_SIGNS,
-        "What tells the sense of rotation in STEP-NC: the sign of the speed, or the hand of the tool.",
+        "Sense of rotation in STEP-NC: by the sign of the speed, or by the hand of the tool.",
     ),
     click.option(
         "--max-steps",
@@ -288,7 +288,7 @@ unnamed_options = _all_of(
     ),
 )
 
-#: How a file of setpoints is read; `format` is None for its content and suffix.
+#: How to read a file of setpoints; with `format` None its content and suffix decide.
 setpoint_options = _all_of(
     click.option(
         "--format",

@@ -36,7 +36,7 @@ from cncgen.cli.types import FILE, FiniteRange
     type=FiniteRange(min=0, min_open=True),
     default=1e-9,
     show_default=True,
-    help="What positions are rounded to, mm and degrees: limits may be over by what that makes.",
+    help="Unit, mm and degrees, to which positions are rounded: differences may exceed a limit by the effect of that.",
 )
 @click.option("--report", metavar="FILE", type=FILE, help="Write the verdict as JSON.")
 @program_options

@@ -4,7 +4,8 @@ The path is the polyline through the setpoints (a drive that interpolates betwee
 the programmed curve by the chord error at most). The search starts at the commanded point and goes along the path
 as far, both ways, as `REACH` times the tracking error: further away the path is another place of the part that happens
 to pass by. docs/contour-error.md has the derivation. It is the distance of the numerical method of Tsai (2010), section 6.1
-and Fig. 3, who drops a perpendicular onto the commanded path; where there is none, at a corner or an end, the nearest point.
+and Fig. 3, who drops a perpendicular onto the commanded path. At a corner or an end without perpendicular it is the distance
+to the nearest point.
 """
 
 from __future__ import annotations

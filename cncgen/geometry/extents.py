@@ -1,10 +1,10 @@
 """How far curves reach in each axis: extrema of arcs in closed form, of NURBS by their hulls, cut finer and finer.
 
-A coordinate of a helix about the axis n is x(θ) = c + r ρ cos(θ − φ) + b θ with ρ cos φ = e1 and ρ sin φ = e2, so
-dx/dθ = 0 where sin(θ − φ) = b/(r ρ): two families of angles a turn apart. From turn to turn x changes by 2πb, so the
+A coordinate of a helix about the axis n is x(θ) = c + r ρ cos(θ − φ) + b θ with ρ cos φ = e1 and ρ sin φ = e2. So
+dx/dθ = 0 where sin(θ − φ) = b/(r ρ). These are two families of angles a turn apart. From turn to turn x changes by 2πb, so the
 first and the last angle of each family hold the extrema; where the radius grows slightly, Newton's method finishes.
 
-A piece of a rational B-spline with positive weights lies in the hull of its Bézier points, and those of [a, b] are its
+A piece of a rational B-spline with positive weights lies in the hull of its Bézier points. The points of [a, b] are its
 polar form at (a, …, a, b, …, b) (L. Piegl, W. Tiller, The NURBS Book, section 5.3; L. Ramshaw, Blossoms are polar
 forms, 1989). The hull closes in on the piece with the square of its length, so pieces whose hull reaches further than
 the curve is known to reach are halved until none does.

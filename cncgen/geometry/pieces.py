@@ -46,8 +46,8 @@ def pieces_of(path: Path, tolerance: Floats, scale: Floats, rows: Ints | None = 
 
     A line is one piece. An arc is cut so that the cubic Hermite interpolant by its points and tangents misses it by at
     most `ARC_SHARE` of the tolerance: |x − y| ≤ h⁴ max|x''''| / 384 (C. de Boor, A Practical Guide to Splines, IV). A
-    NURBS is cut at its knots, and between them until the interpolant misses it by `NURBS_SHARE` of the tolerance only,
-    so that the second derivative, known to h² max|x''''| / 12, is nearly its own where the curve itself goes on.
+    NURBS is cut at its knots, and between them until the interpolant misses it by `NURBS_SHARE` of the tolerance only.
+    The second derivative, known to h² max|x''''| / 12, is then nearly its own where the curve itself goes on.
 
     Args:
         tolerance: Shape (rows,), mm, of the chosen rows.

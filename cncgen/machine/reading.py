@@ -51,7 +51,7 @@ TOP_NUMBERS = MappingProxyType(
         "path_tolerance_mm": NumberKey(
             "how far G64 may leave the programmed path where the program gives no P", 1e-9, 1e6
         ),
-        "max_contour_error_mm": NumberKey("what the predicted contour error is held under", 1e-6, 1e6),
+        "max_contour_error_mm": NumberKey("bound of the predicted contour error", 1e-6, 1e6),
         "max_centripetal_mm_s2": NumberKey("limit of the acceleration across the path", 1e-6, 1e12),
     }
 )
@@ -177,7 +177,7 @@ def _syntax_fault(text: str, name: str, message: str) -> Diagnostic:
 _SYNTAX_HINTS = (
     (r"[0-9]$", r",\s*[0-9]", "the decimal sign is a point: 250.0"),
     (r"=\s*$", r"[“”„‘’«]", 'texts stand in straight quotes: name = "mine"'),
-    (r"=\s*$", r"[A-Za-z_./\\]", 'texts stand in quotes: name = "mine"; an INI file is no machine file'),
+    (r"=\s*$", r"[A-Za-z_./\\]", 'texts stand in quotes: name = "mine"; a machine file is TOML, not INI'),
     (r"^[\w.-]+\s*$", r":", 'this is YAML; a machine file is TOML: name = "mine", tables as [axes.x]'),
     (r"^\s*$", r"[{<]", 'this is JSON or XML; a machine file is TOML: name = "mine", tables as [axes.x]'),
 )

@@ -181,7 +181,7 @@ _FIRST_ORDER = (
     Parameter("coulomb_lag_{l}", "position error that Coulomb friction costs", 0.0, power=1),
     Parameter(
         "viscous_share",
-        "viscous friction: what it takes off the velocity command, as a share of the speed",
+        "viscous friction: the share of the speed that it takes off the velocity command",
         0.0,
     ),
     _optional("saturation_{l}_s", "bound of the velocity command", 1),

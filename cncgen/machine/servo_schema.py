@@ -36,7 +36,7 @@ def faults(table: Mapping[str, Any], letter: str) -> Iterator[tuple[str, str, st
     known = {p.key(letter): p for p in model.parameters}
     for key in table:
         if key != "model" and key not in known:
-            yield "machine-key", key, f"is no key of the model {name}; {_nearest(key, known)}"
+            yield "machine-key", key, f"is not a key of the model {name}; {_nearest(key, known)}"
     for key, parameter in known.items():
         if key not in table:
             if parameter.required:

@@ -90,7 +90,7 @@ TABLES: Mapping[str, tuple[Key, ...]] = MappingProxyType(
         "interpreter": (
             Key("dialect", "the control's language, where --dialect does not say", f"one of {', '.join(DIALECTS)}",
                 _is_of(DIALECTS), "as the program looks"),
-            Key("least_increment_mm", "what a number without a decimal point counts in (degrees alike; inches: a tenth)",
+            Key("least_increment_mm", "unit of a number without a decimal point (degrees alike; inches: a tenth)",
                 "a number from 1e-9 to 1", _from(1e-9, 1.0), "such numbers count like 10."),
         ),
         "kinematics": (

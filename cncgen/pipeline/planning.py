@@ -97,7 +97,7 @@ def program_of(program: Program | str | os.PathLike[str], machine: Machine) -> P
     if isinstance(program, str | os.PathLike):
         return read(program, options=options_on(machine))
     found: Program = expect(
-        program, Program, "the program", "what cncgen.read returns, or the name of a file"
+        program, Program, "the program", "a program of cncgen.read, or the name of a file"
     )
     return found
 
@@ -147,7 +147,7 @@ def _asked_for(options: PlanOptions | None, asked: Mapping[str, Any]) -> PlanOpt
 
 
 def output_axes(program: Program) -> str:
-    """Return the axes that setpoints of a program have: those that it names, or X Y Z if it names none."""
+    """Return the axes of a program's setpoints: the axes that it names, or X Y Z if it names none."""
     return program.moving_axes or program.axes
 
 

@@ -62,7 +62,7 @@ class StrategyFigures:
 
 @dataclass(frozen=True, slots=True)
 class Fluctuation:
-    """How far an interpolator's steps are from those that the feed commands.
+    """How far an interpolator's steps differ from the steps that the feed commands.
 
     Attributes:
         interpolator: Its name.
@@ -90,7 +90,7 @@ def compare_strategies(
         machine: Limits and servo data.
         options: Everything but the strategy.
         names: Strategies; None: ``adaptive``, ``curvature``, ``ild`` and, where it is installed, ``optimal``.
-        axes: Columns that are simulated; None: those that the program moves.
+        axes: Columns that are simulated; None: the axes that the program moves.
 
     Returns:
         Figures of each, in that order. A strategy that finds no plan says so in `fault`.

@@ -15,12 +15,12 @@ from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.setpoints.columns import AXIS_SIGNALS, PATH_SIGNALS
 from cncgen.setpoints.record import Setpoints
 
-#: What is said to who gives an array.
+#: Hint to a caller who gives an array.
 FROM_ARRAY = (
     'cncgen.Setpoints("XY", period_s, 0, rows) makes setpoints of an array, shape (n, axes), mm and rad'
 )
 
-#: Setpoints beyond this are no positions of a machine, mm or rad: a hundred kilometres.
+#: Largest position that a machine can have, mm or rad: a hundred kilometres.
 MAX_POSITION = 1e8
 
 
@@ -28,7 +28,7 @@ def checked_setpoints(chunks: Iterable[Any]) -> Iterator[Setpoints]:
     """Yield chunks of setpoints as they are drawn, each looked at: its axes, its arrays, its numbers.
 
     Raises:
-        UsageError: A chunk is no `Setpoints`, a field of it is wrong (`position` is to be of shape (n, axes)), a position
+        UsageError: A chunk is not a `Setpoints`, a field of it is wrong (`position` is to be of shape (n, axes)), a position
             is not finite, or a chunk does not go on where the one before it ends.
     """
     before: Setpoints | None = None
@@ -73,7 +73,7 @@ def _doubles(values: Any, name: str) -> NDArray[np.float64]:
     if np.iscomplexobj(values):
         raise wrong(f"{name} are complex numbers: of what is real in them alone, a copy is to be made first")
     if np.ma.is_masked(values):
-        raise wrong(f"{name} are masked: where there is no position there is no setpoint")
+        raise wrong(f"{name} are masked: every setpoint needs a position")
     try:
         return np.ascontiguousarray(values, np.float64)
     except (TypeError, ValueError) as error:

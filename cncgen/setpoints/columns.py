@@ -85,7 +85,7 @@ def inside_units(values: Floats, axes: str) -> Floats:
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """What the columns of a file are (time, axes, then signals), and what a format may say about them.
+    """The columns of a file (time, axes, then signals), and the facts that a format may state about them.
 
     Attributes:
         axes: Letters of the columns.

@@ -21,7 +21,7 @@ class EventWriter:
     def write(self, chunk: Setpoints) -> None:
         """Write the events of a chunk."""
         for t_s, line, event in chunk.events:
-            # A dwell of no time is one as well: who reads the file adds up all of them.
+            # A dwell of 0 s counts as a dwell too: readers of the file add up all of them.
             wait = {"dwell_s": event.dwell_s} if event.dwell_s or event.name == "dwell" else {}
             if event.wait_s:
                 wait |= {"end_t_s": round(t_s + event.wait_s, 9)}

@@ -21,7 +21,7 @@ def held(chunks: Iterable[Setpoints], machine: Machine) -> Iterator[Setpoints]:
 
     Args:
         chunks: Of one plan.
-        machine: Whose limits they keep.
+        machine: The machine with the limits that they keep.
 
     Raises:
         NoPlanError: A difference is over its limit by more than `MARGIN` and the rounding of the ninth decimal. Raised before

@@ -159,7 +159,7 @@ def decode(data: bytes) -> tuple[list[str], NDArray[np.int64], Floats]:
     """Return names of joints, times from the start (ns) and positions, shape (n, joints), of a message.
 
     Raises:
-        ValueError: The bytes are no such message (struct.error too).
+        ValueError: The bytes do not form such a message (struct.error too).
     """
     if data[:4] != _ENCAPSULATION:
         raise ValueError("the message is not in little-endian CDR")

@@ -23,9 +23,10 @@ class Setpoints:
         period_s: Time between rows.
         first: Index of the first row in the whole stream.
         position: Shape (n, axes), mm or rad.
-        signals: Further columns by name, where they were asked for: ``vel``, ``acc``, ``jerk`` of shape (n, axes),
-            ``feed`` (mm/s along the path), ``programmed`` (the feed that the program asks for, 0 in a rapid), ``line``, ``source``
-            (of the files that lines are in, 0 is the program) and ``limit`` (a `cncgen.planner.record.Limit`) of shape (n,).
+        signals: Further columns by name, where they were asked for. ``vel``, ``acc`` and ``jerk`` have the shape (n, axes).
+            The others have the shape (n,): ``feed`` (mm/s along the path), ``programmed`` (the feed that the program asks
+            for, 0 in a rapid), ``line``, ``source`` (the file of the line, 0 for the program) and ``limit`` (a
+            `cncgen.planner.record.Limit`).
         events: Pairs of time and `Event` with the source line, that fall into this chunk.
     """
 

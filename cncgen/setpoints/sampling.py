@@ -23,7 +23,7 @@ from cncgen.toolpath.record import Event
 
 Floats = NDArray[np.float64]
 
-#: What ``--signals`` may name.
+#: Names that ``--signals`` may give.
 SIGNALS = ("vel", "acc", "jerk", "feed", "line", "limit", "programmed", "source")
 
 #: Rows of one chunk of setpoints.

@@ -103,7 +103,7 @@ class _Observed:
         if first is None:
             raise ProgramError(
                 Diagnostic(
-                    "no-motion", "the program has nothing to run, so there is no path to verify against"
+                    "no-motion", "the program has nothing to run, so the setpoints have no path to follow"
                 )
             )
         self.axes = first.axes

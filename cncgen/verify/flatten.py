@@ -244,8 +244,8 @@ def _chord_distance(point: Floats, a: Floats, b: Floats) -> Floats:
 def _beyond(point: Floats, a: Floats, b: Floats) -> Floats:
     """Return how far a piece goes beyond its ends along its chord: that of one axis may turn back, and lie on the chord's line.
 
-    With the middle of the piece p before that of the chord, of length L, the parabola L t + 4 p t (1 − t) turns within the
-    piece where 4 p > L, at (4 p − L)²/(16 p) beyond the end.
+    The chord has the length L, and the middle of the piece lies p before the middle of the chord. Where 4 p > L, the parabola
+    L t + 4 p t (1 − t) turns within the piece, at (4 p − L)²/(16 p) beyond the end.
     """
     chord = b - a
     length = np.linalg.norm(chord, axis=1)

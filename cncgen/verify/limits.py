@@ -94,7 +94,7 @@ class AxisJudge:
         around = np.concatenate([self._lines, lines])
         for k, order in enumerate(self._orders, start=1):
             difference = np.diff(difference)
-            # Those that end with a new sample: row r ends with row r + k of `around`.
+            # Only differences that end with a new sample: row r ends with row r + k of `around`.
             size = np.abs(difference[3 - k :]) / self._period**k
             worst = int(np.argmax(size))
             if size[worst] > order.value:

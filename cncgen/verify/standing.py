@@ -92,7 +92,7 @@ class Stands:
         steps = np.abs(np.diff(np.concatenate([before, rows]), axis=0)).max(axis=1)
         still = np.concatenate([[False], steps <= self._still, [False]])
         edges = np.flatnonzero(np.diff(still.astype(np.int8)))
-        # Row k stands with the one before it where the k-th step is none.
+        # Row k stands with the one before it where the k-th step does not move.
         for begin, end in edges.reshape(-1, 2).tolist():
             first, last = self._count + begin - 1, self._count + end - 1
             if self._stands and self._stands[-1].last == first:

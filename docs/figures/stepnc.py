@@ -1,4 +1,4 @@
-"""Figure of docs/stepnc.md: what NIST's example says and what is made of it.
+"""Figure of docs/stepnc.md: NIST's example, and the path that cncgen makes of it.
 
 Run from the top of a checkout: ``python docs/figures/stepnc.py``.
 """

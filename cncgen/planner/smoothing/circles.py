@@ -19,7 +19,7 @@ Bools = NDArray[np.bool_]
 #: Part of the tolerance by which parts may leave the arc that they make: room for centres and ends that are rounded.
 #: Smoothing is left that much less (`Circles.off`).
 OFF = 0.02
-#: Turn from which parts are no arc, however short they are; also by how much the angle of a part may differ.
+#: Turn from which parts do not make an arc, however short they are; also by how much the angle of a part may differ.
 _TURN = 1e-3
 
 

@@ -138,7 +138,7 @@ def _joints(rows: Toolpath, path: Path, before: tuple[bool, float]) -> _Joints:
         # In tolerances, and in steps of a sixteenth of an octave: rounding must not tell.
         length = np.minimum(4.0 / turn, 1.0 / np.sqrt(0.067 * step * allowed)).clip(None, _WIDEST)
         away = _REACH * allowed * elementary.exp2(np.round(16.0 * elementary.log2(length)) / 16.0)
-    # The joint belongs to the row that follows it and to the one before; what lies between does not move.
+    # The joint belongs to the row that follows it and to the one before; rows between do not move.
     for where in (two, one + 1):
         rough[where] |= corner
         reach[where] = np.where(corner, away, 0.0)

@@ -1,4 +1,4 @@
-"""Runs of short lines as cubic NURBS curves, one row a run: what `cncgen convert` writes as G6.2. `plan` does not use it."""
+"""Runs of short lines as cubic NURBS curves, one row a run. `cncgen convert` writes them as G6.2; `plan` does not use them."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def _borders(rows: Toolpath, tolerance: float) -> NDArray[np.int64]:
 
 
 def _fitted(rows: Toolpath, first: int, last: int, tolerance: float) -> Toolpath:
-    """Return the rows first … last as one curve, or as they are where they are no run."""
+    """Return the rows first … last as one curve, or as they are if they do not make a run."""
     part = between(rows, first, last)
     if last - first < LEAST_ROWS:
         return part

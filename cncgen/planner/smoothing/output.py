@@ -46,9 +46,9 @@ def rows_of(
         row_t: Shape (rows + 1,): t of the spline at the ends of these rows.
         source: Where the rows come from.
         moving: Their indices, ascending.
-        axes_scale: Shape (axes,): what the columns of the spline were multiplied by.
+        axes_scale: Shape (axes,): factors by which the columns of the spline were multiplied.
         events: Rows of `source` that may be events to be put in at their place.
-        room: Shape (lines,), mm: what the spline leaves of the tolerance on each straight line or curve.
+        room: Shape (lines,), mm: tolerance that the spline leaves on each straight line or curve.
         of: Shape (rows,), ascending: which of these each row is part of.
     """
     knots, points = spline.knots, spline.points / axes_scale

@@ -39,7 +39,7 @@ _GRADE = 0.4
 #: chords do and setpoints are dense. Fitted to 4500 plans of single corners, and set somewhat higher than their median, so that
 #: what is chosen to be rounded is faster (docs/rounding.md).
 _WAY_BY_JERK, _WAY_BY_ACCELERATION, _WAY_BY_CHORD = -0.3, 1.3, 1.2
-#: What is added to that way if a period leads further than a smoothing length: this part of the excess. Setpoints then cannot show
+#: Part of the excess that is added to that way if a period leads further than a smoothing length. Setpoints then cannot show
 #: the bend in detail, so it costs more time. Same plans.
 _WAY_BEYOND_PERIOD = 0.1
 #: Time on each side, in periods, that a corner whose speed chords hold takes longer if it turns back by 180°; times −c else.
@@ -61,7 +61,7 @@ _SURELY = 0.95
 #: Where chords hold the speed at a step of curvature: up to this multiple of the chord tolerance P is left to the chords alone; a
 #: larger P may spread the step onto a line by this many ways of a period at most.
 _NARROW, _SPREAD = 1.5, 3.0
-#: A turn below which there is no corner.
+#: Turn up to which two rows go on without a corner.
 _NONE = 1e-6
 
 
@@ -179,8 +179,8 @@ def _better_stopped(
 ) -> Bools:
     """Tell which corners chords hold so that a stop at each of them takes less time, shape (n,).
 
-    Amid rows shorter than their smoothing lengths all corners bend the way together: those that follow each other are
-    weighed together, by the time of half of the row on either side of each.
+    Amid rows shorter than their smoothing lengths all corners bend the way together. So consecutive corners are weighed
+    together, by the time of half of the row on either side of each.
 
     Args:
         drive, corners, fit: See `rounding`.
@@ -215,7 +215,7 @@ def _better_stopped(
     for k, direction in enumerate((corners.leave[at], corners.entry[at])):
         half, feed = 0.5 * ways[k, at], corners.feed[k, at]
         arc = chord_speed(corners.bend[k, at], drive.chord_mm, drive.period_s)
-        # What the row reaches between two stops, and what it allows besides.
+        # Speed that the row reaches between two stops, and speed that it allows besides.
         side, free = (
             _side(drive, direction, 2.0 * half, np.minimum(feed, arc), np.full(len(at), v))
             for v in (0.0, np.inf)

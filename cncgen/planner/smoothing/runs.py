@@ -31,10 +31,10 @@ class Classes:
         fits: Shape (n,): rows that move and may be smoothed.
         idle: Shape (n,): rows within a run that neither move nor stop it: events without rest, moves of no length.
         parts: Shape (n,): True where a row cannot be in one run with the row before it.
-        entry, leave: Shape (n, axes): dx/ds at start and end of each row, scaled; 0 where there is none.
+        entry, leave: Shape (n, axes): dx/ds at start and end of each row, scaled; 0 for rows without direction.
         widest: Shape (n,): largest smoothing length at the start of each row, mm.
         pace: Shape (n,): speed at which the start of each row is passed where it is rounded, mm/s.
-        chord: Shape (n,): what chords will take of the tolerance on each row, mm; infinite for all that they can.
+        chord: Shape (n,): tolerance that chords will take on each row, mm; infinite for all that they can.
     """
 
     fits: NDArray[np.bool_]
@@ -60,7 +60,7 @@ def classify(toolpath: Toolpath, path: Path, scale: Floats, free: NDArray[np.boo
 
     Args:
         toolpath, path: The rows and their geometry.
-        scale: Shape (axes,): what the columns are multiplied by to be mm.
+        scale: Shape (axes,): factors from the columns to mm.
         free: Shape (n,): NURBS rows that may be smoothed (`cncgen.planner.smoothing.ends`); None for none.
     """
     length = np.diff(path.row_s)

@@ -57,8 +57,8 @@ def smooth(
 
     Args:
         chunks: Consecutive stretches of one program, tolerances filled in.
-        reserve_mm: What the chords between setpoints may add to the deviation: left over, half of P at most. None: what
-            they may on the machine (`chord_reserve`), 0 without one.
+        reserve_mm: Deviation that is left to the chords between setpoints, half of P at most. None: as much as the machine
+            allows them (`chord_reserve`), 0 without a machine.
         machine: Corners that it passes faster as they are than rounded are met exactly; None rounds all.
 
     Yields:
@@ -81,7 +81,7 @@ def smooth(
 
 
 class _Smoother:
-    """What is not yet handed on.
+    """The rows that are not yet handed on.
 
     Attributes:
         reserve_mm, machine: See `smooth`.
@@ -89,7 +89,7 @@ class _Smoother:
         seam: Where the curve of the run at the front goes on from, or None at its start.
         before: dx/ds at the end of the last motion handed on exactly, scaled; None after a rest and at the start.
         pace: Speed at the start of the rows that wait, 0 but within a run.
-        chord: What chords take on the first of them, as far as it has been seen, mm.
+        chord: Tolerance that chords take on the first of them, as far as it has been seen, mm.
     """
 
     def __init__(self, reserve_mm: float | None, machine: Machine | None) -> None:
@@ -233,7 +233,7 @@ class _Smoother:
 
 
 class _Done:
-    """What is handed on, in order; rows that pass side by side are cut out together, in the parts that they have."""
+    """The rows to hand on, in order; rows that pass side by side are cut out together, in the parts that they have."""
 
     def __init__(self, stretches: Stretches, chord_mm: float) -> None:
         self._stretches = stretches
@@ -276,8 +276,8 @@ def _judge_corners(
 
     Args:
         rows, path, classes: The rows that are here.
-        drive: What they are passed by.
-        before: Speed at the start of the first row, and what chords take on it for what came before.
+        drive: Limits of the machine that passes them.
+        before: Speed at the start of the first row, and tolerance that chords take on it because of earlier rows.
         last: Whether no rows follow.
     """
     moving = np.flatnonzero(classes.fits)

@@ -23,17 +23,17 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 #: Part of the tolerance by which ends of parts may be off the straight line: room for coordinates rounded in their last
-#: places, and a thousandth of what arcs are compared by.
+#: places, and a thousandth of the room of arcs.
 _OFF = 1e-6
-#: Turn from which parts are no straight line, however short they are.
+#: Turn from which parts do not make a straight line, however short they are.
 _TURN = 1e-3
 #: Part of the speed by which that of parts may differ, and may at most where parts are so short that the room for
 #: coordinates is more of them than that: speeds of G93 come from lengths, of arcs whose centres are rounded too, and from
 #: F, of which eight digits may be known.
 SAME, _SAME_WHERE_SHORT = 1e-7, 1e-5
-#: Part of the largest turn of a stretch that is not straight, up to which there is none: lines are cut there.
+#: Part of the largest turn of a stretch that is not straight, from which another turn counts: lines are cut there.
 _NO_TURN = 1e-3
-#: Parts of a row at most: what has been read of a stretch waits for its end.
+#: Largest number of parts of a row: the parts of a stretch wait in memory for its end.
 _MOST = 512
 
 
@@ -153,7 +153,7 @@ def _straight_on(parts: Toolpath, steps: Floats, length: Floats) -> Bools:
     two = _alike(parts, length, two[ahead[two - 1]])
     one = two - 1
     turn = steps[two] / length[two, None] - steps[one] / length[one, None]
-    # What is within `_OFF` of a straight line is within twice of that of the line between two ends: `_straight` looks closer.
+    # A place within `_OFF` of a straight line is within twice `_OFF` of the line between two ends: `_straight` looks closer.
     away = norm(turn) * length[one] * length[two] / (length[one] + length[two])
     out[two[away <= 2.0 * _OFF * parts.tolerance[two]]] = True
     return out
@@ -175,8 +175,8 @@ def _bounded(joined: Bools) -> Bools:
 def _straight(joined: Bools, places: Floats, parts: Toolpath) -> Bools:
     """Return which rows to join with the row before so that every stretch of lines is straight as a whole, shape (n,).
 
-    What is not is cut where it turns most, for its length: whether a line goes on must not depend on how short the parts
-    are that meet there. Where no such turn stands out, it is a curve, and its parts are rows.
+    Other stretches are cut where they turn most for their length: whether a line goes on must not depend on how short the parts
+    are that meet there. Where no such turn stands out, a stretch is a curve, and its parts are rows.
     """
     out = joined.copy()
     while True:
@@ -248,7 +248,7 @@ def _joined(parts: Toolpath, length: Floats, first: Ints) -> Toolpath:
 def _aligned(parts: Toolpath, length: Floats, first: Ints) -> Toolpath:
     """Return parts that begin at `first` in each row with all their ends on its straight line; of arcs too; at one speed.
 
-    What is joined may pass exactly, and the least turn that is left of rounding would be a corner there.
+    Joined parts may be passed exactly, and the least turn that rounding leaves would then be a corner.
     """
     count = np.diff(first)
     of = np.repeat(np.arange(len(count)), count)

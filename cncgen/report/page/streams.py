@@ -1,7 +1,7 @@
 """Signals as small streams of bytes: integers, differenced, deflated; docs/page.md describes the format.
 
-A stream of integers is differenced some times (positions three times: what is left of a motion with a bounded jerk is next to
-nothing), folded to non-negative numbers (zigzag), and deflated: one byte a number, 255 standing for a number that follows in
+A stream of integers is differenced some times (positions three times, as third differences of a motion with a bounded jerk
+are small), folded to non-negative numbers (zigzag), and deflated: one byte a number, 255 standing for a number that follows in
 a second stream of doubles. Everything is computed chunk by chunk.
 """
 

@@ -1,7 +1,7 @@
 """Setpoint files of any origin, read as a stream: in every format that `cncgen plan` writes.
 
-`open_setpoints` finds out the format, the axes and the period, and gives the rows chunk by chunk. What is wrong with a
-file is a `UsageError` with a diagnostic for each faulty row.
+`open_setpoints` finds out the format, the axes and the period, and gives the rows chunk by chunk. A faulty
+file raises `UsageError` with a diagnostic for each faulty row.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from cncgen.setpoints.writers import FORMATS, SUFFIXES
 
 __all__ = ["SetpointStream", "open_setpoints"]
 
-#: What the formats with a signature begin with.
+#: First bytes of the formats that have a signature.
 _SIGNATURES = (
     (b"\x93NUMPY", "npy"),
     (b"PK\x03\x04", "npz"),
@@ -51,14 +51,14 @@ def open_setpoints(
     Args:
         path: The file.
         format: One of the formats of `cncgen plan`; None: by the file's first bytes and its suffix, else csv.
-        axes: Letters of the columns that are wanted, of those that the file names; what its columns are where it does
-            not name them (npy and f64: columns after the time; hal: all columns). None: all.
-        unnamed_axes: What they are where neither the file nor `axes` says.
+        axes: Letters of the wanted columns of a file that names its columns; letters of all columns of a file that does
+            not (npy and f64: columns after the time; hal: all columns). None: all.
+        unnamed_axes: The axes where neither the file nor `axes` names them.
         period_s: Time between rows; None: as the file's times say. Needed for hal that does not state it.
-        default_period_s: What it is where a file has a single row and does not state it.
+        default_period_s: The period of a file that has a single row and does not state it.
 
     Raises:
-        UsageError: The file cannot be read, is no setpoint file of that format, or has not the axes that are wanted.
+        UsageError: The file cannot be read, is not a setpoint file of that format, or lacks an axis that is wanted.
     """
     name = os.fspath(path)
     with open_input(path) as file:

@@ -18,7 +18,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     """Yield the record batches of an Arrow file.
 
     Raises:
-        UsageError: pyarrow is missing, or it is no Arrow file with ``t_s`` and positions.
+        UsageError: pyarrow is missing, or it is not an Arrow file with ``t_s`` and positions.
     """
     pa: Any = needed("arrow")
     try:

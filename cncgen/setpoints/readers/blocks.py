@@ -1,4 +1,4 @@
-"""What every reader hands on: blocks of times and positions, checked for a constant period."""
+"""Blocks of times and positions, which every reader hands on, checked for a constant period."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class FileBlock:
 
 
 class RowFaults:
-    """What is wrong with the rows of a file: of each kind the first ones, and how many more there are.
+    """Faults in the rows of a file: the first ones of each kind, and the number of the others.
 
     A file of another kind, or of one that goes wrong half-way, has the same fault in a million rows.
     """
@@ -101,11 +101,11 @@ def stream_of(
     Args:
         blocks: The file's rows.
         name: The file, for messages.
-        period_s: The period; None: what the times say, of a single row what the file states.
+        period_s: The period; None: by the times, or as the file states it where it has a single row.
         default_period_s: The period of a single row in a file that states none.
 
     Raises:
-        UsageError: There are no rows, no period, or one that is not constant.
+        UsageError: The file has no rows, no period, or one that is not constant.
     """
     first = _first(blocks)
     if first is None:

@@ -28,7 +28,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     """Yield the rows of a file, positions in mm and degrees.
 
     Raises:
-        UsageError: The first line is no description, or a row is not one of integers.
+        UsageError: The first line does not describe the columns, or a row holds something else than integers.
     """
     with reading_faults(name):
         head = file.readline(_BYTES)

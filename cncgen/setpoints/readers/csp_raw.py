@@ -24,7 +24,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     """Yield the frames of a file, positions in mm and degrees.
 
     Raises:
-        UsageError: The description is none, states no period, or the file ends within a frame.
+        UsageError: The description cannot be read or states no period, or the file ends within a frame.
     """
     with reading_faults(name):
         head = file.read(8)

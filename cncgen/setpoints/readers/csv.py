@@ -32,7 +32,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
 
     Raises:
         UsageError: The header names no positions or no time, or an axis otherwise than `POSITION_COLUMNS`; a row has
-            another number of columns, or something that is no finite number (`RowFaults`).
+            another number of columns, or a cell without a finite number (`RowFaults`).
     """
     lines = line_blocks(file, name)
     text = next(lines, b"")
@@ -59,7 +59,7 @@ def line_blocks(file: BinaryIO, name: str) -> Iterator[bytes]:
     rest = b""
     while True:
         with reading_faults(name):
-            # What a pipe has is handed on at once; read() would wait for the whole block.
+            # The bytes in a pipe are handed on at once; read() would wait for the whole block.
             piece = file.read1(BLOCK_BYTES) if hasattr(file, "read1") else file.read(BLOCK_BYTES)
         if not piece:
             break
@@ -106,7 +106,7 @@ class _Table:
             )
         warn_of_columns(names, name)
         self.time = names.index("t_s")
-        #: Columns that must hold numbers: what stands in further ones, a state or a date, is nobody's matter.
+        #: Columns that must hold numbers. Others may hold anything, as a state or a date.
         self.wanted = frozenset((self.time, *(k for _, k in self.columns)))
         self.axes = "".join(letter for letter, _ in self.columns)
 
@@ -115,7 +115,7 @@ class _Table:
         return FileBlock(self.axes, matrix[:, self.time].copy(), matrix[:, [k for _, k in self.columns]])
 
     def parse(self, text: bytes, faults: RowFaults) -> NDArray[np.float64]:
-        """Return the rows of a block of whole lines; add a diagnostic for each line that is none."""
+        """Return the rows of a block of whole lines; add a diagnostic for each other line."""
         data = np.frombuffer(text, np.uint8)
         matrix = np.empty((text.count(b"\n"), self.width))
         state = np.zeros(2, np.int64)
@@ -163,7 +163,7 @@ class _Table:
 
 
 def _number(cell: bytes) -> float:
-    """Return a number, NaN for what is none (Python's underscores between digits are none)."""
+    """Return a number, NaN for other text (also for Python's underscores between digits)."""
     if b"_" in cell:
         return math.nan
     try:

@@ -1,6 +1,6 @@
-"""HAL: what `halstreamer` reads and `halsampler` prints: a line a period, a number a pin, ``#`` comments.
+"""HAL: the text that `halstreamer` reads and `halsampler` prints. A line a period, a number a pin, ``#`` comments.
 
-The first line of a file that cncgen wrote names its axes and its period; for others they have to be told.
+The first line of a file that cncgen wrote names its axes and its period; for others the caller gives them.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     """Yield the rows of a HAL stream; their times follow from the period in the first line, or from `period_s`.
 
     Raises:
-        UsageError: The axes are unknown, or a line is no row of as many numbers (`RowFaults`).
+        UsageError: The axes are unknown, or a line does not hold as many numbers (`RowFaults`).
     """
     lines = line_blocks(file, name)
     first = next(lines, b"")
@@ -51,7 +51,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
 
 
 def _stated(line: bytes) -> tuple[str, float | None]:
-    """Return the axes and the period that the comment of a file of ours names; none where it is no such comment."""
+    """Return the axes and the period that the comment of a file of ours names; no axes for other lines."""
     named = re.match(rb"# ([a-z_ ]+) every ([0-9]*\.?[0-9]+(?:e[+-]?[0-9]+)?) s\r?\n", line)
     words = named[1].decode().split() if named else []
     period = float(named[2]) if named else 0.0

@@ -15,7 +15,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     """Yield the rows of an HDF5 file.
 
     Raises:
-        UsageError: h5py is missing, or it is no HDF5 file with ``t_s`` and positions.
+        UsageError: h5py is missing, or it is not an HDF5 file with ``t_s`` and positions.
     """
     needed("hdf5")
     yield from isolated_blocks(file, name, "hdf5", ".h5")

@@ -74,7 +74,7 @@ def _received(process: subprocess.Popen[bytes], name: str, kind: str) -> Iterato
         raise _ended(name, kind)
     about = json.loads(line)
     if "fault" in about:
-        raise UsageError(Diagnostic("setpoints-header", f"{name} is no {kind} file: {about['fault']}"))
+        raise UsageError(Diagnostic("setpoints-header", f"{name} cannot be read as {kind}: {about['fault']}"))
     found, period = columns_of(list(about["lengths"]), name), stated_period(about["period_s"])
     wanted = {n: about["lengths"][n] for n in ("t_s", *found)}
     if len(set(wanted.values())) != 1:
@@ -95,7 +95,7 @@ def _received(process: subprocess.Popen[bytes], name: str, kind: str) -> Iterato
 
 
 def _ended(name: str, kind: str) -> UsageError:
-    message = f"{name} is no sound {kind} file: its reader ended before the rows did"
+    message = f"{name} is not a sound {kind} file: its reader ended before the rows did"
     return UsageError(Diagnostic("setpoints-header", message))
 
 

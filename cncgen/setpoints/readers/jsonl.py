@@ -18,7 +18,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     """Yield the rows of a JSON lines file. The first object says which axes there are.
 
     Raises:
-        UsageError: A line is no object, or lacks a number (`RowFaults`), or the first one names an axis otherwise than
+        UsageError: A line is not an object, or lacks a number (`RowFaults`), or the first one names an axis otherwise than
             `POSITION_COLUMNS`.
     """
     faults, number = RowFaults(name), 0
@@ -60,7 +60,7 @@ def _keys(record: dict[str, Any]) -> tuple[str, ...]:
 
 
 def _values(record: dict[str, Any], keys: tuple[str, ...]) -> list[float] | None:
-    """Return the numbers under some keys, or None where there are none, or not all of them are finite."""
+    """Return the numbers under some keys, or None if a number is missing or not finite."""
     values = []
     for key in keys:
         value = record.get(key)

@@ -22,7 +22,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     """Yield the rows of a MATLAB file.
 
     Raises:
-        UsageError: It is no MATLAB 5 file with ``t_s`` and positions (version 7.3 is HDF5).
+        UsageError: It is not a MATLAB 5 file with ``t_s`` and positions (version 7.3 is HDF5).
     """
     yield from isolated_blocks(file, name, "mat", ".mat")
 

@@ -33,7 +33,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
             reader = reading.make_reader(seekable(file), validate_crcs=True)
             yield from _messages(reader, name)
     except (exceptions.McapError, ValueError, struct.error, EOFError, UnicodeDecodeError) as error:
-        raise UsageError(Diagnostic("setpoints-header", f"{name} is no MCAP file: {error}")) from error
+        raise UsageError(Diagnostic("setpoints-header", f"{name} is not an MCAP file: {error}")) from error
 
 
 def _messages(reader: Any, name: str) -> Iterator[FileBlock]:

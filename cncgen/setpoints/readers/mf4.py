@@ -25,13 +25,15 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     """Yield the rows of the first group with positions.
 
     Raises:
-        UsageError: It is no finished MDF 4 file with positions in a sorted group.
+        UsageError: It is not a finished MDF 4 file with positions in a sorted group.
     """
     with reading_faults(name):
         try:
             columns = _columns(MdfFile(seekable(file)))
         except (ValueError, struct.error, zlib.error) as error:
-            raise UsageError(Diagnostic("setpoints-header", f"{name} is no MDF 4 file: {error}")) from error
+            raise UsageError(
+                Diagnostic("setpoints-header", f"{name} is not an MDF 4 file: {error}")
+            ) from error
     lengths = [len(column) for column in columns.values()]
     yield from sliced([*columns], lengths, lambda key, where: columns[key][where], name, None)
 

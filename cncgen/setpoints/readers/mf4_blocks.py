@@ -72,7 +72,7 @@ class MdfFile:
             shared: Whether several links may lead to it (texts and conversions).
 
         Raises:
-            ValueError: There is no such block, or it was followed before.
+            ValueError: The file has no such block there, or it was followed before.
         """
         if not shared:
             if place in self._followed:
@@ -87,7 +87,7 @@ class MdfFile:
         letters, length, count = _HEAD.unpack(head)
         name = letters[2:].decode("ascii", "replace")
         if letters[:2] != b"##" or name not in names:
-            raise ValueError(f"there is no block {' or '.join(names)} at byte {place}")
+            raise ValueError(f"byte {place} does not begin a block {' or '.join(names)}")
         if length < _HEAD.size + 8 * count or place + length > self._size:
             raise ValueError(f"the block at byte {place} states {length} bytes and {count} links")
         links = struct.unpack(f"<{count}Q", self._file.read(8 * count))

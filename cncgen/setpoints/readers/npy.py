@@ -20,7 +20,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     """Yield the rows of an npy file, whose columns after the time are those of `axes` (and signals after them).
 
     Raises:
-        UsageError: `axes` is missing, the array is no table of doubles with as many columns, or the file ends early.
+        UsageError: `axes` is missing, the array is not a table of doubles with as many columns, or the file ends early.
     """
     letters = letters_or_fault(axes, name, "npy")
     shape = table_shape(file, name)
@@ -49,7 +49,7 @@ def table_shape(file: BinaryIO, name: str) -> tuple[int, int]:
             )
             shape, fortran, dtype = read(file)
     except (ValueError, EOFError, SyntaxError, TokenError) as error:
-        raise UsageError(Diagnostic("setpoints-header", f"{name} is no npy file: {error}")) from error
+        raise UsageError(Diagnostic("setpoints-header", f"{name} is not an npy file: {error}")) from error
     if len(shape) != 2 or fortran or dtype != np.dtype("<f8"):
         message = f"{name}: an array of {dtype} with shape {shape}; a table of float64 in C order is wanted"
         raise UsageError(Diagnostic("setpoints-header", message))

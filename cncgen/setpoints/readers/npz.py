@@ -39,7 +39,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     """Yield the rows of an npz file.
 
     Raises:
-        UsageError: The file is no npz archive, lacks ``t_s`` or a position, columns differ in length, or one is
+        UsageError: The file is not an npz archive, lacks ``t_s`` or a position, columns differ in length, or one is
             an axis in another unit.
     """
     with reading_faults(name):

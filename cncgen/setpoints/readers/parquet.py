@@ -18,7 +18,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     """Yield the rows of a Parquet file.
 
     Raises:
-        UsageError: pyarrow is missing, or it is no Parquet file with ``t_s`` and positions.
+        UsageError: pyarrow is missing, or it is not a Parquet file with ``t_s`` and positions.
     """
     pa: Any = needed("parquet")
     parquet: Any = needed("parquet", "pyarrow.parquet")
@@ -30,4 +30,4 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
         batches = reader.iter_batches(batch_size=ROWS, columns=wanted)
         yield from blocks_of_batches(schema, batches, name)
     except (pa.ArrowException, OSError, ValueError, TypeError, LookupError) as error:
-        raise UsageError(Diagnostic("setpoints-header", f"{name} is no Parquet file: {error}")) from error
+        raise UsageError(Diagnostic("setpoints-header", f"{name} is not a Parquet file: {error}")) from error

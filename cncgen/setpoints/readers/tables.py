@@ -24,11 +24,11 @@ def columns_of(names: Sequence[str], name: str) -> list[str]:
     """Return the columns of positions of a file that names them.
 
     Raises:
-        UsageError: There is no time, no position, or an axis in another unit.
+        UsageError: It has no time, no position, or an axis in another unit.
     """
     found = [n for n in names if n in POSITION_COLUMNS]
     if "t_s" not in names or not found:
-        message = f"{name} is no setpoint file: it needs t_s and a position (x_mm, a_deg …)"
+        message = f"{name} is not a setpoint file: it needs t_s and a position (x_mm, a_deg …)"
         raise UsageError(
             Diagnostic("setpoints-header", message, hint=f"it has {', '.join(names[:12]) or 'no columns'}")
         )

@@ -49,7 +49,7 @@ class Writer(Protocol):
 
 
 def format_of(path: str | os.PathLike[str] | None, asked: str | None = None) -> str:
-    """Return the format that is asked for, else that of the suffix, else ``csv`` where there is no suffix.
+    """Return the format that is asked for, else that of the suffix, else ``csv`` for a name without suffix.
 
     Raises:
         UsageError: The suffix belongs to no format.

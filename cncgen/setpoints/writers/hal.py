@@ -1,4 +1,4 @@
-"""HAL: what LinuxCNC's `halstreamer` reads, one line a servo period, one number a pin, axes alone.
+"""HAL: the text that LinuxCNC's `halstreamer` reads, one line a servo period, one number a pin, axes alone.
 
 The pins are floats in the order of the axes (``loadrt streamer cfg=ff`` for two), in mm and degrees; the comment on
 the first line names them.

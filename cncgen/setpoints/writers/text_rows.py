@@ -1,4 +1,4 @@
-"""Rows of decimal text, by the kernel: what the text formats share."""
+"""Rows of decimal text by the kernel, for all text formats."""
 
 from __future__ import annotations
 
