@@ -5,10 +5,10 @@ the same interpreter, on a sink that builds columns, prints or only counts.
 
 The rooms, each of which knows those before it:
 
-- `state`: what stays in force from block to block: modes, parameters, coordinate systems, tools;
+- `state`: the state in force from block to block: modes, parameters, coordinate systems, tools;
 - `text`: from text to blocks. `lanes` cuts plain blocks out of the bytes of a `source` (a scanner), the
   `grammar` reads the others, `labels` tell what jumps may lead to;
-- `sinks`: what canonical calls become;
+- `sinks`: where canonical calls go;
 - `codes`: a module a concern, with the handlers of its codes and its rows of the `table`;
 - `flow`: the order in which lines are executed, with loops, branches, subroutines and macros. `running` has blocks executed:
   `stream` as long as the program goes forward, `walking` where it jumps back or away.
@@ -154,11 +154,11 @@ def check(
 ) -> int:
     """Interpret a program and keep nothing of it; return how many motions and events it has.
 
-    What is said about it is the same as `read` says, sooner: no toolpath is built.
+    The diagnostics are those of `read`, sooner, because no toolpath is built.
 
     Args:
         source: The program's file or stream.
-        name: What diagnostics call it.
+        name: Its name in diagnostics.
         options: How it is read.
         diagnostics: Takes what is wrong with it; without it, errors are raised when all has been read.
 
@@ -191,7 +191,7 @@ def canon(
 
     Args:
         source: The program's file or stream.
-        name: What diagnostics call it.
+        name: Its name in diagnostics.
         options: How it is read.
         diagnostics: Takes what is wrong with it; without it, errors are raised when all has been printed.
 

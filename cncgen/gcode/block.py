@@ -1,4 +1,4 @@
-"""The records that readers of the text hand to the interpreter: a block as it is parsed, and a block with its values."""
+"""The records that readers of the text hand to the interpreter: a parsed block, and a block with its values."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ BSPLINE = 10_600
 #: Numbers, in tenths, that blocks of Heidenhain's plain language have: SPL, CC, C, CR, CP, LP, CYCL DEF, CYCL CALL
 #: and M140.
 SPL, POLE, CIRCLE, RADIUS_ARC, POLAR_ARC, POLAR_LINE, CYCLE, CYCLE_CALL, RETRACT = range(10_610, 10_700, 10)
-#: What begins the text of an output command of FANUC's macros, which is kept like a comment; no comment begins so.
+#: The first character of an output command of FANUC's macros, which is kept like a comment; no comment begins so.
 OUTPUT = "\x1f"
 #: Where a number stops being one: beyond it a double no longer holds a micrometre.
 LARGEST = 1e9
@@ -50,7 +50,7 @@ class Block:
 
 @dataclass(slots=True)
 class Flow:
-    """What a block does to the order of execution: an O-word of LinuxCNC, or a jump or loop of a macro.
+    """A step in the order of execution: an O-word of LinuxCNC, or a jump or loop of a macro.
 
     Attributes:
         keyword: ``sub``, ``while``, ``goto`` …
@@ -74,7 +74,7 @@ class Parsed:
         words: Lower-case letter and value, in the order of the text.
         settings: Parameter (number, name or what computes the number) and its new value.
         comments: Comments without their parentheses.
-        flow: What it does to the order of execution, or None.
+        flow: Its step in the order of execution, or None.
         deletable: Whether it begins with ``/``.
         number: Text of the N word, or None.
     """
@@ -91,10 +91,10 @@ def tenths(letter: str, value: float) -> int:
     """Return ten times a G or M number, exactly; raise where it has more digits than codes have."""
     scaled = value * 10.0
     if not abs(scaled) <= LARGEST:
-        raise BlockError("unknown-code", f"{letter}{value:g} is no code", letter)
+        raise BlockError("unknown-code", f"{letter}{value:g} is not a code", letter)
     whole = round(scaled)
     if abs(scaled - whole) > 1e-6 or whole < 0 or (letter == "M" and whole % 10):
-        raise BlockError("unknown-code", f"{letter}{value:g} is no code", f"{letter}{value:g}")
+        raise BlockError("unknown-code", f"{letter}{value:g} is not a code", f"{letter}{value:g}")
     return whole
 
 
@@ -103,7 +103,7 @@ def nearest(value: float, what: str) -> int:
     if value != value:
         raise BlockError("number-range", f"{what} has no value", hint="set its parameter before")
     if not -LARGEST <= value <= LARGEST:
-        raise BlockError("number-range", f"{what} is no number within ±{LARGEST:g}")
+        raise BlockError("number-range", f"{what} is not within ±{LARGEST:g}")
     return round(value)
 
 

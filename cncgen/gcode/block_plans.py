@@ -1,4 +1,4 @@
-"""What a block does, worked out from its codes and letters: which codes, whether they go together, in which order.
+"""The plan of a block from its codes and letters: which codes, whether they go together, in which order.
 
 A `BlockPlan` is the list of handlers that the interpreter calls for a block (it has nothing to do with the plan of the motion).
 Blocks with the same codes, letters and modal motion share one. The order of execution is that of `modal.Stage` (Kramer et al.
@@ -44,7 +44,7 @@ _ONE_SHOT = "non-modal"
 
 @dataclass(frozen=True, slots=True)
 class BlockPlan:
-    """What a block with certain codes and letters does in a certain modal motion: handlers in the order of execution."""
+    """Handlers, in the order of execution, of a block with certain codes and letters in a certain modal motion."""
 
     steps: tuple[Handler, ...]
 
@@ -181,7 +181,7 @@ class BlockPlans:
         if any(code.group == "canned cycle" for code in codes):
             modal = _UNDER
         if modal is not None and modal.number != NO_MOTION:
-            # R of M19, say, is no R of a cycle; axis words of other codes have been dealt with.
+            # R of M19, say, does not belong to a cycle; axis words of other codes have been dealt with.
             used = {letter for code in codes for letter in code.words} - _AXIS_LETTERS
             if not (set(modal.summons) - used).isdisjoint(block.words):
                 return modal

@@ -1,4 +1,4 @@
-"""What a text may mean on another control than the dialect's: said once, where it stands first.
+"""Remarks on a text that another control than the dialect's reads otherwise: one each, where it stands first.
 
 A control reads these lines without a fault, and so are they read here; but whoever wrote them may have meant another thing.
 """
@@ -24,7 +24,7 @@ _BEFORE = rb"^(?P<before>(?:[^(;\n]|\([^)\n]*\))*?)"
 
 
 class _Doubt(NamedTuple):
-    """A sign (its group ``word`` is the place), and what is said of it."""
+    """A sign (its group ``word`` is the place), and the remark on it."""
 
     sign: re.Pattern[bytes]
     message: str
@@ -61,7 +61,7 @@ _LINUXCNC = (
         "--dialect fanuc reads milliseconds; P0.5 waits half a second here",
     ),
 )
-#: What no dialect reads; each such line is an error, and this says what language it is of.
+#: Lines that no dialect reads; each is an error, and this remark names their language.
 _SIEMENS = _Doubt(
     re.compile(
         _BEFORE
@@ -81,7 +81,7 @@ _HEIDENHAIN = _Doubt(
 )
 #: One of these stands in each such line; most texts have none, which is found sooner.
 _OF_SIEMENS = re.compile(rb"=|CYCLE|GOTO|MCALL|TRA|DEF", re.IGNORECASE)
-#: What ``;`` hides, where it stands for the end of a block as in FANUC's manuals.
+#: Blocks that ``;`` hides, where it stands for the end of a block as in FANUC's manuals.
 _BEHIND_SEMICOLON = _Doubt(
     re.compile(rb"(?P<word>;)[ \t]*(?:[nN]\d+[ \t]*)?[gmxyzfstGMXYZFST][ \t]*[-+.\d#\[]"),
     "what follows ; is a comment, and here it looks like a block",
@@ -90,7 +90,7 @@ _BEHIND_SEMICOLON = _Doubt(
 
 
 def remarks_on(choice: Choice) -> Iterator[tuple[BlockError, Severity]]:
-    """Yield what is said of a dialect that was chosen by signs in the text: which, why, how sure, and what it might be as well."""
+    """Yield remarks on a dialect that signs in the text have chosen: which, why, how sure, and its rival."""
     dialect, why, _, rival = choice
     if why:
         yield BlockError("dialect", f"read as {dialect}: {why}", hint="--dialect overrides"), Severity.NOTE

@@ -87,7 +87,7 @@ def locate(text: str, word: str) -> tuple[int, int]:
 
 
 def _sign(text: str, word: str) -> tuple[int, int] | None:
-    """Return column and length of what is no letter with a number: ``#``, a keyword, ``,R``; None for other words."""
+    """Return column and length of ``#``, a keyword or ``,R``; None for other words."""
     if word == "#":
         return text.find("#") + 1 or 1, 1
     if len(word) > 1 and word.isalpha():

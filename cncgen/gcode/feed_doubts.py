@@ -24,10 +24,10 @@ LEAST_FEED = 0.5
 #: Time at such feeds, or of waiting, beyond which another reading is named, s, and the feed that counts as slow, mm/s.
 LONG_S = 36_000.0
 _SLOW = 5.0 / 60.0
-#: A feed below 1 as it is written.
+#: The spelling of a feed below 1.
 _SMALL = re.compile(rb"[Ff][ \t]*0*\.(?=\d)|[Ff][ \t]*0+\.\d")
 _COMMENT = re.compile(rb"\([^)\n]*\)|;[^\n]*|\n")
-#: What decides on the meaning of F: modes, and codes of which F is a pitch or lead.
+#: Words that decide on the meaning of F: modes, and codes whose F is a pitch or lead.
 _WORD = re.compile(
     rb"\n|(?<![A-Za-z#<])(?:[Gg][ \t]*0*(?P<g>\d+)(?:\.\d+)?|[Ff][ \t]*(?P<f>\d*\.?\d+))(?![\d.])",
 )

@@ -91,7 +91,7 @@ HINTS: dict[str, str] = {
     "thread-words": "see the words of G76 in `cncgen codes`",
     "tool-length-words": "G43.2 H1, or G43.2 Z5",
     "tool-missing": "write M61 Q1",
-    "tool-orientation": "1 to 9 say where the tip of a lathe tool points, 0 that it is no lathe tool",
+    "tool-orientation": "1 to 9 say where the tip of a lathe tool points; 0 stands for other tools",
     "unknown-code": "`cncgen codes` lists all that are read",
     "unknown-function": "`docs/language.md` has the functions of each dialect",
     "unknown-tool": "the tools are those of the file that --tool-table names",

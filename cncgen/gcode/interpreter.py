@@ -1,7 +1,7 @@
 """The modal interpreter: executes one block after another on the state and calls the sink.
 
-It finds the plan of a block (`block_plans`) and calls its handlers, which stand in `cncgen.gcode.codes`. What comes next is not
-its business: the order of lines is that of `cncgen.gcode.flow`. What several handlers need is a method here.
+It finds the plan of a block (`block_plans`) and calls its handlers, which stand in `cncgen.gcode.codes`. The order
+of lines is the business of `cncgen.gcode.flow`. Methods here serve several handlers.
 """
 
 from __future__ import annotations
@@ -48,20 +48,20 @@ class Interpreter:
         base: The sink of the run.
         options: How the program is read.
         warn: Takes a remark on the block that is executed: a `BlockError` and its severity.
-        dialect: Whose words, jumps and arithmetic are read: ``linuxcnc``, ``fanuc`` or ``heidenhain``.
+        dialect: The control whose words, jumps and arithmetic are read: ``linuxcnc``, ``fanuc`` or ``heidenhain``.
         lathe: Whether X and Z are those of a lathe of FANUC: X a diameter, U and W distances.
         codes: The codes of the dialect.
         state: The modal state, `cncgen.gcode.state.modal.State`.
         parameters: Numbered and named parameters.
         tools: The tool table.
-        jump: What M98, M99 or a cycle asked for: kind, number, times; the runner takes it after the block.
+        jump: The jump of M98, M99 or a cycle: kind, number, times; the runner takes it after the block.
         macro_values: Arguments of the macro that `jump` asks for.
         modal_macros: G66: number, times and arguments of the macros that follow each motion, the last one first.
         flow: The subroutine calls in progress; None where a block is executed by itself.
         guard: Called with each block before it runs while a curve of several blocks is open; set by that curve's handler.
         compensated_position: Gives the place beside the path where cutter compensation has the tool; None without it.
         last_spline_end: Where Heidenhain's last SPL ended, and in which direction.
-        plain_language: What Heidenhain's plain language keeps from block to block, once it has something.
+        plain_language: State that Heidenhain's plain language keeps from block to block, once it has any.
         remarked: Codes, in tenths, that a remark was made on, where one remark a run is enough.
         skipping: Whether blocks are passed over up to G11 of FANUC.
     """
@@ -132,7 +132,7 @@ class Interpreter:
         """Execute a block.
 
         Raises:
-            BlockError: What is wrong with it; parts that come earlier in the order of execution have been done.
+            BlockError: The block has a fault; parts that come earlier in the order of execution have been done.
         """
         self.perform(self.plan_of(block), block)
 

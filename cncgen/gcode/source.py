@@ -21,7 +21,7 @@ MAX_STREAM = 4 * 1024**3
 _HEAD = 4096
 #: Bytes of a stream that are read at a time.
 _BLOCK = 1 << 20
-#: What UTF-16 begins with.
+#: Byte order marks of UTF-16.
 _WIDE = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
@@ -99,7 +99,7 @@ def _spool_faults(name: str) -> Iterator[None]:
 
 
 def _spool(source: BinaryIO, spool: BinaryIO, name: str) -> None:
-    """Copy a stream, up to `MAX_STREAM` bytes; of one that is no text its head alone, which says so."""
+    """Copy a stream, up to `MAX_STREAM` bytes; of a binary one only its head, which shows that."""
     block = _read(source, name)
     if b"\0" in block[:_HEAD] and block[:2] not in _WIDE:
         spool.write(block[:_HEAD])
@@ -128,7 +128,7 @@ def _with_newlines(data: bytes | mmap.mmap) -> bytes | mmap.mmap:
 
 
 def _mapped(file: BinaryIO) -> bytes | mmap.mmap:
-    """Map an open file; what cannot be mapped (empty, a pipe) is read."""
+    """Map an open file, or read it where it cannot be mapped (empty, a pipe)."""
     try:
         return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
     except (ValueError, OSError):

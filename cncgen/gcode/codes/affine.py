@@ -20,7 +20,7 @@ Matrix = tuple[tuple[float, float, float], ...]
 Vector = tuple[float, float, float]
 UNIT: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 NO_SHIFT: Vector = (0.0, 0.0, 0.0)
-#: What a part of a matrix may be off from what it should be by rounding.
+#: Rounding moves an element of a matrix by less than this.
 _TINY = 1e-12
 
 
@@ -101,7 +101,7 @@ class Frame:
     def in_plane(self, plane: int) -> float:
         """Return the factor by which an arc of a plane is scaled in that plane, negative where it turns the other way.
 
-        It is 0 where the arc leaves its plane, or is none any more.
+        It is 0 where the arc leaves its plane, or stops being an arc.
         """
         a, b, n = PLANE_AXES[plane]
         m = self.matrix
@@ -160,7 +160,7 @@ class AffineSink(FramedSink):
         super().nurbs_feed(curve)
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
-        """Move; an arc out of its plane is told as a spline of the same points."""
+        """Move; an arc out of its plane becomes a spline through the same points."""
         scale = self.frame.in_plane(plane)
         a, b, n = PLANE_AXES[plane]
         if scale:

@@ -92,9 +92,7 @@ def _turns(block: Block, name: str) -> int:
     if abs(value - round(value)) > 1e-4:
         raise BlockError("not-whole", f"P{value:g} of {name} is not a whole number of turns", "P")
     if round(value) < 1:
-        raise BlockError(
-            "arc-turns", f"P{value:g} of {name}: there is no arc of less than one turn begun", "P"
-        )
+        raise BlockError("arc-turns", f"P{value:g} of {name}: an arc begins at least one turn", "P")
     return round(value)
 
 

@@ -4,7 +4,7 @@
 start point is the first control point. Weights are 0 to 3 (default 1), the degree is 2 or 3 (default 3). The curve
 begins and ends tangentially to its polygon, so its end knots are of full multiplicity. How PL maps to the knots at the
 ends is not published; here PL of the (degree + 1)-th and every later point is the length of the parameter interval that
-ends with it, and 1 where it is not given.
+ends with it, 1 by default.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def point(ip: Interpreter, block: Block) -> None:
         check_feed(ip, block, "BSPLINE")
         degree = words.get("sd", 3.0)
         if degree not in (2.0, 3.0):
-            raise BlockError("spline-order", f"SD={degree:g} of BSPLINE is no degree (2 or 3)", "BSPLINE")
+            raise BlockError("spline-order", f"SD={degree:g} of BSPLINE: the degree is 2 or 3", "BSPLINE")
         spline = state.spline = OpenSpline(round(degree), [state.position.copy()], block)
         ip.guard = close
     if not has_axis(block):
@@ -50,7 +50,7 @@ def point(ip: Interpreter, block: Block) -> None:
     weight, interval = words.get("pw", 1.0), words.get("pl", 1.0)
     if not 0.0 < weight <= _MAX_WEIGHT:
         raise BlockError(
-            "nurbs-weight", f"PW={weight:g} is no weight (above 0, at most {_MAX_WEIGHT:g})", "PW"
+            "nurbs-weight", f"PW={weight:g}: a weight is above 0 and at most {_MAX_WEIGHT:g}", "PW"
         )
     if interval < 0.0:
         raise BlockError("nurbs-knot", f"PL={interval:g} is negative", "PL")

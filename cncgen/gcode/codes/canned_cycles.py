@@ -30,7 +30,7 @@ MAX_PECKS = 100_000
 
 @dataclass(slots=True)
 class Sticky:
-    """What stays in force between blocks of cycles.
+    """The words that stay in force between blocks of cycles.
 
     Attributes:
         number: The cycle, in tenths.
@@ -106,7 +106,7 @@ class Hole:
         self.ip.sink.call(f"{name}({self.spindle})", event)
 
 
-# What each cycle does from R on.
+# The moves of each cycle from R on.
 
 
 def _drill(hole: Hole) -> None:
@@ -252,7 +252,7 @@ def _bore_dwell_out(hole: Hole) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Cycle:
-    """A cycle: what it does, the words that it needs beside R and the depth, and a line of help."""
+    """A cycle: its moves, the words that it needs beside R and the depth, and a line of help."""
 
     run: Callable[[Hole], None]
     needs: str

@@ -1,6 +1,6 @@
 """Canned cycles with FANUC's words: G73, G74, G76, G81 to G89 (B-63324EN, 13.1).
 
-What differs from LinuxCNC's: P is milliseconds and may be left out; K counts the repeats (K0 keeps the words and makes
+They differ from LinuxCNC's: P is milliseconds and may be left out; K counts the repeats (K0 keeps the words and makes
 no hole; L is taken too); the words of a hole stay in force from cycle to cycle until G80 or a motion code; the tool goes
 across at the height where it is and then to R; G76 and G87 move away from the wall by Q, in the direction of the
 plane's first axis (parameter 5148 of the control). A block without an axis word or R makes no hole.
@@ -120,7 +120,7 @@ def _bore_wait(hole: Hole) -> None:
     hole.traverse(hole.clear)
 
 
-#: What each cycle does from R on (G87: from the start), whether it needs Q, and its line of help.
+#: The moves of each cycle from R on (G87: from the start), whether it needs Q, and its line of help.
 _CYCLES: dict[int, tuple[Callable[[Hole], None], bool, str]] = {
     730: (CYCLES[730].run, True, "drill, breaking chips every Q"),
     740: (_tap(-1), False, "tap, left-hand"),

@@ -15,7 +15,7 @@ CODES = ()
 
 _ACTIVE = re.compile(r"\s*([A-Za-z]+),(.*)", re.DOTALL)
 _START_WORD = re.compile(r"\s*([A-Za-z])\s*([+-]?(?:\d+\.?\d*|\.\d+))")
-#: What is not shown as it stands: parameters, an unfinished one at the end, formats, the % of what is no format.
+#: Parts that a message does not show literally: parameters, an unfinished one at the end, formats, the % of an unknown format.
 _SHOWN = re.compile(
     r"#(?P<number>\d+)|#<(?P<name>[^>]*)>|#<[^>]*$|#$|(?P<form>%d|%f|%\.\df)|%(?=\.)", re.DOTALL
 )
@@ -116,8 +116,8 @@ _ACTS: dict[str, Callable[[Interpreter, str], None]] = {
 def expand(ip: Interpreter, text: str) -> str:
     """Replace ``#5`` and ``#<name>`` by their values, as messages show them.
 
-    ``%d`` shows the values after it as whole numbers, ``%.2f`` with two decimals, ``%f`` with four; what has no value
-    is ``######`` (LinuxCNC manual, "Formatting"; the rest as its interpreter does).
+    ``%d`` shows the values after it as whole numbers, ``%.2f`` with two decimals, ``%f`` with four; ``######`` stands
+    for a missing value (LinuxCNC manual, "Formatting"; the rest as its interpreter does).
     """
     style = "f"
 

@@ -5,8 +5,8 @@ there that touches both. The moves are lines or arcs in the plane in force (FANU
 corner R").
 
 The motion of the block waits. Before the next one is executed it is tried out on a recorder, which tells where it
-leads from the corner; then the waiting motion is passed on, shortened, and the chamfer or arc behind it. As motions are
-told by their ends, and arcs by their centres, the next one needs no change.
+leads from the corner; then the waiting motion is passed on, shortened, and the chamfer or arc behind it. The sink
+takes a motion by its end, and an arc by its centre as well, so that the next one needs no change.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from cncgen.gcode.state.modal import PLANE_AXES, Stage
 
 #: Moves that turn by less than this have no corner: the chamfer or arc between them has no length (ibid.).
 _STRAIGHT_RAD = math.radians(1.0)
-#: What a move may be too short for its corner by, for the digits that programs have (program units).
+#: A move may be too short for its corner by this much, because programs round their numbers (program units).
 _DIGITS = 1e-6
 _HINTS = {
     "corner-motion": "write it in the block of the move that leads to the corner",
@@ -40,7 +40,7 @@ _NAMES = {
     "sinumerik": {",R": "RND=", ",C": "CHR=", ",H": "CHF="},
     "heidenhain": {",R": "RND R", ",C": "CHF "},
 }
-#: What of a block says where its motion leads: words, and G0 to G3, planes, units, G90 and G91.
+#: Words and codes that decide where a motion leads: coordinates, and G0 to G3, planes, units, G90 and G91.
 _WORDS = frozenset((*"xyzabcuvwijkrp", "dr", "pa", "ipa", "pr", "ipr"))
 _CODES = frozenset(
     (0, 10, 20, 30, 170, 180, 190, 200, 210, 900, 910, CIRCLE, RADIUS_ARC, POLAR_ARC, POLAR_LINE)
@@ -49,7 +49,7 @@ _CODES = frozenset(
 
 @dataclass(slots=True)
 class _Motion:
-    """A motion as the sink is told it; `centre` and `turns` are those of an arc in `plane`."""
+    """A motion as the sink takes it; `centre` and `turns` are those of an arc in `plane`."""
 
     end: Point
     centre: complex | None = None
@@ -111,7 +111,7 @@ class _Corner:
     Attributes:
         name, size: ``,C`` or ``,R`` and its value.
         start: Where the motion begins: behind the corner before it, where there is one.
-        sink: What stands in for the sink of the run while the motion's block is executed.
+        sink: The stand-in for the sink of the run while the motion's block is executed.
     """
 
     def __init__(self, ip: Interpreter, block: Block, name: str, size: float) -> None:

@@ -1,8 +1,8 @@
 """Cutter radius compensation: G40, G41, G42, G41.1, G42.1.
 
 While it is on, a sink stands before the sink of the run: it sends motions through `tool_centre.ToolCentre` and holds
-every other call back behind the motions that wait, so that calls come out in the order of the program. What cannot be
-done meanwhile is refused when the block is met, in the words of LinuxCNC's manual ("G41, G42").
+every other call back behind the motions that wait, so that calls come out in the order of the program. Codes that do
+not go with it are refused in the block that has them, in the words of LinuxCNC's manual ("G41, G42").
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ _STRICT = ("linuxcnc",)
 ORIENTATIONS = 10
 _LAST_DIGIT = 1e-12
 
-#: What may not stand in a block while compensation is on: codes in tenths, and what they would do.
+#: Codes that no block may have while compensation is on, in tenths, and the reason.
 _REFUSED_G = {
     **dict.fromkeys((280, 281, 300, 301), "goes by way of a reference point"),
     **dict.fromkeys((330, 331, 760), "is synchronised with the spindle"),
     **dict.fromkeys((382, 383, 384, 385), "probes"),
     **dict.fromkeys((410, 411, 420, 421), "begins cutter compensation"),
     **dict.fromkeys((430, 431, 432, 490), "changes the tool's offset"),
-    # G5.2 and G6.2 refuse by themselves (`splines`, `nurbs`): what belongs to their curve is then passed over.
+    # G5.2 and G6.2 refuse by themselves (`splines`, `nurbs`), and pass over the other blocks of their curve.
     **dict.fromkeys((50, 51), "is a spline"),
     **dict.fromkeys((520, 920), "changes the origin"),
     530: "moves in machine coordinates",
@@ -76,7 +76,7 @@ class _Call:
 
 @dataclass(slots=True)
 class _Move:
-    """What goes with a piece of the tool centre's path: its block and the programmed end on all axes."""
+    """The companion of a piece of the tool centre's path: its block and the programmed end on all axes."""
 
     block: Block
     end: Point
@@ -188,7 +188,7 @@ class CompensatedSink:
         return out
 
     def _take(self, move: Callable[[], list[Any]]) -> None:
-        """Feed the geometry and pass on what is settled; what is wrong with a move that waited is said before."""
+        """Feed the geometry and pass on the settled moves, after the remarks on a move that waited."""
         waits = self.centre.last_waiting()
         where = f" (the move of line {waits.block.block.line})" if waits else ""
         settled = _or_fault(move)
@@ -247,7 +247,7 @@ class CompensatedSink:
         self._pass_on(_or_fault(lambda: self.centre.defer(call)))
 
     def use_length_units(self, inches: bool) -> None:
-        """Change units: what waits is then passed on in the new ones."""
+        """Change units: waiting moves are then passed on in the new ones."""
         self.inner.use_length_units(inches)
         if inches == self._inches:
             return
@@ -431,7 +431,7 @@ def _programmed(ip: Interpreter, block: Block, name: str) -> tuple[float, int]:
     if "l" in block.words and ip.state.plane != 18:
         raise BlockError("comp-orientation", f"L of {name} is for lathes: plane G18", "L")
     if orientation != round(orientation) or not 0 <= orientation < ORIENTATIONS:
-        raise BlockError("comp-orientation", f"L{orientation:g} of {name} is no orientation (0 to 9)", "L")
+        raise BlockError("comp-orientation", f"L{orientation:g} of {name}: an orientation is 0 to 9", "L")
     return block.words["d"] / 2.0, round(orientation)
 
 
@@ -448,7 +448,7 @@ def _of_the_tool(ip: Interpreter, block: Block, name: str) -> tuple[float, int]:
 def _number_in_force(ip: Interpreter, block: Block, name: str) -> int:
     """Return the D of a block, else the tool in the spindle, which D0 of LinuxCNC is too.
 
-    FANUC's D stays in force, and D0 is no tool.
+    FANUC's D stays in force, and D0 names no tool.
     """
     number = whole(block, "d", name) if "d" in block.words else None
     if number is None and "h" in block.words and ip.dialect == "fanuc" and not {430, 440} & set(block.g):

@@ -27,7 +27,7 @@ def set_feed(ip: Interpreter, block: Block) -> None:
 
 def _set_mode(ip: Interpreter, mode: int) -> None:
     if ip.dialect == "fanuc" and ip.state.feed_mode == mode:
-        # Said again, it changes nothing there; in RS274/NGC it drops the feed all the same.
+        # A repeated code changes nothing on FANUC's controls; in RS274/NGC it drops the feed.
         return
     ip.state.feed_mode = mode
     ip.sink.call(f'COMMENT("interpreter: feed mode set to {_MEANING[mode]}")')

@@ -25,7 +25,7 @@ _THOUSANDTHS = 100.0
 
 @dataclass(slots=True)
 class CoordinateFrame:
-    """What is in force, in programmed coordinates of X Y Z.
+    """The frame in force, in programmed coordinates of X Y Z.
 
     Attributes:
         mirror: Coordinate of the mirror by column.
@@ -78,12 +78,12 @@ class CoordinateFrame:
         point[second] = self.turn_centre[second] + s * x + c * y
 
     def flips(self, plane: int) -> bool:
-        """Tell whether arcs of a plane turn the other way; raise where they are no arcs any more."""
+        """Tell whether arcs of a plane turn the other way; raise where they stop being arcs."""
         first, second, normal = PLANE_AXES[plane]
         if abs(self.scale[first]) != abs(self.scale[second]):
             raise BlockError(
                 "arc-scaled",
-                f"an arc under unequal scaling ({self.scale[first]:g}, {self.scale[second]:g}) is none",
+                f"unequal scaling ({self.scale[first]:g}, {self.scale[second]:g}) turns an arc into an ellipse",
                 "",
                 hint="scale both axes of the plane alike, or write lines",
             )

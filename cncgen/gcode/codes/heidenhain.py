@@ -26,7 +26,7 @@ from cncgen.gcode.state.modal import Stage
 from cncgen.units import INCH
 
 DIALECT = "heidenhain"
-#: What the start of a spline may differ by, mm, and its direction, degrees.
+#: The start of a spline may differ by this much from the last end, mm, and its direction by this, degrees.
 START_TOLERANCE_MM = 0.001
 KINK_DEGREES = 0.1
 

@@ -60,7 +60,7 @@ def other_point(ip: Interpreter, block: Block) -> None:
     if number != 2.0:
         raise BlockError(
             "reference-point",
-            f"there is no reference point {number:g}: the second alone is known",
+            f"reference point {number:g} is not known: the second alone is",
             "P",
             hint=f"its place is in parameters #{HOME_30} and after; use G30 P2, or G53",
         )

@@ -116,7 +116,7 @@ def _check(ip: Interpreter, words: dict[str, float], half: float) -> None:
         (words["p"] < 0.0, "P", "the pitch", "is negative"),
         (peak == 0.0, "I", "the distance to the thread's peak", "is 0"),
         (first <= 0.0, "J", "the depth of the first pass", "must be above 0"),
-        (full <= first, "K", "the full depth", f"must be above that of the first pass, J{words['j']:g}"),
+        (full <= first, "K", "the full depth", f"must be above the depth of the first pass, J{words['j']:g}"),
     )
     for wrong, letter, what, how in tests:
         if wrong:

@@ -23,14 +23,14 @@ from cncgen.gcode.state.modal import Stage, zeros
 from cncgen.toolpath.record import Event
 
 ONLY = (LATHE,)
-#: What a number of P and Q counts in where the machine does not say, mm and degrees.
+#: The increment of P and Q where the machine does not set it, mm and degrees.
 _INCREMENT = 0.001
 _THREAD = 320
 
 
 @dataclass(slots=True)
 class Turning:
-    """What the cycles keep, lengths in radius.
+    """Settings that the cycles keep, lengths in radius.
 
     Attributes:
         x, z, taper: Of G90, G92, G94.

@@ -19,10 +19,10 @@ X, Z = 0, 2
 #: Words of distances: the axis and its column.
 _DISTANCES = {"u": ("x", X), "v": ("y", 1), "w": ("z", Z)}
 _G10 = 100
-#: Codes, in tenths, whose X U W are no place of the tool: G4, and the cycles whose U and W are depths or allowances.
+#: Codes, in tenths, whose X U W do not place the tool: G4, and the cycles whose U and W are depths or allowances.
 _OTHER_WORDS = frozenset((40, 700, 710, 720, 730))
 _LINE = 10
-#: Codes, in tenths, beside which a block is no line even while G1 is in force.
+#: Codes, in tenths, beside which a block makes no line even while G1 is in force.
 _NO_LINES = frozenset((0, 20, 30, 280, 290, 300, 310, 320, 500, 520, 650, 660, 740, 750, 760, 900, 920, 940))
 #: Words of a line for the corner at its end, and those of mills.
 _CORNERS = {"r": ",r", "i": ",c", "k": ",c"}

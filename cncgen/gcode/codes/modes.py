@@ -71,7 +71,7 @@ def _exact(mode: PathMode) -> Handler:
 
 
 def continuous(ip: Interpreter, block: Block) -> None:
-    """G64: P is the path tolerance, Q that of joining collinear lines (P where it is not given)."""
+    """G64: P is the path tolerance, Q that of joining collinear lines (default: P)."""
     tolerance, naive = block.words.get("p"), block.words.get("q")
     for letter, value in (("P", tolerance), ("Q", naive)):
         if value is not None and value < 0.0:

@@ -70,7 +70,7 @@ def _open(ip: Interpreter, block: Block) -> OpenCurve:
     ip.guard = check_finished
     try:
         if rank not in _RANKS:
-            raise BlockError("nurbs-rank", f"P{rank:g} is no rank of G6.2 (2, 3 or 4: degree + 1)", "P")
+            raise BlockError("nurbs-rank", f"P{rank:g} of G6.2: the rank is 2, 3 or 4 (degree + 1)", "P")
         if state.feed_mode != 94:
             raise BlockError(
                 "nurbs-mode", f"G6.2 does not go with G{state.feed_mode}", "G6.2", hint="use G94"

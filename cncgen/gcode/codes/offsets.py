@@ -55,11 +55,11 @@ def table(ip: Interpreter, block: Block) -> None:
     elif kind in (1, 10, 11):
         _set_tool(ip, block, kind)
     else:
-        raise BlockError("g10-words", f"L{kind} of G10 is none of 0, 1, 2, 10, 11, 20", "L")
+        raise BlockError("g10-words", f"L{kind} of G10: L is 0, 1, 2, 10, 11 or 20", "L")
 
 
 def reload_tools(ip: Interpreter) -> None:
-    """G10 L0: read the tool table again; what G10 changed in it is forgotten."""
+    """G10 L0: read the tool table again, and forget G10's changes to it."""
     ip.tools = tools_of(ip.options.tool_table, ip.options.stand_alone)
     ip.sink.call("RELOAD_TOOLDATA()")
 
@@ -68,7 +68,7 @@ def _set_system(ip: Interpreter, block: Block, kind: int) -> None:
     """G10 L2 P: the origin; L20: such an origin that the position gets these coordinates."""
     number = whole(block, "p", "G10")
     if not 0 <= number <= SYSTEM_COUNT:
-        raise BlockError("g10-words", f"P{number} of G10 is no coordinate system (1 to {SYSTEM_COUNT})", "P")
+        raise BlockError("g10-words", f"P{number} of G10: coordinate systems are 1 to {SYSTEM_COUNT}", "P")
     state, parameters = ip.state, ip.parameters
     system = number or state.system
     scale = ip.table_scale()
@@ -131,8 +131,8 @@ def _set_tool(ip: Interpreter, block: Block, kind: int) -> None:
         for index, value in axes:
             tool.offset[index] = value / ip.scale_of(index)
     else:
-        # In a turned system X and Y of the table change together: the coordinate that is not given is the one that the
-        # entry as it stands would give.
+        # In a turned system X and Y of the table change together: a coordinate that the block does
+        # not have keeps the value that the entry of the table gives it so far.
         bare = [m - t * ip.scale_of(k) for k, (m, t) in enumerate(zip(machine, tool.offset, strict=True))]
         wanted = _in_system(bare, origin, rotation, g92)
         for index, value in axes:
@@ -147,7 +147,7 @@ def _set_tool(ip: Interpreter, block: Block, kind: int) -> None:
     if "q" in words:
         tool.orientation = whole(block, "q", "G10")
         if tool.orientation > 9:
-            raise BlockError("tool-orientation", f"Q{tool.orientation} is no tool orientation (0 to 9)", "Q")
+            raise BlockError("tool-orientation", f"Q{tool.orientation}: a tool orientation is 0 to 9", "Q")
     _tell_tool(ip, tool, ip.tools.place_of(number))
     if number == (state.fetched if ip.options.stand_alone else state.tool):
         state.tool = number

@@ -12,7 +12,7 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
 from cncgen.gcode.state.systems import EXTERNAL, MORE_COUNT, SYSTEM_COUNT, first_parameter, load_system
 
-#: What G10 L sets that is of no use without the control.
+#: Data of G10 L that have no use without the control.
 _DATA = {3: "tool life data", 50: "parameters of the control", 52: "parameters of the control"}
 _KINDS = "L2 P1 to P6 set G54 to G59, L20 P sets G54.1 P, L10 to L13 P R set a tool's length, its wear, radius, its wear"
 
@@ -23,7 +23,7 @@ def use_additional(ip: Interpreter, block: Block) -> None:
     if not 1 <= number <= MORE_COUNT:
         raise BlockError(
             "system-number",
-            f"there is no coordinate system G54.1 P{number} (1 to {MORE_COUNT})",
+            f"G54.1 P{number}: additional coordinate systems are P1 to P{MORE_COUNT}",
             "P",
             hint=f"the additional systems are G54.1 P1 to P{MORE_COUNT}",
         )
@@ -51,7 +51,7 @@ def set_data(ip: Interpreter, block: Block) -> None:
         return
     if kind not in (1, 2, 10, 11, 12, 13, 20):
         raise BlockError(
-            "g10-words", f"L{kind} of G10 is none of 1, 2, 3, 10 to 13, 20, 50, 52", "L", hint=_KINDS
+            "g10-words", f"L{kind} of G10: L is 1, 2, 3, 10 to 13, 20, 50 or 52", "L", hint=_KINDS
         )
     if "p" not in block.words:
         raise BlockError("g10-words", "G10 has no P: which one should be set?", "G10", hint=_KINDS)
@@ -61,7 +61,7 @@ def set_data(ip: Interpreter, block: Block) -> None:
         if not first <= number <= last:
             raise BlockError(
                 "g10-words",
-                f"P{number} of G10 L{kind} is no coordinate system ({first} to {last})",
+                f"P{number} of G10 L{kind}: coordinate systems are {first} to {last}",
                 "P",
                 hint="P1 is G54; those of G54.1 are set by L20",
             )

@@ -50,7 +50,7 @@ def wait(ip: Interpreter, block: Block) -> None:
     pin = whole(block, letter, "M66")
     mode = whole(block, "l", "M66") if "l" in words else 0
     if mode > 4:
-        raise BlockError("wait-mode", f"L{mode} of M66 is none of 0 to 4", "L")
+        raise BlockError("wait-mode", f"L{mode} of M66: L is 0 to 4", "L")
     seconds = words.get("q", 0.0)
     if letter == "e" and mode:
         raise BlockError("wait-mode", "an analog input E can only be read at once (L0)", "L")

@@ -1,6 +1,6 @@
 """Motions and cycles of Heidenhain's plain language that G-code has not: CC C CR CP LP, drilling and reaming.
 
-The plane of an arc about the pole is that of the pole's axes, its sense DR+ the right-handed one about the third axis;
+An arc about the pole lies in the plane of the pole's axes, and DR+ is right-handed about the third axis;
 angles count from the plane's first axis: X in XY, Y in YZ, Z in ZX (iTNC 530, "Path contours", "Cycles for drilling").
 """
 
@@ -38,13 +38,13 @@ _Z = 2
 _DRILL, _REAM = 200, 201
 #: Infeeds of one hole beyond which Q202 counts as a mistake.
 _MAX_INFEEDS = 10_000
-#: What a sweep may be below a full turn and still be one (turns).
+#: A sweep that is less than this below a full turn counts as full (turns).
 _WHOLE = 1e-9
 
 
 @dataclass(slots=True)
 class Plain:
-    """What stays from block to block.
+    """The pole, cycle and heading that stay from block to block.
 
     Attributes:
         pole: In program coordinates, in its plane.
@@ -85,7 +85,7 @@ def pole(ip: Interpreter, block: Block) -> None:
 
 
 def _pole(ip: Interpreter, name: str) -> tuple[complex, int]:
-    """Return the pole and its plane; raise where there is none."""
+    """Return the pole and its plane; raise where the program has not set it."""
     plain = Plain.of(ip)
     if plain.pole is None:
         raise BlockError("pole-missing", f"{name} has no pole", name, hint="CC gives it before")
@@ -166,7 +166,7 @@ def polar_arc(ip: Interpreter, block: Block) -> None:
 
 
 def polar_line(ip: Interpreter, block: Block) -> None:
-    """LP: a line to a point in polar coordinates about the pole; what is not given stays."""
+    """LP: a line to a point in polar coordinates about the pole; a radius or angle that is missing stays."""
     words, (centre, plane) = block.words, _pole(ip, "LP")
     spoke = _in_plane(ip.state.position, plane) - centre
     radius = words.get("pr", abs(spoke)) + words.get("ipr", 0.0)

@@ -13,7 +13,7 @@ _PLANES = {170, 180, 190, 171, 181, 191}
 
 
 def polar_end(state: State, block: Block, end: list[float]) -> None:
-    """Put the point that @ and ^ name into X and Y of `end`; what is missing stays as it is at the position.
+    """Put the point that @ and ^ name into X and Y of `end`; a missing one keeps its value at the position.
 
     They go with the plane XY alone; LinuxCNC looks at the plane that is in force before the block.
     """
@@ -53,8 +53,8 @@ def polar_from(state: State) -> Polar:
 def plane_polar_end(state: State, words: dict[str, float], end: list[float]) -> None:
     """Take the words of the plane's first and second axis as radius and angle (G16 of FANUC).
 
-    A radius in G90 is about the origin, in G91 about where the tool is; an angle in G91 is added to the last one. What
-    is not given stays.
+    A radius in G90 is about the origin, in G91 about where the tool is; an angle in G91 is added to the last one. A
+    missing word stays.
     """
     assert state.polar is not None
     first, second, _ = state.plane_axes()

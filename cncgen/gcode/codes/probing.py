@@ -44,7 +44,7 @@ def _probe(tenths: int) -> Handler:
         end = ip.end_point(block)
         if tenths in _DEMANDING and math.dist(end, state.position) < _LEAST:
             raise BlockError("probe-short", f"{name} starts where it ends", name)
-        # Where contact is demanded, the program goes on only after it was made; `rs274` says that there is none.
+        # Where contact is demanded, the program goes on only after it was made; `rs274` reports a probe without contact.
         touched = tenths in _DEMANDING and not ip.options.stand_alone
         ip.warn(
             BlockError(

@@ -37,7 +37,7 @@ def profile_lines(
     Args:
         ip: The interpreter, whose parameters the lines read and set.
         after: The line behind the beginning of the subroutine.
-        arguments: What it is called with.
+        arguments: The arguments of the call.
         budget: As many lines are executed as it yields, those of subroutines called included.
 
     Raises:

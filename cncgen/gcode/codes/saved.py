@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Saved:
-    """What M72 compares and brings back. The motion mode is not among it (LinuxCNC manual, "M72")."""
+    """The modes that M72 compares and brings back, without the motion mode (LinuxCNC manual, "M72")."""
 
     inches: bool
     feed_mode: int

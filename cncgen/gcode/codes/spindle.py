@@ -16,7 +16,7 @@ from cncgen.units import INCH
 #: Spindles that ``$`` may name (the stand-alone machine has one).
 _SPINDLES = 8
 _NAMES = {1: "START_SPINDLE_CLOCKWISE", -1: "START_SPINDLE_COUNTERCLOCKWISE", 0: "STOP_SPINDLE_TURNING"}
-#: What the canonical call gets as the largest speed where D gives none.
+#: The largest speed in the canonical call where D is missing.
 _NO_LIMIT = 1e30
 
 
@@ -25,7 +25,7 @@ def spindle_of(ip: Interpreter, block: Block) -> int:
     value = block.words.get("$", 0.0)
     count = 1 if ip.options.stand_alone else _SPINDLES
     if value != round(value) or not -1 <= value < count:
-        raise BlockError("spindle-number", f"there is no spindle ${value:g}", "$")
+        raise BlockError("spindle-number", f"the machine has no spindle ${value:g}", "$")
     return round(value)
 
 
@@ -33,7 +33,7 @@ def _event(ip: Interpreter, rest: bool) -> Event:
     state = ip.state
     values = {"speed_rpm": state.speed, "direction": state.direction}
     if state.constant_surface:
-        # What the spindle makes of it where the tool stands; it follows the tool from there.
+        # The spindle's speed where the tool stands; it follows the tool from there.
         around = (
             2.0 * math.pi * max(abs(state.position[0]), LEAST_RADIUS_MM / (INCH if state.inches else 1.0))
         )
@@ -72,12 +72,12 @@ def orient(ip: Interpreter, block: Block) -> None:
     angle = block.words.get("r", 0.0)
     way = block.words.get("p", 0.0)
     if way not in (0.0, 1.0, 2.0):
-        raise BlockError("orient-way", f"P{way:g} of M19 is none of 0, 1, 2", "P")
+        raise BlockError("orient-way", f"P{way:g} of M19: P is 0, 1 or 2", "P")
     if not 0.0 <= angle <= 360.0:
         raise BlockError("orient-angle", f"R{angle:g} of M19 is not within 0 to 360 degrees", "R")
     wait = block.words.get("q")
     if wait is not None and wait <= 0.0:
-        raise BlockError("orient-time", f"Q{wait:g} of M19 is no time limit: it must be above 0", "Q")
+        raise BlockError("orient-time", f"Q{wait:g} of M19: the time limit must be above 0", "Q")
     ip.sink.call(
         f"ORIENT_SPINDLE({max(spindle_of(ip, block), 0)}, {angle:.4f}, {way:.0f})",
         Event("spindle", True, values={"orient_deg": angle}),

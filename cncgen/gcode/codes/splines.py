@@ -23,7 +23,7 @@ _BOTH = ("linuxcnc",)
 class OpenNurbs:
     """Control points of a G5.2 block that has not ended yet.
 
-    A `broken` one makes no curve, which was said; of one whose first block is wrong (`lost`) the others are passed over.
+    A `broken` one has its error already and makes no curve; where the first block is wrong (`lost`), the others are passed over.
     """
 
     order: int
@@ -126,7 +126,9 @@ def _take(ip: Interpreter, block: Block, spline: OpenNurbs, opening: bool) -> No
             )
         order = words.get("l", 3.0)
         if order != round(order) or order < 2:
-            raise BlockError("spline-order", f"L{order:g} of G5.2 is no order of a curve (2 or more)", "L")
+            raise BlockError(
+                "spline-order", f"L{order:g} of G5.2: the order of a curve is 2 or more, whole", "L"
+            )
         spline.order = round(order)
         if "x" not in words and "y" not in words:
             return
@@ -135,9 +137,7 @@ def _take(ip: Interpreter, block: Block, spline: OpenNurbs, opening: bool) -> No
     if weight <= 0.0:
         raise BlockError(
             "nurbs-weight",
-            f"P{weight:g} is no weight: it must be above 0"
-            if "p" in words
-            else "a control point has no weight P",
+            f"P{weight:g}: a weight must be above 0" if "p" in words else "a control point has no weight P",
             "P" if "p" in words else "X",
             hint="write P1 where all control points weigh the same",
         )

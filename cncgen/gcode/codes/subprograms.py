@@ -68,7 +68,7 @@ def of_builder(number: int) -> Code:
 
 def _remark(ip: Interpreter, name: str) -> None:
     """Say that an M code is the machine builder's."""
-    message = f"{name} is none of the control's own codes: taken as the machine builder's, an event"
+    message = f"{name} does not belong to the control's own codes: taken as the machine builder's, an event"
     ip.warn(BlockError("builders-code", message, name, hint="check that it moves nothing"), Severity.WARNING)
 
 

@@ -21,7 +21,7 @@ def _pitch(ip: Interpreter, block: Block, name: str) -> float:
         raise BlockError("pitch-missing", f"{name} has no pitch K", name)
     pitch = block.words["k"]
     if pitch <= 0.0:
-        raise BlockError("pitch-missing", f"K{pitch:g} of {name} is no pitch: it must be above 0", "K")
+        raise BlockError("pitch-missing", f"K{pitch:g} of {name}: the pitch must be above 0", "K")
     if ip.state.direction == 0:
         raise BlockError("spindle-stopped", f"{name} moves in step with a spindle that does not turn", name)
     return pitch

@@ -101,7 +101,7 @@ class Code:
         dialects: Where it means this.
         title: How it is written, where that is not letter and number.
         named: Words of several letters that it uses.
-        after: What it does when all else of the block is done, or None.
+        after: Its handler for the time when all else of the block is done, or None.
         takes: Letters that it uses itself, which otherwise act by themselves.
     """
 

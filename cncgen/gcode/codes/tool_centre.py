@@ -65,7 +65,7 @@ class CentreMove:
         end: Where it ends.
         centre: Of its arc, or None for a straight line.
         turns: Of its arc: ±1 up to a full turn, ±2 for one more; positive is counter-clockwise.
-        block: What the caller gave with the move: its feed, its line, where its other axes end.
+        block: The caller's own record of the move: its feed, its line, where its other axes end.
         rapid: Whether it is a rapid.
         corner: True for what rolls around a corner before `block`: the other axes stand still.
     """
@@ -121,7 +121,7 @@ class ToolCentre:
             None: as far as a smooth turn at its start can bring it.
         least_roll: Outside corners around which the tool would roll by less than this along the real axis are cut
             straight on instead, to where the offset paths cross.
-        least_entry: What the first move must be longer than; None: the radius.
+        least_entry: The first move must be longer than this; None: than the radius.
     """
 
     def __init__(
@@ -152,7 +152,7 @@ class ToolCentre:
         self._remarks: list[CompensationError] = []
 
     def take_remarks(self) -> list[CompensationError]:
-        """Return what was found wrong since the last call with moves that were made all the same."""
+        """Return the faults found since the last call in moves that were made nevertheless."""
         remarks, self._remarks = self._remarks, []
         return remarks
 
@@ -489,7 +489,7 @@ def meeting(old: OffsetCurve, new: OffsetCurve, side: int) -> complex | None:
     if old.centre is None and new.centre is None:
         points = _line_line(old, new)
     elif old.centre is None and new.centre is not None:
-        # An arc given by its centre may start a little off the circle through its end, which is the one that counts.
+        # An arc given by its centre may start a little off the circle through its end; that circle counts.
         points = _line_circle(old, new.centre, new.radius, new.slip)
     elif new.centre is None and old.centre is not None:
         points = _line_circle(new, old.centre, old.radius)

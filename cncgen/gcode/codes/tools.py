@@ -25,10 +25,10 @@ def whole(block: Block, letter: str, name: str) -> int:
 
 
 def whole_of(value: float, letter: str, name: str) -> int:
-    """Return the value of a word of a code ("": of none); raise where it is not a whole number, or negative."""
+    """Return the value of a word of a code ("" without one); raise where it is negative or not whole."""
     word, of = letter.upper(), f" of {name}" if name else ""
     if not abs(value) <= LARGEST:
-        raise BlockError("number-range", f"{word}{of} is no number within ±{LARGEST:g}", word)
+        raise BlockError("number-range", f"{word}{of} is not within ±{LARGEST:g}", word)
     if abs(value - round(value)) > 1e-4:
         raise BlockError("not-whole", f"{word}{value:g}{of} is not a whole number", word)
     if value < 0:

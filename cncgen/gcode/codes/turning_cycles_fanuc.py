@@ -26,7 +26,7 @@ from cncgen.gcode.text import grammar
 from cncgen.gcode.text.expressions import evaluate
 from cncgen.gcode.text.labels import Cursor
 
-#: What of a line makes the profile, where it is roughed: words, and G0 to G3.
+#: Words and codes of a line that make the profile, where it is roughed.
 _WORDS = frozenset(("x", "z", "r", "i", "k", ",c", ",r"))
 _MOTIONS = frozenset((0, 10, 20, 30))
 _CYCLES = frozenset((700, 710, 720, 730, 740, 750, 760, 900, 920, 940))

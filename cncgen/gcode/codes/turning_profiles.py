@@ -1,4 +1,4 @@
-"""Profiles of turned parts: read from a subroutine, and moved aside by what is left for a later cut.
+"""Profiles of turned parts: read from a subroutine, and moved aside by the allowance for a later cut.
 
 A profile is a chain of lines and arcs in the complex plane: real along the travel of the cut, imaginary the depth,
 turned so that the travel goes to the right and the tool comes from above.
@@ -27,7 +27,7 @@ _CODES = {0: 10, 10: 10, 20: 20, 30: 30, 900: 900, 910: 910, 901: 901, 911: 911}
 MAX_MOVES = 10_000
 #: Lengths below this are nothing.
 TINY = 1e-9
-#: Turns of a profile (rad) that are none; any other one has its corner, as LinuxCNC's turning cycles have it.
+#: A profile that turns by less than this (rad) goes on smoothly; any larger turn has its corner, as LinuxCNC's turning cycles have it.
 _SMOOTH = 1e-9
 #: How far along the travel an arc around an outside corner leads at least (program units; measured on LinuxCNC's
 #: interpreter); shorter ones are left out.
@@ -102,7 +102,7 @@ class Segment:
         return angle <= self.sweep() + slack or angle >= math.tau - slack
 
     def at_distance(self, distance: float, *, from_end: bool) -> complex | None:
-        """Return the point at a straight distance from an end of the segment, or None where there is none."""
+        """Return the point at a straight distance from an end of the segment, or None where the segment does not reach so far."""
         origin, way = (self.end, -1.0) if from_end else (self.start, 1.0)
         if self.centre is None:
             return origin + way * distance * self.heading(origin)

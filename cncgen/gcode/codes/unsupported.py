@@ -1,4 +1,4 @@
-"""What codes mean on controls that are not read here, so that a diagnostic can name what is missing."""
+"""The meaning of codes on controls that are not read here, so that a diagnostic can name it."""
 
 from __future__ import annotations
 
@@ -35,19 +35,19 @@ MEANING: dict[tuple[str, int], str] = {
 }
 
 _TILTED = "post it with the rotary axes in place and X Y Z as the axes go, or with G43.4, which is read"
-#: What to do without a code that is not read.
+#: Advice for a code that is not read.
 WITHOUT: dict[tuple[str, int], str] = {
     **dict.fromkeys((("G", n) for n in (531, 682, 683, 684)), _TILTED),
     **dict.fromkeys(
         (("G", n) for n in (120, 130, 470, 1500)), "post it as the moves that it makes: G1, G2, G3"
     ),
 }
-#: What mills of FANUC have in place of codes that only lathes read, G numbers in tenths.
+#: Codes of FANUC's mills in place of those that only lathes read, G numbers in tenths.
 ON_MILLS: dict[int, str] = dict.fromkeys(
     (700, 710, 720),
     "a lathe's program wants --dialect fanuc-lathe; on a mill, write X and Y of each hole in a block of its own",
 )
-#: What lathes of FANUC (system A) have in place of codes of mills, G numbers in tenths.
+#: Codes of FANUC's lathes (system A) in place of those of mills, G numbers in tenths.
 ON_LATHES: dict[int, str] = {
     330: "lathes cut threads with G32",
     **dict.fromkeys((430, 440, 490), "T has the offset on lathes: T0101"),

@@ -1,4 +1,4 @@
-"""Heidenhain's plain language beyond single blocks: what leads from line to line.
+"""Heidenhain's plain language beyond single blocks: statements that lead from line to line.
 
 q_formulas expressions of Q parameters, FN 0 to 8 and 13, the formulas of Q
 running    `HeidenhainRunner`: labels, CALL LBL with REP, jumps FN 9 to 12, TCPM-free blocks through `text.plain_language`

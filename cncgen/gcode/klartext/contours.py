@@ -55,7 +55,7 @@ class ContourWay:
 
 
 def way_of(body: str, read: Any) -> ContourWay | None:
-    """Return the way of a line, None where it is none; `read` gives the value of a text."""
+    """Return the way of a line, None for any other line; `read` gives the value of a text."""
     match = _WAY.match(body.strip())
     if match is None:
         return None
@@ -66,7 +66,7 @@ def way_of(body: str, read: Any) -> ContourWay | None:
         if word is None:
             raise BlockError(
                 "syntax",
-                f"'{rest[at:].strip().split()[0]}' is no word of {way.kind}",
+                f"'{rest[at:].strip().split()[0]}' does not belong to {way.kind}",
                 way.kind,
                 hint=f"{way.kind} LT X+10 Y+5 LEN15 RL F200",
             )
@@ -176,7 +176,7 @@ def _touch(place: complex, centre: complex, radius: float, sense: int, *, leavin
     if abs(apart) <= radius:
         raise BlockError(
             "approach-words",
-            "APPR LCT or DEP LCT lies within its circle: there is no tangent",
+            "APPR LCT or DEP LCT lies within its circle and has no tangent",
             "R",
             hint="take a smaller R, or a place farther away",
         )

@@ -82,7 +82,7 @@ def _bore(cycle: HoleCycle) -> None:
     if way is None:
         raise BlockError(
             "cycle-words",
-            f"Q214 = {q[214]:g} of cycle 202 is none of 0 to 4",
+            f"Q214 = {q[214]:g} of cycle 202 is not within 0 to 4",
             "CYCL",
             hint="0 stays, 1 to 4 are X- Y- X+ Y+",
         )
@@ -207,7 +207,10 @@ def _bore_milling(cycle: HoleCycle) -> None:
         )
     if q[334] <= 0.0:
         raise BlockError(
-            "cycle-infeed", f"Q334 = {q[334]:g} is no depth of a turn", "CYCL", hint="Q334 is above 0"
+            "cycle-infeed",
+            f"Q334 = {q[334]:g}, the depth of a turn, must be above 0",
+            "CYCL",
+            hint="each turn of the helix goes deeper by Q334",
         )
     middle = ip.state.position.copy()
     sense = -1 if q[351] < 0.0 else 1

@@ -174,7 +174,10 @@ class _Formula:
                     "domain", f"{token} of {operand:g} has no value", token, hint="was the Q parameter set?"
                 ) from None
         raise BlockError(
-            "syntax", f"{token} is no function of Q parameters", token, hint=f"read are {', '.join(_UNARY)}"
+            "syntax",
+            f"{token} is not a function of Q parameters",
+            token,
+            hint=f"read are {', '.join(_UNARY)}",
         )
 
 
@@ -208,7 +211,7 @@ def assignment(body: str, read: Read) -> tuple[int, float] | None:
 
 
 def jump(body: str, read: Read) -> tuple[bool, str] | None:
-    """Return whether a jump FN 9 to FN 12 is made, and its label; None where a line is none."""
+    """Return whether a jump FN 9 to FN 12 is made, and its label; None for any other line."""
     function = _FN.match(body)
     if function is None or int(function["number"]) not in _HOLDS:
         return None

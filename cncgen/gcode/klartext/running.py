@@ -36,7 +36,7 @@ from cncgen.gcode.text.expressions import evaluate
 from cncgen.gcode.text.labels import Cursor
 from cncgen.toolpath.reading import ReadOptions
 
-#: What a program has where its lines lead from one to another.
+#: Signs of a program whose lines lead from one to another.
 _NEEDS = re.compile(
     rb"^[ \t]*(?:\d+[ \t]+)?(?:LBL\b|CALL[ \t]+LBL|FN[ \t]*(?!0[ \t]*:)\d|APPR\b|DEP\b|RND\b|CHF\b|CT\b|Q\d+[ \t]*=[^;\n]*[-+*/(A-Z][ \t]*[\dQ(]"
     rb"|CYCL[ \t]+DEF[ \t]+(?:8|9|10|11|2[0-9][02-9]|21\d|22\d|251|252|253|247)\b|CYCL[ \t]+CALL[ \t]+POS)|\bR[LR]\b(?![\w.])|\bM89\b",
@@ -178,7 +178,7 @@ class HeidenhainRunner:
     def _q(self, number: int) -> float:
         numbers = self.ip.parameters.numbers
         if number >= len(numbers):
-            message = f"Q{number} is no Q parameter that is read: they go up to Q{len(numbers) - 1}"
+            message = f"Q{number} is not read: Q parameters go up to Q{len(numbers) - 1}"
             raise BlockError("parameter-number", message, "Q", hint="take a smaller number")
         return float(numbers[number])
 
@@ -285,7 +285,7 @@ class HeidenhainRunner:
     # Contours.
 
     def _following(self, at: int) -> int | None:
-        """Return the next line that is no comment."""
+        """Return the next line that is not a comment."""
         return next(
             (
                 k

@@ -114,7 +114,7 @@ class ColumnsSink:
         """Take the pitch as the feed per revolution, or put the feed back."""
         varies = self._surface is not None
         if varies or self._feed_mode == 93 or (self._before is not None and self._before[1] == 93):
-            # What is kept must have one meaning of the feed; 94 and 95 differ by a factor alone, if it is one.
+            # The kept motions must share one meaning of the feed; 94 and 95 differ by a factor alone, if it is constant.
             self.flush()
         if pitch is not None:
             self._before = self._feed, self._feed_mode
@@ -255,7 +255,7 @@ class ColumnsSink:
 
         line = batch.motion == 1
         first = self._radius(start)
-        # What is not cut has the same radius at both its ends.
+        # Cutting lines alone change the radius; other motions keep that of their start.
         last = np.where(line, self._radius(end), first)
         knee = self._surface_mm_min() / (2.0 * math.pi * self._surface) if self._surface else math.inf
         owner, until = parted(first, last, knee)
@@ -282,7 +282,7 @@ class ColumnsSink:
         return self._speed * (1000.0 if self._scale == 1.0 else 12.0 * INCH)
 
     def _revolutions(self, start: Floats, end: Floats) -> Floats | float:
-        """Return the spindle's speed along motions, rev/min: one for all, but in G96 that of the mean radius of each."""
+        """Return the spindle's speed along motions, rev/min: one for all, but in G96 one for the mean radius of each."""
         if self._surface is None:
             return self._speed
         from cncgen.gcode.sinks.surface_speed import revolutions
@@ -356,7 +356,7 @@ class ColumnsSink:
         out = feed * (PER_MINUTE * (rate if self._feed_mode == 95 else 1.0))
         return out * np.where(rotary_only, DEGREE, self._scale)
 
-    # What later motions depend on.
+    # Modes that later motions depend on.
 
     def use_length_units(self, inches: bool) -> None:
         """Take lengths in inches or millimetres; offsets in force keep their length."""

@@ -39,7 +39,7 @@ class PrintingSink:
         return lines
 
     def call(self, text: str, event: Event | None = None) -> None:
-        """Print a call as it is; what a program prints itself is a line of its own."""
+        """Print a call literally; the text that a program prints becomes a line without a number."""
         if not text.isprintable():
             text = text.translate(_VISIBLE)
         if event is not None and event.values.get("print"):
@@ -49,7 +49,7 @@ class PrintingSink:
             self._lines.append(f"{self._count:5d} {self._number()}{text}")
 
     def _number(self) -> str:
-        """Return the N word of the line that the block stands in, as it is printed."""
+        """Return the printed N word of the line that the block stands in."""
         block = self._numbered_by()
         if block.line == 0:
             return "N..... "

@@ -1,4 +1,4 @@
-"""What the interpreter calls: the canonical machining functions of NISTIR 6556, as a protocol.
+"""The interface that the interpreter calls: the canonical machining functions of NISTIR 6556, as a protocol.
 
 Positions are lists of nine numbers, X Y Z A B C U V W, in the program's units and coordinates; offsets are calls of
 their own. A sink either prints the calls (`printing`) or builds a toolpath in machine coordinates (`columns`).
@@ -140,7 +140,7 @@ class Sink(Protocol):
 
 
 class PassingSink:
-    """What stands before another sink for a while: passes calls on, but for those that a subclass has itself."""
+    """A sink that stands before another one for a while and passes on the calls that its subclass does not take."""
 
     def __init__(self, inner: Sink) -> None:
         self.inner = inner

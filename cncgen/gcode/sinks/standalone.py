@@ -2,7 +2,7 @@
 
 `rs274` runs the interpreter without a machine, on an imaginary one whose answers enter the calls that follow: where
 it stands after a tool change or a probe, which tool its spindle holds, and the tools of its table. `canon` prints the
-calls of a run on this machine; a toolpath is read without it. What it does was measured on `rs274` 2.9 (programs under
+calls of a run on this machine; a toolpath is read without it. Its behaviour was measured on `rs274` 2.9 (programs under
 ``tests/peer``):
 
 - lengths in the tool table and in the parameter file are inches;

@@ -1,6 +1,6 @@
 """SINUMERIK 840D and 828D, milling: text to canonical motions.
 
-reading      a line to a statement: what stands around its block, and the block by the grammar (``grammars/sinumerik.lark``)
+reading      a line to a statement: number, label and comment around its block, and the block by the grammar (``grammars/sinumerik.lark``)
 expressions  values of a statement's expressions
 variables    R parameters, DEF variables, system variables
 programs     texts as programs: labels, loops and branches, PROC, files of subprograms
@@ -11,5 +11,5 @@ curves       ASPLINE, CSPLINE, POLY
 cycles       CYCLE81 to 86, 840, HOLES1, HOLES2; `pockets` POCKET3, POCKET4, SLOT1
 
 Motions are those of the interpreter (`cncgen.gcode.interpreter`): a line becomes a block of coordinates in G90, whose codes are in
-its table; what the language says otherwise (AC IC, polar words, CR, CIP) is worked out here.
+its table; words that the interpreter lacks (AC IC, polar words, CR, CIP) are worked out here.
 """

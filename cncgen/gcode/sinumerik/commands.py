@@ -298,7 +298,7 @@ def set_frame(motions: Motions, name: str, at: list[Scalar], node: Node) -> None
     if not 1 <= system < SYSTEM_COUNT + MORE_COUNT:
         raise BlockError(
             "system-number",
-            f"$P_UIFR[{system}] is no origin (1 to {SYSTEM_COUNT + MORE_COUNT - 1})",
+            f"$P_UIFR[{system}]: origins are 1 to {SYSTEM_COUNT + MORE_COUNT - 1}",
             "$P_UIFR",
             hint="1 is G54, 5 is G505",
         )

@@ -133,7 +133,10 @@ def _polynomial(motions: Motions, words: Words, end: Point) -> None:
     length = words.named.pop("PL", ("", 1.0))[1]
     if length <= 0.0:
         raise BlockError(
-            "nurbs-knot", f"PL={length:g} is no length of a parameter", "PL", hint="PL is above 0"
+            "nurbs-knot",
+            f"PL={length:g}, the length of an interval, must be above 0",
+            "PL",
+            hint="PL is 1 where it is left out",
         )
     start, finish = list(ip.state.position), list(end)
     coefficients: dict[int, list[float]] = {}

@@ -31,7 +31,7 @@ NOT_READ = frozenset(
 )  # fmt: skip
 #: Steps of one hole beyond which a step counts as a mistake.
 _MOST_STEPS = 10_000
-#: What CYCLE83 keeps from the last depth, and how far it goes back to break chips, mm.
+#: The distance that CYCLE83 keeps from the last depth, and how far it goes back to break chips, mm.
 _AHEAD, _BREAK = 0.6, 1.0
 
 
@@ -318,7 +318,10 @@ def _count(name: str, values: Values, index: int) -> int:
     count = round(filled(values, index))
     if not 1 <= count <= 10_000:
         raise BlockError(
-            "cycle-repeats", f"NUM = {count} of {name} is no number of holes", name, hint="1 to 10000 holes"
+            "cycle-repeats",
+            f"NUM = {count} of {name} is not within 1 to 10000",
+            name,
+            hint="NUM counts the holes",
         )
     return count
 

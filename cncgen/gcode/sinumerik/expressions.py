@@ -94,7 +94,7 @@ def evaluate(node: Node, variables: Variables) -> Scalar:
     """Return the value of an expression.
 
     Raises:
-        BlockError: A name or function is not known, or there is no value.
+        BlockError: A name or function is not known, or the result has no value.
     """
     match node[0]:
         case "n" | "s":

@@ -65,7 +65,7 @@ class _Kept:
 
 
 class Motions:
-    """What SINUMERIK keeps from block to block, on an interpreter that is always in G90.
+    """The state that SINUMERIK keeps from block to block, on an interpreter that is always in G90.
 
     Attributes:
         motion: The motion in force: ``G0`` … ``G3``, ``G33``, ``CT``, ``CIP``, ``ASPLINE``, ``CSPLINE``, ``BSPLINE``, ``POLY``.
@@ -202,7 +202,10 @@ class Motions:
             _, (name, indices), values = item
             if name != "PO" or len(indices) != 1:
                 raise BlockError(
-                    "syntax", f"{name}=( , ) is no word of a polynomial", name, hint="PO[X]=(end, a2, a3)"
+                    "syntax",
+                    f"{name}=( , ) does not belong to a polynomial",
+                    name,
+                    hint="PO[X]=(end, a2, a3)",
                 )
             axis = str(evaluate(indices[0], self.store))
             words.polynomials[axis] = [number(evaluate(v, self.store)) for v in values]
@@ -258,7 +261,7 @@ class Motions:
         if mode:
             raise BlockError(
                 "variable-unknown",
-                f"{name}={mode}(...): {name} is no axis that is read",
+                f"{name}={mode}(...): {name} is not an axis",
                 name,
                 hint="axes are X Y Z A B C U V W",
             )
@@ -460,7 +463,10 @@ class Motions:
         if mode in ("DC", "ACP", "ACN"):
             if axis not in "ABC":
                 raise BlockError(
-                    "axis-mode", f"{mode}() is of rotary axes, and {axis} is none", axis, hint="AC() or IC()"
+                    "axis-mode",
+                    f"{mode}() is for rotary axes, and {axis} is linear",
+                    axis,
+                    hint="AC() or IC()",
                 )
             step = (value - now) % 360.0
             if mode == "ACN" and step:
@@ -471,7 +477,7 @@ class Motions:
         return value
 
     def _polar_end(self, words: Words, end: list[float]) -> None:
-        """Put in the end of AP (angle) and RP (radius) about the pole; what is not given is as it was last."""
+        """Put in the end of AP (angle) and RP (radius) about the pole; a missing one keeps its last value."""
         first, second, _ = self.plane()
         if {AXES[first].upper(), AXES[second].upper()} & words.axes.keys():
             raise BlockError(
@@ -557,7 +563,7 @@ class Motions:
         if turns != round(turns) or turns < 0:
             raise BlockError(
                 "arc-turns",
-                f"TURN={turns:g} is no number of full circles",
+                f"TURN={turns:g} does not count full circles",
                 "TURN",
                 hint="TURN is 0 or more, whole",
             )
@@ -627,7 +633,7 @@ class Motions:
         if not 0.0 < angle < 2.0 * math.pi:
             raise BlockError(
                 "arc-angle",
-                f"AR={math.degrees(angle):g} is no angle of an arc",
+                f"AR={math.degrees(angle):g} is not the angle of an arc",
                 "AR",
                 hint="AR is above 0 and below 360",
             )
@@ -685,7 +691,7 @@ def _whole(letter: str, value: float) -> int:
     if value != round(value) or value < 0:
         raise BlockError(
             "not-whole",
-            f"{letter}{value:g} is no whole number of 0 or more",
+            f"{letter}{value:g} is not a whole number of 0 or more",
             letter,
             hint="write it without decimals",
         )

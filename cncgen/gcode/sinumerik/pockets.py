@@ -107,7 +107,10 @@ def slots(motions: Motions, name: str, values: Values) -> None:
     count = round(v[5])
     if not 1 <= count <= 10_000:
         raise BlockError(
-            "cycle-repeats", f"NUM = {count} of {name} is no number of slots", name, hint="1 to 10000 slots"
+            "cycle-repeats",
+            f"NUM = {count} of {name} is not within 1 to 10000",
+            name,
+            hint="NUM counts the slots",
         )
     step = v[12] or 360.0 / count
     how = {

@@ -81,7 +81,7 @@ def programs_of(
 
 
 def _begin(found: list[Program], name: str) -> None:
-    """Begin a program, or name the one that has nothing yet."""
+    """Begin a program, or name the last one while it is empty."""
     if found[-1].labels or any(
         line.statement.kind != "block" or line.statement.items for line in found[-1].lines
     ):

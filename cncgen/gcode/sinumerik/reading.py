@@ -23,7 +23,7 @@ _PREFIX = re.compile(
 _PLAIN_LINE = re.compile(r"(?:\s*[A-Z][+-]?(?:\d+\.?\d*|\.\d+))+\s*\Z")
 _PLAIN_WORD = re.compile(r"([A-Z])([+-]?[\d.]+)")
 _HEADER = re.compile(r"%_N_(\w+?)_(MPF|SPF)\b|;\$PATH")
-#: What people call the grammar's tokens.
+#: Common names of the grammar's tokens.
 _NAMES = {
     "PLAIN": "a word", "NAME": "a name", "PLAIN_NUMBER": "a number", "EXPONENT": "a number", "STRING": "a text", "EQUAL": "=",
     "LPAR": "(", "RPAR": ")", "LSQB": "[", "RSQB": "]", "COMMA": "a comma", "SIGN": "a sign", "TIMES": "an operator",
@@ -33,7 +33,7 @@ _NAMES = {
 
 @dataclass(slots=True)
 class Statement:
-    """A line: what it does (``kind``: ``block``, ``if``, ``for`` …), its data, and what stands before its block.
+    """A line: its kind (``block``, ``if``, ``for`` …), its data, and the parts before its block.
 
     Attributes:
         items: Of a block.
@@ -67,7 +67,7 @@ def parse(text: str) -> Statement:
     """Read one line.
 
     Raises:
-        BlockError: It is no line of the language; the column is that of `text`.
+        BlockError: The line does not belong to the language; the column counts in `text`.
     """
     line = capitals(text).rstrip()
     prefix = _PREFIX.match(line)

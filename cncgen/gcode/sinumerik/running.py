@@ -212,7 +212,7 @@ class SinumerikRunner:
     _do_repeat = _do_loop
 
     def _back(self, frame: Frame, at: int) -> int:
-        """Return the line that opens the loop which a line closes; the line itself where there is none."""
+        """Return the line that opens the loop which a line closes; the line itself where it closes no loop."""
         return frame.program.other.get(at, at)
 
     def _do_endloop(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
@@ -276,7 +276,7 @@ class SinumerikRunner:
             self._jump(frame, at, usual)
 
     def _jump(self, frame: Frame, at: int, jump: tuple[Any, ...]) -> None:
-        """Go to a label: forward (GOTOF), back (GOTOB), either (GOTO, GOTOC; the latter goes on where there is none)."""
+        """Go to a label: forward (GOTOF), back (GOTOB), either (GOTO, GOTOC; GOTOC goes on where the label is missing)."""
         _, how, label = jump
         if how == "GOTOS":
             frame.at = 0
@@ -299,7 +299,7 @@ class SinumerikRunner:
         elif how != "GOTOC":
             way = {"GOTOF": " below it", "GOTOB": " above it"}.get(how, "")
             raise BlockError(
-                "label-missing", f"{how} {target} leads nowhere: there is no such label{way}", how, hint=f"a line that begins with {target}: is the label"
+                "label-missing", f"{how} {target} leads nowhere: the program has no such label{way}", how, hint=f"a line that begins with {target}: is the label"
             )  # fmt: skip
 
     def _do_repeat_part(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
@@ -400,7 +400,7 @@ class SinumerikRunner:
                     return program
         places = ", ".join(str(folder) for folder in self._folders) or "the search path, which is empty"
         raise BlockError(
-            "sub-missing", f"{name} is not read: it is no command, and there is no subprogram of that name in the text or in {places}",
+            "sub-missing", f"{name} is not read: it is not a command, and no subprogram of that name is in the text or in {places}",
             name, hint=f"{name}.SPF in a folder of --include is found",
         )  # fmt: skip
 

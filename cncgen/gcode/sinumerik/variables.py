@@ -25,7 +25,7 @@ class Variable:
     values: list[Scalar] = field(default_factory=list)
 
     def place(self, name: str, indices: list[Scalar]) -> int:
-        """Return where an element stands; raise where it is none."""
+        """Return where an element stands; raise where the variable lacks it."""
         wanted = [round(number(index, "an index")) for index in indices]
         if len(wanted) != len(self.bounds):
             raise BlockError(
@@ -110,7 +110,7 @@ class Store:
         if whole != index or not 0 <= whole <= MOST_R:
             raise BlockError(
                 "parameter-number",
-                f"R{index:g} is no R parameter (R0 to R{MOST_R})",
+                f"R{index:g}: R parameters are R0 to R{MOST_R}",
                 hint="its number is whole",
             )
         return whole
@@ -137,7 +137,7 @@ class Store:
         if variable is None:
             raise BlockError(
                 "variable-unknown",
-                f"{name} is no variable, axis or word that is read",
+                f"{name} is not a variable, axis or word that is read",
                 name,
                 hint=f"DEF REAL {name} defines a variable",
             )

@@ -1,1 +1,1 @@
-"""What stays in force from block to block: modes, parameters, coordinate systems, the tool table, a machine's settings."""
+"""The state that stays in force from block to block: modes, parameters, coordinate systems, tools, a machine's settings."""

@@ -1,4 +1,4 @@
-"""The modal state of a program: what stays in force from block to block, and in which order a block is executed."""
+"""The modal state of a program, which stays in force from block to block, and the order of execution within a block."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def zeros() -> list[float]:
 
 @dataclass(slots=True)
 class Polar:
-    """Polar coordinates of G16: what the next words of radius and angle (degrees) are taken from.
+    """Polar coordinates of G16, from which the next words of radius and angle (degrees) count.
 
     Attributes:
         centre: In the plane's two axes: the origin, or where the tool was before an incremental radius.
@@ -72,7 +72,7 @@ class Polar:
 
 @dataclass(slots=True)
 class State:
-    """What is in force. Lengths and positions are in program units, positions in program coordinates.
+    """The modes and offsets in force. Lengths and positions are in program units, positions in program coordinates.
 
     Attributes:
         position: Where the tool is, X Y Z A B C U V W.
@@ -105,7 +105,7 @@ class State:
         between: Where G28 or G30 of FANUC went by, or None.
         local: Part of `g92` that G52 of FANUC set.
         speed_limit: Largest speed of G96 that G92 S of FANUC set.
-        turning: What the cycles of FANUC's lathes keep from block to block, once there was one.
+        turning: Settings that the cycles of FANUC's lathes keep from block to block, once there was one.
         length_code: 43, 43.4, 44 or 49 of FANUC.
         length_number, radius_number: H and D that FANUC's programs said last, or None.
     """
@@ -163,7 +163,7 @@ class State:
         return PLANE_AXES[self.plane]
 
     def offsets(self) -> tuple[list[float], float, list[float], list[float]]:
-        """Return origin, rotation, G92 in force and tool offset: what stands between program and machine."""
+        """Return origin, rotation, G92 in force and tool offset, which lead from program to machine coordinates."""
         return self.origin, self.rotation, self.g92, self.tool_offset
 
 

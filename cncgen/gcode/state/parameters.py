@@ -45,7 +45,7 @@ class Parameters:
         numbers: By number; #1 to #30 are those of the innermost subroutine.
         local: Named parameters of the innermost subroutine.
         named: Global ones (their names begin with ``_``).
-        listed: Numbers that the parameter file names: those are kept, beside the ones that are kept anyway.
+        listed: Numbers that the parameter file names; they are kept, as are some others always.
     """
 
     def __init__(self, interpreter: Interpreter) -> None:
@@ -66,13 +66,17 @@ class Parameters:
     def _whole(self, index: float) -> int:
         whole = nearest(index, "the number of a parameter")
         if abs(index - whole) > 1e-4:
-            raise BlockError("parameter-number", f"#{index:g} is no parameter: its number is not whole", "#")
+            raise BlockError(
+                "parameter-number", f"#{index:g} does not name a parameter: its number is not whole", "#"
+            )
         return whole
 
     def _index(self, index: float) -> int:
         whole = self._whole(index)
         if not (0 < whole <= self.last or (whole == 0 and self.vacant)):
-            raise BlockError("parameter-number", f"there is no parameter #{whole} (1 to {self.last})", "#")
+            raise BlockError(
+                "parameter-number", f"parameter #{whole} does not exist: the last is #{self.last}", "#"
+            )
         return whole
 
     def number(self, index: float) -> float:
@@ -178,7 +182,9 @@ def read_parameters(path: Path, parameters: Parameters) -> None:
             if not (0 < number <= parameters.last and math.isfinite(value)):
                 raise ValueError
         except (ValueError, IndexError):
-            message = f"{line.strip()[:60]!r} is no parameter number (1 to {parameters.last}) and value"
+            message = (
+                f"{line.strip()[:60]!r}: a line has a parameter number (1 to {parameters.last}) and a value"
+            )
             faults.append(Diagnostic("parameter-file", message, span=Span(str(path), count)))
             continue
         parameters.numbers[number] = value

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 #: Current position in program coordinates and units.
 POSITION = range(5420, 5429)
-#: Faults of the tool changer, of which there are none.
+#: Faults of the tool changer, which never happen here.
 TOOL_CHANGER = (5600, 5601)
 
 
@@ -35,7 +35,7 @@ def _motion_mode(ip: Interpreter) -> float:
 
 
 def _pocket(ip: Interpreter, number: int) -> float:
-    """Return the pocket of a tool; for 0, that of the tool in the spindle, -1 where there is none."""
+    """Return the pocket of a tool; 0 stands for the tool in the spindle, and -1 is returned where it holds none."""
     number = number or ip.state.tool
     return float(ip.tools.pocket_of(number)) if number else -1.0
 
@@ -86,7 +86,7 @@ NAMED: dict[str, Callable[[Interpreter], float]] = {
     "_value_returned": lambda ip: 0.0,
 }
 
-#: Those that calls set as they end.
+#: Parameters that calls set as they end.
 _RETURNED = ("_value", "_value_returned")
 
 

@@ -1,4 +1,4 @@
-"""What a machine's table ``[interpreter]`` says about how its control reads a program."""
+"""A machine's table ``[interpreter]``: how its control reads a program."""
 
 from __future__ import annotations
 
