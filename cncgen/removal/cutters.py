@@ -40,7 +40,7 @@ def cutter_of_option(text: str) -> Cutter:
     """Return the tool of an option ``NAME=FORM:SIZES[;length=L][;shank=D][;holder=D,H]``, mm and degrees.
 
     Raises:
-        UsageError: It is none, with what is allowed.
+        UsageError: The text does not describe a tool; the hint says how to write one.
     """
     name, _, rest = text.partition("=")
     form, *extras = rest.split(";")

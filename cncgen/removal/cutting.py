@@ -23,13 +23,13 @@ Floats = NDArray[np.float64]
 CHORD_CELLS, CHORD = 0.02, 0.005
 #: Touches less deep than this do not count, mm.
 LEVEL = 0.02
-#: What may be left in a column where nothing may, mm, beside the cell.
+#: Material left in a column that does not count where all is to go, mm, beside the cell.
 LEFT = 0.02
 
 
 @dataclass(slots=True)
 class _State:
-    """What the machine does between two motions."""
+    """The state of the machine between two motions."""
 
     cutter: Cutter | None = None
     tool: str = ""
@@ -44,7 +44,7 @@ class Cutting:
     Attributes:
         stock: Cut in place.
         name: Of the program, for findings.
-        target: What is to stay, None where that is not known.
+        target: The material that is to stay, None where it is not known.
         cutters: Tools by name that count before those of the program.
     """
 

@@ -1,4 +1,4 @@
-"""What is wrong with a cut, as diagnostics: one for each fault of a source line, with place, depth and volume."""
+"""The faults of a cut as diagnostics: one for each fault of a source line, with place, depth and volume."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ Floats = NDArray[np.float64]
 
 #: Touches less deep than this do not count, mm.
 LEVEL = 0.02
-#: Findings of one kind that are told; the rest is counted.
+#: Findings of one kind that are listed; the rest is counted.
 MAX_TOLD = 50
-#: Places where material is left that are told, the largest first, and the least columns of a place.
+#: Places where material is left that are listed, the largest first, and the least columns of a place.
 MAX_PLACES = 10
 LEAST_COLUMNS = 3
 

@@ -1,4 +1,4 @@
-"""What material removal takes and gives. Lengths mm, volumes mm³, times s."""
+"""The input and output of material removal. Lengths mm, volumes mm³, times s."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Cutter:
-    """A tool that turns about Z, its tip at the origin: what cuts, and what must not touch.
+    """A tool that turns about Z, its tip at the origin: the part that cuts, and the parts that must not touch.
 
     Attributes:
-        name: What a tool change calls.
+        name: Called by a tool change.
         radius: Of the cut.
         flat: Radius of the level end.
         edge: Radius of the rounded edge: 0 of a sharp one, `radius` of a ball.
@@ -42,7 +42,7 @@ class Cutter:
 
     @property
     def values(self) -> Floats:
-        """Shape (5,): what the kernel takes."""
+        """The tool as the kernel takes it, shape (5,)."""
         return np.array([self.radius, self.flat, self.edge, self.slope, self.cutting_length])
 
     def height(self, rho: Floats) -> Floats:
@@ -56,7 +56,7 @@ class Cutter:
 
 
 class Target(Protocol):
-    """What is to stay of a stock: known where features or a mesh say so."""
+    """The material of a stock that is to stay: known where features or a mesh say so."""
 
     def floor(self, x: Floats, y: Floats) -> Floats:
         """Return the lowest height that may be cut at places, shapes alike, mm; -inf where nothing is to stay."""
@@ -72,7 +72,7 @@ class Field:
     Attributes:
         origin: x and y of the middle of the first column.
         cell: Width of a column.
-        top, bottom: Of the raw piece; top below bottom where there is none.
+        top, bottom: Of the raw piece; top below bottom where a column is empty.
         heights: At the middle of each column now.
         mean: Mean height in each column now.
     """
@@ -96,18 +96,18 @@ class Field:
 
     @property
     def volume(self) -> float:
-        """What is left, mm³."""
+        """Volume that is left, mm³."""
         return float(np.maximum(self.mean - self.bottom, 0.0).sum()) * self.cell**2
 
     @property
     def raw_volume(self) -> float:
-        """What was there at first, mm³."""
+        """Volume of the raw piece, mm³."""
         return float(np.maximum(self.top - self.bottom, 0.0).sum()) * self.cell**2
 
 
 @dataclass(slots=True)
 class OperationCut:
-    """What an operation removes.
+    """The material that an operation removes.
 
     Attributes:
         name: Its own, or that of its tool.
@@ -128,7 +128,7 @@ class OperationCut:
 
 @dataclass(frozen=True, slots=True)
 class Removal:
-    """What a program cuts.
+    """The material that a program cuts, with the faults of the cut.
 
     Attributes:
         stock: Afterwards.

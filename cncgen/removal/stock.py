@@ -90,7 +90,7 @@ def stock_of_option(text: str) -> Stock:
     """Return the stock of ``box:X0,Y0,Z0,X1,Y1,Z1``, ``cylinder:X,Y,DIAMETER,Z0,Z1`` or the name of an STL file.
 
     Raises:
-        UsageError: It is none, or the file cannot be read.
+        UsageError: The text does not describe a stock, or the file cannot be read.
     """
     kind, _, rest = text.partition(":")
     try:
@@ -105,7 +105,7 @@ def stock_of_option(text: str) -> Stock:
         return Stock("cylinder", made.low, made.high)
     if kind in ("box", "cylinder") and not Path(text).exists():
         hint = "box:X0,Y0,Z0,X1,Y1,Z1 or cylinder:X,Y,DIAMETER,Z0,Z1, mm, or the name of an STL file"
-        raise UsageError(Diagnostic("cut-stock", f"{text!r} is no stock", hint=hint))
+        raise UsageError(Diagnostic("cut-stock", f"{text!r} does not describe a stock", hint=hint))
     triangles = read_stl(text)
     return Stock("mesh", triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1)), triangles)
 
@@ -135,7 +135,7 @@ def read_stl(name: str) -> Floats:
             numbers.reshape(-1, 3, 3) if numbers.size and len(numbers) % 3 == 0 else np.zeros((0, 3, 3))
         )
     if not len(triangles) or not np.isfinite(triangles).all():
-        raise UsageError(Diagnostic("cut-stl", f"{name} is no STL file: it holds no triangles"))
+        raise UsageError(Diagnostic("cut-stl", f"{name} is not an STL file: it holds no triangles"))
     return triangles
 
 

@@ -33,7 +33,7 @@ def mesh_of(field: Field, columns: int | None = None) -> tuple[Floats, NDArray[n
     lower = np.stack([grid_x, grid_y, low], axis=-1).reshape(-1, 3)
     k = np.arange(ny * nx).reshape(ny, nx)
     a, b, c, d = (k[s].ravel() for s in _CORNERS)
-    # What is cut through has neither top nor underside.
+    # Where the part is cut through it has neither top nor underside.
     thick = (heights - low).reshape(-1) > 0
     solid = thick[a] | thick[b] | thick[c] | thick[d]
     a, b, c, d = a[solid], b[solid], c[solid], d[solid]

@@ -1,4 +1,4 @@
-"""The finished part as a mesh: what is to stay, and what nothing may stay of."""
+"""The finished part as a mesh: the material that is to stay, and the material that is to go."""
 
 from __future__ import annotations
 

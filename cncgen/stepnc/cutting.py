@@ -44,7 +44,7 @@ class CutProgram:
         toolpaths: All of its motions.
         diagnostics: Of reading it.
         raw: Its raw pieces, seen from the machine.
-        finished: What is to stay of them, None where a workingstep does not say.
+        finished: The material of them that is to stay, None where a workingstep does not say.
     """
 
     axes: str

@@ -15,7 +15,7 @@ from cncgen.stepnc.schema.tables import positions
 
 
 class Skip(Exception):
-    """What was being read has a fault, which is reported."""
+    """The entity being read has a fault, which is reported."""
 
 
 class Entity:
@@ -65,7 +65,7 @@ class Entity:
         """Return a number, or None where it is missing.
 
         Raises:
-            Skip: where it is no number.
+            Skip: where the attribute holds something else.
         """
         return None if self.get(name) is None else self.number(name)
 
@@ -73,7 +73,7 @@ class Entity:
         """Return a ratio of a value that should be one; where it is above 1 it is percent, with a warning."""
         if value <= 1.0:
             return value
-        text = f"{name} is {value:g}, which is no ratio; it is taken as {value:g} percent"
+        text = f"{name} is {value:g}, which is too large for a ratio; it is taken as {value:g} percent"
         self.warn("stepnc-ratio", text)
         return value / 100.0
 
@@ -93,10 +93,10 @@ class Entity:
         return str(value) if isinstance(value, Enumeration) else ""
 
     def ref(self, name: str) -> int | None:
-        """Return the id of what an attribute refers to, None where it is missing.
+        """Return the id that an attribute refers to, None where it is missing.
 
         Raises:
-            Skip: where it is no reference.
+            Skip: where the attribute holds something else.
         """
         value = self.get(name)
         if value is None:
@@ -109,7 +109,7 @@ class Entity:
         """Return the entity that an attribute refers to, of one of the kinds if any are given.
 
         Raises:
-            Skip: where there is none.
+            Skip: where the attribute is missing, or refers to an entity of another kind.
         """
         ident = self.ref(name)
         if ident is None:
@@ -120,7 +120,7 @@ class Entity:
         """Return the ids of an aggregate of references, empty where it is missing.
 
         Raises:
-            Skip: where it is no such aggregate.
+            Skip: where the attribute holds something else.
         """
         value = self.get(name)
         if value is None:
@@ -135,7 +135,7 @@ class Entity:
         """Return an aggregate of numbers.
 
         Raises:
-            Skip: where it is no such aggregate.
+            Skip: where the attribute holds something else.
         """
         value = self.get(name)
         if not isinstance(value, tuple) or isinstance(value, Typed):
@@ -168,7 +168,7 @@ class Entities:
         """Return an entity; of a complex instance the part of the first kind that it has.
 
         Raises:
-            Skip: where there is none of those kinds.
+            Skip: where the file has no such entity, or one of another kind.
         """
         instance = self.exchange.instance(ident)
         if instance is None:
@@ -187,7 +187,7 @@ class Entities:
         return Entity(self, instance, instance.parts[0].keyword)
 
     def keyword(self, ident: int | None) -> str:
-        """Return the type of an instance, empty where there is none."""
+        """Return the type of an instance, empty where the file has none with this id."""
         instance = self.exchange.instance(ident) if ident is not None else None
         return instance.keyword if instance else ""
 

@@ -57,7 +57,7 @@ def number(value: float) -> str:
 
 
 def comment(text: str) -> str:
-    """Return a comment; what would end it is replaced."""
+    """Return a comment; blanks replace characters that would end it."""
     clean = "".join(c if c.isprintable() and c not in "()" else " " for c in text)
     return f"({clean[:200]})"
 
@@ -97,7 +97,7 @@ class _GcodeWriter:
             yield "M2"
 
     def _words(self, end: Floats, before: Floats | None) -> list[str]:
-        """Return the axis words of a position: those that differ from `before`, all where that is None."""
+        """Return the axis words of a position: the words that differ from `before`, or all without it."""
         out = []
         for k, letter in enumerate(self._axes):
             value = math.degrees(end[k]) if is_rotary(letter) else float(end[k])

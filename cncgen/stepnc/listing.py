@@ -41,7 +41,7 @@ _NAMED = 4
 
 @dataclass(slots=True)
 class Work:
-    """What is done in a workingstep, or in several.
+    """The work of a workingstep, or of several.
 
     Attributes:
         motions: Lines, arcs and splines.
@@ -68,7 +68,7 @@ class Work:
 
 
 def duration(seconds: float) -> str:
-    """Return a time as ``48.3 s``, ``4:30 min`` or ``2:05:10 h``; what is over a thousand years as ``endless``."""
+    """Return a time as ``48.3 s``, ``4:30 min`` or ``2:05:10 h``; over a thousand years as ``endless``."""
     if not seconds < ENDLESS:
         return "endless"
     if seconds < 120:

@@ -1,4 +1,4 @@
-"""What a STEP-NC program says, in the same records whether the file is ISO 14649 or AP238.
+"""The content of a STEP-NC program, in the same records for files of ISO 14649 and of AP238.
 
 The readers (`cncgen.stepnc.iso14649`, `cncgen.stepnc.ap238`) make these records when the executor asks for them; the
 executor knows nothing of the files. Lengths mm, times s, angles rad, frames as in `geometry.frames`.
@@ -69,7 +69,7 @@ class CuttingTool:
 
     Attributes:
         ident: Its entity.
-        name: What a tool change calls.
+        name: Called by a tool change.
         kind: ``twist drill``, ``tapered endmill`` …: the body, lower case with blanks.
         diameter: Of the cut.
         teeth: Number of teeth.
@@ -165,7 +165,7 @@ class MachiningStrategy:
 
 @dataclass(frozen=True, slots=True)
 class Operation:
-    """What is done in a workingstep.
+    """The operation of a workingstep.
 
     Attributes:
         ident, label: Its entity and name.
@@ -197,7 +197,7 @@ class Operation:
 
 @dataclass(frozen=True, slots=True)
 class Feature:
-    """What a workingstep machines.
+    """A feature, which a workingstep machines.
 
     Attributes:
         ident, label: Its entity and name.
@@ -215,7 +215,7 @@ class Feature:
 
 @dataclass(frozen=True, slots=True)
 class Boss:
-    """What stays standing inside a feature: its closed outline at its top, the draft of its walls (rad, wider below).
+    """A boss that stays standing inside a feature: its outline at the top, the draft of its walls (rad, wider below).
 
     `top` is the height of its top in the feature's frame, mm, 0 or below.
     """
@@ -236,14 +236,14 @@ class Shape:
         bottom_angle: Full angle of a conical bottom, rad, or None.
         bottom_radius: Of a spherical bottom, mm, or None.
         outline: Closed boundary as pieces, or None.
-        bosses: What stays standing inside.
+        bosses: Left standing inside.
         course: Open path of a slot or step, or None.
         width: Of a slot.
         open_sides: Of an open boundary: the pieces of the outline that are open, by index.
-        section: Of a slot across its course where it is no U: ``vee``, ``arc``; else "".
+        section: Of a slot across its course: ``vee``, ``arc``; "" for a U.
         section_angle: Between the walls of a vee, or that of the arc, rad.
         section_radius: Of the bottom of a vee, or of the arc, mm.
-        ends: What the ends of a slot are: ``open``, ``radiused``, ``flat`` …
+        ends: Of a slot: ``open``, ``radiused``, ``flat`` …
         slope: Draft of the walls, rad: a pocket or hole is narrower below, an outside profile wider.
         corner_radius: Of the walls' corners (orthogonal_radius), or None.
         floor_radius: Between floor and walls (planar_radius), or None.
@@ -306,8 +306,8 @@ class Workingstep:
 
     Attributes:
         ident, label: Its entity and name.
-        operation: What is done.
-        feature: What is machined, None for explicit toolpaths without one.
+        operation: The work.
+        feature: The machined feature, None for explicit toolpaths without one.
         frame: Of its toolpaths, seen from the machine.
         security: Frame of the security plane seen from the machine (Z is its normal), or None.
         rapid: Whether all of it is rapid (RAPID_MOVEMENT).
@@ -342,7 +342,7 @@ class ProgramStructure:
         ident, label: Its entity and name.
         kind: ``workplan``, ``non sequential``, ``selective``, ``parallel``.
         children: Ids of the executables.
-        context: What the reader needs to know when it reads the children (setup, frames).
+        context: Setup and frames, which the reader needs when it reads the children.
     """
 
     ident: int
@@ -379,7 +379,7 @@ Executable: TypeAlias = ProgramStructure | Branching | Assignment | Workingstep 
 
 
 class Reader(Protocol):
-    """What the executor asks of a file."""
+    """The reader of a file, which the executor asks for its records."""
 
     def roots(self) -> list[Executable]:
         """Return the main workplans."""

@@ -23,7 +23,7 @@ class Reporter:
         self._ends: np.ndarray | None = None
         self._seen: dict[str, set[int | str]] = {}
         self._dropped: dict[str, tuple[int, Severity]] = {}
-        #: Codes of which it was said how many there are: a program that is executed again has no more of them.
+        #: Codes whose count is reported: a program that is executed again adds no more of them.
         self._counted: set[str] = set()
 
     def line_of(self, offset: int) -> int:

@@ -140,7 +140,7 @@ class Features:
         return depth, translation(0.0, 0.0, depth)
 
     def _sweep(self, ident: int, kind: str, components: list[Component]) -> float | None:
-        """Return how far a feature's profile is swept, mm, None where it is not said."""
+        """Return how far a feature's profile is swept, mm, None where the file does not say."""
         if kind == "FLAT_FACE":
             return self.shapes.measures(ident).get("removal depth")
         path = find(components, *_DEPTHS)
@@ -359,7 +359,7 @@ class Features:
         return tuple(e.text("description").strip().lower() for e in given if e is not None)
 
     def _face(self, entity: Entity, depth: float | None, components: list[Component]) -> Shape:
-        """Return a face: what its profile sweeps along the course of travel, or its closed boundary."""
+        """Return a face: the area that its profile sweeps along the course of travel, or its closed boundary."""
         course, boundary = find(components, "course of travel"), find(components, "removal boundary")
         if course is None or boundary is None:
             raise entity.fault("stepnc-missing", "the face has no course of travel or no removal boundary")

@@ -1,4 +1,4 @@
-"""The graph of an AIM file backwards: who has which properties, who is related to whom.
+"""The graph of an AIM file backwards: the properties of each instance, and the instances related to it.
 
 Each index is made of the columns of references once, without parsing a record.
 """

@@ -42,13 +42,13 @@ def find(components: list[Component], *roles: str) -> Entity | None:
 
 
 def path_of(components: list[Component]) -> Entity | None:
-    """Return the path that a feature is swept along, None where there is none."""
+    """Return the path that a feature is swept along, or None."""
     named = find(components, "course of travel", "profile swept shape", "boss height")
     return named or next((c.entity for c in components if "PATH_FEATURE" in c.entity.keyword), None)
 
 
 def profile_of(components: list[Component], kinds: tuple[str, ...]) -> Entity | None:
-    """Return the profile of one of some kinds, None where there is none."""
+    """Return the first profile of one of these kinds, or None."""
     return next((c.entity for c in components if c.entity.keyword in kinds), None)
 
 
@@ -60,7 +60,7 @@ class Profiles:
         self.feature_placement = identity()  # of the feature that profiles are read for
 
     def length(self, path: Entity | None) -> float | None:
-        """Return the length of a straight path, mm, None where there is none."""
+        """Return the length of a straight path, mm, or None."""
         measures = {} if path is None else self.shapes.measures(path.id)
         return measures.get("distance", measures.get("length"))
 
@@ -68,7 +68,7 @@ class Profiles:
         """Return a closed profile, end to end.
 
         Raises:
-            Skip: where it is none.
+            Skip: where the entity does not describe one.
         """
         values, kind = self.shapes.measures(entity.id), entity.keyword
         length = values.get("length", values.get("profile length"))
@@ -124,7 +124,7 @@ class Profiles:
         """Return an open profile in its plane: a straight line along X, or a curve.
 
         Raises:
-            Skip: where it is none that lies in the plane of the feature.
+            Skip: where the profile does not lie in the plane of the feature.
         """
         if entity.keyword == "LINEAR_PROFILE":
             values = self.shapes.measures(entity.id)
@@ -146,7 +146,7 @@ class Profiles:
             along: Shape (3,): where a straight one goes that has no direction.
 
         Raises:
-            Skip: where it is none.
+            Skip: where the entity does not describe one.
         """
         values, kind = self.shapes.measures(entity.id), entity.text("description").strip().lower()
         if "circular" in kind and "radius" in values:
@@ -157,7 +157,9 @@ class Profiles:
         else:
             distance = self.length(entity)
             if distance is None:
-                raise entity.fault("stepnc-unsupported", "the path has no distance and is none that is known")
+                raise entity.fault(
+                    "stepnc-unsupported", "the path has no distance, and its kind is not known"
+                )
             direction = self.shapes.direction(entity.id)
             pieces = [profile_shapes.linear_path(distance * (along if direction is None else direction))]
         return self._placed(entity, pieces)

@@ -24,7 +24,7 @@ from cncgen.stepnc.part21 import Exchange
 
 
 class Setting(NamedTuple):
-    """What holds within a workplan.
+    """The settings that hold within a workplan.
 
     Attributes:
         frame: Of its toolpaths.
@@ -76,7 +76,7 @@ class Ap238Reader:
         """Return the main workplans (`_root_ids`)."""
         roots = self._root_ids()
         if not roots:
-            text = "there is no MACHINING_WORKPLAN that is not held by another: nothing is executed"
+            text = "every MACHINING_WORKPLAN of the file is held by another, or the file has none: nothing is executed"
             self.exchange.reporter.report("stepnc-no-project", text, 0)
         out = []
         for root in roots:
@@ -144,7 +144,7 @@ class Ap238Reader:
         children = self.graph.related(entity.id, "MACHINING_PROCESS_SEQUENCE_RELATIONSHIP")
         inner = outer._replace(frame=self.toolpaths.frame(properties, outer.frame))
         for setup in self.setups.of_plan(entity.id):
-            # A fault of the setup is told, and the plan's workingsteps are looked at all the same.
+            # A fault of the setup is reported; the plan's workingsteps are still read.
             with suppress(Skip):
                 self._note_origin(entity, setup)
             with suppress(Skip):

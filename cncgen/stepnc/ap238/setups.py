@@ -1,4 +1,4 @@
-"""What a workplan's setup says: where the workpiece stands in it, its security plane, its own place on the machine."""
+"""The setup of a workplan: where the workpiece stands in it, its security plane, its own place on the machine."""
 
 from __future__ import annotations
 

@@ -95,7 +95,7 @@ class Shapes:
         ]
 
     def direction(self, ident: int, representation: str | None = None) -> Vector | None:
-        """Return a DIRECTION (of a representation of that name, where one is given), None where there is none.
+        """Return a DIRECTION (of a representation of that name, where one is given), or None.
 
         Raises:
             Skip: where it has a fault.
@@ -107,7 +107,7 @@ class Shapes:
         return None
 
     def limit(self, ident: int) -> float | None:
-        """Return the height of the plane 'maximum feature limit' in the feature's frame, mm, None where there is none.
+        """Return the height of the plane 'maximum feature limit' in the feature's frame, mm, or None.
 
         Raises:
             Skip: where it has a fault.
@@ -122,7 +122,7 @@ class Shapes:
                     return float(plane[2, 3])
         return None
 
-    # What belongs to a feature
+    # Parts of a feature
 
     def aspects(self, feature: int) -> list[Entity]:
         """Return the shape aspects of a feature's shape."""

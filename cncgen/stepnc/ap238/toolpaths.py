@@ -44,7 +44,7 @@ class Toolpaths:
         return self._curves[key]
 
     def placed(self, properties: Properties, name: str, *kinds: str) -> tuple[Entity, Placements] | None:
-        """Return an item of some kinds of a property, with the reader of its placements; None where there is none."""
+        """Return the first item of a property that is of these kinds, with the reader of its placements, or None."""
         for item in properties.get(name, []):
             if item.entity.keyword in kinds:
                 return item.entity, self.curves(item.context).placements
@@ -96,7 +96,7 @@ class Toolpaths:
         )
 
     def _deviation(self, entity: Entity, properties: Properties) -> float | None:
-        """Return the property 'path maximum deviation', mm, None where there is none."""
+        """Return the property 'path maximum deviation', mm, or None."""
         for item in properties.get("path maximum deviation", []):
             measure = self.units.measure(item.entity)
             if measure is not None:

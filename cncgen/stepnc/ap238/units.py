@@ -68,7 +68,7 @@ class Units:
         """Return a unit.
 
         Raises:
-            Skip: where it is none that is known.
+            Skip: where the unit is not known.
         """
         if ident not in self._units:
             entity = self.entities.get(ident)
@@ -157,7 +157,7 @@ class Units:
         """Return a measure; None where its value is ``$``, which means that it is not set.
 
         Raises:
-            Skip: where it is none.
+            Skip: where the entity does not hold one.
         """
         value, unit_id = _value_and_unit(entity.instance)
         if value is None:

@@ -64,7 +64,7 @@ def _all(first: Toolpath | None, rest: Iterator[Toolpath]) -> Iterator[Toolpath]
 
 @dataclass(slots=True)
 class _State:
-    """What holds for the next toolpath."""
+    """The settings that hold for the next toolpath."""
 
     tool: str | None = None
     spindle: float | None = None

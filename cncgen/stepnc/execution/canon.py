@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 
 
 class Canon:
-    """What listens to an execution; of itself it takes no notice of anything.
+    """A listener to an execution; this base class ignores every call.
 
     Positions have the columns X Y Z, then the rotary axes of the program.
     """

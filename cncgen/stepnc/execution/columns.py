@@ -99,7 +99,7 @@ class Columns(Canon):
         self._feed = speed
 
     def deviation(self, distance: float | None) -> None:
-        """Move within this distance of the path from now on: that of the options where it is None."""
+        """Move within this distance of the path from now on; None takes the distance of the options."""
         mode = PathMode.EXACT_PATH if distance == 0 else PathMode.CONTINUOUS
         tolerance = distance or self._usual
         if (mode, tolerance) != (self._mode, self._tolerance):

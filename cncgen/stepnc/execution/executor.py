@@ -41,11 +41,11 @@ MakePaths = Callable[[Workingstep], tuple[CutterPath, ...]]
 MAX_DEPTH = 60
 #: Executables that one run executes, whatever the options allow: it takes seconds to find that a loop has no end.
 MAX_STEPS = 2_000_000
-#: Coordinates beyond this are no positions of a machine, mm.
+#: Largest coordinate of a position, mm.
 MAX_COORDINATE = 1e7
-#: Feeds (mm/s) and spindle speeds (rev/min) beyond this are no speeds of a machine.
+#: Largest feed (mm/s) and spindle speed (rev/min).
 MAX_SPEED = 1e7
-#: Dwells beyond this are no dwells: eleven days, s.
+#: Longest dwell, s: eleven days.
 MAX_DWELL = 1e6
 #: A turn of the turning axis that is worth a warning where the tool hardly leans, rad.
 MAX_SWING = math.pi / 4
@@ -57,12 +57,12 @@ class ProgramExecutor:
     Args:
         reader: Gives the program's records.
         exchange: The file, for diagnostics.
-        canon: What listens.
+        canon: Listens to the execution.
         start: Where the tool stands, shape (3,), mm.
         kinematics: Of the rotary axes, None where the program has none.
         make_paths: Makes toolpaths of features.
-        max_steps: Executables after which the program counts as endless; `MAX_STEPS` at most, and where it is None.
-        rules: What the file's speeds mean.
+        max_steps: Executables after which the program counts as endless; never more than `MAX_STEPS`, which None stands for.
+        rules: Meaning of the file's speeds.
         lengths: Of a tool table, mm, by name (`cncgen.machine.tool_table.ToolTable.lengths`); None: those of the file.
     """
 
@@ -318,7 +318,7 @@ class ProgramExecutor:
             self._warn(path.ident, "stepnc-singular", text)
 
     def _seconds(self, path: CutterPath) -> float:
-        """Return how long a dwell lasts, s; `Skip` where it is no time, or in turns of a spindle that stands."""
+        """Return how long a dwell lasts, s; raises `Skip` for an impossible time, and for turns of a spindle that stands."""
         seconds = path.seconds
         if path.turns:
             if not self._machine.rpm:
@@ -373,7 +373,7 @@ class ProgramExecutor:
             axis = np.array([0.0, 0.0, 1.0])
             height = float(elementary.product(self._home, axis))
             if self._moved:
-                text = f"there is no security plane; the way to the next toolpath is taken at Z {height:g} mm"
+                text = f"no security plane is given; the way to the next toolpath is taken at Z {height:g} mm"
                 self._warn(step.ident, "stepnc-no-security-plane", text)
         machine.link(start, axis, tool_axes, height)
 

@@ -193,7 +193,7 @@ class MachineState:
     def _follow_turning(self, kinematics: RotaryAxes, points: Floats, axes: Floats, rapid: bool) -> None:
         """Move along points while the tool turns.
 
-        Where the slides are told, each of their lines has the speed that gives the tip its feed.
+        With rows of slide positions, each line has the speed that gives the tip its feed.
         """
         points, axes = with_axes(points, axes)
         angles = kinematics.angles_along(axes, self.angles)
@@ -277,8 +277,8 @@ class MachineState:
 def _finer(points: Floats, angles: Floats, reach: float, tolerance: float) -> NDArray[np.int64]:
     """Return into how many each line of all axes is to be cut for the tip to stay on its path, shape (n - 1,).
 
-    Over a way D with a turn by the angle T, cut into n, straight lines of the axes leave the path by no more than
-    (reach T² + 2 D T) / (8 n²), where the slides move by `reach` mm for a turn by 1 rad.
+    A line goes a way D while the tool turns by the angle T. Cut into n straight lines of the axes, it leaves the path by
+    (reach T² + 2 D T) / (8 n²) at most. The slides move by `reach` mm for a turn by 1 rad.
     """
     way = np.linalg.norm(np.diff(points, axis=0), axis=1)
     turn = np.abs(np.diff(angles, axis=0)).sum(axis=1)

@@ -121,7 +121,7 @@ class RotaryAxes:
         """Return the largest swing of the turning axis close by the pole, and the smallest angle to it there, rad.
 
         A swing is how far it turns while the tool stays within `CLOSE` of the turning axis without being along it. Both
-        are 0 where there is none.
+        angles are 0 without a swing.
 
         Args:
             axes: Of the tool, shape (n, 3).

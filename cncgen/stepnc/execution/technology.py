@@ -1,4 +1,4 @@
-"""From technology to feed and spindle speed: what counts, and what is plausible."""
+"""From technology to feed and spindle speed: the values that count, and the range that is plausible."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MIN_PLAUSIBLE_FEED = 0.1
 
 
 class SpeedRules(NamedTuple):
-    """What writers mean by their speeds where it is not what the standard says.
+    """The meaning of the speeds in files whose writers depart from the standard.
 
     Attributes:
         per_minute: Cutting speeds are per minute, and count before spindle speeds.
@@ -66,7 +66,7 @@ def completed(technology: Technology, operation: Technology | None) -> Technolog
 
 
 class Speeds(NamedTuple):
-    """What the machine is told: feed in mm/s (None: none given), spindle sense (1 clockwise) and rev/min (None alike)."""
+    """The values set on the machine: feed in mm/s (None: none given), spindle sense (1 clockwise) and rev/min (None alike)."""
 
     feed: float | None
     direction: int

@@ -115,7 +115,7 @@ def _corner(job: Job, hole: float) -> Bottom | None:
 
 
 def _made(job: Job, begins: float, floor: float, reach: Callable[[float], float]) -> Bottom:
-    """Return a bottom less the allowance; what the tool is too thick for stays, with a warning."""
+    """Return a bottom less the allowance; warn of material that stays because the tool is too thick."""
     left = job.value("allowance_bottom", 0.0)
     lowest = _lowest(begins, floor, reach)
     if floor - lowest > 1e-3:

@@ -57,7 +57,7 @@ def choose(job: Job, place: Floats, direction: Floats, path: list[Piece], region
         job: The operation.
         place: Shape (3,), where the cut begins.
         direction: Shape (3,), unit vector in which it begins.
-        path: What is cut first, from `place`: a ramp goes along it.
+        path: First cut, from `place`: a ramp goes along it.
         region: shapely polygon of where the tool's centre may go.
     """
     approach = job.operation.approach
@@ -93,7 +93,7 @@ def along_cut(job: Job, place: Floats, path: list[Piece]) -> Entry:
     Args:
         job: The operation.
         place: Shape (3,), where the cut begins.
-        path: What is cut, from `place`.
+        path: The cut, from `place`.
     """
     approach = job.operation.approach
     kind, values = (approach.kind, approach.values) if approach else ("", {})

@@ -1,4 +1,4 @@
-"""What features leave standing: the lowest height that their operations may cut over a place, and what they demand there."""
+"""The material that features leave standing: the lowest height that operations may cut, and the floors they must reach."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ _AREAS = ("planar face", "closed pocket", "open pocket", "slot", "step")
 
 @dataclass(frozen=True, slots=True)
 class Cavity:
-    """What one feature allows to be removed, in its frame.
+    """The material that one feature allows to be removed, in its frame.
 
     Attributes:
         frame: Of the feature, seen from the machine; its Z is the machine's.
         region: shapely polygon of its top.
         depth: Of its floor below its origin, mm.
         slope: Draft of its walls, rad.
-        bosses: What stands in it: polygon, slope and height of the top.
+        bosses: Standing in it: polygon, slope and height of the top of each.
         tip: Of a round bottom: how deep below the floor its middle lies, and the radius over which it does so, mm.
         demands: shapely polygon within which nothing may be left, or None.
         demanded: Depth of the floor there, mm.
@@ -110,7 +110,7 @@ class Cavity:
 
 @dataclass(frozen=True, slots=True)
 class Finished:
-    """What all features of a program leave standing together."""
+    """The material that all features of a program leave standing together."""
 
     cavities: tuple[Cavity, ...]
 
@@ -190,7 +190,7 @@ def _hole(job: Job, frame: Matrix, over: float) -> Cavity:
     elif shape.bottom == "spherical" and shape.bottom_radius:
         cylinder = shape.bottom_radius
     if not kind.startswith(("bottom", "side")):
-        # Whether a drill's point is that of the bottom is told by `stepnc-tip`.
+        # `stepnc-tip` reports a drill whose point differs from the bottom.
         depth, cylinder = (
             max(depth, job.value("cutting_depth", 0.0) + over),
             max(deeper, tip_length(job.tool)),
@@ -261,9 +261,9 @@ def _area(job: Job, kind: str, frame: Matrix, over: float) -> Cavity:
     free, reach = closed, region
     for polygon, _, _ in bosses:
         free, reach = free.difference(polygon), reach.difference(polygon)
-    # What a round tool reaches: the opening of the region by its radius.
+    # A round tool reaches the opening of the region by its radius.
     reached = reach.buffer(-job.radius + 1e-3, quad_segs=64).buffer(job.radius - 1e-3, quad_segs=64)
-    if own is not None:  # what lies beyond an open end is no more the slot's
+    if own is not None:  # the slot ends at its open end
         free = free.intersection(offsets.polygon_of(own))
     return replace(made, demands=reached.intersection(free), demanded=shape.depth or 0.0)
 

@@ -10,7 +10,7 @@ import numpy as np
 from cncgen.stepnc.features.job import Job, Moves
 from cncgen.stepnc.model import CutterPath, CuttingTool, Technology
 
-#: Difference of a drill's point angle and its bottom's that is none, rad.
+#: Smaller differences of the angles of a drill's point and of the bottom do not count, rad.
 SAME_TIP = math.radians(0.5)
 
 
@@ -242,7 +242,7 @@ def bore(job: Job) -> tuple[CutterPath, ...]:
 
 
 def _ratio(job: Job) -> float:
-    """Return the factor of the feed on the way out; 0, which some files have, is none and stands for 1."""
+    """Return the factor of the feed on the way out; some files have 0, which stands for 1."""
     ratio = job.value("feed_on_retract", 1.0)
     if ratio > 0:
         return ratio

@@ -1,4 +1,4 @@
-"""What every strategy gets: the workingstep with its shape, and a record of the moves it makes."""
+"""The input of every strategy: the workingstep with its shape, and a record of the moves it makes."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ MAX_HEIGHT = 1e5
 
 @dataclass(slots=True)
 class Job:
-    """A feature to be machined: what strategies need, with the faults of what is missing.
+    """A feature to be machined: the values that strategies need. A missing one raises a fault.
 
     Attributes:
         ident: The workingstep.
-        operation, shape: What is done, and on what.
+        operation, shape: The work, and the shape that it makes.
         exchange: Takes the faults.
         raw: Lowest and highest point of the raw piece in the feature's frame, mm; None where it is not given.
     """
@@ -58,7 +58,7 @@ class Job:
 
     @property
     def tool(self) -> CuttingTool:
-        """Return the tool; raises `Skip` where there is none."""
+        """Return the tool; raises `Skip` without one."""
         if self.operation.tool is None:
             raise self.fault("stepnc-missing", "a toolpath of the feature needs its_tool")
         return self.operation.tool
@@ -73,7 +73,7 @@ class Job:
 
     @property
     def depth(self) -> float:
-        """Return the depth of the feature, mm; raises `Skip` where there is none."""
+        """Return the depth of the feature, mm; raises `Skip` without one."""
         if self.shape.depth is None or not self.shape.depth > 0:
             given = "none" if self.shape.depth is None else f"{self.shape.depth:g} mm"
             raise self.fault("stepnc-missing", f"the feature needs a depth below its origin, and has {given}")
@@ -81,14 +81,14 @@ class Job:
 
     @property
     def technology(self) -> Technology:
-        """Return the technology; raises `Skip` where there is none."""
+        """Return the technology; raises `Skip` without one."""
         if self.operation.technology is None:
             raise self.fault("stepnc-missing", "a toolpath of the feature needs its_technology")
         return self.operation.technology
 
     @property
     def retract(self) -> float:
-        """Return the height of the retract plane above the feature's origin, mm; raises `Skip` where it is no height."""
+        """Return the height of the retract plane above the feature's origin, mm; raises `Skip` beyond `MAX_HEIGHT`."""
         given = self.operation.retract_plane
         if given is not None and not abs(given) <= MAX_HEIGHT:
             text = f"the retract plane is at {given:g} mm; it must lie between 0 and {MAX_HEIGHT:g} mm"
@@ -175,7 +175,7 @@ class Job:
 
     @property
     def climb(self) -> bool:
-        """Tell whether the tool cuts climb: what the strategy's cutmode says, else its sense of rotation."""
+        """Tell whether the tool cuts climb, by the strategy's cutmode, else by its sense of rotation."""
         strategy = self.operation.strategy
         values = strategy.values if strategy else {}
         mode = str(values.get("cutmode", values.get("spiral_cutmode", ""))).upper()

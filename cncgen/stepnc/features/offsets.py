@@ -32,7 +32,7 @@ SMALL_OFFSET = 0.01
 CENTRE = 1e-6
 #: Rings from a wall to the middle, and lines across a pocket.
 MAX_RINGS = 2000
-#: What a circle may have at the most that no cut reaches, by the reach of the tool.
+#: Largest radius of a circle that no cut needs to reach, by the reach of the tool.
 UNCUT = 1e-3
 #: The largest coordinates of outlines, and the farthest that they are offset, mm.
 MAX_OFFSET = 1e5
@@ -70,7 +70,7 @@ def grown(geometry: Any, distance: float, **how: Any) -> Any:
     edges, or from coarser chords.
 
     Raises:
-        OffsetError: where the distance is none that a part has, or no parallel outline results.
+        OffsetError: where the distance is larger than any part, or no parallel outline results.
     """
     if not abs(distance) <= MAX_OFFSET:
         raise OffsetError(f"an offset of {distance:g} mm")
@@ -188,8 +188,9 @@ def filled(axis: Sequence[Any], walls: Sequence[Any], radius: float) -> tuple[li
 def is_notch(place: Any, reached: Any, radius: float) -> bool:
     """Tell whether a place that a tool leaves is more than the corner that it rounds.
 
-    What stays in a corner comes to a point: less than a third of it is farther from the tool than half of its depth. A notch
-    with walls side by side has about half of itself there. What holds a circle of half the radius is reported whatever it is.
+    Material left in a corner comes to a point: less than a third of it is farther from the tool than half of its depth. A
+    notch with walls side by side has about half of itself there. A place that holds a circle of half the radius is always
+    reported.
     """
     from shapely import points
 
@@ -201,7 +202,7 @@ def is_notch(place: Any, reached: Any, radius: float) -> bool:
 
 
 def polygons(geometry: Any) -> list[Polygon]:
-    """Return the polygons of a geometry that are no slivers."""
+    """Return the polygons of a geometry, slivers left out."""
     parts = getattr(geometry, "geoms", [geometry])
     return [p for p in parts if p.geom_type == "Polygon" and p.area > 1e-8]
 
@@ -224,8 +225,8 @@ def nested(shrink: Callable[[float], list[Polygon]], step: float, reach: float) 
 
     The distance between rings is the step or less, so that a whole number of them leads to the middle. That leaves
     nothing between straight sides a step apart; in corners rings are farther from each other, and the middle of a leaf
-    need not be a line or point that one more cut goes along. What lies there beyond `reach` of all cuts gets another
-    ring, or is noted as `missed` (where the step is no wider than two reaches: else it is meant to stay).
+    need not be a line or point that one more cut goes along. A place there beyond `reach` of all cuts gets another
+    ring, or is noted as `missed`. With a step wider than two reaches it is meant to stay.
 
     Args:
         shrink: Function from the distance inwards of the outermost ring (mm) to the polygons there.

@@ -35,7 +35,7 @@ _LINES = ("bidirectional", "unidirectional")
 #: Regions times depths, and lines of all depths, of one pocket.
 MAX_PASSES = 100_000
 MAX_LINES = 5_000_000
-#: Width of what the tool leaves from which on it is no rounded corner, in radii: corners of 39 degrees leave as much.
+#: Material left over a larger width is more than a rounded corner, in radii: corners of 39 degrees leave as much.
 NARROW = 1.0
 #: Lines of a turn of a spiral, at least.
 SPIRAL_PIECES = 360

@@ -176,8 +176,8 @@ def _lead(
 
     AP_RETRACT_TANGENT and AP_RETRACT_ANGLE of ISO 14649-11.
 
-    Where it would run into material it is made shorter, with a warning where its size is given; where none fits there
-    is none, and the tool plunges at the point.
+    Where it would run into material it is made shorter, with a warning where its size is given. Where none fits, the
+    tool plunges at the point.
     """
     values = strategy.values if strategy else {}
     size = LEAD_RADIUS * 2 * job.radius

@@ -17,7 +17,7 @@ from cncgen.stepnc.model import Boss, CutterPath
 
 #: Difference of slot width and tool diameter up to which one pass along the middle makes the slot, mm.
 SAME_WIDTH = 1e-6
-#: Difference of a vee and its tool that is none, rad.
+#: Smaller differences of the angles of a vee and its tool do not count, rad.
 SAME_ANGLE = math.radians(0.1)
 
 
@@ -146,7 +146,7 @@ def mill_walls(job: Job) -> tuple[CutterPath, ...]:
 
 
 def _as_pocket(job: Job, course: list[Piece], width: float) -> Job:
-    """Return the slot as a pocket: what lies within half its width of the course; a loop leaves its middle standing."""
+    """Return the slot as a pocket within half its width of the course; a loop leaves its middle standing."""
     loop = _is_loop(course)
     rounded = () if loop else tuple(end == "radiused" for end in (*job.shape.ends, "", "")[:2])
     outlines = offsets.strip(course if loop else _extended(job, course), width / 2, rounded)

@@ -7,7 +7,7 @@ r (1 - sin φ) above its tip; with the tip at depth d its axis is then
     R - r + r / cos φ + (d - r) tan φ
 
 from the outline. Cut level by level, such a wall keeps steps whose height is the depth of a pass and whose width is
-that times tan φ: what the tool leaves, it never cuts into the wall.
+that times tan φ: the tool leaves material there, and never cuts into the wall.
 """
 
 from __future__ import annotations

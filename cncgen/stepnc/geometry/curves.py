@@ -359,7 +359,9 @@ class CurveReader:
             if (points - 1) % degree == 0:
                 return splines.bezier_knots(points, degree)
             if entity.instance.part("BEZIER_CURVE"):
-                text = f"{points} control points are no whole number of Bézier curves of degree {degree}"
+                text = (
+                    f"{points} control points do not make a whole number of Bézier curves of degree {degree}"
+                )
                 raise entity.fault("stepnc-geometry", text)
             entity.warn("spline-knots", "no knots are given: they are taken as quasi-uniform")
         return splines.quasi_uniform_knots(points, degree)

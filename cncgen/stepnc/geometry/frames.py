@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from cncgen.geometry import elementary
 from cncgen.stepnc.entities import Entities, Entity
 
-#: Coordinates beyond this are no geometry, in the file's unit.
+#: Largest coordinate, in the file's unit.
 MAX_COORDINATE = 1e12
 
 Matrix = NDArray[np.float64]
@@ -68,7 +68,7 @@ class Placements:
         """Return a point, shape (3,), mm (a missing third coordinate is 0).
 
         Raises:
-            Skip: where it is no point.
+            Skip: where the entity is not a valid point.
         """
         entity = self.entities.get(ident, "CARTESIAN_POINT", "VIA_ARC_POINT", "VIA_HELIX_POINT", owner=owner)
         numbers = entity.numbers("coordinates")
@@ -82,7 +82,7 @@ class Placements:
         """Return a unit vector, shape (3,).
 
         Raises:
-            Skip: where it is no direction, or of no length.
+            Skip: where the entity is not a direction, or its length is 0.
         """
         entity = self.entities.get(ident, "DIRECTION", owner=owner)
         numbers = entity.numbers("direction_ratios")
@@ -99,7 +99,7 @@ class Placements:
         """Return the frame of an AXIS2_PLACEMENT_3D.
 
         Raises:
-            Skip: where it is none, or its directions are parallel.
+            Skip: where the entity is not a placement, or its directions are parallel.
         """
         entity = self.entities.get(ident, "AXIS2_PLACEMENT_3D", owner=owner)
         location = entity.ref("location")
@@ -116,7 +116,7 @@ class Placements:
         """Return the frame that an attribute refers to, None where it is missing.
 
         Raises:
-            Skip: where it is no placement.
+            Skip: as `placement` raises it.
         """
         ident = entity.ref(name)
         return None if ident is None else self.placement(ident, entity.id)
@@ -125,7 +125,7 @@ class Placements:
         """Return the frame of a PLANE (its Z is the normal), None where no id is given.
 
         Raises:
-            Skip: where it is no plane.
+            Skip: where the entity is not a valid plane.
         """
         if ident is None:
             return None

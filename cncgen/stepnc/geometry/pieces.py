@@ -1,4 +1,4 @@
-"""What curves are made of: polylines, arcs (helices too) and NURBS, that can be turned round and moved."""
+"""The pieces of curves: polylines, arcs (helices too) and NURBS, that can be turned round and moved."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ def arc_path(entity: Entity, radius: float, sweep: float) -> Arc:
     """Return `circular_path` of an entity's radius (mm) and angle (rad).
 
     Raises:
-        Skip: where they are none of an arc.
+        Skip: where no arc has this radius and angle.
     """
     if not (radius > 0 and 0 < abs(sweep) <= 2 * math.pi + 1e-9):
         text = f"an arc of {radius:g} mm radius and {math.degrees(sweep):g} degrees"
@@ -162,7 +162,7 @@ def section(
         tilt: Of a vee's first wall from X, rad.
 
     Raises:
-        Skip: where it is none that is open above, or leans.
+        Skip: where the section is closed above, or leans.
     """
     if not 0 < angle <= math.pi + 1e-9 or not radius >= 0 or (kind == "arc" and not radius > 0):
         raise entity.fault(

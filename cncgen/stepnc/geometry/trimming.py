@@ -13,7 +13,7 @@ from cncgen.stepnc.part21 import Ref, Typed
 
 
 class Trim(NamedTuple):
-    """Where a curve begins or ends: at a point, shape (3,) mm, or, where that is None, at a parameter."""
+    """Where a curve begins or ends: at a point, shape (3,) mm, or, without one, at a parameter."""
 
     point: NDArray[np.float64] | None
     parameter: float | None

@@ -37,7 +37,7 @@ _KINDS = {
 }
 
 
-#: Whose toolpaths depend on where the raw piece ends.
+#: Features with toolpaths that depend on where the raw piece ends.
 _WITH_STOCK = ("STEP", "BOSS", "SLOT", "PLANAR_FACE", "general outside profile")
 
 

@@ -160,7 +160,7 @@ class Operations:
         """Return the constant tilt and yaw of an operation, None where it has another tool direction.
 
         Raises:
-            Skip: where they are no angles of a tool above the surface.
+            Skip: where a tool with these angles is not above the surface.
         """
         direction = self.entities.optional(entity.ref("its_tool_direction"))
         if direction is None or direction.keyword != "FIVE_AXES_CONST_TILT_YAW":

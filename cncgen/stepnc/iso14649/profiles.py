@@ -61,7 +61,7 @@ class Profiles:
                 unit = measure.text("its_parameter_unit").strip().upper()
                 factor = {"MM": 1.0, "": 1.0, "M": 1000.0, "CM": 10.0, "INCH": 25.4, "IN": 25.4}.get(unit)
                 if factor is None:
-                    raise measure.fault("stepnc-unit", f"{unit!r} is no unit of length that is known here")
+                    raise measure.fault("stepnc-unit", f"{unit!r} is not a known unit of length")
                 return measure.number("its_parameter_value") * factor
             return measure.number("theoretical_size")
         return entity.number(name)
@@ -84,7 +84,7 @@ class Profiles:
         """Return a closed profile against the clock or with it as it is given, end to end.
 
         Raises:
-            Skip: where it is none.
+            Skip: where the entity does not describe one.
         """
         entity = self.entities.get(ident, owner=owner.id)
         kind = entity.keyword
@@ -100,7 +100,7 @@ class Profiles:
             if elementary.length(pieces[0].start - pieces[-1].end) > 1e-6:
                 pieces = [*pieces, Polyline(np.stack([pieces[-1].end, pieces[0].start]))]
         else:
-            raise entity.fault("stepnc-unsupported", "this is no closed profile that can be made")
+            raise entity.fault("stepnc-unsupported", "a closed profile cannot be made of this entity")
         return self._placed(entity, pieces)
 
     def _general(self, entity: Entity, name: str) -> list[Piece]:
@@ -120,7 +120,7 @@ class Profiles:
         """Return a travel path.
 
         Raises:
-            Skip: where it is none.
+            Skip: where the entity does not describe one.
         """
         kind = entity.keyword
         if kind == "LINEAR_PATH":
@@ -138,7 +138,7 @@ class Profiles:
                 sweep = entity.number("sweep_angle") * self.curves.angle
             pieces = [profile_shapes.arc_path(entity, radius, sweep)]
         else:
-            raise entity.fault("stepnc-unsupported", "this is no path that can be made")
+            raise entity.fault("stepnc-unsupported", "a path cannot be made of this entity")
         return self._placed(entity, pieces)
 
     # Profiles across a path

@@ -38,14 +38,14 @@ _FUNCTIONS = {
     "WAIT_FOR_MARK": "its_channel",
     "SET_MARK": "",
 }
-#: What may hold executables.
+#: Entities that may hold executables.
 _LEADING = ("WORKPLAN", "PARALLEL", "NON_SEQUENTIAL", "SELECTIVE", "IF_STATEMENT", "WHILE_STATEMENT")
 _BLOCKS = {"PARALLEL": "branches", "NON_SEQUENTIAL": "its_elements", "SELECTIVE": "its_elements"}
 
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """What holds within a workplan.
+    """The settings that hold within a workplan.
 
     Attributes:
         setup: Frame of the setup, seen from the machine: its_origin is a work offset, set at the machine.
@@ -96,9 +96,9 @@ class Iso14649Reader:
                 except Skip:
                     continue
             if not free:
-                text = "there is no PROJECT and no WORKPLAN: nothing is executed"
+                text = "the file has neither a PROJECT nor a WORKPLAN: nothing is executed"
                 hint = "a STEP file of a part (AP203, AP214, AP242) has its shape alone, and no work on it"
-                if self.exchange.data:  # else it was told as a whole
+                if self.exchange.data:  # else the whole file is reported
                     self.exchange.reporter.report("stepnc-no-project", text, 0, hint=hint)
         return roots
 
@@ -139,7 +139,7 @@ class Iso14649Reader:
         if kind == "WORKPLAN":
             try:
                 setting = self._setting(entity, context)
-            except Skip:  # told; the plan's workingsteps are looked at all the same
+            except Skip:  # reported; the plan's workingsteps are still read
                 setting = context
             return ProgramStructure(ident, label, "workplan", tuple(entity.refs("its_elements")), setting)
         if kind in _BLOCKS:
@@ -291,7 +291,7 @@ class Iso14649Reader:
         return False
 
     def _tilts(self, ratios: Any) -> bool:
-        """Tell whether the numbers of a direction leave Z; False for what is no direction in space."""
+        """Tell whether the numbers of a direction leave Z; False where they do not make a direction in space."""
         if not isinstance(ratios, tuple) or len(ratios) != 3:
             return False
         if not all(isinstance(r, int | float) for r in ratios):

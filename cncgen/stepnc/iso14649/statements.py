@@ -48,7 +48,7 @@ class ControlStatements:
         """Return the value of an rvalue: a number, a variable or a constant.
 
         Raises:
-            Skip: where it is none of these.
+            Skip: for any other value.
         """
         while isinstance(value, Typed):
             value = value.value
@@ -64,7 +64,7 @@ class ControlStatements:
         """Return a boolean expression as a function.
 
         Raises:
-            Skip: where it is none.
+            Skip: where it cannot be evaluated.
         """
         while isinstance(value, Typed):
             value = value.value
@@ -93,4 +93,4 @@ class ControlStatements:
             parts = [self.condition(entity, Ref(i), depth + 1) for i in operands]
             every = all if kind == "AND_EXPRESSION" else any
             return lambda variables: every(p(variables) for p in parts)
-        raise entity.fault("stepnc-unsupported", "this is no condition that can be evaluated")
+        raise entity.fault("stepnc-unsupported", "the condition cannot be evaluated")

@@ -23,7 +23,7 @@ class Resources:
         """Return a MILLING_TECHNOLOGY; m/s become mm/s, rev/s stay.
 
         Raises:
-            Skip: where it is none.
+            Skip: where the entity is of another type, or at fault.
         """
         return None if ident is None else self._keep(ident, self._technology)
 
@@ -31,7 +31,7 @@ class Resources:
         """Return MILLING_MACHINE_FUNCTIONS.
 
         Raises:
-            Skip: where they are none.
+            Skip: where the entity is of another type, or at fault.
         """
         return None if ident is None else self._keep(ident, self._functions)
 
@@ -39,7 +39,7 @@ class Resources:
         """Return a MILLING_CUTTING_TOOL with the dimensions of its body.
 
         Raises:
-            Skip: where it is none.
+            Skip: where the entity is of another type, or at fault.
         """
         return None if ident is None else self._keep(ident, self._tool)
 

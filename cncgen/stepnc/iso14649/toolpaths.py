@@ -35,7 +35,7 @@ class Toolpaths:
             tilt: Its direction, shape (3,), where it is not Z, or how it leans.
 
         Raises:
-            Skip: where it is no list.
+            Skip: where the entity is of another type, or at fault.
         """
         members = self.entities.get(ident, "TOOLPATH_LIST").refs("its_list")
 
@@ -94,7 +94,7 @@ class Toolpaths:
         return reverse(pieces) if backwards else pieces
 
     def _made(self, entity: Entity, make: Callable[..., list[Piece]], *arguments: Any) -> list[Piece]:
-        """Return what is made of a path and its normals; what they are not fit for is a fault of the toolpath."""
+        """Return the pieces made of a path and its normals; a `ValueError` becomes a fault of the toolpath."""
         try:
             return make(*arguments)
         except ValueError as error:

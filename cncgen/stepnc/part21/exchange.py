@@ -17,7 +17,7 @@ from cncgen.stepnc.part21.statements import Statements, report_faults, split
 from cncgen.stepnc.part21.values import Instance, Record
 from cncgen.stepnc.reporting import Reporter
 
-#: What every exchange file has, however broken it is.
+#: Text that every exchange file has, however broken it is.
 _OWN = re.compile(rb"ISO-10303-21|\b(?:HEADER|DATA|ENDSEC)\b|#\d+\s*=\s*[A-Z(!]", re.IGNORECASE)
 _LAST_NUMBER = re.compile(rb",\s*([+-]?[0-9]+\.?[0-9]*(?:[Ee][+-]?[0-9]{1,3})?)\s*\)\s*\Z")
 
@@ -26,7 +26,7 @@ MAX_CACHED = 50_000
 #: Characters of a statement that is parsed; a longer one is an error (a million references are 8 MB).
 MAX_STATEMENT = 64_000_000
 
-#: Statements outside DATA (header, anchors, what is no Part 21 at all) that are looked at.
+#: Statements outside DATA (header, anchors, text that is not Part 21) that are looked at.
 MAX_OTHERS = 100_000
 
 _SECTIONS = (
@@ -54,7 +54,7 @@ def _report_stranger(data: bytes, reporter: Reporter) -> None:
 
 
 class Exchange:
-    """What a Part 21 file holds.
+    """The content of a Part 21 file.
 
     Faults of the syntax become diagnostics: those of the statements when the file is loaded, those within a
     statement when it is parsed (`instance`, `check_syntax`).
@@ -66,7 +66,7 @@ class Exchange:
         header: The entities of the HEADER section, by keyword.
         anchors: ``<name>`` of the ANCHOR section to its value (edition 3).
         references: Names of the REFERENCE section to their resources (edition 3).
-        schemas: What FILE_SCHEMA names, in capitals, object identifiers cut off.
+        schemas: Names in FILE_SCHEMA, in capitals, object identifiers cut off.
         comments_before: The text before the header (it holds comments).
     """
 
@@ -123,13 +123,13 @@ class Exchange:
     # Sections
 
     def _sections(self) -> int:
-        """Walk the statements that are no instances; return the offset where the header ends."""
+        """Walk the statements other than instances; return the offset where the header ends."""
         rows = self.rows
         names = {scan.keyword_hash(s.encode()): s for s in _SECTIONS}
         special = np.flatnonzero(rows.ids < 0)
         if len(special) > MAX_OTHERS:
             self._report_row(
-                int(special[MAX_OTHERS]), "part21-size", f"{len(special)} statements are no instances"
+                int(special[MAX_OTHERS]), "part21-size", f"{len(special)} statements are not instances"
             )
             special = special[:MAX_OTHERS]
         section, began, header_end = "", -1, min(len(self.data), 65_536)
@@ -172,14 +172,14 @@ class Exchange:
             self._is_instance[inside] = self.rows.ids[inside] >= 0
 
     def _signature(self, row: int) -> str:
-        """Return the section after a statement of a signature: what is signed is not looked at.
+        """Return the section after a statement of a signature; the signature itself is not checked.
 
         The standard has ``SIGNATURE`` base64 ``ENDSEC;`` in one statement; writers put a semicolon after the keyword.
         """
         return "" if self.text(row).rstrip().upper().endswith("ENDSEC") else "SIGNATURE"
 
     def _inner_statement(self, row: int, section: str, keyword: str) -> None:
-        """Read a statement of a section that is no instance."""
+        """Read a statement of a section other than an instance."""
         if self.rows.flags[row] & scan.UNTERMINATED:
             return
         if section == "HEADER":
@@ -250,7 +250,7 @@ class Exchange:
         return np.sort(self._sorted_rows)
 
     def row_of(self, ident: int) -> int:
-        """Return the row of an instance, −1 where there is none."""
+        """Return the row of an instance, −1 where the file lacks it."""
         if self._gapless:
             place = ident - self._first
             return int(self._sorted_rows.item(place)) if 0 <= place < len(self._sorted_rows) else -1
@@ -260,7 +260,7 @@ class Exchange:
         return -1
 
     def rows_of_ids(self, ids: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the rows of instances, −1 where there is none; shape as given."""
+        """Return the rows of instances, −1 where the file lacks them; shape as given."""
         if not len(self._sorted_ids):
             return np.full(len(ids), -1)
         k = np.minimum(np.searchsorted(self._sorted_ids, ids), len(self._sorted_ids) - 1)
@@ -279,7 +279,7 @@ class Exchange:
                 yield instance
 
     def instance(self, ident: int) -> Instance | None:
-        """Return an instance, None where there is none or its text has a fault (which is reported)."""
+        """Return an instance, None where the file lacks it or its text has a fault (which is reported)."""
         row = self.row_of(ident)
         return self.at_row(row) if row >= 0 else None
 
@@ -349,7 +349,7 @@ class Exchange:
         return self.data[int(self.rows.starts[row]) : int(self.rows.ends[row])].decode("utf-8", "replace")
 
     def line(self, ident: int) -> int:
-        """Return the line where an instance begins, 0 where there is none."""
+        """Return the line where an instance begins, 0 where the file lacks it."""
         row = self.row_of(ident)
         return self.reporter.line_of(int(self.rows.starts[row])) if row >= 0 else 0
 
@@ -359,7 +359,7 @@ class Exchange:
         return self.reporter.lines_of(self.rows.starts)
 
     def report(self, ident: int, code: str, message: str, **options: Any) -> None:
-        """Report a fault of an instance, at its place (of the file where there is none)."""
+        """Report a fault of an instance at its place, or of the file where it lacks the instance."""
         row = self.row_of(ident)
         self.reporter.report(code, message, int(self.rows.starts[row]) if row >= 0 else None, **options)
 

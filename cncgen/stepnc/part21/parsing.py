@@ -2,7 +2,7 @@
 
 The grammar (``grammars/part21.lark``) is the language; it takes every construct and names an error. Lark builds some
 10 MB a minute, so instances without comments go down a lane of one regular expression and a stack, twenty times
-faster; what it does not take goes to the grammar. Both give the same values.
+faster; all other instances go to the grammar. Both give the same values.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ MAX_DEPTH = 64
 MAX_DIGITS = 400
 
 _BLANKS = " \t\r\n\f\v"
-#: Tokens of a statement; what is none comes as a single character, which nothing below takes.
+#: Tokens of a statement; other text comes as single characters, which nothing below takes.
 _TOKENS = re.compile(
     r"""[ \t\r\n\f\v]*(
       \#[0-9]+
@@ -49,7 +49,7 @@ _LETTERS = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_!")
 
 
 class SyntaxFault(Exception):
-    """A statement that is no Part 21: what is wrong, and the offset in the statement's text where."""
+    """A statement against the syntax of Part 21: the fault, and its offset in the statement's text."""
 
     def __init__(self, message: str, offset: int, length: int = 1) -> None:
         super().__init__(message)
@@ -62,7 +62,7 @@ def number(text: str) -> int | float:
     """Return the value of a number token.
 
     Raises:
-        ValueError: where it has too many digits or is no finite double.
+        ValueError: where it has too many digits, or its double is not finite.
     """
     if len(text) > MAX_DIGITS:
         raise ValueError(f"a number of {len(text)} characters")
@@ -97,7 +97,7 @@ def _quick_items(text: str) -> list[Value] | None:
     """Return the values of a text at its outermost level: an instance is one record, or one list of records.
 
     Raises:
-        ValueError: where a number or a name is none.
+        ValueError: where a number or a name is malformed.
     """
     items: list[Value] = []
     stack: list[tuple[list[Value], str | None]] = []
@@ -139,10 +139,10 @@ def _quick_items(text: str) -> list[Value] | None:
 
 
 def _atom(first: str, token: str) -> Value:
-    """Return the value of a token that is no reference, keyword or punctuation.
+    """Return the value of a token other than a reference, a keyword or punctuation.
 
     Raises:
-        ValueError: where it is no value.
+        ValueError: where the token is not a value.
     """
     if first == "'" and len(token) > 1:
         return decode(token[1:-1])

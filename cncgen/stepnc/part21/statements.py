@@ -25,7 +25,7 @@ class Statements:
     Attributes:
         ids: Shape (n,), the number of ``#id``, −1 elsewhere.
         starts, bodies, ends: Shape (n,), offsets: of the statement, of what follows ``#id =``, of the semicolon.
-        types: Shape (n,), `keyword_hash` of the body's keyword, 0 where there is none.
+        types: Shape (n,), `keyword_hash` of the body's keyword, 0 without one.
         flags: Shape (n,), bits of `cncgen.kernels.part21_scan`.
     """
 

@@ -22,8 +22,8 @@ def decode(text: str) -> str:
     """Return the characters that the text between the apostrophes means.
 
     Line ends are dropped (writers break long strings with them); the directives ``\\S\\``, ``\\P.\\``, ``\\X\\``,
-    ``\\X2\\``, ``\\X4\\`` give characters, ``\\N\\`` and ``\\F\\`` (print control) nothing. What looks like a directive
-    and is none stays as it is.
+    ``\\X2\\``, ``\\X4\\`` give characters, ``\\N\\`` and ``\\F\\`` (print control) nothing. Text that only looks
+    like a directive stays.
     """
     if "'" in text:
         text = text.replace("''", "'")

@@ -1,7 +1,7 @@
 """The values of an exchange structure as Python values.
 
 An integer is an `int`, a real a `float`, a string a `str` with its control directives resolved, an aggregate a
-`tuple`, ``$`` is None, ``*`` is `DERIVED`; the rest are the small types of this module.
+`tuple`, ``$`` gives None, ``*`` gives `DERIVED`; the rest are the small types of this module.
 """
 
 from __future__ import annotations

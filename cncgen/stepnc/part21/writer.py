@@ -43,7 +43,7 @@ def format_value(value: Value) -> str:
 
     Raises:
         ValueError: for a real that is not finite.
-        TypeError: for what is no such value.
+        TypeError: for an object of another type.
     """
     if value is None:
         return "$"

@@ -1,1 +1,1 @@
-"""What entities there are and which attributes they have, and the check of a file against it."""
+"""The entities of the schemas with their attributes, and the check of a file against them."""
