@@ -96,7 +96,7 @@ class Iso14649Reader:
                 except Skip:
                     continue
             if not free:
-                text = "the file has neither a PROJECT nor a WORKPLAN: nothing is executed"
+                text = "there is no PROJECT and no WORKPLAN: nothing is executed"
                 hint = "a STEP file of a part (AP203, AP214, AP242) has its shape alone, and no work on it"
                 if self.exchange.data:  # else the whole file is reported
                     self.exchange.reporter.report("stepnc-no-project", text, 0, hint=hint)
