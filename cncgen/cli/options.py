@@ -38,7 +38,7 @@ FEEDRATES = ("optimal", "ild", "constant", "adaptive", "curvature")
 INTERPOLATORS = ("arclength", "taylor1", "taylor2", "uniform")
 SATURATIONS = ("off", "reactive", "predictive")
 PROFILES = ("bell", "linear", "exponential")
-EFFORTS = ("best", "fast")
+EFFORTS = ("best", "fast", "together")
 LEAST_CONTOUR_ERROR_MM = 1e-6
 
 
@@ -255,7 +255,12 @@ planning_options = _gathering(
         "Keep the drives out of saturation: step by step (reactive) or in the look-ahead (predictive).",
     ),
     _choice("--profile", PROFILES, "Acceleration and deceleration of ild."),
-    _choice("--effort", EFFORTS, "Method of optimal: shortest motion or shortest computing."),
+    _choice(
+        "--effort",
+        EFFORTS,
+        "Method of optimal: shortest motion along the smoothed path, shortest computing, or path and speed chosen together within "
+        "the tolerance of G64 (docs/tube.md).",
+    ),
     click.option(
         "--path-tolerance",
         metavar="MM",

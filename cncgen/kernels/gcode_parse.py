@@ -19,7 +19,7 @@ An instruction is one number, ``operation + 256 * operand``. FLOW and STATEMENT 
 
 import cython
 
-#: What the kernel does where a rule (by its alias, else by its name) is reduced.
+#: Work of the kernel where a rule (by its alias, else by its name) is reduced.
 ACTIONS = {
     "number": 1,
     "name": 2,
@@ -58,7 +58,7 @@ ACTIONS = {
     "bracket": 0,
     "computed_label": 0,
 }
-#: What the literals of terminals are called: operators, functions, keywords, letters of words of more than one.
+#: Names of the literals of terminals: operators, functions, keywords, letters of words of more than one.
 LITERALS = {
     "and": 1,
     "or": 2,
@@ -147,7 +147,7 @@ OPERATIONS = {
 }
 #: Longest line, and numbers and instructions that the lines kept may have together.
 MAX_LINE = 65_536
-#: What a line is, beside its code.
+#: Marks of a line, beside its code.
 DELETED = 1
 NUMBERED = 2
 

@@ -8,6 +8,7 @@ Rooms, the lower ones first:
 
     limits       what a machine and a program allow
     smoothing    G64: runs of lines and arcs become splines within the tolerance
+    tube         path and speed together within the tolerance of G64, from a plan of the speed alone
     least_time   the strategy `optimal`, the product
     ild          the strategy `ild` of Tsai (2010), to compare with
     baselines    the feedrates of the papers: `constant`, `adaptive`, `curvature`
@@ -105,5 +106,5 @@ def _predictive(
     if asked.feedrate not in (None, "optimal") or asked.interpolator != "arclength":
         from cncgen.planner.least_time.replanning import replan
 
-        plan = replan(plan, lowered, asked.effort)
+        plan = replan(plan, lowered, asked.mesh_effort)
     return named(plan, machine, lowered)

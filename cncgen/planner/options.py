@@ -13,7 +13,7 @@ from cncgen.machine.record import Servo
 INTERPOLATORS = ("arclength", "taylor1", "taylor2", "uniform")
 SATURATIONS = ("off", "reactive", "predictive")
 PROFILES = ("bell", "linear", "exponential")
-EFFORTS = ("best", "fast")
+EFFORTS = ("best", "fast", "together")
 #: Bounds of the contour error below a nanometre are refused: the speed falls with the root of the bound, and what such a
 #: plan gained in days of motion would be the last digits of setpoints.
 LEAST_CONTOUR_ERROR_MM = 1e-6
@@ -28,7 +28,8 @@ class PlanOptions:
         interpolator: One of `INTERPOLATORS`.
         saturation: One of `SATURATIONS`.
         profile: Acceleration and deceleration of `ild`, one of `PROFILES`.
-        effort: One of `EFFORTS`; which method `optimal` takes where two differ.
+        effort: One of `EFFORTS`: whether `optimal` takes the most care or the least time to compute, or plans path and speed together
+            within the tolerance of G64.
         path_tolerance_mm: Tolerance of every continuous row; None: the program's, else the machine's.
         max_contour_error_mm: Predicted contour error that `ild` (and `optimal`, where it is given here) stays under;
             None: `ild` takes the machine's.
@@ -49,6 +50,11 @@ class PlanOptions:
     kbar_per_mm: float = 1.0
     corner_distance_mm: float = 1.0
     lookahead_rows: int = 20_000
+
+    @property
+    def mesh_effort(self) -> str:
+        """The effort of planning the speed along a given path: ``best`` or ``fast``."""
+        return "fast" if self.effort == "fast" else "best"
 
     @property
     def keeps_limits(self) -> bool:

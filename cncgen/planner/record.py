@@ -71,6 +71,30 @@ class Profile:
         return f"Profile({len(self)} pieces, {self.t[0]:.6g} to {self.t[-1]:.6g} s, {self.s[0]:.6g} to {self.s[-1]:.6g} mm)"
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Cubics:
+    """Positions of all axes as cubics in time, `k` pieces, each with constant jerk.
+
+    Attributes:
+        t: Shape (k + 1,), s: start of each piece and, last, the end of the last one; non-decreasing.
+        position, velocity, acceleration, jerk: Shape (k, axes), mm or rad and s: the state at the start of each piece, and its jerk.
+    """
+
+    t: Floats
+    position: Floats
+    velocity: Floats
+    acceleration: Floats
+    jerk: Floats
+
+    def at(self, t: Floats, order: int = 0) -> Floats:
+        """Return positions and derivatives by time up to an order (0 to 3), shape (order + 1, n, axes); outside those at the ends."""
+        piece = np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.jerk) - 1)
+        h = np.clip(t - self.t[piece], 0.0, self.t[piece + 1] - self.t[piece])[:, None]
+        x, v, a, j = (each[piece] for each in (self.position, self.velocity, self.acceleration, self.jerk))
+        found = [x + h * (v + h * (a / 2.0 + h * j / 6.0)), v + h * (a + h * j / 2.0), a + h * j, j]
+        return np.stack(found[: order + 1])
+
+
 @dataclass(frozen=True, slots=True)
 class SharpCorner:
     """A place where the planner slows for a corner.
@@ -102,6 +126,8 @@ class Trajectory:
         events: Pairs of time and `Event` with the source line, in order.
         corners: Sharp corners found in this stretch.
         values: Further results of a strategy for the summary, as plain values; ``diagnostics`` holds remarks for the user.
+        cubics: The motion itself, where it leaves the rows within their tolerance; the profile is then the length of its path by
+            time, exact where pieces begin, and rows stand for the programmed ones. None: the motion is the profile on the rows.
     """
 
     toolpath: Toolpath
@@ -110,6 +136,7 @@ class Trajectory:
     events: tuple[tuple[float, int, Event], ...] = ()
     corners: tuple[SharpCorner, ...] = ()
     values: Mapping[str, Any] = field(default_factory=dict)
+    cubics: Cubics | None = None
 
     def __repr__(self) -> str:
         return f"Trajectory({self.toolpath!r}, {self.profile!r})"

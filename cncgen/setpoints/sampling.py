@@ -26,6 +26,9 @@ Floats = NDArray[np.float64]
 #: Names that ``--signals`` may give.
 SIGNALS = ("vel", "acc", "jerk", "feed", "line", "limit", "programmed", "source")
 
+#: Those of them that are derivatives of the axes, in order.
+_DERIVATIVES = ("vel", "acc", "jerk")
+
 #: Rows of one chunk of setpoints.
 CHUNK_ROWS = 65_536
 
@@ -118,7 +121,7 @@ def _at_rest(trajectory: Trajectory) -> Trajectory:
     p = trajectory.profile
     zero = np.zeros(1)
     wait = Profile(np.repeat(p.t[-1], 2), np.repeat(p.s[-1], 2), zero, zero, zero, zero, np.zeros(1, np.int8))
-    return Trajectory(trajectory.toolpath, trajectory.row_s, wait)
+    return Trajectory(trajectory.toolpath, trajectory.row_s, wait, cubics=trajectory.cubics)
 
 
 def _chunk(
@@ -137,10 +140,8 @@ def _chunk(
     at = motion_at(trajectory.profile, ticks)
     letters = trajectory.toolpath.axes
     columns = [letters.index(letter) for letter in (axes or letters)]
-    orders = max(
-        (("vel", "acc", "jerk").index(n) + 1 for n in signals if n in ("vel", "acc", "jerk")), default=0
-    )
-    x = path.evaluate(at.s, orders)
+    orders = max((_DERIVATIVES.index(n) + 1 for n in signals if n in _DERIVATIVES), default=0)
+    x = path.evaluate(at.s, orders) if trajectory.cubics is None else trajectory.cubics.at(ticks, orders)
     if columns != list(range(len(letters))):
         x = x[:, :, columns]
     until = np.inf if last else (stop - 0.5) * period_s
@@ -158,6 +159,8 @@ def _chunk(
 
 def _signal(name: str, x: Floats, at: Motion, trajectory: Trajectory) -> NDArray:
     """Return one signal: axis derivatives by the chain rule from ``x[k]`` = dᵏx/dsᵏ, or what the profile says."""
+    if trajectory.cubics is not None and name in _DERIVATIVES:
+        return x[_DERIVATIVES.index(name) + 1]
     v, a, j = at.v[:, None], at.a[:, None], at.j[:, None]
     if name == "vel":
         return x[1] * v

@@ -264,7 +264,7 @@ def test_too_little_room_for_references_is_an_error():
 
     data = np.frombuffer(b"A(#1,#2)", np.uint8)
     bounds = np.array([0]), np.array([8])
-    with pytest.raises(ValueError, match="room"):
+    with pytest.raises(ValueError, match="too short"):
         part21_scan.references(data, *bounds, np.zeros(1, np.int64), np.zeros(2, np.int64))
 
 

@@ -1,4 +1,4 @@
-"""Parsed blocks as functions, for lines that run more than once: what is known when the line is read is worked out only once."""
+"""Parsed blocks as functions, for lines that run more than once, so that facts known when the line is read are worked out once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A line that may run again, kept as a node: what it does, and which line comes next. See `walking`."""
+"""A line that may run again, kept as a node: its effect, and the line that comes next. See `walking`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Node:
 
     Attributes:
         cursor, after: Where it begins, and where the next line begins.
-        run: What a block does; None for O-words, and for lines that do nothing.
+        run: Effect of a block; None for O-words, and for lines that do nothing.
         successor: Gives the place that an O-word leads to, None for the next line; None for blocks.
         block: An empty block at its place, for what is said of it.
         offset: Where it stands in the main program; -1 in other texts.

@@ -91,11 +91,11 @@ class Percent:
         fault = BlockError(
             "stray-percent", "a % that ends a program that no % began", column=text.index("%") + 1
         )
+        self._ip.state.ended = True
         if self._ip.options.stand_alone:
             raise fault
         if self._ip.dialect == "linuxcnc":
             self._ip.warn(fault, Severity.WARNING)
-        self._ip.state.ended = True
         self._ip.base.call("FINISH()")
 
     def _is_late(self, before: int) -> bool:

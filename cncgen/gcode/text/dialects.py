@@ -34,7 +34,7 @@ class Choice(NamedTuple):
 
 
 class _Sign(NamedTuple):
-    """What speaks for dialects, with what weight.
+    """Evidence for dialects, with its weight.
 
     `texts`: one of them stands in each such line; most programs have none, which is found sooner.
     """
@@ -233,7 +233,7 @@ def _decided(found: list[_Found], totals: dict[str, float]) -> Choice:
     if best == _T and totals[best] < _WEAK and not rival:
         rival = _L
     if best == _L and not rival and totals[best] < _OWN:
-        # What is read where there are no signs needs no word.
+        # A text without signs is read as LinuxCNC's without a note.
         text = ""
     return Choice(best, text, reasons[0][1] if reasons else 1, rival)
 

@@ -28,7 +28,7 @@ _LINE = re.compile(
 )
 #: Lines with an N word.
 _NUMBERED = re.compile(rb"(?:\A|\n)[ \t]*(?:/[1-9]?[ \t]*)?[nN][ \t]*(\d+)")
-#: What BREAK and CONTINUE look for.
+#: The labels that BREAK and CONTINUE look for.
 LOOP_END = "the loop's end"
 #: An O-word that a jump may lead to, its label and its keyword.
 _OPENING = re.compile(

@@ -76,7 +76,7 @@ class PlainBlocks:
 def comment_of(text: str) -> str | None:
     """Return what a line says in its last ``( )`` (a later one takes the place of an earlier one), or None.
 
-    What follows a semicolon is never passed on.
+    The text behind a semicolon is never passed on.
     """
     last = None
     for match in _COMMENT.finditer(text):

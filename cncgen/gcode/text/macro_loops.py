@@ -21,7 +21,7 @@ class Loops:
 
     Attributes:
         partner: The other end of a loop, by the offset of its DO or END.
-        faults: What is wrong with a DO or END, by offset.
+        faults: Fault of a DO or END, by offset.
     """
 
     def __init__(self, marks: Iterable[Marked]) -> None:

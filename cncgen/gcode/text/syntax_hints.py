@@ -1,4 +1,4 @@
-"""What is usually meant where the grammar finds something else: one line of help for a syntax error."""
+"""The usual intention where the grammar finds something else: one line of help for a syntax error."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ whatever holds it: so it takes no longer than with its corners as they are, and 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable
 from dataclasses import replace
 from itertools import chain
 
@@ -35,7 +35,9 @@ _BRIEF = 64
 _HELD, _LESS = 0.02, 1e-4
 
 
-def plan_roundings(chunks: Iterable[Toolpath], machine: Machine, effort: str) -> Iterator[Trajectory]:
+def plan_roundings(
+    chunks: Iterable[Toolpath], machine: Machine, effort: str
+) -> Generator[Trajectory, None, None]:
     """Plan the least time of a program, of a short one with the rounding of its corners that takes the least.
 
     Args:

@@ -1,0 +1,15 @@
+"""Path and speed chosen together within the tolerance of G64 (docs/tube.md). Modules in the order in which data passes them:
+
+programmed       the rows of the program, from which the tolerance is measured
+reference_path   the plan that is improved, sampled
+tube_nodes       where nodes stand on it, and the room around each
+window_problem   the least-time problem on a window of nodes (kernel ``least_time_tube``)
+deviation        how far a solution leaves the rows between its nodes
+handing          trajectories: improved stretches, and stretches that stand as they were
+stream           runs all of this, window by window
+"""
+
+from cncgen.planner.tube.programmed import Programmed
+from cncgen.planner.tube.stream import improve
+
+__all__ = ["Programmed", "improve"]

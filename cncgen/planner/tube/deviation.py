@@ -1,0 +1,135 @@
+"""How far a motion with nodes leaves the programmed rows, between nodes and by chords of setpoints."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.planner.tube.programmed import Programmed
+from cncgen.planner.tube.tube_nodes import Nodes
+from cncgen.planner.tube.window_problem import Solved
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+#: A place may be near another row if the way there along the rows is less than so many times the tolerance.
+_BESIDE = 3.0
+#: Places of an interval that are looked at.
+_PARTS = np.array([1 / 6, 1 / 3, 1 / 2, 2 / 3, 5 / 6])
+
+
+def excess(
+    program: Programmed,
+    nodes: Nodes,
+    solved: Solved,
+    columns: Ints,
+    still: Floats,
+    begin_s: float,
+    period_s: float,
+) -> Floats:
+    """Return by how much the motion is over the tolerance before each node, shape (k,), mm; negative values are room.
+
+    Args:
+        program: The rows.
+        nodes: Those after the first one of the window.
+        solved: The motion.
+        columns: Axes that move.
+        still: Shape (axes,): where the others stand, scaled.
+        begin_s: Place of the first node on the reference.
+        period_s: Time between setpoints.
+    """
+    count, parts = len(nodes), len(_PARTS)
+    end = np.cumsum(solved.step)
+    t = (end - solved.step)[:, None] + solved.step[:, None] * np.append(_PARTS, 1.0)
+    half = np.minimum(0.5 * period_s, np.minimum(t, end[-1] - t))
+    middle = 0.5 * (_at(solved, end, t - half) + _at(solved, end, t + half))
+    points = np.concatenate([_at(solved, end, t[:, :-1]), middle], axis=1)
+    each = 2 * parts + 1
+    full = np.broadcast_to(still, (count * each, len(still))).copy()
+    full[:, columns] = points.reshape(count * each, -1)
+    base = program.base
+    # Where on the rows each place should be, by their lengths.
+    length = np.asarray(program.column("length"))
+    upto = np.concatenate([[0.0], np.cumsum(length)])
+    reached = upto[nodes.row - base] + nodes.part * length[nodes.row - base]
+    before = np.append(max(reached[0] - (nodes.s[0] - begin_s), 0.0), reached[:-1])
+    sixth = np.concatenate([_PARTS, _PARTS, [1.0]])
+    along = before[:, None] + np.maximum(reached - before, 0.0)[:, None] * sixth
+    row = np.clip(np.searchsorted(upto, along.ravel(), side="left") - 1, 0, len(length) - 1)
+    part = (along.ravel() - upto[row]) / length[row]
+    allowed = np.asarray(program.column("tolerance"))[row]
+    place = program.nearest(full, base + row, part)[0]
+    distance = np.sqrt(((place - full) ** 2).sum(axis=1))
+    for way in (-1, 1):
+        left = np.sqrt(
+            ((place - np.asarray(program.column("start" if way < 0 else "end"))[row]) ** 2).sum(axis=1)
+        )
+        for step in (1, 2, 3):
+            other = row + way * step
+            over = np.flatnonzero(
+                (distance > allowed) & (left < _BESIDE * allowed) & (other >= 0) & (other < len(length))
+            )
+            if not len(over):
+                break
+            found = program.nearest(
+                full[over], base + other[over], np.full(len(over), 0.0 if way > 0 else 1.0)
+            )[0]
+            distance[over] = np.minimum(distance[over], np.sqrt(((found - full[over]) ** 2).sum(axis=1)))
+            left[over] += length[other[over]]
+    curved = np.asarray(program.column("curved"))[row].reshape(count, each).any(axis=1)
+    out: Floats = (distance - allowed).reshape(count, each).max(axis=1)
+    lines = full.reshape(count, each, -1)[:, parts:]
+    out = np.maximum(out, _passed(program, nodes, full.reshape(count, each, -1)))
+    k = np.flatnonzero(curved)
+    if len(k):
+        # Curves are looked at from their own places as well: a tip may be cut.
+        at = slice(parts, each)
+        own = row.reshape(count, each)[k, at].ravel()
+        points = program.at(base + own, part.reshape(count, each)[k, at].ravel()).reshape(
+            len(k), each - parts, -1
+        )
+        around = np.concatenate(
+            [lines[np.maximum(k - 1, 0)], lines[k], lines[np.minimum(k + 1, count - 1)]], axis=1
+        )
+        missed = _to_line(points, around) - allowed.reshape(count, each)[k, at]
+        out[k] = np.maximum(out[k], missed.max(axis=1))
+    return out
+
+
+def _to_line(points: Floats, line: Floats) -> Floats:
+    """Return the distances of points, shape (k, p, n), from polylines, shape (k, m, n), each from its own; shape (k, p)."""
+    step = np.diff(line, axis=1)[:, None]
+    away = points[:, :, None] - line[:, None, :-1]
+    u = np.clip((away * step).sum(axis=3) / np.maximum((step**2).sum(axis=3), 1e-300), 0.0, 1.0)
+    out: Floats = np.sqrt(((away - u[..., None] * step) ** 2).sum(axis=3)).min(axis=2)
+    return out
+
+
+def _at(solved: Solved, end: Floats, t: Floats) -> Floats:
+    """Return positions at times, shape (k, m, n), of intervals that end at `end`."""
+    k = np.minimum(np.searchsorted(end, t), len(end) - 1)
+    h = (t - end[k] + solved.step[k])[..., None]
+    x, v, a, j = solved.position[k], solved.velocity[k], solved.acceleration[k], solved.jerk[k]
+    out: Floats = x + h * (v + h * (a / 2 + h * j / 6))
+    return out
+
+
+def _passed(program: Programmed, nodes: Nodes, points: Floats) -> Floats:
+    """Return by how much joints are passed too far from before each node, shape (k,)."""
+    out = np.full(len(nodes), -np.inf)
+    begin = np.concatenate([nodes.row[:1], nodes.row[:-1]])
+    count = nodes.row - begin
+    owner = np.repeat(np.arange(len(nodes)), count)
+    if not len(owner):
+        return out
+    joint = begin[owner] + 1 + np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
+    corner = program.column("start")[joint - program.base]
+    tolerance = program.column("tolerance")
+    allowed = np.minimum(tolerance[joint - program.base], tolerance[joint - 1 - program.base])
+    # Middles of chords between setpoints, with those of the interval before.
+    here = points[owner, len(_PARTS) :]
+    before = points[np.maximum(owner - 1, 0), len(_PARTS) :]
+    line = np.concatenate([before, here], axis=1)
+    distance = _to_line(corner[:, None], line)[:, 0]
+    np.maximum.at(out, owner, distance - allowed)
+    return out

@@ -1,0 +1,219 @@
+"""Handing on the final part: stretches of the plan as they are, and motions that take their place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.geometry.tables import empty_arcs, empty_nurbs
+from cncgen.planner.record import Cubics, Limit, Profile, SharpCorner, Trajectory
+from cncgen.planner.tube.programmed import Programmed
+from cncgen.planner.tube.reference_path import Reference, between
+from cncgen.planner.tube.tube_nodes import Nodes
+from cncgen.planner.tube.window_problem import Solved
+from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
+
+Floats = NDArray[np.float64]
+
+#: A limit binds where this part of it is used.
+_BINDS = 0.985
+#: A time counts as reached but for rounding, s.
+_ROUNDING = 1e-12
+
+
+class Hand:
+    """Hands on trajectories in order; `time` is how far in the plan, `later` how much later (earlier, below 0) that is now."""
+
+    def __init__(
+        self,
+        reference: Reference,
+        program: Programmed,
+        limits: tuple[Floats, Floats, Floats],
+        period_s: float,
+    ) -> None:
+        self.velocity, self.acceleration, self.jerk = limits
+        self.reference, self.program, self.period_s = reference, program, period_s
+        self.time = -np.inf
+        self.later = 0.0
+        self.windows = self.kept = 0
+        self._events: list[tuple[float, int, Event]] = []
+        self._corners: list[SharpCorner] = []
+        self._values: dict[str, Any] = {}
+        self._taken = 0
+
+    def _draw(self) -> None:
+        """Take events, corners and values off the trajectories of the plan."""
+        for trajectory in self.reference.trajectories[self._taken :]:
+            self._events.extend(trajectory.events)
+            self._corners.extend(trajectory.corners)
+            values = dict(trajectory.values)
+            remarks = (*self._values.get("diagnostics", ()), *values.pop("diagnostics", ()))
+            self._values.update(values)
+            if remarks:
+                self._values["diagnostics"] = remarks
+        self._taken = len(self.reference.trajectories)
+
+    def _due(self, until: float, old: Floats, new: Floats) -> dict[str, Any]:
+        """Return events and corners up to a time of the plan, at their time now, and the values so far."""
+        self._draw()
+
+        def now(t: float) -> float:
+            return float(np.interp(t, old, new)) if len(old) else t + self.later
+
+        events = [(now(t), line, event) for t, line, event in self._events if t <= until]
+        corners = [replace(corner, t_s=now(corner.t_s)) for corner in self._corners if corner.t_s <= until]
+        self._events = [each for each in self._events if each[0] > until]
+        self._corners = [each for each in self._corners if each.t_s > until]
+        values, self._values = self._values, {}
+        if self.windows:
+            values["tolerance_windows"], values["tolerance_windows_kept"] = self.windows, self.kept
+        return {"events": tuple(events), "corners": tuple(corners), "values": values}
+
+    def until(self, time: float) -> Iterator[Trajectory]:
+        """Hand on the plan as it is, those trajectories that end before a time."""
+        held = self.reference.trajectories
+        while held and held[0].profile.t[-1] <= time - _ROUNDING:
+            yield from self.plain(float(held[0].profile.t[-1]))
+
+    def rest(self) -> Iterator[Trajectory]:
+        """Hand on all that is left of the plan."""
+        yield from self.plain(np.inf)
+
+    def plain(self, until: float) -> Iterator[Trajectory]:
+        """Hand on the plan as it is up to a time."""
+        self._draw()
+        held = self.reference.trajectories
+        while held:
+            trajectory = held[0]
+            p = trajectory.profile
+            begin, end = max(self.time, float(p.t[0])), min(until, float(p.t[-1]))
+            if p.t[0] > until or (len(p) and end < begin):
+                break
+            short = False
+            if len(p) and self._wait:
+                rest = self._rest(trajectory, begin)
+                if rest <= begin + _ROUNDING and end > begin + _ROUNDING:
+                    self.time = begin
+                    yield self._stand(trajectory, self._wait)
+                elif rest < end:
+                    end, short = rest, True
+            whole = end >= p.t[-1] - _ROUNDING
+            part = trajectory
+            if len(p) and not (whole and begin <= p.t[0] + _ROUNDING):
+                if end - begin <= _ROUNDING:
+                    if whole:
+                        self._drop()
+                        continue
+                    break
+                part = between(trajectory, begin, end)
+            due = self._due(float(p.t[-1]) if whole else end, np.zeros(0), np.zeros(0))
+            yield replace(part, profile=replace(part.profile, t=part.profile.t + self.later), **due)
+            self.time = end
+            if short and not whole:
+                continue
+            if not whole:
+                break
+            self._drop()
+
+    def _drop(self) -> None:
+        self.reference.trajectories.pop(0)
+        self._taken -= 1
+
+    def improved(self, begin: float, nodes: Nodes, found: Solved, count: int) -> Iterator[Trajectory]:
+        """Hand on the first `count` intervals of a motion in the place of the plan."""
+        yield from self.plain(begin)
+        t = begin + self.later + np.concatenate([[0.0], np.cumsum(found.step[:count])])
+        old = np.concatenate([[begin], nodes.t[:count]])
+        due = self._due(old[-1], old, t)
+        self.time = float(old[-1])
+        self.later = float(t[-1] - old[-1])
+        held = self.reference.trajectories
+        template = held[0].toolpath
+        while held and held[0].profile.t[-1] <= self.time + _ROUNDING and len(held) > 1:
+            self._drop()
+        yield self._trajectory(template, nodes, found, count, t, due)
+
+    def _rest(self, trajectory: Trajectory, begin: float) -> float:
+        """Return when a trajectory first rests from a time on, before it moves; infinite if it does not."""
+        p = trajectory.profile
+        at = np.flatnonzero((p.v == 0.0) & (p.t[:-1] >= begin - _ROUNDING))
+        moving = np.flatnonzero(~p.waits & (p.t[1:] > begin + _ROUNDING))
+        if not len(at) or not len(moving) or moving[-1] < at[0]:
+            return np.inf
+        return float(p.t[at[0]])
+
+    def _stand(self, trajectory: Trajectory, wait: float) -> Trajectory:
+        """Return a wait at the place where the motion is: how long the plan rests in corners depends on its phase."""
+        p = trajectory.profile
+        place, now, zero = float(np.interp(self.time, p.t, p.s)), self.time + self.later, np.zeros(1)
+        self.later += wait
+        limit = np.array([Limit.CHORD], np.int8)
+        profile = Profile(
+            np.array([now, now + wait]), np.array([place, place]), zero, zero, zero, zero, limit
+        )
+        return Trajectory(trajectory.toolpath, trajectory.row_s, profile)
+
+    @property
+    def _wait(self) -> float:
+        """The time missing to a whole number of periods that the motion is earlier than the plan, s."""
+        late = self.later / self.period_s
+        wait = float(np.ceil(late - 1e-9) - late) * self.period_s
+        return wait if wait > 1e-12 else 0.0
+
+    def _trajectory(
+        self, template: Toolpath, nodes: Nodes, found: Solved, count: int, t: Floats, due: dict[str, Any]
+    ) -> Trajectory:
+        program, scale = self.program, self.program.scale
+        x, v, a = (each[: count + 1] / scale for each in (found.position, found.velocity, found.acceleration))
+        jerk = found.jerk[:count] / scale
+        cubics = Cubics(t, x[:-1], v[:-1], a[:-1], jerk)
+        h = np.diff(t)
+        speed, rate = _along(v, a)
+        middle = np.sqrt(
+            ((v[:-1] + 0.5 * h[:, None] * (a[:-1] + 0.25 * h[:, None] * jerk))[:, :3] ** 2).sum(axis=1)
+        )
+        length = h * (speed[:-1] + 4.0 * middle + speed[1:]) / 6.0
+        s = np.concatenate([[0.0], np.cumsum(length)])
+        j = 6.0 * (length - h * (speed[:-1] + 0.5 * h * rate[:-1])) / h**3
+        profile = Profile(t, s, speed[:-1], rate[:-1], j, np.zeros(count), self._limits(nodes, found, count))
+        row = nodes.row[:count]
+        first = np.flatnonzero(np.diff(row, prepend=-1))
+        last = np.append(first[1:], count)
+        own = row[first] - program.base
+        n = len(first)
+        toolpath = Toolpath(
+            axes=template.axes, start=x[0], kind=np.full(n, Kind.LINE, np.int8), end=x[last], feed=program.column("feed")[own],
+            feed_mode=np.full(n, FeedMode.SPEED, np.int8), path_mode=np.full(n, PathMode.CONTINUOUS, np.int8),
+            tolerance=program.column("tolerance")[own], curve=np.full(n, -1, np.int64), line=program.column("line")[own],
+            source=program.column("source")[own].astype(np.int16), arcs=empty_arcs(), nurbs=empty_nurbs(len(template.axes)), events=(), sources=template.sources,
+        )  # fmt: skip
+        return Trajectory(toolpath, np.append(s[first], s[-1]), profile, cubics=cubics, **due)
+
+    def _limits(self, nodes: Nodes, found: Solved, count: int) -> NDArray[np.int8]:
+        """Return what binds in each interval."""
+        out = np.full(count, Limit.NONE, np.int8)
+
+        def use(values: Floats, limit: Floats) -> NDArray[np.bool_]:
+            out: NDArray[np.bool_] = (np.abs(values) / limit).max(axis=1) > _BINDS
+            return out
+
+        def both(there: NDArray[np.bool_]) -> NDArray[np.bool_]:
+            return there[:-1] & there[1:]
+
+        out[use(found.jerk[:count], self.jerk)] = Limit.JERK
+        out[both(use(found.acceleration[: count + 1], self.acceleration))] = Limit.ACCELERATION
+        out[both(use(found.velocity[: count + 1], self.velocity))] = Limit.VELOCITY
+        speed = np.sqrt((found.velocity[: count + 1, :3] ** 2).sum(axis=1))
+        out[both(speed > _BINDS * np.append(nodes.feed[:1], nodes.feed[:count]))] = Limit.FEED
+        return out
+
+
+def _along(v: Floats, a: Floats) -> tuple[Floats, Floats]:
+    """Return speed and acceleration along the path over X Y Z, shape (k,)."""
+    speed = np.sqrt((v[:, :3] ** 2).sum(axis=1))
+    rate = (v[:, :3] * a[:, :3]).sum(axis=1) / np.maximum(speed, 1e-12)
+    return speed, np.where(speed > 1e-9, rate, 0.0)

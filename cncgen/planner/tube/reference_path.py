@@ -1,0 +1,178 @@
+"""The plan that is improved, sampled: a reference path, and a motion along it that holds all limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.geometry import elementary
+from cncgen.geometry.path import Path
+from cncgen.planner.motion import motion_at
+from cncgen.planner.record import Profile, Trajectory
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+#: Growth of the way between samples from the ends of a piece of constant jerk inwards.
+_GROWTH = 0.05
+
+
+@dataclass(slots=True)
+class Grid:
+    """Samples of a plan, `m` of them, ascending.
+
+    Attributes:
+        t: Shape (m,), time.
+        free: Shape (m,), time without waits.
+        s: Shape (m,), length along the paths.
+        x, tangent: Shape (m, n), position and unit tangent over all axes, scaled.
+        bend: Shape (m,), curvature over all axes.
+        v: Shape (m,), speed over all axes, scaled.
+        rate: Shape (m,), length over all axes a length of `s`.
+    """
+
+    t: Floats
+    free: Floats
+    s: Floats
+    x: Floats
+    tangent: Floats
+    bend: Floats
+    v: Floats
+    rate: Floats
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def rows(self, at: slice) -> Grid:
+        """Return some of the samples."""
+        return Grid(*(getattr(self, name)[at] for name in self.__slots__))
+
+    def joined(self, other: Grid) -> Grid:
+        """Return these samples and then others."""
+        return Grid(*(np.concatenate([getattr(self, name), getattr(other, name)]) for name in self.__slots__))
+
+
+class Reference:
+    """A plan as it streams: trajectories not yet handed on, and their samples."""
+
+    def __init__(self, scale: Floats, spacing_s: float) -> None:
+        self.scale = scale
+        self.spacing_s = spacing_s
+        self.trajectories: list[Trajectory] = []
+        self._paths: list[tuple[float, float, float, Path, Profile]] = []
+        self.grid: Grid | None = None
+        self._free = self._s = 0.0
+
+    def take(self, trajectory: Trajectory) -> None:
+        """Add a trajectory."""
+        self.trajectories.append(trajectory)
+        profile = trajectory.profile
+        if not len(profile) or profile.s[-1] <= profile.s[0]:
+            return
+        path = trajectory.toolpath.path
+        found = self._samples(profile, path)
+        self._paths.append((float(found.s[0]), float(found.s[-1]), float(profile.s[0]), path, profile))
+        self.grid = found if self.grid is None else self.grid.joined(found)
+
+    def forget(self, index: int) -> None:
+        """Forget samples before one."""
+        if self.grid is None or index <= 0:
+            return
+        self.grid = self.grid.rows(slice(index, None))
+        while len(self._paths) > 1 and self._paths[0][1] < self.grid.s[0]:
+            self._paths.pop(0)
+
+    def _samples(self, profile: Profile, path: Path) -> Grid:
+        piece = np.diff(profile.t)
+        waits = profile.waits
+        half = 0.5 * piece
+        count = np.ceil(
+            elementary.log1p(_GROWTH * half / (0.5 * self.spacing_s)) / elementary.log1p(_GROWTH)
+        ).astype(np.int64)
+        count = np.where(waits | (piece <= 0.0), 0, np.maximum(count, 1))
+        index = np.repeat(np.arange(len(piece)), 2 * count)
+        step = np.arange(len(index)) - np.repeat(np.cumsum(2 * count) - 2 * count, 2 * count)
+        c = count[index]
+        mirrored = np.minimum(step, 2 * c - step)
+        d = (
+            half[index]
+            * elementary.expm1(elementary.log1p(_GROWTH) * mirrored)
+            / elementary.expm1(elementary.log1p(_GROWTH) * c)
+        )
+        t = profile.t[index] + np.where(step <= c, d, piece[index] - d)
+        # A wait has a sample at its start and the next piece one at its end; the last sample ends it all.
+        t = np.concatenate([t, profile.t[:-1][waits], profile.t[-1:]])
+        which = np.concatenate([index, np.flatnonzero(waits), [len(piece)]])
+        order = np.lexsort((t, which))
+        t, which = t[order], which[order]
+        at = motion_at(profile, t)
+        waited = np.concatenate([[0.0], np.cumsum(np.where(waits, piece, 0.0))])
+        free = t - waited[which] - profile.t[0]
+        x = path.evaluate(at.s, 2, 1)
+        ends = path.evaluate(at.s[-1:], 2, -1)
+        x[1:, -1] = ends[1:, 0]
+        x0, x1, x2 = x * self.scale
+        rate = np.sqrt((x1**2).sum(axis=1))
+        safe = np.where(rate > 0, rate, 1.0)
+        unit = x1 / safe[:, None]
+        along = (x2 * unit).sum(axis=1)
+        bend = np.sqrt(np.maximum((x2**2).sum(axis=1) - along**2, 0.0)) / safe**2
+        grid = Grid(t, self._free + free, self._s + at.s - profile.s[0], x0, unit, bend, at.v * rate, rate)
+        self._free, self._s = float(grid.free[-1]), float(grid.s[-1])
+        return grid
+
+    def at(self, s: Floats, side: int) -> tuple[Floats, Floats]:
+        """Return position and unit tangent over all axes at places of the path, shape (k, n) each, scaled."""
+        starts = np.array([first for first, *_ in self._paths])
+        owner = np.clip(
+            np.searchsorted(starts, s, side="right" if side > 0 else "left") - 1, 0, len(starts) - 1
+        )
+        x, tangent = np.empty((len(s), len(self.scale))), np.empty((len(s), len(self.scale)))
+        for k in np.unique(owner):
+            pick = np.flatnonzero(owner == k)
+            first, _, begin, path, _ = self._paths[k]
+            found = path.evaluate(s[pick] - first + begin, 1, side)
+            x1 = found[1] * self.scale
+            x[pick], tangent[pick] = found[0] * self.scale, x1 / np.sqrt((x1**2).sum(axis=1))[:, None]
+        return x, tangent
+
+    def state(self, s: float, t: float) -> Floats:
+        """Return position, velocity and acceleration at a place and time, shape (3, n), scaled."""
+        for first, last, _, path, profile in self._paths:
+            if first <= s <= last and profile.t[0] - 1e-12 <= t <= profile.t[-1] + 1e-12:
+                m = motion_at(profile, np.array([t]))
+                x = path.evaluate(m.s, 2, 1)[:, 0] * self.scale
+                return np.stack([x[0], x[1] * m.v, x[2] * m.v**2 + x[1] * m.a])
+        raise ValueError("the place is not in the plan")
+
+
+def moved(trajectory: Trajectory, later_s: float) -> Trajectory:
+    """Return a trajectory shifted in time."""
+    if later_s == 0.0:
+        return trajectory
+    return replace(
+        trajectory,
+        profile=replace(trajectory.profile, t=trajectory.profile.t + later_s),
+        events=tuple((t + later_s, line, event) for t, line, event in trajectory.events),
+        corners=tuple(replace(corner, t_s=corner.t_s + later_s) for corner in trajectory.corners),
+    )
+
+
+def between(trajectory: Trajectory, begin: float, end: float) -> Trajectory:
+    """Return the part of a trajectory from one time to another, without events and corners."""
+    p = trajectory.profile
+    begin, end = max(begin, float(p.t[0])), min(end, float(p.t[-1]))
+    first = int(np.clip(np.searchsorted(p.t, begin, side="right") - 1, 0, len(p) - 1))
+    last = int(np.clip(np.searchsorted(p.t, end, side="left"), first + 1, len(p)))
+    ends = motion_at(p, np.array([begin, end]))
+    t, s = p.t[first : last + 1].copy(), p.s[first : last + 1].copy()
+    v, a = p.v[first:last].copy(), p.a[first:last].copy()
+    if begin > t[0]:
+        # The state within a piece; c and j stay.
+        inside = motion_at(replace(p, t=p.t), np.array([begin]))
+        t[0], s[0], v[0], a[0] = begin, inside.s[0], inside.v[0], inside.a[0]
+    t[-1], s[-1] = end, ends.s[1] if end < p.t[-1] else p.s[-1]
+    part = Profile(t, s, v, a, p.j[first:last], p.c[first:last], p.limit[first:last])
+    return Trajectory(trajectory.toolpath, trajectory.row_s, part)

@@ -1,0 +1,561 @@
+"""A plan that streams by is improved within the tolerance, window by window."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator
+from contextlib import closing
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.kernels import tube_places
+from cncgen.machine.record import Machine
+from cncgen.planner.limits.axis_limits import AxisLimits
+from cncgen.planner.record import Trajectory
+from cncgen.planner.tube.deviation import excess
+from cncgen.planner.tube.handing import Hand
+from cncgen.planner.tube.programmed import Programmed
+from cncgen.planner.tube.reference_path import Reference
+from cncgen.planner.tube.tube_nodes import Nodes, Scales, borders_of, nodes_of
+from cncgen.planner.tube.window_problem import Problem, Solved, solve
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+#: Nodes of a window, and those over which its end is felt, at most.
+WINDOW, OVERLAP = 900, 300
+#: The way that a stop takes, in time of the reference, over which the end of a window is felt: a multiple of V/A + A/J.
+_FELT = 1.2
+#: Parts of the speed of the reference that the first guess has, one after the other until one leads to a solution.
+_STARTS = (0.6, 0.4, 0.8)
+#: Times that the room is narrowed where the motion leaves the tolerance between nodes, and by how much more than that.
+_ROUNDS, _MORE = 6, 1.25
+#: Part by which a velocity may be over its limit between nodes before it is held there.
+_OVER = 5e-5
+#: Part of the tolerance that is never planned with.
+_KEPT = 2e-4
+#: A motion that is not faster by this part stays as it was.
+_LESS = 1e-5
+#: A row takes this part of its length on the plan at least, but for some tolerances.
+_AS_LONG = 0.8
+#: A way on which nothing moves, mm.
+_SAME_PLACE = 1e-9
+#: The plan meets a place exactly but for rounding, mm.
+_EXACT = 1e-7
+#: Periods by which a run is planned from inside of its ends where the plan is moving.
+_INSIDE = 5.0
+#: Borders are apart by this part of the tolerance at least.
+_APART = 0.05
+#: An axis that moves less stands still, mm.
+_STILL = 1e-7
+
+
+@dataclass(slots=True)
+class _Run:
+    """A run that is being planned: rows from `first` on.
+
+    Attributes:
+        first: Its first row.
+        row: The row from which on there are no nodes yet.
+        nodes: Those not yet handed on, without the one where the motion is.
+        state: Shape (3, axes), the state there.
+        s, t: Its place and time on the reference.
+        closed: Whether all nodes of the run are there.
+        tail: A motion from there on to the reference that is known: solved intervals, and how many nodes they reach over.
+    """
+
+    first: int
+    row: int
+    nodes: Nodes | None
+    state: Floats
+    s: float
+    t: float
+    vertex: int
+    closed: bool = False
+    tail: tuple[Solved, int] | None = None
+
+
+class Tube:
+    """The work under way: the programmed rows, the plan, and where on it each row begins."""
+
+    def __init__(self, program: Programmed, machine: Machine) -> None:
+        self.program, self.machine = program, machine
+        program.draw()
+        limits = AxisLimits.of(machine, program.axes)
+        self.scale = program.scale
+        self.velocity, self.acceleration, self.jerk = (
+            each * self.scale for each in (limits.velocity, limits.acceleration, limits.jerk)
+        )
+        finite = np.isfinite(self.jerk)
+        self.scales = Scales(float(self.jerk[finite].max()), float(self.acceleration[finite].max()))
+        near = self.scales.spacing(machine.path_tolerance_mm)[1]
+        self.felt = _FELT * float(
+            (
+                self.velocity[finite] / self.acceleration[finite]
+                + self.acceleration[finite] / self.jerk[finite]
+            ).max()
+        )
+        self.reference = Reference(self.scale, near)
+        limited = (self.velocity, self.acceleration, self.jerk)
+        self.hand = Hand(self.reference, program, limited, machine.period_s)
+        self.places: list[Floats] = []
+        self.matched = 0
+        self.row = 0
+        self.run: _Run | None = None
+        self.lost = False
+
+    def take(self, trajectory: Trajectory, last: bool) -> Iterator[Trajectory]:
+        """Add a trajectory of the plan; yield what is final."""
+        self.reference.take(trajectory)
+        self.program.draw()
+        yield from self.advance(last)
+
+    def advance(self, last: bool) -> Iterator[Trajectory]:
+        """Yield what is final."""
+        self._match(last)
+        while True:
+            if self.run is None and not self._open(last):
+                break
+            if self.run is not None:
+                self._extend(last)
+                yield from self._windows()
+                if self.run is not None:
+                    break
+        if last:
+            yield from self.hand.rest()
+        else:
+            yield from self.hand.until(self._safe())
+        self._forget()
+
+    def _safe(self) -> float:
+        """Return the time up to which the plan stands as it is."""
+        if self.run is not None:
+            return self.hand.time
+        grid = self.reference.grid
+        if grid is None:
+            return -np.inf
+        s = self._place(self.row) if self.row < self.program.base + self.matched else grid.s[0]
+        return float(grid.t[np.searchsorted(grid.s, s, side="left")])
+
+    def _place(self, row: int) -> float:
+        if len(self.places) > 1:
+            self.places[:] = [np.concatenate(self.places)]
+        return float(self.places[0][row - self.program.base])
+
+    def _match(self, last: bool) -> None:
+        """Find where on the reference rows begin."""
+        grid, program = self.reference.grid, self.program
+        count = len(program)
+        if grid is None or not count or self.lost:
+            return
+        have = self.matched
+        tolerance = program.column("tolerance")
+        points = np.concatenate([program.column("start")[have:], program.column("end")[-1:]])
+        both = np.maximum(np.append(tolerance, 0.0), np.concatenate([[0.0], tolerance]))[have:]
+        begin = (
+            int(np.searchsorted(grid.s, self._place(program.base + have - 1), side="right") - 1)
+            if have
+            else 0
+        )
+        place = np.zeros(len(points))
+        begin = min(max(begin, 0), len(grid) - 2)
+        # The plan is hardly shorter than the rows.
+        length = np.concatenate([[0.0], program.column("length")])[have:]
+        least = np.maximum(_AS_LONG * length - 8.0 * both, 0.0)
+        if not have:
+            least[0] = 0.0
+        start = self._place(program.base + have - 1) if have else float(grid.s[0])
+        found = tube_places.match(grid.x, grid.s, points, 1.3 * both + 1e-6, least, start, begin, last, place)
+        if have + found > count:
+            # The end of the last row: whether more rows follow is not known before the end.
+            found = count - have + (1 if last else 0)
+        at = place[:found].astype(np.int64)
+        s = grid.s[at] + (place[:found] - at) * (grid.s[np.minimum(at + 1, len(grid) - 1)] - grid.s[at])
+        # Places that the plan meets exactly are samples of it: there it may rest, and time be no function of the place.
+        for i in (at, np.minimum(at + 1, len(grid) - 1)):
+            exact = np.abs(grid.x[i] - points[:found]).max(axis=1, initial=0.0) < _EXACT
+            s = np.where(exact, grid.s[i], s)
+        # So are the ends of runs.
+        free = np.concatenate([[False], program.column("free"), [False]]).astype(bool)
+        ends = (free[1:] != free[:-1]) | np.append(program.column("stop"), True).astype(bool)
+        ends = ends[have : have + found]
+        s[ends] = grid.s[at[ends] + (place[:found][ends] - at[ends] > 0.5)]
+        if have:
+            s = np.maximum(s, self._place(program.base + have - 1))
+        self.places.append(s)
+        self.matched += found
+
+    def _open(self, last: bool) -> bool:
+        """Go on to the next run; return whether there is one whose start is known."""
+        program = self.program
+        free = program.column("free")
+        while self.row + 1 < program.base + self.matched:
+            if free[self.row - program.base]:
+                s = self._place(self.row)
+                grid = self.reference.grid
+                assert grid is not None
+                # After a rest, if there is one.
+                i = self._smooth(int(np.searchsorted(grid.s, s, side="right") - 1), 1)
+                s, t = float(grid.s[i]), float(grid.t[i])
+                state = self.reference.state(s, t)
+                self.run = _Run(self.row, self.row, None, state, s, t, self.row)
+                return True
+            self.row += 1
+        return False
+
+    def _smooth(self, index: int, way: int) -> int:
+        """Return the sample from which on (to which) a run is planned: some periods inside it where the plan is moving.
+
+        There the plan may jump within what the period allows, and it counts on its own motion beside that.
+        """
+        grid = self.reference.grid
+        assert grid is not None
+        if grid.v[index] <= 1e-9:
+            return index
+        t = grid.t[index] + way * _INSIDE * self.machine.period_s
+        i = int(np.searchsorted(grid.t, t, side="left" if way > 0 else "right")) - (way < 0)
+        while 1 <= i < len(grid) - 1 and abs(i - index) < 2000:
+            straight = (grid.tangent[i - 1 : i + 2] * grid.tangent[i]).sum(axis=1).min() > 0.9998
+            if straight and grid.v[i] > 1e-9:
+                break
+            i += way
+        return int(np.clip(i, 0, len(grid) - 1))
+
+    def _extend(self, last: bool) -> None:
+        """Add the nodes of what is known of the run."""
+        run, program = self.run, self.program
+        assert run is not None
+        if run.closed:
+            return
+        base = program.base
+        free, stop = program.column("free"), program.column("stop")
+        breaks = np.flatnonzero(~free[run.first - base + 1 :] | stop[run.first - base + 1 :].astype(bool))
+        end = int(breaks[0]) + run.first + 1 if len(breaks) else base + len(program)
+        known = bool(len(breaks)) or last
+        # Rows whose ends are matched.
+        until = min(end, base + self.matched - 1)
+        if until <= run.row:
+            run.closed = known and run.row == end
+            return
+        places = np.array([self._place(row) for row in range(run.row, until + 1)])
+        grid = self.reference.grid
+        assert grid is not None
+        if run.row == run.first:
+            places = np.maximum(places, run.s)
+        if known and until == end:
+            i = self._smooth(int(np.searchsorted(grid.s, places[-1], side="left")), -1)
+            places = np.minimum(places, max(float(grid.s[i]), float(places[0])))
+        speed = np.interp(places, grid.s, grid.v)
+        border = np.ones(until - run.row + 1, bool)
+        border[1:-1] = borders_of(program, run.row, places, speed, self.scales)
+        closed = known and until == end
+        stopping = until - run.row
+        if not closed:
+            inner = np.flatnonzero(border[1:-1]) + 1
+            if len(inner):
+                stopping = int(inner[-1])
+            elif stopping < 512:
+                return
+            else:
+                stopping -= 1
+        places, border = places[: stopping + 1], border[: stopping + 1].copy()
+        border[-1] = True
+        if places[-1] - places[0] <= _SAME_PLACE:
+            run.row += stopping if closed else 0
+            run.closed = closed
+            return
+        border = _apart(
+            border, places, _APART * program.column("tolerance")[run.row - base : run.row - base + stopping]
+        )
+        found = nodes_of(
+            program,
+            self.reference,
+            grid,
+            run.row,
+            places,
+            border,
+            (run.row == run.first, closed),
+            self.scales,
+        )
+        run.nodes = found if run.nodes is None else run.nodes.joined(found)
+        run.row += stopping
+        run.closed = closed
+
+    def _windows(self) -> Iterator[Trajectory]:
+        run = self.run
+        assert run is not None
+        while run.nodes is not None and len(run.nodes):
+            count = len(run.nodes)
+            whole = run.closed and count <= 1.3 * WINDOW
+            if not whole and count < WINDOW:
+                return
+            yield from self._window(run, count if whole else self._stop(run.nodes), whole)
+        if run.closed:
+            self.row, self.run = run.row, None
+
+    def _stop(self, nodes: Nodes) -> int:
+        """Return how many nodes a window has that does not end the run: up to one far from corners."""
+        low = int(0.9 * WINDOW)
+        corner = np.flatnonzero(nodes.vertex[:WINDOW] >= 0)
+        if not len(corner):
+            return WINDOW
+        at = np.arange(low, WINDOW)
+        away = np.abs(at[:, None] - corner[None, :]).min(axis=1)
+        return int(at[np.argmax(away)]) + 1
+
+    def _window(self, run: _Run, count: int, whole: bool) -> Iterator[Trajectory]:
+        assert run.nodes is not None
+        nodes = run.nodes.nodes(0, count)
+        end = float(nodes.t[-1])
+        before = end - run.t
+        tail = run.tail
+        if tail is not None:
+            before = float(tail[0].step.sum()) + end - float(nodes.t[tail[1] - 1])
+        final = count
+        if not whole:
+            felt = np.searchsorted(nodes.t, end - self.felt)
+            final = int(np.clip(felt, count - OVERLAP, count - 1))
+        goal = self.reference.state(float(nodes.s[-1]), end)
+        columns = np.flatnonzero(np.ptp(np.concatenate([run.state[:1], nodes.point]), axis=0) > _STILL)
+        # A straight line along an axis has no room that matters.
+        found = self._solved(run, nodes, goal, columns) if len(columns) > 1 else None
+        self.hand.windows += len(columns) > 1
+        if found is not None and float(found.step.sum()) < (1.0 - _LESS) * before:
+            yield from self.hand.improved(run.t, nodes, found, final)
+            run.tail = None if whole else (_rest(found, final), count - final)
+            run.state = np.stack([found.position[final], found.velocity[final], found.acceleration[final]])
+        else:
+            self.hand.kept += found is None and len(columns) > 1
+            if tail is not None:
+                yield from self.hand.improved(run.t, nodes, tail[0], tail[1])
+                final = tail[1]
+            elif not whole:
+                # The plan goes on to a place where the next window may begin.
+                yield from self.hand.plain(float(nodes.t[final - 1]))
+            else:
+                yield from self.hand.plain(end)
+            run.tail = None
+            run.state = self.reference.state(float(nodes.s[final - 1]), float(nodes.t[final - 1]))
+        run.s, run.t = float(nodes.s[final - 1]), float(nodes.t[final - 1])
+        run.vertex = int(nodes.vertex[final - 1])
+        run.nodes = run.nodes.nodes(final, len(run.nodes))
+
+    def _solved(self, run: _Run, nodes: Nodes, goal: Floats, columns: Ints) -> Solved | None:
+        """Return a motion within all limits and the tolerance, or None where none is found."""
+        radius = nodes.radius.copy()
+        owner = np.repeat(np.arange(len(nodes)), nodes.count)
+        still = run.state[0].copy()
+        found: Solved | None = None
+        held = np.zeros(len(nodes), bool)
+        for number in range(_ROUNDS):
+            found = self._tried(run, nodes, goal, columns, radius, held)
+            if found is None:
+                return None
+            fast = self._too_fast(found, nodes, columns) & ~held
+            lifted = _spread(found, columns, run.state, len(self.scale))
+            over = excess(self.program, nodes, found, columns, still, run.s, self.machine.period_s)
+            allowed = self.program.column("tolerance")[nodes.row - self.program.base]
+            over = over + _KEPT * allowed
+            if not (over > 0.0).any() and not fast.any():
+                return lifted
+            if fast.any():
+                # The neighbours soon are, once these are held.
+                held |= np.convolve(fast, np.ones(9), "same") > 0
+            more = np.maximum(over, np.append(over[1:], -1.0))
+            less = np.where(more > 0.0, _MORE * more + 1e-3 * 2.0**number * allowed, 0.0)
+            radius = radius - less[owner]
+            if (radius < 0.15 * nodes.allowed).any():
+                return None
+        return None
+
+    def _too_fast(self, found: Solved, nodes: Nodes, columns: Ints) -> NDArray[np.bool_]:
+        """Tell on which intervals the motion is over a velocity or the feed between nodes, shape (k,)."""
+        v, a, j, h = found.velocity[:-1], found.acceleration[:-1], found.jerk, found.step[:, None]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            top = np.where(j != 0.0, -a / j, 0.0)
+        top = np.where((top > 0.0) & (top < h), top, 0.5 * h)
+        over = (np.abs(v + top * (a + 0.5 * top * j)) > (1.0 + _OVER) * self.velocity[columns]).any(axis=1)
+        middle = v + 0.5 * h * (a + 0.25 * h * j)
+        feed = np.maximum(nodes.feed, np.append(nodes.feed[:1], nodes.feed[:-1]))
+        return over | (np.sqrt((middle[:, columns < 3] ** 2).sum(axis=1)) > (1.0 + _OVER) * feed)
+
+    def _tried(
+        self, run: _Run, nodes: Nodes, goal: Floats, columns: Ints, radius: Floats, held: NDArray[np.bool_]
+    ) -> Solved | None:
+        point = np.concatenate([run.state[:1], nodes.point])[:, columns]
+        tangent = np.concatenate([np.zeros((1, len(self.scale))), nodes.tangent])[:, columns]
+        tangent[0] = tangent[1]
+        size = np.sqrt((tangent**2).sum(axis=1))
+        tangent /= size[:, None]
+        velocity, acceleration, jerk = (
+            each[columns] for each in (self.velocity, self.acceleration, self.jerk)
+        )
+        weight = (columns < 3).astype(float)
+        own = int(nodes.count[-1])
+        # The state at the end is given: it needs no room.
+        centre, direction, radii = (
+            each[: len(each) - own][..., columns] if each.ndim > 1 else each[: len(each) - own]
+            for each in (nodes.centre, nodes.direction, radius)
+        )
+        first = np.concatenate([[0, 0], np.cumsum(nodes.count[:-1]), [len(radii)]]).astype(np.int64)
+        chord = 8.0 * self.machine.chord_tolerance_mm / self.machine.period_s**2
+        bend = min(chord, self.machine.max_centripetal_mm_s2 or np.inf)
+        bends = np.inf if bend > np.sqrt((acceleration**2).sum()) else 0.98 * bend
+        feed = 0.9999 * np.append(nodes.feed[:1], nodes.feed)
+        margin = 1.0 - 1e-6
+        between = np.where(held, np.maximum(feed[1:], feed[:-1]), np.inf)
+        for part in _STARTS:
+            given = Problem(
+                margin * velocity, margin * acceleration, margin * jerk, weight, point, tangent, nodes.step / part, first, centre, direction, radii,
+                feed, np.full(len(point), bends), between, run.state[:, columns], goal[:, columns],
+            )  # fmt: skip
+            speed = part * np.concatenate([[0.0], nodes.speed])[:, None] * tangent
+            speed *= np.minimum(1.0, 0.9 / np.maximum((np.abs(speed) / velocity).max(axis=1), 1e-9))[:, None]
+            along = np.sqrt(((speed * weight) ** 2).sum(axis=1))
+            speed *= np.minimum(1.0, 0.9 * feed / np.maximum(along, 1e-9))[:, None]
+            found = solve(given, speed, None, _inside(point, tangent, first, centre, direction, radii))
+            if found.status == 1:
+                return found
+        return None
+
+    def _forget(self) -> None:
+        """Forget what lies behind what has been handed on."""
+        grid = self.reference.grid
+        if grid is None:
+            return
+        place = (
+            self.run.s
+            if self.run is not None
+            else self._place(self.row)
+            if self.row < self.program.base + self.matched
+            else grid.s[0]
+        )
+        row = (
+            self.row
+            if self.run is None or self.run.nodes is None or not len(self.run.nodes)
+            else int(self.run.nodes.row[0])
+        )
+        keep = max(min(row, self.run.row if self.run else row) - 6, self.program.base)
+        keep = min(keep, self.program.base + max(self.matched - 2, 0))
+        if self.run is not None:
+            keep = min(keep, self.run.row)
+            self.run.first = max(self.run.first, keep)
+        drop = keep - self.program.base
+        if drop > 256 and self.places:
+            self._place(self.program.base)
+            self.places[0] = self.places[0][drop:].copy()
+            self.matched -= drop
+            self.program.forget(keep)
+        self.reference.forget(
+            int(
+                np.searchsorted(
+                    grid.s,
+                    min(place, self._place(self.program.base + self.matched - 1) if self.matched else place),
+                    side="left",
+                )
+            )
+            - 2
+        )
+
+
+def _apart(border: NDArray[np.bool_], places: Floats, least: Floats) -> NDArray[np.bool_]:
+    """Return borders of which none is nearer to the one before it than a length: nodes have to be apart."""
+    out = border.copy()
+    at = np.flatnonzero(border)
+    gap = np.diff(places[at]) < least[np.maximum(at[1:] - 1, 0)]
+    if not gap.any():
+        return out
+    last = 0
+    for k in at[1:].tolist():
+        if places[k] - places[last] < least[k - 1]:
+            out[k if k < len(places) - 1 else last] = k == len(places) - 1 and last == 0
+            if k == len(places) - 1:
+                out[k] = True
+                continue
+            continue
+        last = k
+    out[0] = True
+    return out
+
+
+def _inside(
+    point: Floats, tangent: Floats, first: Ints, centre: Floats, direction: Floats, radius: Floats
+) -> Floats:
+    """Return offsets of the first guess that lie well within the room, shape (nodes, n)."""
+    out = np.zeros_like(point)
+    owner = np.repeat(np.arange(len(point)), np.diff(first))
+    for _ in range(4):
+        away = point[owner] + out[owner] - centre
+        away -= (away * direction).sum(axis=1)[:, None] * direction
+        size = np.sqrt((away**2).sum(axis=1))
+        over = np.flatnonzero(size > 0.9 * radius)
+        if not len(over):
+            break
+        push = -away[over] * (1.0 - 0.4 * radius[over] / size[over])[:, None]
+        # Within the plane of the node.
+        t = tangent[owner[over]]
+        push -= (push * t).sum(axis=1)[:, None] * t
+        out[owner[over]] += push
+    return out
+
+
+def _rest(found: Solved, first: int) -> Solved:
+    """Return a motion from a node on."""
+    return Solved(
+        found.position[first:],
+        found.velocity[first:],
+        found.acceleration[first:],
+        found.jerk[first:],
+        found.step[first:],
+        found.status,
+        found.iterations,
+        found.residual,
+    )
+
+
+def _spread(found: Solved, columns: Ints, state: Floats, axes: int) -> Solved:
+    """Return a motion over all axes, of which the others stand."""
+    count = len(found.step)
+    position = np.broadcast_to(state[0], (count + 1, axes)).copy()
+    velocity, acceleration, jerk = (
+        np.zeros((count + 1, axes)),
+        np.zeros((count + 1, axes)),
+        np.zeros((count, axes)),
+    )
+    position[:, columns], velocity[:, columns], acceleration[:, columns], jerk[:, columns] = (
+        found.position,
+        found.velocity,
+        found.acceleration,
+        found.jerk,
+    )
+    return Solved(
+        position, velocity, acceleration, jerk, found.step, found.status, found.iterations, found.residual
+    )
+
+
+def improve(
+    plan: Generator[Trajectory, None, None], program: Programmed, machine: Machine
+) -> Iterator[Trajectory]:
+    """Plan path and speed together where a plan's rows have a tolerance; the plan itself stands where that finds nothing faster.
+
+    Args:
+        plan: Trajectories, in order.
+        program: The rows that it is a plan of, taken up as they were handed to it.
+        machine: Limits and period.
+
+    Yields:
+        Trajectories without a gap in time or position.
+    """
+    tube: Tube | None = None
+    held: Trajectory | None = None
+    with closing(plan):
+        for trajectory in plan:
+            if held is not None:
+                tube = tube or Tube(program, machine)
+                yield from tube.take(held, False)
+            held = trajectory
+        if held is not None:
+            tube = tube or Tube(program, machine)
+            program.ended = True
+            yield from tube.take(held, True)

@@ -1,0 +1,345 @@
+"""Where nodes stand on the reference, and the room around each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.geometry import elementary
+from cncgen.planner.limits.axis_limits import lowered
+from cncgen.planner.tube.programmed import Programmed
+from cncgen.planner.tube.reference_path import Grid, Reference
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+#: Time between nodes, as a part of (P/J)^(1/3), the time in which full jerk crosses the tolerance; beside corners the second part.
+SPACING = 0.35, 0.17
+#: Growth of the spacing with the time from what is close.
+_GROWTH = 0.12
+#: The path turns by at most so much between nodes, rad.
+_TURN = 0.25
+#: Spacing on a bend may be so many times the usual one where it takes little of the acceleration.
+_CALM = 8.0
+#: A corner has a node where it leaves the chord between nodes by more than this part of the tolerance, or turns by more, rad.
+_SHOWS, _SHARP = 0.1, 0.35
+#: Parts of the tolerance that are planned with: at nodes, and at corners.
+ROOM = 0.985, 0.955
+#: Below this turn, rad, a disc about the corner stands for the two bands.
+_SLIGHT = 0.15
+#: Nodes after which a border is made at a corner that has none.
+_LONGEST = 128
+#: Where the tangent of the reference jumps by more, rad, it is turned over so many times turn times tolerance.
+_JUMP, _REACH = 0.05, 2.5
+
+
+@dataclass(slots=True)
+class Nodes:
+    """Nodes of a run, `k` of them, without the first of the run.
+
+    Attributes:
+        s, t: Shape (k,): place and time (with waits) on the reference.
+        point, tangent: Shape (k, n).
+        speed: Shape (k,): speed of the first guess.
+        step: Shape (k,): time from the node before.
+        row: Shape (k,): the row before the node, counted from the start of the program.
+        part: Shape (k,): part of that row.
+        vertex: Shape (k,): row that starts at the node, −1 where it lies within one.
+        feed: Shape (k,).
+        count: Shape (k,): rows of room.
+        centre, direction: Shape (rooms, n).
+        radius, allowed: Shape (rooms,): room, and the tolerance that it is of.
+    """
+
+    s: Floats
+    t: Floats
+    point: Floats
+    tangent: Floats
+    speed: Floats
+    step: Floats
+    row: Ints
+    part: Floats
+    vertex: Ints
+    feed: Floats
+    count: Ints
+    centre: Floats
+    direction: Floats
+    radius: Floats
+    allowed: Floats
+
+    def __len__(self) -> int:
+        return len(self.s)
+
+    def nodes(self, first: int, stop: int) -> Nodes:
+        """Return some of the nodes."""
+        at = np.concatenate([[0], np.cumsum(self.count)])
+        rooms = slice(int(at[first]), int(at[stop]))
+        return Nodes(
+            *(getattr(self, name)[rooms if name in _ROOMS else slice(first, stop)] for name in self.__slots__)
+        )
+
+    def joined(self, other: Nodes) -> Nodes:
+        """Return these nodes and then others."""
+        return Nodes(
+            *(np.concatenate([getattr(self, name), getattr(other, name)]) for name in self.__slots__)
+        )
+
+
+_ROOMS = ("centre", "direction", "radius", "allowed")
+
+
+@dataclass(frozen=True, slots=True)
+class Scales:
+    """Time and speed of corners: of the narrowest tolerance and the strongest jerk."""
+
+    jerk: float
+    acceleration: float
+
+    def spacing(self, tolerance: float) -> tuple[float, float]:
+        """Return the time between nodes, and beside corners, s."""
+        time = float(elementary.cbrt(tolerance / self.jerk))
+        return SPACING[0] * time, SPACING[1] * time
+
+    def floor(self, tolerance: float) -> float:
+        """Return a speed with which any corner is passed, mm/s."""
+        return 2.0 * float(elementary.cbrt(tolerance**2 * self.jerk))
+
+
+def borders_of(program: Programmed, first: int, places: Floats, speed: Floats, scales: Scales) -> Bools:
+    """Tell which of the joints at the starts of rows first + 1 … show between nodes, shape (rows − 1,)."""
+    rows = slice(first - program.base, first - program.base + len(places) - 1)
+    tolerance, feed = program.column("tolerance")[rows], program.column("feed")[rows]
+    leave, entry = program.column("leave")[rows], program.column("entry")[rows]
+    chord = np.sqrt(((entry[1:] - leave[:-1]) ** 2).sum(axis=1))
+    turn = 2.0 * elementary.arcsin(np.minimum(0.5 * chord, 1.0))
+    narrow = np.minimum(tolerance[1:], tolerance[:-1])
+    time = SPACING[0] * elementary.cbrt(narrow / scales.jerk)
+    shown = (
+        turn * np.maximum(speed[1:-1], 2.0 * elementary.cbrt(narrow**2 * scales.jerk)) * time / 4.0
+        > _SHOWS * narrow
+    )
+    return shown | (turn > _SHARP) | (feed[1:] != feed[:-1]) | (tolerance[1:] != tolerance[:-1])
+
+
+def nodes_of(
+    program: Programmed,
+    reference: Reference,
+    grid: Grid,
+    first: int,
+    places: Floats,
+    border: Bools,
+    ends: tuple[bool, bool],
+    scales: Scales,
+) -> Nodes:
+    """Return the nodes of rows `first` … , after the first place up to the last one.
+
+    Args:
+        program, reference: Rows and plan.
+        grid: Samples from the first place to the last one at least.
+        first: Number of the first row.
+        places: Shape (rows + 1,): s of the reference where each row starts, and where the last one ends.
+        border: Shape (rows + 1,): which of these have a node.
+        ends: Whether the first and the last place are ends of the run.
+        scales: Of the machine.
+    """
+    count = len(places) - 1
+    # The row after the last one too, where the run goes on.
+    own = slice(first - program.base, first - program.base + count + (not ends[1]))
+    tolerance = program.column("tolerance")[own]
+    near, floor = scales.spacing(float(tolerance.min()))[1], scales.floor(float(tolerance.min()))
+    # Fine samples: the grid's, and the joints.
+    s = np.unique(np.concatenate([grid.s[(grid.s > places[0]) & (grid.s < places[-1])], places]))
+    free = np.interp(s, grid.s, grid.free)
+    v, bend, rate = (
+        np.interp(s, grid.s, grid.v),
+        np.interp(s, grid.s, grid.bend),
+        np.interp(s, grid.s, grid.rate),
+    )
+    cell = np.diff(s)
+    quick = np.minimum(np.diff(free), cell * 0.5 * (rate[1:] + rate[:-1]) / floor)
+    where = np.searchsorted(s, places)
+    blocks = where[np.flatnonzero(border)]
+    if ends[0]:
+        middle = np.searchsorted(s, 0.5 * (s[blocks[0]] + s[blocks[1]]))
+        quick[:middle] = np.diff(free)[:middle]
+    if ends[1]:
+        middle = np.searchsorted(s, 0.5 * (s[blocks[-2]] + s[blocks[-1]]))
+        quick[middle:] = np.diff(free)[middle:]
+    time = np.concatenate([[0.0], np.cumsum(quick)])
+    pace = np.maximum(v, floor)
+    used = pace**2 * bend / scales.acceleration
+    usual = near * SPACING[0] / SPACING[1]
+    with np.errstate(divide="ignore"):
+        at = np.where(bend > 1e-7, usual * np.clip(0.5 / np.sqrt(used), 1.0, _CALM), 1e3)
+        at = np.minimum(at, np.maximum(_TURN / (bend * pace), 0.3 * near))
+    at[where] = np.minimum(at[where], usual)
+    at[blocks] = near
+    at = lowered(at, _GROWTH * time)
+    u = np.concatenate([[0.0], np.cumsum(quick * 0.5 * (1.0 / at[1:] + 1.0 / at[:-1]))])
+    blocks = _divided(where, border, u)
+    each = np.maximum(np.ceil(np.diff(u[blocks]) - 0.2), 1).astype(np.int64)
+    begin = np.repeat(blocks[:-1], each)
+    number = np.arange(each.sum()) - np.repeat(np.cumsum(each) - each, each) + 1
+    size = np.repeat(each, each)
+    target = u[begin] + (u[np.repeat(blocks[1:], each)] - u[begin]) * number / size
+    node = np.interp(target, u, s)
+    last = number == size
+    node[last] = s[blocks[1:]]
+    vertex = np.full(len(node), -1, np.int64)
+    vertex[last] = first + np.searchsorted(places, node[last])
+    found = np.searchsorted(places, node, side="left") - 1
+    found = np.clip(found, 0, count - 1)
+    part = (node - places[found]) / np.maximum(places[found + 1] - places[found], 1e-300)
+    point, tangent = reference.at(node, -1)
+    tangent = _turned(reference, tangent, node, last, places, s[blocks[0]], tolerance[found], ends)
+    speed = np.interp(node, s, pace)
+    speed = np.where(np.interp(node, s, np.append(quick, quick[-1:])) <= 0, np.interp(node, s, v), speed)
+    if ends[0]:
+        speed = np.where(node < 0.5 * (s[blocks[0]] + s[blocks[1]]), np.interp(node, s, v), speed)
+    if ends[1]:
+        speed = np.where(node > 0.5 * (s[blocks[-2]] + s[blocks[-1]]), np.interp(node, s, v), speed)
+    at_time = np.interp(node, s, time)
+    feed = program.column("feed")[own]
+    feeds = feed[found].copy()
+    inner = last & (found + 1 < len(feed))
+    feeds[inner] = np.minimum(feeds[inner], feed[found[inner] + 1])
+    rooms = _rooms(program, first, places, node, vertex, found, part, point, tangent, s[blocks[0]], tolerance)
+    when = np.interp(node, grid.s, grid.t)
+    if ends[1]:
+        # At a rest it is the time of arrival.
+        when[-1] = grid.t[np.searchsorted(grid.s, node[-1], side="left")]
+    return Nodes(
+        node,
+        when,
+        point,
+        tangent,
+        speed,
+        np.diff(at_time, prepend=0.0),
+        first + found,
+        part,
+        vertex,
+        feeds,
+        *rooms,
+    )
+
+
+def _divided(where: Ints, border: Bools, u: Floats) -> Ints:
+    """Return the samples at which blocks begin and end: at borders, and so that none has many more than `_LONGEST` nodes."""
+    out = [int(where[0])]
+    borders = where[np.flatnonzero(border)]
+    for stop in borders[1:].tolist():
+        while u[stop] - u[out[-1]] > 2.0 * _LONGEST:
+            inner = where[(u[where] > u[out[-1]] + _LONGEST) & (where < stop)]
+            if not len(inner):
+                break
+            out.append(int(inner[0]))
+        out.append(stop)
+    return np.array(out)
+
+
+def _turned(
+    reference: Reference,
+    tangent: Floats,
+    node: Floats,
+    last: Bools,
+    places: Floats,
+    begin: float,
+    tolerance: Floats,
+    ends: tuple[bool, bool],
+) -> Floats:
+    """Return tangents that turn on a way where the reference has a corner, so that planes of nodes do not cross in the room."""
+    at = np.concatenate([[begin], node[last]])
+    before, after = reference.at(at, -1)[1], reference.at(at, 1)[1]
+    chord = np.sqrt(((after - before) ** 2).sum(axis=1))
+    turn = 2.0 * elementary.arcsin(np.minimum(0.5 * chord, 1.0))
+    if ends[0]:
+        turn[0] = 0.0
+    if ends[1]:
+        turn[-1] = 0.0
+    if not (turn > _JUMP).any():
+        return tangent
+    half = before + after
+    half /= np.maximum(np.sqrt((half**2).sum(axis=1)), 1e-12)[:, None]
+    out = tangent.copy()
+    block = np.searchsorted(at, node, side="left") - 1
+    for side in (0, 1):
+        border = np.minimum(block + side, len(at) - 1)
+        reach = _REACH * turn[border] * tolerance
+        part = 1.0 - np.abs(node - at[border]) / np.maximum(reach, 1e-300)
+        part = np.where((turn[border] > _JUMP) & (part > 0.0), part, 0.0)
+        out += part[:, None] * (half[border] - tangent)
+    return out / np.sqrt((out**2).sum(axis=1))[:, None]
+
+
+def _rooms(
+    program: Programmed,
+    first: int,
+    places: Floats,
+    node: Floats,
+    vertex: Ints,
+    found: Ints,
+    part: Floats,
+    point: Floats,
+    tangent: Floats,
+    begin: float,
+    tolerance: Floats,
+) -> tuple[Ints, Floats, Floats, Floats, Floats]:
+    """Return how many rows of room each node has, and their centres, directions, radii and tolerances."""
+    count, total = len(places) - 1, len(node)
+    own = slice(first - program.base, first - program.base + len(tolerance))
+    centre, direction = program.nearest(point, first + found, part)
+    radius = ROOM[0] * tolerance[found]
+    allowed = tolerance[found].copy()
+    # Corners without a node: the room about the middle of what they leave the line by.
+    joint = np.arange(1, count)
+    interval = np.searchsorted(node, places[1:-1], side="left")
+    between = interval < total
+    skipped = between & (node[np.minimum(interval, total - 1)] != places[1:-1])
+    start, entry, leave = (
+        program.column("start")[own],
+        program.column("entry")[own],
+        program.column("leave")[own],
+    )
+    if skipped.any():
+        low, high = np.zeros_like(centre), np.zeros_like(centre)
+        corner = start[joint[skipped]]
+        for side in (0, -1):
+            k = interval[skipped] + side
+            ok = k >= 0
+            away = corner[ok] - centre[k[ok]]
+            away -= (away * direction[k[ok]]).sum(axis=1)[:, None] * direction[k[ok]]
+            np.minimum.at(low, k[ok], away)
+            np.maximum.at(high, k[ok], away)
+        centre = centre + 0.5 * (low + high)
+        radius = np.maximum(radius - 0.5 * np.sqrt(((high - low) ** 2).sum(axis=1)), 0.2 * radius)
+    counts = np.ones(total, np.int64)
+    corners = np.flatnonzero((vertex >= 0) & (found + 1 < len(tolerance)))
+    order = [np.arange(total)]
+    parts = [(centre, direction, radius, allowed)]
+    if len(corners):
+        m = found[corners]
+        narrow = np.minimum(tolerance[m], tolerance[m + 1])
+        at = start[m + 1]
+        turn = np.sqrt(((entry[m + 1] - leave[m]) ** 2).sum(axis=1))
+        slight = turn < _SLIGHT
+        # The disc takes the place of the band before it.
+        centre, direction, radius = centre.copy(), direction.copy(), radius.copy()
+        smooth = turn < 1e-3
+        disc = corners[~smooth]
+        centre[disc], direction[disc], radius[disc] = at[~smooth], 0.0, ROOM[1] * narrow[~smooth]
+        radius[disc] *= np.where(slight[~smooth], np.cos(0.5 * turn[~smooth]), 1.0)
+        allowed[disc] = narrow[~smooth]
+        parts[0] = (centre, direction, radius, allowed)
+        sharp = ~slight
+        for tangents in (leave[m], entry[m + 1]):
+            order.append(corners[sharp])
+            parts.append((at[sharp], tangents[sharp], ROOM[0] * narrow[sharp], narrow[sharp]))
+        counts[corners[sharp]] += 2
+    key = np.argsort(np.concatenate(order), kind="stable")
+    centres, directions, radii, tolerances = (
+        np.concatenate([each[i] for each in parts])[key] for i in range(4)
+    )
+    return counts, centres, directions, radii, tolerances

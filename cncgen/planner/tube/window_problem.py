@@ -1,0 +1,170 @@
+"""The least-time problem between two states, on nodes with room around them (kernel ``least_time_tube``)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.kernels import least_time_tube as kernel
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+#: Barrier parameter at the start and at the end, and iterations at most.
+_START, _END, _MOST = 1e-3, 1e-7, 80
+#: Weight of jerk squared: calms where the feed alone binds.
+_CALM = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """Nodes 0 … N with what holds there, of `n` axes; lengths in mm of all axes alike (`axis_scale`).
+
+    Attributes:
+        velocity, acceleration, jerk: Shape (n,), limits.
+        weight: Shape (n,): 1 for the axes over which the feed is meant, else 0.
+        point, tangent: Shape (N + 1, n): where each node's plane stands, and the unit vector across it.
+        step: Shape (N,): first guess of the time between nodes, s.
+        first: Shape (N + 2,): rows of node k are first[k] … first[k + 1].
+        centre, direction: Shape (rows, n): a line through a point, or a point (direction 0).
+        radius: Shape (rows,): how near the node is to it, mm.
+        feed: Shape (N + 1,): speed over the weighed axes, infinite for none.
+        bend: Shape (N + 1,): acceleration across the tangent, infinite for none.
+        between: Shape (N,): speed to which an interval is held between its nodes, its axes as well; infinite where it need not be.
+        start, goal: Shape (3, n): position, velocity and acceleration at both ends.
+    """
+
+    velocity: Floats
+    acceleration: Floats
+    jerk: Floats
+    weight: Floats
+    point: Floats
+    tangent: Floats
+    step: Floats
+    first: Ints
+    centre: Floats
+    direction: Floats
+    radius: Floats
+    feed: Floats
+    bend: Floats
+    between: Floats
+    start: Floats
+    goal: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Solved:
+    """Positions, velocities and accelerations at the nodes, shape (N + 1, n) each; jerks (N, n) and times (N,) between them.
+
+    Attributes:
+        status: 1 where it holds.
+        iterations: Of the interior point.
+        residual: Distances by which nodes are missed, in scaled units.
+    """
+
+    position: Floats
+    velocity: Floats
+    acceleration: Floats
+    jerk: Floats
+    step: Floats
+    status: int
+    iterations: int
+    residual: float
+
+
+def solve(
+    given: Problem, velocity: Floats, acceleration: Floats | None = None, offset: Floats | None = None
+) -> Solved:
+    """Solve a problem.
+
+    Args:
+        given: The problem.
+        velocity, acceleration, offset: Shape (N + 1, n), first guess at the nodes; strictly within the limits and the room.
+    """
+    n, steps = len(given.velocity), len(given.step)
+    unit = float(np.min(given.radius)) if len(given.radius) else 0.01
+    x, u = np.zeros((steps + 1, n, 3)), np.zeros((steps, n + 1))
+    if offset is not None:
+        x[:, :, 0] = offset / unit
+    x[:, :, 1] = velocity / given.velocity
+    if acceleration is not None:
+        x[:, :, 2] = acceleration / given.acceleration
+    scale = np.stack([np.full(n, unit), given.velocity, given.acceleration])
+    for at, state in ((0, given.start), (-1, given.goal)):
+        x[at] = ((state - np.stack([given.point[at], np.zeros(n), np.zeros(n)])) / scale).T
+    u[:, n] = 1.0
+    state = x.reshape(steps + 1, 3 * n)
+    node = np.repeat(np.arange(steps + 1), np.diff(given.first))
+    rows = np.concatenate(
+        [(given.point[node] - given.centre) / unit, given.direction, (unit / given.radius)[:, None]], axis=1
+    )
+    tangent = given.tangent.copy()
+    with np.errstate(divide="ignore"):
+        problem = SimpleNamespace(
+            V=given.velocity / unit,
+            A=given.acceleration / unit,
+            J=given.jerk / unit,
+            weight=given.weight,
+            r=np.ascontiguousarray(given.point / unit),
+            t=tangent,
+            h0=given.step,
+            first=given.first,
+            rows=np.ascontiguousarray(rows),
+            feed=unit / given.feed,
+            bend=unit / given.bend,
+            between=unit / given.between,
+            hlow=np.full(steps, 0.05),
+            hhigh=np.full(steps, 8.0),
+            goal=state[-1].copy(),
+            x=state,
+            u=u,
+            calm=_CALM,
+        )
+    N, U = 3 * n, n + 1
+
+    def zeros(*shape: int) -> Floats:
+        return np.zeros(shape)
+
+    work = SimpleNamespace(
+        x2=zeros(steps + 1, N),
+        u2=zeros(steps, U),
+        dx=zeros(steps + 1, N),
+        du=zeros(steps, U),
+        lam=zeros(steps, N),
+        lam2=zeros(steps, N),
+        nu=zeros(steps + 1),
+        nu2=zeros(steps + 1),
+        lamT=zeros(N),
+        lamT2=zeros(N),
+        zx=zeros(steps + 1, 4 * n),
+        dzx=zeros(steps + 1, 4 * n),
+        zu=zeros(steps, 2 * U),
+        dzu=zeros(steps, 2 * U),
+        zr=zeros(len(rows) + 1),
+        dzr=zeros(len(rows) + 1),
+        zf=zeros(steps + 1, 2),
+        dzf=zeros(steps + 1, 2),
+        zm=zeros(steps, 2 * n + 1),
+        dzm=zeros(steps, 2 * n + 1),
+        P=zeros(steps + 1, N * N),
+        q=zeros(steps + 1, N),
+        K=zeros(steps, U * (N + 1)),
+        w=zeros(8 * N + 3 * n + N * N + N * n + U + U * U + U * (N + 1) + 16),
+        seen=zeros(_MOST + 2, 2),
+    )
+    tube = kernel.Tube(problem, work)
+    found = kernel.solve(tube, _START, _END, _MOST)
+    p, v, a = (x * scale.T).transpose(2, 0, 1)
+    return Solved(
+        given.point + p,
+        v,
+        a,
+        u[:, :n] * given.jerk,
+        u[:, n] * given.step,
+        found["status"],
+        found["iterations"],
+        found["residual"],
+    )

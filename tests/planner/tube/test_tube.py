@@ -1,0 +1,191 @@
+"""Path and speed planned together within the tolerance: beside another method, closed forms, and what the setpoints have to hold."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import cncgen
+from cncgen.kernels import tube_places
+from cncgen.machine.record import Machine
+from cncgen.planner.tube.window_problem import Problem, solve
+
+ROOT = Path(__file__).resolve().parents[3]
+Floats = NDArray[np.float64]
+
+V, A, J = 250.0, 2500.0, 5e4
+
+#: Least times that IPOPT finds by direct multiple shooting (a phase a row, constant jerk over steps of 1 ms, the tolerance both ways
+#: and in order): at P 0.01, 0.05 and 0.1 mm.
+OPTIMA = {
+    "corner20": (0.3373, 0.2900, 0.2873),
+    "corner90": (0.3487, 0.3302, 0.3200),
+    "corner135": (0.3277, 0.3206, 0.3186),
+    "zigzag": (0.7417, 0.5907, 0.5731),
+    "stairs": (0.6123, 0.5055, 0.4769),
+    "pocket": (0.8226, 0.7554, 0.7396),
+    "s-arcs": (0.8179, 0.7686, 0.7383),
+}
+
+
+def machine(velocity: float = V, acceleration: float = A, jerk: float = J) -> Machine:
+    base = cncgen.load_machine("generic-mill")
+    axes = {
+        letter: replace(
+            base.axes[letter], max_velocity=velocity, max_acceleration=acceleration, max_jerk=jerk
+        )
+        for letter in "XYZ"
+    }
+    return replace(base, axes=axes, period_s=1e-3, chord_tolerance_mm=1e-3, path_tolerance_mm=0.01)
+
+
+def polyline(points: Sequence[Sequence[float]]) -> list[str]:
+    return [f"G1 X{x:.9f} Y{y:.9f}" for x, y in points[1:]]
+
+
+def corner(degrees: float) -> list[str]:
+    a = np.radians(degrees)
+    return polyline([(0, 0), (10, 0), (10 + 10 * np.cos(a), 10 * np.sin(a))])
+
+
+ROWS = {
+    "corner20": corner(20),
+    "corner90": corner(90),
+    "corner135": corner(135),
+    "zigzag": polyline([(2 * i, 1.5 * (i % 2)) for i in range(9)]),
+    "stairs": polyline([(0, 0)] + [((i + 1) // 2, i // 2) for i in range(1, 11)]),
+    "pocket": [
+        "G1 X19 Y0", "G3 X20 Y1 I0 J1", "G1 X20 Y9", "G3 X19 Y10 I-1 J0", "G1 X1 Y10", "G3 X0 Y9 I0 J-1", "G1 X0 Y1",
+        "G3 X1 Y0 I1 J0", "G1 X10 Y0",
+    ],
+    "s-arcs": [f"G{3 - i % 2} X{10 * i + 10} Y0 I5 J0" for i in range(4)],
+}  # fmt: skip
+
+
+def program(name: str, tolerance: float) -> str:
+    feed = 7000 if name == "s-arcs" else 6000
+    x = 10 if name == "pocket" else 0
+    head = [f"(START, X{x} Y0)", f"G21 G90 G94 G17 G64 P{tolerance} F{feed}"]
+    return "\n".join([*head, *ROWS[name], "M30", ""])
+
+
+def planned(text: str, on: Machine, **asked: object) -> tuple[float, list[str]]:
+    """Return the motion time, and what verifying finds broken."""
+    asked = {"effort": "together", **asked}
+    stream, summary = cncgen.plan_with_summary(cncgen.read_text(text), on, **asked)
+    chunk = stream.collect()
+    seconds = float(summary.as_json()["motion_time_s"])
+    again = cncgen.sample(cncgen.plan(cncgen.read_text(text), on, **asked))
+    assert len(again.collect()) == len(chunk)
+    verdict = cncgen.judge(
+        cncgen.sample(cncgen.plan(cncgen.read_text(text), on, **asked)), cncgen.read_text(text), on
+    )
+    return seconds, [each.message for each in verdict.breaches]
+
+
+@pytest.mark.parametrize("name", sorted(OPTIMA))
+@pytest.mark.parametrize("number", [0, 1, 2])
+def test_plans_come_within_a_hundredth_of_what_direct_multiple_shooting_finds(name: str, number: int) -> None:
+    seconds, broken = planned(program(name, (0.01, 0.05, 0.1)[number]), machine())
+    assert not broken
+    # The nodes are further apart than its steps, and room is kept for what lies between them.
+    assert 0.998 < seconds / OPTIMA[name][number] < 1.01
+
+
+def test_a_nurbs_of_degree_2_is_no_slower_than_its_polyline() -> None:
+    curve = (ROOT / "programs" / "star.nc").read_text()
+    text = curve.replace("G61", "G64 P0.01").replace("F6000", "F7000")
+    assert text.count("G64 P0.01") == text.count("F7000") == 1
+    seconds, broken = planned(text, machine())
+    assert not broken
+    # 2.443 s is what short lines of 0.02 mm took.
+    assert seconds < 2.42
+
+
+def test_the_exact_path_stays_under_g61_and_where_effort_is_fast() -> None:
+    text = program("zigzag", 0.05)
+    exact, broken = planned(text.replace("G64 P0.05", "G61"), machine())
+    assert not broken
+    fast, _ = planned(text, machine(), effort="fast")
+    best, _ = planned(text, machine())
+    assert best < fast < exact
+
+
+def test_velocity_holds_between_nodes_that_are_far_apart() -> None:
+    text = "G21 G90 G94 G17 G64 P0.01 F9000\nG1 X40 Y40\nG1 X0 Y80\nM30\n"
+    _, broken = planned(text, machine(100.0, 1000.0))
+    assert not broken
+
+
+def straight(length: float, nodes: int) -> tuple[Problem, Floats]:
+    """Return the problem of a diagonal from rest to rest with next to no room, and a slow first guess."""
+    # Nodes where the seven-phase profile of the way has them at even times.
+    h = 4.0 * np.cbrt(length * np.sqrt(0.5) / 2.0 / J) / nodes
+    jerk = np.repeat([J, -J, -J, J], nodes // 4)
+    a = np.concatenate([[0.0], np.cumsum(jerk) * h])
+    v = np.concatenate([[0.0], np.cumsum(a[:-1] * h + 0.5 * jerk * h**2)])
+    s = np.sqrt(2.0) * np.concatenate([[0.0], np.cumsum(v[:-1] * h + a[:-1] * h**2 / 2 + jerk * h**3 / 6)])
+    t = np.full(2, np.sqrt(0.5))
+    point = s[:, None] * t
+    velocity = 0.5 * np.sqrt(2.0) * np.maximum(v, 0.0)
+    rest = np.zeros((3, 2))
+    goal = rest.copy()
+    goal[0] = point[-1]
+    given = Problem(
+        np.full(2, V), np.full(2, A), np.full(2, J), np.ones(2), point, np.tile(t, (nodes + 1, 1)), np.full(nodes, 2.0 * h),
+        np.concatenate([[0, 0], np.arange(1, nodes), [nodes - 1]]).astype(np.int64), point[1:-1].copy(), np.tile(t, (nodes - 1, 1)),
+        np.full(nodes - 1, 1e-3), np.full(nodes + 1, np.inf), np.full(nodes + 1, np.inf), np.full(nodes, np.inf), rest, goal,
+    )  # fmt: skip
+    return given, velocity[:, None] * t
+
+
+def test_a_straight_line_takes_the_time_of_the_seven_phase_profile() -> None:
+    """Each axis goes L/√2; A and V are not reached: four phases of (L/2/J)^(1/3) (Biagiotti and Melchiorri (2008), 3.4)."""
+    length = 4.0
+    given, velocity = straight(length, 200)
+    found = solve(given, velocity)
+    least = 4.0 * np.cbrt(length * np.sqrt(0.5) / 2.0 / J)
+    assert (J * least / 4.0) < A
+    assert found.status == 1
+    assert least * (1.0 - 1e-4) < found.step.sum() < least * 1.003
+    assert np.abs(found.position - given.goal[0] * (found.position[:, :1] / given.goal[0, 0])).max() < 1.5e-3
+
+
+def test_motion_between_nodes_is_that_of_constant_jerk() -> None:
+    given, velocity = straight(4.0, 60)
+    found = solve(given, velocity)
+    h, x, v, a = found.step[:, None], found.position, found.velocity, found.acceleration
+    assert np.abs(x[:-1] + h * (v[:-1] + h * (a[:-1] / 2 + h * found.jerk / 6)) - x[1:]).max() < 1e-9
+    assert np.abs(v[:-1] + h * (a[:-1] + h * found.jerk / 2) - v[1:]).max() < 1e-5
+    assert np.abs(a).max() <= A
+    assert np.abs(found.jerk).max() <= J
+
+
+def test_places_of_points_on_a_closed_line_are_in_order() -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, 2001)
+    line = np.column_stack([np.cos(angle), np.sin(angle)])
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
+    # The first point is the last one too.
+    asked = np.array([0.0, 1.0, 2.5, 4.0, 2.0 * np.pi])
+    points = 1.001 * np.column_stack([np.cos(asked), np.sin(asked)])
+    place = np.zeros(len(points))
+    least = np.concatenate([[0.0], 0.8 * np.diff(asked)])
+    found = tube_places.match(line, way, points, np.full(len(points), 2e-3), least, 0.0, 0, True, place)
+    assert found == len(points)
+    assert np.abs(np.interp(place, np.arange(len(way)), way) - asked).max() < 1e-3
+
+
+def test_the_summary_counts_windows(tmp_path: Path) -> None:
+    stream, summary = cncgen.plan_with_summary(
+        cncgen.read_text(program("zigzag", 0.05)), machine(), effort="together"
+    )
+    stream.collect()
+    found = json.loads(json.dumps(summary.as_json()))
+    assert found["tolerance_windows"] == 1
+    assert found["tolerance_windows_kept"] == 0
