@@ -27,7 +27,7 @@ from cncgen.toolpath.record import Toolpath
 from cncgen.toolpath.slicing import between
 
 #: Samples of the predicted contour error that a window of the look-ahead takes up, where its rows let it be cut there.
-_WINDOW_SAMPLES = 1 << 19
+WINDOW_SAMPLES = 1 << 19
 
 
 def plan_ild(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) -> Iterator[Trajectory]:
@@ -53,7 +53,7 @@ def plan_ild(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions)
     dynamics = Dynamics.of(machine, options)
     centripetal = dynamics.centripetal if dynamics else np.inf
     window = OpenStretches()
-    longest = _WINDOW_SAMPLES * machine.period_s if dynamics else np.inf
+    longest = WINDOW_SAMPLES * machine.period_s if dynamics else np.inf
 
     def stretches() -> Iterator[Stretch]:
         end: RowEnd | None = None

@@ -336,7 +336,7 @@ class _Scene:
         for k in range(1, _FINE):
             here = np.searchsorted(ticks, phase + every * k)
             tolerance = np.maximum(self.tolerance[interval[here]], floor)
-            away[k] = _away(x[here], x[at], x[last]) / tolerance
+            away[k] = distances_from_chords(x[here], x[at], x[last]) / tolerance
         own, furthest = np.arange(len(at)), away.argmax(axis=0)
         over = away[furthest, own]
         more = over - np.minimum(away[furthest - 1, own], away[furthest + 1, own])
@@ -367,7 +367,9 @@ class _Scene:
             x = self.course.positions(interval, motion.s - self.s[interval])
             own = chord[order]
             away = np.zeros(len(time))
-            away[order] = _away(x, a[own], b[own]) / np.maximum(self.tolerance[interval], floor[own])
+            away[order] = distances_from_chords(x, a[own], b[own]) / np.maximum(
+                self.tolerance[interval], floor[own]
+            )
             furthest = away.reshape(-1, len(part)).argmax(axis=1) + len(part) * np.arange(len(middle))
             over, middle, width = np.maximum(over, away[furthest]), time[furthest], width / _CLOSE
         return over
@@ -390,7 +392,7 @@ class _Scene:
         x = self.course.positions(node[seen], np.zeros(len(seen)))[np.searchsorted(seen, each)]
         tolerance = np.maximum(self.tolerance[node[each]], self.tolerance[node[each] - 1])
         out = np.zeros(len(start))
-        np.maximum.at(out, chord, _away(x, a[chord], b[chord]) / tolerance)
+        np.maximum.at(out, chord, distances_from_chords(x, a[chord], b[chord]) / tolerance)
         return out
 
 
@@ -453,7 +455,7 @@ def _size(x: Floats) -> Floats:
     return out
 
 
-def _away(x: Floats, a: Floats, b: Floats) -> Floats:
+def distances_from_chords(x: Floats, a: Floats, b: Floats) -> Floats:
     """Return the distances of points from chords, shape (k,), all given as (k, axes)."""
     chord, side = b - a, x - a
     square = np.einsum("ij,ij->i", chord, chord)

@@ -26,17 +26,17 @@ Decision = NDArray[np.int8]
 
 #: Both ways are tried at jumps whose speed lies between these multiples of the speed at which, by the estimate, a stop takes as
 #: long as passing.
-_SLOWEST, _FASTEST = 0.3, 2.0
+_SLOWEST, FASTEST = 0.3, 2.0
 #: Nodes that are planned at once at most.
-_SIZE = 1200
+SIZE = 1200
 #: Nodes of a trial, as a part of the number that the plan has there.
 _COARSER = 0.5
 #: Largest number of ways in which a piece is tried; where the budget allows fewer than the second number, it is not tried at all.
 _WAYS, _FEWEST = 8, 4
 #: The budget of trials, in nodes (100,000 take about a second): the cost of each trial beside its own nodes, the part of its nodes
 #: that a block adds to the budget, and by effort the budget that a program begins with.
-_EACH, _PART = 400, 0.02
-_MOST = {"best": 100_000, "fast": 10_000}
+EACH, _PART = 400, 0.02
+MOST = {"best": 100_000, "fast": 10_000}
 #: Part of the time by which another way must be faster to be taken.
 _LESS = 1e-4
 
@@ -54,7 +54,7 @@ class CornerTrials:
     left: float = field(init=False)
 
     def __post_init__(self) -> None:
-        self.left = _MOST[self.effort]
+        self.left = MOST[self.effort]
 
     def mesh_of(
         self,
@@ -87,7 +87,7 @@ class CornerTrials:
     def _tried(self, section: Section, corners: Corners, mesh: Mesh) -> Decision | None:
         """Return where to stop (-1) and what to pass (1), shape (breakpoints,), if trials differ from the corners; else None."""
         # Below `_SLOWEST` a corner is passed only if chords hold its speed. The estimate does not weigh that, so it is tried.
-        doubtful = (corners.doubt < _FASTEST) & ((corners.doubt > _SLOWEST) | ~corners.stop)
+        doubtful = (corners.doubt < FASTEST) & ((corners.doubt > _SLOWEST) | ~corners.stop)
         doubtful[[0, -1]] = False
         if not doubtful.any():
             return None
@@ -96,11 +96,11 @@ class CornerTrials:
         before = decision.copy()
         closest = float(np.clip(AMPLE / len(mesh), 1.0, CLOSEST))
         closer = max(1.0, _COARSER * closest)
-        for start, end in _pieces(nearest(mesh.s, corners.s), corners.stop):
+        for start, end in trial_pieces(nearest(mesh.s, corners.s), corners.stop):
             piece, inner = section.part(float(mesh.s[start]), float(mesh.s[end]))
             if not doubtful[inner].any():
                 continue
-            each = _EACH + (end - start) * closer / closest
+            each = EACH + (end - start) * closer / closest
             ways = min(_WAYS, int(self.left / each))
             if ways < _FEWEST:
                 break
@@ -118,8 +118,8 @@ class _Between(NamedTuple):
     stops: tuple[int, ...]
 
 
-def _pieces(node: Ints, stop: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return the first and the last node of what is planned at once, of `_SIZE` nodes at most.
+def trial_pieces(node: Ints, stop: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return the first and the last node of what is planned at once, of `SIZE` nodes at most.
 
     They are halves of halves, parted at the stop next to the middle, so that a path and its reverse have the same, but for
     ties.
@@ -128,7 +128,7 @@ def _pieces(node: Ints, stop: NDArray[np.bool_]) -> list[tuple[int, int]]:
     out, left = [], [(0, int(node[-1]))]
     while left:
         start, end = left.pop()
-        if end - start <= _SIZE:
+        if end - start <= SIZE:
             out.append((start, end))
             continue
         within = rests[(rests > start) & (rests < end)]
@@ -166,7 +166,7 @@ def _fastest(
         for way in fresh:
             if way.tobytes() in tried:
                 continue
-            _plan(piece, way, closer, margin, found, 0.0 if way is decision else _LESS)
+            plan_trial(piece, way, closer, margin, found, 0.0 if way is decision else _LESS)
             tried.add(way.tobytes())
             if not found:
                 # Even the estimate has no solution that is found at once.
@@ -181,7 +181,7 @@ def _fastest(
     return best, len(tried)
 
 
-def _plan(
+def plan_trial(
     piece: Section,
     decision: Decision,
     closer: float,

@@ -41,7 +41,7 @@ _SLOWER, _HALVINGS = 0.02, 14
 _SLOPE = [-1.5, -0.5, 0.5, 1.5], [0.0, 1.0, -1.0, 0.0]
 _HAT = [-1.0, 0.0, 1.0], [0.0, 1.0, 0.0]
 #: Periods on either side of a jump in which setpoints see it: of one that has a step of x', and of one of x'' alone.
-_SEEN = 1.5, 1.36
+SEEN = 1.5, 1.36
 #: Where a corner lies on a chord over it: parts of its length.
 _BEFORE = np.linspace(0.0, 1.0, 17)[1:-1]
 #: Largest turn of a direction that there can be, and largest one that is rounding alone.
@@ -158,25 +158,25 @@ def corners_of(
     held = speed < np.sqrt(top)
     v = np.where(held, speed, 0.0)[:, None]
     lost = _lost(bounds, linear * v + square * v**2, left[1], right[1])
-    worth = _worth_a_stop(bounds, s, stop | held, left[1], right[1], top, lost)
+    worth = break_even_speed(bounds, s, stop | held, left[1], right[1], top, lost)
     corner = (held & (speed < worth) & (decision <= 0)) | ((decision < 0) & ~rests)
     # Within half a period the largest acceleration leads as far as a jerk of 6 A/T.
     within = np.minimum(bounds.jerk, 6.0 * bounds.acceleration / bounds.period_s)
     jerks = np.stack([along_path(within, side[1]) for side in (left, right)])
     passing = np.where(stop | corner, 0.0, speed)
     moving = turn * (passing > 0.0)[:, None]
-    rises = _rises(bounds, path, s, right[1])
-    fastest = _reached(np.minimum(passing, np.sqrt(top)), rises)
-    chord = _chord_speed(bounds, s, moving, jerks.max(axis=0), fastest)
+    rises = speed_rises(bounds, path, s, right[1])
+    fastest = reached_speeds(np.minimum(passing, np.sqrt(top)), rises)
+    chord = corner_chord_speed(bounds, s, moving, jerks.max(axis=0), fastest)
     rest = (chord <= 0.0) & (passing > 0.0)
     if rest.any():
         # Where the chord over a corner asks for rest, chords over others do not reach across.
         passing = np.where(rest, 0.0, passing)
-        fastest = _reached(np.minimum(passing, np.sqrt(top)), rises)
+        fastest = reached_speeds(np.minimum(passing, np.sqrt(top)), rises)
         moving = turn * (passing > 0.0)[:, None]
-        chord = np.where(rest, 0.0, _chord_speed(bounds, s, moving, jerks.max(axis=0), fastest))
+        chord = np.where(rest, 0.0, corner_chord_speed(bounds, s, moving, jerks.max(axis=0), fastest))
     speed = np.minimum(passing, chord)
-    v = _reached(np.minimum(speed, np.sqrt(top)), rises)
+    v = reached_speeds(np.minimum(speed, np.sqrt(top)), rises)
     together = _together(bounds, s, turn, v)
     speed = np.where(together < v, together, speed)
     v = together[:, None]
@@ -188,10 +188,10 @@ def corners_of(
     passed = felt & ~stop
     # Corners that chords hold are slow places for those between them.
     slow = stop | held | (chord < np.sqrt(top))
-    worth = np.where(chord < passing, _worth_a_stop(bounds, s, slow, left[1], right[1], top, lost), worth)
+    worth = np.where(chord < passing, break_even_speed(bounds, s, slow, left[1], right[1], top, lost), worth)
     choice = passed | (corner & (speed <= 0.0) & ~rests & (chord > 0.0))
     acceleration, there, sway = _swayed(bounds, together, turn * passed[:, None], left[1], right[1])
-    zone = _zones(
+    zone = corner_zones(
         bounds,
         together,
         there,
@@ -241,7 +241,7 @@ def _straight(path: Path, s: Floats, before: BlockEnd | None, after: BlockEnd | 
     return out
 
 
-def _rises(bounds: AxisLimits, path: Path, s: Floats, right: Floats) -> tuple[Floats, Floats]:
+def speed_rises(bounds: AxisLimits, path: Path, s: Floats, right: Floats) -> tuple[Floats, Floats]:
     """Return by how much v² and v^(3/2) change from joint to joint at most, shape (n − 1,) each; infinite for no bound.
 
     On a straight line v² changes by 2 A d at most over the distance d. A motion at the speed v that came from rest, or must
@@ -266,7 +266,7 @@ def _rises(bounds: AxisLimits, path: Path, s: Floats, right: Floats) -> tuple[Fl
     return square, np.where(straight, np.sqrt(4.5 * jerk) * apart, np.inf)
 
 
-def _reached(speed: Floats, rises: tuple[Floats, Floats]) -> Floats:
+def reached_speeds(speed: Floats, rises: tuple[Floats, Floats]) -> Floats:
     """Return the speed, shape (n,), that is left of the one that each joint allows by those around.
 
     Args:
@@ -344,11 +344,11 @@ def _weighed(s: Floats, pulses: tuple[Floats, Floats], at: Ints, step: Floats) -
     return largest
 
 
-def _chord_speed(bounds: AxisLimits, s: Floats, turn: Floats, jerk: Floats, speed: Floats) -> Floats:
+def corner_chord_speed(bounds: AxisLimits, s: Floats, turn: Floats, jerk: Floats, speed: Floats) -> Floats:
     """Return the speed, shape (n,), at which the chord of a period cuts corners by the chord tolerance δ at most.
 
     The corner turns the tangent by Δ and is passed at v. If it lies half a period after a setpoint, the chord reaches
-    v T/2 + j T³/48 to both sides at most, and cuts the corner by |Δ|/2 of that. `_cut` measures chords of v T over several corners, as none of
+    v T/2 + j T³/48 to both sides at most, and cuts the corner by |Δ|/2 of that. `chord_cut` measures chords of v T over several corners, as none of
     them lets the speed rise meanwhile.
 
     Args:
@@ -372,14 +372,14 @@ def _chord_speed(bounds: AxisLimits, s: Floats, turn: Floats, jerk: Floats, spee
     close = np.flatnonzero((alike > _NEGLIGIBLE * bounds.chord_mm) & (apart < fastest * period))
 
     def kept(part: Floats, at: Ints) -> Bools:
-        return _cut(s, mm, at, part * fastest[at] * period) <= bounds.chord_mm * (1.0 + _NEGLIGIBLE)
+        return chord_cut(s, mm, at, part * fastest[at] * period) <= bounds.chord_mm * (1.0 + _NEGLIGIBLE)
 
     close = close[~kept(np.ones(len(close)), close)]
     single[close] = fastest[close] * _largest_part(kept, close, _SLOWER)
     return single
 
 
-def _cut(s: Floats, turn: Floats, at: Ints, length: Floats) -> Floats:
+def chord_cut(s: Floats, turn: Floats, at: Ints, length: Floats) -> Floats:
     """Return how far chords of a length are from corners that of all they go over they are the furthest from, (k,), mm.
 
     The path between the ends of a chord has the second derivative Σ Δ_i δ(s − s_i) and lies beside it by D = Σ Δ_i G(s, s_i),
@@ -558,7 +558,7 @@ def _swayed(
     return np.where(most_there < reached, most_there, np.inf), np.minimum(most_there, reached), sway
 
 
-def _zones(
+def corner_zones(
     bounds: AxisLimits,
     speed: Floats,
     there: Floats,
@@ -587,7 +587,7 @@ def _zones(
     by_turn, by_bend = taken
     kept = np.where(straight[:, None], 1.0 - by_turn - by_bend, 1.0)
     jerk = np.maximum(*(along_path(bounds.jerk, side / kept) for side in (left, right)))
-    seen = bounds.period_s * np.where(max_over_axes(by_turn) > _NEGLIGIBLE, *_SEEN)
+    seen = bounds.period_s * np.where(max_over_axes(by_turn) > _NEGLIGIBLE, *SEEN)
     rise = np.minimum(gain, there + jerk * seen / 3.0)
     return seen * (speed + 0.5 * seen * rise)
 
@@ -616,7 +616,7 @@ def _lost(bounds: AxisLimits, taken: Floats, left: Floats, right: Floats) -> Flo
     return 1.0 - 0.5 * np.nan_to_num(parts[0] + parts[1])
 
 
-def _worth_a_stop(
+def break_even_speed(
     bounds: AxisLimits, s: Floats, slow: Bools, left: Floats, right: Floats, top: Floats, lost: Floats
 ) -> Floats:
     """Return the speed, shape (n,), mm/s, below which a stop takes less time than to pass a jump.

@@ -2,7 +2,7 @@
 
 `mesh` calls `placed` with the breakpoints that `corners` has classified. The block is looked at in some places of each panel of
 the path (`_Survey`); there the largest spacing is found by what the path and its limits are like (`_spacing`, `_change`), made to
-grow slowly along the path (`_graded`), and the nodes are spread by it (`_spread`). Reasons and figures of the densities:
+grow slowly along the path (`graded`), and the nodes are spread by it (`spread_nodes`). Reasons and figures of the densities:
 docs/least-time.md, Nodes.
 """
 
@@ -102,7 +102,7 @@ _LOWER, _LOGS = 0.7, 100.0
 _ALIKE = 1e-6
 #: Turn of the direction over a panel, or a part of one, rad, below which the path is straight there except for rounding.
 _NO_TURN = 1e-9
-#: Where the spacings at neighbouring places differ by more than this factor, they are not interpolated linearly (`_graded`).
+#: Where the spacings at neighbouring places differ by more than this factor, they are not interpolated linearly (`graded`).
 _STEEP = 1.5
 #: A block with fewer nodes than this gets closer ones, and by which factor at most.
 AMPLE, CLOSEST = 3000, 4.0
@@ -225,7 +225,7 @@ def _place(survey: _Survey, density: Density) -> tuple[Floats, float]:
         spacing = np.minimum(spacing, _STRETCH * apart[np.searchsorted(rests, probes, side="right")])
     spacing = np.maximum(spacing, survey.least)
     alone = float(_measure(probes, spacing)[1][-1])
-    before, after = _clear(survey.first, probes, spacing, corners.s)
+    before, after = clear_ends(survey.first, probes, spacing, corners.s)
     first = np.minimum(before, after)
     tight = np.flatnonzero((corners.stop & np.isfinite(first)) | (corners.zone > 0))
     at = np.searchsorted(probes, corners.s[tight])
@@ -236,7 +236,7 @@ def _place(survey: _Survey, density: Density) -> tuple[Floats, float]:
     whole = survey.lines[stretch] | _beside_rest(corners, borders)
     low = corners.s[corners.stop | _slow(shape[5], probes, corners)]
     growth = _growth(shape, probes, low, density.growth)
-    return _spread(*_graded(probes, spacing, growth), borders, whole), alone
+    return spread_nodes(*graded(probes, spacing, growth), borders, whole), alone
 
 
 def along(bounds: AxisLimits, x: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
@@ -328,9 +328,9 @@ def _spacing(
             period_s * np.interp(ramp / period_s, *_UNSEEN, right=0.0),
         )
         beyond = np.maximum(
-            _from_others(s, calm) - 1.1 * (0.5 * change_time(speed, acceleration, jerk)) * speed, 0.0
+            distance_to_others(s, calm) - 1.1 * (0.5 * change_time(speed, acceleration, jerk)) * speed, 0.0
         )
-        brief = density.brief * _gained(s, speed, acceleration, corners) / acceleration
+        brief = density.brief * gained_square(s, speed, acceleration, corners) / acceleration
         return np.minimum.reduce(
             [
                 np.maximum(step * np.minimum(speed, fastest), brief) + density.growth * beyond,
@@ -340,7 +340,7 @@ def _spacing(
         )
 
 
-def _gained(s: Floats, speed: Floats, acceleration: Floats, corners: Corners) -> Floats:
+def gained_square(s: Floats, speed: Floats, acceleration: Floats, corners: Corners) -> Floats:
     """Return v² at the places `s` that full acceleration leads to from slower ones, from rests and from passed corners.
 
     Args:
@@ -357,7 +357,7 @@ def _gained(s: Floats, speed: Floats, acceleration: Floats, corners: Corners) ->
     return np.maximum(lowered(q, way), 0.0)
 
 
-def _from_others(s: Floats, mine: NDArray[np.bool_]) -> Floats:
+def distance_to_others(s: Floats, mine: NDArray[np.bool_]) -> Floats:
     """Return the distance of each place to the nearest one that is not `mine`; 0 there, and finite everywhere."""
     before = np.maximum.accumulate(np.where(mine, s[0], s))
     after = np.minimum.accumulate(np.where(mine, s[-1], s)[::-1])[::-1]
@@ -471,7 +471,9 @@ def _slower(
     return out & (elementary.power(low, 1.5) < 4.5 * jerk * away**2)
 
 
-def _clear(first: tuple[Floats, Floats], probes: Floats, spacing: Floats, s: Floats) -> tuple[Floats, Floats]:
+def clear_ends(
+    first: tuple[Floats, Floats], probes: Floats, spacing: Floats, s: Floats
+) -> tuple[Floats, Floats]:
     """Return the first intervals before and after the breakpoints `s`, shorter where less than that is asked for.
 
     An interval from rest knows the path at its middle and its far end alone: no place within may want nodes that stand
@@ -543,7 +545,7 @@ def _growth(shape: tuple[Floats, ...], s: Floats, low: Floats, growth: float) ->
     return np.where(near[:-1] | near[1:], 0.5 * growth, growth)
 
 
-def _graded(s: Floats, spacing: Floats, growth: Floats) -> tuple[Floats, Floats]:
+def graded(s: Floats, spacing: Floats, growth: Floats) -> tuple[Floats, Floats]:
     """Lower the spacing so that it grows by no more than `growth` per length along the path, in both directions.
 
     Between places whose spacing differs by much it grows from the smaller one as fast as it may, up to the larger one:
@@ -606,7 +608,7 @@ def _beside_rest(corners: Corners, borders: Floats) -> NDArray[np.bool_]:
     return rest[:-1] | rest[1:]
 
 
-def _spread(s: Floats, spacing: Floats, borders: Floats, whole: NDArray[np.bool_]) -> Floats:
+def spread_nodes(s: Floats, spacing: Floats, borders: Floats, whole: NDArray[np.bool_]) -> Floats:
     """Divide each stretch between borders evenly in the measure ds / spacing; those that stay `whole` not at all.
 
     Raises:
@@ -618,7 +620,7 @@ def _spread(s: Floats, spacing: Floats, borders: Floats, whole: NDArray[np.bool_
         return np.clip(np.searchsorted(among, values, side="right") - 1, 0, len(slope) - 1)
 
     k = place_of(borders, s)
-    at = measure[k] + _log(slope[k], (borders - s[k]) / spacing[k])
+    at = measure[k] + slope_log(slope[k], (borders - s[k]) / spacing[k])
     count = np.maximum(np.ceil(np.diff(at) - 1e-9), 1.0)
     count[whole] = 1
     if not count.sum() <= MOST:
@@ -628,7 +630,7 @@ def _spread(s: Floats, spacing: Floats, borders: Floats, whole: NDArray[np.bool_
     step = np.arange(len(stretch)) - np.repeat(np.cumsum(count) - count, count)
     inner = at[stretch] + (at[stretch + 1] - at[stretch]) * step / count[stretch]
     k = place_of(inner, measure)
-    nodes = s[k] + spacing[k] * _exp(slope[k], inner - measure[k])
+    nodes = s[k] + spacing[k] * slope_exp(slope[k], inner - measure[k])
     nodes[step == 0] = borders[:-1]
     return np.append(nodes, borders[-1])
 
@@ -639,18 +641,18 @@ def _measure(s: Floats, spacing: Floats) -> tuple[Floats, Floats]:
     From one of them, where it is h and its slope g, the measure over a distance x is log(1 + g x/h) / g.
     """
     slope = np.diff(spacing) / np.diff(s)
-    return slope, np.concatenate([[0.0], np.cumsum(_log(slope, np.diff(s) / spacing[:-1]))])
+    return slope, np.concatenate([[0.0], np.cumsum(slope_log(slope, np.diff(s) / spacing[:-1]))])
 
 
-def _log(slope: Floats, x: Floats) -> Floats:
+def slope_log(slope: Floats, x: Floats) -> Floats:
     """Return log(1 + slope x) / slope, x where the slope is 0."""
     product = slope * x
     flat = np.abs(product) < 1e-9
     return np.where(flat, x, elementary.log1p(product) / np.where(flat, 1.0, slope))
 
 
-def _exp(slope: Floats, x: Floats) -> Floats:
-    """Return (exp(slope x) − 1) / slope, x where the slope is 0: the inverse of `_log`."""
+def slope_exp(slope: Floats, x: Floats) -> Floats:
+    """Return (exp(slope x) − 1) / slope, x where the slope is 0: the inverse of `slope_log`."""
     product = slope * x
     flat = np.abs(product) < 1e-9
     return np.where(flat, x, elementary.expm1(product) / np.where(flat, 1.0, slope))

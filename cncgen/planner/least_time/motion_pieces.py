@@ -59,7 +59,7 @@ def pieces_of(given: Intervals, q: Floats, limit: NDArray[np.int8]) -> MotionPie
     total = np.sqrt(b0) + np.sqrt(b2)
     total[lines] = 1.0
     bend = b0 - 2.0 * b1 + b2
-    duration = 2.0 * h / total * _stretched(bend / total**2)
+    duration = 2.0 * h / total * parabola_time(bend / total**2)
     a, j, c = (b1 - b0) / h, np.zeros(n), bend / h**2
     rest = (kind == LEAVE) | (kind == ENTER)
     if np.any(rest):
@@ -71,7 +71,7 @@ def pieces_of(given: Intervals, q: Floats, limit: NDArray[np.int8]) -> MotionPie
     place, v = np.zeros(n), np.sqrt(b0)
     if not len(lines):
         return MotionPieces(np.arange(n + 1), place, duration, v, a, j, c, limit)
-    line_count, columns = _seven(given, lines)
+    line_count, columns = seven_phases(given, lines)
     count[lines] = line_count
     offset = np.concatenate([[0], np.cumsum(count)])
     merged = [np.repeat(column, count) for column in (place, duration, v, a, j, c, limit)]
@@ -81,7 +81,7 @@ def pieces_of(given: Intervals, q: Floats, limit: NDArray[np.int8]) -> MotionPie
     return MotionPieces(offset, *merged)
 
 
-def _seven(given: Intervals, lines: NDArray[np.int64]) -> tuple[NDArray[np.int64], tuple[NDArray, ...]]:
+def seven_phases(given: Intervals, lines: NDArray[np.int64]) -> tuple[NDArray[np.int64], tuple[NDArray, ...]]:
     """Return the seven-phase profile of each straight line from rest to rest: the number of its pieces, and their columns.
 
     Phases that last no time are left out. The speed is the smaller of the top speed and of `peak_speed`.
@@ -120,7 +120,7 @@ def _seven(given: Intervals, lines: NDArray[np.int64]) -> tuple[NDArray[np.int64
     )
 
 
-def _stretched(x: Floats) -> Floats:
+def parabola_time(x: Floats) -> Floats:
     """Return artanh(√x)/√x for x > 0 and arctan(√−x)/√−x for x < 0, which are one function; near 0 by its series."""
     root = np.sqrt(np.abs(x))
     near = np.abs(x) < 1e-3

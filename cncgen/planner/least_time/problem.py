@@ -30,7 +30,7 @@ GAP, SLACK = 1e-7, 5e-4
 MOST, MOST_THINNED = 120, 40
 #: The starting profile is near a limit of acceleration, or a bound of q, if it uses this part of it, within this many
 #: intervals on either side; other rows sleep at first.
-_FAR, _REACH = 0.45, 3
+FAR, _REACH = 0.45, 3
 #: The starts tried one after the other: the q of the profile that rises and falls with full jerk, times each of these factors.
 #: From rest a small enough factor holds every limit, whatever the intervals are (`time_scaling`).
 _STARTS = (0.9, 0.1, 0.8, 0.01, 1e-4, 1e-7)
@@ -156,7 +156,7 @@ class Solution:
 
 
 @dataclass(frozen=True, slots=True)
-class _SplineColumns:
+class SplineColumns:
     """The spline intervals of a problem, `n` of them, as the kernels take them.
 
     Attributes:
@@ -195,7 +195,7 @@ def solve(
         known: Shape (k,), middle ordinates of an earlier plan for the first intervals, to start from.
         hopeless: Called with the result of the first start where that breaks limits; where it returns more than 0, no other
             start is tried.
-        settled: Whether the result is confirmed (`_settled`) even if it was found by long steps.
+        settled: Whether the result is confirmed (`confirmed`) even if it was found by long steps.
 
     Returns:
         The solution; ``converged`` is False where no start led to a motion that holds every limit.
@@ -204,7 +204,7 @@ def solve(
         return Solution(
             np.zeros((len(given), 3)), np.full(len(given), Limit.JERK, np.int8), 0.0, len(given), True
         )
-    columns = _columns(given, state)
+    columns = spline_columns(given, state)
     found: list[Solution] = []
     starts = [_Start(part) for part in _STARTS[1:]]
     if known is not None:
@@ -214,9 +214,9 @@ def solve(
     # Most rows never bind. The starting profile tells which, so the first try leaves them out.
     first = _Start(_STARTS[0], known)
     for start, thinned in [(first, True), (first, False), *((start, False) for start in starts)]:
-        run = _improved(given, columns, start, state, thinned)
+        run = run_from(given, columns, start, state, thinned)
         if run.left < _STALLED_GAP:
-            return _settled(given, columns, state, run, settled)
+            return confirmed(given, columns, state, run, settled)
         found.append(run.solution)
         if len(found) == _FIRST and not any(each.converged for each in found) and hopeless(run.solution):
             return run.solution
@@ -234,13 +234,13 @@ def profile(given: Intervals) -> tuple[Floats, Floats]:
     Returns:
         Shape (n, 3), as in `Solution`, and the largest q at both ends of spline intervals, shape (k, 2).
     """
-    columns = _columns(given, None)
+    columns = spline_columns(given, None)
     kernel = _kernel(columns, None)
     _Start(_STARTS[0]).fill(kernel, columns, None)
-    return _ordinates(given, columns.at, columns.ends, np.asarray(kernel.c)), columns.edge
+    return ordinates(given, columns.at, columns.ends, np.asarray(kernel.c)), columns.edge
 
 
-def _columns(given: Intervals, state: tuple[float, float] | None) -> _SplineColumns:
+def spline_columns(given: Intervals, state: tuple[float, float] | None) -> SplineColumns:
     """Return the spline intervals of a row that starts at rest or in a state of motion."""
     at = np.flatnonzero(given.kind == SPLINE)
     h, ends, extra = _spline(given, at, state is not None)
@@ -250,12 +250,12 @@ def _columns(given: Intervals, state: tuple[float, float] | None) -> _SplineColu
     # If they lie side by side, a slice spares copying them.
     pick = slice(at[0], at[-1] + 1) if at[-1] - at[0] < len(at) else at
     shape = (given.x1[pick], given.x2[pick], given.x3[pick], given.limits, given.factor[pick])
-    return _SplineColumns(
+    return SplineColumns(
         at, h, ends, extra, box, _sways(given, at), edge, _outer(given, at), given.x3_excess[pick], shape
     )
 
 
-def _kernel(columns: _SplineColumns, state: tuple[float, float] | None) -> least_time_problem.Problem:
+def _kernel(columns: SplineColumns, state: tuple[float, float] | None) -> least_time_problem.Problem:
     """Return the problem as the kernels take it, without unknowns and rows."""
     free = 1 if state is None else 2
     return least_time_problem.Problem(
@@ -278,7 +278,7 @@ class _Start:
     slower: float = 1.0
 
     def fill(
-        self, kernel: least_time_problem.Problem, columns: _SplineColumns, state: tuple[float, float] | None
+        self, kernel: least_time_problem.Problem, columns: SplineColumns, state: tuple[float, float] | None
     ) -> None:
         """Fill the unknowns of a row that starts at rest or in a state of motion."""
         c, free = np.asarray(kernel.c), kernel.free
@@ -295,7 +295,7 @@ class _Start:
 
 
 @dataclass(frozen=True, slots=True)
-class _SolverRun:
+class SolverRun:
     """A run of the interior-point method from one start.
 
     Attributes:
@@ -309,11 +309,11 @@ class _SolverRun:
     short: float
 
 
-def _settled(
+def confirmed(
     given: Intervals,
-    columns: _SplineColumns,
+    columns: SplineColumns,
     state: tuple[float, float] | None,
-    run: _SolverRun,
+    run: SolverRun,
     always: bool = False,
 ) -> Solution:
     """Confirm a result: solve again from a little below it until its time no longer changes.
@@ -328,7 +328,7 @@ def _settled(
         if run.left == 0.0 and not (rough or always):
             return run.solution
         below = _Start(_STARTS[0], run.solution.q[:, 1], _BELOW)
-        again = _improved(given, columns, below, state, thinned=False)
+        again = run_from(given, columns, below, state, thinned=False)
         longer = again.solution.time / run.solution.time - 1.0
         # A stalled run may be shorter than the optimum, as its parts of the limits were not yet up to date.
         if again.left >= _STALLED_GAP or longer > (_STALLED_GAP if again.left == 0.0 else 0.0):
@@ -342,7 +342,7 @@ def _settled(
 
 
 def _from_within(
-    given: Intervals, columns: _SplineColumns, state: tuple[float, float] | None, best: Solution
+    given: Intervals, columns: SplineColumns, state: tuple[float, float] | None, best: Solution
 ) -> Solution:
     """Improve a plan short of the optimum: solve again from far below it, as long as that leads to a shorter one.
 
@@ -350,9 +350,9 @@ def _from_within(
     the optimum. From a fraction of its q, which has the same proportions, the way leads through the interior instead.
     """
     for _ in range(_AGAIN):
-        run = _improved(given, columns, _Start(_STARTS[0], best.q[:, 1], _WITHIN), state, thinned=True)
+        run = run_from(given, columns, _Start(_STARTS[0], best.q[:, 1], _WITHIN), state, thinned=True)
         if run.left < _STALLED_GAP:
-            run = replace(run, solution=_settled(given, columns, state, run))
+            run = replace(run, solution=confirmed(given, columns, state, run))
         shorter = run.solution.converged and run.solution.time < best.time
         gained = shorter and run.solution.time < (1.0 - _GAINED) * best.time
         best = run.solution if shorter else best
@@ -361,19 +361,19 @@ def _from_within(
     return best
 
 
-def _improved(
-    given: Intervals, columns: _SplineColumns, start: _Start, state: tuple[float, float] | None, thinned: bool
-) -> _SolverRun:
+def run_from(
+    given: Intervals, columns: SplineColumns, start: _Start, state: tuple[float, float] | None, thinned: bool
+) -> SolverRun:
     """Run the interior-point method from a start; if `thinned`, rows that the start stays far from are left out at first."""
     kernel = _kernel(columns, state)
     start.fill(kernel, columns, state)
     least_time_rows.build(kernel, columns.box, columns.sway, columns.joint)
     if thinned:
-        least_time_rows.thin(kernel, _REACH, _FAR)
+        least_time_rows.thin(kernel, _REACH, FAR)
     report = np.zeros(7)
     status = least_time.solve(kernel, GAP, SLACK, MOST_THINNED if thinned else MOST, report)
     held = bool(report[2] < SLACK and 0.0 < report[5] < 1.0 + SLACK and report[4] < _STALLED * report[0])
-    q = _ordinates(given, columns.at, columns.ends, np.asarray(kernel.c))
+    q = ordinates(given, columns.at, columns.ends, np.asarray(kernel.c))
     limit = _binding(given, columns, kernel)
     unfelt = 0
     if status >= 0 or held:
@@ -381,7 +381,7 @@ def _improved(
         least_time.response(kernel, change)
         unfelt = _unfelt(columns.at, np.abs(change[1:-1]))
     left = 0.0 if status == 0 else float(report[1] / report[0]) if status == 1 else np.inf
-    return _SolverRun(
+    return SolverRun(
         Solution(q, limit, float(report[0]), unfelt, status >= 0 or held), left, float(report[6])
     )
 
@@ -505,7 +505,7 @@ def _outer(given: Intervals, spline: NDArray[np.int64]) -> NDArray[np.int8]:
     return jump[spline].astype(np.int8)
 
 
-def _ordinates(given: Intervals, spline: NDArray[np.int64], ends: Floats, c: Floats) -> Floats:
+def ordinates(given: Intervals, spline: NDArray[np.int64], ends: Floats, c: Floats) -> Floats:
     """Return the ordinates of q on all intervals."""
     q = np.zeros((len(given), 3))
     q[spline, 0] = ends[:, 0] * c[:-2] + ends[:, 1] * c[1:-1]
@@ -518,7 +518,7 @@ def _ordinates(given: Intervals, spline: NDArray[np.int64], ends: Floats, c: Flo
 
 
 def _binding(
-    given: Intervals, columns: _SplineColumns, kernel: least_time_problem.Problem
+    given: Intervals, columns: SplineColumns, kernel: least_time_problem.Problem
 ) -> NDArray[np.int8]:
     """Name the limit that each interval comes nearest to; none where all are more than a fiftieth away."""
     margin, closest = np.ones(len(columns.at)), np.zeros(len(columns.at), np.int8)

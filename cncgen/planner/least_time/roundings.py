@@ -28,9 +28,9 @@ from cncgen.toolpath.slicing import between, join
 Blocks = list[tuple[Toolpath, SpeedCap | None]]
 
 #: Rows up to which a program is short, of at most so many parts each on average: lines and arcs that go on are one row.
-_SHORT, _PARTS = ROWS // 2, 8
+SHORT, _PARTS = ROWS // 2, 8
 #: Rows up to which a program is planned with no corner rounded even if chords do not hold it.
-_BRIEF = 64
+BRIEF = 64
 #: Part of the time of a motion that chords hold, up to which its roundings stay; and part by which another must be faster.
 _HELD, _LESS = 0.02, 1e-4
 
@@ -54,21 +54,21 @@ def plan_roundings(
     source = (chunk for chunk in chunks if len(chunk))
     held: list[Toolpath] = []
     rows = parts = 0
-    while max(rows, parts / _PARTS) <= _SHORT and (chunk := next(source, None)) is not None:
+    while max(rows, parts / _PARTS) <= SHORT and (chunk := next(source, None)) is not None:
         rows += _more_rows(held, chunk)
         parts += len(chunk)
         held.append(chunk)
     rounded = any(np.any(chunk.path_mode == PathMode.CONTINUOUS) for chunk in held)
-    if max(rows, parts / _PARTS) > _SHORT or not rounded or effort != "best":
+    if max(rows, parts / _PARTS) > SHORT or not rounded or effort != "best":
         yield from plan_blocks(smooth_blocks(chain(held, source), machine), machine, effort)
         return
     blocks = list(smooth_blocks(held, machine))
     best = list(plan_blocks(blocks, machine, effort))
-    moving, by_chord = _times(best)
+    moving, by_chord = plan_times(best)
     others: list[Callable[[list[Toolpath], Machine], Blocks]] = []
     if by_chord > _HELD * moving:
         others = [_all_rounded, _none_rounded]
-    elif max(rows, parts / _PARTS) <= _BRIEF:
+    elif max(rows, parts / _PARTS) <= BRIEF:
         others = [_none_rounded]
     for other in others:
         other_blocks = other(held, machine)
@@ -78,7 +78,7 @@ def plan_roundings(
             found = list(plan_blocks(other_blocks, machine, effort))
         except NoPlanError:
             continue
-        seconds = _times(found)[0]
+        seconds = plan_times(found)[0]
         if seconds < (1.0 - _LESS) * moving:
             best, moving = found, seconds
     yield from best
@@ -113,7 +113,7 @@ def _same(one: Blocks, other: Blocks) -> bool:
     )
 
 
-def _times(plan: list[Trajectory]) -> tuple[float, float]:
+def plan_times(plan: list[Trajectory]) -> tuple[float, float]:
     """Return how long the axes move or wait for setpoints on the way, and how long chords hold the speed meanwhile, s."""
     moving = by_chord = 0.0
     for number, trajectory in enumerate(plan):

@@ -105,7 +105,7 @@ class Way:
             freed = bent & (cap >= self.top)
             lost = np.where(freed, lost + self._rest(v, a), lost)
             bent = bent & ~freed
-            dt, faster, free = self._stepped(v, a, step)
+            dt, faster, free = self.step_time(v, a, step)
             # Where chords hold it, the speed grows from the one bound to the other.
             held = (faster > cap) & (step > 0.0)
             dt = np.where(held, np.maximum(dt, 2.0 * step / (v + cap)), dt)
@@ -113,7 +113,7 @@ class Way:
             v, lost = np.minimum(faster, cap), np.where(bent, lost + dt - step / self.top, lost)
         return np.where(bent, lost + self._rest(v, a), lost)
 
-    def _stepped(self, v: Floats, a: Floats, way: Floats) -> tuple[Floats, Floats, Floats]:
+    def step_time(self, v: Floats, a: Floats, way: Floats) -> tuple[Floats, Floats, Floats]:
         """Return the time of a way from a speed and an acceleration on, which grows by the jerk up to its limit, and both after it."""
         jerk, most = self.jerk, self.acceleration
         rise = (most - a) / jerk

@@ -66,16 +66,16 @@ _NONE = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
-class _Side:
+class CornerSide:
     """One side of corners: limits along the row, and the largest speed on it."""
 
     acceleration: Floats
     jerk: Floats
     top: Floats
 
-    def of(self, corners: NDArray[np.int64]) -> _Side:
+    def of(self, corners: NDArray[np.int64]) -> CornerSide:
         """Return that of some of the corners."""
-        return _Side(self.acceleration[corners], self.jerk[corners], self.top[corners])
+        return CornerSide(self.acceleration[corners], self.jerk[corners], self.top[corners])
 
     def lost(self, speed: Floats) -> Floats:
         """Return the time lost by slowing from the top speed to `speed`, mm/s, at the corner (0 for a stop), s.
@@ -135,8 +135,10 @@ def rounding(
             pace = np.append(np.where(corners.joined, speed, 0.0), [0.0, before])
             beyond = pace[at - 1], pace[at + 1]
             leave, entry = corners.leave[at], corners.entry[at]
-            curved, out = _largest_bend(leave, entry), bends(leave, entry)
-            fitted = np.minimum(length, _Course.of(corners, corners.joined).longest(corners.tolerance))[at]
+            curved, out = largest_bend(leave, entry), bends(leave, entry)
+            fitted = np.minimum(
+                length, CornerPolyline.of(corners, corners.joined).longest(corners.tolerance)
+            )[at]
             widest[at] = _Judged(drive, corners, at, turn, fitted, curved, out, beyond).worth()
         rest = corners.joined & (size >= _NONE) & ~looked_at
         if rest.any():
@@ -193,7 +195,7 @@ def _better_stopped(
     at = np.flatnonzero(among)
     group = np.cumsum(np.diff(at, prepend=-1) > 1)
     # An upper bound first: were all of the turn made on the shorter row beside it, and full jerk of all axes used between stops.
-    ways = _between_turns(corners, size)
+    ways = ways_between_turns(corners, size)
     near, far = ways.min(axis=0)[at], ways.max(axis=0)[at]
     steep = chord_speed(size[at] / near, 0.5 * drive.chord_mm, drive.period_s)
     reached = elementary.cbrt(0.25 * np.linalg.norm(drive.jerk) * far**2)
@@ -202,7 +204,7 @@ def _better_stopped(
         return out
     seen = (np.bincount(group, held) > 0.0)[group]
     at, group = at[seen], group[seen]
-    course = _Course.of(corners, corners.joined & rounded)
+    course = CornerPolyline.of(corners, corners.joined & rounded)
     most = np.minimum(3.0 * fit / size, course.longest(corners.tolerance))
     length = _graded(np.where(course.joined, most, np.inf), apart)
     # Nor is it longer than the curve that the corners are lets it be, which it would leave by some L³ κ² (`cncgen.geometry.corridor`).
@@ -228,7 +230,7 @@ def _better_stopped(
     return out
 
 
-def _between_turns(corners: RowCorners, size: Floats) -> Floats:
+def ways_between_turns(corners: RowCorners, size: Floats) -> Floats:
     """Return how far the turns before and after each corner are, shape (2, n), mm: a row that is cut in parts is one way.
 
     Args:
@@ -261,7 +263,7 @@ def _graded(length: Floats, apart: Floats) -> Floats:
 
 
 @dataclass(frozen=True, slots=True)
-class _Course:
+class CornerPolyline:
     """The polyline that turns at corners as the path does, and is straight between: n of them have n + 1 rows.
 
     Attributes:
@@ -279,7 +281,7 @@ class _Course:
     joined: Bools
 
     @classmethod
-    def of(cls, corners: RowCorners, joined: Bools) -> _Course:
+    def of(cls, corners: RowCorners, joined: Bools) -> CornerPolyline:
         """Return that of corners of which those `joined`, shape (n,), are in a run with what is beside them."""
         length = np.append(corners.length[0, :1], corners.length[1])
         turn = np.where(joined[:, None], corners.entry - corners.leave, 0.0)
@@ -345,7 +347,7 @@ def _bend(turn: Floats, length: Floats, apart: Floats, at: NDArray[np.int64]) ->
     return out
 
 
-def _largest_bend(leave: Floats, entry: Floats) -> Floats:
+def largest_bend(leave: Floats, entry: Floats) -> Floats:
     """Return the largest |x''| L across x' where single corners are rounded, shape (n,): that along x' bends no chord.
 
     Args:
@@ -409,7 +411,7 @@ class _Judged:
             best[few], out[few] = slow._shorter([side.of(few) for side in sides], alike[few], best[few])
         return np.where(best < self._unrounded(sides), out, 0.0)
 
-    def _unrounded(self, sides: list[_Side]) -> Floats:
+    def _unrounded(self, sides: list[CornerSide]) -> Floats:
         """Return the time that corners cost as they are, shape (k,): passed, where that takes less, or in a stop."""
         drive, turn = self.drive, np.abs(self.turn[self.at])
         ways = np.abs(self.corners.leave[self.at]), np.abs(self.corners.entry[self.at])
@@ -423,7 +425,7 @@ class _Judged:
             passed += side.lost(speed) + late * np.maximum(1.0 - speed / side.top, 0.0)
         return np.minimum(passed, stop)
 
-    def _shorter(self, sides: list[_Side], alike: Floats, best: Floats) -> tuple[Floats, Floats]:
+    def _shorter(self, sides: list[CornerSide], alike: Floats, best: Floats) -> tuple[Floats, Floats]:
         """Return what shorter lengths cost where that is less than `best`, and which; infinite where none does."""
         k = len(best)
         room = self.corners.length[:, self.at].min(axis=0)
@@ -441,7 +443,9 @@ class _Judged:
             best, out = np.where(better, lost, best), np.where(better, length, out)
         return best, out
 
-    def _cost(self, sides: list[_Side], alike: Floats, length: Floats) -> tuple[Floats, NDArray[np.int64]]:
+    def _cost(
+        self, sides: list[CornerSide], alike: Floats, length: Floats
+    ) -> tuple[Floats, NDArray[np.int64]]:
         """Return the time that corners rounded with a length cost, shape (k,), and what bounds their speed."""
         drive, tolerance = self.drive, self.corners.tolerance[self.at]
         bend = self.across / length
@@ -475,7 +479,9 @@ class _Judged:
             cost[:, held] = np.where(short, np.maximum(alone, cost[:, held]), alone)
         return cost.sum(axis=0) + sum(_RAMP_LOSS * side.ramp(speed) for side in sides), bound
 
-    def _held(self, which: NDArray[np.int64], sides: list[_Side], length: Floats, bend: Floats) -> Floats:
+    def _held(
+        self, which: NDArray[np.int64], sides: list[CornerSide], length: Floats, bend: Floats
+    ) -> Floats:
         """Return the time that corners lose on each side whose speed chords hold, shape (2, n).
 
         Args:
@@ -499,13 +505,13 @@ class _Judged:
         return np.stack(lost)
 
 
-def _side(drive: AxisLimits, direction: Floats, length: Floats, feed: Floats, beyond: Floats) -> _Side:
+def _side(drive: AxisLimits, direction: Floats, length: Floats, feed: Floats, beyond: Floats) -> CornerSide:
     """Return the side of corners on rows of a direction, that reach the speed `beyond` at their other ends."""
     gain = np.abs(direction)
     acceleration = min_over_axes(drive.acceleration / gain)
     jerk = min_over_axes(drive.jerk / gain)
     reached = np.maximum(peak_speed(length, acceleration, jerk), beyond)
-    return _Side(
+    return CornerSide(
         acceleration, jerk, np.minimum(np.minimum(feed, min_over_axes(drive.velocity / gain)), reached)
     )
 

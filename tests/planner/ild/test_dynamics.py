@@ -110,7 +110,7 @@ def test_windows_are_cut_in_time(
         points += [(10.0 * (k % 2 == 0), points[-1][1]), (10.0 * (k % 2 == 0), k + 1.0)]
     chunk = lines(points, 20.0)
     whole = list(plan([chunk], bounded_table, ILD))
-    monkeypatch.setattr(strategy, "_WINDOW_SAMPLES", samples)
+    monkeypatch.setattr(strategy, "WINDOW_SAMPLES", samples)
     parts = list(plan([chunk], bounded_table, ILD))
     assert len(whole) == 1 < len(parts)
     assert sum(len(part.toolpath) for part in {id(p.toolpath): p for p in parts}.values()) == len(chunk)

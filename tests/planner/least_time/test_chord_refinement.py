@@ -268,4 +268,4 @@ def test_distances_from_chords() -> None:
     x = np.array([[1.0, 2.0], [-3.0, 4.0], [5.0, -4.0], [3.0, 4.0]])
     a = np.zeros((4, 2))
     b = np.array([[2.0, 0.0], [2.0, 0.0], [2.0, 0.0], [0.0, 0.0]])
-    assert chord_refinement._away(x, a, b).tolist() == [2.0, 5.0, 5.0, 5.0]
+    assert chord_refinement.distances_from_chords(x, a, b).tolist() == [2.0, 5.0, 5.0, 5.0]

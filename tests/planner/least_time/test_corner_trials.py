@@ -81,28 +81,28 @@ def test_a_path_and_its_reverse_are_tried_in_the_same_pieces(seed: int) -> None:
     node = np.unique(np.concatenate([[0, 9001], draw.integers(1, 9001, 200)]))
     stop = draw.random(len(node)) < 0.5
     stop[[0, -1]] = True
-    pieces = corner_trials._pieces(node, stop)
-    back = corner_trials._pieces(9001 - node[::-1], stop[::-1])
+    pieces = corner_trials.trial_pieces(node, stop)
+    back = corner_trials.trial_pieces(9001 - node[::-1], stop[::-1])
     assert [(9001 - end, 9001 - start) for start, end in back[::-1]] == pieces
     assert [start for start, _ in pieces] == [0, *(end for _, end in pieces[:-1])]
-    assert max(end - start for start, end in pieces) <= corner_trials._SIZE
+    assert max(end - start for start, end in pieces) <= corner_trials.SIZE
 
 
 def test_trials_cost_a_bounded_part(monkeypatch: pytest.MonkeyPatch) -> None:
     """2100 corners, each in doubt or nearly: what is tried is a few pieces, however long the program is."""
     tried = []
-    plan = corner_trials._plan
+    plan = corner_trials.plan_trial
 
     def counted(piece: object, *rest: object) -> None:
         tried.append(piece)
         plan(piece, *rest)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(corner_trials, "_plan", counted)
+    monkeypatch.setattr(corner_trials, "plan_trial", counted)
     turn = np.cumsum(np.random.default_rng(5).uniform(-0.05, 0.05, 2100))
     x, y = np.cumsum(np.cos(turn)), np.cumsum(np.sin(turn))
     rows = "\n".join(f"G1 X{a:.5f} Y{b:.5f}" for a, b in zip(x, y, strict=True))
     _seconds(f"G21 G90 G61 F6000\n{rows}\nM2\n", cncgen.load_machine("generic-mill"))
-    assert 0 < len(tried) <= corner_trials._MOST["best"] / corner_trials._EACH + 10
+    assert 0 < len(tried) <= corner_trials.MOST["best"] / corner_trials.EACH + 10
 
 
 def _seconds(text: str, machine: Machine) -> float:

@@ -144,7 +144,9 @@ def is_the_faster_way(text: str, machine: Machine, monkeypatch: pytest.MonkeyPat
 
     chosen, times = time(), []
     for threshold in (0.0, np.inf):
-        monkeypatch.setattr(corners, "_worth_a_stop", lambda *given, v=threshold: np.full(len(given[1]), v))
+        monkeypatch.setattr(
+            corners, "break_even_speed", lambda *given, v=threshold: np.full(len(given[1]), v)
+        )
         times.append(time())
     assert abs(times[0] - times[1]) > 1e-4 * chosen
     assert chosen <= 1.001 * min(times)
@@ -370,14 +372,14 @@ def test_how_far_a_chord_is_from_the_corners_it_goes_over() -> None:
             over = points[(s > start) & (s < start + length)] - ends[0]
             along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
             largest = max(largest, np.abs(over[:, 0] * along[1] - over[:, 1] * along[0]).max(initial=0.0))
-        found = corners._cut(s, step, np.array([20]), np.array([length]))
+        found = corners.chord_cut(s, step, np.array([20]), np.array([length]))
         assert found == pytest.approx(largest, rel=1e-3)
 
 
 def test_a_small_corner_counts_for_itself_where_a_large_one_is_near() -> None:
     """The chord that cuts the large one by 25 µm is 4 % of that from the small one, and furthest from the large one."""
     s, step = np.array([1.0, 1.48]), np.array([[0.0, 1e-9], [0.0, 0.1]])
-    small, large = corners._cut(s, step, np.arange(2), np.ones(2))
+    small, large = corners.chord_cut(s, step, np.arange(2), np.ones(2))
     assert small < 1e-9
     assert large == pytest.approx(0.025, rel=1e-3)
 
@@ -393,8 +395,8 @@ def test_a_line_cut_in_two_among_corners_is_passed_as_fast_as_the_line() -> None
     turn[[0, 1, 3], 0] = 1.8, -1.8, 1.8
     turn[2, 3] = 1e-9
     speed = np.full(4, 100.0)
-    alone = corners._chord_speed(bounds, s, turn, np.full(4, 1e4), speed)
-    without = corners._chord_speed(bounds, s[[0, 1, 3]], turn[[0, 1, 3]], np.full(3, 1e4), speed[:3])
+    alone = corners.corner_chord_speed(bounds, s, turn, np.full(4, 1e4), speed)
+    without = corners.corner_chord_speed(bounds, s[[0, 1, 3]], turn[[0, 1, 3]], np.full(3, 1e4), speed[:3])
     assert alone[[0, 1, 3]] == pytest.approx(without, rel=1e-6)
     assert without.max() < 10.0
     assert alone[2] > 100.0
@@ -485,7 +487,7 @@ def test_a_zone_on_lines_is_the_way_under_the_jerk_that_the_jump_leaves() -> Non
     bounds = AxisLimits.of(Machine("coarse", axes, period_s=period, chord_tolerance_mm=1.0), "XY")
     along = np.array([[1.0, 0.0]])
     for straight, left in ((True, 0.25 * jerk), (False, jerk)):
-        zone = corners._zones(
+        zone = corners.corner_zones(
             bounds,
             np.array([speed]),
             np.zeros(1),
@@ -503,7 +505,7 @@ def test_full_jerk_beyond_the_zone_of_a_step_of_curvature_is_less_than_plans_lea
     t = np.linspace(-6.0, 6.0, 120_001)
     away = np.abs(t)
     spline = np.where(away < 0.5, 0.75 - away**2, 0.5 * np.maximum(1.5 - away, 0.0) ** 2)
-    rest = np.where(away < corners._SEEN[1], 0.25, 1.0)
+    rest = np.where(away < corners.SEEN[1], 0.25, 1.0)
     phases = np.linspace(-1.5, 1.5, 301)
     seen = [
         0.75 * np.interp(phase, t, spline) / 0.75

@@ -103,15 +103,14 @@ def test_the_least_time_is_that_of_a_general_solver(axes: int) -> None:
     ours = solve(given, None)
     assert ours.converged
 
-    at = np.flatnonzero(given.kind == SPLINE)
-    _, ends, extra = problem._spline(given, at, False)
-    box, _ = problem._boxes(given, at, problem._rest_tops(given))
+    columns = problem.spline_columns(given, None)
+    at, ends, extra, box = columns.at, columns.ends, columns.extra, columns.box
 
     def full(x: np.ndarray) -> np.ndarray:
         return np.concatenate([[1.0], x * 1000.0, [1.0]])
 
     def room(x: np.ndarray) -> np.ndarray:
-        q = problem._ordinates(given, at, ends, full(x))
+        q = problem.ordinates(given, at, ends, full(x))
         acceleration, jerk = motion(given, q)
         bounded = np.isfinite(box)
         return np.concatenate(
@@ -156,8 +155,8 @@ def constraints(given: Intervals, at: np.ndarray, ends: np.ndarray, c: np.ndarra
 def test_residual_matrix_and_right_side_are_those_of_the_constraints_as_they_are_defined() -> None:
     """∇F − Σ λ ∇g, ∇²F + Σ λ/w ∇g ∇gᵀ and −∇F + Σ λ/w (w − g) ∇g, the gradients by complex steps, exact to rounding."""
     given = wave(42, height=0.5)
-    at = np.flatnonzero(given.kind == SPLINE)
-    h, ends, extra = problem._spline(given, at, False)
+    columns = problem.spline_columns(given, None)
+    at, h, ends, extra = columns.at, columns.h, columns.ends, columns.extra
     rows = least_time_problem.Problem(
         1, h, ends, extra, given.x1[at], given.x2[at], given.x3[at], given.limits, given.factor[at],
         given.x3_excess[at],
@@ -315,7 +314,7 @@ def test_rows_left_out_change_nothing(feed: float, monkeypatch: pytest.MonkeyPat
 def test_a_row_that_should_not_have_been_left_out_comes_back(monkeypatch: pytest.MonkeyPatch) -> None:
     given = wave(60)
     whole = solve(given, None)
-    monkeypatch.setattr(problem, "_FAR", 1e6)
+    monkeypatch.setattr(problem, "FAR", 1e6)
     blind = solve(given, None)
     assert blind.converged
     acceleration, _ = motion(given, blind.q)

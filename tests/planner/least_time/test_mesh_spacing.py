@@ -34,14 +34,14 @@ from tests.planner.smoothing.programs import chunked, facets
 def test_the_measure_is_the_integral_of_one_over_the_spacing(growth: float, h: float) -> None:
     slope = np.array([growth])
     expected, _ = quad(lambda x: 1.0 / (h + growth * x), 0.0, h)
-    got = mesh_spacing._log(slope, np.ones(1))
+    got = mesh_spacing.slope_log(slope, np.ones(1))
     assert got[0] == pytest.approx(expected, rel=1e-6)
-    assert mesh_spacing._exp(slope, got)[0] == pytest.approx(1.0, rel=1e-9)
+    assert mesh_spacing.slope_exp(slope, got)[0] == pytest.approx(1.0, rel=1e-9)
 
 
 def test_nodes_grow_from_a_tiny_interval_without_more_than_its_logarithm() -> None:
     s, spacing = np.array([0.0, 1e-7, 1.0]), np.array([1e-9, 2e-8, 0.2])
-    found = mesh_spacing._spread(s, spacing, s[[0, 2]], np.zeros(1, bool))
+    found = mesh_spacing.spread_nodes(s, spacing, s[[0, 2]], np.zeros(1, bool))
     steps = np.diff(found)
     assert found[0] == 0.0
     assert found[-1] == 1.0
@@ -57,7 +57,7 @@ def test_graded_spacing_grows_no_faster_and_is_never_larger(seed: int) -> None:
     s = np.sort(random.uniform(0, 10, 50))
     spacing = 10 ** random.uniform(-4, 1, 50)
     growth = random.choice([0.1, 0.2], 49)
-    fine, out = mesh_spacing._graded(s, spacing, growth)
+    fine, out = mesh_spacing.graded(s, spacing, growth)
     assert np.all(np.isin(s, fine))
     grown = np.interp(fine, s, np.concatenate([[0.0], np.cumsum(growth * np.diff(s))]))
     assert np.all(np.abs(np.diff(out)) <= np.diff(grown) + 1e-12)
@@ -70,15 +70,15 @@ def test_graded_spacing_grows_no_faster_and_is_never_larger(seed: int) -> None:
 def test_spacing_grows_back_from_a_place_that_is_fine_for_the_sake_of_the_next() -> None:
     """Fine at the last of two near places: the way back to the coarse one is graded too (once linear over all of it)."""
     s, spacing = np.array([0.0, 10.0, 10.0 + 1e-8]), np.array([0.01, 0.01, 1e-9])
-    fine, out = mesh_spacing._graded(s, spacing, np.full(2, 0.2))
+    fine, out = mesh_spacing.graded(s, spacing, np.full(2, 0.2))
     assert np.interp(10.0 - 0.05, fine, out) == pytest.approx(0.01, rel=1e-6)
-    assert len(mesh_spacing._spread(fine, out, s[[0, 2]], np.zeros(1, bool))) < 1200
+    assert len(mesh_spacing.spread_nodes(fine, out, s[[0, 2]], np.zeros(1, bool))) < 1200
 
 
 def test_distance_to_the_nearest_other_place() -> None:
     s = np.arange(8.0)
     mine = np.array([True, True, False, True, True, True, True, False])
-    assert mesh_spacing._from_others(s, mine).tolist() == [0, 1, 0, 1, 2, 2, 1, 0]
+    assert mesh_spacing.distance_to_others(s, mine).tolist() == [0, 1, 0, 1, 2, 2, 1, 0]
 
 
 def test_speed_that_acceleration_leads_to_from_slow_places() -> None:
@@ -96,7 +96,7 @@ def test_speed_that_acceleration_leads_to_from_slow_places() -> None:
         doubt=np.full(2, np.inf),
     )
     speed = np.sqrt([100.0, 100.0, 7.0, 100.0, 100.0, 100.0])
-    found = mesh_spacing._gained(s, speed, np.array([2.0, 2.0, 2.0, 4.0, 4.0, 4.0]), joints)
+    found = mesh_spacing.gained_square(s, speed, np.array([2.0, 2.0, 2.0, 4.0, 4.0, 4.0]), joints)
     np.testing.assert_allclose(found, [0.0, 4.0, 7.0, 15.0, 17.0, 9.0])
 
 
@@ -246,7 +246,7 @@ def test_an_interval_from_rest_holds_nothing_finer_than_itself() -> None:
     spacing = np.array([0.5, 0.5, 0.01, 0.5, 0.5, 0.5, 0.01, 0.5, 0.5])
     rest = np.array([True, False, True])
     first = np.where(rest, 0.4, np.inf)
-    before, after = mesh_spacing._clear((first.copy(), first.copy()), probes, spacing, s)
+    before, after = mesh_spacing.clear_ends((first.copy(), first.copy()), probes, spacing, s)
     # The one before the end reaches to the place at 0.2, that after the start to the one at 0.3; nothing rests between.
     assert after.tolist() == [0.3, np.inf, 0.4]
     assert before.tolist() == [0.4, np.inf, pytest.approx(0.2)]

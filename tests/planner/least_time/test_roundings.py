@@ -141,9 +141,9 @@ def test_where_chords_hold_nothing_or_programs_are_long_there_is_one_plan(
     """To the bit that of the corners as estimated, and made once. (Programs of a few rows are planned with none rounded, too.)"""
     text, machine = turns(0)
     if chorded:
-        monkeypatch.setattr(roundings, "_SHORT", 8)
+        monkeypatch.setattr(roundings, "SHORT", 8)
     else:
-        monkeypatch.setattr(roundings, "_BRIEF", 8)
+        monkeypatch.setattr(roundings, "BRIEF", 8)
         machine = load("xy-table")
     expected = profiles(plan_blocks(smooth_blocks(program(text).chunks(), machine), machine, "best"))
     made = []
@@ -165,7 +165,7 @@ def test_whether_a_program_is_short_is_no_matter_of_parts(size: int, monkeypatch
     (rows,) = program(text).chunks()
     rows = between(rows, 0, 12)
     assert set(rows.kind) == {Kind.LINE}
-    monkeypatch.setattr(roundings, "_SHORT", len(rows))
+    monkeypatch.setattr(roundings, "SHORT", len(rows))
     share = np.arange(1, 6)[:, None] / 5.0
     ends = np.concatenate([a + share * (b - a) for a, b in zip(rows.starts, rows.end, strict=True)])
     columns = ("kind", "feed", "feed_mode", "path_mode", "tolerance", "curve", "line", "source")
@@ -186,7 +186,7 @@ def test_what_has_no_corners_is_planned_once(monkeypatch: pytest.MonkeyPatch) ->
 
     monkeypatch.setattr(roundings, "plan_blocks", counted)
     chunks = program("G21 G91 G64 P0.001 F6000\nG2 X0 Y0 I1\nM2\n").chunks()
-    moving, by_chord = roundings._times(list(roundings.plan_roundings(chunks, machine, "best")))
+    moving, by_chord = roundings.plan_times(list(roundings.plan_roundings(chunks, machine, "best")))
     assert by_chord > 0.5 * moving
     assert len(made) == 1
 

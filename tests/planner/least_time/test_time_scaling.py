@@ -140,7 +140,7 @@ def test_a_cusp_that_no_window_passes_is_a_stop(monkeypatch: pytest.MonkeyPatch,
 
     monkeypatch.setattr(rolling_window, "solve", counted)
     # What is tried of corners in doubt is not the window's.
-    monkeypatch.setattr(corner_trials, "_FASTEST", 0.0)
+    monkeypatch.setattr(corner_trials, "FASTEST", 0.0)
     (tmp_path / "slow.toml").write_text(SLOW)
     machine = cncgen.load_machine(tmp_path / "slow.toml")
     program = cncgen.read_text(CUSP)
@@ -157,16 +157,16 @@ def test_after_many_starts_that_failed_no_other_is_tried_where_the_motion_crawls
 ) -> None:
     """One with some rows asleep, and one with all of them: seven starts had been tried before each stop."""
     tried: list[bool] = []
-    improved = problem._improved
+    improved = problem.run_from
 
-    def counted(*given: object, **how: bool) -> problem._SolverRun:
+    def counted(*given: object, **how: bool) -> problem.SolverRun:
         run = improved(*given, **how)
         tried.append(run.solution.converged)
         return run
 
-    monkeypatch.setattr(problem, "_improved", counted)
+    monkeypatch.setattr(problem, "run_from", counted)
     monkeypatch.setattr(block_planning, "RollingWindow", partial(rolling_window.RollingWindow, patient=0))
-    monkeypatch.setattr(corner_trials, "_FASTEST", 0.0)
+    monkeypatch.setattr(corner_trials, "FASTEST", 0.0)
     (tmp_path / "slow.toml").write_text(SLOW)
     (trajectory, *_) = cncgen.plan(cncgen.read_text(CUSP), cncgen.load_machine(tmp_path / "slow.toml"))
     assert trajectory.profile.t[-1] > 0.0

@@ -14,7 +14,7 @@ from cncgen.pipeline import read_text
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.least_time import problem, rolling_window
 from cncgen.planner.least_time.mesh import LINE
-from cncgen.planner.least_time.motion_pieces import _seven, _stretched
+from cncgen.planner.least_time.motion_pieces import parabola_time, seven_phases
 from cncgen.planner.least_time.problem import Intervals
 from cncgen.setpoints import sample
 from cncgen.toolpath.reading import ReadOptions
@@ -56,14 +56,14 @@ def test_small_windows_take_hardly_longer(request: pytest.FixtureRequest) -> Non
 def test_windows_begin_where_there_is_more_than_one_way_on(monkeypatch: pytest.MonkeyPatch) -> None:
     """Rows of a surface: wherever a window ends, the next one is solved from the first start."""
     runs: list[bool] = []
-    improved = problem._improved
+    improved = problem.run_from
 
-    def counted(*given: object, **how: bool) -> problem._SolverRun:
+    def counted(*given: object, **how: bool) -> problem.SolverRun:
         run = improved(*given, **how)
         runs.append(run.left == 0.0)
         return run
 
-    monkeypatch.setattr(problem, "_improved", counted)
+    monkeypatch.setattr(problem, "run_from", counted)
     monkeypatch.setattr(rolling_window, "SIZE", 400)
     x = np.arange(0.0, 12.0, 0.2)
     rows = [np.stack([x[:: 1 - 2 * (k % 2)], np.full_like(x, 0.3 * k)], 1) for k in range(60)]
@@ -126,7 +126,7 @@ def test_a_line_from_rest_to_rest_takes_its_seven_phases(length: float) -> None:
         node_acceleration=np.full(1, np.inf),
         limits=np.array([[a], [j]]),
     )
-    count, (_, duration, *_) = _seven(given, np.array([0]))
+    count, (_, duration, *_) = seven_phases(given, np.array([0]))
 
     def rise(v: float) -> float:
         return v / a + a / j if v >= a * a / j else 2.0 * np.sqrt(v / j)
@@ -169,7 +169,7 @@ def test_stretched_is_the_time_on_a_parabola(x: float) -> None:
     """artanh(√x)/√x = ∫ du / (1 − x u²) over 0 … 1."""
     u, weight = np.polynomial.legendre.leggauss(60)
     u, weight = 0.5 + 0.5 * u, 0.5 * weight
-    assert _stretched(np.array([x]))[0] == pytest.approx(np.sum(weight / (1.0 - x * u * u)), rel=1e-12)
+    assert parabola_time(np.array([x]))[0] == pytest.approx(np.sum(weight / (1.0 - x * u * u)), rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -205,14 +205,14 @@ def test_what_stalled_or_came_by_short_steps_is_tried_again_until_it_stays(
     was asked for, twice. Where it does not stay the first is taken, unless it is longer by 10⁻⁵.
     """
     runs = [
-        problem._SolverRun(
+        problem.SolverRun(
             problem.Solution(np.zeros((1, 3)), np.zeros(1, np.int8), time, 0, True), left, short
         )
         for time, left in zip(times, lefts, strict=True)
     ]
     following = iter(runs[1:])
-    monkeypatch.setattr(problem, "_improved", lambda *_, **__: next(following))
-    found = problem._settled(None, None, None, runs[0], always)  # type: ignore[arg-type]
+    monkeypatch.setattr(problem, "run_from", lambda *_, **__: next(following))
+    found = problem.confirmed(None, None, None, runs[0], always)  # type: ignore[arg-type]
     assert found is runs[kept].solution
 
 

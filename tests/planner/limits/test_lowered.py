@@ -5,7 +5,7 @@ import pytest
 
 from cncgen.machine import load
 from cncgen.pipeline import read_text
-from cncgen.planner.least_time.corners import _reached, _rises
+from cncgen.planner.least_time.corners import reached_speeds, speed_rises
 from cncgen.planner.limits.axis_limits import AxisLimits, lowered
 
 
@@ -23,7 +23,7 @@ def test_a_slow_joint_far_along_keeps_its_speed_to_the_last_digit() -> None:
     """Of 10⁻² mm/s behind curves of 10³ mm/s (once 3·10⁻⁶ of it was rounding, which units chose)."""
     speed = np.where(np.arange(30) % 7 == 5, 0.010162709087104894, 1077.35002)
     free = np.full(29, np.inf)
-    assert (_reached(speed, (free, free)) == speed).all()
+    assert (reached_speeds(speed, (free, free)) == speed).all()
 
 
 def test_along_a_curve_the_speed_rises_by_what_all_axes_do_together() -> None:
@@ -33,7 +33,7 @@ def test_along_a_curve_the_speed_rises_by_what_all_axes_do_together() -> None:
     (rows,) = read_text(text).chunks()
     bounds, path = AxisLimits.of(machine, rows.axes), rows.path
     direction = path.evaluate(path.row_s, 1, 1)[1]
-    square, power = _rises(bounds, path, path.row_s, direction)
+    square, power = speed_rises(bounds, path, path.row_s, direction)
     a = [machine.axes[letter].max_acceleration for letter in "XYZ"]
     assert square[:2] == pytest.approx(
         [2.0 * a[0] * 10.0, 2.0 * np.hypot(np.hypot(*a[:2]), a[2]) * 5.0 * np.pi]

@@ -54,7 +54,7 @@ def test_the_time_of_a_step(v: float, a: float, length: float) -> None:
         hold, reached = t - rise, v + a * rise + 0.5 * 5e4 * rise**2
         return v * rise + a * rise**2 / 2.0 + 5e4 * rise**3 / 6.0 + reached * hold + 500.0 * hold**2
 
-    t, faster, grown = way(np.zeros(STEPS + 1))._stepped(*(np.array([x]) for x in (v, a, length)))
+    t, faster, grown = way(np.zeros(STEPS + 1)).step_time(*(np.array([x]) for x in (v, a, length)))
     expected = brentq(lambda t: covered(t) - length, 0.0, 1e4, xtol=1e-16, rtol=1e-14) if length else 0.0
     assert t[0] == pytest.approx(expected, rel=1e-7)
     assert grown[0] == pytest.approx(min(a + 5e4 * expected, 1000.0), rel=1e-7)

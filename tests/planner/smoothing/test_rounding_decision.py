@@ -60,7 +60,7 @@ def test_what_is_largest_of_the_response() -> None:
 
 def test_a_stop_costs_the_time_of_its_ramps_against_going_on() -> None:
     """v/a + a/j from rest to v on half the way that v covers: half of it is lost."""
-    side = rounding_decision._Side(*(np.array([x]) for x in (1000.0, 5e4, 100.0)))
+    side = rounding_decision.CornerSide(*(np.array([x]) for x in (1000.0, 5e4, 100.0)))
     assert side.lost(np.zeros(1)) == pytest.approx(0.5 * (100.0 / 1000.0 + 1000.0 / 5e4))
     assert side.lost(np.array([100.0])) == 0.0
     assert side.crawled(np.array([2.0]), np.array([10.0])) == pytest.approx(2.0 / 10.0 - 2.0 / 100.0)
@@ -282,7 +282,7 @@ def test_what_bends_chords_is_across_the_path() -> None:
     h = rounding_decision.response(np.abs(s))
     part = (np.cumsum(h) - 0.5 * h) * (s[1] - s[0])
     i, j = np.triu_indices(4, 1)
-    for k, found in enumerate(rounding_decision._largest_bend(leave, entry)):
+    for k, found in enumerate(rounding_decision.largest_bend(leave, entry)):
         turn = entry[k] - leave[k]
         x1 = leave[k] + part[:, None] * turn
         if np.linalg.norm(x1, axis=1).min() < 0.3:
@@ -369,10 +369,10 @@ def test_the_bend_of_many_corners_is_that_of_the_curve_behind_them() -> None:
         np.ones(count, bool),
         np.zeros((2, count)),
     )
-    course = rounding_decision._Course.of(chain, chain.joined)
+    course = rounding_decision.CornerPolyline.of(chain, chain.joined)
     assert course.bend(np.array([200]), np.array([0.3]))[0] == pytest.approx(1.0 / radius, rel=0.01)
     one = corner(0.01, length=50.0)
-    alone = rounding_decision._Course.of(one, one.joined).bend(np.array([0]), np.array([0.3]))
+    alone = rounding_decision.CornerPolyline.of(one, one.joined).bend(np.array([0]), np.array([0.3]))
     assert alone[0] == pytest.approx(2.0 * np.sin(0.5) / 0.9, rel=1e-9)
 
 
@@ -391,5 +391,5 @@ def test_a_way_between_turns_is_not_that_of_a_part() -> None:
             np.array([True, True, True, joined]),
             np.zeros((2, 4)),
         )
-        ways = rounding_decision._between_turns(corners, size)
+        ways = rounding_decision.ways_between_turns(corners, size)
         np.testing.assert_allclose(ways, [[1.0, 3.0, 3.0, 7.0], after])
