@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,6 +77,7 @@ def planned_program(
     programs: str | None = None,
     feed_mm_min: float | None = None,
     options: PlanOptions | None = None,
+    acceleration_mm_s2: float | None = None,
 ) -> PlannedProgram:
     """Plan an example program.
 
@@ -85,6 +87,7 @@ def planned_program(
         programs: Folder of the programs; None: looked for.
         feed_mm_min: Stands in for the program's first F.
         options: How it is planned.
+        acceleration_mm_s2: Stands in for the limit of every axis.
 
     Raises:
         UsageError: The program is not found.
@@ -93,7 +96,22 @@ def planned_program(
     text = program_text(name, programs)
     if feed_mm_min is not None:
         text = with_feed(text, feed_mm_min)
-    machine = load_machine(machine_name)
+    return planned_text(text, name, machine_name, options, acceleration_mm_s2)
+
+
+def planned_text(
+    text: bytes,
+    name: str,
+    machine_name: str,
+    options: PlanOptions | None = None,
+    acceleration_mm_s2: float | None = None,
+) -> PlannedProgram:
+    """Plan a program that is given as text; `planned_program` says the rest.
+
+    Raises:
+        ProgramError: It has errors.
+    """
+    machine = _changed(load_machine(machine_name), options, acceleration_mm_s2)
     program = gcode.read(io.BytesIO(text), name, ReadOptions())
     toolpaths = tuple(program.chunks())
     if program.diagnostics.has_errors:
@@ -102,6 +120,20 @@ def planned_program(
     signals = ("vel", "acc", "jerk", "feed")
     setpoints = tuple(sample(iter(trajectories), machine, axes=program.moving_axes, signals=signals))
     return PlannedProgram(machine, toolpaths, trajectories, setpoints)
+
+
+def _changed(machine: Machine, options: PlanOptions | None, acceleration_mm_s2: float | None) -> Machine:
+    """Return the machine with the options' servo data in the place of its own, as it is simulated, and another acceleration."""
+    given = (options.servos if options else None) or {}
+    axes = {
+        k: replace(
+            axis,
+            servo=given.get(k, axis.servo),
+            max_acceleration=acceleration_mm_s2 or axis.max_acceleration,
+        )
+        for k, axis in machine.axes.items()
+    }
+    return replace(machine, axes=MappingProxyType(axes))
 
 
 def with_feed(text: bytes, feed_mm_min: float) -> bytes:

@@ -1,52 +1,184 @@
-"""Printed values beside ours: figures with their tolerances, and tables of them."""
+"""Printed values of the papers beside ours: rows with a tolerance stated in the paper's module, and tables of them.
+
+A row of the paper is *reproduced* where ours meets its tolerance, *not reproduced* where it misses it (with the reason), and
+*not reproducible* where the paper does not give what is needed. Numbers that are taken over as they stand are *inputs*, pictures
+without a quantity are *drawings*, and values that a paper does not print are *checks of ours*. These do not count as reproduced.
+"""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
 from dataclasses import dataclass
+from enum import StrEnum
+
+#: Share that a number may differ by from the printed one, where a module states no other: the papers measure, or print three digits.
+WITHIN = 0.05
+#: Share for what follows from other printed numbers by arithmetic alone.
+ARITHMETIC = 0.01
+
+
+class RowKind(StrEnum):
+    """Relation of a row to its paper."""
+
+    PAPER = "paper"
+    INPUT = "input"
+    DRAWING = "drawing"
+    OURS = "check of ours"
+
+
+class Outcome(StrEnum):
+    """Result of a row."""
+
+    REPRODUCED = "reproduced"
+    NOT_REPRODUCED = "not reproduced"
+    NOT_REPRODUCIBLE = "not reproducible"
+    INPUT = "input"
+    DRAWING = "drawing"
+    HOLDS = "ours holds"
+    MISSED = "ours missed"
+
+
+class Basis(StrEnum):
+    """How our number came about.
+
+    PREDICTED: nothing was chosen after looking at the printed number. CALIBRATED: something was fitted to this number or to others
+    of its table. SCANNED: an unprinted choice was made by trying several and keeping what fits. PRINTED: it follows from other
+    printed numbers by arithmetic alone.
+    """
+
+    PREDICTED = "predicted"
+    CALIBRATED = "calibrated"
+    SCANNED = "chosen by scan"
+    PRINTED = "from printed numbers"
+
+
+#: The outcomes that count for a paper, in the order of every summary.
+COUNTED = (
+    Outcome.REPRODUCED,
+    Outcome.NOT_REPRODUCED,
+    Outcome.NOT_REPRODUCIBLE,
+    Outcome.INPUT,
+    Outcome.DRAWING,
+)
+
+_NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:/(?P<below>\d+))?(?:×10(?P<sign>⁻?)(?P<power>[⁰¹²³⁴⁵⁶⁷⁸⁹]+))?")
+_RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹", "0123456789")
+
+
+def number_in(text: str) -> float | None:
+    """Return the first number of printed characters, ``3.25×10⁻⁶ m`` or ``1/3 sec`` say; None without a number."""
+    found = _NUMBER.search(re.sub(r"(?<=\d),(?=\d{3})", "", text))
+    if found is None:
+        return None
+    mantissa = found.group().partition("×")[0].partition("/")[0]
+    power = int((found["power"] or "0").translate(_RAISED))
+    return float(f"{mantissa}e{-power if found['sign'] else power}") / float(found["below"] or 1)
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One figure.
+    """A number, figure or claim of a paper, or a check of ours.
 
     Attributes:
         what: What it is.
-        ours: Our value.
-        printed: The paper's value, or None where the tolerance is a bound of our own.
-        unit: Unit of both.
-        within: Largest share that ours may differ by from the printed one, or None.
+        ours: Our value, or None.
+        printed: The paper's own characters; empty where it prints nothing.
+        unit: Unit of both values.
+        within: Largest share that ours may differ by from the printed (or expected) value, or None.
         at_most, at_least: Bounds on ours, or None.
+        basis: How ours came about; None for inputs and drawings.
+        sensitivity: Our values under other choices of something that the paper leaves open: the choice, and the value.
+        reason: Why it is not reproduced, or not reproducible.
+        kind: Relation of the row to its paper.
+        scale: Unit of the printed characters over `unit`.
+        expected: Value that a check of ours is held against.
     """
 
     what: str
-    ours: float
-    printed: float | None = None
+    ours: float | None = None
+    printed: str = ""
     unit: str = ""
     within: float | None = None
     at_most: float | None = None
     at_least: float | None = None
+    basis: Basis | None = Basis.PREDICTED
+    sensitivity: tuple[tuple[str, float], ...] = ()
+    reason: str = ""
+    kind: RowKind = RowKind.PAPER
+    scale: float = 1.0
+    expected: float | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse a row that no referee could judge: ours without a tolerance, or none of ours without a reason.
+
+        Raises:
+            ValueError: It is one.
+        """
+        asked = not (self.within is None and self.at_most is None and self.at_least is None)
+        if self.kind is RowKind.DRAWING:
+            return
+        if self.ours is None and not self.reason:
+            raise ValueError(f"{self.what}: no value of ours, and no reason")
+        if self.ours is not None and not asked:
+            raise ValueError(f"{self.what}: a value of ours without a tolerance")
+        if self.kind is RowKind.PAPER and self.ours is not None and not self.printed:
+            raise ValueError(f"{self.what}: nothing is printed, so it is a check of ours")
 
     @property
-    def checked(self) -> bool:
-        """Tell whether anything is asked of the figure."""
-        return not (self.within is None and self.at_most is None and self.at_least is None)
+    def value(self) -> float | None:
+        """Return the printed number in the row's unit, or the expected one of a check of ours, or None."""
+        if self.expected is not None:
+            return self.expected
+        found = number_in(self.printed)
+        return None if found is None else found * self.scale
 
     @property
     def holds(self) -> bool:
-        """Tell whether what is asked of it holds; a figure that is only shown holds."""
+        """Tell whether ours meets what is asked of it."""
+        if self.ours is None:
+            return False
+        value = self.value
         near = self.within is None or (
-            self.printed is not None and abs(self.ours - self.printed) <= self.within * abs(self.printed)
+            value is not None and abs(self.ours - value) <= self.within * abs(value) * (1.0 + 1e-12)
         )
         low = self.at_least is None or self.ours >= self.at_least
         high = self.at_most is None or self.ours <= self.at_most
         return near and low and high
 
     @property
+    def outcome(self) -> Outcome:
+        """Return the result of the row; an input that is not as printed counts as not reproduced."""
+        if self.kind is RowKind.DRAWING:
+            return Outcome.DRAWING
+        if self.kind is RowKind.OURS:
+            return Outcome.HOLDS if self.holds else Outcome.MISSED
+        if self.ours is None:
+            return Outcome.NOT_REPRODUCIBLE
+        if not self.holds:
+            return Outcome.NOT_REPRODUCED
+        return Outcome.INPUT if self.kind is RowKind.INPUT else Outcome.REPRODUCED
+
+    @property
+    def explained(self) -> bool:
+        """Tell whether the row stands as it should: it holds, or it says why it does not."""
+        return self.outcome not in (Outcome.NOT_REPRODUCED, Outcome.MISSED) or bool(self.reason)
+
+    @property
+    def difference(self) -> float | None:
+        """Return ours over the printed value, less one; None where no share of it is asked."""
+        return (
+            None
+            if self.ours is None or self.within is None or not self.value
+            else self.ours / self.value - 1.0
+        )
+
+    @property
     def asked(self) -> str:
         """Return what is asked, in words."""
         parts = []
         if self.within is not None:
-            parts.append(f"±{100 * self.within:g} %")
+            parts.append(f"±{100 * self.within:g} %" if self.within else "equal")
         if self.at_most is not None:
             parts.append(f"≤ {self.at_most:g}")
         if self.at_least is not None:
@@ -54,14 +186,29 @@ class Row:
         return ", ".join(parts)
 
 
+def given(what: str, printed: str, ours: float, unit: str = "", scale: float = 1.0) -> Row:
+    """Return the row of a number that is taken over from the paper."""
+    return Row(what, ours, printed, unit, within=1e-9, basis=None, kind=RowKind.INPUT, scale=scale)
+
+
+def absent(what: str, printed: str, reason: str, unit: str = "") -> Row:
+    """Return the row of an item that cannot be computed from the paper."""
+    return Row(what, None, printed, unit, basis=None, reason=reason)
+
+
+def drawing(what: str) -> Row:
+    """Return the row of a diagram or a photograph, which holds no quantity."""
+    return Row(what, basis=None, kind=RowKind.DRAWING)
+
+
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table of a paper.
+    """A table of a paper, or a group of its figures and numbers.
 
     Attributes:
         title: Paper and table.
-        rows: The figures.
-        assumptions: Assumptions, and which figures are calibrated and which predicted.
+        rows: The rows.
+        assumptions: Assumptions that hold for all of them.
     """
 
     title: str
@@ -69,6 +216,15 @@ class Table:
     assumptions: tuple[str, ...] = ()
 
     @property
-    def holds(self) -> bool:
-        """Tell whether every row holds."""
-        return all(row.holds for row in self.rows)
+    def explained(self) -> bool:
+        """Tell whether every row holds or says why it does not."""
+        return all(row.explained for row in self.rows)
+
+
+def counts(tables: Iterable[Table]) -> dict[Outcome, int]:
+    """Return how many rows have each outcome, every outcome named."""
+    found = dict.fromkeys(Outcome, 0)
+    for table in tables:
+        for row in table.rows:
+            found[row.outcome] += 1
+    return found

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +15,7 @@ from cncgen.machine import load_servos
 from cncgen.machine.record import Servo
 from cncgen.machine.servo_schema import closed_loop, resolve
 from cncgen.papers.planned import PlannedProgram, planned_program
-from cncgen.papers.printed import Row, Table
+from cncgen.papers.printed import Basis, Row, RowKind, Table, absent, drawing, given
 from cncgen.planner import PlanOptions
 from cncgen.report.drawing import (
     BLUE,
@@ -94,57 +95,156 @@ def step_bounds(planned: PlannedProgram, letter: str = "X") -> StepBounds:
     )
 
 
-def bonder(saturation: str, programs: str | None = None) -> PlannedProgram:
-    """Return the die bonder's program at uniform parameter steps, with or without limiting."""
-    options = PlanOptions(feedrate="constant", interpolator="uniform", saturation=saturation)
-    return planned_program(PROGRAM, "die-bonder", programs, options=options)
+def bonder(
+    saturation: str,
+    programs: str | None = None,
+    feed_mm_min: float | None = None,
+    counts_per_mm: float | None = None,
+) -> PlannedProgram:
+    """Return the die bonder's program at uniform parameter steps, with or without limiting.
+
+    Args:
+        saturation: ``off`` or ``reactive``.
+        programs: Folder of the example programs; None: looked for.
+        feed_mm_min: Mean speed; None: the program's.
+        counts_per_mm: Scale of both axes; None: the profile's.
+    """
+    servos = dict(load_servos("die-bonder"))
+    if counts_per_mm is not None:
+        servos = {
+            k: Servo(s.model, {**s.parameters, "counts_per_mm": counts_per_mm}) for k, s in servos.items()
+        }
+    options = PlanOptions(
+        feedrate="constant", interpolator="uniform", saturation=saturation, servos=MappingProxyType(servos)
+    )
+    return planned_program(PROGRAM, "die-bonder", programs, feed_mm_min, options)
+
+
+def following_errors(planned: PlannedProgram) -> Floats:
+    """Return the largest following error of each axis over a simulated run, µm."""
+    parts = planned.response()
+    error = np.concatenate([part.command - part.position for part in parts])
+    largest: Floats = 1e3 * np.abs(error).max(axis=0)
+    return largest
+
+
+def contour_error(planned: PlannedProgram) -> float:
+    """Return the largest contour error of a simulated run, µm."""
+    return 1e3 * float(max(part.contour_error_mm.max() for part in planned.response()))
 
 
 def tables(programs: str | None = None) -> list[Table]:
-    """Return what Table 1's machine comes to, and what limiting does to its drives."""
+    """Return Table 1 and what it comes to, and the figures: effects of limiting on the drives and on the contour."""
+    runs = {s: bonder(s, programs) for s in ("off", "reactive")}
+    return [_given(programs), _contours(runs, programs), _drives(runs), _schemes(), _machine()]
+
+
+def _given(programs: str | None) -> Table:
+    """Table 1 and the sampling time, which are taken over."""
+    printed = {
+        "X": ("0.31", "2506.17", "1591.5494", "0.0136", "0.03"),
+        "Y": ("0.135", "3156.23", "1591.5494", "0.00577", "0.028"),
+    }
+    keys = (
+        ("tau", "time_constant_s"),
+        ("Kc", "velocity_gain_rad_s_volt"),
+        ("Ke", "counts_per_rad"),
+        ("Kp", "position_gain_volt_count"),
+        ("Kd", "derivative_gain_volt_s_rad"),
+    )
+    rows = [
+        given(f"Table 1, {letter}: {name}", text, float(resolve(_servo(letter), letter)[key]))
+        for letter, values in printed.items()
+        for (name, key), text in zip(keys, values, strict=True)
+    ]
+    rows.append(given("section 4: sampling time and time step", "1 ms", 1e3 * PERIOD, "ms"))
+    corners = planned_program(PROGRAM, "die-bonder", programs, options=PlanOptions(feedrate="ild")).corners
+    rows.append(
+        Row("section 4: sharp corners in the path", corners, "two sharp corners exist", at_least=2.0, at_most=2.0,
+            kind=RowKind.INPUT, basis=None)
+    )  # fmt: skip
+    return Table("Paper 000, Table 1 and section 4: the machine as given", tuple(rows), (_UNITS,))
+
+
+def _contours(runs: Mapping[str, PlannedProgram], programs: str | None) -> Table:
+    """Fig. 5 and the following error that the text names with it."""
+    errors = following_errors(runs["reactive"])
+    slower = following_errors(bonder("reactive", programs, feed_mm_min=3000.0))
+    finer = following_errors(bonder("reactive", programs, counts_per_mm=4000.0))
+    rows = [
+        Row(f"Fig. 5: following error of {letter} with limiting", float(errors[i]), "limited to 100 µm", "µm", at_most=100.0,
+            basis=Basis.SCANNED,
+            sensitivity=(("half the speed", float(slower[i])), ("0.25 µm a count", float(finer[i]))), reason=_TOO_LARGE)
+        for i, letter in enumerate("XY")
+    ]  # fmt: skip
+    ratio = contour_error(runs["reactive"]) / contour_error(runs["off"])
+    rows.append(
+        Row("Fig. 5: contour error with limiting over that without", ratio, "the contouring accuracy is maintained",
+            at_most=1.0, basis=Basis.SCANNED)
+    )  # fmt: skip
+    rows.append(absent("Fig. 5: the two contours", "", _NO_PATH))
+    return Table("Paper 000, Fig. 5: contouring with and without limiting, on our path", tuple(rows), _PATH)
+
+
+def _drives(runs: Mapping[str, PlannedProgram]) -> Table:
+    """Figs 6 and 7: speed commands within their bounds, forces within the drive's."""
+    bounds = {s: step_bounds(run) for s, run in runs.items()}
+    outside = {
+        s: int(((b.command > b.upper + 1e-6) | (b.command < b.lower - 1e-6)).sum()) for s, b in bounds.items()
+    }
+    over = {s: int((np.abs(b.force) >= 10.0).sum()) for s, b in bounds.items()}
+    rows = (
+        Row("Fig. 6: speed commands of X outside eq. 3.6, with limiting", outside["reactive"],
+            "confined to the lower and upper bounds", at_most=0.0, basis=Basis.SCANNED,
+            sensitivity=(("without limiting", outside["off"]),)),
+        absent("Fig. 6: the bounds over time", "", _NO_PATH, "pulse/ms"),
+        Row("Fig. 7: samples of X in saturation, with limiting", over["reactive"], "actuator saturation does not occur",
+            at_most=0.0, basis=Basis.SCANNED),
+        Row("Fig. 7: samples of X in saturation, without limiting", over["off"], "larger than the input limit", at_least=1.0,
+            basis=Basis.SCANNED),
+        absent("Fig. 7: the driving forces over time", "", _NO_PATH),
+    )  # fmt: skip
+    return Table("Paper 000, Figs 6 and 7: bounds and forces, on our path", rows, _PATH)
+
+
+def _schemes() -> Table:
+    """Figs 1 to 4."""
+    rows = [drawing(f"Fig. {k}: block diagram") for k in (1, 2, 3)]
+    return Table("Paper 000, Figs 1 to 4", (*rows, drawing("Fig. 4: photograph of the setup")))
+
+
+def _machine() -> Table:
+    """Values that follow from Table 1 by hand, held against the code."""
     rows = []
     for letter, natural, damping, largest in (("X", 418.3, 0.294, 90.56), ("Y", 463.4, 0.714, 198.3)):
         servo = _servo(letter)
-        loop = closed_loop(servo, letter)
-        lag, drag, stiff = loop.denominator
+        lag, drag, stiff = closed_loop(servo, letter).denominator
         wn = math.sqrt(stiff / lag)
         p = resolve(servo, letter)
         step = p["saturation_volt"] / force_sum(letter) * p["counts_per_rad"] * PERIOD
-        rows.append(Row(f"{letter}: natural frequency", wn, natural, "rad/s", within=1e-3))
-        rows.append(Row(f"{letter}: damping", drag / lag / (2 * wn), damping, "", within=2e-3))
-        rows.append(Row(f"{letter}: largest first step at 10 V", step, largest, "pulse/ms", within=1e-3))
-    limited = []
-    for saturation in ("off", "reactive"):
-        bounds = step_bounds(bonder(saturation, programs))
-        over = int((np.abs(bounds.force) >= 10.0).sum())
-        outside = int(((bounds.command > bounds.upper + 1e-6) | (bounds.command < bounds.lower - 1e-6)).sum())
-        off = saturation == "off"
-        limited.append(
-            Row(f"limiting {saturation}: samples of X in saturation", over, at_least=1.0 if off else None,
-                at_most=None if off else 0.0)
-        )  # fmt: skip
-        limited.append(
-            Row(
-                f"limiting {saturation}: speed commands outside eq. 3.6",
-                outside,
-                at_most=None if off else 0.0,
+        for name, ours, unit, expected in (
+            ("natural frequency", wn, "rad/s", natural),
+            ("damping", drag / lag / (2 * wn), "", damping),
+            ("largest first step at 10 V", step, "pulse/ms", largest),
+        ):
+            rows.append(
+                Row(f"{letter}: {name}", ours, unit=unit, within=2e-3, kind=RowKind.OURS, expected=expected)
             )
-        )
-        limited.append(
-            Row(f"limiting {saturation}: largest force on X", float(np.abs(bounds.force).max()), unit="V")
-        )
-    return [
-        Table("Paper 000, Table 1: the machine", tuple(rows), _MACHINE),
-        Table("Paper 000, Figs 5 to 7: limiting, on our path", tuple(limited), _PATH),
-    ]
+    return Table("Paper 000: consequences of Table 1 (not in the paper)", tuple(rows), (_UNITS,))
 
 
-_MACHINE = (
-    "the printed column is what Table 1 gives by hand in the units that make it consistent (docs/servo-models.md)",
-    "neither the bound of the drive nor the counts per mm are printed: 10 V and 1,000 are assumed",
+_UNITS = (
+    "units are not printed: those of docs/servo-models.md make the table consistent. The bound of the drive and the counts per mm"
+    " are not printed either: 10 V and 1,000 are assumed"
 )
 _PATH = (
-    "the paper's path is not printed: programs/bonder.nc has two sharp corners in one NURBS; plant = controller's model",
+    "the path is programs/bonder.nc, which has two sharp corners in one NURBS; the plant is the controller's model; uniform steps"
+    " at 6000 mm/min on average. Path and speed were chosen so that the drives saturate at the start",
+)
+_NO_PATH = "path, speed, bound of the drive and counts per mm are not printed"
+_TOO_LARGE = (
+    "a force near the 10 V costs 300 to 500 counts whatever the path, so 100 µm ask for at most 0.25 µm a count or for less force"
+    " (docs/saturation.md); neither is printed"
 )
 
 
