@@ -113,7 +113,7 @@ def test_summary_has_the_keys_of_the_interface() -> None:
     result = summary.as_json()
     assert set(result) >= {
         "schema_version", "program", "machine", "feedrate", "motion_time_s", "dwell_time_s", "path_length_mm",
-        "motions", "samples", "period_s", "peak", "feed_mm_s", "sharp_corners", "slowest", "diagnostics",
+        "motions", "samples", "period_s", "peak", "feed_mm_s", "feed_over_time_mm_s", "sharp_corners", "slowest", "diagnostics",
     }  # fmt: skip
     assert result["dwell_time_s"] == pytest.approx(0.5, abs=1e-9)
     assert result["path_length_mm"] == pytest.approx(np.hypot(10, 5) + 10, abs=1e-9)

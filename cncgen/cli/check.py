@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -11,6 +12,7 @@ from cncgen.cli.options import control_option, message_options, program_options
 from cncgen.cli.types import FILE
 
 if TYPE_CHECKING:
+    from cncgen.diagnostics import Diagnostic
     from cncgen.toolpath.reading import ReadOptions
 
 
@@ -32,7 +34,7 @@ def command(programs: tuple[str, ...], tree: bool, machine: str | None, reading:
     from cncgen.files import read_bytes, together
 
     messages.json_to_standard_output()
-    code = 0
+    code = failed = 0
     language, options = read_options(reading, machine=machine)
     for name in programs:
         try:
@@ -44,8 +46,26 @@ def command(programs: tuple[str, ...], tree: bool, machine: str | None, reading:
                     _show_tree(name, language, options, content)
         except CncgenError as error:
             messages.show_error(error)
-            code = max(code, error.exit_code)
+            messages.note(f"{name}: {_counts(error.diagnostics, error.suppressed)}")
+            code, failed = max(code, error.exit_code), failed + 1
+    if len(programs) > 1:
+        messages.note(f"{len(programs)} files: {len(programs) - failed} without errors, {failed} with errors")
     return code
+
+
+def _counts(found: Iterable[Diagnostic], suppressed: int = 0) -> str:
+    """Return how many errors and warnings there are; "no errors" without any."""
+    from cncgen.diagnostics import Severity
+    from cncgen.report.tables import counted
+
+    severities = [item.severity for item in found]
+    errors, warnings = (severities.count(each) for each in (Severity.ERROR, Severity.WARNING))
+    texts = [counted(errors, "error") if errors else "no errors"]
+    if warnings:
+        texts.append(counted(warnings, "warning"))
+    if suppressed:
+        texts.append(f"{suppressed} more of either")
+    return ", ".join(texts)
 
 
 def _check(name: str, language: str | None, options: ReadOptions, content: bytes | None) -> None:
@@ -67,7 +87,8 @@ def _check(name: str, language: str | None, options: ReadOptions, content: bytes
     if found.has_errors:
         raise ProgramError(found)
     messages.show(found)
-    messages.note(f"{name}: no errors, {count} {'motion or event' if count == 1 else 'motions and events'}")
+    counts = _counts(found, found.suppressed)
+    messages.note(f"{name}: {counts}, {count} {'motion or event' if count == 1 else 'motions and events'}")
 
 
 def _show_tree(name: str, language: str | None, options: ReadOptions, content: bytes) -> None:

@@ -58,11 +58,11 @@ def command(
     Without --controllers: each feedrate strategy's time, true and predicted contour error and peaks; then each
     interpolator's feedrate fluctuation. With it: the servo axes' errors under each controller, on one plan.
     """
-    from cncgen.cli.reading import opened, plan_options
+    from cncgen.cli.reading import opened, plan_options, planning_machine
     from cncgen.files import write_text
     from cncgen.pipeline import machine_of, sound
 
-    options = plan_options(planning)
+    options, machine = plan_options(planning), planning_machine(machine, planning)
     with opened(program, reading, planning["path_tolerance"], machine) as read:
         where, toolpaths = machine_of(machine), list(sound(read))
         if controllers is not None:

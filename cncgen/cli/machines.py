@@ -13,13 +13,24 @@ if TYPE_CHECKING:
     from cncgen.machine import Machine
 
 
-@click.group("machines", invoke_without_command=True)
+class _ShowByName(click.Group):
+    """A group in which a name that is not a command's is a machine to show: ``machines xy-table``."""
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if self.get_command(ctx, args[0]) is None and not args[0].startswith("-"):
+            args = ["show", *args]
+        return super().resolve_command(ctx, args)
+
+
+@click.group("machines", cls=_ShowByName, invoke_without_command=True)
 @message_options
 @click.pass_context
 def command(context: click.Context) -> None:
     """List machine profiles, show one, or list the keys.
 
-    A profile is shown as TOML to copy and edit; keys are those of such a file.
+    A profile is shown as TOML to copy and edit, by "show NAME" or its name alone; keys are those of such a file.
     """
     if context.invoked_subcommand is None:
         from cncgen.files import write_text

@@ -71,7 +71,7 @@ def command(
     kind = setpoint_format(output, format)
     with opened(program, reading, planning["path_tolerance"], machine) as read:
         stream, watch = plan_with_summary(read, machine, plan_options(planning), names)
-        chunks = with_progress(stream.chunks, stream.name, stream.period_s)
+        chunks = with_progress(stream.chunks, stream.name, stream.period_s, watch.done)
         # The first rows are drawn before anything is opened: a program that has no plan leaves no trace.
         head = next(chunks, None)
         with ExitStack() as files:

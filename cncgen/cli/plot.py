@@ -100,7 +100,7 @@ def _planned_or_read(
 ) -> PlotData:
     """Return the data of setpoints, whose format, axes and period may be `given`, or of the plan of a program."""
     from cncgen import pipeline
-    from cncgen.cli.reading import is_setpoint_file, planned
+    from cncgen.cli.reading import is_setpoint_file, planned, planning_machine
     from cncgen.report.plot_data import of_response, of_setpoints
     from cncgen.setpoints.readers import open_setpoints
 
@@ -114,6 +114,8 @@ def _planned_or_read(
         ) as stream:
             chunks = list(stream.chunks)
     else:
+        machine = planning_machine(machine, planning)
+        found = pipeline.machine_of(machine)
         servos = pipeline.servos_of(planning["axis_params"] or found)
         with planned(source, reading, planning, machine) as plan:
             chunks = list(pipeline.sample(_noting(plan, corners)).chunks)

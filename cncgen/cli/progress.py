@@ -20,18 +20,25 @@ _INTERVAL_S = 1.0
 _LEAST_S = 2.0
 
 
-def with_progress(chunks: Iterator[Setpoints], name: str, period_s: float) -> Iterator[Setpoints]:
-    """Hand on chunks of setpoints; show how much motion has gone by."""
+def with_progress(
+    chunks: Iterator[Setpoints], name: str, period_s: float, done: Callable[[], float | None] = lambda: None
+) -> Iterator[Setpoints]:
+    """Hand on chunks of setpoints; show how much motion has gone by, and the time left where that can be said.
+
+    `done` returns the part of the work that is done, 0 to 1; None where nobody knows.
+    """
     if messages.is_quiet() or not is_terminal(sys.stderr):
         yield from chunks
         return
-    shown = time.monotonic()
+    begun = shown = time.monotonic()
     drawn = False
     for chunk in chunks:
         now = time.monotonic()
         if now - shown > _INTERVAL_S:
             seconds = (chunk.first + len(chunk)) * period_s
-            sys.stderr.write(f"\r{name}: {seconds:.1f} s of motion\x1b[K")
+            part = done()
+            left = f", {(now - begun) * (1.0 - part) / part:.0f} s left" if part else ""
+            sys.stderr.write(f"\r{name}: {seconds:.1f} s of motion{left}\x1b[K")
             sys.stderr.flush()
             shown, drawn = now, True
         yield chunk

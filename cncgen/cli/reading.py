@@ -6,6 +6,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+import click
+from click.core import ParameterSource
+
 from cncgen.cli import messages
 from cncgen.diagnostics import CncgenError
 
@@ -130,6 +133,24 @@ def read_options(
 
         options = options_on(machine_of(machine), options)
     return language, options
+
+
+def planning_machine(machine: str, planning: dict[str, Any]) -> str:
+    """Return the machine that a program is planned on: that of ``-m``; where it is not given, that of ``--axis-params``.
+
+    A file of servo data alone has no limits to plan with. The choice is noted.
+    """
+    from cncgen.machine.shipped import has_limits
+
+    servos = planning["axis_params"]
+    asked = click.get_current_context().get_parameter_source("machine") is not ParameterSource.DEFAULT
+    if asked or servos is None:
+        return machine
+    if not has_limits(servos):
+        messages.note(f"{servos} has no limits: planned on {machine}; -m names another machine")
+        return machine
+    messages.note(f"planned on {servos}, the machine of --axis-params; -m names another")
+    return str(servos)
 
 
 def plan_options(planning: dict[str, Any]) -> PlanOptions:

@@ -113,7 +113,7 @@ def _setpoints(
     reading: dict[str, Any],
 ) -> Iterator[SetpointStream]:
     """Open setpoints, whose format, axes and period may be `given`, or plan the program that `source` names."""
-    from cncgen.cli.reading import is_setpoint_file, planned
+    from cncgen.cli.reading import is_setpoint_file, planned, planning_machine
     from cncgen.pipeline import machine_of, sample
     from cncgen.setpoints.readers import open_setpoints
 
@@ -125,5 +125,5 @@ def _setpoints(
         ) as stream:
             yield stream
         return
-    with planned(source, reading, planning, machine) as plan:
+    with planned(source, reading, planning, planning_machine(machine, planning)) as plan:
         yield sample(plan)

@@ -106,7 +106,7 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
         if builder.count or not handed:
             yield timed(builder.take())
 
-    return Program(name, "gcode", axes, moving, chunks, diagnostics)
+    return Program(name, "gcode", axes, moving, chunks, diagnostics, text.count_lines)
 
 
 def _moving_axes(text: Source, dialect: str, folders: list[Path]) -> str:

@@ -52,6 +52,11 @@ class Source:
             # An editor of Western Windows wrote it (a superset of Latin-1).
             return line.decode("cp1252", "replace").rstrip("\r")
 
+    def count_lines(self) -> int:
+        """Return how many lines the text has."""
+        blocks = range(0, len(self.data), _BLOCK)
+        return sum(self.data[start : start + _BLOCK].count(b"\n") for start in blocks) + 1
+
     def is_binary(self) -> bool:
         """Tell whether the head of the text holds bytes that no program has (NUL)."""
         return b"\0" in self.data[:_HEAD]

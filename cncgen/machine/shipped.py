@@ -11,7 +11,13 @@ from typing import Any
 from cncgen.arguments import expect_path
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import read_bytes
-from cncgen.machine.reading import MAX_BYTES, coupling_from_toml, machine_from_toml, servos_from_toml
+from cncgen.machine.reading import (
+    MAX_BYTES,
+    coupling_from_toml,
+    machine_from_toml,
+    parse_toml,
+    servos_from_toml,
+)
 from cncgen.machine.record import Machine, Servo
 
 _DIRECTORY = Path(__file__).parent / "profiles"
@@ -61,6 +67,17 @@ def load_coupling(name_or_path: str | os.PathLike[str]) -> Mapping[str, Any]:
     Its keys are checked by `cncgen.servo.named_schemes.settings_of`.
     """
     return coupling_from_toml(*_content(name_or_path))
+
+
+def has_limits(name_or_path: str | os.PathLike[str]) -> bool:
+    """Tell whether what `load_servos` reads says the limits of an axis too, so that a plan can be made for it.
+
+    Raises:
+        UsageError: It cannot be read, or is not TOML.
+    """
+    axes = parse_toml(*_content(name_or_path))[0].get("axes")
+    tables = axes.values() if isinstance(axes, dict) else ()
+    return any(key.startswith("max_") for table in tables if isinstance(table, dict) for key in table)
 
 
 def _content(name_or_path: str | os.PathLike[str]) -> tuple[bytes, str]:

@@ -24,16 +24,28 @@ RIPPLE = 0.05
 #: Places that are kept; a summary lists the first `LISTED` of them, the page all.
 KEPT = 20
 LISTED = 10
+#: Rows of a table of pieces: loss (s), speed at the end (mm/s), line, limit, least speed with its t and s, index of the source, and
+#: number of the trajectory.
+_TRAJECTORY = 8
 #: Difference of sums of the same times in another order, s, with room to spare.
 _ROUNDING_S = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
 class SlowPlace:
-    """A valley of the speed: time lost, and where, when, how fast at its slowest, and what binds for most of the loss."""
+    """A valley of the speed: time lost, and where, when, how fast at its slowest, and what binds for most of the loss.
+
+    Attributes:
+        lost_s: Its time less that of the programmed feed.
+        source: File that `line` counts in, as `cncgen.toolpath.record.Toolpath.sources` names it.
+        position: Of all axes where it is slowest, mm or rad.
+        t_s, s_mm, feed_mm_s: When, where along the path and how fast that is.
+    """
 
     lost_s: float
     line: int
+    source: str
+    position: tuple[float, ...]
     t_s: float
     s_mm: float
     feed_mm_s: float
@@ -51,6 +63,9 @@ class SlowPlaces:
         self._heap: list[tuple[float, int, SlowPlace]] = []
         self._count = 0
         self._open: list[NDArray] = []
+        #: By number, the trajectories that open pieces are of.
+        self._trajectories: dict[int, Trajectory] = {}
+        self._added = 0
 
     def add(self, trajectory: Trajectory) -> None:
         """Take a stretch of a plan; its last valley stays open for what follows."""
@@ -58,6 +73,8 @@ class SlowPlaces:
         if not pieces.shape[1]:
             return
         self._open.append(pieces)
+        self._trajectories[self._added] = trajectory
+        self._added += 1
         joined = np.concatenate(self._open, axis=1)
         cuts = _valley_cuts(joined[1])
         if cuts:
@@ -71,6 +88,9 @@ class SlowPlaces:
         # A valley that never ends (a constant speed) is closed too: nothing grows with the program.
         if self._open[0].shape[1] > 200_000:
             self._close(self._open.pop())
+        first = self._open[0][_TRAJECTORY, 0] if self._open and self._open[0].shape[1] else self._added
+        for number in [number for number in self._trajectories if number < first]:
+            del self._trajectories[number]
 
     def worst(self) -> list[SlowPlace]:
         """Return the places that cost the most, the worst first."""
@@ -80,10 +100,10 @@ class SlowPlaces:
         return [place for _, _, place in sorted(self._heap, reverse=True)]
 
     def _pieces(self, trajectory: Trajectory) -> Floats:
-        """Return loss, speed at the end, line, limit, and least speed with its t and s, of each moving piece, shape (7, pieces)."""
+        """Return the rows `_TRAJECTORY` and before name, of each moving piece, shape (9, pieces)."""
         p, rows = trajectory.profile, trajectory.toolpath
         if not len(p) or not len(rows):
-            return np.zeros((7, 0))
+            return np.zeros((9, 0))
         time, length = np.diff(p.t), np.diff(p.s)
         row = np.searchsorted(trajectory.row_s[1:], 0.5 * (p.s[:-1] + p.s[1:]), side="left")
         row = np.minimum(row, len(rows) - 1)
@@ -92,7 +112,9 @@ class SlowPlaces:
         speed = np.append(p.v[1:], np.maximum(motion_at(p, p.t[-1:]).v, 0.0))
         # A piece is slowest at one of its ends.
         at = np.arange(len(p)) + (speed <= p.v)
-        pieces = np.stack([loss, speed, rows.line[row], p.limit, np.minimum(speed, p.v), p.t[at], p.s[at]])
+        number = np.full(len(p), self._added)
+        slowest = (np.minimum(speed, p.v), p.t[at], p.s[at])
+        pieces = np.stack([loss, speed, rows.line[row], p.limit, *slowest, rows.source[row], number])
         waits = p.waits
         return pieces[:, ~waits] if waits.any() else pieces
 
@@ -102,12 +124,32 @@ class SlowPlaces:
             return
         by_limit = np.bincount(pieces[3].astype(np.int64), weights=np.maximum(pieces[0], 0.0))
         slowest = pieces[:, np.argmin(pieces[4])]
-        line, (feed, t, s) = int(slowest[2]), slowest[4:].tolist()
-        place = SlowPlace(lost, line, t, s, feed, Limit(int(np.argmax(by_limit))))
+        line, (feed, t, s, source) = int(slowest[2]), slowest[4:_TRAJECTORY].tolist()
+        trajectory = self._trajectories[int(slowest[_TRAJECTORY])]
+        place = SlowPlace(
+            lost,
+            line,
+            trajectory.toolpath.sources[int(source)],
+            _position(trajectory, t),
+            t,
+            s,
+            feed,
+            Limit(int(np.argmax(by_limit))),
+        )
         self._count += 1
         heapq.heappush(self._heap, (lost, self._count, place))
         if len(self._heap) > KEPT:
             heapq.heappop(self._heap)
+
+
+def _position(trajectory: Trajectory, t_s: float) -> tuple[float, ...]:
+    """Return where the axes are at a time, mm or rad."""
+    when = np.array([t_s])
+    if trajectory.cubics is not None:
+        at = trajectory.cubics.at(when, 0)
+    else:
+        at = trajectory.toolpath.path.evaluate(motion_at(trajectory.profile, when).s, 0)
+    return tuple(at[0, 0].tolist())
 
 
 def _valley_cuts(speed: Floats) -> list[int]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from cncgen.diagnostics import Diagnostic, Diagnostics, Severity, UsageError
 from cncgen.machine.record import Axis, Machine
 from cncgen.planner.record import Limit, Profile, SharpCorner, Trajectory
+from cncgen.report.feed_curve import FeedCurve, sparkline
 from cncgen.report.slow_places import LISTED, SlowPlace, SlowPlaces
 from cncgen.report.tables import counted, duration
 from cncgen.report.time_split import TimeSplit, split_text
@@ -46,6 +47,12 @@ class Summary:
         speeds = [axis.max_velocity for axis in machine.axes.values()]
         self._slow = SlowPlaces(max(speeds))
         self._differences = DifferencePeaks(len(self._axes), machine.period_s)
+        fed = [group for group in ("XYZ", "UVW") if set(group) & set(self._axes)] or [self._axes]
+        self._feeds = FeedCurve(
+            [k for k, letter in enumerate(self._axes) if letter in fed[0]], machine.period_s
+        )
+        self._lines: int | None = None
+        self._line: int | None = 0
         self._corners: list[SharpCorner] = []
         self._corner_count = self._motions = 0
         self._split = TimeSplit()
@@ -70,6 +77,7 @@ class Summary:
         """Hand on setpoints, taking their finite differences."""
         for chunk in chunks:
             self._differences.add(chunk.position)
+            self._feeds.add(chunk.position)
             yield chunk
         self._differences.finish()
         self._remark_on_limits()
@@ -100,7 +108,24 @@ class Summary:
         """Return the places that cost the most time, the worst first: up to `cncgen.report.slow_places.KEPT`."""
         return self._slow.worst()
 
+    def done(self) -> float | None:
+        """Return the part of the program's lines that are planned, 0 to 1; None where a loop or a call leads back."""
+        return self._line / self._lines if self._line is not None and self._lines else None
+
+    def _follow(self, trajectory: Trajectory) -> None:
+        """Take how far the lines have come, as long as they come one after the other."""
+        if self._lines is None:
+            self._lines = self._program.count_lines()
+        rows, s = trajectory.toolpath, trajectory.profile.s
+        if self._line is None or not len(rows) or not len(s):
+            return
+        ends = np.searchsorted(trajectory.row_s[1:], s[[0, -1]], side="left")
+        first, last = np.minimum(ends, len(rows) - 1).tolist()
+        ahead = self._line <= int(rows.line[first]) and not rows.source[last]
+        self._line = int(rows.line[last]) if ahead else None
+
     def _add(self, trajectory: Trajectory) -> None:
+        self._follow(trajectory)
         profile = trajectory.profile
         if len(profile):
             time, length = np.diff(profile.t), np.diff(profile.s)
@@ -160,12 +185,15 @@ class Summary:
             "period_s": self._machine.period_s,
             "peak": {letter.lower(): self._peak(k, letter) for k, letter in enumerate(self._axes)},
             "feed_mm_s": {"mean": self._length_mm / feeding if feeding > 0 else 0.0, "max": self._max_feed},
+            "feed_over_time_mm_s": self._feeds.feeds_mm_s(),
             "sharp_corners": [self._corner(corner) for corner in self._corners],
             "sharp_corner_count": self._corner_count,
             "slowest": [
                 {
                     "lost_s": place.lost_s,
                     "line": place.line,
+                    "source": place.source,
+                    "position": self._position(place.position),
                     "t_s": place.t_s,
                     "s_mm": place.s_mm,
                     "feed_mm_s": place.feed_mm_s,
@@ -178,18 +206,20 @@ class Summary:
         }
 
     def _corner(self, corner: SharpCorner) -> dict[str, Any]:
-        letters = self._program.axes
-        position = {
-            position_column(letter): value * to_file(letter)
-            for letter, value in zip(letters, corner.position, strict=False)
-            if letter in self._axes
-        }
         return {
             "line": corner.line,
-            "position": position,
+            "position": self._position(corner.position),
             "feed_mm_s": corner.feed_mm_s,
             "limit": corner.limit.name.lower(),
             "t_s": corner.t_s,
+        }
+
+    def _position(self, position: Sequence[float]) -> dict[str, float]:
+        """Return a position of all axes by column, in the units of files, of the axes that move."""
+        return {
+            position_column(letter): value * to_file(letter)
+            for letter, value in zip(self._program.axes, position, strict=False)
+            if letter in self._axes
         }
 
     def _peak(self, column: int, letter: str) -> dict[str, Any]:
@@ -233,6 +263,9 @@ def as_text(summary: dict[str, Any]) -> str:
         + f", {summary['path_length_mm']:.4f} mm, {counted(summary['motions'], 'motion')}, {counted(summary['samples'], 'setpoint')}",
         f"feed: mean {feed['mean']:.2f}, max {feed['max']:.2f} mm/s; {counted(summary['sharp_corner_count'], 'sharp corner')}",
     ]
+    curve = sparkline(summary["feed_over_time_mm_s"])
+    if curve:
+        lines.append(f"  {curve}")
     for letter, peak in summary["peak"].items():
         parts = []
         for name, power in ORDERS:
@@ -240,13 +273,13 @@ def as_text(summary: dict[str, Any]) -> str:
             of_limit = f" ({100 * share:.2f} %)" if share is not None else ""
             parts.append(f"{name} {peak[name]:.6g} {peak['unit']}/s{power}{of_limit}")
         lines.append(f"  {letter.upper()}: " + ", ".join(parts))
-    slowest = summary["slowest"][:3]
-    if slowest:
-        lines.append(
-            "most time lost: "
-            + "; ".join(
-                f"{1000 * place['lost_s']:.0f} ms at line {place['line']} ({place['limit'].replace('_', ' ')})"
-                for place in slowest
-            )
-        )
+    lines.extend(_loss_text(place, summary["program"]) for place in summary["slowest"][:3])
     return "\n".join(lines)
+
+
+def _loss_text(place: dict[str, Any], program: str) -> str:
+    """Return a place where time is lost: how much, line (with its file, if it is not the program), position, time, limit."""
+    file = "" if place["source"] == program else f" of {place['source']}"
+    at = " ".join(f"{column.split('_')[0].upper()}{value:.3f}" for column, value in place["position"].items())
+    limit = place["limit"].replace("_", " ")
+    return f"  {1000 * place['lost_s']:.0f} ms lost at line {place['line']}{file}, {at}, {place['t_s']:.3f} s: {limit}"

@@ -192,6 +192,7 @@ class Program:
         moving_axes: Those of them that the output shows (the program's own).
         chunks: Yields `Toolpath` of bounded size, at each call from the start of the program on.
         diagnostics: Filled while reading; of several readings each fault stands there once.
+        count_lines: Returns how many lines the text has; 0 where they are not counted.
     """
 
     name: str
@@ -200,6 +201,7 @@ class Program:
     moving_axes: str
     chunks: Callable[[], Iterator[Toolpath]]
     diagnostics: Diagnostics
+    count_lines: Callable[[], int] = int
 
     def __repr__(self) -> str:
         return f"Program({self.name!r}, {self.language}, axes {self.moving_axes or 'none'}, {self.diagnostics!r})"

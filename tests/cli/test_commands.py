@@ -373,3 +373,56 @@ def test_canon_says_which_dialect_it_took(cncgen: Run, tmp_path: Path) -> None:
     run = cncgen("canon", "lathe.nc")
     assert run.returncode == 0
     assert b"note[dialect]: read as fanuc-lathe" in run.stderr
+
+
+def test_the_name_of_a_machine_shows_it(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["machines", "show", "xy-table"]) == 0
+    shown = capsys.readouterr().out
+    assert run(["machines", "xy-table"]) == 0
+    assert capsys.readouterr().out == shown
+    assert run(["machines", "xy-tabel"]) == 2
+    assert "did you mean xy-table?" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["simulate", "compare"])
+def test_a_program_is_planned_on_the_machine_of_its_servo_data(
+    tmp_path: Path, part: Path, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    """As with -m; the machine that is taken is named."""
+    found = {}
+    for given in (["-m", "xy-table"], ["--axis-params", "xy-table"]):
+        output = tmp_path / given[0].strip("-")
+        assert run([command, str(part), *given, "-o", str(output)]) == 0
+        found[given[0]] = output.read_text()
+        assert ("planned on xy-table, the machine of --axis-params" in capsys.readouterr().err) == (
+            given[0] == "--axis-params"
+        )
+    assert found["-m"] == found["--axis-params"]
+
+
+def test_servo_data_without_limits_are_no_machine_to_plan_on(
+    tmp_path: Path, part: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["machines", "xy-table"]) == 0
+    axes = tomllib.loads(capsys.readouterr().out)["axes"]
+    lines = [
+        f"[axes.{letter}.servo]\n" + "".join(f"{key} = {value!r}\n" for key, value in axis["servo"].items())
+        for letter, axis in axes.items()
+    ]
+    servos = tmp_path / "servos.toml"
+    servos.write_text("".join(lines).replace("True", "true").replace("False", "false"))
+    assert run(["simulate", str(part), "--axis-params", str(servos), "-o", str(tmp_path / "r.csv")]) == 0
+    assert "has no limits: planned on generic-mill" in capsys.readouterr().err
+
+
+def test_check_ends_with_a_line_a_file_and_a_total(
+    tmp_path: Path, part: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wrong = tmp_path / "wrong.nc"
+    wrong.write_text("G21 G90\nG1 X F100\nG1 Y\nM2\n")
+    assert run(["check", str(part), str(wrong)]) == 1
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[-2] == f"{wrong}: 2 errors"
+    assert lines[-1] == "2 files: 1 without errors, 1 with errors"
+    assert run(["check", str(part)]) == 0
+    assert "files" not in capsys.readouterr().err

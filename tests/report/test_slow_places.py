@@ -46,6 +46,9 @@ def test_the_worst_twenty_with_line_place_and_limit() -> None:
     assert [place.lost_s for place in found] == pytest.approx([losses[k] for k in order], abs=1e-12)
     # Each row becomes slow in its middle.
     assert [place.s_mm for place in found] == [10.0 * k + 5.0 for k in order]
+    # Lines of 10 mm along X: the length is the position.
+    assert [place.position[0] for place in found] == pytest.approx([place.s_mm for place in found], abs=1e-9)
+    assert {place.source for place in found} == {"program"}
     assert [place.t_s for place in found] == pytest.approx(
         [k + 0.5 + sum(losses[:k]) for k in order], abs=1e-12
     )

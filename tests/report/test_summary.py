@@ -162,3 +162,19 @@ def test_the_largest_speed_of_a_piece(time: float, v: float, a: float, j: float)
         np.array([0.0, time]), np.zeros(2), v * one, a * one, j * one, 0 * one, np.zeros(1, np.int8)
     )
     assert _top_speeds(profile)[0] == pytest.approx(speed.max(), abs=between)
+
+
+def test_how_much_of_a_program_is_planned() -> None:
+    """By the line that the plan has come to; a loop leads back, and then nobody knows."""
+    options = PlanOptions(feedrate="constant")
+    lines = "".join(f"G1 X{k % 2} F6000\n" for k in range(400))
+    stream, summary = plan_with_summary(read_text(f"G21 G90\n{lines}M2\n"), "generic-mill", options)
+    assert summary.done() is None or summary.done() == 0.0
+    for _ in stream.chunks:
+        pass
+    assert summary.done() == pytest.approx(402 / 404, abs=2 / 404)
+    loop = "G21 G91 F6000\no1 repeat [9000]\nG1 X1\nG1 X-1\no1 endrepeat\nM2\n"
+    stream, summary = plan_with_summary(read_text(loop), "generic-mill", options)
+    for _ in stream.chunks:
+        pass
+    assert summary.done() is None

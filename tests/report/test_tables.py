@@ -98,7 +98,11 @@ def test_text_of_a_summary() -> None:
         "motions": 1, "samples": 2, "feed_mm_s": {"mean": 1.0, "max": 2.0}, "sharp_corner_count": 0,
         "peak": {"x": {"unit": "mm", "velocity": 1.0, "velocity_of_limit": 0.5, "acceleration": 2.0,
                        "acceleration_of_limit": None, "jerk": 3.0, "jerk_of_limit": 0.1}},
-        "slowest": [{"lost_s": 0.25, "line": 7, "limit": Limit.CONTOUR_ERROR.name.lower()}],
+        "feed_over_time_mm_s": [0.0, 1.0, 2.0],
+        "slowest": [
+            {"lost_s": 0.25, "line": 7, "source": "a.nc", "position": {"x_mm": 1.5, "a_deg": -90.0}, "t_s": 3.25, "limit": Limit.CONTOUR_ERROR.name.lower()},
+            {"lost_s": 0.125, "line": 2, "source": "sub.nc", "position": {"x_mm": 0.0}, "t_s": 1.0, "limit": "feed"},
+        ],
     }  # fmt: skip
     text = as_text(values)
     assert (
@@ -106,7 +110,9 @@ def test_text_of_a_summary() -> None:
         in text
     )
     assert "X: velocity 1 mm/s (50.00 %), acceleration 2 mm/s², jerk 3 mm/s³ (10.00 %)" in text
-    assert "250 ms at line 7 (contour error)" in text
+    assert "\n  ▁▅█\n" in text
+    assert "250 ms lost at line 7, X1.500 A-90.000, 3.250 s: contour error" in text
+    assert "125 ms lost at line 2 of sub.nc, X0.000, 1.000 s: feed" in text
 
 
 def test_compare_prints_both_tables(cncgen: Run, programs: Path) -> None:
