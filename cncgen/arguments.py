@@ -8,10 +8,12 @@ import numbers
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import fields
-from typing import Any, TypeGuard
+from typing import Any, TypeGuard, TypeVar
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.units import AXIS_LETTERS
+
+_T = TypeVar("_T")
 
 
 def wrong(message: str, hint: str = "") -> UsageError:
@@ -89,7 +91,7 @@ def expect_fields(options: Any, asked: Iterable[str]) -> None:
         raise UsageError(faults)
 
 
-def undrawn(chunks: Iterator[Any], what: str) -> Iterator[Any]:
+def undrawn(chunks: Iterator[_T], what: str) -> Iterator[_T]:
     """Return a stream, which can be drawn once.
 
     Raises:

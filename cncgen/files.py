@@ -11,9 +11,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, BinaryIO
+from typing import IO, Any, BinaryIO, TypeVar
 
 from cncgen.diagnostics import Diagnostic, UsageError
+
+_T = TypeVar("_T")
 
 #: Name of standard input and output wherever a file is asked for.
 STANDARD = "-"
@@ -172,7 +174,7 @@ class OutputFile:
         self._temporary: str | None = None
         self.file: BinaryIO = self._guard(self._open)
 
-    def _guard(self, action: Callable[[], Any]) -> Any:
+    def _guard(self, action: Callable[[], _T]) -> _T:
         try:
             return action()
         except BrokenPipeError:
@@ -328,9 +330,9 @@ class StandardOutput:
         self._outlives_reader = outlives_reader
         self.flush()
 
-    def _guard(self, action: Callable[[], Any]) -> Any:
+    def _guard(self, action: Callable[[], object]) -> None:
         try:
-            return action()
+            action()
         except BrokenPipeError:
             if not self._outlives_reader:
                 raise
@@ -348,7 +350,7 @@ class StandardOutput:
         self._guard(sys.stdout.flush)
 
 
-def silence(stream: Any) -> None:
+def silence(stream: IO[str] | IO[bytes]) -> None:
     """Point a stream that nobody reads any more at nothing, so that what is still written to it says nothing."""
     with suppress(OSError, ValueError):
         nothing = os.open(os.devnull, os.O_WRONLY)

@@ -1,8 +1,9 @@
-"""Attributes have the type of what they hold: `Any` and `object` only where a reason stands here."""
+"""Attributes and arguments have the type of what they hold: `Any` and `object` only where a reason stands here."""
 
 from __future__ import annotations
 
 import ast
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -62,3 +63,73 @@ def test_attributes_have_the_type_of_what_they_hold() -> None:
     }
     assert sorted(bare - set(OPEN)) == []
     assert sorted(set(OPEN) - bare) == [], "these are typed now"
+
+
+def arguments() -> set[str]:
+    """Return ``module:function.argument`` of each argument that is typed ``Any`` or ``object``, mappings by name left out."""
+    found = set()
+    for path in sorted(PACKAGE.rglob("*.py")):
+        if path.parent.name == "kernels":
+            continue
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                continue
+            given = node.args
+            for one in (*given.posonlyargs, *given.args, *given.kwonlyargs, given.vararg, given.kwarg):
+                if one is None or one.annotation is None:
+                    continue
+                names = {part.id for part in ast.walk(one.annotation) if isinstance(part, ast.Name)}
+                annotation = ast.unparse(one.annotation)
+                by_name = any(f"{kind}[str, Any]" in annotation for kind in ("Mapping", "dict"))
+                if names & {"Any", "object"} and not by_name:
+                    found.add(f"{path.relative_to(PACKAGE).as_posix()}:{node.name}.{one.arg}")
+    return found
+
+
+#: Arguments whose values have no one type, by patterns of ``module:function.argument``.
+OPEN_ARGUMENTS = {
+    "arguments.py:*": "whatever a caller of the library gave: it is checked here",
+    "toolpath/reading.py:_*": "whatever a caller of the library gave: it is checked here",
+    "setpoints/checking.py:*": "whatever a caller of the library gave: it is checked here",
+    "pipeline/planning.py:*.asked": "options by name; `PlanOptions` checks each",
+    "cli/options.py:*": "what click passes on: values of all options",
+    "cli/types.py:convert.value": "click: a text, or a default of the type",
+    "cli/app.py:_show_warning.*": "what Python's warnings pass on, unused",
+    "cli/__init__.py:_take_signals.before": "handlers as the signal module has them: a function, a number or None",
+    "diagnostics.py:*": "values of any kind, made JSON's",
+    "report/page/assembling.py:_json.value": "values of any kind, made JSON's",
+    "files.py:is_terminal.stream": "whatever stands in the place of a stream",
+    "files.py:readinto.buffer": "any buffer: Python 3.11 has no name for it",
+    "files.py:_guard.action": "what the action returns is dropped",
+    "shown.py:*": "records of any room, told apart by their class",
+    "pipeline/reporting.py:shown_record.record": "records of any room, told apart by their class",
+    "gcode/codes/tool_centre.py:*": "what the caller gave with a move, handed back",
+    "gcode/sinks/counting.py:*": "the arguments of every call, counted and dropped",
+    "gcode/sinumerik/reading.py:*.c": "what lark hands on: nodes and tokens",
+    "gcode/sinumerik/running.py:*": "values of SINUMERIK: numbers, words and arrays",
+    "gcode/sinumerik/motions.py:*": "values of SINUMERIK: numbers, words and arrays; modes handed back",
+    "gcode/state/predefined.py:asks_state.target": "the target of an assignment: a number, a name or an expression",
+    "gcode/text/macro_loops.py:_number.label": "keys of a cache, compared and shown",
+    "machine/*": "values of a machine file, as TOML has them: they are checked here",
+    "report/drawing.py:*.style": "keywords of matplotlib",
+    "report/drawing.py:*.more": "keywords of matplotlib",
+    "setpoints/readers/*": "objects of pyarrow and mcap, which may be missing",
+    "setpoints/writers/*": "objects of scipy.io, imported where they are used",
+    "setpoints/readers/tables.py:stated_period.value": "a value of a file: it is checked here",
+    "stepnc/*.context": "of the reader, which the executor hands back to it",
+    "stepnc/*.value": "values of STEP-NC entities: they are checked or shown here",
+    "stepnc/*.values": "values of STEP-NC entities",
+    "stepnc/iso14649/toolpaths.py:_made.arguments": "arguments of the function that is called",
+    "stepnc/model.py:__getitem__.k": "an index, as `Sequence` has it",
+    "stepnc/part21/exchange.py:report.options": "options of the reporter, handed on",
+    "stepnc/part21/parsing.py:*.children": "what lark hands on: nodes and tokens",
+    "toolpath/building.py:*": "columns of any dtype",
+    "verify/verdict.py:breach.values": "numbers and names of a diagnostic",
+}
+
+
+def test_arguments_have_the_type_of_what_they_take() -> None:
+    open_ones = arguments()
+    fitting = {pattern: {one for one in open_ones if fnmatchcase(one, pattern)} for pattern in OPEN_ARGUMENTS}
+    assert sorted(open_ones - set().union(*fitting.values())) == []
+    assert [pattern for pattern, found in fitting.items() if not found] == [], "these are typed now"

@@ -24,6 +24,7 @@ from cncgen.cli.options import (
 from cncgen.cli.types import FILE, FiniteRange
 
 if TYPE_CHECKING:
+    from cncgen.servo.record import Response
     from cncgen.setpoints.stream import SetpointStream
 
 
@@ -99,7 +100,7 @@ def command(
     messages.note(as_text(result))
 
 
-def _draw(chunks: Iterable[Any]) -> None:
+def _draw(chunks: Iterable[Response]) -> None:
     for _ in chunks:
         pass
 

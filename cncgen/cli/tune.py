@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -17,6 +17,9 @@ from cncgen.cli.options import (
     summary_option,
 )
 from cncgen.cli.types import FILE, FiniteRange
+
+if TYPE_CHECKING:
+    from cncgen.servo.named_schemes import Settings
 
 #: Schemes with gains of their own.
 CONTROLLERS = ("p", "ccc", "zpetc+ccc", "tcf", "h-infinity")
@@ -144,8 +147,8 @@ def _placed(
     period_s: float,
     bandwidth: float,
     damping: float,
-    settings: Any,
-) -> tuple[dict[str, Any], Any]:
+    settings: Settings,
+) -> tuple[dict[str, Any], Settings]:
     """Return servos and settings with the gains of the controller placed."""
     from cncgen.servo.named_schemes import scheme_maker
     from cncgen.servo.tuning.placement import check_stable, placed, placed_settings

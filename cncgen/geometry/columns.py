@@ -7,7 +7,6 @@ Done column by column, which for a few columns is much faster than NumPy's reduc
 from __future__ import annotations
 
 from functools import reduce
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +35,6 @@ def total(values: Floats) -> Floats:
     return reduce(np.add, np.moveaxis(values, -1, 0))
 
 
-def anywhere(values: NDArray[Any]) -> NDArray[np.bool_]:
+def anywhere(values: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return where any element of the last axis is true."""
     return reduce(np.logical_or, np.moveaxis(values, -1, 0))

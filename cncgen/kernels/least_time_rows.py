@@ -187,7 +187,7 @@ def _limited(
     problem: Problem,
     block: cython.Py_ssize_t,
     end: cython.Py_ssize_t,
-    joint: cython.char[::1],
+    held_right: cython.char[::1],
     idle: cython.char[:, ::1],
 ) -> cython.void:
     """Write accelerations and jerks of a block at one end."""
@@ -197,7 +197,7 @@ def _limited(
         for j in range(size(problem, block)):
             k = block * LANES + j
             if idle[a, k] == 0 and (
-                (end == 1 and joint[k] != 0) or (end == 0 and (problem.free == 1 or k > 0))
+                (end == 1 and held_right[k] != 0) or (end == 0 and (problem.free == 1 or k > 0))
             ):
                 _put(
                     problem,
@@ -224,7 +224,7 @@ def _limited(
 
 
 def build(
-    problem: Problem, box: cython.double[:, ::1], sway: cython.double[:, ::1], joint: cython.char[::1]
+    problem: Problem, box: cython.double[:, ::1], sway: cython.double[:, ::1], held_right: cython.char[::1]
 ) -> cython.void:
     """Fill the rows of a window, all awake; where it starts in motion, those that the state alone decides are left out.
 
@@ -232,7 +232,7 @@ def build(
         problem: Without rows.
         box: Shape (n, 3): largest q at the left end, for the middle ordinate, and at the right end (infinite: none).
         sway: Shape (n, 2): largest |q′|/2 at the left and at the right end (infinite: none).
-        joint: Shape (n,): 1 where acceleration must be held at the right end too (the next interval does not start
+        held_right: Shape (n,): 1 where acceleration must be held at the right end too (the next interval does not start
             with the same derivatives).
     """
     k: cython.Py_ssize_t
@@ -251,7 +251,7 @@ def build(
         for block in range(problem.blocks):
             for end in range(2):
                 _bounds(problem, block, end, box, sway)
-                _limited(problem, block, end, joint, idle)
+                _limited(problem, block, end, held_right, idle)
         find_runs(problem, 2, problem.awake)
         find_runs(problem, 1, problem.asleep)
 

@@ -16,8 +16,19 @@ from cncgen.files import file_fault, open_output
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    _Corner = Literal[
+        "best",
+        "upper left",
+        "upper center",
+        "upper right",
+        "lower left",
+        "lower center",
+        "lower right",
+        "center right",
+    ]
     #: Pictures with the names of their files.
     Figures = Iterator[tuple[str, Figure]]
 
@@ -101,7 +112,7 @@ def folder(path: str | Path) -> Path:
     return target
 
 
-def line(part: Any, x: Floats, y: Floats, **style: Any) -> None:
+def line(part: Axes, x: Floats, y: Floats, **style: Any) -> None:
     """Draw a line; a long one is thinned to the extremes of each stretch, so peaks stay."""
     if len(x) > MAX_POINTS:
         step = -(-2 * len(x) // MAX_POINTS)
@@ -114,7 +125,7 @@ def line(part: Any, x: Floats, y: Floats, **style: Any) -> None:
     part.plot(x, y, **{"linewidth": 0.9, "color": BLUE, **style})
 
 
-def bound(part: Any, value: float | None, label: str | None = None) -> None:
+def bound(part: Axes, value: float | None, label: str | None = None) -> None:
     """Draw a limit, either sign."""
     if value is not None and np.isfinite(value):
         for sign in (1.0, -1.0):
@@ -123,7 +134,7 @@ def bound(part: Any, value: float | None, label: str | None = None) -> None:
             )
 
 
-def legend(part: Any, where: str = "best", **more: Any) -> None:
+def legend(part: Axes, where: _Corner = "best", **more: Any) -> None:
     """Show what the lines are; lines in it are thick enough to tell their colours."""
     shown = part.legend(loc=where, fontsize=8, framealpha=0.9, **more)
     for handle in shown.get_lines():
@@ -131,7 +142,7 @@ def legend(part: Any, where: str = "best", **more: Any) -> None:
             handle.set_linewidth(max(1.6, handle.get_linewidth()))
 
 
-def plane(part: Any, rows: Sequence[Floats], labels: tuple[str, str]) -> None:
+def plane(part: Axes, rows: Sequence[Floats], labels: tuple[str, str]) -> None:
     """Make a part a map: equal scales on both axes, the box round all rows (each of shape (n, 2))."""
     whole = np.concatenate([np.asarray(r, float) for r in rows])
     low, high = np.nanmin(whole, axis=0), np.nanmax(whole, axis=0)

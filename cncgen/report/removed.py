@@ -10,7 +10,9 @@ from cncgen.removal.record import Removal
 from cncgen.report import drawing
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.gridspec import SubplotSpec
 
 #: Columns along the longer side of the relief.
 RELIEF_COLUMNS = 160
@@ -49,11 +51,11 @@ def figure(removal: Removal, title: str) -> Figure:
     return made
 
 
-def _from_above(made: Figure, place: object, removal: Removal) -> None:
+def _from_above(made: Figure, place: SubplotSpec, removal: Removal) -> None:
     from matplotlib.colors import LightSource
 
     field = removal.stock
-    part = made.add_subplot(place)  # type: ignore[call-overload]
+    part = made.add_subplot(place)
     heights = np.where(field.heights > field.bottom, field.heights, np.nan)
     x, y, half = field.x, field.y, field.cell / 2
     extent = (x[0] - half, x[-1] + half, y[0] - half, y[-1] + half)
@@ -72,7 +74,7 @@ def _from_above(made: Figure, place: object, removal: Removal) -> None:
     made.colorbar(shown, ax=part, label="height (mm)", shrink=0.8)
 
 
-def _relief(made: Figure, place: object, removal: Removal) -> None:
+def _relief(made: Figure, place: SubplotSpec, removal: Removal) -> None:
     field = removal.stock
     part = made.add_subplot(place, projection="3d")
     step = max(1, -(-max(field.heights.shape) // RELIEF_COLUMNS))
@@ -87,7 +89,7 @@ def _relief(made: Figure, place: object, removal: Removal) -> None:
     part.set_axis_off()
 
 
-def _rates(part: object, removal: Removal) -> None:
+def _rates(part: Axes, removal: Removal) -> None:
     times, rates = removal.time_s, removal.rate_mm3_s
     end = float(times[-1]) if len(times) else 0.0
     if end > 0:
@@ -95,7 +97,7 @@ def _rates(part: object, removal: Removal) -> None:
         before = np.concatenate([[0.0], times])
         removed = np.concatenate([[0.0], np.cumsum(rates * np.diff(before))])
         mean = np.diff(np.interp(borders, before, removed)) / np.diff(borders)
-        part.step(borders[1:], mean, color=drawing.BLUE, linewidth=0.9)  # type: ignore[attr-defined]
-    part.set_xlabel("time at programmed feeds (s)")  # type: ignore[attr-defined]
-    part.set_ylabel("removed (mm³/s)")  # type: ignore[attr-defined]
-    part.grid(True, linewidth=0.4, alpha=0.5)  # type: ignore[attr-defined]
+        part.step(borders[1:], mean, color=drawing.BLUE, linewidth=0.9)
+    part.set_xlabel("time at programmed feeds (s)")
+    part.set_ylabel("removed (mm³/s)")
+    part.grid(True, linewidth=0.4, alpha=0.5)

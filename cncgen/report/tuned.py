@@ -12,6 +12,7 @@ from cncgen.machine.record import Servo
 from cncgen.machine.writing import table_text
 from cncgen.report.tables import text_table
 from cncgen.servo.controllers.hinf_servo import BoundCheck
+from cncgen.servo.named_schemes import Settings
 from cncgen.servo.tuning.analysis import OpenLoop, closed_bandwidth_hz, linear_loop, open_loops
 from cncgen.servo.tuning.search import Search
 
@@ -27,7 +28,12 @@ def margin_text(loop: OpenLoop, bode: bool = True) -> str:
 
 
 def loop_texts(
-    controller: str, servos: Mapping[str, Servo], axes: str, period_s: float, settings: Any, bode: bool
+    controller: str,
+    servos: Mapping[str, Servo],
+    axes: str,
+    period_s: float,
+    settings: Settings | None,
+    bode: bool,
 ) -> Iterator[str]:
     """Yield the margins of each loop of a scheme, and of its own controllers the bandwidth of each closed axis."""
     try:

@@ -187,7 +187,7 @@ class CompensatedSink:
         out[self._first], out[self._second] = point.real, point.imag
         return out
 
-    def _take(self, move: Callable[[], list[Any]]) -> None:
+    def _take(self, move: Callable[[], list[CentreMove | _Call]]) -> None:
         """Feed the geometry and pass on the settled moves, after the remarks on a move that waited."""
         waits = self.centre.last_waiting()
         where = f" (the move of line {waits.block.block.line})" if waits else ""
@@ -197,7 +197,7 @@ class CompensatedSink:
             self._warn(fault, Severity.ERROR if remark.refused else Severity.WARNING)
         self._pass_on(settled)
 
-    def _pass_on(self, settled: list[Any]) -> None:
+    def _pass_on(self, settled: list[CentreMove | _Call]) -> None:
         inner, now = self.inner, self._block
         for item in settled:
             if isinstance(item, CentreMove):
@@ -344,7 +344,7 @@ class CompensatedSink:
             self._defer(lambda: self.inner.call(text, event))
 
 
-def _or_fault(step: Callable[[], list[Any]]) -> list[Any]:
+def _or_fault(step: Callable[[], list[CentreMove | _Call]]) -> list[CentreMove | _Call]:
     """Return what the geometry settles in a step; raise its fault as the block's."""
     try:
         return step()

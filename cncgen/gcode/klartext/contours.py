@@ -10,6 +10,7 @@ from __future__ import annotations
 import cmath
 import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -54,7 +55,7 @@ class ContourWay:
         return self.values[name]
 
 
-def way_of(body: str, read: Any) -> ContourWay | None:
+def way_of(body: str, read: Callable[[str], float]) -> ContourWay | None:
     """Return the way of a line, None for any other line; `read` gives the value of a text."""
     match = _WAY.match(body.strip())
     if match is None:

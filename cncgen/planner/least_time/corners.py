@@ -180,8 +180,8 @@ def corners_of(
     together = _together(bounds, s, turn, v)
     speed = np.where(together < v, together, speed)
     v = together[:, None]
-    taken = linear * v + square * v**2
-    felt = (max_over_axes(taken) > _NEGLIGIBLE) | (chord < np.sqrt(top))
+    share = linear * v + square * v**2
+    felt = (max_over_axes(share) > _NEGLIGIBLE) | (chord < np.sqrt(top))
     corner |= felt & (speed < np.sqrt(top))
     speed[~felt & ~corner & ~stop] = np.inf
     stop |= speed <= 0.0
@@ -207,7 +207,7 @@ def corners_of(
         stop=stop,
         corner=corner,
         speed=speed,
-        jump_share=np.stack([pulse, taken + sway], 1) * passed[:, None, None],
+        jump_share=np.stack([pulse, share + sway], 1) * passed[:, None, None],
         acceleration=acceleration,
         zone=zone * passed,
         cuts=_cuts(bounds, s, stop, turn, left[1:3], right[1:3]),
@@ -223,7 +223,7 @@ def _doubt(choice: Bools, speed: Floats, worth: Floats) -> Floats:
 def rows_beside(path: Path, s: Floats) -> tuple[Ints, Ints]:
     """Return the rows of the stretches before and after corners, shape (n,) each; at the ends that of the only one.
 
-    Several breakpoints that no setpoint can tell apart are one joint. The rows between them are neither before nor after it.
+    Several breakpoints that no setpoint can tell apart are one corner. The rows between them are neither before nor after it.
 
     Args:
         path: The path.
@@ -242,7 +242,7 @@ def _straight(path: Path, s: Floats, before: BlockEnd | None, after: BlockEnd | 
 
 
 def speed_rises(bounds: AxisLimits, path: Path, s: Floats, right: Floats) -> tuple[Floats, Floats]:
-    """Return by how much v² and v^(3/2) change from joint to joint at most, shape (n − 1,) each; infinite for no bound.
+    """Return by how much v² and v^(3/2) change from corner to corner at most, shape (n − 1,) each; infinite for no bound.
 
     On a straight line v² changes by 2 A d at most over the distance d. A motion at the speed v that came from rest, or must
     come to rest, has the acceleration √(2 J v) at most, with which v^(3/2) changes by √(9/2 J) d. On a curve whose
@@ -267,7 +267,7 @@ def speed_rises(bounds: AxisLimits, path: Path, s: Floats, right: Floats) -> tup
 
 
 def reached_speeds(speed: Floats, rises: tuple[Floats, Floats]) -> Floats:
-    """Return the speed, shape (n,), that is left of the one that each joint allows by those around.
+    """Return the speed, shape (n,), that is left of the one that each corner allows by those around.
 
     Args:
         speed: Shape (n,), v that each of them allows.
@@ -562,7 +562,7 @@ def corner_zones(
     bounds: AxisLimits,
     speed: Floats,
     there: Floats,
-    taken: tuple[Floats, Floats],
+    share: tuple[Floats, Floats],
     straight: Bools,
     left: Floats,
     right: Floats,
@@ -579,12 +579,12 @@ def corner_zones(
         bounds: Limits.
         speed: Shape (n,), v, the largest one at each jump.
         there: Shape (n,), the largest acceleration along the path there.
-        taken: Shape (n, axes) each: the parts of the jerk limits that the steps of x' and of x'' take.
+        share: Shape (n, axes) each: the parts of the jerk limits that the steps of x' and of x'' take.
         straight: Shape (n,), whether lines meet there.
         left, right: Shape (n, axes), dx/ds on both sides.
     """
     gain = np.maximum(*(along_path(bounds.acceleration, side) for side in (left, right)))
-    by_turn, by_bend = taken
+    by_turn, by_bend = share
     kept = np.where(straight[:, None], 1.0 - by_turn - by_bend, 1.0)
     jerk = np.maximum(*(along_path(bounds.jerk, side / kept) for side in (left, right)))
     seen = bounds.period_s * np.where(max_over_axes(by_turn) > _NEGLIGIBLE, *SEEN)
@@ -599,18 +599,18 @@ def _weakest(bounds: AxisLimits, left: Floats, right: Floats) -> tuple[Floats, F
     return acceleration, jerk, STOP_SPEED * np.minimum(jerk * period, acceleration) * period
 
 
-def _lost(bounds: AxisLimits, taken: Floats, left: Floats, right: Floats) -> Floats:
+def _lost(bounds: AxisLimits, share: Floats, left: Floats, right: Floats) -> Floats:
     """Return what part of the jerk along the path jumps take, shape (n,), the mean of both sides.
 
     An axis that hardly moves beside the jump leaves the others theirs.
 
     Args:
         bounds: Limits.
-        taken: Shape (n, axes), parts of the axes' jerk.
+        share: Shape (n, axes), parts of the axes' jerk.
         left, right: Shape (n, axes), dx/ds on both sides.
     """
     jerk = bounds.jerk
-    kept = 1.0 - taken
+    kept = 1.0 - share
     with np.errstate(invalid="ignore"):
         parts = [along_path(jerk, side / kept) / along_path(jerk, side) for side in (left, right)]
     return 1.0 - 0.5 * np.nan_to_num(parts[0] + parts[1])

@@ -163,7 +163,7 @@ class SplineColumns:
         at: Shape (n,), their numbers among the intervals.
         h, ends, extra, box, sway: See `cncgen.kernels.least_time` and `cncgen.kernels.least_time_rows`.
         edge: Shape (n, 2), largest q at both ends.
-        joint: Shape (n,), where acceleration must be held at the right end too.
+        held_right: Shape (n,), where acceleration must be held at the right end too.
         x3_excess: Shape (n, axes), as in `Mesh`.
         shape: Derivatives of the path (x1, x2, x3), limits and the parts of them that may be used.
     """
@@ -175,7 +175,7 @@ class SplineColumns:
     box: Floats
     sway: Floats
     edge: Floats
-    joint: NDArray[np.int8]
+    held_right: NDArray[np.int8]
     x3_excess: Floats
     shape: tuple[Floats, Floats, Floats, Floats, Floats]
 
@@ -367,7 +367,7 @@ def run_from(
     """Run the interior-point method from a start; if `thinned`, rows that the start stays far from are left out at first."""
     kernel = _kernel(columns, state)
     start.fill(kernel, columns, state)
-    least_time_rows.build(kernel, columns.box, columns.sway, columns.joint)
+    least_time_rows.build(kernel, columns.box, columns.sway, columns.held_right)
     if thinned:
         least_time_rows.thin(kernel, _REACH, FAR)
     report = np.zeros(7)

@@ -23,7 +23,7 @@ from cncgen.units import DEGREE
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-#: A turn, and a step of curvature by the tolerance, up to which a joint is smooth: an axis hardly slows down for it.
+#: A turn, and a step of curvature by the tolerance, up to which rows meet smoothly: an axis hardly slows down for it.
 _TURN, _STEP = 2e-4, 1e-5
 #: Length of the end that is cut off to be rounded, in smoothing lengths of the corner.
 _REACH = 20.0
@@ -34,8 +34,8 @@ _CUSP = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
-class _Joints:
-    """Before each row and after the last one: whether the joint there is a corner, and the smoothing length that it takes.
+class _CurveEnds:
+    """Before each row and after the last one: whether rows meet in a corner there, and the smoothing length that it takes.
 
     Attributes:
         rough: Shape (n + 1,).
@@ -88,33 +88,33 @@ def _moves(rows: Toolpath) -> Bools:
 
 
 def _cut(rows: Toolpath, stop: int, before: tuple[bool, float]) -> tuple[Toolpath, Bools, tuple[bool, float]]:
-    """Cut the NURBS among the rows 0 … stop; return them, which ones are free, and the joint before row `stop`.
+    """Cut the NURBS among the rows 0 … stop; return them, which ones are free, and the corner before row `stop`.
 
     Args:
         rows: The stretch, with the row at `stop` that follows, where there is one.
         stop: Rows to hand on.
-        before: Whether the joint before the first row is a corner, and its reach.
+        before: Whether a corner stands before the first row, and its reach.
     """
     if not np.any(rows.kind == Kind.NURBS):
         return between(rows, 0, stop), np.zeros(stop, bool), (False, 0.0)
     path = Path(rows.axes, rows.start, rows.kind, rows.end, rows.curve, rows.arcs, rows.nurbs)
-    joints = _joints(rows, path, before)
+    corners = _curve_ends(rows, path, before)
     parts: list[Toolpath] = []
     free: list[Bools] = []
     at = 0
-    curves = np.flatnonzero((rows.kind == Kind.NURBS) & (joints.rough[:-1] | joints.rough[1:]))
+    curves = np.flatnonzero((rows.kind == Kind.NURBS) & (corners.rough[:-1] | corners.rough[1:]))
     for k in curves[curves < stop].tolist():
-        row, ends = _row(rows, path, k, joints)
+        row, ends = _row(rows, path, k, corners)
         parts += [between(rows, at, k), row]
         free += [np.zeros(k - at, bool), ends]
         at = k + 1
     parts.append(between(rows, at, stop))
     free.append(np.zeros(stop - at, bool))
-    return join(parts), np.concatenate(free), (bool(joints.rough[stop]), float(joints.reach[stop]))
+    return join(parts), np.concatenate(free), (bool(corners.rough[stop]), float(corners.reach[stop]))
 
 
-def _joints(rows: Toolpath, path: Path, before: tuple[bool, float]) -> _Joints:
-    """Look at the joints of rows that may both be rounded, with no rest between."""
+def _curve_ends(rows: Toolpath, path: Path, before: tuple[bool, float]) -> _CurveEnds:
+    """Look at the corners of rows that may both be rounded, with no rest between."""
     n = len(rows)
     rough, reach = np.zeros(n + 1, bool), np.zeros(n + 1)
     rough[0], reach[0] = before
@@ -126,7 +126,7 @@ def _joints(rows: Toolpath, path: Path, before: tuple[bool, float]) -> _Joints:
     pair &= (rows.kind[one] == Kind.NURBS) | (rows.kind[two] == Kind.NURBS)
     one, two = one[pair], two[pair]
     if not one.size:
-        return _Joints(rough, reach)
+        return _CurveEnds(rough, reach)
     scale = np.ones(len(rows.axes))
     scale[metric_columns(rows.axes)[2]] = 1.0 / DEGREE
     left = path.evaluate(path.row_s[one + 1], 2, -1) * scale
@@ -138,11 +138,11 @@ def _joints(rows: Toolpath, path: Path, before: tuple[bool, float]) -> _Joints:
         # In tolerances, and in steps of a sixteenth of an octave: rounding must not tell.
         length = np.minimum(4.0 / turn, 1.0 / np.sqrt(0.067 * step * allowed)).clip(None, _WIDEST)
         away = _REACH * allowed * elementary.exp2(np.round(16.0 * elementary.log2(length)) / 16.0)
-    # The joint belongs to the row that follows it and to the one before; rows between do not move.
+    # The corner belongs to the row that follows it and to the one before; rows between do not move.
     for where in (two, one + 1):
         rough[where] |= corner
         reach[where] = np.where(corner, away, 0.0)
-    return _Joints(rough, reach)
+    return _CurveEnds(rough, reach)
 
 
 def _roundable(rows: Toolpath, path: Path) -> Bools:
@@ -168,12 +168,12 @@ def _regular(rows: Toolpath, path: Path) -> Bools:
     return out
 
 
-def _row(rows: Toolpath, path: Path, k: int, joints: _Joints) -> tuple[Toolpath, Bools]:
+def _row(rows: Toolpath, path: Path, k: int, corners: _CurveEnds) -> tuple[Toolpath, Bools]:
     """Return row `k` cut where its corners reach, and which parts are free: its ends at corners, or all of it."""
     row = between(rows, k, k + 1)
     length = float(path.row_length[k])
-    head, tail = (bool(joints.rough[j]) for j in (k, k + 1))
-    reach = joints.reach[k : k + 2]
+    head, tail = (bool(corners.rough[j]) for j in (k, k + 1))
+    reach = corners.reach[k : k + 2]
     if np.sum(reach, where=[head, tail]) > 0.75 * length:
         return row, np.ones(1, bool)
     at = np.array([reach[0]] * head + [length - reach[1]] * tail)

@@ -132,8 +132,8 @@ def rounding(
         looked_at = (size >= _NONE) & (alone | (by_chord & ((room >= _CROWDED * length) | beside)))
         at = np.flatnonzero(looked_at)
         if len(at):
-            pace = np.append(np.where(corners.joined, speed, 0.0), [0.0, before])
-            beyond = pace[at - 1], pace[at + 1]
+            passing = np.append(np.where(corners.joined, speed, 0.0), [0.0, before])
+            beyond = passing[at - 1], passing[at + 1]
             leave, entry = corners.leave[at], corners.entry[at]
             curved, out = largest_bend(leave, entry), bends(leave, entry)
             fitted = np.minimum(

@@ -33,7 +33,7 @@ class Classes:
         parts: Shape (n,): True where a row cannot be in one run with the row before it.
         entry, leave: Shape (n, axes): dx/ds at start and end of each row, scaled; 0 for rows without direction.
         widest: Shape (n,): largest smoothing length at the start of each row, mm.
-        pace: Shape (n,): speed at which the start of each row is passed where it is rounded, mm/s.
+        passing_speed: Shape (n,): speed at which the start of each row is passed where it is rounded, mm/s.
         chord: Shape (n,): tolerance that chords will take on each row, mm; infinite for all that they can.
     """
 
@@ -43,7 +43,7 @@ class Classes:
     entry: Floats
     leave: Floats
     widest: Floats
-    pace: Floats
+    passing_speed: Floats
     chord: Floats
 
 

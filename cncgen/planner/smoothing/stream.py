@@ -88,7 +88,7 @@ class _Smoother:
         pending: Rows that wait: the rest of a run that is being fitted, or of one whose end has not been seen.
         seam: Where the curve of the run at the front goes on from, or None at its start.
         before: dx/ds at the end of the last motion handed on exactly, scaled; None after a rest and at the start.
-        pace: Speed at the start of the rows that wait, 0 but within a run.
+        passing_speed: Speed at the start of the rows that wait, 0 but within a run.
         chord: Tolerance that chords take on the first of them, as far as it has been seen, mm.
     """
 
@@ -98,7 +98,7 @@ class _Smoother:
         self.pending: tuple[Toolpath, Bools] | None = None
         self.seam: Seam | None = None
         self.before: Floats | None = None
-        self.pace = 0.0
+        self.passing_speed = 0.0
         self.chord = 0.0
 
     def take(self, chunks: list[tuple[Toolpath, Bools]], last: bool) -> Iterator[Toolpath]:
@@ -116,7 +116,7 @@ class _Smoother:
         classes = classify(rows, path, axis_scale(rows.axes), free_rows)
         if self.machine is not None:
             drive = AxisLimits.of(self.machine, rows.axes).in_mm()
-            _judge_corners(rows, path, classes, drive, (self.pace, self.chord), last)
+            _judge_corners(rows, path, classes, drive, (self.passing_speed, self.chord), last)
         borders = np.append(np.flatnonzero(classes.parts), len(rows))
         done = _Done(stretches, self._reserve(rows.axes))
         at = 0
@@ -128,7 +128,9 @@ class _Smoother:
         rest = int(stretches.first[at])
         self.pending = (between(here, rest, len(here)), free[rest:]) if rest < len(here) else None
         goes_on = self.seam is not None
-        self.pace, self.chord = (float(classes.pace[at]), float(classes.chord[at])) if goes_on else (0.0, 0.0)
+        self.passing_speed, self.chord = (
+            (float(classes.passing_speed[at]), float(classes.chord[at])) if goes_on else (0.0, 0.0)
+        )
         if done.toolpaths():
             yield join(done.toolpaths())
 
@@ -305,7 +307,7 @@ def _judge_corners(
     if not last and runs[-1] == runs[moving[-1]]:
         # How the last row goes on is not known yet; its run stays open.
         widest[-1] = np.inf
-    classes.widest[two], classes.pace[two] = widest, speed
+    classes.widest[two], classes.passing_speed[two] = widest, speed
     classes.parts[two[widest == 0.0]] = True
 
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,8 @@ from cncgen.report.page.streams import Bands, Blob, IntegerStream, RunStream
 from cncgen.setpoints.columns import AXIS_SIGNALS, Layout, file_units, position_column
 from cncgen.setpoints.record import Setpoints
 from cncgen.units import ORDER_NAMES, file_unit, is_rotary, to_file
+
+_T = TypeVar("_T")
 
 if TYPE_CHECKING:
     from cncgen.servo.record import Response
@@ -86,7 +88,7 @@ class Recording:
             self._later(self._take_response, response)
             yield response
 
-    def _later(self, work: Any, item: Any) -> None:
+    def _later(self, work: Callable[[_T], None], item: _T) -> None:
         self._waiting.append(self._writer.submit(work, item))
         while len(self._waiting) > _AHEAD:
             self._waiting.popleft().result()

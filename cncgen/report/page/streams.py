@@ -94,7 +94,7 @@ class IntegerStream:
         return place | {"wide": True} if self._wide else place
 
 
-def integers(values: Sequence[int] | NDArray[Any], order: int, blob: Blob) -> dict[str, Any]:
+def integers(values: Sequence[int] | NDArray[np.integer], order: int, blob: Blob) -> dict[str, Any]:
     """Put integers, shape (n,), into a blob at once."""
     stream = IntegerStream(order)
     stream.add(np.asarray(values, np.int64))

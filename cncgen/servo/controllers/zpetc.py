@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,7 +60,7 @@ def design(loop: AxisLoop, parts: int = 1) -> AxisFilter:
     return AxisFilter(taps, delay + len(other) - 1, stable[1:] / stable[0])
 
 
-def _cancellable(zeros: NDArray[Any]) -> NDArray[np.bool_]:
+def _cancellable(zeros: NDArray[np.inexact]) -> NDArray[np.bool_]:
     """Tell which zeros go into B⁺: stable, and either fast or damped. ln z is the zero's place in s, times the period."""
     size = np.abs(zeros)
     place = np.log(np.where(size > 0.0, zeros, 0.5).astype(complex))

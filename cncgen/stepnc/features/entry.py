@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from cncgen.stepnc.features.job import Floats, Job, Moves
 from cncgen.stepnc.features.offsets import OffsetError, clearance
 from cncgen.stepnc.geometry.chords import polyline_of
 from cncgen.stepnc.geometry.pieces import Piece
+
+if TYPE_CHECKING:
+    from shapely import Polygon
 
 #: Angle of helices and ramps where none is given (NIST's interpreter).
 DEFAULT_ANGLE = math.radians(10.0)
@@ -48,7 +51,7 @@ class Entry:
     descend: Callable[[Moves, float], None]
 
 
-def choose(job: Job, place: Floats, direction: Floats, path: list[Piece], region: object) -> Entry:
+def choose(job: Job, place: Floats, direction: Floats, path: list[Piece], region: Polygon) -> Entry:
     """Return the entry that the operation's approach asks for, else a helix, or a ramp where no helix fits.
 
     PLUNGE_TOOLAXIS, PLUNGE_RAMP, PLUNGE_HELIX and PLUNGE_ZIGZAG of ISO 14649-11.
@@ -124,7 +127,7 @@ def _width(job: Job, values: Mapping[str, Any]) -> float:
     return float(width)
 
 
-def _angle(job: Job, given: object) -> float:
+def _angle(job: Job, given: float | None) -> float:
     """Return the angle of a way down, rad: that given, else 10 degrees, or 2 for tools that do not cut at their centre."""
     flat = job.tool.kind in NOT_CENTRE_CUTTING
     if not isinstance(given, int | float):

@@ -85,7 +85,7 @@ class Cavity:
             inside, _ = self._inside(self.demands, x, y)
             out[inside] = np.minimum(out[inside], self.frame[2, 3] - self.demanded)
 
-    def _heights(self, places: Any) -> Floats:
+    def _heights(self, places: NDArray[np.object_]) -> Floats:
         """Return the lowest heights that may be cut at points of the region, in the frame."""
         import shapely
 

@@ -19,7 +19,8 @@ from cncgen.stepnc.geometry.chords import polyline_of
 from cncgen.stepnc.geometry.pieces import Arc, Piece, Polyline
 
 if TYPE_CHECKING:
-    from shapely import Polygon
+    from shapely import LineString, Polygon
+    from shapely.geometry.base import BaseGeometry
 
 #: Distance of the polygons that stand for arcs from them, mm.
 CHORD = 2e-5
@@ -62,7 +63,7 @@ class OffsetError(ValueError):
     """Passes so close that there are too many of them, or an offset by no distance."""
 
 
-def grown(geometry: Any, distance: float, **how: Any) -> Any:
+def grown(geometry: BaseGeometry, distance: float, **how: str | float) -> BaseGeometry:
     """Return a shapely geometry grown by a distance, mm (negative: shrunk); `how` as shapely's `buffer` takes it.
 
     GEOS loses parts of what it makes from arcs of fine chords beside long edges: of one in seven circular slots, shrunk,
@@ -88,7 +89,7 @@ def grown(geometry: Any, distance: float, **how: Any) -> Any:
     raise OffsetError(f"no outline {distance:g} mm beside the given one can be made")
 
 
-def _is_parallel(parallel: Any, geometry: Any, distance: float) -> bool:
+def _is_parallel(parallel: BaseGeometry, geometry: BaseGeometry, distance: float) -> bool:
     """Tell whether the boundary of one geometry is a distance from that of another everywhere."""
     from shapely import dwithin, get_coordinates, points, prepare
 
@@ -161,20 +162,22 @@ def region(
     return polygons(inside)
 
 
-def not_swept(regions: Sequence[Any], axis: Sequence[Any], reach: float) -> list[Polygon]:
+def not_swept(regions: Sequence[Polygon], axis: Sequence[Polygon], reach: float) -> list[Polygon]:
     """Return the polygons of regions that a tool leaves whose axis goes everywhere in other polygons."""
     cut = swept(axis, reach)
     return [p for region in regions for p in polygons(region.difference(cut))]
 
 
-def swept(axis: Sequence[Any], reach: float) -> Any:
+def swept(axis: Sequence[Polygon], reach: float) -> BaseGeometry:
     """Return what a tool cuts whose axis goes everywhere in polygons."""
     from shapely import union_all
 
     return union_all([grown(p, reach + CHORD, quad_segs=QUARTER) for p in axis])
 
 
-def filled(axis: Sequence[Any], walls: Sequence[Any], radius: float) -> tuple[list[Any], Any]:
+def filled(
+    axis: Sequence[Polygon], walls: Sequence[BaseGeometry], radius: float
+) -> tuple[list[Polygon], BaseGeometry]:
     """Return what a tool of a radius that goes round walls leaves of their notches, and a ring of what it reaches.
 
     The boundary of the tool's way, shrunk by the radius again, has the notches filled (a closing of the walls).
@@ -185,7 +188,7 @@ def filled(axis: Sequence[Any], walls: Sequence[Any], radius: float) -> tuple[li
     return polygons(closed.difference(union_all(list(walls)))), closed.buffer(2 * radius).difference(closed)
 
 
-def is_notch(place: Any, reached: Any, radius: float) -> bool:
+def is_notch(place: Polygon, reached: BaseGeometry, radius: float) -> bool:
     """Tell whether a place that a tool leaves is more than the corner that it rounds.
 
     Material left in a corner comes to a point: less than a third of it is farther from the tool than half of its depth. A
@@ -201,7 +204,7 @@ def is_notch(place: Any, reached: Any, radius: float) -> bool:
     return depth > 0.1 * radius and bool(far.area > place.area / 3)
 
 
-def polygons(geometry: Any) -> list[Polygon]:
+def polygons(geometry: BaseGeometry) -> list[Polygon]:
     """Return the polygons of a geometry, slivers left out."""
     parts = getattr(geometry, "geoms", [geometry])
     return [p for p in parts if p.geom_type == "Polygon" and p.area > 1e-8]
@@ -449,7 +452,7 @@ def grown_over(polygon: Polygon, sides: list[Piece], reach: float) -> Any:
     return unary_union([polygon, *(grown(part, 1e-7) for part in beyond)]).buffer(-1e-7)
 
 
-def _beside(polygon: Polygon, side: Any, reach: float) -> list[Polygon]:
+def _beside(polygon: Polygon, side: LineString, reach: float) -> list[Polygon]:
     """Return what lies within `reach` mm of a side of a polygon, outside of it and reached over that side.
 
     A strip as wide goes through a narrow polygon and comes out behind its other side: there it does not count.

@@ -290,7 +290,7 @@ class Iso14649Reader:
                 return True
         return False
 
-    def _tilts(self, ratios: Any) -> bool:
+    def _tilts(self, ratios: Value) -> bool:
         """Tell whether the numbers of a direction leave Z; False where they do not make a direction in space."""
         if not isinstance(ratios, tuple) or len(ratios) != 3:
             return False

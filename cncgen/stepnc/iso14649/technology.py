@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 from cncgen.stepnc.entities import Entities, Entity
 from cncgen.stepnc.model import CuttingTool, Functions, Technology
 from cncgen.stepnc.part21 import Enumeration, Typed
+
+_T = TypeVar("_T")
 
 DEGREE = math.pi / 180.0
 
@@ -43,7 +46,7 @@ class Resources:
         """
         return None if ident is None else self._keep(ident, self._tool)
 
-    def _keep(self, ident: int, read: Any) -> Any:
+    def _keep(self, ident: int, read: Callable[[int], _T]) -> _T:
         key = (read.__name__, ident)
         if key not in self._kept:
             self._kept[key] = read(ident)

@@ -1,4 +1,4 @@
-"""Knots stand alike about joints that are rounded by themselves, so that a little more tolerance never takes longer."""
+"""Knots stand alike about corners that are rounded by themselves, so that a little more tolerance never takes longer."""
 
 from __future__ import annotations
 
