@@ -50,7 +50,8 @@ def try_one(data: bytes, dialect: str) -> str:
         pass
     checked = Diagnostics()
     check(io.BytesIO(data), "fuzz.ngc", options, checked)
-    said = [diagnostic.render() for diagnostic in program.diagnostics]
+    # Columns are a matter of reading alone.
+    said = [diagnostic.render() for diagnostic in program.diagnostics if diagnostic.code != "late-axis"]
     if said != [diagnostic.render() for diagnostic in checked]:
         raise AssertionError("a check says something else than reading")
     for _ in canon(io.BytesIO(data), "fuzz.ngc", options, program.diagnostics):

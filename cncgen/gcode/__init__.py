@@ -27,18 +27,19 @@ to that module's `CODES`; name a new module in `table._MODULES`; give it a test 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
 from cncgen.diagnostics import Diagnostics, ProgramError, RunDiagnostics
-from cncgen.gcode.codes.table import LATHE, language_of
+from cncgen.gcode.codes.table import language_of
+from cncgen.gcode.errors import BlockError, Reporter
 from cncgen.gcode.feed_doubts import Clock
 from cncgen.gcode.flow.running import Runner
+from cncgen.gcode.moved_axes import moving_axes
 from cncgen.gcode.sinks.counting import CountingSink
 from cncgen.gcode.source import Source, open_source
-from cncgen.gcode.text.axes import moving_axes
 from cncgen.gcode.text.dialects import Choice, chosen
 from cncgen.gcode.text.search import search_path
 from cncgen.toolpath.reading import ReadOptions
@@ -73,9 +74,6 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
     path = source if isinstance(source, Path) else None
     choice = chosen(text, options.dialect)
     moving = _moving_axes(text, choice.dialect, search_path(path, options.include))
-    if options.kinematics is not None and text.data.find(b"43.4") >= 0:
-        # The rotary axes move the others.
-        moving = "XYZ" + moving.strip("XYZ")
     axes = "".join(letter for letter in AXIS_LETTERS if letter in "XYZ" or letter in moving)
 
     def chunks() -> Iterator[Toolpath]:
@@ -85,6 +83,7 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
             options.tolerance_mm,
             degrees_count=language_of(choice.dialect) == "fanuc",
             tips=options.tool_tips,
+            shown=moving,
         )
         handed = False
         clock, found = Clock(name), RunDiagnostics(diagnostics)
@@ -93,9 +92,13 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
             remark = clock.add(chunk)
             if remark is not None:
                 found.add(remark)
+            if sink.unforeseen is not None and not said and not diagnostics.has_errors:
+                said.append(sink.unforeseen)
+                _report_unforeseen(runner.reporter, runner.sources, *sink.unforeseen)
             return chunk
 
-        runner = _runner(text, options, sink, found, path=path, axes=moving, choice=choice)
+        said: list[tuple[str, int, int]] = []
+        runner = _runner(text, options, sink, found, path=path, choice=choice)
         for _ in runner.run():
             builder.sources = [source.name for source in runner.sources]
             if builder.count >= options.chunk_rows:
@@ -109,17 +112,29 @@ def read(source: Path | BinaryIO, name: str, options: ReadOptions = _DEFAULT) ->
     return Program(name, "gcode", axes, moving, chunks, diagnostics, text.count_lines)
 
 
+def _report_unforeseen(
+    reporter: Reporter, sources: Sequence[Source], axis: str, line: int, source: int
+) -> None:
+    """Report a motion of an axis for which the output has no column."""
+    offset = 0
+    for _ in range(line - 1):
+        offset = sources[source].line_end(offset) + 1
+    message = f"{axis} moves, which neither a word nor a code of the program told: the setpoints have no column of it"
+    hint = f"name it: write G91 G0 {axis}0 G90 in the program"
+    reporter.report(sources[source], line, offset, BlockError("late-axis", message, hint=hint))
+
+
 def _moving_axes(text: Source, dialect: str, folders: list[Path]) -> str:
     """Return the letters of the axes that a program names."""
     if dialect == SINUMERIK:
-        from cncgen.gcode.sinumerik import axes
+        from cncgen.gcode.sinumerik import axes as sinumerik_axes
 
-        return axes.moving_axes(text, folders)
+        return sinumerik_axes.moving_axes(text, folders)
     if dialect == HEIDENHAIN:
         from cncgen.gcode.klartext import axes as plain_axes
 
         return plain_axes.moving_axes(text)
-    return moving_axes(text, folders, lathe=dialect == LATHE)
+    return moving_axes(text, dialect, folders)
 
 
 def _runner(
@@ -129,7 +144,6 @@ def _runner(
     diagnostics: Diagnostics,
     *,
     path: Path | None,
-    axes: str | None = None,
     choice: Choice | None = None,
 ) -> Runner | SinumerikRunner | HeidenhainRunner:
     """Return one run of a program on a sink, by its dialect."""
@@ -143,7 +157,7 @@ def _runner(
 
         if needs(source):
             return HeidenhainRunner(source, options, sink, diagnostics, path=path, choice=choice)
-    return Runner(source, options, sink, diagnostics, path=path, axes=axes, choice=choice)
+    return Runner(source, options, sink, diagnostics, path=path, choice=choice)
 
 
 def check(

@@ -35,3 +35,6 @@ cdef class Parser:
     cdef int _named_label(self, int k) except -1
     cdef void _remark(self, int operation, int k) noexcept
     cdef double _number(self, int begin, int end) except? -1.0
+    cdef unsigned long long _words_named(self, int[::1] first, const unsigned char[::1] calls, int line) noexcept
+    cdef int _place(self, int at, int letter) noexcept
+    cdef int _program_called(self, int letter, set programs) except -1

@@ -145,6 +145,12 @@ OPERATIONS = {
     "TEXT": 22,
     "OUTPUT": 23,
 }
+#: Bit of `Parser.named`, behind those of A to Z: a G or M number is computed.
+COMPUTED = 1 << 26
+#: Codes that `Parser.named` tells apart, in tenths: those of G, then those of M.
+CODE_NUMBERS = 4000
+#: Of its `calls`: the words beside the program's number are arguments and name no axis.
+ARGUMENTS = 128
 #: Longest line, and numbers and instructions that the lines kept may have together.
 MAX_LINE = 65_536
 #: Marks of a line, beside its code.
@@ -179,6 +185,14 @@ _OUTPUT = cython.declare(cython.int, 23)
 #: Keywords and operators that actions name.
 _MINUS = cython.declare(cython.int, 11)
 _POWER = cython.declare(cython.int, 15)
+_CALL = cython.declare(cython.int, 42)
+_COMPUTED = cython.declare(cython.uint, COMPUTED)
+_CODE_NUMBERS = cython.declare(cython.int, CODE_NUMBERS)
+_ARGUMENTS = cython.declare(cython.int, ARGUMENTS)
+#: Bits of words, of axes, and of X and Y.
+_WORDS = cython.declare(cython.ulonglong, (1 << 32) - 1)
+_AXES = cython.declare(cython.ulonglong, sum(1 << (ord(letter) - 97) for letter in "xyzabcuvw"))
+_POLAR = cython.declare(cython.uint, 1 << 23 | 1 << 24)
 _PROGRAM = cython.declare(cython.int, 55)
 _GOTO = cython.declare(cython.int, 56)
 _WHILE_DO = cython.declare(cython.int, 57)
@@ -365,6 +379,108 @@ class Parser:
         while at < size and text[at] != 10:
             at += 1
         return at
+
+    def named(
+        self,
+        text: cython.const[cython.uchar][::1],
+        first: cython.int[::1],
+        calls: cython.const[cython.uchar][::1],
+    ) -> tuple:
+        """Read all lines of a text and return what their words name; lines that the grammar refuses name nothing.
+
+        Args:
+            text: The program.
+            first: Of length ``4 * CODE_NUMBERS``, zeros: filled with the line on which each code stands first, and in its second
+                half with that on which it stands first in a block that names no axis.
+            calls: Of half the length: of a code that calls a program, the letter (small) whose number names it, with `ARGUMENTS`
+                where the block has its arguments; else 0.
+
+        Returns:
+            Letters of words as bits from A at bit 0 (``@`` and ``^`` are X and Y), with `COMPUTED`; the line of the first call,
+            0 without one; and the numbers and names of the programs that are called.
+        """
+        at: cython.Py_ssize_t = 0
+        line: cython.int = 0
+        first_call: cython.int = 0
+        call: cython.int
+        found: cython.ulonglong = 0
+        bits: cython.ulonglong
+        programs: set = set()
+        while at < text.shape[0]:
+            line += 1
+            self.used = self.numbers = 0
+            at = self.parse(text, at) + 1
+            if self.error >= 0:
+                continue
+            bits = self._words_named(first, calls, line)
+            call = bits >> 32
+            bits &= _WORDS
+            if bits & _AXES == 0:
+                self._words_named(first[2 * _CODE_NUMBERS :], calls, line)
+            if call < _ARGUMENTS:
+                found |= bits
+            if call:
+                first_call = first_call if first_call else line
+                self._program_called(call % _ARGUMENTS, programs)
+        return found, first_call, programs
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _words_named(
+        self, first: cython.int[::1], calls: cython.const[cython.uchar][::1], line: cython.int
+    ) -> cython.ulonglong:
+        """Return the letters of the line just read, as bits, and from bit 32 on what `calls` says of its code: 1 for an O-word."""
+        at: cython.int = 0
+        literal: cython.bint = False
+        call: cython.ulonglong = 0
+        bits: cython.uint = 0
+        place: cython.int
+        operation: cython.int
+        operand: cython.int
+        while self.code[at] != 0:
+            operation, operand = self.code[at] & 255, self.code[at] >> 8
+            if operation == _WORD and (operand == 103 or operand == 109):
+                place = self._place(at, operand) if literal else -2
+                if place == -2:
+                    bits |= _COMPUTED
+                elif place >= 0:
+                    first[place] = first[place] if first[place] else line
+                    call = calls[place] if calls[place] else call
+            elif operation == _WORD and (operand == 64 or operand == 94):
+                bits |= _POLAR
+            elif operation == _WORD and 97 <= operand <= 122:
+                bits |= cython.cast(cython.uint, 1) << (operand - 97)
+            elif operation == _FLOW and operand == _CALL:
+                call = 1
+            literal = operation == _NUMBER
+            at += 1 if operation < _COMMENT or operation == _THEN or operation == _INCREMENTS else 2
+        return bits | call << 32
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _place(self, at: cython.int, letter: cython.int) -> cython.int:
+        """Return where the code whose word is the instruction `at` stands among `CODE_NUMBERS`; -1 if no code has its number."""
+        tenths: cython.double = 10.0 * self.constants[self.code[at - 1] >> 8] + 0.5
+        if not 0.0 <= tenths < _CODE_NUMBERS:
+            return -1
+        return cython.cast(cython.int, tenths) + (_CODE_NUMBERS if letter == 109 else 0)
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _program_called(self, letter: cython.int, programs: set) -> cython.int:
+        """Add the number or name of the program that the line just read calls, unless it is computed."""
+        at: cython.int = 0
+        if letter == 1:
+            if self.code[0] & 255 == _NAME:
+                programs.add(self.names[self.code[0] >> 8])
+            elif self.code[0] & 255 == _NUMBER:
+                programs.add(self.constants[self.code[0] >> 8])
+            return 0
+        while self.code[at] != 0:
+            if self.code[at] == _WORD + 256 * letter and at > 0 and self.code[at - 1] & 255 == _NUMBER:
+                programs.add(self.constants[self.code[at - 1] >> 8])
+            at += 1
+        return 0
 
     # The automaton.
 

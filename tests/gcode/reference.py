@@ -10,7 +10,7 @@ from cncgen.grammars import lalr
 from lark import Lark, Token, Transformer
 from lark.exceptions import UnexpectedInput
 
-from cncgen.gcode.text import grammar
+from cncgen.gcode.text import grammar, parsers
 from cncgen.kernels import gcode_parse
 
 Instruction = tuple[Any, ...]
@@ -196,7 +196,7 @@ def by_lark(text: str, dialect: str) -> tuple[list[Instruction], int] | int:
         at = error.pos_in_stream
         return len(text) if at is None or (token is not None and token.type == "$END") else at
     postfix = _Postfix()
-    postfix.stored = grammar.STORED[dialect]
+    postfix.stored = parsers.STORED[dialect]
     return postfix.transform(tree)
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 
 import pytest
 
 from cncgen.gcode import read
+from cncgen.machine.kinematics import Kinematics
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import Kind
 
@@ -50,7 +52,7 @@ def test_an_axis_of_a_file_that_a_computed_number_names_is_an_error(folder: Path
     list(program.chunks())
     errors = [d for d in program.diagnostics if d.severity == "error" and d.span]
     assert [(d.code, Path(d.span.file).name, d.span.line) for d in errors if d.span] == [
-        ("late-axis", "7.ngc", 2)
+        ("late-axis", "turn.ngc", 2)
     ]
 
 
@@ -59,8 +61,10 @@ def test_an_axis_of_a_file_that_a_computed_number_names_is_an_error(folder: Path
     [
         ("G2 I1\n", "XY"),
         ("G18 G2 K1\n", "XZ"),
-        ("G018\nG2 K1 I1\n", "XYZ"),
-        ("G19 G2 J1\n", "XYZ"),
+        ("G018\nG2 K1 I1\n", "XZ"),
+        ("G2 I1\nG018\nG2 K1 I1\n", "XYZ"),
+        ("o7 call\nG18 G2 K1\n", "XYZA"),
+        ("G19 G2 J1\n", "YZ"),
         ("g 1 9 G2 K1\n", "YZ"),
         ("G17 G2 I1 K1\n", "XY"),
     ],
@@ -77,3 +81,75 @@ def test_files_that_call_each_other_are_looked_into_once(folder: Path) -> None:
     main = folder / "main.ngc"
     main.write_text("G1 X1 F1\no7 call\nM2\n")
     assert read(main, "main.ngc", ReadOptions(dialect="linuxcnc")).moving_axes == "XW"
+
+
+#: A table that turns about X, and one on it that turns about Z.
+TABLES = Kinematics(False, (3, 5), (0.0, 0.0, -100.0))
+
+
+@pytest.mark.parametrize(
+    ("text", "axes", "dialect"),
+    [
+        # Codes that move axes which no word names; a search for letters lost them without a word.
+        ("G2 X10 R5 F100\n", "XY", "linuxcnc"),
+        ("G18 G2 X10 R5 F100\n", "XZ", "linuxcnc"),
+        ("G10 L2 P1 R30\nG1 X10 F100\n", "XY", "linuxcnc"),
+        ("G10 L2 P1 Z3\nG1 X10 F100\n", "XZ", "linuxcnc"),
+        ("G41.1 D2\nG1 X10 F100\n", "XY", "linuxcnc"),
+        ("G1 X1 F9\nG28\n", "XYZ", "linuxcnc"),
+        ("G1 X1 F9\nG28 X0\n", "X", "linuxcnc"),
+        ("G68 R30\nG1 X10 F100\n", "XY", "fanuc"),
+        ("G16\nG1 X10 F100\n", "XY", "fanuc"),
+        ("#1=2\nG#1 X3 R5 F10\n", "XYZ", "linuxcnc"),
+        # Words as the grammar reads them: a letter before a function, comments, arguments of macros.
+        ("G1 Z ASIN[1] F100\n", "Z", "linuxcnc"),
+        ("#1=ASIN[1]\nG1 Y[ABS[#1]] F100\n", "Y", "linuxcnc"),
+        ("G1 X1 F9 (Y2) ;Z3\nz 4", "XZ", "linuxcnc"),
+        ("#<x>=1\nG1 F1 Y#<x>\n", "Y", "linuxcnc"),
+        ("G1 F1 @5 ^90\n", "XY", "linuxcnc"),
+        ("G1 F1 a-1b+2c.5\n", "ABC", "linuxcnc"),
+        ("O1\nG65 P1 A2 B3\nX1\n", "X", "fanuc"),
+        ("g 0 66 p1 c4\nA1\n", "A", "fanuc"),
+    ],
+)
+def test_axes_that_codes_move(text: str, axes: str, dialect: str) -> None:
+    assert read(BytesIO(text.encode()), "t", ReadOptions(dialect=dialect)).moving_axes == axes
+
+
+@pytest.mark.parametrize("code", ["G43.4", "G43 .4", "g 4 3.4", "G043.40"])
+@pytest.mark.parametrize("called", [False, True])
+def test_the_tool_point_moves_x_y_and_z(tmp_path: Path, code: str, called: bool) -> None:
+    """The tip stays where it is while the table turns, so that X Y Z follow: they were lost in files and with blanks."""
+    inner = f"{code} H1\nG1 A90. F1000.\nG49\n"
+    (tmp_path / "O0012.nc").write_text(inner + "M99\n")
+    main = tmp_path / "main.nc"
+    main.write_text(("M98 P12\n" if called else inner) + "M30\n")
+    program = read(main, "main.nc", ReadOptions(dialect="fanuc", kinematics=TABLES))
+    assert program.moving_axes == "XYZA"
+
+
+@pytest.mark.parametrize(
+    ("parameters", "text", "axis", "line"),
+    [
+        ("5230 30\n", "G1 F9 Z1\nG1 X10\nM2\n", "Y", 2),
+        ("5169 7\n", "G1 X1 F9\nG28\nM2\n", "W", 2),
+    ],
+)
+def test_an_axis_that_moves_without_a_column_is_an_error(
+    tmp_path: Path, parameters: str, text: str, axis: str, line: int
+) -> None:
+    """A rotation and reference points that the control keeps move axes which nothing in the program names."""
+    (tmp_path / "rs274.var").write_text(parameters)
+    options = ReadOptions(dialect="linuxcnc", parameters=tmp_path / "rs274.var")
+    program = read(BytesIO(text.encode()), "t", options)
+    list(program.chunks())
+    ((code, message, place),) = [(d.code, d.message, d.span) for d in program.diagnostics]
+    assert place is not None
+    assert (code, message[0], place.line) == ("late-axis", axis, line)
+
+
+def test_arcs_in_planes_of_u_v_w_are_refused() -> None:
+    """Of a toolpath, arcs lie in X Y Z: one from U0 to U10 was planned as no motion at all."""
+    program = read(BytesIO(b"F600\nG17.1 G2 U10 V0 I5\nM2\n"), "t", ReadOptions(dialect="linuxcnc"))
+    list(program.chunks())
+    assert [d.code for d in program.diagnostics] == ["arc-plane"]

@@ -123,40 +123,6 @@ def test_numbers_are_the_nearest_doubles(text: str) -> None:
     assert pairs == [("x", float(text.replace(" ", "").replace("\t", "")))]
 
 
-@pytest.mark.parametrize(
-    ("text", "letters"),
-    [
-        ("G1 X1 (Y2) ;Z3\nz 4", "GXZ"),
-        ("#<x>=1 X#1 Y[abs[2]]", "XY"),
-        ("G0 @5 ^90", "GXY"),
-        ("a-1b+2c.5", "ABC"),
-        ("sin[1] tan[2]", ""),
-        ("G65 P1 A2 B3\nX1", "GX"),
-        ("g 0 66 p1 c4\nG6.5 A1", "AG"),
-        ("G65.1 A1", "AG"),
-    ],
-)
-def test_axis_letters_stand_before_values(text: str, letters: str) -> None:
-    bits = gcode_scan.axis_letters(np.frombuffer(text.encode(), np.uint8))
-    assert "".join(chr(65 + k) for k in range(26) if bits >> k & 1) == "".join(sorted(letters))
-
-
-@pytest.mark.parametrize(
-    ("text", "calls"),
-    [
-        ("M98 P1", True),
-        ("m 098P1", True),
-        ("M980", False),
-        ("o<a> call", True),
-        ("to<a>", False),
-        ("G66 P1", True),
-    ],
-)
-def test_calls_are_told(text: str, calls: bool) -> None:
-    bits = gcode_scan.axis_letters(np.frombuffer(text.encode(), np.uint8))
-    assert bool(bits & gcode_scan.CALLS) == calls
-
-
 @pytest.mark.parametrize("blank", ["", " ", "\t", "\x0b", "\u00a0"])
 def test_comments_that_do_something_are_told_from_others(blank: str) -> None:
     """All that `comments` acts on; a comma in a remark makes nothing of it."""
@@ -193,7 +159,6 @@ def test_the_scanner_runs_uncompiled(lines: list[str]) -> None:
         returned = module.scan(text, 0, 1, *columns)
         results.append((tuple(map(int, returned)), *(column[:64].tolist() for column in columns)))
     assert results[0] == results[1]
-    assert gcode_scan.axis_letters(text) == slow.axis_letters(text)
 
 
 def test_columns_of_any_size_give_the_same_blocks() -> None:

@@ -267,4 +267,4 @@ def test_a_million_lines_come_in_chunks_of_bounded_size() -> None:
 
 @given(st.text("XYZABCUVWxyzabc G01.-\n();", max_size=60))
 def test_moving_axes_are_named_axes(text: str) -> None:
-    assert set(moving_axes(Source(text.encode(), "t"))) <= set(text.upper())
+    assert set(moving_axes(Source(text.encode(), "t"), "linuxcnc")) <= set(text.upper())

@@ -205,7 +205,18 @@ def check_radii(
 _WORDS = "xyzabcuvwijkrp@^"
 _SUMMONS = "xyzabcuvwijk@^"
 CODES = (
-    Code("G", 20, "motion", Stage.MOTION, clockwise, "arc or helix, clockwise", _WORDS, "motion", _SUMMONS),
+    Code(
+        "G",
+        20,
+        "motion",
+        Stage.MOTION,
+        clockwise,
+        "arc or helix, clockwise",
+        _WORDS,
+        "motion",
+        _SUMMONS,
+        moves="plane",
+    ),
     Code(
         "G",
         30,
@@ -216,5 +227,6 @@ CODES = (
         _WORDS,
         "motion",
         _SUMMONS,
+        moves="plane",
     ),
 )

@@ -412,6 +412,7 @@ CODES = tuple(
         AXES + "@^rl" + cycle.needs + cycle.takes,
         "motion",
         dialects=("linuxcnc",),
+        moves="plane" if "i" in cycle.takes else "",
     )
     for number, cycle in CYCLES.items()
 )

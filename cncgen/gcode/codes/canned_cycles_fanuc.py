@@ -229,6 +229,7 @@ CODES = tuple(
         "motion",
         summons=AXES + "r",
         dialects=("fanuc",),
+        moves="plane" if run in (_fine_bore, _back_bore) else "",
     )
-    for number, (_, _, text) in _CYCLES.items()
+    for number, (run, _, text) in _CYCLES.items()
 )

@@ -292,8 +292,9 @@ CODES = (
         "xyzr",
         "own",
         dialects=_FANUC,
+        moves="plane",
     ),
     Code("G", 690, "rotation", Stage.COORDINATES, no_rotation, "no rotation", dialects=_FANUC),
-    Code("G", 160, "polar", Stage.DISTANCE, polar_on, "polar coordinates", dialects=_FANUC),
+    Code("G", 160, "polar", Stage.DISTANCE, polar_on, "polar coordinates", dialects=_FANUC, moves="plane"),
     Code("G", 150, "polar", Stage.DISTANCE, polar_off, "no polar coordinates", dialects=_FANUC),
 )

@@ -111,6 +111,8 @@ CODES = (
         AXES,
         "own",
         dialects=_LINUXCNC,
+        moves="XYZ",
+        moves_alone=True,
     ),
     Code(
         "G",
@@ -145,6 +147,8 @@ CODES = (
         AXES,
         "own",
         dialects=_LINUXCNC,
+        moves="XYZ",
+        moves_alone=True,
     ),
     Code(
         "G",

@@ -223,5 +223,6 @@ CODES = (
         "xyzabcuvwpijkrqhel$",
         "motion",
         dialects=("linuxcnc",),
+        moves="XZ",
     ),
 )

@@ -238,6 +238,8 @@ CODES = (
         _TABLE_WORDS,
         "own",
         dialects=("linuxcnc",),
+        moves="XY",
+        moves_with="r",
     ),
     Code(
         "G",

@@ -178,9 +178,19 @@ CODES = (
         "xyzabcuvwijpq",
         "motion",
         dialects=_BOTH,
+        moves="XY",
     ),
     Code(
-        "G", 51, "motion", Stage.MOTION, quadratic, "parabola in XY", "xyzabcuvwij", "motion", dialects=_BOTH
+        "G",
+        51,
+        "motion",
+        Stage.MOTION,
+        quadratic,
+        "parabola in XY",
+        "xyzabcuvwij",
+        "motion",
+        dialects=_BOTH,
+        moves="XY",
     ),
     Code(
         "G",
@@ -192,6 +202,7 @@ CODES = (
         "xyzabcuvwpl",
         "motion",
         dialects=_BOTH,
+        moves="XY",
     ),
     Code("G", 53, "motion", Stage.MOTION, end_nurbs, "end of G5.2", "", "motion", dialects=_BOTH),
 )

@@ -73,7 +73,17 @@ def _remark(ip: Interpreter, name: str) -> None:
 
 
 CODES = (
-    Code("M", 980, "subprogram", Stage.STOP, call, "run program P, L times", "pl", dialects=("linuxcnc",)),
+    Code(
+        "M",
+        980,
+        "subprogram",
+        Stage.STOP,
+        call,
+        "run program P, L times",
+        "pl",
+        dialects=("linuxcnc",),
+        calls="p",
+    ),
     Code("M", 990, "subprogram", Stage.STOP, back, "end of a subprogram", dialects=("linuxcnc",)),
     *(
         Code(

@@ -271,6 +271,7 @@ CODES = (
         "h",
         dialects=_FANUC,
         takes="h",
+        moves="XYZ",
     ),
     Code(
         "G",

@@ -302,6 +302,8 @@ CODES = (
         "qxzdep",
         "own",
         dialects=("linuxcnc",),
+        moves="XZ",
+        calls="q",
     ),
     *(
         Code(
@@ -314,6 +316,8 @@ CODES = (
             _WORDS,
             "own",
             dialects=("linuxcnc",),
+            moves="XZ",
+            calls="q",
         )
         for number, kind, text in (
             (710, 0, "rough the profile of o-Q along Z"),

@@ -253,7 +253,7 @@ def finish(ip: Interpreter, block: Block) -> None:
 
 
 CODES = tuple(
-    Code("G", number, "non-modal", Stage.MOTION, run, text, words, "own", dialects=ONLY)
+    Code("G", number, "non-modal", Stage.MOTION, run, text, words, "own", dialects=ONLY, moves="XZ")
     for number, run, text, words in (
         (700, finish, "finish the profile of lines N P to N Q", "pq"),
         (710, _rough("G71", False), "rough a profile along Z; first U R alone: depth (or D of Haas), lift", "pquwrd"),

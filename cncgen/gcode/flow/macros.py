@@ -152,8 +152,26 @@ def message(ip: Interpreter, value: float, text: str) -> None:
 
 
 CODES = (
-    Code("G", 650, "macro", Stage.STOP, call, "call macro P, L times, with arguments", dialects=_FANUC),
-    Code("G", 660, "macro", Stage.STOP, modal_call, "call macro P after each motion", dialects=_FANUC),
+    Code(
+        "G",
+        650,
+        "macro",
+        Stage.STOP,
+        call,
+        "call macro P, L times, with arguments",
+        dialects=_FANUC,
+        calls="p",
+    ),
+    Code(
+        "G",
+        660,
+        "macro",
+        Stage.STOP,
+        modal_call,
+        "call macro P after each motion",
+        dialects=_FANUC,
+        calls="p",
+    ),
     Code("G", 670, "macro", Stage.STOP, end_modal_call, "end of G66", dialects=_FANUC),
     Code(
         "M",
@@ -165,7 +183,17 @@ CODES = (
         "pl",
         dialects=_FANUC,
     ),
-    Code("M", 980, "subprogram", Stage.STOP, call_program, "run program P, L times", "pl", dialects=_FANUC),
+    Code(
+        "M",
+        980,
+        "subprogram",
+        Stage.STOP,
+        call_program,
+        "run program P, L times",
+        "pl",
+        dialects=_FANUC,
+        calls="p",
+    ),
     Code("M", 990, "subprogram", Stage.STOP, back, "end of a subprogram", "p", dialects=_FANUC),
     Code(
         "M",
@@ -176,5 +204,6 @@ CODES = (
         "run program P of a file, L times",
         "pl",
         dialects=_FANUC,
+        calls="p",
     ),
 )

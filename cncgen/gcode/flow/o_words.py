@@ -34,12 +34,10 @@ class FlowControl:
         begun: Whether a program number of FANUC was passed, which the main program begins with.
     """
 
-    def __init__(
-        self, ip: Interpreter, sources: list[Source], program: Path | None, axes: str | None
-    ) -> None:
+    def __init__(self, ip: Interpreter, sources: list[Source], program: Path | None) -> None:
         self.ip = ip
         self.calls = Calls(ip)
-        self.subroutines = Subroutines(ip, sources, program, axes)
+        self.subroutines = Subroutines(ip, sources, program)
         self.begun = False
         #: Where a label of a branch or loop was met first, and its keyword, by the subroutine that it is local to.
         self._first: dict[tuple[Label, int, Label], tuple[Cursor, str]] = {}

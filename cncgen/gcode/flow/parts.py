@@ -50,7 +50,6 @@ def assemble(
     *,
     path: Path | None,
     batches: bool,
-    axes: str | None,
 ) -> Parts:
     """Put the parts of a run together; the arguments are those of `running.Runner`."""
     sources = [source]
@@ -59,7 +58,7 @@ def assemble(
     increments = language == "fanuc" and options.least_increment is not None
     faults = Faults(sources, sink, reporter)
     ip = Interpreter(sink, options, faults.remark, dialect)
-    control = ip.flow = FlowControl(ip, sources, path, axes)
+    control = ip.flow = FlowControl(ip, sources, path)
     executor = Executor(ip, control.calls, faults)
     control.subroutines.count = executor.count
     compiler = Compiler(ip, control, executor.execute)

@@ -31,7 +31,6 @@ class Runner:
         path: Where the program stands; subprograms are looked for beside it.
         batches: Whether plain motions are interpreted in arrays. Without that every block goes through its handlers one by one,
             which is slower and gives the same.
-        axes: Letters of the axes that the sink has room for; None for all.
         choice: The dialect, if it was chosen before.
     """
 
@@ -44,7 +43,6 @@ class Runner:
         *,
         path: Path | None = None,
         batches: bool = True,
-        axes: str | None = None,
         choice: Choice | None = None,
     ) -> None:
         self.reporter = Reporter(diagnostics)
@@ -58,7 +56,6 @@ class Runner:
             self.reporter,
             path=path,
             batches=batches,
-            axes=axes,
         )
         self.sources = self._parts.sources
         self.ip = self._parts.ip

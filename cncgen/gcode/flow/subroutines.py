@@ -10,7 +10,6 @@ from cncgen.diagnostics import UsageError
 from cncgen.gcode.block import Value
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.source import Source, open_source
-from cncgen.gcode.text.axes import moving_axes
 from cncgen.gcode.text.labels import Cursor, Label, Labels, Marked, shown
 from cncgen.gcode.text.search import candidates, leaves_path, search_path
 
@@ -21,13 +20,10 @@ if TYPE_CHECKING:
 class Subroutines:
     """The texts of a run (files are added as they are called), and what begins where in each.
 
-    `program` is the file of the main program, whose folder is searched too; `axes` are those that the sink has room for,
-    where it is not for all.
+    `program` is the file of the main program, whose folder is searched too.
     """
 
-    def __init__(
-        self, ip: Interpreter, sources: list[Source], program: Path | None, axes: str | None
-    ) -> None:
+    def __init__(self, ip: Interpreter, sources: list[Source], program: Path | None) -> None:
         self.ip = ip
         self.sources = sources
         #: Counts blocks that are executed.
@@ -39,7 +35,6 @@ class Subroutines:
         self._found: dict[tuple[Label, int, tuple[str, ...]], Marked] = {}
         self._files: dict[str, int] = {}
         self._folders = search_path(program, ip.options.include)
-        self._axes = axes
 
     def labels(self, source: int) -> Labels:
         """Return the lines of a source that jumps may lead to."""
@@ -111,7 +106,6 @@ class Subroutines:
                     source = open_source(path, str(path))
                 except UsageError:
                     continue
-                self._check_axes(source)
                 self.sources.append(source)
                 self._files[name] = len(self.sources) - 1
                 return self._files[name]
@@ -123,21 +117,6 @@ class Subroutines:
             "O",
             hint="--include adds a folder to the search path",
         )
-
-    def _check_axes(self, source: Source) -> None:
-        """Refuse a file that moves axes which were not foreseen: their column cannot be added under way."""
-        if self._axes is None:
-            return
-        named = moving_axes(source, lathe=self.ip.lathe)
-        late = "".join(letter for letter in named if letter not in self._axes)
-        if late:
-            raise BlockError(
-                "late-axis",
-                f"{source.name} names {' and '.join(late)}, which neither the program nor a file that it calls by its"
-                " name does",
-                "O",
-                hint=f"name {' and '.join(late)} in the program, or call the file by its name or number",
-            )
 
 
 def _whole(label: Label, source: int) -> Marked:

@@ -13,16 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.gcode.block import AXIS_INDEX, Block
-from cncgen.gcode.sinks.sink import FULL_CIRCLE_MM, Curve, MotionBatch, Point
+from cncgen.gcode.sinks.sink import FULL_CIRCLE_MM, Curve, MotionBatch, Point, refuse_uvw
 from cncgen.gcode.state.modal import PLANE_AXES, zeros
 from cncgen.geometry import elementary
 from cncgen.geometry.tables import ArcTable, NurbsTable
 from cncgen.toolpath.building import RowBuilder, ToolpathBuilder
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode
-from cncgen.units import DEGREE, INCH, PER_MINUTE
+from cncgen.units import AXIS_LETTERS, DEGREE, INCH, PER_MINUTE
 
 Floats = NDArray[np.float64]
 _MAX_PENDING = 4096
+#: A way shorter than this, mm or rad, comes of rounding, as of offsets that are added and taken off again.
+_ROUNDING = 1e-6
 _SHORT = 256
 
 
@@ -51,6 +53,7 @@ class ColumnsSink:
         *,
         degrees_count: bool = False,
         tips: bool = False,
+        shown: str = "",
     ) -> None:
         """Take motions for a builder.
 
@@ -60,6 +63,7 @@ class ColumnsSink:
             degrees_count: F of a line is the speed along all its axes, a degree as a unit of length, as FANUC's
                 controls have it; else along X Y Z where these move, as LinuxCNC has it.
             tips: Offsets of tools are left out, so that positions are those of their tips.
+            shown: Letters of the axes that the output shows; all of the builder's where it is empty.
         """
         self.block = Block({})
         self.builder = builder
@@ -68,6 +72,11 @@ class ColumnsSink:
         self._columns = [AXIS_INDEX[letter.lower()] for letter in builder.axes]
         self._rotary = np.array([3 <= c <= 5 for c in self._columns])
         self._uvw = np.array([c >= 6 for c in self._columns])
+        #: Columns of axes that the output does not show, and where they stand.
+        self._hidden = [k for k, x in enumerate(AXIS_LETTERS) if x not in (shown or builder.axes)]
+        self._rest: Floats = np.zeros(len(AXIS_LETTERS))
+        #: The first motion of an axis that the output does not show: its letter, line and source.
+        self.unforeseen: tuple[str, int, int] | None = None
         self._forced_tolerance = tolerance_mm
         self._path_mode = PathMode.CONTINUOUS
         self._tolerance = math.nan if tolerance_mm is None else tolerance_mm
@@ -92,7 +101,12 @@ class ColumnsSink:
         self._keep(1, end, 0.0, 0.0, 0)
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
-        """Keep an arc."""
+        """Keep an arc.
+
+        Raises:
+            BlockError: It lies in a plane of U V W.
+        """
+        refuse_uvw(plane)
         self._keep(2, end, first, second, turns)
 
     def straight_probe(self, end: Point) -> None:
@@ -186,6 +200,7 @@ class ColumnsSink:
         if curve.rate is not None:
             self._feed = curve.rate
         points = self._machine(np.array(curve.points, float))
+        self._watch(np.array(curve.points, float), np.full(len(points), self.block.line), self.block.source)
         points[0] = self.builder.position
         one = np.ones(1)
         end = points[-1:]
@@ -222,6 +237,9 @@ class ColumnsSink:
             batch, start, end = self._parted(batch, start, end)
         motion = batch.motion
         arcs = motion >= 2
+        self._watch(batch.end, batch.line, batch.source)
+        if arcs.any() and any(k in self._hidden for k in PLANE_AXES[self._plane][:2]):
+            self._watch_arcs(batch, arcs)
         rapid = motion == 0
         rate = self._revolutions(start, end)
         # A full circle ends where it starts, and yet moves linear axes.
@@ -248,6 +266,20 @@ class ColumnsSink:
                 arcs=table,
             )
         )
+
+    def _watch(self, points: Floats, line: NDArray[np.int64], source: int) -> None:
+        """Remember the first motion to `points`, program coordinates, of an axis that the output does not show."""
+        if self.unforeseen is None and self._hidden:
+            moved = np.abs(self._of_machine(points)[:, self._hidden] - self._rest[self._hidden]) > _ROUNDING
+            if moved.any():
+                row, column = np.argwhere(moved)[0]
+                self.unforeseen = AXIS_LETTERS[self._hidden[column]], int(line[row]), source
+
+    def _watch_arcs(self, batch: _Motions, arcs: NDArray[np.bool_]) -> None:
+        """Remember the first arc that moves an axis of its plane which the output does not show."""
+        axis = next(k for k in PLANE_AXES[self._plane][:2] if k in self._hidden)
+        if self.unforeseen is None:
+            self.unforeseen = AXIS_LETTERS[axis], int(batch.line[arcs][0]), batch.source
 
     def _parted(self, batch: _Motions, start: Floats, end: Floats) -> tuple[_Motions, Floats, Floats]:
         """Cut the lines along which the spindle's speed changes; return the motions with their starts and ends."""
@@ -309,14 +341,19 @@ class ColumnsSink:
 
     def _machine(self, points: Floats) -> Floats:
         """Return machine coordinates, mm and rad, in the builder's columns, of points in program coordinates."""
+        return self._of_machine(points)[:, self._columns]
+
+    def _of_machine(self, points: Floats) -> Floats:
+        """Return machine coordinates of all nine axes, mm and rad, of points in program coordinates."""
         out = points + self._g92 if any(self._g92) else points.copy()
         if self._rotation:
             c, s = math.cos(self._rotation * DEGREE), math.sin(self._rotation * DEGREE)
             x, y = out[:, 0].copy(), out[:, 1].copy()
             out[:, 0], out[:, 1] = c * x - s * y, s * x + c * y
         out += np.array(self._origin) + np.array(self._tool)
-        out = out[:, self._columns]
-        out *= np.where(self._rotary, DEGREE, self._scale)
+        out[:, :3] *= self._scale
+        out[:, 3:6] *= DEGREE
+        out[:, 6:] *= self._scale
         return out
 
     def _arc_table(self, batch: _Motions, arcs: NDArray[np.bool_], start: Floats, end: Floats) -> ArcTable:
@@ -432,6 +469,7 @@ class ColumnsSink:
         """Stand at a position of the program."""
         self.flush()
         self.builder.place(self._machine(np.array([position]))[0])
+        self._rest = self._of_machine(np.array([position]))[0]
 
     def call(self, text: str, event: Event | None = None) -> None:
         """Keep the event of a call."""

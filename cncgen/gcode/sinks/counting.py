@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cncgen.gcode.block import Block
-from cncgen.gcode.sinks.sink import MotionBatch, Point
+from cncgen.gcode.sinks.sink import MotionBatch, Point, refuse_uvw
 from cncgen.toolpath.record import Event
 
 
@@ -19,6 +19,15 @@ class CountingSink:
     def motions(self, batch: MotionBatch) -> None:
         """Count a run of motions."""
         self.count += len(batch.motion)
+
+    def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
+        """Count an arc.
+
+        Raises:
+            BlockError: It lies in a plane of U V W.
+        """
+        refuse_uvw(plane)
+        self.count += 1
 
     def rigid_tap(self, end: Point, pitch: float) -> None:
         """Count the way there and the way back."""
@@ -37,7 +46,7 @@ class CountingSink:
         """Count a motion."""
         self.count += 1
 
-    straight_traverse = straight_feed = arc_feed = straight_probe = nurbs_feed = _one
+    straight_traverse = straight_feed = straight_probe = nurbs_feed = _one
 
     def _nothing(self, *arguments: object, **named: object) -> None:
         """Count nothing: the call only changes how motions are made."""

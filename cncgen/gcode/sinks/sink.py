@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 from cncgen.gcode.block import Block
+from cncgen.gcode.errors import BlockError
 from cncgen.toolpath.record import Event, PathMode
 
 Point = list[float]
@@ -46,6 +47,14 @@ class MotionBatch(NamedTuple):
     line: memoryview
     offset: memoryview
     source: int
+
+
+def refuse_uvw(plane: int) -> None:
+    """Raise for an arc in a plane of U V W, of which no toolpath is made: its arcs lie in X Y Z."""
+    if plane not in (17, 18, 19):
+        name = f"G{plane / 10:g}"
+        hint = "write the arc as short lines G1 along U V W, or in the planes of X Y Z"
+        raise BlockError("arc-plane", f"arcs in the plane of {name} are not planned", name, hint=hint)
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,13 +6,12 @@ The kernel `gcode_parse` reads the line into instructions; here they become valu
 from __future__ import annotations
 
 import re
-from functools import cache
-from importlib import import_module
 
 from cncgen.gcode.block import OUTPUT, Flow, Parsed, Value
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.predefined import asks_state
 from cncgen.gcode.text import expressions
+from cncgen.gcode.text.parsers import parser
 from cncgen.gcode.text.syntax_hints import hint_for, missing_number, number_hint
 from cncgen.kernels import gcode_parse
 
@@ -96,17 +95,8 @@ def normalise(text: str) -> str:
     return "".join(parts)
 
 
-#: Parameters below these numbers are plain storage.
-STORED = {"linuxcnc": 5000, "fanuc": 1000}
 _OPERATIONS = {number: name for name, number in gcode_parse.OPERATIONS.items()}
 _LITERALS = {number: text for text, number in gcode_parse.LITERALS.items() if "[" not in text}
-
-
-@cache
-def parser(dialect: str, increments: bool) -> gcode_parse.Parser:
-    """Return a parser of a dialect's grammar; lengths without a decimal point may count in least increments."""
-    tables = import_module(f"cncgen.grammars.tables_{dialect}")
-    return gcode_parse.Parser(tables, STORED[dialect], increments)
 
 
 def letter_of(code: int) -> str:

@@ -1,0 +1,153 @@
+"""The axes that a program moves, itself or in the files that it calls, known before its first block is run.
+
+An axis moves where a word names it, or where a code moves it without a word of its own: the rows of the table of codes say
+which those are (`Code.moves`, `Code.plane`), and which codes call other programs (`Code.calls`).
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from cncgen.diagnostics import UsageError
+from cncgen.gcode.codes.table import LATHE, Code, language_of, table
+from cncgen.gcode.source import Source, open_source
+from cncgen.gcode.state.modal import PLANE_AXES
+from cncgen.gcode.text.parsers import parser
+from cncgen.gcode.text.search import candidates, leaves_path
+from cncgen.kernels import gcode_parse
+from cncgen.units import AXIS_LETTERS
+
+#: Files that are looked into at most.
+MAX_FILES = 1000
+
+#: On a lathe of FANUC, U V W are distances along X Y Z.
+_DISTANCES = str.maketrans("UVW", "XYZ")
+
+
+@dataclass(slots=True)
+class _Text:
+    """What a text names.
+
+    Attributes:
+        bits: Letters of words, A in bit 0, and whether a code is computed.
+        codes: Its codes with the line on which each stands first.
+        first_call: The line of the first call of another program, or 0.
+        alone: Codes that stand in a block without an axis word somewhere.
+        programs: Numbers and names of the programs that it calls.
+    """
+
+    bits: int
+    codes: dict[Code, int]
+    first_call: int
+    alone: set[Code]
+    programs: set[float | str]
+
+
+def moving_axes(text: Source, dialect: str, folders: Sequence[Path] = ()) -> str:
+    """Return the letters of the axes that a program moves, in the order of ``XYZABCUVW``.
+
+    Subprograms in files count where the call says their name or number; what a computed number leads to is seen when it runs.
+
+    Args:
+        text: The program.
+        dialect: Its language.
+        folders: Where files of subprograms are looked for.
+    """
+    main = _named(text, dialect)
+    texts = [main, *_called(main, dialect, folders)]
+    letters = {chr(65 + k) for found in texts for k in range(26) if found.bits >> k & 1}
+    named = "".join(letters).translate(_DISTANCES) if dialect == LATHE else "".join(letters)
+    moved = {*named, *_moved(texts, "".join(letters).lower(), 18 if dialect == LATHE else 17)}
+    return "".join(letter for letter in AXIS_LETTERS if letter in moved)
+
+
+def _moved(texts: list[_Text], letters: str, plane: int) -> Iterator[str]:
+    """Yield the axes that codes move without their words; `plane` is in force where no code has chosen another one."""
+    codes = {
+        code
+        for found in texts
+        for code in found.codes
+        if (
+            code in found.alone
+            if code.moves_alone
+            else not code.moves_with or not {*code.moves_with}.isdisjoint(letters)
+        )
+    }
+    for code in codes:
+        if code.moves != "plane":
+            yield from code.moves
+    if any(found.bits & gcode_parse.COMPUTED for found in texts):
+        yield from "XYZ"
+    if not any(code.moves == "plane" for code in codes):
+        return
+    planes = {code.plane for code in codes if code.plane}
+    if not planes or _begins_without(texts[0]):
+        planes.add(plane)
+    for number in planes:
+        for column in PLANE_AXES[number][:2]:
+            yield AXIS_LETTERS[column]
+
+
+def _begins_without(main: _Text) -> bool:
+    """Tell whether the program moves in a plane, or calls another program, before it chooses a plane."""
+    chosen = min((line for code, line in main.codes.items() if code.plane), default=0)
+    moved = [line for code, line in main.codes.items() if code.moves == "plane"]
+    moved += [main.first_call] if main.first_call else []
+    return bool(moved) and not 0 < chosen <= min(moved)
+
+
+def _named(text: Source, dialect: str) -> _Text:
+    """Return what a text names."""
+    count = 2 * gcode_parse.CODE_NUMBERS
+    first, calls = array("i", bytes(8 * count)), bytearray(count)
+    read = parser(language_of(dialect), False).named
+    bits, line, programs = read(text.bytes, first, calls)
+    rows = table(dialect)
+    codes: dict[Code, int] = {}
+    alone: set[Code] = set()
+    for place in (k for k, line in enumerate(first[:count]) if line):
+        letter, number = divmod(place, gcode_parse.CODE_NUMBERS)
+        code = rows.get(("GM"[letter], number))
+        if code is not None:
+            codes[code] = first[place]
+            if first[place + count]:
+                alone.add(code)
+            if code.calls:
+                calls[place] = ord(code.calls) + (0 if code.words else gcode_parse.ARGUMENTS)
+    if any(calls):
+        bits, line, programs = read(text.bytes, first, calls)
+    return _Text(bits, codes, line, alone, programs)
+
+
+def _called(main: _Text, dialect: str, folders: Sequence[Path]) -> Iterator[_Text]:
+    """Yield what the files name that a program calls, and those that they call."""
+    seen: set[Path] = set()
+    waiting = [main] if folders else []
+    while waiting and len(seen) < MAX_FILES:
+        for name in dict.fromkeys(_names(waiting.pop().programs)):
+            path = next((path for folder in folders for path in candidates(folder, name)), None)
+            if path is None or path in seen:
+                continue
+            seen.add(path)
+            try:
+                source = open_source(path, str(path))
+            except UsageError:
+                continue
+            waiting.append(_named(source, dialect))
+            yield waiting[-1]
+
+
+def _names(programs: set[float | str]) -> Iterator[str]:
+    """Yield the names of files, without suffix, that may hold programs of these numbers and names."""
+    for program in sorted(programs, key=str):
+        if isinstance(program, str):
+            if not leaves_path(program):
+                yield program
+        elif program >= 0.0 and program.is_integer():
+            yield f"{program:.0f}"
+            # FANUC: eight digits are four of repeats and four of the number; files are named O and four digits.
+            yield f"O{int(program) % 10_000:04d}"
+            yield f"O{int(program):04d}"
