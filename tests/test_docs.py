@@ -44,6 +44,8 @@ def command_of(words: list[str]) -> tuple[click.Command, list[str]]:
     command: click.Command = cli
     while words and isinstance(command, click.Group):
         found = command.get_command(click.Context(command), words[0])
+        if found is None and "run" in getattr(command, "commands", ()):  # a word that may be left out
+            return command.commands["run"], words
         if found is None:
             break
         command, words = found, words[1:]

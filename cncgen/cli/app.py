@@ -28,6 +28,7 @@ COMMANDS = (
     "cut",
     "convert",
     "compare",
+    "sweep",
     "why",
     "compensate",
     "identify",

@@ -13,6 +13,7 @@ from cncgen.files import is_terminal
 
 if TYPE_CHECKING:
     from cncgen.setpoints.record import Setpoints
+    from cncgen.sweep.driver import Progress
 
 #: Seconds between two updates, and before the first one.
 _INTERVAL_S = 1.0
@@ -65,6 +66,28 @@ def counted_progress(what: str) -> Iterator[Callable[[int, int], None]]:
             sys.stderr.write(f"\r{what} {done} of {of}, {left:.0f} s left\x1b[K")
             sys.stderr.flush()
             shown, drawn = now, True
+
+    yield watch
+    if drawn:
+        sys.stderr.write("\r\x1b[K")
+
+
+@contextmanager
+def sweep_progress() -> Iterator[Callable[[Progress], None]]:
+    """Yield a function that shows how far a sweep is, its rate and the time left; on a terminal alone."""
+    shown = time.monotonic()
+    drawn = False
+
+    def watch(progress: Progress) -> None:
+        nonlocal shown, drawn
+        now = time.monotonic()
+        if messages.is_quiet() or not is_terminal(sys.stderr) or now - shown < _INTERVAL_S:
+            return
+        failed = f", {progress.failed} failed" if progress.failed else ""
+        text = f"{progress.done} of {progress.total} jobs{failed}, {progress.rate:.3g} a second, {progress.left_s:.0f} s left"
+        sys.stderr.write(f"\r{text}\x1b[K")
+        sys.stderr.flush()
+        shown, drawn = now, True
 
     yield watch
     if drawn:

@@ -119,6 +119,7 @@ def _fitted(
     values: dict[str, Any] = {
         "parameters": dict(fit.parameters),
         "uncertainty": dict(fit.uncertainty),
+        "covariance": fit.covariance.as_json(),
         "fit_percent": fit.fit_percent,
         "residual_rms": fit.residual_rms,
     }

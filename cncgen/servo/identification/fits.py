@@ -35,6 +35,29 @@ _OPEN = Controller(d_setpoint=1.0)
 
 
 @dataclass(frozen=True, slots=True)
+class FitCovariance:
+    """The covariance of fitted parameters, of those of a model alone (not of zeros that differ).
+
+    Attributes:
+        parameters: Shape (k,): names.
+        logarithm: Shape (k,): whether the logarithm of the parameter is meant.
+        matrix: Shape (k, k); infinite where the log does not determine a parameter.
+    """
+
+    parameters: tuple[str, ...]
+    logarithm: tuple[bool, ...]
+    matrix: Floats
+
+    def as_json(self) -> dict[str, object]:
+        """Return plain values."""
+        return {
+            "parameters": list(self.parameters),
+            "logarithm": list(self.logarithm),
+            "matrix": self.matrix.tolist(),
+        }
+
+
+@dataclass(frozen=True, slots=True)
 class Fit:
     """A fitted model.
 
@@ -42,6 +65,7 @@ class Fit:
         model: Name of the model.
         parameters: By name, in the units that the name says.
         uncertainty: Standard deviation of each; infinite where the log does not determine it.
+        covariance: Of all together.
         fit_percent: 100 (1 − |y − ŷ|/|y − mean y|), the usual measure.
         residual_rms: mm or rad.
         residual: Shape (n,).
@@ -50,6 +74,7 @@ class Fit:
     model: str
     parameters: Mapping[str, float]
     uncertainty: Mapping[str, float]
+    covariance: FitCovariance
     fit_percent: float
     residual_rms: float
     residual: Floats
@@ -118,10 +143,10 @@ def fit_velocity_loop(drive: Floats, position: Floats, period_s: float, *, frict
         names.append("coulomb")
         starts = [np.append(found[0], 0.01), np.append(found[0], 0.3)]
         found = min((_solved(residual, start, position) for start in starts), key=lambda one: _square(one[2]))
-    values, errors = _unfold(names, found[0], found[1], scale)
+    values, errors, together = _unfold(names, found[0], found[1], scale)
     if friction:
         values["coulomb"] = abs(values["coulomb"])
-    return _fit("velocity-loop", values, errors, found[2], position)
+    return _fit("velocity-loop", values, errors, together, found[2], position)
 
 
 def fit_first_order(command: Floats, position: Floats, period_s: float, *, friction: bool = True) -> Fit:
@@ -162,10 +187,10 @@ def fit_first_order(command: Floats, position: Floats, period_s: float, *, frict
         theta, spread, rest = _best(
             simulated, [np.append(theta, 0.02 * lag), np.append(theta, 0.3 * lag)], position
         )
-    values, errors = _unfold(names, theta, spread, {"offset": size})
+    values, errors, together = _unfold(names, theta, spread, {"offset": size})
     if friction:
         values["coulomb_lag_mm"] = abs(values["coulomb_lag_mm"])
-    return _fit("first-order", values, errors, rest, position)
+    return _fit("first-order", values, errors, together, rest, position)
 
 
 #: Coefficients of the fourth-order loop (Tsai 2010, eq. 9, with b0 = a0), in the order they are fitted.
@@ -195,8 +220,8 @@ def fit_fourth_order(command: Floats, position: Floats, period_s: float) -> Fit:
         return _follow(loop, command) + theta[6] * size
 
     theta, spread, rest = _best(simulated, [np.append(one, start) for one in _cascades()], position)
-    values, errors = _unfold([*COEFFICIENTS, "offset"], theta, spread, {"offset": size}, logs=6)
-    return _fit("fourth-order", values, errors, rest, position)
+    values, errors, together = _unfold([*COEFFICIENTS, "offset"], theta, spread, {"offset": size}, logs=6)
+    return _fit("fourth-order", values, errors, together, rest, position)
 
 
 def _cascades() -> Iterator[Floats]:
@@ -325,26 +350,45 @@ def _inverse(jacobian: Floats, rounding: float) -> Floats:
     return inverse
 
 
+#: Fitted beside a model: offsets of the drive's input and of the position.
+_ZEROS = ("bias", "offset")
+
+
 def _unfold(
     names: list[str], theta: Floats, covariance: Floats, scale: Mapping[str, float], logs: int = 2
-) -> tuple[dict[str, float], dict[str, float]]:
-    """Return values and standard deviations by name; the first `logs` entries of θ are logarithms."""
+) -> tuple[dict[str, float], dict[str, float], FitCovariance]:
+    """Return values and standard deviations by name, and the covariance; the first `logs` entries of θ are logarithms."""
     spread = np.sqrt(np.diag(covariance))
     values, errors = {}, {}
     for i, name in enumerate(names):
         size = scale.get(name, 1.0)
         values[name] = float(np.exp(theta[i]) if i < logs else theta[i] * size)
         errors[name] = float(values[name] * spread[i] if i < logs else spread[i] * size)
-    return values, errors
+    kept = [i for i, name in enumerate(names) if name not in _ZEROS]
+    sizes = np.array([1.0 if i < logs else scale.get(names[i], 1.0) for i in kept])
+    matrix = covariance[np.ix_(kept, kept)] * np.outer(sizes, sizes)
+    together = FitCovariance(tuple(names[i] for i in kept), tuple(i < logs for i in kept), matrix)
+    return values, errors, together
 
 
 def _fit(
-    model: str, values: dict[str, float], errors: dict[str, float], residual: Floats, position: Floats
+    model: str,
+    values: dict[str, float],
+    errors: dict[str, float],
+    together: FitCovariance,
+    residual: Floats,
+    position: Floats,
 ) -> Fit:
     around = position - position.mean()
     share = np.sqrt(_square(residual) / max(_square(around), 1e-300))
     return Fit(
-        model, values, errors, 100.0 * (1.0 - float(share)), float(np.sqrt(np.mean(residual**2))), residual
+        model,
+        values,
+        errors,
+        together,
+        100.0 * (1.0 - float(share)),
+        float(np.sqrt(np.mean(residual**2))),
+        residual,
     )
 
 

@@ -1,0 +1,128 @@
+"""Workers of a cluster: `dask.distributed`, whose scheduler hands batches out again when a worker dies.
+
+Its workers get the programs as a plugin, once each, those too that join later. TLS is as dask's own configuration has it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.sweep.jobs import Bundle, code_version, compute_batch, take_bundles
+
+if TYPE_CHECKING:
+    from cncgen.sweep.local_workers import Batch, Done
+
+#: Longest wait for the scheduler, s.
+_PATIENCE_S = 30
+
+
+def needed_distributed() -> ModuleType:
+    """Import dask.distributed.
+
+    Raises:
+        UsageError: It is missing.
+    """
+    try:
+        import distributed
+    except ImportError as error:
+        hint = "pip install 'cncgen[cluster]'"
+        raise UsageError(
+            Diagnostic("missing-package", "--scheduler needs dask.distributed", hint=hint)
+        ) from error
+    module: ModuleType = distributed
+    return module
+
+
+class ClusterWorkers:
+    """Workers behind a dask scheduler.
+
+    Args:
+        address: ``tcp://host:8786``, or ``tls://…``.
+        bundles: The programs.
+
+    Raises:
+        UsageError: dask.distributed is missing, the scheduler cannot be reached, or a worker runs another version of cncgen.
+    """
+
+    def __init__(self, address: str, bundles: Sequence[Bundle]) -> None:
+        self._dask = needed_distributed()
+        try:
+            self._client = self._dask.Client(address, timeout=_PATIENCE_S, set_as_default=False)
+        except (OSError, ValueError, TypeError) as error:
+            text = f"cannot reach the scheduler {address}: {error}"
+            raise UsageError(Diagnostic("sweep-scheduler", text)) from error
+        self._running: dict[Any, Batch] = {}
+        try:
+            _check_workers(self._client)
+            self._client.register_plugin(_plugin(self._dask, tuple(bundles)), name="cncgen-programs")
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def count(self) -> int:
+        """Workers that there are now; one at least, which may join yet."""
+        return max(1, len(self._client.scheduler_info(n_workers=-1)["workers"]))
+
+    def submit(self, batch: Batch) -> None:
+        """Hand over a batch."""
+        future = self._client.submit(
+            compute_batch, code_version(), batch, key=f"cncgen-{batch[0].key}-{len(batch)}", pure=False
+        )
+        self._running[future] = batch
+
+    def completed(self, timeout_s: float) -> list[Done]:
+        """Wait for batches; return those that are done, or that the scheduler gave up as their workers died."""
+        try:
+            self._dask.wait(list(self._running), timeout=timeout_s, return_when="FIRST_COMPLETED")
+        except TimeoutError:
+            return []
+        done: list[Done] = []
+        for future in [future for future in self._running if future.done()]:
+            batch = self._running.pop(future)
+            if future.status == "finished":
+                done.append((batch, future.result()))
+                continue
+            fault = None if future.status == "cancelled" else future.exception()
+            if fault is not None and not isinstance(fault, self._dask.scheduler.KilledWorker):
+                raise fault
+            done.append((batch, None))
+        return done
+
+    def close(self) -> None:
+        """Leave the cluster; what is not done is cancelled."""
+        self._client.cancel(list(self._running))
+        self._client.close()
+
+
+def _check_workers(client: Any) -> None:
+    """Refuse a cluster with a worker that lacks cncgen or runs other code.
+
+    Raises:
+        UsageError: There is one.
+    """
+    for worker, found in client.run(_version_of_worker, on_error="return").items():
+        if isinstance(found, BaseException):
+            text = f"the worker {worker} cannot run cncgen: {found}"
+            raise UsageError(Diagnostic("sweep-version", text, hint="install the same cncgen there"))
+        if found != code_version():
+            text = f"the worker {worker} runs cncgen {found}, the driver {code_version()}"
+            hint = "install the same cncgen on all of them"
+            raise UsageError(Diagnostic("sweep-version", text, hint=hint))
+
+
+def _version_of_worker() -> str:
+    return code_version()
+
+
+def _plugin(dask: ModuleType, bundles: tuple[Bundle, ...]) -> Any:
+    """Return a plugin that gives a worker the programs when it joins."""
+
+    class Programs(dask.WorkerPlugin):  # type: ignore[name-defined]
+        def setup(self, worker: Any) -> None:
+            take_bundles(bundles)
+
+    return Programs()

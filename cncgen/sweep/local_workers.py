@@ -1,0 +1,109 @@
+"""Workers on this computer: the process pool of the standard library, made again when one of its processes is killed."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import connection, get_context, parent_process
+from typing import Protocol
+
+from cncgen.sweep.jobs import Bundle, Outcome, SweepJob, code_version, compute_batch, take_bundles
+
+Batch = tuple[SweepJob, ...]
+#: What came of a batch: outcomes and seconds; None where its worker died.
+Done = tuple[Batch, tuple[list[Outcome], float] | None]
+
+
+class Workers(Protocol):
+    """The interface of whatever computes batches."""
+
+    @property
+    def count(self) -> int:
+        """How many batches it computes at once."""
+        ...
+
+    def submit(self, batch: Batch) -> None:
+        """Hand over a batch."""
+
+    def completed(self, timeout_s: float) -> list[Done]:
+        """Wait for batches, at most so long; return those that are done or whose worker died."""
+
+    def close(self) -> None:
+        """Give up what is not done."""
+
+
+def processors() -> int:
+    """Return how many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+class LocalWorkers:
+    """Processes on this computer.
+
+    Args:
+        count: How many.
+        bundles: The programs, which go to each process once.
+    """
+
+    def __init__(self, count: int, bundles: Sequence[Bundle]) -> None:
+        self.count = count
+        self._bundles = tuple(bundles)
+        self._running: dict[Future[tuple[list[Outcome], float]], Batch] = {}
+        self._pool = self._new_pool()
+
+    def _new_pool(self) -> ProcessPoolExecutor:
+        # Processes that are forked would share locks with the threads of this one.
+        return ProcessPoolExecutor(
+            self.count, get_context("spawn"), initializer=begin_worker, initargs=(self._bundles,)
+        )
+
+    def submit(self, batch: Batch) -> None:
+        """Hand over a batch."""
+        try:
+            future = self._pool.submit(compute_batch, code_version(), batch)
+        except BrokenProcessPool:
+            future = Future()
+            future.set_exception(BrokenProcessPool())
+        self._running[future] = batch
+
+    def completed(self, timeout_s: float) -> list[Done]:
+        """Wait for batches; where a process was killed, those that it and the others had are returned as not done."""
+        finished, _ = wait(self._running, timeout_s, FIRST_COMPLETED)
+        done: list[Done] = []
+        broken = any(isinstance(future.exception(), BrokenProcessPool) for future in finished)
+        if broken:
+            self._pool.shutdown(wait=True)  # the pool gives all of its futures the exception
+            finished, self._pool = set(self._running), self._new_pool()
+        for future in finished:
+            batch = self._running.pop(future)
+            lost = isinstance(future.exception(), BrokenProcessPool)
+            done.append((batch, None if lost else future.result()))
+        return done
+
+    def close(self) -> None:
+        """End the processes; what they compute is given up."""
+        for process in list((self._pool._processes or {}).values()):
+            process.terminate()
+        self._pool.shutdown(wait=True, cancel_futures=True)
+
+
+def begin_worker(bundles: Sequence[Bundle]) -> None:
+    """Prepare a process of the pool: it keeps the programs, leaves Ctrl-C to the driver, and ends when the driver does."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    take_bundles(bundles)
+    parent = parent_process()
+    if parent is not None:
+        sentinel = parent.sentinel
+
+        def follow() -> None:
+            connection.wait([sentinel])
+            os._exit(1)
+
+        # A pool's process waits for work for ever when its driver was killed.
+        threading.Thread(target=follow, daemon=True).start()

@@ -1,0 +1,74 @@
+"""The rows of a sweep put in order: by a figure, and the Pareto front of two."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.sweep.designs import unit_points
+from cncgen.sweep.sensitivities import Sensitivities, sensitivities
+
+if TYPE_CHECKING:
+    import pyarrow
+
+    from cncgen.sweep.results import DrawnDesign
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+
+def ranked(values: Floats, *, largest: bool = False) -> Indices:
+    """Return the numbers of the rows with a finite value, the smallest value first (`largest`: last); ties as they stand."""
+    finite = np.flatnonzero(np.isfinite(values))
+    order = np.argsort(-values[finite] if largest else values[finite], kind="stable")
+    return finite[order]
+
+
+def pareto_front(first: Floats, second: Floats) -> Indices:
+    """Return the numbers of the rows that no other row beats in one value without being worse in the other, by the first.
+
+    Both values are better the smaller they are. Of rows that are equal in both, the one that stands first is returned.
+
+    Args:
+        first, second: Shape (n,); rows with a NaN take no part.
+    """
+    both = np.flatnonzero(np.isfinite(first) & np.isfinite(second))
+    order = both[np.lexsort((second[both], first[both]))]
+    found, least = [], np.inf
+    for row in order:
+        if second[row] < least:
+            found.append(row)
+            least = second[row]
+    return np.array(found, np.intp)
+
+
+def column_of(table: pyarrow.Table, name: str) -> Floats:
+    """Return a column of numbers, shape (rows,); NaN where it has none."""
+    return np.array(
+        [np.nan if value is None else value for value in table.column(name).to_pylist()], np.float64
+    )
+
+
+def sensitivities_of(drawn: DrawnDesign, table: pyarrow.Table) -> dict[tuple[str, str], list[Sensitivities]]:
+    """Return the sensitivities of each figure by program and machine; {} where nothing is varied.
+
+    Args:
+        drawn: The design.
+        table: Rows; points without one count as failed.
+    """
+    if not drawn.columns:
+        return {}
+    points = unit_points(drawn.design, drawn.points, drawn.seed, drawn.shares)
+    rows = {key: number for number, key in enumerate(table.column("key").to_pylist())}
+    found: dict[tuple[str, str], list[Sensitivities]] = {}
+    for group, keys in drawn.groups.items():
+        at = np.array([rows.get(key, -1) for key in keys])
+        found[group] = []
+        for figure in drawn.figures:
+            column = np.append(column_of(table, figure), np.nan)  # where no row is, number -1
+            found[group].append(
+                sensitivities(drawn.design, points, drawn.levels, drawn.columns, figure, column[at])
+            )
+    return found

@@ -1,0 +1,193 @@
+"""What `cncgen sweep show` tells of a folder of results."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.arguments import wrong
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.files import open_output
+from cncgen.report.swept import Share, rows_text, shares_text, swept_figure
+from cncgen.report.tables import counted
+from cncgen.sweep.ranking import column_of, pareto_front, ranked, sensitivities_of
+from cncgen.sweep.results import FIRST, LAST, ResultsFolder, needed_pyarrow
+from cncgen.sweep.sensitivities import Sensitivities
+
+if TYPE_CHECKING:
+    import pyarrow
+    from matplotlib.figure import Figure
+
+Indices = NDArray[np.intp]
+
+
+@dataclass(frozen=True, slots=True)
+class ShownResults:
+    """The findings in a folder of results.
+
+    Attributes:
+        name: Of the folder.
+        table: All rows.
+        by: The figure that ranks.
+        order: The rows by it, the best first.
+        pair: The figures of the front; None where there is one figure alone.
+        front: Its rows.
+        sensitivities: Of each figure, by program and machine.
+        text: All that, for a person.
+    """
+
+    name: str
+    table: pyarrow.Table
+    by: str
+    order: Indices
+    pair: tuple[str, str] | None
+    front: Indices
+    sensitivities: dict[tuple[str, str], list[Sensitivities]]
+    text: str
+
+    def as_json(self) -> dict[str, Any]:
+        """Return plain values."""
+        keys = self.table.column("key").to_pylist()
+        return {
+            "schema_version": 1,
+            "rows": len(self.table),
+            "failed": len(self.table) - self.table.column("code").null_count,
+            "by": self.by,
+            "ranking": [keys[row] for row in self.order],
+            "pareto": {"figures": self.pair, "rows": [keys[row] for row in self.front]},
+            "sensitivities": [
+                {"program": group[0], "machine": group[1], **asdict(one)}
+                for group, found in self.sensitivities.items()
+                for one in found
+            ],
+        }
+
+    def picture(self) -> Figure:
+        """Draw the front and the sensitivities of the first program and machine.
+
+        Raises:
+            UsageError: There is one figure alone, or matplotlib is missing.
+        """
+        if self.pair is None:
+            raise wrong("a picture needs two figures", "keep two, or name them with --pareto")
+        x, y = (column_of(self.table, name) for name in self.pair)
+        first = next(iter(self.sensitivities.values()), [])
+        shares = [(one.figure, _shares(one)) for one in first]
+        return swept_figure(self.name, (self.pair[0], x, self.pair[1], y), self.front, shares)
+
+
+def shown_results(
+    path: str | os.PathLike[str],
+    *,
+    by: str | None = None,
+    largest: bool = False,
+    top: int = 10,
+    pareto: str | None = None,
+) -> ShownResults:
+    """Rank the results in a folder, and find their Pareto front and sensitivities.
+
+    Args:
+        path: The folder.
+        by: Figure that ranks; None: the first one.
+        largest: Whether the largest value is the best.
+        top: Rows that the text names.
+        pareto: Two figures, by a comma; None: the first two.
+
+    Raises:
+        UsageError: The folder holds no results, or a figure is unknown.
+    """
+    folder = ResultsFolder(path)
+    drawn = folder.design()
+    table = folder.table()
+    numeric = [
+        name
+        for name in table.column_names
+        if name not in (*FIRST, *LAST) and str(table.schema.field(name).type) == "double"
+    ]
+    figures = list(drawn.figures) if drawn else [name for name in numeric if name == by] or numeric[-1:]
+    chosen = _known(by or figures[0], numeric)
+    order = ranked(column_of(table, chosen), largest=largest)
+    pair = _pair(pareto, figures, numeric)
+    front = pareto_front(*(column_of(table, name) for name in pair)) if pair else np.empty(0, np.intp)
+    found = sensitivities_of(drawn, table) if drawn else {}
+    text = _text(table, chosen, order[:top], pair, front[:top], found)
+    return ShownResults(os.fspath(path), table, chosen, order, pair, front, found, text)
+
+
+def _known(name: str, numeric: Sequence[str]) -> str:
+    if name not in numeric:
+        raise wrong(f"the results have no figure {name!r}", f"there are {', '.join(numeric)}")
+    return name
+
+
+def _pair(asked: str | None, figures: Sequence[str], numeric: Sequence[str]) -> tuple[str, str] | None:
+    if asked is None:
+        return (figures[0], figures[1]) if len(figures) > 1 else None
+    names = [name.strip() for name in asked.split(",")]
+    if len(names) != 2:
+        raise wrong(f"--pareto {asked}: two figures are to stand there, by a comma")
+    return _known(names[0], numeric), _known(names[1], numeric)
+
+
+def _shares(one: Sensitivities) -> list[Share]:
+    return [Share(share.column, share.first, share.total) for share in one.shares]
+
+
+def _text(
+    table: pyarrow.Table,
+    by: str,
+    best: Indices,
+    pair: tuple[str, str] | None,
+    front: Indices,
+    found: dict[tuple[str, str], list[Sensitivities]],
+) -> str:
+    columns = {name: table.column(name).to_pylist() for name in table.column_names}
+    shown = [name for name in table.column_names if name not in ("key", *LAST)]
+    failed = len(table) - table.column("code").null_count
+    parts = [f"{counted(len(table), 'row')}, {failed} of failed jobs\n"]
+    if len(best):
+        parts.append(f"by {by}:\n" + rows_text(columns, best, shown))
+    if pair and len(front):
+        parts.append(f"Pareto front of {pair[0]} and {pair[1]}:\n" + rows_text(columns, front, shown))
+    for (program, machine), group in found.items():
+        parts.append(f"{program} on {machine}\n")
+        parts += [shares_text(one.figure, one.method, one.rows, one.explained, _shares(one)) for one in group]
+    if failed:
+        parts.append(_failures(columns))
+    return "\n".join(parts)
+
+
+def _failures(columns: dict[str, list[Any]]) -> str:
+    """Return each diagnostic of failed jobs with how many jobs it ended, and the first of its texts."""
+    texts: dict[str, list[str]] = {}
+    for code, error in zip(columns["code"], columns["error"], strict=True):
+        if code is not None:
+            texts.setdefault(code, []).append(error)
+    lines = [f"{counted(len(found), 'job')} failed: {found[0]}" for found in texts.values()]
+    return "\n".join(lines) + "\n"
+
+
+def write_table(table: pyarrow.Table, path: str) -> None:
+    """Write all rows to one file, by its suffix CSV or Parquet.
+
+    Raises:
+        UsageError: Another suffix, or the file cannot be written.
+    """
+    pyarrow = needed_pyarrow()
+    suffix, sink = Path(path).suffix.lower(), io.BytesIO()
+    if suffix == ".csv":
+        pyarrow.csv.write_csv(table, sink)
+    elif suffix == ".parquet":
+        pyarrow.parquet.write_table(table, sink)
+    else:
+        text = f"{path}: a table of results is written as .csv or .parquet"
+        raise UsageError(Diagnostic("sweep-table", text))
+    with open_output(path) as file:
+        file.write(sink.getvalue())

@@ -1,0 +1,151 @@
+"""SWEEP.toml: what it means, and every fault in one run."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cncgen.diagnostics import UsageError
+from cncgen.sweep.definition import load_sweep
+from cncgen.sweep.machine_keys import value_at
+from cncgen.sweep.varying import job_at, jobs_of
+from tests.sweep.conftest import SWEEP
+
+Write = Callable[[str], Path]
+HEAD = 'programs = ["part.nc"]\nmachine = "xy-table"\n'
+
+
+def test_every_fault_is_named_in_one_run_with_its_line(with_sweep: Write) -> None:
+    text = """programs = ["part.nc", "missing-*.nc"]
+machine = "xy-tabel"
+colour = "red"
+[vary]
+"axes.x.max_jerk_mm_s3" = { log = [0, 2e5] }
+path_tolerance_mm = 0.01
+"spindle.speed" = [1, 2]
+"axes.y.max_jerk_mm_s3" = { linear = [2e5], uniform = [1, 2] }
+"axes.y.max_velocity_mm_s" = ["fast", 3]
+[draw]
+design = "sobol"
+points = 0
+seed = "x"
+[keep]
+figures = ["cycletime_s"]
+"""
+    with pytest.raises(UsageError) as raised:
+        load_sweep(with_sweep(text))
+    found = [(item.code, item.span.line if item.span else 0) for item in raised.value.diagnostics]
+    assert found == [
+        ("machine-unknown", 0),
+        ("sweep-value", 1),
+        ("sweep-key", 3),
+        ("sweep-value", 5),
+        ("sweep-type", 6),
+        ("sweep-key", 7),
+        ("sweep-value", 8),
+        ("sweep-type", 9),
+        ("sweep-value", 12),
+        ("sweep-type", 13),
+        ("sweep-value", 15),
+    ]
+    assert "cycle_time_s" in raised.value.diagnostics[-1].hint
+
+
+@pytest.mark.parametrize(
+    ("line", "wanted"),
+    [
+        ('"axes.q.max_jerk_mm_s3" = [1e4, 2e4]', "not an axis"),
+        ('"axes.*.max_jurk_mm_s3" = [1e4, 2e4]', "no such key"),
+        ('"axes.x.servo.position_gain" = [1, 2]', "position_gain"),
+        ("chord_tolerance_mm = { linear = [-1, 1], count = 2 }", "chord_tolerance_mm"),
+        ('feedrate = ["optimal", "quick"]', "'quick' is not one of"),
+        ("max_contour_error_mm = [1e-9, 1]", "below 1e-06"),
+        ('"axes.x.max_jerk_mm_s3" = { uniform = [0.5, 2] }\n', "needs a count of"),
+        ("path_tolerance_mm = { uniform = [0.5, 2], relative = true, count = 3 }", "relative"),
+        ('"axes.x.max_jerk_mm_s3" = [1e4, 1e4]', "twice"),
+    ],
+)
+def test_values_that_machine_or_planner_refuse_are_named_before_anything_runs(
+    with_sweep: Write, line: str, wanted: str
+) -> None:
+    with pytest.raises(UsageError, match=re.escape(wanted)):
+        load_sweep(with_sweep(f"{HEAD}[vary]\n{line}\n"))
+
+
+def test_a_wildcard_sets_the_key_of_each_axis(with_sweep: Write) -> None:
+    sweep = load_sweep(with_sweep(f'{HEAD}[vary]\n"axes.*.max_jerk_mm_s3" = [1e4, 2e4]\n'))
+    _, job = job_at(sweep, "part.nc", "xy-table", 1, [0.75])
+    assert [value_at(job.tables, f"axes.{letter}.max_jerk_mm_s3") for letter in "xy"] == [2e4, 2e4]
+
+
+def test_a_relative_value_is_a_factor_of_the_machines(with_sweep: Write) -> None:
+    text = f'{HEAD}[vary]\n"axes.*.max_jerk_mm_s3" = {{ list = [0.5, 2.0], relative = true }}\n'
+    sweep = load_sweep(with_sweep(text))
+    _, job = job_at(sweep, "part.nc", "xy-table", 0, [0.25])
+    assert value_at(job.tables, "axes.y.max_jerk_mm_s3") == 25_000.0
+
+
+def test_an_option_comes_before_the_machines_key_of_its_name(with_sweep: Write) -> None:
+    text = f"{HEAD}[vary]\npath_tolerance_mm = [0.005, 0.02]\n'machine.path_tolerance_mm' = [0.1]\n"
+    sweep = load_sweep(with_sweep(text))
+    place, job = job_at(sweep, "part.nc", "xy-table", 0, [0.9, 0.5])
+    assert (job.options["path_tolerance_mm"], job.tables["path_tolerance_mm"]) == (0.02, 0.1)
+    assert place.values == (0.02, 0.1)
+
+
+def test_programs_machines_and_points_are_all_combined_and_equal_jobs_are_one(with_sweep: Write) -> None:
+    Path("other.nc").write_text("G21 G61 F600\nG1 X5\nM2\n")
+    text = (
+        'programs = ["*.nc"]\nmachines = ["xy-table", "generic-mill"]\n[vary]\npath_tolerance_mm = [0.01, 0.02]\n'
+        '[draw]\ndesign = "sobol"\npoints = 8\nseed = 1\n'
+    )
+    laid = jobs_of(load_sweep(with_sweep(text)))
+    assert (len(laid.groups), len(laid.jobs)) == (4, 8)  # two values alone in eight points
+    assert {len(keys) for keys in laid.groups.values()} == {8}
+
+
+def test_the_key_tells_program_machine_options_and_figures_apart(with_sweep: Write) -> None:
+    def key(text: str = SWEEP) -> str:
+        sweep = load_sweep(with_sweep(text))
+        return job_at(sweep, "part.nc", "xy-table", 0, [0.5, 0.5])[1].key
+
+    usual = key()
+    assert key() == usual
+    others = {
+        key(SWEEP.replace("xy-table", "xy-table").replace("2e5", "3e5")),
+        key(SWEEP.replace("[vary]", '[options]\nfeedrate = "ild"\n[vary]')),
+        key(SWEEP.replace(', "setpoints_to_path_mm"', "")),
+    }
+    Path("part.nc").write_text("G21 G61 F600\nG1 X5\nM2\n")
+    others.add(key())
+    assert len(others - {usual}) == 4
+
+
+def test_a_covariance_is_drawn_as_it_was_found(with_sweep: Write) -> None:
+    """Of many draws, the logarithms have the mean and the covariance of the summary (law of large numbers, 4 σ/√n)."""
+    matrix = [[0.04, 0.01], [0.01, 0.09]]
+    axis = {
+        "parameters": {"position_gain_1_s": 80.0, "time_constant_s": 0.005},
+        "covariance": {
+            "parameters": ["position_gain_1_s", "time_constant_s"],
+            "logarithm": [True, True],
+            "matrix": matrix,
+        },
+    }
+    Path("x.json").write_text(json.dumps({"model": "first-order", "axes": {"x": axis}}))
+    text = f'{HEAD}[vary]\n"axes.x.servo" = {{ identified = "x.json" }}\n[draw]\ndesign = "sobol"\npoints = 1024\n'
+    sweep = load_sweep(with_sweep(text))
+    assert sweep.columns == ("axes.x.servo.position_gain_1_s", "axes.x.servo.time_constant_s")
+    jobs = [place.values for place, _ in jobs_of(sweep).jobs.values()]
+    found = np.log(np.array(jobs, float))
+    assert found.mean(axis=0) == pytest.approx(np.log([80.0, 0.005]), abs=4 * 0.3 / 32)
+    assert np.cov(found.T) == pytest.approx(np.array(matrix), abs=0.02)
+    _, job = job_at(sweep, "part.nc", "xy-table", 0, [0.5, 0.5])
+    servo = value_at(job.tables, "axes.x.servo")
+    assert servo["model"] == "first-order"
+    assert servo["position_gain_1_s"] == pytest.approx(80.0)
