@@ -91,8 +91,18 @@ _BEHIND_SEMICOLON = _Doubt(
 
 def remarks_on(choice: Choice) -> Iterator[tuple[BlockError, Severity]]:
     """Yield remarks on a dialect that signs in the text have chosen: which, why, how sure, and its rival."""
-    dialect, why, _, rival = choice
-    if why:
+    dialect, why, _, rival, unread = choice
+    if unread:
+        hint = "post the program for FANUC or LinuxCNC; --dialect reads it as that of another control"
+        yield (
+            BlockError(
+                "control-unread",
+                f"this is a program of {unread}, whose language is not read: {why}",
+                hint=hint,
+            ),
+            Severity.ERROR,
+        )
+    elif why:
         yield BlockError("dialect", f"read as {dialect}: {why}", hint="--dialect overrides"), Severity.NOTE
     if rival:
         message = f"read as {dialect}, but it may as well be of {rival}, where it moves otherwise"

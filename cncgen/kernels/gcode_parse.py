@@ -117,6 +117,7 @@ LITERALS = {
     "sd=": 130,
     ",c": 131,
     ",r": 132,
+    ",a": 133,
 }
 #: Operations.
 OPERATIONS = {

@@ -1,5 +1,5 @@
-; expect fanuc 2:1:axis-missing 3:5:reference-point 4:1:axis-missing 5:1:reference-point
-G28
+; expect fanuc 3:5:reference-point 4:1:axis-missing 5:1:reference-point
+(G28 ALONE GOES HOME AS ON HAAS)
 G30 P3 Z0
 G30
 G29 X5

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from cncgen.gcode.text.search import candidates
+from cncgen.toolpath.record import Kind
 
 from .conftest import Outcome
 
@@ -128,3 +129,15 @@ def test_rows_of_holes_of_haas_are_not_taken_for_a_lathe(run: Run, line: str) ->
     found = run(f"G81 Z-5. R2. F100. L0\n{line}\nG80\nM30", dialect="fanuc").diagnostics
     (fault,) = [d for d in found if d.severity == "error"]
     assert (fault.code, "holes" in fault.message, "each hole" in fault.hint) == ("unknown-code", True, True)
+
+
+@pytest.mark.parametrize("comment", ["(POCKET (ROUGH))", "( HOLE AT (61.0, 67.7) )", "(A (B (C) D) E)"])
+def test_a_comment_with_pairs_of_parentheses_is_one_comment(run: Run, comment: str) -> None:
+    """Any other way to end it leaves a ) without its (."""
+    found = run(f"O1\nG0 X1 {comment}\nG1 X2 F100\nM30")
+    assert found.errors == []
+    assert found.path.end[found.path.kind != Kind.EVENT, 0].tolist() == [1, 2]
+
+
+def test_an_open_comment_within_another_stays_an_error(run: Run) -> None:
+    assert run("O1\nG0 X1 (A (B) G1 X2\nM30").errors == [("nested-comment", 2, 7)]

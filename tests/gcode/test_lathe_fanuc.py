@@ -347,7 +347,7 @@ WRONG = {
     "tiny steps": ("G0 X50. Z2.\nG74 Z-5. Q.00001 F.1", ("cycle-peck", 4, 10)),
     "no bottom": ("G0 X50. Z2.\nG75 Z-5. Q1000 F.1", ("cycle-words", 4, 1)),
     "x and u": ("G0 X50. U2.", ("axis-words-twice", 3, 9)),
-    "an angle": ("F.1\nG1 X50. A45.", ("drawing-angle", 4, 9)),
+    "an angle that leads nowhere": ("F.1\nG1 X50. A180.", ("drawing-angle", 4, 9)),
     "an angle alone": ("F.1\nG1 X50.\nA45. R2.", ("drawing-angle", 5, 1)),
     "a wide tool": ("G0 X30. Z2.\nG76 X20. Z-5. K1. D.3 A180 F1.", ("thread-words", 4, 23)),
     "a mill's code": ("G43 H1", ("unknown-code", 3, 1)),
@@ -361,7 +361,7 @@ def test_what_is_wrong_is_named_where_it_stands(name: str) -> None:
 
 
 def test_the_fault_of_a_word_of_a_profile_names_its_line() -> None:
-    text = "G0 X60. Z2.\nG71 U2. R1.\nG71 P1 Q2 U.4 W.1 F.2\nN1 G0 X20.\nG1 Z-6. A170.\nN2 X50."
+    text = "G0 X60. Z2.\nG71 U2. R1.\nG71 P1 Q2 U.4 W.1 F.2\nN1 G0 X20.\nG1 Z-6. A90.\nN2 X50."
     said = [(d.code, d.span.line, d.message) for d in outcome(text)[2].diagnostics if d.span]
     assert [line for code, line, _ in said if code == "drawing-angle"] == [5, 7]
     assert "line 7 of the profile" in next(message for code, _, message in said if code == "drawing-angle")

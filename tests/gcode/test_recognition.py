@@ -131,3 +131,36 @@ def test_hours_at_such_feeds_are_said_once_with_the_other_reading() -> None:
     assert remarks("G1 X200 F0.3\nM2").count("time-doubtful") == 1
     assert "time-doubtful" not in remarks("G1 X100 F0.3\nM2")
     assert remarks("G4 P40000\nM2").count("time-doubtful") == 1
+
+
+#: Programs of controls that are not read, in the style of their manuals, and what each control is called.
+UNREAD = [
+    ("$SHAFT.MIN%\nO0001\nG50 S2000\nG00 X800 Z800\nT010101\nG96 S200 M03\nG85 NLAP1 D4 F0.3\nM02", "Okuma"),
+    ("O1001\nG16 H0\nG0 Z9999\nM6 T1\nG15 H1\nG0 X10. Y20.\nG56 Z15. H1\nG1 Z-5. F333.\nM2", "Okuma"),
+    ("O1\nVC1=10\nVC2=VC1+5\nG0 X=VC2\nM2", "Okuma"),
+    ("%PART G71 *\nN10 G30 G17 X+0 Y+0 Z-40 *\nN20 G00 G40 G90 Z+250 *\nN30 G01 X-5 F200 *\n", "DIN/ISO"),
+    (";FLAVOR:Marlin\nM104 S200\nG28\nG92 E0\nG1 X10 Y20 E1.5 F1500\nM84", "3D printers"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "control"), UNREAD, ids=lambda v: str(v)[:20])
+def test_a_control_that_is_not_read_is_named_in_one_error(text: str, control: str) -> None:
+    found = Diagnostics()
+    check(io.BytesIO(text.encode()), "t.nc", diagnostics=found)
+    errors = [one for one in found if one.severity == "error"]
+    assert [one.code for one in errors] == ["control-unread"]
+    assert control in errors[0].message
+
+
+def test_a_dialect_that_is_given_reads_it_all_the_same() -> None:
+    found = Diagnostics()
+    text = b"O1\nG21 G90\nG15 H1\nG0 X10. Y20.\nM2"
+    check(io.BytesIO(text), "t.nc", ReadOptions(dialect="fanuc"), diagnostics=found)
+    assert [one.code for one in found if one.severity == "error"] == []
+
+
+def test_mazaks_exact_path_is_not_of_linuxcnc_alone() -> None:
+    text = (
+        "(WNO 1)\nG0G90G40G80G17G94\nG61.1\nT01T02M6\nG54X10.Y10.\nG43Z50.H1\nG05P2\nG1Z-5.F200.\nG05P0\nM30"
+    )
+    assert dialect_of(text) == ("fanuc", "")

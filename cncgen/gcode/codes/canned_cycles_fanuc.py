@@ -121,7 +121,7 @@ def _bore_wait(hole: Hole) -> None:
 
 
 #: The moves of each cycle from R on (G87: from the start), whether it needs Q, and its line of help.
-_CYCLES: dict[int, tuple[Callable[[Hole], None], bool, str]] = {
+HOLES: dict[int, tuple[Callable[[Hole], None], bool, str]] = {
     730: (CYCLES[730].run, True, "drill, breaking chips every Q"),
     740: (_tap(-1), False, "tap, left-hand"),
     760: (_fine_bore, True, "bore, step off the wall by Q, traverse out"),
@@ -152,7 +152,7 @@ def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
     """Return the words of this block and those kept since the first cycle of the row."""
     state = ip.state
     normal = state.plane_axes()[2]
-    sticky = state.cycle if isinstance(state.cycle, Sticky) and state.motion in _CYCLES else None
+    sticky = state.cycle if isinstance(state.cycle, Sticky) and state.motion in HOLES else None
     if sticky is None:
         state.under = state.motion if state.motion in (0, 10, 20, 30) else 0
         sticky = Sticky(level=state.position[normal])
@@ -167,7 +167,7 @@ def _check_words(ip: Interpreter, block: Block, number: int, words: dict[str, fl
     """Raise where the words of a hole are missing or wrong."""
     name = f"G{number // 10}"
     check_feed(ip, block, name)
-    needs = "r" + AXES[ip.state.plane_axes()[2]] + ("q" if _CYCLES[number][1] else "")
+    needs = "r" + AXES[ip.state.plane_axes()[2]] + ("q" if HOLES[number][1] else "")
     missing = [letter.upper() for letter in needs if letter not in words]
     if missing:
         raise BlockError(
@@ -213,7 +213,7 @@ def _make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> N
         hole.across({first: end[first], second: end[second]})
         if number != _BACK:
             hole.traverse(retract)
-        _CYCLES[number][0](hole)
+        HOLES[number][0](hole)
     state.moved = True
 
 
@@ -231,5 +231,5 @@ CODES = tuple(
         dialects=("fanuc",),
         moves="plane" if run in (_fine_bore, _back_bore) else "",
     )
-    for number, (run, _, text) in _CYCLES.items()
+    for number, (run, _, text) in HOLES.items()
 )

@@ -63,6 +63,8 @@ _REFUSED_M = {
 #: Of those, what FANUC's controls do while compensation is on; G28 and G30 of the axis beside the plane alone.
 _OF_FANUC = frozenset({410, 420, 430, 440, 490, 610, 640, 980, 990})
 _HOMING = frozenset({280, 300})
+#: Roughing cycles of FANUC's lathes, which end compensation themselves (`turning_cycles_fanuc`), and the plane of lathes.
+_ROUGHING, _LATHES_PLANE = frozenset({710, 720, 730}), 18
 _PLANE_CODES = {170: 17, 180: 18, 190: 19, 171: 171, 181: 181, 191: 191}
 
 
@@ -360,6 +362,8 @@ def _refuse(block: Block, plane: int, *, lenient: bool) -> None:
         for number in numbers:
             what = refused.get(number)
             if letter == "G" and lenient and (number in _OF_FANUC or (homes_beside and number in _HOMING)):
+                what = None
+            if letter == "G" and lenient and plane == _LATHES_PLANE and number in _ROUGHING:
                 what = None
             if what is None and letter == "G" and _PLANE_CODES.get(number, plane) != plane:
                 what = "changes the plane"

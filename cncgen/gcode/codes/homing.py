@@ -5,6 +5,7 @@ Source: Kramer et al. (2000), section 3.5.8; G28.1 and G30.1 as in LinuxCNC's ma
 
 from __future__ import annotations
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.lines import has_axis
 from cncgen.gcode.codes.offsets import given_axes
@@ -70,9 +71,13 @@ def other_point(ip: Interpreter, block: Block) -> None:
 def _named_axes(ip: Interpreter, block: Block, name: str, first: int) -> None:
     axes = {index for index, _ in given_axes(block)}
     if not axes:
-        raise BlockError(
-            "axis-missing", f"{name} has no axis word", name, hint=f"G91 {name} Z0 moves Z alone"
-        )
+        if name != "G28":
+            raise BlockError(
+                "axis-missing", f"{name} has no axis word", name, hint=f"G91 {name} Z0 moves Z alone"
+            )
+        message = "G28 without an axis word sends all axes, as on Haas's controls; FANUC's do not take it"
+        ip.warn(BlockError("axis-missing", message, name, hint="G91 G28 Z0 moves Z alone"), Severity.WARNING)
+        axes = set(range(len(AXES)))
     ip.state.between = ip.end_point(block)
     _by_way(ip, block, axes, first)
 

@@ -1,14 +1,14 @@
 """FANUC's lathes, system A of G codes: X is a diameter, U and W are distances, T has the tool and its offset.
 
 G32 cuts threads, G50 bounds the spindle's speed or names the position, G98 and G99 say what F means. The cycles are in
-`simple_cycles_fanuc`, `turning_cycles_fanuc`, `pecking_cycles_fanuc` and `thread_cycles_fanuc`.
+`simple_cycles_fanuc`, `turning_cycles_fanuc`, `pecking_cycles_fanuc`, `thread_cycles_fanuc` and `lathe_drilling_fanuc`.
 
 Source: FANUC 0i-TD operator's manual B-64304EN-1, sections 4.1 (threads), 8.4 (diameters), 3 (G codes of system A).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.feeds import per_minute, per_revolution
@@ -20,12 +20,14 @@ from cncgen.gcode.codes.tools import load_tool_parameters, table_offset, use_off
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage, zeros
+from cncgen.gcode.text.labels import Cursor
 from cncgen.toolpath.record import Event
 
 ONLY = (LATHE,)
 #: The increment of P and Q where the machine does not set it, mm and degrees.
 _INCREMENT = 0.001
 _THREAD = 320
+_G40 = 400
 
 
 @dataclass(slots=True)
@@ -39,6 +41,8 @@ class Turning:
         back: G74 R, G75 R.
         passes, chamfer, angle, least, finish: G76 P Q R: passes at full depth, chamfer in tenths of the lead, angle of the
             tool in degrees, least depth of a pass, what the last pass takes.
+        places: First and last line of the profiles by P and Q, of which G70 takes the one that was roughed.
+        compensation: The code, in tenths, that a roughing cycle begins again, or 0.
     """
 
     x: float | None = None
@@ -53,6 +57,8 @@ class Turning:
     angle: float = 0.0
     least: float = 0.0
     finish: float = 0.0
+    places: dict[tuple[int, int], tuple[Cursor, Cursor]] = field(default_factory=dict)
+    compensation: int = 0
 
 
 def turning_of(ip: Interpreter) -> Turning:
@@ -126,6 +132,8 @@ def turret(ip: Interpreter, block: Block) -> None:
     word = whole(block, "t", "")
     number, offset = divmod(word, 100)
     state = ip.state
+    if _G40 in block.g:
+        ip.end_compensation()
     known = ip.tools.find(offset)
     if known is None:
         raise BlockError("unknown-tool", f"tool offset {offset} of T{word} is not in the tool table", "T")

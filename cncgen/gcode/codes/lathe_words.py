@@ -1,4 +1,4 @@
-"""Words of FANUC's lathes: diameters, distances U V W, and roundings and chamfers R I K of lines (B-64304EN-1, 8 and 4.5).
+"""Words of FANUC's lathes: diameters, distances U V W, and angles A, roundings and chamfers R C I K of lines (B-64304EN-1, 8 and 4.5).
 
 `turned` puts them in the words of the interpreter, once, before anything else sees the block.
 """
@@ -22,26 +22,35 @@ _G10 = 100
 #: Codes, in tenths, whose X U W do not place the tool: G4, and the cycles whose U and W are depths or allowances.
 _OTHER_WORDS = frozenset((40, 700, 710, 720, 730))
 _LINE = 10
+_MOTIONS = frozenset((0, 10, 20, 30, 320, 800, 900, 920, 940))
+#: Cycles along Z, whose W is counted from R.
+_DRILLING = frozenset((810, 820, 830, 840, 850, 860))
 #: Codes, in tenths, beside which a block makes no line even while G1 is in force.
 _NO_LINES = frozenset((0, 20, 30, 280, 290, 300, 310, 320, 500, 520, 650, 660, 740, 750, 760, 900, 920, 940))
 #: Words of a line for the corner at its end, and those of mills.
 _CORNERS = {"r": ",r", "i": ",c", "k": ",c"}
+#: Stands among the remarks of a run once the program has moved the axis C.
+_C_MOVES = -30
 
 
 def turned(ip: Interpreter, block: Block) -> Block:
     """Return a block with X as a radius, distances as the place where they lead, and the corner of a line as ,R or ,C.
 
     Raises:
-        BlockError: A place and a distance along the same axis, or an angle in place of one.
+        BlockError: A place and a distance along the same axis, or an angle that does not lead to its end.
     """
     words = block.words
-    if not words.keys() & {"x", "z", "u", "v", "w", "a"} or not _OTHER_WORDS.isdisjoint(block.g):
+    if not words.keys() & {"x", "z", "u", "v", "w", "a", "c", ",a"} or not _OTHER_WORDS.isdisjoint(block.g):
         return block
     found = dict(words)
     if "x" in found:
         found["x"] *= 0.5
     if _G10 in block.g:
         return replace(block, words=found)
+    drilling = ip.state.motion in _DRILLING and _MOTIONS.isdisjoint(block.g)
+    if "w" in found and (drilling or not _DRILLING.isdisjoint(block.g)):
+        message = "W of a drilling cycle, the distance from R to the bottom, is not read"
+        raise BlockError("cycle-words", message, "W", hint="Z gives the bottom")
     for letter, (axis, column) in _DISTANCES.items():
         if letter in found:
             if axis in found:
@@ -51,18 +60,35 @@ def turned(ip: Interpreter, block: Block) -> Block:
             found[axis] = ip.state.position[column] + distance
     if _LINE in block.g or (ip.state.motion == _LINE and _NO_LINES.isdisjoint(block.g)):
         _corner(ip, block, found)
+    elif "c" in found:
+        ip.remarked.add(_C_MOVES)
     return replace(block, words=found)
 
 
 def _corner(ip: Interpreter, block: Block, words: dict[str, float]) -> None:
-    """Put R, I and K of a line as the rounding or chamfer that they mean; their sign tells only the way."""
-    if "a" in words:
-        message = f"A{words['a']:g} is the angle of a line, as drawings have it, which is not read"
-        raise BlockError("drawing-angle", message, "A", hint="give X and Z of its end")
-    if "c" in words:
-        message = f"C{words['c']:g} of a line is the axis C"
-        ip.base.block = block
-        ip.warn(BlockError("other-control", message, "C", hint="a chamfer is ,C"), Severity.WARNING)
+    """Put the angle A of a line as its end, and R, I, K and C as the rounding or chamfer; a sign tells only the way."""
+    angle = words.pop("a", words.pop(",a", None))
+    if angle is not None:
+        from cncgen.gcode.codes.drawing_dimensions import complete
+
+        complete(ip, block, words, angle)
+    if "c" in words and (angle is not None or not _is_axis(ip, block, words)):
+        words[",c"] = abs(words.pop("c"))
     for letter, corner in _CORNERS.items():
         if letter in words:
             words[corner] = abs(words.pop(letter))
+
+
+def _is_axis(ip: Interpreter, block: Block, words: dict[str, float]) -> bool:
+    """Tell whether C of a line is the axis C, and say so; a chamfer stands beside X or Z alone, where C was not moved before."""
+    size = words["c"]
+    axis = _C_MOVES in ip.remarked or ("x" in words) == ("z" in words)
+    ip.base.block = block
+    if axis:
+        ip.remarked.add(_C_MOVES)
+        message, hint = f"C{size:g} of a line is the axis C", "a chamfer is ,C"
+    else:
+        message = f"C{size:g} of a line is taken as a chamfer, since the program has not moved an axis C"
+        hint = "a chamfer is ,C beyond doubt; the axis C moves in a block of its own"
+    ip.warn(BlockError("other-control", message, "C", hint=hint), Severity.WARNING)
+    return axis

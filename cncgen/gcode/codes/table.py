@@ -59,6 +59,7 @@ _MODULES = (
     "codes.turning_cycles_fanuc",
     "codes.pecking_cycles_fanuc",
     "codes.thread_cycles_fanuc",
+    "codes.lathe_drilling_fanuc",
     "codes.tool_point",
     "codes.heidenhain",
     "codes.plain_language",

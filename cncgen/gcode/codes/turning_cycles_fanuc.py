@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block, gather
 from cncgen.gcode.codes.lathe_fanuc import ONLY, Turning, turning_of
 from cncgen.gcode.codes.lathe_words import X, Z, turned
@@ -40,8 +41,14 @@ def _lines(ip: Interpreter, block: Block, name: str) -> Iterator[Block]:
         raise BlockError("profile-missing", f"{name} has no {missing[0]}", name, hint=hint)
     assert ip.flow is not None
     here = Cursor(block.source, block.offset, block.line)
-    first = ip.flow.line_numbered(here, whole(block, "p", name), "P")
-    last = ip.flow.line_numbered(here, whole(block, "q", name), "Q")
+    numbers, places = (whole(block, "p", name), whole(block, "q", name)), turning_of(ip).places
+    if name != "G70" or numbers not in places:
+        # G70 finishes the lines that were roughed, where their numbers stand elsewhere too.
+        places[numbers] = (
+            ip.flow.line_numbered(here, numbers[0], "P"),
+            ip.flow.line_numbered(here, numbers[1], "Q"),
+        )
+    first, last = places[numbers]
     if last.offset < first.offset:
         message = f"the profile ends in line {last.line}, above its beginning in line {first.line}"
         raise BlockError("profile-missing", message, "Q", hint="P is its first line, Q its last")
@@ -145,6 +152,25 @@ def _check_monotonic(profile: list[Segment], name: str) -> None:
                 raise BlockError("profile-not-monotonic", message, "P", hint=hint)
 
 
+def _without_compensation(ip: Interpreter, name: str) -> None:
+    """End cutter compensation for a roughing cycle, and note which one to begin again behind it."""
+    kept, code = turning_of(ip), ip.state.compensation
+    kept.compensation = 0
+    if code != 40:
+        ip.end_compensation()
+        kept.compensation = 410 if code == 41 else 420
+        message = f"{name} under G{code} roughs without the radius of the tool's nose; newer controls move the passes by it"
+        hint = "the allowances U and W take what is left; G70 finishes with the radius"
+        ip.warn(BlockError("comp-roughing", message, name, hint=hint), Severity.WARNING)
+
+
+def _compensate_again(ip: Interpreter, block: Block) -> None:
+    """Begin the cutter compensation again that a roughing cycle ended."""
+    code = turning_of(ip).compensation
+    if code:
+        ip.execute(Block({}, (code,), (), None, block.source, block.line, block.offset))
+
+
 def _sign(value: float) -> float:
     return 1.0 if value >= 0.0 else -1.0
 
@@ -159,6 +185,7 @@ def _rough(name: str, swap: bool) -> Handler:
             kept.depth, kept.escape = abs(words.get(depth_word, kept.depth)), abs(words.get("r", kept.escape))
             return
         check_feed(ip, block, name)
+        _without_compensation(ip, name)
         kept.depth = abs(words.get("d", kept.depth))
         if kept.depth <= 0.0:
             hint = (
@@ -181,6 +208,7 @@ def _rough(name: str, swap: bool) -> Handler:
         lathe = Lathe(ip, across, swap)
         _levels(lathe, path, begin, kept, rapid)
         lathe.rapid(home)
+        _compensate_again(ip, block)
         ip.state.moved = True
         ip.jump = "past", whole(block, "q", name), 0
 
@@ -221,6 +249,7 @@ def like_it(ip: Interpreter, block: Block) -> None:
         kept.pattern = words.get("u", x), words.get("w", z), count
         return
     check_feed(ip, block, "G73")
+    _without_compensation(ip, "G73")
     moves, _ = _profile(ip, block, "G73")
     x, z, count = kept.pattern
     start = complex(ip.state.position[Z], ip.state.position[X])
@@ -235,6 +264,7 @@ def like_it(ip: Interpreter, block: Block) -> None:
         for segment in path[1:]:
             lathe.follow(segment, segment.end)
     lathe.rapid(start)
+    _compensate_again(ip, block)
     ip.state.moved = True
     ip.jump = "past", whole(block, "q", "G73"), 0
 

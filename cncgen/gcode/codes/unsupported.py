@@ -54,8 +54,8 @@ ON_LATHES: dict[int, str] = {
     910: "U and W are distances on lathes",
     **dict.fromkeys((930, 950), "G98 and G99 say what F means on lathes"),
     **dict.fromkeys(
-        (810, 820, 830, 840, 850, 860, 870, 880, 890),
-        "G74 drills in steps; cycles of driven tools are not read",
+        (870, 880, 890),
+        "G83 to G85 drill along Z; cycles of driven tools along X are not read",
     ),
 }
 

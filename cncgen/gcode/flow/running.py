@@ -72,6 +72,8 @@ class Runner:
             return
         try:
             self._say_dialect()
+            if self._choice.unread:
+                return
             self.ip.begin()
             yield from self._run()
             self._finish()
@@ -110,6 +112,8 @@ class Runner:
             for _ in range(choice.line - 1):
                 offset = source.line_end(offset) + 1
             self.reporter.report(source, choice.line, offset, error, severity)
+        if choice.unread:
+            return
         for here, doubt in doubts(self.sources[0], dialect):
             self.reporter.report(self.sources[0], here.line, here.offset, doubt, Severity.WARNING)
 

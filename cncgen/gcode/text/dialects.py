@@ -25,12 +25,16 @@ _OWN = 20.0
 
 
 class Choice(NamedTuple):
-    """A dialect, the signs that spoke for it (or ""), the line of the first, and the dialect that it might be as well (or "")."""
+    """A dialect, the signs that spoke for it (or ""), the line of the first, and the dialect that it might be as well (or "").
+
+    `unread` names a control whose language the program is in, and which is not read; `dialect` is then no more than a stand-in.
+    """
 
     dialect: str
     reason: str
     line: int
     rival: str = ""
+    unread: str = ""
 
 
 class _Sign(NamedTuple):
@@ -56,10 +60,20 @@ def _all(weight: float, *dialects: str) -> dict[str, float]:
 _L, _F, _T, _H, _S = "linuxcnc", "fanuc", "fanuc-lathe", "heidenhain", "sinumerik"
 #: Dialects that are read.
 _READ = (_L, _F, _T, _H, _S)
+#: Controls that are recognised and not read, and how a diagnostic calls their language.
+_OKUMA, _DIN, _PRINTER = "okuma", "heidenhain-iso", "printer"
+UNREAD = {
+    _OKUMA: "Okuma's OSP controls",
+    _DIN: "Heidenhain's DIN/ISO",
+    _PRINTER: "3D printers (Marlin, RepRap)",
+}
 #: A value behind a letter.
 _V = rb"[-+.\d#\[]"
 #: Signs in the text of blocks as it is written: capitals, comments and blanks kept.
 _WRITTEN = (
+    _sign("the head of a file of Okuma", _all(30, _OKUMA), rb"^[ \t]*\$[\w-]+\.(?:MIN|SUB|SSB|LIB)%", b"$"),
+    _sign("the head of a file of a slicer", _all(20, _PRINTER),
+          rb"^;[ \t]*(?:FLAVOR:|LAYER:|LAYER_CHANGE|GENERATED (?:WITH CURA|BY (?:PRUSA|SUPER)?SLIC3?E?R))"),
     _sign("plain language", _all(30, _H), rb"^[ \t]*(?:\d+[ \t]+)?(?:BEGIN[ \t]+PGM\b|SPL[ \t]+I?[XYZ])"),
     _sign("a tool call of plain language", _all(15, _H), rb"^[ \t]*\d+[ \t]+(?:TOOL[ \t]+CALL|CYCL[ \t]+DEF|BLK[ \t]+FORM)\b"),
     _sign("a line of plain language", _all(12, _H), rb"^[ \t]*\d+[ \t]+(?:L[ \t]+|CC?[ \t]+|LP?[ \t]+|FN[ \t]*\d)[^\n=]*(?:\bR[0LR]\b|F[ \t]*MAX|DR[-+]|Q\d)"),
@@ -70,6 +84,7 @@ _WRITTEN = (
     _sign("a message of SINUMERIK", _all(12, _S), rb"\bMSG[ \t]*\([ \t]*[\")]"),
     _sign("a cycle of SINUMERIK", _all(20, _S), rb"\b(?:CYCLE\d+|POCKET\d|SLOT\d|HOLES\d|LONGHOLE|WORKPIECE|CONTPRON)[ \t]*\("),
     _sign("a jump of SINUMERIK", _all(15, _S), rb"\bGOTO[FBC]?[ \t]+[A-Z_]{2}"),
+    _sign("a step of ShopMill", _all(20, _S), rb"^[ \t]*(?:N\d+[ \t]*)?[EF]_[A-Z_]+\d*[ \t]*\(", b"E_", b"F_"),
     _sign("a definition of SINUMERIK", _all(20, _S), rb"^[ \t]*(?:N\d+[ \t]*)?(?:DEF[ \t]+(?:REAL|INT|BOOL|CHAR|STRING|AXIS|FRAME)\b|PROC[ \t]+[A-Z_]|EXTERN[ \t]+[A-Z_])"),
     _sign("a loop or condition of SINUMERIK", _all(12, _S),
           rb"^[ \t]*(?:N\d+[ \t]*)?(?:ENDIF|ENDWHILE|ENDFOR|ENDLOOP|LOOP|REPEAT(?:[ \t]+[A-Z_]\w+)?|UNTIL[ \t(][^\n]*|FOR[ \t]+[^\n]*\bTO\b[^\n]*|(?:IF|WHILE)[ \t]*[\(A-Z$][^\[\n]*(?:==|<>|[<>])[^\n]*)[ \t]*(?:;[^\n]*)?$"),
@@ -91,12 +106,27 @@ _BARE = (
     _sign("G7 or G8 alone", _all(6, _L), rb"G0?[78](?![\d.PX-Z])"),
     _sign("G96 D S", _all(8, _L), rb"G96(?:S[.\d]+)?D", b"G96"),
     _sign("a tolerance G64 P", _all(6, _L), rb"G64P", b"G64P"),
-    _sign("a code of LinuxCNC alone", _all(8, _L), rb"G(?:61\.1|0?5\.[23]|33\.1|38\.[2-5]|43\.2|92\.[23]|59\.[123]|41\.1|42\.1)(?!\d)"),
+    _sign("a code of LinuxCNC alone", _all(8, _L), rb"G(?:0?5\.[23]|33\.1|38\.[2-5]|43\.2|92\.[23]|59\.[123]|41\.1|42\.1)(?!\d)"),
+    _sign("exact path G61.1", _all(4, _L), rb"G61\.1(?!\d)", b"G61.1"),
     _sign("a centre mode", _all(4, _L), rb"G9[01]\.1(?!\d)", b".1"),
     _sign("an output code", _all(3, _L), rb"(?<!\d)M6[2-8][PE]", b"M6"),
     _sign("a thread by G33 K", _all(4, _L), rb"G33[^\n]*K" + _V, b"G33"),
     _sign("a dwell with a decimal point", _all(3, _L), rb"G0?4P\d*\.\d", b"P"),
+    # Of controls that are not read.
+    _sign("a coordinate system by G15 H or G16 H", _all(20, _OKUMA), rb"(?<!\d)G1[56]H\d", b"G15H", b"G16H"),
+    _sign("a variable of Okuma", _all(15, _OKUMA), rb"(?<![A-Z])V(?:C\d+|S\d+|ZOF[XYZC]|ETF|TOFH|TLN)(?:\[\d+\])?=", b"="),
+    _sign("a tool length by G56 H", _all(6, _OKUMA), rb"(?<!\d)G56(?![\d.])(?:[XYZ][-+.\d]+)?H\d", b"G56"),
+    _sign("a word of Okuma", _all(15, _OKUMA), rb"^(?:NOEX|MODIN|MODOUT|CALLO[A-Z0-9]+|N(?:LAP|CYL|AT)\d*(?=[GX-Z]))",
+          b"NOEX", b"MOD", b"CALLO", b"NLAP", b"NCYL", b"NAT"),
+    _sign("a contour of LAP", _all(20, _OKUMA), rb"(?<!\d)G8[567]N[A-Z]", b"G85N", b"G86N", b"G87N"),
+    _sign("a tool of six digits", _all(4, _OKUMA), rb"(?:^|[^A-Z#<])T\d{6}(?!\d)", b"T"),
+    _sign("a block that ends in *", _all(20, _DIN), rb"^[^\n]*[A-Z][-+]?[.\d]+\*$", b"*"),
+    _sign("a head with G70 or G71", _all(12, _DIN), rb"^%\w+?G7[01]\*?$", b"%"),
+    _sign("an extruder", _all(8, _PRINTER), rb"^G0?[01](?=[XYZF])[^\n]*E-?[.\d]", b"E"),
+    _sign("an extruder set to 0", _all(12, _PRINTER), rb"^G92E0", b"G92E"),
+    _sign("a temperature", _all(10, _PRINTER), rb"^M(?:104|109|140|190)S\d", b"M1"),
     # Of FANUC, mill or lathe.
+    _sign("two tools before M6", _all(8, _F), rb"T\d+T\d+M0?6(?!\d)", b"M6", b"M06"),
     _sign("a program number", _all(8, _F, _T), rb"^%?[O:]\d{1,8}$"),
     _sign("a program name", _all(8, _F, _T), rb"^O?<[^>\n]*>$", b"<"),
     _sign("a jump of a macro", _all(12, _F, _T), rb"GOTO[\d#\[]", b"GOTO"),
@@ -148,7 +178,7 @@ _RETRACTS = re.compile(rb"(?<!\d)G99(?![\d.])")
 _FEEDS = re.compile(rb"F(\d*\.?\d+)")
 _OTHER_FEEDS = re.compile(rb"(?<!\d)G(?:20|70|93|95|9[45]|32|33|84|74)(?![\d.])")
 _X_AND_Z = re.compile(rb"[XU]" + _V + rb"[^\n]*[ZW]" + _V + rb"|[XZ]" + _V)
-_COMMENTS = re.compile(rb"\([^)\n]*\)|;[^\n]*")
+_COMMENTS = re.compile(rb"\((?:[^()\n]|\([^()\n]*\))*\)|;[^\n]*")
 _BLANKS = re.compile(rb"[ \t\r]+")
 _NUMBERS = re.compile(rb"^(?:/([1-9]?))?(?:N\d+(?:\.\d*)?)?(?:/([1-9]?))?", re.MULTILINE)
 
@@ -175,11 +205,10 @@ def choose(source: Source) -> Choice:
     written = head.upper()
     blocks = bare(head)
     found = [*_found(_WRITTEN, written), *_found(_BARE, blocks), *_of_feeds(blocks)]
-    totals = dict.fromkeys(_READ, 0.0)
+    totals = dict.fromkeys((*_READ, *UNREAD), 0.0)
     for _, weights, _ in found:
         for dialect, weight in weights.items():
-            if dialect in totals:
-                totals[dialect] += weight
+            totals[dialect] += weight
     return _decided(found, totals)
 
 
@@ -214,6 +243,12 @@ def _decided(found: list[_Found], totals: dict[str, float]) -> Choice:
     """Return the dialect of the greatest weight, what spoke for it, and the one next to it where that is close."""
     # At the same weight: LinuxCNC before FANUC, mills before lathes.
     order = sorted(totals, key=lambda dialect: -totals[dialect])
+    best, second = order[0], order[1]
+    if best in UNREAD and totals[best] >= _OWN / 2.0:
+        reasons = _reasons(found, best)
+        text = ", ".join(reason for reason, _ in reasons[:3])
+        return Choice(_F, text, reasons[0][1], unread=UNREAD[best])
+    order = [dialect for dialect in order if dialect in _READ]
     best, second = order[0], order[1]
     if best in (_L, _F) and totals[best] <= 0.0:
         return Choice(_L, "", 1)

@@ -1,0 +1,117 @@
+"""FANUC's lathes: lines by their angle, chamfers C, drilling along Z, and roughing under cutter compensation.
+
+Expected places are closed forms: a line at A from (X, Z) is at X + 2 t sin A, Z + t cos A, X a diameter (B-64304EN-1, 5.3).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from cncgen.toolpath.record import Kind
+
+from .test_lathe_fanuc import moves, outcome
+
+
+def places(text: str) -> list[tuple[float, float]]:
+    """Return where the motions of a text lead, X as a diameter."""
+    return [(round(2 * x, 6), round(z, 6)) for x, z, _ in moves(text)]
+
+
+def codes(text: str, severity: str) -> list[str]:
+    return [d.code for d in outcome(text)[2].diagnostics if d.severity == severity]
+
+
+def test_an_angle_stands_for_x_or_z() -> None:
+    head = "G0 X40. Z0\nG1 F.2 "
+    down = 10.0 / math.tan(math.radians(30.0))
+    assert places(head + "X60. A150.")[-1] == (60.0, round(-down, 6))
+    # The line has no direction: A-30 is the same.
+    assert places(head + "X60. A-30.")[-1] == (60.0, round(-down, 6))
+    assert places(head + "Z-20. A135.")[-1] == (80.0, -20.0)
+    assert places(head + "Z-20. A180.")[-1] == (40.0, -20.0)
+    assert places(head + "X60. ,A90.")[-1] == (60.0, 0.0)
+
+
+@pytest.mark.parametrize("between", ["\n", "\n(A COMMENT)\n\n"])
+def test_two_angles_meet(between: str) -> None:
+    """From (40, 0) at 170 degrees to a line at 112 degrees that ends in (300, -180), as a drawing has them."""
+    found = places(f"G0 X40. Z0\nG1 A170. F.2{between}X300. Z-180. A112.")
+    a, b = math.radians(170.0), math.radians(112.0)
+    # 20 + t sin a = 150 - u sin b, t cos a = -180 - u cos b.
+    t, u = np.linalg.solve([[math.sin(a), math.sin(b)], [math.cos(a), math.cos(b)]], [130.0, -180.0])
+    assert found[-2] == pytest.approx((40.0 + 2.0 * t * math.sin(a), t * math.cos(a)), abs=1e-6)
+    assert found[-1] == (300.0, -180.0)
+    assert u > 0.0
+
+
+def test_corners_of_lines_by_angles() -> None:
+    """C1 and R2 at right corners: 1 along both lines, and 2 (tan 45 = 1)."""
+    found = places("G0 X0 Z0\nG1 X60. A90. C1. F.1\nZ-30. A180. R2.\nX100. A90.")
+    assert found == [(58.0, 0.0), (60.0, -1.0), (60.0, -28.0), (64.0, -30.0), (100.0, -30.0)]
+
+
+def test_c_beside_one_axis_is_a_chamfer_until_the_axis_c_moves() -> None:
+    text = "G1 X40. F.1\nZ-10. C2.\nX60."
+    assert places("G0 X30. Z0\n" + text)[-3:] == [(40.0, -8.0), (44.0, -10.0), (60.0, -10.0)]
+    assert codes("G0 X30. Z0\n" + text, "warning") == ["other-control"]
+    path, faults, program = outcome("G0 X30. Z0 C0\n" + text)
+    assert faults == []
+    assert path.end[path.kind != Kind.EVENT, program.axes.index("C")].max() == pytest.approx(
+        math.radians(2.0)
+    )
+
+
+def test_two_angles_that_never_meet_are_an_error() -> None:
+    assert outcome("G0 X40. Z0\nG1 A170. F.2\nX30. Z-50. A-10.")[1][0][0] == "drawing-angle"
+    assert outcome("G0 X40. Z0\nG1 A170. F.2\nX30. Z-50.")[1][0][0] == "drawing-angle"
+
+
+def test_an_end_counts_more_than_its_angle() -> None:
+    text = "G0 X40. Z0\nG1 X60. Z-20. A170. F.2"
+    assert places(text)[-1] == (60.0, -20.0)
+    assert codes(text, "warning") == ["drawing-angle"]
+
+
+def test_a_peck_drill_leaves_the_hole_after_each_step() -> None:
+    """Steps of 4 from Z2 to Z-7; the clearance is that of the mills' G83, 0.254."""
+    found = [z for _, z in places("G0 X0 Z5.\nG83 Z-7. R-3. Q4000 F.1\nG80\nG0 Z20.")]
+    assert found[-9:] == [2.0, -2.0, 2.0, -1.746, -6.0, 2.0, -5.746, -7.0, 5.0, 20.0][-9:]
+
+
+@pytest.mark.parametrize(
+    ("r", "level", "warned"), [("R-3.", 2.0, ["cycle-level"]), ("R5.", 5.0, []), ("R1.", 1.0, [])]
+)
+def test_r_is_a_distance_or_the_place_that_can_be_meant(r: str, level: float, warned: list[str]) -> None:
+    """Where R may be both, FANUC's distance is taken and the other named, once."""
+    text = f"G0 X0 Z5.\nG85 Z-7. {r} F.1\nX2.\nG80"
+    found = [z for _, z in places(text)]
+    assert found[found.index(-7.0) + 1] == level
+    assert codes(text, "warning") == warned
+
+
+def test_holes_repeat_until_g80() -> None:
+    found = places("G0 X0 Z5.\nG81 Z-3. F.1\nX10.\nG80\nX20.")
+    assert found == [(0.0, 5.0), (0.0, -3.0), (0.0, 5.0), (10.0, 5.0), (10.0, -3.0), (10.0, 5.0), (20.0, 5.0)]
+
+
+def test_roughing_under_compensation_roughs_without_it() -> None:
+    profile = "N1 G0 X20.\nG1 Z-20.\nN2 X40.\n"
+    cycle = f"G71 U5. R1.\nG71 P1 Q2 U.4 W.1 F.2\n{profile}"
+    plain = places(f"G0 X42. Z2.\n{cycle}")
+    under = places(f"G0 X44. Z2.\nG42 G0 X42.\n{cycle}G40 G0 X60. Z5. T0100")
+    assert under[-1 - len(plain) + 1 : -1] == plain[1:]
+    assert "comp-roughing" in codes(f"G0 X44. Z2.\nG42 G0 X42.\n{cycle}", "warning")
+
+
+def test_finishing_takes_the_profile_that_was_roughed() -> None:
+    """N1 stands above as well, as the number of the tool's first block."""
+    text = "N1 G0 X42. Z2.\nG71 U5. R1.\nG71 P1 Q2 U.4 W.1 F.2\nN1 G0 X20.\nG1 Z-20.\nN2 X40.\nG70 P1 Q2"
+    assert places(text)[-4:] == [(20.0, 2.0), (20.0, -20.0), (40.0, -20.0), (42.0, 2.0)]
+
+
+def test_all_axes_go_home_as_on_haas() -> None:
+    assert places("G0 X42. Z2.\nG28")[-1] == (0.0, 0.0)
+    assert codes("G0 X42. Z2.\nG28", "warning") == ["axis-missing"]
