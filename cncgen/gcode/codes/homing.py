@@ -9,7 +9,7 @@ from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.lines import has_axis
 from cncgen.gcode.codes.offsets import given_axes
-from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.codes.table import LATHE, Code, Handler
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
@@ -77,7 +77,7 @@ def _named_axes(ip: Interpreter, block: Block, name: str, first: int) -> None:
             )
         message = "G28 without an axis word sends all axes, as on Haas's controls; FANUC's do not take it"
         ip.warn(BlockError("axis-missing", message, name, hint="G91 G28 Z0 moves Z alone"), Severity.WARNING)
-        axes = set(range(len(AXES)))
+        axes = {0, 2} if ip.lathe else set(range(len(AXES)))
     ip.state.between = ip.end_point(block)
     _by_way(ip, block, axes, first)
 
@@ -129,6 +129,21 @@ CODES = (
         AXES,
         "own",
         dialects=_FANUC,
+        moves="XYZ",
+        moves_alone=True,
+    ),
+    Code(
+        "G",
+        280,
+        "non-modal",
+        Stage.REFERENCE,
+        first_point,
+        "to reference point 1",
+        AXES,
+        "own",
+        dialects=(LATHE,),
+        moves="XZ",
+        moves_alone=True,
     ),
     Code("G", 281, "non-modal", Stage.REFERENCE, _set(HOME_28), "set reference point 1"),
     Code(

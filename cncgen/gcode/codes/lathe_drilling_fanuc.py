@@ -110,6 +110,6 @@ def _cycle(number: int) -> Handler:
 
 CODES = tuple(
     Code("G", number, "motion", Stage.MOTION, _cycle(number), f"{HOLES[number][2]}, along Z", "xyzuvwcrpq", "motion",
-         summons="xyzuvwcr", dialects=ONLY)
+         summons="xyzuvwcr", dialects=ONLY, moves="Z")
     for number in _NUMBERS
 )  # fmt: skip
