@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from cncgen.cli import messages
-from cncgen.cli.types import AXES, FILE, FOLDER, MACHINE, FiniteRange
+from cncgen.cli.types import AXES, FILE, FOLDER, MACHINE, FiniteRange, Share
 from cncgen.toolpath.reading import DIALECTS, SPEED_UNITS, SPINDLE_SIGNS
 
 Command = Callable[..., Any]
@@ -325,6 +325,33 @@ why_option = click.option(
     "with_why",
     is_flag=True,
     help="Say on the page what would shorten the part (plans it many times).",
+)
+
+#: Machines whose parameters are not quite the model's; the command receives them together as `uncertainty`.
+perturb_options = _gathering(
+    "uncertainty",
+    click.option(
+        "--perturb",
+        metavar="SHARE",
+        type=Share(0.0, 0.9),
+        help="Draw every servo parameter within this share of its value, as 10%, and show worst and quantiles.",
+    ),
+    click.option(
+        "--draws",
+        metavar="N",
+        type=click.IntRange(1, 65536),
+        default=64,
+        show_default=True,
+        help="Machines that --perturb draws.",
+    ),
+    click.option(
+        "--draw-seed",
+        metavar="N",
+        type=click.IntRange(0),
+        default=0,
+        show_default=True,
+        help="Seed of the draws.",
+    ),
 )
 
 output_option = click.option(

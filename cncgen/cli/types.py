@@ -24,6 +24,26 @@ class FiniteRange(click.FloatRange):
         return number
 
 
+class Share(click.ParamType):
+    """A share of something: ``10%``, or ``0.1``."""
+
+    name = "share"
+
+    def __init__(self, low: float, high: float) -> None:
+        self._low, self._high = low, high
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the share as a number, or fail as click does."""
+        text = str(value).strip()
+        try:
+            number = float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
+        except ValueError:
+            self.fail(f"{value!r} is not a share, such as 10% or 0.1.", param, ctx)
+        if not self._low <= number <= self._high:
+            self.fail(f"{value!r} is not within {100 * self._low:g}% and {100 * self._high:g}%.", param, ctx)
+        return number
+
+
 class AxisLetters(click.ParamType):
     """Letters of axes, each once, as a word or by commas or blanks: ``XYZ``, ``x,y``; in the order given."""
 

@@ -13,11 +13,13 @@ class Servo:
     """Servo data of an axis: `model` names the record in `cncgen.servo` that its `parameters` follow.
 
     Values are kept as the TOML gives them, checked by type and range when the machine is read (the schema of each
-    model stands in `cncgen.machine.servo_schema`).
+    model stands in `cncgen.machine.servo_schema`). `knows` is the data that the controller was designed on, where the plant
+    is another one than its designer thought.
     """
 
     model: str
     parameters: Mapping[str, Any]
+    knows: Servo | None = None
 
 
 @dataclass(frozen=True, slots=True)

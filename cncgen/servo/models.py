@@ -86,6 +86,8 @@ def plant_and_controller(servo: Servo, letter: str, period_s: float) -> tuple[Pl
         raise ValueError(f"the model {servo.model} has no plant that another controller could drive")
     values = resolve(servo, letter)
     plant, controller = _PARTS[servo.model](values, period_s)
+    if servo.knows is not None:
+        _, controller = _PARTS[servo.model](resolve(servo.knows, letter), period_s)
     plant = plant.with_viscous(_VISCOUS[servo.model](values))
     imperfections = _imperfections(values, *_COULOMB_AND_BOUND[servo.model](values))
     unit = force_unit(servo, letter)

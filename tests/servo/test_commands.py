@@ -28,28 +28,47 @@ def test_a_fourth_order_fit_is_a_servo_table_that_simulates(tmp_path):
     assert run(["simulate", sweep, "--axis-params", table, "-o", str(tmp_path / "again.csv")]) == 0
 
 
-def test_compensate_writes_a_better_command_or_refuses(tmp_path, programs, capfd):
-    plan, command = str(tmp_path / "plan.csv"), tmp_path / "command.csv"
+def test_compensate_writes_a_better_command_within_the_limits(tmp_path, programs, capfd):
+    """A plan to the limits leaves no room, and yet the command keeps them; without limits it follows better still."""
+    plan, command, summary = str(tmp_path / "plan.csv"), str(tmp_path / "command.csv"), tmp_path / "gain.json"
     assert run(["plan", str(programs / "circle.nc"), "-m", "xy-table", "-o", plan, "-q"]) == 0
-    assert run(["compensate", plan, "--axis-params", "xy-table", "-o", str(command)]) == 3
-    assert "compensate-limit" in capfd.readouterr().err
+    call = [
+        "compensate",
+        plan,
+        "--axis-params",
+        "xy-table",
+        "-o",
+        command,
+        "--draws",
+        "4",
+        "--summary",
+        str(summary),
+    ]
+    ratios = []
+    for more in (["--no-limits"], []):
+        assert run([*call, *more]) == 0
+        assert "with every parameter within 10 % (4 draws): largest error median" in capfd.readouterr().err
+        ratios.append(json.loads(summary.read_text())["contour_max_ratio"])
+    assert ratios[0] > ratios[1] > 10.0
+    assert run(["verify", command, "--program", str(programs / "circle.nc"), "-m", "xy-table", "--json"]) == 1
+    said = capfd.readouterr().err  # it leaves the path, as it must, and keeps every limit
+    assert "verify-distance" in said
+    assert not any(f"verify-{limit}" in said for limit in ("velocity", "acceleration", "jerk"))
+
+
+def test_compensate_refuses_what_gains_nothing_and_writes_no_file(tmp_path, programs, capfd):
+    """Noise of 50 µm is all that the stiff axes err by, and no command knows it ahead."""
+    command, servos = tmp_path / "command.csv", tmp_path / "noisy.toml"
+    table = 'model = "first-order"\nposition_gain_1_s = 500.0\nnoise_rms_mm = 0.05\n'
+    servos.write_text("".join(f"[axes.{k}.servo]\n{table}" for k in "xy"))
+    program = tmp_path / "slow.nc"
+    program.write_text("G21 G90 G17 G61\nG2 X0 Y0 I1 J0 F60\nM2\n")
+    call = ["compensate", str(program), "-m", "xy-table", "--axis-params", str(servos), "-o", str(command)]
+    assert run(call) == 3
+    said = capfd.readouterr().err
+    assert "error[compensate-no-gain]: no command follows better: the largest error is" in said
+    assert "with the best command within the limits" in said
     assert not command.exists()
-    summary = tmp_path / "gain.json"
-    code = run(
-        [
-            "compensate",
-            plan,
-            "--axis-params",
-            "xy-table",
-            "--no-limits",
-            "-o",
-            str(command),
-            "--summary",
-            str(summary),
-        ]
-    )
-    assert code == 0
-    assert json.loads(summary.read_text())["contour_max_ratio"] > 5.0
 
 
 def test_rotary_axes_alone_have_no_contour_error(tmp_path, capfd):
@@ -63,59 +82,32 @@ def test_rotary_axes_alone_have_no_contour_error(tmp_path, capfd):
     said = capfd.readouterr().err
     assert "mdeg" in said
     assert "contour" not in said
-    assert "worse" not in said
     gained = json.loads(summary.read_text())
     assert gained["contour_max_ratio"] is gained["after"]["contour_max_mm"] is None
-    assert 0.0 < gained["after"]["tracking_max_deg"] < 0.1 * gained["before"]["tracking_max_deg"]
+    assert 0.0 < gained["after"]["tracking_max_deg"] < 0.2 * gained["before"]["tracking_max_deg"]
     assert run(["tune", str(program), "--sets", "4", "-o", str(tmp_path / "t.toml")]) == 2
     assert "error[tune-search]: gain sets are judged by the contour error" in capfd.readouterr().err
 
 
-def test_compensate_says_whether_more_or_fewer_passes_help(tmp_path, capfd):
-    """P loops of 50 1/s, one with a lag of 10 ms: one pass leaves a corner farther off, four bring it nearer."""
-    program, machine = tmp_path / "corner.nc", tmp_path / "m.toml"
-    program.write_text("G21 G90\nG1 X60 F6000\nY60\nM2\n")
-    limits = "max_velocity_mm_s = 250\nmax_acceleration_mm_s2 = 2500\nmax_jerk_mm_s3 = 50000\n"
-    servo = 'servo = { model = "first-order", position_gain_1_s = 50.0'
-    axes = f"[axes.x]\n{limits}{servo} }}\n[axes.y]\n{limits}{servo}, time_constant_s = 0.01 }}\n"
-    machine.write_text(f'name = "lag"\nperiod_s = 0.001\n{axes}')
-    call = ["compensate", str(program), "-m", str(machine), "-o", str(tmp_path / "c.csv")]
-    assert run([*call, "--passes", "1"]) == 0
-    assert "farther from the path: use more passes" in capfd.readouterr().err
-    assert run([*call, "--passes", "4"]) == 0
-    assert "passes, or a plan" not in capfd.readouterr().err
-
-
-def test_compensate_gives_up_where_passes_multiply_the_command(tmp_path, programs, capfd):
-    """At high frequencies 1 − G is above 1, so twenty passes ask for hundreds of times the jerk: no plan is slow enough."""
-    command = tmp_path / "c.csv"
-    program = str(programs / "square_sharp.nc")
-    assert run(["compensate", program, "-m", "xy-table", "--passes", "20", "-o", str(command)]) == 3
-    said = capfd.readouterr().err
-    assert "error[compensate-room]" in said
-    assert "error[compensate-limit]" in said
-    assert not command.exists()
-
-
-def test_compensate_plans_a_program_with_the_room_that_its_command_needs(tmp_path, programs, capfd):
-    """The command's own finite differences keep the limits, and the error falls by more than ten times."""
-    program = programs / "butterfly.nc"  # at 7000 mm/min
-    command, summary = tmp_path / "command.csv", tmp_path / "gain.json"
-    arguments = ["compensate", str(program), "-m", "xy-table", "-o", str(command), "--summary", str(summary)]
-    assert run(arguments) == 0
-    said = capfd.readouterr().err
-    assert "to leave room: " in said
-    assert "X jerk 0." in said
+def test_compensate_plans_a_program_with_room_where_its_command_needs_some(tmp_path, programs, capfd):
+    """P loops of 60/s need more acceleration than a plan to the limits leaves: with 80 % of it they follow within a fifth."""
+    command, summary, servos = tmp_path / "command.csv", tmp_path / "gain.json", tmp_path / "slow.toml"
+    servos.write_text(
+        "".join(f'[axes.{k}.servo]\nmodel = "first-order"\nposition_gain_1_s = 60.0\n' for k in "xy")
+    )
+    call = ["compensate", str(programs / "star.nc"), "-m", "xy-table", "--axis-params", str(servos), "-o", str(command),
+            "--summary", str(summary), "--perturb", "0%"]  # fmt: skip
+    assert run(call) == 0
+    assert " % of acceleration and jerk, to leave room: " in capfd.readouterr().err
     gained = json.loads(summary.read_text())
-    assert gained["contour_max_ratio"] >= 10.0
-    assert gained["full_before"]["contour_max_mm"] >= 10.0 * gained["after"]["contour_max_mm"]
+    assert gained["room"] < 1.0
+    assert gained["contour_max_ratio"] >= 5.0
     assert gained["time_s"] > gained["full_time_s"]
-    rows = np.loadtxt(command, delimiter=",", skiprows=1)[:, 1:]
-    padded = np.concatenate([np.repeat(rows[:1], 3, axis=0), rows, np.repeat(rows[-1:], 3, axis=0)])
-    for order, limit in ((1, 250.0), (2, 2450.0), (3, 50000.0)):
-        assert np.abs(np.diff(padded, order, axis=0)).max() / 0.001**order <= limit * 1.001
-    assert run(["compensate", str(program), "-o", str(command)]) == 2
-    assert run(["compensate", str(program), "--axis-params", "xy-table", "-o", str(command)]) == 2
+    assert run([*call, "--room", "100%"]) == 0
+    full = json.loads(summary.read_text())
+    assert full["room"] == 1.0
+    assert full["time_s"] == full["full_time_s"] == gained["full_time_s"]
+    assert full["after"]["contour_max_mm"] > gained["after"]["contour_max_mm"]
 
 
 def test_tune_writes_servo_tables(tmp_path, capfd):

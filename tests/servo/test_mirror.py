@@ -1,18 +1,11 @@
-"""Mirror compensation: what theory says of its error, streams, limits."""
-
-from dataclasses import replace
+"""Mirror compensation: what theory says of its error, streams."""
 
 import numpy as np
 import pytest
 
-from cncgen.diagnostics import NoPlanError, UsageError
-from cncgen.machine import load_machine
-from cncgen.machine.record import Axis, Servo
-from cncgen.pipeline import read_text
-from cncgen.planner import PlanOptions, plan
+from cncgen.diagnostics import UsageError
+from cncgen.machine.record import Servo
 from cncgen.servo.mirror import Compensation
-from cncgen.servo.reserve import compensated_plan
-from cncgen.setpoints import sample
 
 from .bench import circle, profile, run, stream
 
@@ -59,41 +52,6 @@ def test_chunks_change_nothing():
     assert outcomes[0] == pytest.approx(outcomes[1], abs=1e-12)
 
 
-def test_a_command_that_breaks_a_limit_is_refused_with_the_place():
-    rows = circle(10.0, 60.0)
-    limits = {k: Axis(k, 61.0, 1e6, 1e9) for k in "XY"}
-    with pytest.raises(
-        NoPlanError, match=r"axis [XY]: the compensated command needs [0-9.]+ mm/s of velocity"
-    ):
-        compensated(rows, {k: Servo("first-order", {"position_gain_1_s": 60.0}) for k in "XY"}, limits=limits)
-    roomy = {k: Axis(k, 500.0, 1e7, 1e12) for k in "XY"}
-    command, _ = compensated(rows, profile("xy-table"), limits=roomy)
-    assert len(command) == len(rows) + 100
-    tight = {k: Axis(k, 500.0, 1e7, 1e12, (-10.0, 10.0)) for k in "XY"}
-    with pytest.raises(NoPlanError, match=r"beyond -?10"):
-        compensated(rows, {k: Servo("first-order", {"position_gain_1_s": 60.0}) for k in "XY"}, limits=tight)
-
-
 def test_no_passes_are_refused():
     with pytest.raises(UsageError, match="compensate-passes"):
         compensated(circle(10.0, 60.0)[:50], profile("xy-table"), passes=0)
-
-
-def test_a_motion_that_needs_no_room_is_planned_to_the_full_limits():
-    """A stiff loop within roomy limits: the command keeps them at once, none is lowered, and the time is the plan's."""
-    (program,) = read_text("G21 G90 G61\nG1 X5 Y3 F300\nM2\n").chunks()
-    machine, options = load_machine("xy-table"), PlanOptions(feedrate="ild", profile="bell")
-    servos = {k: Servo("first-order", {"position_gain_1_s": 900.0}) for k in "XY"}
-    roomy = replace(
-        machine,
-        axes={
-            k: replace(a, max_acceleration=50.0 * a.max_acceleration, max_jerk=1e4 * a.max_jerk)
-            for k, a in machine.axes.items()
-        },
-    )
-    found = compensated_plan([program], roomy, servos, axes="XY", options=options, passes=1, settle_s=0.0)
-    assert found.shares == {"X": (1.0, 1.0, 1.0), "Y": (1.0, 1.0, 1.0)}
-    planned = list(sample(plan(iter([program]), roomy, options), roomy, axes="XY"))
-    rows = sum(map(len, planned))
-    assert found.time_s == found.full_time_s == pytest.approx((rows - 1) * 0.001)
-    assert found.gained["full_before"] == found.gained["before"]

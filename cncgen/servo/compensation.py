@@ -1,0 +1,303 @@
+"""Compensation of setpoints for the axes that follow them: learnt, judged, and refused where nothing is gained."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Diagnostic, NoPlanError, UsageError
+from cncgen.machine.record import Axis, Machine, Servo
+from cncgen.planner import PlanOptions, plan
+from cncgen.servo.command_limits import breaks, broken
+from cncgen.servo.learning import NO_CONTOUR_MM, Axes, Figures, Learnt, figures_of, follow, learn
+from cncgen.servo.norm_optimal import REGULARISATION
+from cncgen.servo.simulate import RUNAWAY_MM, contour_axes, own_scheme
+from cncgen.servo.uncertainty import Perturbation, perturbed, quantile
+from cncgen.setpoints import sample
+from cncgen.setpoints.record import Setpoints
+from cncgen.toolpath.record import Toolpath
+from cncgen.units import file_unit, to_file
+
+Floats = NDArray[np.float64]
+
+#: Passes of learning, at most.
+PASSES = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """What an error is on drawn machines, mm (rad of rotary axes alone), shape (draws,) each; inf where a loop is unstable."""
+
+    before: Floats
+    after: Floats
+
+    @property
+    def worse(self) -> int:
+        """Return on how many of the machines the command is worse than the motion as it is."""
+        return int((self.after > self.before).sum())
+
+
+@dataclass(frozen=True, slots=True)
+class Compensated:
+    """A compensated command.
+
+    Attributes:
+        command: Setpoints to send to the machine.
+        learnt: How it was found, with its errors.
+        spread: The judged error on machines whose parameters are not quite the model's; None: not looked at.
+    """
+
+    command: Setpoints
+    learnt: Learnt
+    spread: Spread | None
+
+    def gained(self) -> dict[str, Any]:
+        """Return errors, effort and gain as plain values, in the units of files."""
+        axes, period = self.command.axes, self.command.period_s
+        before, after = (_in_files(f, axes) for f in (self.learnt.before, self.learnt.after))
+        was, now = before["contour_max_mm"], after["contour_max_mm"]
+        return {
+            "samples": len(self.command),
+            "passes": self.learnt.passes,
+            "before": before,
+            "after": after,
+            "contour_max_ratio": was / now if was is not None and now else None,
+            "lead_s": self.learnt.lead * period,
+            "settle_s": self.learnt.tail * period,
+            "perturbed": None if self.spread is None else _spread_values(self.spread, axes),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class CompensatedPlan:
+    """A compensated command with the plan that left room for it.
+
+    Attributes:
+        compensated: The command.
+        room: Share of acceleration and jerk that the plan was allowed.
+        time_s, full_time_s: Of this plan, and of one to the whole limits.
+        full_error: The judged error of the latter as it is, mm (rad of rotary axes alone).
+    """
+
+    compensated: Compensated
+    room: float
+    time_s: float
+    full_time_s: float
+    full_error: float
+
+    def gained(self) -> dict[str, Any]:
+        """Return `Compensated.gained` with room and times."""
+        more = {"room": self.room, "time_s": self.time_s, "full_time_s": self.full_time_s}
+        return {**self.compensated.gained(), **more}
+
+
+def compensated_plan(
+    toolpaths: Sequence[Toolpath],
+    machine: Machine,
+    servos: Mapping[str, Servo],
+    *,
+    axes: str,
+    options: PlanOptions | None = None,
+    rooms: Sequence[float] = (1.0,),
+    enough: float = 1.0,
+    limits: bool = True,
+    passes: int = PASSES,
+    settle_s: float = 0.1,
+    perturbation: Perturbation | None = None,
+) -> CompensatedPlan:
+    """Plan a program and compensate its setpoints, with more room under the limits until that is good enough.
+
+    Args:
+        toolpaths: The program.
+        machine: Machine with the limits that the command keeps.
+        servos: Servo data by axis.
+        axes: Columns of the setpoints.
+        options: How it is planned.
+        rooms: Shares of acceleration and jerk that plans are made with, one after the other.
+        enough: By what the largest error of the first plan is to be divided; if no room does it the best one counts.
+        limits: Whether the command keeps the limits.
+        passes, settle_s, perturbation: As of `compensate`.
+
+    Raises:
+        NoPlanError: There is no plan, or as `compensate` for every room.
+        UsageError: An axis has no servo data.
+    """
+    best: CompensatedPlan | None = None
+    refusal: NoPlanError | None = None
+    full_time = full_error = 0.0
+    for room in rooms:
+        lowered = _lowered(machine, room)
+        setpoints = tuple(sample(plan(iter(toolpaths), lowered, options), lowered, axes=axes))
+        time_s = (sum(map(len, setpoints)) - 1) * machine.period_s
+        full_time = full_time or time_s
+        try:
+            found = compensate(setpoints, servos, limits=machine.axes if limits else None, passes=passes,
+                               settle_s=settle_s)  # fmt: skip
+        except NoPlanError as error:
+            refusal = refusal or error
+            continue
+        full_error = full_error or found.learnt.before.judged
+        if best is None or found.learnt.after.judged < best.compensated.learnt.after.judged:
+            best = CompensatedPlan(found, room, time_s, full_time, full_error)
+        if found.learnt.after.judged * enough <= full_error:
+            break
+    if best is None:
+        assert refusal is not None
+        raise refusal
+    if perturbation is None:
+        return best
+    command = best.compensated
+    spread = spread_of(command.learnt, servos, axes, machine.period_s, perturbation)
+    return replace(best, compensated=replace(command, spread=spread))
+
+
+def _lowered(machine: Machine, room: float) -> Machine:
+    axes = {
+        letter: replace(axis, max_acceleration=axis.max_acceleration * room, max_jerk=axis.max_jerk * room)
+        for letter, axis in machine.axes.items()
+    }
+    return replace(machine, axes=MappingProxyType(axes))
+
+
+def limits_of(source: str, *, required: bool = False) -> Mapping[str, Axis] | None:
+    """Return the axis limits of a machine profile or file; None where it holds servo data alone.
+
+    Raises:
+        UsageError: It cannot be read, or has no limits and `required`.
+    """
+    from cncgen.machine import load_machine, load_servos
+
+    try:
+        return load_machine(source).axes
+    except UsageError:
+        if required:
+            raise
+        load_servos(source)
+        return None
+
+
+def compensate(
+    setpoints: Iterable[Setpoints],
+    servos: Mapping[str, Servo],
+    *,
+    limits: Mapping[str, Axis] | None = None,
+    passes: int = PASSES,
+    settle_s: float = 0.1,
+    perturbation: Perturbation | None = None,
+) -> Compensated:
+    """Return a command under which the axes follow setpoints better, as their model knows them.
+
+    The whole motion is held in memory.
+
+    Args:
+        setpoints: The wanted positions, at rest at their first and last row.
+        servos: Servo data by axis.
+        limits: Axis limits that the command keeps (`cncgen.servo.command_limits`); None: there are none.
+        passes: Of learning (`cncgen.servo.learning`), at most.
+        settle_s: Least rest at the end.
+        perturbation: Machines that the command is tried on beside the nominal one.
+
+    Raises:
+        UsageError: `passes` is not positive, there are no setpoints, or as `cncgen.servo.simulate`.
+        NoPlanError: No command follows better (``compensate-no-gain``), or the one that does leaves the travel
+            (``compensate-limit``).
+    """
+    if passes < 1:
+        raise UsageError(Diagnostic("compensate-passes", f"at least one pass is needed, not {passes}"))
+    head, wanted = _joined(setpoints)
+    scheme = own_scheme(servos, head.axes, head.period_s)
+    columns = contour_axes(head.axes)
+    axes = Axes(scheme.loops, head.period_s, columns, REGULARISATION)
+    kept = [(limits or {}).get(letter) for letter in head.axes]
+    learnt = learn(wanted, axes, kept, passes=passes, settle_s=settle_s)
+    if learnt.passes == 0 and learnt.before.judged > NO_CONTOUR_MM:
+        raise _no_gain(learnt, wanted, axes, head.axes, passes, settle_s, limits is not None)
+    found = breaks(limits or {}, head.axes, learnt.command, learnt.wanted, head.period_s)
+    if found:
+        raise NoPlanError([broken(each) for each in found])
+    spread = (
+        None if perturbation is None else spread_of(learnt, servos, head.axes, head.period_s, perturbation)
+    )
+    return Compensated(Setpoints(head.axes, head.period_s, 0, learnt.command), learnt, spread)
+
+
+def _joined(setpoints: Iterable[Setpoints]) -> tuple[Setpoints, Floats]:
+    chunks = [chunk for chunk in setpoints if len(chunk)]
+    if not chunks:
+        raise UsageError(Diagnostic("setpoints-empty", "there are no setpoints"))
+    return chunks[0], np.concatenate([np.asarray(chunk.position, float) for chunk in chunks])
+
+
+def spread_of(
+    learnt: Learnt, servos: Mapping[str, Servo], axes: str, period_s: float, perturbation: Perturbation
+) -> Spread:
+    """Return the judged error before and after on machines with drawn parameters."""
+    columns = contour_axes(axes)
+    found: list[list[float]] = [[], []]
+    for drawn in perturbed(servos, axes, perturbation):
+        loops = own_scheme(drawn, axes, period_s).loops
+        for values, command in zip(found, (learnt.wanted, learnt.command), strict=True):
+            followed = follow(loops, period_s, command)
+            away = not (np.abs(followed[0]) < RUNAWAY_MM).all()
+            by_contour = learnt.before.by_contour
+            values.append(np.inf if away else figures_of(learnt.wanted, followed, columns, by_contour).judged)
+    return Spread(np.array(found[0]), np.array(found[1]))
+
+
+def _no_gain(
+    learnt: Learnt, wanted: Floats, axes: Axes, letters: str, passes: int, settle_s: float, limited: bool
+) -> NoPlanError:
+    """Return the refusal, with what would be possible without limits."""
+    unit, factor = _shown(letters)
+    now = learnt.before.judged * factor
+    best = learnt.tried.judged * factor if learnt.tried else None
+    message = f"no command follows better: the largest error is {now:.4g} {unit} as it is"
+    if best is not None:
+        message += f", and {best:.4g} {unit} with the best command" + (
+            " within the limits" if limited else ""
+        )
+    hint = "what is left is what the model does not know ahead: encoder steps, noise, a drive at its bound"
+    if limited:
+        free = learn(wanted, axes, [None] * len(letters), passes=passes, settle_s=settle_s)
+        if free.passes:
+            message += f"; without limits {free.after.judged * factor:.4g} {unit} would be possible"
+            hint = (
+                "plan the motion with lower acceleration and jerk, so that there is room for the correction"
+            )
+    values = {"before": now, "best": best, "unit": unit}
+    return NoPlanError(Diagnostic("compensate-no-gain", message, hint=hint, values=values))
+
+
+def _shown(letters: str) -> tuple[str, float]:
+    """Return unit and factor of the judged error in messages."""
+    return ("µm", 1e3) if contour_axes(letters) else ("mdeg", 1e3 * to_file(letters[0]))
+
+
+def _in_files(figures: Figures, axes: str) -> dict[str, Any]:
+    contour = not np.isnan(figures.contour_max)
+    unit, factor = ("mm", 1.0) if contour else (file_unit(axes[0]), to_file(axes[0]))
+    return {
+        f"tracking_rms_{unit}": figures.tracking_rms * factor,
+        f"tracking_max_{unit}": figures.tracking_max * factor,
+        "contour_rms_mm": figures.contour_rms if contour else None,
+        "contour_max_mm": figures.contour_max if contour else None,
+        "force_max": dict(zip(axes.lower(), figures.effort, strict=True)),
+        "saturated_samples": figures.saturated,
+    }
+
+
+def _spread_values(spread: Spread, axes: str) -> dict[str, Any]:
+    linear = bool(contour_axes(axes))
+    unit, factor = ("mm", 1.0) if linear else (file_unit(axes[0]), to_file(axes[0]))
+    result: dict[str, Any] = {"draws": len(spread.after), "worse": spread.worse}
+    for name, values in (("before", spread.before), ("after", spread.after)):
+        finite = np.where(np.isfinite(values), values, np.nan) * factor
+        for share, label in ((0.05, "q05"), (0.5, "median"), (0.95, "q95"), (1.0, "worst")):
+            value = quantile(finite, share) if share < 1.0 else float(np.max(finite))
+            result[f"{name}_{label}_{unit}"] = value if np.isfinite(value) else None
+    return result

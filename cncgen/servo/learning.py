@@ -1,0 +1,364 @@
+"""The command that makes servo axes follow a motion, learnt on their model: friction, backlash and bounds included.
+
+Each pass simulates the axes under the command so far, and adds to it the change that takes most of the error away
+(`cncgen.servo.norm_optimal`). The first pass inverts the smooth part of the model; friction and backlash are in the error
+that the simulation shows, and so come into the command, as steeply as limits and learning filter let it
+rise. Encoder steps and measurement noise are left out of the model that is learnt on: they are not the same the next time.
+
+Iterative learning control with a model in the place of the machine: D. A. Bristow, M. Tharayil and A. G. Alleyne, A survey of
+iterative learning control, IEEE Control Systems Magazine 26 (2006) 96. Loops of other gain than 1 at rest get the motion
+divided by it first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.machine.record import Axis
+from cncgen.servo.bank import LoopBank
+from cncgen.servo.contour import contour_error
+from cncgen.servo.loop import AxisLoop
+from cncgen.servo.norm_optimal import ROUNDS, LimitedUpdate
+from cncgen.servo.plants import Imperfections
+
+Floats = NDArray[np.float64]
+
+#: An impulse response counts as over where what is left of it is below this share of its size.
+SETTLED = 1e-9
+#: Shortest and longest impulse response that is looked at, periods.
+SHORTEST, LONGEST = 1 << 11, 1 << 18
+#: Of the inverse's impulse response so much may be left beyond the rests before and after the motion.
+BEYOND = 1e-7
+#: Longest rest before and after, s.
+LONGEST_REST_S = 15.0
+#: A command that differs by less than this share of the motion's size from where it begins or ends counts as standing, and
+#: rises from there, or falls to it, within this time, s.
+STANDING, FADE_S = 1e-7, 0.05
+#: Rest beside what the inverse asks for, s: limits spread a command over more time than the inverse needs.
+LEEWAY_S = 0.3
+#: A motion whose contour error is less is judged by its tracking error (a straight line, say), mm.
+NO_CONTOUR_MM = 1e-6
+#: Less than this share of the error is no gain: noise alone can make it.
+LEAST_GAIN = 0.05
+#: A pass that takes less than this share of the error away is the last one.
+LEAST_PROGRESS = 0.02
+#: Most rounds of the splitting after the first pass, and in the last one, which brings the command within its limits.
+LATER_ROUNDS, FINISHING_ROUNDS = 150, 3000
+#: How far a difference may be over its limit, as `cncgen verify` has it.
+TOLERATED = 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class Figures:
+    """Errors of a simulated motion, mm (rad of rotary axes alone), and its largest drive inputs.
+
+    Attributes:
+        tracking_rms, tracking_max: Distance between wanted and actual position.
+        contour_rms, contour_max: Distance of the actual position from the path; nan where no linear axis moves.
+        effort: Largest drive input of each axis.
+        saturated: Setpoints with a drive at its bound, all axes.
+        by_contour: Whether the motion is judged by its contour error, and not by its tracking error.
+    """
+
+    tracking_rms: float
+    tracking_max: float
+    contour_rms: float
+    contour_max: float
+    effort: tuple[float, ...]
+    saturated: int
+    by_contour: bool
+
+    @property
+    def judged(self) -> float:
+        """Return what a command is judged by: the largest contour error, or else tracking error."""
+        return self.contour_max if self.by_contour else self.tracking_max
+
+    def better(self, than: Figures) -> bool:
+        """Tell whether the judged error is smaller by more than noise makes, and its rms not larger."""
+        rms, other = (f.contour_rms if f.by_contour else f.tracking_rms for f in (self, than))
+        return self.judged < (1.0 - LEAST_GAIN) * than.judged and rms <= other
+
+
+@dataclass(frozen=True, slots=True)
+class Learnt:
+    """A learnt command with what was wanted, rests before and after included.
+
+    Attributes:
+        wanted, command: Shape (n, axes).
+        lead, tail: Rows before and after the motion.
+        before, after: Of the motion as it is, and of the command.
+        passes: How many there were until the command was the best one.
+        excess: How far the command is over a limit, as a share of it.
+        tried: Errors of the best command within the limits, better or not; None: no pass came within them.
+    """
+
+    wanted: Floats
+    command: Floats
+    lead: int
+    tail: int
+    before: Figures
+    after: Figures
+    passes: int
+    excess: float
+    tried: Figures | None = None
+
+
+def smooth_part(loop: AxisLoop) -> AxisLoop:
+    """Return a loop without friction, bound, backlash, encoder steps and noise."""
+    return replace(loop, dead_band=0.0, imperfections=Imperfections())
+
+
+def impulse_response(loop: AxisLoop, period_s: float) -> Floats:
+    """Return the position's answer to a setpoint of 1 at row 0, as long as it lasts; shape (n,).
+
+    Raises:
+        UsageError: It does not settle within `LONGEST` periods (``servo-unstable``).
+    """
+    rows = SHORTEST
+    while rows <= LONGEST:
+        command = np.zeros((rows + 2, 1))
+        command[1] = 1.0
+        found: Floats = LoopBank([smooth_part(loop)], period_s).run(command)[0][1:, 0]
+        size = np.abs(found)
+        if np.isfinite(size).all() and size[-rows // 4 :].sum() <= SETTLED * size.sum():
+            return found
+        rows *= 2
+    message = f"the loop has not settled {LONGEST * period_s:g} s after an impulse"
+    raise UsageError(
+        Diagnostic("servo-unstable", message, hint="the closed loop is unstable, or hardly damped")
+    )
+
+
+def follow(
+    loops: Sequence[AxisLoop], period_s: float, command: Floats
+) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    """Return position, drive input and whether it met its bound, each (n, axes), under a command (n, axes) that begins at rest."""
+    bank = LoopBank(loops, period_s)
+    position, force, bounded = bank.run(np.concatenate([command, command[-1:]]) - command[0])
+    return position + command[0], force, bounded
+
+
+class Axes:
+    """Servo axes whose motion is learnt: full and smooth models, and how long their inverses last."""
+
+    def __init__(
+        self,
+        loops: Sequence[AxisLoop],
+        period_s: float,
+        contour_columns: Sequence[int],
+        regularisation: float,
+    ) -> None:
+        self.loops, self.period_s, self.regularisation = tuple(loops), period_s, regularisation
+        self._columns = list(contour_columns)
+        self.by_contour = bool(self._columns)
+        self._known = [
+            replace(loop, imperfections=replace(loop.imperfections, encoder_step=0.0, noise=0.0))
+            for loop in loops
+        ]
+        self._impulses = [impulse_response(loop, period_s) for loop in loops]
+        self.gains = [float(h.sum()) for h in self._impulses]
+        if any(abs(gain) < 1e-6 for gain in self.gains):
+            raise UsageError(
+                Diagnostic("compensate-rest", "an axis stays where it is at rest, whatever its setpoint")
+            )
+        extents = [
+            _inverse_extent(h, regularisation * g**2) for h, g in zip(self._impulses, self.gains, strict=True)
+        ]
+        longest, leeway = (round(seconds / period_s) for seconds in (LONGEST_REST_S, LEEWAY_S))
+        self.lead = min(max(e[0] for e in extents), longest) + leeway
+        own = [_extent(np.abs(h), BEYOND * np.abs(h).sum()) for h in self._impulses]
+        self.tail = min(max(*own, *(e[1] for e in extents)), longest) + leeway
+
+    def goes_across(self, wanted: Floats) -> bool:
+        """Tell whether two or more axes of the contour move: of one alone the path is a line that it cannot leave."""
+        return int((np.ptp(wanted[:, self._columns], axis=0) > 0.0).sum()) > 1
+
+    def response(self, axis: int, length: int) -> NDArray[np.complex128]:
+        """Return the smooth loop's response at the frequencies of `numpy.fft.rfft` over a length."""
+        return np.fft.rfft(self._impulses[axis], length)
+
+    def length(self, rows: int) -> int:
+        """Return a quick length of the transform for that many rows and the loops' memory."""
+        needed = rows + max(len(h) for h in self._impulses)
+        return min(n for n in (1 << k for k in range(1, 40)) if n >= needed)
+
+    def followed(self, command: Floats, known: bool = False) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+        """Return position, drive input and whether it met its bound, each (n, axes), under a command (n, axes).
+
+        Args:
+            command: It begins at rest.
+            known: Without encoder steps and noise.
+        """
+        return follow(self._known if known else self.loops, self.period_s, command)
+
+    def figures(self, wanted: Floats, command: Floats) -> Figures:
+        """Return the errors of the full model under a command."""
+        return figures_of(wanted, self.followed(command), self._columns, self.by_contour)
+
+
+def figures_of(
+    wanted: Floats,
+    followed: tuple[Floats, Floats, NDArray[np.bool_]],
+    columns: Sequence[int],
+    by_contour: bool,
+) -> Figures:
+    """Return the errors of what `follow` found against what was wanted, shape (n, axes); `columns` are those of the contour."""
+    position, force, bounded = followed
+    contour = rms = np.nan
+    judged = list(columns) or list(range(wanted.shape[1]))
+    distance = np.sqrt(((wanted - position)[:, judged] ** 2).sum(axis=1))
+    if columns:
+        errors = contour_error(wanted[:, judged], position[:, judged])
+        contour, rms = float(errors.max()), float(np.sqrt((errors**2).mean()))
+    return Figures(
+        float(np.sqrt((distance**2).mean())),
+        float(distance.max()),
+        rms,
+        contour,
+        tuple(float(v) for v in np.abs(force).max(axis=0)),
+        int(bounded.sum()),
+        by_contour,
+    )
+
+
+def _inverse_extent(impulse: Floats, regularisation: float) -> tuple[int, int]:
+    """Return how many periods before and after an error the filter G*/(|G|² + ε) answers it, but for `BEYOND`."""
+    length = 4 * max(len(impulse), SHORTEST)
+    response = np.fft.rfft(impulse, length)
+    answer = np.abs(np.fft.irfft(np.conj(response) / (np.abs(response) ** 2 + regularisation), length))
+    after, before = answer[: length // 2], answer[: length // 2 : -1]
+    left = BEYOND * answer.sum()
+    return _extent(before, left), _extent(after, left)
+
+
+def _extent(size: Floats, left: float) -> int:
+    """Return after how many entries no more than `left` is left of a sum of sizes."""
+    return int((size[::-1].cumsum()[::-1] > left).sum())
+
+
+def learn(
+    wanted: Floats,
+    axes: Axes,
+    limits: Sequence[Axis | None],
+    *,
+    passes: int,
+    settle_s: float = 0.0,
+) -> Learnt:
+    """Return the best command of up to that many passes.
+
+    Args:
+        wanted: The motion, shape (n, axes), at rest before and after.
+        axes: What follows it.
+        limits: Of each axis; None: it has none. A limit that the motion itself breaks counts as what it takes of it.
+        passes: At least 1.
+        settle_s: Least rest at the end.
+    """
+    lead, tail = axes.lead, max(axes.tail, round(settle_s / axes.period_s))
+    whole = np.concatenate(
+        [np.repeat(wanted[:1], lead, axis=0), wanted, np.repeat(wanted[-1:], tail, axis=0)]
+    )
+    command = whole[:1] + (whole - whole[:1]) / np.array(axes.gains)
+    unity = [abs(gain - 1.0) < 1e-6 for gain in axes.gains]
+    command[:, unity] = whole[:, unity]
+    resting = command.copy()
+    length = axes.length(len(whole))
+    updates = [
+        LimitedUpdate(axes.response(i, length), length, axes.period_s, _kept(limit, wanted[:, i], axes.period_s),
+                      axes.regularisation * axes.gains[i] ** 2)
+        for i, limit in enumerate(limits)
+    ]  # fmt: skip
+    before = axes.figures(whole, whole)
+    if not axes.goes_across(wanted) or before.contour_max <= NO_CONTOUR_MM:
+        axes.by_contour = False
+        before = replace(before, by_contour=False)
+    if before.judged <= NO_CONTOUR_MM:
+        return _trimmed(
+            Learnt(whole, whole, lead, tail, before, before, 0, 0.0, before), whole, settle_s, axes
+        )
+    best, best_command, best_pass, best_excess = before, whole, 0, 0.0
+    judged: list[float] = []
+    tried: Figures | None = None
+    fading = _fading(len(whole), round(LEEWAY_S / axes.period_s))
+    for k in range(1, passes + 1):
+        error = (whole - axes.followed(command, known=True)[0]) * fading
+        ends = k == passes or (len(judged) > 1 and judged[-1] > (1.0 - LEAST_PROGRESS) * judged[-2])
+        rounds = FINISHING_ROUNDS if ends else ROUNDS if k == 1 else LATER_ROUNDS
+        for i, update in enumerate(updates):
+            command[:, i] += update.change(command[:, i], error[:, i], rounds)
+        excess = max((u.excess for u in updates if u.axis is not None), default=0.0)
+        after = axes.figures(whole, command)
+        if excess <= TOLERATED and (tried is None or after.judged < tried.judged):
+            tried = after
+        if excess <= TOLERATED and after.better(before) and after.judged < best.judged:
+            best, best_command, best_pass, best_excess = after, command.copy(), k, excess
+        if ends:
+            break
+        judged.append(after.judged)
+    found = Learnt(whole, best_command, lead, tail, before, best, best_pass, best_excess, tried)
+    return _trimmed(found, resting if best_pass else whole, settle_s, axes)
+
+
+def _fading(rows: int, rest: int) -> Floats:
+    """Return 1 during the motion, falling to 0 over the outer half of the rests, shape (rows, 1).
+
+    An axis that friction holds keeps an error at rest. A command that took it away for ever would not come back to the end.
+    """
+    half = max(rest // 2, 1)
+    rise = 0.5 - 0.5 * np.cos(np.pi * np.arange(half) / half)
+    weights = np.ones(rows)
+    weights[:half], weights[rows - half :] = rise, rise[::-1]
+    return weights[:, None]
+
+
+def _kept(limit: Axis | None, wanted: Floats, period_s: float) -> Axis | None:
+    """Return the limits that a command has to keep: those of the axis, or what the motion itself takes where that is more."""
+    if limit is None:
+        return None
+    whole = np.concatenate([np.repeat(wanted[:1], 3), wanted, np.repeat(wanted[-1:], 3)])
+    taken = [float(np.abs(np.diff(whole, k)).max()) / period_s**k for k in (1, 2, 3)]
+    return replace(
+        limit,
+        max_velocity=max(limit.max_velocity, taken[0]),
+        max_acceleration=max(limit.max_acceleration, taken[1]),
+        max_jerk=max(limit.max_jerk, taken[2]),
+    )
+
+
+def _trimmed(learnt: Learnt, resting: Floats, settle_s: float, axes: Axes) -> Learnt:
+    """Return the command without the part of its rests in which it stands, but for the least rest at the end.
+
+    `resting`, shape (n, axes), is a command that stands in both rests where this one comes to.
+    """
+    command, period = learnt.command, axes.period_s
+    small = STANDING * float(np.ptp(learnt.wanted, axis=0).max(initial=0.0))
+    fade = round(FADE_S / period)
+    least = len(command) - learnt.tail + round(settle_s / period)
+    away = np.abs(command - resting[0]).max(axis=1) > small
+    late = np.abs(command - resting[-1]).max(axis=1) > small
+    first = int(away.argmax()) if away.any() else learnt.lead
+    last = len(late) - int(late[::-1].argmax()) if late.any() else least
+    begin = max(min(first - fade, learnt.lead), 0)
+    end = min(max(last + fade, least), len(command))
+    rise = np.clip(np.arange(end - begin) / fade, 0.0, 1.0)
+    weight = _smooth(rise) * _smooth(rise[::-1])
+    wanted = learnt.wanted[begin:end]
+    trimmed = resting[begin:end] + (command - resting)[begin:end] * weight[:, None]
+    return replace(
+        learnt,
+        wanted=wanted,
+        command=trimmed,
+        lead=learnt.lead - begin,
+        tail=learnt.tail - (len(command) - end),
+        before=axes.figures(wanted, wanted),
+        after=axes.figures(wanted, trimmed),
+    )
+
+
+def _smooth(share: Floats) -> Floats:
+    """Return a rise from 0 to 1 that begins and ends with no velocity, acceleration or jerk."""
+    return share**4 * (35.0 - share * (84.0 - share * (70.0 - share * 20.0)))
