@@ -20,7 +20,6 @@ from cncgen.cli.options import (
     unnamed_options,
 )
 from cncgen.cli.types import FILE, MACHINE, FiniteRange, Share
-from cncgen.report.compensated import gain_lines
 
 if TYPE_CHECKING:
     from cncgen.servo.uncertainty import Perturbation
@@ -110,6 +109,7 @@ def command(
     after it.
     """
     from cncgen.cli.reading import is_setpoint_file
+    from cncgen.report.compensated import gain_lines
     from cncgen.servo.uncertainty import Perturbation
 
     if machine is None and planning["axis_params"] is None:

@@ -31,7 +31,7 @@ PASSES = 6
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """What an error is on drawn machines, mm (rad of rotary axes alone), shape (draws,) each; inf where a loop is unstable."""
+    """The judged error on drawn machines, mm (rad of rotary axes alone), shape (draws,) each; inf where a loop is unstable."""
 
     before: Floats
     after: Floats
@@ -261,7 +261,7 @@ def _no_gain(
         message += f", and {best:.4g} {unit} with the best command" + (
             " within the limits" if limited else ""
         )
-    hint = "what is left is what the model does not know ahead: encoder steps, noise, a drive at its bound"
+    hint = "the rest cannot be foreseen by the model: encoder steps, noise, a drive at its bound"
     if limited:
         free = learn(wanted, axes, [None] * len(letters), passes=passes, settle_s=settle_s)
         if free.passes:

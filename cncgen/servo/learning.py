@@ -43,7 +43,7 @@ STANDING, FADE_S = 1e-7, 0.05
 LEEWAY_S = 0.3
 #: A motion whose contour error is less is judged by its tracking error (a straight line, say), mm.
 NO_CONTOUR_MM = 1e-6
-#: Less than this share of the error is no gain: noise alone can make it.
+#: A gain has to be more than this share of the error: noise alone can make less.
 LEAST_GAIN = 0.05
 #: A pass that takes less than this share of the error away is the last one.
 LEAST_PROGRESS = 0.02

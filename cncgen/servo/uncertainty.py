@@ -39,7 +39,7 @@ EXACT = frozenset(
         "complementary_peak",
     ]
 )
-#: What the controller of a model takes from the plant that it was designed on.
+#: Keys of the plant that the controller of a model was designed with.
 _DESIGNED_ON = {"pd-plus": ("time_constant_s", "velocity_gain_rad_s_volt")}
 
 
