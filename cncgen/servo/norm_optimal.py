@@ -9,8 +9,8 @@ Theory and Applications 143 (1996) 217). Without limits the answer is a filter t
 c = G* e/(|G|² + ε): the stable inverse of S. Devasia, D. Chen and B. Paden, IEEE TAC 41 (1996) 930, with pre-actuation
 where G has a dead time or zeros outside the unit circle. ε makes it a learning filter: where |G|² is below ε little is learnt.
 
-With limits the problem is convex. It is split (S. Boyd, N. Parikh, E. Chu, B. Peleato and J. Eckstein, Distributed
-Optimization and Statistical Learning via the Alternating Direction Method of Multipliers, 2011, sections 3.1.1 and 3.4.3)
+With limits the problem is convex. The alternating direction method of multipliers splits it (S. Boyd, N. Parikh, E. Chu,
+B. Peleato and J. Eckstein, Foundations and Trends in Machine Learning 3 (2011) 1, sections 3.1.1 and 3.4.3)
 into a step that is diagonal in the frequencies and a clipping of the differences. The motion begins and ends at rest.
 The frequencies are those of a stretch of time that is longer than the motion by what G and its inverse remember.
 """
