@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
 import tarfile
+import tomllib
 import zipfile
 from pathlib import Path
 
@@ -86,6 +88,12 @@ def test_contents(packages: tuple[Path, Path], root: Path) -> None:
         for path in root.glob(pattern):
             assert prefix + path.relative_to(root).as_posix() in names
     assert "cncgen/py.typed" in names
+    with zipfile.ZipFile(wheel) as archive:
+        about = next(name for name in names if name.endswith("METADATA"))
+        needed = [
+            line for line in archive.read(about).decode().splitlines() if line.startswith("Requires-Dist")
+        ]
+    assert not [line for line in needed if "cython" in line.lower() and "extra ==" not in line]
     assert not {name for name in names if name.startswith(("tests/", "benchmarks/", "trials/", "programs/"))}
 
 
@@ -125,3 +133,62 @@ def test_the_wheel_runs_outside_the_checkout_without_a_compiler(
     for a, b in zip(ours[1:], other[1:], strict=True):
         for x, y in zip(a.split(","), b.split(","), strict=True):
             assert float(x) == pytest.approx(float(y), abs=2e-9)
+
+
+#: Refuses to import Cython, or its module `cython`.
+_NO_CYTHON = """
+import sys
+class Refused:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0].lower() == "cython":
+            raise ImportError(name)
+sys.meta_path.insert(0, Refused())
+"""
+
+
+def test_compiled_kernels_need_no_cython(root: Path) -> None:
+    code = f"""{_NO_CYTHON}
+import importlib
+from pathlib import Path
+import cncgen.kernels
+assert not cncgen.kernels.uncompiled()
+for path in Path(cncgen.kernels.__file__).parent.glob("*.py"):
+    importlib.import_module(f"cncgen.kernels.{{path.stem}}")
+assert "cncgen.kernels.plain" not in sys.modules
+"""
+    made = run([sys.executable, "-c", code], root)
+    assert made.returncode == 0, made.stderr.decode()[-2000:]
+
+
+def test_uncompiled_kernels_need_no_cython(packages: tuple[Path, Path], tmp_path: Path) -> None:
+    """Every kernel loads; a plan by `optimal` is that of the compiled ones."""
+    with zipfile.ZipFile(packages[1]) as archive:
+        archive.extractall(tmp_path / "site")
+    (tmp_path / "part.nc").write_bytes(PROGRAM)
+    code = f"""{_NO_CYTHON}
+import importlib
+from cncgen.kernels import uncompiled
+sys.meta_path.remove(sys.meta_path[0])  # the module `cython` that kernels find now is not Cython's
+for name in uncompiled():
+    importlib.import_module(f"cncgen.kernels.{{name}}")
+assert "Cython" not in sys.modules
+from cncgen.cli.app import run
+sys.exit(run(["plan", "part.nc", "-o", "plain.csv"]))
+"""
+    made = run([sys.executable, "-c", code], tmp_path, PYTHONPATH=str(tmp_path / "site"))
+    assert made.returncode == 0, made.stderr.decode()[-2000:]
+    compiled = run([sys.executable, "-m", "cncgen", "plan", "part.nc", "-o", "compiled.csv"], tmp_path)
+    assert compiled.returncode == 0
+    ours, other = ((tmp_path / name).read_text().splitlines() for name in ("compiled.csv", "plain.csv"))
+    assert len(ours) == len(other)
+    for a, b in zip(ours[1:], other[1:], strict=True):
+        for x, y in zip(a.split(","), b.split(","), strict=True):
+            assert float(x) == pytest.approx(float(y), abs=2e-9)
+
+
+def test_wheels_are_tried_by_the_steps_of_make_demo(root: Path) -> None:
+    with (root / "pyproject.toml").open("rb") as file:
+        tried = tomllib.load(file)["tool"]["cibuildwheel"]["test-command"]
+    demo = re.findall(r"^\t\$\(BIN\)/(cncgen .*)$", (root / "Makefile").read_text(encoding="utf-8"), re.M)
+    steps = [line.replace("{project}/", "") for line in tried if line.startswith("cncgen ")]
+    assert steps == [line.replace("out/", "") for line in demo]

@@ -18,6 +18,7 @@ A ``.pxd`` file beside a kernel declares the functions that other kernels call a
 """
 
 import importlib.machinery
+import sys
 import warnings
 from pathlib import Path
 
@@ -40,3 +41,14 @@ def warn_if_uncompiled() -> None:
             RuntimeWarning,
             stacklevel=2,
         )
+
+
+def _provide_cython() -> None:
+    """Let uncompiled kernels find a module `cython`; compiled ones need none."""
+    if "cython" not in sys.modules and uncompiled():
+        from cncgen.kernels.plain import install
+
+        install()
+
+
+_provide_cython()

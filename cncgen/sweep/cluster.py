@@ -77,7 +77,8 @@ class ClusterWorkers:
     def completed(self, timeout_s: float) -> list[Done]:
         """Wait for batches; return those that are done, or that the scheduler gave up as their workers died."""
         try:
-            self._dask.wait(list(self._running), timeout=timeout_s, return_when="FIRST_COMPLETED")
+            with self._client.as_current():
+                self._dask.wait(list(self._running), timeout=timeout_s, return_when="FIRST_COMPLETED")
         except TimeoutError:
             return []
         done: list[Done] = []

@@ -1,0 +1,92 @@
+"""A sweep on a dask cluster of two local workers: the same rows as here, also when a worker is killed."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cncgen.cli.app import run
+from cncgen.diagnostics import UsageError
+from cncgen.sweep import cluster, driver
+from cncgen.sweep.cluster import ClusterWorkers
+from cncgen.sweep.definition import load_sweep
+from cncgen.sweep.driver import run_sweep
+from cncgen.sweep.local_workers import Done
+from tests.sweep.test_run import Here, rows_of
+
+distributed = pytest.importorskip("distributed")
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def scheduler() -> Iterator[Any]:
+    """A cluster of two worker processes on this computer."""
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as local:
+        yield local
+
+
+def test_rows_are_those_of_this_process_to_the_bit(folder: Path, scheduler: Any) -> None:
+    sweep = load_sweep("sweep.toml")
+    run_sweep(sweep, "here", Here(sweep))
+    assert run(["sweep", "sweep.toml", "-o", "R", "--scheduler", scheduler.scheduler_address, "-q"]) == 0
+    assert rows_of("R") == rows_of("here")
+
+
+class DeadlyCluster(ClusterWorkers):
+    """A cluster of which one worker is killed when the first batch comes back."""
+
+    killed = 0
+
+    def completed(self, timeout_s: float) -> list[Done]:
+        done = super().completed(timeout_s)
+        if done and not self.killed:
+            victims = self._client.run(os.getpid)
+            DeadlyCluster.killed = next(iter(victims.values()))
+            os.kill(DeadlyCluster.killed, signal.SIGKILL)
+        return done
+
+
+def test_a_killed_worker_loses_no_row_and_doubles_none(folder: Path, scheduler: Any) -> None:
+    sweep = load_sweep("sweep.toml")
+    run_sweep(sweep, "here", Here(sweep))
+    workers = DeadlyCluster(scheduler.scheduler_address, list(sweep.programs.values()))
+    try:
+        end = run_sweep(sweep, "R", workers)
+    finally:
+        workers.close()
+    assert DeadlyCluster.killed
+    assert (end.done, end.failed) == (8, 0)
+    assert rows_of("R") == rows_of("here")
+
+
+def test_workers_of_another_version_are_refused(
+    folder: Path, scheduler: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cluster, "code_version", lambda: "0.0.9+another")
+    with pytest.raises(UsageError, match=r"runs cncgen .* the driver 0\.0\.9\+another"):
+        ClusterWorkers(scheduler.scheduler_address, [])
+
+
+def test_a_worker_that_joins_later_with_another_version_ends_the_sweep(
+    folder: Path, scheduler: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sweep = load_sweep("sweep.toml")
+    workers = ClusterWorkers(scheduler.scheduler_address, list(sweep.programs.values()))
+    monkeypatch.setattr(cluster, "code_version", lambda: "0.0.9+another")
+    try:
+        with pytest.raises(UsageError, match="install the same cncgen"):
+            driver.run_sweep(sweep, "R", workers)
+    finally:
+        workers.close()
+
+
+def test_a_scheduler_that_is_not_there_is_named(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "_PATIENCE_S", 1)
+    with pytest.raises(UsageError, match="cannot reach the scheduler"):
+        ClusterWorkers("tcp://127.0.0.1:9", [])
